@@ -2,9 +2,8 @@
 
 use std::process::ExitCode;
 
-use interface::core::SessionError;
 use interface::session::process;
-use interface::session::{serve_dem, serve_mpm};
+use interface::session::{SessionError, serve_dem, serve_mpm};
 use interface::solver::{DemSolver, MpmSolver};
 use interface::transport::domain::Domain;
 use interface::transport::iceoryx::Medium;

@@ -4,7 +4,7 @@
 use std::thread;
 use std::time::{Duration, Instant};
 
-use interface::core::coupler::Limits;
+use interface::session::StartDeadlines;
 use interface::transport::domain::{Domain, WaitsForDisk};
 
 /// Time between two looks.
@@ -23,8 +23,8 @@ pub(crate) struct Disk {
 impl Disk {
     /// The disk of a run whose solvers are processes. If the run has start limits of its own, it may take longer to
     /// start than a solver that is ready would wait.
-    pub fn of(domain: Domain, start: Limits) -> Self {
-        let usual = Limits::default();
+    pub fn of(domain: Domain, start: StartDeadlines) -> Self {
+        let usual = StartDeadlines::default();
         let longer = start.hello > usual.hello || start.ready > usual.ready;
         Self {
             starting: longer.then(|| domain.waiting_for_disk()),

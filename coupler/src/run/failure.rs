@@ -1,8 +1,8 @@
 //! The reasons why a run did not reach its end, their exit statuses, and advice for the user.
 
-use interface::core::SessionError;
 use interface::message::control::Party;
 use interface::recording::RecordingError;
+use interface::session::SessionError;
 use interface::solver::Fault;
 use interface::transport::liveness::Hold;
 use thiserror::Error;

@@ -28,19 +28,15 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
-use interface::core::SessionError;
-use interface::core::coupler::Standing;
 use interface::message::control::Party;
 use interface::message::{Channel, Kind};
 use interface::recording::{About, Recorder, RecordingSink, Tap, reaches};
-use interface::session::solver::Clocked;
 use interface::session::together::Together;
-use interface::session::turns::drive;
-use interface::session::{CouplerSide, DemSide, MpmSide};
+use interface::session::{Clocked, Session, SessionError, Supervisor, drive};
 use interface::solver::{DemSolver, MpmSolver};
 use interface::transport::Transport;
 use interface::transport::direct::Direct;
-use interface::transport::domain::{Domain, OwnedDomain};
+use interface::transport::domain::OwnedDomain;
 use interface::transport::iceoryx::{self, Medium, SEND_TIMEOUT};
 use interface::transport::recorded::Recorded;
 
@@ -219,7 +215,7 @@ fn processes(
     // Values are dropped in reverse order: first the ports, then the channels, then the directory.
     let domain = OwnedDomain::create().map_err(|e| SessionError::Channel(e.into()))?;
     let names = domain.domain();
-    run.resources.disk = Disk::of(names.clone(), run.start_limits());
+    run.resources.disk = Disk::of(names.clone(), run.deadlines());
     let told = |error: SessionError, segments: &Segments| match resources::cause(
         &error, names, segments,
     ) {
@@ -231,7 +227,7 @@ fn processes(
     let segments = Segments::of(names, &channels);
     run.resources.shared_memory = Some(SharedMemory::new(names.clone(), segments.clone()));
     let caused = |error| told(error, &segments);
-    let mut coupler = iceoryx::join(
+    let coupler = iceoryx::join(
         Medium::Processes,
         names,
         Party::Coupler,
@@ -239,11 +235,7 @@ fn processes(
         SEND_TIMEOUT,
     )
     .map_err(|error| caused(error.into()))?;
-    let (mut verdict, standing) = match replayed(run, commands, names, &mut *coupler) {
-        Ok(standing) => (Ok(()), standing),
-        Err(RunError::Session(error)) => (Err(caused(error)), None),
-        Err(error) => (Err(error), None),
-    };
+    let mut verdict = Ok(());
     let mut tap = match &sink {
         Some(sink) if parties.len() == 2 => {
             let tap = Tap::open(Medium::Processes, names, sink.clone());
@@ -255,8 +247,7 @@ fn processes(
         Some(sink) => Box::new(Recorded::new(coupler, sink, noted)),
         None => coupler,
     };
-    let stands = |party| standing.as_ref().is_some_and(|s| s.party() == party);
-    for &party in parties.iter().filter(|party| !stands(**party)) {
+    for &party in &parties {
         let command = commands[&party];
         verdict = verdict.and_then(|()| {
             run.resources
@@ -266,12 +257,8 @@ fn processes(
         });
     }
     if verdict.is_ok() {
-        let mut coupler = match standing {
-            Some(standing) => CouplerSide::going_on(&parties, run, standing),
-            None => CouplerSide::new(&parties, run),
-        };
-        drive(&mut coupler, &mut *transport);
-        verdict = coupler.take_verdict().map_err(caused);
+        let session = Session::coupler(&parties, &mut *run, &mut *transport);
+        verdict = drive(session).map_err(caused);
     }
     // The messages that are still in the channels between the solvers are recorded before their senders end (D-2).
     tap.take();
@@ -283,23 +270,6 @@ fn processes(
     verdict
 }
 
-/// Starts the solver that could not save its state, if there is one, and brings it to the step of the checkpoint before the
-/// other one takes part.
-fn replayed(
-    run: &mut Run<'_>,
-    commands: &BTreeMap<Party, &Vec<String>>,
-    names: &Domain,
-    coupler: &mut dyn Transport,
-) -> Result<Option<Standing>, RunError> {
-    let Some(party) = run.to_replay() else {
-        return Ok(None);
-    };
-    run.resources
-        .processes
-        .start(party, commands[&party], names)?;
-    run.replay(party, names, coupler).map(Some)
-}
-
 /// Runs the session with the solvers in this thread.
 fn in_process(
     run: &mut Run<'_>,
@@ -307,15 +277,9 @@ fn in_process(
     dem: fn() -> Box<dyn DemSolver>,
     sink: Option<RecordingSink>,
 ) -> Result<(), RunError> {
-    if let Some(party) = run.to_replay() {
-        let why = format!("it has no state of the {party}, a process of its own");
-        return Err(RunError::Checkpoint(why));
-    }
     let parties = run.parties().to_vec();
     let (mut continuum, mut bodies) = (mpm(), dem());
     let takes_part = |party| parties.contains(&party);
-    let mut mpm = takes_part(Party::Mpm).then(|| MpmSide::new(&mut *continuum, Clocked::Shared));
-    let mut dem = takes_part(Party::Dem).then(|| DemSide::new(&mut *bodies, Clocked::Shared));
     let hub = Direct::new();
     let [mut to_coupler, mut to_mpm, mut to_dem]: [Box<dyn Transport>; 3] = match sink {
         Some(sink) => [
@@ -330,17 +294,18 @@ fn in_process(
         ],
         None => [Box::new(hub.clone()), Box::new(hub.clone()), Box::new(hub)],
     };
-    let mut coupler = CouplerSide::new(&parties, run);
-    let mut together = Together {
-        coupler: &mut coupler,
-        mpm: mpm.as_mut(),
-        dem: dem.as_mut(),
-        transports: [&mut *to_coupler, &mut *to_mpm, &mut *to_dem],
+    let together = Together {
+        coupler: Session::coupler(&parties, run, &mut *to_coupler),
+        mpm: takes_part(Party::Mpm)
+            .then(|| Session::mpm(&mut *continuum, &mut *to_mpm, Clocked::Shared)),
+        dem: takes_part(Party::Dem)
+            .then(|| Session::dem(&mut *bodies, &mut *to_dem, Clocked::Shared)),
     };
-    let ran = catch_unwind(AssertUnwindSafe(|| together.run()));
-    if let Err(panic) = ran {
-        let words = panic.downcast_ref::<String>().cloned();
-        return Err(RunError::Panicked(words.unwrap_or_default()));
+    match catch_unwind(AssertUnwindSafe(|| together.run())) {
+        Ok([coupler, ..]) => Ok(coupler?),
+        Err(panic) => {
+            let words = panic.downcast_ref::<String>().cloned();
+            Err(RunError::Panicked(words.unwrap_or_default()))
+        }
     }
-    Ok(coupler.take_verdict()?)
 }

@@ -6,8 +6,8 @@ use std::path::PathBuf;
 use std::thread;
 use std::time::{Duration, Instant};
 
-use interface::core::SessionError;
 use interface::message::wire::PointState;
+use interface::session::SessionError;
 use interface::transport::domain::Domain;
 use interface::transport::iceoryx::Created;
 use rustix::fs::statvfs;

@@ -4,18 +4,15 @@ mod branch;
 mod checkpoints;
 mod configure;
 mod outputs;
-mod replay;
 
 use std::sync::atomic::Ordering;
 use std::time::{Duration, Instant};
 
 use interface::config::capability::STRESS_WORK;
-use interface::core::SessionError;
-use interface::core::coupler::{Coupler, Decision, Limits, Question, Round};
 use interface::message::control::{Hello, Party};
 use interface::message::wire::{BodyState, Grant, GroupState, Ledger, flags};
 use interface::recording::RecordingSink;
-use interface::session::{Stop, Supervisor};
+use interface::session::{self, Next, Part, Round, SessionError, StartDeadlines, Stop, Supervisor};
 
 use self::outputs::Outputs;
 use crate::record::background::Mark;
@@ -65,8 +62,6 @@ pub(crate) struct Run<'a> {
     stability: Option<Stability>,
     /// The saved states with which the solvers begin.
     restored: Vec<(Party, Vec<u8>)>,
-    /// A solver that has none of them: the recording is played to it.
-    replayed: Option<Party>,
     failure: Option<RunError>,
 }
 
@@ -132,10 +127,6 @@ impl<'a> Run<'a> {
         account: &'a mut Account,
         from: Origin,
     ) -> Result<Self, RunError> {
-        let left_out = match &from {
-            Origin::Itself(checkpoint) => checkpoint.left_out(scene),
-            _ => None,
-        };
         let (branch, Checkpoint { state, solvers, .. }) = match from {
             Origin::Itself(checkpoint) => (None, *checkpoint),
             Origin::Another(branch) => (Some(branch.as_before), branch.checkpoint),
@@ -168,7 +159,6 @@ impl<'a> Run<'a> {
         // A recording that continues must not have a message twice.
         run.schedule.touches = 0;
         run.restored = solvers;
-        run.replayed = left_out;
         Ok(run)
     }
 
@@ -212,14 +202,8 @@ impl<'a> Run<'a> {
             latest: Latest::default(),
             stability: None,
             restored: Vec::new(),
-            replayed: None,
             failure: None,
         }
-    }
-
-    /// Deadlines for the solvers before the first step.
-    pub(crate) fn start_limits(&self) -> Limits {
-        self.scene.coupling.start
     }
 
     /// The solvers that take part.
@@ -267,11 +251,11 @@ impl<'a> Run<'a> {
     }
 
     /// All solvers are ready, so that the run begins: its files take the place of an earlier run's.
-    fn ready(&mut self, coupler: &Coupler) -> Result<(), RunError> {
+    fn begin_run(&mut self, solvers: &session::Solvers) -> Result<(), RunError> {
         self.resources.disk.during(|| self.dir.take_place())?;
         self.resources.disk.started();
         for &party in &self.parties {
-            let Some(ready) = coupler.readiness(party) else {
+            let Some(ready) = solvers.readiness(party) else {
                 continue;
             };
             tracing::info!(%party, items = ready.items, bytes = ready.bytes, "ready");
@@ -279,11 +263,11 @@ impl<'a> Run<'a> {
                 tracing::info!(%party, "{note}");
             }
         }
-        self.account.balance.keeps_stress_work = coupler.can(Party::Mpm, STRESS_WORK);
+        self.account.balance.keeps_stress_work = solvers.can(Party::Mpm, STRESS_WORK);
         self.outputs.reported = ReportedFields::by(self.scene.mpm.as_ref(), |party, capability| {
-            coupler.can(party, capability)
+            solvers.can(party, capability)
         });
-        let [mpm, dem] = [Party::Mpm, Party::Dem].map(|party| coupler.readiness(party));
+        let [mpm, dem] = [Party::Mpm, Party::Dem].map(|party| solvers.readiness(party));
         self.stability = Some(Stability::new(&self.scene.time, mpm, dem));
         Ok(())
     }
@@ -299,7 +283,7 @@ impl<'a> Run<'a> {
     }
 
     /// The next grant, or the end of them.
-    fn next(&mut self) -> Result<Decision, RunError> {
+    fn next_grant(&mut self) -> Result<Option<Next>, RunError> {
         self.resources.disk.wait(|| self.is_behind());
         if let Some(error) = self.outputs.sink.as_ref().and_then(RecordingSink::failure) {
             return Err(SessionError::from(error).into());
@@ -308,7 +292,7 @@ impl<'a> Run<'a> {
             Some(under_way) => under_way,
             None => match self.next_epoch()? {
                 Some(epoch) => self.begin(epoch),
-                None => return Ok(Decision::Drain),
+                None => return Ok(None),
             },
         };
         let checkpoint = self.checkpoint(&under_way)?;
@@ -337,7 +321,7 @@ impl<'a> Run<'a> {
         let budgets = self.parties.iter().map(budget).collect();
         self.account.grants += 1;
         self.schedule.granted = Instant::now();
-        Ok(Decision::Grant(grant, budgets))
+        Ok(Some((grant, budgets)))
     }
 
     fn begin(&mut self, epoch: Epoch) -> UnderWay {
@@ -427,11 +411,11 @@ impl<'a> Run<'a> {
     }
 
     /// Takes the reports on the last grant.
-    fn collected(&mut self, coupler: &mut Coupler) -> Result<(), RunError> {
+    fn take_reports(&mut self, solvers: &mut session::Solvers) -> Result<(), RunError> {
         self.account.waited += self.schedule.granted.elapsed();
-        self.keep(coupler);
+        self.keep(solvers);
         for &party in &self.parties {
-            let report = *coupler.report(party).expect("a solver of this session");
+            let report = *solvers.report(party).expect("a solver of this session");
             match party {
                 Party::Mpm => self.latest.sides.mpm = report.limits,
                 Party::Dem => self.latest.sides.dem = report.limits,
@@ -441,7 +425,7 @@ impl<'a> Run<'a> {
             self.account.reports.insert(party, report);
         }
         self.account.reported();
-        let round = coupler.round();
+        let round = solvers.round();
         let mut under_way = self.schedule.under_way.take().expect("a grant was given");
         let epoch = under_way.epoch;
         let asked = std::mem::take(&mut self.schedule.asked);
@@ -575,7 +559,7 @@ impl<'a> Run<'a> {
     }
 
     /// All points have arrived, at the end.
-    fn drained(&mut self, round: &Round) -> Result<(), RunError> {
+    fn take_end(&mut self, round: &Round) -> Result<(), RunError> {
         self.account.drained();
         if !self.account.interrupted {
             self.account.state_hash = Some(state_hash(&round.points, &self.latest.bodies));
@@ -585,24 +569,45 @@ impl<'a> Run<'a> {
     }
 }
 
-impl Supervisor for Run<'_> {
-    fn decide(&mut self, question: Question, coupler: &mut Coupler) -> Result<Decision, Stop> {
-        let decision = match question {
-            Question::Configure => self.configure(coupler).map(Decision::Configure),
-            Question::Ready => self.ready(coupler).map(|()| Decision::Noted),
-            Question::Next => self.next(),
-            Question::Collected => self.collected(coupler).map(|()| Decision::Noted),
-            Question::Drained => self.drained(coupler.round()).map(|()| Decision::Noted),
-        };
-        decision.map_err(|error| {
+impl Run<'_> {
+    /// An error of the run ends the session.
+    fn stopping<T>(&mut self, result: Result<T, RunError>) -> Result<T, Stop> {
+        result.map_err(|error| {
             let reason = error.to_string();
             self.failure = Some(error);
             Stop(reason)
         })
     }
+}
 
-    fn limits(&self) -> Limits {
-        self.start_limits()
+impl Supervisor for Run<'_> {
+    fn configure(&mut self, solvers: &session::Solvers) -> Result<Vec<Part>, Stop> {
+        let parts = self.parts(solvers);
+        self.stopping(parts)
+    }
+
+    fn ready(&mut self, solvers: &session::Solvers) -> Result<(), Stop> {
+        let begun = self.begin_run(solvers);
+        self.stopping(begun)
+    }
+
+    fn next(&mut self) -> Result<Option<Next>, Stop> {
+        let next = self.next_grant();
+        self.stopping(next)
+    }
+
+    fn collected(&mut self, solvers: &mut session::Solvers) -> Result<(), Stop> {
+        let taken = self.take_reports(solvers);
+        self.stopping(taken)
+    }
+
+    fn drained(&mut self, solvers: &mut session::Solvers) -> Result<(), Stop> {
+        let taken = self.take_end(solvers.round());
+        self.stopping(taken)
+    }
+
+    fn deadlines(&self) -> StartDeadlines {
+        self.scene.coupling.start
     }
 
     fn joined(&mut self, hello: &Hello) {

@@ -6,8 +6,8 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use interface::config::{DemConfig, MpmConfig};
-use interface::core::coupler::Limits;
 use interface::message::control::Party;
+use interface::session::StartDeadlines;
 
 use super::document;
 use crate::record::check::{Check, Column};
@@ -156,7 +156,7 @@ pub struct Coupling {
     /// Longest wait for another process.
     pub deadline: Duration,
     /// Longest waits for a solver before the first step.
-    pub start: Limits,
+    pub start: StartDeadlines,
     /// Most steps granted at once, at least 1.
     pub window: u32,
 }

@@ -6,7 +6,7 @@ use std::sync::{Arc, LazyLock};
 use std::time::Duration;
 
 use interface::config::Interface;
-use interface::core::coupler::Limits;
+use interface::session::StartDeadlines;
 use serde::Deserialize;
 use toml::Value;
 
@@ -424,7 +424,7 @@ fn coupling(
         at_least_one,
         "1 step or more",
     );
-    let limits = Limits::default();
+    let limits = StartDeadlines::default();
     let mut wait = |key: &str, seconds: Option<f64>, default: Duration| {
         let Some(seconds) = seconds else {
             return default;
@@ -435,7 +435,7 @@ fn coupling(
         Duration::from_secs_f64(if sound { seconds } else { 0.0 })
     };
     let deadline = wait("coupling.deadline", written.deadline, DEADLINE);
-    let start = Limits {
+    let start = StartDeadlines {
         hello: wait(
             "coupling.hello_deadline",
             written.hello_deadline,

@@ -10,7 +10,7 @@
 //! | file | what is read |
 //! | --- | --- |
 //! | [`scene`] | the text of a scene |
-//! | [`session`] | messages, by the machines of the three parties with the built-in solvers |
+//! | [`session`] | messages, by the three parties with the built-in solvers |
 //! | [`recording`] | recordings of runs |
 //! | [`checkpoint`] | checkpoints of the coupler, saved states of the solvers |
 //! | [`frames`] | VTK files and their list |

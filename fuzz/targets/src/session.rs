@@ -1,22 +1,16 @@
-//! Messages of a session that are not what they should be, taken by the machines of the three parties as the session's
-//! drivers give them, with the built-in solvers behind them.
+//! Messages of a session that are not what they should be, taken by the three parties of a session, with the built-in solvers behind them.
 //!
 //! An input begins with the party and says what becomes of the messages that it received in the small run: an edit is a
 //! few bytes. What a party is told follows the recording, however it answers; so an edit reaches the middle of a session.
 
-use std::cell::RefCell;
 use std::collections::{BTreeMap, VecDeque};
 use std::time::Duration;
 
 use arbitrary::Unstructured;
-use interface::core::SessionError;
-use interface::core::coupler::{Coupler, Decision, Part, Question};
 use interface::message::control::{Configure, Order, Party};
 use interface::message::wire::{Grant, Record, StepHeader};
 use interface::message::{Channel, Kind, Payload, Records};
-use interface::session::solver::Clocked;
-use interface::session::turns::{Turn, Turns};
-use interface::session::{CouplerSide, DemSide, MpmSide, Stop, Supervisor};
+use interface::session::{Clocked, Next, Part, Session, Solvers, Stop, Supervisor, Turn};
 use interface::transport::raw::Message;
 use interface::transport::{Transport, TransportError};
 
@@ -76,21 +70,16 @@ fn run(input: &[u8]) {
     match party {
         Party::Mpm => {
             let mut solver = mpm_proc::Mpm::default();
-            let mut side = MpmSide::new(&mut solver, Clocked::Shared);
-            play(&mut side, &mut script);
-            let _ = side.take_verdict().map_err(|e: SessionError| e.to_string());
+            let _ = play(Session::mpm(&mut solver, &mut script, Clocked::Shared));
         }
         Party::Dem => {
             let mut solver = dem_proc::Sdem::default();
-            let mut side = DemSide::new(&mut solver, Clocked::Shared);
-            play(&mut side, &mut script);
-            let _ = side.take_verdict().map_err(|e| e.to_string());
+            let _ = play(Session::dem(&mut solver, &mut script, Clocked::Shared));
         }
         Party::Coupler => {
             let mut lead = Lead::new();
-            let mut side = CouplerSide::new(&[Party::Mpm, Party::Dem], &mut lead);
-            play(&mut side, &mut script);
-            let _ = side.take_verdict().map_err(|e| e.to_string());
+            let solvers = [Party::Mpm, Party::Dem];
+            let _ = play(Session::coupler(&solvers, &mut lead, &mut script));
         }
     }
 }
@@ -255,19 +244,20 @@ fn record_size(kind: Kind) -> usize {
     }
 }
 
-/// Lets a party take turns; who waits for what does not come is told so.
-fn play(party: &mut dyn Turns, script: &mut Script) {
+/// Lets a party take turns; who waits for what does not come is told so. Returns how its session ended.
+fn play(mut party: Session<'_>) -> Result<(), String> {
     for _ in 0..TURNS {
-        match party.turn(script) {
+        match party.turn() {
             Turn::Went => {}
-            Turn::Ended => return,
+            Turn::Ended => break,
             Turn::Waits(wait) => {
-                if !party.look_up(script) {
+                if !party.look_up() {
                     party.expire(wait.at_most);
                 }
             }
         }
     }
+    party.into_verdict().map_err(|error| error.to_string())
 }
 
 /// What a party receives, channel by channel; what it sends is dropped.
@@ -328,7 +318,7 @@ impl Transport for Script {
 /// Leads as the small run was led: the orders and grants of the recording, whatever is answered.
 struct Lead {
     configures: Vec<Part>,
-    grants: RefCell<VecDeque<(Grant, Vec<[f64; 3]>)>>,
+    grants: VecDeque<Next>,
 }
 
 impl Lead {
@@ -365,26 +355,29 @@ impl Lead {
         let pairs = grants(Party::Mpm).zip(grants(Party::Dem));
         Self {
             configures: vec![part(Party::Mpm, 1), part(Party::Dem, 2)],
-            grants: RefCell::new(
-                pairs
-                    .map(|(a, b)| (a, vec![budgets(&a), budgets(&b)]))
-                    .collect(),
-            ),
+            grants: pairs
+                .map(|(a, b)| (a, vec![budgets(&a), budgets(&b)]))
+                .collect(),
         }
     }
 }
 
 impl Supervisor for Lead {
-    fn decide(&mut self, question: Question, coupler: &mut Coupler) -> Result<Decision, Stop> {
-        let _ = [Party::Mpm, Party::Dem].map(|party| coupler.take_saved(party));
-        Ok(match question {
-            Question::Configure => Decision::Configure(self.configures.clone()),
-            Question::Ready | Question::Collected | Question::Drained => Decision::Noted,
-            Question::Next => match self.grants.get_mut().pop_front() {
-                Some((grant, budgets)) => Decision::Grant(grant, budgets),
-                None => Decision::Drain,
-            },
-        })
+    fn configure(&mut self, _: &Solvers) -> Result<Vec<Part>, Stop> {
+        Ok(self.configures.clone())
+    }
+
+    fn next(&mut self) -> Result<Option<Next>, Stop> {
+        Ok(self.grants.pop_front())
+    }
+
+    fn collected(&mut self, solvers: &mut Solvers) -> Result<(), Stop> {
+        let _ = [Party::Mpm, Party::Dem].map(|party| solvers.take_saved(party));
+        Ok(())
+    }
+
+    fn drained(&mut self, _: &mut Solvers) -> Result<(), Stop> {
+        Ok(())
     }
 }
 
@@ -407,13 +400,11 @@ mod tests {
             )
         };
         let mut mpm = mpm_proc::Mpm::default();
-        let mut side = MpmSide::new(&mut mpm, Clocked::Shared);
-        play(&mut side, &mut received(Party::Mpm));
-        side.take_verdict().unwrap();
+        let mut script = received(Party::Mpm);
+        play(Session::mpm(&mut mpm, &mut script, Clocked::Shared)).unwrap();
         let mut dem = dem_proc::Sdem::default();
-        let mut side = DemSide::new(&mut dem, Clocked::Shared);
-        play(&mut side, &mut received(Party::Dem));
-        side.take_verdict().unwrap();
+        let mut script = received(Party::Dem);
+        play(Session::dem(&mut dem, &mut script, Clocked::Shared)).unwrap();
     }
 
     /// The number of a step in its epoch overflowed: a panic, or times of another epoch.
@@ -432,9 +423,8 @@ mod tests {
         grant.steps_in_epoch = u64::MAX;
         grant.write(payload);
         let mut dem = dem_proc::Sdem::default();
-        let mut side = DemSide::new(&mut dem, Clocked::Shared);
-        play(&mut side, &mut Script::of(messages));
-        let said = side.take_verdict().unwrap_err().to_string();
+        let mut script = Script::of(messages);
+        let said = play(Session::dem(&mut dem, &mut script, Clocked::Shared)).unwrap_err();
         assert!(said.contains("G-3"), "{said}");
     }
 }

@@ -1,4 +1,4 @@
-//! Deterministic simulation of sessions: the three machines of [`interface::core`] with toy solvers in one thread, in
+//! Deterministic simulation of sessions: the three parties of [`interface::session`] with toy solvers in one thread, in
 //! virtual time, with faults.
 //!
 //! A [`Scenario`](scenario::Scenario) follows from a seed: how long messages take, which wake-ups are lost, who dies, freezes,

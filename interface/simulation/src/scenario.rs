@@ -3,9 +3,9 @@
 use std::cell::RefCell;
 use std::collections::HashMap;
 
-use interface::session::SessionError;
 use interface::message::control::Party;
 use interface::message::wire::{BodyState, PointState};
+use interface::session::SessionError;
 use mechanics::generate::Random;
 
 use crate::fault::{Corruption, Fault, FaultKind};

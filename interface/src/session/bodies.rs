@@ -180,7 +180,8 @@ impl Side for Bodies<'_> {
                     ..to.header(halt, self.forces.len())
                 };
                 check::forces(&header, &self.forces, step.index)?;
-                to.send_under(&header, Records::Forces(&self.forces)).await?;
+                to.send_under(&header, Records::Forces(&self.forces))
+                    .await?;
             }
             self.solver.advance(&step).map_err(|f| to.fault(f))?;
             to.advanced(answer.limits)?;

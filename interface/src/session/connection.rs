@@ -134,7 +134,9 @@ impl<'a> Connection<'a> {
         let bytes = encode(notice);
         let channel = Channel::of(self.party, Kind::Notice);
         let header = self.plain(bytes.len());
-        self.io.send(channel, &header, Records::Notice(&bytes)).await
+        self.io
+            .send(channel, &header, Records::Notice(&bytes))
+            .await
     }
 
     /// Sends records to the coupler that are of the present step: all points, before a window and at the end.

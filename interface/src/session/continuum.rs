@@ -33,7 +33,8 @@ impl<'a> Continuum<'a> {
 
     /// E-1 to E-3, I-2: chooses a new set of IMPs by the envelopes of the bodies.
     async fn choose_set(&mut self, to: &mut Connection<'_>) -> Result<(), SessionError> {
-        to.exchange(flags::WANT_ENVELOPES, Records::States(&[])).await?;
+        to.exchange(flags::WANT_ENVELOPES, Records::States(&[]))
+            .await?;
         let channel = Channel::of(Party::Mpm, Kind::Envelopes);
         let awaited = "the envelopes of the bodies";
         let header = to
@@ -101,7 +102,8 @@ impl Side for Continuum<'_> {
             // L-4, H-1, H-4.
             if !to.may_go_on() {
                 if to.coupled {
-                    to.exchange(flags::HALT_BEFORE, Records::States(&[])).await?;
+                    to.exchange(flags::HALT_BEFORE, Records::States(&[]))
+                        .await?;
                 }
                 return Ok(());
             }

@@ -5,8 +5,8 @@ use std::time::Duration;
 
 use super::error::{INDIRECT_WAIT_MARGIN, SessionError, broken};
 use super::io::{Io, Signal, Wait};
-use super::solvers::{CONFIGURATION, Part, Solvers, StartDeadlines, clause_of};
 use super::pieces;
+use super::solvers::{CONFIGURATION, Part, Solvers, StartDeadlines, clause_of};
 use crate::config::capability::SAVE;
 use crate::message::codec::encode;
 use crate::message::control::{Configure, Hello, Notice, Order, Party};
@@ -170,8 +170,7 @@ impl<'a> Coupler<'a> {
             }
             sent.measured = part.measured;
             // A solver may itself wait for the other one, which has this deadline.
-            sent.deadline =
-                Duration::from_secs_f64(part.configure.deadline) + INDIRECT_WAIT_MARGIN;
+            sent.deadline = Duration::from_secs_f64(part.configure.deadline) + INDIRECT_WAIT_MARGIN;
             sent.scene_hash.clone_from(&part.configure.scene_hash);
             let channel = sent.channel(Kind::Restore);
             let configure = Configure {
@@ -403,10 +402,7 @@ impl<'a> Coupler<'a> {
         at_most: Duration,
     ) -> Result<(Channel, StepHeader), SessionError> {
         let io = self.io.clone();
-        let wait = Wait {
-            from: who,
-            at_most,
-        };
+        let wait = Wait { from: who, at_most };
         let awaits_notices = channels.iter().all(|channel| channel.kind == Kind::Notice);
         io.arrival(wait, |signal| {
             let found = self.look(channels)?;

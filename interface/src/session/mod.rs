@@ -119,7 +119,11 @@ impl<'a> Session<'a> {
         if self.verdict.is_some() {
             return Turn::Ended;
         }
-        match self.side.as_mut().poll(&mut Context::from_waker(Waker::noop())) {
+        match self
+            .side
+            .as_mut()
+            .poll(&mut Context::from_waker(Waker::noop()))
+        {
             Poll::Ready(verdict) => {
                 self.verdict = Some(verdict);
                 Turn::Ended
@@ -165,7 +169,9 @@ impl fmt::Debug for Session<'_> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let mut session = f.debug_struct("Session");
         session.field("step", &self.step());
-        session.field("verdict", &self.verdict).finish_non_exhaustive()
+        session
+            .field("verdict", &self.verdict)
+            .finish_non_exhaustive()
     }
 }
 
@@ -209,7 +215,9 @@ impl Awaited for NextTurn<'_, '_> {
 
     fn block(&mut self, at_most: Duration) {
         let from = self.from;
-        self.party.io.with(|transport| transport.sleep(from, at_most));
+        self.party
+            .io
+            .with(|transport| transport.sleep(from, at_most));
     }
 
     fn interruption(&mut self) -> Option<()> {

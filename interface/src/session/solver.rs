@@ -1,11 +1,11 @@
 //! A solver's side of a session, from Hello to Close (PROTOCOL.md sections 2, 5 and 9). What it does within a window
 //! depends on the side: [`super::continuum`] and [`super::bodies`].
 
+use super::check;
 use super::connection::{Connection, Granted, LATEST, SETUP};
 use super::error::{INDIRECT_WAIT_MARGIN, SessionError};
 use super::pieces::{Mark, solver_part};
 use super::stopwatch::{Activity, Clocked};
-use super::check;
 use crate::config::capability::Capabilities;
 use crate::message::Records;
 use crate::message::control::{Configure, Hello, Notice, Order, PROTOCOL, Party, Ready};

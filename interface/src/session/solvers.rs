@@ -263,11 +263,7 @@ impl Solvers {
     }
 
     /// L-3, G-2: the grant of each solver.
-    pub(super) fn grant(
-        &mut self,
-        grant: Grant,
-        budgets: &[[f64; 3]],
-    ) -> Result<(), SessionError> {
+    pub(super) fn grant(&mut self, grant: Grant, budgets: &[[f64; 3]]) -> Result<(), SessionError> {
         self.round.grant = grant;
         self.round.within = true;
         for (sent, &[omega_sq, speed, damping]) in self.each.iter_mut().zip(budgets) {

@@ -19,7 +19,8 @@ impl<'a> Together<'a> {
     /// Lets the parties take turns until all sessions are over. Returns how that of the coupler ended, and those of the
     /// continuum and the bodies.
     pub fn run(mut self) -> [Result<(), SessionError>; 3] {
-        self.parties().for_each(|party| party.io.stepwise.set(false));
+        self.parties()
+            .for_each(|party| party.io.stepwise.set(false));
         self.take_turns();
         let verdict = |side: Option<Session<'_>>| side.map_or(Ok(()), Session::into_verdict);
         [
@@ -68,10 +69,13 @@ impl<'a> Together<'a> {
     }
 
     fn look_up(&mut self, expire: bool) {
-        let up = self.parties().fold(false, |up, party| party.look_up() || up);
+        let up = self
+            .parties()
+            .fold(false, |up, party| party.look_up() || up);
         if expire && !up {
             // In one thread nothing can arrive any more, so a wait would never end.
-            self.parties().for_each(|party| party.expire(Duration::ZERO));
+            self.parties()
+                .for_each(|party| party.expire(Duration::ZERO));
         }
     }
 }

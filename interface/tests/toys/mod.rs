@@ -385,7 +385,6 @@ impl Course {
             part(serde_json::to_string(&dem_config()).unwrap()),
         ]
     }
-
 }
 
 impl Supervisor for Course {

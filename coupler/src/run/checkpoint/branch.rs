@@ -1,7 +1,7 @@
 //! A scene that begins with the state of another run.
 
-use interface::core::solver_part;
 use interface::message::control::Party;
+use interface::session::solver_part;
 
 use super::file::{self, About, Checkpoint, CheckpointError};
 use crate::record::rundir::SCENE;

@@ -3,9 +3,9 @@
 use std::sync::atomic::Ordering;
 
 use interface::config::capability::SAVE;
-use interface::core::coupler::Coupler;
 use interface::message::control::Party;
 use interface::message::wire::flags;
+use interface::session::Solvers;
 
 use super::Run;
 use crate::run::checkpoint::file::About;
@@ -16,9 +16,9 @@ use crate::run::failure::RunError;
 impl Run<'_> {
     /// Keeps checkpoints when the scene or a signal asks for them, if all solvers can save their states. One of two may be
     /// unable to where the run is recorded: the recording is played to it when the run goes on.
-    pub(super) fn keep_checkpoints(&mut self, coupler: &Coupler) {
+    pub(super) fn keep_checkpoints(&mut self, solvers: &Solvers) {
         let plan = self.scene.output.checkpoint.clone();
-        let mut unable = self.parties.iter().filter(|p| !coupler.can(**p, SAVE));
+        let mut unable = self.parties.iter().filter(|p| !solvers.can(**p, SAVE));
         if let Some(party) = unable.next() {
             let other_can = self.parties.len() == 2 && unable.next().is_none();
             if !other_can || self.outputs.sink.is_none() {
@@ -82,7 +82,7 @@ impl Run<'_> {
     }
 
     /// The states of the solvers have arrived with the reports.
-    pub(super) fn keep(&mut self, coupler: &mut Coupler) {
+    pub(super) fn keep(&mut self, solvers: &mut Solvers) {
         let (Some((state, relies_on)), Some(writer)) = (
             self.checkpoints.pending.take(),
             &mut self.checkpoints.writer,
@@ -90,7 +90,7 @@ impl Run<'_> {
             return;
         };
         let states = self.parties.iter().filter_map(|&party| {
-            let state = coupler.take_saved(party)?;
+            let state = solvers.take_saved(party)?;
             Some((party, state))
         });
         let states: Vec<_> = states.collect();

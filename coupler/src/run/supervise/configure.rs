@@ -1,26 +1,26 @@
 //! The configuration of each solver.
 
 use interface::config::{DemConfig, MpmConfig};
-use interface::core::coupler::{Coupler, Part};
 use interface::message::control::{Configure, Party};
+use interface::session::{Part, Solvers};
 
 use super::Run;
 use crate::run::failure::RunError;
 use crate::scene::unmet;
 
 impl Run<'_> {
-    pub(super) fn configure(&mut self, coupler: &Coupler) -> Result<Vec<Part>, RunError> {
+    pub(super) fn parts(&mut self, solvers: &Solvers) -> Result<Vec<Part>, RunError> {
         let parties = self.parties.clone();
         for &party in &parties {
-            self.check_needs(party, coupler)?;
+            self.check_needs(party, solvers)?;
         }
-        self.keep_checkpoints(coupler);
+        self.keep_checkpoints(solvers);
         Ok(parties.into_iter().map(|party| self.part(party)).collect())
     }
 
     /// K-2.
-    pub(super) fn check_needs(&self, party: Party, coupler: &Coupler) -> Result<(), RunError> {
-        let hello = coupler.hello(party).expect("it has said hello");
+    fn check_needs(&self, party: Party, solvers: &Solvers) -> Result<(), RunError> {
+        let hello = solvers.hello(party).expect("it has said hello");
         match unmet(self.scene, party, &hello.identity, &hello.capabilities) {
             Some(unmet) => Err(RunError::Unmet(unmet.to_string())),
             None => Ok(()),
@@ -28,7 +28,7 @@ impl Run<'_> {
     }
 
     /// What a solver is told, with the state that it begins with.
-    pub(super) fn part(&mut self, party: Party) -> Part {
+    fn part(&mut self, party: Party) -> Part {
         let threads = self.options.threads;
         let (config, measured) = match party {
             Party::Mpm => {

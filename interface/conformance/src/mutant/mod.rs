@@ -7,11 +7,10 @@ pub mod change;
 pub mod flaw;
 mod transport;
 
-use interface::core::SessionError;
-use interface::session::solver::{Clocked, Perform, Side};
-use interface::session::turns::drive;
-use interface::session::{DemSide, MpmSide};
+use interface::message::control::Party;
+use interface::session::{Clocked, Session, SessionError, drive};
 use interface::solver::{DemSolver, MpmSolver};
+use interface::transport::Transport;
 use interface::transport::domain::Domain;
 use interface::transport::iceoryx::{SEND_TIMEOUT, join};
 use interface::transport::raw::Medium;
@@ -37,13 +36,15 @@ pub fn serve(medium: Medium, domain: &Domain, host: Host, flaw: Flaw) -> u8 {
     let served = match host {
         Host::Mpm(make) => {
             let mut solver = make();
-            let side = MpmSide::new(&mut *solver, Clocked::Thread);
-            through(medium, domain, side, flaw)
+            through(medium, domain, Party::Mpm, flaw, |transport| {
+                drive(Session::mpm(&mut *solver, transport, Clocked::Thread))
+            })
         }
         Host::Dem(make) => {
             let mut solver = make();
-            let side = DemSide::new(&mut *solver, Clocked::Thread);
-            through(medium, domain, side, flaw)
+            through(medium, domain, Party::Dem, flaw, |transport| {
+                drive(Session::dem(&mut *solver, transport, Clocked::Thread))
+            })
         }
     };
     if process.removes_the_lock {
@@ -55,19 +56,18 @@ pub fn serve(medium: Medium, domain: &Domain, host: Host, flaw: Flaw) -> u8 {
     }
 }
 
-fn through<P: Perform>(
+fn through(
     medium: Medium,
     domain: &Domain,
-    mut side: Side<P>,
+    party: Party,
     flaw: Flaw,
+    serve: impl FnOnce(&mut dyn Transport) -> Result<(), SessionError>,
 ) -> Result<(), SessionError> {
-    let party = side.party();
     let ends = join(medium, domain, party, &[], SEND_TIMEOUT)?;
     if flaw.process.joins_without_note {
         for note in notes(domain).filter(|note| note.pid == std::process::id()) {
             let _ = std::fs::remove_file(note.path);
         }
     }
-    drive(&mut side, &mut Flawed::new(ends, party, flaw));
-    side.take_verdict()
+    serve(&mut Flawed::new(ends, party, flaw))
 }
