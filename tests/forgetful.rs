@@ -12,7 +12,7 @@ use interface::config::capability::Capabilities;
 use interface::config::{DemConfig, MpmConfig};
 use interface::message::control::Party;
 use interface::message::wire::{
-    EnvelopeVertex, ImpForce, ImpInfo, ImpState, Limits, PointState, Record,
+    EnvelopeVertex, ImpForce, ImpInfo, ImpState, Limits, PointState, bytes_of, records_of,
 };
 use interface::saved::{pack, unpack};
 use interface::session::{serve_dem, serve_mpm};
@@ -38,19 +38,6 @@ enum Wrong {
 }
 
 const FORMAT: &str = "wrapped 1";
-
-/// Records as bytes.
-fn bytes_of<T: Record>(records: &[T]) -> Vec<u8> {
-    let mut bytes = vec![0; size_of_val(records)];
-    for (record, bytes) in records.iter().zip(bytes.chunks_mut(size_of::<T>())) {
-        record.write(bytes);
-    }
-    bytes
-}
-
-fn records_of<T: Record>(bytes: &[u8]) -> Vec<T> {
-    bytes.chunks(size_of::<T>()).map(T::read).collect()
-}
 
 /// The step that would end a run in which `last` was done.
 fn closing(last: &Step) -> Step {
@@ -140,12 +127,12 @@ impl DemSolver for Bodies {
             }
             state = closed.save()?;
         }
-        Ok(pack(FORMAT, &(bytes_of(&self.set), state)))
+        Ok(pack(FORMAT, &(bytes_of(&self.set).to_vec(), state)))
     }
 
     fn restore(&mut self, saved: &[u8]) -> Result<(), Refusal> {
         let (set, state): (Vec<u8>, Vec<u8>) = unpack(FORMAT, saved)?;
-        self.set = records_of(&set);
+        self.set = records_of(&set).expect("a set");
         self.inner.restore(&state)?;
         match self.wrong {
             Wrong::ForgetsSprings => {
@@ -251,12 +238,12 @@ impl MpmSolver for Continuum {
             closed.step(&closing(last), forces)?;
             state = closed.save()?;
         }
-        Ok(pack(FORMAT, &(bytes_of(&self.envelopes), state)))
+        Ok(pack(FORMAT, &(bytes_of(&self.envelopes).to_vec(), state)))
     }
 
     fn restore(&mut self, saved: &[u8]) -> Result<(), Refusal> {
         let (envelopes, state): (Vec<u8>, Vec<u8>) = unpack(FORMAT, saved)?;
-        self.envelopes = records_of(&envelopes);
+        self.envelopes = records_of(&envelopes).expect("envelopes");
         self.inner.restore(&state)?;
         if self.wrong == Wrong::RebuildsLists {
             self.inner.select_imps(&self.envelopes);

@@ -1,11 +1,11 @@
 //! A set of points in a saved state: the bytes of its records on the wire.
 
-use interface::message::wire::{ImpInfo, Record};
+use interface::message::wire::{ImpInfo, Record, bytes_of, records_of};
 use interface::solver::Refusal;
 use serde::{Deserialize, Serialize};
 
 use crate::law::history::SavedHistories;
-use crate::saved::{count, refusal};
+use crate::saved::refusal;
 
 /// The history of a chain in a saved state, without the set.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
@@ -20,11 +20,7 @@ pub struct SavedChain {
 
 /// A set of points as bytes.
 pub fn save_set(set: &[ImpInfo]) -> Vec<u8> {
-    let mut bytes = vec![0; size_of_val(set)];
-    for (info, bytes) in set.iter().zip(bytes.chunks_mut(size_of::<ImpInfo>())) {
-        info.write(bytes);
-    }
-    bytes
+    bytes_of(set).to_vec()
 }
 
 /// The set that these bytes encode.
@@ -32,13 +28,12 @@ pub fn save_set(set: &[ImpInfo]) -> Vec<u8> {
 /// # Errors
 /// A refusal if they are not a set.
 pub fn restored_set(bytes: &[u8]) -> Result<Vec<ImpInfo>, Refusal> {
-    let (records, rest) = bytes.as_chunks::<{ size_of::<ImpInfo>() }>();
-    count("bytes beyond the set", rest.len(), 0)?;
-    let read = |bytes: &[u8; size_of::<ImpInfo>()]| {
-        let info = ImpInfo::read(bytes);
+    let Some(set) = records_of::<ImpInfo>(bytes) else {
+        return Err(refusal(format!("{} bytes are no set", bytes.len())));
+    };
+    for info in &set {
         let named = |field| refusal(format!("point {}: {field} is not allowed", info.id));
         info.check().map_err(named)?;
-        Ok(info)
-    };
-    records.iter().map(read).collect()
+    }
+    Ok(set)
 }

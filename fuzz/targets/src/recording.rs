@@ -113,9 +113,7 @@ fn seeds() -> Vec<Vec<u8>> {
         for message in messages {
             body.push(message.channel.number() as u8);
             body.extend((message.payload.len() as u32).to_le_bytes());
-            let begin = body.len();
-            body.resize(begin + size_of_val(&message.header), 0);
-            interface::message::wire::Record::write(&message.header, &mut body[begin..]);
+            body.extend(interface::message::wire::bytes_of(&[message.header]));
             body.extend(&message.payload);
         }
         let numbers = [body.len() as u32, body.len() as u32, messages.len() as u32];

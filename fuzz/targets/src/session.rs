@@ -8,7 +8,7 @@ use std::time::Duration;
 
 use arbitrary::Unstructured;
 use interface::message::control::{Configure, Order, Party};
-use interface::message::wire::{Grant, Record, StepHeader};
+use interface::message::wire::{Grant, StepHeader, bytes_of, records_of};
 use interface::message::{Channel, Kind, Payload, Records};
 use interface::session::{Clocked, Next, Part, Session, Solvers, Stop, Supervisor, Turn};
 use interface::transport::raw::Message;
@@ -186,11 +186,12 @@ fn edit(input: &mut Unstructured<'_>, messages: &mut Vec<Sent>) -> arbitrary::Re
             messages[at] = messages[others[place % others.len()]].clone();
         }
         4 => {
-            let mut bytes = vec![0; size];
-            header.write(&mut bytes);
+            let mut bytes = bytes_of(&[*header]).to_vec();
             let begin = place * 8 % size;
             bytes[begin..begin + 8].copy_from_slice(&edge.to_le_bytes());
-            *header = StepHeader::read(&bytes);
+            if let Some(&[changed]) = records_of(&bytes).as_deref() {
+                *header = changed;
+            }
         }
         5 | 6 => {
             let words = payload.len() / 8;
@@ -419,9 +420,9 @@ mod tests {
             .collect();
         let granted = |sent: &&mut Sent| sent.0.kind == Kind::Grant;
         let (_, _, payload) = messages.iter_mut().filter(granted).nth(2).unwrap();
-        let mut grant = Grant::read(payload);
-        grant.steps_in_epoch = u64::MAX;
-        grant.write(payload);
+        let mut grants: Vec<Grant> = records_of(payload).unwrap();
+        grants[0].steps_in_epoch = u64::MAX;
+        *payload = bytes_of(&grants).to_vec();
         let mut dem = dem_proc::Sdem::default();
         let mut script = Script::of(messages);
         let said = play(Session::dem(&mut dem, &mut script, Clocked::Shared)).unwrap_err();

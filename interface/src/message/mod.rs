@@ -11,7 +11,7 @@ use serde::Serialize;
 
 use crate::message::codec::{DecodeError, decode, encode};
 use crate::message::control::{Notice, Order, Party};
-use crate::message::wire::{Record, StepHeader};
+use crate::message::wire::{Record, StepHeader, bytes_of, records_of};
 
 /// What a channel carries.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize)]
@@ -273,7 +273,7 @@ macro_rules! define {
 
             /// Appends their bytes, as on the wire, to `bytes`.
             pub fn write(&self, bytes: &mut Vec<u8>) {
-                match self { $(Self::$kind(records) => write_all(records, bytes)),* }
+                match self { $(Self::$kind(records) => bytes.extend_from_slice(bytes_of(records))),* }
             }
         }
 
@@ -298,7 +298,7 @@ macro_rules! define {
 
             /// The records of `kind` in `bytes`, as on the wire; `None` if they are not whole records.
             pub fn read(kind: Kind, bytes: &[u8]) -> Option<Self> {
-                Some(match kind { $(Kind::$kind => Self::$kind(read_all(bytes)?)),* })
+                Some(match kind { $(Kind::$kind => Self::$kind(records_of(bytes)?)),* })
             }
         }
     };
@@ -317,22 +317,6 @@ fn check_all<T: Record>(records: &[T]) -> Result<(), (usize, &'static str)> {
         record.check().map_err(|field| (slot, field))?;
     }
     Ok(())
-}
-
-fn write_all<T: Record>(records: &[T], bytes: &mut Vec<u8>) {
-    let (size, begin) = (size_of::<T>(), bytes.len());
-    bytes.resize(begin + size * records.len(), 0);
-    for (record, bytes) in records.iter().zip(bytes[begin..].chunks_exact_mut(size)) {
-        record.write(bytes);
-    }
-}
-
-fn read_all<T: Record>(bytes: &[u8]) -> Option<Vec<T>> {
-    let size = size_of::<T>();
-    bytes
-        .len()
-        .is_multiple_of(size)
-        .then(|| bytes.chunks_exact(size).map(T::read).collect())
 }
 
 impl Payload {

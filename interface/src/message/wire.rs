@@ -8,10 +8,24 @@
 
 use iceoryx2::prelude::ZeroCopySend;
 use serde::{Deserialize, Serialize};
+use zerocopy::{FromBytes, Immutable, IntoBytes};
+
+// Bytes in shared memory and in files are those of the record.
+const _: () = assert!(cfg!(target_endian = "little"));
 
 /// A record of the wire: plain bytes plus the rule that its numbers obey.
 pub trait Record:
-    Copy + Default + core::fmt::Debug + PartialEq + ZeroCopySend + Send + Sync + 'static
+    Copy
+    + Default
+    + core::fmt::Debug
+    + PartialEq
+    + ZeroCopySend
+    + FromBytes
+    + IntoBytes
+    + Immutable
+    + Send
+    + Sync
+    + 'static
 {
     /// Name, size, and `field:type@offset` of every field.
     const LAYOUT: &'static str;
@@ -26,14 +40,22 @@ pub trait Record:
     /// test several at once. The other bits mean nothing.
     fn fault_bits(&self) -> u64;
 
-    /// Writes the record as it is on the wire to `bytes`, whose length is that of the record.
-    fn write(&self, bytes: &mut [u8]);
-
-    /// Reads the record from `bytes`, whose length is that of the record.
-    fn read(bytes: &[u8]) -> Self;
-
     /// Shows every number with the name of its field, in the order of the layout.
     fn visit(&self, see: &mut dyn FnMut(&'static str, Number));
+}
+
+/// The bytes of records, as on the wire.
+pub fn bytes_of<T: Record>(records: &[T]) -> &[u8] {
+    records.as_bytes()
+}
+
+/// The records in `bytes`, as on the wire; `None` if they are not whole records.
+pub fn records_of<T: Record>(bytes: &[u8]) -> Option<Vec<T>> {
+    let records = bytes.chunks_exact(size_of::<T>());
+    if !records.remainder().is_empty() {
+        return None;
+    }
+    records.map(|bytes| T::read_from_bytes(bytes).ok()).collect()
 }
 
 /// A number of a record.
@@ -50,8 +72,6 @@ trait Numbers: Sized {
     fn finite(&self) -> bool;
     /// Bit 63 is set if it is not finite.
     fn fault_bits(&self) -> u64;
-    fn write(&self, bytes: &mut [u8]);
-    fn read(bytes: &[u8]) -> Self;
     fn visit(&self, name: &'static str, see: &mut dyn FnMut(&'static str, Number));
 }
 macro_rules! number {
@@ -62,12 +82,6 @@ macro_rules! number {
             }
             fn fault_bits(&self) -> u64 {
                 $fault_bits(*self)
-            }
-            fn write(&self, bytes: &mut [u8]) {
-                bytes.copy_from_slice(&self.to_le_bytes());
-            }
-            fn read(bytes: &[u8]) -> Self {
-                Self::from_le_bytes(bytes.try_into().expect("as many bytes as the number has"))
             }
             fn visit(&self, name: &'static str, see: &mut dyn FnMut(&'static str, Number)) {
                 see(name, $kind((*self).into()));
@@ -92,14 +106,6 @@ impl<const N: usize> Numbers for [f64; N] {
         self.iter()
             .fold(0, |fault_bits, x| fault_bits | x.fault_bits())
     }
-    fn write(&self, bytes: &mut [u8]) {
-        for (x, bytes) in self.iter().zip(bytes.chunks_exact_mut(8)) {
-            x.write(bytes);
-        }
-    }
-    fn read(bytes: &[u8]) -> Self {
-        core::array::from_fn(|i| f64::read(&bytes[8 * i..8 * i + 8]))
-    }
     fn visit(&self, name: &'static str, see: &mut dyn FnMut(&'static str, Number)) {
         for x in self {
             x.visit(name, see);
@@ -122,14 +128,16 @@ macro_rules! record {
         $(at least zero: $($bounded:ident),*)?) => {
         $(#[$meta])*
         #[repr(C)]
-        #[derive(Debug, Clone, Copy, Default, PartialEq, ZeroCopySend, Serialize, Deserialize)]
+        #[derive(
+            Debug, Clone, Copy, Default, PartialEq, ZeroCopySend, FromBytes, IntoBytes, Immutable,
+            Serialize, Deserialize,
+        )]
         // The type has a name of its own, because its default name is the path in this crate, which no other language
         // has.
         #[type_name($wire_name)]
         pub struct $name { $($(#[$field_meta])* pub $field: $type),* }
         const _: () = {
             assert!(size_of::<$name>() == $size);
-            assert!(0 $(+ size_of::<$type>())* == $size, "padding");
             $(assert!(core::mem::offset_of!($name, $field) == $offset);)*
             $($(assert!(size_of::<$type>() == size_of::<$wire_type>());)?)*
         };
@@ -144,12 +152,6 @@ macro_rules! record {
             }
             fn fault_bits(&self) -> u64 {
                 0 $(| Numbers::fault_bits(&self.$field))* $($(| self.$bounded.to_bits())*)?
-            }
-            fn write(&self, bytes: &mut [u8]) {
-                $(Numbers::write(&self.$field, &mut bytes[$offset..$offset + size_of::<$type>()]);)*
-            }
-            fn read(bytes: &[u8]) -> Self {
-                Self { $($field: Numbers::read(&bytes[$offset..$offset + size_of::<$type>()])),* }
             }
             fn visit(&self, see: &mut dyn FnMut(&'static str, Number)) {
                 $(Numbers::visit(&self.$field, stringify!($field), see);)*
@@ -166,12 +168,6 @@ impl Record for u8 {
     }
     fn fault_bits(&self) -> u64 {
         0
-    }
-    fn write(&self, bytes: &mut [u8]) {
-        bytes[0] = *self;
-    }
-    fn read(bytes: &[u8]) -> Self {
-        bytes[0]
     }
     fn visit(&self, see: &mut dyn FnMut(&'static str, Number)) {
         see("byte", Number::Count((*self).into()));
@@ -401,12 +397,6 @@ macro_rules! nested {
             fn fault_bits(&self) -> u64 {
                 Record::fault_bits(self)
             }
-            fn write(&self, bytes: &mut [u8]) {
-                Record::write(self, bytes);
-            }
-            fn read(bytes: &[u8]) -> Self {
-                Record::read(bytes)
-            }
             fn visit(&self, _: &'static str, see: &mut dyn FnMut(&'static str, Number)) {
                 Record::visit(self, see);
             }
@@ -577,14 +567,13 @@ mod tests {
         };
         report.limits.mobility = -0.0;
         report.ledger.contact_force = [1.5, f64::NAN];
-        let mut bytes = [0xff; size_of::<Report>()];
-        report.write(&mut bytes);
+        let bytes = report.as_bytes();
         assert_eq!(bytes[..8], 7u64.to_le_bytes());
         assert_eq!(bytes[128..136], (-0.0f64).to_le_bytes());
         assert_eq!(bytes[256..264], 1.5f64.to_le_bytes());
-        let mut again = [0; size_of::<Report>()];
-        Report::read(&bytes).write(&mut again);
-        assert_eq!(again, bytes);
+        let again: Vec<Report> = records_of(bytes).unwrap();
+        assert_eq!(bytes_of(&again), bytes);
+        assert_eq!(records_of::<Report>(&bytes[1..]), None);
         let mut names = Vec::new();
         report.visit(&mut |name, _| names.push(name));
         assert_eq!(names.len(), 288 / 8);

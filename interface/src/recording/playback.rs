@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 
 use super::{About, BLOCK_HEADER, CHECK, FORMAT, MAGIC, MESSAGE_HEADER, RecordingError, check};
 use crate::message::Channel;
-use crate::message::wire::{Record, StepHeader, layout_hash};
+use crate::message::wire::{Record, StepHeader, layout_hash, records_of};
 
 /// Longest description of a run in bytes.
 const ABOUT: u32 = 1 << 20;
@@ -67,8 +67,7 @@ pub struct Message {
 impl Message {
     /// The records of the payload; `None` if it is not a whole number of records.
     pub fn records<T: Record>(&self) -> Option<Vec<T>> {
-        let records = self.payload.chunks_exact(size_of::<T>());
-        (records.remainder().is_empty()).then(|| records.map(T::read).collect())
+        records_of(&self.payload)
     }
 }
 
@@ -185,9 +184,12 @@ impl Playback {
         let Some(payload) = rest.get(..length) else {
             return Err(damaged);
         };
+        let Some(&[stamp]) = records_of::<StepHeader>(&header[5..]).as_deref() else {
+            return Err(damaged);
+        };
         let message = Message {
             channel,
-            header: StepHeader::read(&header[5..]),
+            header: stamp,
             payload: payload.to_vec(),
         };
         self.next += MESSAGE_HEADER + length;

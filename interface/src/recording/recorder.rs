@@ -13,7 +13,7 @@ use super::rerun::{Reference, closing};
 use super::resume::{Kept, keep, of_run, select_before};
 use super::{About, BLOCK, FORMAT, MAGIC, MESSAGE_HEADER, Message, Moment, RecordingError, check};
 use crate::message::control::Party;
-use crate::message::wire::{Grant, Record, StepHeader};
+use crate::message::wire::{Grant, StepHeader, bytes_of};
 use crate::message::{Channel, Kind, Records};
 
 /// Longest time that a message waits in memory while the run continues. A killed run loses no more than this.
@@ -113,9 +113,8 @@ fn put(
 ) {
     let begin = bytes.len();
     let first = begin + MESSAGE_HEADER;
-    bytes.push(channel.number() as u8);
-    bytes.resize(first, 0);
-    header.write(&mut bytes[first - size_of::<StepHeader>()..]);
+    bytes.extend([channel.number() as u8, 0, 0, 0, 0]);
+    bytes.extend_from_slice(bytes_of(std::slice::from_ref(header)));
     payload(bytes);
     let length = (bytes.len() - first) as u32;
     bytes[begin + 1..begin + 5].copy_from_slice(&length.to_le_bytes());
