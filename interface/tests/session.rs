@@ -370,8 +370,7 @@ fn nothing_of_a_run_is_open_to_other_users() {
     let mut ends = BOTH
         .map(|party| iceoryx::join(Medium::Processes, domain, party, &[], SEND_TIMEOUT).unwrap());
     for end in &mut ends {
-        end.open_measurement().unwrap();
-        end.open_exchange().unwrap();
+        end.open(true).unwrap();
     }
     let _coupler = iceoryx::join(
         Medium::Processes,

@@ -283,10 +283,10 @@ fn in_process(
     let hub = Direct::new();
     let [mut to_coupler, mut to_mpm, mut to_dem]: [Box<dyn Transport>; 3] = match sink {
         Some(sink) => [
-            Box::new(Recorded::new(hub.clone(), sink.clone(), noted)),
+            Box::new(Recorded::new(Box::new(hub.clone()), sink.clone(), noted)),
             // Each message is recorded once: the coupler records its own, and the continuum those between the solvers.
             Box::new(Recorded::new(
-                hub.clone(),
+                Box::new(hub.clone()),
                 sink,
                 Channel::is_between_solvers,
             )),

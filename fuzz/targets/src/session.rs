@@ -4,7 +4,6 @@
 //! few bytes. What a party is told follows the recording, however it answers; so an edit reaches the middle of a session.
 
 use std::collections::{BTreeMap, VecDeque};
-use std::time::Duration;
 
 use arbitrary::Unstructured;
 use interface::message::control::{Configure, Order, Party};
@@ -281,14 +280,6 @@ impl Script {
 }
 
 impl Transport for Script {
-    fn open_measurement(&mut self) -> Result<(), TransportError> {
-        Ok(())
-    }
-
-    fn open_exchange(&mut self) -> Result<(), TransportError> {
-        Ok(())
-    }
-
     fn send(&mut self, _: Channel, _: &StepHeader, _: Records<'_>) -> Result<(), TransportError> {
         Ok(())
     }
@@ -303,12 +294,6 @@ impl Transport for Script {
             into.copy_from(payload.records());
             header
         }))
-    }
-
-    fn wake(&mut self, _: Party) {}
-
-    fn sleep(&mut self, _: Party, _: Duration) -> u64 {
-        0
     }
 
     fn coupler_lives(&self) -> bool {

@@ -3,7 +3,6 @@
 use std::cell::RefCell;
 use std::collections::VecDeque;
 use std::rc::Rc;
-use std::time::Duration;
 
 use interface::message::control::{Order, Party};
 use interface::message::wire::{StepHeader, flags};
@@ -268,14 +267,6 @@ pub struct Ends {
 }
 
 impl Transport for Ends {
-    fn open_measurement(&mut self) -> Result<(), TransportError> {
-        Ok(())
-    }
-
-    fn open_exchange(&mut self) -> Result<(), TransportError> {
-        Ok(())
-    }
-
     fn send(
         &mut self,
         channel: Channel,
@@ -295,12 +286,6 @@ impl Transport for Ends {
         into: &mut Payload,
     ) -> Result<Option<StepHeader>, TransportError> {
         Ok(self.host.borrow_mut().receive(channel, into))
-    }
-
-    fn wake(&mut self, _: Party) {}
-
-    fn sleep(&mut self, _: Party, _: Duration) -> u64 {
-        0
     }
 
     fn coupler_lives(&self) -> bool {

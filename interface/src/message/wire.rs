@@ -55,7 +55,9 @@ pub fn records_of<T: Record>(bytes: &[u8]) -> Option<Vec<T>> {
     if !records.remainder().is_empty() {
         return None;
     }
-    records.map(|bytes| T::read_from_bytes(bytes).ok()).collect()
+    records
+        .map(|bytes| T::read_from_bytes(bytes).ok())
+        .collect()
 }
 
 /// A number of a record.

@@ -118,13 +118,8 @@ async fn configure(to: &mut Connection<'_>, side: &mut impl Side) -> Result<u64,
         Err(refusal) => return Err(to.refuse(refusal).await),
     };
     let items = readiness.items;
-    to.io().with(|transport| {
-        transport.open_measurement()?;
-        if configure.coupled {
-            transport.open_exchange()?;
-        }
-        Ok::<_, SessionError>(())
-    })?;
+    to.io()
+        .with(|transport| transport.open(configure.coupled))?;
     let ready = Ready {
         scene_hash: configure.scene_hash,
         readiness,

@@ -2,7 +2,6 @@
 
 use std::cell::RefCell;
 use std::rc::Rc;
-use std::time::Duration;
 
 use super::{Transport, TransportError};
 use crate::message::control::Party;
@@ -74,14 +73,6 @@ impl Direct {
 }
 
 impl Transport for Direct {
-    fn open_measurement(&mut self) -> Result<(), TransportError> {
-        Ok(())
-    }
-
-    fn open_exchange(&mut self) -> Result<(), TransportError> {
-        Ok(())
-    }
-
     fn send(
         &mut self,
         channel: Channel,
@@ -100,12 +91,6 @@ impl Transport for Direct {
     ) -> Result<Option<StepHeader>, TransportError> {
         let shared = &mut *self.0.borrow_mut();
         Ok(shared.queues[channel.number()].pop(into))
-    }
-
-    fn wake(&mut self, _: Party) {}
-
-    fn sleep(&mut self, _: Party, _: Duration) -> u64 {
-        0
     }
 
     fn coupler_lives(&self) -> bool {

@@ -81,7 +81,7 @@ pub fn create(
 }
 
 /// The ends of `party` in a run that has been created. A solver's line to the coupler is open at once, the rest after
-/// [`Transport::open_measurement`]; the coupler's lines to `solvers` are open at once. A send to a full channel waits for `send_timeout`
+/// [`Transport::open`]; the coupler's lines to `solvers` are open at once. A send to a full channel waits for `send_timeout`
 /// at most.
 ///
 /// # Errors
@@ -118,17 +118,6 @@ pub fn listen(medium: Medium, domain: &Domain) -> Result<Box<dyn Transport>, Tra
         Medium::Processes => Box::new(Ends::<ipc::Service>::listen(domain)?),
         Medium::Threads => Box::new(Ends::<local::Service>::listen(domain)?),
     })
-}
-
-/// The ends of the solver `party` to the other solver, for a coupler that stands in for it. Its place is free for the solver
-/// itself once they are dropped: a channel has room for one sender (clause C-1).
-///
-/// # Errors
-/// [`TransportError`].
-pub fn stand_in(domain: &Domain, party: Party) -> Result<Box<dyn Transport>, TransportError> {
-    let mut ends = Ends::<ipc::Service>::new(domain, party, SEND_TIMEOUT)?;
-    ends.open_exchange()?;
-    Ok(Box::new(ends))
 }
 
 /// Says one message on the channel of `expected`, as a solver does that was started as another party (clause O-1).
@@ -517,7 +506,7 @@ impl<S: Service + 'static> Ends<S> {
 }
 
 impl<S: Service + 'static> Transport for Ends<S> {
-    fn open_measurement(&mut self) -> Result<(), TransportError> {
+    fn open(&mut self, coupled: bool) -> Result<(), TransportError> {
         let measurement: &[Kind] = match self.party {
             Party::Mpm => &[Kind::Saved, Kind::Groups, Kind::Points],
             Party::Dem => &[Kind::Saved, Kind::Bodies, Kind::Contacts],
@@ -526,17 +515,9 @@ impl<S: Service + 'static> Transport for Ends<S> {
         for &kind in measurement {
             self.open_channel(Channel::of(self.party, kind))?;
         }
-        Ok(())
-    }
-
-    fn open_exchange(&mut self) -> Result<(), TransportError> {
-        if self.party == Party::Coupler {
-            return Ok(());
-        }
-        for channel in Channel::ALL {
-            if channel.is_between_solvers() {
-                self.open_channel(channel)?;
-            }
+        let others = Channel::ALL.into_iter();
+        for channel in others.filter(|channel| coupled && channel.is_between_solvers()) {
+            self.open_channel(channel)?;
         }
         Ok(())
     }

@@ -1,9 +1,8 @@
 //! The transport of messages: one object-safe trait and its implementations.
 //!
 //! [`iceoryx`] is shared memory between processes (the only file that names iceoryx2), [`direct`] a queue between
-//! parties that take turns in one thread, [`recorded`] wraps another transport and records its messages,
-//! [`replayed`] stands in for one solver with what a recording has of it. The crate `simulation` has a simulated
-//! transport.
+//! parties that take turns in one thread, [`recorded`] wraps another transport and records its messages. The crate
+//! `simulation` has a simulated transport.
 
 pub mod direct;
 pub mod domain;
@@ -13,7 +12,6 @@ mod names;
 pub mod raw;
 pub mod recorded;
 pub mod remains;
-pub mod replayed;
 pub mod wait;
 pub mod wake;
 
@@ -54,19 +52,16 @@ pub enum TransportError {
     },
 }
 
-/// One party's ends of the channels of a run.
+/// One party's ends of the channels of a run. What has a default here needs nothing where all parties share a thread.
 pub trait Transport {
-    /// Opens a solver's ends for measurements and saved states: before its Ready (clause S-7).
+    /// Opens a solver's other ends, before its Ready (clause S-7): for measurements and saved states, and if `coupled` to
+    /// the other solver.
     ///
     /// # Errors
     /// [`TransportError`].
-    fn open_measurement(&mut self) -> Result<(), TransportError>;
-
-    /// Opens a solver's ends to the other one, in a coupled run: before its Ready (clause S-7).
-    ///
-    /// # Errors
-    /// [`TransportError`].
-    fn open_exchange(&mut self) -> Result<(), TransportError>;
+    fn open(&mut self, _coupled: bool) -> Result<(), TransportError> {
+        Ok(())
+    }
 
     /// Sends `records` under `header`, which is not changed. The receiver can take the message at once, and in order
     /// with everything that this party has sent to it before.
@@ -92,11 +87,13 @@ pub trait Transport {
     ) -> Result<Option<StepHeader>, TransportError>;
 
     /// Wakes `to` for a message (clause B-2). A failure is not an error: the other side looks again by itself (clause B-3).
-    fn wake(&mut self, to: Party);
+    fn wake(&mut self, _to: Party) {}
 
     /// Blocks until `from` has woken this party since the last call, for `at_most` at most; returns how often it has. Messages
     /// are looked for between two calls (clause B-3).
-    fn sleep(&mut self, from: Party, at_most: Duration) -> u64;
+    fn sleep(&mut self, _from: Party, _at_most: Duration) -> u64 {
+        0
+    }
 
     /// Whether the coupler lives (for a solver; clause O-4).
     fn coupler_lives(&self) -> bool;

@@ -10,26 +10,22 @@ use crate::recording::RecordingSink;
 use crate::transport::liveness::Hold;
 
 /// Records every message that is sent or received through it, on the channels that `notes` selects.
-pub struct Recorded<T> {
-    inner: T,
+pub struct Recorded {
+    inner: Box<dyn Transport>,
     sink: RecordingSink,
     notes: fn(Channel) -> bool,
 }
 
-impl<T: Transport> Recorded<T> {
+impl Recorded {
     /// Wraps `inner` and adds to `sink` the messages of the channels that `notes` selects.
-    pub fn new(inner: T, sink: RecordingSink, notes: fn(Channel) -> bool) -> Self {
+    pub fn new(inner: Box<dyn Transport>, sink: RecordingSink, notes: fn(Channel) -> bool) -> Self {
         Self { inner, sink, notes }
     }
 }
 
-impl<T: Transport> Transport for Recorded<T> {
-    fn open_measurement(&mut self) -> Result<(), TransportError> {
-        self.inner.open_measurement()
-    }
-
-    fn open_exchange(&mut self) -> Result<(), TransportError> {
-        self.inner.open_exchange()
+impl Transport for Recorded {
+    fn open(&mut self, coupled: bool) -> Result<(), TransportError> {
+        self.inner.open(coupled)
     }
 
     fn send(
@@ -72,48 +68,5 @@ impl<T: Transport> Transport for Recorded<T> {
 
     fn held(&self) -> Option<(Party, Hold)> {
         self.inner.held()
-    }
-}
-
-impl<T: Transport + ?Sized> Transport for Box<T> {
-    fn open_measurement(&mut self) -> Result<(), TransportError> {
-        (**self).open_measurement()
-    }
-
-    fn open_exchange(&mut self) -> Result<(), TransportError> {
-        (**self).open_exchange()
-    }
-
-    fn send(
-        &mut self,
-        channel: Channel,
-        header: &StepHeader,
-        records: Records<'_>,
-    ) -> Result<(), TransportError> {
-        (**self).send(channel, header, records)
-    }
-
-    fn receive(
-        &mut self,
-        channel: Channel,
-        into: &mut Payload,
-    ) -> Result<Option<StepHeader>, TransportError> {
-        (**self).receive(channel, into)
-    }
-
-    fn wake(&mut self, to: Party) {
-        (**self).wake(to);
-    }
-
-    fn sleep(&mut self, from: Party, at_most: Duration) -> u64 {
-        (**self).sleep(from, at_most)
-    }
-
-    fn coupler_lives(&self) -> bool {
-        (**self).coupler_lives()
-    }
-
-    fn held(&self) -> Option<(Party, Hold)> {
-        (**self).held()
     }
 }

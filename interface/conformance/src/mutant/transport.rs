@@ -98,15 +98,11 @@ impl Flawed {
 }
 
 impl Transport for Flawed {
-    fn open_measurement(&mut self) -> Result<(), TransportError> {
+    fn open(&mut self, coupled: bool) -> Result<(), TransportError> {
         if self.flaw.process.opens_late {
             return Ok(());
         }
-        self.inner.open_measurement()
-    }
-
-    fn open_exchange(&mut self) -> Result<(), TransportError> {
-        self.inner.open_exchange()
+        self.inner.open(coupled)
     }
 
     fn send(
@@ -132,7 +128,7 @@ impl Transport for Flawed {
             Ok(Notice::Ready(_)) if process.opens_late => {
                 self.pass_on(message)?;
                 std::thread::sleep(LATE);
-                self.inner.open_measurement()?;
+                self.inner.open(true)?;
             }
             Ok(Notice::Bye) if process.goes_at_bye => {
                 self.pass_on(message)?;
