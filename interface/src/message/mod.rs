@@ -1,7 +1,6 @@
 //! The messages between the parties: the channels, and the content of a message on each.
 //!
-//! A channel has one sender, one receiver and one type of record. [`Channel`] lists them; every other list of channels
-//! follows from it.
+//! A channel has one sender, one receiver and one type of record.
 
 pub(crate) mod codec;
 pub mod control;
@@ -58,46 +57,56 @@ pub struct Channel {
 /// Number of channels.
 pub const CHANNELS: usize = 20;
 
+impl Kind {
+    /// The names of its channels, that of the continuum and that of the bodies; its sender and its receiver. `None` is the
+    /// solver to which the channel belongs. All other facts about channels follow from these rows.
+    const fn row(self) -> ([&'static str; 2], Option<Party>, Option<Party>) {
+        use Party::{Coupler, Dem, Mpm};
+        match self {
+            Self::Order => (["mpm/orders", "dem/orders"], Some(Coupler), None),
+            Self::Notice => (["mpm/notices", "dem/notices"], None, Some(Coupler)),
+            Self::Grant => (["mpm/grants", "dem/grants"], Some(Coupler), None),
+            Self::Report => (["mpm/reports", "dem/reports"], None, Some(Coupler)),
+            Self::Saved => (["mpm/saved", "dem/saved"], None, Some(Coupler)),
+            Self::Restore => (["mpm/restore", "dem/restore"], Some(Coupler), None),
+            Self::Groups => (["mpm/groups"; 2], Some(Mpm), Some(Coupler)),
+            Self::Points => (["mpm/points"; 2], Some(Mpm), Some(Coupler)),
+            Self::Bodies => (["dem/bodies"; 2], Some(Dem), Some(Coupler)),
+            Self::Contacts => (["dem/contacts"; 2], Some(Dem), Some(Coupler)),
+            Self::Set => (["imp/set"; 2], Some(Mpm), Some(Dem)),
+            Self::States => (["imp/states"; 2], Some(Mpm), Some(Dem)),
+            Self::Forces => (["imp/forces"; 2], Some(Dem), Some(Mpm)),
+            Self::Envelopes => (["imp/envelopes"; 2], Some(Dem), Some(Mpm)),
+        }
+    }
+
+    /// Whether each solver has a channel of this kind.
+    const fn is_of_each(self) -> bool {
+        let (_, from, to) = self.row();
+        from.is_none() || to.is_none()
+    }
+}
+
 impl Channel {
     /// All channels; the place in this list is the channel's number in a recording.
     pub const ALL: [Self; CHANNELS] = {
-        const fn of(solver: Party, kind: Kind) -> Channel {
-            Channel { kind, solver }
+        let mut all = [Self::of(Party::Mpm, Kind::Order); CHANNELS];
+        let mut n = 0;
+        while n < Kind::ALL.len() {
+            let kind = Kind::ALL[n];
+            let (mpm, dem) = (Self::of(Party::Mpm, kind), Self::of(Party::Dem, kind));
+            all[mpm.number()] = mpm;
+            all[dem.number()] = dem;
+            n += 1;
         }
-        [
-            of(Party::Mpm, Kind::Order),
-            of(Party::Mpm, Kind::Notice),
-            of(Party::Mpm, Kind::Grant),
-            of(Party::Mpm, Kind::Report),
-            of(Party::Mpm, Kind::Saved),
-            of(Party::Mpm, Kind::Restore),
-            of(Party::Dem, Kind::Order),
-            of(Party::Dem, Kind::Notice),
-            of(Party::Dem, Kind::Grant),
-            of(Party::Dem, Kind::Report),
-            of(Party::Dem, Kind::Saved),
-            of(Party::Dem, Kind::Restore),
-            of(Party::Mpm, Kind::Groups),
-            of(Party::Mpm, Kind::Points),
-            of(Party::Dem, Kind::Bodies),
-            of(Party::Dem, Kind::Contacts),
-            of(Party::Mpm, Kind::Set),
-            of(Party::Mpm, Kind::States),
-            of(Party::Mpm, Kind::Forces),
-            of(Party::Mpm, Kind::Envelopes),
-        ]
+        all
     };
 
     /// The channel of this kind in the session of `solver`.
     pub const fn of(solver: Party, kind: Kind) -> Self {
-        let solver = match kind {
-            Kind::Order
-            | Kind::Notice
-            | Kind::Grant
-            | Kind::Report
-            | Kind::Saved
-            | Kind::Restore => solver,
-            Kind::Bodies | Kind::Contacts => Party::Dem,
+        let solver = match kind.row() {
+            (_, None, _) | (_, _, None) => solver,
+            (_, Some(Party::Dem), Some(Party::Coupler)) => Party::Dem,
             _ => Party::Mpm,
         };
         Self { kind, solver }
@@ -105,53 +114,17 @@ impl Channel {
 
     /// Its place in [`Self::ALL`].
     pub const fn number(self) -> usize {
-        let line = match self.kind {
-            Kind::Order => 0,
-            Kind::Notice => 1,
-            Kind::Grant => 2,
-            Kind::Report => 3,
-            Kind::Saved => 4,
-            Kind::Restore => 5,
-            Kind::Groups => return 12,
-            Kind::Points => return 13,
-            Kind::Bodies => return 14,
-            Kind::Contacts => return 15,
-            Kind::Set => return 16,
-            Kind::States => return 17,
-            Kind::Forces => return 18,
-            Kind::Envelopes => return 19,
-        };
-        match self.solver {
-            Party::Dem => 6 + line,
-            _ => line,
-        }
+        let first = matches!(self.solver, Party::Mpm) && self.kind.is_of_each();
+        self.kind as usize + if first { 0 } else { CHANNELS - Kind::ALL.len() }
     }
 
     /// Name of its service.
     pub const fn name(self) -> &'static str {
-        const NAMES: [&str; CHANNELS] = [
-            "mpm/orders",
-            "mpm/notices",
-            "mpm/grants",
-            "mpm/reports",
-            "mpm/saved",
-            "mpm/restore",
-            "dem/orders",
-            "dem/notices",
-            "dem/grants",
-            "dem/reports",
-            "dem/saved",
-            "dem/restore",
-            "mpm/groups",
-            "mpm/points",
-            "dem/bodies",
-            "dem/contacts",
-            "imp/set",
-            "imp/states",
-            "imp/forces",
-            "imp/envelopes",
-        ];
-        NAMES[self.number()]
+        let ([mpm, dem], ..) = self.kind.row();
+        match self.solver {
+            Party::Dem => dem,
+            _ => mpm,
+        }
     }
 
     /// The channel of this name.
@@ -161,21 +134,17 @@ impl Channel {
 
     /// The party that sends.
     pub const fn from(self) -> Party {
-        match self.kind {
-            Kind::Order | Kind::Grant | Kind::Restore => Party::Coupler,
-            Kind::Notice | Kind::Report | Kind::Saved => self.solver,
-            Kind::Groups | Kind::Points | Kind::Set | Kind::States => Party::Mpm,
-            Kind::Bodies | Kind::Contacts | Kind::Forces | Kind::Envelopes => Party::Dem,
+        match self.kind.row().1 {
+            Some(party) => party,
+            None => self.solver,
         }
     }
 
     /// The party that receives.
     pub const fn to(self) -> Party {
-        match self.kind {
-            Kind::Order | Kind::Grant | Kind::Restore => self.solver,
-            Kind::Set | Kind::States => Party::Dem,
-            Kind::Forces | Kind::Envelopes => Party::Mpm,
-            _ => Party::Coupler,
+        match self.kind.row().2 {
+            Some(party) => party,
+            None => self.solver,
         }
     }
 
@@ -186,10 +155,7 @@ impl Channel {
 
     /// Whether it runs between the two solvers.
     pub const fn is_between_solvers(self) -> bool {
-        matches!(
-            self.kind,
-            Kind::Set | Kind::States | Kind::Forces | Kind::Envelopes
-        )
+        !matches!(self.from(), Party::Coupler) && !matches!(self.to(), Party::Coupler)
     }
 
     /// Whether its receiver is woken for a message (clause B-2). The others are directly followed by a message of such a channel.

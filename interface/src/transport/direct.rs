@@ -4,7 +4,6 @@ use std::cell::RefCell;
 use std::rc::Rc;
 
 use super::{Transport, TransportError};
-use crate::message::control::Party;
 use crate::message::wire::StepHeader;
 use crate::message::{CHANNELS, Channel, Payload, Records};
 
@@ -102,6 +101,7 @@ impl Transport for Direct {
 mod tests {
     use super::*;
     use crate::message::Kind;
+    use crate::message::control::Party;
     use crate::message::wire::ImpState;
 
     #[test]
