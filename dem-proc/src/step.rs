@@ -1,7 +1,7 @@
 //! One coupled step, as Jiang 2020 section 4.2 lists it, in the leapfrog of [`interface::step::Step`].
 
 use interface::Vec2;
-use interface::message::wire::{ContactState, EnvelopeVertex, ImpForce, ImpState, Limits, Record};
+use interface::message::wire::{ContactState, EnvelopeVertex, ImpForce, ImpState, Limits};
 use interface::solver::{Answer, Fault};
 use interface::step::Step;
 
@@ -26,7 +26,13 @@ impl System {
         imps: &[ImpState],
         forces: &mut [ImpForce],
     ) -> Result<Answer, Fault> {
-        self.check_states(imps, forces)?;
+        let set = self.points.set().len();
+        assert!(
+            imps.len() == set && forces.len() == set,
+            "{} states and {} forces for a set of {set} IMPs",
+            imps.len(),
+            forces.len()
+        );
         self.meet(step, imps, forces); //                 lists and forces
         self.none_passed()?; //                           crate::contact::passage
         self.respond(step, imps)
@@ -91,27 +97,6 @@ impl System {
             self.measurement = measure(self, step, imps); // docs/physics.md section 7
         }
         Ok(self.answer(step, imps)) //                    docs/physics.md section 4
-    }
-
-    /// Refuses numbers that are not finite before anything has changed.
-    fn check_states(&self, imps: &[ImpState], forces: &[ImpForce]) -> Result<(), Fault> {
-        let set = self.points.set();
-        assert!(
-            imps.len() == set.len() && forces.len() == set.len(),
-            "{} states and {} forces for a set of {} IMPs",
-            imps.len(),
-            forces.len(),
-            set.len()
-        );
-        for (slot, state) in imps.iter().enumerate() {
-            if let Err(field) = state.check() {
-                return Err(Fault::NotFinite {
-                    what: field.to_owned(),
-                    item: format!("IMP in slot {slot} (point {})", set[slot].id),
-                });
-            }
-        }
-        Ok(())
     }
 
     fn update_lists(&mut self, ahead: &Ahead, imps: &[ImpState]) {

@@ -1,7 +1,6 @@
 //! One point against one body: table of overlaps, balance of force and torque, stiffness, friction, invariance.
 
 use crate::small_scenes::*;
-use dem_proc::Sdem;
 use interface::Vec2;
 use interface::config::{BodyConfig, BodyShape, ContactLaw, DemConfig, Motion};
 use interface::message::wire::{ImpForce, ImpState};
@@ -395,45 +394,6 @@ fn many_points_add_up_and_one_point_feels_two_bodies() {
         assert_eq!(both[0].force[k], one[0].force[k] + two[0].force[k]);
     }
     assert_eq!(both[0].stiffness, one[0].stiffness + two[0].stiffness);
-}
-
-#[test]
-fn a_state_that_is_not_finite_is_named_and_changes_nothing() {
-    let config = scene(vec![body(BodyShape::Disc, A)], frictional(K, K, 0.3));
-    let run = |poison: bool| -> (Vec<[f64; 2]>, Sdem) {
-        let mut dem = configured(&config);
-        dem.imp_set(&[info(42, RADIUS, 1.0)]);
-        let mut f = [ImpForce::default()];
-        let mut all = Vec::new();
-        for i in 0..10 {
-            let step = step(if i == 0 { 0.0 } else { 1e-4 }, 1e-4);
-            if poison && i == 5 {
-                let bad = ImpState {
-                    position: [0.1, f64::NAN],
-                    ..at(0.0, 0.0)
-                };
-                let fault = dem.contact(&step, &[bad], &mut f).unwrap_err().to_string();
-                assert!(
-                    fault.contains("position") && fault.contains("slot 0") && fault.contains("42"),
-                    "{fault}"
-                );
-                let far = ImpState {
-                    velocity: [f64::INFINITY, 0.0],
-                    ..at(0.0, 0.0)
-                };
-                assert!(dem.contact(&step, &[far], &mut f).is_err());
-            }
-            dem.contact(&step, &[at(0.13, 1e-4 * f64::from(i))], &mut f)
-                .unwrap();
-            dem.advance(&step).unwrap();
-            all.push(f[0].force);
-        }
-        (all, dem)
-    };
-    let (clean, a) = run(false);
-    let (poisoned, b) = run(true);
-    assert_eq!(clean, poisoned);
-    assert_eq!(a.measurement(), b.measurement());
 }
 
 /// On an outline without sphero-radius the radius of curvature of a contact is the point's own: the area law gives the

@@ -4,7 +4,7 @@
 //! named), and its size and field offsets are part of [`LAYOUT`], whose hash each channel carries as an attribute:
 //! iceoryx2 itself compares a type's name, size and alignment only, so two swapped fields would pass.
 //!
-//! A record from another party is checked on receipt by the same [`Record::check`] as on sending.
+//! A record from another party is checked on receipt by [`Record::check`].
 
 use iceoryx2::prelude::ZeroCopySend;
 use serde::{Deserialize, Serialize};

@@ -94,7 +94,6 @@ impl<'a> Bodies<'a> {
     /// E-1, E-3.
     async fn send_envelopes(&mut self, to: &Connection<'_>) -> Result<(), SessionError> {
         let envelopes = Records::Envelopes(self.solver.envelopes());
-        check::numbers(Party::Dem, "E-3", to.step(), envelopes)?;
         let header = StepHeader {
             set: 0,
             ..to.header(0, envelopes.len())
@@ -179,7 +178,6 @@ impl Side for Bodies<'_> {
                     travel: answer.travel,
                     ..to.header(halt, self.forces.len())
                 };
-                check::forces(&header, &self.forces, step.index)?;
                 to.send_under(&header, Records::Forces(&self.forces))
                     .await?;
             }

@@ -1,4 +1,4 @@
-//! Clauses on the numbers of records: the same function for what is sent and for what is received.
+//! Clauses on the numbers of records, checked by who receives them.
 
 use super::error::{SessionError, broken};
 use crate::message::Records;

@@ -56,8 +56,6 @@ impl<'a> Continuum<'a> {
             unreachable!("a channel of envelopes has envelopes")
         };
         let set = self.solver.select_imps(envelopes);
-        check::set(set, step)?;
-        check::links(set, step)?;
         self.approach.selected();
         to.imps = set.len() as u64;
         to.set += 1;
@@ -120,7 +118,6 @@ impl Side for Continuum<'_> {
                 self.choose_set(to).await?;
             }
             let states = Records::States(self.solver.imp_states());
-            check::numbers(Party::Mpm, "I-3", step.index, states)?;
             to.exchange(if new_set { flags::NEW_SET } else { 0 }, states)
                 .await?;
             self.solver.predict(&step).map_err(|f| to.fault(f))?;

@@ -1,7 +1,6 @@
 //! A solver's side of a session, from Hello to Close (PROTOCOL.md sections 2, 5 and 9). What it does within a window
 //! depends on the side: [`super::continuum`] and [`super::bodies`].
 
-use super::check;
 use super::connection::{Connection, Granted, LATEST, SETUP};
 use super::error::{INDIRECT_WAIT_MARGIN, SessionError};
 use super::pieces::{Mark, solver_part};
@@ -164,9 +163,7 @@ async fn window(
     if asked & flags::FRAME != 0
         && let Some(points) = side.points()
     {
-        let points = Records::Points(&points);
-        check::numbers(to.party, "R-5", step, points)?;
-        to.send(points).await?;
+        to.send(Records::Points(&points)).await?;
     }
     if asked & flags::CHECKPOINT != 0 {
         let (state, carried) = side.save().map_err(|f| to.fault(f))?;
@@ -192,7 +189,7 @@ async fn report(
     clocked: Clocked,
     items: u64,
 ) -> Result<(), SessionError> {
-    let (party, asked, step) = (to.party, to.grant.flags, to.step());
+    let (asked, step) = (to.grant.flags, to.step());
     let measured = asked & flags::MEASURE != 0;
     let mut report = Report {
         epoch: to.grant.epoch,
@@ -208,17 +205,13 @@ async fn report(
     if measured {
         let (ledger, records) = side.measurement();
         report.ledger = *ledger;
-        check::numbers(party, "R-3", step, records)?;
         to.send_measured(records).await?;
     }
     if asked & flags::FRAME != 0
         && let Some(contacts) = side.contacts()
     {
-        let contacts = Records::Contacts(contacts);
-        check::numbers(party, "R-6", step, contacts)?;
-        to.send_measured(contacts).await?;
+        to.send_measured(Records::Contacts(contacts)).await?;
     }
-    check::number(party, "R-2", step, &report)?;
     to.io().lap(Activity::Compute);
     to.io().watch().write(clocked, &mut report);
     let header = StepHeader {
@@ -231,9 +224,7 @@ async fn report(
 /// The end: the points, Bye, and the leave to close.
 async fn drain(to: &Connection<'_>, side: &impl Side) -> Result<(), SessionError> {
     if let Some(points) = side.points() {
-        let points = Records::Points(&points);
-        check::numbers(to.party, "D-1", to.step(), points)?;
-        to.send(points).await?;
+        to.send(Records::Points(&points)).await?;
     }
     to.say(&Notice::Bye).await?;
     // The coupler still waits for the Bye of the other solver.

@@ -88,7 +88,7 @@ pub fn apply_contact<const W: usize, S: Shape<W>, A: AffineState>(
 /// sum of both.
 ///
 /// # Errors
-/// [`Fault::NotFinite`]; and [`Fault::Other`] at a periodic wall, across which bodies do not see.
+/// [`Fault::Other`] at a periodic wall, across which bodies do not see.
 fn touch<const W: usize, S: Shape<W>, A: AffineState>(
     continuum: &mut Continuum<W, S, A>,
     slot: usize,
@@ -98,19 +98,7 @@ fn touch<const W: usize, S: Shape<W>, A: AffineState>(
         return Ok(());
     }
     let member = continuum.imps.members[slot];
-    let of_markers = continuum.imps.markers.is_some();
-    if !(force[0].is_finite() && force[1].is_finite() && stiffness.is_finite()) {
-        let first_id = |cloud: u32| continuum.clouds[cloud as usize].first_id;
-        return Err(Fault::NotFinite {
-            what: "contact force".into(),
-            item: if of_markers {
-                format!("marker {}", member.local)
-            } else {
-                format!("point {}", first_id(member.cloud) + u64::from(member.local))
-            },
-        });
-    }
-    if of_markers {
+    if continuum.imps.markers.is_some() {
         touch_marker(continuum, member, &ImpForce { force, stiffness });
         return Ok(());
     }

@@ -386,22 +386,6 @@ fn a_huge_empty_domain_costs_nothing() {
 }
 
 #[test]
-fn a_force_that_is_not_finite_names_its_point() {
-    let mut mpm = configured(&block());
-    let count = mpm.select_imps(&everywhere()).len();
-    let mut forces = vec![ImpForce::default(); count];
-    forces[17].force[1] = f64::NAN;
-    let fault = Stepper::new().step(&mut mpm, 1e-4, false, &forces);
-    assert_eq!(
-        fault,
-        Err(Fault::NotFinite {
-            what: "contact force".into(),
-            item: "point 17".into()
-        })
-    );
-}
-
-#[test]
 fn a_run_that_blows_up_is_stopped_before_anything_is_returned() {
     let mut config = block();
     config.domain = [[-100.0, -100.0], [100.0, 100.0]];
