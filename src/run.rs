@@ -12,7 +12,7 @@ use coupler::run::checkpoint::branch::Branch;
 use coupler::run::checkpoint::file::CheckpointError;
 use coupler::run::killed::Killed;
 use coupler::run::resources;
-use coupler::run::{Finished, Resumed, RunOptions, Solvers, rerun, run as run_scene};
+use coupler::run::{Finished, Resumed, RunOptions, Solvers, run as run_scene};
 use coupler::scene::{Scene, solver_override};
 use interface::transport::remains::sweep;
 use signal_hook::consts::SIGUSR1;
@@ -109,9 +109,7 @@ pub fn resume(args: &ResumeArgs) -> ExitCode {
         Err(error) => return refuse(&with_advice(&error)),
     };
     let resumed = match Resumed::find(&scene, &dir) {
-        Ok(resumed) => Some(resumed),
-        // What a branch began with is not in its directory.
-        Err(CheckpointError::None(_)) if dir.has_recording() && scene.start.is_none() => None,
+        Ok(resumed) => resumed,
         Err(error) => return cannot_resume(&scene, &dir, killed.as_ref(), &error),
     };
     let log = match LogFile::of(&dir, true) {
@@ -124,14 +122,7 @@ pub fn resume(args: &ResumeArgs) -> ExitCode {
     };
     logging::of_run(&log, args.how.log);
     begin(&scene, &args.how, &args.dir);
-    let finished = if let Some(resumed) = resumed {
-        go_on(resumed, &scene, &options, &dir)
-    } else {
-        tracing::warn!(
-            "no checkpoint: the run starts again, and is compared with its recording as far as that reaches"
-        );
-        rerun(&scene, &options, &dir)
-    };
+    let finished = go_on(resumed, &scene, &options, &dir);
     finish(args.how.log, &scene, &dir, &args.dir, &finished)
 }
 

@@ -7,8 +7,6 @@
 //! `TANDEM_SCENES=silo` leaves out scenes without `silo` in their name, `TANDEM_LONGEST=20` those that take more than 20 s,
 //! `TANDEM_SHORTEST=3` those that take less than 3 s.
 
-mod replayed;
-
 use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -261,10 +259,9 @@ fn a_run_goes_on_without_a_recording_that_does_not_reach_so_far() {
     ended.says(&["continues without its recording", "ends before step"]);
 }
 
-/// The discs in Python have no checkpoints: a recorded run of theirs begins again, and its recording says whether it is the
-/// same run.
+/// The user learns it at the start of the run, and what to do when the run is to go on.
 #[test]
-fn a_run_of_a_solver_that_cannot_save_goes_on_by_its_recording() {
+fn a_run_of_a_solver_that_cannot_save_says_so_and_is_not_resumed() {
     if !python_can_join() {
         return;
     }
@@ -272,38 +269,23 @@ fn a_run_of_a_solver_that_cannot_save_goes_on_by_its_recording() {
     let discs = root().join("python/examples/disc_dem.py");
     let command = format!("python3 '{}'", discs.display());
     let scene = scene("jiang2020/collision_hard");
-    let run = ["--variant", "quick", "--dem", &command];
+    let run = ["--variant", "quick", "--dem", &command, "--record"];
+    let ended = place.run("run", &scene, &run).expect(0);
+    ended.says(&[
+        "this run cannot be resumed: the dem `",
+        "cannot save its state",
+    ]);
+    resume(&place, "run", &["--trust"]).expect(2).says(&[
+        "no checkpoint to continue from",
+        "cannot save its state",
+        "starts it again",
+    ]);
+    // The advice holds.
+    let again = place.path("run").join("scene.toml");
     place
-        .run("whole", &scene, &[&run[..], &["--record"]].concat())
+        .run("again", again.to_str().unwrap(), &["--trust"])
         .expect(0);
-    let mut running = place.start_run("killed", &scene, &[&run[..], &["--record"]].concat());
-    running.stepping("killed");
-    std::thread::sleep(Duration::from_millis(300 + dice(200)));
-    signal(running.pid(), "KILL");
-    running.end();
-    let dir = place.path("killed");
-    let was = fs::metadata(dir.join("recording.tandem")).unwrap().len();
-    let ended = resume(&place, "killed", &["--trust", "--window", "3"]).expect(0);
-    ended.says(&["no checkpoint: the run starts again"]);
-    assert!(fs::metadata(dir.join("recording.tandem")).unwrap().len() >= was);
-    assert_same(&dir, &place.path("whole"));
-    assert_eq!(recorded(&dir), recorded(&place.path("whole")));
-    // Another run's recording, told apart by what it is of, and one that is the same run's and not what the run does.
-    let scene_file = dir.join("scene.toml");
-    let text = fs::read_to_string(&scene_file).unwrap();
-    fs::write(
-        &scene_file,
-        text.replace("about = \"", "about = \"Another. "),
-    )
-    .unwrap();
-    resume(&place, "killed", &["--trust"])
-        .expect(3)
-        .says(&["another run"]);
-    // Without a recording there is nothing to go on by.
-    place.run("plain", &scene, &run).expect(0);
-    resume(&place, "plain", &["--trust"])
-        .expect(2)
-        .says(&["cannot save its state", "no recording"]);
+    assert_same(&place.path("again"), &place.path("run"));
 }
 
 /// Ways in which the parts of a run are done.

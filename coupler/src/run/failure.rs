@@ -1,7 +1,6 @@
 //! The reasons why a run did not reach its end, their exit statuses, and advice for the user.
 
 use interface::message::control::Party;
-use interface::recording::RecordingError;
 use interface::session::SessionError;
 use interface::solver::Fault;
 use interface::transport::liveness::Hold;
@@ -135,9 +134,6 @@ impl RunError {
                     "interface/PROTOCOL.md has the clause; the solver must be corrected"
                 }
                 SessionError::Refused { .. } => "change that key of the scene",
-                SessionError::Recording(RecordingError::Differs { .. }) => {
-                    "a solver does not answer as it did: another build of it, or one whose results depend on threads or on chance"
-                }
                 SessionError::Recording(_) => "make room, or run without --record",
                 SessionError::Failed { failure, .. }
                     if matches!(failure.fault, Some(Fault::LeftDomain { .. })) =>

@@ -30,7 +30,7 @@ use std::time::Instant;
 
 use interface::message::control::Party;
 use interface::message::{Channel, Kind};
-use interface::recording::{About, Recorder, RecordingSink, Tap, reaches};
+use interface::recording::{About, Recorder, RecordingSink, Tap};
 use interface::session::together::Together;
 use interface::session::{Clocked, Session, SessionError, Supervisor, drive};
 use interface::solver::{DemSolver, MpmSolver};
@@ -86,15 +86,8 @@ impl Resumed {
     /// # Errors
     /// [`CheckpointError`].
     pub fn find(scene: &Scene, dir: &RunDir) -> Result<Self, CheckpointError> {
-        let ours = file::About::of(scene, &[], false);
+        let ours = file::About::of(scene, false);
         let (path, checkpoint, passed_over) = newest(dir.path(), &ours)?;
-        if let Some(party) = checkpoint.left_out(scene) {
-            let recording = dir.recording_path();
-            if let Err(error) = reaches(&recording, &recording_of(scene), checkpoint.moment()) {
-                let why = error.to_string();
-                return Err(CheckpointError::Unplayable { path, party, why });
-            }
-        }
         Ok(Self {
             path,
             checkpoint,
@@ -121,12 +114,6 @@ impl Resumed {
     pub fn run(self, scene: &Scene, options: &RunOptions, dir: &RunDir) -> Finished {
         run_from(scene, options, dir, Origin::Itself(self.checkpoint.into()))
     }
-}
-
-/// Runs `scene` again in the directory of a recorded run of it that has no checkpoint, because a solver cannot save its
-/// state. Its messages are compared with the recording up to its end. The run fails if they differ.
-pub fn rerun(scene: &Scene, options: &RunOptions, dir: &RunDir) -> Finished {
-    run_from(scene, options, dir, Origin::Recording)
 }
 
 fn run_from(scene: &Scene, options: &RunOptions, dir: &RunDir, from: Origin) -> Finished {
@@ -170,18 +157,11 @@ fn recorder(
     from: &Origin,
 ) -> Result<Option<Recorder>, RunError> {
     let about = recording_of(scene);
-    if let Origin::Recording = from {
-        let recorder = Recorder::rerun(&dir.recording()?, &about).map_err(SessionError::from)?;
-        return Ok(Some(recorder));
-    }
     if let Origin::Itself(checkpoint) = from {
         if !checkpoint.about.recorded {
             return Ok(None);
         }
         let recorder = Recorder::resume(&dir.recording()?, &about, checkpoint.moment());
-        if checkpoint.left_out(scene).is_some() {
-            return Ok(Some(recorder.map_err(SessionError::from)?));
-        }
         if let Err(error) = &recorder {
             tracing::warn!("the run continues without its recording: {error}");
         }

@@ -86,8 +86,6 @@ struct Checkpoints {
     pending: Option<(CouplerState, Vec<Mark>)>,
     /// Whether that checkpoint is kept for other scenes.
     kept: bool,
-    /// Whether they have the state of one solver only: the other one cannot save its own.
-    in_part: bool,
     /// Whether an interrupted run has asked for its last checkpoint.
     last_asked: bool,
 }
@@ -130,7 +128,7 @@ impl<'a> Run<'a> {
         let (branch, Checkpoint { state, solvers, .. }) = match from {
             Origin::Itself(checkpoint) => (None, *checkpoint),
             Origin::Another(branch) => (Some(branch.as_before), branch.checkpoint),
-            Origin::Scene | Origin::Recording => {
+            Origin::Scene => {
                 let outputs = Outputs::begin(scene, options, dir, account, Listed::default())?;
                 return Ok(Self::at_start(scene, options, dir, account, outputs));
             }
@@ -394,14 +392,6 @@ impl<'a> Run<'a> {
 
     /// Number of steps that fit into the time of a window; one, as long as the time of a step is not known.
     fn window(&self) -> u64 {
-        if let Some(recorded) = self
-            .outputs
-            .sink
-            .as_ref()
-            .and_then(RecordingSink::next_window)
-        {
-            return recorded;
-        }
         let most = self.options.window.unwrap_or(self.scene.coupling.window);
         let time = WINDOW_TIME.min(self.scene.coupling.deadline / 4);
         match self.schedule.step_time {

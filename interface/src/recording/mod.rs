@@ -24,9 +24,7 @@
 
 mod playback;
 mod recorder;
-mod rerun;
 mod resume;
-mod script;
 mod tap;
 
 use std::io;
@@ -34,8 +32,7 @@ use std::path::{Path, PathBuf};
 
 pub use playback::{End, Message, Playback};
 pub use recorder::{Recorder, RecordingSink};
-pub use resume::{Moment, reaches};
-pub use script::Script;
+pub use resume::Moment;
 use serde::{Deserialize, Serialize};
 pub use tap::Tap;
 use thiserror::Error;
@@ -109,18 +106,6 @@ pub enum RecordingError {
         /// Which file.
         path: PathBuf,
         /// First step that is not done.
-        step: u64,
-    },
-    /// A run that starts again does not repeat what was recorded.
-    #[error(
-        "{channel}, step {step}: not what was recorded; the run cannot go on by its recording {path}"
-    )]
-    Differs {
-        /// Which file.
-        path: PathBuf,
-        /// On which channel.
-        channel: &'static str,
-        /// In which step.
         step: u64,
     },
     /// The transport does not let the recorder subscribe.

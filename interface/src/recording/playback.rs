@@ -137,20 +137,6 @@ impl Playback {
         Ok(playback.end.expect("the end has been read"))
     }
 
-    /// Which file.
-    pub(super) fn path(&self) -> &Path {
-        &self.path
-    }
-
-    /// The byte at which the block of the next message begins.
-    pub(super) fn next_byte(&self) -> u64 {
-        if self.next < self.block.len() {
-            self.begin.byte
-        } else {
-            self.offset
-        }
-    }
-
     /// The run that the recording belongs to.
     pub fn about(&self) -> &About {
         &self.about

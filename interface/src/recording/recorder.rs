@@ -8,12 +8,9 @@ use std::sync::{Arc, Condvar, Mutex, MutexGuard};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
-use super::playback::Begin;
-use super::rerun::{Reference, closing};
-use super::resume::{Kept, keep, of_run, select_before};
+use super::resume::{Kept, keep};
 use super::{About, BLOCK, FORMAT, MAGIC, MESSAGE_HEADER, Message, Moment, RecordingError, check};
-use crate::message::control::Party;
-use crate::message::wire::{Grant, StepHeader, bytes_of};
+use crate::message::wire::{StepHeader, bytes_of};
 use crate::message::{Channel, Kind, Records};
 
 /// Longest time that a message waits in memory while the run continues. A killed run loses no more than this.
@@ -63,8 +60,6 @@ struct State {
     handshake: Vec<(Channel, u32)>,
     /// In a continued run: the state that the solvers restore is not a message of the run.
     resumed: bool,
-    /// In a run that starts again: what was recorded before.
-    reference: Option<Reference>,
     finished: bool,
     /// The recorder has been dropped.
     closed: bool,
@@ -72,25 +67,6 @@ struct State {
 }
 
 impl State {
-    /// Whether a message was recorded before. If it differs from what was recorded, the recording ends.
-    fn was_recorded(&mut self, channel: Channel, header: &StepHeader, payload: &[u8]) -> bool {
-        let Some(reference) = &mut self.reference else {
-            return false;
-        };
-        let differs = match reference.compare(channel, header, payload) {
-            Ok(None) => return false,
-            Ok(Some(true)) => return true,
-            Ok(Some(false)) => RecordingError::Differs {
-                path: reference.path().to_path_buf(),
-                channel: channel.name(),
-                step: header.step,
-            },
-            Err(error) => error,
-        };
-        self.failure.get_or_insert(differs);
-        true
-    }
-
     /// Whether a message of this channel only repeats the handshake in a continued run.
     fn is_handshake(&mut self, channel: Channel) -> bool {
         let left = self.handshake.iter_mut().find(|(of, _)| *of == channel);
@@ -168,29 +144,6 @@ impl Recorder {
         Self::begin(output, state)
     }
 
-    /// Starts the run of the recording at `path` again. Messages are compared with the recording up to its end, and
-    /// added to it after that. The steps that closed the recorded run are left out.
-    ///
-    /// # Errors
-    /// [`RecordingError`].
-    pub fn rerun(path: &Path, about: &About) -> Result<Self, RecordingError> {
-        let moment = closing(path)?.map_or(Moment::NEVER, |grant| Moment {
-            step: grant.first,
-            epoch: grant.epoch,
-        });
-        let (kept, _) = select_before(&mut of_run(path, about)?, moment);
-        let output = cut(path, &kept)?;
-        let end = Begin {
-            byte: output.bytes,
-            ..kept.end
-        };
-        let state = State {
-            reference: Some(Reference::new(of_run(path, about)?, end)),
-            ..State::default()
-        };
-        Self::begin(output, state)
-    }
-
     fn begin(mut output: Output, state: State) -> Result<Self, RecordingError> {
         let shared = Arc::new(Shared {
             state: Mutex::new(state),
@@ -261,13 +214,6 @@ impl RecordingSink {
         if state.resumed && state.is_handshake(channel) {
             return;
         }
-        if state.reference.is_some() {
-            let mut payload = Vec::new();
-            records.write(&mut payload);
-            if state.was_recorded(channel, header, &payload) {
-                return;
-            }
-        }
         let pending = &mut state.pending;
         let begin = pending.len();
         put(pending, channel, header, |pending| records.write(pending));
@@ -279,29 +225,10 @@ impl RecordingSink {
         }
     }
 
-    /// In a continued run: the handshake with `solver` was not recorded, so all its messages from now on are of the run.
-    pub fn had_its_handshake(&self, solver: Party) {
-        let mut state = self.0.lock();
-        state
-            .handshake
-            .retain(|(channel, _)| !channel.is_of(solver));
-    }
-
     /// Whether so much waits for the disk that nothing should be added.
     pub fn is_behind(&self) -> bool {
         let state = self.0.lock();
         state.pending.len() > WAITING / 2 && state.failure.is_none()
-    }
-
-    /// The length in steps of the recorded window that comes next, in a run that starts again.
-    pub fn next_window(&self) -> Option<u64> {
-        let mut state = self.0.lock();
-        let reference = state.reference.as_mut()?;
-        let solvers = [Party::Mpm, Party::Dem].map(|solver| Channel::of(solver, Kind::Grant));
-        solvers.into_iter().find_map(|channel| {
-            let message = reference.peek(channel).ok()??;
-            Some(message.records::<Grant>()?.first()?.steps)
-        })
     }
 
     /// Waits until all messages so far are on disk, for at most [`SYNC_LIMIT`].

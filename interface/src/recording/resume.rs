@@ -19,12 +19,6 @@ pub struct Moment {
 }
 
 impl Moment {
-    /// After the end of every run.
-    pub(super) const NEVER: Self = Self {
-        step: u64::MAX,
-        epoch: u64::MAX,
-    };
-
     fn is_after(self, epoch: u64, step: u64) -> bool {
         epoch < self.epoch || (epoch == self.epoch && step < self.step)
     }
@@ -43,39 +37,12 @@ pub(super) struct Kept {
 /// # Errors
 /// [`RecordingError`], also if the recording ends before that moment.
 pub(super) fn keep(path: &Path, about: &About, moment: Moment) -> Result<Kept, RecordingError> {
-    let mut playback = of_run(path, about)?;
-    let (kept, whole) = select_before(&mut playback, moment);
-    if whole {
-        return Ok(kept);
+    let mut playback = Playback::open(path)?;
+    if playback.about() != about {
+        let reason = "it is of another run or program".to_owned();
+        let path = path.to_path_buf();
+        return Err(RecordingError::Foreign { path, reason });
     }
-    let (path, step) = (path.to_path_buf(), moment.step);
-    Err(RecordingError::Short { path, step })
-}
-
-/// Whether the recording at `path` is of the run `about` and reaches up to `moment`.
-///
-/// # Errors
-/// [`RecordingError`]: why it does not.
-pub fn reaches(path: &Path, about: &About, moment: Moment) -> Result<(), RecordingError> {
-    keep(path, about, moment).map(|_| ())
-}
-
-/// Opens the recording at `path`, which must belong to the run `about`.
-///
-/// # Errors
-/// [`RecordingError`].
-pub(super) fn of_run(path: &Path, about: &About) -> Result<Playback, RecordingError> {
-    let playback = Playback::open(path)?;
-    if playback.about() == about {
-        return Ok(playback);
-    }
-    let reason = "it is of another run or program".to_owned();
-    let path = path.to_path_buf();
-    Err(RecordingError::Foreign { path, reason })
-}
-
-/// The messages of a recording before `moment`, and whether none is missing.
-pub(super) fn select_before(playback: &mut Playback, moment: Moment) -> (Kept, bool) {
     let mut filter = MomentFilter::new(moment);
     let (mut block, mut end, mut rest) = (Begin::default(), None, Vec::new());
     // Damage after the moment does not matter; whether all messages before it are there is tested below.
@@ -93,8 +60,12 @@ pub(super) fn select_before(playback: &mut Playback, moment: Moment) -> (Kept, b
     if end.is_none() && playback.begin != block {
         rest.clear();
     }
+    if !filter.is_whole() {
+        let (path, step) = (path.to_path_buf(), moment.step);
+        return Err(RecordingError::Short { path, step });
+    }
     let end = end.unwrap_or(playback.begin);
-    (Kept { end, rest }, filter.is_whole())
+    Ok(Kept { end, rest })
 }
 
 /// Selects the messages before a moment.

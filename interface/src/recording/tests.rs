@@ -324,33 +324,3 @@ fn a_recording_goes_on_from_a_step_without_a_gap_or_a_step_twice() {
     let foreign = Recorder::resume(&path, &other, near).unwrap_err();
     assert!(matches!(foreign, RecordingError::Foreign { .. }));
 }
-
-#[test]
-fn a_run_that_begins_again_is_compared_and_then_added() {
-    let dir = tempfile::tempdir().unwrap();
-    let path = dir.path().join("r");
-    let begin = |to| {
-        let recorder = Recorder::create(&path, &about()).unwrap();
-        steps(&recorder.sink(), (0, to), 7);
-        drop(recorder);
-        Recorder::rerun(&path, &about()).unwrap()
-    };
-    let recorder = begin(700);
-    assert_eq!(recorder.sink().next_window(), Some(7));
-    steps(&recorder.sink(), (0, 1400), 7);
-    assert_eq!(recorder.sink().next_window(), None);
-    recorder.finish().unwrap();
-    let (messages, _) = read(&path);
-    for kind in [Kind::States, Kind::Forces] {
-        assert!(of_kind(&messages, kind).into_iter().eq(0..1400), "{kind:?}");
-    }
-    let recorder = begin(700);
-    let otherwise = [state(1000)];
-    let sink = recorder.sink();
-    sink.note(states_channel(), &header(0), Records::States(&otherwise));
-    let error = sink.failure().expect("it is not what was recorded");
-    assert!(
-        error.to_string().starts_with("imp/states, step 0"),
-        "{error}"
-    );
-}

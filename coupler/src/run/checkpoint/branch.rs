@@ -48,12 +48,6 @@ impl Branch {
             let help = "`output.checkpoint = { end = true }` or `{ at = [...] }` keeps states for other scenes";
             of_from(&error.to_string(), help)
         })?;
-        if let Some(party) = checkpoint.left_out(&parent) {
-            let message = format!(
-                "the {party} of {run} could not save its state, so nothing can begin with it"
-            );
-            return Err(of_from(&message, "use another solver for that run"));
-        }
         let state = checkpoint.state_hash();
         if let Some(expected) = start.state.as_ref().filter(|expected| **expected != state) {
             let message =
@@ -98,7 +92,7 @@ impl Branch {
 
 /// The checkpoint of a run of `parent` that `start` asks for.
 fn find(start: &Start, parent: &Scene) -> Result<Checkpoint, CheckpointError> {
-    let ours = About::of(parent, &[], false);
+    let ours = About::of(parent, false);
     file::of_time(&start.run, &ours, start.at)
 }
 

@@ -61,8 +61,7 @@ pub struct About {
     pub step: u64,
     /// Simulated time in s.
     pub time: f64,
-    /// The solvers whose states it has: all that take part, but for one that cannot save its state and gets the recording
-    /// played to it instead.
+    /// The solvers that take part.
     pub solvers: Vec<Party>,
     /// Whether the run was recorded.
     pub recorded: bool,
@@ -76,7 +75,7 @@ pub struct About {
 
 impl About {
     /// The description of a run of this program.
-    pub fn of(scene: &Scene, solvers: &[Party], recorded: bool) -> Self {
+    pub fn of(scene: &Scene, recorded: bool) -> Self {
         Self {
             scene: scene.name.clone(),
             scene_hash: scene.hash.clone(),
@@ -85,7 +84,7 @@ impl About {
             layout: layout_hash(),
             step: 0,
             time: 0.0,
-            solvers: solvers.to_vec(),
+            solvers: scene.parties(),
             recorded,
             kept: false,
             start: scene.begins_with(),
@@ -134,21 +133,10 @@ pub enum CheckpointError {
         /// What differs.
         what: String,
     },
-    /// It has no state of a solver, and the recording that would be played to that solver cannot be used.
-    #[error(
-        "{path} has no state of the {party}, which cannot save it, and the recording cannot be played to it instead: {why}; without the folder `checkpoints` the run starts again"
-    )]
-    Unplayable {
-        /// Where.
-        path: PathBuf,
-        /// Which solver.
-        party: Party,
-        /// What is wrong with the recording.
-        why: String,
-    },
     /// There is no checkpoint.
     #[error(
-        "{0} has no checkpoint (its scene has no `output.checkpoint`, it ended before the first, or a solver cannot save its state) and no recording to continue from"
+        "{} has no checkpoint to continue from (a solver cannot save its state, the scene has no `output.checkpoint`, or the run ended before the first one); `tandem run {}/scene.toml --out OTHER` starts it again and keeps this directory",
+        .0.display(), .0.display()
     )]
     None(PathBuf),
     /// There is no checkpoint at that time or before.
@@ -164,12 +152,6 @@ pub enum CheckpointError {
 }
 
 impl Checkpoint {
-    /// The solver whose state it lacks, of those that take part in `scene`.
-    pub fn left_out(&self, scene: &Scene) -> Option<Party> {
-        let mut parties = scene.parties().into_iter();
-        parties.find(|party| !self.about.solvers.contains(party))
-    }
-
     /// The point at which its run continues.
     pub fn moment(&self) -> Moment {
         Moment {

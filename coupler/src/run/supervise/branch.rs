@@ -59,8 +59,6 @@ impl<'a> Run<'a> {
     /// Whether the scene keeps the state of this moment for others.
     pub(super) fn is_to_be_kept(&self) -> bool {
         let plan = self.scene.output.checkpoint.as_ref();
-        // No scene can begin with a part of a state.
-        let plan = plan.filter(|_| !self.checkpoints.in_part);
         plan.is_some_and(|plan| match self.schedule.phase {
             Phase::Stepping => {
                 let on_output = self.schedule.asked & flags::MEASURE != 0;

@@ -3,7 +3,6 @@
 use std::sync::atomic::Ordering;
 
 use interface::config::capability::SAVE;
-use interface::message::control::Party;
 use interface::message::wire::flags;
 use interface::session::Solvers;
 
@@ -14,24 +13,16 @@ use crate::run::checkpoint::{Checkpoint, CouplerState, Phase, UnderWay};
 use crate::run::failure::RunError;
 
 impl Run<'_> {
-    /// Keeps checkpoints when the scene or a signal asks for them, if all solvers can save their states. One of two may be
-    /// unable to where the run is recorded: the recording is played to it when the run goes on.
+    /// Keeps checkpoints when the scene or a signal asks for them, if all solvers can save their states.
     pub(super) fn keep_checkpoints(&mut self, solvers: &Solvers) {
-        let plan = self.scene.output.checkpoint.clone();
-        let mut unable = self.parties.iter().filter(|p| !solvers.can(**p, SAVE));
-        if let Some(party) = unable.next() {
-            let other_can = self.parties.len() == 2 && unable.next().is_none();
-            if !other_can || self.outputs.sink.is_none() {
-                if plan.is_some() {
-                    tracing::warn!("no checkpoints: the {party} cannot save its state");
-                }
-                return;
-            }
-            tracing::info!(
-                "the {party} cannot save its state: to resume the run, its recording is played to it"
+        if let Some(&party) = self.parties.iter().find(|p| !solvers.can(**p, SAVE)) {
+            let identity = solvers.hello(party).map_or("", |hello| &hello.identity);
+            tracing::warn!(
+                "this run cannot be resumed: the {party} `{identity}` cannot save its state"
             );
-            self.checkpoints.in_part = true;
+            return;
         }
+        let plan = self.scene.output.checkpoint.clone();
         let time = self.account.clock.time();
         let plan = plan.unwrap_or_default();
         self.checkpoints.writer = Some(CheckpointWriter::begin(
@@ -94,8 +85,7 @@ impl Run<'_> {
             Some((party, state))
         });
         let states: Vec<_> = states.collect();
-        let saved: Vec<Party> = states.iter().map(|(party, _)| *party).collect();
-        let mut about = About::of(self.scene, &saved, self.outputs.sink.is_some());
+        let mut about = About::of(self.scene, self.outputs.sink.is_some());
         about.step = self.account.clock.index();
         about.time = self.account.clock.time();
         about.kept = self.checkpoints.kept;
