@@ -2,7 +2,6 @@
 
 use std::path::PathBuf;
 
-use chaos::kind::Kind;
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use coupler::scene::Scene;
 use coupler::scene::diagnostic::SceneErrors;
@@ -39,8 +38,6 @@ pub enum Command {
     Study(StudyArgs),
     /// Find the steps at which scenes become unstable, and compare them with criteria: stability.csv and stability.svg.
     Stability(StabilityArgs),
-    /// Run a scene many times, disturb each run, resume it, and compare it with an undisturbed one.
-    Chaos(ChaosArgs),
     /// Test a solver against every clause of the protocol that can be observed from outside.
     Conformance(ConformanceArgs),
     /// Write one run, or several side by side, as one page for a browser.
@@ -55,8 +52,6 @@ pub enum Command {
     Mpm(JoinArgs),
     /// The rigid-body solver's process; started by `run`.
     Dem(JoinArgs),
-    /// A solver that breaks one clause on purpose, to see `conformance` fail; without arguments, a list of them.
-    Mutant(MutantArgs),
 }
 
 /// A scene with overrides.
@@ -285,35 +280,6 @@ pub struct RunsArgs {
     /// Start runs through a command such as `srun -n1 {}`, where `{}` stands for the command of a run.
     #[arg(long, value_name = "TEMPLATE")]
     pub launcher: Option<String>,
-}
-
-/// Arguments of `chaos`.
-#[derive(Debug, Args)]
-pub struct ChaosArgs {
-    /// The scene; take a small one, because it is run thousands of times.
-    #[command(flatten)]
-    pub scene: SceneArgs,
-    /// Number of rounds; each disturbs one run.
-    #[arg(long, value_name = "N", default_value_t = 100)]
-    pub rounds: u64,
-    /// Seed from which all faults are chosen.
-    #[arg(long, value_name = "S", default_value_t = 1)]
-    pub seed: u64,
-    /// Number of the first round.
-    #[arg(long, value_name = "N", default_value_t = 0)]
-    pub first: u64,
-    /// Number of rounds at the same time.
-    #[arg(long, value_name = "N", default_value_t = 2, value_parser = clap::value_parser!(u16).range(1..))]
-    pub jobs: u16,
-    /// Kind of fault, such as `kill-solver`; may be repeated. All kinds by default.
-    #[arg(long, value_name = "KIND", value_parser = Kind::parse)]
-    pub only: Vec<Kind>,
-    /// Program that is disturbed; this one by default.
-    #[arg(long, value_name = "FILE")]
-    pub program: Option<PathBuf>,
-    /// Directory of the runs; those of rounds that fail are kept.
-    #[arg(long, value_name = "DIR", default_value = "runs/chaos")]
-    pub out: PathBuf,
 }
 
 /// Arguments of `study`.
@@ -600,17 +566,4 @@ pub struct ConformanceArgs {
     /// Write the messages of every broken clause, one file for each.
     #[arg(long, value_name = "DIR")]
     pub trace: Option<PathBuf>,
-}
-
-/// Arguments of a mutant.
-#[derive(Debug, Args)]
-pub struct MutantArgs {
-    /// The mutant: the id of the clause to break, followed by `/2` for its second mutant.
-    pub clause: Option<String>,
-    /// Break a clause of a continuum solver instead of a rigid-body solver.
-    #[arg(long)]
-    pub mpm: bool,
-    /// Id of the run to join.
-    #[arg(long, value_name = "RUN")]
-    pub join: Option<String>,
 }

@@ -1,4 +1,4 @@
-//! `tandem conformance` and `tandem mutant`.
+//! `tandem conformance`.
 
 use std::io::IsTerminal;
 use std::path::Path;
@@ -7,16 +7,13 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use conformance::bench::{Start, Subject};
-use conformance::mutant::{self, Host};
 use conformance::profile::{Profile, profiles};
 use conformance::report::{Paint, Rows, json, junit, listing, summary, waiver};
 use conformance::waiver::Waivers;
 use conformance::{Examination, ExamineError, Options, clause, examine};
 use interface::message::control::Party;
-use interface::session::process;
-use interface::transport::raw::Medium;
 
-use crate::cli::{ConformanceArgs, MutantArgs};
+use crate::cli::ConformanceArgs;
 use crate::exit::BAD_INPUT;
 use crate::terminal::{self, say};
 use crate::{logging, solvers};
@@ -108,37 +105,6 @@ fn required(args: &ConformanceArgs, party: Party) -> Result<Option<&'static Prof
     let unknown =
         || format!("--require: there is no profile `{name}` of a {party}, only {known:?}");
     found.map(Some).ok_or_else(unknown)
-}
-
-/// Joins a run as a solver that breaks one clause.
-pub fn mutate(args: &MutantArgs) -> ExitCode {
-    let party = if args.mpm { Party::Mpm } else { Party::Dem };
-    let Some(name) = &args.clause else {
-        for mutant in clause::mutants(party) {
-            say(format_args!("  {:<8} {}", mutant.name, mutant.mutant.what));
-        }
-        return ExitCode::SUCCESS;
-    };
-    let Some(mutant) = clause::mutants(party).into_iter().find(|m| m.name == *name) else {
-        return complain(&format!("there is no mutant `{name}`"), BAD_INPUT);
-    };
-    logging::of_solver();
-    let flaw = (mutant.mutant.flaw)();
-    let Some(id) = &args.join else {
-        let status = flaw.process.status_unjoined.unwrap_or(BAD_INPUT);
-        return complain("a mutant is started by `conformance`", status);
-    };
-    process::join_as(id, flaw.process.ends_on_interrupt, |domain| {
-        mutant::serve(Medium::Processes, domain, host(party), flaw)
-    })
-}
-
-/// The built-in solver, for a mutant to host.
-fn host(party: Party) -> Host {
-    match party {
-        Party::Mpm => Host::Mpm(solvers::mpm),
-        _ => Host::Dem(solvers::dem),
-    }
 }
 
 fn complain(error: &str, status: u8) -> ExitCode {

@@ -2,7 +2,6 @@
 #![forbid(unsafe_code)]
 #![warn(clippy::print_stdout, clippy::print_stderr)] // a reader may have left: see `terminal`
 
-mod chaos;
 mod check;
 mod cli;
 mod conformance;
@@ -60,7 +59,6 @@ fn obey(command: Command) -> ExitCode {
         }
         Command::Study(args) => studies::study(&args),
         Command::Stability(args) => studies::stability(&args),
-        Command::Chaos(args) => chaos::chaos(&args),
         Command::Conformance(args) => conformance::judge(&args),
         Command::Plot(args) => studies::plot(&args),
         Command::Clean => {
@@ -79,6 +77,5 @@ fn obey(command: Command) -> ExitCode {
         }
         Command::Mpm(args) => solvers::join(&args, solvers::mpm_process),
         Command::Dem(args) => solvers::join(&args, solvers::dem_process),
-        Command::Mutant(args) => conformance::mutate(&args),
     }
 }

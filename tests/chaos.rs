@@ -1,100 +1,397 @@
-//! `tandem chaos` with the real binary: a few rounds of everything, and that it tells what is wrong.
+//! Runs that are disturbed on purpose, resumed to their end, and compared with an undisturbed run, byte for byte.
+//!
+//! What happens, and at which share of the run, follows from a seed and the number of the round:
+//!
+//!     CHAOS_ROUNDS=1000 CHAOS_SEED=7 cargo test --release --test tandem-tests chaos::a_few -- --nocapture
+//!
+//! `CHAOS_FIRST` is the number of the first round, `CHAOS_JOBS` the number of rounds at the same time, and `CHAOS_SCENE` the
+//! words after `tandem run`: a small scene with frames and checkpoints. Only what real processes show is here: lost, late and
+//! wrong messages are simulated (docs/simulation.md).
 
+use std::collections::BTreeMap;
 use std::fs;
 use std::os::unix::fs::PermissionsExt;
-use std::process::Command;
+use std::path::{Path, PathBuf};
+use std::sync::Mutex;
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::thread;
+use std::time::{Duration, Instant};
 
-use crate::harness::{Place, scene};
+use fastrand::Rng;
+use serde_json::Value;
 
-/// A coupled run of some hundredths of a second.
-const TINY: &[&str] = &[
-    "--variant",
-    "quick",
-    "--set",
-    "time.end=0.03",
-    "--set",
-    "check=[]",
+use crate::harness::needs::Need;
+use crate::harness::{Ended, Place, Running, dice, scene, segments, signal, until};
+
+/// What is set in the scene that is run if no other is asked for: a coupled run of some hundredths of a second.
+const SCENE: &str = "--variant quick --set time.end=0.03 --set check=[] \
+    --set output.checkpoint.time=0.0015 --set output.frames=0.004";
+const PARTIES: [&str; 3] = ["coupler", "mpm", "dem"];
+const ASK_TO_END: [&str; 4] = ["INT", "TERM", "HUP", "XCPU"];
+/// Other ways to go on, which must not change a bit.
+const WAYS: [&str; 5] = ["", "", "--threads 2", "--window 7", "--in-process"];
+/// What a run says that has no room, or no files any more.
+const NO_ROOM: &[&str] = &[
+    "File too large",
+    "No space",
+    "limits the size",
+    "disk is full",
+    "shared memory",
 ];
+/// A run that has not ended by then hangs: no deadline of the protocol is longer.
+const HANGS: Duration = Duration::from_secs(90);
+/// A run that is asked to end does so within this time, whoever is stopped. What is there so long after its end is left over.
+const SOON: Duration = Duration::from_secs(8);
+/// What the shell says if it may not mount a small file system.
+const NO_MOUNT: i32 = 99;
 
-fn play(place: &Place, scene: &str, more: &[&str]) -> crate::harness::Ended {
-    let out = place.path("chaos");
-    let out = ["--out", out.to_str().unwrap()];
-    let words = [&["chaos", scene][..], TINY, &out, more].concat();
-    place.start(&words).end()
+/// What is wrong, and more about it.
+type Wrong = (&'static str, String);
+/// How a run has ended, and what is wrong with that.
+type Part = (Ended, Option<Wrong>);
+/// What a run has left that must be the same, by name.
+type Bits = BTreeMap<String, Vec<u8>>;
+
+/// What happens to a run.
+#[derive(Debug, Default)]
+struct Fault {
+    /// Signals to parties, by time after the start.
+    signals: Vec<(Duration, &'static str, &'static str)>,
+    /// A shell's script that leaves the run little room.
+    room: Option<String>,
+    /// When its files in shared memory are removed.
+    remove: Option<Duration>,
+    /// `tandem clean` runs all the time.
+    sweeps: bool,
 }
 
-/// The row of the table that adds all up.
-#[track_caller]
-fn sums(stdout: &str) -> Vec<u64> {
-    let row = stdout.lines().find(|line| line.starts_with("| all |"));
-    let row = row.unwrap_or_else(|| panic!("no table: {stdout}"));
-    let numbers = row.split('|').skip(2).map(str::trim);
-    numbers
-        .filter(|n| !n.is_empty())
-        .map(|n| n.parse().unwrap())
-        .collect()
+impl Fault {
+    /// One for a run that takes `takes`. A third of them strike in its beginning.
+    fn choose(kind: &str, rng: &mut Rng, takes: Duration) -> Self {
+        let moment = |rng: &mut Rng| {
+            let share = [0.15, 1.05, 1.05][rng.usize(..3)];
+            takes.mul_f64(share * rng.f64())
+        };
+        let at = moment(rng);
+        let later = at + Duration::from_millis(rng.u64(1..=300));
+        let solver = PARTIES[rng.usize(1..=2)];
+        let mut who = PARTIES;
+        rng.shuffle(&mut who);
+        let who = &who[..rng.usize(1..=3)];
+        let to_all = |at, signal| who.iter().map(move |&to| (at, to, signal));
+        let sweeps = rng.bool();
+        let mut fault = Self {
+            sweeps,
+            ..Self::default()
+        };
+        let signals = &mut fault.signals;
+        match (kind, rng.u8(..4)) {
+            ("kill", 0) => *signals = vec![(at, solver, "STOP"), (later, solver, "KILL")],
+            ("kill", _) => signals.extend(to_all(at, "KILL")),
+            ("freeze", _) => signals.extend(to_all(at, "STOP").chain(to_all(later, "CONT"))),
+            ("signal", 0) => {
+                signals.extend((0..3).map(|_| (moment(rng), "coupler", "USR1")));
+                signals.sort();
+            }
+            ("signal", dice) => {
+                signals.extend((dice == 1).then_some((at, solver, "STOP")));
+                signals.push((later, "coupler", ASK_TO_END[rng.usize(..4)]));
+            }
+            ("starve", 0 | 1) => {
+                let blocks = 2 * rng.u32(1..=200);
+                fault.room = Some(format!("ulimit -f {blocks}; exec \"$@\""));
+            }
+            // The disk is gone when the shell ends, so what is on it is copied.
+            ("starve", 2) => {
+                let size = 4 * rng.u32(1..=100);
+                fault.room = Some(format!(
+                    "mkdir $0; mount -t tmpfs -o size={size}k tmpfs $0 || exit {NO_MOUNT}; \"$@\"; code=$?; \
+                     mount -o remount,size=1g $0; cp -a $0 $0.kept; exit $code"
+                ));
+            }
+            ("starve", _) => {
+                let size = 64 * rng.u32(1..=64);
+                fault.room = Some(format!(
+                    "mount -t tmpfs -o size={size}k tmpfs /dev/shm || exit {NO_MOUNT}; \
+                     mkdir $TANDEM_RUNTIME_DIR; exec \"$@\""
+                ));
+            }
+            _ => fault.remove = Some(at),
+        }
+        fault
+    }
+
+    fn sends(&self, party: &str, signals: &[&str]) -> bool {
+        let mut sent = self.signals.iter();
+        sent.any(|(_, to, signal)| *to == party && signals.contains(signal))
+    }
+
+    /// What is wrong with the end of a run that this happened to; `took` is the time since the last signal.
+    fn judge(&self, ended: &Ended, took: Duration) -> Option<Wrong> {
+        let says = |words: &&str| ended.stderr.contains(words);
+        let kills = |party: &str| self.sends(party, &["KILL"]);
+        let killed = |party: &str| says(&&*format!("the {party} solver was killed by signal 9"));
+        let told = |party: &str| kills(party) && killed(party);
+        let right = match ended.status.code() {
+            Some(0) => true,
+            // Before the program handles a signal, this does what it always does.
+            None => !self.signals.is_empty(),
+            Some(130) if self.sends("coupler", &ASK_TO_END) => took < SOON,
+            Some(3) if kills("mpm") || kills("dem") => told("mpm") || told("dem"),
+            Some(2 | 3) if self.room.is_some() || self.remove.is_some() => NO_ROOM.iter().any(says),
+            _ => has_nothing(ended),
+        };
+        let said = ended.stderr.lines().last().unwrap_or_default();
+        let about = format!("{}, {took:.1?} after the last signal: {said}", ended.status);
+        (!right).then(|| ("wrong culprit", format!("{about} {self:?}")))
+    }
+}
+
+/// What all rounds have in common, and what they come to.
+struct Rig {
+    program: PathBuf,
+    scene: String,
+    seed: u64,
+    dir: PathBuf,
+    bits: Bits,
+    takes: Duration,
+    /// How often what was seen in rounds of a kind.
+    counts: Mutex<BTreeMap<(&'static str, &'static str), u64>>,
+}
+
+impl Rig {
+    /// Runs the scene in peace, to know its bits and how long it takes.
+    fn new(program: &Path, seed: u64) -> Self {
+        let scene = format!("{} {SCENE}", scene("jiang2020/normal_force"));
+        let dir = Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("chaos-{seed}"));
+        let _ = fs::remove_dir_all(&dir);
+        fs::create_dir_all(&dir).unwrap();
+        let mut rig = Self {
+            program: program.into(),
+            scene: std::env::var("CHAOS_SCENE").unwrap_or(scene),
+            seed,
+            dir,
+            bits: Bits::new(),
+            takes: Duration::ZERO,
+            counts: Mutex::default(),
+        };
+        let dir = rig.dir.join("undisturbed");
+        let (place, began) = (Place::new(), Instant::now());
+        let (ended, _) = rig.part(&place, &rig.begin(&dir), &dir, &Fault::default());
+        rig.takes = began.elapsed();
+        rig.bits = bits(&dir).unwrap_or_else(|| panic!("{}", ended.stderr));
+        rig
+    }
+
+    fn begin(&self, dir: &Path) -> String {
+        format!("run {} --log json --out {}", self.scene, dir.display())
+    }
+
+    /// Plays rounds, some at once.
+    fn play(&self, first: u64, rounds: u64, jobs: u64) {
+        let next = AtomicU64::new(first);
+        let next = || Some(next.fetch_add(1, Ordering::Relaxed)).filter(|n| *n < first + rounds);
+        let one_after_another = || std::iter::from_fn(next).for_each(|number| self.round(number));
+        thread::scope(|scope| {
+            for _ in 0..jobs {
+                scope.spawn(one_after_another);
+            }
+        });
+    }
+
+    /// Plays one round. Its files are kept if something is wrong.
+    fn round(&self, number: u64) {
+        let kind = ["kill", "freeze", "signal", "starve", "remove"][(number % 5) as usize];
+        let mut rng = Rng::with_seed(self.seed.wrapping_mul(0x9e37_79b9_7f4a_7c15) ^ number);
+        let dir = self.dir.join(format!("round-{number}"));
+        self.count(kind, "rounds");
+        let Some((wrong, about)) = self.parts(kind, &dir, &mut rng) else {
+            let _ = fs::remove_dir_all(&dir);
+            return;
+        };
+        self.count(kind, wrong);
+        println!("round {number}, {kind}: {wrong}: {about}");
+    }
+
+    fn count(&self, kind: &'static str, what: &'static str) {
+        *self.counts.lock().unwrap().entry((kind, what)).or_default() += 1;
+    }
+
+    /// One run with what happens to it and what follows.
+    fn parts(&self, kind: &'static str, dir: &Path, rng: &mut Rng) -> Option<Wrong> {
+        let (place, fault) = (Place::new(), Fault::choose(kind, rng, self.takes));
+        let (mut ended, mut wrong) = self.part(&place, &self.begin(dir), dir, &fault);
+        let mut runs = ended.runs.clone();
+        if ended.status.code() == Some(NO_MOUNT) {
+            self.count(kind, "left out");
+            return None;
+        }
+        let kept = dir.with_extension("kept");
+        if kept.exists() {
+            fs::remove_dir_all(dir).unwrap();
+            fs::rename(kept, dir).unwrap();
+        }
+        let mut parts = 0;
+        while wrong.is_none() && !ended.status.success() && parts < 8 {
+            let mut again = Fault::default();
+            if parts < 2 && rng.u8(..4) == 0 {
+                again = Fault::choose(["kill", "signal"][rng.usize(..2)], rng, self.takes);
+            }
+            let way = WAYS[rng.usize(..5)];
+            let mut words = format!("resume {} --log json {way}", dir.display());
+            if has_nothing(&ended) {
+                words = self.begin(dir);
+            }
+            self.count(kind, "resumed");
+            (ended, wrong) = self.part(&place, &words, dir, &again);
+            runs.extend(ended.runs.iter().cloned());
+            parts += 1;
+        }
+        if wrong.is_some() {
+            return wrong;
+        }
+        let bits = bits(dir).unwrap_or_default();
+        let mut names = self.bits.keys().chain(bits.keys());
+        if let Some(name) = names.find(|name| self.bits.get(*name) != bits.get(*name)) {
+            return Some(("different bits", format!("{name} differs")));
+        }
+        // What a run has left is removed by the next start.
+        let left = || format!("{:?}{:?}", place.temporary(), segments(&runs));
+        let gone = until(SOON, || (left() == "{}[]").then_some(()));
+        gone.is_none().then(|| ("leftover", left()))
+    }
+
+    /// Starts the program, lets happen what is to happen, and waits until all of its processes have ended.
+    fn part(&self, place: &Place, words: &str, dir: &Path, fault: &Fault) -> Part {
+        let dir = dir.to_str().expect("UTF-8");
+        let mut all = vec![self.program.to_str().expect("UTF-8")];
+        if let Some(script) = &fault.room {
+            let shell = ["unshare", "-rm", "sh", "-c", script, dir];
+            let from = if script.contains("mount") { 0 } else { 2 };
+            all.splice(..0, shell[from..].iter().copied());
+        }
+        all.extend(words.split_whitespace());
+        let mut run = place.start_as(Path::new(all[0]), &all[1..]);
+        let (began, mut last) = (Instant::now(), Instant::now());
+        let mut signals = fault.signals.iter().peekable();
+        let mut remove = fault.remove;
+        let mut sweep: Option<Running> = None;
+        let over = until(HANGS, || {
+            if let Some(&&(at, to, what)) = signals.peek()
+                && at <= began.elapsed()
+            {
+                let coupler = (to == "coupler").then(|| run.pid());
+                // A solver that is not there yet is waited for, unless nobody may start it.
+                if let Some(pid) = coupler.or_else(|| solver(place, to)) {
+                    signal(pid, what);
+                    last = Instant::now();
+                    signals.next();
+                } else if fault.sends("coupler", &["STOP"]) {
+                    signals.next();
+                }
+            }
+            if remove.is_some_and(|at| at <= began.elapsed()) {
+                let segments = segments(&run.runs());
+                for name in &segments {
+                    let _ = fs::remove_file(Path::new("/dev/shm").join(name));
+                }
+                for name in place.temporary() {
+                    let _ = fs::remove_dir_all(place.temporary_path().join(name));
+                }
+                remove = remove.filter(|_| segments.is_empty());
+            }
+            if fault.sweeps && sweep.as_mut().is_none_or(Running::is_over) {
+                sweep = Some(place.start(&["clean"]));
+            }
+            run.is_over().then_some(())
+        });
+        let took = last.elapsed();
+        drop(sweep);
+        let gone = until(SOON, || place.processes().is_empty().then_some(()));
+        let left = place.processes();
+        for &pid in &left {
+            signal(pid, "KILL");
+        }
+        let ended = run.end();
+        let wrong = match (over, gone) {
+            (None, _) => Some(("hang", format!("{fault:?}"))),
+            (_, None) => Some(("leftover", format!("processes {left:?}"))),
+            _ => fault.judge(&ended, took),
+        };
+        (ended, wrong)
+    }
+}
+
+/// Whether a run was stopped before it had a checkpoint to go on from.
+fn has_nothing(ended: &Ended) -> bool {
+    let says = |words| ended.stderr.contains(words);
+    ended.status.code() == Some(2) && (says("has no checkpoint") || says("scene.toml"))
+}
+
+/// What a run has left; none if it has not ended.
+fn bits(dir: &Path) -> Option<Bits> {
+    let summary = fs::read(dir.join("summary.json")).ok()?;
+    let summary: Value = serde_json::from_slice(&summary).ok()?;
+    let frames = fs::read_dir(dir.join("frames")).into_iter().flatten();
+    let frames = frames.map(|entry| entry.unwrap().path());
+    let tables = ["history.csv", "course.csv", "bodies.csv"].map(|name| dir.join(name));
+    let read = |path: PathBuf| {
+        let name = path.file_name()?.to_string_lossy().into_owned();
+        Some((name, fs::read(path).ok()?))
+    };
+    let mut bits: Bits = frames.chain(tables).filter_map(read).collect();
+    bits.insert(
+        "the state hash".into(),
+        summary["state_hash"].as_str()?.into(),
+    );
+    bits.insert(
+        "the number of steps".into(),
+        summary["steps"].to_string().into(),
+    );
+    Some(bits)
+}
+
+/// The process of a solver, if it is there.
+fn solver(place: &Place, party: &str) -> Option<u32> {
+    place.processes().into_iter().find(|pid| {
+        let words = fs::read_to_string(format!("/proc/{pid}/cmdline")).unwrap_or_default();
+        words.contains(&format!("\0{party}\0--join\0"))
+    })
 }
 
 #[test]
 fn a_few_rounds_of_everything_leave_the_same_bits() {
-    let place = Place::new();
-    let scene = scene("jiang2020/normal_force");
-    let seed = crate::harness::dice(1 << 32).to_string();
-    println!("seed {seed}");
-    let ended = play(&place, &scene, &["--rounds", "45", "--seed", &seed]);
-    println!("{}", ended.stdout);
-    let ended = ended.expect(0);
-    let sums = sums(&ended.stdout);
-    assert_eq!(sums[0], 45);
-    assert!(sums[2] + sums[3] > 0, "something had to be gone on with");
-    assert_eq!(sums[4..], [0; 5]);
-    let kept = fs::read_dir(place.path("chaos")).unwrap();
-    let kept = kept.map(|entry| entry.unwrap().file_name().into_string().unwrap());
-    let of_rounds: Vec<String> = kept.filter(|name| name.starts_with("round")).collect();
-    assert!(of_rounds.is_empty(), "{of_rounds:?}");
+    let number = |name: &str, or: u64| std::env::var(name).map_or(or, |n| n.parse().unwrap());
+    let seed = number("CHAOS_SEED", dice(1 << 32));
+    let rounds = number("CHAOS_ROUNDS", 30);
+    let rig = Rig::new(Path::new(env!("CARGO_BIN_EXE_tandem")), seed);
+    rig.play(number("CHAOS_FIRST", 0), rounds, number("CHAOS_JOBS", 2));
+    let counts = rig.counts.into_inner().unwrap();
+    println!("CHAOS_SEED={seed}: {counts:#?}");
+    let fine = |(_, what): &(_, &str)| ["rounds", "resumed", "left out"].contains(what);
+    assert!(counts.keys().all(fine), "files: {}", rig.dir.display());
+    assert!(rounds < 30 || counts.contains_key(&("kill", "resumed")));
+    let mounts = !counts.contains_key(&("starve", "left out"));
+    Need::Mount.is_met(mounts, "no small file system may be mounted");
 }
 
 /// A program whose `resume` adds a row to the history of a run, as if a row had come twice.
 #[test]
-fn a_failed_round_is_reported_with_a_command_that_repeats_it() {
+fn a_round_with_other_bits_is_found_out() {
     let place = Place::new();
-    let wrong = place.write(
-        "tandem",
-        &format!(
-            "#!/bin/sh\nif [ \"$1\" != resume ]; then exec '{0}' \"$@\"; fi\n\
-             '{0}' \"$@\"\ncode=$?\necho 1 >> \"$2/history.csv\"\nexit $code\n",
-            env!("CARGO_BIN_EXE_tandem")
-        ),
+    let right = env!("CARGO_BIN_EXE_tandem");
+    let script = format!(
+        "#!/bin/sh\nif [ \"$1\" != resume ]; then exec '{right}' \"$@\"; fi\n\
+         '{right}' \"$@\"\ncode=$?\necho 1 >> \"$2/history.csv\"\nexit $code\n"
     );
+    let wrong = place.write("tandem", &script);
     fs::set_permissions(&wrong, fs::Permissions::from_mode(0o755)).unwrap();
-    let out = place.path("chaos");
-    let scene = scene("jiang2020/normal_force");
-    let ended = Command::new(env!("CARGO_BIN_EXE_tandem"))
-        .args(["chaos", &scene, "--out", out.to_str().unwrap()])
-        .args(TINY)
-        .args(["--rounds", "6", "--only", "interrupt", "--seed", "5"])
-        .args(["--program", wrong.to_str().unwrap()])
-        .env("TANDEM_RUNTIME_DIR", place.temporary_path())
-        .output()
-        .unwrap();
-    let stdout = String::from_utf8(ended.stdout).unwrap();
-    assert_eq!(ended.status.code(), Some(1), "{stdout}");
-    assert!(sums(&stdout)[7] > 0, "{stdout}");
+    let rig = Rig::new(&wrong, 5);
+    // Kills only.
+    (0..30).step_by(5).for_each(|number| rig.round(number));
+    let counts = rig.counts.into_inner().unwrap();
     assert!(
-        stdout.contains("different bits: history.csv differs"),
-        "{stdout}"
+        counts.contains_key(&("kill", "different bits")),
+        "{counts:?}"
     );
-    assert!(stdout.contains("again: tandem chaos "), "{stdout}");
-    assert!(stdout.contains("--seed 5 --first "), "{stdout}");
-}
-
-#[test]
-fn a_kind_that_does_not_exist_and_a_scene_that_fails_are_refused() {
-    let place = Place::new();
-    let good = scene("jiang2020/normal_force");
-    play(&place, &good, &["--only", "flood"])
-        .expect(2)
-        .says(&["expected one of", "kill-several"]);
-    let stops = ["--set", "dem.point_contact.linear.normal_stiffness=-1"];
-    play(&place, &good, &stops).expect(2);
 }

@@ -6,6 +6,8 @@ use std::process::Command;
 
 use serde_json::Value;
 
+use crate::mutants;
+
 fn tandem(arguments: &[&str]) -> Command {
     let mut command = Command::new(env!("CARGO_BIN_EXE_tandem"));
     command.args(arguments).env("NO_COLOR", "1");
@@ -15,6 +17,12 @@ fn tandem(arguments: &[&str]) -> Command {
 /// The command of a solver that is this program.
 fn solver(subcommand: &str) -> String {
     format!("'{}' {subcommand}", env!("CARGO_BIN_EXE_tandem"))
+}
+
+/// The command of a mutant.
+fn mutant(name: &str) -> String {
+    let words = mutants::command(name);
+    shlex::try_join(words.iter().map(String::as_str)).unwrap()
 }
 
 /// Runs the kit; returns its exit status and its verdicts, id by id.
@@ -72,7 +80,7 @@ fn a_broken_clause_is_reported_as_text_json_and_junit() {
         "--only",
         "S-2a,F-7a,F-7b",
         "--dem",
-        &solver("mutant F-7a"),
+        &mutant("F-7a"),
     ])
     .args([
         "--junit",
@@ -128,7 +136,7 @@ fn a_broken_clause_is_reported_as_text_json_and_junit() {
 #[test]
 fn verdicts_are_the_same_for_any_number_of_jobs() {
     let dir = tempfile::tempdir().unwrap();
-    let broken = solver("mutant F-7a");
+    let broken = mutant("F-7a");
     let told = |jobs: &str| {
         let (status, verdicts) = verdicts(dir.path(), &["--dem", &broken, "--jobs", jobs]);
         assert_eq!(status, 1);
@@ -155,18 +163,12 @@ fn a_waiver_holds_until_it_expires() {
         let waiver =
             format!("[[waiver]]\nclause = \"{clause}\"\nreason = \"known\"\nexpires = {expires}\n");
         fs::write(&file, waiver).unwrap();
-        tandem(&[
-            "conformance",
-            "--only",
-            "S-6a",
-            "--dem",
-            &solver("mutant S-6a"),
-        ])
-        .args(["--waivers", file.to_str().unwrap()])
-        .output()
-        .unwrap()
-        .status
-        .code()
+        tandem(&["conformance", "--only", "S-6a", "--dem", &mutant("S-6a")])
+            .args(["--waivers", file.to_str().unwrap()])
+            .output()
+            .unwrap()
+            .status
+            .code()
     };
     assert_eq!(status("2999-01-01", "S-6a"), Some(0));
     assert_eq!(status("2020-01-01", "S-6a"), Some(1));

@@ -21,11 +21,10 @@ const ARROWS: &str = "
     conformance: interface mechanics
     simulation: dem-proc interface mechanics mpm-proc
     study: coupler interface mechanics
-    chaos: coupler
     report: coupler
     fuzzing: coupler dem-proc interface mpm-proc report
     rapier-dem: coupler dem-proc interface mechanics mpm-proc
-    tandem: chaos conformance coupler dem-proc interface mpm-proc report study";
+    tandem: conformance coupler dem-proc interface mpm-proc report study";
 /// Dependencies of one crate only: the transport, the codec, the broad phase.
 const OWNERS: [(&str, &str); 3] = [
     ("iceoryx2", "interface"),

@@ -2,25 +2,57 @@
 //! clause must be broken by some mutant: a clause that no mutant can trip is no clause.
 
 use std::collections::{BTreeMap, BTreeSet};
-use std::path::PathBuf;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
 
 use conformance::bench::{PATIENCE, Start, Subject};
 use conformance::clause::{self, Clause, NamedMutant};
-use conformance::mutant::{Flaw, Host, Pass, ProcessFlaws, change, serve};
+use conformance::mutant::{Flaw, Host, Pass, ProcessFlaws, change, program, serve};
 use conformance::profile::{Profile, profiles};
 use conformance::verdict::Verdict;
 use conformance::{Examination, Options, examine};
 use interface::message::control::Party;
+use interface::solver::{DemSolver, MpmSolver};
 use interface::transport::domain::Domain;
 use interface::transport::raw::{Medium, Message};
 
+/// The words of a mutant's command line, if a process of this program is to be one.
+const MUTANT: &str = "TANDEM_MUTANT";
+
+fn mpm() -> Box<dyn MpmSolver> {
+    Box::new(mpm_proc::Mpm::default())
+}
+
+fn dem() -> Box<dyn DemSolver> {
+    Box::new(dem_proc::Sdem::default())
+}
+
 fn host(party: Party) -> Host {
     match party {
-        Party::Mpm => Host::Mpm(|| Box::new(mpm_proc::Mpm::default())),
-        _ => Host::Dem(|| Box::new(dem_proc::Sdem::default())),
+        Party::Mpm => Host::Mpm(mpm),
+        _ => Host::Dem(dem),
+    }
+}
+
+/// Words of a command that starts a mutant as a process: this program of tests, which is told by a variable what to be.
+pub fn command(name: &str) -> Vec<String> {
+    let tests = std::env::current_exe().expect("a program");
+    let test = "mutants::a_process_that_is_told_to_is_a_mutant";
+    let script = format!(
+        "{MUTANT}=\"$*\" exec '{}' --exact {test} --nocapture >/dev/null",
+        tests.display()
+    );
+    let words = ["sh", "-c", &script, "sh", name];
+    words.map(str::to_owned).to_vec()
+}
+
+/// No test, but what [`command`] starts.
+#[test]
+fn a_process_that_is_told_to_is_a_mutant() {
+    if let Ok(words) = std::env::var(MUTANT) {
+        let words: Vec<&str> = words.split_whitespace().collect();
+        std::process::exit(program(&words, mpm, dem).into());
     }
 }
 
@@ -340,13 +372,7 @@ fn every_mutant_process_breaks_its_clause_alone() {
             if !mutant.clause.of_processes {
                 continue;
             }
-            let program = PathBuf::from(env!("CARGO_BIN_EXE_tandem"));
-            let program = program.to_str().expect("UTF-8");
-            let mut command = vec![program, "mutant", &mutant.name];
-            if party == Party::Mpm {
-                command.push("--mpm");
-            }
-            let start = Start::Command(command.into_iter().map(String::from).collect());
+            let start = Start::Command(command(&mutant.name));
             let subject = Subject { party, start };
             let found = judge(&subject, only.clone());
             let wrong = complaints(&mutant, &found);

@@ -318,6 +318,12 @@ impl Running<'_> {
         self.runs.clone()
     }
 
+    /// Whether it has ended.
+    pub fn is_over(&mut self) -> bool {
+        self.watch();
+        !matches!(self.child.try_wait(), Ok(None))
+    }
+
     /// Waits for the end.
     pub fn end(self) -> Ended {
         self.end_within(PATIENCE)

@@ -26,7 +26,7 @@
 //! A clause that no mutant can trip is no clause (`tests/mutants.rs` of the root). A mutant is the built-in solver
 //! that talks through a transport ([`mutant::serve`]) which passes every message on but for the one rule it breaks. It stands in the clause's row,
 //! and [`mutant::Flaw`] and [`mutant::change`] have one constructor for each thing that can be changed. Then
-//! `tandem conformance --dem "tandem mutant F-8a"` shows it, and the test asks that clause F-8a fails and no other. A
+//! `tandem conformance --dem "target/release/examples/mutant F-8a"` shows it, and the test asks that clause F-8a fails and no other. A
 //! second mutant of a clause is called `F-8a/2`.
 #![forbid(unsafe_code)]
 #![expect(

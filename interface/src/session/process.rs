@@ -33,30 +33,21 @@ pub fn serve_dem<D: DemSolver>(mut solver: D) -> ExitCode {
 
 /// Joins the run `id` with `serve`, as a process does. Its exit status shows whether the session was closed in order.
 pub fn join(id: &str, serve: impl FnOnce(&Domain) -> Result<(), SessionError>) -> ExitCode {
-    join_as(id, false, |domain| match serve(domain) {
-        Ok(()) => 0,
+    if let Err(error) = leave_interrupts_to_the_coupler() {
+        tracing::warn!("the handling of Ctrl-C could not be changed: {error}");
+    }
+    let domain = match Domain::join(id) {
+        Ok(domain) => domain,
+        Err(error) => {
+            eprintln!("error: {error}");
+            return ExitCode::from(FAILED);
+        }
+    };
+    match serve(&domain) {
+        Ok(()) => ExitCode::SUCCESS,
         // The coupler has received the error and reports it to the user.
         Err(error) => {
             tracing::debug!("{error}");
-            FAILED
-        }
-    })
-}
-
-/// The same for a solver that chooses its exit status, and may end on Ctrl-C, which X-5 forbids.
-pub fn join_as(id: &str, ends_on_interrupt: bool, serve: impl FnOnce(&Domain) -> u8) -> ExitCode {
-    let answer = if ends_on_interrupt {
-        end_on_interrupt()
-    } else {
-        leave_interrupts_to_the_coupler()
-    };
-    if let Err(error) = answer {
-        tracing::warn!("the handling of Ctrl-C could not be changed: {error}");
-    }
-    match Domain::join(id) {
-        Ok(domain) => ExitCode::from(serve(&domain)),
-        Err(error) => {
-            eprintln!("error: {error}");
             ExitCode::from(FAILED)
         }
     }
@@ -65,13 +56,6 @@ pub fn join_as(id: &str, ends_on_interrupt: bool, serve: impl FnOnce(&Domain) ->
 /// Clause X-5. Ctrl-C at the terminal does not reach another process group, but `kill -INT` and some queues do.
 fn leave_interrupts_to_the_coupler() -> io::Result<()> {
     signal_hook::flag::register(signal_hook::consts::SIGINT, Arc::default()).map(|_| ())
-}
-
-/// Lets an interrupt end the process. This must be set, because a program that a shell starts in the background
-/// inherits that SIGINT is ignored.
-fn end_on_interrupt() -> io::Result<()> {
-    use signal_hook::{consts::SIGINT, flag::register_conditional_shutdown};
-    register_conditional_shutdown(SIGINT, 130, Arc::new(true.into())).map(|_| ())
 }
 
 fn with_run(
@@ -94,7 +78,7 @@ fn with_run(
 const STARTED_AS: &str = "TANDEM_PARTY";
 
 /// The party as which the coupler started this process, if it says so (O-1).
-pub(crate) fn started_as() -> Option<Party> {
+pub fn started_as() -> Option<Party> {
     let name = std::env::var(STARTED_AS).ok()?;
     let solvers = [Party::Mpm, Party::Dem];
     solvers.into_iter().find(|party| party.name() == name)
