@@ -13,11 +13,9 @@
 //! | [`session`] | the protocol: the three parties of a session, over any transport; a solver as a program |
 //! | [`recording`] | every message of a run in a file |
 //! | [`saved`] | the bytes of a saved state |
-//! | [`clauses`] | the registry of PROTOCOL.md's clauses |
 //!
 //! Geometry and mechanics that several solvers need are the crate `mechanics`.
 
-pub mod clauses;
 pub mod config;
 pub mod message;
 pub mod recording;
