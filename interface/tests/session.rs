@@ -4,6 +4,7 @@ use std::sync::mpsc;
 use std::time::{Duration, Instant};
 
 use crate::toys::{Course, HalfPlane, Points};
+use interface::message::Channel;
 use interface::message::control::Party;
 use interface::message::wire::{PointState, Report};
 use interface::session::together::Together;
@@ -369,8 +370,8 @@ fn nothing_of_a_run_is_open_to_other_users() {
     let _created = iceoryx::create(Medium::Processes, domain, &BOTH, false).unwrap();
     let mut ends = BOTH
         .map(|party| iceoryx::join(Medium::Processes, domain, party, &[], SEND_TIMEOUT).unwrap());
-    for end in &mut ends {
-        end.open(true).unwrap();
+    for (end, party) in ends.iter_mut().zip(BOTH) {
+        end.open(&Channel::before_ready(party, true)).unwrap();
     }
     let _coupler = iceoryx::join(
         Medium::Processes,

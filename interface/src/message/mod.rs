@@ -148,6 +148,21 @@ impl Channel {
         }
     }
 
+    /// The channels that a solver opens after Hello and before Ready (clause S-7): for measurements and saved states, and if
+    /// the run is coupled those to the other solver.
+    pub fn before_ready(solver: Party, coupled: bool) -> Vec<Self> {
+        let is_opened = |channel: &Self| {
+            channel.is_of(solver)
+                && match channel.kind {
+                    Kind::Order | Kind::Notice | Kind::Grant | Kind::Report | Kind::Restore => {
+                        false
+                    }
+                    _ => coupled || !channel.is_between_solvers(),
+                }
+        };
+        Self::ALL.into_iter().filter(is_opened).collect()
+    }
+
     /// Whether a party sends or receives on it.
     pub fn is_of(self, party: Party) -> bool {
         self.from() == party || self.to() == party

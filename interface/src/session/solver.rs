@@ -6,9 +6,9 @@ use super::error::{INDIRECT_WAIT_MARGIN, SessionError};
 use super::pieces::{Mark, solver_part};
 use super::stopwatch::{Activity, Clocked};
 use crate::config::capability::Capabilities;
-use crate::message::Records;
 use crate::message::control::{Configure, Hello, Notice, Order, PROTOCOL, Party, Ready};
 use crate::message::wire::{ContactState, Ledger, PointState, Report, StepHeader, flags};
+use crate::message::{Channel, Records};
 use crate::solver::{Fault, Readiness, Refusal};
 
 /// What the two sides of a session do in ways of their own.
@@ -117,8 +117,8 @@ async fn configure(to: &mut Connection<'_>, side: &mut impl Side) -> Result<u64,
         Err(refusal) => return Err(to.refuse(refusal).await),
     };
     let items = readiness.items;
-    to.io()
-        .with(|transport| transport.open(configure.coupled))?;
+    let channels = Channel::before_ready(to.party, configure.coupled);
+    to.io().with(|transport| transport.open(&channels))?;
     let ready = Ready {
         scene_hash: configure.scene_hash,
         readiness,

@@ -506,20 +506,9 @@ impl<S: Service + 'static> Ends<S> {
 }
 
 impl<S: Service + 'static> Transport for Ends<S> {
-    fn open(&mut self, coupled: bool) -> Result<(), TransportError> {
-        let measurement: &[Kind] = match self.party {
-            Party::Mpm => &[Kind::Saved, Kind::Groups, Kind::Points],
-            Party::Dem => &[Kind::Saved, Kind::Bodies, Kind::Contacts],
-            Party::Coupler => return Ok(()),
-        };
-        for &kind in measurement {
-            self.open_channel(Channel::of(self.party, kind))?;
-        }
-        let others = Channel::ALL.into_iter();
-        for channel in others.filter(|channel| coupled && channel.is_between_solvers()) {
-            self.open_channel(channel)?;
-        }
-        Ok(())
+    fn open(&mut self, channels: &[Channel]) -> Result<(), TransportError> {
+        let mut channels = channels.iter();
+        channels.try_for_each(|channel| self.open_channel(*channel))
     }
 
     fn send(

@@ -54,12 +54,11 @@ pub enum TransportError {
 
 /// One party's ends of the channels of a run. What has a default here needs nothing where all parties share a thread.
 pub trait Transport {
-    /// Opens a solver's other ends, before its Ready (clause S-7): for measurements and saved states, and if `coupled` to
-    /// the other solver.
+    /// Opens a solver's ends of these channels, as it does before its Ready ([`Channel::before_ready`]).
     ///
     /// # Errors
     /// [`TransportError`].
-    fn open(&mut self, _coupled: bool) -> Result<(), TransportError> {
+    fn open(&mut self, _channels: &[Channel]) -> Result<(), TransportError> {
         Ok(())
     }
 

@@ -42,7 +42,7 @@ impl RawRun {
         let coupler = join(medium, names, Party::Coupler, &[solver], SEND_TIMEOUT)?;
         let other = solver.other_solver().expect("a solver is under test");
         let mut peer = join(medium, names, other, &[], SEND_TIMEOUT)?;
-        peer.open(true)?;
+        peer.open(&Channel::before_ready(other, true))?;
         Ok(Self {
             solver,
             coupler: RefCell::new(coupler),

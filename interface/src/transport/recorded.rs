@@ -24,8 +24,8 @@ impl Recorded {
 }
 
 impl Transport for Recorded {
-    fn open(&mut self, coupled: bool) -> Result<(), TransportError> {
-        self.inner.open(coupled)
+    fn open(&mut self, channels: &[Channel]) -> Result<(), TransportError> {
+        self.inner.open(channels)
     }
 
     fn send(

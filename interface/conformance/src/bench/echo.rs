@@ -37,7 +37,7 @@ pub fn echo(medium: Medium, points: usize) -> Result<Duration, Unmet> {
 /// Answers until it is over; what fails here is seen at the other end as silence.
 fn answer(medium: Medium, domain: &Domain, over: &AtomicBool) -> Result<(), ChannelError> {
     let mut ends = join(medium, domain, Party::Dem, &[], PATIENCE)?;
-    ends.open(true)?;
+    ends.open(&Channel::before_ready(Party::Dem, true))?;
     let (states, forces) = [Kind::States, Kind::Forces]
         .map(|kind| Channel::of(Party::Dem, kind))
         .into();

@@ -37,6 +37,8 @@ pub struct Flawed {
     woken: bool,
     /// Between a grant and the report on it.
     in_step: bool,
+    /// Channels that it opens after Ready.
+    late: Vec<Channel>,
 }
 
 impl Flawed {
@@ -49,6 +51,7 @@ impl Flawed {
             coming: [const { VecDeque::new() }; Kind::ALL.len()],
             woken: false,
             in_step: false,
+            late: Vec::new(),
         }
     }
 
@@ -98,11 +101,14 @@ impl Flawed {
 }
 
 impl Transport for Flawed {
-    fn open(&mut self, coupled: bool) -> Result<(), TransportError> {
-        if self.flaw.process.opens_late {
-            return Ok(());
+    fn open(&mut self, channels: &[Channel]) -> Result<(), TransportError> {
+        if !self.flaw.process.opens_late {
+            return self.inner.open(channels);
         }
-        self.inner.open(coupled)
+        let between = |channel: &Channel| channel.is_between_solvers();
+        let (exchange, late): (Vec<_>, _) = channels.iter().partition(|channel| between(channel));
+        self.late = late;
+        self.inner.open(&exchange)
     }
 
     fn send(
@@ -128,7 +134,7 @@ impl Transport for Flawed {
             Ok(Notice::Ready(_)) if process.opens_late => {
                 self.pass_on(message)?;
                 std::thread::sleep(LATE);
-                self.inner.open(true)?;
+                self.inner.open(&self.late)?;
             }
             Ok(Notice::Bye) if process.goes_at_bye => {
                 self.pass_on(message)?;
