@@ -163,18 +163,12 @@ fn a_waiver_holds_until_it_expires() {
         let waiver =
             format!("[[waiver]]\nclause = \"{clause}\"\nreason = \"known\"\nexpires = {expires}\n");
         fs::write(&file, waiver).unwrap();
-        tandem(&[
-            "conformance",
-            "--only",
-            "S-6a",
-            "--dem",
-            &mutant("S-6a"),
-        ])
-        .args(["--waivers", file.to_str().unwrap()])
-        .output()
-        .unwrap()
-        .status
-        .code()
+        tandem(&["conformance", "--only", "S-6a", "--dem", &mutant("S-6a")])
+            .args(["--waivers", file.to_str().unwrap()])
+            .output()
+            .unwrap()
+            .status
+            .code()
     };
     assert_eq!(status("2999-01-01", "S-6a"), Some(0));
     assert_eq!(status("2020-01-01", "S-6a"), Some(1));

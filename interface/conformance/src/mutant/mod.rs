@@ -65,7 +65,7 @@ pub fn program(
     };
     let flaw = (mutant.mutant.flaw)();
     match more {
-        ["--join", run] => join(run, host, flaw),
+        ["--join", run] => join_and_serve(run, host, flaw),
         _ => {
             eprintln!("error: a mutant is started by `tandem conformance`");
             flaw.process.status_unjoined.unwrap_or(BAD_INPUT)
@@ -74,7 +74,7 @@ pub fn program(
 }
 
 /// Joins a run as a process does; returns its exit status.
-fn join(run: &str, host: Host, flaw: Flaw) -> u8 {
+fn join_and_serve(run: &str, host: Host, flaw: Flaw) -> u8 {
     // A process that a shell starts in the background inherits that SIGINT is ignored, so both ways have to be set.
     let set = if flaw.process.ends_on_interrupt {
         register_conditional_shutdown(SIGINT, 130, Arc::new(AtomicBool::new(true)))
