@@ -13,8 +13,8 @@ use coupler::scene::Scene;
 
 use crate::StudyError;
 use crate::case::{Case, Source};
-use crate::outcome::Outcome;
 use crate::vary::Setting;
+use coupler::record::Summary;
 
 pub use map::{MapOptions, MapReport, maps};
 pub use table::{TableReport, table};
@@ -41,13 +41,13 @@ pub struct Trial {
     /// The run.
     pub case: Case,
     /// What it left.
-    pub outcome: Outcome,
+    pub outcome: Summary,
     /// Whether it was stable.
     pub stable: bool,
 }
 
 impl Trial {
-    fn new(case: Case, outcome: Outcome, residual: f64) -> Self {
+    fn new(case: Case, outcome: Summary, residual: f64) -> Self {
         let stable = outcome.whole() && outcome.energy.residual_max <= residual;
         Self {
             case,

@@ -4,8 +4,8 @@ use std::path::Path;
 
 use crate::StudyError;
 use crate::case::Case;
-use crate::outcome::Outcome;
 use crate::runner::Timed;
+use coupler::record::Summary;
 
 /// A run and what is measured of it.
 #[derive(Debug, Clone)]
@@ -34,7 +34,7 @@ pub struct Row {
 
 impl Row {
     /// What it left.
-    pub fn outcome(&self) -> &Outcome {
+    pub fn outcome(&self) -> &Summary {
         &self.timed.outcome
     }
 }
