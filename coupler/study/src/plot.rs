@@ -4,11 +4,12 @@ use std::path::{Path, PathBuf};
 
 use mechanics::expression::{Expression, Meaning};
 
+use coupler::record::Table;
+
 use crate::StudyError;
 use crate::figure::axis::Scale;
 use crate::figure::curves::{Curve, Frame, Stroke, draw};
 use crate::figure::file::Kind;
-use coupler::record::Table;
 
 /// Points of an expected curve.
 const EXPECTED: usize = 401;

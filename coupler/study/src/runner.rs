@@ -9,12 +9,12 @@ use std::sync::{Arc, Mutex};
 use std::thread;
 use std::time::{Duration, Instant};
 
+use coupler::record::Summary;
 use coupler::record::rundir::in_use;
 use rustix::process::{Pid, Signal, kill_process_group};
 
 use crate::StudyError;
 use crate::case::Case;
-use coupler::record::Summary;
 
 /// Time between two looks at a run.
 const LOOK: Duration = Duration::from_millis(5);

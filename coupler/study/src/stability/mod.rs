@@ -8,13 +8,13 @@ pub mod edge;
 mod map;
 mod table;
 
+use coupler::record::Summary;
 use coupler::record::summary::Status;
 use coupler::scene::Scene;
 
 use crate::StudyError;
 use crate::case::{Case, Source};
 use crate::vary::Setting;
-use coupler::record::Summary;
 
 pub use map::{MapOptions, MapReport, maps};
 pub use table::{TableReport, table};

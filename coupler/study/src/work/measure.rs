@@ -3,13 +3,13 @@
 use std::path::Path;
 
 use coupler::record::check::{Expected, Measure};
+use coupler::record::{Summary, Table};
 use coupler::scene::{Measurand, Scene};
 
 use super::row::Row;
 use crate::StudyError;
 use crate::case::Case;
 use crate::runner::Runner;
-use coupler::record::{Summary, Table};
 
 /// How the error of a run is taken.
 pub(super) enum Measurement {

@@ -10,6 +10,7 @@ use std::collections::BTreeMap;
 use std::fmt;
 use std::path::Path;
 
+use coupler::record::Summary;
 use coupler::scene::{Measurand, Study};
 
 pub use self::report::WorkReport;
@@ -22,7 +23,6 @@ use crate::case::{Case, Source, scene_title};
 use crate::precision::pareto;
 use crate::runner::{Repeat, Runner, RunnerOptions, Timed};
 use crate::vary::{VARIANT, Vary, combinations};
-use coupler::record::Summary;
 
 /// Most times that a run is timed, unless it is said.
 pub const MOST: usize = 7;

@@ -3,12 +3,13 @@
 use std::fmt;
 use std::path::Path;
 
+use coupler::record::Summary;
+
 use super::row::{Row, count, curves, number, write_table};
 use crate::StudyError;
 use crate::figure::precision::{Curve, Panel, draw};
 use crate::precision::{order, order_against};
 use crate::vary::with_unit;
-use coupler::record::Summary;
 
 /// What a study has found.
 #[derive(Debug, Clone)]

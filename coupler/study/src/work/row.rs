@@ -2,10 +2,11 @@
 
 use std::path::Path;
 
+use coupler::record::Summary;
+
 use crate::StudyError;
 use crate::case::Case;
 use crate::runner::Timed;
-use coupler::record::Summary;
 
 /// A run and what is measured of it.
 #[derive(Debug, Clone)]
