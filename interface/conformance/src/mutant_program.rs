@@ -44,13 +44,11 @@ pub fn run(words: &[&str], mpm: fn() -> Box<dyn MpmSolver>, dem: fn() -> Box<dyn
         return BAD_INPUT;
     };
     let flaw = (mutant.mutant.flaw)();
-    match more {
-        ["--join", run] => join_and_serve(run, host, flaw),
-        _ => {
-            eprintln!("error: a mutant is started by `tandem conformance`");
-            flaw.process.status_unjoined.unwrap_or(BAD_INPUT)
-        }
+    if let ["--join", run] = more {
+        return join_and_serve(run, host, flaw);
     }
+    eprintln!("error: a mutant is started by `tandem conformance`");
+    flaw.process.status_unjoined.unwrap_or(BAD_INPUT)
 }
 
 /// Joins a run as a process does; returns its exit status.
