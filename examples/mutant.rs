@@ -9,12 +9,12 @@
 
 use std::process::ExitCode;
 
-use conformance::mutant::program;
+use conformance::mutant_program;
 
 fn main() -> ExitCode {
     let words: Vec<String> = std::env::args().skip(1).collect();
     let words: Vec<&str> = words.iter().map(String::as_str).collect();
-    let status = program(
+    let status = mutant_program::run(
         &words,
         || Box::new(mpm_proc::Mpm::default()),
         || Box::new(dem_proc::Sdem::default()),

@@ -5,12 +5,14 @@ use std::process::ExitCode;
 use std::time::Duration;
 
 use coupler::run::checkpoint::branch::Branch;
+use coupler::run::estimate::Estimate;
 use coupler::run::resources;
+use coupler::run::stability::Sides;
 use coupler::scene::{Scene, SceneFile, refused};
 use interface::config::{DemConfig, MpmConfig};
 use interface::message::control::Party;
 use interface::message::wire::{ContactState, ImpForce};
-use interface::solver::{DemSolver, Fault, MpmSolver};
+use interface::solver::{DemSolver, Fault, MpmSolver, Readiness};
 use interface::step::Step;
 
 use crate::cli::{CheckArgs, PlanArgs};
@@ -55,8 +57,8 @@ pub fn check(args: &CheckArgs) -> ExitCode {
 
 /// Says that a scene is valid, if it is.
 fn valid(mut scene: Scene, path: &Path, which: &str) -> Result<(), String> {
-    let more = begin(&mut scene)?;
-    for warning in scene.warnings.iter().chain(&more) {
+    let begun = begin(&mut scene)?;
+    for warning in scene.warnings.iter().chain(&begun.warning) {
         say(format_args!(
             "warning: {}{which}: {warning}",
             path.display()
@@ -77,9 +79,12 @@ pub fn plan(args: &PlanArgs) -> ExitCode {
         .load()
         .map_err(|errors| errors.to_string())
         .and_then(|mut scene| {
-            say(scene.plan());
+            let plan = scene.plan();
+            let begun = begin(&mut scene)?;
+            let estimate = Estimate::new(&scene, begun.ready, begun.limits.as_ref());
+            say(format_args!("{plan}{}", estimate.to_string().trim_end()));
             say(format_args!("  shared   {}", resources::in_words(&scene)));
-            if let Some(more) = begin(&mut scene)? {
+            if let Some(more) = begun.warning {
                 say(format_args!("  warning  {more}"));
             }
             if let Some(shortage) = machine::shortage(&scene, &args.how) {
@@ -113,49 +118,62 @@ fn say_cost(scene: &Scene, args: &PlanArgs) {
     }
 }
 
-/// Lets the built-in solvers take the scene as a run begins: with the state of another run where `[start]` names one. What the
-/// run changes in the scene is changed in it. Returned is a sentence on what presses already, or that the other run is not there.
-///
-/// # Errors
-/// Why no run would come to its first step.
-fn begin(scene: &mut Scene) -> Result<Option<String>, String> {
-    if let Some(from) = scene.start.as_ref().filter(|start| !start.run.exists()) {
-        let from = from.run.display();
-        let missing = format!("`start.from` is not looked at: there is no {from} yet");
-        return configured(scene).map(|_| Some(missing));
-    }
-    match Branch::find(scene).map_err(|errors| errors.to_string())? {
-        Some(branch) => go_on(scene, &branch).map(|()| None),
-        None => start(scene),
-    }
+/// What the solvers say of a scene that they have taken.
+struct Begun {
+    /// The continuum and the bodies, as they are ready; none if a side is not there or another program's.
+    ready: [Option<Readiness>; 2],
+    /// After the opening step, if there was one and both sides are ours.
+    limits: Option<Sides>,
+    /// What presses already, or that the run to begin with is not there.
+    warning: Option<String>,
 }
 
-/// Lets the built-in solvers take the scene and the state that it begins with.
+/// Lets the built-in solvers take the scene as a run begins: with the state of another run where `[start]` names one. What the
+/// run changes in the scene is changed in it.
 ///
 /// # Errors
 /// Why no run would come to its first step.
-fn go_on(scene: &Scene, branch: &Branch) -> Result<(), String> {
+fn begin(scene: &mut Scene) -> Result<Begun, String> {
+    let missing = scene.start.as_ref().filter(|start| !start.run.exists());
+    let missing = missing.map(|start| start.run.display().to_string());
+    let branch = match missing {
+        Some(_) => None,
+        None => Branch::find(scene).map_err(|errors| errors.to_string())?,
+    };
+    let (mut solvers, ready) = configured(scene)?;
+    let mut begun = Begun {
+        ready,
+        limits: None,
+        warning: None,
+    };
+    if let Some(from) = missing {
+        let missing = format!("`start.from` is not looked at: there is no {from} yet");
+        begun.warning = Some(missing);
+    } else if let Some(branch) = branch {
+        restore(scene, &branch, &mut solvers)?;
+    } else {
+        let (limits, pressing) = opening_step(solvers)
+            .map_err(|fault| format!("error: at the start of a run {fault}"))?;
+        let both_said = scene.solvers.mpm.is_none() && scene.solvers.dem.is_none();
+        begun.limits = both_said.then_some(limits);
+        begun.warning = told(scene, &pressing);
+    }
+    Ok(begun)
+}
+
+/// Lets the built-in solvers take the state with which the scene begins.
+///
+/// # Errors
+/// Why no run would come to its first step.
+fn restore(scene: &Scene, branch: &Branch, (mpm, dem): &mut Solvers) -> Result<(), String> {
     let refused = |refusal| refused(scene, &refusal).to_string();
-    let (mpm, dem) = configured(scene)?;
-    if let (Some(mut mpm), Some(saved)) = (mpm, branch.saved(Party::Mpm)) {
+    if let (Some(mpm), Some(saved)) = (mpm, branch.saved(Party::Mpm)) {
         mpm.restore(saved).map_err(refused)?;
     }
-    if let (Some(mut dem), Some(saved)) = (dem, branch.saved(Party::Dem)) {
+    if let (Some(dem), Some(saved)) = (dem, branch.saved(Party::Dem)) {
         dem.restore(saved).map_err(refused)?;
     }
     Ok(())
-}
-
-/// Lets the built-in solvers take the scene and do the opening step of a run, in which nothing moves: so a check refuses
-/// what a run would, from the same code. A solver of another program is not asked. Returned is a sentence on what presses
-/// already.
-///
-/// # Errors
-/// Why no run would come to its first step.
-fn start(scene: &Scene) -> Result<Option<String>, String> {
-    let pressing = opening_step(configured(scene)?)
-        .map_err(|fault| format!("error: at the start of a run {fault}"))?;
-    Ok(told(scene, &pressing))
 }
 
 /// What presses at the start, which is meant where something stands and not where stones were put into one another.
@@ -185,28 +203,32 @@ fn told(scene: &Scene, pressing: &[ContactState]) -> Option<String> {
 /// The solvers of a scene; `None` for a side that it lacks or that another program computes.
 type Solvers = (Option<Box<dyn MpmSolver>>, Option<Box<dyn DemSolver>>);
 
-/// The built-in solvers that `scene` uses, which have taken it.
+/// The built-in solvers that `scene` uses, which have taken it, and what they say of themselves.
 ///
 /// # Errors
 /// Why they do not take it.
-fn configured(scene: &Scene) -> Result<Solvers, String> {
+fn configured(scene: &Scene) -> Result<(Solvers, [Option<Readiness>; 2]), String> {
     let refused = |refusal| refused(scene, &refusal).to_string();
     let ours = |config: &MpmConfig| {
         let mut mpm = solvers::mpm();
-        mpm.configure(config).map(|_| mpm).map_err(refused)
+        let ready = mpm.configure(config).map_err(refused)?;
+        Ok::<_, String>((mpm, ready))
     };
     let mpm = scene.mpm.as_ref().filter(|_| scene.solvers.mpm.is_none());
-    let mpm = mpm.map(ours).transpose()?;
+    let (mpm, mpm_ready) = mpm.map(ours).transpose()?.unzip();
     let ours = |config: &DemConfig| {
         let mut dem = solvers::dem();
-        dem.configure(config).map(|_| dem).map_err(refused)
+        let ready = dem.configure(config).map_err(refused)?;
+        Ok::<_, String>((dem, ready))
     };
     let dem = scene.dem.as_ref().filter(|_| scene.solvers.dem.is_none());
-    Ok((mpm, dem.map(ours).transpose()?))
+    let (dem, dem_ready) = dem.map(ours).transpose()?.unzip();
+    Ok(((mpm, dem), [mpm_ready, dem_ready]))
 }
 
-/// The order of PROTOCOL.md for one step of length zero; returns the contacts that press in it.
-fn opening_step((mpm, dem): Solvers) -> Result<Vec<ContactState>, Fault> {
+/// The opening step of a run, in which nothing moves: so a check refuses what a run would, from the same code. Returned are
+/// the limits after it, and the contacts that press in it.
+fn opening_step((mpm, dem): Solvers) -> Result<(Sides, Vec<ContactState>), Fault> {
     let step = Step {
         index: 0,
         time: 0.0,
@@ -214,24 +236,22 @@ fn opening_step((mpm, dem): Solvers) -> Result<Vec<ContactState>, Fault> {
         dt: 0.0,
         measure: false,
     };
-    match (mpm, dem) {
-        (Some(mut mpm), Some(mut dem)) => {
-            let set = mpm.select_imps(dem.envelopes()).to_vec();
-            dem.imp_set(&set);
-            let mut forces = vec![ImpForce::default(); set.len()];
-            let states = mpm.imp_states().to_vec();
-            dem.contact(&step, &states, &mut forces)?;
-            mpm.step(&step, &forces)?;
-            Ok(dem.contacts(&step, &states))
-        }
-        (Some(mut mpm), None) => {
-            mpm.step(&step, &[])?;
-            Ok(Vec::new())
-        }
-        (None, Some(mut dem)) => {
-            dem.contact(&step, &[], &mut [])?;
-            Ok(dem.contacts(&step, &[]))
-        }
-        (None, None) => Ok(Vec::new()),
+    let mut sides = Sides::default();
+    let (mut set, mut states) = (Vec::new(), Vec::new());
+    let (mut mpm, mut dem) = (mpm, dem);
+    if let (Some(mpm), Some(dem)) = (&mut mpm, &mut dem) {
+        set = mpm.select_imps(dem.envelopes()).to_vec();
+        dem.imp_set(&set);
+        states = mpm.imp_states().to_vec();
     }
+    let mut forces = vec![ImpForce::default(); set.len()];
+    let mut pressing = Vec::new();
+    if let Some(dem) = &mut dem {
+        sides.dem = dem.contact(&step, &states, &mut forces)?.limits;
+        pressing = dem.contacts(&step, &states);
+    }
+    if let Some(mpm) = &mut mpm {
+        sides.mpm = mpm.step(&step, &forces)?;
+    }
+    Ok((sides, pressing))
 }

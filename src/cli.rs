@@ -18,7 +18,6 @@ pub struct Cli {
 
 /// What to do.
 #[derive(Debug, Subcommand)]
-#[expect(clippy::large_enum_variant, reason = "there is one of them")]
 pub enum Command {
     /// Run a scene and evaluate its checks.
     Run(RunArgs),
@@ -445,31 +444,6 @@ pub struct PlotArgs {
     /// Label of the y axis; the expression and its unit by default.
     #[arg(long, value_name = "TEXT", conflicts_with = "frames")]
     pub ylabel: Option<String>,
-    /// Former names of options.
-    #[command(flatten)]
-    pub former: Former,
-}
-
-/// Former names of options of `plot`; each is refused with the present name.
-#[derive(Debug, Args)]
-pub struct Former {
-    #[arg(long, hide = true, value_parser = now("--xlabel"), allow_hyphen_values = true)]
-    below: Option<String>,
-    #[arg(long, hide = true, value_parser = now("--ylabel"), allow_hyphen_values = true)]
-    beside: Option<String>,
-    #[arg(long, hide = true, value_parser = now("--xlim FROM,"), allow_hyphen_values = true)]
-    from: Option<String>,
-    #[arg(long, hide = true, value_parser = now("--xlim ,TO"), allow_hyphen_values = true)]
-    to: Option<String>,
-    #[arg(long, hide = true, value_parser = now("--clim LOW,HIGH"), allow_hyphen_values = true)]
-    between: Option<String>,
-    #[arg(long, hide = true, value_parser = now("--xlim LEFT,RIGHT and --ylim BOTTOM,TOP"), allow_hyphen_values = true)]
-    window: Option<String>,
-}
-
-/// Refuses any value of an option that was renamed.
-fn now(name: &'static str) -> impl Fn(&str) -> Result<String, String> + Clone {
-    move |_| Err(format!("this option is now {name}"))
 }
 
 /// The first and the last number of an axis, if they are given.

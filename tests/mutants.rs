@@ -8,7 +8,8 @@ use std::time::{Duration, Instant};
 
 use conformance::bench::{PATIENCE, Start, Subject};
 use conformance::clause::{self, Clause, NamedMutant};
-use conformance::mutant::{Flaw, Host, Pass, ProcessFlaws, change, program, serve};
+use conformance::mutant::{Flaw, Host, Pass, ProcessFlaws, change, serve};
+use conformance::mutant_program;
 use conformance::profile::{Profile, profiles};
 use conformance::verdict::Verdict;
 use conformance::{Examination, Options, examine};
@@ -52,7 +53,7 @@ pub fn command(name: &str) -> Vec<String> {
 fn a_process_that_is_told_to_is_a_mutant() {
     if let Ok(words) = std::env::var(MUTANT) {
         let words: Vec<&str> = words.split_whitespace().collect();
-        std::process::exit(program(&words, mpm, dem).into());
+        std::process::exit(mutant_program::run(&words, mpm, dem).into());
     }
 }
 

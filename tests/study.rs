@@ -484,20 +484,6 @@ fn what_cannot_be_drawn_is_refused_with_what_there_is() {
     plot("a.csv --y work --xlim 3,", 2).says(&["nothing to draw"]);
     plot("a.csv --y work --xlim 3,1", 2).says(&["--xlim", "not below"]);
     plot("a.csv --y work --ylog --ylim -1,1", 2).says(&["--ylim", "above 0"]);
-    for (former, present) in [
-        ("--below t", "--xlabel"),
-        ("--beside w", "--ylabel"),
-        ("--from 3", "--xlim FROM,"),
-        ("--to 3", "--xlim ,TO"),
-        ("--between 0,1", "--clim LOW,HIGH"),
-        (
-            "--window 0,0,1,1",
-            "--xlim LEFT,RIGHT and --ylim BOTTOM,TOP",
-        ),
-    ] {
-        let option = former.split(' ').next().expect("a word");
-        plot(&format!("a.csv --y work {former}"), 2).says(&[option, "is now", present]);
-    }
     plot("a.csv --y work --by run", 2).says(&["no column"]);
     plot("a.csv --y work --slope 0", 2).says(&["--slope"]);
     plot("a.csv --y work --expected t", 2).says(&["expression of `x`"]);

@@ -4,8 +4,11 @@ use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use coupler::record::check::{Expected, Reference};
+use coupler::run::estimate::Estimate;
+use coupler::run::stability::Sides;
 use coupler::scene::{Criterion, Scene, schema, solver_override};
 use interface::config::{BodyInertia, ShapeFunction, Spacing, Transfer};
+use interface::solver::Readiness;
 use tempfile::TempDir;
 
 const GOOD: &str = r#"
@@ -339,17 +342,12 @@ fn bodies_that_cannot_touch_are_warned_about() {
 }
 
 #[test]
-fn the_plan_names_what_binds_and_what_is_left_out() {
-    let files = Files::new();
-    let plan = files.load(None, &[]).plan();
+fn the_plan_names_what_runs_and_what_is_left_out() {
+    let plan = Files::new().load(None, &[]).plan();
+    let text = plan.to_string();
     // 2 x 2 cells of 4 points.
-    assert_eq!(plan.points, 16.0);
-    assert_eq!(plan.rows, 11.0);
-    assert!(plan.limits[0].name.starts_with("composed"), "{plan}");
-    // uGIMP with l_p = L/4: (2/l + 1/(1 - l)) (2 K + 2/3 G)/rho / L^2, and k_n/m_p = 1e5/(1000 0.25^2).
-    let waves = (8.0 + 4.0 / 3.0) * (2e6 + 2.0 / 3.0 * 5e5) / 1000.0 / 0.25;
-    let omega = (waves + 1e5 / 62.5f64).sqrt();
-    assert!((plan.limits[0].step / (0.8 * 2.0 / omega) - 1.0).abs() < 1e-12);
+    assert!(text.contains("about 16 points in groups: block"), "{text}");
+    assert!(text.contains(", 11 rows; "), "{text}");
     let left_out: Vec<&str> = plan.left_out.iter().map(|l| l.what.as_str()).collect();
     for what in [
         "plastic state of points",
@@ -360,11 +358,48 @@ fn the_plan_names_what_binds_and_what_is_left_out() {
     ] {
         assert!(left_out.contains(&what), "{what}: {left_out:?}");
     }
-    let capped = files.load(None, &["time.max_step=1e-6"]).plan();
-    assert!(capped.limits[0].name.contains("time.max_step"), "{capped}");
-    assert_eq!(capped.steps, 1e6);
-    let text = capped.to_string();
-    assert!(text.contains("estimates, before the run"), "{text}");
+}
+
+/// The solvers say their limits; the smallest of them and of the scene's own is named.
+#[test]
+fn the_estimate_names_what_binds_and_what_is_not_known() {
+    let files = Files::new();
+    let mpm = Readiness {
+        items: 16,
+        bytes: 3 << 10,
+        mass_min: 62.5,
+        ..Readiness::default()
+    };
+    let dem = Readiness {
+        items: 1,
+        stiffness_max: 1e5,
+        ..Readiness::default()
+    };
+    let mut sides = Sides::default();
+    sides.mpm.omega_sq = 1e4;
+    let estimate = |set: &[&str], limits| {
+        let scene = files.load(None, set);
+        Estimate::new(&scene, [Some(mpm.clone()), Some(dem.clone())], limits)
+    };
+    let touching = estimate(&[], Some(&sides));
+    let omega = (1e4 + 1e5 / 62.5f64).sqrt();
+    let [binds, start, ..] = &touching.limits[..] else {
+        panic!("{touching}");
+    };
+    assert!(binds.name.contains("stiffest contact"), "{touching}");
+    assert!((binds.step / (0.8 * 2.0 / omega) - 1.0).abs() < 1e-12);
+    assert!((start.step / (0.8 * 2.0 / 100.0) - 1.0).abs() < 1e-12);
+    let text = touching.to_string();
+    assert!(text.contains("16, memory 3.0 KiB"), "{text}");
+    assert!(text.contains("1, memory not known"), "{text}");
+    let capped = estimate(&["time.max_step=1e-6"], Some(&sides)).to_string();
+    assert!(capped.contains("(time.max_step)  <- binds"), "{capped}");
+    assert!(capped.contains("about 1000000"), "{capped}");
+    let not_asked = estimate(&[], None).to_string();
+    assert!(
+        not_asked.contains("not known before the run"),
+        "{not_asked}"
+    );
 }
 
 const BALLS: &str = r#"
@@ -390,7 +425,12 @@ linear = { normal_stiffness = 1e6 }
 #[test]
 fn the_plan_says_what_impacts_cost_and_a_resolution_is_checked() {
     let files = Files::new();
-    assert!(files.load(None, &[]).plan().impacts.is_none());
+    let dem = Readiness {
+        mass_min: 4.0,
+        ..Readiness::default()
+    };
+    let estimate = |scene: &Scene| Estimate::new(scene, [None, Some(dem.clone())], None);
+    assert!(estimate(&files.load(None, &[])).impacts.is_none());
     let path = files.write("balls.toml", BALLS);
     let omega = (1e6_f64 / 4.0).sqrt();
     for (set, resolution) in [
@@ -398,8 +438,8 @@ fn the_plan_says_what_impacts_cost_and_a_resolution_is_checked() {
         (&["body_contact.linear.damping_ratio=0.1"], 0.2),
         (&["dem.contact_resolution=0.5"], 0.5),
     ] {
-        let plan = load(&path, None, set).expect("a scene").plan();
-        let impacts = plan.impacts.clone().expect("bodies that meet");
+        let plan = estimate(&load(&path, None, set).expect("a scene"));
+        let impacts = plan.impacts.expect("bodies that meet");
         let step = 0.8 * resolution / omega;
         assert!((impacts.step / step - 1.0).abs() < 1e-12, "{plan}");
         let steps = std::f64::consts::PI / (0.8 * resolution);

@@ -74,7 +74,7 @@ pub enum Fault {
 pub struct Readiness {
     /// Points or bodies.
     pub items: u64,
-    /// Bytes of memory that the state takes.
+    /// Bytes of memory that the state takes; 0 if the solver does not know.
     pub bytes: u64,
     /// Continuum: `L / c_max` in s. Bodies: 0. For the criterion of Jiang 2020 eq. 51.
     pub courant_time: f64,

@@ -4,7 +4,7 @@ use coupler::run::stability::Bound;
 use serde::Serialize;
 
 use crate::record::Record;
-use crate::table::Table;
+use coupler::record::Table;
 
 /// Rows of a table that a curve has room for.
 const ROWS: usize = 600;
@@ -99,22 +99,22 @@ pub struct Curve {
 pub fn charts(record: &Record) -> Charts {
     let mut notes = Notes::default();
     let course = record.course.as_ref().filter(|course| course.rows() > 0);
-    let thin = course.map(|course| course.thinned(ROWS));
-    let (energy, steps) = match (&thin, course) {
-        (Some(thin), Some(course)) => {
-            let note = thinned(course.rows());
-            notes.energy.extend(note.clone());
-            notes.steps.extend(note);
-            (energy(thin), steps(thin))
-        }
-        _ => (ends(record, &mut notes), totals(record, &mut notes)),
-    };
+    let thin = course.map(|course| thin(course, ROWS));
+    let note = course.and_then(|course| thinned(course.rows()));
+    notes.energy.extend(note.clone());
+    notes.steps.extend(note);
     Charts {
-        energy,
-        steps,
+        energy: thin.as_ref().and_then(energy),
+        steps: thin.as_ref().and_then(steps),
         history: history(record, &mut notes),
         notes,
     }
+}
+
+/// At most so many rows of a table, evenly spread, the first and the last among them.
+fn thin(table: &Table, most: usize) -> Table {
+    let kept = crate::thin::evenly(table.rows(), most);
+    table.rows_at(&kept)
 }
 
 fn thinned(rows: usize) -> Option<String> {
@@ -166,31 +166,6 @@ fn visible(parts: Vec<(usize, Vec<f64>)>) -> Vec<Series> {
         .collect()
 }
 
-/// The ledger of a run whose directory has it at both ends only.
-fn ends(record: &Record, notes: &mut Notes) -> Option<Energy> {
-    let summary = record.summary.as_ref()?;
-    let both = [&summary.energy.start, &summary.energy.end];
-    if both.iter().any(|end| end.is_empty()) || summary.time <= 0.0 {
-        return None;
-    }
-    let at = |name: &str| both.map(|end| end.get(name).copied().flatten().unwrap_or(0.0));
-    let column = |name: &str, values: [f64; 2]| crate::table::Column {
-        name: name.to_owned(),
-        unit: String::new(),
-        values: values.to_vec(),
-    };
-    let mut columns = vec![column("time", [0.0, summary.time])];
-    let names = PARTS.iter().map(|(name, _)| *name).chain(["driven"]);
-    columns.extend(names.map(|name| column(name, at(name))));
-    let what = "This run has kept no course.csv: the energies are known at its start and its end only, and the lines between are \
-                no measurement.";
-    notes.energy.push(what.to_owned());
-    energy(&Table {
-        columns,
-        faults: Vec::new(),
-    })
-}
-
 fn steps(course: &Table) -> Option<Steps> {
     let time = &course.column("time")?.values;
     let counts: Vec<(usize, &[f64])> = Bound::ALL
@@ -232,37 +207,12 @@ fn steps(course: &Table) -> Option<Steps> {
     })
 }
 
-/// The steps of a run whose directory has their sums only.
-fn totals(record: &Record, notes: &mut Notes) -> Option<Steps> {
-    let summary = record.summary.as_ref()?;
-    let column = |name: String, values: Vec<f64>| crate::table::Column {
-        name,
-        unit: String::new(),
-        values,
-    };
-    let mut columns = vec![column("time".to_owned(), vec![0.0, summary.time])];
-    columns.extend(Bound::ALL.iter().map(|bound| {
-        let steps = summary.dt_bound_by.get(bound.name()).copied().unwrap_or(0);
-        column(
-            format!("steps by {}", bound.name()),
-            vec![0.0, steps as f64],
-        )
-    }));
-    let steps = steps(&Table {
-        columns,
-        faults: Vec::new(),
-    })?;
-    let what = "This run has kept no course.csv: what is shown is the whole run at once.";
-    notes.steps.push(what.to_owned());
-    Some(steps)
-}
-
 fn history(record: &Record, notes: &mut Notes) -> Vec<Curve> {
     let Some(history) = record.history.as_ref().filter(|history| history.rows() > 0) else {
         return Vec::new();
     };
     notes.history.extend(thinned(history.rows()));
-    let thin = history.thinned(ROWS);
+    let thin = thin(history, ROWS);
     let Some((time, columns)) = thin.columns.split_first() else {
         return Vec::new();
     };
@@ -272,7 +222,7 @@ fn history(record: &Record, notes: &mut Notes) -> Vec<Curve> {
             columns.len()
         ));
     }
-    let curve = |column: &crate::table::Column| Curve {
+    let curve = |column: &coupler::record::table::Column| Curve {
         label: column.name.clone(),
         unit: if column.unit == "1" {
             String::new()

@@ -3,6 +3,8 @@
 use std::path::Path;
 
 use askama::Template;
+use coupler::record::Summary;
+use coupler::record::summary::Status;
 use coupler::scene::plan::LeftOut;
 use serde::Serialize;
 
@@ -355,15 +357,15 @@ fn status(record: &Record) -> (String, &'static str) {
     };
     let failing = summary.checks.iter().filter(|check| !check.pass).count();
     let all = summary.checks.len();
-    match summary.status.as_str() {
-        "done" if all == 0 => ("Done. The scene has no checks.".to_owned(), "good"),
-        "done" if all == 1 => ("Done, and its check passes.".to_owned(), "good"),
-        "done" => (format!("Done, and all {all} checks pass."), "good"),
-        "check_failed" => (format!("Done, but {failing} of {all} checks fail."), "bad"),
-        "failed" => ("Failed before its end.".to_owned(), "bad"),
-        "unstable" => ("Stopped: the state became unstable.".to_owned(), "bad"),
-        "interrupted" => ("Interrupted before its end.".to_owned(), "open"),
-        other => (format!("Ended with the status {other}."), "open"),
+    match summary.status {
+        Status::Done if all == 0 => ("Done. The scene has no checks.".to_owned(), "good"),
+        Status::Done if all == 1 => ("Done, and its check passes.".to_owned(), "good"),
+        Status::Done => (format!("Done, and all {all} checks pass."), "good"),
+        Status::CheckFailed => (format!("Done, but {failing} of {all} checks fail."), "bad"),
+        Status::Failed => ("Failed before its end.".to_owned(), "bad"),
+        Status::Unstable => ("Stopped: the state became unstable.".to_owned(), "bad"),
+        Status::Interrupted => ("Interrupted before its end.".to_owned(), "open"),
+        Status::Killed => ("Killed before its end.".to_owned(), "open"),
     }
 }
 
@@ -398,7 +400,7 @@ fn last_words(record: &Record, reason: Option<&str>) -> Vec<String> {
 }
 
 fn figures(records: &[Record]) -> Vec<Figure> {
-    let of = |name, value: &dyn Fn(&crate::record::Summary) -> String| Figure {
+    let of = |name, value: &dyn Fn(&Summary) -> String| Figure {
         name,
         values: records
             .iter()
@@ -410,7 +412,10 @@ fn figures(records: &[Record]) -> Vec<Figure> {
             })
             .collect(),
     };
-    let share = |x: Option<f64>| x.map_or_else(|| "–".to_owned(), size_of);
+    let share = |x: f64| {
+        let none = || "–".to_owned();
+        Some(x).filter(|x| x.is_finite()).map_or_else(none, size_of)
+    };
     let mut figures = vec![
         of("Checks that pass", &|s| {
             let passing = s.checks.iter().filter(|check| check.pass).count();
@@ -434,7 +439,7 @@ fn figures(records: &[Record]) -> Vec<Figure> {
         }),
     ];
     if records.len() > 1 {
-        let hash = |s: &crate::record::Summary| {
+        let hash = |s: &Summary| {
             let hash = s.state_hash.as_deref().unwrap_or("–");
             hash.chars().take(12).collect()
         };

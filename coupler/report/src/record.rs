@@ -1,18 +1,15 @@
 //! What a run has left in its directory, as far as it can be read: a run that was killed has left less.
 
-use std::collections::BTreeMap;
 use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
 
-use coupler::record::check::{CheckResult, Meant};
 use coupler::record::course::COURSE;
+use coupler::record::{Summary, Table};
 use coupler::scene::Scene;
-use serde::Deserialize;
 
 use crate::ReportError;
 use crate::log::{self, Line};
-use crate::table::Table;
 
 /// What a run has left.
 #[derive(Debug)]
@@ -29,126 +26,12 @@ pub struct Record {
     pub scene: Option<Scene>,
     /// What the scene asks for over time.
     pub history: Option<Table>,
-    /// Energies and steps over time; `None` of a build that kept none.
+    /// Energies and steps over time.
     pub course: Option<Table>,
     /// What happened.
     pub log: Vec<Line>,
     /// What could not be read, for people.
     pub faults: Vec<String>,
-}
-
-/// `summary.json`. What a build does not say of a run is left at its default.
-#[derive(Debug, Clone, Default, PartialEq, Deserialize)]
-#[serde(default)]
-pub struct Summary {
-    /// Name of the scene.
-    pub scene: String,
-    /// How the run ended.
-    pub status: String,
-    /// Why, unless it is done.
-    pub reason: Option<String>,
-    /// Steps that moved something.
-    pub steps: u64,
-    /// Simulated time in s.
-    pub time: f64,
-    /// Shortest and longest step in s.
-    pub dt_min: Option<f64>,
-    /// Likewise.
-    pub dt_max: Option<f64>,
-    /// Steps by what bound them.
-    pub dt_bound_by: BTreeMap<String, u64>,
-    /// Wall time in s.
-    pub wall_s: f64,
-    /// Wall time by process.
-    pub wall_by_part: BTreeMap<String, Parts>,
-    /// CPU time by process in s.
-    pub cpu_s: BTreeMap<String, f64>,
-    /// Material points.
-    pub points: u64,
-    /// Most of them near bodies at a time.
-    pub imps_max: u64,
-    /// Bodies.
-    pub bodies: u64,
-    /// Grants of steps.
-    pub grants: u64,
-    /// Intervals of equal steps.
-    pub epochs: u64,
-    /// Relative to the largest momentum seen.
-    pub momentum_error: Option<f64>,
-    /// The ledger at both ends.
-    pub energy: Energy,
-    /// Of the final state.
-    pub state_hash: Option<String>,
-    /// Of the scene.
-    pub scene_hash: String,
-    /// The verdicts.
-    pub checks: Vec<Verdict>,
-}
-
-/// Wall time of a process in s.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Deserialize)]
-#[serde(default)]
-pub struct Parts {
-    /// Computing.
-    pub compute: f64,
-    /// Copying to and from the channels.
-    pub exchange: f64,
-    /// Waiting for the others.
-    pub wait: f64,
-}
-
-/// The ledger at both ends of a run, in J/m.
-#[derive(Debug, Clone, Default, PartialEq, Deserialize)]
-#[serde(default)]
-pub struct Energy {
-    /// At the first measurement.
-    pub start: BTreeMap<String, Option<f64>>,
-    /// At the last.
-    pub end: BTreeMap<String, Option<f64>>,
-    /// Largest positive residual relative to the largest energy in play.
-    pub residual_max: Option<f64>,
-}
-
-/// The verdict on a check. Numbers that could not be had are `None`.
-#[derive(Debug, Clone, Default, PartialEq, Deserialize)]
-#[serde(default)]
-pub struct Verdict {
-    /// What was checked.
-    pub name: String,
-    /// What the run shows.
-    pub value: Option<f64>,
-    /// What the scene expects; empty of builds that do not say it.
-    pub expected: Meant,
-    /// What it should be.
-    pub reference: Option<f64>,
-    /// How far it is off.
-    pub error: Option<f64>,
-    /// How far it may be off.
-    pub tolerance: Option<f64>,
-    /// Whether it passes.
-    pub pass: bool,
-    /// Where the expected figure comes from.
-    pub source: String,
-    /// Unit of the value, of builds that say it.
-    pub unit: Option<String>,
-}
-
-impl From<&CheckResult> for Verdict {
-    /// As the summary has it.
-    fn from(check: &CheckResult) -> Self {
-        let number = |number: f64| Some(number).filter(|number| number.is_finite());
-        Self {
-            name: check.name.clone(),
-            value: number(check.value),
-            expected: check.expected.finite(),
-            reference: number(check.reference),
-            error: number(check.error),
-            tolerance: number(check.tolerance),
-            pass: check.pass,
-            source: check.source.clone(),
-            unit: None,
-        }
-    }
 }
 
 impl Record {
@@ -174,9 +57,8 @@ impl Record {
         }
         let mut faults = Vec::new();
         let summary = summary.and_then(|text| {
-            let read = serde_json::from_str(&text);
-            read.map_err(|e| faults.push(format!("summary.json cannot be read: {e}.")))
-                .ok()
+            let read = Summary::parse(text.as_bytes());
+            read.map_err(|e| faults.push(format!("{e}."))).ok()
         });
         let written = scene_text.as_deref().map(str::parse::<toml::Table>);
         let written = written.transpose().unwrap_or_else(|error| {

@@ -1,11 +1,11 @@
 //! The checks of a run in words: what was expected is said as the scene says it.
 
-use coupler::record::check::CheckResult;
+use coupler::record::check::{CheckResult, Meant};
 use coupler::record::quantity::{slice_unit, unit_of};
 use coupler::scene::Scene;
 use toml::{Table, Value};
 
-use crate::record::{Record, Verdict};
+use crate::record::Record;
 use crate::words::{number, quantity};
 
 /// A check as a row of the page.
@@ -44,8 +44,7 @@ pub fn rows(record: &Record, run: &str) -> Vec<Row> {
 /// The checks of a run of `scene` that has just ended, those that fail first: nothing is read.
 pub fn rows_of(scene: &Scene, checks: &[CheckResult]) -> Vec<Row> {
     let written = scene.resolved_toml.parse().unwrap_or_default();
-    let verdicts: Vec<Verdict> = checks.iter().map(Verdict::from).collect();
-    judged(&written, &verdicts, "")
+    judged(&written, checks, "")
 }
 
 /// The checks that a scene asks for.
@@ -56,7 +55,7 @@ fn checks_of(scene: &Table) -> impl Iterator<Item = &Table> {
 
 fn judged<'a>(
     scene: &Table,
-    verdicts: impl IntoIterator<Item = &'a Verdict>,
+    verdicts: impl IntoIterator<Item = &'a CheckResult>,
     run: &str,
 ) -> Vec<Row> {
     let verdicts = verdicts.into_iter().map(|verdict| {
@@ -68,32 +67,32 @@ fn judged<'a>(
     rows
 }
 
-fn row(verdict: &Verdict, check: Option<&Table>, scene: &Table, run: &str) -> Row {
+fn row(verdict: &CheckResult, check: Option<&Table>, scene: &Table, run: &str) -> Row {
     let none = Table::new();
     let check = check.unwrap_or(&none);
-    let unit = verdict.unit.clone().unwrap_or_else(|| unit(check, scene));
-    let meant = &verdict.expected;
-    let relative = meant.relative_tolerance.is_some() || check.contains_key("relative_tolerance");
-    let scaled = meant.scale.is_some() || check.contains_key("scale");
-    let near = meant.reference.is_some() || check.contains_key("reference");
+    let unit = unit(check, scene);
+    let meant = verdict.expected.finite();
+    let relative = meant.relative_tolerance.is_some();
+    let scaled = meant.scale.is_some();
+    let near = meant.reference.is_some();
     let scale = meant.scale.map(|scale| quantity(scale, &unit));
     let scale = scale.unwrap_or_else(|| "scale".to_owned());
     // What distances are told in.
-    let distance = |number: Option<f64>| match number {
-        None => "none".to_owned(),
-        Some(number) if relative => format!("{}\u{a0}%", self::number(100.0 * number)),
-        Some(number) if scaled => format!("{}\u{a0}% of {scale}", self::number(100.0 * number)),
-        Some(number) => quantity(number, &unit),
+    let distance = |number: f64| match number {
+        number if !number.is_finite() => "none".to_owned(),
+        number if relative => format!("{}\u{a0}%", self::number(100.0 * number)),
+        number if scaled => format!("{}\u{a0}% of {scale}", self::number(100.0 * number)),
+        number => quantity(number, &unit),
     };
     Row {
         run: run.to_owned(),
         result: if verdict.pass { "pass" } else { "fail" },
         name: verdict.name.clone(),
         when: when(check),
-        value: told(verdict.value, &unit),
-        expected: expected(verdict, check, &unit),
+        value: told(Some(verdict.value), &unit),
+        expected: expected(&meant, check, &unit),
         error: match verdict.error {
-            Some(0.0) if !near => "within".to_owned(),
+            0.0 if !near => "within".to_owned(),
             error => distance(error),
         },
         allowed: if near {
@@ -107,45 +106,59 @@ fn row(verdict: &Verdict, check: Option<&Table>, scene: &Table, run: &str) -> Ro
 
 /// A number with its unit, if it could be had.
 fn told(number: Option<f64>, unit: &str) -> String {
+    let number = number.filter(|number| number.is_finite());
     number.map_or_else(|| "none".to_owned(), |number| quantity(number, unit))
 }
 
-/// What a run had to show. The summary of an older build has one number, of which the scene says what it is.
-fn expected(verdict: &Verdict, check: &Table, unit: &str) -> String {
-    let meant = &verdict.expected;
-    let bound = |key: &str, word: &str, number: Option<f64>| {
-        let is_meant = number.is_some() || check.contains_key(key);
-        is_meant.then(|| format!("{word} {}", told(number.or(verdict.reference), unit)))
-    };
-    let between = || match (meant.between, check.get("between")) {
-        (Some(ends), _) => Some(ends.map(|end| told(end, unit)).join(" to ")),
-        (None, Some(Value::Array(ends))) => {
-            let ends: Vec<String> = ends.iter().map(|end| written(end, unit)).collect();
-            Some(ends.join(" to "))
-        }
-        _ => None,
-    };
-    bound("at_least", "at least", meant.at_least)
-        .or_else(|| bound("at_most", "at most", meant.at_most))
-        .or_else(between)
-        .unwrap_or_else(|| told(meant.reference.or(verdict.reference), unit))
+/// What a run had to show. If it has no sample, as the scene says it.
+fn expected(meant: &Meant, check: &Table, unit: &str) -> String {
+    match *meant {
+        Meant {
+            at_least: Some(least),
+            ..
+        } => format!("at least {}", quantity(least, unit)),
+        Meant {
+            at_most: Some(most),
+            ..
+        } => format!("at most {}", quantity(most, unit)),
+        Meant {
+            between: Some(ends),
+            ..
+        } => ends.map(|end| told(end, unit)).join(" to "),
+        Meant {
+            reference: Some(reference),
+            ..
+        } => quantity(reference, unit),
+        _ => asked(check, unit),
+    }
+}
+
+/// What a check asks for, as the scene says it.
+fn asked(check: &Table, unit: &str) -> String {
+    if let Some(Value::Array(ends)) = check.get("between") {
+        let ends: Vec<String> = ends.iter().map(|end| written(end, unit)).collect();
+        return ends.join(" to ");
+    }
+    let forms = [
+        ("at_least", "at least "),
+        ("at_most", "at most "),
+        ("reference", ""),
+    ];
+    let mut forms = forms.into_iter();
+    let asked =
+        forms.find_map(|(key, word)| Some(format!("{word}{}", written(check.get(key)?, unit))));
+    asked.unwrap_or_default()
 }
 
 /// A check that nobody has judged.
 fn open(check: &Table, run: &str) -> Row {
-    let unit = String::new();
-    let forms = ["at_least", "at_most", "reference"];
-    let words = ["at least ", "at most ", ""];
-    let mut forms = forms.iter().zip(words);
-    let expected =
-        forms.find_map(|(key, word)| Some(format!("{word}{}", written(check.get(*key)?, &unit))));
     Row {
         run: run.to_owned(),
         result: "open",
         name: text(check, "name").to_owned(),
         when: when(check),
         value: String::new(),
-        expected: expected.unwrap_or_default(),
+        expected: asked(check, ""),
         error: String::new(),
         allowed: String::new(),
         source: text(check, "source").to_owned(),
@@ -256,89 +269,76 @@ mod tests {
     }
 
     #[expect(clippy::needless_pass_by_value, reason = "a row of a table of cases")]
-    fn judged(check: &str, verdict: Verdict) -> Row {
+    fn judged(check: &str, verdict: CheckResult) -> Row {
         let check: Table = check.parse().unwrap();
         row(&verdict, Some(&check), &Table::new(), "x")
     }
 
-    #[test]
-    fn the_expected_value_is_written_as_in_the_scene() {
-        let verdict = |reference: f64, error: f64, tolerance: f64| Verdict {
-            value: Some(25.0),
-            reference: Some(reference),
-            error: Some(error),
-            tolerance: Some(tolerance),
+    fn verdict(expected: Meant, error: f64, tolerance: f64) -> CheckResult {
+        CheckResult {
+            value: 25.0,
+            expected,
+            error,
+            tolerance,
             pass: true,
-            ..Verdict::default()
+            ..CheckResult::default()
+        }
+    }
+
+    /// Ends that are expressions were written as such, in the page and in the line of a run.
+    #[test]
+    fn the_expected_value_is_a_number_where_the_run_says_it() {
+        let none = Meant::default();
+        let check = "between = [\"0.8*angle\", \"1.1*angle\"]\nunit = \"deg\"";
+        let ends = Meant {
+            between: Some([Some(20.0), Some(27.5)]),
+            ..none
         };
-        let between = judged(
-            "between = [20, 27.5]\nunit = \"deg\"",
-            verdict(23.75, 0.0, 0.0),
-        );
+        let between = judged(check, verdict(ends, 0.0, 0.0));
         assert_eq!(between.value, "25\u{a0}deg");
         assert_eq!(between.expected, "20\u{a0}deg to 27.5\u{a0}deg");
         assert_eq!(
             (between.error.as_str(), between.allowed.as_str()),
             ("within", "")
         );
-        let near = judged(
-            "reference = 24.5\nrelative_tolerance = 0.03",
-            verdict(24.5, 0.02, 0.03),
-        );
+        let near = Meant {
+            reference: Some(24.5),
+            relative_tolerance: Some(0.03),
+            ..none
+        };
+        let near = judged("reference = 24.5", verdict(near, 0.02, 0.03));
         assert_eq!(
             (near.error.as_str(), near.allowed.as_str()),
             ("2\u{a0}%", "3\u{a0}%")
         );
-        let scaled = Verdict {
-            expected: Meant {
-                reference: Some(24.5),
-                tolerance: Some(0.03),
-                scale: Some(50.0),
-                ..Meant::default()
-            },
-            ..verdict(24.5, 0.01, 0.03)
+        let scaled = Meant {
+            reference: Some(24.5),
+            tolerance: Some(0.03),
+            scale: Some(50.0),
+            ..none
         };
-        let scaled = judged("reference = \"h\"\nscale = \"l\"\nunit = \"m\"", scaled);
+        let scaled = judged("unit = \"m\"", verdict(scaled, 0.01, 0.03));
         assert_eq!(
             (scaled.error.as_str(), scaled.allowed.as_str()),
             ("1\u{a0}% of 50\u{a0}m", "3\u{a0}% of 50\u{a0}m")
         );
-        let most = judged("at_most = 26\nwhen = \"max\"", verdict(26.0, 0.0, 0.0));
+        let most = Meant {
+            at_most: Some(26.0),
+            ..none
+        };
+        let most = judged("when = \"max\"", verdict(most, 0.0, 0.0));
         assert_eq!(
             (most.expected.as_str(), most.when),
             ("at most 26", "largest value")
         );
-    }
-
-    /// Ends that are expressions were written as such, in the page and in the line of a run.
-    #[test]
-    fn bounds_are_numbers_where_the_run_says_them() {
-        let of = |expected: Meant, check: &str| {
-            let verdict = Verdict {
-                value: Some(25.0),
-                reference: Some(23.75),
-                error: Some(0.0),
-                tolerance: Some(0.0),
-                expected,
-                ..Verdict::default()
-            };
-            judged(check, verdict)
-        };
-        let check = "between = [\"0.8*angle\", \"1.1*angle\"]\nunit = \"deg\"";
-        let ends = Meant {
-            between: Some([Some(20.0), Some(27.5)]),
-            ..Meant::default()
-        };
-        let told = of(ends, check);
-        assert_eq!(told.expected, "20\u{a0}deg to 27.5\u{a0}deg");
-        assert_eq!((told.error.as_str(), told.allowed.as_str()), ("within", ""));
+        // A run without a sample, and one whose scene has gone.
+        let unseen = judged(check, verdict(none, f64::NAN, f64::NAN));
+        assert_eq!(unseen.expected, "0.8*angle to 1.1*angle");
+        assert_eq!(unseen.error, "none");
         let least = Meant {
             at_least: Some(24.0),
-            ..Meant::default()
+            ..none
         };
-        // What the summary says is enough, whatever has become of the scene.
-        assert_eq!(of(least, "").expected, "at least 24");
-        let older = of(Meant::default(), check);
-        assert_eq!(older.expected, "0.8*angle to 1.1*angle");
+        assert_eq!(judged("", verdict(least, 0.0, 0.0)).expected, "at least 24");
     }
 }

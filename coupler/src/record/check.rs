@@ -6,7 +6,7 @@
 //! let results = recorder.finish();               // for summary.json
 //! ```
 
-use serde::{Deserialize, Serialize};
+use serde::{Deserialize, Deserializer, Serialize};
 
 use crate::record::quantity::Sample;
 use mechanics::expression::Expression;
@@ -105,19 +105,23 @@ pub enum Reference {
 }
 
 /// The verdict on a check, as in `summary.json`. Numbers that could not be computed are NaN, which JSON writes as null.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 pub struct CheckResult {
     /// What was checked.
     pub name: String,
     /// The value of the run. For `max_error`: the value where the distance is largest.
+    #[serde(deserialize_with = "number")]
     pub value: f64,
     /// What the scene expects, in its own terms.
     pub expected: Meant,
     /// The number from which the error is counted: the reference, the bound, or the middle of `between`.
+    #[serde(deserialize_with = "number")]
     pub reference: f64,
     /// Distance of the value from the reference, or beyond the bound; 0 within the bound.
+    #[serde(deserialize_with = "number")]
     pub error: f64,
     /// Largest error that passes. It is 0 for bounds, since their error is the distance beyond them.
+    #[serde(deserialize_with = "number")]
     pub tolerance: f64,
     /// Whether it passes. A NaN never does.
     pub pass: bool,
@@ -126,6 +130,11 @@ pub struct CheckResult {
     /// Why it fails, if the numbers do not show it. It is for people and not in the summary.
     #[serde(skip)]
     pub reason: Option<String>,
+}
+
+/// A number that JSON writes as null where it is not finite.
+pub(crate) fn number<'de, D: Deserializer<'de>>(from: D) -> Result<f64, D::Error> {
+    Option::deserialize(from).map(|number| number.unwrap_or(f64::NAN))
 }
 
 /// What a check expects, under the keys of the scene and with its expressions as numbers: one of `at_least`, `at_most`,

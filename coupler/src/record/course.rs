@@ -31,7 +31,7 @@ impl Course {
     /// The file of a run that continues at `time` (s). Rows at that time or later are removed, except the first,
     /// because they are written again.
     pub fn resume(dir: &RunDir, time: f64) -> Result<Self, RunDirError> {
-        // A run of an older build has no course file; it begins here.
+        // A run that was stopped before its first row may have none.
         let Ok(text) = fs::read_to_string(dir.path().join(COURSE)) else {
             return Self::begin(dir);
         };

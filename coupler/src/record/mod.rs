@@ -21,3 +21,7 @@ pub mod quantity;
 pub mod rundir;
 pub mod screen;
 pub mod summary;
+pub mod table;
+
+pub use summary::Summary;
+pub use table::Table;

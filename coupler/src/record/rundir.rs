@@ -20,9 +20,8 @@ use interface::message::wire::BodyState;
 use self::list::{WRITTEN, Written};
 pub use super::error::RunDirError;
 pub(crate) use super::error::fail;
-use super::summary::Summary;
+use super::summary::{SUMMARY, Summary};
 
-pub(crate) const SUMMARY: &str = "summary.json";
 pub(crate) const SCENE: &str = "scene.toml";
 pub(crate) const LOG: &str = "log.jsonl";
 pub(crate) const HISTORY: &str = "history.csv";
@@ -398,18 +397,11 @@ pub fn in_use(dir: &Path) -> bool {
         .is_ok_and(|file| matches!(file.try_lock_shared(), Err(TryLockError::WouldBlock)))
 }
 
-/// The names of the files in a run directory that Tandem has written. A directory with a scene and a log but without a
-/// list comes from an earlier version; there all files count that have the name of a file of a run.
+/// The names of the files in a run directory that Tandem has written, by its list.
 fn written(dir: &Path) -> BTreeSet<String> {
-    match fs::read_to_string(dir.join(WRITTEN)) {
-        Ok(list) => list
-            .lines()
-            .filter(|name| is_inside(name))
-            .map(str::to_owned)
-            .collect(),
-        Err(_) if dir.join(SCENE).is_file() && dir.join(LOG).is_file() => named_as_ours(dir),
-        Err(_) => BTreeSet::new(),
-    }
+    let list = fs::read_to_string(dir.join(WRITTEN)).unwrap_or_default();
+    let names = list.lines().filter(|name| is_inside(name));
+    names.map(str::to_owned).collect()
 }
 
 /// Whether a name stays inside the directory, whoever has written the list.
@@ -464,12 +456,9 @@ fn in_the_way(dir: &Path, earlier: &BTreeSet<String>) -> Option<String> {
 
 /// Whether a run that did a step has left a result.
 fn has_result(dir: &Path) -> bool {
-    let summary = fs::read_to_string(dir.join(SUMMARY)).unwrap_or_default();
-    let summary: Option<serde_json::Value> = serde_json::from_str(&summary).ok();
-    let steps = summary.and_then(|summary| summary["steps"].as_u64());
     // A killed coupler leaves the history, and perhaps a checkpoint.
     let rows = || fs::read_to_string(dir.join(HISTORY)).is_ok_and(|text| text.lines().count() > 1);
-    steps.map_or_else(rows, |steps| steps > 0)
+    Summary::read(dir).map_or_else(|_| rows(), |summary| summary.steps > 0)
 }
 
 /// Undoes the exchange of a run that was killed while it replaced another one. That run had done nothing yet, so the

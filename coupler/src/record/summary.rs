@@ -1,15 +1,25 @@
-//! `summary.json`: the results of a run. Its keys are fixed (DESIGN.md section 6).
+//! `summary.json`: the results of a run, as it is written and as it is read.
 
 use std::collections::BTreeMap;
+use std::fs;
+use std::io;
+use std::path::Path;
 
 use interface::message::wire::{BodyState, PointState};
-use serde::{Deserialize, Serialize};
+use serde::de::value::MapDeserializer;
+use serde::{Deserialize, Deserializer, Serialize};
+use thiserror::Error;
 
-use crate::record::check::CheckResult;
+use crate::record::check::{CheckResult, number};
 use crate::record::ledger::{Balance, Energies};
 
+/// Name of the file in a run directory.
+pub(crate) const SUMMARY: &str = "summary.json";
+/// Version of the file's keys. A file of another one is refused.
+pub const VERSION: u32 = 1;
+
 /// How a run ended.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Status {
     /// It reached its end, and every check holds.
@@ -17,6 +27,7 @@ pub enum Status {
     /// It reached its end, and a check does not hold.
     CheckFailed,
     /// A solver failed, ended or refused its configuration.
+    #[default]
     Failed,
     /// An unstable or non-finite state stopped the run.
     Unstable,
@@ -39,7 +50,7 @@ impl Status {
         }
     }
 
-    /// Exit status of `tandem run` (DESIGN.md section 5).
+    /// Exit status of `tandem run`.
     pub const fn exit_code(self) -> u8 {
         match self {
             Self::Done => 0,
@@ -52,7 +63,7 @@ impl Status {
 }
 
 /// How a process spent its wall time, in s.
-#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 pub struct WallParts {
     /// Computing.
     pub compute: f64,
@@ -63,13 +74,16 @@ pub struct WallParts {
 }
 
 /// The ledger at both ends of the run.
-#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 pub struct EnergyLedger {
     /// At the first measurement, in J/m.
+    #[serde(deserialize_with = "energies")]
     pub start: Energies,
     /// At the last, in J/m.
+    #[serde(deserialize_with = "energies")]
     pub end: Energies,
     /// Largest positive residual relative to the largest energy in play.
+    #[serde(deserialize_with = "number")]
     pub residual_max: f64,
     /// Work of the stress that is neither stored nor dissipated, at the last measurement, relative to the largest energy in
     /// play; `null` of a continuum that does not keep that work.
@@ -97,8 +111,10 @@ pub struct Criteria {
 }
 
 /// The results of a run.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 pub struct Summary {
+    /// [`VERSION`] of a summary that was written.
+    pub version: u32,
     /// Name of the scene.
     pub scene: String,
     /// Hash of the scene as resolved.
@@ -119,7 +135,7 @@ pub struct Summary {
     /// Longest step in s.
     pub dt_max: Option<f64>,
     /// Steps by what bound them.
-    pub dt_bound_by: BTreeMap<&'static str, u64>,
+    pub dt_bound_by: BTreeMap<String, u64>,
     /// Steps that criteria would have allowed.
     pub criteria: Criteria,
     /// Grants, each to every solver.
@@ -131,14 +147,14 @@ pub struct Summary {
     /// Wall time from launch to the end in s.
     pub wall_s: f64,
     /// By process.
-    pub wall_by_part: BTreeMap<&'static str, WallParts>,
+    pub wall_by_part: BTreeMap<String, WallParts>,
     /// CPU time by process in s. In one process: of each party's thread, without those of its pool.
-    pub cpu_s: BTreeMap<&'static str, f64>,
+    pub cpu_s: BTreeMap<String, f64>,
     /// Wall time of stepping in s: from the reports on the first grant, the opening step in which nothing moves, to
     /// those on the last. Start-up is what comes before.
     pub stepping_wall_s: f64,
     /// CPU time of stepping by process in s, as `cpu_s` counts it.
-    pub stepping_cpu_s: BTreeMap<&'static str, f64>,
+    pub stepping_cpu_s: BTreeMap<String, f64>,
     /// Material points.
     pub points: u64,
     /// Most IMPs at a time.
@@ -146,6 +162,7 @@ pub struct Summary {
     /// Bodies.
     pub bodies: u64,
     /// Largest momentum error relative to the largest momentum seen.
+    #[serde(deserialize_with = "number")]
     pub momentum_error: f64,
     /// The energy ledger.
     pub energy: EnergyLedger,
@@ -155,7 +172,71 @@ pub struct Summary {
     pub checks: Vec<CheckResult>,
 }
 
+/// Why a summary cannot be read.
+#[derive(Debug, Error)]
+pub enum SummaryError {
+    /// The file is not there, or cannot be opened.
+    #[error("{SUMMARY} cannot be read: {0}")]
+    File(#[from] io::Error),
+    /// It is no summary.
+    #[error("{SUMMARY} cannot be read: {0}")]
+    Content(#[from] serde_json::Error),
+    /// Another version of Tandem wrote it.
+    #[error(
+        "{SUMMARY} has version {0}, expected {VERSION}: another version of Tandem has made this run"
+    )]
+    Version(u32),
+}
+
 impl Summary {
+    /// Reads the summary of a run directory.
+    ///
+    /// # Errors
+    /// [`SummaryError`].
+    pub fn read(dir: &Path) -> Result<Self, SummaryError> {
+        Self::parse(&fs::read(dir.join(SUMMARY))?)
+    }
+
+    /// Reads the content of a summary.
+    ///
+    /// # Errors
+    /// [`SummaryError`].
+    pub fn parse(json: &[u8]) -> Result<Self, SummaryError> {
+        #[derive(Deserialize)]
+        struct Head {
+            version: u32,
+        }
+        match serde_json::from_slice(json)? {
+            Head { version: VERSION } => Ok(serde_json::from_slice(json)?),
+            Head { version } => Err(SummaryError::Version(version)),
+        }
+    }
+
+    /// Whether the run reached its end, whatever its checks say.
+    pub fn whole(&self) -> bool {
+        matches!(self.status, Status::Done | Status::CheckFailed)
+    }
+
+    /// Whether the same run would end in the same way again: an instability does, a machine that failed need not.
+    pub fn settled(&self) -> bool {
+        self.whole() || self.status == Status::Unstable
+    }
+
+    /// CPU time of all processes in s.
+    pub fn cpu(&self) -> f64 {
+        self.cpu_s.values().sum()
+    }
+
+    /// CPU time of stepping of all processes in s.
+    pub fn stepping_cpu(&self) -> f64 {
+        self.stepping_cpu_s.values().sum()
+    }
+
+    /// The verdict on a check.
+    pub fn check(&self, name: &str) -> Option<&CheckResult> {
+        self.checks.iter().find(|check| check.name == name)
+    }
+
     /// Takes the ledger into the summary.
     pub fn set_balance(&mut self, balance: &Balance) {
         self.momentum_error = balance.momentum_error_max;
@@ -166,6 +247,14 @@ impl Summary {
             work_gap: balance.work_gap_relative(),
         };
     }
+}
+
+fn energies<'de, D: Deserializer<'de>>(from: D) -> Result<Energies, D::Error> {
+    let numbers = BTreeMap::<String, Option<f64>>::deserialize(from)?;
+    let numbers = numbers
+        .into_iter()
+        .map(|(name, number)| (name, number.unwrap_or(f64::NAN)));
+    Energies::deserialize(MapDeserializer::new(numbers))
 }
 
 /// BLAKE3 over positions and velocities of points, then positions, angles, velocities and spins of bodies, each number
@@ -207,6 +296,35 @@ mod tests {
             let written = serde_json::to_value(status).unwrap();
             assert_eq!(written, status.name());
         }
+    }
+
+    #[test]
+    fn a_summary_is_read_as_it_was_written_and_another_version_is_refused() {
+        let mut summary = Summary {
+            version: VERSION,
+            status: Status::CheckFailed,
+            dt_bound_by: [("contact".to_owned(), 3)].into(),
+            checks: vec![CheckResult {
+                name: "height".into(),
+                value: 0.1,
+                ..CheckResult::default()
+            }],
+            ..Summary::default()
+        };
+        let json = |summary: &Summary| serde_json::to_vec(summary).unwrap();
+        assert_eq!(Summary::parse(&json(&summary)).unwrap(), summary);
+        // JSON has no number that is not finite.
+        summary.checks[0].value = f64::NAN;
+        summary.energy.start.total = f64::INFINITY;
+        let read = Summary::parse(&json(&summary)).unwrap();
+        assert!(read.checks[0].value.is_nan() && read.energy.start.total.is_nan());
+        summary.version = VERSION + 1;
+        let refused = Summary::parse(&json(&summary)).unwrap_err().to_string();
+        assert!(refused.contains("has version 2, expected 1"), "{refused}");
+        let refused = Summary::parse(b"{\"scene\": \"x\"}")
+            .unwrap_err()
+            .to_string();
+        assert!(refused.contains("missing field `version`"), "{refused}");
     }
 
     #[test]

@@ -12,7 +12,7 @@ use serde::{Deserialize, Serialize};
 use crate::record::check::{Recorded, Recorder};
 use crate::record::ledger::{Balance, Since};
 use crate::record::summary::Criteria;
-use crate::record::summary::{EnergyLedger, Status, Summary, WallParts};
+use crate::record::summary::{EnergyLedger, Status, Summary, VERSION, WallParts};
 use crate::run::failure::RunError;
 use crate::run::pace::{Epoch, Pace, SoFar};
 use crate::scene::Scene;
@@ -343,22 +343,23 @@ impl Account {
                 exchange,
                 wait,
             };
-            wall_by_part.insert(party.name(), parts);
-            cpu_s.insert(party.name(), cpu);
+            wall_by_part.insert(party.name().to_owned(), parts);
+            cpu_s.insert(party.name().to_owned(), cpu);
         }
         let coupler = WallParts {
             compute: spent.wall - spent.waited,
             exchange: 0.0,
             wait: spent.waited,
         };
-        wall_by_part.insert(Party::Coupler.name(), coupler);
-        cpu_s.insert(Party::Coupler.name(), spent.cpu);
+        wall_by_part.insert(Party::Coupler.name().to_owned(), coupler);
+        cpu_s.insert(Party::Coupler.name().to_owned(), spent.cpu);
         let report = |party| self.reports.get(&party);
         let items = |party| report(party).map_or(0, |report: &Report| report.items);
         let laid_out = self.pace.so_far();
         let bound_by = laid_out.bound_by.iter();
-        let bound_by = bound_by.map(|(bound, &steps)| (bound.name(), steps));
+        let bound_by = bound_by.map(|(bound, &steps)| (bound.name().to_owned(), steps));
         let mut summary = Summary {
+            version: VERSION,
             scene: self.scene,
             scene_hash: self.scene_hash,
             start: self.start,
@@ -391,6 +392,9 @@ impl Account {
     }
 }
 
-fn by_name(times: &BTreeMap<Party, f64>) -> BTreeMap<&'static str, f64> {
-    times.iter().map(|(p, &time)| (p.name(), time)).collect()
+fn by_name(times: &BTreeMap<Party, f64>) -> BTreeMap<String, f64> {
+    let times = times.iter();
+    times
+        .map(|(p, &time)| (p.name().to_owned(), time))
+        .collect()
 }

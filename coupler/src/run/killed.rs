@@ -5,8 +5,8 @@ use std::fs;
 use std::path::Path;
 use std::time::Duration;
 
-use crate::record::rundir::{HISTORY, LOG, RunDir, RunDirError, SCENE, SUMMARY, in_use};
-use crate::record::summary::{Status, Summary};
+use crate::record::rundir::{HISTORY, LOG, RunDir, RunDirError, SCENE, in_use};
+use crate::record::summary::{SUMMARY, Status, Summary};
 use crate::run::account::Account;
 use crate::run::checkpoint::file::{About, newest};
 use crate::scene::Scene;

@@ -13,6 +13,7 @@
 mod account;
 pub mod checkpoint;
 mod disk;
+pub mod estimate;
 pub mod failure;
 pub mod killed;
 pub mod launch;

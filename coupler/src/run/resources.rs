@@ -314,8 +314,7 @@ mod tests {
     }
 
     /// Channels exist as long as they are held, so a segment that is not found was removed. It may have been removed
-    /// before the segments were listed; the coupler then only said "cannot open it: DoesNotExist" (`tandem chaos --seed
-    /// 22 --first 582 --only unlink`).
+    /// before the segments were listed; the coupler then only said "cannot open it: DoesNotExist".
     #[test]
     fn a_segment_that_is_removed_at_once_is_the_cause_too() {
         let owned = OwnedDomain::create().unwrap();

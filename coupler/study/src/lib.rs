@@ -3,10 +3,10 @@
 //! | room | what is in it |
 //! | --- | --- |
 //! | [`vary`], [`case`] | values of scene keys, and the checked scene of each combination |
-//! | [`runner`], [`outcome`] | runs of the program, several at once or through a queue, resumable; what one left |
+//! | [`runner`] | runs of the program, several at once or through a queue, resumable |
 //! | [`precision`], [`work`] | Pareto fronts and orders; `tandem study`: error against run time |
 //! | [`stability`] | `tandem stability`: where a step becomes unstable, and what criteria say of it |
-//! | [`table`], [`plot`] | what was written as CSV; `tandem plot`: curves out of it |
+//! | [`plot`] | `tandem plot`: curves out of what was written as CSV |
 //! | [`snapshots`] | `tandem plot --frames`: pictures of the points and bodies of a run |
 //! | [`figure`] | all of these as SVG |
 //!
@@ -17,13 +17,11 @@
 pub mod case;
 mod error;
 pub mod figure;
-pub mod outcome;
 pub mod plot;
 pub mod precision;
 pub mod runner;
 pub mod snapshots;
 pub mod stability;
-pub mod table;
 pub mod vary;
 pub mod work;
 

@@ -4,11 +4,12 @@ use std::path::{Path, PathBuf};
 
 use mechanics::expression::{Expression, Meaning};
 
+use coupler::record::Table;
+
 use crate::StudyError;
 use crate::figure::axis::Scale;
 use crate::figure::curves::{Curve, Frame, Stroke, draw};
 use crate::figure::file::Kind;
-use crate::table::Table;
 
 /// Points of an expected curve.
 const EXPECTED: usize = 401;
@@ -120,7 +121,7 @@ pub fn plot(options: &PlotOptions, path: &Path) -> Result<(), StudyError> {
                     stroke,
                 });
             }
-            let unit = |e: &str| table.unit(e).unwrap_or_default().to_owned();
+            let unit = |e: &str| table.column(e).map_or_else(String::new, |c| c.unit.clone());
             units.get_or_insert_with(|| [unit(&options.x), unit(&y.what)]);
         }
     }
@@ -198,7 +199,7 @@ fn over(table: &Table, text: &str) -> Result<Expression, StudyError> {
         "t" => table.index("t").or_else(|| table.index("time")),
         name => table.index(name),
     };
-    let columns = format!("the columns are {}", table.names().join(", "));
+    let columns = format!("the columns are {}", table.names());
     compile(text, &|name| column(name).map(Meaning::Slot), &columns)
 }
 
@@ -228,13 +229,14 @@ fn grouped<'a>(
     let Some(by) = by else {
         return Ok(vec![(None, rows.into_iter().filter(finite).collect())]);
     };
-    let names = table.text(by).ok_or_else(|| {
+    let column = table.column(by).ok_or_else(|| {
         StudyError::asked(
             format!("--by {by} is no column"),
-            format!("the columns are {}", table.names().join(", ")),
+            format!("the columns are {}", table.names()),
         )
     })?;
     let mut groups: Vec<Group> = Vec::new();
+    let names = column.cells.iter().map(String::as_str);
     for (name, point) in names.zip(rows).filter(|(_, p)| finite(p)) {
         match groups.iter_mut().find(|(known, _)| *known == Some(name)) {
             Some((_, points)) => points.push(point),
@@ -309,7 +311,7 @@ mod tests {
 
     #[test]
     fn rows_become_points_by_group_and_gaps_are_left_out() {
-        let table = Table::from(HISTORY);
+        let table = Table::parse(HISTORY).unwrap();
         let [x, y] = ["t", "2*work"].map(|e| over(&table, e).unwrap());
         let rows = points(&table, &x, &y);
         assert_eq!(rows[..2], [(0.0, 0.0), (1.0, 2.0)]);

@@ -9,12 +9,12 @@ use std::sync::{Arc, Mutex};
 use std::thread;
 use std::time::{Duration, Instant};
 
+use coupler::record::Summary;
 use coupler::record::rundir::in_use;
 use rustix::process::{Pid, Signal, kill_process_group};
 
 use crate::StudyError;
 use crate::case::Case;
-use crate::outcome::Outcome;
 
 /// Time between two looks at a run.
 const LOOK: Duration = Duration::from_millis(5);
@@ -67,13 +67,13 @@ pub struct Repeat {
 #[derive(Debug, Clone)]
 pub struct Timed {
     /// What its runs have left: they differ in their times alone, of which these are the least.
-    pub outcome: Outcome,
+    pub outcome: Summary,
     /// CPU time of stepping of each run in s, the least first.
     pub times: Vec<f64>,
 }
 
 impl Timed {
-    fn of(outcome: Outcome) -> Self {
+    fn of(outcome: Summary) -> Self {
         Self {
             times: vec![outcome.stepping_cpu()],
             outcome,
@@ -93,7 +93,7 @@ impl Timed {
     }
 
     /// A run more. One that fails where others did not is what counts.
-    fn add(&mut self, other: Outcome) {
+    fn add(&mut self, other: Summary) {
         self.times.push(other.stepping_cpu());
         self.times.sort_by(f64::total_cmp);
         let best = &mut self.outcome;
@@ -217,7 +217,7 @@ impl Runner {
     ///
     /// # Errors
     /// [`StudyError::Interrupted`], and files that cannot be written. A run that fails is an outcome.
-    pub fn run(&self, case: &Case) -> Result<Outcome, StudyError> {
+    pub fn run(&self, case: &Case) -> Result<Summary, StudyError> {
         self.run_once(case, 0)
     }
 
@@ -291,13 +291,14 @@ impl Runner {
         Ok(done.into_iter().flatten().collect())
     }
 
-    fn run_once(&self, case: &Case, repeat: usize) -> Result<Outcome, StudyError> {
+    fn run_once(&self, case: &Case, repeat: usize) -> Result<Summary, StudyError> {
         if self.interrupted() {
             return Err(StudyError::Interrupted);
         }
         let directory = self.directory(case, repeat);
-        let is_ours = |outcome: &Outcome| outcome.scene_hash == case.scene.hash;
-        if let Some(known) = Outcome::read(&directory).filter(|o| o.settled() && is_ours(o)) {
+        let is_ours = |outcome: &Summary| outcome.scene_hash == case.scene.hash;
+        let known = Summary::read(&directory).ok();
+        if let Some(known) = known.filter(|o| o.settled() && is_ours(o)) {
             return Ok(known);
         }
         let programs = case.scene.programs();
@@ -332,10 +333,10 @@ impl Runner {
                 thread::sleep(LOOK);
             }
         }
-        let outcome = Outcome::read(&directory).unwrap_or_else(|| {
+        let outcome = Summary::read(&directory).unwrap_or_else(|_| {
             let said = fs::read_to_string(&log).unwrap_or_default();
             let last = said.lines().rev().find(|line| !line.trim().is_empty());
-            Outcome::lost(format!("{ended}; {}", last.unwrap_or("it said nothing")))
+            lost(format!("{ended}; {}", last.unwrap_or("it said nothing")))
         });
         if outcome.status == coupler::record::summary::Status::Interrupted || self.interrupted() {
             return Err(StudyError::Interrupted);
@@ -415,6 +416,14 @@ fn in_words(status: ExitStatus) -> String {
     format!("the run left no summary ({status})")
 }
 
+/// A run that left no summary.
+fn lost(reason: String) -> Summary {
+    Summary {
+        reason: Some(reason),
+        ..Summary::default()
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -423,8 +432,8 @@ mod tests {
         ["tandem", "run", "a b.toml"].map(String::from).to_vec()
     }
 
-    fn stepped(cpu: f64, wall: f64) -> Outcome {
-        Outcome {
+    fn stepped(cpu: f64, wall: f64) -> Summary {
+        Summary {
             status: coupler::record::summary::Status::Done,
             stepping_cpu_s: [
                 ("mpm".to_owned(), 0.75 * cpu),
@@ -432,7 +441,7 @@ mod tests {
             ]
             .into(),
             stepping_wall_s: wall,
-            ..Outcome::lost(String::new())
+            ..Summary::default()
         }
     }
 
@@ -452,7 +461,7 @@ mod tests {
         assert_eq!(timed.times, [1.0, 1.04, 1.3, 2.0]);
         assert_eq!(timed.outcome.stepping_wall_s, 3.0);
         // A run that fails is not timed again.
-        timed.add(Outcome::lost("killed".into()));
+        timed.add(lost("killed".into()));
         assert!(!timed.outcome.whole() && !timed.needs_more(0.0));
     }
 

@@ -41,6 +41,7 @@
 pub mod bench;
 pub mod clause;
 pub mod mutant;
+pub mod mutant_program;
 mod options;
 mod part;
 pub mod profile;

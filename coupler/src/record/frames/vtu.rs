@@ -229,8 +229,7 @@ impl Mesh {
             names: Vec::new(),
         };
         let appended = file.windows(APPENDED.len()).position(|w| w == APPENDED);
-        let appended =
-            appended.ok_or("it has no compressed arrays; it was made by an earlier version")?;
+        let appended = appended.ok_or("it has no compressed arrays")?;
         let (head, rest) = file.split_at(appended);
         let arrays = rest.get(APPENDED.len() + 1..).unwrap_or_default();
         let text = std::str::from_utf8(head).map_err(|e| e.to_string())?;

@@ -8,12 +8,12 @@ pub mod edge;
 mod map;
 mod table;
 
+use coupler::record::Summary;
 use coupler::record::summary::Status;
 use coupler::scene::Scene;
 
 use crate::StudyError;
 use crate::case::{Case, Source};
-use crate::outcome::Outcome;
 use crate::vary::Setting;
 
 pub use map::{MapOptions, MapReport, maps};
@@ -41,13 +41,13 @@ pub struct Trial {
     /// The run.
     pub case: Case,
     /// What it left.
-    pub outcome: Outcome,
+    pub outcome: Summary,
     /// Whether it was stable.
     pub stable: bool,
 }
 
 impl Trial {
-    fn new(case: Case, outcome: Outcome, residual: f64) -> Self {
+    fn new(case: Case, outcome: Summary, residual: f64) -> Self {
         let stable = outcome.whole() && outcome.energy.residual_max <= residual;
         Self {
             case,

@@ -1,12 +1,14 @@
 //! How the error of a run is taken: of a check, or against the finest run of its curve.
 
+use std::path::Path;
+
 use coupler::record::check::{Expected, Measure};
+use coupler::record::{Summary, Table};
 use coupler::scene::{Measurand, Scene};
 
 use super::row::Row;
 use crate::StudyError;
 use crate::case::Case;
-use crate::outcome::{Outcome, history_column};
 use crate::runner::Runner;
 
 /// How the error of a run is taken.
@@ -46,8 +48,8 @@ impl Value {
         if !row.outcome().whole() {
             return None;
         }
-        let value = match row.outcome().verdict(&self.name) {
-            Some(verdict) => verdict.value,
+        let value = match row.outcome().check(&self.name) {
+            Some(verdict) => finite(verdict.value),
             None => history_column(&runner.directory(&row.case, 0), &self.name)?
                 .last()
                 .copied(),
@@ -143,8 +145,8 @@ impl Measurement {
         match self {
             Self::Check { name, absolute, .. } => {
                 for row in rows {
-                    let check = row.outcome().verdict(name);
-                    row.values = vec![check.and_then(|check| check.value)];
+                    let check = row.outcome().check(name);
+                    row.values = vec![check.and_then(|check| finite(check.value))];
                     row.error = check_error(row.outcome(), name, *absolute);
                 }
                 Ok(())
@@ -185,13 +187,26 @@ fn known(option: &str, name: &str, scene: &Scene) -> Result<(), StudyError> {
 }
 
 /// The error of a check in a whole run; with `absolute` over the size of the reference, unless that is 0.
-fn check_error(outcome: &Outcome, name: &str, absolute: bool) -> Option<f64> {
-    let verdict = outcome.whole().then(|| outcome.verdict(name)).flatten()?;
-    let error = verdict.error?;
-    Some(match verdict.reference {
-        Some(reference) if absolute && reference != 0.0 => error / reference.abs(),
-        _ => error,
-    })
+fn check_error(outcome: &Summary, name: &str, absolute: bool) -> Option<f64> {
+    let verdict = outcome.whole().then(|| outcome.check(name)).flatten()?;
+    let size = verdict.reference.abs();
+    let absolute = absolute && size > 0.0;
+    let error = if absolute {
+        verdict.error / size
+    } else {
+        verdict.error
+    };
+    error.is_finite().then_some(error)
+}
+
+fn finite(number: f64) -> Option<f64> {
+    number.is_finite().then_some(number)
+}
+
+/// A column of numbers of `history.csv` in a run directory, by its name without its unit.
+fn history_column(directory: &Path, name: &str) -> Option<Vec<f64>> {
+    let history = Table::read(&directory.join("history.csv")).ok()?;
+    Some(history.column(name)?.values.clone())
 }
 
 /// The distance of every run from the finest of its curve, which has none: of a column the root mean square over its
@@ -206,8 +221,8 @@ fn against_the_finest(
         if !row.outcome().whole() {
             return None;
         }
-        match row.outcome().verdict(name) {
-            Some(verdict) => Some(vec![verdict.value?]),
+        match row.outcome().check(name) {
+            Some(verdict) => Some(vec![finite(verdict.value)?]),
             None => history_column(&runner.directory(&row.case, 0), name),
         }
     };

@@ -10,6 +10,7 @@ use std::collections::BTreeMap;
 use std::fmt;
 use std::path::Path;
 
+use coupler::record::Summary;
 use coupler::scene::{Measurand, Study};
 
 pub use self::report::WorkReport;
@@ -19,7 +20,6 @@ pub use self::sweep::SweepReport;
 use self::measure::{Measurement, Value};
 use crate::StudyError;
 use crate::case::{Case, Source, scene_title};
-use crate::outcome::Outcome;
 use crate::precision::pareto;
 use crate::runner::{Repeat, Runner, RunnerOptions, Timed};
 use crate::vary::{VARIANT, Vary, combinations};
@@ -257,7 +257,7 @@ impl Design {
                 .then(size(b).total_cmp(&size(a)))
         });
         self.measure.take(&mut rows, runner)?;
-        let front = |cost: fn(&Outcome) -> f64| {
+        let front = |cost: fn(&Summary) -> f64| {
             let points: Vec<(f64, f64)> = rows
                 .iter()
                 .map(|row| (cost(row.outcome()), row.error.unwrap_or(f64::NAN)))
@@ -265,7 +265,7 @@ impl Design {
             pareto(&points)
         };
         let (cpu, wall) = (
-            front(Outcome::stepping_cpu),
+            front(Summary::stepping_cpu),
             front(|outcome| outcome.stepping_wall_s),
         );
         for (row, (cpu, wall)) in rows.iter_mut().zip(cpu.into_iter().zip(wall)) {

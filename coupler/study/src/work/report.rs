@@ -3,10 +3,11 @@
 use std::fmt;
 use std::path::Path;
 
+use coupler::record::Summary;
+
 use super::row::{Row, count, curves, number, write_table};
 use crate::StudyError;
 use crate::figure::precision::{Curve, Panel, draw};
-use crate::outcome::Outcome;
 use crate::precision::{order, order_against};
 use crate::vary::with_unit;
 
@@ -58,7 +59,7 @@ impl WorkReport {
             .into_iter()
             .map(|(label, rows)| {
                 let order = Self::order(&rows).map(|p| format!("order {p:.2}"));
-                let points = |cost: fn(&Outcome) -> f64, front: fn(&Row) -> bool| {
+                let points = |cost: fn(&Summary) -> f64, front: fn(&Row) -> bool| {
                     rows.iter()
                         .filter_map(|row| Some((cost(row.outcome()), row.error?, front(row))))
                         .collect()
@@ -70,7 +71,7 @@ impl WorkReport {
                         None => label.to_owned(),
                     },
                     points: [
-                        points(Outcome::stepping_cpu, |row| row.pareto_cpu),
+                        points(Summary::stepping_cpu, |row| row.pareto_cpu),
                         points(|o| o.stepping_wall_s, |row| row.pareto_wall),
                     ],
                 }

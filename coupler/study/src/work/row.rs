@@ -2,9 +2,10 @@
 
 use std::path::Path;
 
+use coupler::record::Summary;
+
 use crate::StudyError;
 use crate::case::Case;
-use crate::outcome::Outcome;
 use crate::runner::Timed;
 
 /// A run and what is measured of it.
@@ -34,7 +35,7 @@ pub struct Row {
 
 impl Row {
     /// What it left.
-    pub fn outcome(&self) -> &Outcome {
+    pub fn outcome(&self) -> &Summary {
         &self.timed.outcome
     }
 }

@@ -3,9 +3,6 @@
 //! A mutant is a right solver that talks through a transport of its own. That passes every message on as it is, but for
 //! what its [`Flaw`] does.
 
-use std::sync::Arc;
-use std::sync::atomic::AtomicBool;
-
 pub mod change;
 pub mod flaw;
 mod transport;
@@ -18,77 +15,10 @@ use interface::transport::domain::Domain;
 use interface::transport::iceoryx::{SEND_TIMEOUT, join};
 use interface::transport::raw::Medium;
 
-use signal_hook::consts::SIGINT;
-use signal_hook::flag::{register, register_conditional_shutdown};
-
 pub use flaw::{Flaw, Mutant, Pass, ProcessFlaws, nap_for_many};
 
-use crate::clause;
 use crate::part::notes;
 use transport::Flawed;
-
-/// Exit status of a mutant that cannot join its run.
-const FAILED: u8 = 3;
-/// Exit status of a mutant that is started without a run, or has no such name.
-const BAD_INPUT: u8 = 2;
-
-/// A mutant as a process, with the words of its command line: its name and `--join RUN`. Without any word it lists the mutants.
-/// Returns its exit status.
-pub fn program(
-    words: &[&str],
-    mpm: fn() -> Box<dyn MpmSolver>,
-    dem: fn() -> Box<dyn DemSolver>,
-) -> u8 {
-    let dem_first = [(Party::Dem, Host::Dem(dem)), (Party::Mpm, Host::Mpm(mpm))];
-    let Some((name, more)) = words.split_first() else {
-        for (party, _) in dem_first {
-            println!("--{party}");
-            for mutant in clause::mutants(party) {
-                println!("  {:<8} {}", mutant.name, mutant.mutant.what);
-            }
-        }
-        return 0;
-    };
-    let found = dem_first
-        .into_iter()
-        .filter(|(party, _)| process::started_as().is_none_or(|started| started == *party))
-        .find_map(|(party, host)| {
-            let mut mutants = clause::mutants(party).into_iter();
-            Some((mutants.find(|mutant| mutant.name == *name)?, host))
-        });
-    let Some((mutant, host)) = found else {
-        eprintln!("error: there is no mutant `{name}`");
-        return BAD_INPUT;
-    };
-    let flaw = (mutant.mutant.flaw)();
-    match more {
-        ["--join", run] => join_run(run, host, flaw),
-        _ => {
-            eprintln!("error: a mutant is started by `tandem conformance`");
-            flaw.process.status_unjoined.unwrap_or(BAD_INPUT)
-        }
-    }
-}
-
-/// Joins a run as a process does; returns its exit status.
-fn join_run(run: &str, host: Host, flaw: Flaw) -> u8 {
-    // A process that a shell starts in the background inherits that SIGINT is ignored, so both ways have to be set.
-    let set = if flaw.process.ends_on_interrupt {
-        register_conditional_shutdown(SIGINT, 130, Arc::new(AtomicBool::new(true)))
-    } else {
-        register(SIGINT, Arc::default())
-    };
-    if let Err(error) = set {
-        eprintln!("warning: the handling of Ctrl-C could not be changed: {error}");
-    }
-    match Domain::join(run) {
-        Ok(domain) => serve(Medium::Processes, &domain, host, flaw),
-        Err(error) => {
-            eprintln!("error: {error}");
-            FAILED
-        }
-    }
-}
 
 /// Makes the right solver that a mutant is but for its flaw.
 #[derive(Clone, Copy)]

@@ -1,0 +1,183 @@
+//! What the solvers say of a scene before it runs: the memory of their states, and the limits of the step at the start.
+
+use std::f64::consts::PI;
+use std::fmt::{self, Display};
+
+use interface::message::control::Party;
+use interface::solver::Readiness;
+
+use crate::run::stability::{Sides, Stability};
+use crate::scene::{Criterion, Scene};
+
+/// What the solvers say of a scene.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Estimate {
+    /// The sides of the scene, with what they say as they are ready; none of another program, which is not asked.
+    pub ready: Vec<(Party, Option<Readiness>)>,
+    /// Upper limits of the step, smallest first. Empty if the solvers have not been asked.
+    pub limits: Vec<StepLimit>,
+    /// The step while bodies collide or separate, if they can.
+    pub impacts: Option<Impacts>,
+    end: f64,
+}
+
+/// An upper limit of the step.
+#[derive(Debug, Clone, PartialEq)]
+pub struct StepLimit {
+    /// Where it comes from.
+    pub name: String,
+    /// The step in s.
+    pub step: f64,
+}
+
+/// The cost of resolving impacts between bodies.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Impacts {
+    /// Step in s while one contact of the lightest body opens or closes.
+    pub step: f64,
+    /// Number of such steps in an impact.
+    pub steps: f64,
+}
+
+impl Estimate {
+    /// What follows from the readiness of the solvers, and from their limits after the opening step.
+    pub fn new(scene: &Scene, [mpm, dem]: [Option<Readiness>; 2], limits: Option<&Sides>) -> Self {
+        let limits = limits.map(|sides| step_limits(scene, [mpm.as_ref(), dem.as_ref()], sides));
+        let impacts = dem.as_ref().and_then(|dem| impacts(scene, dem));
+        let there = [
+            (Party::Mpm, mpm, scene.mpm.is_some()),
+            (Party::Dem, dem, scene.dem.is_some()),
+        ];
+        let there = there.into_iter().filter(|(_, _, there)| *there);
+        Self {
+            ready: there.map(|(party, ready, _)| (party, ready)).collect(),
+            limits: limits.unwrap_or_default(),
+            impacts,
+            end: scene.time.end,
+        }
+    }
+}
+
+fn step_limits(
+    scene: &Scene,
+    [mpm, dem]: [Option<&Readiness>; 2],
+    sides: &Sides,
+) -> Vec<StepLimit> {
+    let stability = Stability::new(&scene.time, mpm, dem);
+    let at_the_start = stability.limit(sides);
+    let mut limits = vec![StepLimit {
+        name: format!("at the start ({})", at_the_start.bound.name()),
+        step: at_the_start.dt,
+    }];
+    if let (Some(mpm), Some(dem), Criterion::Composed) = (mpm, dem, scene.time.criterion)
+        && mpm.mass_min > 0.0
+        && sides.mpm.contact_omega_sq == 0.0
+    {
+        // docs/physics.md section 4: contact adds k_n over the mass of the point to the squared frequency.
+        let mut touching = *sides;
+        touching.mpm.contact_omega_sq = dem.stiffness_max / mpm.mass_min;
+        limits.push(StepLimit {
+            name: "once the lightest point presses on the stiffest contact".to_owned(),
+            step: stability.limit(&touching).dt,
+        });
+    }
+    limits.push(StepLimit {
+        name: "the scene's own limit (time.max_step)".to_owned(),
+        step: scene.time.max_step.unwrap_or(f64::INFINITY),
+    });
+    limits.push(StepLimit {
+        name: "history interval (output.every)".to_owned(),
+        step: scene.output.every,
+    });
+    limits.retain(|limit| limit.step.is_finite() && limit.step > 0.0);
+    limits.sort_by(|a, b| a.step.total_cmp(&b.step));
+    limits
+}
+
+/// The step of impacts, if the criterion resolves them.
+fn impacts(scene: &Scene, ready: &Readiness) -> Option<Impacts> {
+    let dem = scene.dem.as_ref()?;
+    dem.body_contact?;
+    let Criterion::Composed = scene.time.criterion else {
+        return None;
+    };
+    // A stiffness that grows with the overlap is not known in advance.
+    let stiffness = dem.body_laws().filter_map(|law| law.constant_stiffness());
+    let omega = (stiffness.fold(0.0, f64::max) / ready.mass_min).sqrt();
+    let angle = scene.time.safety * scene.time.step_factor * dem.resolution();
+    let cap = scene.time.max_step.unwrap_or(f64::INFINITY);
+    let step = (angle / omega).min(cap);
+    // Number of steps in half a period of an elastic contact.
+    let steps = (PI / (omega * step)).ceil();
+    (step.is_finite() && step > 0.0).then_some(Impacts { step, steps })
+}
+
+impl Display for Estimate {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        writeln!(f, "before the first step")?;
+        for (party, ready) in &self.ready {
+            let things = if *party == Party::Mpm {
+                "points"
+            } else {
+                "bodies"
+            };
+            let ready = ready.as_ref();
+            let items =
+                ready.map_or_else(|| "not known".to_owned(), |ready| ready.items.to_string());
+            writeln!(f, "  {things:<8} {items}, memory {}", memory(ready))?;
+        }
+        for (i, limit) in self.limits.iter().enumerate() {
+            let name = if i == 0 { "step" } else { "" };
+            let binds = if i == 0 { "  <- binds" } else { "" };
+            writeln!(f, "  {name:<8} {:.3e} s  {}{binds}", limit.step, limit.name)?;
+        }
+        let more = if self.impacts.is_some() {
+            ", and more for impacts"
+        } else {
+            ""
+        };
+        if let Some(Impacts { step, steps }) = self.impacts {
+            writeln!(
+                f,
+                "  impacts  {step:.3e} s  while bodies come into contact or separate: about {steps} steps each \
+                 (dem.contact_resolution)"
+            )?;
+        }
+        match self.limits.first() {
+            Some(limit) => writeln!(
+                f,
+                "  steps    about {}{more}",
+                (self.end / limit.step).ceil()
+            ),
+            None => writeln!(f, "  step     not known before the run"),
+        }
+    }
+}
+
+/// The memory of a state in words, which a solver may not know.
+fn memory(ready: Option<&Readiness>) -> String {
+    let bytes = ready.map_or(0, |ready| ready.bytes);
+    let units = [("GiB", 1_u64 << 30), ("MiB", 1 << 20), ("KiB", 1 << 10)];
+    match units.iter().find(|(_, size)| bytes >= *size) {
+        Some((unit, size)) => format!("{:.1} {unit}", bytes as f64 / *size as f64),
+        None if bytes == 0 => "not known".to_owned(),
+        None => format!("{bytes} B"),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_solver_that_does_not_say_its_memory_is_not_guessed() {
+        let of = |bytes| Readiness {
+            bytes,
+            ..Readiness::default()
+        };
+        assert_eq!(memory(Some(&of(3 << 19))), "1.5 MiB");
+        assert_eq!(memory(Some(&of(17))), "17 B");
+        assert_eq!(memory(Some(&of(0))), "not known");
+        assert_eq!(memory(None), "not known");
+    }
+}
