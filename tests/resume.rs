@@ -7,8 +7,6 @@
 //! `TANDEM_SCENES=silo` leaves out scenes without `silo` in their name, `TANDEM_LONGEST=20` those that take more than 20 s,
 //! `TANDEM_SHORTEST=3` those that take less than 3 s.
 
-mod replayed;
-
 use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -258,13 +256,15 @@ fn a_run_goes_on_without_a_recording_that_does_not_reach_so_far() {
     let bytes = fs::read(&file).unwrap();
     fs::write(&file, &bytes[..bytes.len() / 3]).unwrap();
     let ended = resume(&place, "torn", &[]).expect(0);
-    ended.says(&["continues without its recording", "ends before step"]);
+    ended.says(&[
+        "continues without its recording",
+        "ends before the checkpoint",
+    ]);
 }
 
-/// The discs in Python have no checkpoints: a recorded run of theirs begins again, and its recording says whether it is the
-/// same run.
+/// The discs in Python cannot save: the run says so when it begins, and `resume` says what to do.
 #[test]
-fn a_run_of_a_solver_that_cannot_save_goes_on_by_its_recording() {
+fn a_run_of_a_solver_that_cannot_save_says_so_and_is_started_again() {
     if !python_can_join() {
         return;
     }
@@ -272,38 +272,36 @@ fn a_run_of_a_solver_that_cannot_save_goes_on_by_its_recording() {
     let discs = root().join("python/examples/disc_dem.py");
     let command = format!("python3 '{}'", discs.display());
     let scene = scene("jiang2020/collision_hard");
-    let run = ["--variant", "quick", "--dem", &command];
-    place
-        .run("whole", &scene, &[&run[..], &["--record"]].concat())
-        .expect(0);
-    let mut running = place.start_run("killed", &scene, &[&run[..], &["--record"]].concat());
+    let keeps = "output.checkpoint={time=2e-4, end=true}";
+    let run = ["--variant", "quick", "--dem", &command, "--set", keeps];
+    let unable = "this run cannot be resumed: the dem `";
+    let ended = place.run("whole", &scene, &run).expect(0);
+    assert_eq!(ended.stderr.matches(unable).count(), 1, "{ended:#?}");
+    let mut running = place.start_run("killed", &scene, &run);
     running.stepping("killed");
-    std::thread::sleep(Duration::from_millis(300 + dice(200)));
     signal(running.pid(), "KILL");
     running.end();
     let dir = place.path("killed");
-    let was = fs::metadata(dir.join("recording.tandem")).unwrap().len();
-    let ended = resume(&place, "killed", &["--trust", "--window", "3"]).expect(0);
-    ended.says(&["no checkpoint: the run starts again"]);
-    assert!(fs::metadata(dir.join("recording.tandem")).unwrap().len() >= was);
-    assert_same(&dir, &place.path("whole"));
-    assert_eq!(recorded(&dir), recorded(&place.path("whole")));
-    // Another run's recording, told apart by what it is of, and one that is the same run's and not what the run does.
-    let scene_file = dir.join("scene.toml");
-    let text = fs::read_to_string(&scene_file).unwrap();
-    fs::write(
-        &scene_file,
-        text.replace("about = \"", "about = \"Another. "),
-    )
-    .unwrap();
+    assert!(checkpoints(&dir).is_empty());
     resume(&place, "killed", &["--trust"])
-        .expect(3)
-        .says(&["another run"]);
-    // Without a recording there is nothing to go on by.
-    place.run("plain", &scene, &run).expect(0);
-    resume(&place, "plain", &["--trust"])
         .expect(2)
-        .says(&["cannot save its state", "no recording"]);
+        .says(&[unable, "starts it again and leaves"]);
+    // As it says.
+    let scene = dir.join("scene.toml");
+    place
+        .run("again", scene.to_str().unwrap(), &["--trust"])
+        .expect(0);
+    assert_same(&place.path("again"), &place.path("whole"));
+    // No scene begins with a state that is not there.
+    let from = format!("start.from={}", place.path("whole").display());
+    place
+        .run(
+            "branch",
+            scene.to_str().unwrap(),
+            &["--trust", "--set", &from],
+        )
+        .expect(2)
+        .says(&["has no checkpoint", unable]);
 }
 
 /// Ways in which the parts of a run are done.

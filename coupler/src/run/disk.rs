@@ -32,12 +32,6 @@ impl Disk {
         }
     }
 
-    /// From now on the run may take longer to begin than solvers wait.
-    pub fn starts_slowly(&mut self) {
-        let domain = self.domain.as_ref();
-        self.starting = domain.map(Domain::waiting_for_disk);
-    }
-
     /// The run has begun.
     pub fn started(&mut self) {
         self.starting = None;

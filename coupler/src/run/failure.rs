@@ -2,7 +2,6 @@
 
 use interface::core::SessionError;
 use interface::message::control::Party;
-use interface::recording::RecordingError;
 use interface::solver::Fault;
 use interface::transport::liveness::Hold;
 use thiserror::Error;
@@ -135,9 +134,6 @@ impl RunError {
                     "interface/PROTOCOL.md has the clause; the solver must be corrected"
                 }
                 SessionError::Refused { .. } => "change that key of the scene",
-                SessionError::Recording(RecordingError::Differs { .. }) => {
-                    "a solver does not answer as it did: another build of it, or one whose results depend on threads or on chance"
-                }
                 SessionError::Recording(_) => "make room, or run without --record",
                 SessionError::Failed { failure, .. }
                     if matches!(failure.fault, Some(Fault::LeftDomain { .. })) =>

@@ -11,6 +11,19 @@ use crate::run::account::Account;
 use crate::run::checkpoint::file::{About, newest};
 use crate::scene::Scene;
 
+/// Beginning of what a run says that takes no checkpoints.
+pub(crate) const CANNOT_RESUME: &str = "this run cannot be resumed";
+
+/// Why the run in a directory takes no checkpoints, as its log has it.
+pub(crate) fn cannot_resume(dir: &Path) -> Option<String> {
+    let log = fs::read_to_string(dir.join(LOG)).ok()?;
+    let mut messages = log.lines().filter_map(|line| {
+        let line: serde_json::Value = serde_json::from_str(line).ok()?;
+        Some(line["fields"]["message"].as_str()?.to_owned())
+    });
+    messages.find(|message| message.starts_with(CANNOT_RESUME))
+}
+
 /// The progress of a run that ended without a summary.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Killed {
@@ -74,7 +87,7 @@ impl Killed {
     pub fn write_summary(&self, scene: &Scene, dir: &RunDir) -> Result<Summary, RunDirError> {
         let mut account = Account::new(scene, false);
         account.cut_short = true;
-        if let Ok((_, checkpoint, _)) = newest(dir.path(), &About::of(scene, &[], false)) {
+        if let Ok((_, checkpoint, _)) = newest(dir.path(), &About::of(scene)) {
             account.resume(checkpoint.state.account, scene.quantities.len());
         }
         let mut summary = account.summarise(&Ok(()), Duration::ZERO);

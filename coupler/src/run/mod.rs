@@ -29,10 +29,9 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use interface::core::SessionError;
-use interface::core::coupler::Standing;
 use interface::message::control::Party;
 use interface::message::{Channel, Kind};
-use interface::recording::{About, Recorder, RecordingSink, Tap, reaches};
+use interface::recording::{About, Recorder, RecordingSink, Tap};
 use interface::session::solver::Clocked;
 use interface::session::together::Together;
 use interface::session::turns::drive;
@@ -40,7 +39,7 @@ use interface::session::{CouplerSide, DemSide, MpmSide};
 use interface::solver::{DemSolver, MpmSolver};
 use interface::transport::Transport;
 use interface::transport::direct::Direct;
-use interface::transport::domain::{Domain, OwnedDomain};
+use interface::transport::domain::OwnedDomain;
 use interface::transport::iceoryx::{self, Medium, SEND_TIMEOUT};
 use interface::transport::recorded::Recorded;
 
@@ -90,15 +89,7 @@ impl Resumed {
     /// # Errors
     /// [`CheckpointError`].
     pub fn find(scene: &Scene, dir: &RunDir) -> Result<Self, CheckpointError> {
-        let ours = file::About::of(scene, &[], false);
-        let (path, checkpoint, passed_over) = newest(dir.path(), &ours)?;
-        if let Some(party) = checkpoint.left_out(scene) {
-            let recording = dir.recording_path();
-            if let Err(error) = reaches(&recording, &recording_of(scene), checkpoint.moment()) {
-                let why = error.to_string();
-                return Err(CheckpointError::Unplayable { path, party, why });
-            }
-        }
+        let (path, checkpoint, passed_over) = newest(dir.path(), &file::About::of(scene))?;
         Ok(Self {
             path,
             checkpoint,
@@ -125,12 +116,6 @@ impl Resumed {
     pub fn run(self, scene: &Scene, options: &RunOptions, dir: &RunDir) -> Finished {
         run_from(scene, options, dir, Origin::Itself(self.checkpoint.into()))
     }
-}
-
-/// Runs `scene` again in the directory of a recorded run of it that has no checkpoint, because a solver cannot save its
-/// state. Its messages are compared with the recording up to its end. The run fails if they differ.
-pub fn rerun(scene: &Scene, options: &RunOptions, dir: &RunDir) -> Finished {
-    run_from(scene, options, dir, Origin::Recording)
 }
 
 fn run_from(scene: &Scene, options: &RunOptions, dir: &RunDir, from: Origin) -> Finished {
@@ -173,19 +158,13 @@ fn recorder(
     dir: &RunDir,
     from: &Origin,
 ) -> Result<Option<Recorder>, RunError> {
-    let about = recording_of(scene);
-    if let Origin::Recording = from {
-        let recorder = Recorder::rerun(&dir.recording()?, &about).map_err(SessionError::from)?;
-        return Ok(Some(recorder));
-    }
+    let made_by = concat!("tandem ", env!("CARGO_PKG_VERSION"));
+    let about = About::run(&scene.name, &scene.hash, made_by);
     if let Origin::Itself(checkpoint) = from {
-        if !checkpoint.about.recorded {
+        let Some(length) = checkpoint.state.recording else {
             return Ok(None);
-        }
-        let recorder = Recorder::resume(&dir.recording()?, &about, checkpoint.moment());
-        if checkpoint.left_out(scene).is_some() {
-            return Ok(Some(recorder.map_err(SessionError::from)?));
-        }
+        };
+        let recorder = Recorder::resume(&dir.recording()?, &about, length);
         if let Err(error) = &recorder {
             tracing::warn!("the run continues without its recording: {error}");
         }
@@ -196,12 +175,6 @@ fn recorder(
     }
     let recorder = Recorder::create(&dir.recording()?, &about).map_err(SessionError::from)?;
     Ok(Some(recorder))
-}
-
-/// What a recording of `scene` is of.
-fn recording_of(scene: &Scene) -> About {
-    let made_by = concat!("tandem ", env!("CARGO_PKG_VERSION"));
-    About::run(&scene.name, &scene.hash, made_by)
 }
 
 /// Whether a channel is recorded: all are except saved states, which would be most of the file.
@@ -231,7 +204,7 @@ fn processes(
     let segments = Segments::of(names, &channels);
     run.resources.shared_memory = Some(SharedMemory::new(names.clone(), segments.clone()));
     let caused = |error| told(error, &segments);
-    let mut coupler = iceoryx::join(
+    let coupler = iceoryx::join(
         Medium::Processes,
         names,
         Party::Coupler,
@@ -239,11 +212,6 @@ fn processes(
         SEND_TIMEOUT,
     )
     .map_err(|error| caused(error.into()))?;
-    let (mut verdict, standing) = match replayed(run, commands, names, &mut *coupler) {
-        Ok(standing) => (Ok(()), standing),
-        Err(RunError::Session(error)) => (Err(caused(error)), None),
-        Err(error) => (Err(error), None),
-    };
     let mut tap = match &sink {
         Some(sink) if parties.len() == 2 => {
             let tap = Tap::open(Medium::Processes, names, sink.clone());
@@ -255,21 +223,16 @@ fn processes(
         Some(sink) => Box::new(Recorded::new(coupler, sink, noted)),
         None => coupler,
     };
-    let stands = |party| standing.as_ref().is_some_and(|s| s.party() == party);
-    for &party in parties.iter().filter(|party| !stands(**party)) {
-        let command = commands[&party];
-        verdict = verdict.and_then(|()| {
-            run.resources
-                .processes
-                .start(party, command, names)
-                .map_err(RunError::from)
-        });
-    }
+    let mut start = |&party: &Party| {
+        let processes = &mut run.resources.processes;
+        processes.start(party, commands[&party], names)
+    };
+    let mut verdict = parties
+        .iter()
+        .try_for_each(&mut start)
+        .map_err(RunError::from);
     if verdict.is_ok() {
-        let mut coupler = match standing {
-            Some(standing) => CouplerSide::going_on(&parties, run, standing),
-            None => CouplerSide::new(&parties, run),
-        };
+        let mut coupler = CouplerSide::new(&parties, run);
         drive(&mut coupler, &mut *transport);
         verdict = coupler.take_verdict().map_err(caused);
     }
@@ -283,23 +246,6 @@ fn processes(
     verdict
 }
 
-/// Starts the solver that could not save its state, if there is one, and brings it to the step of the checkpoint before the
-/// other one takes part.
-fn replayed(
-    run: &mut Run<'_>,
-    commands: &BTreeMap<Party, &Vec<String>>,
-    names: &Domain,
-    coupler: &mut dyn Transport,
-) -> Result<Option<Standing>, RunError> {
-    let Some(party) = run.to_replay() else {
-        return Ok(None);
-    };
-    run.resources
-        .processes
-        .start(party, commands[&party], names)?;
-    run.replay(party, names, coupler).map(Some)
-}
-
 /// Runs the session with the solvers in this thread.
 fn in_process(
     run: &mut Run<'_>,
@@ -307,10 +253,6 @@ fn in_process(
     dem: fn() -> Box<dyn DemSolver>,
     sink: Option<RecordingSink>,
 ) -> Result<(), RunError> {
-    if let Some(party) = run.to_replay() {
-        let why = format!("it has no state of the {party}, a process of its own");
-        return Err(RunError::Checkpoint(why));
-    }
     let parties = run.parties().to_vec();
     let (mut continuum, mut bodies) = (mpm(), dem());
     let takes_part = |party| parties.contains(&party);

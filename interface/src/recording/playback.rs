@@ -20,20 +20,10 @@ pub struct Playback {
     block: Vec<u8>,
     next: usize,
     blocks: u64,
-    /// Where the present block begins.
-    pub(super) begin: Begin,
     /// Byte at which the next block begins.
     pub(super) offset: u64,
     messages: u64,
     end: Option<End>,
-}
-
-/// Where a block begins: the byte, and the number of blocks and messages before it.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub(super) struct Begin {
-    pub byte: u64,
-    pub blocks: u64,
-    pub messages: u64,
 }
 
 /// How a recording ends.
@@ -121,7 +111,6 @@ impl Playback {
             block: Vec::new(),
             next: 0,
             blocks: 0,
-            begin: Begin::default(),
             offset: (16 + length + CHECK) as u64,
             messages: 0,
             end: None,
@@ -138,17 +127,17 @@ impl Playback {
         Ok(playback.end.expect("the end has been read"))
     }
 
-    /// Which file.
-    pub(super) fn path(&self) -> &Path {
-        &self.path
-    }
-
-    /// The byte at which the block of the next message begins.
-    pub(super) fn next_byte(&self) -> u64 {
-        if self.next < self.block.len() {
-            self.begin.byte
+    /// Reads the first `length` bytes, after which a block has to end; returns the number of blocks and of messages.
+    pub(super) fn read_up_to(mut self, length: u64) -> Result<[u64; 2], RecordingError> {
+        while self.offset < length || self.next < self.block.len() {
+            if self.message()?.is_none() {
+                break;
+            }
+        }
+        if self.offset == length && self.end.is_none() {
+            Ok([self.blocks, self.messages])
         } else {
-            self.offset
+            Err(RecordingError::Short { path: self.path })
         }
     }
 
@@ -207,11 +196,6 @@ impl Playback {
     fn read_block(&mut self) -> Result<bool, RecordingError> {
         self.block.clear();
         self.next = 0;
-        self.begin = Begin {
-            byte: self.offset,
-            blocks: self.blocks,
-            messages: self.messages,
-        };
         let torn = End::Torn {
             messages: self.messages,
             at: self.offset,

@@ -5,7 +5,7 @@ use std::time::Duration;
 use super::turns::{Inbox, Turn, Turns};
 use crate::core::Action;
 use crate::core::SessionError;
-use crate::core::coupler::{Coupler, Decision, Event, Limits, Question, Standing};
+use crate::core::coupler::{Coupler, Decision, Event, Limits, Question};
 use crate::message::Channel;
 use crate::message::control::{Hello, Party};
 use crate::transport::Transport;
@@ -54,35 +54,15 @@ pub struct CouplerSide<'a> {
 impl<'a> CouplerSide<'a> {
     /// A session with `solvers`, in which `supervisor` decides.
     pub fn new(solvers: &[Party], supervisor: &'a mut dyn Supervisor) -> Self {
-        let machine = Coupler::new(solvers, supervisor.limits());
-        Self::of(machine, supervisor, Vec::new())
-    }
-
-    /// The same, with one of the solvers as it was left by a session before.
-    pub fn going_on(
-        solvers: &[Party],
-        supervisor: &'a mut dyn Supervisor,
-        standing: Standing,
-    ) -> Self {
-        let joined = vec![standing.party()];
-        let machine = Coupler::going_on(solvers, supervisor.limits(), standing);
-        Self::of(machine, supervisor, joined)
-    }
-
-    fn of(mut machine: Coupler, supervisor: &'a mut dyn Supervisor, joined: Vec<Party>) -> Self {
+        let mut machine = Coupler::new(solvers, supervisor.limits());
         let action = machine.start();
         Self {
             machine,
             supervisor,
             action,
             inbox: Inbox::new(),
-            joined,
+            joined: Vec::new(),
         }
-    }
-
-    /// A solver of a session that was handed over ([`Decision::HandOver`]).
-    pub fn hand_over(&mut self, party: Party) -> Option<Standing> {
-        self.machine.hand_over(party)
     }
 
     /// The machine, with what the solvers have reported.

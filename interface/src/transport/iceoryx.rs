@@ -120,17 +120,6 @@ pub fn listen(medium: Medium, domain: &Domain) -> Result<Box<dyn Transport>, Tra
     })
 }
 
-/// The ends of the solver `party` to the other solver, for a coupler that stands in for it. Its place is free for the solver
-/// itself once they are dropped: a channel has room for one sender (clause C-1).
-///
-/// # Errors
-/// [`TransportError`].
-pub fn stand_in(domain: &Domain, party: Party) -> Result<Box<dyn Transport>, TransportError> {
-    let mut ends = Ends::<ipc::Service>::new(domain, party, SEND_TIMEOUT)?;
-    ends.open_exchange()?;
-    Ok(Box::new(ends))
-}
-
 /// Says one message on the channel of `expected`, as a solver does that was started as another party (clause O-1).
 ///
 /// # Errors

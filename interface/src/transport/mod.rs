@@ -1,9 +1,8 @@
 //! The transport of messages: one object-safe trait and its implementations.
 //!
 //! [`iceoryx`] is shared memory between processes (the only file that names iceoryx2), [`direct`] a queue between
-//! parties that take turns in one thread, [`recorded`] wraps another transport and records its messages,
-//! [`replayed`] stands in for one solver with what a recording has of it. The crate `simulation` has a simulated
-//! transport.
+//! parties that take turns in one thread, [`recorded`] wraps another transport and records its messages. The crate
+//! `simulation` has a simulated transport.
 
 pub mod direct;
 pub mod domain;
@@ -13,7 +12,6 @@ mod names;
 pub mod raw;
 pub mod recorded;
 pub mod remains;
-pub mod replayed;
 pub mod wait;
 pub mod wake;
 

@@ -17,18 +17,18 @@ use std::{fs, io};
 
 use interface::message::control::{PROTOCOL, Party};
 use interface::message::wire::layout_hash;
-use interface::recording::Moment;
 use interface::saved;
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
 use super::state::CouplerState;
 use crate::record::rundir::CHECKPOINTS;
+use crate::run::killed::cannot_resume;
 use crate::scene::Scene;
 
 const MAGIC: &[u8] = b"tandem checkpoint 1\n";
 /// Format of the coupler's own state.
-const FORMAT: &str = "tandem-coupler 2";
+const FORMAT: &str = "tandem-coupler 3";
 const HASH: usize = 32;
 /// Longest description of a checkpoint in bytes.
 const ABOUT: u64 = 1 << 20;
@@ -61,22 +61,17 @@ pub struct About {
     pub step: u64,
     /// Simulated time in s.
     pub time: f64,
-    /// The solvers whose states it has: all that take part, but for one that cannot save its state and gets the recording
-    /// played to it instead.
+    /// The solvers that take part.
     pub solvers: Vec<Party>,
-    /// Whether the run was recorded.
-    pub recorded: bool,
     /// Whether it is kept, for other scenes to begin with.
-    #[serde(default)]
     pub kept: bool,
     /// The state with which the run itself began: `start.from` and `start.state` of its scene.
-    #[serde(default)]
     pub start: Option<[String; 2]>,
 }
 
 impl About {
     /// The description of a run of this program.
-    pub fn of(scene: &Scene, solvers: &[Party], recorded: bool) -> Self {
+    pub fn of(scene: &Scene) -> Self {
         Self {
             scene: scene.name.clone(),
             scene_hash: scene.hash.clone(),
@@ -85,8 +80,7 @@ impl About {
             layout: layout_hash(),
             step: 0,
             time: 0.0,
-            solvers: solvers.to_vec(),
-            recorded,
+            solvers: scene.parties(),
             kept: false,
             start: scene.begins_with(),
         }
@@ -99,10 +93,12 @@ impl About {
         };
         let version = |(major, minor): (u32, u32)| format!("{major}.{minor}");
         let protocols = [self, ours].map(|about| version(about.protocol));
+        let solvers = [self, ours].map(|about| format!("{:?}", about.solvers));
         differs("program", &self.made_by, &ours.made_by)
             .or_else(|| differs("protocol", &protocols[0], &protocols[1]))
             .or_else(|| differs("layout of records", &self.layout, &ours.layout))
             .or_else(|| differs("scene", &self.scene, &ours.scene))
+            .or_else(|| differs("list of solvers", &solvers[0], &solvers[1]))
             .or_else(|| differs("scene hash", &self.scene_hash, &ours.scene_hash))
     }
 }
@@ -134,23 +130,14 @@ pub enum CheckpointError {
         /// What differs.
         what: String,
     },
-    /// It has no state of a solver, and the recording that would be played to that solver cannot be used.
-    #[error(
-        "{path} has no state of the {party}, which cannot save it, and the recording cannot be played to it instead: {why}; without the folder `checkpoints` the run starts again"
-    )]
-    Unplayable {
-        /// Where.
-        path: PathBuf,
-        /// Which solver.
-        party: Party,
-        /// What is wrong with the recording.
+    /// There is no checkpoint.
+    #[error("{} has no checkpoint ({why})", dir.display())]
+    None {
+        /// Of which run.
+        dir: PathBuf,
+        /// Why it has none.
         why: String,
     },
-    /// There is no checkpoint.
-    #[error(
-        "{0} has no checkpoint (its scene has no `output.checkpoint`, it ended before the first, or a solver cannot save its state) and no recording to continue from"
-    )]
-    None(PathBuf),
     /// There is no checkpoint at that time or before.
     #[error("{dir} has no checkpoint of t = {time} s or before; it has those of {there}")]
     Later {
@@ -164,20 +151,6 @@ pub enum CheckpointError {
 }
 
 impl Checkpoint {
-    /// The solver whose state it lacks, of those that take part in `scene`.
-    pub fn left_out(&self, scene: &Scene) -> Option<Party> {
-        let mut parties = scene.parties().into_iter();
-        parties.find(|party| !self.about.solvers.contains(party))
-    }
-
-    /// The point at which its run continues.
-    pub fn moment(&self) -> Moment {
-        Moment {
-            step: self.about.step,
-            epoch: self.state.account.epoch(),
-        }
-    }
-
     /// Hash of the states of the solvers. It is the same for the same state, however it was reached.
     pub fn state_hash(&self) -> String {
         let mut hasher = blake3::Hasher::new();
@@ -346,10 +319,7 @@ pub(crate) fn newest(dir: &Path, ours: &About) -> Result<Found, CheckpointError>
             Err(error) => passed_over.push(error),
         }
     }
-    Err(passed_over
-        .into_iter()
-        .next()
-        .unwrap_or_else(|| CheckpointError::None(dir.to_path_buf())))
+    Err(passed_over.into_iter().next().unwrap_or_else(|| none(dir)))
 }
 
 /// Reads a checkpoint.
@@ -359,6 +329,14 @@ fn open(path: &Path) -> Result<Checkpoint, CheckpointError> {
         source,
     })?;
     read(&bytes).map_err(|what| damaged(path, what))
+}
+
+fn none(dir: &Path) -> CheckpointError {
+    let no_reason = "its scene has no `output.checkpoint`, or it ended before the first one";
+    CheckpointError::None {
+        dir: dir.to_path_buf(),
+        why: cannot_resume(dir).unwrap_or_else(|| no_reason.to_owned()),
+    }
 }
 
 fn damaged(path: &Path, what: String) -> CheckpointError {
@@ -407,14 +385,13 @@ pub(crate) fn of_time(
         }
         there.push(format!("{at} s"));
     }
-    let dir = dir.to_path_buf();
     match time {
         Some(time) if !there.is_empty() => Err(CheckpointError::Later {
-            dir,
+            dir: dir.to_path_buf(),
             time,
             there: there.join(", "),
         }),
-        _ => Err(CheckpointError::None(dir)),
+        _ => Err(none(dir)),
     }
 }
 

@@ -19,9 +19,7 @@ use branch::Branch;
 pub(crate) enum Origin {
     /// That of its scene.
     Scene,
-    /// The same; messages are compared with its recording.
-    Recording,
-    /// A state of the same run; what a solver that cannot save its own did is in the recording.
+    /// A state of the same run.
     Itself(Box<Checkpoint>),
     /// A state of another run.
     Another(Box<Branch>),

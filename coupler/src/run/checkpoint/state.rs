@@ -47,6 +47,8 @@ pub(crate) struct CouplerState {
     pub origin: Vec<BodyState>,
     /// Length of the history in bytes.
     pub history: u64,
+    /// Length of the recording in bytes, if the run is recorded.
+    pub recording: Option<u64>,
     pub frames: Listed,
 }
 

@@ -4,7 +4,6 @@ use std::sync::atomic::Ordering;
 
 use interface::config::capability::SAVE;
 use interface::core::coupler::Coupler;
-use interface::message::control::Party;
 use interface::message::wire::flags;
 
 use super::Run;
@@ -12,34 +11,38 @@ use crate::run::checkpoint::file::About;
 use crate::run::checkpoint::writer::CheckpointWriter;
 use crate::run::checkpoint::{Checkpoint, CouplerState, Phase, UnderWay};
 use crate::run::failure::RunError;
+use crate::run::killed::CANNOT_RESUME;
 
 impl Run<'_> {
-    /// Keeps checkpoints when the scene or a signal asks for them, if all solvers can save their states. One of two may be
-    /// unable to where the run is recorded: the recording is played to it when the run goes on.
+    /// Keeps checkpoints when the scene or a signal asks for them, if all solvers can save their states. If one cannot,
+    /// says so: such a run cannot be resumed.
     pub(super) fn keep_checkpoints(&mut self, coupler: &Coupler) {
-        let plan = self.scene.output.checkpoint.clone();
-        let mut unable = self.parties.iter().filter(|p| !coupler.can(**p, SAVE));
-        if let Some(party) = unable.next() {
-            let other_can = self.parties.len() == 2 && unable.next().is_none();
-            if !other_can || self.outputs.sink.is_none() {
-                if plan.is_some() {
-                    tracing::warn!("no checkpoints: the {party} cannot save its state");
-                }
-                return;
-            }
-            tracing::info!(
-                "the {party} cannot save its state: to resume the run, its recording is played to it"
-            );
-            self.checkpoints.in_part = true;
+        let mut parties = self.parties.iter();
+        if let Some(&party) = parties.find(|party| !coupler.can(**party, SAVE)) {
+            let identity = coupler.hello(party).map(|hello| hello.identity.as_str());
+            let identity = identity.unwrap_or_default();
+            tracing::warn!("{CANNOT_RESUME}: the {party} `{identity}` cannot save its state");
+            return;
         }
-        let time = self.account.clock.time();
-        let plan = plan.unwrap_or_default();
         self.checkpoints.writer = Some(CheckpointWriter::begin(
-            plan,
+            self.scene.output.checkpoint.clone().unwrap_or_default(),
             self.dir,
-            time,
+            self.account.clock.time(),
             self.outputs.sink.clone(),
         ));
+    }
+
+    /// Whether the scene keeps the state of this moment for others.
+    fn is_to_be_kept(&self) -> bool {
+        let plan = self.scene.output.checkpoint.as_ref();
+        plan.is_some_and(|plan| match self.schedule.phase {
+            Phase::Stepping => {
+                let on_output = self.schedule.asked & flags::MEASURE != 0;
+                on_output && plan.at.contains(&self.account.pace.outputs())
+            }
+            Phase::Done => plan.end && self.account.clock.time() >= self.scene.time.end,
+            Phase::Arriving | Phase::Opening | Phase::Closing => false,
+        })
     }
 
     /// The flag that asks for a checkpoint before the next grant, if one is due; keeps what the coupler adds to it.
@@ -61,6 +64,8 @@ impl Run<'_> {
         }
         // The rows to which the checkpoint refers must be in the file before it is.
         let relies_on = self.outputs.flush()?;
+        let sink = self.outputs.sink.as_ref();
+        let recording = sink.and_then(|sink| self.resources.disk.during(|| sink.flush()));
         let state = CouplerState {
             account: self.account.keep(),
             phase: self.schedule.phase,
@@ -70,6 +75,7 @@ impl Run<'_> {
             bodies: self.latest.bodies.clone(),
             origin: self.latest.origin.clone(),
             history: self.outputs.history.bytes(),
+            recording,
             frames: self
                 .outputs
                 .frames
@@ -94,8 +100,7 @@ impl Run<'_> {
             Some((party, state))
         });
         let states: Vec<_> = states.collect();
-        let saved: Vec<Party> = states.iter().map(|(party, _)| *party).collect();
-        let mut about = About::of(self.scene, &saved, self.outputs.sink.is_some());
+        let mut about = About::of(self.scene);
         about.step = self.account.clock.index();
         about.time = self.account.clock.time();
         about.kept = self.checkpoints.kept;

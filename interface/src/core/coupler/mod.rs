@@ -80,17 +80,6 @@ enum State {
     Ended,
 }
 
-/// A solver at the end of a session that another one goes on with: configured, and waiting for its next grant.
-#[derive(Debug)]
-pub struct Standing(Line);
-
-impl Standing {
-    /// Which solver.
-    pub fn party(&self) -> Party {
-        self.0.party
-    }
-}
-
 /// The coupler's side of a session.
 #[derive(Debug)]
 pub struct Coupler {
@@ -119,23 +108,6 @@ impl Coupler {
             header_to_send: StepHeader::default(),
             verdict: None,
         }
-    }
-
-    /// A session with these solvers, of which one comes from a session before: it is neither greeted nor configured again.
-    pub fn going_on(solvers: &[Party], limits: Limits, standing: Standing) -> Self {
-        let mut machine = Self::new(solvers, limits);
-        let mut lines = machine.lines.iter_mut();
-        if let Some(line) = lines.find(|line| line.party == standing.party()) {
-            *line = standing.0;
-        }
-        machine
-    }
-
-    /// This solver, once the session has been handed over.
-    pub fn hand_over(&mut self, party: Party) -> Option<Standing> {
-        let at = self.lines.iter().position(|line| line.party == party)?;
-        (self.state == State::Ended && matches!(self.verdict, Some(Ok(()))))
-            .then(|| Standing(self.lines.swap_remove(at)))
     }
 
     /// What to do first.
@@ -446,11 +418,6 @@ impl Coupler {
             (State::Deciding, Decision::Drain) => {
                 self.order = encode(&Order::Drain);
                 Ok(self.drain(0))
-            }
-            (State::Deciding, Decision::HandOver) => {
-                self.verdict = Some(Ok(()));
-                self.state = State::Ended;
-                Ok(Action::End)
             }
             (State::Noting, Decision::Noted) => {
                 self.order = encode(&Order::Close);

@@ -52,8 +52,6 @@ pub enum Decision {
     Grant(Grant, Vec<[f64; 3]>),
     /// No more steps.
     Drain,
-    /// No more steps in this session: another one goes on with its solvers ([`Standing`](super::Standing)).
-    HandOver,
     /// The run has taken note.
     Noted,
 }
