@@ -47,9 +47,9 @@ pub(crate) struct CouplerState {
     pub origin: Vec<BodyState>,
     /// Length of the history in bytes.
     pub history: u64,
+    pub frames: Listed,
     /// Length of the recording in bytes, if the run is recorded.
     pub recording: Option<u64>,
-    pub frames: Listed,
 }
 
 impl CouplerState {

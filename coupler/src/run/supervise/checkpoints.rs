@@ -75,13 +75,13 @@ impl Run<'_> {
             bodies: self.latest.bodies.clone(),
             origin: self.latest.origin.clone(),
             history: self.outputs.history.bytes(),
-            recording,
             frames: self
                 .outputs
                 .frames
                 .as_ref()
                 .map(|f| f.listed().clone())
                 .unwrap_or_default(),
+            recording,
         };
         self.checkpoints.pending = Some((state, relies_on));
         Ok(flags::CHECKPOINT)
