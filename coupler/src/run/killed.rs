@@ -11,19 +11,6 @@ use crate::run::account::Account;
 use crate::run::checkpoint::file::{About, newest};
 use crate::scene::Scene;
 
-/// Beginning of what a run says that takes no checkpoints.
-pub(crate) const CANNOT_RESUME: &str = "this run cannot be resumed";
-
-/// Why the run in a directory takes no checkpoints, as its log has it.
-pub(crate) fn cannot_resume(dir: &Path) -> Option<String> {
-    let log = fs::read_to_string(dir.join(LOG)).ok()?;
-    let mut messages = log.lines().filter_map(|line| {
-        let line: serde_json::Value = serde_json::from_str(line).ok()?;
-        Some(line["fields"]["message"].as_str()?.to_owned())
-    });
-    messages.find(|message| message.starts_with(CANNOT_RESUME))
-}
-
 /// The progress of a run that ended without a summary.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Killed {

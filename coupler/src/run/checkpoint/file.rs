@@ -22,8 +22,7 @@ use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
 use super::state::CouplerState;
-use crate::record::rundir::CHECKPOINTS;
-use crate::run::killed::cannot_resume;
+use crate::record::rundir::{CHECKPOINTS, LOG};
 use crate::scene::Scene;
 
 const MAGIC: &[u8] = b"tandem checkpoint 1\n";
@@ -34,6 +33,19 @@ const HASH: usize = 32;
 const ABOUT: u64 = 1 << 20;
 /// Bytes of a block before it is compressed.
 const BLOCK: usize = 16 << 20;
+
+/// Beginning of what a run says that takes no checkpoints.
+pub(crate) const CANNOT_RESUME: &str = "this run cannot be resumed";
+
+/// Why the run in a directory takes no checkpoints, as its log has it.
+fn cannot_resume(dir: &Path) -> Option<String> {
+    let log = fs::read_to_string(dir.join(LOG)).ok()?;
+    let mut messages = log.lines().filter_map(|line| {
+        let line: serde_json::Value = serde_json::from_str(line).ok()?;
+        Some(line["fields"]["message"].as_str()?.to_owned())
+    });
+    messages.find(|message| message.starts_with(CANNOT_RESUME))
+}
 
 /// The complete state of a run.
 #[derive(Debug, Clone)]

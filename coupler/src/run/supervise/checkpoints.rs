@@ -7,11 +7,10 @@ use interface::core::coupler::Coupler;
 use interface::message::wire::flags;
 
 use super::Run;
-use crate::run::checkpoint::file::About;
+use crate::run::checkpoint::file::{About, CANNOT_RESUME};
 use crate::run::checkpoint::writer::CheckpointWriter;
 use crate::run::checkpoint::{Checkpoint, CouplerState, Phase, UnderWay};
 use crate::run::failure::RunError;
-use crate::run::killed::CANNOT_RESUME;
 
 impl Run<'_> {
     /// Keeps checkpoints when the scene or a signal asks for them, if all solvers can save their states. If one cannot,
