@@ -122,11 +122,6 @@ pub fn resume(args: &ResumeArgs) -> ExitCode {
     };
     logging::of_run(&log, args.how.log);
     begin(&scene, &args.how, &args.dir);
-    let finished = go_on(resumed, &scene, &options, &dir);
-    finish(args.how.log, &scene, &dir, &args.dir, &finished)
-}
-
-fn go_on(resumed: Resumed, scene: &Scene, options: &RunOptions, dir: &RunDir) -> Finished {
     for damaged in resumed.passed_over() {
         tracing::warn!("{damaged}: passed over");
     }
@@ -137,10 +132,12 @@ fn go_on(resumed: Resumed, scene: &Scene, options: &RunOptions, dir: &RunDir) ->
         time = about.time,
         "resumed"
     );
-    resumed.run(scene, options, dir)
+    let finished = resumed.run(&scene, &options, &dir);
+    finish(args.how.log, &scene, &dir, &args.dir, &finished)
 }
 
-/// Why a run cannot go on; of one whose coupler was killed also how far it came, which becomes its summary.
+/// Why a run cannot go on, and what to do instead; of one whose coupler was killed also how far it came, which becomes
+/// its summary.
 fn cannot_resume(
     scene: &Scene,
     dir: &RunDir,
@@ -154,7 +151,24 @@ fn cannot_resume(
             Err(error) => complain(format_args!("error: {}", with_advice(&error))),
         }
     }
-    refuse(&error.to_string())
+    let CheckpointError::None { .. } = error else {
+        return refuse(&error.to_string());
+    };
+    let (dir, trust) = (dir.path().display(), trust_of(scene));
+    refuse(&format!(
+        "{error}\n  `tandem run {dir}/scene.toml --out OTHER{trust}` starts it again and leaves {dir} as it is; \
+         `--out {dir}` replaces what is there"
+    ))
+}
+
+/// The option without which a scene that names programs as solvers is not run.
+fn trust_of(scene: &Scene) -> &'static str {
+    let others = [&scene.solvers.mpm, &scene.solvers.dem];
+    if others.iter().any(|command| command.is_some()) {
+        " --trust"
+    } else {
+        ""
+    }
 }
 
 fn with_advice(error: &RunDirError) -> String {
@@ -219,15 +233,9 @@ fn finish(
     }
     let cut_short = matches!(summary.status, Status::Interrupted | Status::Failed);
     if cut_short && place == out && coupler::run::checkpoint::file::is_in(out) {
-        let others = [&scene.solvers.mpm, &scene.solvers.dem];
-        let trust = if others.iter().any(|command| command.is_some()) {
-            " --trust"
-        } else {
-            ""
-        };
+        let (out, trust) = (out.display(), trust_of(scene));
         say(format_args!(
-            "`tandem resume {}{trust}` continues from its last checkpoint",
-            out.display()
+            "`tandem resume {out}{trust}` continues from its last checkpoint"
         ));
     }
     match (unwritten, summary.status) {

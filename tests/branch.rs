@@ -294,7 +294,7 @@ fn what_may_not_change_is_refused_by_its_key_with_both_values() {
         ("dem.body.1.velocity=[1.0, 0.0]", &["`dem.body.1.velocity`"]),
         (
             "dem.body.1.motion=fixed",
-            &["`dem.body.1.motion` of \"disc\" is fixed", "it is free"],
+            &["`dem.body.1.motion` is \"fixed\"", "forces move stays one"],
         ),
         ("dem.overlap=nearest_edge", &["`dem.overlap`"]),
         ("coupling.skin=0.02", &["`coupling.skin` is 0.02"]),

@@ -120,15 +120,6 @@ fn a_solver_in_python_is_recorded_for_nothing() {
     );
 }
 
-#[test]
-fn a_killed_run_leaves_a_prefix() {
-    let place = Place::new();
-    let file = place.recording_of_a_killed_run("out", &scene(HARD));
-    let (messages, end) = content(&file);
-    assert!(matches!(end, End::Torn { .. }), "{end:?}");
-    assert!(messages["imp/forces"] > 10, "{messages:?}");
-}
-
 /// A file that may not grow stands for a disk without room.
 #[test]
 fn a_recording_that_cannot_be_written_ends_the_run_with_the_reason() {

@@ -256,42 +256,62 @@ fn a_run_goes_on_without_a_recording_that_does_not_reach_so_far() {
     let bytes = fs::read(&file).unwrap();
     fs::write(&file, &bytes[..bytes.len() / 3]).unwrap();
     let ended = resume(&place, "torn", &[]).expect(0);
-    ended.says(&["continues without its recording", "ends before step"]);
+    ended.says(&[
+        "continues without its recording",
+        "ends before the checkpoint",
+    ]);
 }
 
-/// The user learns it at the start of the run, and what to do when the run is to go on.
+/// The discs in Python without `save`: the run says so when it begins, and `resume` says what to do.
 #[test]
-fn a_run_of_a_solver_that_cannot_save_says_so_and_is_not_resumed() {
+fn a_run_of_a_solver_that_cannot_save_says_so_and_is_started_again() {
     if !python_can_join() {
         return;
     }
     let place = Place::new();
     let folder = root().join("python/examples").display().to_string();
-    let text = format!(
-        "import sys\nsys.path.insert(0, {folder:?})\nimport disc_dem\n\
-         class Discs(disc_dem.Discs):\n    \
-         capabilities = tuple(c for c in disc_dem.Discs.capabilities if c != 'save')\n\
-         sys.exit(disc_dem.serve_dem(Discs()))\n"
+    let discs = format!(
+        r#"import sys
+sys.path.insert(0, {folder:?})
+import disc_dem
+able = disc_dem.Discs.capabilities
+disc_dem.Discs.capabilities = tuple(can for can in able if can != "save")
+sys.exit(disc_dem.serve_dem(disc_dem.Discs()))
+"#
     );
-    let command = format!("python3 '{}'", place.write("discs.py", &text).display());
+    let discs = place.write("discs.py", &discs);
+    let command = format!("python3 '{}'", discs.display());
     let scene = scene("jiang2020/collision_hard");
-    let run = ["--variant", "quick", "--dem", &command, "--record"];
-    let ended = place.run("run", &scene, &run).expect(0);
-    ended.says(&[
-        "this run cannot be resumed: the dem `",
-        "cannot save its state",
-    ]);
-    resume(&place, "run", &["--trust"]).expect(2).says(&[
-        "no checkpoint to continue from",
-        "cannot save its state",
-        "starts it again",
-    ]);
-    // The advice holds.
-    let again = place.path("run").join("scene.toml");
+    let keeps = "output.checkpoint={time=2e-4, end=true}";
+    let run = ["--variant", "quick", "--dem", &command, "--set", keeps];
+    let unable = "this run cannot be resumed: the dem `";
+    let ended = place.run("whole", &scene, &run).expect(0);
+    assert_eq!(ended.stderr.matches(unable).count(), 1, "{ended:#?}");
+    let mut running = place.start_run("killed", &scene, &run);
+    running.stepping("killed");
+    signal(running.pid(), "KILL");
+    running.end();
+    let dir = place.path("killed");
+    assert!(checkpoints(&dir).is_empty());
+    resume(&place, "killed", &["--trust"])
+        .expect(2)
+        .says(&[unable, "starts it again and leaves"]);
+    // As it says.
+    let scene = dir.join("scene.toml");
     place
-        .run("again", again.to_str().unwrap(), &["--trust"])
+        .run("again", scene.to_str().unwrap(), &["--trust"])
         .expect(0);
-    assert_same(&place.path("again"), &place.path("run"));
+    assert_same(&place.path("again"), &place.path("whole"));
+    // No scene begins with a state that is not there.
+    let from = format!("start.from={}", place.path("whole").display());
+    place
+        .run(
+            "branch",
+            scene.to_str().unwrap(),
+            &["--trust", "--set", &from],
+        )
+        .expect(2)
+        .says(&["has no checkpoint", unable]);
 }
 
 /// Ways in which the parts of a run are done.

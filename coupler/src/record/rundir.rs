@@ -187,16 +187,6 @@ impl RunDir {
         self.claim(RECORDING)
     }
 
-    /// Whether a run was recorded here.
-    pub fn has_recording(&self) -> bool {
-        self.recording_path().is_file()
-    }
-
-    /// Where the recording is, if there is one.
-    pub fn recording_path(&self) -> PathBuf {
-        self.path().join(RECORDING)
-    }
-
     /// Path of the run's page, if one is asked for.
     ///
     /// # Errors

@@ -66,11 +66,6 @@ pub(crate) struct Kept {
 }
 
 impl Kept {
-    /// The present epoch.
-    pub fn epoch(&self) -> u64 {
-        self.epochs[0]
-    }
-
     /// The steps planned so far.
     pub fn so_far(&self) -> &SoFar {
         &self.so_far

@@ -74,7 +74,7 @@ impl Killed {
     pub fn write_summary(&self, scene: &Scene, dir: &RunDir) -> Result<Summary, RunDirError> {
         let mut account = Account::new(scene, false);
         account.cut_short = true;
-        if let Ok((_, checkpoint, _)) = newest(dir.path(), &About::of(scene, false)) {
+        if let Ok((_, checkpoint, _)) = newest(dir.path(), &About::of(scene)) {
             account.resume(checkpoint.state.account, scene.quantities.len());
         }
         let mut summary = account.summarise(&Ok(()), Duration::ZERO);

@@ -87,8 +87,7 @@ impl Resumed {
     /// # Errors
     /// [`CheckpointError`].
     pub fn find(scene: &Scene, dir: &RunDir) -> Result<Self, CheckpointError> {
-        let ours = file::About::of(scene, false);
-        let (path, checkpoint, passed_over) = newest(dir.path(), &ours)?;
+        let (path, checkpoint, passed_over) = newest(dir.path(), &file::About::of(scene))?;
         Ok(Self {
             path,
             checkpoint,
@@ -157,12 +156,13 @@ fn recorder(
     dir: &RunDir,
     from: &Origin,
 ) -> Result<Option<Recorder>, RunError> {
-    let about = recording_of(scene);
+    let made_by = concat!("tandem ", env!("CARGO_PKG_VERSION"));
+    let about = About::run(&scene.name, &scene.hash, made_by);
     if let Origin::Itself(checkpoint) = from {
-        if !checkpoint.about.recorded {
+        let Some(length) = checkpoint.state.recording else {
             return Ok(None);
-        }
-        let recorder = Recorder::resume(&dir.recording()?, &about, checkpoint.moment());
+        };
+        let recorder = Recorder::resume(&dir.recording()?, &about, length);
         if let Err(error) = &recorder {
             tracing::warn!("the run continues without its recording: {error}");
         }
@@ -173,12 +173,6 @@ fn recorder(
     }
     let recorder = Recorder::create(&dir.recording()?, &about).map_err(SessionError::from)?;
     Ok(Some(recorder))
-}
-
-/// What a recording of `scene` is of.
-fn recording_of(scene: &Scene) -> About {
-    let made_by = concat!("tandem ", env!("CARGO_PKG_VERSION"));
-    About::run(&scene.name, &scene.hash, made_by)
 }
 
 /// Whether a channel is recorded: all are except saved states, which would be most of the file.
@@ -216,7 +210,6 @@ fn processes(
         SEND_TIMEOUT,
     )
     .map_err(|error| caused(error.into()))?;
-    let mut verdict = Ok(());
     let mut tap = match &sink {
         Some(sink) if parties.len() == 2 => {
             let tap = Tap::open(Medium::Processes, names, sink.clone());
@@ -228,15 +221,14 @@ fn processes(
         Some(sink) => Box::new(Recorded::new(coupler, sink, noted)),
         None => coupler,
     };
-    for &party in &parties {
-        let command = commands[&party];
-        verdict = verdict.and_then(|()| {
-            run.resources
-                .processes
-                .start(party, command, names)
-                .map_err(RunError::from)
-        });
-    }
+    let mut start = |&party: &Party| {
+        let processes = &mut run.resources.processes;
+        processes.start(party, commands[&party], names)
+    };
+    let mut verdict = parties
+        .iter()
+        .try_for_each(&mut start)
+        .map_err(RunError::from);
     if verdict.is_ok() {
         let session = Session::coupler(&parties, &mut *run, &mut *transport);
         verdict = drive(session).map_err(caused);

@@ -1,6 +1,5 @@
 //! The decisions of a run: the configuration of each solver, the next steps, and what is recorded of the reports.
 
-mod branch;
 mod checkpoints;
 mod configure;
 mod outputs;
@@ -117,7 +116,7 @@ struct Latest {
 }
 
 impl<'a> Run<'a> {
-    /// A new run, or one that continues from a checkpoint.
+    /// A run that begins with its scene, or with the state of a checkpoint: its own, or that of another run.
     pub(crate) fn new(
         scene: &'a Scene,
         options: &'a RunOptions,
@@ -125,38 +124,65 @@ impl<'a> Run<'a> {
         account: &'a mut Account,
         from: Origin,
     ) -> Result<Self, RunError> {
-        let (branch, Checkpoint { state, solvers, .. }) = match from {
-            Origin::Itself(checkpoint) => (None, *checkpoint),
-            Origin::Another(branch) => (Some(branch.as_before), branch.checkpoint),
+        // Of another run's state: whether the scene continues as that run would.
+        let (Checkpoint { state, solvers, .. }, branch) = match from {
+            Origin::Itself(checkpoint) => (*checkpoint, None),
+            Origin::Another(branch) => (branch.checkpoint, Some(branch.as_before)),
             Origin::Scene => {
                 let outputs = Outputs::begin(scene, options, dir, account, Listed::default())?;
                 return Ok(Self::at_start(scene, options, dir, account, outputs));
             }
         };
+        let refused = |what: &str| Err(RunError::Checkpoint(what.into()));
         if let Some(what) = state.impossible_value(scene) {
-            return Err(RunError::Checkpoint(what.into()));
+            return refused(what);
         }
-        if let Some(as_before) = branch {
-            return Self::branch(scene, options, dir, account, (state, solvers), as_before);
+        if branch.is_some() {
+            let from_zero = scene.start.as_ref().is_some_and(|start| start.from_zero);
+            account.branch(&state.account, from_zero);
+        } else if !account.resume(state.account, scene.quantities.len()) {
+            return refused("it has another number of checks or quantities");
         }
-        if !account.resume(state.account, scene.quantities.len()) {
-            return Err(RunError::Checkpoint(
-                "it has another number of checks or quantities".into(),
-            ));
+        // A branch has a last epoch of its own, and its own first one unless it continues as that run would.
+        let under_way = match branch {
+            Some(as_before) if !as_before || state.phase != Phase::Stepping => None,
+            _ => Some(state.under_way),
+        };
+        if under_way.is_some_and(|at| !account.can_go_on(&at.epoch, at.done)) {
+            return refused("its clock is not in its epoch");
         }
-        is_in_epoch(account, &state.under_way)?;
-        let written = (state.history, account.clock.time());
-        let outputs = Outputs::resume(scene, options, dir, written, state.frames)?;
+        let outputs = if branch.is_some() {
+            let listed = Listed {
+                start: state.origin.clone(),
+                ..Listed::default()
+            };
+            Outputs::begin(scene, options, dir, account, listed)?
+        } else {
+            let written = (state.history, account.clock.time());
+            Outputs::resume(scene, options, dir, written, state.frames)?
+        };
         let mut run = Self::at_start(scene, options, dir, account, outputs);
         run.latest.sides = state.sides;
         run.latest.bodies = state.bodies;
         run.latest.origin = state.origin;
-        run.schedule.phase = state.phase;
-        run.schedule.under_way = Some(state.under_way);
-        run.schedule.asked = state.asked;
-        // A recording that continues must not have a message twice.
-        run.schedule.touches = 0;
         run.restored = solvers;
+        let schedule = &mut run.schedule;
+        match branch {
+            None => {
+                (schedule.phase, schedule.asked) = (state.phase, state.asked);
+                // A recording that continues must not have a message twice.
+                schedule.touches = 0;
+            }
+            Some(true) => {
+                schedule.phase = Phase::Stepping;
+                // Only the first grant of an epoch may measure (G-8).
+                if under_way.is_some_and(|at| at.done > 0) {
+                    schedule.asked = state.asked;
+                }
+            }
+            Some(false) => (schedule.phase, schedule.asked) = (Phase::Arriving, 0),
+        }
+        schedule.under_way = under_way;
         Ok(run)
     }
 
@@ -648,12 +674,4 @@ fn moving(groups: &[GroupState], bodies: &[BodyState]) -> f64 {
     let bodies = bodies.iter().map(|b| (b.mass, b.velocity));
     let all = groups.chain(bodies);
     all.map(|(mass, [x, y])| mass * x.hypot(y)).sum()
-}
-
-/// Refuses a checkpoint whose clock is not in its epoch.
-fn is_in_epoch(account: &Account, under_way: &UnderWay) -> Result<(), RunError> {
-    if account.can_go_on(&under_way.epoch, under_way.done) {
-        return Ok(());
-    }
-    Err(RunError::Checkpoint("its clock is not in its epoch".into()))
 }

@@ -7,7 +7,7 @@ use serde::Serialize;
 use serde_json::Value;
 use toml::Table;
 
-use interface::config::{BodyConfig, Wall};
+use interface::config::{BodyConfig, DemConfig};
 
 use super::Scene;
 use super::document::Part;
@@ -111,6 +111,12 @@ fn between<T: Serialize>(side: &str, here: Option<&T>, there: Option<&T>) -> Dif
     found
 }
 
+/// The body of which a key is.
+fn body_of<'a>(dem: Option<&'a DemConfig>, key: &str) -> Option<&'a BodyConfig> {
+    let (number, _) = key.strip_prefix("dem.bodies.")?.split_once('.')?;
+    dem?.bodies.get(number.parse::<usize>().ok()?)
+}
+
 /// Whether the velocity of a body along `i` (x, y, angle) is always that of its configuration.
 fn driven(body: &BodyConfig, i: usize) -> bool {
     body.motion.yielding()[i] == 0.0
@@ -126,96 +132,76 @@ impl Scene {
         let mut differ = between("mpm", self.mpm.as_ref(), parent.mpm.as_ref());
         differ.extend(between("dem", self.dem.as_ref(), parent.dem.as_ref()));
         for (key, here, there) in differ {
-            if among(&key, MAY_CHANGE) || self.drives(&key) {
+            let Some(why) = self.forbids(parent, &key, [&here, &there]) else {
                 continue;
-            }
-            let path = self.key_of(&key);
-            let value = |value: Option<Value>| {
-                value.map_or("not there".to_owned(), |v| shorten(&v.to_string()))
             };
-            let (here, there) = (value(here), value(there));
+            let path = self.key_of(&key);
+            let [here, there] = [here, there].map(|value| {
+                value.map_or("not there".to_owned(), |value| shorten(&value.to_string()))
+            });
             let message = format!(
                 "`{path}` is {here}; in {run}, whose state the scene begins with, it is {there}"
             );
-            let why = if among(&key, OF_THE_START) {
-                "leave it unchanged: a branch begins with the positions and velocities of that run"
-            } else {
-                "leave it unchanged: the saved state depends on it"
-            };
             problems.refuse(&path, message, why);
         }
-        self.periodic_as(parent, run, &mut problems);
-        self.moved_as(parent, run, &mut problems);
         problems.finish().map(|_| ())
+    }
+
+    /// Why a branch of `parent` may not have another value of a key; `None` if it may.
+    fn forbids(
+        &self,
+        parent: &Self,
+        key: &str,
+        values: [&Option<Value>; 2],
+    ) -> Option<&'static str> {
+        // The walls of a configuration may be left out as a whole.
+        let periodic = |value: &&Option<Value>| {
+            let value = value.as_ref();
+            value.is_some_and(|value| value.to_string().contains("\"periodic\""))
+        };
+        let moved = |scene: &Self| {
+            let body = body_of(scene.dem.as_ref(), key)?;
+            Some(body.motion.yielding() != [0.0; 3])
+        };
+        let bodies_touch = self
+            .dem
+            .as_ref()
+            .is_some_and(|dem| dem.body_contact.is_some());
+        // Points beyond a periodic wall are those at the other end.
+        if fits(key, "mpm.walls.**") && values.iter().any(periodic) {
+            Some("walls may change, but not from or to periodic")
+        // The contact of two bodies is listed if forces move one of them.
+        } else if fits(key, "dem.bodies.*.motion.**")
+            && bodies_touch
+            && moved(self) != moved(parent)
+        {
+            Some(
+                "with `[body_contact]` a body that forces move stays one, and a fixed or driven one stays that; \
+                 `motion.guided` or `motion.pushed` hold and move a free one",
+            )
+        } else if among(key, MAY_CHANGE) || self.drives(key) {
+            None
+        } else if among(key, OF_THE_START) {
+            Some(
+                "leave it unchanged: a branch begins with the positions and velocities of that run",
+            )
+        } else {
+            Some("leave it unchanged: the saved state depends on it")
+        }
     }
 
     /// Whether the key is the velocity or spin of a body that is driven; for such a body it is more than an initial
     /// value.
     fn drives(&self, key: &str) -> bool {
-        let mut parts = key.split('.').skip(2);
-        let body = parts.next().and_then(|number| number.parse::<usize>().ok());
-        let body = body.and_then(|number| self.dem.as_ref()?.bodies.get(number));
-        let Some(body) = body.filter(|_| key.starts_with("dem.bodies.")) else {
+        let Some(body) = body_of(self.dem.as_ref(), key) else {
             return false;
         };
-        match (parts.next(), parts.next()) {
-            (Some("spin"), None) => driven(body, 2),
-            (Some("velocity"), None) => driven(body, 0) && driven(body, 1),
-            (Some("velocity"), Some("0")) => driven(body, 0),
-            (Some("velocity"), Some("1")) => driven(body, 1),
+        match key.split('.').skip(3).collect::<Vec<_>>()[..] {
+            ["spin"] => driven(body, 2),
+            ["velocity"] => driven(body, 0) && driven(body, 1),
+            ["velocity", "0"] => driven(body, 0),
+            ["velocity", "1"] => driven(body, 1),
             _ => false,
-        }
-    }
-
-    /// Refuses other periodic walls, because points beyond a periodic wall are those at the other end.
-    fn periodic_as(&self, parent: &Self, run: &str, problems: &mut Problems) {
-        let (Some(here), Some(there)) = (&self.mpm, &parent.mpm) else {
-            return;
-        };
-        let (here, there) = (here.walls, there.walls);
-        for (side, here, there) in [
-            ("left", here.left, there.left),
-            ("right", here.right, there.right),
-            ("bottom", here.bottom, there.bottom),
-            ("top", here.top, there.top),
-        ] {
-            if here != there && [here, there].contains(&Wall::Periodic) {
-                let key = format!("mpm.walls.{side}");
-                let message = format!("`{key}` is {here:?}; in {run} it is {there:?}");
-                problems.refuse(
-                    &key,
-                    message,
-                    "walls may change, but not from or to periodic",
-                );
-            }
-        }
-    }
-
-    /// Refuses bodies that forces move in only one of the two runs: the contact of two bodies is listed if forces move
-    /// one of them.
-    fn moved_as(&self, parent: &Self, run: &str, problems: &mut Problems) {
-        let (Some(here), Some(there)) = (&self.dem, &parent.dem) else {
-            return;
-        };
-        if here.body_contact.is_none() {
-            return;
-        }
-        let moves = |body: &BodyConfig| body.motion.yielding() != [0.0; 3];
-        for (i, (body, was)) in here.bodies.iter().zip(&there.bodies).enumerate() {
-            if moves(body) == moves(was) {
-                continue;
-            }
-            let path = self.key_of(&format!("dem.bodies.{i}.motion"));
-            let told = |body: &BodyConfig| shorten(&format!("{:?}", body.motion).to_lowercase());
-            let message = format!(
-                "`{path}` of \"{}\" is {}; in {run} it is {}",
-                body.name,
-                told(body),
-                told(was)
-            );
-            let help = "with `[body_contact]` a body that forces move stays one, and a fixed or driven one stays that; \
-                        `motion.guided` or `motion.pushed` hold and move a free one";
-            problems.refuse(&path, message, help);
         }
     }
 

@@ -15,16 +15,14 @@
 //! check   = first 8 bytes of the BLAKE3 hash
 //! ```
 //!
-//! A run that continues from a checkpoint continues its recording ([`Recorder::resume`]): messages before the
-//! checkpoint are kept, later ones are removed, and Hello and Ready are not recorded twice. So the file contains one
-//! run, for any number of parts.
+//! A run that continues from a checkpoint continues its recording ([`Recorder::resume`]): the file is cut to its length
+//! at the checkpoint, and Hello and Ready are not recorded twice. So the file contains one run, for any number of parts.
 //!
 //! `about` is JSON ([`About`]). `channel` counts its `channels`; `header` and `payload` are the bytes of section 4 of
 //! PROTOCOL.md. A file without its end belongs to a run that was killed; it is complete up to the last block.
 
 mod playback;
 mod recorder;
-mod resume;
 mod tap;
 
 use std::io;
@@ -32,7 +30,6 @@ use std::path::{Path, PathBuf};
 
 pub use playback::{End, Message, Playback};
 pub use recorder::{Recorder, RecordingSink};
-pub use resume::Moment;
 use serde::{Deserialize, Serialize};
 pub use tap::Tap;
 use thiserror::Error;
@@ -100,13 +97,11 @@ pub enum RecordingError {
         /// The error message of the system.
         reason: String,
     },
-    /// It ends before the step at which its run continues.
-    #[error("the recording {path} ends before step {step}, from which the run goes on")]
+    /// It does not have all messages before the checkpoint from which its run continues.
+    #[error("the recording {path} ends before the checkpoint")]
     Short {
         /// Which file.
         path: PathBuf,
-        /// First step that is not done.
-        step: u64,
     },
     /// The transport does not let the recorder subscribe.
     #[error("cannot listen to the messages between the solvers: {0}")]

@@ -20,20 +20,10 @@ pub struct Playback {
     block: Vec<u8>,
     next: usize,
     blocks: u64,
-    /// Where the present block begins.
-    pub(super) begin: Begin,
     /// Byte at which the next block begins.
     pub(super) offset: u64,
     messages: u64,
     end: Option<End>,
-}
-
-/// Where a block begins: the byte, and the number of blocks and messages before it.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub(super) struct Begin {
-    pub byte: u64,
-    pub blocks: u64,
-    pub messages: u64,
 }
 
 /// How a recording ends.
@@ -120,7 +110,6 @@ impl Playback {
             block: Vec::new(),
             next: 0,
             blocks: 0,
-            begin: Begin::default(),
             offset: (16 + length + CHECK) as u64,
             messages: 0,
             end: None,
@@ -135,6 +124,20 @@ impl Playback {
         let mut playback = Self::open(path)?;
         while playback.message()?.is_some() {}
         Ok(playback.end.expect("the end has been read"))
+    }
+
+    /// Reads the first `length` bytes, after which a block has to end; returns the number of blocks and of messages.
+    pub(super) fn read_up_to(mut self, length: u64) -> Result<[u64; 2], RecordingError> {
+        while self.offset < length || self.next < self.block.len() {
+            if self.message()?.is_none() {
+                break;
+            }
+        }
+        if self.offset == length && self.end.is_none() {
+            Ok([self.blocks, self.messages])
+        } else {
+            Err(RecordingError::Short { path: self.path })
+        }
     }
 
     /// The run that the recording belongs to.
@@ -195,11 +198,6 @@ impl Playback {
     fn read_block(&mut self) -> Result<bool, RecordingError> {
         self.block.clear();
         self.next = 0;
-        self.begin = Begin {
-            byte: self.offset,
-            blocks: self.blocks,
-            messages: self.messages,
-        };
         let torn = End::Torn {
             messages: self.messages,
             at: self.offset,

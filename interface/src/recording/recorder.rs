@@ -8,8 +8,7 @@ use std::sync::{Arc, Condvar, Mutex, MutexGuard};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
-use super::resume::{Kept, keep};
-use super::{About, BLOCK, FORMAT, MAGIC, MESSAGE_HEADER, Message, Moment, RecordingError, check};
+use super::{About, BLOCK, FORMAT, MAGIC, MESSAGE_HEADER, Playback, RecordingError, check};
 use crate::message::wire::{StepHeader, bytes_of};
 use crate::message::{Channel, Kind, Records};
 
@@ -17,12 +16,10 @@ use crate::message::{Channel, Kind, Records};
 const UNWRITTEN: Duration = Duration::from_millis(250);
 /// Bytes that may wait for the disk. If there are more, the run waits too, because a recording must be complete.
 const WAITING: usize = 64 << 20;
-/// Longest wait of [`RecordingSink::sync`].
+/// Longest wait of [`RecordingSink::flush`] and [`RecordingSink::sync`].
 const SYNC_LIMIT: Duration = Duration::from_secs(10);
 /// [`Shared::rounds`] of a recording without a tap.
 const NO_TAP: u64 = u64::MAX;
-/// Messages of each solver that a continued run repeats at its start: Configure, Hello and Ready.
-const HANDSHAKE: [(Kind, u32); 2] = [(Kind::Order, 1), (Kind::Notice, 2)];
 
 /// Writes a recording. Dropping it without [`Self::finish`] leaves a recording without an end.
 #[derive(Debug)]
@@ -54,11 +51,14 @@ struct State {
     noted: u64,
     written: u64,
     synced: u64,
+    /// Length of the file with everything that has been written.
+    length: u64,
+    /// Somebody waits until everything is written.
+    flushing: bool,
     /// Somebody waits until everything is on disk.
     syncing: bool,
-    /// In a continued run: the number of messages of a channel that still repeat the handshake.
-    handshake: Vec<(Channel, u32)>,
-    /// In a continued run: the state that the solvers restore is not a message of the run.
+    /// In a continued run before its first grant: the handshake was recorded in its first part, and the states that the
+    /// solvers restore are not messages of the run.
     resumed: bool,
     finished: bool,
     /// The recorder has been dropped.
@@ -66,32 +66,13 @@ struct State {
     failure: Option<RecordingError>,
 }
 
-impl State {
-    /// Whether a message of this channel only repeats the handshake in a continued run.
-    fn is_handshake(&mut self, channel: Channel) -> bool {
-        let left = self.handshake.iter_mut().find(|(of, _)| *of == channel);
-        match left {
-            Some((_, left)) if *left > 0 => {
-                *left -= 1;
-                true
-            }
-            _ => channel.kind == Kind::Restore,
-        }
-    }
-}
-
 /// Appends a message in the format of the file.
-fn put(
-    bytes: &mut Vec<u8>,
-    channel: Channel,
-    header: &StepHeader,
-    payload: impl FnOnce(&mut Vec<u8>),
-) {
+fn put(bytes: &mut Vec<u8>, channel: Channel, header: &StepHeader, records: Records<'_>) {
     let begin = bytes.len();
     let first = begin + MESSAGE_HEADER;
     bytes.extend([channel.number() as u8, 0, 0, 0, 0]);
     bytes.extend_from_slice(bytes_of(std::slice::from_ref(header)));
-    payload(bytes);
+    records.write(bytes);
     let length = (bytes.len() - first) as u32;
     bytes[begin + 1..begin + 5].copy_from_slice(&length.to_le_bytes());
 }
@@ -105,6 +86,25 @@ impl Shared {
     fn fail(&self, error: RecordingError) {
         self.lock().failure.get_or_insert(error);
         self.room.notify_all();
+    }
+
+    /// Waits for the writer until something is `done`; `None` at the time `until`, or when the writer has ended.
+    fn wait(
+        &self,
+        until: Instant,
+        mut done: impl FnMut(&mut State) -> bool,
+    ) -> Option<MutexGuard<'_, State>> {
+        let mut state = self.lock();
+        while !done(&mut state) {
+            let left = until.saturating_duration_since(Instant::now());
+            if left.is_zero() || state.failure.is_some() || state.closed {
+                return None;
+            }
+            self.work.notify_one();
+            let waited = self.room.wait_timeout(state, left);
+            (state, _) = waited.expect("no holder has panicked");
+        }
+        Some(state)
     }
 }
 
@@ -123,35 +123,58 @@ impl Recorder {
         let mut file = File::create(path).map_err(RecordingError::file("create", path))?;
         file.write_all(&bytes)
             .map_err(RecordingError::file("write", path))?;
-        Self::begin(Output::new(file, path), State::default())
+        Self::begin(file, path, [bytes.len() as u64, 0, 0], false)
     }
 
-    /// Continues the recording at `path` of the same run from a checkpoint at this `moment`.
+    /// Continues the recording at `path` of the same run from a checkpoint at which it had this `length`
+    /// ([`RecordingSink::flush`]).
     ///
     /// # Errors
-    /// [`RecordingError`], also if the recording ends before that moment; then the file is unchanged.
-    pub fn resume(path: &Path, about: &About, moment: Moment) -> Result<Self, RecordingError> {
-        let output = cut(path, &keep(path, about, moment)?)?;
-        let handshake = |channel: &Channel| {
-            let of_kind = HANDSHAKE.iter().find(|(kind, _)| *kind == channel.kind);
-            of_kind.map(|(_, messages)| (*channel, *messages))
+    /// [`RecordingError`], also if the recording is shorter or damaged before that; then the file is unchanged.
+    pub fn resume(path: &Path, about: &About, length: u64) -> Result<Self, RecordingError> {
+        let playback = Playback::open(path)?;
+        if playback.about() != about {
+            let reason = "it is of another run or program".to_owned();
+            let path = path.to_path_buf();
+            return Err(RecordingError::Foreign { path, reason });
+        }
+        let [blocks, messages] = playback.read_up_to(length)?;
+        let open = || {
+            let mut file = OpenOptions::new().write(true).open(path)?;
+            file.set_len(length)?;
+            file.sync_data()?;
+            file.seek(SeekFrom::End(0))?;
+            Ok(file)
         };
-        let state = State {
-            handshake: Channel::ALL.iter().filter_map(handshake).collect(),
-            resumed: true,
-            ..State::default()
-        };
-        Self::begin(output, state)
+        let file = open().map_err(RecordingError::file("go on with", path))?;
+        Self::begin(file, path, [length, blocks, messages], true)
     }
 
-    fn begin(mut output: Output, state: State) -> Result<Self, RecordingError> {
+    /// Adds to a file that has so many bytes, blocks and messages.
+    fn begin(
+        file: File,
+        path: &Path,
+        [bytes, blocks, messages]: [u64; 3],
+        resumed: bool,
+    ) -> Result<Self, RecordingError> {
         let shared = Arc::new(Shared {
-            state: Mutex::new(state),
+            state: Mutex::new(State {
+                length: bytes,
+                resumed,
+                ..State::default()
+            }),
             work: Condvar::new(),
             room: Condvar::new(),
             rounds: AtomicU64::new(NO_TAP),
         });
-        let path = output.path.clone();
+        let mut output = Output {
+            file,
+            path: path.to_path_buf(),
+            bytes,
+            blocks,
+            messages,
+            packed: Vec::new(),
+        };
         let for_writer = Arc::clone(&shared);
         let writer = std::thread::Builder::new()
             .name("recorder".into())
@@ -160,7 +183,7 @@ impl Recorder {
                     for_writer.fail(error);
                 }
             })
-            .map_err(RecordingError::file("start a thread for", &path))?;
+            .map_err(RecordingError::file("start a thread for", path))?;
         Ok(Self {
             shared,
             writer: Some(writer),
@@ -211,12 +234,13 @@ impl RecordingSink {
         if state.failure.is_some() {
             return; // the failure is reported elsewhere
         }
-        if state.resumed && state.is_handshake(channel) {
+        state.resumed &= channel.kind != Kind::Grant;
+        if state.resumed {
             return;
         }
         let pending = &mut state.pending;
         let begin = pending.len();
-        put(pending, channel, header, |pending| records.write(pending));
+        put(pending, channel, header, records);
         let end = pending.len();
         state.noted += (end - begin) as u64;
         // The writer wakes up by itself when there is less than a block.
@@ -231,31 +255,38 @@ impl RecordingSink {
         state.pending.len() > WAITING / 2 && state.failure.is_none()
     }
 
-    /// Waits until all messages so far are on disk, for at most [`SYNC_LIMIT`].
-    pub fn sync(&self) {
-        let Shared {
-            work, room, rounds, ..
-        } = &*self.0;
+    /// Waits until all messages that were sent so far are written. Returns the length that the file then has: a run that
+    /// goes on from here cuts it to that. `None` if it takes longer than [`SYNC_LIMIT`] or the recording has failed.
+    /// Nothing may be sent meanwhile.
+    pub fn flush(&self) -> Option<u64> {
+        let rounds = &self.0.rounds;
         let until = Instant::now() + SYNC_LIMIT;
         // The tap may already have passed a channel in its present round when a message came. The next round reads all
         // of it.
         let after = rounds.load(Ordering::Acquire).saturating_add(2);
-        while rounds.load(Ordering::Acquire) < after && Instant::now() < until {
+        while rounds.load(Ordering::Acquire) < after {
+            if Instant::now() >= until {
+                return None;
+            }
             std::thread::sleep(Duration::from_micros(500));
         }
-        let mut state = self.0.lock();
-        let noted = state.noted;
-        while state.synced < noted && state.failure.is_none() && !state.closed {
-            let left = until.saturating_duration_since(Instant::now());
-            if left.is_zero() {
-                return;
-            }
-            state.syncing = true;
-            work.notify_one();
-            (state, _) = room
-                .wait_timeout(state, left)
-                .expect("no holder has panicked");
-        }
+        let noted = self.0.lock().noted;
+        let written = |state: &mut State| {
+            state.flushing = state.written < noted;
+            !state.flushing
+        };
+        let state = self.0.wait(until, written)?;
+        Some(state.length)
+    }
+
+    /// Waits until all messages so far are on disk, for at most [`SYNC_LIMIT`].
+    pub fn sync(&self) {
+        let noted = self.0.lock().noted;
+        let synced = |state: &mut State| {
+            state.syncing = state.synced < noted;
+            !state.syncing
+        };
+        drop(self.0.wait(Instant::now() + SYNC_LIMIT, synced));
     }
 
     /// A tap begins or ceases to listen.
@@ -284,7 +315,8 @@ fn write(shared: &Shared, output: &mut Output) -> Result<(), RecordingError> {
     let mut messages = Vec::new();
     loop {
         let mut state = shared.lock();
-        if state.pending.len() < BLOCK && !state.closed && !state.syncing {
+        let urgent = state.closed || state.flushing || state.syncing;
+        if state.pending.len() < BLOCK && !urgent {
             let waited = shared.work.wait_timeout(state, UNWRITTEN);
             (state, _) = waited.expect("no holder has panicked");
         }
@@ -292,6 +324,7 @@ fn write(shared: &Shared, output: &mut Output) -> Result<(), RecordingError> {
         std::mem::swap(&mut messages, &mut state.pending);
         let (closed, finished) = (state.closed, state.finished);
         let syncing = std::mem::take(&mut state.syncing);
+        state.flushing = false;
         drop(state);
         shared.room.notify_all();
         output.write(&messages)?;
@@ -300,6 +333,7 @@ fn write(shared: &Shared, output: &mut Output) -> Result<(), RecordingError> {
         }
         let mut state = shared.lock();
         state.written += messages.len() as u64;
+        state.length = output.bytes;
         if syncing {
             state.synced = state.written;
         }
@@ -309,38 +343,6 @@ fn write(shared: &Shared, output: &mut Output) -> Result<(), RecordingError> {
             return if finished { output.end() } else { Ok(()) };
         }
     }
-}
-
-/// Opens the recording at `path` to append to it, without the part that is not kept.
-fn cut(path: &Path, kept: &Kept) -> Result<Output, RecordingError> {
-    let open = || {
-        let mut file = OpenOptions::new().write(true).open(path)?;
-        file.seek(SeekFrom::Start(kept.end.byte))?;
-        Ok(file)
-    };
-    let file = open().map_err(RecordingError::file("go on with", path))?;
-    let mut output = Output {
-        blocks: kept.end.blocks,
-        messages: kept.end.messages,
-        bytes: kept.end.byte,
-        ..Output::new(file, path)
-    };
-    let mut bytes = Vec::new();
-    for message in &kept.rest {
-        let Message {
-            channel,
-            header,
-            payload,
-        } = message;
-        put(&mut bytes, *channel, header, |bytes| bytes.extend(payload));
-    }
-    // Until the file is shortened below, the part after it is damaged.
-    output.write(&bytes)?;
-    let shortened = output.file.set_len(output.bytes);
-    shortened
-        .and_then(|()| output.file.sync_data())
-        .map_err(RecordingError::file("go on with", path))?;
-    Ok(output)
 }
 
 struct Output {
@@ -354,17 +356,6 @@ struct Output {
 }
 
 impl Output {
-    fn new(file: File, path: &Path) -> Self {
-        Self {
-            file,
-            path: path.to_path_buf(),
-            bytes: 0,
-            blocks: 0,
-            messages: 0,
-            packed: Vec::new(),
-        }
-    }
-
     fn sync(&self) -> Result<(), RecordingError> {
         let synced = self.file.sync_data();
         synced.map_err(RecordingError::file("write", &self.path))

@@ -2,7 +2,7 @@ use std::fs;
 
 use super::*;
 use crate::message::control::Party;
-use crate::message::wire::{Grant, ImpForce, ImpState, Report};
+use crate::message::wire::{Grant, ImpState};
 use crate::message::{Kind, Records};
 
 fn states_channel() -> Channel {
@@ -227,44 +227,18 @@ fn memory_is_taken_for_what_is_there_and_not_for_what_is_announced() {
     assert_eq!(playback::up_to(longer, 3).unwrap(), b"two");
 }
 
-/// Records steps `from..to` of a run in windows of `window`. The messages between the solvers are recorded a window
-/// late.
-fn steps(sink: &RecordingSink, (from, to): (u64, u64), window: u64) {
-    let between = |first: u64, end: u64| {
-        for step in first..end {
-            let states = Records::States(&[state(step)]);
-            sink.note(states_channel(), &header(step), states);
-            let forces = [ImpForce::default()];
-            let channel = Channel::of(Party::Mpm, Kind::Forces);
-            sink.note(channel, &header(step), Records::Forces(&forces));
-        }
-    };
-    let (mut first, mut late) = (from, from);
-    while first < to {
-        let end = (first + window).min(to);
-        for party in [Party::Mpm, Party::Dem] {
-            let grant = Grant {
-                first,
-                steps: end - first,
-                dt: 1.0,
-                ..Grant::default()
-            };
-            let channel = Channel::of(party, Kind::Grant);
-            sink.note(channel, &header(first), Records::Grant(&[grant]));
-        }
-        between(late, first);
-        late = first;
-        for party in [Party::Mpm, Party::Dem] {
-            let report = Report {
-                next: end,
-                ..Report::default()
-            };
-            let channel = Channel::of(party, Kind::Report);
-            sink.note(channel, &header(end), Records::Report(&[report]));
-        }
-        first = end;
+/// Records steps `from..to` of a run, each in a window of its own.
+fn steps(sink: &RecordingSink, from: u64, to: u64) {
+    for step in from..to {
+        let grant = Grant {
+            first: step,
+            ..Grant::default()
+        };
+        let channel = Channel::of(Party::Dem, Kind::Grant);
+        sink.note(channel, &header(step), Records::Grant(&[grant]));
+        let states = Records::States(&[state(step)]);
+        sink.note(states_channel(), &header(step), states);
     }
-    between(late, to);
 }
 
 fn of_kind(messages: &[Message], kind: Kind) -> Vec<u64> {
@@ -273,54 +247,56 @@ fn of_kind(messages: &[Message], kind: Kind) -> Vec<u64> {
 }
 
 #[test]
-fn a_recording_goes_on_from_a_step_without_a_gap_or_a_step_twice() {
+fn a_recording_goes_on_from_a_checkpoint_without_a_gap_or_a_message_twice() {
     let dir = tempfile::tempdir().unwrap();
     let path = dir.path().join("r");
-    for (window, at) in [(1, 3000), (7, 3500), (64, 64), (64, 4992)] {
-        // The run was killed at step 5000 and continues from a window before.
+    let mut lengths = Vec::new();
+    for at in [1, 64, 3000] {
+        // The run was killed at step 5000.
         let recorder = Recorder::create(&path, &about()).unwrap();
-        steps(&recorder.sink(), (0, 5000), window);
+        let sink = recorder.sink();
+        steps(&sink, 0, at);
+        let length = sink.flush().unwrap();
+        steps(&sink, at, 5000);
         drop(recorder);
-        let moment = Moment { step: at, epoch: 0 };
-        let recorder = Recorder::resume(&path, &about(), moment).unwrap();
+        let recorder = Recorder::resume(&path, &about(), length).unwrap();
+        let sink = recorder.sink();
         // The handshake is repeated, and the state is restored.
         for (kind, records) in [
             (Kind::Order, Records::Order(&[1])),
             (Kind::Notice, Records::Notice(&[2])),
             (Kind::Restore, Records::Restore(&[3])),
-            (Kind::Notice, Records::Notice(&[4])),
         ] {
-            let channel = Channel::of(Party::Dem, kind);
-            recorder.sink().note(channel, &header(0), records);
+            sink.note(Channel::of(Party::Dem, kind), &header(0), records);
         }
-        steps(&recorder.sink(), (at, 6000), 10);
-        recorder.sink().sync();
+        steps(&sink, at, 6000);
+        sink.sync();
         let (settled, _) = read(&path);
         recorder.finish().unwrap();
         let (messages, end) = read(&path);
         assert_eq!(settled, messages, "all of it is on disk before its end");
-        assert!(matches!(end, End::Whole { .. }));
-        for kind in [Kind::States, Kind::Forces] {
+        assert_eq!(end, End::Whole { messages: 12_000 });
+        for kind in [Kind::States, Kind::Grant] {
             assert!(of_kind(&messages, kind).into_iter().eq(0..6000), "{kind:?}");
         }
-        assert!(of_kind(&messages, Kind::Order).is_empty());
-        assert!(of_kind(&messages, Kind::Notice).is_empty());
-        assert!(of_kind(&messages, Kind::Restore).is_empty());
-        let grants = of_kind(&messages, Kind::Grant);
-        assert!(grants.is_sorted() && grants.len() == of_kind(&messages, Kind::Report).len());
+        lengths.push(length);
     }
-    // The recording ends before this step.
-    let far = Moment {
-        step: 7000,
-        epoch: 0,
-    };
-    let short = Recorder::resume(&path, &about(), far).unwrap_err();
-    assert!(matches!(short, RecordingError::Short { step: 7000, .. }));
+    let whole = fs::read(&path).unwrap();
+    let refused = |about: &About, length| Recorder::resume(&path, about, length).unwrap_err();
+    // No block ends there, or the file does before.
+    for length in [lengths[2] - 1, whole.len() as u64, u64::MAX] {
+        assert!(matches!(
+            refused(&about(), length),
+            RecordingError::Short { .. }
+        ));
+    }
     let other = About::run("scene", "another", "test");
-    let near = Moment {
-        step: 1000,
-        epoch: 0,
-    };
-    let foreign = Recorder::resume(&path, &other, near).unwrap_err();
+    let foreign = refused(&other, lengths[2]);
     assert!(matches!(foreign, RecordingError::Foreign { .. }));
+    let mut flipped = whole.clone();
+    flipped[lengths[2] as usize - 1] ^= 1;
+    fs::write(&path, &flipped).unwrap();
+    let damaged = refused(&about(), lengths[2]);
+    assert!(matches!(damaged, RecordingError::Damaged { .. }));
+    assert_eq!(fs::read(&path).unwrap(), flipped, "it is as it was");
 }

@@ -3,11 +3,11 @@
 use interface::message::control::Party;
 use interface::session::solver_part;
 
-use super::file::{self, About, Checkpoint, CheckpointError};
+use super::file::{self, About, Checkpoint};
 use crate::record::rundir::SCENE;
 use crate::run::pace::Pace;
+use crate::scene::Scene;
 use crate::scene::diagnostic::SceneErrors;
-use crate::scene::{Scene, Start};
 
 /// The state of another run with which a scene begins.
 #[derive(Debug)]
@@ -44,7 +44,8 @@ impl Branch {
                 "give the directory of a run, from the scene file's folder",
             )
         })?;
-        let checkpoint = find(&start, &parent).map_err(|error| {
+        let checkpoint = file::of_time(&start.run, &About::of(&parent), start.at);
+        let checkpoint = checkpoint.map_err(|error| {
             let help = "`output.checkpoint = { end = true }` or `{ at = [...] }` keeps states for other scenes";
             of_from(&error.to_string(), help)
         })?;
@@ -88,12 +89,6 @@ impl Branch {
     pub fn about(&self) -> &About {
         &self.checkpoint.about
     }
-}
-
-/// The checkpoint of a run of `parent` that `start` asks for.
-fn find(start: &Start, parent: &Scene) -> Result<Checkpoint, CheckpointError> {
-    let ours = About::of(parent, false);
-    file::of_time(&start.run, &ours, start.at)
 }
 
 /// Whether a run of `scene` does the same steps after the checkpoint as a run of `parent` would.

@@ -17,23 +17,35 @@ use std::{fs, io};
 
 use interface::message::control::{PROTOCOL, Party};
 use interface::message::wire::layout_hash;
-use interface::recording::Moment;
 use interface::saved;
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
 use super::state::CouplerState;
-use crate::record::rundir::CHECKPOINTS;
+use crate::record::rundir::{CHECKPOINTS, LOG};
 use crate::scene::Scene;
 
 const MAGIC: &[u8] = b"tandem checkpoint 1\n";
 /// Format of the coupler's own state.
-const FORMAT: &str = "tandem-coupler 2";
+const FORMAT: &str = "tandem-coupler 3";
 const HASH: usize = 32;
 /// Longest description of a checkpoint in bytes.
 const ABOUT: u64 = 1 << 20;
 /// Bytes of a block before it is compressed.
 const BLOCK: usize = 16 << 20;
+
+/// Beginning of what a run says that takes no checkpoints.
+pub(crate) const CANNOT_RESUME: &str = "this run cannot be resumed";
+
+/// Why the run in a directory takes no checkpoints, as its log has it.
+fn cannot_resume(dir: &Path) -> Option<String> {
+    let log = fs::read_to_string(dir.join(LOG)).ok()?;
+    let mut messages = log.lines().filter_map(|line| {
+        let line: serde_json::Value = serde_json::from_str(line).ok()?;
+        Some(line["fields"]["message"].as_str()?.to_owned())
+    });
+    messages.find(|message| message.starts_with(CANNOT_RESUME))
+}
 
 /// The complete state of a run.
 #[derive(Debug, Clone)]
@@ -63,19 +75,15 @@ pub struct About {
     pub time: f64,
     /// The solvers that take part.
     pub solvers: Vec<Party>,
-    /// Whether the run was recorded.
-    pub recorded: bool,
     /// Whether it is kept, for other scenes to begin with.
-    #[serde(default)]
     pub kept: bool,
     /// The state with which the run itself began: `start.from` and `start.state` of its scene.
-    #[serde(default)]
     pub start: Option<[String; 2]>,
 }
 
 impl About {
     /// The description of a run of this program.
-    pub fn of(scene: &Scene, recorded: bool) -> Self {
+    pub fn of(scene: &Scene) -> Self {
         Self {
             scene: scene.name.clone(),
             scene_hash: scene.hash.clone(),
@@ -85,7 +93,6 @@ impl About {
             step: 0,
             time: 0.0,
             solvers: scene.parties(),
-            recorded,
             kept: false,
             start: scene.begins_with(),
         }
@@ -98,10 +105,12 @@ impl About {
         };
         let version = |(major, minor): (u32, u32)| format!("{major}.{minor}");
         let protocols = [self, ours].map(|about| version(about.protocol));
+        let solvers = [self, ours].map(|about| format!("{:?}", about.solvers));
         differs("program", &self.made_by, &ours.made_by)
             .or_else(|| differs("protocol", &protocols[0], &protocols[1]))
             .or_else(|| differs("layout of records", &self.layout, &ours.layout))
             .or_else(|| differs("scene", &self.scene, &ours.scene))
+            .or_else(|| differs("list of solvers", &solvers[0], &solvers[1]))
             .or_else(|| differs("scene hash", &self.scene_hash, &ours.scene_hash))
     }
 }
@@ -134,11 +143,13 @@ pub enum CheckpointError {
         what: String,
     },
     /// There is no checkpoint.
-    #[error(
-        "{} has no checkpoint to continue from (a solver cannot save its state, the scene has no `output.checkpoint`, or the run ended before the first one); `tandem run {}/scene.toml --out OTHER` starts it again and keeps this directory",
-        .0.display(), .0.display()
-    )]
-    None(PathBuf),
+    #[error("{} has no checkpoint ({why})", dir.display())]
+    None {
+        /// Of which run.
+        dir: PathBuf,
+        /// Why it has none.
+        why: String,
+    },
     /// There is no checkpoint at that time or before.
     #[error("{dir} has no checkpoint of t = {time} s or before; it has those of {there}")]
     Later {
@@ -152,14 +163,6 @@ pub enum CheckpointError {
 }
 
 impl Checkpoint {
-    /// The point at which its run continues.
-    pub fn moment(&self) -> Moment {
-        Moment {
-            step: self.about.step,
-            epoch: self.state.account.epoch(),
-        }
-    }
-
     /// Hash of the states of the solvers. It is the same for the same state, however it was reached.
     pub fn state_hash(&self) -> String {
         let mut hasher = blake3::Hasher::new();
@@ -328,10 +331,7 @@ pub(crate) fn newest(dir: &Path, ours: &About) -> Result<Found, CheckpointError>
             Err(error) => passed_over.push(error),
         }
     }
-    Err(passed_over
-        .into_iter()
-        .next()
-        .unwrap_or_else(|| CheckpointError::None(dir.to_path_buf())))
+    Err(passed_over.into_iter().next().unwrap_or_else(|| none(dir)))
 }
 
 /// Reads a checkpoint.
@@ -341,6 +341,14 @@ fn open(path: &Path) -> Result<Checkpoint, CheckpointError> {
         source,
     })?;
     read(&bytes).map_err(|what| damaged(path, what))
+}
+
+fn none(dir: &Path) -> CheckpointError {
+    let no_reason = "its scene has no `output.checkpoint`, or it ended before the first one";
+    CheckpointError::None {
+        dir: dir.to_path_buf(),
+        why: cannot_resume(dir).unwrap_or_else(|| no_reason.to_owned()),
+    }
 }
 
 fn damaged(path: &Path, what: String) -> CheckpointError {
@@ -389,14 +397,13 @@ pub(crate) fn of_time(
         }
         there.push(format!("{at} s"));
     }
-    let dir = dir.to_path_buf();
     match time {
         Some(time) if !there.is_empty() => Err(CheckpointError::Later {
-            dir,
+            dir: dir.to_path_buf(),
             time,
             there: there.join(", "),
         }),
-        _ => Err(CheckpointError::None(dir)),
+        _ => Err(none(dir)),
     }
 }
 

@@ -48,6 +48,8 @@ pub(crate) struct CouplerState {
     /// Length of the history in bytes.
     pub history: u64,
     pub frames: Listed,
+    /// Length of the recording in bytes, if the run is recorded.
+    pub recording: Option<u64>,
 }
 
 impl CouplerState {

@@ -7,30 +7,40 @@ use interface::message::wire::flags;
 use interface::session::Solvers;
 
 use super::Run;
-use crate::run::checkpoint::file::About;
+use crate::run::checkpoint::file::{About, CANNOT_RESUME};
 use crate::run::checkpoint::writer::CheckpointWriter;
 use crate::run::checkpoint::{Checkpoint, CouplerState, Phase, UnderWay};
 use crate::run::failure::RunError;
 
 impl Run<'_> {
-    /// Keeps checkpoints when the scene or a signal asks for them, if all solvers can save their states.
+    /// Keeps checkpoints when the scene or a signal asks for them, if all solvers can save their states. If one cannot,
+    /// says so: such a run cannot be resumed.
     pub(super) fn keep_checkpoints(&mut self, solvers: &Solvers) {
-        if let Some(&party) = self.parties.iter().find(|p| !solvers.can(**p, SAVE)) {
+        let mut parties = self.parties.iter();
+        if let Some(&party) = parties.find(|party| !solvers.can(**party, SAVE)) {
             let identity = solvers.hello(party).map_or("", |hello| &hello.identity);
-            tracing::warn!(
-                "this run cannot be resumed: the {party} `{identity}` cannot save its state"
-            );
+            tracing::warn!("{CANNOT_RESUME}: the {party} `{identity}` cannot save its state");
             return;
         }
-        let plan = self.scene.output.checkpoint.clone();
-        let time = self.account.clock.time();
-        let plan = plan.unwrap_or_default();
         self.checkpoints.writer = Some(CheckpointWriter::begin(
-            plan,
+            self.scene.output.checkpoint.clone().unwrap_or_default(),
             self.dir,
-            time,
+            self.account.clock.time(),
             self.outputs.sink.clone(),
         ));
+    }
+
+    /// Whether the scene keeps the state of this moment for others.
+    fn is_to_be_kept(&self) -> bool {
+        let plan = self.scene.output.checkpoint.as_ref();
+        plan.is_some_and(|plan| match self.schedule.phase {
+            Phase::Stepping => {
+                let on_output = self.schedule.asked & flags::MEASURE != 0;
+                on_output && plan.at.contains(&self.account.pace.outputs())
+            }
+            Phase::Done => plan.end && self.account.clock.time() >= self.scene.time.end,
+            Phase::Arriving | Phase::Opening | Phase::Closing => false,
+        })
     }
 
     /// The flag that asks for a checkpoint before the next grant, if one is due; keeps what the coupler adds to it.
@@ -52,6 +62,8 @@ impl Run<'_> {
         }
         // The rows to which the checkpoint refers must be in the file before it is.
         let relies_on = self.outputs.flush()?;
+        let sink = self.outputs.sink.as_ref();
+        let recording = sink.and_then(|sink| self.resources.disk.during(|| sink.flush()));
         let state = CouplerState {
             account: self.account.keep(),
             phase: self.schedule.phase,
@@ -67,6 +79,7 @@ impl Run<'_> {
                 .as_ref()
                 .map(|f| f.listed().clone())
                 .unwrap_or_default(),
+            recording,
         };
         self.checkpoints.pending = Some((state, relies_on));
         Ok(flags::CHECKPOINT)
@@ -85,7 +98,7 @@ impl Run<'_> {
             Some((party, state))
         });
         let states: Vec<_> = states.collect();
-        let mut about = About::of(self.scene, self.outputs.sink.is_some());
+        let mut about = About::of(self.scene);
         about.step = self.account.clock.index();
         about.time = self.account.clock.time();
         about.kept = self.checkpoints.kept;

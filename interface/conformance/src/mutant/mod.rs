@@ -8,7 +8,7 @@ pub mod flaw;
 mod transport;
 
 use interface::message::control::Party;
-use interface::session::{Clocked, Session, SessionError, drive, process};
+use interface::session::{Clocked, Session, SessionError, drive};
 use interface::solver::{DemSolver, MpmSolver};
 use interface::transport::Transport;
 use interface::transport::domain::Domain;
