@@ -14,10 +14,20 @@ from pathlib import Path
 sys.path.insert(0, str(Path(__file__).resolve().parent.parent))  # runs without having been installed
 
 from tandem_solver import GROUP, MPM, Fault, GroupState, Ledger, Limits, Measurement, NotFinite  # noqa: E402
-from tandem_solver import Readiness, Refusal, check_fields, complete_mpm, serve_mpm  # noqa: E402
+from tandem_solver import Readiness, Refusal, check_fields, serve_mpm  # noqa: E402
 
-# What a lattice of springs has no use for: it has to be as it is by default.
-PLAIN = ("forcing", "grid_contact", "contact_force", "leaving", "plane", "probes", "walls")
+# What a lattice of springs has no use for: the only value of each that is accepted.
+PLAIN = {
+    "forcing": {"body_force": None, "tractions": [], "holds": [], "stages": []},
+    "grid_contact": None,
+    "contact_force": "point",
+    "leaving": "stop",
+    "plane": "strain",
+    "probes": [],
+    "walls": dict.fromkeys(("left", "right", "bottom", "top"), "open"),
+    "layers": False,
+    "interface": "points",
+}
 
 
 def distance(outline, x, y):
@@ -63,10 +73,9 @@ class Springs:
 
     def configure(self, config):
         check_fields("mpm", config, MPM)
-        default = complete_mpm({})
-        for key in PLAIN:
-            if config[key] != default[key]:
-                raise Refusal(f"mpm.{key}", f"there is no grid here: {default[key]} is accepted")
+        for key, accepted in PLAIN.items():
+            if config[key] != accepted:
+                raise Refusal(f"mpm.{key}", f"there is no grid here: {accepted} is accepted")
         self.domain, self.gravity, self.skin = config["domain"], config["gravity"], config["skin"]
         self.x, self.v, self.mass, self.volume, self.radius, self.group, self.springs = [], [], [], [], [], [], []
         if not config["cell"] > 0.0:

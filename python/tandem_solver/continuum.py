@@ -22,7 +22,6 @@ import math
 
 from . import wire
 from .channel import wait
-from .config import complete_mpm
 from .session import Seat, allows, serve
 
 
@@ -30,7 +29,6 @@ class _Mpm(Seat):
     """The continuum's side: the steps of a grant, and the line to the bodies."""
 
     PARTY, OTHER, RESULTS = "mpm", "dem", ("mpm/groups", wire.GroupState)
-    COMPLETE = staticmethod(complete_mpm)
 
     def open(self, config):
         self.points_out = self.run.sender("mpm/points", wire.PointState)
