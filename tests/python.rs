@@ -334,7 +334,7 @@ fn springs_in_python_take_the_place_of_the_continuum() {
     let more = ["--variant", "quick", "--mpm", &springs];
     run_with(&place, "refused", &scene(HARD), None, &more)
         .expect(3)
-        .says(&["mpm.groups[0].material", "bulk_modulus = 5/3 shear_modulus"]);
+        .says(&["mpm.points.0.material", "bulk_modulus = 5/3 shear_modulus"]);
 }
 
 /// Both sides in Python, killed with their coupler in the middle of the collision, go on to the same bits.
@@ -500,7 +500,7 @@ fn what_yade_cannot_do_is_refused_by_its_key() {
     );
     refused(
         "dem.body.0.sphero_radius=0",
-        &["dem.bodies[0].sphero_radius", "above 0"],
+        &["dem.body.0.sphero_radius", "above 0"],
     );
     refused(
         "dem.body.0.motion=driven",

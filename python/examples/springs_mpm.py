@@ -18,12 +18,12 @@ from tandem_solver import Readiness, Refusal, check_fields, serve_mpm  # noqa: E
 
 # What a lattice of springs has no use for: the only value of each that is accepted.
 PLAIN = {
-    "forcing": {"body_force": None, "tractions": [], "holds": [], "stages": []},
+    "forcing": {"body_force": None, "traction": [], "hold": [], "stage": []},
     "grid_contact": None,
     "contact_force": "point",
     "leaving": "stop",
     "plane": "strain",
-    "probes": [],
+    "probe": [],
     "walls": dict.fromkeys(("left", "right", "bottom", "top"), "open"),
     "layers": False,
     "interface": "points",
@@ -81,11 +81,11 @@ class Springs:
         if not config["cell"] > 0.0:
             raise Refusal("mpm.cell", f"{config['cell']} m: expected a positive length")
         self.courant_time = math.inf
-        for index, group in enumerate(config["groups"]):
-            if group["material"] >= len(config["materials"]):
-                raise Refusal(f"mpm.groups[{index}].material", f"there is no material {group['material']}")
-            self.fill(index, group, config["materials"][group["material"]], config["cell"])
-        self.count = len(config["groups"])
+        for index, group in enumerate(config["points"]):
+            if group["material"] >= len(config["material"]):
+                raise Refusal(f"mpm.points.{index}.material", f"there is no material {group['material']}")
+            self.fill(index, group, config["material"][group["material"]], config["cell"])
+        self.count = len(config["points"])
         stiffness = [0.0] * len(self.x)
         for i, j, _, k in self.springs:
             stiffness[i] += k
@@ -97,7 +97,7 @@ class Springs:
         return Readiness(items=len(self.x), mass_min=min(self.mass), courant_time=self.courant_time, notes=notes)
 
     def fill(self, index, group, material, cell):
-        key = f"mpm.groups[{index}]"
+        key = f"mpm.points.{index}"
         check_fields(key, group, GROUP)
         model = material["model"].get("linear_elastic")
         if model is None or abs(model["bulk_modulus"] / model["shear_modulus"] - 5.0 / 3.0) > 1e-9:

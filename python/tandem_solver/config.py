@@ -26,8 +26,8 @@ LINEAR = (
     "normal_stiffness:number tangential_stiffness:number friction:number damping_ratio:number damped_mass:number"
 )
 DEM = (
-    "gravity:pair bodies:list point_contact:any body_contact:any overlap:text contact_pairs:list point_surfaces:list"
-    " group_pairs:list contact_resolution:any interface:text skin:number threads:count"
+    "gravity:pair body:list contact:any body_contact:any overlap:text contact_pair:list point_surfaces:list"
+    " group_pair:list contact_resolution:any interface:text skin:number threads:count"
 )
 BODY = (
     "name:text shape:any sphero_radius:number inertia:any position:pair angle:number velocity:pair spin:number"
@@ -35,8 +35,8 @@ BODY = (
 )
 MPM = (
     "domain:list cell:number gravity:pair shape:any transfer:any stress_update:text drift:text plane:text walls:any"
-    " materials:list groups:list contact_force:text forcing:any constants:any leaving:text grid_contact:any layers:flag"
-    " group_pairs:list interface:text chains:list skin:number probes:list threads:count"
+    " material:list points:list contact_force:text forcing:any constants:any leaving:text grid_contact:any layers:flag"
+    " group_pair:list interface:text chain:list skin:number probe:list threads:count"
 )
 GROUP = (
     "name:text material:any fill:any spacing:any lattice:text velocity:pair fields:any contact_radius:any rigid:flag"

@@ -37,7 +37,7 @@ class _Mpm(Seat):
             self.states_out = self.run.sender("imp/states", wire.ImpState)
             self.forces_in = self.run.receiver("imp/forces", wire.ImpForce)
             self.envelopes_in = self.run.receiver("imp/envelopes", wire.EnvelopeVertex)
-            radii = [group["contact_radius"] for group in config["groups"] if group["contact_radius"] is not None]
+            radii = [group["contact_radius"] for group in config["points"] if group["contact_radius"] is not None]
             # Clause I-6. Any point may become identified: the kinematic limit counts them all.
             self.allowed_travel = config["skin"] - 0.5 * max(radii, default=0.0)
             self.radius_min = min(radii, default=0.0)

@@ -57,8 +57,8 @@ class Hash(unittest.TestCase):
 
 class Configuration(unittest.TestCase):
     GOOD = {
-        "gravity": [0, -9.81], "bodies": [], "point_contact": {}, "body_contact": None, "overlap": "each_edge",
-        "contact_pairs": [], "point_surfaces": [], "group_pairs": [], "contact_resolution": None, "interface": "points",
+        "gravity": [0, -9.81], "body": [], "contact": {}, "body_contact": None, "overlap": "each_edge",
+        "contact_pair": [], "point_surfaces": [], "group_pair": [], "contact_resolution": None, "interface": "points",
         "skin": 1e-3, "threads": 1,
     }
 
@@ -66,11 +66,11 @@ class Configuration(unittest.TestCase):
         check_fields("dem", self.GOOD, DEM)
         without = {name: value for name, value in self.GOOD.items() if name != "skin"}
         for bad, key in [
-            (without, "dem.skin"),
-            ({**self.GOOD, "skin": "thick"}, "dem.skin"),
+            (without, "coupling.skin"),
+            ({**self.GOOD, "skin": "thick"}, "coupling.skin"),
             ({**self.GOOD, "threads": 0}, "dem.threads"),
             ({**self.GOOD, "threads": True}, "dem.threads"),
-            ({**self.GOOD, "gravity": [0.0]}, "dem.gravity"),
+            ({**self.GOOD, "gravity": [0.0]}, "gravity"),
             ({**self.GOOD, "overlap": 1}, "dem.overlap"),
             ({**self.GOOD, "buoyancy": 1}, "dem"),
         ]:
@@ -78,7 +78,7 @@ class Configuration(unittest.TestCase):
                 check_fields("dem", bad, DEM)
             self.assertEqual(refused.exception.key, key)
         with self.assertRaises(Refusal):
-            check_fields("dem.bodies[0]", {}, BODY)
+            check_fields("dem.body.0", {}, BODY)
 
 
 class Records(unittest.TestCase):

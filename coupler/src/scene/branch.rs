@@ -11,7 +11,7 @@ use interface::config::{BodyConfig, Wall};
 
 use super::Scene;
 use super::document::Part;
-use super::needs::scene_key;
+use super::needs::body_or_set;
 use super::problems::Problems;
 use crate::scene::diagnostic::{SceneErrors, shorten};
 
@@ -19,34 +19,44 @@ use crate::scene::diagnostic::{SceneErrors, shorten};
 const MAY_CHANGE: &[&str] = &[
     "mpm.gravity.**",
     "mpm.walls.**",
-    "mpm.materials.*.model.*.*.**",
+    "mpm.material.*.model.*.*.**",
     "mpm.contact_force",
     "mpm.forcing.body_force.**",
-    "mpm.forcing.stages.**",
-    "mpm.forcing.tractions.*.force.*",
-    "mpm.probes.**",
+    "mpm.forcing.stage.**",
+    "mpm.forcing.traction.*.force.*",
+    "mpm.probe.**",
     "mpm.constants.**",
     "mpm.leaving",
     "mpm.grid_contact.friction",
     "dem.gravity.**",
-    "dem.point_contact.**",
+    "dem.contact.**",
     "dem.body_contact.*.**",
-    "dem.contact_pairs.**",
-    "dem.group_pairs.*.law.**",
+    "dem.contact_pair.**",
+    "dem.group_pair.*.law.**",
     "dem.point_surfaces.**",
     "dem.contact_resolution",
-    "dem.bodies.*.motion.**",
-    "dem.bodies.*.surface",
+    "dem.body.*.motion.**",
+    "dem.body.*.surface",
+];
+
+/// Parts of a configuration that are sections of the scene.
+const OUTSIDE: [&str; 6] = [
+    "gravity",
+    "constants",
+    "contact",
+    "body_contact",
+    "contact_pair",
+    "group_pair",
 ];
 
 /// Keys of initial positions and velocities, which have no effect in a branch.
 const OF_THE_START: &[&str] = &[
-    "mpm.groups.*.velocity.**",
-    "mpm.groups.*.fields.**",
-    "dem.bodies.*.position.**",
-    "dem.bodies.*.angle",
-    "dem.bodies.*.velocity.**",
-    "dem.bodies.*.spin",
+    "mpm.points.*.velocity.**",
+    "mpm.points.*.fields.**",
+    "dem.body.*.position.**",
+    "dem.body.*.angle",
+    "dem.body.*.velocity.**",
+    "dem.body.*.spin",
 ];
 
 fn fits(key: &str, pattern: &str) -> bool {
@@ -75,20 +85,6 @@ fn differences(key: &str, here: Option<&Value>, there: Option<&Value>, found: &m
             let of_b = b.keys().filter(|name| !a.contains_key(*name));
             for name in a.keys().chain(of_b) {
                 differences(&format!("{key}.{name}"), a.get(name), b.get(name), found);
-            }
-        }
-        // A configuration omits what acts on single points if there is none.
-        (Some(Value::Object(a)), None) | (None, Some(Value::Object(a)))
-            if key == "mpm.forcing" || fits(key, "mpm.groups.*.fields") =>
-        {
-            for (name, value) in a {
-                let value = Some(value);
-                let both = if here.is_some() {
-                    [value, None]
-                } else {
-                    [None, value]
-                };
-                differences(&format!("{key}.{name}"), both[0], both[1], found);
             }
         }
         (Some(Value::Array(a)), Some(Value::Array(b))) if a.len() == b.len() => {
@@ -131,6 +127,7 @@ impl Scene {
             }
             let path = self.key_of(&key);
             let value = |value: Option<Value>| {
+                let value = value.filter(|value| !value.is_null());
                 value.map_or("not there".to_owned(), |v| shorten(&v.to_string()))
             };
             let (here, there) = (value(here), value(there));
@@ -155,7 +152,7 @@ impl Scene {
         let mut parts = key.split('.').skip(2);
         let body = parts.next().and_then(|number| number.parse::<usize>().ok());
         let body = body.and_then(|number| self.dem.as_ref()?.bodies.get(number));
-        let Some(body) = body.filter(|_| key.starts_with("dem.bodies.")) else {
+        let Some(body) = body.filter(|_| key.starts_with("dem.body.")) else {
             return false;
         };
         match (parts.next(), parts.next()) {
@@ -205,7 +202,7 @@ impl Scene {
             if moves(body) == moves(was) {
                 continue;
             }
-            let path = self.key_of(&format!("dem.bodies.{i}.motion"));
+            let path = self.key_of(&format!("dem.body.{i}.motion"));
             let told = |body: &BodyConfig| shorten(&format!("{:?}", body.motion).to_lowercase());
             let message = format!(
                 "`{path}` of \"{}\" is {}; in {run} it is {}",
@@ -219,22 +216,22 @@ impl Scene {
         }
     }
 
-    /// The key of the scene from which a key of a configuration comes.
+    /// The key of the scene for a key of a configuration: some parts of it are outside `[mpm]` and `[dem]` there.
     fn key_of(&self, key: &str) -> String {
-        match key {
-            "mpm.skin" | "dem.skin" => return "coupling.skin".to_owned(),
+        let mut parts: Vec<&str> = key.split('.').collect();
+        parts.retain(|part| !["forcing", "fields", "inertia"].contains(part));
+        match parts[1..] {
+            ["skin"] => parts = vec!["coupling", "skin"],
+            ["interface"] => parts[0] = "mpm",
+            [first, ..] if OUTSIDE.contains(&first) => {
+                parts.remove(0);
+            }
             _ => {}
         }
-        for (of_config, of_scene) in [
-            ("mpm.forcing.tractions", "mpm.traction"),
-            ("mpm.forcing.", "mpm."),
-            ("mpm.constants", "constants"),
-        ] {
-            if let Some(rest) = key.strip_prefix(of_config) {
-                return format!("{of_scene}{rest}");
-            }
+        if parts[0] == "contact" && !self.document.has("contact") {
+            parts[0] = "body_contact";
         }
-        scene_key(key, &self.document).replace(".fields.", ".")
+        body_or_set(&parts.join("."), &self.document)
     }
 
     /// One complaint about a key.
@@ -272,11 +269,11 @@ mod tests {
         assert!(fits("mpm.gravity.1", "mpm.gravity.**"));
         assert!(!fits("dem.body_contact", "dem.body_contact.*.**"));
         assert!(fits("dem.body_contact.linear", "dem.body_contact.*.**"));
-        assert!(fits("dem.bodies.3.surface", "dem.bodies.*.surface"));
-        assert!(!fits("dem.bodies.3.surfaces", "dem.bodies.*.surface"));
+        assert!(fits("dem.body.3.surface", "dem.body.*.surface"));
+        assert!(!fits("dem.body.3.surfaces", "dem.body.*.surface"));
         assert!(!fits(
-            "mpm.materials.0.model.fluid",
-            "mpm.materials.*.model.*.*.**"
+            "mpm.material.0.model.fluid",
+            "mpm.material.*.model.*.*.**"
         ));
     }
 }

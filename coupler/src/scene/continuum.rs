@@ -95,7 +95,7 @@ pub(super) fn continuum(
 /// The faults, except those of pairs of groups, which are reported with their laws.
 fn faults(config: &MpmConfig) -> Vec<ConfigFault> {
     let mut faults = config.faults();
-    faults.retain(|fault| !fault.key.starts_with("mpm.group_pairs"));
+    faults.retain(|fault| !fault.key.starts_with("group_pair."));
     faults
 }
 

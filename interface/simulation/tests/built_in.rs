@@ -18,8 +18,8 @@ const BUILT_IN: SolverPair = SolverPair {
         let mpm = format!(
             r#"{{"domain": [[0, 0], [1, 1]], "cell": 0.1, "gravity": [0, -9.81], "shape": "linear", "transfer": "flip",
             "stress_update": "usf", "drift": "mapped", "contact_force": "point",
-            "forcing": {{"tractions": [], "holds": [], "stages": []}}, "constants": {{}}, "leaving": "stop", "layers": false,
-            "group_pairs": [], "interface": "points", "chains": [], "probes": [], "plane": "strain", "walls": {{}}, "materials": [{material}], "groups": [{block}],
+            "forcing": {{"traction": [], "hold": [], "stage": []}}, "constants": {{}}, "leaving": "stop", "layers": false,
+            "group_pair": [], "interface": "points", "chain": [], "probe": [], "plane": "strain", "walls": {{}}, "material": [{material}], "points": [{block}],
             "skin": 0.02, "threads": 1}}"#
         );
         let law = r#"{"linear": {"normal_stiffness": 10000, "tangential_stiffness": 5000, "friction": 0.4}}"#;
@@ -28,7 +28,7 @@ const BUILT_IN: SolverPair = SolverPair {
         let wall = r#"{"name": "wall", "shape": {"segment": {"ends": [[0, 0.1], [1, 0.1]]}}, "sphero_radius": 0.1,
             "inertia": {"mass": 1}, "position": [0, 0], "motion": "fixed", "angle": 0, "velocity": [0, 0], "spin": 0, "surface": ""}"#;
         let dem = format!(
-            r#"{{"gravity": [0, -9.81], "bodies": [{disc}, {wall}], "point_contact": {law}, "body_contact": {law}, "overlap": "each_edge", "contact_pairs": [], "point_surfaces": [], "group_pairs": [], "interface": "points",
+            r#"{{"gravity": [0, -9.81], "body": [{disc}, {wall}], "contact": {law}, "body_contact": {law}, "overlap": "each_edge", "contact_pair": [], "point_surfaces": [], "group_pair": [], "interface": "points",
             "skin": 0.02, "threads": 1}}"#
         );
         [mpm, dem]

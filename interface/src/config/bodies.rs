@@ -14,18 +14,22 @@ pub struct DemConfig {
     /// Acceleration of gravity in m/s^2.
     pub gravity: [f64; 2],
     /// Bodies; their index identifies them in messages.
+    #[serde(rename = "body")]
     pub bodies: Vec<BodyConfig>,
     /// Law between points and bodies.
+    #[serde(rename = "contact")]
     pub point_contact: ContactLaw,
     /// Law between bodies; `None`: bodies do not touch one another.
     pub body_contact: Option<ContactLaw>,
     /// How the overlap of two bodies is measured.
     pub overlap: OverlapMeasure,
     /// Laws between two surfaces, in place of `point_contact` and `body_contact`.
+    #[serde(rename = "contact_pair")]
     pub contact_pairs: Vec<ContactPair>,
     /// Surface of each point group, in the order of the groups: the name of its material.
     pub point_surfaces: Vec<String>,
     /// Laws between the points of two groups, by their indices (Chen 2023; capability `pairs`).
+    #[serde(rename = "group_pair")]
     pub group_pairs: Vec<GroupPair>,
     /// How finely impacts between bodies are resolved: `omega dt` of a contact that opens or closes is at most this
     /// times the coupler's safety factor, above 0 and at most 2, which is the limit of stability. `None`: chosen by the

@@ -32,8 +32,10 @@ pub struct MpmConfig {
     /// Conditions on the four walls of the domain.
     pub walls: Walls,
     /// Materials, referred to by index.
+    #[serde(rename = "material")]
     pub materials: Vec<MaterialConfig>,
     /// Groups of points.
+    #[serde(rename = "points")]
     pub groups: Vec<GroupConfig>,
     /// How a contact force reaches the grid.
     pub contact_force: ContactForceScheme,
@@ -49,14 +51,17 @@ pub struct MpmConfig {
     pub layers: bool,
     /// Pairs of groups, by their indices, whose points have a contact law on the bodies' side: those of its
     /// `group_pairs`. Points of such groups that are near one another are IMPs (capability `pairs`).
+    #[serde(rename = "group_pair")]
     pub group_pairs: Vec<[usize; 2]>,
     /// What the bodies are in contact with: points or segments.
     pub interface: Interface,
     /// The chains of markers, if `interface` is `segments`; empty otherwise.
+    #[serde(rename = "chain")]
     pub chains: Vec<Chain>,
     /// Verlet skin `V_d` in m: a point within `reach + r_p + V_d` of a body is an IMP.
     pub skin: f64,
     /// Sets of points whose mean motion is recorded; measured after the groups.
+    #[serde(rename = "probe")]
     pub probes: Vec<Probe>,
     /// Threads of the solver.
     pub threads: usize,
@@ -70,6 +75,7 @@ pub struct Probe {
     /// Name, by which quantities refer to it.
     pub name: String,
     /// Index into [`MpmConfig::groups`].
+    #[serde(rename = "points")]
     pub group: usize,
     /// Lower left and upper right corner of the region in m.
     pub within: [[f64; 2]; 2],
@@ -82,6 +88,7 @@ pub struct Probe {
 #[serde(deny_unknown_fields)]
 pub struct Chain {
     /// Index into [`MpmConfig::groups`]: the group whose contact radius and density are those of the markers.
+    #[serde(rename = "points")]
     pub group: usize,
     /// Initial positions of the markers in m; at least two, or three for a closed chain.
     pub markers: Vec<[f64; 2]>,
@@ -122,10 +129,13 @@ pub struct Forcing {
     /// Acceleration in m/s^2 as expressions in a point's initial position `x`, `y` (m) and the time `t` (s).
     pub body_force: Option<[String; 2]>,
     /// Loads on surfaces.
+    #[serde(rename = "traction")]
     pub tractions: Vec<Traction>,
     /// Points that are held.
+    #[serde(rename = "hold")]
     pub holds: Vec<Hold>,
     /// Stages with their own damping and transfer, in order of their start.
+    #[serde(rename = "stage")]
     pub stages: Vec<Stage>,
 }
 
@@ -134,6 +144,7 @@ pub struct Forcing {
 #[serde(deny_unknown_fields)]
 pub struct Traction {
     /// Index into [`MpmConfig::groups`].
+    #[serde(rename = "points")]
     pub group: usize,
     /// Lower left and upper right corner of the region in m.
     pub within: [[f64; 2]; 2],
@@ -149,6 +160,7 @@ pub struct Hold {
     /// Name, by which quantities refer to it.
     pub name: String,
     /// Index into [`MpmConfig::groups`].
+    #[serde(rename = "points")]
     pub group: usize,
     /// Lower left and upper right corner of the region in m.
     pub within: [[f64; 2]; 2],

@@ -39,10 +39,10 @@ impl MpmConfig {
     fn grid_faults(&self, found: &mut Faults) -> bool {
         if !self.gravity.iter().all(|g| g.is_finite()) {
             let value = format!("{:?} m/s^2", self.gravity);
-            found.add("mpm.gravity", value, "finite numbers", "");
+            found.add("gravity", value, "finite numbers", "");
         }
         found.number(
-            "mpm.skin",
+            "coupling.skin",
             self.skin,
             self.skin >= 0.0,
             "a length of 0 or more",

@@ -105,11 +105,11 @@ mod tests {
             )
         };
         let text = format!(
-            r#"{{"domain": [[0, 0], [1, 1]], "cell": 0.1, "shape": "linear", "transfer": "flip", "materials": [],
-                "groups": [{}, {}], "layers": true, "group_pairs": {group_pairs}, "skin": 0.5, "gravity": [0, 0],
+            r#"{{"domain": [[0, 0], [1, 1]], "cell": 0.1, "shape": "linear", "transfer": "flip", "material": [],
+                "points": [{}, {}], "layers": true, "group_pair": {group_pairs}, "skin": 0.5, "gravity": [0, 0],
                 "stress_update": "usf", "drift": "mapped", "plane": "strain", "walls": {{}}, "contact_force": "point",
-                "forcing": {{"tractions": [], "holds": [], "stages": []}}, "constants": {{}}, "leaving": "stop",
-                "interface": "points", "chains": [], "probes": [], "threads": 1}}"#,
+                "forcing": {{"traction": [], "hold": [], "stage": []}}, "constants": {{}}, "leaving": "stop",
+                "interface": "points", "chain": [], "probe": [], "threads": 1}}"#,
             group("a"),
             group("b")
         );
