@@ -283,7 +283,7 @@ fn bad_radii_are_refused() {
     let at = || vec![[0.0, 0.0], [1.0, 0.0]];
     for (radii, a, key) in [
         (vec![0.1], 0.0, "shape.cluster.radii"),
-        (vec![0.1, -0.1], 0.0, "shape.cluster.radii[1]"),
+        (vec![0.1, -0.1], 0.0, "shape.cluster.radii.1"),
         (vec![0.1, 0.2], 0.1, "sphero_radius"),
         (vec![], 0.0, "sphero_radius"),
     ] {

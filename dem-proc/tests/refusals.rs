@@ -101,17 +101,17 @@ fn every_bad_body_is_named() {
             Box::new(|b| b.sphero_radius = f64::NAN),
         ),
         (
-            "inertia.mass",
+            "mass",
             "above 0",
             Box::new(|b| b.inertia = BodyInertia::Mass(0.0)),
         ),
         (
-            "inertia.density",
+            "density",
             "above 0",
             Box::new(|b| b.inertia = BodyInertia::Density(-3.0)),
         ),
         (
-            "inertia.mass",
+            "mass",
             "above 0",
             Box::new(|b| b.inertia = BodyInertia::Mass(f64::INFINITY)),
         ),

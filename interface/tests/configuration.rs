@@ -257,7 +257,7 @@ fn wall() -> impl Strategy<Value = Wall> {
 fn forcing() -> impl Strategy<Value = Forcing> {
     let formulas = prop::option::of(Just(["x*t".to_owned(), "0".to_owned()]));
     let traction = [vector(), vector(), vector()].prop_map(|[lower, upper, force]| Traction {
-        group: 1,
+        points: "points".into(),
         within: [lower, upper],
         force,
     });
@@ -284,7 +284,7 @@ fn forcing() -> impl Strategy<Value = Forcing> {
 fn held(load: &Traction) -> Hold {
     Hold {
         name: "support".into(),
-        group: load.group,
+        points: load.points.clone(),
         within: load.within,
         hold_x: load.force[0] > 0.0,
         hold_y: load.force[1] > 0.0,
@@ -295,7 +295,7 @@ fn held(load: &Traction) -> Hold {
 fn probed(load: &Traction) -> Probe {
     Probe {
         name: "middle".into(),
-        group: load.group,
+        points: load.points.clone(),
         within: load.within,
     }
 }

@@ -50,14 +50,14 @@ fn what_a_continuum_is_asked_for_besides_is_told_by_its_key() {
     config.probes = vec![
         Probe {
             name: "middle".into(),
-            group: 0,
+            points: "disc".into(),
             within,
         };
         2
     ];
     config.forcing.holds = vec![Hold {
         name: "left".into(),
-        group: 0,
+        points: "disc".into(),
         within,
         hold_x: true,
         hold_y: false,

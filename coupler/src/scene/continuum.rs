@@ -79,7 +79,7 @@ pub(super) fn continuum(
         interface: written.interface,
         chains,
         skin: 0.0,
-        probes: forcing::probes(problems, written),
+        probes: written.probe.clone(),
         threads: 1,
     };
     problems.config_faults(&faults(&config));

@@ -69,14 +69,13 @@ pub struct MpmConfig {
 
 /// Points of a group whose mean motion is recorded: those that are in a region at the start. They are measured like a
 /// group, with their own record (capability `feature:probes`).
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Probe {
     /// Name, by which quantities refer to it.
     pub name: String,
-    /// Index into [`MpmConfig::groups`].
-    #[serde(rename = "points")]
-    pub group: usize,
+    /// Name of the group of points.
+    pub points: String,
     /// Lower left and upper right corner of the region in m.
     pub within: [[f64; 2]; 2],
 }
@@ -140,12 +139,11 @@ pub struct Forcing {
 }
 
 /// A dead load on the points that are in a region at the start.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Traction {
-    /// Index into [`MpmConfig::groups`].
-    #[serde(rename = "points")]
-    pub group: usize,
+    /// Name of the group of points.
+    pub points: String,
     /// Lower left and upper right corner of the region in m.
     pub within: [[f64; 2]; 2],
     /// Total force in N/m, spread evenly over the points in the region.
@@ -154,19 +152,20 @@ pub struct Traction {
 
 /// Points of a group that keep their initial x, y or both: those that are in a region at the start (capability
 /// `feature:holds`). They are measured like a group, with the force of the support in place of that of bodies.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Hold {
-    /// Name, by which quantities refer to it.
+    /// Name, by which quantities refer to the support.
     pub name: String,
-    /// Index into [`MpmConfig::groups`].
-    #[serde(rename = "points")]
-    pub group: usize,
+    /// Name of the group of points.
+    pub points: String,
     /// Lower left and upper right corner of the region in m.
     pub within: [[f64; 2]; 2],
     /// Whether the points keep their x.
+    #[serde(default)]
     pub hold_x: bool,
     /// Whether the points keep their y.
+    #[serde(default)]
     pub hold_y: bool,
 }
 

@@ -328,7 +328,7 @@ fn scene_reader_and_solver_refuse_the_same() {
     refused(
         |c| {
             c.forcing.tractions = vec![Traction {
-                group: 0,
+                points: "block".into(),
                 within: [[0.5, 0.0], [0.0, 1.0]],
                 force: [0.0; 2],
             }];
