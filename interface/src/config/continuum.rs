@@ -67,12 +67,12 @@ pub struct MpmConfig {
     pub threads: usize,
 }
 
-/// Points of a group whose mean motion is recorded: those that are in a region at the start. They are measured like a
-/// group, with their own record (capability `feature:probes`).
+/// Points of a group whose mean motion is recorded: those that are in a region at the start.
+// They are measured like a group, with their own record (capability `feature:probes`).
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Probe {
-    /// Name, by which quantities refer to it.
+    /// Name, by which quantities refer to the points.
     pub name: String,
     /// Name of the group of points.
     pub points: String,
@@ -138,7 +138,7 @@ pub struct Forcing {
     pub stages: Vec<Stage>,
 }
 
-/// A dead load on the points that are in a region at the start.
+/// A dead load on the points of a group that are in a region at the start.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Traction {
@@ -150,8 +150,8 @@ pub struct Traction {
     pub force: [f64; 2],
 }
 
-/// Points of a group that keep their initial x, y or both: those that are in a region at the start (capability
-/// `feature:holds`). They are measured like a group, with the force of the support in place of that of bodies.
+/// Held points of a group: those that are in a region at the start. They start at rest in the held directions.
+// Capability `feature:holds`. They are measured like a group, with the force of the support in place of that of bodies.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Hold {

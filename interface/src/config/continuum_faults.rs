@@ -479,16 +479,30 @@ impl MpmConfig {
 
     fn probe_faults(&self, found: &mut Faults) {
         for (i, probe) in self.probes.iter().enumerate() {
-            self.set_faults(found, &format!("mpm.probe.{i}"), &probe.points, probe.within);
+            self.set_faults(
+                found,
+                &format!("mpm.probe.{i}"),
+                &probe.points,
+                probe.within,
+            );
         }
     }
 
     fn set_faults(&self, found: &mut Faults, path: &str, points: &str, within: [[f64; 2]; 2]) {
         if self.groups.iter().all(|group| group.name != points) {
-            let known: Vec<&str> = self.groups.iter().map(|group| group.name.as_str()).collect();
+            let known: Vec<&str> = self
+                .groups
+                .iter()
+                .map(|group| group.name.as_str())
+                .collect();
             let help = format!("known: {}", known.join(", "));
             let expected = "the name of a group of points";
-            found.add(format!("{path}.points"), format!("\"{points}\""), expected, help);
+            found.add(
+                format!("{path}.points"),
+                format!("\"{points}\""),
+                expected,
+                help,
+            );
         }
         region_faults(found, path, within);
     }
