@@ -66,11 +66,11 @@ class Configuration(unittest.TestCase):
         check_fields("dem", self.GOOD, DEM)
         without = {name: value for name, value in self.GOOD.items() if name != "skin"}
         for bad, key in [
-            (without, "coupling.skin"),
-            ({**self.GOOD, "skin": "thick"}, "coupling.skin"),
+            (without, "dem.skin"),
+            ({**self.GOOD, "skin": "thick"}, "dem.skin"),
             ({**self.GOOD, "threads": 0}, "dem.threads"),
             ({**self.GOOD, "threads": True}, "dem.threads"),
-            ({**self.GOOD, "gravity": [0.0]}, "gravity"),
+            ({**self.GOOD, "gravity": [0.0]}, "dem.gravity"),
             ({**self.GOOD, "overlap": 1}, "dem.overlap"),
             ({**self.GOOD, "buoyancy": 1}, "dem"),
         ]:
