@@ -9,7 +9,6 @@ use crate::harness::needs::Need;
 use crate::harness::{
     Ended, History, PATIENCE, Place, RunFiles, lives, python_can_join, root, scene, signal, until,
 };
-use interface::config::{DemConfig, MpmConfig};
 use interface::message::wire::{LAYOUT, layout_hash};
 
 const HARD: &str = "jiang2020/collision_hard";
@@ -74,74 +73,6 @@ fn the_comparison_with_peers_says_where_it_looked_for_the_program() {
         said.starts_with("there is no program at /nowhere/tandem"),
         "{said}"
     );
-}
-
-/// The configuration as `tandem_solver` fills it in.
-fn filled_in(side: &str, said: &str) -> String {
-    let program = format!(
-        "import json, sys\nimport tandem_solver\n\
-         print(json.dumps(tandem_solver.complete_{side}(json.loads(sys.argv[1]))))"
-    );
-    let mut python = Command::new("python3");
-    let folder = root().join("python");
-    let ended = python.args(["-c", &program, said]).current_dir(folder);
-    let ended = ended.output().unwrap();
-    let told = String::from_utf8_lossy(&ended.stderr);
-    assert!(ended.status.success(), "{told}");
-    String::from_utf8(ended.stdout).unwrap()
-}
-
-/// Clause J-2: what is left out means the same on both sides of the wire.
-#[test]
-fn defaults_in_python_are_those_of_rust() {
-    if !python_can_join() {
-        return;
-    }
-    let laws = [
-        r#"{"linear":{"normal_stiffness":1.0}}"#,
-        r#"{"granular":{"normal_stiffness":1.0}}"#,
-        r#"{"hertz_mindlin":{"hertz_constant":1.0}}"#,
-        r#"{"area":{"area_stiffness":1.0}}"#,
-    ];
-    let pairs = laws.map(|law| format!(r#"{{"between":["a","b"],"law":{law}}}"#));
-    let motions = [
-        r#"{"guided":{}}"#,
-        r#"{"pushed":{"force":[1.0,0.0]}}"#,
-        r#""free""#,
-    ];
-    let body = |motion| {
-        format!(
-            r#"{{"name":"b","shape":{{"cluster":{{"centers":[[0.0,0.0]]}}}},"inertia":{{"mass":1.0}},"position":[0.0,0.0],"motion":{motion}}}"#
-        )
-    };
-    let free = r#"{"name":"b","shape":"disc","inertia":{"mass":1.0},"position":[0.0,0.0]}"#;
-    let bodies = motions.map(body).join(",");
-    let dem = format!(
-        r#"{{"bodies":[{bodies},{free}],"contact_pairs":[{}],"skin":0.0}}"#,
-        pairs.join(",")
-    );
-    let made = filled_in("dem", &dem);
-    assert!(made.matches("restitution").count() == 1 && made.contains("rolling_friction"));
-    let read = |text: &str| serde_json::from_str::<DemConfig>(text).unwrap();
-    assert_eq!(read(&made), read(&dem));
-
-    let group = r#"{"name":"g","material":0,"fill":{"points":{"positions":[[0.0,0.0]]}},"spacing":{"per_cell":1}}"#;
-    let mpm = format!(
-        r#"{{"domain":[[0.0,0.0],[1.0,1.0]],"cell":1.0,"shape":"linear","transfer":"pic","materials":[],"groups":[{group}],"forcing":{{"stages":[{{"from":0.0}}]}},"skin":0.0}}"#
-    );
-    let made = filled_in("mpm", &mpm);
-    let read = |text: &str| serde_json::from_str::<MpmConfig>(text).unwrap();
-    assert_eq!(read(&made), read(&mpm));
-    for field in [
-        "drift",
-        "left",
-        "pic_fraction",
-        "tractions",
-        "contact_radius",
-        "threads",
-    ] {
-        assert!(made.contains(field), "{field}: {made}");
-    }
 }
 
 #[test]
@@ -403,7 +334,7 @@ fn springs_in_python_take_the_place_of_the_continuum() {
     let more = ["--variant", "quick", "--mpm", &springs];
     run_with(&place, "refused", &scene(HARD), None, &more)
         .expect(3)
-        .says(&["mpm.groups[0].material", "bulk_modulus = 5/3 shear_modulus"]);
+        .says(&["mpm.points.0.material", "bulk_modulus = 5/3 shear_modulus"]);
 }
 
 /// Both sides in Python, killed with their coupler in the middle of the collision, go on to the same bits.
@@ -569,7 +500,7 @@ fn what_yade_cannot_do_is_refused_by_its_key() {
     );
     refused(
         "dem.body.0.sphero_radius=0",
-        &["dem.bodies[0].sphero_radius", "above 0"],
+        &["dem.body.0.sphero_radius", "above 0"],
     );
     refused(
         "dem.body.0.motion=driven",

@@ -85,7 +85,7 @@ fn what_is_damaged_or_different_is_named() {
         .says(&["the dem solver at step 0: ended with exit status 1"]);
 
     // 1e-9 more stiffness: told where it first shows, and within a tolerance of 1e-6 it is the same.
-    let stiffer = ["--set", "point_contact.linear.normal_stiffness=60000.00006"];
+    let stiffer = ["--set", "contact.linear.normal_stiffness=60000.00006"];
     let ended = replay(&place, &file, &[&["--dem"], &stiffer[..]].concat()).expect(1);
     tells(
         &ended,
@@ -100,7 +100,7 @@ fn what_is_damaged_or_different_is_named() {
     let ended = replay(
         &place,
         &file,
-        &["--mpm", "--set", "materials.0.density=1001"],
+        &["--mpm", "--set", "material.0.density=1001"],
     )
     .expect(1);
     tells(

@@ -154,7 +154,7 @@ fn a_cluster_with_a_disc_twice_is_refused() {
     let centers = vec![[0.0, 0.0], [1.0, 0.0], [0.0, 0.0]];
     let config = scene(vec![body(cluster(centers, &[]), 0.1)], spring(1.0));
     let refusal = Sdem::default().configure(&config).unwrap_err();
-    assert_eq!(refusal.key, "dem.bodies[0].shape.cluster.centers");
+    assert_eq!(refusal.key, "dem.body.0.shape.cluster.centers");
 }
 
 /// Area, centroid and polar moment about the centroid of the covered region, from a million random points, and their
@@ -283,12 +283,12 @@ fn bad_radii_are_refused() {
     let at = || vec![[0.0, 0.0], [1.0, 0.0]];
     for (radii, a, key) in [
         (vec![0.1], 0.0, "shape.cluster.radii"),
-        (vec![0.1, -0.1], 0.0, "shape.cluster.radii[1]"),
+        (vec![0.1, -0.1], 0.0, "shape.cluster.radii.1"),
         (vec![0.1, 0.2], 0.1, "sphero_radius"),
         (vec![], 0.0, "sphero_radius"),
     ] {
         let config = scene(vec![body(cluster(at(), &radii), a)], spring(1.0));
         let refusal = Sdem::default().configure(&config).unwrap_err();
-        assert_eq!(refusal.key, format!("dem.bodies[0].{key}"));
+        assert_eq!(refusal.key, format!("dem.body.0.{key}"));
     }
 }

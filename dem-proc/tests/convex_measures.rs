@@ -447,11 +447,11 @@ fn what_a_measure_is_not_made_for_is_refused() {
                 vec![disc(), body(notched, 0.0)],
                 spring(1.0),
             ),
-            "dem.bodies[1].shape",
+            "dem.body.1.shape",
         ),
         (
             measured(OverlapMeasure::Area, vec![disc(), disc()], spring(1.0)),
-            "dem.bodies[0].sphero_radius",
+            "dem.body.0.sphero_radius",
         ),
         (
             measured(
@@ -459,7 +459,7 @@ fn what_a_measure_is_not_made_for_is_refused() {
                 vec![body(square(1.0), 0.0), body(square(1.0), 0.0)],
                 hertz,
             ),
-            "dem.body_contact",
+            "body_contact",
         ),
     ];
     for (config, key) in rows {

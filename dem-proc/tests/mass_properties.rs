@@ -204,6 +204,6 @@ fn a_notch_narrower_than_the_disc_is_refused_for_a_free_body_only() {
     let configure = |config| dem_proc::Sdem::default().configure(&scene(vec![config], spring(1.0)));
     assert!(configure(body(shape.clone(), 0.09)).is_ok());
     let refusal = configure(body(shape.clone(), 0.11)).unwrap_err();
-    assert_eq!(refusal.key, "dem.bodies[0].sphero_radius");
+    assert_eq!(refusal.key, "dem.body.0.sphero_radius");
     assert!(configure(crate::small_scenes::fixed(shape, 0.11)).is_ok());
 }

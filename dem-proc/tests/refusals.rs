@@ -101,17 +101,17 @@ fn every_bad_body_is_named() {
             Box::new(|b| b.sphero_radius = f64::NAN),
         ),
         (
-            "inertia.mass",
+            "mass",
             "above 0",
             Box::new(|b| b.inertia = BodyInertia::Mass(0.0)),
         ),
         (
-            "inertia.density",
+            "density",
             "above 0",
             Box::new(|b| b.inertia = BodyInertia::Density(-3.0)),
         ),
         (
-            "inertia.mass",
+            "mass",
             "above 0",
             Box::new(|b| b.inertia = BodyInertia::Mass(f64::INFINITY)),
         ),
@@ -134,7 +134,7 @@ fn every_bad_body_is_named() {
     ];
     for (key, text, change) in rows {
         let (got, message) = refused_body(change);
-        assert_eq!(got, format!("dem.bodies[2].{key}"), "{message}");
+        assert_eq!(got, format!("dem.body.2.{key}"), "{message}");
         assert!(message.contains(text), "{message}");
     }
 }
@@ -156,15 +156,15 @@ fn every_bad_setting_is_named() {
     };
     assert_eq!(
         with(&|c| c.point_contact = law(-1.0, 0.0, 0.0, 0.0)),
-        "dem.point_contact.linear.normal_stiffness"
+        "contact.linear.normal_stiffness"
     );
     assert_eq!(
         with(&|c| c.point_contact = law(1.0, 0.0, 0.3, 0.0)),
-        "dem.point_contact.linear.tangential_stiffness"
+        "contact.linear.tangential_stiffness"
     );
     assert_eq!(
         with(&|c| c.body_contact = Some(law(1.0, 0.0, -0.3, 0.0))),
-        "dem.body_contact.linear.friction"
+        "body_contact.linear.friction"
     );
     for resolution in [0.0, -1.0, 2.1, f64::NAN] {
         assert_eq!(
@@ -174,11 +174,11 @@ fn every_bad_setting_is_named() {
     }
     assert_eq!(
         with(&|c| c.body_contact = Some(law(1.0, f64::NAN, 0.0, 0.0))),
-        "dem.body_contact.linear.tangential_stiffness"
+        "body_contact.linear.tangential_stiffness"
     );
     assert_eq!(
         with(&|c| c.point_contact = law(1.0, 0.0, 0.0, -1.0)),
-        "dem.point_contact.linear.damping_ratio"
+        "contact.linear.damping_ratio"
     );
     let hertz = |k, nu, e| ContactLaw::HertzMindlin {
         hertz_constant: k,
@@ -189,28 +189,28 @@ fn every_bad_setting_is_named() {
     };
     assert_eq!(
         with(&|c| c.body_contact = Some(hertz(0.0, 0.3, 1.0))),
-        "dem.body_contact.hertz_mindlin.hertz_constant"
+        "body_contact.hertz_mindlin.hertz_constant"
     );
     assert_eq!(
         with(&|c| c.point_contact = hertz(1.0, 0.3, 0.0)),
-        "dem.point_contact.hertz_mindlin.restitution"
+        "contact.hertz_mindlin.restitution"
     );
     // What a foreign coupler may send and ours did not check.
     assert_eq!(
         with(&|c| c.body_contact = Some(hertz(1.0, 0.3, -3.0))),
-        "dem.body_contact.hertz_mindlin.restitution"
+        "body_contact.hertz_mindlin.restitution"
     );
     assert_eq!(
         with(&|c| c.body_contact = Some(law(1.0, 2.0, 0.1, 0.0))),
-        "dem.body_contact.linear.tangential_stiffness"
+        "body_contact.linear.tangential_stiffness"
     );
     assert_eq!(
         with(&|c| c.body_contact = Some(law(1.0, 0.0, 0.0, -1.1))),
-        "dem.body_contact.linear.damping_ratio"
+        "body_contact.linear.damping_ratio"
     );
     assert_eq!(
         with(&|c| c.point_contact = hertz(1.0, 0.7, 1.0)),
-        "dem.point_contact.hertz_mindlin.poisson_ratio"
+        "contact.hertz_mindlin.poisson_ratio"
     );
     let rolling = ContactLaw::Granular {
         normal_stiffness: 1.0,
@@ -223,11 +223,11 @@ fn every_bad_setting_is_named() {
     };
     assert_eq!(
         with(&|c| c.point_contact = rolling),
-        "dem.point_contact.granular.rolling_friction"
+        "contact.granular.rolling_friction"
     );
-    assert_eq!(with(&|c| c.skin = -1.0), "dem.skin");
+    assert_eq!(with(&|c| c.skin = -1.0), "coupling.skin");
     assert_eq!(with(&|c| c.threads = 0), "dem.threads");
-    assert_eq!(with(&|c| c.gravity[0] = f64::NAN), "dem.gravity");
+    assert_eq!(with(&|c| c.gravity[0] = f64::NAN), "gravity");
 }
 
 #[test]
@@ -250,7 +250,7 @@ fn two_bare_bodies_that_would_never_touch_are_refused() {
     };
     let bare = scene(vec![fixed(square(), 0.0), body(square(), 0.0)], spring(1.0));
     let (key, message) = refusal(&bare);
-    assert_eq!(key, "dem.bodies[1].sphero_radius");
+    assert_eq!(key, "dem.body.1.sphero_radius");
     assert!(
         message.contains("never touch") && message.contains("nearest_edge"),
         "{message}"

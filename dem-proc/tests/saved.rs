@@ -130,12 +130,9 @@ fn the_state_of_another_configuration_is_refused_by_what_differs() {
         refused(&other, &bytes).message
     };
     let named = [
-        (other(&|c| c.body_contact = None), "`dem.body_contact`"),
-        (other(&|c| c.skin = 0.005), "`dem.skin`"),
-        (
-            other(&|c| c.bodies[4].sphero_radius *= 1.1),
-            "`dem.bodies[4]`",
-        ),
+        (other(&|c| c.body_contact = None), "`body_contact`"),
+        (other(&|c| c.skin = 0.005), "`coupling.skin`"),
+        (other(&|c| c.bodies[4].sphero_radius *= 1.1), "`dem.body.4`"),
         (other(&|c| c.bodies.truncate(14)), "15 bodies, expected 14"),
     ];
     for (message, what) in named {

@@ -631,5 +631,5 @@ fn other_shapes_than_discs_are_refused_by_their_key() {
     };
     let bodies = vec![disc([5.0, 0.0]), body(shape, 0.1)];
     let refusal = Sdem::default().configure(&on_segments(bodies, spring(K)));
-    assert_eq!(refusal.expect_err("a refusal").key, "dem.bodies[1].shape");
+    assert_eq!(refusal.expect_err("a refusal").key, "dem.body.1.shape");
 }

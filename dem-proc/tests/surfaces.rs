@@ -293,7 +293,7 @@ fn a_bad_table_is_refused_with_its_key() {
     let rows = [
         (
             vec![pair("wood", "flor", law(0.3))],
-            "dem.contact_pairs[0].between",
+            "contact_pair.0.between",
             "\"flor\"",
         ),
         (
@@ -301,12 +301,12 @@ fn a_bad_table_is_refused_with_its_key() {
                 pair("wood", "floor", law(0.3)),
                 pair("floor", "wood", law(0.2)),
             ],
-            "dem.contact_pairs[1].between",
+            "contact_pair.1.between",
             "each pair once",
         ),
         (
             vec![pair("wood", "floor", law(-0.3))],
-            "dem.contact_pairs[0].law.granular.friction",
+            "contact_pair.0.law.granular.friction",
             "-0.3",
         ),
     ];

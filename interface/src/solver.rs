@@ -332,13 +332,13 @@ pub struct Answer {
 ///
 ///     fn configure(&mut self, config: &DemConfig) -> Result<Readiness, Refusal> {
 ///         let [disc] = &config.bodies[..] else {
-///             return Err(Refusal::new("dem.bodies", "expected one body"));
+///             return Err(Refusal::new("dem.body", "expected one body"));
 ///         };
 ///         let BodyInertia::Mass(mass) = disc.inertia else {
-///             return Err(Refusal::new("dem.bodies[0].inertia", "expected a mass"));
+///             return Err(Refusal::new("dem.body.0.inertia", "expected a mass"));
 ///         };
 ///         let ContactLaw::Linear { normal_stiffness, .. } = config.point_contact else {
-///             return Err(Refusal::new("dem.point_contact", "expected `linear`"));
+///             return Err(Refusal::new("contact", "expected `linear`"));
 ///         };
 ///         (self.mass, self.stiffness) = (mass, normal_stiffness);
 ///         self.position = disc.position.into();

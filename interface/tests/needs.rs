@@ -30,8 +30,8 @@ fn a_plain_continuum_needs_its_scheme_and_its_walls() {
             ("drift:mapped", "mpm.drift", 1),
             ("plane:strain", "mpm.plane", 1),
             ("wall:open", "mpm.walls.left", 4),
-            ("material:linear_elastic", "mpm.materials[0].model", 1),
-            ("fill:disc", "mpm.groups[0].fill", 1),
+            ("material:linear_elastic", "mpm.material.0.model", 1),
+            ("fill:disc", "mpm.points.0.fill", 1),
             ("contact_force:point", "mpm.contact_force", 1),
         ]
     );
@@ -50,14 +50,14 @@ fn what_a_continuum_is_asked_for_besides_is_told_by_its_key() {
     config.probes = vec![
         Probe {
             name: "middle".into(),
-            group: 0,
+            points: "disc".into(),
             within,
         };
         2
     ];
     config.forcing.holds = vec![Hold {
         name: "left".into(),
-        group: 0,
+        points: "disc".into(),
         within,
         hold_x: true,
         hold_y: false,
@@ -89,18 +89,18 @@ fn what_a_continuum_is_asked_for_besides_is_told_by_its_key() {
     let needs = config.needs();
     let told = said(&needs);
     for need in [
-        ("feature:volume_rate", "mpm.materials[1].model", 1),
-        ("feature:critical_state", "mpm.materials[0].model", 1),
-        ("feature:separates", "mpm.materials[0].model", 1),
+        ("feature:volume_rate", "mpm.material.1.model", 1),
+        ("feature:critical_state", "mpm.material.0.model", 1),
+        ("feature:separates", "mpm.material.0.model", 1),
         ("layers", "mpm.layers", 1),
-        ("pairs", "mpm.group_pairs[0]", 1),
-        ("lattice:outline", "mpm.groups[0].lattice", 1),
+        ("pairs", "group_pair.0", 1),
+        ("lattice:outline", "mpm.points.0.lattice", 1),
         ("segments", "mpm.interface", 1),
         ("wall:friction", "mpm.walls.bottom", 1),
         ("wall:open", "mpm.walls.left", 3),
         ("transfer:blend", "mpm.transfer", 1),
-        ("feature:probes", "mpm.probes[0]", 2),
-        ("feature:holds", "mpm.forcing.holds[0]", 1),
+        ("feature:probes", "mpm.probe.0", 2),
+        ("feature:holds", "mpm.hold.0", 1),
     ] {
         assert!(told.contains(&need), "{need:?} in {told:?}");
     }
@@ -137,7 +137,7 @@ fn laws_of_different_kinds_are_asked_for() {
         pair("sand", "floor", ContactLaw::default()),
         pair("sand", "ball", hertz),
     ];
-    assert_eq!(asks(&config), Some(("dem.contact_pairs[1].law".into(), 1)));
+    assert_eq!(asks(&config), Some(("contact_pair.1.law".into(), 1)));
     config.contact_pairs.pop();
     assert_eq!(asks(&config), None);
     // Between bodies, the law of bodies is used.
@@ -182,40 +182,32 @@ fn bodies_need_what_their_shapes_motions_and_laws_use() {
         law: ContactLaw::default(),
     }];
     config.interface = Interface::Segments;
-    let granular = "dem.body_contact.granular";
+    let granular = "body_contact.granular";
     let needs = config.needs();
     assert_eq!(
         said(&needs),
         [
-            ("segments", "dem.interface", 1),
-            ("pairs", "dem.group_pairs[0]", 1),
-            ("shape:disc", "dem.bodies[0].shape", 1),
-            ("shape:rectangle", "dem.bodies[1].shape", 2),
-            ("motion:free", "dem.bodies[0].motion", 2),
-            ("motion:fixed", "dem.bodies[1].motion", 1),
+            ("segments", "mpm.interface", 1),
+            ("pairs", "group_pair.0", 1),
+            ("shape:disc", "dem.body.0.shape", 1),
+            ("shape:rectangle", "dem.body.1.shape", 2),
+            ("motion:free", "dem.body.0.motion", 2),
+            ("motion:fixed", "dem.body.1.motion", 1),
             ("overlap:nearest_edge", "dem.overlap", 1),
-            ("law:hertz_mindlin", "dem.point_contact", 2),
-            ("law:granular", "dem.body_contact", 1),
-            ("law:linear", "dem.group_pairs[0].law", 1),
-            (
-                "feature:friction",
-                "dem.point_contact.hertz_mindlin.friction",
-                3
-            ),
-            (
-                "feature:damping",
-                "dem.point_contact.hertz_mindlin.restitution",
-                2
-            ),
+            ("law:hertz_mindlin", "contact", 2),
+            ("law:granular", "body_contact", 1),
+            ("law:linear", "group_pair.0.law", 1),
+            ("feature:friction", "contact.hertz_mindlin.friction", 3),
+            ("feature:damping", "contact.hertz_mindlin.restitution", 2),
             ("feature:adhesion", &format!("{granular}.adhesion"), 1),
             (
                 "feature:rolling_friction",
                 &format!("{granular}.rolling_friction"),
                 1
             ),
-            ("feature:body_contact", "dem.body_contact", 1),
+            ("feature:body_contact", "body_contact", 1),
             ("feature:contact_resolution", "dem.contact_resolution", 1),
-            ("feature:contact_pairs", "dem.contact_pairs[0]", 1),
+            ("feature:contact_pairs", "contact_pair.0", 1),
         ]
     );
 }
@@ -227,8 +219,8 @@ fn discs_that_touch_nothing_need_no_law() {
     assert_eq!(
         told,
         [
-            ("shape:disc", "dem.bodies[0].shape", 1),
-            ("motion:free", "dem.bodies[0].motion", 1)
+            ("shape:disc", "dem.body.0.shape", 1),
+            ("motion:free", "dem.body.0.motion", 1)
         ]
     );
 }

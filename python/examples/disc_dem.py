@@ -21,7 +21,7 @@ class Disc:
     """Positions at t_n, velocities at t_{n-1/2}; after `contact`, `kicked` has those at t_{n+1/2}."""
 
     def __init__(self, index, config):
-        key = f"dem.bodies[{index}]"
+        key = f"dem.body.{index}"
         check_fields(key, config, BODY)
         if config["shape"] != "disc" or config["motion"] not in ("free", "fixed"):
             raise Refusal(key, "only the shape `disc` and the motions `free` and `fixed` are known here")
@@ -58,20 +58,20 @@ class Discs:
 
     def configure(self, config):
         check_fields("dem", config, DEM)
-        if "linear" not in config["point_contact"]:
-            raise Refusal("dem.point_contact", "only `linear` is known here")
-        law = config["point_contact"]["linear"]
-        check_fields("dem.point_contact.linear", law, LINEAR)
+        if "linear" not in config["contact"]:
+            raise Refusal("contact", "only `linear` is known here")
+        law = config["contact"]["linear"]
+        check_fields("contact.linear", law, LINEAR)
         self.k_n, self.mu = law["normal_stiffness"], law["friction"]
         self.k_t = law["tangential_stiffness"] if self.mu > 0.0 else 0.0
         if law["damping_ratio"] != 0.0:
-            raise Refusal("dem.point_contact.linear.damping_ratio", "there are no dashpots here: 0 is accepted")
+            raise Refusal("contact.linear.damping_ratio", "there are no dashpots here: 0 is accepted")
         if self.mu > 0.0 and self.k_t <= 0.0:
-            raise Refusal("dem.point_contact.linear.tangential_stiffness", "friction needs a positive one")
-        if config["body_contact"] is not None or config["contact_pairs"]:
-            raise Refusal("dem.body_contact", "bodies do not touch one another here: null, and no contact_pairs")
+            raise Refusal("contact.linear.tangential_stiffness", "friction needs a positive one")
+        if config["body_contact"] is not None or config["contact_pair"]:
+            raise Refusal("body_contact", "bodies do not touch one another here: null, and no contact_pair")
         self.gravity = config["gravity"]
-        self.bodies = [Disc(i, body) for i, body in enumerate(config["bodies"])]
+        self.bodies = [Disc(i, body) for i, body in enumerate(config["body"])]
         self.infos, self.springs, self.previous = [], {}, {}
         self.friction_work, self.applied, self.impulse = 0.0, [0.0, 0.0], [0.0, 0.0]
         lightest = min((b.mass for b in self.bodies if b.free), default=0.0)

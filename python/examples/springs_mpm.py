@@ -14,10 +14,20 @@ from pathlib import Path
 sys.path.insert(0, str(Path(__file__).resolve().parent.parent))  # runs without having been installed
 
 from tandem_solver import GROUP, MPM, Fault, GroupState, Ledger, Limits, Measurement, NotFinite  # noqa: E402
-from tandem_solver import Readiness, Refusal, check_fields, complete_mpm, serve_mpm  # noqa: E402
+from tandem_solver import Readiness, Refusal, check_fields, serve_mpm  # noqa: E402
 
-# What a lattice of springs has no use for: it has to be as it is by default.
-PLAIN = ("forcing", "grid_contact", "contact_force", "leaving", "plane", "probes", "walls")
+# What a lattice of springs has no use for: the only value of each that is accepted.
+PLAIN = {
+    "forcing": {"body_force": None, "traction": [], "hold": [], "stage": []},
+    "grid_contact": None,
+    "contact_force": "point",
+    "leaving": "stop",
+    "plane": "strain",
+    "probe": [],
+    "walls": dict.fromkeys(("left", "right", "bottom", "top"), "open"),
+    "layers": False,
+    "interface": "points",
+}
 
 
 def distance(outline, x, y):
@@ -63,20 +73,19 @@ class Springs:
 
     def configure(self, config):
         check_fields("mpm", config, MPM)
-        default = complete_mpm({})
-        for key in PLAIN:
-            if config[key] != default[key]:
-                raise Refusal(f"mpm.{key}", f"there is no grid here: {default[key]} is accepted")
+        for key, accepted in PLAIN.items():
+            if config[key] != accepted:
+                raise Refusal(f"mpm.{key}", f"there is no grid here: {accepted} is accepted")
         self.domain, self.gravity, self.skin = config["domain"], config["gravity"], config["skin"]
         self.x, self.v, self.mass, self.volume, self.radius, self.group, self.springs = [], [], [], [], [], [], []
         if not config["cell"] > 0.0:
             raise Refusal("mpm.cell", f"{config['cell']} m: expected a positive length")
         self.courant_time = math.inf
-        for index, group in enumerate(config["groups"]):
-            if group["material"] >= len(config["materials"]):
-                raise Refusal(f"mpm.groups[{index}].material", f"there is no material {group['material']}")
-            self.fill(index, group, config["materials"][group["material"]], config["cell"])
-        self.count = len(config["groups"])
+        for index, group in enumerate(config["points"]):
+            if group["material"] >= len(config["material"]):
+                raise Refusal(f"mpm.points.{index}.material", f"there is no material {group['material']}")
+            self.fill(index, group, config["material"][group["material"]], config["cell"])
+        self.count = len(config["points"])
         stiffness = [0.0] * len(self.x)
         for i, j, _, k in self.springs:
             stiffness[i] += k
@@ -88,7 +97,7 @@ class Springs:
         return Readiness(items=len(self.x), mass_min=min(self.mass), courant_time=self.courant_time, notes=notes)
 
     def fill(self, index, group, material, cell):
-        key = f"mpm.groups[{index}]"
+        key = f"mpm.points.{index}"
         check_fields(key, group, GROUP)
         model = material["model"].get("linear_elastic")
         if model is None or abs(model["bulk_modulus"] / model["shear_modulus"] - 5.0 / 3.0) > 1e-9:

@@ -77,7 +77,7 @@ class Body:
     """One body: its YADE id, and what Tandem is told of it. Velocities are those of YADE, at t_{n-1/2}."""
 
     def __init__(self, index, config, material):
-        key = f"dem.bodies[{index}]"
+        key = f"dem.body.{index}"
         check_fields(key, config, BODY)
         self.name, self.a, motion = config["name"], config["sphero_radius"], config["motion"]
         if motion not in ("free", "fixed"):
@@ -192,24 +192,24 @@ class Yade:
 
     def configure(self, config):
         check_fields("dem", config, DEM)
-        if "linear" not in config["point_contact"]:
-            raise Refusal("dem.point_contact", "only `linear` is known here")
-        law = config["point_contact"]["linear"]
-        check_fields("dem.point_contact.linear", law, LINEAR)
+        if "linear" not in config["contact"]:
+            raise Refusal("contact", "only `linear` is known here")
+        law = config["contact"]["linear"]
+        check_fields("contact.linear", law, LINEAR)
         self.k_n, friction = law["normal_stiffness"], law["friction"]
         self.k_t = law["tangential_stiffness"] if friction > 0.0 else 0.0
         if law["damping_ratio"] != 0.0:
             message = "YADE has no viscous law for grid connections: 0 is accepted"
-            raise Refusal("dem.point_contact.linear.damping_ratio", message)
+            raise Refusal("contact.linear.damping_ratio", message)
         if friction > 0.0 and self.k_t <= 0.0:
-            raise Refusal("dem.point_contact.linear.tangential_stiffness", "friction needs a positive one")
-        if config["body_contact"] is not None or config["contact_pairs"]:
+            raise Refusal("contact.linear.tangential_stiffness", "friction needs a positive one")
+        if config["body_contact"] is not None or config["contact_pair"]:
             message = "bodies do not touch one another here (YADE's grid connections meet as cylinders): null, no pairs"
-            raise Refusal("dem.body_contact", message)
+            raise Refusal("body_contact", message)
         self.gravity = np.array(config["gravity"])
         load()
         self.material = O.materials.append(yade.FrictMat())
-        self.bodies = [Body(i, body, self.material) for i, body in enumerate(config["bodies"])]
+        self.bodies = [Body(i, body, self.material) for i, body in enumerate(config["body"])]
         self.owner = {part: i for i, body in enumerate(self.bodies) for part in body.parts}
         self.build_engines(math.atan(friction))
         self.infos, self.spheres, self.spare, self.previous = [], {}, [], {}

@@ -4,7 +4,7 @@
 The wire is described in `interface/PROTOCOL.md`, the guide is `docs/solver-authors.md`.
 """
 
-from .config import BODY, DEM, GROUP, LINEAR, MPM, check_fields, complete_dem, complete_mpm
+from .config import BODY, DEM, GROUP, LINEAR, MPM, check_fields
 from .continuum import serve_mpm
 from .control import Fault, NotFinite, Readiness, Refusal
 from .session import Answer, Measurement, Step, serve_dem
@@ -12,6 +12,6 @@ from .wire import BodyState, GroupState, Ledger, Limits
 
 __all__ = [
     "Answer", "BODY", "BodyState", "DEM", "Fault", "GROUP", "GroupState", "LINEAR", "Ledger", "Limits", "MPM",
-    "Measurement", "NotFinite", "Readiness", "Refusal", "Step", "check_fields", "complete_dem", "complete_mpm",
+    "Measurement", "NotFinite", "Readiness", "Refusal", "Step", "check_fields",
     "serve_dem", "serve_mpm",
 ]

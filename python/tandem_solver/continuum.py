@@ -22,7 +22,6 @@ import math
 
 from . import wire
 from .channel import wait
-from .config import complete_mpm
 from .session import Seat, allows, serve
 
 
@@ -30,7 +29,6 @@ class _Mpm(Seat):
     """The continuum's side: the steps of a grant, and the line to the bodies."""
 
     PARTY, OTHER, RESULTS = "mpm", "dem", ("mpm/groups", wire.GroupState)
-    COMPLETE = staticmethod(complete_mpm)
 
     def open(self, config):
         self.points_out = self.run.sender("mpm/points", wire.PointState)
@@ -39,7 +37,7 @@ class _Mpm(Seat):
             self.states_out = self.run.sender("imp/states", wire.ImpState)
             self.forces_in = self.run.receiver("imp/forces", wire.ImpForce)
             self.envelopes_in = self.run.receiver("imp/envelopes", wire.EnvelopeVertex)
-            radii = [group["contact_radius"] for group in config["groups"] if group["contact_radius"] is not None]
+            radii = [group["contact_radius"] for group in config["points"] if group["contact_radius"] is not None]
             # Clause I-6. Any point may become identified: the kinematic limit counts them all.
             self.allowed_travel = config["skin"] - 0.5 * max(radii, default=0.0)
             self.radius_min = min(radii, default=0.0)

@@ -32,7 +32,6 @@ from dataclasses import dataclass
 
 from . import blake3, control, wire
 from .channel import Aborted, CouplerGone, Run, SessionError, wait
-from .config import complete_dem
 
 # Longest wait in s for the coupler while a session is set up or closed (clause S-11).
 SETUP = 120.0
@@ -99,8 +98,6 @@ class Seat:
     OTHER: str
     # Where its measurement goes: channel and record.
     RESULTS: tuple
-    # Fills in what a configuration leaves out (clause J-2).
-    COMPLETE: staticmethod
 
     def __init__(self, run, solver):
         self.run, self.solver, self.watch, self.step = run, solver, _Stopwatch(), 0
@@ -185,7 +182,7 @@ class Seat:
     def serve(self):
         configure = self.await_order(control.Configure, "S-4")
         try:
-            config = self.COMPLETE(json.loads(configure.config))
+            config = json.loads(configure.config)
         except ValueError as error:
             raise self.broken("coupler", "S-5", str(error)) from None
         self.deadline, self.coupled = configure.deadline, configure.coupled
@@ -331,7 +328,6 @@ class _Dem(Seat):
     """The bodies' side: the steps of a grant, and the line to the continuum."""
 
     PARTY, OTHER, RESULTS = "dem", "mpm", ("dem/bodies", wire.BodyState)
-    COMPLETE = staticmethod(complete_dem)
 
     def open(self, config):
         if self.coupled:

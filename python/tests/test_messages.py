@@ -4,7 +4,7 @@ import ctypes
 import math
 import unittest
 
-from tandem_solver import BODY, DEM, GROUP, MPM, Readiness, Refusal, check_fields, complete_dem, complete_mpm
+from tandem_solver import BODY, DEM, Readiness, Refusal, check_fields
 from tandem_solver import blake3, control, wire
 
 
@@ -56,62 +56,11 @@ class Hash(unittest.TestCase):
 
 
 class Configuration(unittest.TestCase):
-    GOOD = {"gravity": [0, -9.81], "bodies": [], "point_contact": {}, "body_contact": None, "skin": 1e-3, "threads": 1}
-    BALL = {"name": "ball", "shape": "disc", "inertia": {"mass": 1.0}, "position": [0.0, 0.0]}
-    BLOCK = {"name": "block", "material": 0, "fill": {"points": {"positions": [[0.0, 0.0]]}}, "spacing": {"per_cell": 1}}
-
-    def test_what_is_left_out_has_its_default(self):
-        config = complete_dem({"bodies": [self.BALL, self.BALL], "skin": 1e-3})
-        self.assertEqual(config["gravity"], [0.0, 0.0])
-        self.assertEqual((config["threads"], config["body_contact"], config["overlap"]), (1, None, "each_edge"))
-        numbers = ("normal_stiffness", "tangential_stiffness", "friction", "damping_ratio", "damped_mass")
-        self.assertEqual(config["point_contact"], {"linear": dict.fromkeys(numbers, 0.0)})
-        first, second = config["bodies"]
-        self.assertEqual((first["motion"], first["angle"], first["velocity"]), ("free", 0.0, [0.0, 0.0]))
-        self.assertIsNot(first["velocity"], second["velocity"], "what one body changes is not the other's")
-        self.assertNotIn("angle", self.BALL)
-        check_fields("dem", config, DEM)
-        check_fields("dem.bodies[0]", first, BODY)
-        hold = {"name": "left", "group": 0, "within": [[0.0, 0.0], [1.0, 1.0]]}
-        forcing = {"stages": [{"from": 1.0}], "holds": [hold]}
-        config = complete_mpm({"groups": [self.BLOCK], "skin": 1e-3, "forcing": forcing})
-        self.assertEqual(config["forcing"]["holds"], [{**hold, "hold_x": False, "hold_y": False}])
-        self.assertEqual(config["probes"], [])
-        self.assertEqual((config["drift"], config["walls"]["top"], config["leaving"]), ("mapped", "open", "stop"))
-        self.assertEqual(config["forcing"]["stages"], [{"from": 1.0, "damping": 0.0, "pic_fraction": None}])
-        self.assertEqual(config["forcing"]["tractions"], [])
-        self.assertEqual(config["groups"][0]["fields"], {"velocity": None, "stress": None})
-        check_fields("mpm.groups[0]", config["groups"][0], GROUP)
-
-    def test_what_is_said_stays(self):
-        push = {"pushed": {"force": [1.0, 0.0], "ramp": 2.0}}
-        law = {"hertz_mindlin": {"hertz_constant": 1e6, "restitution": 0.5}}
-        shape = {"cluster": {"centers": [[0.0, 0.0]]}}
-        body = {**self.BALL, "motion": push, "shape": shape, "spin": 3.0}
-        said = {"bodies": [body], "skin": 1e-3, "threads": 4, "body_contact": law}
-        config = complete_dem({**said, "contact_pairs": [{"between": ["a", "b"], "law": law}]})
-        made = config["bodies"][0]
-        self.assertEqual((made["spin"], config["threads"]), (3.0, 4))
-        self.assertEqual(made["motion"]["pushed"], {"force": [1.0, 0.0], "torque": 0.0, "ramp": 2.0, "until": None})
-        self.assertEqual(made["shape"]["cluster"]["radii"], [])
-        full = {"hertz_constant": 1e6, "poisson_ratio": 0.0, "friction": 0.0, "restitution": 0.5, "adhesion": 0.0}
-        self.assertEqual(config["body_contact"], {"hertz_mindlin": full})
-        self.assertEqual(config["contact_pairs"][0]["law"], {"hertz_mindlin": full})
-
-    def test_what_is_no_configuration_is_left_for_the_checks(self):
-        for odd in [[], None, 3, {"bodies": 3, "walls": 4, "groups": [5], "point_contact": "soft"}]:
-            complete_dem(odd)
-            complete_mpm(odd)
-        with self.assertRaises(Refusal) as refused:
-            check_fields("dem", complete_dem({"bodies": 3, "skin": 1.0}), DEM)
-        self.assertEqual(refused.exception.key, "dem.bodies")
-
-    def test_a_field_of_a_capability_is_refused_where_it_is_used(self):
-        said = {"domain": [], "cell": 1.0, "shape": "linear", "transfer": "flip", "materials": [], "groups": [], "skin": 0.0}
-        check_fields("mpm", complete_mpm(said), MPM)
-        with self.assertRaises(Refusal) as refused:
-            check_fields("mpm", complete_mpm({**said, "layers": True}), MPM)
-        self.assertIn("layers", str(refused.exception))
+    GOOD = {
+        "gravity": [0, -9.81], "body": [], "contact": {}, "body_contact": None, "overlap": "each_edge",
+        "contact_pair": [], "point_surfaces": [], "group_pair": [], "contact_resolution": None, "interface": "points",
+        "skin": 1e-3, "threads": 1,
+    }
 
     def test_what_is_missing_odd_or_unknown_is_refused_by_its_key(self):
         check_fields("dem", self.GOOD, DEM)
@@ -129,10 +78,7 @@ class Configuration(unittest.TestCase):
                 check_fields("dem", bad, DEM)
             self.assertEqual(refused.exception.key, key)
         with self.assertRaises(Refusal):
-            check_fields("dem.bodies[0]", {}, BODY)
-        with self.assertRaises(Refusal) as refused:
-            check_fields("mpm.groups[0]", {**complete_mpm({"groups": [self.BLOCK]})["groups"][0], "rigid": 1}, GROUP)
-        self.assertEqual(refused.exception.key, "mpm.groups[0].rigid")
+            check_fields("dem.body.0", {}, BODY)
 
 
 class Records(unittest.TestCase):

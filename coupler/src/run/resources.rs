@@ -293,7 +293,7 @@ mod tests {
         let of_memory = [vanished("ended with exit status 3"), contract, failed];
         let refused = SessionError::Refused {
             who: Party::Dem,
-            refusal: Refusal::new("dem.bodies", "overlap"),
+            refusal: Refusal::new("dem.body", "overlap"),
         };
         let others = [vanished("was killed by signal 9"), refused];
         let none = Segments::none();

@@ -5,7 +5,7 @@ use interface::config::{
 };
 use mechanics::generate::{Arrangement, BodyFill, Grain};
 
-use super::needs::scene_key;
+use super::needs::body_or_set;
 use super::problems::Problems;
 use super::written::{BodyWritten, DemWritten, SceneWritten};
 
@@ -38,7 +38,7 @@ pub(super) fn bodies(
         ..config(written, scene)
     };
     for fault in config.faults() {
-        let path = scene_key(&fault.key, problems.document);
+        let path = body_or_set(&fault.key, problems.document);
         let message = format!("`{path}` is {}, expected {}", fault.value, fault.expected);
         problems.impossible(&path, &message, fault.help);
     }

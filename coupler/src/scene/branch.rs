@@ -11,7 +11,7 @@ use interface::config::{BodyConfig, DemConfig};
 
 use super::Scene;
 use super::document::Part;
-use super::needs::scene_key;
+use super::needs::body_or_set;
 use super::problems::Problems;
 use crate::scene::diagnostic::{SceneErrors, shorten};
 
@@ -19,34 +19,44 @@ use crate::scene::diagnostic::{SceneErrors, shorten};
 const MAY_CHANGE: &[&str] = &[
     "mpm.gravity.**",
     "mpm.walls.**",
-    "mpm.materials.*.model.*.*.**",
+    "mpm.material.*.model.*.*.**",
     "mpm.contact_force",
     "mpm.forcing.body_force.**",
-    "mpm.forcing.stages.**",
-    "mpm.forcing.tractions.*.force.*",
-    "mpm.probes.**",
+    "mpm.forcing.stage.**",
+    "mpm.forcing.traction.*.force.*",
+    "mpm.probe.**",
     "mpm.constants.**",
     "mpm.leaving",
     "mpm.grid_contact.friction",
     "dem.gravity.**",
-    "dem.point_contact.**",
+    "dem.contact.**",
     "dem.body_contact.*.**",
-    "dem.contact_pairs.**",
-    "dem.group_pairs.*.law.**",
+    "dem.contact_pair.**",
+    "dem.group_pair.*.law.**",
     "dem.point_surfaces.**",
     "dem.contact_resolution",
-    "dem.bodies.*.motion.**",
-    "dem.bodies.*.surface",
+    "dem.body.*.motion.**",
+    "dem.body.*.surface",
+];
+
+/// Parts of a configuration that are sections of the scene.
+const OUTSIDE: [&str; 6] = [
+    "gravity",
+    "constants",
+    "contact",
+    "body_contact",
+    "contact_pair",
+    "group_pair",
 ];
 
 /// Keys of initial positions and velocities, which have no effect in a branch.
 const OF_THE_START: &[&str] = &[
-    "mpm.groups.*.velocity.**",
-    "mpm.groups.*.fields.**",
-    "dem.bodies.*.position.**",
-    "dem.bodies.*.angle",
-    "dem.bodies.*.velocity.**",
-    "dem.bodies.*.spin",
+    "mpm.points.*.velocity.**",
+    "mpm.points.*.fields.**",
+    "dem.body.*.position.**",
+    "dem.body.*.angle",
+    "dem.body.*.velocity.**",
+    "dem.body.*.spin",
 ];
 
 fn fits(key: &str, pattern: &str) -> bool {
@@ -77,20 +87,6 @@ fn differences(key: &str, here: Option<&Value>, there: Option<&Value>, found: &m
                 differences(&format!("{key}.{name}"), a.get(name), b.get(name), found);
             }
         }
-        // A configuration omits what acts on single points if there is none.
-        (Some(Value::Object(a)), None) | (None, Some(Value::Object(a)))
-            if key == "mpm.forcing" || fits(key, "mpm.groups.*.fields") =>
-        {
-            for (name, value) in a {
-                let value = Some(value);
-                let both = if here.is_some() {
-                    [value, None]
-                } else {
-                    [None, value]
-                };
-                differences(&format!("{key}.{name}"), both[0], both[1], found);
-            }
-        }
         (Some(Value::Array(a)), Some(Value::Array(b))) if a.len() == b.len() => {
             for (i, (a, b)) in a.iter().zip(b).enumerate() {
                 differences(&format!("{key}.{i}"), Some(a), Some(b), found);
@@ -113,7 +109,7 @@ fn between<T: Serialize>(side: &str, here: Option<&T>, there: Option<&T>) -> Dif
 
 /// The body of which a key is.
 fn body_of<'a>(dem: Option<&'a DemConfig>, key: &str) -> Option<&'a BodyConfig> {
-    let (number, _) = key.strip_prefix("dem.bodies.")?.split_once('.')?;
+    let (number, _) = key.strip_prefix("dem.body.")?.split_once('.')?;
     dem?.bodies.get(number.parse::<usize>().ok()?)
 }
 
@@ -137,6 +133,7 @@ impl Scene {
             };
             let path = self.key_of(&key);
             let [here, there] = [here, there].map(|value| {
+                let value = value.filter(|value| !value.is_null());
                 value.map_or("not there".to_owned(), |value| shorten(&value.to_string()))
             });
             let message = format!(
@@ -154,7 +151,6 @@ impl Scene {
         key: &str,
         values: [&Option<Value>; 2],
     ) -> Option<&'static str> {
-        // The walls of a configuration may be left out as a whole.
         let periodic = |value: &&Option<Value>| {
             let value = value.as_ref();
             value.is_some_and(|value| value.to_string().contains("\"periodic\""))
@@ -171,9 +167,7 @@ impl Scene {
         if fits(key, "mpm.walls.**") && values.iter().any(periodic) {
             Some("walls may change, but not from or to periodic")
         // The contact of two bodies is listed if forces move one of them.
-        } else if fits(key, "dem.bodies.*.motion.**")
-            && bodies_touch
-            && moved(self) != moved(parent)
+        } else if fits(key, "dem.body.*.motion.**") && bodies_touch && moved(self) != moved(parent)
         {
             Some(
                 "with `[body_contact]` a body that forces move stays one, and a fixed or driven one stays that; \
@@ -205,22 +199,22 @@ impl Scene {
         }
     }
 
-    /// The key of the scene from which a key of a configuration comes.
+    /// The key of the scene for a key of a configuration: some parts of it are outside `[mpm]` and `[dem]` there.
     fn key_of(&self, key: &str) -> String {
-        match key {
-            "mpm.skin" | "dem.skin" => return "coupling.skin".to_owned(),
+        let mut parts: Vec<&str> = key.split('.').collect();
+        parts.retain(|part| !["forcing", "fields", "inertia"].contains(part));
+        match parts[1..] {
+            ["skin"] => parts = vec!["coupling", "skin"],
+            ["interface"] => parts[0] = "mpm",
+            [first, ..] if OUTSIDE.contains(&first) => {
+                parts.remove(0);
+            }
             _ => {}
         }
-        for (of_config, of_scene) in [
-            ("mpm.forcing.tractions", "mpm.traction"),
-            ("mpm.forcing.", "mpm."),
-            ("mpm.constants", "constants"),
-        ] {
-            if let Some(rest) = key.strip_prefix(of_config) {
-                return format!("{of_scene}{rest}");
-            }
+        if parts[0] == "contact" && !self.document.has("contact") {
+            parts[0] = "body_contact";
         }
-        scene_key(key, &self.document).replace(".fields.", ".")
+        body_or_set(&parts.join("."), &self.document)
     }
 
     /// One complaint about a key.
@@ -258,11 +252,11 @@ mod tests {
         assert!(fits("mpm.gravity.1", "mpm.gravity.**"));
         assert!(!fits("dem.body_contact", "dem.body_contact.*.**"));
         assert!(fits("dem.body_contact.linear", "dem.body_contact.*.**"));
-        assert!(fits("dem.bodies.3.surface", "dem.bodies.*.surface"));
-        assert!(!fits("dem.bodies.3.surfaces", "dem.bodies.*.surface"));
+        assert!(fits("dem.body.3.surface", "dem.body.*.surface"));
+        assert!(!fits("dem.body.3.surfaces", "dem.body.*.surface"));
         assert!(!fits(
-            "mpm.materials.0.model.fluid",
-            "mpm.materials.*.model.*.*.**"
+            "mpm.material.0.model.fluid",
+            "mpm.material.*.model.*.*.**"
         ));
     }
 }

@@ -79,7 +79,7 @@ pub(super) fn continuum(
         interface: written.interface,
         chains,
         skin: 0.0,
-        probes: forcing::probes(problems, written),
+        probes: written.probe.clone(),
         threads: 1,
     };
     problems.config_faults(&faults(&config));
@@ -95,7 +95,7 @@ pub(super) fn continuum(
 /// The faults, except those of pairs of groups, which are reported with their laws.
 fn faults(config: &MpmConfig) -> Vec<ConfigFault> {
     let mut faults = config.faults();
-    faults.retain(|fault| !fault.key.starts_with("mpm.group_pairs"));
+    faults.retain(|fault| !fault.key.starts_with("group_pair."));
     faults
 }
 

@@ -5,6 +5,7 @@ use std::ops::Range;
 use std::path::Path;
 use std::sync::Arc;
 
+use serde::Deserialize;
 use toml::de::{DeTable, DeValue};
 use toml::{Spanned, Table, Value};
 
@@ -103,15 +104,15 @@ impl Document {
         let (spanned, mut faults) = DeTable::parse_recoverable(text);
         let mut origins = BTreeMap::new();
         record_table(&mut origins, "", spanned.get_ref());
-        let root = match toml::from_str::<Table>(text) {
-            Ok(root) => root,
-            Err(fault) => {
-                if faults.is_empty() {
-                    faults.push(fault);
-                }
-                Table::new()
-            }
+        let root = if faults.is_empty() {
+            Table::deserialize(toml::de::Deserializer::from(spanned))
+        } else {
+            Ok(Table::new())
         };
+        let root = root.unwrap_or_else(|fault| {
+            faults.push(fault);
+            Table::new()
+        });
         let mut document = Self {
             root,
             variants: Vec::new(),

@@ -3,7 +3,7 @@
 
 use std::collections::BTreeMap;
 
-use interface::config::{Forcing, Hold, InitialFields, Probe, Traction};
+use interface::config::{Forcing, InitialFields};
 use mechanics::expression::{Expression, Meaning};
 
 use super::output::suggestion_for;
@@ -11,7 +11,7 @@ use super::problems::Problems;
 use super::written::{MpmWritten, NumberOrExpression, PointsWritten};
 use crate::scene::diagnostic::suggestion;
 
-/// Loads, stages and body force of the continuum.
+/// Loads, stages and body force of the continuum. Probes are checked likewise.
 pub(super) fn forcing(
     problems: &mut Problems,
     written: &MpmWritten,
@@ -26,45 +26,35 @@ pub(super) fn forcing(
             &["x", "y", "t"],
         )
     });
-    let tractions = (0..).zip(&written.traction).map(|(i, traction)| Traction {
-        group: group_named(
-            problems,
-            written,
-            &format!("mpm.traction.{i}"),
-            &traction.points,
-        ),
-        within: traction.within,
-        force: traction.force,
-    });
-    let tractions = tractions.collect();
-    let holds = written.hold.iter().map(|hold| hold.name.as_str());
-    names(problems, "hold", "holds", holds);
-    let holds = (0..).zip(&written.hold).map(|(i, hold)| Hold {
-        name: hold.name.clone(),
-        group: group_named(problems, written, &format!("mpm.hold.{i}"), &hold.points),
-        within: hold.within,
-        hold_x: hold.hold_x,
-        hold_y: hold.hold_y,
-    });
-    let holds = holds.collect();
+    for (i, traction) in written.traction.iter().enumerate() {
+        let path = format!("mpm.traction.{i}");
+        group_named(problems, written, &path, &traction.points);
+    }
+    let holds = written.hold.iter();
+    let holds = holds.map(|hold| (hold.name.as_str(), hold.points.as_str()));
+    sets(problems, written, ["hold", "holds"], holds);
+    let probes = written.probe.iter();
+    let probes = probes.map(|probe| (probe.name.as_str(), probe.points.as_str()));
+    sets(problems, written, ["probe", "probes"], probes);
     Forcing {
         body_force,
-        tractions,
-        holds,
+        tractions: written.traction.clone(),
+        holds: written.hold.clone(),
         stages: written.stage.clone(),
     }
 }
 
-/// The probes of a scene.
-pub(super) fn probes(problems: &mut Problems, written: &MpmWritten) -> Vec<Probe> {
-    let probes = written.probe.iter().map(|probe| probe.name.as_str());
-    names(problems, "probe", "probes", probes);
-    let probes = (0..).zip(&written.probe).map(|(i, probe)| Probe {
-        name: probe.name.clone(),
-        group: group_named(problems, written, &format!("mpm.probe.{i}"), &probe.points),
-        within: probe.within,
-    });
-    probes.collect()
+/// Refuses sets of points, of the given names and groups, that have no good name or no group.
+fn sets<'a>(
+    problems: &mut Problems,
+    written: &MpmWritten,
+    [list, what]: [&str; 2],
+    sets: impl Iterator<Item = (&'a str, &'a str)> + Clone,
+) {
+    names(problems, list, what, sets.clone().map(|(name, _)| name));
+    for (i, (_, points)) in sets.enumerate() {
+        group_named(problems, written, &format!("mpm.{list}.{i}"), points);
+    }
 }
 
 /// Refuses names of `[[mpm.LIST]]` that cannot be part of a quantity, or that occur twice.

@@ -25,7 +25,7 @@ pub fn unmet(
     };
     let solver = format!("the solver of the {side}, `{identity}`,");
     let told = missing(&needs, capabilities).into_iter().map(|need| {
-        let path = scene_key(&need.key, &scene.document);
+        let path = body_or_set(&need.key, &scene.document);
         let message = sentence(need, &path, &scene.document, &solver, capabilities);
         let help = help(need, party);
         scene
@@ -39,7 +39,7 @@ pub fn unmet(
 
 /// The refusal of a solver, reported at the line of the scene.
 pub fn refused(scene: &Scene, refusal: &Refusal) -> SceneErrors {
-    let path = scene_key(&refusal.key, &scene.document);
+    let path = body_or_set(&refusal.key, &scene.document);
     let message = format!("`{path}`: {}", refusal.message);
     let document = &scene.document;
     SceneErrors(vec![document.diagnostic(
@@ -82,43 +82,18 @@ fn help(need: &Need, party: Party) -> String {
     format!("{more}change the scene, or use another solver (`--{party}`, `solvers.{party}`)")
 }
 
-/// The key of the scene from which a key of the configuration comes. Lists have other names there, and a set of bodies
-/// is one entry. Without points, the law between points and bodies is that between bodies.
-pub(super) fn scene_key(key: &str, document: &Document) -> String {
-    let key = key.replace('[', ".").replace(']', "");
-    let Some((side, below)) = key.split_once('.') else {
-        return key;
+/// The key of a body as the scene has it: a body of a set has none of its own, and the set stands for it.
+pub(super) fn body_or_set(key: &str, document: &Document) -> String {
+    let Some((index, field)) = key
+        .strip_prefix("dem.body.")
+        .map(|rest| rest.split_once('.').unwrap_or((rest, "")))
+    else {
+        return key.to_owned();
     };
-    let (first, rest) = below.split_once('.').unwrap_or((below, ""));
-    let moved = |to: &str| {
-        let dot = if rest.is_empty() { "" } else { "." };
-        format!("{to}{dot}{rest}")
-    };
-    match (side, first) {
-        ("mpm", "materials") => moved("mpm.material"),
-        ("mpm", "groups") => moved("mpm.points"),
-        ("mpm", "probes") => moved("mpm.probe"),
-        ("mpm", "forcing") if rest.starts_with("holds.") => rest.replacen("holds", "mpm.hold", 1),
-        ("dem", "bodies") => body_key(rest, document),
-        ("dem", "point_contact") if document.has("contact") => moved("contact"),
-        ("dem", "point_contact" | "body_contact") => moved("body_contact"),
-        ("dem", "contact_pairs") => moved("contact_pair"),
-        ("mpm" | "dem", "group_pairs") => moved("group_pair"),
-        ("mpm", "chains") => moved("mpm.chain"),
-        ("dem", "interface") => "mpm.interface".to_owned(),
-        ("dem", "gravity") => "gravity".to_owned(),
-        _ => key,
-    }
-}
-
-/// The key of `rest` = `INDEX.FIELD` of the bodies, which are those written one by one, then those of the sets.
-fn body_key(rest: &str, document: &Document) -> String {
-    let (index, field) = rest.split_once('.').unwrap_or((rest, ""));
     let mut index: usize = index.parse().unwrap_or(0);
     let [bodies, sets] = ["body", "fill"].map(|list| document.list(&["dem", list]));
     if index < bodies.len() {
-        let field = field.strip_prefix("inertia.").unwrap_or(field);
-        return format!("dem.body.{index}.{field}");
+        return key.to_owned();
     }
     index -= bodies.len();
     for (k, set) in sets.iter().enumerate() {

@@ -10,7 +10,7 @@ use interface::session::StartDeadlines;
 use serde::Deserialize;
 use toml::Value;
 
-use super::document::{Document, Part, join};
+use super::document::{Document, Part};
 use super::output::{self, Context};
 use super::problems::Problems;
 use super::schema::schema;
@@ -25,7 +25,7 @@ use super::{
 use crate::record::check::{Check, Expected, Reference};
 use crate::record::frames::Content;
 use crate::record::quantity::Quantities;
-use crate::scene::diagnostic::{FAULTS_LIMIT, SceneErrors};
+use crate::scene::diagnostic::SceneErrors;
 
 /// Largest number of rows of a history: a longer file is of no use.
 const ROWS_LIMIT: f64 = 1e7;
@@ -38,7 +38,6 @@ const DEADLINE: Duration = Duration::from_secs(30);
 pub(super) fn scene(mut document: Document, directory: &Path) -> Result<Scene, SceneErrors> {
     static SCHEMA: LazyLock<serde_json::Value> = LazyLock::new(schema);
     let mut faults = structure::faults(&document, &SCHEMA);
-    faults.extend(not_finite(&document));
     if !faults.is_empty() {
         faults.sort_by_key(|fault| fault.place.line());
         return Err(SceneErrors(faults));
@@ -89,37 +88,6 @@ fn typed(document: &Document) -> Result<SceneWritten, SceneErrors> {
             None,
         )])
     })
-}
-
-/// Every number that is NaN or infinite.
-fn not_finite(document: &Document) -> Vec<crate::scene::diagnostic::Diagnostic> {
-    fn walk<'a>(value: &'a Value, path: String, found: &mut Vec<(String, f64)>) {
-        let entries: Vec<(String, &'a Value)> = match value {
-            Value::Float(number) if !number.is_finite() => {
-                found.push((path, *number));
-                return;
-            }
-            Value::Table(table) => table.iter().map(|(k, v)| (k.clone(), v)).collect(),
-            Value::Array(array) => array
-                .iter()
-                .enumerate()
-                .map(|(i, v)| (i.to_string(), v))
-                .collect(),
-            _ => return,
-        };
-        for (key, value) in entries {
-            walk(value, join(&path, &key), found);
-        }
-    }
-    let mut found = Vec::new();
-    for (key, value) in &document.root {
-        walk(value, key.clone(), &mut found);
-    }
-    let fault = |(path, number): (String, f64)| {
-        let message = format!("`{path}` is {number}, expected a finite number");
-        document.diagnostic(&path, Part::Value, &message, None)
-    };
-    found.into_iter().take(FAULTS_LIMIT).map(fault).collect()
 }
 
 /// The bodies' side of the scene, if it has one: if there are bodies, which a variant can remove, or groups of points

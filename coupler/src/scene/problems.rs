@@ -111,9 +111,11 @@ impl<'a> Problems<'a> {
         }
     }
 
-    /// Reports the faults that the rules of the configuration find, with the values of the scene.
+    /// Reports the faults that the rules of the configuration find, with the values of the scene, unless their keys were
+    /// refused before.
     pub fn config_faults(&mut self, faults: &[ConfigFault]) {
-        for fault in faults {
+        let before: Vec<String> = self.errors.iter().map(|e| e.key.clone()).collect();
+        for fault in faults.iter().filter(|fault| !before.contains(&fault.key)) {
             let key = &fault.key;
             let written = self.document.as_written(key);
             // A number is shown as written in the scene, such as 1e-3.

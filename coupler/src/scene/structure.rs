@@ -1,5 +1,5 @@
-//! Compares the structure of a scene with its JSON Schema. Finds every unknown, missing or mistyped key, not only the
-//! first.
+//! Compares the structure of a scene with its JSON Schema. Finds every key that is unknown, missing or
+//! mistyped, and every number that is not finite, not only the first.
 //!
 //! The schema is made from the types that parse the scene ([`super::written`]), so the two cannot disagree; serde alone
 //! would stop at the first fault.
@@ -88,6 +88,10 @@ impl<'a> Walk<'a> {
         match value {
             Value::Table(table) => self.table(schema, table, path),
             Value::Array(array) => self.array(schema, array, path),
+            Value::Float(number) if !number.is_finite() => {
+                let message = format!("`{path}` is {number}, expected a finite number");
+                self.fault(path, Part::Value, &message, None);
+            }
             Value::Integer(number) => {
                 let minimum = schema["minimum"].as_f64().unwrap_or(f64::NEG_INFINITY);
                 let maximum =

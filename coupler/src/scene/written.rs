@@ -7,9 +7,9 @@ use std::collections::BTreeMap;
 use interface::config::friction::FrictionTest;
 use interface::config::surfaces::ContactPair;
 use interface::config::{
-    BodyShape, ContactForceScheme, ContactLaw, Drift, Fill, GridContact, Interface, Lattice,
-    Leaving, MaterialModel, Motion, OverlapMeasure, Plane, ShapeFunction, Spacing, Stage,
-    StressUpdate, Transfer, Walls,
+    BodyShape, ContactForceScheme, ContactLaw, Drift, Fill, GridContact, Hold, Interface, Lattice,
+    Leaving, MaterialModel, Motion, OverlapMeasure, Plane, Probe, ShapeFunction, Spacing, Stage,
+    StressUpdate, Traction, Transfer, Walls,
 };
 use mechanics::generate::BodyFill;
 use schemars::JsonSchema;
@@ -188,16 +188,16 @@ pub(crate) struct MpmWritten {
     pub body_force: Option<[NumberOrExpression; 2]>,
     /// Dead loads on points that are in a region at the start.
     #[serde(default)]
-    pub traction: Vec<TractionWritten>,
+    pub traction: Vec<Traction>,
     /// Damping and transfer that change with time.
     #[serde(default)]
     pub stage: Vec<Stage>,
     /// Points that keep their initial x, y or both.
     #[serde(default)]
-    pub hold: Vec<HoldWritten>,
+    pub hold: Vec<Hold>,
     /// Sets of points whose mean motion is recorded.
     #[serde(default)]
-    pub probe: Vec<ProbeWritten>,
+    pub probe: Vec<Probe>,
     /// What bodies are in contact with: the points, or the segments between the markers of `[[mpm.chain]]`, for discs
     /// and clusters of discs only. With points, chains are ignored.
     #[serde(default)]
@@ -257,36 +257,6 @@ pub(crate) struct PointsWritten {
     pub keeps_spin: bool,
 }
 
-/// A dead load on the points of a group that are in a region at the start.
-#[derive(Debug, Clone, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub(crate) struct TractionWritten {
-    /// Name of the group of points.
-    pub points: String,
-    /// Lower left and upper right corner of the region in m.
-    pub within: [[f64; 2]; 2],
-    /// Total force in N/m, spread evenly over the points in the region.
-    pub force: [f64; 2],
-}
-
-/// Held points of a group: those that are in a region at the start. They start at rest in the held directions.
-#[derive(Debug, Clone, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub(crate) struct HoldWritten {
-    /// Name, by which quantities refer to the support.
-    pub name: String,
-    /// Name of the group of points.
-    pub points: String,
-    /// Lower left and upper right corner of the region in m.
-    pub within: [[f64; 2]; 2],
-    /// Whether the points keep their x.
-    #[serde(default)]
-    pub hold_x: bool,
-    /// Whether the points keep their y.
-    #[serde(default)]
-    pub hold_y: bool,
-}
-
 /// A chain of markers along the boundary of a group (Singer 2022). Markers have no mass and move with the grid; bodies
 /// are in contact with the segments between them.
 #[derive(Debug, Clone, Deserialize, JsonSchema)]
@@ -316,18 +286,6 @@ pub(crate) struct ChainWritten {
 /// 0.1, the default of eta.
 fn marker_floor() -> f64 {
     0.1
-}
-
-/// Points of a group whose mean motion is recorded: those that are in a region at the start.
-#[derive(Debug, Clone, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub(crate) struct ProbeWritten {
-    /// Name, by which quantities refer to the points.
-    pub name: String,
-    /// Name of the group of points.
-    pub points: String,
-    /// Lower left and upper right corner of the region in m.
-    pub within: [[f64; 2]; 2],
 }
 
 /// The bodies.

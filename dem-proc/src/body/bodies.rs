@@ -183,14 +183,14 @@ impl Bodies {
     /// Checks and places the bodies of a scene.
     ///
     /// # Errors
-    /// A refusal with a key such as `dem.bodies[2].shape.polygon.vertices`.
+    /// A refusal with a key such as `dem.body.2.shape.polygon.vertices`.
     pub fn new(config: &DemConfig) -> Result<Self, Refusal> {
         let mut bodies = Self::default();
         let surfaces = Surfaces::new(config);
         for (i, body) in config.bodies.iter().enumerate() {
             let refuse = |(key, message): (&str, String)| {
                 let message = format!("body \"{}\": {message}", body.name);
-                Refusal::new(format!("dem.bodies[{i}].{key}"), message)
+                Refusal::new(format!("dem.body.{i}.{key}"), message)
             };
             let surface = surfaces.number(&body.surface);
             let (what, state) = place(body, bodies.outline.len(), surface).map_err(refuse)?;

@@ -32,10 +32,13 @@ pub fn with_laws<F: ForLaw>(
     pairs: &[&ContactPair],
     build: F,
 ) -> F::Output {
-    match Granular::of(for_all) {
-        Some(law) if pairs.is_empty() && law.adhesion == 0.0 && law.rolling == 0.0 => {
-            build.build(law.fast())
-        }
+    match *for_all {
+        ContactLaw::Linear { .. }
+        | ContactLaw::Granular {
+            adhesion: 0.0,
+            rolling_friction: 0.0,
+            ..
+        } if pairs.is_empty() => build.build(fast(for_all)),
         _ => with_table(surfaces, for_all, pairs, build),
     }
 }
@@ -68,52 +71,41 @@ pub fn with_table<F: ForLaw>(
     }
 }
 
-/// The numbers of a law `linear` or `granular`; `linear` has neither adhesion nor rolling friction.
-struct Granular {
-    stiffness: f64,
-    tangential: f64,
-    friction: f64,
-    damping: f64,
-    damped_mass: f64,
-    adhesion: f64,
-    rolling: f64,
-}
-
 /// A linear spring with friction and damping, without adhesion and rolling.
 type Fast = Contact<Linear, Coulomb, Viscous>;
 
 /// Message of an assertion that laws were matched by kind before.
 const KIND: &str = "a table's laws are of one kind";
 
-impl Granular {
-    /// Of a law of this kind.
-    fn of(law: &ContactLaw) -> Option<Self> {
-        let (ContactLaw::Linear { .. } | ContactLaw::Granular { .. }) = law else {
-            return None;
-        };
-        let number = |name: &str| law.number(name).unwrap_or(0.0);
-        Some(Self {
-            stiffness: number("normal_stiffness"),
-            tangential: number("tangential_stiffness"),
-            friction: number("friction"),
-            damping: number("damping_ratio"),
-            damped_mass: number("damped_mass"),
-            adhesion: number("adhesion"),
-            rolling: number("rolling_friction"),
-        })
+/// The spring, friction and damping of a law `linear` or `granular`.
+fn fast(law: &ContactLaw) -> Fast {
+    let (ContactLaw::Linear {
+        normal_stiffness,
+        tangential_stiffness,
+        friction,
+        damping_ratio,
+        damped_mass,
     }
-
-    fn fast(&self) -> Fast {
-        Contact {
-            normal: Linear {
-                stiffness: self.stiffness,
-            },
-            tangent: coulomb(self.tangential, self.friction),
-            dashpot: Viscous {
-                ratio: self.damping,
-                mass: self.damped_mass,
-            },
-        }
+    | ContactLaw::Granular {
+        normal_stiffness,
+        tangential_stiffness,
+        friction,
+        damping_ratio,
+        damped_mass,
+        ..
+    }) = *law
+    else {
+        unreachable!("{KIND}")
+    };
+    Contact {
+        normal: Linear {
+            stiffness: normal_stiffness,
+        },
+        tangent: coulomb(tangential_stiffness, friction),
+        dashpot: Viscous {
+            ratio: damping_ratio,
+            mass: damped_mass,
+        },
     }
 }
 
@@ -125,23 +117,28 @@ fn of_any_kind(law: &ContactLaw) -> AnyLaw {
     }
 }
 
+/// `linear` has neither adhesion nor rolling friction.
 fn grains(law: &ContactLaw) -> OfGrains {
-    let law = Granular::of(law).expect(KIND);
+    let (stress, rolling) = match *law {
+        ContactLaw::Granular {
+            adhesion,
+            rolling_friction,
+            ..
+        } => (adhesion, rolling_friction),
+        _ => (0.0, 0.0),
+    };
     let Contact {
-        normal,
+        normal: spring,
         tangent,
         dashpot,
-    } = law.fast();
+    } = fast(law);
     Rolling {
         law: Contact {
-            normal: Adhesive {
-                spring: normal,
-                stress: law.adhesion,
-            },
+            normal: Adhesive { spring, stress },
             tangent,
             dashpot,
         },
-        friction: law.rolling,
+        friction: rolling,
     }
 }
 

@@ -222,7 +222,7 @@ fn refuse_unbuilt(config: &DemConfig) -> Result<(), Refusal> {
     {
         let text = "only discs and clusters of discs meet the segments of a boundary; write one of these, or \
                     mpm.interface = \"points\"";
-        return Err(Refusal::new(format!("dem.bodies[{b}].shape"), text));
+        return Err(Refusal::new(format!("dem.body.{b}.shape"), text));
     }
     Ok(())
 }

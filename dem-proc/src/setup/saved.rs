@@ -146,11 +146,11 @@ pub struct Marks {
 
 /// Keys of the configuration other than bodies, in the order of [`Marks::keys`].
 const KEYS: [&str; 5] = [
-    "dem.body_contact",
+    "body_contact",
     "dem.overlap",
-    "dem.group_pairs",
-    "dem.interface",
-    "dem.skin",
+    "group_pair",
+    "mpm.interface",
+    "coupling.skin",
 ];
 
 impl Marks {
@@ -220,7 +220,7 @@ impl Marks {
         }
         let mut bodies = self.bodies.iter().zip(&saved.bodies);
         match bodies.position(|(is, was)| is != was) {
-            Some(i) => Err(other(&format!("dem.bodies[{i}]"))),
+            Some(i) => Err(other(&format!("dem.body.{i}"))),
             None => Ok(()),
         }
     }

@@ -79,7 +79,7 @@ impl DemSolver for Rapier {
         }
         if !config.contact_pairs.is_empty() {
             let text = "one law for all here: none is accepted";
-            return refuse("dem.contact_pairs", text);
+            return refuse("contact_pair", text);
         }
         if config.contact_resolution.is_some() {
             let text = "bodies meet by impulses, which have nothing to resolve: none is accepted";
@@ -91,7 +91,7 @@ impl DemSolver for Rapier {
                 let note = "bodies meet by impulses, without rebound: of body_contact friction alone is used, of overlap nothing";
                 (Some(friction), vec![note.into()])
             }
-            Some(_) => return refuse("dem.body_contact", "only `linear` is known here"),
+            Some(_) => return refuse("body_contact", "only `linear` is known here"),
         };
         *self = Self {
             gravity: config.gravity.into(),
@@ -101,12 +101,12 @@ impl DemSolver for Rapier {
         };
         for (i, body) in config.bodies.iter().enumerate() {
             if !matches!(body.motion, Motion::Free | Motion::Fixed) {
-                let key = format!("dem.bodies[{i}].motion");
+                let key = format!("dem.body.{i}.motion");
                 return refuse(&key, "only `free` and `fixed` are known here");
             }
             self.bodies.push(Body::new(i, body)?);
             self.insert(friction).ok_or_else(|| {
-                let key = format!("dem.bodies[{i}].shape");
+                let key = format!("dem.body.{i}.shape");
                 Refusal::new(key, "rapier takes it for degenerate")
             })?;
         }

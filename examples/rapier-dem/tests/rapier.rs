@@ -148,19 +148,19 @@ fn what_rapier_cannot_do_is_refused_by_its_key() {
             .unwrap_err()
             .to_string()
     };
-    let damped = refusal(&|c| c["point_contact"]["linear"]["damping_ratio"] = 0.1.into());
+    let damped = refusal(&|c| c["contact"]["linear"]["damping_ratio"] = 0.1.into());
     assert!(
-        damped.contains("dem.point_contact.linear.damping_ratio: there are no dashpots"),
+        damped.contains("contact.linear.damping_ratio: there are no dashpots"),
         "{damped}"
     );
-    let driven = refusal(&|c| c["bodies"][0]["motion"] = "driven".into());
-    assert!(driven.contains("dem.bodies[0].motion"), "{driven}");
+    let driven = refusal(&|c| c["body"][0]["motion"] = "driven".into());
+    assert!(driven.contains("dem.body.0.motion"), "{driven}");
     let notch = refusal(&|c| {
         let vertices = [[0.0, 0.0], [0.02, 0.0], [0.004, 0.004], [0.0, 0.02]];
-        c["bodies"][0]["shape"] = serde_json::json!({"polygon": {"vertices": vertices}});
+        c["body"][0]["shape"] = serde_json::json!({"polygon": {"vertices": vertices}});
     });
     assert!(
-        notch.contains("dem.bodies[0].shape: a polygon with a notch"),
+        notch.contains("dem.body.0.shape: a polygon with a notch"),
         "{notch}"
     );
 }

@@ -47,8 +47,7 @@ impl Body {
     /// # Errors
     /// A [`Refusal`] of numbers that make no body, of clusters and of outlines that are not convex.
     pub fn new(index: usize, config: &BodyConfig) -> Result<Self, Refusal> {
-        let refusal =
-            |key: &str, text: &str| Refusal::new(format!("dem.bodies[{index}].{key}"), text);
+        let refusal = |key: &str, text: &str| Refusal::new(format!("dem.body.{index}.{key}"), text);
         if matches!(config.shape, BodyShape::Cluster { .. }) {
             let text = "no clusters here: discs, segments and convex polygons";
             return Err(refusal("shape", text));
@@ -240,8 +239,7 @@ impl Springs {
     /// # Errors
     /// A [`Refusal`] of other laws, of dashpots, and of numbers that make no spring.
     pub fn new(law: &ContactLaw) -> Result<Self, Refusal> {
-        let refuse =
-            |key: &str, text: &str| Err(Refusal::new(format!("dem.point_contact{key}"), text));
+        let refuse = |key: &str, text: &str| Err(Refusal::new(format!("contact{key}"), text));
         let ContactLaw::Linear {
             normal_stiffness: normal,
             tangential_stiffness: tangential,

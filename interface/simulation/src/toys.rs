@@ -39,15 +39,18 @@ pub const TOYS: SolverPair = SolverPair {
 
 static CONFIGS: LazyLock<[String; 2]> = LazyLock::new(|| {
     let group = r#"{"name": "points", "material": 0, "fill": {"points": {"positions": []}}, "spacing": {"distance": 0.02},
-        "velocity": [0, 0], "contact_radius": 0.01}"#;
+        "velocity": [0, 0], "contact_radius": 0.01, "lattice": "grid", "fields": {}, "rigid": false, "keeps_spin": false}"#;
     let mpm = format!(
         r#"{{"domain": [[0, 0], [1, 1]], "cell": 0.1, "gravity": [0, 0], "shape": "linear", "transfer": "flip",
-        "stress_update": "usf", "plane": "strain", "walls": {{}}, "materials": [], "groups": [{group}], "skin": {SKIN},
+        "stress_update": "usf", "drift": "mapped", "contact_force": "point",
+        "forcing": {{"traction": [], "hold": [], "stage": []}}, "constants": {{}}, "leaving": "stop", "layers": false,
+        "group_pair": [], "interface": "points", "chain": [], "probe": [], "plane": "strain", "walls": {{}}, "material": [], "points": [{group}], "skin": {SKIN},
         "threads": 1}}"#
     );
     let law = r#"{"linear": {"normal_stiffness": 10000}}"#;
     let dem = format!(
-        r#"{{"gravity": [0, 0], "bodies": [], "point_contact": {law}, "body_contact": null, "skin": {SKIN}, "threads": 1}}"#
+        r#"{{"gravity": [0, 0], "body": [], "contact": {law}, "body_contact": null, "skin": {SKIN}, "threads": 1,
+        "overlap": "each_edge", "contact_pair": [], "point_surfaces": [], "group_pair": [], "interface": "points"}}"#
     );
     [mpm, dem]
 });

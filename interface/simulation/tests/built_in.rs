@@ -13,18 +13,22 @@ const BUILT_IN: SolverPair = SolverPair {
     configs: || {
         let material = r#"{"name": "jelly", "density": 1000, "model": {"linear_elastic": {"bulk_modulus": 2000, "shear_modulus": 1000}}}"#;
         let block = r#"{"name": "block", "material": 0, "fill": {"rectangle": {"lower": [0.4, 0.42], "upper": [0.6, 0.52]}},
-            "spacing": {"distance": 0.05}, "velocity": [0, -3], "contact_radius": 0.01}"#;
+            "spacing": {"distance": 0.05}, "velocity": [0, -3], "contact_radius": 0.01,
+            "lattice": "grid", "fields": {}, "rigid": false, "keeps_spin": false}"#;
         let mpm = format!(
             r#"{{"domain": [[0, 0], [1, 1]], "cell": 0.1, "gravity": [0, -9.81], "shape": "linear", "transfer": "flip",
-            "stress_update": "usf", "plane": "strain", "walls": {{}}, "materials": [{material}], "groups": [{block}],
+            "stress_update": "usf", "drift": "mapped", "contact_force": "point",
+            "forcing": {{"traction": [], "hold": [], "stage": []}}, "constants": {{}}, "leaving": "stop", "layers": false,
+            "group_pair": [], "interface": "points", "chain": [], "probe": [], "plane": "strain", "walls": {{}}, "material": [{material}], "points": [{block}],
             "skin": 0.02, "threads": 1}}"#
         );
         let law = r#"{"linear": {"normal_stiffness": 10000, "tangential_stiffness": 5000, "friction": 0.4}}"#;
-        let disc = r#"{"name": "disc", "shape": "disc", "sphero_radius": 0.1, "inertia": {"mass": 20}, "position": [0.48, 0.3]}"#;
+        let disc = r#"{"name": "disc", "shape": "disc", "sphero_radius": 0.1, "inertia": {"mass": 20}, "position": [0.48, 0.3],
+            "motion": "free", "angle": 0, "velocity": [0, 0], "spin": 0, "surface": ""}"#;
         let wall = r#"{"name": "wall", "shape": {"segment": {"ends": [[0, 0.1], [1, 0.1]]}}, "sphero_radius": 0.1,
-            "inertia": {"mass": 1}, "position": [0, 0], "motion": "fixed"}"#;
+            "inertia": {"mass": 1}, "position": [0, 0], "motion": "fixed", "angle": 0, "velocity": [0, 0], "spin": 0, "surface": ""}"#;
         let dem = format!(
-            r#"{{"gravity": [0, -9.81], "bodies": [{disc}, {wall}], "point_contact": {law}, "body_contact": {law},
+            r#"{{"gravity": [0, -9.81], "body": [{disc}, {wall}], "contact": {law}, "body_contact": {law}, "overlap": "each_edge", "contact_pair": [], "point_surfaces": [], "group_pair": [], "interface": "points",
             "skin": 0.02, "threads": 1}}"#
         );
         [mpm, dem]

@@ -5,7 +5,6 @@ use serde::{Deserialize, Serialize};
 
 use super::{ContactLaw, Interface};
 use crate::Vec2;
-use crate::config::defaults::{are_zero, is_default, is_one_thread, is_zero, never, one_thread};
 use crate::config::surfaces::ContactPair;
 
 /// The rigid-body solver's part of a scene.
@@ -13,40 +12,34 @@ use crate::config::surfaces::ContactPair;
 #[serde(deny_unknown_fields)]
 pub struct DemConfig {
     /// Acceleration of gravity in m/s^2.
-    #[serde(default, skip_serializing_if = "are_zero")]
     pub gravity: [f64; 2],
     /// Bodies; their index identifies them in messages.
+    #[serde(rename = "body")]
     pub bodies: Vec<BodyConfig>,
     /// Law between points and bodies.
-    #[serde(default, skip_serializing_if = "is_default")]
+    #[serde(rename = "contact")]
     pub point_contact: ContactLaw,
     /// Law between bodies; `None`: bodies do not touch one another.
-    #[serde(default, skip_serializing_if = "is_default")]
     pub body_contact: Option<ContactLaw>,
     /// How the overlap of two bodies is measured.
-    #[serde(default, skip_serializing_if = "is_default")]
     pub overlap: OverlapMeasure,
     /// Laws between two surfaces, in place of `point_contact` and `body_contact`.
-    #[serde(default, skip_serializing_if = "is_default")]
+    #[serde(rename = "contact_pair")]
     pub contact_pairs: Vec<ContactPair>,
     /// Surface of each point group, in the order of the groups: the name of its material.
-    #[serde(default, skip_serializing_if = "is_default")]
     pub point_surfaces: Vec<String>,
     /// Laws between the points of two groups, by their indices (Chen 2023; capability `pairs`).
-    #[serde(default, skip_serializing_if = "is_default")]
+    #[serde(rename = "group_pair")]
     pub group_pairs: Vec<GroupPair>,
     /// How finely impacts between bodies are resolved: `omega dt` of a contact that opens or closes is at most this
     /// times the coupler's safety factor, above 0 and at most 2, which is the limit of stability. `None`: chosen by the
     /// laws ([`Self::resolution`]).
-    #[serde(default, skip_serializing_if = "is_default")]
     pub contact_resolution: Option<f64>,
     /// What the bodies are in contact with: points or segments.
-    #[serde(default, skip_serializing_if = "is_default")]
     pub interface: Interface,
     /// Verlet skin `V_d` in m beyond contact distance.
     pub skin: f64,
     /// Threads of the solver.
-    #[serde(default = "one_thread", skip_serializing_if = "is_one_thread")]
     pub threads: usize,
 }
 
@@ -118,26 +111,20 @@ pub struct BodyConfig {
     /// The polygon, in the body's own coordinates.
     pub shape: BodyShape,
     /// Radius `a` of the disc swept along the polygon in m.
-    #[serde(default, skip_serializing_if = "is_zero")]
     pub sphero_radius: f64,
     /// Mass or density.
     pub inertia: BodyInertia,
     /// Where the origin of the body's coordinates is placed, in m.
     pub position: [f64; 2],
     /// Initial angle in rad, about that origin.
-    #[serde(default, skip_serializing_if = "is_zero")]
     pub angle: f64,
     /// Initial velocity of the centre of mass in m/s.
-    #[serde(default, skip_serializing_if = "are_zero")]
     pub velocity: [f64; 2],
     /// Initial angular velocity in rad/s.
-    #[serde(default, skip_serializing_if = "is_zero")]
     pub spin: f64,
     /// How it moves.
-    #[serde(default, skip_serializing_if = "is_default")]
     pub motion: Motion,
     /// Name of its surface, by which the table of laws refers to it; empty: none.
-    #[serde(default, skip_serializing_if = "is_default")]
     pub surface: String,
 }
 
@@ -169,8 +156,7 @@ pub enum BodyShape {
         /// Their centres in m, all different.
         centers: Vec<[f64; 2]>,
         /// Their radii in m, one for each; where it is left out, all have the sphero-radius.
-        #[serde(default, skip_serializing_if = "is_default")]
-        #[schemars(skip_serializing_if = "never")]
+        #[serde(default)]
         radii: Vec<f64>,
     },
 }
@@ -216,16 +202,13 @@ pub enum Motion {
     /// Forces move it, except in the held directions.
     Guided {
         /// Held along x.
-        #[serde(default, skip_serializing_if = "is_default")]
-        #[schemars(skip_serializing_if = "never")]
+        #[serde(default)]
         hold_x: bool,
         /// Held along y.
-        #[serde(default, skip_serializing_if = "is_default")]
-        #[schemars(skip_serializing_if = "never")]
+        #[serde(default)]
         hold_y: bool,
         /// Held against rotation.
-        #[serde(default, skip_serializing_if = "is_default")]
-        #[schemars(skip_serializing_if = "never")]
+        #[serde(default)]
         hold_angle: bool,
     },
     /// Forces move it, and so does an external force at the centre of mass.
@@ -233,15 +216,13 @@ pub enum Motion {
         /// In N/m.
         force: [f64; 2],
         /// In N.
-        #[serde(default, skip_serializing_if = "is_zero")]
-        #[schemars(skip_serializing_if = "never")]
+        #[serde(default)]
         torque: f64,
         /// Time in s over which the force grows evenly from zero to its full value; 0: full from the start.
-        #[serde(default, skip_serializing_if = "is_zero")]
-        #[schemars(skip_serializing_if = "never")]
+        #[serde(default)]
         ramp: f64,
         /// Time in s at which the force ends; `None`: it does not end.
-        #[serde(default, skip_serializing_if = "is_default")]
+        #[serde(default)]
         until: Option<f64>,
     },
 }

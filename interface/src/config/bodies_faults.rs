@@ -28,14 +28,16 @@ impl DemConfig {
     /// All values that no bodies' solver could accept, in the order of the configuration.
     pub fn faults(&self) -> Vec<ConfigFault> {
         let mut faults = Faults::default();
-        faults.finite("dem.gravity", &self.gravity);
+        faults.finite("gravity", &self.gravity);
         for (i, body) in self.bodies.iter().enumerate() {
-            faults.0.extend(body.faults(&format!("dem.bodies[{i}]")));
+            faults.0.extend(body.faults(&format!("dem.body.{i}")));
         }
         let points = Between::PointsAndBodies;
-        faults.law("dem.point_contact", &self.point_contact, points);
+        if self.has_point_law() {
+            faults.law("contact", &self.point_contact, points);
+        }
         if let Some(law) = &self.body_contact {
-            faults.law("dem.body_contact", law, Between::Bodies);
+            faults.law("body_contact", law, Between::Bodies);
         }
         self.group_pair_faults(&mut faults);
         self.overlap_faults(&mut faults);
@@ -43,7 +45,7 @@ impl DemConfig {
         let sound = table.is_empty();
         faults.0.extend(table);
         if sound {
-            let key = |i: usize| format!("dem.contact_pairs[{i}].law");
+            let key = |i: usize| format!("contact_pair.{i}.law");
             for (i, pair) in self.body_pairs() {
                 faults.law(&key(i), &pair.law, Between::Bodies);
             }
@@ -64,7 +66,7 @@ impl DemConfig {
         let skin = self.skin;
         faults.number_in(
             "m",
-            "dem.skin",
+            "coupling.skin",
             skin,
             skin >= 0.0,
             "a distance of 0 or more",
@@ -90,12 +92,12 @@ impl DemConfig {
                 let value = format!("not convex (body \"{own}\")");
                 let expected = format!("a convex body, since `dem.overlap` is \"{name}\"");
                 let help = "take `dem.overlap = \"each_edge\"`, or a convex body";
-                faults.add(format!("dem.bodies[{i}].shape"), value, expected, help);
+                faults.add(format!("dem.body.{i}.shape"), value, expected, help);
             } else if area && body.largest_radius() > 0.0 {
                 let value = format!("{} m (body \"{own}\")", body.largest_radius());
                 let expected =
                     "0, since `dem.overlap = \"area\"` is for polygons with sharp corners";
-                let key = format!("dem.bodies[{i}].sphero_radius");
+                let key = format!("dem.body.{i}.sphero_radius");
                 faults.add(
                     key,
                     value,
@@ -109,7 +111,7 @@ impl DemConfig {
             let value = format!("`{}`", law.name());
             let expected = "`linear`, since `dem.overlap` is \"area\"";
             let help = "a sharp corner has no radius, which the other laws need";
-            faults.add("dem.body_contact", value, expected, help);
+            faults.add("body_contact", value, expected, help);
         }
     }
 
@@ -125,12 +127,7 @@ impl DemConfig {
             let expected = "a radius above 0, since with `dem.overlap = \"each_edge\"` two bodies without one never touch";
             let value = format!("0 m (body \"{}\")", self.bodies[i].name);
             let help = "write a radius, or `dem.overlap = \"nearest_edge\"`";
-            faults.add(
-                format!("dem.bodies[{i}].sphero_radius"),
-                value,
-                expected,
-                help,
-            );
+            faults.add(format!("dem.body.{i}.sphero_radius"), value, expected, help);
         }
     }
 }
@@ -153,11 +150,11 @@ impl BodyConfig {
         self.shape_faults(path, &mut faults);
         match self.inertia {
             BodyInertia::Mass(m) => {
-                faults.number_in("kg/m", key("inertia.mass"), m, m > 0.0, "a mass above 0");
+                faults.number_in("kg/m", key("mass"), m, m > 0.0, "a mass above 0");
             }
             BodyInertia::Density(rho) => {
                 let expected = "a density above 0";
-                faults.number_in("kg/m^3", key("inertia.density"), rho, rho > 0.0, expected);
+                faults.number_in("kg/m^3", key("density"), rho, rho > 0.0, expected);
             }
         }
         faults.finite(key("position"), &self.position);
@@ -231,7 +228,7 @@ impl BodyConfig {
                     faults.add(key("shape.cluster.radii"), value, "as many", help);
                 }
                 for (k, &r) in radii.iter().enumerate() {
-                    let key = key(&format!("shape.cluster.radii[{k}]"));
+                    let key = key(&format!("shape.cluster.radii.{k}"));
                     faults.number_in("m", key, r, r > 0.0, "a disc's radius above 0");
                 }
             }

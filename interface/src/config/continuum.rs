@@ -4,9 +4,6 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::{Interface, MaterialConfig};
-use crate::config::defaults::{
-    are_zero, is_default, is_marker_floor, is_one_thread, is_zero, marker_floor, never, one_thread,
-};
 
 /// The continuum solver's part of a scene.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -17,79 +14,68 @@ pub struct MpmConfig {
     /// Grid spacing `L` in m.
     pub cell: f64,
     /// Acceleration of gravity in m/s^2.
-    #[serde(default, skip_serializing_if = "are_zero")]
     pub gravity: [f64; 2],
     /// Shape function `S_Ip`.
     pub shape: ShapeFunction,
     /// Transfer of velocities between grid and points.
     pub transfer: Transfer,
     /// When stresses are updated within the step.
-    #[serde(default, skip_serializing_if = "is_default")]
     pub stress_update: StressUpdate,
     /// The velocity with which points move.
     ///
     /// The default is a constant, the value of most schemes, because the meaning of a missing field must not depend on
     /// other fields. With `usl` or contact on the grid `mapped` is refused. A configuration with these has `nodal`,
     /// which the coupler writes if the scene does not choose.
-    #[serde(default, skip_serializing_if = "is_default")]
     pub drift: Drift,
     /// Plane strain or plane stress.
-    #[serde(default, skip_serializing_if = "is_default")]
     pub plane: Plane,
     /// Conditions on the four walls of the domain.
-    #[serde(default, skip_serializing_if = "is_default")]
     pub walls: Walls,
     /// Materials, referred to by index.
+    #[serde(rename = "material")]
     pub materials: Vec<MaterialConfig>,
     /// Groups of points.
+    #[serde(rename = "points")]
     pub groups: Vec<GroupConfig>,
     /// How a contact force reaches the grid.
-    #[serde(default, skip_serializing_if = "is_default")]
     pub contact_force: ContactForceScheme,
     /// Loads on the continuum other than gravity, walls and bodies.
-    #[serde(default, skip_serializing_if = "is_default")]
     pub forcing: Forcing,
     /// Names that expressions may use besides their variables.
-    #[serde(default, skip_serializing_if = "is_default")]
     pub constants: std::collections::BTreeMap<String, f64>,
     /// What happens to a point that leaves the domain.
-    #[serde(default, skip_serializing_if = "is_default")]
     pub leaving: Leaving,
     /// Contact between the groups of points on the grid; without it all groups are one continuum.
-    #[serde(default, skip_serializing_if = "is_default")]
     pub grid_contact: Option<GridContact>,
     /// Whether each group has its own grid layer (Chen 2023; capability `layers`).
-    #[serde(default, skip_serializing_if = "is_default")]
     pub layers: bool,
     /// Pairs of groups, by their indices, whose points have a contact law on the bodies' side: those of its
     /// `group_pairs`. Points of such groups that are near one another are IMPs (capability `pairs`).
-    #[serde(default, skip_serializing_if = "is_default")]
+    #[serde(rename = "group_pair")]
     pub group_pairs: Vec<[usize; 2]>,
     /// What the bodies are in contact with: points or segments.
-    #[serde(default, skip_serializing_if = "is_default")]
     pub interface: Interface,
     /// The chains of markers, if `interface` is `segments`; empty otherwise.
-    #[serde(default, skip_serializing_if = "is_default")]
+    #[serde(rename = "chain")]
     pub chains: Vec<Chain>,
     /// Verlet skin `V_d` in m: a point within `reach + r_p + V_d` of a body is an IMP.
     pub skin: f64,
     /// Sets of points whose mean motion is recorded; measured after the groups.
-    #[serde(default, skip_serializing_if = "is_default")]
+    #[serde(rename = "probe")]
     pub probes: Vec<Probe>,
     /// Threads of the solver.
-    #[serde(default = "one_thread", skip_serializing_if = "is_one_thread")]
     pub threads: usize,
 }
 
-/// Points of a group whose mean motion is recorded: those that are in a region at the start. They are measured like a
-/// group, with their own record (capability `feature:probes`).
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+/// Points of a group whose mean motion is recorded: those that are in a region at the start.
+// They are measured like a group, with their own record (capability `feature:probes`).
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Probe {
-    /// Name, by which quantities refer to it.
+    /// Name, by which quantities refer to the points.
     pub name: String,
-    /// Index into [`MpmConfig::groups`].
-    pub group: usize,
+    /// Name of the group of points.
+    pub points: String,
     /// Lower left and upper right corner of the region in m.
     pub within: [[f64; 2]; 2],
 }
@@ -101,15 +87,14 @@ pub struct Probe {
 #[serde(deny_unknown_fields)]
 pub struct Chain {
     /// Index into [`MpmConfig::groups`]: the group whose contact radius and density are those of the markers.
+    #[serde(rename = "points")]
     pub group: usize,
     /// Initial positions of the markers in m; at least two, or three for a closed chain.
     pub markers: Vec<[f64; 2]>,
     /// Whether a segment goes from the last marker to the first.
-    #[serde(default, skip_serializing_if = "is_default")]
     pub closed: bool,
     /// `eta`: a node with less than this share of the mass of a full cell has a smaller weight for markers, in
     /// proportion to its mass. Above 0, at most 1.
-    #[serde(default = "marker_floor", skip_serializing_if = "is_marker_floor")]
     pub floor: f64,
 }
 
@@ -141,47 +126,46 @@ pub struct GridContact {
 #[serde(deny_unknown_fields)]
 pub struct Forcing {
     /// Acceleration in m/s^2 as expressions in a point's initial position `x`, `y` (m) and the time `t` (s).
-    #[serde(default, skip_serializing_if = "is_default")]
     pub body_force: Option<[String; 2]>,
     /// Loads on surfaces.
-    #[serde(default, skip_serializing_if = "is_default")]
+    #[serde(rename = "traction")]
     pub tractions: Vec<Traction>,
     /// Points that are held.
-    #[serde(default, skip_serializing_if = "is_default")]
+    #[serde(rename = "hold")]
     pub holds: Vec<Hold>,
     /// Stages with their own damping and transfer, in order of their start.
-    #[serde(default, skip_serializing_if = "is_default")]
+    #[serde(rename = "stage")]
     pub stages: Vec<Stage>,
 }
 
-/// A dead load on the points that are in a region at the start.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+/// A dead load on the points of a group that are in a region at the start.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Traction {
-    /// Index into [`MpmConfig::groups`].
-    pub group: usize,
+    /// Name of the group of points.
+    pub points: String,
     /// Lower left and upper right corner of the region in m.
     pub within: [[f64; 2]; 2],
     /// Total force in N/m, spread evenly over the points in the region.
     pub force: [f64; 2],
 }
 
-/// Points of a group that keep their initial x, y or both: those that are in a region at the start (capability
-/// `feature:holds`). They are measured like a group, with the force of the support in place of that of bodies.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+/// Held points of a group: those that are in a region at the start. They start at rest in the held directions.
+// Capability `feature:holds`. They are measured like a group, with the force of the support in place of that of bodies.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Hold {
-    /// Name, by which quantities refer to it.
+    /// Name, by which quantities refer to the support.
     pub name: String,
-    /// Index into [`MpmConfig::groups`].
-    pub group: usize,
+    /// Name of the group of points.
+    pub points: String,
     /// Lower left and upper right corner of the region in m.
     pub within: [[f64; 2]; 2],
     /// Whether the points keep their x.
-    #[serde(default, skip_serializing_if = "is_default")]
+    #[serde(default)]
     pub hold_x: bool,
     /// Whether the points keep their y.
-    #[serde(default, skip_serializing_if = "is_default")]
+    #[serde(default)]
     pub hold_y: bool,
 }
 
@@ -192,12 +176,10 @@ pub struct Stage {
     /// Start of the stage in s.
     pub from: f64,
     /// Mass-proportional damping of the nodal velocities in 1/s.
-    #[serde(default, skip_serializing_if = "is_zero")]
-    #[schemars(skip_serializing_if = "never")]
+    #[serde(default)]
     pub damping: f64,
     /// Share of PIC in the transfer; needs `transfer = flip` or `blend`.
-    #[serde(default, skip_serializing_if = "is_default")]
-    #[schemars(skip_serializing_if = "never")]
+    #[serde(default)]
     pub pic_fraction: Option<f64>,
 }
 
@@ -323,20 +305,12 @@ pub enum Plane {
 #[serde(deny_unknown_fields, default)]
 pub struct Walls {
     /// At the smallest x.
-    #[serde(skip_serializing_if = "is_default")]
-    #[schemars(skip_serializing_if = "never")]
     pub left: Wall,
     /// At the largest x.
-    #[serde(skip_serializing_if = "is_default")]
-    #[schemars(skip_serializing_if = "never")]
     pub right: Wall,
     /// At the smallest y.
-    #[serde(skip_serializing_if = "is_default")]
-    #[schemars(skip_serializing_if = "never")]
     pub bottom: Wall,
     /// At the largest y.
-    #[serde(skip_serializing_if = "is_default")]
-    #[schemars(skip_serializing_if = "never")]
     pub top: Wall,
 }
 
@@ -380,23 +354,17 @@ pub struct GroupConfig {
     /// Spacing of the points.
     pub spacing: Spacing,
     /// Orientation of the lattice.
-    #[serde(default, skip_serializing_if = "is_default")]
     pub lattice: Lattice,
     /// Initial velocity in m/s.
-    #[serde(default, skip_serializing_if = "are_zero")]
     pub velocity: [f64; 2],
     /// Initial fields that are not uniform.
-    #[serde(default, skip_serializing_if = "is_default")]
     pub fields: InitialFields,
     /// Contact radius `r_p` in m; `None`: half the point spacing.
-    #[serde(default, skip_serializing_if = "is_default")]
     pub contact_radius: Option<f64>,
     /// Whether the points move as one rigid body; only with [`MpmConfig::grid_contact`].
-    #[serde(default, skip_serializing_if = "is_default")]
     pub rigid: bool,
     /// Whether the nodes get the spin of the group as a linear field, so that rigid rotation causes no strain; with
     /// `pic`, `flip` and `blend`, and without periodic walls.
-    #[serde(default, skip_serializing_if = "is_default")]
     pub keeps_spin: bool,
 }
 
@@ -405,10 +373,8 @@ pub struct GroupConfig {
 #[serde(deny_unknown_fields)]
 pub struct InitialFields {
     /// Velocity in m/s, added to the uniform one.
-    #[serde(default, skip_serializing_if = "is_default")]
     pub velocity: Option<[String; 2]>,
     /// Stress `xx`, `yy`, `zz`, `xy` in Pa.
-    #[serde(default, skip_serializing_if = "is_default")]
     pub stress: Option<[String; 4]>,
 }
 

@@ -39,10 +39,10 @@ impl MpmConfig {
     fn grid_faults(&self, found: &mut Faults) -> bool {
         if !self.gravity.iter().all(|g| g.is_finite()) {
             let value = format!("{:?} m/s^2", self.gravity);
-            found.add("mpm.gravity", value, "finite numbers", "");
+            found.add("gravity", value, "finite numbers", "");
         }
         found.number(
-            "mpm.skin",
+            "coupling.skin",
             self.skin,
             self.skin >= 0.0,
             "a length of 0 or more",
@@ -447,7 +447,7 @@ impl MpmConfig {
                 let value = format!("{:?} N/m", traction.force);
                 found.add(format!("{path}.force"), value, "finite numbers", "");
             }
-            self.set_faults(found, &path, traction.group, traction.within);
+            self.set_faults(found, &path, &traction.points, traction.within);
         }
         self.hold_faults(found);
         self.stage_faults(found);
@@ -456,7 +456,7 @@ impl MpmConfig {
     fn hold_faults(&self, found: &mut Faults) {
         for (i, hold) in self.forcing.holds.iter().enumerate() {
             let path = format!("mpm.hold.{i}");
-            self.set_faults(found, &path, hold.group, hold.within);
+            self.set_faults(found, &path, &hold.points, hold.within);
             if !hold.hold_x && !hold.hold_y {
                 let help = "write `hold_x = true`, `hold_y = true` or both";
                 found.add(
@@ -479,14 +479,30 @@ impl MpmConfig {
 
     fn probe_faults(&self, found: &mut Faults) {
         for (i, probe) in self.probes.iter().enumerate() {
-            self.set_faults(found, &format!("mpm.probe.{i}"), probe.group, probe.within);
+            self.set_faults(
+                found,
+                &format!("mpm.probe.{i}"),
+                &probe.points,
+                probe.within,
+            );
         }
     }
 
-    fn set_faults(&self, found: &mut Faults, path: &str, group: usize, within: [[f64; 2]; 2]) {
-        if group >= self.groups.len() {
-            let expected = format!("one of {} groups, counted from 0", self.groups.len());
-            found.add(format!("{path}.points"), group.to_string(), expected, "");
+    fn set_faults(&self, found: &mut Faults, path: &str, points: &str, within: [[f64; 2]; 2]) {
+        if self.groups.iter().all(|group| group.name != points) {
+            let known: Vec<&str> = self
+                .groups
+                .iter()
+                .map(|group| group.name.as_str())
+                .collect();
+            let help = format!("known: {}", known.join(", "));
+            let expected = "the name of a group of points";
+            found.add(
+                format!("{path}.points"),
+                format!("\"{points}\""),
+                expected,
+                help,
+            );
         }
         region_faults(found, path, within);
     }

@@ -6,7 +6,7 @@ use std::fmt::{self, Display};
 /// An impossible value of a configuration.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct ConfigFault {
-    /// Dotted key, such as `dem.bodies[3].sphero_radius` or `mpm.points.0.spacing.per_cell`.
+    /// Dotted key, such as `dem.body.3.sphero_radius` or `mpm.points.0.spacing.per_cell`.
     pub key: String,
     /// The value as it is, with its unit.
     pub value: String,

@@ -5,8 +5,6 @@ use std::f64::consts::FRAC_PI_2;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use crate::config::defaults::{is_one, is_zero, never, one};
-
 /// Contact law. Stiffness in N/m per metre of thickness.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case", deny_unknown_fields)]
@@ -16,24 +14,20 @@ pub enum ContactLaw {
         /// k_n in N/m.
         normal_stiffness: f64,
         /// k_t in N/m; needed where there is friction.
-        #[serde(default, skip_serializing_if = "is_zero")]
-        #[schemars(skip_serializing_if = "never")]
+        #[serde(default)]
         tangential_stiffness: f64,
         /// mu.
-        #[serde(default, skip_serializing_if = "is_zero")]
-        #[schemars(skip_serializing_if = "never")]
+        #[serde(default)]
         friction: f64,
         /// zeta of the contact, a fraction of critical damping of the pair: 0 elastic. The contact never pulls, so the
         /// restitution is `e = exp(-2 t / tan t)` with `t = acos(zeta)`: zeta of 0.49724, 0.18086, 0.03427 for e of 0.3,
         /// 0.6, 0.9.
-        #[serde(default, skip_serializing_if = "is_zero")]
-        #[schemars(skip_serializing_if = "never")]
+        #[serde(default)]
         damping_ratio: f64,
         /// Mass in kg/m that the dashpots of one point are to damp, in place of the mass of the pair: for a block of mass M
         /// that stands on N points M/N, so that `damping_ratio` is that of the block on its contact. 0: the pair's own.
         /// Between points and bodies only.
-        #[serde(default, skip_serializing_if = "is_zero")]
-        #[schemars(skip_serializing_if = "never")]
+        #[serde(default)]
         damped_mass: f64,
     },
     /// Linear spring with adhesion and rolling resistance, both optional.
@@ -41,28 +35,22 @@ pub enum ContactLaw {
         /// k_n in N/m.
         normal_stiffness: f64,
         /// k_t in N/m; needed where there is friction.
-        #[serde(default, skip_serializing_if = "is_zero")]
-        #[schemars(skip_serializing_if = "never")]
+        #[serde(default)]
         tangential_stiffness: f64,
         /// mu.
-        #[serde(default, skip_serializing_if = "is_zero")]
-        #[schemars(skip_serializing_if = "never")]
+        #[serde(default)]
         friction: f64,
         /// zeta of the contact, as for `linear`.
-        #[serde(default, skip_serializing_if = "is_zero")]
-        #[schemars(skip_serializing_if = "never")]
+        #[serde(default)]
         damping_ratio: f64,
         /// Mass in kg/m that the dashpots of one point are to damp, in place of the mass of the pair: as for `linear`.
-        #[serde(default, skip_serializing_if = "is_zero")]
-        #[schemars(skip_serializing_if = "never")]
+        #[serde(default)]
         damped_mass: f64,
         /// Pulling stress in Pa over the width `2 sqrt(2 R* xi)` of the contact.
-        #[serde(default, skip_serializing_if = "is_zero")]
-        #[schemars(skip_serializing_if = "never")]
+        #[serde(default)]
         adhesion: f64,
         /// mu_r: the moment that resists rolling is at most `mu_r R* F_n`. Between bodies only.
-        #[serde(default, skip_serializing_if = "is_zero")]
-        #[schemars(skip_serializing_if = "never")]
+        #[serde(default)]
         rolling_friction: f64,
     },
     /// Hertz-Mindlin with dashpot (Singer 2022): `F_n = K xi^1.5`, `k_t = k_n 2 (1 - nu) / (2 - nu)`.
@@ -70,20 +58,16 @@ pub enum ContactLaw {
         /// K in N/m^1.5 (per m); for spheres `4/3 E* sqrt(R*)`.
         hertz_constant: f64,
         /// nu, for the tangential stiffness.
-        #[serde(default, skip_serializing_if = "is_zero")]
-        #[schemars(skip_serializing_if = "never")]
+        #[serde(default)]
         poisson_ratio: f64,
         /// mu.
-        #[serde(default, skip_serializing_if = "is_zero")]
-        #[schemars(skip_serializing_if = "never")]
+        #[serde(default)]
         friction: f64,
         /// Coefficient of restitution e that a free impact has; 1: elastic.
-        #[serde(default = "one", skip_serializing_if = "is_one")]
-        #[schemars(skip_serializing_if = "never")]
+        #[serde(default = "one")]
         restitution: f64,
         /// Pulling stress in Pa over the width `2 sqrt(2 R* xi)` of the contact.
-        #[serde(default, skip_serializing_if = "is_zero")]
-        #[schemars(skip_serializing_if = "never")]
+        #[serde(default)]
         adhesion: f64,
     },
     /// Force in proportion to the area of the overlap (Chen 2023 eq. 18): `F_n = k_A A`, A the circular segment of
@@ -92,14 +76,17 @@ pub enum ContactLaw {
         /// k_A in N/m^2 (per m).
         area_stiffness: f64,
         /// k_t in N/m; needed where there is friction.
-        #[serde(default, skip_serializing_if = "is_zero")]
-        #[schemars(skip_serializing_if = "never")]
+        #[serde(default)]
         tangential_stiffness: f64,
         /// mu.
-        #[serde(default, skip_serializing_if = "is_zero")]
-        #[schemars(skip_serializing_if = "never")]
+        #[serde(default)]
         friction: f64,
     },
+}
+
+/// 1.0, the default of `restitution`.
+fn one() -> f64 {
+    1.0
 }
 
 impl Default for ContactLaw {

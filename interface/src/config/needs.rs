@@ -19,7 +19,7 @@ use crate::config::{
 pub struct Need {
     /// A single word such as `segments`, or `family:member` such as `shape:disc`.
     pub capability: String,
-    /// Dotted key of the configuration that is the first to need it, such as `dem.bodies[3].shape`.
+    /// Dotted key of the configuration that is the first to need it, such as `dem.body.3.shape`.
     pub key: String,
     /// Number of keys that need it.
     pub places: usize,
@@ -60,7 +60,7 @@ impl MpmConfig {
         if !self.group_pairs.is_empty() {
             needs.push(Need {
                 places: self.group_pairs.len(),
-                ..Need::once(PAIRS, "mpm.group_pairs[0]")
+                ..Need::once(PAIRS, "group_pair.0")
             });
         }
         if self.interface == Interface::Segments {
@@ -80,10 +80,10 @@ impl MpmConfig {
         let walls = [&w.left, &w.right, &w.bottom, &w.top].into_iter();
         needs.extend(each("wall", walls, |i| format!("mpm.walls.{}", names[i])));
         let models = self.materials.iter().map(|material| &material.model);
-        let key = |i| format!("mpm.materials[{i}].model");
+        let key = |i| format!("mpm.material.{i}.model");
         needs.extend(each("material", models, key));
         let fills = self.groups.iter().map(|group| &group.fill);
-        needs.extend(each("fill", fills, |i| format!("mpm.groups[{i}].fill")));
+        needs.extend(each("fill", fills, |i| format!("mpm.points.{i}.fill")));
         let lattices = self.groups.iter().map(|group| group.lattice);
         if let Some(g) = lattices
             .clone()
@@ -95,7 +95,7 @@ impl MpmConfig {
             let need = one(
                 "lattice",
                 &self.groups[g].lattice,
-                &format!("mpm.groups[{g}].lattice"),
+                &format!("mpm.points.{g}.lattice"),
             );
             needs.push(Need { places, ..need });
         }
@@ -105,8 +105,8 @@ impl MpmConfig {
             "mpm.contact_force",
         ));
         for (feature, places, key) in [
-            ("probes", self.probes.len(), "mpm.probes[0]"),
-            ("holds", self.forcing.holds.len(), "mpm.forcing.holds[0]"),
+            ("probes", self.probes.len(), "mpm.probe.0"),
+            ("holds", self.forcing.holds.len(), "mpm.hold.0"),
         ] {
             if places > 0 {
                 let need = Need::once(format!("feature:{feature}"), key);
@@ -142,7 +142,7 @@ impl MpmConfig {
         features.into_iter().filter_map(move |(feature, of)| {
             let places = self.materials.iter().filter(|m| asks(of)(m)).count();
             let first = self.materials.iter().position(asks(of))?;
-            let key = format!("mpm.materials[{first}].model");
+            let key = format!("mpm.material.{first}.model");
             let need = Need::once(format!("feature:{feature}"), key);
             Some(Need { places, ..need })
         })
@@ -159,20 +159,18 @@ impl DemConfig {
     pub fn needs(&self) -> Vec<Need> {
         let mut needs = Vec::new();
         if self.interface == Interface::Segments {
-            needs.push(Need::once(SEGMENTS, "dem.interface"));
+            needs.push(Need::once(SEGMENTS, "mpm.interface"));
         }
         if !self.group_pairs.is_empty() {
             needs.push(Need {
                 places: self.group_pairs.len(),
-                ..Need::once(PAIRS, "dem.group_pairs[0]")
+                ..Need::once(PAIRS, "group_pair.0")
             });
         }
         let shapes = self.bodies.iter().map(|body| &body.shape);
-        needs.extend(each("shape", shapes, |i| format!("dem.bodies[{i}].shape")));
+        needs.extend(each("shape", shapes, |i| format!("dem.body.{i}.shape")));
         let motions = self.bodies.iter().map(|body| &body.motion);
-        needs.extend(each("motion", motions, |i| {
-            format!("dem.bodies[{i}].motion")
-        }));
+        needs.extend(each("motion", motions, |i| format!("dem.body.{i}.motion")));
         if self.overlap != OverlapMeasure::default() {
             needs.push(one("overlap", &self.overlap, "dem.overlap"));
         }
@@ -181,7 +179,7 @@ impl DemConfig {
         needs.extend(each("law", kinds, |i| laws[i].0.clone()));
         needs.extend(features_of(&laws));
         if self.body_contact.is_some() {
-            needs.push(Need::once("feature:body_contact", "dem.body_contact"));
+            needs.push(Need::once("feature:body_contact", "body_contact"));
         }
         if self.contact_resolution.is_some() {
             let key = "dem.contact_resolution";
@@ -190,16 +188,13 @@ impl DemConfig {
         if !self.contact_pairs.is_empty() {
             needs.push(Need {
                 places: self.contact_pairs.len(),
-                ..Need::once("feature:contact_pairs", "dem.contact_pairs[0]")
+                ..Need::once("feature:contact_pairs", "contact_pair.0")
             });
         }
         if let Some(first) = self.mixed_pairs().min() {
             needs.push(Need {
                 places: self.mixed_pairs().count(),
-                ..Need::once(
-                    "feature:mixed_kinds",
-                    format!("dem.contact_pairs[{first}].law"),
-                )
+                ..Need::once("feature:mixed_kinds", format!("contact_pair.{first}.law"))
             });
         }
         needs
@@ -208,18 +203,18 @@ impl DemConfig {
     /// Every law with its key.
     fn laws_by_key(&self) -> Vec<(String, ContactLaw)> {
         let mut laws = Vec::new();
-        if self.point_contact != ContactLaw::default() {
-            laws.push(("dem.point_contact".to_owned(), self.point_contact));
+        if self.has_point_law() && self.point_contact != ContactLaw::default() {
+            laws.push(("contact".to_owned(), self.point_contact));
         }
         laws.extend(
             self.body_contact
-                .map(|law| ("dem.body_contact".to_owned(), law)),
+                .map(|law| ("body_contact".to_owned(), law)),
         );
         for (i, pair) in self.contact_pairs.iter().enumerate() {
-            laws.push((format!("dem.contact_pairs[{i}].law"), pair.law));
+            laws.push((format!("contact_pair.{i}.law"), pair.law));
         }
         for (i, pair) in self.group_pairs.iter().enumerate() {
-            laws.push((format!("dem.group_pairs[{i}].law"), pair.law));
+            laws.push((format!("group_pair.{i}.law"), pair.law));
         }
         laws
     }

@@ -20,7 +20,7 @@ impl MpmConfig {
         }
         let pairs = self.group_pairs.iter();
         let number = self.groups.len();
-        between_faults(found, "mpm", pairs, Some(number));
+        between_faults(found, pairs, Some(number));
     }
 }
 
@@ -28,14 +28,14 @@ impl DemConfig {
     /// Checks the laws between groups of points.
     pub(super) fn group_pair_faults(&self, found: &mut Faults) {
         let pairs = self.group_pairs.iter().map(|pair| &pair.between);
-        between_faults(found, "dem", pairs, None);
+        between_faults(found, pairs, None);
         for (i, pair) in self.group_pairs.iter().enumerate() {
-            let key = format!("dem.group_pairs[{i}].law");
+            let key = format!("group_pair.{i}.law");
             found.law(&key, &pair.law, Between::PointsAndBodies);
         }
         if !self.group_pairs.is_empty() && self.interface == Interface::Segments {
             let help = "markers of a boundary have no mass: use `points`";
-            found.add("dem.interface", "\"segments\"", "\"points\"", help);
+            found.add("mpm.interface", "\"segments\"", "\"points\"", help);
         }
     }
 }
@@ -44,14 +44,13 @@ impl DemConfig {
 /// known), and a repeated pair.
 fn between_faults<'a>(
     found: &mut Faults,
-    side: &str,
     pairs: impl Iterator<Item = &'a [usize; 2]>,
     groups: Option<usize>,
 ) {
     let mut before: Vec<[usize; 2]> = Vec::new();
     for (i, &[a, b]) in pairs.enumerate() {
         let mut add = |expected: &str, help: &str| {
-            let key = format!("{side}.group_pairs[{i}].between");
+            let key = format!("group_pair.{i}.between");
             found.add(key, format!("[{a}, {b}]"), expected, help);
         };
         if groups.is_some_and(|count| a.max(b) >= count) {

@@ -55,6 +55,11 @@ impl DemConfig {
         })
     }
 
+    /// Whether points have a law of their own. Without points, the law between bodies stands in its place.
+    pub(super) fn has_point_law(&self) -> bool {
+        !self.point_surfaces.is_empty() || Some(self.point_contact) != self.body_contact
+    }
+
     /// Every law between points and bodies; the general law is first.
     pub fn point_laws(&self) -> impl Iterator<Item = ContactLaw> {
         let pairs = self.point_pairs().map(|(_, pair)| pair.law);
@@ -100,7 +105,7 @@ impl DemConfig {
         let [a, b] = &pair.between;
         let fault = |key: &str, value: String, expected: &str, help: &str| {
             Some(ConfigFault {
-                key: format!("dem.contact_pairs[{i}].{key}"),
+                key: format!("contact_pair.{i}.{key}"),
                 value,
                 expected: expected.to_owned(),
                 help: help.to_owned(),

@@ -100,12 +100,16 @@ mod tests {
         let group = |name: &str| {
             format!(
                 r#"{{"name": "{name}", "material": 0, "fill": {{"points": {{"positions": []}}}},
-                    "spacing": {{"per_cell": 4}}, "contact_radius": 0.2}}"#
+                    "spacing": {{"per_cell": 4}}, "lattice": "grid", "velocity": [0, 0], "fields": {{}},
+                    "contact_radius": 0.2, "rigid": false, "keeps_spin": false}}"#
             )
         };
         let text = format!(
-            r#"{{"domain": [[0, 0], [1, 1]], "cell": 0.1, "shape": "linear", "transfer": "flip", "materials": [],
-                "groups": [{}, {}], "layers": true, "group_pairs": {group_pairs}, "skin": 0.5}}"#,
+            r#"{{"domain": [[0, 0], [1, 1]], "cell": 0.1, "shape": "linear", "transfer": "flip", "material": [],
+                "points": [{}, {}], "layers": true, "group_pair": {group_pairs}, "skin": 0.5, "gravity": [0, 0],
+                "stress_update": "usf", "drift": "mapped", "plane": "strain", "walls": {{}}, "contact_force": "point",
+                "forcing": {{"traction": [], "hold": [], "stage": []}}, "constants": {{}}, "leaving": "stop",
+                "interface": "points", "chain": [], "probe": [], "threads": 1}}"#,
             group("a"),
             group("b")
         );

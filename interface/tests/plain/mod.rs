@@ -1,4 +1,4 @@
-//! Configurations with nothing but what they must have.
+//! Configurations in which all that has a usual value has it.
 
 use std::collections::BTreeMap;
 
@@ -8,7 +8,7 @@ use interface::config::{
     MpmConfig, Plane, ShapeFunction, Spacing, StressUpdate, Transfer, Walls,
 };
 
-/// A continuum that leaves out all that may be left out.
+/// A disc at rest.
 pub fn plain_continuum() -> MpmConfig {
     MpmConfig {
         domain: [[0.0, 0.0], [1.0, 0.5]],
@@ -58,14 +58,6 @@ pub fn plain_continuum() -> MpmConfig {
     }
 }
 
-pub const PLAIN_CONTINUUM: &str = concat!(
-    r#"{"domain":[[0.0,0.0],[1.0,0.5]],"cell":0.25,"shape":"ugimp","transfer":"flip","#,
-    r#""materials":[{"name":"rubber","density":1000.0,"#,
-    r#""model":{"linear_elastic":{"bulk_modulus":5000000.0,"shear_modulus":3000000.0}}}],"#,
-    r#""groups":[{"name":"disc","material":0,"fill":{"disc":{"center":[0.5,0.25],"radius":0.125}},"#,
-    r#""spacing":{"per_cell":4}}],"skin":0.01}"#
-);
-
 pub fn body(shape: BodyShape, motion: Motion) -> BodyConfig {
     BodyConfig {
         name: "ball".into(),
@@ -81,7 +73,7 @@ pub fn body(shape: BodyShape, motion: Motion) -> BodyConfig {
     }
 }
 
-/// Bodies that leave out all that may be left out.
+/// A ball at rest.
 pub fn plain_bodies() -> DemConfig {
     DemConfig {
         bodies: vec![body(BodyShape::Disc, Motion::Free)],
@@ -90,8 +82,3 @@ pub fn plain_bodies() -> DemConfig {
         ..DemConfig::default()
     }
 }
-
-pub const PLAIN_BODIES: &str = concat!(
-    r#"{"bodies":[{"name":"ball","shape":"disc","inertia":{"density":2000.0},"position":[0.0,0.0]}],"#,
-    r#""skin":0.01}"#
-);

@@ -247,7 +247,8 @@ impl<'a> Parts<'a> {
     /// The probes of a group, which is cloud number `cloud` of its continuum.
     fn probes(&self, group: usize, cloud: u32) -> Result<Vec<PointSet>, Refusal> {
         let probes = self.config.probes.iter().enumerate();
-        let of_group = probes.filter(|(_, probe)| probe.group == group);
+        let name = &self.config.groups[group].name;
+        let of_group = probes.filter(|(_, probe)| probe.points == *name);
         of_group
             .map(|(i, probe)| self.set(i, group, cloud, probe.within, &format!("mpm.probe.{i}")))
             .collect()
@@ -256,7 +257,8 @@ impl<'a> Parts<'a> {
     /// The holds of a group, likewise.
     fn holds(&self, group: usize, cloud: u32) -> Result<Vec<Hold>, Refusal> {
         let holds = self.config.forcing.holds.iter().enumerate();
-        let of_group = holds.filter(|(_, hold)| hold.group == group);
+        let name = &self.config.groups[group].name;
+        let of_group = holds.filter(|(_, hold)| hold.points == *name);
         of_group
             .map(|(i, hold)| {
                 let key = format!("mpm.hold.{i}");

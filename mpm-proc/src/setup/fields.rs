@@ -147,7 +147,7 @@ impl<'a> Fields<'a> {
     pub fn loads(&self, positions: &[[f64; 2]]) -> Result<Option<Box<Loads>>, Refusal> {
         let mut dead = Vec::new();
         for (i, traction) in self.config.forcing.tractions.iter().enumerate() {
-            if traction.group != self.group {
+            if traction.points != self.config.groups[self.group].name {
                 continue;
             }
             let (key, within) = (format!("mpm.traction.{i}"), traction.within);

@@ -250,7 +250,7 @@ fn a_loaded_column_settles_and_a_prestressed_one_rests() {
     config.transfer = Transfer::Flip;
     stand(&mut config, 0.5, 0.8);
     config.forcing.tractions = vec![interface::config::Traction {
-        group: 0,
+        points: "block".into(),
         within: [[0.0, 0.475], [0.2, 0.5]],
         force: [0.0, -40.0],
     }];

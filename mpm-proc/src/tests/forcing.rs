@@ -148,7 +148,7 @@ fn bad_fields_loads_and_stages_are_refused() {
     let mut config = block();
     let within = [[0.0, 0.0], [0.1, 0.3]];
     config.forcing.tractions = vec![Traction {
-        group: 0,
+        points: "block".into(),
         within,
         force: [1.0, 0.0],
     }];
@@ -289,7 +289,7 @@ fn a_dead_load_stretches_a_damped_bar() {
     };
     let force = 0.9;
     config.forcing.tractions = vec![Traction {
-        group: 0,
+        points: "block".into(),
         within: [[0.95, 0.0], [0.975, 0.1]],
         force: [force, 0.0],
     }];
@@ -400,7 +400,7 @@ fn forcing_gives_the_same_bits_for_any_number_of_threads() {
         config.forcing.body_force = Some(texts(["30*sin(9*y+50*t)", "20*x"]));
         config.forcing.stages = vec![stage(0.001, 20.0, None)];
         config.forcing.tractions = vec![Traction {
-            group: 0,
+            points: "block".into(),
             within: [[0.1, 0.3], [0.2, 0.32]],
             force: [100.0, -300.0],
         }];

@@ -16,7 +16,7 @@ use crate::Mpm;
 fn hold(within: [[f64; 2]; 2], [hold_x, hold_y]: [bool; 2]) -> Hold {
     Hold {
         name: "support".into(),
-        group: 0,
+        points: "block".into(),
         within,
         hold_x,
         hold_y,
@@ -243,7 +243,7 @@ fn a_region_without_points_is_refused() {
     let mut probed = block();
     probed.probes = vec![Probe {
         name: "nowhere".into(),
-        group: 0,
+        points: "block".into(),
         within,
     }];
     let mut held = block();
@@ -269,14 +269,14 @@ fn a_probe_is_the_mean_of_its_points() {
         };
         other.name = "other".into();
         config.groups.push(other);
-        let probe = |group, within| Probe {
+        let probe = |points: &str, within| Probe {
             name: "probe".into(),
-            group,
+            points: points.into(),
             within,
         };
         // Not in the order of the groups.
         let [last, first] = [[[0.45, 0.3], [0.5, 0.33]], [[0.2, 0.35], [0.3, 0.45]]];
-        config.probes = vec![probe(1, last), probe(0, first)];
+        config.probes = vec![probe("other", last), probe("block", first)];
         let mut forces = Vec::new();
         if grains {
             config.grid_contact = Some(GridContact { friction: 0.0 });

@@ -199,12 +199,9 @@ fn what_does_not_go_with_layers_is_refused() {
         let refusal = crate::Mpm::new().configure(&config).unwrap_err();
         assert!(refusal.key.starts_with(key), "{refusal:?}");
     };
-    refused(&|c| c.group_pairs = vec![[0, 2]], "mpm.group_pairs[0]");
-    refused(&|c| c.group_pairs = vec![[1, 1]], "mpm.group_pairs[0]");
-    refused(
-        &|c| c.group_pairs = vec![[0, 1], [1, 0]],
-        "mpm.group_pairs[1]",
-    );
+    refused(&|c| c.group_pairs = vec![[0, 2]], "group_pair.0");
+    refused(&|c| c.group_pairs = vec![[1, 1]], "group_pair.0");
+    refused(&|c| c.group_pairs = vec![[0, 1], [1, 0]], "group_pair.1");
     refused(
         &|c| {
             c.group_pairs = vec![[0, 1]];

@@ -51,7 +51,7 @@ fn bad_configurations_are_refused_with_key_and_reason() {
         "second corner",
     );
     refused(|c| c.domain[1][1] = 0.0, "mpm.domain", "second corner");
-    refused(|c| c.gravity[1] = f64::NAN, "mpm.gravity", "finite");
+    refused(|c| c.gravity[1] = f64::NAN, "gravity", "finite");
     refused(
         |c| c.walls.left = Wall::Periodic,
         "mpm.walls.right",
@@ -91,7 +91,7 @@ fn bad_configurations_are_refused_with_key_and_reason() {
         "mpm.domain",
         "4 cells between it and the opposite wall",
     );
-    refused(|c| c.skin = -1.0, "mpm.skin", "0 or more");
+    refused(|c| c.skin = -1.0, "coupling.skin", "0 or more");
     refused(
         |c| c.stress_update = StressUpdate::Usl,
         "mpm.drift",
@@ -328,7 +328,7 @@ fn scene_reader_and_solver_refuse_the_same() {
     refused(
         |c| {
             c.forcing.tractions = vec![Traction {
-                group: 0,
+                points: "block".into(),
                 within: [[0.5, 0.0], [0.0, 1.0]],
                 force: [0.0; 2],
             }];

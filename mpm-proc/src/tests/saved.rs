@@ -318,7 +318,7 @@ pub(super) fn force(config: &mut MpmConfig) {
     } else {
         vec![Hold {
             name: "support".into(),
-            group: 0,
+            points: "block".into(),
             within: [[0.2, 0.45], [0.25, 0.5]],
             hold_x: true,
             hold_y: false,
@@ -328,7 +328,7 @@ pub(super) fn force(config: &mut MpmConfig) {
         holds,
         body_force: Some(["30*sin(9*y+50*t)".into(), "20*x".into()]),
         tractions: vec![Traction {
-            group: 0,
+            points: "block".into(),
             within: [[0.1, 0.3], [0.2, 0.33]],
             force: [60.0, -90.0],
         }],

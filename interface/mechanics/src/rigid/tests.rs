@@ -157,18 +157,15 @@ fn what_is_no_convex_body_is_refused_by_its_key() {
     let notch = vec![[0.0, 0.0], [0.2, 0.0], [0.04, 0.04], [0.0, 0.2]];
     assert_eq!(
         refusal(BodyShape::Polygon { vertices: notch }),
-        "dem.bodies[3].shape"
+        "dem.body.3.shape"
     );
     let mut moving = config(BodyShape::Disc, Motion::Fixed);
     moving.velocity = [1.0, 0.0];
-    assert_eq!(
-        Body::new(0, &moving).unwrap_err().key,
-        "dem.bodies[0].motion"
-    );
+    assert_eq!(Body::new(0, &moving).unwrap_err().key, "dem.body.0.motion");
     let mut massless = config(BodyShape::Disc, Motion::Free);
     massless.inertia = BodyInertia::Mass(0.0);
     assert_eq!(
         Body::new(0, &massless).unwrap_err().key,
-        "dem.bodies[0].inertia"
+        "dem.body.0.inertia"
     );
 }
