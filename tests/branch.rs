@@ -273,7 +273,7 @@ fn what_may_not_change_is_refused_by_its_key_with_both_values() {
         (
             "mpm.points.0.velocity=[1.0, 0.0]",
             &[
-                "`mpm.points.0.velocity`",
+                "`mpm.points.0.velocity.0` is 1",
                 "begins with the positions and velocities",
             ],
         ),
@@ -291,7 +291,10 @@ fn what_may_not_change_is_refused_by_its_key_with_both_values() {
             "dem.body.1.position=[0.2, 0.5]",
             &["`dem.body.1.position.1` is 0.5", "0.4"],
         ),
-        ("dem.body.1.velocity=[1.0, 0.0]", &["`dem.body.1.velocity`"]),
+        (
+            "dem.body.1.velocity=[1.0, 0.0]",
+            &["`dem.body.1.velocity.0` is 1"],
+        ),
         (
             "dem.body.1.motion=fixed",
             &["`dem.body.1.motion` is \"fixed\"", "forces move stays one"],

@@ -154,7 +154,7 @@ impl<'a> Coupler<'a> {
                         self.supervisor.joined(hello);
                     }
                 }
-                other => return Err(self.out_of_turn(i, other)),
+                other => return Err(self.out_of_turn(i, &other)),
             }
         }
         Ok(())
@@ -207,7 +207,7 @@ impl<'a> Coupler<'a> {
                     let who = sent.party;
                     return Err(SessionError::Refused { who, refusal });
                 }
-                other => return Err(self.out_of_turn(i, other)),
+                other => return Err(self.out_of_turn(i, &other)),
             }
         }
         Ok(())
@@ -291,7 +291,7 @@ impl<'a> Coupler<'a> {
             let (i, notice) = self.notice(missing, "its goodbye", CONFIGURATION).await?;
             match notice {
                 Notice::Bye if !self.solvers.each[i].bye => self.solvers.each[i].bye = true,
-                other => return Err(self.out_of_turn(i, other)),
+                other => return Err(self.out_of_turn(i, &other)),
             }
         }
         Ok(())
@@ -320,18 +320,16 @@ impl<'a> Coupler<'a> {
         before: &str,
     ) -> Result<StepHeader, SessionError> {
         let into = &mut self.inbox[channel.kind as usize];
-        match self.io.receive(channel, into)? {
-            Some(header) => Ok(header),
-            None => {
-                let clause = if before == "goodbye" {
-                    "D-1"
-                } else {
-                    clause_of(channel.kind)
-                };
-                let message = format!("nothing on {} before the {before}", channel.name());
-                Err(broken(channel.from(), clause, step, message))
-            }
+        if let Some(header) = self.io.receive(channel, into)? {
+            return Ok(header);
         }
+        let clause = if before == "goodbye" {
+            "D-1"
+        } else {
+            clause_of(channel.kind)
+        };
+        let message = format!("nothing on {} before the {before}", channel.name());
+        Err(broken(channel.from(), clause, step, message))
     }
 
     async fn order_all(&self, order: &Order) -> Result<(), SessionError> {
@@ -388,7 +386,7 @@ impl<'a> Coupler<'a> {
         }
     }
 
-    fn out_of_turn(&self, i: usize, notice: Notice) -> SessionError {
+    fn out_of_turn(&self, i: usize, notice: &Notice) -> SessionError {
         self.solvers.each[i].broke("S-2", format!("{notice:?} out of turn"))
     }
 
@@ -469,7 +467,7 @@ impl<'a> Coupler<'a> {
             let into = &mut self.inbox[Kind::Notice as usize];
             if self.io.receive(channel, into)?.is_some() {
                 let notice = self.read_notice(i)?;
-                return Err(self.out_of_turn(i, notice));
+                return Err(self.out_of_turn(i, &notice));
             }
         }
         Ok(())

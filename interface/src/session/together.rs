@@ -43,10 +43,10 @@ impl<'a> Together<'a> {
             let mut round = Round::default();
             // While the solvers wait for one another, the coupler has nothing to do.
             if asked {
-                watch.close(&self.mpm, &self.dem);
+                watch.close(self.mpm.as_ref(), self.dem.as_ref());
                 watch.led(round.add(&mut self.coupler));
             } else {
-                watch.next(&self.mpm, &self.dem);
+                watch.next(self.mpm.as_ref(), self.dem.as_ref());
             }
             if let Some(side) = &mut self.mpm {
                 round.add(side);
@@ -69,9 +69,7 @@ impl<'a> Together<'a> {
     }
 
     fn look_up(&mut self, expire: bool) {
-        let up = self
-            .parties()
-            .fold(false, |up, party| party.look_up() || up);
+        let up = self.parties().any(super::Session::look_up);
         if expire && !up {
             // In one thread nothing can arrive any more, so a wait would never end.
             self.parties()
@@ -153,7 +151,7 @@ impl Watch {
     }
 
     /// The next round begins.
-    fn next(&mut self, mpm: &Option<Session<'_>>, dem: &Option<Session<'_>>) {
+    fn next(&mut self, mpm: Option<&Session<'_>>, dem: Option<&Session<'_>>) {
         let [mpm_part, dem_part] = self.parts;
         self.divides = self.rounds == TOGETHER || mpm_part + dem_part >= SHORT;
         if self.divides {
@@ -173,7 +171,7 @@ impl Watch {
     }
 
     /// Adds the time of the rounds that are not divided.
-    fn close(&mut self, mpm: &Option<Session<'_>>, dem: &Option<Session<'_>>) {
+    fn close(&mut self, mpm: Option<&Session<'_>>, dem: Option<&Session<'_>>) {
         if core::mem::take(&mut self.rounds) == 0 {
             return;
         }

@@ -307,6 +307,7 @@ pub(super) fn surround(config: &mut MpmConfig, which: usize) {
 
 /// Loads of all kinds, and stages that begin while a run is compared.
 pub(super) fn force(config: &mut MpmConfig) {
+    let group = config.groups[0].name.clone();
     let blends = matches!(config.transfer, Transfer::Flip | Transfer::Blend { .. });
     let stage = |from, damping, fraction| Stage {
         from,
@@ -318,7 +319,7 @@ pub(super) fn force(config: &mut MpmConfig) {
     } else {
         vec![Hold {
             name: "support".into(),
-            points: "block".into(),
+            points: group.clone(),
             within: [[0.2, 0.45], [0.25, 0.5]],
             hold_x: true,
             hold_y: false,
@@ -328,7 +329,7 @@ pub(super) fn force(config: &mut MpmConfig) {
         holds,
         body_force: Some(["30*sin(9*y+50*t)".into(), "20*x".into()]),
         tractions: vec![Traction {
-            points: "block".into(),
+            points: group.clone(),
             within: [[0.1, 0.3], [0.2, 0.33]],
             force: [60.0, -90.0],
         }],
