@@ -336,8 +336,9 @@ impl Running<'_> {
             self.child.try_wait().unwrap()
         });
         let Some(status) = ended else {
+            let busy = processes_of(self.pid());
             let _ = self.child.kill();
-            panic!("not over after {limit:?}: {}", read(&self.stderr));
+            panic!("not over after {limit:?}: {}\n{busy}", read(&self.stderr));
         };
         Ended {
             status,
@@ -347,6 +348,28 @@ impl Running<'_> {
             runs: std::mem::take(&mut self.runs),
         }
     }
+}
+
+/// What a process and those that it has started are doing: what they were started as, and for each thread its state, its
+/// CPU time in ticks of the system, and the call of the system that it is in.
+fn processes_of(pid: u32) -> String {
+    let of = |name: &str| fs::read_to_string(format!("/proc/{pid}/{name}")).unwrap_or_default();
+    let mut said = format!("{pid}: {}\n", of("cmdline").replace('\0', " "));
+    let threads = fs::read_dir(format!("/proc/{pid}/task"));
+    for thread in threads.into_iter().flatten().flatten() {
+        let of = |name: &str| fs::read_to_string(thread.path().join(name)).unwrap_or_default();
+        let stat = of("stat");
+        let fields: Vec<&str> = stat.rsplit(") ").next().unwrap().split(' ').collect();
+        let [state, user, system] = [0, 11, 12].map(|i| fields.get(i).copied().unwrap_or("?"));
+        let (name, call) = (of("comm"), of("syscall"));
+        let (name, call) = (name.trim(), call.trim());
+        said += &format!("  {name}: {state}, {user} user, {system} system, in {call}\n");
+    }
+    let children = of(&format!("task/{pid}/children"));
+    let children = children
+        .split_whitespace()
+        .filter_map(|pid| pid.parse().ok());
+    said + &children.map(processes_of).collect::<String>()
 }
 
 /// The id of the run whose directory has this name, `tandem-ID`, or whose directory it is about to be, `tandem-ID.PID`.

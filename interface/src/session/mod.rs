@@ -136,7 +136,7 @@ impl<'a> Session<'a> {
     /// whether there was something.
     pub fn look_up(&mut self) -> bool {
         self.io.signal.set(Signal::LookUp);
-        !matches!(self.turn(), Turn::Waits(_))
+        self.verdict.is_none() && !matches!(self.turn(), Turn::Waits(_))
     }
 
     /// The deadline of the present wait is over, after this silence.

@@ -69,7 +69,10 @@ impl<'a> Together<'a> {
     }
 
     fn look_up(&mut self, expire: bool) {
-        let up = self.parties().any(super::Session::look_up);
+        let mut up = false;
+        for party in self.parties() {
+            up |= party.look_up();
+        }
         if expire && !up {
             // In one thread nothing can arrive any more, so a wait would never end.
             self.parties()
