@@ -363,7 +363,18 @@ fn processes_of(pid: u32) -> String {
         let [state, user, system] = [0, 11, 12].map(|i| fields.get(i).copied().unwrap_or("?"));
         let (name, call) = (of("comm"), of("syscall"));
         let (name, call) = (name.trim(), call.trim());
-        said += &format!("  {name}: {state}, {user} user, {system} system, in {call}\n");
+        let thread = [
+            name,
+            ": ",
+            state,
+            ", ",
+            user,
+            " user, ",
+            system,
+            " system, in ",
+            call,
+        ];
+        said.extend(["  ", &thread.concat(), "\n"]);
     }
     let children = of(&format!("task/{pid}/children"));
     let children = children
