@@ -2,10 +2,7 @@
 
 use interface::solver::Refusal;
 
-/// A refusal of a saved state.
-pub fn refusal(text: impl Into<String>) -> Refusal {
-    Refusal::new("restore", text)
-}
+pub use interface::saved::refusal;
 
 /// Refuses a wrong count.
 ///

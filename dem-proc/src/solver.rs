@@ -3,22 +3,22 @@
 use interface::config::DemConfig;
 use interface::config::capability::Capabilities;
 use interface::message::wire::{ContactState, EnvelopeVertex, ImpForce, ImpInfo, ImpState};
-use interface::saved::{pack, unpack};
+use interface::saved::ConfigurationMark;
 use interface::solver::{Answer, DemMeasurement, DemSolver, Fault, Readiness, Refusal};
 use interface::step::Step;
 
 use crate::body::bodies::Bodies;
 use crate::setup::capabilities::capabilities;
 use crate::setup::configure::configure;
-use crate::setup::saved::{FORMAT, Marks, SavedSystem};
+use crate::setup::saved::{FORMAT, SavedSystem, mark};
 use crate::system::System;
 
 /// The spheropolygon solver. It has no bodies until it is configured.
 #[derive(Debug, Default)]
 pub struct Sdem {
     pub(crate) system: System,
-    /// Marks by which a saved state of this configuration is recognised.
-    marks: Marks,
+    /// Of the configuration, for saved states.
+    mark: ConfigurationMark,
 }
 
 impl Sdem {
@@ -47,7 +47,7 @@ impl DemSolver for Sdem {
 
     fn configure(&mut self, config: &DemConfig) -> Result<Readiness, Refusal> {
         let (system, readiness) = configure(config)?;
-        (self.system, self.marks) = (system, Marks::new(config));
+        (self.system, self.mark) = (system, mark(config));
         Ok(readiness)
     }
 
@@ -85,11 +85,11 @@ impl DemSolver for Sdem {
     }
 
     fn save(&self) -> Result<Vec<u8>, Fault> {
-        Ok(pack(FORMAT, &SavedSystem::of(&self.system, &self.marks)))
+        Ok(self.mark.seal(FORMAT, &SavedSystem::of(&self.system)))
     }
 
     fn restore(&mut self, saved: &[u8]) -> Result<(), Refusal> {
-        let saved: SavedSystem = unpack(FORMAT, saved)?;
-        saved.restore(&mut self.system, &self.marks)
+        let saved: SavedSystem = self.mark.open(FORMAT, saved)?;
+        saved.restore(&mut self.system)
     }
 }

@@ -52,16 +52,20 @@ pub const DEM: Target = Target {
     ..MPM
 };
 
-/// Changes what a continuum's state is behind its form, and keeps the lengths right: a state of another form is refused
-/// before it is looked at. Three times in four.
+/// Changes what a continuum's state is behind its mark, and keeps the lengths right: a state of another configuration is
+/// refused before it is looked at. Three times in four.
 fn change_within(changer: &mut Changer, input: &mut Vec<u8>, seeds: &[Vec<u8>]) {
     let number = |at: usize| {
         let bytes = input.get(at..at.checked_add(8)?)?;
         Some(u64::from_le_bytes(bytes.try_into().ok()?) as usize)
     };
-    // The name of the format, the form, the state: each behind its length.
-    let form = number(0).and_then(|name| name.checked_add(8));
-    let state = form.and_then(|at| number(at)?.checked_add(at + 8));
+    // The name of the format, the mark, the state; the first and the last behind their length.
+    let mark = number(0).and_then(|name| name.checked_add(8));
+    // The mark is a list of keys with values.
+    let state = mark.and_then(|at| {
+        let texts = number(at)?.checked_mul(2)?;
+        (0..texts).try_fold(at + 8, |at, _| number(at)?.checked_add(at + 8))
+    });
     match state.filter(|at| at.saturating_add(8) < input.len()) {
         Some(at) if changer.below(4) > 0 => {
             let mut state = input.split_off(at + 8);

@@ -8,6 +8,7 @@ use proptest::prelude::*;
 
 use super::configured;
 use super::saved::{Driver, flying, force, grains, surround, under_way};
+use crate::state::saved::{Bytes, FORMAT};
 
 /// Configurations whose states are torn: with IMPs and loads, with points that go, with grains, with hats.
 static TORN: LazyLock<Vec<(MpmConfig, Driver, Vec<u8>)>> = LazyLock::new(|| {
@@ -98,7 +99,9 @@ proptest! {
     fn random_bytes_are_refused(case in 0..5_usize, bytes in prop::collection::vec(any::<u8>(), 0..200)) {
         prop_assert!(!survives(case, &bytes));
         // The same behind the right marks.
-        let sealed = configured(&TORN[case].0).form().seal(bytes);
+        let sealed = configured(&TORN[case].0)
+            .mark()
+            .seal(FORMAT, &Bytes(bytes));
         prop_assert!(!survives(case, &sealed));
     }
 }
