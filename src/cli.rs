@@ -31,8 +31,12 @@ pub enum Command {
     Plan(PlanArgs),
     /// Write a scene to start from.
     New(NewArgs),
-    /// Print the JSON Schema of scene files.
-    Schema,
+    /// Print a JSON Schema: of scene files, or of what a solver is sent.
+    Schema {
+        /// What it describes.
+        #[arg(value_enum, default_value_t)]
+        of: SchemaOf,
+    },
     /// Run a scene for several resolutions and methods: error against run time, as study.csv and study.svg.
     Study(StudyArgs),
     /// Find the steps at which scenes become unstable, and compare them with criteria: stability.csv and stability.svg.
@@ -91,6 +95,18 @@ pub struct PlanArgs {
     /// How it would be run.
     #[command(flatten)]
     pub how: HowArgs,
+}
+
+/// What `schema` describes.
+#[derive(Debug, Clone, Copy, Default, clap::ValueEnum)]
+pub enum SchemaOf {
+    /// Scene files.
+    #[default]
+    Scene,
+    /// The configuration of the continuum's solver.
+    Mpm,
+    /// The configuration of the bodies' solver.
+    Dem,
 }
 
 /// Arguments of `new`.
