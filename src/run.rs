@@ -93,7 +93,7 @@ fn same_directory(a: &Path, b: &Path) -> bool {
 
 /// Goes on with a run from its newest checkpoint.
 pub fn resume(args: &ResumeArgs) -> ExitCode {
-    let scene = match Scene::load(&args.dir.join("scene.toml"), None, &[]) {
+    let scene = match Scene::of_run(&args.dir) {
         Ok(scene) => scene,
         Err(errors) => {
             complain(errors);

@@ -17,6 +17,7 @@
 //! Geometry and mechanics that several solvers need are the crate `mechanics`.
 
 pub mod config;
+pub mod files;
 pub mod message;
 pub mod recording;
 pub mod saved;

@@ -19,6 +19,7 @@ use std::time::{Duration, Instant, SystemTime};
 
 use coupler::record::course::COURSE;
 use coupler::record::rundir::{FRAME_LIST, in_use};
+use interface::files::{self, How};
 use rustix::time::{ClockId, clock_gettime};
 use tiny_http::{Header, Method, Request, Response, Server, StatusCode};
 
@@ -188,7 +189,10 @@ impl Shared {
             FRAME_LIST,
         ];
         let of = |name: &str| {
-            let file = fs::metadata(self.dir.join(name)).ok()?;
+            let file = files::open(&self.dir, name, How::Read)
+                .ok()?
+                .metadata()
+                .ok()?;
             Some((file.len(), file.modified().ok()?))
         };
         names.into_iter().map(of).collect()

@@ -1,10 +1,12 @@
 //! A TOML document that stores the position of every value, also of values from variants and `--set`.
 
 use std::collections::BTreeMap;
+use std::io;
 use std::ops::Range;
 use std::path::Path;
 use std::sync::Arc;
 
+use interface::files::{self, SMALL};
 use serde::Deserialize;
 use toml::de::{DeTable, DeValue};
 use toml::{Spanned, Table, Value};
@@ -68,8 +70,20 @@ impl Document {
     /// # Errors
     /// The file cannot be read or is not TOML.
     pub fn read(path: &Path) -> Result<Self, SceneErrors> {
+        Self::of_bytes(path, files::read_named(path, SMALL))
+    }
+
+    /// Reads the scene file `name` of a run directory.
+    ///
+    /// # Errors
+    /// As [`Self::read`].
+    pub fn of_run(dir: &Path, name: &str) -> Result<Self, SceneErrors> {
+        Self::of_bytes(&dir.join(name), files::read(dir, name, SMALL))
+    }
+
+    fn of_bytes(path: &Path, bytes: io::Result<Vec<u8>>) -> Result<Self, SceneErrors> {
         let file = path.display().to_string();
-        let text = read_text(path, &file)?;
+        let text = text(bytes, &file)?;
         Self::parse(file, &text.into())
     }
 
@@ -512,7 +526,8 @@ fn argument_value(written: &str) -> Value {
         .unwrap_or_else(|| Value::String(written.to_owned()))
 }
 
-fn read_text(path: &Path, file: &str) -> Result<String, SceneErrors> {
+/// The text of a scene file, from its bytes.
+fn text(bytes: io::Result<Vec<u8>>, file: &str) -> Result<String, SceneErrors> {
     let fault = |message: String, help: &str| {
         SceneErrors(vec![Diagnostic {
             message,
@@ -524,17 +539,13 @@ fn read_text(path: &Path, file: &str) -> Result<String, SceneErrors> {
             help: Some(help.to_owned()),
         }])
     };
-    if path.is_dir() {
-        return Err(fault(
-            format!("`{file}` is a directory, not a scene file"),
-            "name one .toml file in it",
-        ));
-    }
-    let bytes = std::fs::read(path).map_err(|error| {
-        let help = if error.kind() == std::io::ErrorKind::NotFound {
-            "check the path; scenes that come with Tandem are under scenes/"
-        } else {
-            "the file must be readable by you"
+    let bytes = bytes.map_err(|error| {
+        let help = match error.kind() {
+            io::ErrorKind::NotFound => {
+                "check the path; scenes that come with Tandem are under scenes/"
+            }
+            io::ErrorKind::InvalidInput => "name one .toml file",
+            _ => "the file must be readable by you",
         };
         fault(format!("cannot read the scene file: {error}"), help)
     })?;

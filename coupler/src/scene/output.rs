@@ -1,10 +1,11 @@
 //! Constants, columns and checks: compiles every expression, resolves every name, and reads every reference.
 
 use std::collections::BTreeMap;
-use std::io::{self, Read as _};
+use std::io;
 use std::path::Path;
 
 use interface::config::MaterialModel;
+use interface::files;
 
 use crate::record::check::{Check, Column, Expected, Measure, Reference, When};
 use crate::record::frames::Field;
@@ -530,17 +531,11 @@ fn read_csv(file: &Path, time: &str, value: &str) -> Result<Vec<[f64; 2]>, (Stri
         let help = "CSV files are looked for beside the scene file";
         (format!("cannot read {shown}: {error}"), help.to_owned())
     };
-    // A device or a pipe might never end.
-    let about = std::fs::metadata(file).map_err(unreadable)?;
-    if !about.is_file() || about.len() > CSV_LIMIT {
-        let help = format!("expected a file of at most {CSV_LIMIT} bytes");
-        return Err((format!("cannot read {shown}: it is no table"), help));
-    }
-    let opened = std::fs::File::open(file).map_err(unreadable)?;
+    let table = files::read_named(file, CSV_LIMIT).map_err(unreadable)?;
     let mut reader = csv::ReaderBuilder::new()
         .trim(csv::Trim::All)
         .comment(Some(b'#'))
-        .from_reader(opened.take(CSV_LIMIT));
+        .from_reader(&table[..]);
     let fault = |error: csv::Error| {
         let help = "a header, then rows of as many numbers, separated by commas";
         (format!("{shown}: {error}"), help.to_owned())
