@@ -8,7 +8,6 @@
 //! It reads what the run has written and writes nothing. A page is made when a browser asks for it, at most once for each
 //! state; a run that nobody looks at costs a look at a few files a second.
 
-use std::fs;
 use std::io::{self, Write};
 use std::net::{Ipv4Addr, SocketAddr};
 use std::path::{Path, PathBuf};
@@ -332,7 +331,7 @@ fn cpu_time() -> Duration {
 /// 128 bits that nobody can guess.
 fn token() -> io::Result<String> {
     let mut bytes = [0; 16];
-    io::Read::read_exact(&mut fs::File::open("/dev/urandom")?, &mut bytes)?;
+    getrandom::fill(&mut bytes)?;
     Ok(format!("{:032x}", u128::from_le_bytes(bytes)))
 }
 

@@ -219,6 +219,7 @@ pub(super) fn boxes_of_words(canvas: &Canvas) -> Option<Vec<[f32; 4]>> {
 mod tests {
     use super::*;
     use crate::figure::canvas::{Anchor, Colour, Paint};
+    use std::fs;
 
     fn sheet(colour: Colour) -> Canvas {
         let mut canvas = Canvas::new(40.0, 20.0);
