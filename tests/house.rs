@@ -49,8 +49,7 @@ const WORDS: [(&[&str], &str, &[&str]); 2] = [
 
 /// The places that open files by themselves, with what they open. All others do it with `interface/src/files.rs`, which
 /// follows no link, waits for no pipe and reads no more than a file can have.
-const OPENS: [(&str, &str); 8] = [
-    ("interface/src/files.rs", "everything else"),
+const OPENS: [(&str, &str); 7] = [
     (
         "interface/src/transport/domain.rs",
         "the private directory of a run",

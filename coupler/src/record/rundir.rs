@@ -34,6 +34,8 @@ pub const REPORT: &str = "report.html";
 pub const FRAME_LIST: &str = "frames/frames.pvd";
 const BODIES: &str = "bodies.csv";
 const RECORDING: &str = "recording.tandem";
+/// The files that a resumed run goes on with.
+const GROWING: [&str; 6] = [HISTORY, "course.csv", LOG, RECORDING, "mpm.log", "dem.log"];
 /// The file that the run in the directory keeps locked, with its process and command.
 const LOCK: &str = ".tandem.lock";
 /// Folder of a new run, while the files of an earlier one are still there.
@@ -126,6 +128,13 @@ impl RunDir {
         roll_back(path)?;
         let names = written(path)?;
         plain(path, &names)?;
+        // Before anything is changed: a file with a second name cannot be.
+        for name in GROWING {
+            if files::is_there(path, name) {
+                files::open(path, name, How::Change)
+                    .map_err(fail("go on with", &path.join(name)))?;
+            }
+        }
         let inner = Inner {
             place: PathBuf::new(),
             ours: Written::open(path, Path::new(""), names)?,
