@@ -25,6 +25,7 @@ use std::time::Duration;
 
 use clap::Parser;
 use cli::{Cli, Command};
+use coupler::run::resources::check_addresses;
 use coupler::scene::schema;
 use interface::transport::remains::sweep;
 use signal_hook::consts::SIGXFSZ;
@@ -38,7 +39,13 @@ fn main() -> ExitCode {
     if let Err(error) = signals::ignore(SIGXFSZ) {
         complain(format_args!("warning: {error}"));
     }
-    let code = obey(Cli::parse().command);
+    let code = match check_addresses() {
+        Ok(()) => obey(Cli::parse().command),
+        Err(error) => {
+            complain(format_args!("error: {}", error.in_words()));
+            ExitCode::from(exit::BAD_INPUT)
+        }
+    };
     logging::sync();
     terminal::settled(code)
 }

@@ -64,6 +64,9 @@ pub(super) enum Part {
     Value,
 }
 
+/// Most constants of a scene. A million of them took a gigabyte and five seconds.
+const CONSTANTS_MAX: usize = 100_000;
+
 impl Document {
     /// Reads a scene file.
     ///
@@ -116,6 +119,7 @@ impl Document {
     /// It is not TOML.
     pub fn parse(file: String, text: &Arc<str>) -> Result<Self, SceneErrors> {
         let (spanned, mut faults) = DeTable::parse_recoverable(text);
+        too_many_constants(&file, text, spanned.get_ref())?;
         let mut origins = BTreeMap::new();
         record_table(&mut origins, "", spanned.get_ref());
         let root = if faults.is_empty() {
@@ -524,6 +528,27 @@ fn argument_value(written: &str) -> Value {
         .filter(|table| table.len() == 1)
         .and_then(|mut table| table.remove("value"))
         .unwrap_or_else(|| Value::String(written.to_owned()))
+}
+
+/// Counts the constants before memory is taken for them.
+fn too_many_constants(file: &str, text: &str, root: &DeTable) -> Result<(), SceneErrors> {
+    let Some(DeValue::Table(constants)) = root.get("constants").map(Spanned::get_ref) else {
+        return Ok(());
+    };
+    let (count, first) = (constants.len(), constants.keys().next());
+    if count <= CONSTANTS_MAX {
+        return Ok(());
+    }
+    let span = first.map_or(0..0, |key| key.span());
+    Err(SceneErrors(vec![Diagnostic {
+        message: format!("the scene has {count} constants, expected at most {CONSTANTS_MAX}"),
+        key: "constants".to_owned(),
+        value: String::new(),
+        place: Place::in_text(file, text, &span),
+        help: Some(
+            "values of a series are read from a file: `reference = { csv = ... }`".to_owned(),
+        ),
+    }]))
 }
 
 /// The text of a scene file, from its bytes.
