@@ -1,9 +1,12 @@
 //! A run directory may come from somebody else, with anything in the place of its files: nothing waits, nothing outside the
 //! directory is read as a file of it or touched, and every command says what it refuses.
 
+use std::ffi::OsStr;
 use std::fs;
+use std::os::unix::ffi::OsStrExt;
 use std::os::unix::fs::symlink;
 use std::path::{Path, PathBuf};
+use std::process::Command;
 use std::time::Duration;
 
 use rustix::fs::{CWD, FileType, Mode, mknodat};
@@ -300,4 +303,102 @@ fn files_that_the_user_names_are_regular_ones() {
             assert!(ended.stderr.contains("not a regular file"), "{ended:#?}");
         }
     }
+}
+
+/// A block of points; the test sets how many.
+const BLOCK: &str = r#"
+version = 1
+name = "block"
+check = []
+[time]
+end = 0.01
+[mpm]
+cell = 0.01
+domain = [[0.0, 0.0], [20.0, 20.0]]
+shape = "ugimp"
+transfer = "flip"
+[[mpm.material]]
+name = "rubber"
+density = 2000.0
+model.linear_elastic = { bulk_modulus = 5e6, shear_modulus = 3.7e6 }
+[[mpm.points]]
+name = "block"
+material = "rubber"
+fill.rectangle = { lower = [1.0, 1.0], upper = [11.0, 11.0] }
+spacing.counts = [1000, 1000]
+[output]
+every = 1e-3
+"#;
+
+/// `check` and `plan` took memory until they were aborted.
+#[test]
+fn points_are_counted_before_memory_is_taken_for_them() {
+    let place = Place::new();
+    place.write("block.toml", BLOCK);
+    let many = "mpm.points.0.spacing.counts=[43000, 43000]";
+    for words in [
+        &["check", "block.toml", "--set", many][..],
+        &["plan", "block.toml", "--set", many],
+        &["run", "block.toml", "--set", many],
+        &["run", "block.toml", "--in-process", "--set", many],
+    ] {
+        let ended = place.start(words).end_within(SOON).expect(2);
+        ended.says(&["about 1.85e9 points need at least", "of memory"]);
+    }
+    assert!(
+        !place.path("runs").exists(),
+        "a refused run leaves no directory"
+    );
+    // As many as the machine can hold are not laid out for a check.
+    let some = "mpm.points.0.spacing.counts=[1600, 1600]";
+    let ended = place
+        .start(&["check", "block.toml", "--set", some])
+        .end_within(SOON);
+    let ended = ended.expect(0);
+    assert!(
+        ended.stdout.contains("the solvers were not asked"),
+        "{ended:?}"
+    );
+}
+
+/// It was ended by a signal.
+#[test]
+fn too_little_address_space_is_an_error() {
+    let tandem = env!("CARGO_BIN_EXE_tandem");
+    let hard = scene(HARD);
+    for command in ["check", "run"] {
+        let script = format!("ulimit -v 50000; exec '{tandem}' {command} '{hard}'");
+        let ended = Command::new("sh").args(["-c", &script]).output().unwrap();
+        let said = String::from_utf8(ended.stderr).unwrap();
+        assert_eq!(ended.status.code(), Some(2), "{said}");
+        assert!(said.contains("of address space"), "{said}");
+    }
+}
+
+/// The first was a panic (status 101); of the second a terminal was cleared.
+#[test]
+fn names_that_are_no_text_and_names_that_a_terminal_obeys() {
+    let place = Place::new();
+    let tandem = env!("CARGO_BIN_EXE_tandem");
+    let out = place.path("").join(OsStr::from_bytes(b"out-\xff"));
+    let ended = Command::new(tandem)
+        .args([
+            "run",
+            &scene(HARD),
+            "--variant",
+            "quick",
+            "--in-process",
+            "--out",
+        ])
+        .arg(&out)
+        .output()
+        .unwrap();
+    assert_eq!(ended.status.code(), Some(0), "{ended:?}");
+    assert!(out.join("summary.json").is_file());
+    let ended = place
+        .start(&["check", "a\u{1b}[2Jb\nerror: c.toml"])
+        .end_within(SOON)
+        .expect(2);
+    assert!(!ended.stderr.contains('\u{1b}'), "{ended:?}");
+    assert!(!ended.stderr.contains("\nerror: c"), "{ended:?}");
 }

@@ -24,6 +24,7 @@ pub mod saved;
 pub mod session;
 pub mod solver;
 pub mod step;
+pub mod text;
 pub mod transport;
 
 /// A vector in the plane.

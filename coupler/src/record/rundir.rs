@@ -359,7 +359,8 @@ fn lock(dir: &Path) -> Result<File, RunDirError> {
         }
         Err(TryLockError::Error(error)) => return Err(fail("lock", &path)(error)),
     }
-    let words: Vec<String> = std::env::args().collect();
+    let words = std::env::args_os().map(|word| word.to_string_lossy().into_owned());
+    let words: Vec<String> = words.collect();
     let host = files::read_named_text(Path::new("/proc/sys/kernel/hostname"), SMALL);
     let host = host.unwrap_or_default();
     let holder = format!(
