@@ -22,6 +22,9 @@ use crate::run::{options, untrusted};
 use crate::terminal::{complain, say};
 use crate::{machine, solvers};
 
+/// Most points for which a check asks the solvers: an answer should not take longer than a second.
+const POINTS_AT_ONCE: f64 = 300_000.0;
+
 /// Validates scenes, each with all of its variants unless one is asked for.
 pub fn check(args: &CheckArgs) -> ExitCode {
     let mut code = ExitCode::SUCCESS;
@@ -57,7 +60,7 @@ pub fn check(args: &CheckArgs) -> ExitCode {
 
 /// Says that a scene is valid, if it is.
 fn valid(mut scene: Scene, path: &Path, which: &str) -> Result<(), String> {
-    let begun = begin(&mut scene)?;
+    let begun = begin(&mut scene, POINTS_AT_ONCE)?;
     for warning in scene.warnings.iter().chain(&begun.warning) {
         say(format_args!(
             "warning: {}{which}: {warning}",
@@ -80,7 +83,7 @@ pub fn plan(args: &PlanArgs) -> ExitCode {
         .map_err(|errors| errors.to_string())
         .and_then(|mut scene| {
             let plan = scene.plan();
-            let begun = begin(&mut scene)?;
+            let begun = begin(&mut scene, f64::INFINITY)?;
             let estimate = Estimate::new(&scene, begun.ready, begun.limits.as_ref());
             say(format_args!("{plan}{}", estimate.to_string().trim_end()));
             say(format_args!("  shared   {}", resources::in_words(&scene)));
@@ -119,6 +122,7 @@ fn say_cost(scene: &Scene, args: &PlanArgs) {
 }
 
 /// What the solvers say of a scene that they have taken.
+#[derive(Default)]
 struct Begun {
     /// The continuum and the bodies, as they are ready; none if a side is not there or another program's.
     ready: [Option<Readiness>; 2],
@@ -129,23 +133,28 @@ struct Begun {
 }
 
 /// Lets the built-in solvers take the scene as a run begins: with the state of another run where `[start]` names one. What the
-/// run changes in the scene is changed in it.
+/// run changes in the scene is changed in it. Of more than `most` points only the number is looked at.
 ///
 /// # Errors
 /// Why no run would come to its first step.
-fn begin(scene: &mut Scene) -> Result<Begun, String> {
+fn begin(scene: &mut Scene, most: f64) -> Result<Begun, String> {
     let missing = scene.start.as_ref().filter(|start| !start.run.exists());
     let missing = missing.map(|start| start.run.display().to_string());
     let branch = match missing {
         Some(_) => None,
         None => Branch::find(scene).map_err(|errors| errors.to_string())?,
     };
+    resources::check_memory(scene).map_err(|error| format!("error: {}", error.in_words()))?;
+    let mut begun = Begun::default();
+    if scene.points_estimate() > most {
+        begun.warning = Some(format!(
+            "about {:.1e} points: the solvers were not asked; `tandem plan` does that",
+            scene.points_estimate()
+        ));
+        return Ok(begun);
+    }
     let (mut solvers, ready) = configured(scene)?;
-    let mut begun = Begun {
-        ready,
-        limits: None,
-        warning: None,
-    };
+    begun.ready = ready;
     if let Some(from) = missing {
         let missing = format!("`start.from` is not looked at: there is no {from} yet");
         begun.warning = Some(missing);

@@ -11,6 +11,7 @@ use conformance::profile::{Profile, profiles};
 use conformance::report::{Paint, Rows, json, junit, listing, summary, waiver};
 use conformance::waiver::Waivers;
 use conformance::{Examination, ExamineError, Options, clause, examine};
+use interface::files;
 use interface::message::control::Party;
 
 use crate::cli::ConformanceArgs;
@@ -164,7 +165,7 @@ fn write(
     waivers: &Waivers,
 ) -> Result<(), String> {
     let put = |path: &Path, text: &str| {
-        std::fs::write(path, text).map_err(|e| format!("cannot write {}: {e}", path.display()))
+        files::write_named(path, text).map_err(|e| format!("cannot write {}: {e}", path.display()))
     };
     if let Some(path) = &args.json {
         put(path, &json(examination, waivers))?;

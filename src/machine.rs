@@ -9,7 +9,8 @@ use crate::cli::HowArgs;
 
 /// Says it in the log, not on standard error.
 pub fn log() {
-    let words: Vec<String> = std::env::args().collect();
+    let words = std::env::args_os().map(|word| word.to_string_lossy().into_owned());
+    let words: Vec<String> = words.collect();
     let command = shlex::try_join(words.iter().map(String::as_str)).unwrap_or_default();
     let cores = std::thread::available_parallelism().map_or(0, std::num::NonZero::get);
     tracing::debug!(

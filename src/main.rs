@@ -25,6 +25,7 @@ use std::time::Duration;
 
 use clap::Parser;
 use cli::{Cli, Command, SchemaOf};
+use coupler::run::resources::check_addresses;
 use coupler::scene;
 use interface::config;
 use interface::transport::remains::sweep;
@@ -39,7 +40,13 @@ fn main() -> ExitCode {
     if let Err(error) = signals::ignore(SIGXFSZ) {
         complain(format_args!("warning: {error}"));
     }
-    let code = obey(Cli::parse().command);
+    let code = match check_addresses() {
+        Ok(()) => obey(Cli::parse().command),
+        Err(error) => {
+            complain(format_args!("error: {}", error.in_words()));
+            ExitCode::from(exit::BAD_INPUT)
+        }
+    };
     logging::sync();
     terminal::settled(code)
 }

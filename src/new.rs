@@ -1,11 +1,11 @@
 //! `tandem new`: a scene to begin with.
 
-use std::fs::OpenOptions;
-use std::io::{self, Write};
+use std::io;
 use std::path::Path;
 use std::process::ExitCode;
 
 use coupler::scene::schema;
+use interface::files;
 
 use crate::cli::{NewArgs, NewCommand};
 use crate::exit::BAD_INPUT;
@@ -28,12 +28,12 @@ pub fn new(args: &NewArgs) -> ExitCode {
         return ExitCode::from(BAD_INPUT);
     }
     let file = format!("{name}.toml");
-    if let Err(error) = create(Path::new(&file), &SCENE.replace(NAME, name)) {
+    if let Err(error) = files::write_new_named(Path::new(&file), &SCENE.replace(NAME, name)) {
         complain(format_args!("error: cannot write {file}: {error}"));
         return ExitCode::from(BAD_INPUT);
     }
     // One that is there serves as well.
-    match create(Path::new(SCHEMA), &format!("{:#}\n", schema())) {
+    match files::write_new_named(Path::new(SCHEMA), &format!("{:#}\n", schema())) {
         Err(error) if error.kind() != io::ErrorKind::AlreadyExists => {
             complain(format_args!("warning: cannot write {SCHEMA}: {error}"));
         }
@@ -41,9 +41,4 @@ pub fn new(args: &NewArgs) -> ExitCode {
     }
     say(format_args!("wrote {file}; `tandem run {file}` runs it"));
     ExitCode::SUCCESS
-}
-
-fn create(path: &Path, text: &str) -> io::Result<()> {
-    let mut file = OpenOptions::new().write(true).create_new(true).open(path)?;
-    file.write_all(text.as_bytes())
 }

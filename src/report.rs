@@ -20,7 +20,9 @@ pub fn report(args: &ReportArgs) -> ExitCode {
         Err(error) => {
             complain(format_args!("error: {error}"));
             match error {
-                ReportError::NotARun { .. } => ExitCode::from(BAD_INPUT),
+                ReportError::NotARun { .. } | ReportError::File { action: "read", .. } => {
+                    ExitCode::from(BAD_INPUT)
+                }
                 _ => ExitCode::from(Status::Failed.exit_code()),
             }
         }

@@ -93,7 +93,7 @@ fn same_directory(a: &Path, b: &Path) -> bool {
 
 /// Goes on with a run from its newest checkpoint.
 pub fn resume(args: &ResumeArgs) -> ExitCode {
-    let scene = match Scene::load(&args.dir.join("scene.toml"), None, &[]) {
+    let scene = match Scene::of_run(&args.dir) {
         Ok(scene) => scene,
         Err(errors) => {
             complain(errors);
@@ -314,12 +314,15 @@ pub fn options(args: &HowArgs, record: bool, scene: &Scene) -> Result<RunOptions
                 "--in-process: the scene names a solver that is a separate process; `--set solvers.{side}=built-in` selects the built-in one"
             ));
         }
+        resources::check_memory(scene).map_err(|error| error.in_words())?;
         Solvers::InProcess {
             mpm: solvers::mpm,
             dem: solvers::dem,
         }
     } else {
-        resources::check(scene).map_err(|error| format!("{error} ({})", error.advice()))?;
+        resources::check_memory(scene)
+            .and_then(|()| resources::check(scene))
+            .map_err(|error| error.in_words())?;
         Solvers::Processes {
             mpm: process(scene.solvers.mpm.as_ref(), "mpm")?,
             dem: process(scene.solvers.dem.as_ref(), "dem")?,

@@ -15,6 +15,7 @@ use std::time::Duration;
 
 use coupler::record::screen::Screen;
 use coupler::record::summary::Status;
+use interface::text;
 
 /// Why something that was said on standard output did not get there.
 static UNSAID: OnceLock<io::Error> = OnceLock::new();
@@ -22,12 +23,36 @@ static UNSAID: OnceLock<io::Error> = OnceLock::new();
 /// A line on standard output.
 pub fn say(line: impl Display) {
     let mut stdout = stdout().lock();
-    let said = writeln!(stdout, "{line}").and_then(|()| stdout.flush());
+    let said = writeln!(stdout, "{}", shown(&line.to_string())).and_then(|()| stdout.flush());
     if let Err(error) = said
         && error.kind() != ErrorKind::BrokenPipe
     {
         let _ = UNSAID.set(error);
     }
+}
+
+/// A text without what a terminal would obey, but for the colours that we give it.
+fn shown(text: &str) -> String {
+    let mut shown = String::with_capacity(text.len());
+    let mut rest = text;
+    while let Some(at) = rest.find("\u{1b}[") {
+        let (before, from) = rest.split_at(at);
+        shown += &text::lines(before);
+        let length = 2 + from[2..]
+            .bytes()
+            .take_while(|b| b.is_ascii_digit() || *b == b';')
+            .count();
+        // A sequence that sets colours ends with `m`.
+        let length = if from[length..].starts_with('m') {
+            shown += &from[..=length];
+            length + 1
+        } else {
+            shown += &text::lines(&from[..1]);
+            1
+        };
+        rest = &from[length..];
+    }
+    shown + &text::lines(rest)
 }
 
 /// What shows standard error while a run goes on.
@@ -42,9 +67,10 @@ pub fn screen() -> &'static Screen {
 
 /// A line on standard error.
 pub fn complain(line: impl Display) {
+    let line = format!("{}\n", shown(&line.to_string()));
     match SCREEN.get() {
-        Some(screen) => screen.text(format!("{line}\n").as_bytes()),
-        None => drop(writeln!(stderr(), "{line}")),
+        Some(screen) => screen.text(line.as_bytes()),
+        None => drop(stderr().write_all(line.as_bytes())),
     }
 }
 
@@ -68,5 +94,21 @@ fn told(code: ExitCode) -> ExitCode {
         ExitCode::from(Status::Failed.exit_code())
     } else {
         code
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_terminal_obeys_nothing_but_colours() {
+        let painted = "\u{1b}[1;31mFAIL\u{1b}[0m a\tb\nc";
+        assert_eq!(shown(painted), painted);
+        assert_eq!(
+            shown("\u{1b}[2J\u{1b}]0;x\u{7}"),
+            "\\u{1b}[2J\\u{1b}]0;x\\u{7}"
+        );
+        assert_eq!(shown("\u{1b}["), "\\u{1b}[");
     }
 }

@@ -21,7 +21,7 @@ const ARROWS: &str = "
     conformance: interface mechanics
     simulation: dem-proc interface mechanics mpm-proc
     study: coupler interface mechanics
-    report: coupler
+    report: coupler interface
     fuzzing: coupler dem-proc interface mpm-proc report
     rapier-dem: coupler dem-proc interface mechanics mpm-proc
     tandem: conformance coupler dem-proc interface mpm-proc report study";
@@ -45,6 +45,33 @@ const WORDS: [(&[&str], &str, &[&str]); 2] = [
         ],
     ),
     (&["sched_yield", "yield_now"], "", &["tests/house.rs"]),
+];
+
+/// The places that open files by themselves, with what they open. All others do it with `interface/src/files.rs`, which
+/// follows no link, waits for no pipe and reads no more than a file can have.
+const OPENS: [(&str, &str); 7] = [
+    (
+        "interface/src/transport/domain.rs",
+        "the private directory of a run",
+    ),
+    ("interface/src/transport/liveness.rs", "/proc"),
+    (
+        "interface/src/transport/remains.rs",
+        "the private directories of runs",
+    ),
+    (
+        "interface/src/transport/wake.rs",
+        "the wake-ups in the private directory of a run",
+    ),
+    (
+        "interface/conformance/src/part.rs",
+        "the private directory of a run",
+    ),
+    (
+        "interface/conformance/src/clause/shared/machine.rs",
+        "/proc",
+    ),
+    ("src/machine.rs", "/proc"),
 ];
 
 fn packages() -> Vec<Value> {
@@ -147,6 +174,49 @@ fn words_stand_where_they_may() {
         }
     }
     assert!(wrong.is_empty(), "{wrong:#?}");
+}
+
+#[test]
+fn files_are_opened_in_one_place() {
+    let ways = [
+        "File::open(",
+        "File::create",
+        "File::options",
+        "OpenOptions",
+        "fs::read(",
+        "fs::read_to_string(",
+        "fs::write(",
+        "fs::copy(",
+        "from_path(",
+    ];
+    let mut found = BTreeSet::new();
+    for package in packages() {
+        let manifest = PathBuf::from(package["manifest_path"].as_str().unwrap());
+        let folder = manifest.with_file_name("src");
+        if package["name"] == "fuzzing" {
+            continue;
+        }
+        let mut folders = vec![folder];
+        while let Some(folder) = folders.pop() {
+            for entry in fs::read_dir(&folder).unwrap() {
+                let path = entry.unwrap().path();
+                let file = path.strip_prefix(root()).unwrap().to_str().unwrap();
+                if path.is_dir() {
+                    folders.push(path);
+                } else if file.ends_with(".rs")
+                    && !file.ends_with("tests.rs")
+                    && !file.contains("/tests/")
+                {
+                    let code = code(&fs::read_to_string(&path).unwrap());
+                    if ways.iter().any(|way| code.contains(way)) {
+                        found.insert(file.to_owned());
+                    }
+                }
+            }
+        }
+    }
+    let allowed = OPENS.map(|(file, _)| file.to_owned()).into();
+    assert_eq!(found, allowed, "these open files, and those may");
 }
 
 /// A source without comments, and without the tests at its end.

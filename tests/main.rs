@@ -13,6 +13,7 @@ mod extreme;
 mod forgetful;
 mod frames;
 mod hashes;
+mod hostile;
 mod house;
 mod instability;
 mod mutants;

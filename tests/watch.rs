@@ -133,6 +133,69 @@ fn a_browser_follows_a_run_to_its_end() {
     place.assert_clean(&ended.runs);
 }
 
+/// A length of 1e12 ended the server with SIGABRT, 2^64 - 1 a thread of it, 625 idle connections all of it, and a slow
+/// request stayed for ever.
+#[test]
+fn what_the_server_hears_has_limits() {
+    let place = Place::new();
+    let (run, address) = begun(&place);
+    let own = &address[address.rfind('/').unwrap()..];
+    let at = address.strip_prefix("http://").unwrap();
+    let at = &at[..at.find('/').unwrap()];
+    let connect = || TcpStream::connect(at).unwrap();
+    for target in ["/", own] {
+        for length in [
+            "999999999999",
+            "18446744073709551615",
+            "99999999999999999999",
+            "-1",
+        ] {
+            let mut stream = connect();
+            let head = format!(
+                "POST {target} HTTP/1.1\r\nHost: {at}\r\nContent-Length: {length}\r\n\r\nx"
+            );
+            stream.write_all(head.as_bytes()).unwrap();
+            let mut answer = String::new();
+            // Who has said too much may be cut off.
+            let _ = stream.read_to_string(&mut answer);
+            let refused = ["", "400", "403", "405"]
+                .iter()
+                .any(|status| answer.split(' ').nth(1).unwrap_or_default() == *status);
+            assert!(refused, "{length}: {answer}");
+        }
+    }
+    // A head without an end, and connections that say nothing.
+    let mut endless = connect();
+    let _ = endless.write_all(b"GET / HTTP/1.1\r\n").and_then(|()| {
+        (0..100_000).try_for_each(|k| endless.write_all(format!("X-{k}: y\r\n").as_bytes()))
+    });
+    let mut slow = connect();
+    slow.write_all(b"GET / HT").unwrap();
+    let idle: Vec<_> = (0..700)
+        .map_while(|_| TcpStream::connect(at).ok())
+        .collect();
+    assert!(idle.len() > 100, "{}", idle.len());
+    let mut rest = String::new();
+    let _ = slow.read_to_string(&mut rest);
+    assert!(!rest.contains("200"), "{rest}");
+    // The others are cut off too, and then there is room.
+    let answered = until(PATIENCE, || {
+        let mut stream = TcpStream::connect(at).ok()?;
+        let head = format!("GET {own} HTTP/1.1\r\nHost: {at}\r\nConnection: close\r\n\r\n");
+        stream.write_all(head.as_bytes()).ok()?;
+        let mut answer = String::new();
+        stream.read_to_string(&mut answer).ok()?;
+        answer.starts_with("HTTP/1.1 200").then_some(())
+    });
+    assert!(answered.is_some(), "the server answers nobody");
+    drop(idle);
+    signal(run.pid(), "INT");
+    let ended = run.end().expect(130);
+    let gone = until(PATIENCE, || place.processes().is_empty().then_some(()));
+    assert!(gone.is_some(), "{:?} live on", place.processes());
+    place.assert_clean(&ended.runs);
+}
+
 #[test]
 fn a_run_that_has_ended_is_not_watched() {
     let place = Place::new();

@@ -71,6 +71,17 @@ fn twenty_thousand_constants_that_need_one_another() {
     );
 }
 
+/// Each took a kilobyte, and a million of them five seconds.
+#[test]
+fn constants_are_counted_before_memory_is_taken_for_them() {
+    let many = lines(1_000_000, |i, text| write!(text, "c{i}=1").unwrap());
+    let told = read(&format!("{GOOD}[constants]\n{many}")).unwrap_err();
+    assert!(
+        told.contains("the scene has 1000000 constants, expected at most 100000"),
+        "{told}"
+    );
+}
+
 /// D18: each variant read the whole file again, and looked through all that it says.
 #[test]
 fn three_thousand_variants() {

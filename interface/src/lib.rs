@@ -17,12 +17,14 @@
 //! Geometry and mechanics that several solvers need are the crate `mechanics`.
 
 pub mod config;
+pub mod files;
 pub mod message;
 pub mod recording;
 pub mod saved;
 pub mod session;
 pub mod solver;
 pub mod step;
+pub mod text;
 pub mod transport;
 
 /// A vector in the plane.

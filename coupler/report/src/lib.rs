@@ -25,10 +25,10 @@ pub mod thin;
 pub mod verdict;
 pub mod words;
 
-use std::fs::Permissions;
-use std::io::Write as _;
-use std::os::unix::fs::PermissionsExt as _;
 use std::path::{Path, PathBuf};
+
+use coupler::record::rundir::REPORT;
+use interface::files;
 
 use record::Record;
 
@@ -57,29 +57,16 @@ pub fn write(runs: &[PathBuf], out: Option<&Path>) -> Result<Written, ReportErro
     let html = page::page(&records, false)?;
     let path = match (out, runs.first()) {
         (Some(out), _) => out.to_path_buf(),
-        (None, Some(run)) => run.join(coupler::record::rundir::REPORT),
+        (None, Some(run)) => run.join(REPORT),
         (None, None) => return Err(ReportError::Page("no run was named".to_owned())),
     };
-    write_whole(&path, html.as_bytes())?;
+    let written = match out {
+        Some(out) => files::write_named(out, &html),
+        None => files::replace(&runs[0], REPORT, html.as_bytes(), false),
+    };
+    written.map_err(ReportError::file("write", &path))?;
     Ok(Written {
         bytes: html.len() as u64,
         path,
     })
-}
-
-fn write_whole(path: &Path, bytes: &[u8]) -> Result<(), ReportError> {
-    let folder = match path.parent() {
-        Some(folder) if !folder.as_os_str().is_empty() => folder,
-        _ => Path::new("."),
-    };
-    let write = || {
-        // A page is made to be shared, so the user's umask decides who may read it.
-        let mut file = tempfile::Builder::new()
-            .permissions(Permissions::from_mode(0o666))
-            .tempfile_in(folder)?;
-        file.write_all(bytes)?;
-        file.persist(path)?;
-        Ok(())
-    };
-    write().map_err(ReportError::file("write", path))
 }

@@ -8,19 +8,30 @@
 //! It reads what the run has written and writes nothing. A page is made when a browser asks for it, at most once for each
 //! state; a run that nobody looks at costs a look at a few files a second.
 
-use std::fs;
-use std::io::{self, Write};
-use std::net::{Ipv4Addr, SocketAddr};
+use std::convert::Infallible;
+use std::io;
+use std::net::{Ipv4Addr, SocketAddr, TcpListener};
 use std::path::{Path, PathBuf};
-use std::sync::atomic::{AtomicUsize, Ordering};
-use std::sync::{Arc, Condvar, Mutex, MutexGuard};
-use std::thread;
+use std::pin::pin;
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
+use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant, SystemTime};
 
 use coupler::record::course::COURSE;
 use coupler::record::rundir::{FRAME_LIST, in_use};
+use http_body_util::channel::{Channel, Sender};
+use http_body_util::{Either, Full};
+use hyper::body::{Bytes, Incoming};
+use hyper::header::{self, HeaderValue};
+use hyper::server::conn::http1;
+use hyper::service::service_fn;
+use hyper::{Method, Request, Response, StatusCode};
+use hyper_util::rt::{TokioIo, TokioTimer};
+use interface::files::{self, How};
 use rustix::time::{ClockId, clock_gettime};
-use tiny_http::{Header, Method, Request, Response, Server, StatusCode};
+use tokio::net::TcpStream;
+use tokio::sync::watch;
+use tokio::time::{sleep, timeout};
 
 use crate::error::ReportError;
 use crate::page;
@@ -39,13 +50,23 @@ const FAREWELL: Duration = Duration::from_secs(10);
 const LAST_PAGE: Duration = Duration::from_mins(2);
 /// Browsers that can follow at a time.
 const BROWSERS: usize = 16;
+/// Connections at a time; more are closed at once.
+const CONNECTIONS: usize = 64;
+/// How long a browser may take to send its request.
+const REQUEST: Duration = Duration::from_secs(5);
+/// Largest head of a request in bytes.
+const HEAD: usize = 16 << 10;
+/// Threads that make pages, of which one at a time does.
+const MAKERS: usize = 4;
+/// Time between two looks at whether to stop.
+const TICK: Duration = Duration::from_millis(100);
 /// What is shown before a run has written anything.
 const NOT_YET: &str = "<!doctype html><html lang=\"en\"><meta charset=\"utf-8\"><meta http-equiv=\"refresh\" content=\"1\">\
                        <title>Tandem</title><p>The run has not begun yet.</p>";
 
 /// A server of the page of one run.
 pub struct Live {
-    server: Server,
+    listener: TcpListener,
     at: SocketAddr,
     shared: Arc<Shared>,
 }
@@ -55,11 +76,10 @@ struct Shared {
     dir: PathBuf,
     token: String,
     host: [String; 2],
-    news: Mutex<News>,
-    changed: Condvar,
+    news: watch::Sender<News>,
     page: Mutex<Option<Made>>,
     followers: AtomicUsize,
-    /// Requests that are being answered.
+    /// Connections, each of one request.
     answering: AtomicUsize,
     /// Pages that were sent since the end.
     farewells: AtomicUsize,
@@ -91,25 +111,24 @@ impl Live {
     pub fn listen(dir: &Path, port: u16) -> Result<Self, ReportError> {
         let at = SocketAddr::from((Ipv4Addr::LOCALHOST, port));
         let cannot = |why: &dyn std::fmt::Display| ReportError::Serve(format!("{at}: {why}"));
-        let server = Server::http(at).map_err(|error| cannot(&error))?;
-        let at = server
-            .server_addr()
-            .to_ip()
-            .ok_or_else(|| cannot(&"no address"))?;
+        let listener = TcpListener::bind(at).map_err(|error| cannot(&error))?;
+        listener
+            .set_nonblocking(true)
+            .map_err(|error| cannot(&error))?;
+        let at = listener.local_addr().map_err(|error| cannot(&error))?;
         let port = at.port();
         let shared = Shared {
             dir: dir.to_path_buf(),
             token: token().map_err(|error| cannot(&error))?,
             host: [format!("127.0.0.1:{port}"), format!("localhost:{port}")],
-            news: Mutex::default(),
-            changed: Condvar::new(),
+            news: watch::Sender::new(News::default()),
             page: Mutex::default(),
             followers: AtomicUsize::new(0),
             answering: AtomicUsize::new(0),
             farewells: AtomicUsize::new(0),
         };
         Ok(Self {
-            server,
+            listener,
             at,
             shared: Arc::new(shared),
         })
@@ -125,6 +144,18 @@ impl Live {
     /// # Errors
     /// [`ReportError::Serve`]: nothing can be heard any more.
     pub fn serve(&self, stop: impl Fn() -> bool) -> Result<(), ReportError> {
+        let mut runtime = tokio::runtime::Builder::new_current_thread();
+        let runtime = runtime.enable_all().max_blocking_threads(MAKERS).build();
+        let cannot = |error: io::Error| ReportError::Serve(error.to_string());
+        let runtime = runtime.map_err(cannot)?;
+        let served = runtime.block_on(self.answer_all(stop)).map_err(cannot);
+        // A page that is being made is for nobody.
+        runtime.shutdown_background();
+        served
+    }
+
+    async fn answer_all(&self, stop: impl Fn() -> bool) -> io::Result<()> {
+        let listener = tokio::net::TcpListener::from_std(self.listener.try_clone()?)?;
         let mut seen = None;
         let mut looked: Option<Instant> = None;
         let mut end: Option<(Instant, usize)> = None;
@@ -149,33 +180,74 @@ impl Live {
             {
                 break;
             }
-            let heard = self.server.recv_timeout(Duration::from_millis(100));
-            if let Some(request) = heard.map_err(|error| ReportError::Serve(error.to_string()))? {
-                let shared = self.shared.clone();
-                shared.answering.fetch_add(1, Ordering::AcqRel);
-                thread::spawn(move || {
-                    // A browser that goes away in the middle is no error.
-                    let _ = shared.answer(request);
-                    shared.answering.fetch_sub(1, Ordering::AcqRel);
-                });
+            match timeout(TICK, listener.accept()).await {
+                Err(_) => {}
+                Ok(Ok((stream, _))) => {
+                    if self.shared.answering.load(Ordering::Acquire) < CONNECTIONS {
+                        self.shared.answering.fetch_add(1, Ordering::AcqRel);
+                        tokio::spawn(connection(self.shared.clone(), stream));
+                    }
+                }
+                // Too many files are open: those of others are closed after a while.
+                Ok(Err(_)) => sleep(TICK).await,
             }
         }
         Ok(())
     }
 }
 
-impl Shared {
-    fn news(&self) -> MutexGuard<'_, News> {
-        self.news.lock().expect("no thread panics with the news")
-    }
+/// What a connection is used for, as its request has shown.
+#[derive(Default)]
+struct Use {
+    follows: AtomicBool,
+    has_last_page: AtomicBool,
+}
 
+/// Answers one request, in bounded time unless it is of a browser that follows.
+async fn connection(shared: Arc<Shared>, stream: TcpStream) {
+    let used = Arc::new(Use::default());
+    let answers = service_fn(|request| {
+        let (shared, used) = (shared.clone(), used.clone());
+        async move { Ok::<_, Infallible>(shared.answer(&request, &used).await) }
+    });
+    let mut serving = pin!(
+        http1::Builder::new()
+            .timer(TokioTimer::new())
+            .header_read_timeout(REQUEST)
+            .max_buf_size(HEAD)
+            .keep_alive(false)
+            .serve_connection(TokioIo::new(stream), answers)
+    );
+    loop {
+        // A browser that goes away in the middle is no error.
+        match timeout(LAST_PAGE, &mut serving).await {
+            Ok(Ok(())) if used.has_last_page.load(Ordering::Acquire) => {
+                shared.farewells.fetch_add(1, Ordering::AcqRel);
+                break;
+            }
+            Err(_) if used.follows.load(Ordering::Acquire) => {}
+            _ => break,
+        }
+    }
+    shared.answering.fetch_sub(1, Ordering::AcqRel);
+}
+
+/// A page, or what is told of a run.
+type Answer = Response<Either<Full<Bytes>, Channel<Bytes, Infallible>>>;
+
+fn whole(status: StatusCode, text: impl Into<Bytes>) -> Answer {
+    let mut answer = Response::new(Either::Left(Full::new(text.into())));
+    *answer.status_mut() = status;
+    answer
+}
+
+impl Shared {
     /// The run has written something, or has ended.
     fn tell(&self, ended: bool) {
-        let mut news = self.news();
-        news.state += 1;
-        news.ended = ended;
-        drop(news);
-        self.changed.notify_all();
+        self.news.send_modify(|news| {
+            news.state += 1;
+            news.ended = ended;
+        });
     }
 
     /// Size and time of what a run writes to while it goes on.
@@ -188,59 +260,55 @@ impl Shared {
             FRAME_LIST,
         ];
         let of = |name: &str| {
-            let file = fs::metadata(self.dir.join(name)).ok()?;
+            let file = files::open(&self.dir, name, How::Read)
+                .ok()?
+                .metadata()
+                .ok()?;
             Some((file.len(), file.modified().ok()?))
         };
         names.into_iter().map(of).collect()
     }
 
-    fn answer(&self, request: Request) -> io::Result<()> {
-        let (path, query) = request.url().split_once('?').unwrap_or((request.url(), ""));
-        let named = |header: &&Header| header.field.equiv("Host");
-        let host = request.headers().iter().find(named);
-        // A request from another site by a DNS name that points here has another host (DNS rebinding).
-        let of_here =
-            host.is_some_and(|host| self.host.iter().any(|own| host.value == own.as_str()));
+    async fn answer(self: Arc<Self>, request: &Request<Incoming>, used: &Use) -> Answer {
+        let query = request.uri().query().unwrap_or_default();
         let knows = query
             .split('&')
             .any(|pair| pair.strip_prefix("token=") == Some(&self.token));
-        let refusal = if !of_here || !knows {
-            Some((
-                403,
-                "The address lacks the token that `tandem watch` has printed.",
-            ))
-        } else if !matches!(request.method(), Method::Get | Method::Head) {
-            Some((405, "This server shows a run; nothing can be changed here."))
-        } else {
-            None
-        };
-        match (refusal, path) {
-            (Some((status, why)), _) => {
-                request.respond(Response::from_string(why).with_status_code(StatusCode(status)))
-            }
-            (None, "/") => self.send_page(request),
-            (None, "/events") => self.send_events(request),
-            (None, _) => request.respond(Response::empty(404)),
+        // A request from another site by a DNS name that points here has another host (DNS rebinding).
+        let host = request.headers().get(header::HOST);
+        let of_here = host.is_some_and(|host| self.host.iter().any(|own| host == own.as_str()));
+        if !of_here || !knows {
+            let why = "The address lacks the token that `tandem watch` has printed.";
+            return whole(StatusCode::FORBIDDEN, why);
+        }
+        if !matches!(*request.method(), Method::GET | Method::HEAD) {
+            let why = "This server shows a run; nothing can be changed here.";
+            return whole(StatusCode::METHOD_NOT_ALLOWED, why);
+        }
+        match request.uri().path() {
+            "/" => self.send_page(used).await,
+            "/events" => self.send_events(used),
+            _ => whole(StatusCode::NOT_FOUND, ""),
         }
     }
 
-    fn send_page(&self, request: Request) -> io::Result<()> {
-        let ended = self.news().ended;
-        let html = self.page().unwrap_or_else(|_| NOT_YET.to_owned());
-        let mut response = Response::from_string(html);
+    async fn send_page(self: Arc<Self>, used: &Use) -> Answer {
+        let ended = self.news.borrow().ended;
+        let made = tokio::task::spawn_blocking(move || self.page()).await;
+        let html = made.ok().and_then(Result::ok);
+        let html = html.unwrap_or_else(|| NOT_YET.to_owned());
+        let mut answer = whole(StatusCode::OK, html);
         for (name, value) in [
-            ("Content-Type", "text/html; charset=utf-8"),
-            ("Cache-Control", "no-store"),
-            ("Referrer-Policy", "no-referrer"),
-            ("X-Content-Type-Options", "nosniff"),
+            (header::CONTENT_TYPE, "text/html; charset=utf-8"),
+            (header::CACHE_CONTROL, "no-store"),
+            (header::REFERRER_POLICY, "no-referrer"),
+            (header::X_CONTENT_TYPE_OPTIONS, "nosniff"),
         ] {
-            response.add_header(Header::from_bytes(name, value).expect("plain ASCII"));
+            let value = HeaderValue::from_static(value);
+            answer.headers_mut().insert(name, value);
         }
-        request.respond(response)?;
-        if ended {
-            self.farewells.fetch_add(1, Ordering::AcqRel);
-        }
-        Ok(())
+        used.has_last_page.store(ended, Ordering::Release);
+        answer
     }
 
     /// Whether the browsers that followed when the run ended, `at`, have the last page, or do not ask for it.
@@ -265,7 +333,7 @@ impl Shared {
     /// The page of the present state. One that was made for it is sent again.
     fn page(&self) -> Result<String, ReportError> {
         let mut made = self.page.lock().expect("no thread panics with the page");
-        let News { state, ended } = *self.news();
+        let News { state, ended } = *self.news.borrow();
         if let Some(made) = made.as_ref().filter(|made| made.state == state) {
             return Ok(made.html.clone());
         }
@@ -281,39 +349,46 @@ impl Shared {
         Ok(html)
     }
 
-    fn send_events(&self, request: Request) -> io::Result<()> {
+    fn send_events(self: Arc<Self>, used: &Use) -> Answer {
         if self.followers.fetch_add(1, Ordering::AcqRel) >= BROWSERS {
             self.followers.fetch_sub(1, Ordering::AcqRel);
-            return request.respond(Response::empty(503));
+            return whole(StatusCode::SERVICE_UNAVAILABLE, "");
         }
-        let mut out = request.into_writer();
-        let told = self.follow(&mut out);
-        self.followers.fetch_sub(1, Ordering::AcqRel);
-        told
+        used.follows.store(true, Ordering::Release);
+        let (out, body) = Channel::new(1);
+        tokio::spawn(async move {
+            self.follow(out).await;
+            self.followers.fetch_sub(1, Ordering::AcqRel);
+        });
+        let mut answer = Response::new(Either::Right(body));
+        for (name, value) in [
+            (header::CONTENT_TYPE, "text/event-stream"),
+            (header::CACHE_CONTROL, "no-store"),
+        ] {
+            let value = HeaderValue::from_static(value);
+            answer.headers_mut().insert(name, value);
+        }
+        answer
     }
 
-    /// Tells of every change until the end.
-    fn follow(&self, out: &mut dyn Write) -> io::Result<()> {
-        out.write_all(
-            b"HTTP/1.1 200 OK\r\nContent-Type: text/event-stream\r\nCache-Control: no-store\r\nConnection: close\r\n\r\n",
-        )?;
+    /// Tells of every change until the end, or until nobody listens.
+    async fn follow(&self, mut out: Sender<Bytes, Infallible>) {
+        let mut news = self.news.subscribe();
         let mut told = 0;
         loop {
-            let news = self.news();
-            let waited = self
-                .changed
-                .wait_timeout_while(news, SIGN_OF_LIFE, |news| news.state == told);
-            let news = *waited.expect("no thread panics with the news").0;
-            if news.state == told {
-                out.write_all(b": still here\n\n")?;
-            } else {
-                told = news.state;
-                let name = if news.ended { "end" } else { "state" };
-                write!(out, "event: {name}\ndata: {told}\n\n")?;
-            }
-            out.flush()?;
-            if news.ended {
-                return Ok(());
+            let changed = timeout(SIGN_OF_LIFE, news.wait_for(|news| news.state != told));
+            let changed = changed.await.ok().and_then(Result::ok).map(|news| *news);
+            let words = match changed {
+                None => ": still here\n\n".to_owned(),
+                Some(News { state, ended }) => {
+                    told = state;
+                    let name = if ended { "end" } else { "state" };
+                    format!("event: {name}\ndata: {told}\n\n")
+                }
+            };
+            let sent = out.send_data(Bytes::from(words)).await;
+            if sent.is_err() || changed.is_some_and(|news| news.ended) {
+                return;
             }
         }
     }
@@ -328,7 +403,7 @@ fn cpu_time() -> Duration {
 /// 128 bits that nobody can guess.
 fn token() -> io::Result<String> {
     let mut bytes = [0; 16];
-    io::Read::read_exact(&mut fs::File::open("/dev/urandom")?, &mut bytes)?;
+    getrandom::fill(&mut bytes)?;
     Ok(format!("{:032x}", u128::from_le_bytes(bytes)))
 }
 

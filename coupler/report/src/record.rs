@@ -1,12 +1,12 @@
 //! What a run has left in its directory, as far as it can be read: a run that was killed has left less.
 
-use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
 
 use coupler::record::course::COURSE;
 use coupler::record::{Summary, Table};
 use coupler::scene::Scene;
+use interface::files::{self, TABLE};
 
 use crate::ReportError;
 use crate::log::{self, Line};
@@ -75,7 +75,7 @@ impl Record {
         Ok(Self {
             path: dir.to_path_buf(),
             summary,
-            scene: Scene::load(&dir.join("scene.toml"), None, &[]).ok(),
+            scene: Scene::of_run(dir).ok(),
             scene_text,
             written: written.unwrap_or_default(),
             history,
@@ -89,11 +89,12 @@ impl Record {
 /// The text of a file of the directory, if it is there. Bytes that are no text, as a machine that lost power may leave
 /// them, become marks of such.
 fn text(dir: &Path, name: &str) -> Result<Option<String>, ReportError> {
-    let path = dir.join(name);
-    match fs::read(&path) {
-        Ok(bytes) => Ok(Some(String::from_utf8_lossy(&bytes).into_owned())),
+    match files::read(dir, name, TABLE) {
+        Ok(bytes) => Ok(Some(String::from_utf8(bytes).unwrap_or_else(|error| {
+            String::from_utf8_lossy(error.as_bytes()).into_owned()
+        }))),
         Err(error) if error.kind() == io::ErrorKind::NotFound => Ok(None),
-        Err(error) => Err(ReportError::file("read", &path)(error)),
+        Err(error) => Err(ReportError::file("read", &dir.join(name))(error)),
     }
 }
 
@@ -114,6 +115,7 @@ fn table(name: &str, text: Option<String>, faults: &mut Vec<String>) -> Option<T
 #[cfg(test)]
 mod tests {
     use super::*;
+    use std::fs;
 
     #[test]
     fn what_is_no_run_is_refused_in_plain_words() {

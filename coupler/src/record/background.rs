@@ -1,10 +1,11 @@
-//! Background writing: a separate thread appends to a file, so that no step waits for a disk.
+//! Background writing: a thread does what takes a disk, in its order, so that no step waits for one. The recorder has a
+//! thread of its own, which packs small messages into blocks while it waits, and the screen one that leaves texts out.
 
 use std::fs::File;
 use std::io::{self, Seek, SeekFrom, Write};
 use std::path::PathBuf;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
-use std::sync::mpsc::{Receiver, Sender, channel};
+use std::sync::mpsc::{Sender, channel};
 use std::sync::{Arc, Mutex};
 use std::thread::{self, JoinHandle};
 use std::time::Duration;
@@ -15,53 +16,25 @@ use super::rundir::RunDir;
 /// Time between two looks of a thread that waits for a writer.
 const LOOK: Duration = Duration::from_millis(1);
 
-/// How much a writer has written, in bytes or frames.
+/// A thread that writes pieces in the order in which they are given. It ends at the first that it cannot write.
+#[derive(Debug)]
+pub(crate) struct Background<T> {
+    queue: Option<Sender<(T, u64)>>,
+    progress: Arc<Progress>,
+    /// The amount that was given.
+    given: u64,
+    writer: Option<JoinHandle<Result<(), RunDirError>>>,
+}
+
+/// How much has been written, in the unit of the pieces' amounts.
 #[derive(Debug, Default)]
-pub(crate) struct Written {
-    count: AtomicU64,
+struct Progress {
+    written: AtomicU64,
     ended: AtomicBool,
 }
 
-impl Written {
-    /// Begins with what was written before.
-    pub fn from(count: u64) -> Arc<Self> {
-        Arc::new(Self {
-            count: count.into(),
-            ended: false.into(),
-        })
-    }
-
-    /// The amount that is in the file.
-    pub fn count(&self) -> u64 {
-        self.count.load(Ordering::Acquire)
-    }
-
-    /// Whether nothing more will be written, because everything has been or because the writer has failed.
-    pub fn has_ended(&self) -> bool {
-        self.ended.load(Ordering::Acquire)
-    }
-
-    /// Sets the amount that is in the file.
-    pub fn reach(&self, count: u64) {
-        self.count.store(count, Ordering::Release);
-    }
-
-    /// A guard that marks the end of the writer, whether it returns or panics.
-    pub fn until_the_end(self: &Arc<Self>) -> Ends {
-        Ends(self.clone())
-    }
-
-    /// A mark that is reached when the first `until` have been written.
-    pub fn mark(self: &Arc<Self>, until: u64) -> Mark {
-        Mark {
-            written: self.clone(),
-            until,
-        }
-    }
-}
-
-/// Marks the writer as ended when it is dropped.
-pub(crate) struct Ends(Arc<Written>);
+/// Marks the writer as ended when it is dropped, also after a panic.
+struct Ends(Arc<Progress>);
 
 impl Drop for Ends {
     fn drop(&mut self) {
@@ -72,7 +45,7 @@ impl Drop for Ends {
 /// An amount that must be written before something else that relies on it.
 #[derive(Debug)]
 pub(crate) struct Mark {
-    written: Arc<Written>,
+    progress: Arc<Progress>,
     until: u64,
 }
 
@@ -81,8 +54,8 @@ impl Mark {
     pub fn is_reached(&self) -> bool {
         loop {
             // The order matters: after its end the writer writes nothing more.
-            let ended = self.written.has_ended();
-            if self.written.count() >= self.until {
+            let ended = self.progress.ended.load(Ordering::Acquire);
+            if self.progress.written.load(Ordering::Acquire) >= self.until {
                 return true;
             }
             if ended {
@@ -93,101 +66,109 @@ impl Mark {
     }
 }
 
-/// A file to which a thread appends. A piece that is written only in part, because the disk is full, is removed again.
-#[derive(Debug)]
-pub(crate) struct BackgroundWriter {
-    queue: Option<Sender<Vec<u8>>>,
-    written: Arc<Written>,
-    /// Length of the file in bytes when everything is written.
-    bytes: u64,
-    writer: Option<JoinHandle<Result<(), RunDirError>>>,
-}
-
-impl BackgroundWriter {
-    /// Appends to `file`, which has `bytes` bytes. `path` is for messages.
-    pub fn begin(file: File, path: PathBuf, bytes: u64) -> Self {
-        let (queue, taken) = channel();
-        let written = Written::from(bytes);
-        let reached = written.clone();
-        let writer =
-            thread::spawn(move || write_all(file, &taken, &reached).map_err(fail("write", &path)));
+impl<T: Send + 'static> Background<T> {
+    /// Begins a thread that writes each piece with `write`, after `written` that were written before.
+    pub fn begin(
+        written: u64,
+        mut write: impl FnMut(T) -> Result<(), RunDirError> + Send + 'static,
+    ) -> Self {
+        let (queue, taken) = channel::<(T, u64)>();
+        let progress = Arc::new(Progress {
+            written: written.into(),
+            ended: false.into(),
+        });
+        let ends = Ends(progress.clone());
+        let writer = thread::spawn(move || {
+            for (piece, amount) in taken {
+                write(piece)?;
+                ends.0.written.fetch_add(amount, Ordering::AcqRel);
+            }
+            Ok(())
+        });
         Self {
             queue: Some(queue),
-            written,
-            bytes,
+            progress,
+            given: written,
             writer: Some(writer),
         }
     }
 
-    /// Takes a piece that is to be appended; the thread writes it soon.
+    /// Gives a piece of this amount; the thread writes it soon.
     ///
     /// # Errors
-    /// [`RunDirError`] if an earlier piece could not be written. The file then ends with the last piece that was
-    /// written whole.
-    pub fn add(&mut self, piece: Vec<u8>) -> Result<(), RunDirError> {
-        self.bytes += piece.len() as u64;
-        match self.queue.as_ref().map(|queue| queue.send(piece)) {
+    /// [`RunDirError`], once, if an earlier piece could not be written.
+    pub fn give(&mut self, piece: T, amount: u64) -> Result<(), RunDirError> {
+        self.given += amount;
+        match self.queue.as_ref().map(|queue| queue.send((piece, amount))) {
             Some(Ok(())) => Ok(()),
             // The receiver is gone: the writer has ended with an error, which is reported.
             _ => self.finish(),
         }
     }
 
-    /// Length of the file in bytes when everything is written.
-    pub fn bytes(&self) -> u64 {
-        self.bytes
+    /// The amount when everything is written.
+    pub fn given(&self) -> u64 {
+        self.given
     }
 
-    /// Bytes that are not written yet and still will be.
+    /// The amount that is not written yet and still will be.
     pub fn behind(&self) -> u64 {
-        if self.written.has_ended() {
+        if self.progress.ended.load(Ordering::Acquire) {
             return 0;
         }
-        self.bytes - self.written.count()
+        self.given - self.progress.written.load(Ordering::Acquire)
     }
 
-    /// The mark of everything that was taken so far.
+    /// The mark of everything that was given so far.
     pub fn mark(&self) -> Mark {
-        self.written.mark(self.bytes)
+        Mark {
+            progress: self.progress.clone(),
+            until: self.given,
+        }
     }
 
-    /// Waits until everything that was taken is in the file.
+    /// Waits until everything that was given is written.
     ///
     /// # Errors
     /// [`RunDirError`], once.
     pub fn finish(&mut self) -> Result<(), RunDirError> {
         self.queue = None;
         match self.writer.take() {
-            Some(writer) => writer.join().expect("who adds to a file does not panic"),
+            Some(writer) => writer.join().expect("who writes does not panic"),
             None => Ok(()),
         }
     }
 }
 
-impl Drop for BackgroundWriter {
+impl<T> Drop for Background<T> {
     fn drop(&mut self) {
-        // After a failed run its own error is reported, not that of its last rows.
-        let _ = self.finish();
+        self.queue = None;
+        // After a failed run its own error is reported, not that of its last pieces.
+        if let Some(writer) = self.writer.take() {
+            let _ = writer.join();
+        }
     }
 }
 
-fn write_all(mut file: File, taken: &Receiver<Vec<u8>>, written: &Arc<Written>) -> io::Result<()> {
-    let _ends = written.until_the_end();
-    for piece in taken {
-        let before = written.count();
-        if let Err(error) = file.write_all(&piece) {
-            let _ = file.set_len(before);
-            let _ = file.seek(SeekFrom::Start(before));
-            return Err(error);
+/// A file of `bytes` bytes to which a thread appends. A piece that is written only in part, because the disk is full, is
+/// removed again. `path` is for messages.
+pub(crate) fn appends(mut file: File, path: PathBuf, bytes: u64) -> Background<Vec<u8>> {
+    let mut length = bytes;
+    Background::begin(bytes, move |piece: Vec<u8>| {
+        let written = file.write_all(&piece);
+        if let Err(error) = written {
+            let _ = file.set_len(length);
+            let _ = file.seek(SeekFrom::Start(length));
+            return Err(fail("write", &path)(error));
         }
-        written.reach(before + piece.len() as u64);
-    }
-    Ok(())
+        length += piece.len() as u64;
+        Ok(())
+    })
 }
 
 /// The log of a run, to which any thread may add lines.
 #[derive(Debug, Clone)]
-pub struct LogFile(Arc<Mutex<BackgroundWriter>>);
+pub struct LogFile(Arc<Mutex<Background<Vec<u8>>>>);
 
 impl LogFile {
     /// The log of a run, which begins anew or is appended to.
@@ -197,9 +178,7 @@ impl LogFile {
     pub fn of(dir: &RunDir, append: bool) -> Result<Self, RunDirError> {
         let (file, path) = dir.log(append)?;
         let bytes = file.metadata().map_or(0, |file| file.len());
-        Ok(Self(Arc::new(
-            BackgroundWriter::begin(file, path, bytes).into(),
-        )))
+        Ok(Self(Arc::new(appends(file, path, bytes).into())))
     }
 
     /// Waits until all lines so far are in the file, or cannot be written.
@@ -211,10 +190,10 @@ impl LogFile {
 
 impl Write for &LogFile {
     fn write(&mut self, line: &[u8]) -> io::Result<usize> {
-        let mut aside = self.0.lock().expect("who adds does not panic");
+        let mut log = self.0.lock().expect("who adds does not panic");
         // A log that cannot be written does not end a run.
-        if aside.queue.is_some() {
-            let _ = aside.add(line.to_vec());
+        if log.queue.is_some() {
+            let _ = log.give(line.to_vec(), line.len() as u64);
         }
         Ok(line.len())
     }
@@ -231,10 +210,10 @@ mod tests {
     use std::time::Instant;
 
     /// A pipe that nobody reads, in place of a disk that does not answer.
-    fn stuck() -> (io::PipeReader, BackgroundWriter) {
+    fn stuck() -> (io::PipeReader, Background<Vec<u8>>) {
         let (reader, writer) = io::pipe().unwrap();
         let file = File::from(std::os::fd::OwnedFd::from(writer));
-        (reader, BackgroundWriter::begin(file, "pipe".into(), 0))
+        (reader, appends(file, "pipe".into(), 0))
     }
 
     #[test]
@@ -242,11 +221,11 @@ mod tests {
         let (mut reader, mut aside) = stuck();
         let start = Instant::now();
         for k in 0..1000_u32 {
-            aside.add(k.to_le_bytes().repeat(256)).unwrap();
+            aside.give(k.to_le_bytes().repeat(256), 1024).unwrap();
         }
         assert!(start.elapsed() < Duration::from_secs(5));
         assert!(aside.behind() > 0);
-        assert_eq!(aside.bytes(), 1_024_000);
+        assert_eq!(aside.given(), 1_024_000);
         let mark = aside.mark();
         let read = thread::spawn(move || {
             let mut all = Vec::new();
@@ -265,12 +244,12 @@ mod tests {
 
     #[test]
     fn an_error_is_reported_once_and_later_marks_are_not_reached() {
-        let mut aside = BackgroundWriter::begin(File::open("/dev/null").unwrap(), "null".into(), 0);
-        aside.add(vec![1]).unwrap();
+        let mut aside = appends(File::open("/dev/null").unwrap(), "null".into(), 0);
+        aside.give(vec![1], 1).unwrap();
         let mark = aside.mark();
         assert!(!mark.is_reached());
         assert_eq!(aside.behind(), 0);
-        let error = aside.add(vec![2]).unwrap_err().to_string();
+        let error = aside.give(vec![2], 1).unwrap_err().to_string();
         assert!(error.starts_with("cannot write null: "), "{error}");
         aside.finish().unwrap();
     }

@@ -2,12 +2,14 @@
 //! number of steps that each limit has determined. `history.csv` has the columns of the scene; this file has the same
 //! columns for every run.
 
-use std::fs;
+use std::io::ErrorKind;
+
+use interface::files::{self, TABLE};
 
 use crate::record::background::Mark;
 use crate::record::history::History;
 use crate::record::ledger::Energies;
-use crate::record::rundir::{RunDir, RunDirError};
+use crate::record::rundir::{RunDir, RunDirError, fail};
 use crate::run::pace::Pace;
 use crate::run::stability::Bound;
 
@@ -32,8 +34,9 @@ impl Course {
     /// because they are written again.
     pub fn resume(dir: &RunDir, time: f64) -> Result<Self, RunDirError> {
         // A run that was stopped before its first row may have none.
-        let Ok(text) = fs::read_to_string(dir.path().join(COURSE)) else {
-            return Self::begin(dir);
+        let text = match files::read_text(dir.path(), COURSE, TABLE) {
+            Err(error) if error.kind() == ErrorKind::NotFound => return Self::begin(dir),
+            text => text.map_err(fail("resume", &dir.path().join(COURSE)))?,
         };
         let rows = History::resume_table(dir, COURSE, kept(&text, time) as u64)?;
         Ok(Self::of(rows))
@@ -113,6 +116,7 @@ fn header() -> Vec<String> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use std::fs;
 
     #[test]
     fn a_resumed_run_keeps_the_earlier_rows() {

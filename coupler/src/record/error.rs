@@ -43,6 +43,9 @@ impl RunDirError {
                 ErrorKind::PermissionDenied | ErrorKind::ReadOnlyFilesystem => {
                     "give a directory that can be written with --out"
                 }
+                ErrorKind::InvalidInput => {
+                    "Tandem uses no links and no special files in a run directory: remove it, or give another directory with --out"
+                }
                 ErrorKind::NotFound => "the directory was moved or removed while the run used it",
                 _ => "give another directory with --out",
             },

@@ -1,11 +1,13 @@
 //! `history.csv`: one row for each output; rows are complete even if this process is killed.
 
-use std::fs::{File, OpenOptions};
+use std::fs::File;
 use std::io::{self, Seek, SeekFrom, Write};
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
-use super::background::{BackgroundWriter, Mark};
+use interface::files::How;
+
+use super::background::{Background, Mark, appends};
 use super::rundir::{HISTORY, RunDir, RunDirError, fail};
 
 /// Buffer for rows that are not in the file yet, in bytes.
@@ -17,7 +19,7 @@ const UNWRITTEN: Duration = Duration::from_secs(1);
 /// only in part, because the disk is full, is removed again.
 #[derive(Debug)]
 pub struct History {
-    file: BackgroundWriter,
+    file: Background<Vec<u8>>,
     /// Whole rows that the writer does not have yet.
     rows: Vec<u8>,
     /// When rows were last given to the writer.
@@ -39,8 +41,8 @@ impl History {
         name: &str,
         header: &[String],
     ) -> Result<Self, RunDirError> {
-        let path = dir.path().join(name);
-        let mut history = Self::of(dir.open(name, false)?, path, 0);
+        let (file, path) = dir.open(name, How::Replace)?;
+        let mut history = Self::of(file, path, 0);
         let mut writer = csv::Writer::from_writer(Vec::new());
         writer
             .write_record(header)
@@ -63,23 +65,21 @@ impl History {
 
     /// Continues such a table after its first `bytes` bytes.
     pub(crate) fn resume_table(dir: &RunDir, name: &str, bytes: u64) -> Result<Self, RunDirError> {
-        let path = dir.path().join(name);
-        let open = || {
-            let mut file = OpenOptions::new().write(true).open(&path)?;
+        let (mut file, path) = dir.open(name, How::Change)?;
+        let mut cut = || {
             if file.metadata()?.len() < bytes {
                 return Err(io::Error::other("it is shorter than at the checkpoint"));
             }
             file.set_len(bytes)?;
-            file.seek(SeekFrom::End(0))?;
-            Ok(file)
+            file.seek(SeekFrom::End(0))
         };
-        let file = open().map_err(fail("resume", &path))?;
+        cut().map_err(fail("resume", &path))?;
         Ok(Self::of(file, path, bytes))
     }
 
     fn of(file: File, path: PathBuf, written: u64) -> Self {
         Self {
-            file: BackgroundWriter::begin(file, path, written),
+            file: appends(file, path, written),
             rows: Vec::with_capacity(2 * ROWS),
             flushed: Instant::now(),
         }
@@ -87,7 +87,7 @@ impl History {
 
     /// Length of the file in bytes when all rows are written.
     pub fn bytes(&self) -> u64 {
-        self.file.bytes() + self.rows.len() as u64
+        self.file.given() + self.rows.len() as u64
     }
 
     /// Bytes that the writer has not written yet.
@@ -119,7 +119,8 @@ impl History {
         self.flushed = Instant::now();
         if !self.rows.is_empty() {
             let rows = std::mem::replace(&mut self.rows, Vec::with_capacity(2 * ROWS));
-            self.file.add(rows)?;
+            let bytes = rows.len() as u64;
+            self.file.give(rows, bytes)?;
         }
         Ok(self.file.mark())
     }

@@ -8,13 +8,14 @@ mod list;
 
 use std::collections::BTreeSet;
 use std::fmt::Write as _;
-use std::fs::{self, File, OpenOptions, TryLockError};
-use std::io::{ErrorKind, Write};
+use std::fs::{self, File, TryLockError};
+use std::io::{self, ErrorKind, Seek, Write};
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, MutexGuard};
 use std::thread;
 use std::time::Duration;
 
+use interface::files::{self, How, SMALL, TABLE};
 use interface::message::wire::BodyState;
 
 use self::list::{WRITTEN, Written};
@@ -33,6 +34,8 @@ pub const REPORT: &str = "report.html";
 pub const FRAME_LIST: &str = "frames/frames.pvd";
 const BODIES: &str = "bodies.csv";
 const RECORDING: &str = "recording.tandem";
+/// The files that a resumed run goes on with.
+const GROWING: [&str; 6] = [HISTORY, "course.csv", LOG, RECORDING, "mpm.log", "dem.log"];
 /// The file that the run in the directory keeps locked, with its process and command.
 const LOCK: &str = ".tandem.lock";
 /// Folder of a new run, while the files of an earlier one are still there.
@@ -55,7 +58,7 @@ pub struct RunDir {
 
 #[derive(Debug)]
 struct Inner {
-    /// The folder of the files: the directory, or a folder in it.
+    /// The folder of the files within the directory; empty for the directory itself.
     place: PathBuf,
     /// Names of the files of this run.
     ours: Written,
@@ -75,13 +78,13 @@ impl RunDir {
     pub fn create(path: &Path, scene: &str) -> Result<Self, RunDirError> {
         let existed = path.exists();
         fs::create_dir_all(path).map_err(fail("create the run directory", path))?;
-        let locked_before = path.join(LOCK).exists();
+        let locked_before = files::is_there(path, LOCK);
         let made = Self::create_in(path, scene);
         // If another run uses the directory, the lock belongs to that run.
         if !locked_before && !matches!(made, Ok(_) | Err(RunDirError::InUse { .. })) {
-            let _ = fs::remove_file(path.join(LOCK));
+            let _ = files::remove(path, LOCK);
             if !existed {
-                let _ = fs::remove_file(path.join(WRITTEN));
+                let _ = files::remove(path, WRITTEN);
                 let _ = fs::remove_dir(path);
             }
         }
@@ -91,19 +94,19 @@ impl RunDir {
     fn create_in(path: &Path, scene: &str) -> Result<Self, RunDirError> {
         let lock = lock(path)?;
         roll_back(path)?;
-        let earlier = written(path);
+        let earlier = written(path)?;
         if let Some(name) = in_the_way(path, &earlier) {
             return Err(RunDirError::NotOurs(path.join(name)));
         }
+        plain(path, &earlier)?;
         remove_all(&path.join(NEXT))?;
-        let place = if earlier.iter().any(|name| path.join(name).exists()) {
-            path.join(NEXT)
+        let place = if earlier.iter().any(|name| files::is_there(path, name)) {
+            PathBuf::from(NEXT)
         } else {
-            path.to_path_buf()
+            PathBuf::new()
         };
-        fs::create_dir_all(&place).map_err(fail("create", &place))?;
         let inner = Inner {
-            ours: Written::open(&place, BTreeSet::new())?,
+            ours: Written::open(path, &place, BTreeSet::new())?,
             place,
             earlier,
             _lock: lock,
@@ -123,9 +126,18 @@ impl RunDir {
     pub fn reopen(path: &Path) -> Result<Self, RunDirError> {
         let lock = lock(path)?;
         roll_back(path)?;
+        let names = written(path)?;
+        plain(path, &names)?;
+        // Before anything is changed: a file with a second name cannot be.
+        for name in GROWING {
+            if files::is_there(path, name) {
+                files::open(path, name, How::Change)
+                    .map_err(fail("go on with", &path.join(name)))?;
+            }
+        }
         let inner = Inner {
-            place: path.to_path_buf(),
-            ours: Written::open(path, written(path))?,
+            place: PathBuf::new(),
+            ours: Written::open(path, Path::new(""), names)?,
             earlier: BTreeSet::new(),
             _lock: lock,
         };
@@ -146,7 +158,7 @@ impl RunDir {
 
     /// Whether the files of an earlier run are still in their place.
     pub fn is_beside(&self) -> bool {
-        self.inner().place != self.root
+        self.inner().place != Path::new("")
     }
 
     /// Whether Tandem has written this file.
@@ -154,45 +166,44 @@ impl RunDir {
         self.inner().ours.names.contains(name)
     }
 
-    /// Notes that this run writes a file of this name; returns its path.
-    ///
-    /// # Errors
-    /// [`RunDirError`].
-    pub(crate) fn claim(&self, name: &str) -> Result<PathBuf, RunDirError> {
+    /// Notes that this run writes a file of this name; returns its name in the directory and its path.
+    fn claim(&self, name: &str) -> Result<(PathBuf, PathBuf), RunDirError> {
         let mut inner = self.inner();
-        let path = inner.place.join(name);
+        let name_here = inner.place.join(name);
+        let path = self.root.join(&name_here);
         inner.ours.add(name).map_err(fail("write", &path))?;
-        Ok(path)
+        Ok((name_here, path))
     }
 
-    /// Opens a file, empty or to append.
+    /// Opens a file and notes that this run writes it; returns the file and its path.
     ///
     /// # Errors
     /// [`RunDirError`].
-    pub fn open(&self, name: &str, append: bool) -> Result<File, RunDirError> {
-        let mut inner = self.inner();
-        let path = inner.place.join(name);
-        inner.ours.add(name).map_err(fail("write", &path))?;
-        let mut options = OpenOptions::new();
-        let options = options.create(true).write(true);
-        let options = options.append(append).truncate(!append);
-        options.open(&path).map_err(fail("create", &path))
+    pub(crate) fn open(&self, name: &str, how: How) -> Result<(File, PathBuf), RunDirError> {
+        let (name, path) = self.claim(name)?;
+        let action = match how {
+            How::Replace | How::Make => "create",
+            _ => "write",
+        };
+        let file = files::open(&self.root, name, how).map_err(fail(action, &path))?;
+        Ok((file, path))
     }
 
-    /// Path of the recording of all messages, if one is asked for.
+    /// The recording of all messages, if one is asked for: a new one, or one that is continued.
     ///
     /// # Errors
     /// [`RunDirError`].
-    pub fn recording(&self) -> Result<PathBuf, RunDirError> {
-        self.claim(RECORDING)
+    pub(crate) fn recording(&self, resumed: bool) -> Result<(File, PathBuf), RunDirError> {
+        let how = if resumed { How::Change } else { How::Replace };
+        self.open(RECORDING, how)
     }
 
-    /// Path of the run's page, if one is asked for.
+    /// Notes that this run writes its page.
     ///
     /// # Errors
     /// [`RunDirError`].
-    pub fn report(&self) -> Result<PathBuf, RunDirError> {
-        self.claim(REPORT)
+    pub fn report(&self) -> Result<(), RunDirError> {
+        self.claim(REPORT).map(|_| ())
     }
 
     /// Opens the log, empty or to append; returns the file and its path.
@@ -200,7 +211,8 @@ impl RunDir {
     /// # Errors
     /// [`RunDirError`].
     pub(crate) fn log(&self, append: bool) -> Result<(File, PathBuf), RunDirError> {
-        Ok((self.open(LOG, append)?, self.root.join(LOG)))
+        let how = if append { How::Append } else { How::Replace };
+        Ok((self.open(LOG, how)?.0, self.root.join(LOG)))
     }
 
     /// The run has started. It replaces the earlier one, whose files are removed. Files that others have put into the
@@ -210,27 +222,27 @@ impl RunDir {
     /// [`RunDirError`].
     pub fn take_place(&self) -> Result<(), RunDirError> {
         let mut inner = self.inner();
-        if inner.place == self.root {
+        if inner.place == Path::new("") {
             return Ok(());
         }
-        let away = self.root.join(EARLIER);
+        let (root, next) = (&self.root, Path::new(NEXT));
         // A summary marks a run as complete, so it is moved first.
         let summary = inner.earlier.contains(SUMMARY).then_some(SUMMARY);
         let others = inner.earlier.iter().map(String::as_str);
         for name in summary.into_iter().chain(others) {
-            displace(&self.root.join(name), &away.join(name))?;
+            displace(root, name, Path::new(EARLIER).join(name))?;
         }
-        displace(&inner.place.join(WRITTEN), &self.root.join(WRITTEN))?;
+        displace(root, next.join(WRITTEN), WRITTEN)?;
         for name in &inner.ours.names {
-            displace(&inner.place.join(name), &self.root.join(name))?;
+            displace(root, next.join(name), name)?;
         }
-        remove_all(&inner.place)?;
-        remove_all(&away)?;
+        remove_all(&root.join(NEXT))?;
+        remove_all(&root.join(EARLIER))?;
         // Removes empty folders; folders with files of others are not empty.
         for folder in [FRAMES, CHECKPOINTS, FAILED_START] {
-            let _ = fs::remove_dir(self.root.join(folder));
+            let _ = files::remove_folder(root, folder);
         }
-        inner.place.clone_from(&self.root);
+        inner.place = PathBuf::new();
         Ok(())
     }
 
@@ -245,28 +257,27 @@ impl RunDir {
             self.take_place()?;
         }
         let mut inner = self.inner();
-        if inner.place == self.root {
+        if inner.place == Path::new("") {
             return Ok(self.root.clone());
         }
-        let aside = self.root.join(FAILED_START);
-        let list = fs::read_to_string(self.root.join(WRITTEN)).unwrap_or_default();
-        let mut known: BTreeSet<String> = list.lines().map(str::to_owned).collect();
+        let (next, aside) = (Path::new(NEXT), Path::new(FAILED_START));
+        let mut known = written(&self.root)?;
         known.extend(inner.earlier.iter().cloned());
         // Removes files of an earlier attempt.
         for name in known
             .iter()
-            .filter(|name| Path::new(name).starts_with(FAILED_START))
+            .filter(|name| Path::new(name).starts_with(aside))
         {
-            let _ = fs::remove_file(self.root.join(name));
+            let _ = files::remove(&self.root, name);
         }
         for name in &inner.ours.names {
-            displace(&inner.place.join(name), &aside.join(name))?;
+            displace(&self.root, next.join(name), aside.join(name))?;
             known.insert(format!("{FAILED_START}/{name}"));
         }
-        remove_all(&inner.place)?;
-        inner.ours = Written::open(&self.root, known)?;
-        inner.place.clone_from(&aside);
-        Ok(aside)
+        remove_all(&self.root.join(NEXT))?;
+        inner.ours = Written::open(&self.root, Path::new(""), known)?;
+        inner.place = aside.to_path_buf();
+        Ok(self.root.join(aside))
     }
 
     /// Writes `summary.json`.
@@ -308,37 +319,18 @@ impl RunDir {
     }
 
     fn replace(&self, name: &str, bytes: &[u8], durably: bool) -> Result<(), RunDirError> {
-        let path = self.claim(name)?;
-        let folder = path.parent().expect("a file is in a folder");
-        let part = path.with_added_extension("part");
-        let write = || {
-            fs::create_dir_all(folder)?;
-            let mut file = File::create(&part)?;
-            file.write_all(bytes)?;
-            if durably {
-                file.sync_all()?;
-            }
-            fs::rename(&part, &path)?;
-            if durably {
-                File::open(folder)?.sync_all()?;
-            }
-            Ok(())
-        };
-        write().map_err(|error| {
-            let _ = fs::remove_file(&part);
-            fail("write", &path)(error)
-        })
+        let (name, path) = self.claim(name)?;
+        files::replace(&self.root, name, bytes, durably).map_err(fail("write", &path))
     }
 }
 
 /// Locks a run directory until the file is closed, whatever ends the process.
 fn lock(dir: &Path) -> Result<File, RunDirError> {
     let path = dir.join(LOCK);
-    let mut options = OpenOptions::new();
-    let options = options.read(true).write(true).create(true).truncate(false);
-    let mut file = options
-        .open(&path)
-        .map_err(fail("write in the run directory", dir))?;
+    let mut file = files::open(dir, LOCK, How::Make).map_err(|error| match error.kind() {
+        ErrorKind::InvalidInput => fail("lock", &path)(error),
+        _ => fail("write in the run directory", dir)(error),
+    })?;
     // A process that tests the lock holds it for a moment.
     let mut locked = file.try_lock();
     for _ in 0..LOOKS {
@@ -350,7 +342,7 @@ fn lock(dir: &Path) -> Result<File, RunDirError> {
     match locked {
         Ok(()) => {}
         Err(TryLockError::WouldBlock) => {
-            let holder = fs::read_to_string(&path).unwrap_or_default();
+            let holder = files::read_text(dir, LOCK, SMALL).unwrap_or_default();
             let holder = holder.trim();
             return Err(RunDirError::InUse {
                 path: dir.to_path_buf(),
@@ -367,8 +359,10 @@ fn lock(dir: &Path) -> Result<File, RunDirError> {
         }
         Err(TryLockError::Error(error)) => return Err(fail("lock", &path)(error)),
     }
-    let words: Vec<String> = std::env::args().collect();
-    let host = fs::read_to_string("/proc/sys/kernel/hostname").unwrap_or_default();
+    let words = std::env::args_os().map(|word| word.to_string_lossy().into_owned());
+    let words: Vec<String> = words.collect();
+    let host = files::read_named_text(Path::new("/proc/sys/kernel/hostname"), SMALL);
+    let host = host.unwrap_or_default();
     let holder = format!(
         "process {} on {} (`{}`)\n",
         std::process::id(),
@@ -376,6 +370,7 @@ fn lock(dir: &Path) -> Result<File, RunDirError> {
         words.join(" ")
     );
     file.set_len(0)
+        .and_then(|()| file.rewind())
         .and_then(|()| file.write_all(holder.as_bytes()))
         .map_err(fail("write", &path))?;
     Ok(file)
@@ -383,15 +378,30 @@ fn lock(dir: &Path) -> Result<File, RunDirError> {
 
 /// Whether a run directory has a running owner.
 pub fn in_use(dir: &Path) -> bool {
-    File::open(dir.join(LOCK))
+    files::open(dir, LOCK, How::Read)
         .is_ok_and(|file| matches!(file.try_lock_shared(), Err(TryLockError::WouldBlock)))
 }
 
 /// The names of the files in a run directory that Tandem has written, by its list.
-fn written(dir: &Path) -> BTreeSet<String> {
-    let list = fs::read_to_string(dir.join(WRITTEN)).unwrap_or_default();
+fn written(dir: &Path) -> Result<BTreeSet<String>, RunDirError> {
+    let list = match files::read_text(dir, WRITTEN, SMALL) {
+        Err(error) if error.kind() == ErrorKind::NotFound => String::new(),
+        list => list.map_err(fail("read", &dir.join(WRITTEN)))?,
+    };
     let names = list.lines().filter(|name| is_inside(name));
-    names.map(str::to_owned).collect()
+    Ok(names.map(str::to_owned).collect())
+}
+
+/// Refuses a directory in which a link or a special file is in the place of one of these files of a run, or a link in that
+/// of a folder.
+fn plain(dir: &Path, names: &BTreeSet<String>) -> Result<(), RunDirError> {
+    for folder in [FRAMES, CHECKPOINTS, FAILED_START] {
+        files::no_link(dir, folder).map_err(fail("use", &dir.join(folder)))?;
+    }
+    for name in names.iter().chain(&named_as_ours(dir)) {
+        files::is_regular(dir, name).map_err(fail("use", &dir.join(name)))?;
+    }
+    Ok(())
 }
 
 /// Whether a name stays inside the directory, whoever has written the list.
@@ -419,18 +429,13 @@ fn named_as_ours(dir: &Path) -> BTreeSet<String> {
         _ => name.strip_suffix(".tandem").is_some_and(is_number),
     };
     for folder in [FRAMES, CHECKPOINTS] {
-        for entry in fs::read_dir(dir.join(folder))
-            .into_iter()
-            .flatten()
-            .flatten()
-        {
-            let name = entry.file_name().to_string_lossy().into_owned();
+        for name in files::names(dir, folder).unwrap_or_default() {
             if numbered(folder, &name) {
                 names.insert(format!("{folder}/{name}"));
             }
         }
     }
-    names.retain(|name| dir.join(name).exists());
+    names.retain(|name| files::is_there(dir, name));
     names
 }
 
@@ -447,58 +452,53 @@ fn in_the_way(dir: &Path, earlier: &BTreeSet<String>) -> Option<String> {
 /// Whether a run that did a step has left a result.
 fn has_result(dir: &Path) -> bool {
     // A killed coupler leaves the history, and perhaps a checkpoint.
-    let rows = || fs::read_to_string(dir.join(HISTORY)).is_ok_and(|text| text.lines().count() > 1);
+    let history = || files::read_text(dir, HISTORY, TABLE);
+    let rows = || history().is_ok_and(|text| text.lines().count() > 1);
     Summary::read(dir).map_or_else(|_| rows(), |summary| summary.steps > 0)
 }
 
 /// Undoes the exchange of a run that was killed while it replaced another one. That run had done nothing yet, so the
 /// other one gets its place back.
 fn roll_back(dir: &Path) -> Result<(), RunDirError> {
-    let (next, away) = (dir.join(NEXT), dir.join(EARLIER));
+    let (next, away) = (Path::new(NEXT), Path::new(EARLIER));
     // If the folder of the new run does not exist, the exchange was complete.
-    if next.exists() && away.exists() {
-        let mut names = files_below(&away);
-        let listed = written(dir);
+    if files::is_there(dir, next) && files::is_there(dir, away) {
+        let mut names = files_below(dir, EARLIER).map_err(fail("read", &dir.join(away)))?;
+        let listed = written(dir)?;
         // The new list is moved first, and from then on it is the list of the directory.
-        if next.join(WRITTEN).exists() {
+        if files::is_there(dir, next.join(WRITTEN)) {
             names.extend(listed);
         } else {
             for name in listed {
-                displace(&dir.join(&name), &next.join(&name))?;
+                displace(dir, &name, next.join(&name))?;
             }
         }
         for name in &names {
-            displace(&away.join(name), &dir.join(name))?;
+            displace(dir, away.join(name), name)?;
         }
-        Written::open(dir, names)?;
-        remove_all(&next)?;
+        Written::open(dir, Path::new(""), names)?;
+        remove_all(&dir.join(next))?;
     }
-    remove_all(&away)
+    remove_all(&dir.join(away))
 }
 
-/// Names of all files in a folder and in its folders.
-fn files_below(folder: &Path) -> BTreeSet<String> {
-    let mut names = BTreeSet::new();
-    for entry in fs::read_dir(folder).into_iter().flatten().flatten() {
-        let name = entry.file_name().to_string_lossy().into_owned();
-        let below = files_below(&entry.path());
-        if entry.path().is_dir() {
-            names.extend(below.iter().map(|file| format!("{name}/{file}")));
-        } else {
-            names.insert(name);
+/// Names of all files in a folder of the directory and in its folders.
+fn files_below(dir: &Path, folder: &str) -> io::Result<BTreeSet<String>> {
+    let mut below = BTreeSet::new();
+    for name in files::names(dir, folder)? {
+        let path = format!("{folder}/{name}");
+        match files_below(dir, &path) {
+            Ok(files) => below.extend(files.iter().map(|file| format!("{name}/{file}"))),
+            Err(_) => _ = below.insert(name),
         }
     }
-    names
+    Ok(below)
 }
 
 /// Moves a file within the directory; a missing file is ignored.
-fn displace(from: &Path, to: &Path) -> Result<(), RunDirError> {
-    let folder = to.parent().expect("a file is in a folder");
-    fs::create_dir_all(folder).map_err(fail("create", folder))?;
-    match fs::rename(from, to) {
-        Err(error) if error.kind() != ErrorKind::NotFound => Err(fail("replace", to)(error)),
-        _ => Ok(()),
-    }
+fn displace(dir: &Path, from: impl AsRef<Path>, to: impl AsRef<Path>) -> Result<(), RunDirError> {
+    let path = dir.join(to.as_ref());
+    files::rename(dir, from, to).map_err(fail("replace", &path))
 }
 
 /// Removes a folder that Tandem alone uses.
@@ -572,21 +572,21 @@ mod tests {
             let place = tempfile::tempdir().unwrap();
             let root = place.path();
             drop(exchange(root));
-            let (next, away) = (root.join(NEXT), root.join(EARLIER));
+            let (next, away) = (Path::new(NEXT), Path::new(EARLIER));
             // The same steps as in `take_place`, up to that moment.
-            displace(&root.join(SCENE), &away.join(SCENE)).unwrap();
+            displace(root, SCENE, away.join(SCENE)).unwrap();
             if moment > 0 {
                 for name in [BODIES, "frames/points_0000.vtu"] {
-                    displace(&root.join(name), &away.join(name)).unwrap();
+                    displace(root, name, away.join(name)).unwrap();
                 }
             }
             if moment > 1 {
-                displace(&next.join(WRITTEN), &root.join(WRITTEN)).unwrap();
-                displace(&next.join(SCENE), &root.join(SCENE)).unwrap();
+                displace(root, next.join(WRITTEN), WRITTEN).unwrap();
+                displace(root, next.join(SCENE), SCENE).unwrap();
             }
             if moment > 2 {
-                displace(&next.join(HISTORY), &root.join(HISTORY)).unwrap();
-                remove_all(&next).unwrap();
+                displace(root, next.join(HISTORY), HISTORY).unwrap();
+                remove_all(&root.join(next)).unwrap();
             }
             let found = RunDir::reopen(root).unwrap();
             let (ours, theirs) = if moment > 2 {
@@ -597,7 +597,10 @@ mod tests {
             let there = [SCENE, BODIES, "frames/points_0000.vtu", HISTORY];
             assert_eq!(there.map(|name| text(&root.join(name))), ours, "{moment}");
             assert!(theirs.iter().all(|name| found.has_written(name)));
-            assert!(!next.exists() && !away.exists(), "{moment}");
+            assert!(
+                !root.join(next).exists() && !root.join(away).exists(),
+                "{moment}"
+            );
         }
     }
 }

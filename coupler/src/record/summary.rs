@@ -1,10 +1,10 @@
 //! `summary.json`: the results of a run, as it is written and as it is read.
 
 use std::collections::BTreeMap;
-use std::fs;
 use std::io;
 use std::path::Path;
 
+use interface::files::{self, SMALL};
 use interface::message::wire::{BodyState, PointState};
 use serde::de::value::MapDeserializer;
 use serde::{Deserialize, Deserializer, Serialize};
@@ -194,7 +194,7 @@ impl Summary {
     /// # Errors
     /// [`SummaryError`].
     pub fn read(dir: &Path) -> Result<Self, SummaryError> {
-        Self::parse(&fs::read(dir.join(SUMMARY))?)
+        Self::parse(&files::read(dir, SUMMARY, SMALL)?)
     }
 
     /// Reads the content of a summary.

@@ -1,8 +1,10 @@
 //! Tables as CSV: `history.csv` and `course.csv` of a run, also of one that was killed meanwhile; `study.csv` of a study; data of
 //! others.
 
-use std::fs;
+use std::io;
 use std::path::Path;
+
+use interface::files::{self, TABLE};
 
 /// A table with a header, column by column.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -27,12 +29,24 @@ pub struct Column {
 }
 
 impl Table {
-    /// Reads a file of which every row counts; the last one may lack its line feed.
+    /// Reads a file that the user names, of which every row counts; the last one may lack its line feed.
     ///
     /// # Errors
     /// It cannot be read, has no header, or its rows are not of one length.
     pub fn read(path: &Path) -> Result<Self, String> {
-        let mut text = fs::read_to_string(path).map_err(|error| error.to_string())?;
+        Self::of_text(files::read_named_text(path, TABLE))
+    }
+
+    /// The same of the file `name` of a run directory.
+    ///
+    /// # Errors
+    /// As [`Self::read`].
+    pub fn of_run(dir: &Path, name: &str) -> Result<Self, String> {
+        Self::of_text(files::read_text(dir, name, TABLE))
+    }
+
+    fn of_text(text: io::Result<String>) -> Result<Self, String> {
+        let mut text = text.map_err(|error| error.to_string())?;
         if !text.ends_with('\n') {
             text.push('\n');
         }

@@ -1,9 +1,10 @@
 //! Describes a run whose coupler was killed: it left a scene, a log and a history, and perhaps a checkpoint, but no
 //! summary.
 
-use std::fs;
 use std::path::Path;
 use std::time::Duration;
+
+use interface::files::{self, TABLE};
 
 use crate::record::rundir::{HISTORY, LOG, RunDir, RunDirError, SCENE, in_use};
 use crate::record::summary::{SUMMARY, Status, Summary};
@@ -25,12 +26,14 @@ pub struct Killed {
 impl Killed {
     /// Looks at a run directory. `None` if there is a summary, no run, or a run that is alive.
     pub fn find(dir: &Path) -> Option<Self> {
-        let ended = dir.join(SCENE).is_file() && !dir.join(SUMMARY).exists() && !in_use(dir);
+        let ended = files::is_regular(dir, SCENE).unwrap_or(false)
+            && !files::is_there(dir, SUMMARY)
+            && !in_use(dir);
         ended.then(|| Self::read(dir))
     }
 
     fn read(dir: &Path) -> Self {
-        let history = fs::read_to_string(dir.join(HISTORY)).unwrap_or_default();
+        let history = files::read_text(dir, HISTORY, TABLE).unwrap_or_default();
         // A row without a line end is incomplete.
         let whole = history.rfind('\n').map_or("", |end| &history[..end]);
         let time = whole.lines().last().and_then(|row| row.split(',').next());
@@ -39,7 +42,7 @@ impl Killed {
             time: time.and_then(|time| time.parse().ok()).unwrap_or(0.0),
             last_message: None,
         };
-        let log = fs::read_to_string(dir.join(LOG)).unwrap_or_default();
+        let log = files::read_text(dir, LOG, TABLE).unwrap_or_default();
         for line in log.lines() {
             let Ok(line) = serde_json::from_str::<serde_json::Value>(line) else {
                 continue;

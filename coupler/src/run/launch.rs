@@ -7,6 +7,7 @@ use std::sync::{Arc, Mutex};
 use std::thread::{self, JoinHandle};
 use std::time::{Duration, Instant};
 
+use interface::files::How;
 use interface::message::control::Party;
 use interface::session::process;
 use interface::transport::domain::Domain;
@@ -211,7 +212,10 @@ impl Said {
                 keep(&mut kept.lock().expect("no thread panics"), said);
                 if file.is_none() {
                     let name = format!("{}.log", party.name());
-                    file = dir.as_ref().and_then(|dir| dir.open(&name, true).ok());
+                    let opened = dir
+                        .as_ref()
+                        .and_then(|dir| dir.open(&name, How::Append).ok());
+                    file = opened.map(|(file, _)| file);
                 }
                 // If the file cannot be written, standard error still shows the output.
                 if let Some(file) = &mut file {

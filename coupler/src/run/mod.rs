@@ -162,7 +162,11 @@ fn recorder(
         let Some(length) = checkpoint.state.recording else {
             return Ok(None);
         };
-        let recorder = Recorder::resume(&dir.recording()?, &about, length);
+        let resumed = dir.recording(true).map_err(RunError::from);
+        let recorder = resumed.and_then(|(file, path)| {
+            let recorder = Recorder::resume(file, &path, &about, length);
+            recorder.map_err(|error| SessionError::from(error).into())
+        });
         if let Err(error) = &recorder {
             tracing::warn!("the run continues without its recording: {error}");
         }
@@ -171,7 +175,8 @@ fn recorder(
     if !options.record {
         return Ok(None);
     }
-    let recorder = Recorder::create(&dir.recording()?, &about).map_err(SessionError::from)?;
+    let (file, path) = dir.recording(false)?;
+    let recorder = Recorder::create(file, &path, &about).map_err(SessionError::from)?;
     Ok(Some(recorder))
 }
 

@@ -2,10 +2,11 @@
 //! run begins, and named if a lack of them causes another error.
 
 use std::fmt::{self, Display};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::thread;
 use std::time::{Duration, Instant};
 
+use interface::files::{self, SMALL};
 use interface::message::wire::PointState;
 use interface::session::SessionError;
 use interface::transport::domain::Domain;
@@ -27,9 +28,29 @@ const FILES: u64 = 256;
 /// If less than this is free, shared memory counts as full.
 const FULL: u64 = 256 << 10;
 
+/// Least memory in bytes that the solver takes for a point, and for a cell with points; measured, of the simplest material.
+const POINT: f64 = 200.0;
+const CELL: f64 = 200.0;
+/// Address space in bytes that every process of a run needs for its program, its threads and its channels; measured, with
+/// a margin.
+const ADDRESSES: u64 = 512 << 20;
+
 /// The machine lacks a resource that a run needs.
 #[derive(Debug, Error)]
 pub enum ResourceError {
+    /// Memory is too small.
+    #[error("about {points:.2e} points need at least {about} of memory, and {free} can be had", about = Bytes(*.needed), free = Bytes(*.free))]
+    Memory {
+        /// Number of points.
+        points: f64,
+        /// In bytes.
+        needed: u64,
+        /// In bytes.
+        free: u64,
+    },
+    /// The address space is too small for any run.
+    #[error("the system allows {} of address space, and each process needs {}", Bytes(*.0), Bytes(ADDRESSES))]
+    Addresses(u64),
     /// Shared memory is too small.
     #[error("the run needs about {about} of shared memory, and /dev/shm has {free} free", about = Bytes(*.needed), free = Bytes(*.free))]
     SharedMemory {
@@ -52,9 +73,18 @@ pub enum ResourceError {
 }
 
 impl ResourceError {
+    /// The lack, and what the user can do about it.
+    pub fn in_words(&self) -> String {
+        format!("{self} ({})", self.advice())
+    }
+
     /// What the user can do about it.
-    pub fn advice(&self) -> &'static str {
+    fn advice(&self) -> &'static str {
         match self {
+            Self::Memory { .. } => {
+                "use larger cells or a wider spacing of points; the spacing may be meant along the other axis"
+            }
+            Self::Addresses(_) => "raise the limit (`ulimit -v unlimited`)",
             Self::SharedMemory { .. } => {
                 "make it larger (`mount -o remount,size=1G /dev/shm`; `--shm-size` of a container), remove what is in it, or run with --in-process"
             }
@@ -82,15 +112,54 @@ impl Display for Bytes {
 
 /// Estimate of the shared memory in bytes that a run of this scene needs.
 pub fn needed(scene: &Scene) -> u64 {
-    // All points are sent at the end, in one of two buffers.
-    let points = scene.points_estimate().ceil() as u64;
-    let cloud = points * size_of::<PointState>() as u64;
+    // All points are sent at the end, in one of two buffers. Numbers that are too large become the largest.
+    let cloud = (scene.points_estimate().ceil() * size_of::<PointState>() as f64) as u64;
     let saved = scene
         .output
         .checkpoint
         .as_ref()
-        .map_or(0, |_| SAVED.min(8 * cloud));
-    CHANNELS + 2 * cloud + saved
+        .map_or(0, |_| SAVED.min(cloud.saturating_mul(8)));
+    cloud.saturating_mul(2).saturating_add(CHANNELS + saved)
+}
+
+/// Checks whether this process, and those that it starts, can have the memory that they need for any scene.
+///
+/// # Errors
+/// [`ResourceError`].
+pub fn check_addresses() -> Result<(), ResourceError> {
+    match getrlimit(Resource::As).current {
+        Some(allowed) if allowed < ADDRESSES => Err(ResourceError::Addresses(allowed)),
+        _ => Ok(()),
+    }
+}
+
+/// Checks whether the machine has the memory for the points of this scene, before any is taken.
+///
+/// # Errors
+/// [`ResourceError`].
+pub fn check_memory(scene: &Scene) -> Result<(), ResourceError> {
+    let (points, cells) = (scene.points_estimate(), scene.cells_estimate());
+    let needed = (points * POINT + cells * CELL) as u64;
+    let allowed = getrlimit(Resource::As).current;
+    let free = free_main_memory().into_iter().chain(allowed).min();
+    match free {
+        Some(free) if free < needed => Err(ResourceError::Memory {
+            points,
+            needed,
+            free,
+        }),
+        _ => Ok(()),
+    }
+}
+
+/// Bytes of memory that can be had without that others lose theirs, if the system reports them.
+fn free_main_memory() -> Option<u64> {
+    let text = files::read_named_text(Path::new("/proc/meminfo"), SMALL).ok()?;
+    let line = text
+        .lines()
+        .find_map(|line| line.strip_prefix("MemAvailable:"))?;
+    let kib: u64 = line.trim().strip_suffix(" kB")?.parse().ok()?;
+    Some(kib << 10)
 }
 
 /// Free bytes of shared memory, if the system reports them.

@@ -4,6 +4,8 @@
 use std::fmt::{self, Write as _};
 use std::ops::Range;
 
+use interface::text::{is_plain, line, lines};
+
 /// Longest value that a message repeats, in characters.
 const VALUE_LIMIT: usize = 60;
 /// Largest number of reported faults of a scene; the others appear when these are corrected.
@@ -110,18 +112,21 @@ fn floor_boundary(text: &str, at: usize) -> usize {
 
 impl fmt::Display for Diagnostic {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        writeln!(f, "error: {}", self.message)?;
+        writeln!(f, "error: {}", line(&self.message))?;
         let key = if self.key.is_empty() {
             String::new()
         } else {
-            format!("  ({})", self.key)
+            format!("  ({})", line(&self.key))
         };
         match &self.place {
-            Place::File { file } => writeln!(f, "  --> {file}{key}")?,
-            Place::Set { argument } => writeln!(f, "  --> command line: --set {argument}{key}")?,
+            Place::File { file } => writeln!(f, "  --> {}{key}", line(file))?,
+            Place::Set { argument } => {
+                let argument = line(argument);
+                writeln!(f, "  --> command line: --set {argument}{key}")?;
+            }
             Place::Line {
                 file,
-                line,
+                line: number,
                 column,
                 width,
                 text,
@@ -131,8 +136,8 @@ impl fmt::Display for Diagnostic {
                 let of_variant = variant
                     .as_ref()
                     .map_or(String::new(), |name| format!("  set by variant `{name}`"));
-                writeln!(f, "  --> {file}:{line}:{column}{key}{of_variant}")?;
-                let number = line.to_string();
+                writeln!(f, "  --> {}:{number}:{column}{key}{of_variant}", line(file))?;
+                let number = number.to_string();
                 let gutter = " ".repeat(number.len());
                 // Tabs before the caret are repeated, so that it stands under its value at any tab width.
                 let indent: String = text
@@ -140,12 +145,14 @@ impl fmt::Display for Diagnostic {
                     .take(column - 1 - skipped)
                     .map(|c| if c == '\t' { '\t' } else { ' ' })
                     .collect();
-                writeln!(f, "   {number} | {text}")?;
+                // Each is one character wide, so that the caret stays under its value.
+                let shown = text.replace(|c| c != '\t' && !is_plain(c), "\u{fffd}");
+                writeln!(f, "   {number} | {shown}")?;
                 writeln!(f, "   {gutter} | {indent}{}", "^".repeat(*width))?;
             }
         }
         if let Some(help) = &self.help {
-            writeln!(f, "   help: {help}")?;
+            writeln!(f, "   help: {}", lines(help))?;
         }
         Ok(())
     }

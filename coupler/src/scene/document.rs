@@ -1,10 +1,12 @@
 //! A TOML document that stores the position of every value, also of values from variants and `--set`.
 
 use std::collections::BTreeMap;
+use std::io;
 use std::ops::Range;
 use std::path::Path;
 use std::sync::Arc;
 
+use interface::files::{self, SMALL};
 use serde::Deserialize;
 use toml::de::{DeTable, DeValue};
 use toml::{Spanned, Table, Value};
@@ -62,14 +64,29 @@ pub(super) enum Part {
     Value,
 }
 
+/// Most constants of a scene. A million of them took a gigabyte and five seconds.
+const CONSTANTS_MAX: usize = 100_000;
+
 impl Document {
     /// Reads a scene file.
     ///
     /// # Errors
     /// The file cannot be read or is not TOML.
     pub fn read(path: &Path) -> Result<Self, SceneErrors> {
+        Self::of_bytes(path, files::read_named(path, SMALL))
+    }
+
+    /// Reads the scene file `name` of a run directory.
+    ///
+    /// # Errors
+    /// As [`Self::read`].
+    pub fn of_run(dir: &Path, name: &str) -> Result<Self, SceneErrors> {
+        Self::of_bytes(&dir.join(name), files::read(dir, name, SMALL))
+    }
+
+    fn of_bytes(path: &Path, bytes: io::Result<Vec<u8>>) -> Result<Self, SceneErrors> {
         let file = path.display().to_string();
-        let text = read_text(path, &file)?;
+        let text = text(bytes, &file)?;
         Self::parse(file, &text.into())
     }
 
@@ -102,6 +119,7 @@ impl Document {
     /// It is not TOML.
     pub fn parse(file: String, text: &Arc<str>) -> Result<Self, SceneErrors> {
         let (spanned, mut faults) = DeTable::parse_recoverable(text);
+        too_many_constants(&file, text, spanned.get_ref())?;
         let mut origins = BTreeMap::new();
         record_table(&mut origins, "", spanned.get_ref());
         let root = if faults.is_empty() {
@@ -512,7 +530,29 @@ fn argument_value(written: &str) -> Value {
         .unwrap_or_else(|| Value::String(written.to_owned()))
 }
 
-fn read_text(path: &Path, file: &str) -> Result<String, SceneErrors> {
+/// Counts the constants before memory is taken for them.
+fn too_many_constants(file: &str, text: &str, root: &DeTable) -> Result<(), SceneErrors> {
+    let Some(DeValue::Table(constants)) = root.get("constants").map(Spanned::get_ref) else {
+        return Ok(());
+    };
+    let (count, first) = (constants.len(), constants.keys().next());
+    if count <= CONSTANTS_MAX {
+        return Ok(());
+    }
+    let span = first.map_or(0..0, |key| key.span());
+    Err(SceneErrors(vec![Diagnostic {
+        message: format!("the scene has {count} constants, expected at most {CONSTANTS_MAX}"),
+        key: "constants".to_owned(),
+        value: String::new(),
+        place: Place::in_text(file, text, &span),
+        help: Some(
+            "values of a series are read from a file: `reference = { csv = ... }`".to_owned(),
+        ),
+    }]))
+}
+
+/// The text of a scene file, from its bytes.
+fn text(bytes: io::Result<Vec<u8>>, file: &str) -> Result<String, SceneErrors> {
     let fault = |message: String, help: &str| {
         SceneErrors(vec![Diagnostic {
             message,
@@ -524,17 +564,13 @@ fn read_text(path: &Path, file: &str) -> Result<String, SceneErrors> {
             help: Some(help.to_owned()),
         }])
     };
-    if path.is_dir() {
-        return Err(fault(
-            format!("`{file}` is a directory, not a scene file"),
-            "name one .toml file in it",
-        ));
-    }
-    let bytes = std::fs::read(path).map_err(|error| {
-        let help = if error.kind() == std::io::ErrorKind::NotFound {
-            "check the path; scenes that come with Tandem are under scenes/"
-        } else {
-            "the file must be readable by you"
+    let bytes = bytes.map_err(|error| {
+        let help = match error.kind() {
+            io::ErrorKind::NotFound => {
+                "check the path; scenes that come with Tandem are under scenes/"
+            }
+            io::ErrorKind::InvalidInput => "name one .toml file",
+            _ => "the file must be readable by you",
         };
         fault(format!("cannot read the scene file: {error}"), help)
     })?;

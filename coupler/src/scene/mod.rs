@@ -35,6 +35,7 @@ mod written;
 
 use std::path::{Path, PathBuf};
 
+use crate::record::rundir::SCENE;
 use crate::scene::diagnostic::SceneErrors;
 
 pub use model::{
@@ -94,6 +95,14 @@ impl Scene {
     /// file, line, key, value, what was expected and the nearest valid key.
     pub fn load(path: &Path, variant: Option<&str>, set: &[String]) -> Result<Self, SceneErrors> {
         SceneFile::read(path)?.scene(variant, set)
+    }
+
+    /// The scene of a run directory, as resolved.
+    ///
+    /// # Errors
+    /// As [`Self::load`].
+    pub fn of_run(dir: &Path) -> Result<Self, SceneErrors> {
+        parse::scene(document::Document::of_run(dir, SCENE)?, dir)
     }
 
     /// The programs that the scene file names as solvers and that a run would start, with their sides. Those of the

@@ -1,10 +1,11 @@
 //! Constants, columns and checks: compiles every expression, resolves every name, and reads every reference.
 
 use std::collections::BTreeMap;
-use std::io::{self, Read as _};
+use std::io;
 use std::path::Path;
 
 use interface::config::MaterialModel;
+use interface::files;
 
 use crate::record::check::{Check, Column, Expected, Measure, Reference, When};
 use crate::record::frames::Field;
@@ -20,6 +21,8 @@ use super::written::{
 
 /// Largest table of a reference in bytes.
 const CSV_LIMIT: u64 = 64 << 20;
+/// Most names of a circle of constants that a message shows.
+const CIRCLE_LIMIT: usize = 20;
 
 /// The constants as numbers. Each may use the others, in any order.
 pub(super) fn constants(
@@ -53,7 +56,20 @@ pub(super) fn constants(
             },
         }
     }
-    stuck.extend(waiting.into_values().flatten());
+    let waits = waiting
+        .iter()
+        .filter(|(missing, _)| written.contains_key(*missing));
+    let waits = waits.flat_map(|(missing, names)| {
+        let names = names.iter().map(|(name, _)| name.as_str());
+        names.map(move |name| (name, missing.as_str()))
+    });
+    let needs: BTreeMap<&str, &str> = waits.collect();
+    let circles = circles(&needs);
+    stuck.extend(waiting.values().flatten());
+    // Of constants that wait for others, the circle or the fault of the others is told.
+    stuck.retain(|(name, _)| {
+        circles.contains_key(name.as_str()) || !needs.contains_key(name.as_str())
+    });
     stuck.sort();
     for (name, source) in stuck {
         if problems.is_full() {
@@ -61,16 +77,19 @@ pub(super) fn constants(
         }
         if let Err(error) = compile_constant(source, &known) {
             let path = format!("constants.{name}");
-            let circular = error
-                .unknown_name
-                .as_ref()
-                .is_some_and(|n| written.contains_key(n));
-            let help = if circular {
-                "constants may not depend on each other in a circle".to_owned()
-            } else {
-                let others = written.keys().filter(|other| *other != name);
-                suggestion_for(&error, others.map(String::as_str))
-            };
+            if let Some(circle) = circles.get(name.as_str()) {
+                let all = circle.iter().chain(&circle[..1]).copied();
+                let all: Vec<&str> = all.take(CIRCLE_LIMIT).collect();
+                let message = format!(
+                    "constants may not depend on each other in a circle: {}",
+                    all.join(" needs ")
+                );
+                let help = Some("give one of them as a number".to_owned());
+                problems.refuse_within(&path, &error.at, &message, help);
+                continue;
+            }
+            let others = written.keys().filter(|other| *other != name);
+            let help = suggestion_for(&error, others.map(String::as_str));
             problems.refuse_within(&path, &error.at, &error.message, Some(help));
         }
     }
@@ -94,6 +113,51 @@ fn constant_name(problems: &mut Problems, path: &str, name: &str) {
             format!("use another name; these are taken: {}", taken.join(", ")),
         );
     }
+}
+
+/// A column is named in expressions of `tandem plot` and in tables of a study.
+fn column_name(problems: &mut Problems, path: &str, name: &str) {
+    let good = |c: char| c.is_ascii_alphanumeric() || c == '_' || c == '.';
+    if !name.starts_with(|c: char| c.is_ascii_alphabetic() || c == '_') || !name.chars().all(good) {
+        let message =
+            format!("`{path}` is \"{name}\", expected a letter, then letters, digits, `_` or `.`");
+        problems.refuse(
+            path,
+            message,
+            "`tandem plot` names the column in expressions",
+        );
+    } else if name == "time" {
+        let message = format!("`{path}` is \"time\", which every history has as its first column");
+        problems.refuse(path, message, "give it another name, or leave it out");
+    }
+}
+
+/// The circles of constants that need one another, each from its first name on. `needs` has what each name waits for.
+fn circles<'n>(needs: &BTreeMap<&'n str, &'n str>) -> BTreeMap<&'n str, Vec<&'n str>> {
+    let mut circles = BTreeMap::new();
+    // On which walk a name was met.
+    let mut met: BTreeMap<&str, usize> = BTreeMap::new();
+    for (walk, start) in needs.keys().enumerate() {
+        let (mut path, mut at) = (Vec::new(), *start);
+        while !met.contains_key(at) {
+            met.insert(at, walk);
+            path.push(at);
+            match needs.get(at) {
+                Some(next) => at = next,
+                None => break,
+            }
+        }
+        if met.get(at) == Some(&walk)
+            && let Some(begin) = path.iter().position(|name| *name == at)
+            && needs.contains_key(at)
+        {
+            let mut circle = path.split_off(begin);
+            let first = (0..circle.len()).min_by_key(|&k| circle[k]).unwrap_or(0);
+            circle.rotate_left(first);
+            circles.insert(circle[0], circle);
+        }
+    }
+    circles
 }
 
 fn compile_constant(source: &str, known: &BTreeMap<String, f64>) -> Result<f64, ExpressionError> {
@@ -246,13 +310,7 @@ impl Context<'_> {
         path: &str,
         written: &ColumnWritten,
     ) -> Option<Column> {
-        if written.name.trim().is_empty() {
-            problems.refuse(
-                &format!("{path}.name"),
-                "a column without a name",
-                "name it",
-            );
-        }
+        column_name(problems, &format!("{path}.name"), &written.name);
         let value = self.compile(
             problems,
             Scope::All,
@@ -530,17 +588,11 @@ fn read_csv(file: &Path, time: &str, value: &str) -> Result<Vec<[f64; 2]>, (Stri
         let help = "CSV files are looked for beside the scene file";
         (format!("cannot read {shown}: {error}"), help.to_owned())
     };
-    // A device or a pipe might never end.
-    let about = std::fs::metadata(file).map_err(unreadable)?;
-    if !about.is_file() || about.len() > CSV_LIMIT {
-        let help = format!("expected a file of at most {CSV_LIMIT} bytes");
-        return Err((format!("cannot read {shown}: it is no table"), help));
-    }
-    let opened = std::fs::File::open(file).map_err(unreadable)?;
+    let table = files::read_named(file, CSV_LIMIT).map_err(unreadable)?;
     let mut reader = csv::ReaderBuilder::new()
         .trim(csv::Trim::All)
         .comment(Some(b'#'))
-        .from_reader(opened.take(CSV_LIMIT));
+        .from_reader(&table[..]);
     let fault = |error: csv::Error| {
         let help = "a header, then rows of as many numbers, separated by commas";
         (format!("{shown}: {error}"), help.to_owned())

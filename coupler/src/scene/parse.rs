@@ -29,6 +29,8 @@ use crate::scene::diagnostic::SceneErrors;
 
 /// Largest number of rows of a history: a longer file is of no use.
 const ROWS_LIMIT: f64 = 1e7;
+/// Shortest run in s: the squares of times far below are no numbers any more.
+const SHORTEST: f64 = 1e-100;
 /// Number of frames of a run whose page needs some, if the scene asks for none.
 const FRAMES_OF_REPORT: f64 = 100.0;
 /// Longest wait for a process, unless the scene has another one.
@@ -275,6 +277,9 @@ fn scene_name(problems: &mut Problems, name: &str) {
 
 fn time_plan(problems: &mut Problems, written: &TimeWritten) -> TimePlan {
     problems.above_zero("time.end", written.end, "a time");
+    let long_enough = written.end <= 0.0 || written.end >= SHORTEST;
+    let expected = format!("a time of at least {SHORTEST:e} s");
+    problems.number("time.end", written.end, long_enough, &expected);
     if let Some(step) = written.max_step {
         problems.above_zero("time.max_step", step, "a time");
     }

@@ -3,7 +3,9 @@
 use std::fmt::{self, Write as _};
 
 use interface::config::friction::FrictionTest;
-use interface::config::{ContactLaw, DemConfig, MaterialConfig, Motion, MpmConfig, Wall};
+use interface::config::{
+    ContactLaw, DemConfig, GroupConfig, MaterialConfig, Motion, MpmConfig, Wall,
+};
 use serde::Serialize;
 
 use super::{Criterion, Scene};
@@ -53,8 +55,22 @@ impl Scene {
     }
 
     /// Approximate number of material points.
-    pub(crate) fn points_estimate(&self) -> f64 {
+    pub fn points_estimate(&self) -> f64 {
         self.mpm.as_ref().map_or(0.0, points)
+    }
+
+    /// Approximate number of cells with points: at most one for each point.
+    pub(crate) fn cells_estimate(&self) -> f64 {
+        let groups = self.mpm.iter().flat_map(|mpm| {
+            mpm.groups.iter().map(|group: &GroupConfig| {
+                let points = group.points_estimate(mpm.cell);
+                match group.fill.area() / (mpm.cell * mpm.cell) {
+                    cells if cells > 0.0 => cells.min(points),
+                    _ => points,
+                }
+            })
+        });
+        groups.sum()
     }
 }
 

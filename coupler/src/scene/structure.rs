@@ -6,6 +6,7 @@
 
 use std::collections::BTreeSet;
 
+use interface::text::{is_plain, line};
 use serde_json::Value as Schema;
 use toml::{Table, Value};
 
@@ -62,7 +63,29 @@ impl<'a> Walk<'a> {
         }
     }
 
+    /// Refuses what a terminal or a table would take for something else than text: control characters, and in names and
+    /// units also line breaks.
+    fn text(&mut self, text: &str, part: Part, path: &str) {
+        let key = path.rsplit('.').next().unwrap_or_default();
+        let one_line = part == Part::Key || matches!(key, "name" | "unit");
+        let kept: &[char] = if one_line { &[] } else { &['\n', '\r', '\t'] };
+        let refused = text.chars().find(|&c| !is_plain(c) && !kept.contains(&c));
+        if let Some(c) = refused {
+            let what = if part == Part::Key {
+                "the key"
+            } else {
+                "the text"
+            };
+            let (c, path) = (c.escape_unicode(), line(path));
+            let message = format!("{what} of `{path}` has the control character {c}");
+            self.fault(&path, part, &message, Some("leave it out".to_owned()));
+        }
+    }
+
     fn value(&mut self, schema: &'a Schema, value: &Value, path: &str) {
+        if let Value::String(text) = value {
+            self.text(text, Part::Value, path);
+        }
         let alternatives = self.alternatives(schema);
         let words: BTreeSet<&str> = alternatives.iter().flat_map(|a| words(a)).collect();
         let tagged: Vec<&str> = alternatives.iter().filter_map(|a| tag(a)).collect();
@@ -118,6 +141,7 @@ impl<'a> Walk<'a> {
         let mut meant = Vec::new();
         for (key, value) in table {
             let below = join(path, key);
+            self.text(key, Part::Key, &below);
             if let Some(property) = properties.and_then(|p| p.get(key)) {
                 self.value(property, value, &below);
             } else if schema["additionalProperties"].is_object() {

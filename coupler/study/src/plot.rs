@@ -182,10 +182,14 @@ impl PlotOptions {
 /// The table of a run directory or of a file.
 fn read(data: &str) -> Result<Table, StudyError> {
     let mut path = PathBuf::from(data);
-    if path.is_dir() {
+    let table = if path.is_dir() {
+        let table = Table::of_run(&path, "history.csv");
         path.push("history.csv");
-    }
-    Table::read(&path).map_err(|error| {
+        table
+    } else {
+        Table::read(&path)
+    };
+    table.map_err(|error| {
         StudyError::asked(
             format!("cannot read {}: {error}", path.display()),
             "give a run directory or a CSV file, as PATH or LABEL=PATH",

@@ -1,6 +1,6 @@
 //! Runs of the program, each in a directory named after what it runs: what is there already is not run again.
 
-use std::fs::{self, File};
+use std::fs;
 use std::os::unix::process::CommandExt;
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, ExitStatus, Stdio};
@@ -11,6 +11,7 @@ use std::time::{Duration, Instant};
 
 use coupler::record::Summary;
 use coupler::record::rundir::in_use;
+use interface::files::{self, SMALL, STATE};
 use rustix::process::{Pid, Signal, kill_process_group};
 
 use crate::StudyError;
@@ -173,7 +174,7 @@ impl Runner {
         let runs = runs
             .canonicalize()
             .map_err(StudyError::file("find the directory", &runs))?;
-        let program = fs::read(&options.program)
+        let program = files::read_named(&options.program, STATE)
             .map_err(StudyError::file("read the program", &options.program))?;
         Ok(Self {
             program_hash: blake3::hash(&program),
@@ -314,9 +315,10 @@ impl Runner {
         let beside = |extension: &str| directory.with_extension(extension);
         // What is run is the text that was hashed, whatever becomes of the scene's own file meanwhile.
         let scene = beside("toml");
-        fs::write(&scene, &case.scene.resolved_toml).map_err(StudyError::file("write", &scene))?;
+        files::write_named(&scene, &case.scene.resolved_toml)
+            .map_err(StudyError::file("write", &scene))?;
         // The summary of an unfinished run would be taken for that of this one.
-        let _ = fs::remove_file(directory.join("summary.json"));
+        let _ = files::remove(&directory, "summary.json");
         let log = beside("err");
         let mut command = self.command(&scene, &directory);
         let solvers = &case.scene.solvers;
@@ -334,7 +336,7 @@ impl Runner {
             }
         }
         let outcome = Summary::read(&directory).unwrap_or_else(|_| {
-            let said = fs::read_to_string(&log).unwrap_or_default();
+            let said = files::read_named_text(&log, SMALL).unwrap_or_default();
             let last = said.lines().rev().find(|line| !line.trim().is_empty());
             lost(format!("{ended}; {}", last.unwrap_or("it said nothing")))
         });
@@ -374,7 +376,7 @@ impl Runner {
     /// Starts a command and waits for its end; an interrupt is passed on.
     fn wait(&self, command: &[String], log: &Path) -> Result<String, StudyError> {
         let (program, arguments) = command.split_first().expect("a command has a first word");
-        let said = File::create(log).map_err(StudyError::file("create", log))?;
+        let said = files::make_named(log).map_err(StudyError::file("create", log))?;
         let mut child = Command::new(program)
             .args(arguments)
             .stdin(Stdio::null())

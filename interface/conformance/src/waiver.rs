@@ -3,6 +3,7 @@
 use std::path::Path;
 use std::time::{SystemTime, UNIX_EPOCH};
 
+use interface::files::{self, SMALL};
 use serde::Deserialize;
 use thiserror::Error;
 
@@ -63,7 +64,7 @@ impl Waivers {
     /// # Errors
     /// [`WaiverError`].
     pub fn read(path: &Path) -> Result<Self, WaiverError> {
-        let text = std::fs::read_to_string(path).map_err(|source| WaiverError::Read {
+        let text = files::read_named_text(path, SMALL).map_err(|source| WaiverError::Read {
             path: path.display().to_string(),
             source,
         })?;

@@ -1,5 +1,6 @@
 //! Control messages: everything outside the steps. Encoded by [`crate::message::codec`], described in PROTOCOL.md section 3.
 
+use std::borrow::Cow;
 use std::time::Duration;
 
 use serde::{Deserialize, Serialize};
@@ -7,6 +8,7 @@ use serde::{Deserialize, Serialize};
 use crate::config::capability::Capabilities;
 use crate::message::codec::{DecodeError, decode_beginning};
 use crate::solver::{Fault, Readiness, Refusal};
+use crate::text;
 
 /// Version of the protocol. Another major version is refused, another minor one accepted.
 pub const PROTOCOL: (u32, u32) = (4, 0);
@@ -111,10 +113,27 @@ impl Notice {
     /// # Errors
     /// [`DecodeError`] when bytes are missing, left over or out of range.
     pub fn decode(bytes: &[u8]) -> Result<Self, DecodeError> {
-        match decode_beginning(bytes)? {
-            (hello @ Self::Hello(_), _) => Ok(hello),
-            (notice, used) if used == bytes.len() => Ok(notice),
-            (_, used) => Err(DecodeError::left_over(bytes.len() - used)),
+        let (mut notice, used) = decode_beginning(bytes)?;
+        if used < bytes.len() && !matches!(notice, Self::Hello(_)) {
+            return Err(DecodeError::left_over(bytes.len() - used));
+        }
+        notice.escape();
+        Ok(notice)
+    }
+
+    /// Makes every text one line without control characters: all are shown to people.
+    fn escape(&mut self) {
+        let texts = match self {
+            Self::Hello(hello) => vec![&mut hello.identity],
+            Self::Ready(ready) => ready.readiness.notes.iter_mut().collect(),
+            Self::Refused(refusal) => vec![&mut refusal.key, &mut refusal.message],
+            Self::Failed(failure) => vec![&mut failure.message],
+            Self::Bye => Vec::new(),
+        };
+        for shown in texts {
+            if let Cow::Owned(escaped) = text::line(shown) {
+                *shown = escaped;
+            }
         }
     }
 }
@@ -216,6 +235,10 @@ mod tests {
                 "{longer:?}"
             );
         }
+        // Texts of a solver reach a terminal as one line.
+        let said = Notice::Refused(Refusal::new("a\nb", "\u{1b}[2J"));
+        let heard = Notice::Refused(Refusal::new("a\\nb", "\\u{1b}[2J"));
+        assert_eq!(Notice::decode(&encode(&said)).unwrap(), heard);
         let configure = Configure {
             scene_hash: "ab".into(),
             config: "{}".into(),

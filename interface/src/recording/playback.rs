@@ -5,6 +5,7 @@ use std::io::{self, BufReader, Read};
 use std::path::{Path, PathBuf};
 
 use super::{About, BLOCK_HEADER, CHECK, FORMAT, MAGIC, MESSAGE_HEADER, RecordingError, check};
+use crate::files;
 use crate::message::Channel;
 use crate::message::wire::{Record, StepHeader, layout_hash, records_of};
 
@@ -67,11 +68,16 @@ impl Playback {
     /// # Errors
     /// [`RecordingError`].
     pub fn open(path: &Path) -> Result<Self, RecordingError> {
+        let file = files::open_named(path).map_err(RecordingError::file("open", path))?;
+        Self::of(file, path)
+    }
+
+    /// The same of an open file; `path` is for messages.
+    pub(super) fn of(file: File, path: &Path) -> Result<Self, RecordingError> {
         let foreign = |reason: String| RecordingError::Foreign {
             path: path.to_path_buf(),
             reason,
         };
-        let file = File::open(path).map_err(RecordingError::file("open", path))?;
         let mut file = BufReader::new(file);
         let mut start = [0; 16];
         let got = fill(&mut file, &mut start).map_err(RecordingError::file("read", path))?;

@@ -1,6 +1,6 @@
 //! Writes a recording, in a separate thread.
 
-use std::fs::{File, OpenOptions};
+use std::fs::File;
 use std::io::{Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -109,44 +109,45 @@ impl Shared {
 }
 
 impl Recorder {
-    /// Begins a recording at `path`; a file that is there is replaced.
+    /// Begins a recording in an empty file; `path` is for messages.
     ///
     /// # Errors
     /// [`RecordingError::File`].
-    pub fn create(path: &Path, about: &About) -> Result<Self, RecordingError> {
+    pub fn create(mut file: File, path: &Path, about: &About) -> Result<Self, RecordingError> {
         let about = serde_json::to_vec(about).expect("strings and numbers");
         let mut bytes = MAGIC.to_vec();
         bytes.extend(FORMAT.to_le_bytes());
         bytes.extend((about.len() as u32).to_le_bytes());
         bytes.extend(&about);
         bytes.extend(check(&[&about]));
-        let mut file = File::create(path).map_err(RecordingError::file("create", path))?;
         file.write_all(&bytes)
             .map_err(RecordingError::file("write", path))?;
         Self::begin(file, path, [bytes.len() as u64, 0, 0], false)
     }
 
-    /// Continues the recording at `path` of the same run from a checkpoint at which it had this `length`
-    /// ([`RecordingSink::flush`]).
+    /// Continues the recording of the same run in a file that can be read and written, from a checkpoint at which it had
+    /// this `length` ([`RecordingSink::flush`]).
     ///
     /// # Errors
     /// [`RecordingError`], also if the recording is shorter or damaged before that; then the file is unchanged.
-    pub fn resume(path: &Path, about: &About, length: u64) -> Result<Self, RecordingError> {
-        let playback = Playback::open(path)?;
+    pub fn resume(
+        mut file: File,
+        path: &Path,
+        about: &About,
+        length: u64,
+    ) -> Result<Self, RecordingError> {
+        let failed = || RecordingError::file("go on with", path);
+        let playback = Playback::of(file.try_clone().map_err(failed())?, path)?;
         if playback.about() != about {
             let reason = "it is of another run or program".to_owned();
             let path = path.to_path_buf();
             return Err(RecordingError::Foreign { path, reason });
         }
         let [blocks, messages] = playback.read_up_to(length)?;
-        let open = || {
-            let mut file = OpenOptions::new().write(true).open(path)?;
-            file.set_len(length)?;
-            file.sync_data()?;
-            file.seek(SeekFrom::End(0))?;
-            Ok(file)
-        };
-        let file = open().map_err(RecordingError::file("go on with", path))?;
+        file.set_len(length)
+            .and_then(|()| file.sync_data())
+            .and_then(|()| file.seek(SeekFrom::End(0)))
+            .map_err(failed())?;
         Self::begin(file, path, [length, blocks, messages], true)
     }
 

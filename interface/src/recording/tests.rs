@@ -32,9 +32,19 @@ fn state(step: u64) -> ImpState {
     }
 }
 
+fn create(path: &Path, about: &About) -> Recorder {
+    Recorder::create(fs::File::create(path).unwrap(), path, about).unwrap()
+}
+
+fn resume(path: &Path, about: &About, length: u64) -> Result<Recorder, RecordingError> {
+    let mut options = fs::OpenOptions::new();
+    let file = options.read(true).write(true).open(path).unwrap();
+    Recorder::resume(file, path, about, length)
+}
+
 /// Writes a recording of so many messages, with or without its end.
 fn write(path: &Path, messages: u64, ended: bool) {
-    let recorder = Recorder::create(path, &about()).unwrap();
+    let recorder = create(path, &about());
     for step in 0..messages {
         recorder.sink().note(
             states_channel(),
@@ -87,7 +97,7 @@ fn what_is_noted_is_read_back_to_the_bit() {
 fn a_message_longer_than_a_block_is_one_block() {
     let dir = tempfile::tempdir().unwrap();
     let path = dir.path().join("r");
-    let recorder = Recorder::create(&path, &about()).unwrap();
+    let recorder = create(&path, &about());
     let states: Vec<_> = (0..100_000).map(state).collect();
     for _ in 0..3 {
         recorder
@@ -162,7 +172,7 @@ fn files_that_are_not_recordings_are_refused() {
         layout: "0123456789abcdef".into(),
         ..about()
     };
-    Recorder::create(&path, &other).unwrap().finish().unwrap();
+    create(&path, &other).finish().unwrap();
     let told = Playback::verify(&path).unwrap_err().to_string();
     assert!(told.contains("layout 0123456789abcdef, this is"), "{told}");
 }
@@ -171,7 +181,8 @@ fn files_that_are_not_recordings_are_refused() {
 #[test]
 fn a_full_disk_is_reported_and_delays_nothing() {
     let path = Path::new("/dev/full");
-    let Err(told) = Recorder::create(path, &about()) else {
+    let full = fs::OpenOptions::new().write(true).open(path).unwrap();
+    let Err(told) = Recorder::create(full, path, &about()) else {
         panic!("the first write finds out");
     };
     assert!(told.to_string().contains("No space left"), "{told}");
@@ -218,7 +229,7 @@ fn a_tap_that_has_looked_once_misses_nothing() {
 #[test]
 fn after_an_error_nothing_waits_for_the_disk() {
     let dir = tempfile::tempdir().unwrap();
-    let recorder = Recorder::create(&dir.path().join("r"), &about()).unwrap();
+    let recorder = create(&dir.path().join("r"), &about());
     let sink = recorder.sink();
     sink.fail(RecordingError::Tap("deaf".into()));
     let states = vec![state(0); 1 << 20];
@@ -295,13 +306,13 @@ fn a_recording_goes_on_from_a_checkpoint_without_a_gap_or_a_message_twice() {
     let mut lengths = Vec::new();
     for at in [1, 64, 3000] {
         // The run was killed at step 5000.
-        let recorder = Recorder::create(&path, &about()).unwrap();
+        let recorder = create(&path, &about());
         let sink = recorder.sink();
         steps(&sink, 0, at);
         let length = sink.flush().unwrap();
         steps(&sink, at, 5000);
         drop(recorder);
-        let recorder = Recorder::resume(&path, &about(), length).unwrap();
+        let recorder = resume(&path, &about(), length).unwrap();
         let sink = recorder.sink();
         // The handshake is repeated, and the state is restored.
         for (kind, records) in [
@@ -324,7 +335,7 @@ fn a_recording_goes_on_from_a_checkpoint_without_a_gap_or_a_message_twice() {
         lengths.push(length);
     }
     let whole = fs::read(&path).unwrap();
-    let refused = |about: &About, length| Recorder::resume(&path, about, length).unwrap_err();
+    let refused = |about: &About, length| resume(&path, about, length).unwrap_err();
     // No block ends there, or the file does before.
     for length in [lengths[2] - 1, whole.len() as u64, u64::MAX] {
         assert!(matches!(

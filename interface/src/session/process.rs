@@ -17,16 +17,21 @@ use crate::transport::iceoryx::Medium;
 /// Exit status if the session has failed; the coupler reports why.
 const FAILED: u8 = 3;
 
+fn arguments() -> impl Iterator<Item = String> {
+    let words = std::env::args_os().skip(1);
+    words.map(|word| word.to_string_lossy().into_owned())
+}
+
 /// Joins the run that the arguments name (`--join RUN`) as the continuum.
 pub fn serve_mpm<M: MpmSolver>(mut solver: M) -> ExitCode {
-    with_run(std::env::args().skip(1), |domain| {
+    with_run(arguments(), |domain| {
         session::serve_mpm(Medium::Processes, domain, &mut solver, true)
     })
 }
 
 /// Joins the run that the arguments name (`--join RUN`) as the bodies.
 pub fn serve_dem<D: DemSolver>(mut solver: D) -> ExitCode {
-    with_run(std::env::args().skip(1), |domain| {
+    with_run(arguments(), |domain| {
         session::serve_dem(Medium::Processes, domain, &mut solver, true)
     })
 }

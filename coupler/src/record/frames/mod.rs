@@ -12,19 +12,16 @@ pub mod vtu;
 use std::collections::BTreeSet;
 use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
-use std::sync::mpsc::{Receiver, Sender, channel};
-use std::thread::JoinHandle;
-use std::{fs, thread};
 
 use interface::config::{DemConfig, Motion};
+use interface::files::{self, SMALL, TABLE};
 use interface::message::wire::BodyState;
 use quick_xml::Writer;
 use quick_xml::events::Event;
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
-use crate::record::background::{Mark, Written};
+use crate::record::background::{Background, Mark};
 use crate::record::rundir::{FRAME_LIST, FRAMES, RunDir, RunDirError, fail};
 pub use instant::{Content, Field, Instant, PlasticStrain, ReportedFields};
 use meshes::{Outlined, bodies, contacts, points};
@@ -53,9 +50,8 @@ pub struct Listed {
 pub struct Frames {
     content: Content,
     listed: Listed,
-    written: Arc<Written>,
-    queue: Option<Sender<Instant>>,
-    writer: Option<JoinHandle<Result<(), RunDirError>>>,
+    /// Counts frames.
+    writer: Background<Instant>,
 }
 
 impl Frames {
@@ -77,24 +73,21 @@ impl Frames {
             is_free: body.motion == Motion::Free,
         });
         let outlines = outlines.collect();
-        let (queue, taken) = channel();
-        let written = Written::from(listed.times.len() as u64);
-        let series = Series {
+        let mut series = Series {
             dir: dir.clone(),
             content: content.clone(),
             has: [has_points, dem.is_some(), listed.contacts],
             outlines,
             start: listed.start.clone(),
             times: listed.times.clone(),
-            written: written.clone(),
         };
         series.keep_listed()?;
         Ok(Self {
             content: content.clone(),
+            writer: Background::begin(listed.times.len() as u64, move |instant| {
+                series.write(&instant)
+            }),
             listed,
-            written,
-            queue: Some(queue),
-            writer: Some(thread::spawn(move || series.write_all(&taken))),
         })
     }
 
@@ -111,12 +104,7 @@ impl Frames {
             self.listed.start.clone_from(&instant.bodies);
         }
         self.listed.times.push(instant.time);
-        let sent = self.queue.as_ref().map(|queue| queue.send(instant));
-        match sent {
-            Some(Ok(())) => Ok(()),
-            // The receiver is gone: the writer has ended with an error, which is reported.
-            _ => self.finish(),
-        }
+        self.writer.give(instant, 1)
     }
 
     /// The frames that were taken so far.
@@ -126,13 +114,12 @@ impl Frames {
 
     /// The mark of the frames that were taken so far.
     pub(crate) fn mark(&self) -> Mark {
-        self.written.mark(self.listed.times.len() as u64)
+        self.writer.mark()
     }
 
     /// Whether so many frames wait that no more should be taken.
     pub(crate) fn is_behind(&self) -> bool {
-        let taken = self.listed.times.len() as u64;
-        !self.written.has_ended() && taken - self.written.count() >= WAITING
+        self.writer.behind() >= WAITING
     }
 
     /// Waits until all frames are in their files.
@@ -140,18 +127,7 @@ impl Frames {
     /// # Errors
     /// [`RunDirError`].
     pub fn finish(&mut self) -> Result<(), RunDirError> {
-        self.queue = None;
-        match self.writer.take() {
-            Some(writer) => writer.join().expect("the writer of frames does not panic"),
-            None => Ok(()),
-        }
-    }
-}
-
-impl Drop for Frames {
-    fn drop(&mut self) {
-        // After a failed run its own error is reported, not that of its last frame.
-        let _ = self.finish();
+        self.writer.finish()
     }
 }
 
@@ -166,7 +142,6 @@ struct Series {
     /// The states of the bodies at these positions.
     start: Vec<BodyState>,
     times: Vec<f64>,
-    written: Arc<Written>,
 }
 
 impl Series {
@@ -178,50 +153,44 @@ impl Series {
         let kept: BTreeSet<String> = (0..self.times.len())
             .flat_map(|number| PARTS.map(|name| file(name, number)))
             .collect();
-        let folder = self.dir.path().join(FRAMES);
+        let dir = self.dir.path();
         let keep = || {
-            for entry in fs::read_dir(&folder)? {
-                let name = entry?.file_name().to_string_lossy().into_owned();
+            for name in files::names(dir, FRAMES)? {
                 let in_run = format!("{FRAMES}/{name}");
                 let frame = in_run != FRAME_LIST && self.dir.has_written(&in_run);
                 if frame && !kept.contains(&name) {
-                    fs::remove_file(folder.join(name))?;
+                    files::remove(dir, in_run)?;
                 }
             }
             Ok(())
         };
-        keep().map_err(fail("go on in", &folder))?;
+        keep().map_err(fail("go on in", &dir.join(FRAMES)))?;
         self.dir.write_whole(FRAME_LIST, &self.list())
     }
 
-    fn write_all(mut self, taken: &Receiver<Instant>) -> Result<(), RunDirError> {
-        let _ends = self.written.until_the_end();
-        for instant in taken {
-            if self.start.is_empty() {
-                self.start.clone_from(&instant.bodies);
-            }
-            let number = self.times.len();
-            if self.has[0] {
-                self.write(&file("points", number), &points(&instant, &self.content))?;
-            }
-            if self.has[1] {
-                let bodies = bodies(&self.outlines, &self.start, &instant.bodies, &self.content);
-                self.write(&file("bodies", number), &bodies)?;
-            }
-            if let Some(told) = &instant.contacts {
-                self.has[2] = true;
-                let contacts = contacts(told, &instant, &self.outlines);
-                self.write(&file("contacts", number), &contacts)?;
-            }
-            self.times.push(instant.time);
-            self.dir.write_whole(FRAME_LIST, &self.list())?;
-            self.written.reach(self.times.len() as u64);
+    fn write(&mut self, instant: &Instant) -> Result<(), RunDirError> {
+        if self.start.is_empty() {
+            self.start.clone_from(&instant.bodies);
         }
-        Ok(())
+        let number = self.times.len();
+        if self.has[0] {
+            self.write_part("points", number, &points(instant, &self.content))?;
+        }
+        if self.has[1] {
+            let bodies = bodies(&self.outlines, &self.start, &instant.bodies, &self.content);
+            self.write_part("bodies", number, &bodies)?;
+        }
+        if let Some(told) = &instant.contacts {
+            self.has[2] = true;
+            let contacts = contacts(told, instant, &self.outlines);
+            self.write_part("contacts", number, &contacts)?;
+        }
+        self.times.push(instant.time);
+        self.dir.write_whole(FRAME_LIST, &self.list())
     }
 
-    fn write(&self, file: &str, mesh: &Mesh) -> Result<(), RunDirError> {
-        let name = format!("{FRAMES}/{file}");
+    fn write_part(&self, part: &str, number: usize, mesh: &Mesh) -> Result<(), RunDirError> {
+        let name = format!("{FRAMES}/{}", file(part, number));
         self.dir
             .write_whole(&name, &mesh.to_file(self.content.precision))
     }
@@ -261,10 +230,10 @@ impl Series {
     }
 }
 
-/// The files of these frames in a run directory.
-pub(crate) fn paths(dir: &Path, frames: std::ops::Range<usize>) -> Vec<PathBuf> {
+/// The files of these frames in a run directory, of which some may not exist.
+pub(crate) fn names(frames: std::ops::Range<usize>) -> impl Iterator<Item = String> {
     let files = frames.flat_map(|number| PARTS.map(|name| file(name, number)));
-    files.map(|name| dir.join(FRAMES).join(name)).collect()
+    files.map(|name| format!("{FRAMES}/{name}"))
 }
 
 fn file(name: &str, number: usize) -> String {
@@ -302,7 +271,7 @@ pub fn times(run: &Path) -> Result<Vec<f64>, FrameError> {
         path: list.clone(),
         what,
     };
-    let text = match fs::read_to_string(&list) {
+    let text = match files::read_text(run, FRAME_LIST, SMALL) {
         Err(error) if error.kind() == std::io::ErrorKind::NotFound => return Ok(Vec::new()),
         text => text.map_err(|e| fail(e.to_string()))?,
     };
@@ -326,7 +295,7 @@ impl Frame {
             path: path.to_path_buf(),
             what,
         };
-        let text = fs::read_to_string(&list).map_err(|e| {
+        let text = files::read_text(run, FRAME_LIST, SMALL).map_err(|e| {
             bad(
                 &list,
                 format!("{e}; only a run with `output.frames` has frames"),
@@ -350,7 +319,8 @@ impl Frame {
             found
                 .map(|entry| {
                     let path = run.join(FRAMES).join(&entry.file);
-                    let file = fs::read(&path).map_err(|e| bad(&path, e.to_string()))?;
+                    let file = files::read(run, Path::new(FRAMES).join(&entry.file), TABLE);
+                    let file = file.map_err(|e| bad(&path, e.to_string()))?;
                     Mesh::from_file(&file).map_err(|what| bad(&path, what))
                 })
                 .transpose()

@@ -3,9 +3,11 @@
 
 use std::collections::BTreeSet;
 use std::fmt::Write as _;
-use std::fs::{self, File, OpenOptions};
+use std::fs::File;
 use std::io::{self, Write};
 use std::path::Path;
+
+use interface::files::{self, How};
 
 use crate::record::error::{RunDirError, fail};
 
@@ -22,23 +24,19 @@ pub(super) struct Written {
 }
 
 impl Written {
-    /// The list of a folder, with the names that it has already. The file is replaced as a whole.
-    pub fn open(place: &Path, names: BTreeSet<String>) -> Result<Self, RunDirError> {
-        let path = place.join(WRITTEN);
-        let part = path.with_added_extension("part");
+    /// The list of the folder `place` of the directory, with the names that it has already. The file is replaced as a
+    /// whole.
+    pub fn open(dir: &Path, place: &Path, names: BTreeSet<String>) -> Result<Self, RunDirError> {
+        let name = place.join(WRITTEN);
         let mut text = String::new();
         for name in &names {
             let _ = writeln!(text, "{name}");
         }
         let open = || {
-            fs::write(&part, &text)?;
-            fs::rename(&part, &path)?;
-            OpenOptions::new().append(true).open(&path)
+            files::replace(dir, &name, text.as_bytes(), false)?;
+            files::open(dir, &name, How::Append)
         };
-        let list = open().map_err(|error| {
-            let _ = fs::remove_file(&part);
-            fail("write", &path)(error)
-        })?;
+        let list = open().map_err(fail("write", &dir.join(&name)))?;
         Ok(Self {
             names,
             list,
@@ -66,11 +64,13 @@ impl Written {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use std::fs;
 
     #[test]
     fn a_name_that_could_not_be_written_is_not_taken_for_written() {
         let dir = tempfile::tempdir().unwrap();
-        let mut written = Written::open(dir.path(), BTreeSet::from(["a".to_owned()])).unwrap();
+        let mut written =
+            Written::open(dir.path(), Path::new(""), BTreeSet::from(["a".to_owned()])).unwrap();
         written.add("b").unwrap();
         let text = || fs::read_to_string(dir.path().join(WRITTEN)).unwrap();
         assert_eq!(text(), "a\nb\n");

@@ -4,7 +4,6 @@ use interface::message::control::Party;
 use interface::session::solver_part;
 
 use super::file::{self, About, Checkpoint};
-use crate::record::rundir::SCENE;
 use crate::run::pace::Pace;
 use crate::scene::Scene;
 use crate::scene::diagnostic::SceneErrors;
@@ -37,7 +36,7 @@ impl Branch {
         };
         let run = start.run.display().to_string();
         let of_from = |message: &str, help: &str| scene.complaint("start.from", message, help);
-        let parent = Scene::load(&start.run.join(SCENE), None, &[]).map_err(|errors| {
+        let parent = Scene::of_run(&start.run).map_err(|errors| {
             let message = format!("`start.from` is no run: {}", errors.0[0].message);
             of_from(
                 &message,

@@ -11,10 +11,10 @@
 //! All numbers are little-endian. The hash is checked first, so an incomplete file is detected before anything in it is
 //! used.
 
-use std::io::Read as _;
+use std::io::{self, Read as _};
 use std::path::{Path, PathBuf};
-use std::{fs, io};
 
+use interface::files::{self, How, STATE, TABLE};
 use interface::message::control::{PROTOCOL, Party};
 use interface::message::wire::layout_hash;
 use interface::saved;
@@ -39,7 +39,7 @@ pub(crate) const CANNOT_RESUME: &str = "this run cannot be resumed";
 
 /// Why the run in a directory takes no checkpoints, as its log has it.
 fn cannot_resume(dir: &Path) -> Option<String> {
-    let log = fs::read_to_string(dir.join(LOG)).ok()?;
+    let log = files::read_text(dir, LOG, TABLE).ok()?;
     let mut messages = log.lines().filter_map(|line| {
         let line: serde_json::Value = serde_json::from_str(line).ok()?;
         Some(line["fields"]["message"].as_str()?.to_owned())
@@ -289,21 +289,15 @@ pub(crate) fn name(about: &About) -> String {
 }
 
 /// Whether a checkpoint is kept for other scenes.
-pub(crate) fn is_kept(path: &Path) -> bool {
-    path.to_string_lossy().ends_with(KEPT)
+pub(crate) fn is_kept(name: &str) -> bool {
+    name.ends_with(KEPT)
 }
 
-/// The checkpoints of a run directory, newest first.
-pub(crate) fn list(dir: &Path) -> Vec<PathBuf> {
-    let entries = fs::read_dir(dir.join(CHECKPOINTS)).into_iter().flatten();
-    let mut paths: Vec<PathBuf> = entries
-        .flatten()
-        .map(|entry| entry.path())
-        .filter(|path| path.extension().is_some_and(|e| e == "tandem"))
-        .collect();
-    paths.sort();
-    paths.reverse();
-    paths
+/// The names of the checkpoints in a run directory, newest first.
+pub(crate) fn list(dir: &Path) -> Vec<String> {
+    let names = files::names(dir, CHECKPOINTS).unwrap_or_default();
+    let ours = names.iter().rev().filter(|name| name.ends_with(".tandem"));
+    ours.map(|name| format!("{CHECKPOINTS}/{name}")).collect()
 }
 
 /// Whether a run directory has a checkpoint.
@@ -320,9 +314,10 @@ pub(crate) type Found = (PathBuf, Checkpoint, Vec<CheckpointError>);
 /// [`CheckpointError`]: there is none, or it belongs to another run, program or protocol.
 pub(crate) fn newest(dir: &Path, ours: &About) -> Result<Found, CheckpointError> {
     let mut passed_over = Vec::new();
-    for path in list(dir) {
-        match open(&path) {
+    for name in list(dir) {
+        match open(dir, &name) {
             Ok(checkpoint) => {
+                let path = dir.join(name);
                 return match checkpoint.about.differs(ours) {
                     None => Ok((path, checkpoint, passed_over)),
                     Some(what) => Err(CheckpointError::Differs { path, what }),
@@ -334,13 +329,17 @@ pub(crate) fn newest(dir: &Path, ours: &About) -> Result<Found, CheckpointError>
     Err(passed_over.into_iter().next().unwrap_or_else(|| none(dir)))
 }
 
-/// Reads a checkpoint.
-fn open(path: &Path) -> Result<Checkpoint, CheckpointError> {
-    let bytes = fs::read(path).map_err(|source| CheckpointError::Read {
-        path: path.to_path_buf(),
-        source,
-    })?;
-    read(&bytes).map_err(|what| damaged(path, what))
+/// Reads a checkpoint of a run directory.
+fn open(dir: &Path, name: &str) -> Result<Checkpoint, CheckpointError> {
+    // Another file may be as long as a state.
+    about(dir, name)?;
+    let bytes = files::read(dir, name, STATE).map_err(unread(dir, name))?;
+    read(&bytes).map_err(|what| damaged(&dir.join(name), what))
+}
+
+fn unread(dir: &Path, name: &str) -> impl FnOnce(io::Error) -> CheckpointError {
+    let path = dir.join(name);
+    move |source| CheckpointError::Read { path, source }
 }
 
 fn none(dir: &Path) -> CheckpointError {
@@ -357,21 +356,21 @@ fn damaged(path: &Path, what: String) -> CheckpointError {
 }
 
 /// The description of a checkpoint, without its state, which may be long.
-fn about(path: &Path) -> Result<About, CheckpointError> {
+fn about(dir: &Path, name: &str) -> Result<About, CheckpointError> {
+    let mut begin = Vec::new();
+    let first = MAGIC.len() + 8;
+    files::open(dir, name, How::Read)
+        .and_then(|file| file.take(first as u64 + ABOUT).read_to_end(&mut begin))
+        .map_err(unread(dir, name))?;
     let read = || {
-        let mut file = fs::File::open(path)?;
-        let mut begin = [0; MAGIC.len() + 8];
-        file.read_exact(&mut begin)?;
-        let length = u64::from_le_bytes(begin[MAGIC.len()..].try_into().expect("eight bytes"));
-        let mut about = Vec::new();
-        file.take(length.min(ABOUT)).read_to_end(&mut about)?;
-        Ok(about)
+        let rest = begin
+            .strip_prefix(MAGIC)
+            .ok_or("it does not begin like a checkpoint")?;
+        let mut rest = rest;
+        let length = take_number(&mut rest)?;
+        serde_json::from_slice(take(&mut rest, length)?).map_err(|e| e.to_string())
     };
-    let about = read().map_err(|source| CheckpointError::Read {
-        path: path.to_path_buf(),
-        source,
-    })?;
-    serde_json::from_slice(&about).map_err(|e| damaged(path, e.to_string()))
+    read().map_err(|what| damaged(&dir.join(name), what))
 }
 
 /// The last checkpoint in `dir` of a run like `ours` that is not after `time` (s), or the last one if there is no
@@ -385,11 +384,12 @@ pub(crate) fn of_time(
     time: Option<f64>,
 ) -> Result<Checkpoint, CheckpointError> {
     let mut there = Vec::new();
-    for path in list(dir) {
-        let at = about(&path)?.time;
+    for name in list(dir) {
+        let at = about(dir, &name)?.time;
         // A written time is rounded by at most this.
         if time.is_none_or(|time| at <= time * (1.0 + 1e-12)) {
-            let checkpoint = open(&path)?;
+            let checkpoint = open(dir, &name)?;
+            let path = dir.join(name);
             return match checkpoint.about.differs(ours) {
                 None => Ok(checkpoint),
                 Some(what) => Err(CheckpointError::Differs { path, what }),

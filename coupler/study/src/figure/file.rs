@@ -1,9 +1,9 @@
 //! What is drawn as a file: SVG, or pixels as PNG and as films, by the name's end.
 
-use std::fs;
 use std::path::Path;
 use std::sync::{Arc, OnceLock};
 
+use interface::files;
 use resvg::tiny_skia::{Pixmap, Transform};
 use resvg::usvg::{Options, Tree, fontdb};
 
@@ -74,7 +74,7 @@ pub(super) fn write(path: &Path, canvas: &Canvas) -> Result<(), StudyError> {
             ));
         }
     };
-    fs::write(path, bytes).map_err(StudyError::file("write", path))
+    files::write_named(path, bytes).map_err(StudyError::file("write", path))
 }
 
 /// Writes sheets of one size as a film that begins anew at its end, each shown for so many hundredths of a second. A sheet is
@@ -90,7 +90,7 @@ pub(super) fn write_film(
     } else {
         apng(pictures, delay)?
     };
-    fs::write(path, bytes).map_err(StudyError::file("write", path))
+    files::write_named(path, bytes).map_err(StudyError::file("write", path))
 }
 
 fn gif(
@@ -219,6 +219,7 @@ pub(super) fn boxes_of_words(canvas: &Canvas) -> Option<Vec<[f32; 4]>> {
 mod tests {
     use super::*;
     use crate::figure::canvas::{Anchor, Colour, Paint};
+    use std::fs;
 
     fn sheet(colour: Colour) -> Canvas {
         let mut canvas = Canvas::new(40.0, 20.0);

@@ -3,6 +3,8 @@
 use std::fmt;
 use std::path::Path;
 
+use interface::files;
+
 use super::edge::{Edge, Search};
 use super::{STEP_FACTOR, Trial, csv_text, freed, setting, usable};
 use crate::StudyError;
@@ -255,7 +257,7 @@ fn write(reports: &[MapReport], out: &Path) -> Result<(), StudyError> {
     }
     for (name, rows) in [("stability.csv", runs), ("edges.csv", edges)] {
         let path = out.join(name);
-        std::fs::write(&path, csv_text(&rows)).map_err(StudyError::file("write", &path))?;
+        files::write_named(&path, csv_text(&rows)).map_err(StudyError::file("write", &path))?;
     }
     let maps: Vec<Map> = reports.iter().map(MapReport::map).collect();
     draw(&out.join("stability.svg"), &maps)

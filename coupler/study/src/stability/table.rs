@@ -4,6 +4,7 @@ use std::fmt;
 use std::path::Path;
 
 use coupler::record::summary::Status;
+use interface::files;
 
 use super::edge::{Edge, Search};
 use super::{STEP_FACTOR, Trial, csv_text, freed, setting};
@@ -73,8 +74,8 @@ pub fn table(
         }
     }
     let (csv, md) = (out.join("stability.csv"), out.join("stability.md"));
-    std::fs::write(&csv, csv_text(&report.rows())).map_err(StudyError::file("write", &csv))?;
-    std::fs::write(&md, report.to_string()).map_err(StudyError::file("write", &md))?;
+    files::write_named(&csv, csv_text(&report.rows())).map_err(StudyError::file("write", &csv))?;
+    files::write_named(&md, report.to_string()).map_err(StudyError::file("write", &md))?;
     Ok(report)
 }
 

@@ -205,7 +205,7 @@ fn finite(number: f64) -> Option<f64> {
 
 /// A column of numbers of `history.csv` in a run directory, by its name without its unit.
 fn history_column(directory: &Path, name: &str) -> Option<Vec<f64>> {
-    let history = Table::read(&directory.join("history.csv")).ok()?;
+    let history = Table::of_run(directory, "history.csv").ok()?;
     Some(history.column(name)?.values.clone())
 }
 

@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use coupler::record::Summary;
+use interface::files;
 
 use crate::StudyError;
 use crate::case::Case;
@@ -143,5 +144,5 @@ pub(super) fn write_table(
         write(record);
     }
     let bytes = table.into_inner().expect("memory takes everything");
-    std::fs::write(path, bytes).map_err(StudyError::file("write", path))
+    files::write_named(path, bytes).map_err(StudyError::file("write", path))
 }

@@ -1,0 +1,404 @@
+//! A run directory may come from somebody else, with anything in the place of its files: nothing waits, nothing outside the
+//! directory is read as a file of it or touched, and every command says what it refuses.
+
+use std::ffi::OsStr;
+use std::fs;
+use std::os::unix::ffi::OsStrExt;
+use std::os::unix::fs::symlink;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+use std::time::Duration;
+
+use rustix::fs::{CWD, FileType, Mode, mknodat};
+
+use crate::harness::{Ended, Place, scene};
+
+/// Longest time of a command here; it takes tenths of a second.
+const SOON: Duration = Duration::from_secs(60);
+const HARD: &str = "jiang2020/collision_hard";
+const MINE: &str = "a file of somebody who has nothing to do with the run\n";
+
+/// A run with every file that a run can have.
+fn whole_run(place: &Place, out: &str) {
+    let more = [
+        "--record",
+        "--report",
+        "--variant",
+        "quick",
+        "--set",
+        "output.frames=1e-3",
+        "--set",
+        "output.checkpoint.time=1e-3",
+    ];
+    place.run(out, &scene(HARD), &more).expect(0);
+}
+
+/// A copy of a run's directory.
+fn copy(from: &Path, to: &Path) {
+    fs::create_dir_all(to).unwrap();
+    for entry in fs::read_dir(from).unwrap() {
+        let entry = entry.unwrap();
+        let to = to.join(entry.file_name());
+        if entry.path().is_dir() {
+            copy(&entry.path(), &to);
+        } else {
+            fs::copy(entry.path(), to).unwrap();
+        }
+    }
+}
+
+/// The files of a run that Tandem opens, with the newest of its checkpoints.
+fn files_of(run: &Path) -> Vec<String> {
+    let mut checkpoints = fs::read_dir(run.join("checkpoints"))
+        .unwrap()
+        .map(|entry| entry.unwrap().file_name().into_string().unwrap())
+        .collect::<Vec<_>>();
+    checkpoints.sort();
+    let newest = format!("checkpoints/{}", checkpoints.last().unwrap());
+    let files = [
+        "scene.toml",
+        "log.jsonl",
+        "history.csv",
+        "course.csv",
+        "summary.json",
+        "bodies.csv",
+        "frames/frames.pvd",
+        "frames/points_0000.vtu",
+        "recording.tandem",
+        ".tandem.lock",
+        ".tandem.files",
+    ];
+    let files: Vec<String> = files
+        .map(str::to_owned)
+        .into_iter()
+        .chain([newest])
+        .collect();
+    for file in &files {
+        assert!(run.join(file).is_file(), "{file}");
+    }
+    files
+}
+
+fn pipe(path: &Path) {
+    mknodat(CWD, path, FileType::Fifo, Mode::from_raw_mode(0o600), 0).unwrap();
+}
+
+/// The commands that use a run directory: those that write to it, then those that read.
+fn commands(dir: &str) -> [(bool, Vec<String>); 7] {
+    let hard = scene(HARD);
+    let words = |words: &[&str]| words.iter().map(ToString::to_string).collect();
+    [
+        (true, words(&["resume", dir])),
+        (
+            true,
+            words(&["run", &hard, "--variant", "quick", "--out", dir]),
+        ),
+        (
+            false,
+            words(&["plot", dir, "--y", "t", "--out", "plot.svg"]),
+        ),
+        (false, words(&["report", dir, "--out", "page.html"])),
+        (false, words(&["check", &format!("{dir}/scene.toml")])),
+        (
+            false,
+            words(&["replay", &format!("{dir}/recording.tandem"), "--dem"]),
+        ),
+        (
+            false,
+            words(&[
+                "run",
+                &hard,
+                "--set",
+                &format!("start.from={dir}"),
+                "--out",
+                "branch",
+            ]),
+        ),
+    ]
+}
+
+fn obey(place: &Place, words: &[String]) -> Ended {
+    let words: Vec<&str> = words.iter().map(String::as_str).collect();
+    place.start(&words).end_within(SOON)
+}
+
+/// Everybody's file and the folder around it, as they were.
+fn assert_untouched(outside: &Path, what: &str) {
+    let names = fs::read_dir(outside).unwrap().count();
+    assert_eq!(names, 1, "{what}: something was made outside");
+    let mine = fs::read_to_string(outside.join("mine")).unwrap();
+    assert_eq!(mine, MINE, "{what}");
+}
+
+fn outside(place: &Place) -> PathBuf {
+    let outside = place.path("outside");
+    fs::create_dir(&outside).unwrap();
+    fs::write(outside.join("mine"), MINE).unwrap();
+    outside
+}
+
+/// `resume` wrote through a link in the place of the log or of a table, `run` through one in that of the lock; a pipe in the
+/// place of any file made every command wait for ever.
+#[test]
+fn a_link_or_a_pipe_in_the_place_of_any_file_of_a_run_is_refused_at_once() {
+    let place = Place::new();
+    let outside = outside(&place);
+    whole_run(&place, "run");
+    let dir = place.path("hostile");
+    for name in files_of(&place.path("run")) {
+        for kind in ["link", "dangling link", "pipe", "link to /dev/zero"] {
+            let what = format!("{kind} in the place of {name}");
+            for (writes, words) in commands(dir.to_str().unwrap()) {
+                let _ = fs::remove_dir_all(&dir);
+                copy(&place.path("run"), &dir);
+                let path = dir.join(&name);
+                fs::remove_file(&path).unwrap();
+                match kind {
+                    "link" => symlink(outside.join("mine"), &path).unwrap(),
+                    "dangling link" => symlink(outside.join("new"), &path).unwrap(),
+                    "pipe" => pipe(&path),
+                    _ => symlink("/dev/zero", &path).unwrap(),
+                }
+                let ended = obey(&place, &words);
+                let status = ended.status.code();
+                let reads = words.iter().any(|word| word.ends_with(&name));
+                if writes || reads {
+                    assert_eq!(status, Some(2), "{what}: {words:?}: {}", ended.stderr);
+                    let file = name.rsplit('/').next().unwrap();
+                    assert!(ended.stderr.contains(file), "{what}: {}", ended.stderr);
+                } else {
+                    assert!(
+                        matches!(status, Some(0 | 2)),
+                        "{what}: {words:?}: {ended:?}"
+                    );
+                }
+                assert_untouched(&outside, &what);
+                assert!(fs::symlink_metadata(&path).is_ok(), "{what} was removed");
+                let _ = fs::remove_dir_all(place.path("branch"));
+            }
+        }
+    }
+}
+
+#[test]
+fn a_link_in_the_place_of_a_folder_of_a_run_is_refused() {
+    let place = Place::new();
+    let outside = outside(&place);
+    whole_run(&place, "run");
+    let dir = place.path("hostile");
+    for folder in [
+        "frames",
+        "checkpoints",
+        "failed-start",
+        ".tandem.next",
+        ".tandem.earlier",
+    ] {
+        for (writes, words) in commands(dir.to_str().unwrap()) {
+            let _ = fs::remove_dir_all(&dir);
+            copy(&place.path("run"), &dir);
+            let _ = fs::remove_dir_all(dir.join(folder));
+            symlink(&outside, dir.join(folder)).unwrap();
+            let ended = obey(&place, &words);
+            // The last two are Tandem's own and are removed, as links.
+            if writes && !folder.starts_with('.') {
+                assert_eq!(
+                    ended.status.code(),
+                    Some(2),
+                    "{folder}: {words:?}: {ended:?}"
+                );
+                assert!(ended.stderr.contains(folder), "{}", ended.stderr);
+            } else {
+                let status = ended.status.code();
+                assert!(
+                    matches!(status, Some(0 | 2)),
+                    "{folder}: {words:?}: {ended:?}"
+                );
+            }
+            assert_untouched(&outside, folder);
+            let _ = fs::remove_dir_all(place.path("branch"));
+        }
+    }
+}
+
+/// A copy of a directory by hard links (`cp -al`) is changed together with the original.
+#[test]
+fn a_file_with_a_second_name_is_not_changed() {
+    let place = Place::new();
+    let outside = outside(&place);
+    whole_run(&place, "run");
+    let dir = place.path("hostile");
+    for name in [
+        "history.csv",
+        "course.csv",
+        "log.jsonl",
+        "recording.tandem",
+        ".tandem.lock",
+    ] {
+        let _ = fs::remove_dir_all(&dir);
+        copy(&place.path("run"), &dir);
+        let before = fs::read(dir.join(name)).unwrap();
+        fs::write(outside.join("mine"), &before).unwrap();
+        fs::remove_file(dir.join(name)).unwrap();
+        fs::hard_link(outside.join("mine"), dir.join(name)).unwrap();
+        let ended = place
+            .start(&["resume", dir.to_str().unwrap()])
+            .end_within(SOON);
+        ended.expect(2).says(&[name, "second name"]);
+        assert!(
+            fs::read(outside.join("mine")).unwrap() == before,
+            "{name} was changed"
+        );
+    }
+}
+
+/// A sparse file of a terabyte was read until memory ended.
+#[test]
+fn no_more_is_read_than_a_file_of_its_kind_can_have() {
+    let place = Place::new();
+    whole_run(&place, "run");
+    let dir = place.path("hostile");
+    for name in files_of(&place.path("run")) {
+        for (_, words) in commands(dir.to_str().unwrap()) {
+            let _ = fs::remove_dir_all(&dir);
+            copy(&place.path("run"), &dir);
+            let file = fs::OpenOptions::new()
+                .write(true)
+                .open(dir.join(&name))
+                .unwrap();
+            file.set_len(1 << 40).unwrap();
+            let ended = obey(&place, &words);
+            let status = ended.status.code();
+            // 3: the run began, and the table cannot be gone on with.
+            assert!(
+                matches!(status, Some(0 | 2 | 3)),
+                "{name}: {words:?}: {ended:?}"
+            );
+            let _ = fs::remove_dir_all(place.path("branch"));
+        }
+    }
+}
+
+/// What the user names may be reached by a link, and has to be a file.
+#[test]
+fn files_that_the_user_names_are_regular_ones() {
+    let place = Place::new();
+    let linked = place.path("linked.toml");
+    symlink(scene(HARD), &linked).unwrap();
+    place
+        .start(&["check", linked.to_str().unwrap()])
+        .end_within(SOON)
+        .expect(0);
+    let waits = place.path("waits");
+    pipe(&waits);
+    for file in [waits.to_str().unwrap(), "/dev/zero"] {
+        for words in [
+            &["check", file][..],
+            &["plan", file],
+            &["run", file],
+            &["plot", file, "--y", "t", "--out", "a.svg"],
+            &["replay", file, "--dem"],
+            &["study", file, "--out", "study"],
+        ] {
+            let ended = place.start(words).end_within(SOON).expect(2);
+            assert!(ended.stderr.contains("not a regular file"), "{ended:#?}");
+        }
+    }
+}
+
+/// A block of points; the test sets how many.
+const BLOCK: &str = r#"
+version = 1
+name = "block"
+check = []
+[time]
+end = 0.01
+[mpm]
+cell = 0.01
+domain = [[0.0, 0.0], [20.0, 20.0]]
+shape = "ugimp"
+transfer = "flip"
+[[mpm.material]]
+name = "rubber"
+density = 2000.0
+model.linear_elastic = { bulk_modulus = 5e6, shear_modulus = 3.7e6 }
+[[mpm.points]]
+name = "block"
+material = "rubber"
+fill.rectangle = { lower = [1.0, 1.0], upper = [11.0, 11.0] }
+spacing.counts = [1000, 1000]
+[output]
+every = 1e-3
+"#;
+
+/// `check` and `plan` took memory until they were aborted.
+#[test]
+fn points_are_counted_before_memory_is_taken_for_them() {
+    let place = Place::new();
+    place.write("block.toml", BLOCK);
+    let many = "mpm.points.0.spacing.counts=[43000, 43000]";
+    for words in [
+        &["check", "block.toml", "--set", many][..],
+        &["plan", "block.toml", "--set", many],
+        &["run", "block.toml", "--set", many],
+        &["run", "block.toml", "--in-process", "--set", many],
+    ] {
+        let ended = place.start(words).end_within(SOON).expect(2);
+        ended.says(&["about 1.85e9 points need at least", "of memory"]);
+    }
+    assert!(
+        !place.path("runs").exists(),
+        "a refused run leaves no directory"
+    );
+    // As many as the machine can hold are not laid out for a check.
+    let some = "mpm.points.0.spacing.counts=[1600, 1600]";
+    let ended = place
+        .start(&["check", "block.toml", "--set", some])
+        .end_within(SOON);
+    let ended = ended.expect(0);
+    assert!(
+        ended.stdout.contains("the solvers were not asked"),
+        "{ended:?}"
+    );
+}
+
+/// It was ended by a signal.
+#[test]
+fn too_little_address_space_is_an_error() {
+    let tandem = env!("CARGO_BIN_EXE_tandem");
+    let hard = scene(HARD);
+    for command in ["check", "run"] {
+        let script = format!("ulimit -v 50000; exec '{tandem}' {command} '{hard}'");
+        let ended = Command::new("sh").args(["-c", &script]).output().unwrap();
+        let said = String::from_utf8(ended.stderr).unwrap();
+        assert_eq!(ended.status.code(), Some(2), "{said}");
+        assert!(said.contains("of address space"), "{said}");
+    }
+}
+
+/// The first was a panic (status 101); of the second a terminal was cleared.
+#[test]
+fn names_that_are_no_text_and_names_that_a_terminal_obeys() {
+    let place = Place::new();
+    let tandem = env!("CARGO_BIN_EXE_tandem");
+    let out = place.path("").join(OsStr::from_bytes(b"out-\xff"));
+    let ended = Command::new(tandem)
+        .args([
+            "run",
+            &scene(HARD),
+            "--variant",
+            "quick",
+            "--in-process",
+            "--out",
+        ])
+        .arg(&out)
+        .output()
+        .unwrap();
+    assert_eq!(ended.status.code(), Some(0), "{ended:?}");
+    assert!(out.join("summary.json").is_file());
+    let ended = place
+        .start(&["check", "a\u{1b}[2Jb\nerror: c.toml"])
+        .end_within(SOON)
+        .expect(2);
+    assert!(!ended.stderr.contains('\u{1b}'), "{ended:?}");
+    assert!(!ended.stderr.contains("\nerror: c"), "{ended:?}");
+}
