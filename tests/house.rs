@@ -11,7 +11,7 @@ use serde_json::Value;
 use crate::harness::root;
 
 /// What each crate sees of the others, by dependencies of any kind. The tests of `simulation` play the built-in solvers, those of
-/// `rapier-dem` run scenes; nobody sees `fuzzing`.
+/// `rapier-dem` run scenes; nobody sees `fuzzing` and `guard`.
 const ARROWS: &str = "
     interface:
     mechanics: interface
@@ -23,6 +23,7 @@ const ARROWS: &str = "
     study: coupler interface mechanics
     report: coupler interface
     fuzzing: coupler dem-proc interface mpm-proc report
+    guard: coupler dem-proc interface mechanics mpm-proc
     rapier-dem: coupler dem-proc interface mechanics mpm-proc
     tandem: conformance coupler dem-proc interface mpm-proc report study";
 /// Dependencies of one crate only: the transport, the codec, the broad phase.

@@ -121,7 +121,7 @@ impl System {
 pub fn measure(system: &System, step: &Step, imps: &[ImpState]) -> DemMeasurement {
     let contact = system.contact_energy(imps);
     let kick = system.kick_of(step);
-    let totals = [&system.totals, &kick.after(&system.totals)];
+    let totals = [&system.state.totals, &kick.after(&system.state.totals)];
     let entries = (0..system.bodies.len()).map(|b| kick.entry(b));
     ledger::measure(step, system.gravity, contact, totals, entries)
 }

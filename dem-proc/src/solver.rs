@@ -10,7 +10,7 @@ use interface::step::Step;
 use crate::body::bodies::Bodies;
 use crate::setup::capabilities::capabilities;
 use crate::setup::configure::configure;
-use crate::setup::saved::{FORMAT, SavedSystem, mark};
+use crate::setup::saved::{FORMAT, Saved, mark};
 use crate::system::System;
 
 /// The spheropolygon solver. It has no bodies until it is configured.
@@ -85,11 +85,11 @@ impl DemSolver for Sdem {
     }
 
     fn save(&self) -> Result<Vec<u8>, Fault> {
-        Ok(self.mark.seal(FORMAT, &SavedSystem::of(&self.system)))
+        Ok(self.mark.seal(FORMAT, &self.system.save()))
     }
 
     fn restore(&mut self, saved: &[u8]) -> Result<(), Refusal> {
-        let saved: SavedSystem = self.mark.open(FORMAT, saved)?;
-        saved.restore(&mut self.system)
+        let saved: Saved = self.mark.open(FORMAT, saved)?;
+        self.system.restore(saved)
     }
 }

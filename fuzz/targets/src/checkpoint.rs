@@ -43,15 +43,6 @@ pub const MPM: Target = Target {
     per_byte: 256,
 };
 
-/// The state of the bodies.
-pub const DEM: Target = Target {
-    name: "dem_state",
-    run: dem,
-    seeds: || vec![state(Party::Dem)],
-    change: |changer, input, seeds| changer.bytes(input, seeds),
-    ..MPM
-};
-
 /// Changes what a continuum's state is behind its mark, and keeps the lengths right: a state of another configuration is
 /// refused before it is looked at. Three times in four.
 fn change_within(changer: &mut Changer, input: &mut Vec<u8>, seeds: &[Vec<u8>]) {
@@ -198,23 +189,6 @@ fn mpm(input: &[u8]) {
             solver.measurement().ledger,
             solver.save().is_ok(),
         );
-    }
-}
-
-fn dem(input: &[u8]) {
-    let config = LEFT.scene.dem.as_ref().expect("bodies");
-    let mut solver = dem_proc::Sdem::default();
-    solver
-        .configure(config)
-        .expect("the configuration of the small run");
-    if solver.restore(input).is_err() {
-        return;
-    }
-    // With no points near, which a set says.
-    let _ = solver.envelopes().len();
-    solver.imp_set(&[]);
-    if solver.contact(&STEP, &[], &mut []).is_ok() && solver.advance(&STEP).is_ok() {
-        let _ = (solver.measurement().ledger, solver.save().is_ok());
     }
 }
 

@@ -40,7 +40,6 @@ pub const TARGETS: [Target; 9] = [
     checkpoint::TARGET,
     checkpoint::RESUME,
     checkpoint::MPM,
-    checkpoint::DEM,
     frames::TARGET,
     page::TARGET,
 ];

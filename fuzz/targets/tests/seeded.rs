@@ -115,11 +115,6 @@ fn states_of_the_continuum() {
 }
 
 #[test]
-fn states_of_the_bodies() {
-    holds("dem_state", 2.0);
-}
-
-#[test]
 fn vtk_files() {
     holds("frames", 2.0);
 }
