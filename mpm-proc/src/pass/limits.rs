@@ -39,6 +39,7 @@ pub fn limits<const W: usize, S: Shape<W>, A: AffineState>(
 ) -> Limits {
     let speed_sq = continuum
         .imps
+        .state
         .members
         .iter()
         .map(|m| {
@@ -77,6 +78,7 @@ fn elastic_omega_sq<const W: usize, S: Shape<W>, A: AffineState>(
         .iter()
         .map(|cloud| {
             let stiffest = cloud
+                .state
                 .stress_reports
                 .iter()
                 .map(|r| r.stiffness)
@@ -111,8 +113,8 @@ fn omega_sq_of_points<const W: usize, S: Shape<W>, A: AffineState>(
     let cell = continuum.grid.geometry.cell;
     for cloud in &continuum.clouds {
         for tile in &cloud.tiles {
-            let stiffness = cloud.stress_reports[tile.index].stiffness;
-            for point in weights_of_points(&cloud.shape, tile, &cloud.x) {
+            let stiffness = cloud.state.stress_reports[tile.index].stiffness;
+            for point in weights_of_points(&cloud.shape, tile, &cloud.state.x) {
                 let mut gradients = [[0.0; W]; W];
                 for (j, row) in gradients.iter_mut().enumerate() {
                     for (i, gradient) in row.iter_mut().enumerate() {
@@ -131,7 +133,7 @@ fn omega_sq_of_points<const W: usize, S: Shape<W>, A: AffineState>(
     let mut largest: f64 = 0.0;
     for cloud in &continuum.clouds {
         for tile in &cloud.tiles {
-            for point in weights_of_points(&cloud.shape, tile, &cloud.x) {
+            for point in weights_of_points(&cloud.shape, tile, &cloud.state.x) {
                 let row = (0..W * W).map(|n| {
                     let (tile, node) = point.node(tile, n);
                     let per_mass = continuum.grid.tiles[tile].per_mass[node];

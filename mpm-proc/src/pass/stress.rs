@@ -35,7 +35,7 @@ pub fn stress_pass<const W: usize, S: Shape<W>, A: AffineState>(
             per_cell: 1.0 / grid.geometry.cell,
             volume: cloud.volume,
             tiles: &cloud.tiles,
-            x: &cloud.x,
+            x: &cloud.state.x,
             nodes: &grid.tiles,
             volumes: volumes.then(|| (&grid.volumes[..], shares(rate, dt))),
             velocity,
@@ -43,7 +43,7 @@ pub fn stress_pass<const W: usize, S: Shape<W>, A: AffineState>(
             strain,
             load,
             force: &mut cloud.force,
-            reports: &mut cloud.stress_reports,
+            reports: &mut cloud.state.stress_reports,
         });
     }
 }

@@ -58,7 +58,8 @@ pub fn map_volumes<const W: usize, S: Shape<W>, A: AffineState>(
     let tiles = 0..grid.tiles.len();
     grid.volumes.extend(tiles.map(VolumeNodes::of));
     for cloud in clouds.iter_mut().filter(|c| c.material.volume_rate() > 0.0) {
-        let (shape, x, material, volume) = (cloud.shape, &cloud.x, &*cloud.material, cloud.volume);
+        let (shape, x, material, volume) =
+            (cloud.shape, &cloud.state.x, &*cloud.material, cloud.volume);
         let share = PerTile::one(&mut cloud.force[..]);
         over_tiles(threads, &cloud.tiles, share, || (), &|tile, window, ()| {
             let window = &mut window.items[0];

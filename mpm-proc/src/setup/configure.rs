@@ -7,7 +7,7 @@ use interface::config::material::Frictional;
 use interface::config::{
     GridContact, MaterialModel, MpmConfig, Plane, ShapeFunction, Transfer as TransferConfig,
 };
-use interface::solver::{Readiness, Refusal};
+use interface::solver::{MpmMeasurement, Readiness, Refusal};
 use mechanics::threads::Threads;
 
 use super::grid::geometry;
@@ -31,7 +31,7 @@ use crate::setup::fill::{FilledRegion, fill, refuse_overlap};
 use crate::setup::notes;
 use crate::setup::region::points_within;
 use crate::state::constitutive::{Constitutive, MaterialPoints};
-use crate::state::continuum::Continuum;
+use crate::state::continuum::{Continuum, ContinuumState};
 use crate::state::grid::Grid;
 use crate::state::holds::{Hold, Holds};
 use crate::state::imps::Imps;
@@ -39,7 +39,7 @@ use crate::state::outside::Outside;
 use crate::state::point_set::PointSet;
 use crate::state::points::{Cloud, Kind};
 use crate::state::stages::Stages;
-use crate::state::totals::Totals;
+use crate::state::totals::KickWork;
 use crate::state::walls::WallNodes;
 
 /// Builds the solver.
@@ -226,7 +226,9 @@ impl<'a> Parts<'a> {
             },
             touches: Vec::new(),
             loaded: Vec::new(),
-            totals: Totals::default(),
+            state: ContinuumState::default(),
+            kick: KickWork::default(),
+            measurement: MpmMeasurement::default(),
             spread: self.spread.of(groups.clone()),
             outside: Outside::new(self.config.leaving),
             stress_update: self.config.stress_update,
@@ -237,7 +239,6 @@ impl<'a> Parts<'a> {
             probes,
             holds: Holds::new(holds),
             threads: Threads::default(),
-            moved: 0.0,
             clouds,
         };
         sort(&mut continuum);

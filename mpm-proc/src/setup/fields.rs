@@ -97,7 +97,7 @@ impl<'a> Fields<'a> {
             return;
         };
         let half = 0.5 * self.config.cell;
-        for (motion, positions) in cloud.motion.iter_mut().zip(positions.chunks(LANES)) {
+        for (motion, positions) in cloud.state.motion.iter_mut().zip(positions.chunks(LANES)) {
             let mut slopes = [[ZERO; 2]; 2];
             for (k, at) in positions.iter().enumerate() {
                 for axis in 0..2 {

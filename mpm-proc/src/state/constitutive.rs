@@ -6,7 +6,7 @@ use mechanics::threads::Threads;
 use serde::{Deserialize, Serialize};
 
 use super::nodes::NodeTile;
-use super::saved::{Bytes, refusal};
+use super::saved::Bytes;
 use super::volumes::VolumeNodes;
 use crate::kernel::blocks::{LaneCopy, Sources, reorder};
 use crate::kernel::lanes::{LANES, Lanes, largest, splat, sum};
@@ -128,24 +128,21 @@ pub trait Constitutive<const W: usize, S: Shape<W>>: UpdateStress<W, S> + Send +
     /// Bytes of memory in use.
     fn bytes(&self) -> usize;
 
-    /// Stress, volume and state of all blocks, in their order.
+    /// [`MaterialPoints::points`].
     fn save(&self) -> Bytes;
 
-    /// Restores what [`Self::save`] returned for `blocks` blocks.
+    /// Restores what [`Self::save`] returned.
     ///
     /// # Errors
     /// A [`Refusal`] of bytes that are not that.
-    fn restore(&mut self, saved: &Bytes, blocks: usize) -> Result<(), Refusal>;
+    fn restore(&mut self, saved: &Bytes) -> Result<(), Refusal>;
 }
-
-/// The name of the format of [`Constitutive::save`].
-const SAVED: &str = "material";
 
 /// A model, and stress, volume and state of the points of a cloud.
 pub struct MaterialPoints<M: Material> {
     /// The model.
     pub model: M,
-    /// Its points, block by block.
+    /// Its points, block by block: the whole state.
     pub points: Vec<Point<M::State>>,
     scratch: Vec<Point<M::State>>,
 }
@@ -230,21 +227,14 @@ impl<const W: usize, S: Shape<W>, M: Material> Constitutive<W, S> for MaterialPo
     }
 
     fn save(&self) -> Bytes {
-        let Self {
-            model: _, // of the configuration
-            points,
-            scratch: _, // room to sort in
-        } = self;
-        Bytes(pack(SAVED, points))
+        Bytes(pack(SAVED, &self.points))
     }
 
-    fn restore(&mut self, saved: &Bytes, blocks: usize) -> Result<(), Refusal> {
-        let points: Vec<Point<M::State>> = unpack(SAVED, &saved.0)?;
-        if points.len() != blocks {
-            let text = format!("{} blocks of material for {blocks} of points", points.len());
-            return Err(refusal(text));
-        }
-        self.points = points;
+    fn restore(&mut self, saved: &Bytes) -> Result<(), Refusal> {
+        self.points = unpack(SAVED, &saved.0)?;
         Ok(())
     }
 }
+
+/// The name in front of the points, whose type the cloud does not know.
+const SAVED: &str = "points";
