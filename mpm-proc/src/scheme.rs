@@ -96,8 +96,8 @@ impl<const W: usize, S: Shape<W>, A: AffineState> Scheme for Continuum<W, S, A> 
 
     fn points(&self) -> Vec<PointState> {
         let point = |group: usize, cloud: &Cloud<W, S, A>, (i, &lane): (usize, &u32)| {
-            let (stress, volume) = cloud.material.strained(lane as usize);
-            let plastic = cloud.material.plastic_strain(lane as usize);
+            let (stress, volume) = cloud.state.stresses.of_lane(lane as usize);
+            let plastic = cloud.plastic_strain(lane as usize);
             PointState {
                 id: cloud.first_id + i as u64,
                 position: self.grid.geometry.entered(cloud.position(lane as usize)),

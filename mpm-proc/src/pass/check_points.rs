@@ -64,7 +64,8 @@ impl<const W: usize, S: Shape<W>, A: AffineState> Cloud<W, S, A> {
             return Ok(());
         }
         let id = self.first_id + u64::from(local);
-        if self.material.collapsed(lane) {
+        let (_, volume) = self.state.stresses.of_lane(lane);
+        if volume.is_nan() || volume <= 0.0 {
             return Err(Fault::Material {
                 id,
                 message: "its volume has vanished; a smaller step or a finer grid may help".into(),

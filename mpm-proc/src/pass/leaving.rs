@@ -28,7 +28,7 @@ pub fn remove_left<const W: usize, S: Shape<W>, A: AffineState>(
     for &(number, lane) in &continuum.outside.gone {
         let cloud = &mut continuum.clouds[number];
         let [x, v] = [cloud.position(lane), cloud.velocity(lane)];
-        let elastic = cloud.volume * cloud.material.energy_of(lane);
+        let elastic = cloud.volume * cloud.energy_of(lane);
         let held =
             cloud.kinetic_of(lane) + elastic - cloud.mass * (gravity[0] * x[0] + gravity[1] * x[1]);
         let work = cloud.loads.as_ref().map_or(0.0, |l| l.last_work(lane, x));

@@ -84,10 +84,7 @@ fn elastic_omega_sq<const W: usize, S: Shape<W>, A: AffineState>(
                 .map(|r| r.stiffness)
                 .fold(0.0, f64::max);
             let place = stiffest_place(&cloud.shape) / (cell * cell);
-            with_viscosity(
-                stiffest * place,
-                cloud.material.viscosity_over_density() * place,
-            )
+            with_viscosity(stiffest * place, cloud.material.viscosity() * place)
         })
         .fold(0.0, f64::max)
 }

@@ -7,14 +7,14 @@ use interface::step::Step;
 
 use super::markers::add_shift;
 use crate::kernel::lanes::{Lanes, ZERO, largest, smallest, splat, sum};
+use crate::kernel::point_tile::Tile;
 use crate::kernel::shape::Shape;
 use crate::kernel::transfer::AffineState;
-use crate::state::constitutive::StressReport;
 use crate::state::continuum::Continuum;
 use crate::state::imps::Imps;
 use crate::state::markers::Markers;
 use crate::state::point_set::PointSet;
-use crate::state::points::Cloud;
+use crate::state::points::{Cloud, StressReport};
 use crate::state::totals::KickWork;
 
 /// Sums over the points of a cloud.
@@ -158,7 +158,7 @@ fn measure<const W: usize, S: Shape<W>, A: AffineState>(
         ledger.elastic += cloud
             .tiles
             .iter()
-            .map(|t| cloud.material.elastic_energy(t, cloud.volume))
+            .map(|t| cloud.elastic_energy(t))
             .sum::<f64>();
         let [gx, gy] = continuum.grid.gravity;
         ledger.gravity -= group.mass * (gx * group.position[0] + gy * group.position[1]);
@@ -309,6 +309,12 @@ impl<const W: usize, S: Shape<W>, A: AffineState> Cloud<W, S, A> {
             momentum: p.map(|p| self.mass * sum(p)),
             kinetic: 0.5 * self.mass * sum(twice),
         }
+    }
+
+    /// Elastic energy in J/m of the points of `tile`.
+    fn elastic_energy(&self, tile: &Tile) -> f64 {
+        let energy = |b: usize| sum(self.energies(tile.first + b) * tile.live(b));
+        (0..tile.blocks).map(energy).sum::<f64>() * self.volume
     }
 
     /// Mass, centre and extent; zeros if all points have been removed.

@@ -6,16 +6,16 @@
 use interface::solver::Refusal;
 use serde::{Deserialize, Serialize};
 
-use crate::kernel::blocks::{LaneCopy, reorder};
+use crate::kernel::blocks::{LaneCopy, reorder, reorder_rows};
 use crate::kernel::lanes::{LANES, Lanes, ZERO};
 use crate::kernel::point_tile::Tile;
 use crate::kernel::shape::Shape;
 use crate::kernel::tiles::Geometry;
 use crate::kernel::transfer::AffineState;
 use crate::kernel::window::{NO_MOMENTUM, NO_VECTORS, NodalWindow, VectorWindow};
-use crate::state::constitutive::{Constitutive, StressReport};
+use crate::material::{Constitutive, Stressed, Stresses};
 use crate::state::loads::{LastLoad, Loads};
-use crate::state::saved::{Bytes, refusal};
+use crate::state::saved::refusal;
 
 /// In [`CloudState::ids`]: a lane without a point. Such lanes fill up the last block of a tile. They have no mass and move
 /// with the first point of their tile, so that their numbers stay finite.
@@ -51,6 +51,17 @@ pub struct TileReport {
     pub upper: [f64; 2],
 }
 
+/// What the stress pass reports of a tile.
+#[derive(Debug, Clone, Copy, Default, Serialize, Deserialize)]
+pub struct StressReport {
+    /// Largest stiffness over density of its points in m^2/s^2; it bounds the next step.
+    pub stiffness: f64,
+    /// Work per initial volume lost to plastic flow and to viscous stress in this step, summed over points, in Pa.
+    pub lost: [f64; 2],
+    /// Work per initial volume of the stress in this step, summed over points, in Pa.
+    pub work: f64,
+}
+
 /// The data that all points of a group share.
 #[derive(Debug, Clone, Copy)]
 pub struct Kind {
@@ -68,8 +79,8 @@ pub struct Kind {
 pub struct Cloud<const W: usize, S: Shape<W>, A: AffineState> {
     /// Shape function, with the half width of the points' boxes where it has one.
     pub shape: S,
-    /// Constitutive model and its state.
-    pub material: Box<dyn Constitutive<W, S>>,
+    /// Constitutive model.
+    pub material: Box<dyn Constitutive>,
     /// Loads besides gravity and bodies.
     pub loads: Option<Box<Loads>>,
     /// Mass of a point in kg/m.
@@ -112,6 +123,8 @@ pub struct CloudState<A> {
     pub x: Vec<[Lanes; 2]>,
     /// Velocities.
     pub motion: Vec<Motion<A>>,
+    /// Stress, volume and further numbers of the material.
+    pub stresses: Stresses,
     /// Report of the stress pass for each tile.
     pub stress_reports: Vec<StressReport>,
 }
@@ -119,6 +132,8 @@ pub struct CloudState<A> {
 struct Scratch<A> {
     x: Vec<[Lanes; 2]>,
     motion: Vec<Motion<A>>,
+    points: Vec<Stressed>,
+    rows: Vec<Lanes>,
     keys: Vec<(u64, u32)>,
     sources: Vec<u32>,
 }
@@ -127,7 +142,7 @@ impl<const W: usize, S: Shape<W>, A: AffineState> Cloud<W, S, A> {
     /// Points of one `kind` at `positions` (m) with `velocities` (m/s); not sorted yet.
     pub fn new(
         shape: S,
-        material: Box<dyn Constitutive<W, S>>,
+        (material, stresses): (Box<dyn Constitutive>, Stresses),
         kind: &Kind,
         first_id: u64,
         positions: &[[f64; 2]],
@@ -171,6 +186,7 @@ impl<const W: usize, S: Shape<W>, A: AffineState> Cloud<W, S, A> {
                         affine: A::default(),
                     })
                     .collect(),
+                stresses,
                 stress_reports: Vec::new(),
             },
             aside: Vec::new(),
@@ -184,6 +200,8 @@ impl<const W: usize, S: Shape<W>, A: AffineState> Cloud<W, S, A> {
             scratch: Scratch {
                 x: Vec::new(),
                 motion: Vec::new(),
+                points: Vec::new(),
+                rows: Vec::new(),
                 keys: Vec::new(),
                 sources: Vec::new(),
             },
@@ -223,6 +241,23 @@ impl<const W: usize, S: Shape<W>, A: AffineState> Cloud<W, S, A> {
             twice += affine / S::INVERSE_INERTIA.unwrap_or(1.0);
         }
         0.5 * self.mass * twice
+    }
+
+    /// Elastic energy per initial volume of a lane's point in Pa.
+    pub fn energy_of(&self, lane: usize) -> f64 {
+        self.energies(lane / LANES).as_array()[lane % LANES]
+    }
+
+    /// Elastic energy per initial volume of the points of a block in Pa.
+    pub fn energies(&self, block: usize) -> Lanes {
+        let (point, rows) = self.state.stresses.block(&*self.material, block);
+        self.material.energy(point, rows)
+    }
+
+    /// `plastic_strain` of the model, of a lane's point.
+    pub fn plastic_strain(&self, lane: usize) -> f64 {
+        let (point, rows) = self.state.stresses.block(&*self.material, lane / LANES);
+        self.material.flowed(point, rows).as_array()[lane % LANES]
     }
 
     /// The tile that holds a lane.
@@ -269,7 +304,10 @@ impl<const W: usize, S: Shape<W>, A: AffineState> Cloud<W, S, A> {
         }
         reorder(&mut self.state.x, &mut self.scratch.x, sources);
         reorder(&mut self.state.motion, &mut self.scratch.motion, sources);
-        self.material.reorder(sources);
+        let stresses = &mut self.state.stresses;
+        reorder(&mut stresses.points, &mut self.scratch.points, sources);
+        let rows = (&mut stresses.rows, &mut self.scratch.rows);
+        reorder_rows(rows.0, self.material.rows(), rows.1, sources);
         if let Some(loads) = &mut self.loads {
             loads.reorder(sources, self.state.tiles.len());
         }
@@ -316,7 +354,8 @@ impl<const W: usize, S: Shape<W>, A: AffineState> Cloud<W, S, A> {
             + self.mass_momentum.capacity() * size_of::<NodalWindow>()
             + self.force.capacity() * size_of::<VectorWindow>()
             + self.tiles.capacity() * size_of::<Tile>()
-            + self.material.bytes()
+            + self.state.stresses.points.capacity() * size_of::<Stressed>() * 2
+            + self.state.stresses.rows.capacity() * size_of::<Lanes>() * 2
             + self.loads.as_ref().map_or(0, |l| l.bytes())
     }
 }
@@ -325,7 +364,6 @@ impl<const W: usize, S: Shape<W>, A: AffineState> Cloud<W, S, A> {
 #[derive(Serialize, Deserialize)]
 pub struct SavedCloud<A> {
     pub(crate) points: CloudState<A>,
-    material: Bytes,
     loads: Option<Vec<LastLoad>>,
 }
 
@@ -334,7 +372,6 @@ impl<const W: usize, S: Shape<W>, A: AffineState> Cloud<W, S, A> {
     pub fn saved(&self) -> SavedCloud<A> {
         SavedCloud {
             points: self.state.clone(),
-            material: self.material.save(),
             loads: self.loads.as_ref().map(|l| l.last.clone()),
         }
     }
@@ -347,7 +384,6 @@ impl<const W: usize, S: Shape<W>, A: AffineState> Cloud<W, S, A> {
         if self.removed > 0 {
             return Err(refusal("this solver has done steps already"));
         }
-        self.material.restore(&saved.material)?;
         self.state = saved.points;
         // Loads that a branch no longer has are left out; its new loads begin at zero.
         if let Some(loads) = &mut self.loads {

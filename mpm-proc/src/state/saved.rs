@@ -12,12 +12,8 @@
 //! off another one. Of points that are given one by one only the number is compared. Whether bytes are damaged is decided
 //! by the hash of the file in which they stand; here only what does not decode is refused.
 
-use core::fmt;
-
 use interface::config::{Fill, GroupConfig, MaterialConfig, MpmConfig, Wall};
 use interface::saved::ConfigurationMark;
-use serde::de::{Deserializer, Error, Visitor};
-use serde::{Deserialize, Serialize, Serializer};
 
 pub use interface::saved::refusal;
 
@@ -117,32 +113,4 @@ fn mark_group(mark: &mut ConfigurationMark, g: usize, group: &GroupConfig) {
     mark.add(format!("mpm.points.{g}.contact_radius"), contact_radius);
     mark.add(format!("mpm.points.{g}.rigid"), rigid);
     mark.add(format!("mpm.points.{g}.keeps_spin"), keeps_spin);
-}
-
-/// Bytes within a saved state. Unlike `Vec<u8>` they are copied as a whole.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Bytes(pub Vec<u8>);
-
-impl Serialize for Bytes {
-    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        serializer.serialize_bytes(&self.0)
-    }
-}
-
-impl<'de> Deserialize<'de> for Bytes {
-    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        struct Copy;
-        impl Visitor<'_> for Copy {
-            type Value = Bytes;
-
-            fn expecting(&self, f: &mut fmt::Formatter) -> fmt::Result {
-                f.write_str("bytes")
-            }
-
-            fn visit_bytes<E: Error>(self, bytes: &[u8]) -> Result<Bytes, E> {
-                Ok(Bytes(bytes.to_vec()))
-            }
-        }
-        deserializer.deserialize_bytes(Copy)
-    }
 }
