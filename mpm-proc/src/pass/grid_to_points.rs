@@ -173,6 +173,7 @@ fn transfer_cloud<
                 sum: sum(total),
                 lower: lower.map(smallest),
                 upper: upper.map(largest),
+                omega_sq: 0.0,
             };
         },
     );

@@ -49,8 +49,8 @@ pub struct Continuum<const W: usize, S: Shape<W>, A: AffineState> {
     pub stress_update: StressUpdate,
     /// With which velocity points move.
     pub drift: Drift,
-    /// Sums over nodes for the step limit of linear hats; empty for other shapes.
-    pub loads_of_nodes: Vec<[f64; NODES]>,
+    /// Sums over nodes for the step limit of linear hats, and nothing; empty for other shapes.
+    pub loads_of_nodes: Vec<[[f64; 2]; NODES]>,
     /// Stages of loading.
     pub stages: Stages,
     /// Mass-proportional damping of the present step in 1/s.

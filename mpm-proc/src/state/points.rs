@@ -49,6 +49,8 @@ pub struct TileReport {
     pub lower: [f64; 2],
     /// Largest coordinates in m.
     pub upper: [f64; 2],
+    /// Largest bound of a point's squared frequency in 1/s^2, where they are computed one by one ([`crate::pass::limits`]).
+    pub omega_sq: f64,
 }
 
 /// What the stress pass reports of a tile.
