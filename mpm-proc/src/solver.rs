@@ -10,7 +10,7 @@ use interface::step::Step;
 use crate::scheme::Scheme;
 use crate::setup::capabilities::capabilities;
 use crate::setup::configure::build;
-use crate::state::saved::{Bytes, FORMAT, mark, refusal};
+use crate::state::saved::{mark, refusal};
 
 /// The continuum solver.
 #[derive(Default)]
@@ -102,7 +102,7 @@ impl MpmSolver for Mpm {
 
     fn save(&self) -> Result<Vec<u8>, Fault> {
         match &self.scheme {
-            Some(scheme) => Ok(self.mark.seal(FORMAT, &Bytes(scheme.save()))),
+            Some(scheme) => Ok(scheme.save(&self.mark)),
             None => Err(Fault::Other("the solver has not been configured".into())),
         }
     }
@@ -112,8 +112,7 @@ impl MpmSolver for Mpm {
         let Some(mut scheme) = self.scheme.take() else {
             return Err(refusal("the solver has not been configured"));
         };
-        let Bytes(state) = self.mark.open(FORMAT, saved)?;
-        scheme.restore(&state)?;
+        scheme.restore(&self.mark, saved)?;
         self.scheme = Some(scheme);
         Ok(())
     }

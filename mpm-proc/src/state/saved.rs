@@ -4,26 +4,21 @@
 //! stopped. So everything that the next step reads before writing it is saved, in its present order: sums over points
 //! depend on that order, and points are sorted only after they have moved far enough.
 //!
-//! Each type defines next to its definition which fields are saved. It destructures itself there field by field, so for
-//! a new field one has to decide whether it is saved, and if not, why: it is *of the configuration*, it *follows* from
-//! saved data, or it is *of one step*, which writes it before reading it.
+//! Each part of the solver has a `state` that is saved whole: a field that stands in it is saved, any other is of the
+//! configuration, follows from the state, or is of one step, which writes it before reading it.
 //!
 //! The bytes are marked with the parts of the configuration that give the numbers their meaning. A configuration with the
 //! same parts continues from the state with its own gravity, walls, loads and parameters of materials: so a run branches
-//! off another one. Of points that are given one by one only the number is compared. Damaged bytes are refused here or
-//! detected by the session's hash: data that a step uses without a check are checked here, but not every number can be.
-
-use core::fmt;
+//! off another one. Of points that are given one by one only the number is compared. Whether bytes are damaged is decided
+//! by the hash of the file in which they stand; here only what does not decode is refused.
 
 use interface::config::{Fill, GroupConfig, MaterialConfig, MpmConfig, Wall};
 use interface::saved::ConfigurationMark;
-use serde::de::{Deserializer, Error, Visitor};
-use serde::{Deserialize, Serialize, Serializer};
 
 pub use interface::saved::refusal;
 
 /// Name of the format; the number rises with every change of what is saved.
-pub const FORMAT: &str = "tandem-mpm 4";
+pub const FORMAT: &str = "tandem-mpm 5";
 
 /// What the numbers of a state of `config` depend on.
 pub fn mark(config: &MpmConfig) -> ConfigurationMark {
@@ -118,33 +113,4 @@ fn mark_group(mark: &mut ConfigurationMark, g: usize, group: &GroupConfig) {
     mark.add(format!("mpm.points.{g}.contact_radius"), contact_radius);
     mark.add(format!("mpm.points.{g}.rigid"), rigid);
     mark.add(format!("mpm.points.{g}.keeps_spin"), keeps_spin);
-}
-
-/// Bytes within a saved state. Unlike `Vec<u8>` they are copied as a whole, and a length that is larger than the data
-/// allocates no memory.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Bytes(pub Vec<u8>);
-
-impl Serialize for Bytes {
-    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        serializer.serialize_bytes(&self.0)
-    }
-}
-
-impl<'de> Deserialize<'de> for Bytes {
-    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        struct Copy;
-        impl Visitor<'_> for Copy {
-            type Value = Bytes;
-
-            fn expecting(&self, f: &mut fmt::Formatter) -> fmt::Result {
-                f.write_str("bytes")
-            }
-
-            fn visit_bytes<E: Error>(self, bytes: &[u8]) -> Result<Bytes, E> {
-                Ok(Bytes(bytes.to_vec()))
-            }
-        }
-        deserializer.deserialize_bytes(Copy)
-    }
 }
