@@ -73,7 +73,7 @@ pub const JOBS: [Job; 6] = [
     },
     Job {
         name: "exchange",
-        turns: 250,
+        turns: 150,
         start: exchange,
     },
 ];
@@ -160,11 +160,11 @@ fn options() -> RunOptions {
     }
 }
 
-/// 5,000 coupled steps of two solvers that compute next to nothing, by direct calls.
+/// 20,000 coupled steps of two solvers that compute next to nothing, by direct calls.
 fn exchange() -> (Slice, Slice) {
     let work = || {
         let (mut points, mut wall) = (Points::new(0), HalfPlane::default());
-        let mut course = Course::new(5_000, 64);
+        let mut course = Course::new(20_000, 64);
         course.measures = false;
         course.budget = f64::MAX;
         course.begin_epoch(1e-12);
@@ -180,5 +180,5 @@ fn exchange() -> (Slice, Slice) {
         coupler.expect("an orderly end");
     };
     let mut mail = Mail::default();
-    (Box::new(work), Box::new(move || mail.run(60_000)))
+    (Box::new(work), Box::new(move || mail.run(400_000)))
 }

@@ -100,7 +100,11 @@ fn compare(jobs: &[&Job], runs: usize) -> Result<usize, csv::Error> {
                 "{:12} {ratio:7.3}, before {before:7.3}: {:+5.1} %, measured {attempts} times{}",
                 job.name,
                 100.0 * (ratio / before - 1.0),
-                if slower { "   SLOWER" } else { "" }
+                match ratio / before {
+                    change if change > SLOWER => "   SLOWER",
+                    change if change < 1.0 / SLOWER => "   faster: --retake, so that it stays so",
+                    _ => "",
+                }
             );
         }
         if runs > 1 {
