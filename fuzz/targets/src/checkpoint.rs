@@ -4,7 +4,7 @@ use coupler::record::rundir::RunDir;
 use coupler::run::Resumed;
 use coupler::run::checkpoint::file::solver_states;
 use interface::message::control::Party;
-use interface::solver::{DemSolver, MpmSolver};
+use interface::solver::MpmSolver;
 use interface::step::Step;
 
 use crate::change::Changer;
@@ -194,6 +194,8 @@ fn mpm(input: &[u8]) {
 
 #[cfg(test)]
 mod tests {
+    use interface::solver::DemSolver;
+
     use super::*;
 
     /// Otherwise the targets would not reach what they are about.

@@ -33,7 +33,7 @@ pub mod target;
 pub use target::Target;
 
 /// All targets.
-pub const TARGETS: [Target; 9] = [
+pub const TARGETS: [Target; 8] = [
     scene::TARGET,
     session::TARGET,
     recording::TARGET,
