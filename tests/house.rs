@@ -254,10 +254,11 @@ impl File {
     fn read(text: &str, module: &[String]) -> Self {
         let mut file = Self::default();
         let code = code(&code(text).replace("#[cfg(test)]\n", "// "));
-        for line in code.lines() {
+        for (above, line) in [""].into_iter().chain(code.lines()).zip(code.lines()) {
             let child = line
                 .rsplit_once("mod ")
-                .and_then(|(_, name)| name.strip_suffix(';'));
+                .and_then(|(_, name)| name.strip_suffix(';'))
+                .filter(|_| !above.starts_with("#[path")); // a file that other crates share
             file.children.extend(child.map(str::to_owned));
         }
         let mut others = String::new();
