@@ -165,7 +165,7 @@ fn a_file_that_is_not_there_or_not_a_scene_is_refused() {
         "nowhere.toml",
         "check the path",
     ]);
-    refused(&place, &["run", ".", "--out", "out"]).says(&["is a directory, not a scene file"]);
+    refused(&place, &["run", ".", "--out", "out"]).says(&["it is a directory, not a regular file"]);
     place.write("noise.toml", "\u{0}\u{1}=[[[");
     refused(&place, &["run", "noise.toml", "--out", "out"]).says(&["not TOML", "noise.toml:1"]);
     fs::write(place.path("bytes.toml"), [0xff, 0xfe, 0x00]).unwrap();

@@ -158,9 +158,7 @@ fn what_the_server_hears_has_limits() {
             let mut answer = String::new();
             // Who has said too much may be cut off.
             let _ = stream.read_to_string(&mut answer);
-            let refused = ["", "400", "403", "405"]
-                .iter()
-                .any(|status| answer.split(' ').nth(1).unwrap_or_default() == *status);
+            let refused = answer.is_empty() || answer.starts_with("HTTP/1.1 4");
             assert!(refused, "{length}: {answer}");
         }
     }

@@ -237,7 +237,10 @@ fn what_is_no_scene_file_is_refused_clearly() {
     );
     assert!(said.contains("missing.toml"), "{said}");
     let said = refusal(files.directory.path());
-    assert!(said.contains("is a directory, not a scene file"), "{said}");
+    assert!(
+        said.contains("it is a directory, not a regular file"),
+        "{said}"
+    );
     let said = refusal(&files.write("empty.toml", "  \n"));
     assert!(said.contains("the scene file is empty"), "{said}");
     let said = refusal(&files.write("latin.toml", b"name = \"\xe9\""));
