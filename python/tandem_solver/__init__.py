@@ -9,11 +9,11 @@ from .contact import PointContact, Shape
 from .continuum import serve_mpm
 from .control import Fault, NotFinite, Readiness, Refusal
 from .ledger import Motion
-from .session import Answer, Measurement, Step, serve_dem
+from .session import Measurement, Step, serve_dem
 from .wire import BodyState, GroupState, Ledger, Limits
 
 __all__ = [
-    "Answer", "BODY", "BodyState", "DEM", "Fault", "GROUP", "GroupState", "LINEAR", "Ledger", "Limits", "MPM",
+    "BODY", "BodyState", "DEM", "Fault", "GROUP", "GroupState", "LINEAR", "Ledger", "Limits", "MPM",
     "Measurement", "Motion", "NotFinite", "PointContact", "Readiness", "Refusal", "Shape", "Step", "check_fields",
     "serve_dem", "serve_mpm",
 ]

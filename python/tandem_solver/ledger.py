@@ -70,12 +70,14 @@ class Forces:
         point[1] += fy
         point[2] += stiffness
         rx, ry = at[0] - load.x, at[1] - load.y
-        if fx or fy:
+        if stored is None:
+            stored = (fx * fx + fy * fy) / (2.0 * stiffness) if fx or fy else 0.0
+        if fx or fy or stored:  # a dashpot may hold a spring without a force
             load.fx -= fx
             load.fy -= fy
             load.torque -= rx * fy - ry * fx
             load.contacts += 1
-            self.stored += (fx * fx + fy * fy) / (2.0 * stiffness) if stored is None else stored
+            self.stored += stored
         nx, ny = normal or (0.0, 0.0)
         mobility = load.w + load.wi * ((rx * ny - ry * nx) ** 2 if normal else rx * rx + ry * ry)
         load.mobility += mobility if stiffness else 0.0

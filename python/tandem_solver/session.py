@@ -15,10 +15,9 @@ The driver keeps the ledger, measures how far surfaces move, and makes the limit
     bodies()                        a ledger.Motion of each body, velocities at t_{n-1/2}: needed where forces move one
     capabilities                    what it can do and what it takes, for Hello (section 12)
 
-`contact` may return an Answer with limits that the driver does not know, such as those of springs between bodies. With a
-`travel` too the driver answers before it calls `advance`, so that both sides compute at the same time; what the motion adds
-to the limits is then the solver's own. Where bodies do more to each other than the ledger sees, `measurement()` gives its
-own Measurement of the last step with `step.measure`, taken before `advance` or in it.
+`contact` may return Limits with what the driver does not know, such as those of springs between bodies. Where bodies do more
+to each other than the driver's ledger sees, `measurement()` gives the solver's own Measurement of the last step with
+`step.measure`.
 
 If its capabilities have `save` (clauses K-3, K-4), so that a run can go on from a checkpoint,
 
@@ -36,7 +35,7 @@ import signal
 import sys
 import time
 import traceback
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 from . import blake3, control, wire
 from .config import BODY, DEM, check_fields
@@ -73,14 +72,6 @@ class Step:
     def centring(self):
         whole = self.dt_before + self.dt
         return self.dt_before / whole if whole > 0.0 else 0.0
-
-
-@dataclass
-class Answer:
-    """What `contact` may know better than the driver: limits of the next step, and travel at t_{n+1} in m (F-9)."""
-
-    limits: wire.Limits = field(default_factory=wire.Limits)
-    travel: float = None
 
 
 @dataclass
@@ -383,20 +374,18 @@ class _Dem(Seat):
                 halted = True
                 break
             forces = self.ledger.forces(points)
-            answer = self.solver.contact(step, points, forces) or Answer()
+            limits = self.solver.contact(step, points, forces) or wire.Limits()
             self.check_forces(forces.on_points)
-            first = answer.travel is None
-            if first:
-                self.move(step, forces)
-                answer = Answer(self.ledger.limits(answer.limits, forces), self.ledger.travel())
+            # The bodies move before the answer: what they have done is measured.
+            if not step.opening:
+                self.solver.advance(step)
+            self.ledger.moved(step, self.motions(), forces)
+            limits = self.ledger.limits(limits, forces)
             self.watch.lap("compute")
-            limits = answer.limits
             self.checked("dem", "L-1", limits)
             allowed = allows(grant, limits)
             if self.coupled:
-                self.answer(grant, step, forces.on_points, answer.travel, 0 if allowed else wire.HALT_AFTER)
-            if not first:
-                self.move(step, forces)
+                self.answer(grant, step, forces.on_points, 0 if allowed else wire.HALT_AFTER)
             self.step += 1
             if not allowed and left > 0:
                 halted = True
@@ -404,11 +393,6 @@ class _Dem(Seat):
         if limits is None:
             raise self.broken("mpm", "H-1", "a halt before the first step of a window")
         return self.made(grant, halted, limits)
-
-    def move(self, step, forces):
-        if not step.opening:
-            self.solver.advance(step)
-        self.ledger.moved(step, self.motions(), forces)
 
     def points(self, grant, step):
         """The points with their states of this step, or None if mpm halts before it."""
@@ -466,8 +450,8 @@ class _Dem(Seat):
             message = f"force {slot} is not finite, or its stiffness negative: {forces[slot]}"
             raise self.broken("dem", "F-4", message)
 
-    def answer(self, grant, step, forces, travel, halt):
-        header = wire.StepHeader(epoch=grant.epoch, step=step.index, flags=halt, travel=travel)
+    def answer(self, grant, step, forces, halt):
+        header = wire.StepHeader(epoch=grant.epoch, step=step.index, flags=halt, travel=self.ledger.travel())
         header.set = self.generation
         self.checked("dem", "F-4", header)
         self.forces_out.send(header, len(forces), b"".join(wire.ImpForce.FLAT.pack(*force) for force in forces))
