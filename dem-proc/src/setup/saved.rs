@@ -6,8 +6,8 @@
 //! and points at which they were first built.
 
 use interface::config::{BodyConfig, DemConfig};
+use interface::ledger::Totals;
 use interface::solver::Refusal;
-use mechanics::ledger::Totals;
 use serde::{Deserialize, Serialize};
 
 use crate::body::bodies::SavedBody;

@@ -4,6 +4,7 @@ use coupler::record::rundir::RunDir;
 use coupler::run::Resumed;
 use coupler::run::checkpoint::file::solver_states;
 use interface::message::control::Party;
+use interface::session::solver_part;
 use interface::solver::{DemSolver, MpmSolver};
 use interface::step::Step;
 
@@ -161,10 +162,9 @@ fn resumed(input: &[u8]) -> Option<String> {
 
 /// What this party has saved in the checkpoint of the small run, without the session's part at its beginning.
 fn state(party: Party) -> Vec<u8> {
-    const MARK: usize = 48;
     let states = solver_states(&LEFT.checkpoint).expect("a checkpoint");
     let state = states.into_iter().find(|(of, _)| *of == party);
-    state.expect("both take part").1.split_off(MARK)
+    solver_part(&state.expect("both take part").1).to_vec()
 }
 
 /// The next step of a restored solver.

@@ -1,7 +1,7 @@
 //! The ledger: sums of impulses and work over the run, and the last measurement.
 
+use interface::impulse::Impulse;
 use interface::solver::MpmMeasurement;
-use mechanics::impulse::Impulse;
 use serde::{Deserialize, Serialize};
 
 /// Sums over the run, and the last measurement.
