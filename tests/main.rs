@@ -16,6 +16,7 @@ mod hashes;
 mod house;
 mod instability;
 mod mutants;
+mod new_solver;
 mod pages;
 mod python;
 mod recording;
