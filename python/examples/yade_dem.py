@@ -7,7 +7,7 @@
 YADE finds the contacts, keeps their tangential springs and makes the forces; YADE integrates the bodies. A body is a
 clump of grid connections (a polygon's edges, swept by its sphero-radius) or a sphere (a disc); a point is a sphere that
 is put where the continuum says. What is here: words between the two, and the bounds that YADE does not know. Where the
-results differ from those of the built-in solver, and why, stands in docs/solver-authors.md.
+results differ from those of the built-in solver, and why, stands in docs/other-solvers.md.
 """
 
 import math
