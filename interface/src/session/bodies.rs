@@ -167,17 +167,20 @@ impl<'a> Bodies<'a> {
     }
 }
 
-/// Moves the bodies and measures what they have done; in an opening step nothing moves.
+/// Moves the bodies and follows what they have done; in an opening step nothing moves.
 fn advance(
     solver: &mut dyn DemSolver,
-    follower: &mut Follower,
+    follower: Option<&mut Follower>,
     step: &Step,
     forces: &Forces,
 ) -> Result<(), Fault> {
     if !step.is_opening() {
         solver.advance(step)?;
     }
-    follower.moved(step, solver.bodies(), forces)
+    match follower {
+        Some(follower) => follower.moved(step, solver.bodies(), forces),
+        None => Ok(()),
+    }
 }
 
 fn states(payload: &Payload) -> &[ImpState] {
@@ -225,7 +228,8 @@ impl Side for Bodies<'_> {
                     step.index,
                     Records::Forces(self.forces.on_points()),
                 )?;
-                advance(self.solver, follower, &step, &self.forces).map_err(|f| to.fault(f))?;
+                advance(self.solver, Some(follower), &step, &self.forces)
+                    .map_err(|f| to.fault(f))?;
                 answer.limits = follower.limits(answer.limits, &self.forces);
                 answer.travel = Some(follower.travel());
             }
@@ -243,8 +247,9 @@ impl Side for Bodies<'_> {
                 to.send_under(&header, Records::Forces(self.forces.on_points()))
                     .await?;
             }
-            if !measured && !step.is_opening() {
-                self.solver.advance(&step).map_err(|f| to.fault(f))?;
+            if !measured {
+                let follower = self.follower.as_mut();
+                advance(self.solver, follower, &step, &self.forces).map_err(|f| to.fault(f))?;
             }
             to.advanced(answer.limits)?;
         }

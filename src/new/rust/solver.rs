@@ -43,7 +43,7 @@ pub struct Solver {
 
 impl DemSolver for Solver {
     fn identity(&self) -> String {
-        concat!(env!("CARGO_PKG_NAME"), " ", env!("CARGO_PKG_VERSION")).to_owned()
+        concat!("NAME ", env!("CARGO_PKG_VERSION")).to_owned()
     }
 
     fn capabilities(&self) -> Capabilities {
