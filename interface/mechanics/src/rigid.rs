@@ -15,6 +15,7 @@ use interface::ledger::Entry;
 use interface::message::wire::{BodyState, EnvelopeVertex};
 use interface::solver::{Fault, Refusal};
 use interface::step::Step;
+use serde::{Deserialize, Serialize};
 
 /// A disc, a rounded segment or a convex spheropolygon. Its frame lies at its centre of mass.
 #[derive(Debug, Clone)]
@@ -32,8 +33,6 @@ pub struct Body {
     motion: Motion,
     /// The outline at `t_n`.
     placed: Vec<Vec2>,
-    /// Shift (m) and turn (rad) over the last step.
-    moved: (Vec2, f64),
     /// Position and angle when the envelope was last asked for.
     published: (Vec2, f64),
 }
@@ -98,7 +97,6 @@ impl Body {
             motion: config.motion,
             placed: outline.clone(),
             outline,
-            moved: (Vec2::zeros(), 0.0),
             published: (center, config.angle),
         };
         body.place(center, config.angle);
@@ -148,6 +146,12 @@ impl Body {
             position: vertex.into(),
             reach,
         })
+    }
+
+    /// Goes on in the place and with the velocities of a saved [`Self::state`].
+    pub fn restore(&mut self, state: &BodyState) {
+        self.place(state.position.into(), state.angle);
+        (self.entry.velocity, self.entry.spin) = (state.velocity, state.spin);
     }
 
     /// As [`DemSolver::bodies`](interface::solver::DemSolver::bodies) has it.
@@ -201,7 +205,6 @@ impl Body {
 
     /// Moves the body to this position (m), by this rotation (rad).
     pub fn moved_to(&mut self, position: Vec2, turn: f64) {
-        self.moved = (position - self.center(), turn);
         self.place(position, self.entry.body.angle + turn);
     }
 
@@ -211,6 +214,14 @@ impl Body {
             *placed = center + turned(v, angle);
         }
     }
+}
+
+/// What a point and a body have moved over the last step, in m and rad.
+#[derive(Debug, Clone, Copy, Default)]
+struct Ways {
+    moved: Vec2,
+    shift: Vec2,
+    turn: f64,
 }
 
 fn turned(v: Vec2, angle: f64) -> Vec2 {
@@ -227,13 +238,19 @@ pub struct PointContact {
     tangential: f64,
     /// mu.
     friction: f64,
-    /// Where each point was one step before, and its tangential spring on each body, in m; by the point's id (I-10).
-    past: Past,
+    past: History,
     /// What that is to be after the step that was last evaluated.
-    next: Past,
+    next: History,
 }
 
-type Past = BTreeMap<u64, (Vec2, Vec<f64>)>;
+/// What contact remembers of the step before.
+#[derive(Debug, Clone, Default, Serialize, Deserialize)]
+pub struct History {
+    /// Where each point was, and its tangential spring on each body, in m; by the point's id (I-10).
+    points: BTreeMap<u64, ([f64; 2], Vec<f64>)>,
+    /// Where each body was, in m and rad.
+    bodies: Vec<([f64; 2], f64)>,
+}
 
 impl PointContact {
     /// By a law between points and bodies.
@@ -288,15 +305,25 @@ impl PointContact {
         bodies: &[Body],
         forces: &mut Forces,
     ) {
-        self.next.clear();
+        self.next.points.clear();
+        let places = bodies
+            .iter()
+            .map(|b| (b.entry.body.position, b.entry.body.angle));
+        self.next.bodies = places.collect();
         for (slot, (info, state)) in points.set.iter().zip(points.states).enumerate() {
             let at = Vec2::from(state.position);
-            let known = self.past.get(&info.id).cloned();
-            let (was, mut springs) = known.unwrap_or_else(|| (at, vec![0.0; bodies.len()]));
+            let known = self.past.points.get(&info.id).cloned();
+            let new = || (state.position, vec![0.0; bodies.len()]);
+            let (was, mut springs) = known.unwrap_or_else(new);
             // What has no interval behind it has not moved.
-            let moved = (at - was) * f64::from(u8::from(step.dt_before > 0.0));
+            let has_moved = f64::from(u8::from(step.dt_before > 0.0));
+            let moved = (at - Vec2::from(was)) * has_moved;
             for (i, (body, spring)) in bodies.iter().zip(&mut springs).enumerate() {
-                if let Some((contact, slid)) = self.press(body, info.radius, at, moved, spring) {
+                let (center, angle) = self.past.bodies.get(i).unwrap_or(&self.next.bodies[i]);
+                let shift = (body.center() - Vec2::from(*center)) * has_moved;
+                let turn = (body.entry.body.angle - angle) * has_moved;
+                let ways = Ways { moved, shift, turn };
+                if let Some((contact, slid)) = self.press(body, info.radius, at, &ways, spring) {
                     forces.slid += slid;
                     forces.add(&Contact {
                         slot,
@@ -305,7 +332,7 @@ impl PointContact {
                     });
                 }
             }
-            self.next.insert(info.id, (at, springs));
+            self.next.points.insert(info.id, (state.position, springs));
         }
     }
 
@@ -314,14 +341,33 @@ impl PointContact {
         core::mem::swap(&mut self.past, &mut self.next);
     }
 
-    /// Contact of a point of `radius` at `at` that has moved by `moved`, with its tangential `spring` (all in m; section
-    /// 7), and the energy that has slid away (J/m). `None` if the point is out of reach (F-6).
+    /// What has to survive in a saved state.
+    pub fn history(&self) -> &History {
+        &self.past
+    }
+
+    /// Goes on with the history of a saved state, which is of so many bodies.
+    ///
+    /// # Errors
+    /// A [`Refusal`]: it is of others.
+    pub fn restore(&mut self, history: History, bodies: usize) -> Result<(), Refusal> {
+        let springs = history.points.values().map(|(_, springs)| springs.len());
+        let of_others = [0, bodies].iter().all(|&n| history.bodies.len() != n);
+        if of_others || springs.into_iter().any(|n| n != bodies) {
+            return Err(Refusal::new("restore", "springs of other bodies"));
+        }
+        self.past = history;
+        Ok(())
+    }
+
+    /// Contact of a point of `radius` at `at`, with its tangential `spring` (all in m; section 7), and the energy that has
+    /// slid away (J/m). `None` if the point is out of reach (F-6).
     fn press(
         &self,
         body: &Body,
         radius: f64,
         at: Vec2,
-        moved: Vec2,
+        ways: &Ways,
         spring: &mut f64,
     ) -> Option<(Contact, f64)> {
         let before = core::mem::take(spring);
@@ -334,8 +380,8 @@ impl PointContact {
         let tangent = Vec2::new(-normal.y, normal.x);
         let p = contact_point(at, radius, overlap, normal);
         let arm = p - body.center();
-        let (shift, turn) = body.moved;
-        let slid = (moved - (shift + arm - turned(arm, -turn))).dot(&tangent);
+        let of_body = ways.shift + arm - turned(arm, -ways.turn);
+        let slid = (ways.moved - of_body).dot(&tangent);
         // In a contact that has opened, the limit of friction shortens the spring to zero.
         let depth = overlap.max(0.0);
         let pressing = self.normal * depth;

@@ -12,13 +12,18 @@
 use interface::config::DemConfig;
 use interface::config::capability::Capabilities;
 use interface::forces::{Forces, Load, Points};
-use interface::message::wire::{BodyState, EnvelopeVertex};
+use interface::message::wire::{BodyState, EnvelopeVertex, bytes_of, records_of};
+use interface::saved::{pack, unpack};
 use interface::solver::{Answer, DemSolver, Fault, Readiness, Refusal};
 use interface::step::Step;
-use mechanics::rigid::{Body, PointContact};
+use mechanics::rigid::{Body, History, PointContact};
+
+/// Marks a saved state, so that another one is refused.
+const FORMAT: &str = "NAME 1";
 
 /// What it takes. Tandem refuses a scene that needs more, and the kit judges it by these.
-const CAPABILITIES: [&str; 9] = [
+const CAPABILITIES: [&str; 10] = [
+    "save",
     "shape:disc",
     "shape:segment",
     "shape:rectangle",
@@ -100,5 +105,23 @@ impl DemSolver for Solver {
             body.drift(step.dt);
         }
         Ok(())
+    }
+
+    /// What the next step reads before it writes it; the rest is of the configuration.
+    fn save(&self) -> Result<Vec<u8>, Fault> {
+        let bodies = self.bodies();
+        Ok(pack(FORMAT, &(bytes_of(&bodies), self.springs.history())))
+    }
+
+    fn restore(&mut self, saved: &[u8]) -> Result<(), Refusal> {
+        let (states, history): (Vec<u8>, History) = unpack(FORMAT, saved)?;
+        let states = records_of::<BodyState>(&states).unwrap_or_default();
+        if states.len() != self.bodies.len() {
+            return Err(Refusal::new("restore", "a state of other bodies"));
+        }
+        for (body, state) in self.bodies.iter_mut().zip(&states) {
+            body.restore(state);
+        }
+        self.springs.restore(history, states.len())
     }
 }

@@ -1,6 +1,6 @@
 //! Contact with points, kick and ledger of this crate, compared with closed forms.
 
-use crate::rigid::{Body, PointContact};
+use crate::rigid::{Body, PointContact, Ways};
 use interface::Vec2;
 use interface::config::{BodyConfig, BodyInertia, BodyShape, ContactLaw, Motion};
 use interface::forces::{Contact, Forces, Load};
@@ -64,7 +64,7 @@ fn forces(disc: &Body, contact: &Contact) -> Forces {
 fn a_point_is_pushed_by_k_xi_and_the_body_back_by_the_same() {
     let disc = Body::new(0, &config(BodyShape::Disc, Motion::Free)).unwrap();
     let law = springs(0.0, 0.0);
-    let press = |overlap| law.press(&disc, POINT, at(overlap), Vec2::zeros(), &mut 0.0);
+    let press = |overlap| law.press(&disc, POINT, at(overlap), &Ways::default(), &mut 0.0);
     let (contact, _) = press(1e-3).expect("within reach");
     let force = contact.force;
     assert!((force - Vec2::new(60.0, 0.0)).norm() < 1e-10, "{force}");
@@ -89,7 +89,7 @@ fn a_point_is_pushed_by_k_xi_and_the_body_back_by_the_same() {
 fn a_contact_without_its_normal_is_bounded_for_any() {
     let disc = Body::new(0, &config(BodyShape::Disc, Motion::Free)).unwrap();
     let law = springs(0.0, 0.0);
-    let pressed = law.press(&disc, POINT, at(1e-3), Vec2::zeros(), &mut 0.0);
+    let pressed = law.press(&disc, POINT, at(1e-3), &Ways::default(), &mut 0.0);
     let (contact, _) = pressed.unwrap();
     let plain = Contact {
         normal: None,
@@ -106,8 +106,12 @@ fn friction_is_a_spring_up_to_mu_f_n_and_what_slides_is_lost() {
     let disc = Body::new(0, &config(BodyShape::Disc, Motion::Fixed)).unwrap();
     let (law, mut spring) = (springs(2e4, 0.5), 0.0);
     let mut press = |slid| {
-        let slid = Vec2::new(0.0, slid);
-        let pressed = law.press(&disc, POINT, at(1e-3), slid, &mut spring);
+        let moved = Vec2::new(0.0, slid);
+        let ways = Ways {
+            moved,
+            ..Ways::default()
+        };
+        let pressed = law.press(&disc, POINT, at(1e-3), &ways, &mut spring);
         let (contact, loss) = pressed.unwrap();
         (contact.force.y, loss, spring)
     };
@@ -124,7 +128,7 @@ fn the_kick_is_half_of_both_steps_and_the_ledger_balances_over_it() {
     let gravity = Vec2::new(0.0, -9.81);
     let mut disc = Body::new(0, &config(BodyShape::Disc, Motion::Free)).unwrap();
     let law = springs(0.0, 0.0);
-    let pressed = law.press(&disc, POINT, at(1e-3), Vec2::zeros(), &mut 0.0);
+    let pressed = law.press(&disc, POINT, at(1e-3), &Ways::default(), &mut 0.0);
     let pressed = forces(&disc, &pressed.unwrap().0);
     let step = step(1e-3, 3e-3);
     disc.kick(&step, &pressed.on_bodies()[0], gravity).unwrap();
@@ -156,7 +160,7 @@ fn the_kick_is_half_of_both_steps_and_the_ledger_balances_over_it() {
 fn what_holds_a_body_takes_up_what_points_do_to_it() {
     let mut disc = Body::new(0, &config(BodyShape::Disc, Motion::Fixed)).unwrap();
     let law = springs(0.0, 0.0);
-    let pressed = law.press(&disc, POINT, at(1e-3), Vec2::zeros(), &mut 0.0);
+    let pressed = law.press(&disc, POINT, at(1e-3), &Ways::default(), &mut 0.0);
     let pressed = forces(&disc, &pressed.unwrap().0);
     let (step, gravity) = (step(1e-3, 1e-3), Vec2::new(0.0, -9.81));
     disc.kick(&step, &pressed.on_bodies()[0], gravity).unwrap();
