@@ -66,9 +66,6 @@ impl DemSolver for Rapier {
 
     fn configure(&mut self, config: &DemConfig) -> Result<Readiness, Refusal> {
         let refuse = |key: &str, text: &str| Err(Refusal::new(key, text));
-        if config.threads == 0 {
-            return refuse("dem.threads", "expected 1 or more");
-        }
         if !config.contact_pairs.is_empty() {
             let text = "one law for all here: none is accepted";
             return refuse("contact_pair", text);

@@ -270,6 +270,9 @@ impl Side for Bodies<'_> {
     ) -> Result<Result<Readiness, Refusal>, serde_json::Error> {
         let config: DemConfig = serde_json::from_str(&configure.config)?;
         self.links = config.interface == Interface::Segments;
+        if config.threads == 0 {
+            return Ok(Err(Refusal::new("dem.threads", "expected 1 or more")));
+        }
         let configured = self.solver.configure(&config);
         Ok(configured.and_then(|readiness| {
             self.follow(&config)?;
