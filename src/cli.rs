@@ -125,6 +125,26 @@ pub enum NewCommand {
         /// Name of the scene.
         name: String,
     },
+    /// A solver for bodies that runs and passes the kit's smallest profile, with tests: the folder NAME.
+    Solver {
+        /// Name of the solver.
+        name: String,
+        /// The language to write it in.
+        #[arg(long, value_enum)]
+        lang: Language,
+        /// Checkout of Tandem that the solver uses; by default the one that this program was built from.
+        #[arg(long, value_name = "DIR")]
+        tree: Option<PathBuf>,
+    },
+}
+
+/// A language for a solver.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum Language {
+    /// On `tandem_solver`, which needs iceoryx2's wheel.
+    Python,
+    /// On the crates `interface` and `mechanics`.
+    Rust,
 }
 
 /// Arguments of `check`.

@@ -1,12 +1,12 @@
-//! Energies, momenta and impulses of the bodies' side (docs/physics.md section 7), computed with [`mechanics::ledger`].
+//! Energies, momenta and impulses of the bodies' side (docs/physics.md section 7), computed with [`interface::ledger`].
 //!
 //! Losses are sums over all steps so far, by the trapezoidal rule.
 
 use interface::Vec2;
+use interface::ledger::{self, Entry, Totals};
 use interface::message::wire::{BodyState, ImpState};
 use interface::solver::DemMeasurement;
 use interface::step::Step;
-use mechanics::ledger::{self, Entry, Totals};
 
 use crate::body::bodies::Bodies;
 use crate::body::load::{Load, PairLoad};

@@ -2,6 +2,7 @@
 
 use interface::config::DemConfig;
 use interface::config::capability::Capabilities;
+use interface::forces::{Forces, Points};
 use interface::message::wire::{ContactState, EnvelopeVertex, ImpForce, ImpInfo, ImpState};
 use interface::saved::ConfigurationMark;
 use interface::solver::{Answer, DemMeasurement, DemSolver, Fault, Readiness, Refusal};
@@ -34,6 +35,24 @@ impl Sdem {
             .as_ref()
             .map_or(0, |pairs| pairs.contacts())
     }
+
+    /// One evaluation, for a caller that has no session.
+    ///
+    /// # Errors
+    /// As [`DemSolver::contact`].
+    pub fn contact(
+        &mut self,
+        step: &Step,
+        imps: &[ImpState],
+        forces: &mut [ImpForce],
+    ) -> Result<Answer, Fault> {
+        self.system.contact(step, imps, forces)
+    }
+
+    /// The measurement of the last step that had [`Step::measure`].
+    pub fn measurement(&self) -> &DemMeasurement {
+        &self.system.measurement
+    }
 }
 
 impl DemSolver for Sdem {
@@ -65,10 +84,11 @@ impl DemSolver for Sdem {
     fn contact(
         &mut self,
         step: &Step,
-        imps: &[ImpState],
-        forces: &mut [ImpForce],
+        points: &Points<'_>,
+        forces: &mut Forces,
     ) -> Result<Answer, Fault> {
-        self.system.contact(step, imps, forces)
+        let forces = forces.on_points_mut();
+        self.system.contact(step, points.states, forces)
     }
 
     fn advance(&mut self, step: &Step) -> Result<(), Fault> {
@@ -76,8 +96,8 @@ impl DemSolver for Sdem {
         Ok(())
     }
 
-    fn measurement(&self) -> &DemMeasurement {
-        &self.system.measurement
+    fn measurement(&self) -> Option<&DemMeasurement> {
+        Some(&self.system.measurement)
     }
 
     fn contacts(&self, step: &Step, imps: &[ImpState]) -> Vec<ContactState> {

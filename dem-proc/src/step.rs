@@ -310,7 +310,7 @@ impl System {
                 radius_min: 0.0,
                 mobility,
             },
-            travel: gone + self.kicked.speed * step.dt,
+            travel: Some(gone + self.kicked.speed * step.dt),
         }
     }
 

@@ -1,9 +1,9 @@
 //! A configured solver: its bodies, their contacts, and the results that one step leaves for the next.
 
 use interface::Vec2;
+use interface::ledger::Totals;
 use interface::message::wire::EnvelopeVertex;
 use interface::solver::DemMeasurement;
-use mechanics::ledger::Totals;
 use serde::{Deserialize, Serialize};
 
 use crate::body::bodies::{Bodies, Body, Rigid};

@@ -1,6 +1,6 @@
 //! The ledger: sums of impulses and work over the run.
 
-use mechanics::impulse::Impulse;
+use interface::impulse::Impulse;
 use serde::{Deserialize, Serialize};
 
 /// Sums over the run.
