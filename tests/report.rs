@@ -193,7 +193,10 @@ fn nothing_of_a_scene_becomes_markup() {
             "name = \"no energy is created\"",
             &format!("name = \"{evil}\""),
         )
-        .replace("name = \"v_disc\"", &format!("name = \"{evil}\""))
+        .replace(
+            "name = \"v_disc\"\nunit = \"m/s\"",
+            &format!("name = \"v_disc\"\nunit = \"{evil}\""),
+        )
         .replace("about = \"A hard", &format!("about = \"{evil} A hard"))
         .replace("v_target\"]", "v_target\"] # </script>");
     let file = place.write("evil.toml", &text);

@@ -1,17 +1,14 @@
-//! Nobody reads what a run says, or a disk does not take what it writes: the run goes on, or waits, and loses nothing.
+//! Nobody reads what a run says: the run goes on and loses nothing.
 
 use std::fs;
-use std::io::{PipeReader, Read, pipe};
+use std::io::{PipeReader, pipe};
 use std::path::Path;
 use std::process::{Child, Command, Stdio};
-use std::thread;
-use std::time::{Duration, Instant};
 
 use crate::harness::{PATIENCE, Place, RunFiles, scene, until};
 
 /// Solvers that are not told why the coupler is silent give up after half a second and two more.
 const DEADLINE: &str = "coupling.deadline=0.5";
-const LONGER: Duration = Duration::from_secs(5);
 
 /// The reading end of a pipe with no room, and the writing end.
 fn full_pipe() -> (PipeReader, Stdio) {
@@ -71,58 +68,4 @@ fn a_run_whose_standard_error_nobody_reads_goes_on() {
     // The log has what the pipe had no room for.
     let log = fs::read_to_string(out.join("log.jsonl")).unwrap();
     assert!(log.contains("\"joined\"") && log.contains("\"ready\""));
-}
-
-/// A frame's file that takes nothing until somebody reads it, in the place of a disk that does not answer.
-#[test]
-fn a_run_waits_for_a_disk_that_does_not_answer() {
-    let place = Place::new();
-    let scene = scene("jiang2020/drop_hard");
-    let frames = ["--variant", "quick", "--set", DEADLINE, "--set"];
-    let every = ["output.every=2e-3", "--set", "output.frames=2e-3"];
-    let more = [&frames[..], &every].concat();
-    place.run("answers", &scene, &more).expect(0);
-    let out = place.path("out");
-    fs::create_dir_all(out.join("frames")).unwrap();
-    let stuck = out.join("frames/points_0003.vtu.part");
-    assert!(
-        Command::new("mkfifo")
-            .arg(&stuck)
-            .status()
-            .unwrap()
-            .success()
-    );
-    let run = place.start_run("out", &scene, &more);
-    let begun = Instant::now();
-    let said = until(LONGER, || {
-        let log = fs::read_to_string(out.join("log.jsonl")).unwrap_or_default();
-        log.contains("the run waits for it").then_some(())
-    });
-    thread::sleep(LONGER.saturating_sub(begun.elapsed()));
-    let mut frame = Vec::new();
-    fs::File::open(&stuck)
-        .unwrap()
-        .read_to_end(&mut frame)
-        .unwrap();
-    run.end().expect(0);
-    assert!(said.is_some(), "the log says for what the run waits");
-    assert_same_hash(&out, &place.path("answers"));
-    let names = |out: &str| {
-        let entries = fs::read_dir(place.path(out).join("frames")).unwrap();
-        let mut names: Vec<_> = entries.map(|entry| entry.unwrap().file_name()).collect();
-        names.sort();
-        names
-    };
-    assert_eq!(names("out"), names("answers"));
-    for name in names("answers") {
-        let read = |out: &str| fs::read(place.path(out).join("frames").join(&name)).unwrap();
-        let ours = if name == "points_0003.vtu" {
-            frame.clone()
-        } else {
-            read("out")
-        };
-        assert!(ours == read("answers"), "{}", name.display());
-    }
-    let history = |out: &str| fs::read(place.path(out).join("history.csv")).unwrap();
-    assert_eq!(history("out"), history("answers"));
 }

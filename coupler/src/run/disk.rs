@@ -64,3 +64,29 @@ impl Disk {
         write()
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use std::cell::Cell;
+
+    use interface::message::control::Party;
+    use interface::transport::domain::OwnedDomain;
+
+    use super::*;
+
+    #[test]
+    fn solvers_see_that_the_run_waits_for_its_disk() {
+        let owned = OwnedDomain::create().unwrap();
+        let domain = owned.domain();
+        let disk = Disk::of(domain.clone(), StartDeadlines::default());
+        let (held, looks) = (|| domain.held(Party::Mpm).is_some(), Cell::new(0));
+        assert!(!held());
+        disk.wait(|| {
+            looks.set(looks.get() + 1);
+            // The first look is whether there is anything to wait for.
+            assert_eq!(held(), looks.get() > 1);
+            looks.get() < 5
+        });
+        assert_eq!((looks.get(), held()), (5, false));
+    }
+}
