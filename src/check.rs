@@ -10,8 +10,9 @@ use coupler::run::resources;
 use coupler::run::stability::Sides;
 use coupler::scene::{Scene, SceneFile, refused};
 use interface::config::{DemConfig, MpmConfig};
+use interface::forces::{Forces, Points};
 use interface::message::control::Party;
-use interface::message::wire::{ContactState, ImpForce};
+use interface::message::wire::ContactState;
 use interface::solver::{DemSolver, Fault, MpmSolver, Readiness};
 use interface::step::Step;
 
@@ -255,14 +256,19 @@ fn opening_step((mpm, dem): Solvers) -> Result<(Sides, Vec<ContactState>), Fault
         dem.imp_set(&set);
         states = mpm.imp_states().to_vec();
     }
-    let mut forces = vec![ImpForce::default(); set.len()];
+    let mut forces = Forces::default();
+    forces.clear(set.len(), []);
     let mut pressing = Vec::new();
     if let Some(dem) = &mut dem {
-        sides.dem = dem.contact(&step, &states, &mut forces)?.limits;
+        let points = Points {
+            set: &set,
+            states: &states,
+        };
+        sides.dem = dem.contact(&step, &points, &mut forces)?.limits;
         pressing = dem.contacts(&step, &states);
     }
     if let Some(mpm) = &mut mpm {
-        sides.mpm = mpm.step(&step, &forces)?;
+        sides.mpm = mpm.step(&step, forces.on_points())?;
     }
     Ok((sides, pressing))
 }

@@ -31,8 +31,12 @@ pub enum Command {
     Plan(PlanArgs),
     /// Write a scene to start from.
     New(NewArgs),
-    /// Print the JSON Schema of scene files.
-    Schema,
+    /// Print a JSON Schema: of scene files, or of what a solver is sent.
+    Schema {
+        /// What it describes.
+        #[arg(value_enum, default_value_t)]
+        of: SchemaOf,
+    },
     /// Run a scene for several resolutions and methods: error against run time, as study.csv and study.svg.
     Study(StudyArgs),
     /// Find the steps at which scenes become unstable, and compare them with criteria: stability.csv and stability.svg.
@@ -93,6 +97,18 @@ pub struct PlanArgs {
     pub how: HowArgs,
 }
 
+/// What `schema` describes.
+#[derive(Debug, Clone, Copy, Default, clap::ValueEnum)]
+pub enum SchemaOf {
+    /// Scene files.
+    #[default]
+    Scene,
+    /// The configuration of the continuum's solver.
+    Mpm,
+    /// The configuration of the bodies' solver.
+    Dem,
+}
+
 /// Arguments of `new`.
 #[derive(Debug, Args)]
 pub struct NewArgs {
@@ -109,6 +125,26 @@ pub enum NewCommand {
         /// Name of the scene.
         name: String,
     },
+    /// A solver for bodies that runs and passes the kit's smallest profile, with tests: the folder NAME.
+    Solver {
+        /// Name of the solver.
+        name: String,
+        /// The language to write it in.
+        #[arg(long, value_enum)]
+        lang: Language,
+        /// Checkout of Tandem that the solver uses; by default the one that this program was built from.
+        #[arg(long, value_name = "DIR")]
+        tree: Option<PathBuf>,
+    },
+}
+
+/// A language for a solver.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum Language {
+    /// On `tandem_solver`, which needs iceoryx2's wheel.
+    Python,
+    /// On the crates `interface` and `mechanics`.
+    Rust,
 }
 
 /// Arguments of `check`.

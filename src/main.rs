@@ -24,9 +24,10 @@ use std::process::ExitCode;
 use std::time::Duration;
 
 use clap::Parser;
-use cli::{Cli, Command};
+use cli::{Cli, Command, SchemaOf};
 use coupler::run::resources::check_addresses;
-use coupler::scene::schema;
+use coupler::scene;
+use interface::config;
 use interface::transport::remains::sweep;
 use signal_hook::consts::SIGXFSZ;
 use terminal::{complain, say};
@@ -60,8 +61,13 @@ fn obey(command: Command) -> ExitCode {
         Command::Check(args) => check::check(&args),
         Command::Plan(args) => check::plan(&args),
         Command::New(args) => new::new(&args),
-        Command::Schema => {
-            say(format_args!("{:#}", schema()));
+        Command::Schema { of } => {
+            let schema = match of {
+                SchemaOf::Scene => scene::schema(),
+                SchemaOf::Mpm => config::schema::of_mpm(),
+                SchemaOf::Dem => config::schema::of_dem(),
+            };
+            say(format_args!("{schema:#}"));
             ExitCode::SUCCESS
         }
         Command::Study(args) => studies::study(&args),

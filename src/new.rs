@@ -1,13 +1,13 @@
-//! `tandem new`: a scene to begin with.
+//! `tandem new`: a scene or a solver to begin with.
 
 use std::io;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use coupler::scene::schema;
 use interface::files;
 
-use crate::cli::{NewArgs, NewCommand};
+use crate::cli::{Language, NewArgs, NewCommand};
 use crate::exit::BAD_INPUT;
 use crate::terminal::{complain, say};
 
@@ -17,21 +17,50 @@ const NAME: &str = "NAME";
 /// What editors check scenes by, beside the scene.
 const SCHEMA: &str = "scene.schema.json";
 
+/// In the files of a solver, the checkout that has the contract.
+const TREE: &str = "TREE";
+/// And the solver's name as Rust writes it in code.
+const CRATE: &str = "CRATE";
+
+/// The files of a solver.
+const PYTHON: &[(&str, &str)] = &[
+    ("solver.py", include_str!("new/python/solver.py")),
+    ("test_solver.py", include_str!("new/python/test_solver.py")),
+];
+const RUST: &[(&str, &str)] = &[
+    ("Cargo.toml", include_str!("new/rust/package.toml")),
+    ("src/lib.rs", include_str!("new/rust/solver.rs")),
+    ("src/main.rs", include_str!("new/rust/main.rs")),
+    ("tests/solver.rs", include_str!("new/rust/test.rs")),
+];
+
 /// Writes what was asked for; nothing that is there is changed.
 pub fn new(args: &NewArgs) -> ExitCode {
-    let NewCommand::Scene { name } = &args.what;
+    let written = match &args.what {
+        NewCommand::Scene { name } => scene(name),
+        NewCommand::Solver { name, lang, tree } => solver(name, *lang, tree.as_deref()),
+    };
+    match written {
+        Ok(next) => {
+            say(format_args!("{next}"));
+            ExitCode::SUCCESS
+        }
+        Err(error) => {
+            complain(format_args!("error: {error}"));
+            ExitCode::from(BAD_INPUT)
+        }
+    }
+}
+
+fn scene(name: &str) -> Result<String, String> {
     let plain = |c: char| c.is_ascii_alphanumeric() || "_-".contains(c);
     if name.is_empty() || !name.chars().all(plain) {
-        complain(format_args!(
-            "error: a scene cannot be called `{name}`: a name has letters, digits, `_` and `-`"
+        return Err(format!(
+            "a scene cannot be called `{name}`: a name has letters, digits, `_` and `-`"
         ));
-        return ExitCode::from(BAD_INPUT);
     }
     let file = format!("{name}.toml");
-    if let Err(error) = files::write_new_named(Path::new(&file), &SCENE.replace(NAME, name)) {
-        complain(format_args!("error: cannot write {file}: {error}"));
-        return ExitCode::from(BAD_INPUT);
-    }
+    create(Path::new(&file), &SCENE.replace(NAME, name))?;
     // One that is there serves as well.
     match files::write_new_named(Path::new(SCHEMA), &format!("{:#}\n", schema())) {
         Err(error) if error.kind() != io::ErrorKind::AlreadyExists => {
@@ -39,6 +68,64 @@ pub fn new(args: &NewArgs) -> ExitCode {
         }
         _ => {}
     }
-    say(format_args!("wrote {file}; `tandem run {file}` runs it"));
-    ExitCode::SUCCESS
+    Ok(format!("wrote {file}; `tandem run {file}` runs it"))
+}
+
+/// A folder with a solver, which uses the contract in a checkout.
+fn solver(name: &str, language: Language, tree: Option<&Path>) -> Result<String, String> {
+    let plain = |c: char| c.is_ascii_lowercase() || c.is_ascii_digit() || "_-".contains(c);
+    let begins = name.starts_with(|c: char| c.is_ascii_lowercase());
+    if !begins || !name.chars().all(plain) {
+        return Err(format!(
+            "a solver cannot be called `{name}`: a name has lower-case letters, digits, `_` and `-`, and begins with a letter"
+        ));
+    }
+    let tree = checkout(tree)?;
+    let shown = tree.display().to_string();
+    let folder = Path::new(name);
+    std::fs::create_dir(folder).map_err(|error| format!("cannot make {name}/: {error}"))?;
+    let (files, command, first) = match language {
+        Language::Python => (PYTHON, format!("python3 {name}/solver.py"), String::new()),
+        Language::Rust => (
+            RUST,
+            format!("{name}/target/release/{name}"),
+            format!("  cargo build --release --manifest-path {name}/Cargo.toml\n"),
+        ),
+    };
+    for (file, text) in files {
+        let text = text.replace(TREE, &shown).replace(NAME, name);
+        create(
+            &folder.join(file),
+            &text.replace(CRATE, &name.replace('-', "_")),
+        )?;
+    }
+    if language == Language::Rust {
+        // The versions that the checkout has been built with: those are at hand without a network.
+        let lock = std::fs::read_to_string(tree.join("Cargo.lock"));
+        create(&folder.join("Cargo.lock"), &lock.unwrap_or_default())?;
+    }
+    let scene = tree.join("scenes/jiang2020/collision_hard.toml");
+    Ok(format!(
+        "wrote {name}/; next\n{first}  tandem run {} --dem \"{command}\"\n  tandem conformance --require held --dem \"{command}\"",
+        scene.display()
+    ))
+}
+
+/// The checkout that was named, or that this program was built from.
+fn checkout(named: Option<&Path>) -> Result<PathBuf, String> {
+    let tree = named.unwrap_or(Path::new(env!("CARGO_MANIFEST_DIR")));
+    let found = tree.canonicalize().ok();
+    found
+        .filter(|tree| tree.join("interface/PROTOCOL.md").is_file())
+        .ok_or_else(|| {
+            let tree = tree.display();
+            format!("{tree} is no checkout of Tandem, which a solver is built with: name one with --tree DIR")
+        })
+}
+
+fn create(path: &Path, text: &str) -> Result<(), String> {
+    let folder = path.parent().unwrap_or(Path::new(""));
+    std::fs::create_dir_all(folder)
+        .and_then(|()| files::write_new_named(path, text))
+        .map_err(|error| format!("cannot write {}: {error}", path.display()))
 }

@@ -10,6 +10,7 @@ use conformance::{Options, examine};
 use dem_proc::Sdem;
 use interface::config::capability::Capabilities;
 use interface::config::{DemConfig, MpmConfig};
+use interface::forces::{Forces, Points};
 use interface::message::control::Party;
 use interface::message::wire::{
     EnvelopeVertex, ImpForce, ImpInfo, ImpState, Limits, PointState, bytes_of, records_of,
@@ -97,19 +98,19 @@ impl DemSolver for Bodies {
     fn contact(
         &mut self,
         step: &Step,
-        imps: &[ImpState],
-        forces: &mut [ImpForce],
+        points: &Points<'_>,
+        forces: &mut Forces,
     ) -> Result<Answer, Fault> {
-        self.last = Some((*step, imps.to_vec()));
-        self.inner.contact(step, imps, forces)
+        self.last = Some((*step, points.states.to_vec()));
+        DemSolver::contact(&mut self.inner, step, points, forces)
     }
 
     fn advance(&mut self, step: &Step) -> Result<(), Fault> {
         self.inner.advance(step)
     }
 
-    fn measurement(&self) -> &DemMeasurement {
-        self.inner.measurement()
+    fn measurement(&self) -> Option<&DemMeasurement> {
+        Some(self.inner.measurement())
     }
 
     fn save(&self) -> Result<Vec<u8>, Fault> {

@@ -17,6 +17,7 @@ mod hostile;
 mod house;
 mod instability;
 mod mutants;
+mod new_solver;
 mod pages;
 mod python;
 mod recording;

@@ -159,3 +159,74 @@ fn every_equation_is_where_its_table_says() {
     assert!(count > 25, "only {count} rows were read");
     assert!(wrong.is_empty(), "{wrong:#?}");
 }
+
+/// The words of code in a page: of code blocks, and between backticks, but for comments and commands of a shell.
+fn code_words(page: &str) -> BTreeSet<String> {
+    let (mut words, mut block) = (BTreeSet::new(), None);
+    let mut add = |code: &str| {
+        let parts = code.split(|c: char| !c.is_ascii_alphanumeric() && c != '_');
+        let names =
+            parts.filter(|part| part.len() > 2 && !part.starts_with(|c: char| c.is_ascii_digit()));
+        words.extend(names.map(str::to_owned));
+    };
+    for line in page.lines() {
+        if let Some(language) = line.trim_start().strip_prefix("```") {
+            block = block.is_none().then(|| language.to_owned());
+        } else {
+            match block.as_deref() {
+                Some("python" | "rust") => add(line.split(['#', '"']).next().unwrap_or_default()),
+                Some(_) => {}
+                None => line.split('`').skip(1).step_by(2).for_each(&mut add),
+            }
+        }
+    }
+    words
+}
+
+/// The words that code in the tree consists of.
+fn known_words() -> BTreeSet<String> {
+    let rooms = [
+        "interface/src/",
+        "interface/mechanics/",
+        "python/",
+        "src/",
+        "examples/",
+        "scenes/",
+    ];
+    let of_code = |name: &String| {
+        let extension = Path::new(name).extension().and_then(|e| e.to_str());
+        let is_code = matches!(extension, Some("rs" | "py" | "toml"));
+        is_code && rooms.iter().any(|room| name.starts_with(room))
+    };
+    let mut words = BTreeSet::new();
+    for name in listed() {
+        if of_code(&name) {
+            let text = text(&name);
+            let parts = text.split(|c: char| !c.is_ascii_alphanumeric() && c != '_');
+            words.extend(parts.map(str::to_owned));
+        }
+        // Names of files and folders are words too.
+        let parts = name.split(|c: char| !c.is_ascii_alphanumeric() && c != '_');
+        words.extend(parts.map(str::to_owned));
+    }
+    words
+}
+
+/// `ContactForces` stood there, which has been in no language here.
+#[test]
+fn every_name_in_the_guide_for_authors_exists() {
+    let known = known_words();
+    let strange =
+        |page: &str| -> Vec<String> { code_words(page).difference(&known).cloned().collect() };
+    assert_eq!(
+        strange("The bodies are an argument (`ContactForces`)."),
+        ["ContactForces"]
+    );
+    assert_eq!(
+        strange("```rust\nsolver.advence(&step) # advunce\n```"),
+        ["advence"]
+    );
+    let guide = text("docs/solver-authors.md");
+    assert!(code_words(&guide).len() > 100);
+    assert_eq!(strange(&guide), Vec::<String>::new());
+}

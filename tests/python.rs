@@ -249,7 +249,7 @@ advance = disc_dem.Discs.advance
 def spoilt(self, step):
     advance(self, step)
     if step.index == 20:
-        self.bodies[0].vx = float('nan')
+        self.discs[0].motion = self.discs[0].motion._replace(vx=float('nan'))
 disc_dem.Discs.advance = spoilt";
     run_changed(&place, change)
         .expect(4)
@@ -264,10 +264,10 @@ fn forces_that_are_not_finite_never_leave_the_python_solver() {
     let place = Place::new();
     let change = "
 contact = disc_dem.Discs.contact
-def spoilt(self, step, states):
-    answer = contact(self, step, states)
-    answer.forces = [(float('nan'), 0.0, 1.0) for _ in answer.forces]
-    return answer
+def spoilt(self, step, points, forces):
+    contact(self, step, points, forces)
+    for slot in range(len(points)):
+        forces.add(slot, 0, (0.0, 0.0), (float('nan'), 0.0), 1.0)
 disc_dem.Discs.contact = spoilt";
     run_changed(&place, change)
         .expect(3)

@@ -256,6 +256,7 @@ scenes! {
     bagnold: "verification/bagnold",
     shear_cell: "verification/shear_cell",
     incline: "verification/incline",
+    roll_to_rest: "verification/roll_to_rest",
     body_bounce: "verification/body_bounce",
     oblique_impact: "verification/oblique_impact",
     off_centre_hit: "verification/off_centre_hit",

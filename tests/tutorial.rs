@@ -125,16 +125,23 @@ fn a_new_scene_runs_and_nothing_that_is_there_is_lost() {
     assert_eq!(fs::read(directory.join("mine.toml")).unwrap(), b"mine");
 }
 
-/// `UPDATE_SCHEMA=1` writes it.
+/// `UPDATE_SCHEMA=1` writes them.
 #[test]
-fn the_schema_in_the_tree_is_that_of_the_program() {
+fn the_schemas_in_the_tree_are_those_of_the_program() {
     let place = Place::new();
-    let (_, schema) = tandem(&["schema"], &place.path("."), &place);
-    let path = root().join("scenes/scene.schema.json");
-    if std::env::var_os("UPDATE_SCHEMA").is_some() {
-        fs::write(&path, &schema).unwrap();
+    for (of, file) in [
+        ("scene", "scenes/scene.schema.json"),
+        ("mpm", "interface/schema/mpm.json"),
+        ("dem", "interface/schema/dem.json"),
+    ] {
+        let (_, schema) = tandem(&["schema", of], &place.path("."), &place);
+        let path = root().join(file);
+        if std::env::var_os("UPDATE_SCHEMA").is_some() {
+            fs::write(&path, &schema).unwrap();
+        }
+        let there = fs::read_to_string(&path).unwrap_or_default();
+        let help =
+            "UPDATE_SCHEMA=1 cargo test --release --workspace --test tandem-tests tutorial::";
+        assert!(there == schema, "{file} is old: {help}");
     }
-    let there = fs::read_to_string(&path).unwrap_or_default();
-    let help = "UPDATE_SCHEMA=1 cargo test --release --workspace --test tandem-tests tutorial::";
-    assert!(there == schema, "scenes/scene.schema.json is old: {help}");
 }

@@ -5,37 +5,12 @@
 use std::time::Duration;
 
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
-use dem_proc::Sdem;
 use interface::config::DemConfig;
 use mechanics::generate::Grain;
 
-use grain_box::{DT, grain_box, run, step};
+use grain_box::{DT, grain_box, pile, run, step};
 
 mod grain_box;
-
-/// The same grains where they are in `dem`, standing still.
-fn at_rest(mut config: DemConfig, dem: &Sdem) -> DemConfig {
-    for (body, state) in config.bodies.iter_mut().zip(&dem.bodies().state) {
-        // The grains' shapes have their centroids in their origins, so the centre of mass is the position.
-        body.position = state.center.into();
-        body.angle = state.angle;
-        body.velocity = [0.0; 2];
-        body.spin = 0.0;
-    }
-    config
-}
-
-/// A settled pile. To wait until the dashpots have taken all motion would take minutes: the grains fall together, and are
-/// stopped again and again until they lie on one another.
-fn pile(grain: Grain, count: usize) -> DemConfig {
-    let mut config = grain_box(grain, count, 1);
-    let fall = 8_000;
-    for steps in [fall].into_iter().chain([400; 10]) {
-        let dem = run(&config, steps);
-        config = at_rest(config, &dem);
-    }
-    config
-}
 
 fn settling(c: &mut Criterion) {
     for (name, grain) in [("discs", Grain::Disc), ("pentagons", Grain::PENTAGON)] {

@@ -10,7 +10,6 @@ use std::time::Instant;
 use dem_proc::Sdem;
 use interface::config::DemConfig;
 use interface::session::cpu_time;
-use interface::solver::DemSolver;
 use mechanics::generate::Grain;
 
 use grain_box::{DT, grain_box, run, step};

@@ -1,12 +1,12 @@
-//! Energies, momenta and impulses of the bodies' side (docs/physics.md section 7), computed with [`mechanics::ledger`].
+//! Energies, momenta and impulses of the bodies' side (docs/physics.md section 7), computed with [`interface::ledger`].
 //!
 //! Losses are sums over all steps so far, by the trapezoidal rule.
 
 use interface::Vec2;
+use interface::ledger::{self, Entry, Totals};
 use interface::message::wire::{BodyState, ImpState};
 use interface::solver::DemMeasurement;
 use interface::step::Step;
-use mechanics::ledger::{self, Entry, Totals};
 
 use crate::body::bodies::Bodies;
 use crate::body::load::{Load, PairLoad};
@@ -121,7 +121,7 @@ impl System {
 pub fn measure(system: &System, step: &Step, imps: &[ImpState]) -> DemMeasurement {
     let contact = system.contact_energy(imps);
     let kick = system.kick_of(step);
-    let totals = [&system.totals, &kick.after(&system.totals)];
+    let totals = [&system.state.totals, &kick.after(&system.state.totals)];
     let entries = (0..system.bodies.len()).map(|b| kick.entry(b));
     ledger::measure(step, system.gravity, contact, totals, entries)
 }

@@ -2,23 +2,24 @@
 
 use interface::config::DemConfig;
 use interface::config::capability::Capabilities;
+use interface::forces::{Forces, Points};
 use interface::message::wire::{ContactState, EnvelopeVertex, ImpForce, ImpInfo, ImpState};
-use interface::saved::{pack, unpack};
+use interface::saved::ConfigurationMark;
 use interface::solver::{Answer, DemMeasurement, DemSolver, Fault, Readiness, Refusal};
 use interface::step::Step;
 
 use crate::body::bodies::Bodies;
 use crate::setup::capabilities::capabilities;
 use crate::setup::configure::configure;
-use crate::setup::saved::{FORMAT, Marks, SavedSystem};
+use crate::setup::saved::{FORMAT, Saved, mark};
 use crate::system::System;
 
 /// The spheropolygon solver. It has no bodies until it is configured.
 #[derive(Debug, Default)]
 pub struct Sdem {
     pub(crate) system: System,
-    /// Marks by which a saved state of this configuration is recognised.
-    marks: Marks,
+    /// Of the configuration, for saved states.
+    mark: ConfigurationMark,
 }
 
 impl Sdem {
@@ -34,6 +35,24 @@ impl Sdem {
             .as_ref()
             .map_or(0, |pairs| pairs.contacts())
     }
+
+    /// One evaluation, for a caller that has no session.
+    ///
+    /// # Errors
+    /// As [`DemSolver::contact`].
+    pub fn contact(
+        &mut self,
+        step: &Step,
+        imps: &[ImpState],
+        forces: &mut [ImpForce],
+    ) -> Result<Answer, Fault> {
+        self.system.contact(step, imps, forces)
+    }
+
+    /// The measurement of the last step that had [`Step::measure`].
+    pub fn measurement(&self) -> &DemMeasurement {
+        &self.system.measurement
+    }
 }
 
 impl DemSolver for Sdem {
@@ -47,7 +66,7 @@ impl DemSolver for Sdem {
 
     fn configure(&mut self, config: &DemConfig) -> Result<Readiness, Refusal> {
         let (system, readiness) = configure(config)?;
-        (self.system, self.marks) = (system, Marks::new(config));
+        (self.system, self.mark) = (system, mark(config));
         Ok(readiness)
     }
 
@@ -65,10 +84,11 @@ impl DemSolver for Sdem {
     fn contact(
         &mut self,
         step: &Step,
-        imps: &[ImpState],
-        forces: &mut [ImpForce],
+        points: &Points<'_>,
+        forces: &mut Forces,
     ) -> Result<Answer, Fault> {
-        self.system.contact(step, imps, forces)
+        let forces = forces.on_points_mut();
+        self.system.contact(step, points.states, forces)
     }
 
     fn advance(&mut self, step: &Step) -> Result<(), Fault> {
@@ -76,8 +96,8 @@ impl DemSolver for Sdem {
         Ok(())
     }
 
-    fn measurement(&self) -> &DemMeasurement {
-        &self.system.measurement
+    fn measurement(&self) -> Option<&DemMeasurement> {
+        Some(&self.system.measurement)
     }
 
     fn contacts(&self, step: &Step, imps: &[ImpState]) -> Vec<ContactState> {
@@ -85,11 +105,11 @@ impl DemSolver for Sdem {
     }
 
     fn save(&self) -> Result<Vec<u8>, Fault> {
-        Ok(pack(FORMAT, &SavedSystem::of(&self.system, &self.marks)))
+        Ok(self.mark.seal(FORMAT, &self.system.save()))
     }
 
     fn restore(&mut self, saved: &[u8]) -> Result<(), Refusal> {
-        let saved: SavedSystem = unpack(FORMAT, saved)?;
-        saved.restore(&mut self.system, &self.marks)
+        let saved: Saved = self.mark.open(FORMAT, saved)?;
+        self.system.restore(saved)
     }
 }

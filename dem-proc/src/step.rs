@@ -67,7 +67,7 @@ impl System {
 
     /// The outlines of all bodies. Their displacement is measured from these positions on.
     pub(crate) fn publish(&mut self) -> &[EnvelopeVertex] {
-        self.published.reset(&self.bodies);
+        self.state.published.reset(&self.bodies);
         self.envelopes.clear();
         for b in 0..self.bodies.len() {
             let vertex = |(k, p): (u32, &Vec2)| EnvelopeVertex {
@@ -101,7 +101,7 @@ impl System {
 
     fn update_lists(&mut self, ahead: &Ahead, imps: &[ImpState]) {
         if let Some(pairs) = &mut self.pairs {
-            pairs.update_list(&self.bodies, ahead, self.speed);
+            pairs.update_list(&self.bodies, ahead, self.state.speed);
         }
         self.points.update_list(&self.bodies, imps);
         if let Some(pairs) = &mut self.point_pairs {
@@ -114,7 +114,7 @@ impl System {
             pairs.evaluate(
                 &self.bodies,
                 LastStep::new(step.dt_before),
-                2.0 * ahead.way(self.speed),
+                2.0 * ahead.way(self.state.speed),
                 &self.threads,
                 &mut self.loads.by_bodies,
             );
@@ -135,7 +135,7 @@ impl System {
             last_step: LastStep::new(step.dt_before),
             closing: 1.5 * approach * step.dt.max(step.dt_before),
         };
-        let with_bodies = interval(self.speed + fastest);
+        let with_bodies = interval(self.state.speed + fastest);
         self.points.evaluate(
             &self.bodies,
             imps,
@@ -300,7 +300,7 @@ impl System {
             omega_sq = omega_sq.max(self.release(step, imps));
         }
         // While the displacement is below a quarter of the skin, nothing is rebuilt, so a coarse bound is enough.
-        let gone = self.published.bound(0.25 * self.skin, &self.bodies);
+        let gone = self.state.published.bound(0.25 * self.skin, &self.bodies);
         Answer {
             limits: Limits {
                 omega_sq,
@@ -310,7 +310,7 @@ impl System {
                 radius_min: 0.0,
                 mobility,
             },
-            travel: gone + self.kicked.speed * step.dt,
+            travel: Some(gone + self.kicked.speed * step.dt),
         }
     }
 
@@ -327,8 +327,8 @@ impl System {
 
     /// Commits the result of the last evaluation, except the velocities, which the drift commits.
     fn commit(&mut self, step: &Step) {
-        self.totals = self.kick_of(step).after(&self.totals);
-        self.speed = self.kicked.speed;
+        self.state.totals = self.kick_of(step).after(&self.state.totals);
+        self.state.speed = self.kicked.speed;
         self.points.commit();
         if let Some(pairs) = &mut self.point_pairs {
             pairs.commit();
@@ -342,10 +342,10 @@ impl System {
     fn drift(&mut self, dt: f64) {
         self.bodies
             .drift(dt, &self.kicked.velocities, &self.threads);
-        self.published.advance(self.speed, dt);
-        self.points.advance(self.speed, dt);
+        self.state.published.advance(self.state.speed, dt);
+        self.points.advance(self.state.speed, dt);
         if let Some(pairs) = &mut self.pairs {
-            pairs.advance(self.speed, dt);
+            pairs.advance(self.state.speed, dt);
         }
     }
 }

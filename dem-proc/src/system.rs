@@ -1,9 +1,10 @@
 //! A configured solver: its bodies, their contacts, and the results that one step leaves for the next.
 
 use interface::Vec2;
+use interface::ledger::Totals;
 use interface::message::wire::EnvelopeVertex;
 use interface::solver::DemMeasurement;
-use mechanics::ledger::Totals;
+use serde::{Deserialize, Serialize};
 
 use crate::body::bodies::{Bodies, Body, Rigid};
 use crate::body::displacement::Displacement;
@@ -19,6 +20,17 @@ use crate::law::normal::Linear;
 use crate::law::tangent::Coulomb;
 use crate::parry::BoxTree;
 use crate::threads::Threads;
+
+/// The state of the solver beside that of its bodies and contacts.
+#[derive(Debug, Clone, Default, Serialize, Deserialize)]
+pub(crate) struct State {
+    /// Upper bound of the speed of any surface over the last step, in m/s.
+    pub speed: f64,
+    /// Displacement of surfaces since the last call of `envelopes`.
+    pub published: Displacement,
+    /// Sums over the run.
+    pub totals: Totals,
+}
 
 /// A configured solver.
 #[derive(Debug)]
@@ -41,16 +53,12 @@ pub struct System {
     pub(crate) kicked: Kicked,
     /// Constants of the step limits.
     pub(crate) constants: LimitConstants,
-    /// Upper bound of the speed of any surface over the last step, in m/s.
-    pub(crate) speed: f64,
-    /// Displacement of surfaces since the last call of `envelopes`.
-    pub(crate) published: Displacement,
+    /// What is saved with the bodies and the contacts.
+    pub(crate) state: State,
     /// `V_d` in m.
     pub(crate) skin: f64,
     /// The envelopes.
     pub(crate) envelopes: Vec<EnvelopeVertex>,
-    /// Sums over the run.
-    pub(crate) totals: Totals,
     /// The last measurement.
     pub(crate) measurement: DemMeasurement,
 }
@@ -132,11 +140,9 @@ impl Default for System {
                 first_contact: 0.0,
                 per_resolution_sq: 1.0,
             },
-            speed: 0.0,
-            published: Displacement::default(),
+            state: State::default(),
             skin: 0.0,
             envelopes: Vec::new(),
-            totals: Totals::default(),
             measurement: DemMeasurement::default(),
         }
     }

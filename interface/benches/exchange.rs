@@ -10,6 +10,7 @@ use std::hint::black_box;
 use std::time::{Duration, Instant};
 
 use criterion::{BenchmarkId, Criterion, criterion_group, criterion_main};
+use interface::forces::Forces;
 use interface::message::control::Party;
 use interface::message::wire::{ImpForce, ImpState};
 use interface::session::together::Together;
@@ -115,7 +116,7 @@ fn computing(imps: usize, steps: u64) -> Duration {
     wall.configure(&toys::dem_config())
         .expect("a toy takes all");
     points.select_imps(&[]);
-    let mut forces = vec![ImpForce::default(); imps];
+    let mut forces = Forces::default();
     let step = interface::step::Step {
         index: 1,
         time: 0.0,
@@ -125,10 +126,11 @@ fn computing(imps: usize, steps: u64) -> Duration {
     };
     let start = Instant::now();
     for _ in 0..steps {
-        forces.fill(ImpForce::default());
+        forces.clear(imps, []);
         let states = points.imp_states();
-        black_box(wall.contact(&step, states, &mut forces).expect("no fault"));
-        black_box(points.step(&step, &forces).expect("no fault"));
+        let given = interface::forces::Points { set: &[], states };
+        black_box(wall.contact(&step, &given, &mut forces).expect("no fault"));
+        black_box(points.step(&step, forces.on_points()).expect("no fault"));
     }
     start.elapsed()
 }

@@ -8,6 +8,8 @@
 //! | [`config`] | what a solver is told, what it can do, and what a configuration asks for |
 //! | [`message`] | the channels, the records and control messages that cross, and their bytes |
 //! | [`solver`] | the two traits that a solver implements |
+//! | [`forces`] | what passes between a bodies' side and its driver in a step |
+//! | [`ledger`], [`impulse`] | the ledger of bodies, for any integrator; compensated sums |
 //! | [`step`] | one time step, and the clock |
 //! | [`transport`] | how messages cross: shared memory, direct calls, and the names and waits of a run |
 //! | [`session`] | the protocol: the three parties of a session, over any transport; a solver as a program |
@@ -18,6 +20,9 @@
 
 pub mod config;
 pub mod files;
+pub mod forces;
+pub mod impulse;
+pub mod ledger;
 pub mod message;
 pub mod recording;
 pub mod saved;

@@ -6,6 +6,7 @@ use thiserror::Error;
 
 use crate::config::capability::Capabilities;
 use crate::config::{DemConfig, MpmConfig};
+use crate::forces::{Forces, Points};
 use crate::message::wire::{
     BodyState, ContactState, EnvelopeVertex, GroupState, ImpForce, ImpInfo, ImpState, Ledger,
     Limits, PointState,
@@ -169,10 +170,6 @@ pub struct DemMeasurement {
 ///         core::slice::from_ref(&self.state)
 ///     }
 ///
-///     fn predict(&mut self, _step: &Step) -> Result<(), Fault> {
-///         Ok(()) // a point by itself has no internal forces
-///     }
-///
 ///     fn correct(&mut self, step: &Step, forces: &[ImpForce]) -> Result<Limits, Fault> {
 ///         let force = forces.first().map_or([0.0; 2], |f| f.force);
 ///         for a in 0..2 {
@@ -234,12 +231,14 @@ pub trait MpmSolver {
     /// Positions at `t_n` and velocities at `t_{n-1/2}` of the IMPs, in the order of the last selection.
     fn imp_states(&mut self) -> &[ImpState];
 
-    /// The part of a step to `t_{n+1}` ([`Step`]) that needs no contact force, up to the internal forces. The bodies'
-    /// side computes the contact forces meanwhile.
+    /// The part of a step to `t_{n+1}` ([`Step`]) that needs no contact force, up to the internal forces, for a solver that
+    /// computes it while the bodies' side computes the contact forces.
     ///
     /// # Errors
     /// A [`Fault`], after which the run ends.
-    fn predict(&mut self, step: &Step) -> Result<(), Fault>;
+    fn predict(&mut self, _step: &Step) -> Result<(), Fault> {
+        Ok(())
+    }
 
     /// The rest of the step, with the contact forces at `t_n` on the IMPs, slot by slot (none in an uncoupled run).
     /// Returns the limits for the next step. The session adds `radius_min` and the speed of points that are not IMPs.
@@ -285,143 +284,102 @@ pub trait MpmSolver {
     }
 }
 
-/// The answer of the bodies' side in a step, apart from the forces.
+/// What the bodies' side knows at the end of [`DemSolver::contact`], apart from the forces.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Answer {
-    /// Limits for the next step.
+    /// Limits for the next step. Where there is no `travel`, the driver adds what follows from the forces and the motion, so
+    /// `omega_sq` of contact between bodies is all that a solver has to know, and 0 without such contact.
     pub limits: Limits,
     /// Largest displacement that any body's surface will have at `t_{n+1}`, since the envelopes were last asked for, in
-    /// m.
-    pub travel: f64,
+    /// m. `None`: the driver moves the bodies before it answers, and measures. A solver that says it lets the continuum go on
+    /// meanwhile.
+    pub travel: Option<f64>,
 }
 
 /// A rigid-body solver. A step is one call of [`Self::contact`] and then one of [`Self::advance`].
 ///
+/// Five methods make one. The driver keeps the ledger, measures how far surfaces move and makes the limits, by
+/// [`Self::bodies`], which a solver has where forces move them. A solver that computes these itself, as the built-in one does,
+/// says so with [`Answer::travel`] and [`Self::measurement`].
+///
 /// # Examples
 ///
-/// One free disc that points push with a linear spring. A real solver refuses what it does not take, and fills in the
-/// ledger of a measured step.
+/// Fixed discs that push points with a linear spring.
 ///
 /// ```
 /// use interface::Vec2;
-/// use interface::config::{BodyInertia, ContactLaw, DemConfig};
-/// use interface::message::wire::{EnvelopeVertex, ImpForce, ImpInfo, ImpState, Limits};
-/// use interface::solver::{Answer, DemMeasurement, DemSolver, Fault, Readiness, Refusal};
+/// use interface::config::{BodyShape, ContactLaw, DemConfig, Motion};
+/// use interface::forces::{Contact, Forces, Points};
+/// use interface::message::wire::{EnvelopeVertex, ImpInfo, ImpState};
+/// use interface::solver::{Answer, DemSolver, Fault, Readiness, Refusal};
 /// use interface::step::Step;
 ///
 /// #[derive(Default)]
-/// struct Disc {
-///     mass: f64,
+/// struct HeldDiscs {
 ///     stiffness: f64,
-///     position: Vec2,
-///     velocity: Vec2,
-///     envelope: [EnvelopeVertex; 1],
-///     set: Vec<ImpInfo>,
-///     /// By the last call of `contact`: force of the points, and velocity after the kick.
-///     force: Vec2,
-///     kicked: Vec2,
-///     /// Since the envelope was last asked for.
-///     travel: f64,
-///     measurement: DemMeasurement,
+///     discs: Vec<EnvelopeVertex>,
 /// }
 ///
-/// impl DemSolver for Disc {
+/// impl DemSolver for HeldDiscs {
 ///     fn identity(&self) -> String {
-///         "disc 0.1".to_owned()
+///         "held-discs 0.1".to_owned()
 ///     }
 ///
 ///     fn configure(&mut self, config: &DemConfig) -> Result<Readiness, Refusal> {
-///         let [disc] = &config.bodies[..] else {
-///             return Err(Refusal::new("dem.body", "expected one body"));
+///         let ContactLaw::Linear { normal_stiffness, friction: 0.0, damping_ratio: 0.0, .. } = config.point_contact else {
+///             return Err(Refusal::new("contact", "expected `linear`, without friction and damping"));
 ///         };
-///         let BodyInertia::Mass(mass) = disc.inertia else {
-///             return Err(Refusal::new("dem.body.0.inertia", "expected a mass"));
-///         };
-///         let ContactLaw::Linear { normal_stiffness, .. } = config.point_contact else {
-///             return Err(Refusal::new("contact", "expected `linear`"));
-///         };
-///         (self.mass, self.stiffness) = (mass, normal_stiffness);
-///         self.position = disc.position.into();
-///         self.velocity = disc.velocity.into();
-///         self.envelope[0].reach = disc.sphero_radius;
-///         Ok(Readiness {
-///             items: 1,
-///             mass_min: mass,
-///             stiffness_max: normal_stiffness,
-///             ..Readiness::default()
-///         })
+///         for (i, body) in config.bodies.iter().enumerate() {
+///             if body.shape != BodyShape::Disc || body.motion != Motion::Fixed {
+///                 return Err(Refusal::new(format!("dem.body.{i}"), "expected a fixed disc"));
+///             }
+///             let (body, position, reach) = (i as u64, body.position, body.sphero_radius);
+///             self.discs.push(EnvelopeVertex { body, position, reach });
+///         }
+///         self.stiffness = normal_stiffness;
+///         let items = config.bodies.len() as u64;
+///         Ok(Readiness { items, stiffness_max: normal_stiffness, ..Readiness::default() })
 ///     }
 ///
 ///     fn envelopes(&mut self) -> &[EnvelopeVertex] {
-///         self.travel = 0.0;
-///         self.envelope[0].position = self.position.into();
-///         &self.envelope
+///         &self.discs
 ///     }
 ///
-///     fn imp_set(&mut self, set: &[ImpInfo]) {
-///         self.set = set.to_vec();
-///     }
-///
-///     fn contact(
-///         &mut self,
-///         step: &Step,
-///         imps: &[ImpState],
-///         forces: &mut [ImpForce],
-///     ) -> Result<Answer, Fault> {
-///         self.force = Vec2::zeros();
-///         let mut touched = 0.0;
-///         for ((info, state), force) in self.set.iter().zip(imps).zip(forces) {
-///             let away = Vec2::from(state.position) - self.position;
-///             let overlap = self.envelope[0].reach + info.radius - away.norm();
-///             let push = away.normalize() * (self.stiffness * overlap.max(0.0));
-///             // Points in reach count before they touch.
-///             let near = overlap > -0.5 * info.radius;
-///             force.force = push.into();
-///             force.stiffness = if near { self.stiffness } else { 0.0 };
-///             touched += f64::from(u8::from(near));
-///             self.force -= push;
+///     fn contact(&mut self, _: &Step, points: &Points, forces: &mut Forces) -> Result<Answer, Fault> {
+///         for (slot, (info, state)) in points.set.iter().zip(points.states).enumerate() {
+///             for (body, disc) in self.discs.iter().enumerate() {
+///                 let away = Vec2::from(state.position) - Vec2::from(disc.position);
+///                 let overlap = disc.reach + info.radius - away.norm();
+///                 if overlap > -0.5 * info.radius {
+///                     forces.add(&Contact {
+///                         slot,
+///                         body,
+///                         at: state.position.into(),
+///                         force: away.normalize() * (self.stiffness * overlap.max(0.0)),
+///                         stiffness: self.stiffness,
+///                         ..Contact::default()
+///                     });
+///                 }
+///             }
 ///         }
-///         self.kicked = self.velocity + self.force * (step.kick() / self.mass);
-///         let limits = Limits {
-///             contact_omega_sq: touched * self.stiffness / self.mass,
-///             mobility: touched / self.mass,
-///             speed: self.kicked.norm(),
-///             ..Limits::default()
-///         };
-///         let travel = self.travel + self.kicked.norm() * step.dt;
-///         Ok(Answer { limits, travel })
+///         Ok(Answer::default())
 ///     }
 ///
-///     fn advance(&mut self, step: &Step) -> Result<(), Fault> {
-///         if step.dt_before == 0.0 && step.dt == 0.0 {
-///             return Ok(()); // the opening step moves nothing
-///         }
-///         self.velocity = self.kicked;
-///         self.position += self.velocity * step.dt;
-///         self.travel += self.velocity.norm() * step.dt;
-///         Ok(())
-///     }
-///
-///     fn measurement(&self) -> &DemMeasurement {
-///         &self.measurement
+///     fn advance(&mut self, _: &Step) -> Result<(), Fault> {
+///         Ok(()) // nothing moves
 ///     }
 /// }
 ///
-/// let mut disc = Disc {
-///     mass: 2.0,
-///     stiffness: 1e4,
-///     ..Disc::default()
-/// };
-/// disc.envelope[0].reach = 0.1;
-/// disc.imp_set(&[ImpInfo { radius: 0.01, mass: 1.0, ..ImpInfo::default() }]);
-/// // A point on the right, 0.01 m deep: 100 N push it on, and the disc to the left.
-/// let point = ImpState { position: [0.1, 0.0], ..ImpState::default() };
-/// let mut forces = [ImpForce::default()];
+/// let disc = EnvelopeVertex { reach: 0.1, ..EnvelopeVertex::default() };
+/// let mut solver = HeldDiscs { stiffness: 1e4, discs: vec![disc] };
+/// // A point on the right of it, 0.01 m deep: 100 N push it on.
+/// let set = [ImpInfo { radius: 0.01, mass: 1.0, ..ImpInfo::default() }];
+/// let states = [ImpState { position: [0.1, 0.0], ..ImpState::default() }];
 /// let step = Step { index: 1, time: 0.0, dt_before: 1e-3, dt: 1e-3, measure: false };
-/// disc.contact(&step, &[point], &mut forces)?;
-/// disc.advance(&step)?;
-/// assert!((forces[0].force[0] - 100.0).abs() < 1e-9);
-/// assert!((disc.velocity.x + 100.0 / 2.0 * 1e-3).abs() < 1e-12);
+/// let mut forces = Forces::default();
+/// forces.clear(1, [Default::default()]);
+/// solver.contact(&step, &Points { set: &set, states: &states }, &mut forces)?;
+/// assert!((forces.on_points()[0].force[0] - 100.0).abs() < 1e-9);
 /// # Ok::<(), Fault>(())
 /// ```
 pub trait DemSolver {
@@ -443,31 +401,38 @@ pub trait DemSolver {
     /// The outlines of all bodies at `t_n`; [`Answer::travel`] counts from these positions.
     fn envelopes(&mut self) -> &[EnvelopeVertex];
 
-    /// The IMP set was rebuilt: slots now have the order of `set`. Contact history is assigned by id.
-    fn imp_set(&mut self, set: &[ImpInfo]);
-
-    /// The forces at `t_n` on the IMPs, written to `forces` slot by slot, and the limits that hold once the bodies have
-    /// been kicked by exactly the same numbers, negated. It only evaluates: the state of bodies, contacts and ledger
-    /// does not change before [`Self::advance`], so it may be called again with other states.
+    /// Adds the forces at `t_n` on the points to `forces`. It only evaluates: the state of bodies and contacts does not
+    /// change before [`Self::advance`], so it may be called again with other states.
     ///
     /// # Errors
     /// A [`Fault`], after which the run ends.
     fn contact(
         &mut self,
         step: &Step,
-        imps: &[ImpState],
-        forces: &mut [ImpForce],
+        points: &Points<'_>,
+        forces: &mut Forces,
     ) -> Result<Answer, Fault>;
 
-    /// Kicks the bodies by the forces of the last [`Self::contact`], commits the history of contacts and the ledger,
-    /// and moves the bodies to `t_{n+1}`. Called after the forces have been sent, while the continuum uses them.
+    /// Kicks the bodies by the forces of the last [`Self::contact`], negated; commits the history of contacts; and moves
+    /// the bodies to `t_{n+1}`. Not called in the opening step, in which nothing moves (T-3).
     ///
     /// # Errors
     /// A [`Fault`], after which the run ends.
     fn advance(&mut self, step: &Step) -> Result<(), Fault>;
 
-    /// The measurement of the last step that had [`Step::measure`].
-    fn measurement(&self) -> &DemMeasurement;
+    /// Where the bodies are at `t_n`, their velocities at `t_{n-1/2}`, masses and moments of inertia, in the order of the
+    /// configuration. Needed where one is no fixed disc; loads and contacts are not read.
+    fn bodies(&self) -> Vec<BodyState> {
+        Vec::new()
+    }
+
+    /// The IMP set was rebuilt: slots now have the order of `set`. For who prepares something for each slot.
+    fn imp_set(&mut self, _set: &[ImpInfo]) {}
+
+    /// The solver's own measurement of the last step that had [`Step::measure`], which the driver then does not make.
+    fn measurement(&self) -> Option<&DemMeasurement> {
+        None
+    }
 
     /// The contacts that press at `t_n`, in an order that is a function of the state, for a frame. Asked after
     /// [`Self::contact`] of the same step and states and before [`Self::advance`], and only where [`Capabilities`] have

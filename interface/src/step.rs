@@ -38,6 +38,11 @@ pub struct Step {
 }
 
 impl Step {
+    /// Whether it is an opening step, in which nothing moves.
+    pub fn is_opening(&self) -> bool {
+        self.dt_before == 0.0 && self.dt == 0.0
+    }
+
     /// Length of the kick in s: half of the interval behind and half of the one ahead.
     #[inline]
     pub fn kick(&self) -> f64 {

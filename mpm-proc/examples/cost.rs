@@ -1,10 +1,11 @@
 //! CPU time per point and step, as the smallest of many short runs: the figures of `docs/performance-mpm.md`.
 //!
-//! `cargo run --release -p mpm-proc --example cost -- [points] [threads] [model]`
+//! `cargo run --release -p mpm-proc --example cost -- [points] [threads] [model] [stress_update] [shape]`, each of the
+//! last two as in a scene: shapes without an affine part are stepped with FLIP.
 
 use std::time::{Duration, Instant};
 
-use interface::config::MaterialModel;
+use interface::config::{Drift, MpmConfig, ShapeFunction, Transfer};
 use interface::solver::MpmSolver;
 use interface::step::Step;
 use mpm_proc::Mpm;
@@ -22,6 +23,8 @@ fn main() {
     };
     let (points, threads) = (number(40_000), number(1));
     let only = arguments.next();
+    let update = arguments.next().map(|name| named(&name));
+    let shape = arguments.next().map(|name| named(&name));
     for (name, model) in [
         ("elastic", ELASTIC),
         ("hypoelastic", HYPOELASTIC),
@@ -30,7 +33,18 @@ fn main() {
         if only.as_ref().is_some_and(|only| only != name) {
             continue;
         }
-        let (cpu, wall, bytes) = cost(points, threads, model);
+        let (cpu, wall, bytes) = cost(&{
+            let mut config = column(points, threads, model);
+            config.stress_update = update.unwrap_or(config.stress_update);
+            config.shape = shape.unwrap_or(config.shape);
+            if matches!(config.shape, ShapeFunction::Linear | ShapeFunction::Ugimp) {
+                config.transfer = Transfer::Flip;
+            }
+            if update.is_some() {
+                config.drift = Drift::Nodal;
+            }
+            config
+        });
         println!(
             "{name}: {points} points, {threads} threads: {cpu:.1} ns CPU, {wall:.1} ns wall per point and step; {bytes:.0} bytes a point"
         );
@@ -38,13 +52,12 @@ fn main() {
 }
 
 /// CPU and wall ns per point and step, and bytes per point.
-fn cost(points: usize, threads: usize, model: MaterialModel) -> (f64, f64, f64) {
-    let config = column(points, threads, model);
+fn cost(config: &MpmConfig) -> (f64, f64, f64) {
     let mut mpm = Mpm::new();
-    let ready = mpm.configure(&config).expect("a good configuration");
+    let ready = mpm.configure(config).expect("a good configuration");
     // 0.3 of the Courant time keeps all sizes alike and stable.
     let dt = 0.3 * ready.courant_time;
-    let per_sample = (400_000 / points).max(1);
+    let per_sample = (400_000 / ready.items as usize).max(1);
     let mut step = Step {
         index: 0,
         time: 0.0,
@@ -68,6 +81,11 @@ fn cost(points: usize, threads: usize, model: MaterialModel) -> (f64, f64, f64) 
         samples += 1;
     }
     (best[0], best[1], mpm.bytes() as f64 / ready.items as f64)
+}
+
+/// What a scene calls by this name.
+fn named<T: serde::de::DeserializeOwned>(name: &str) -> T {
+    serde_json::from_value(name.into()).expect("a name as in a scene")
 }
 
 fn cpu_seconds() -> f64 {

@@ -9,10 +9,9 @@
 use core::ops::Range;
 
 use interface::message::wire::{EnvelopeVertex, ImpForce, ImpInfo, ImpState, Limits, PointState};
-use interface::saved::{pack, unpack};
+use interface::saved::ConfigurationMark;
 use interface::solver::{Fault, MpmMeasurement, Refusal};
 use interface::step::Step;
-use serde::{Deserialize, Serialize};
 
 use crate::kernel::shape::Shape;
 use crate::kernel::transfer::AffineState;
@@ -23,7 +22,7 @@ use crate::pass::sort::sort;
 use crate::scheme::Scheme;
 use crate::several;
 use crate::state::continuum::{Continuum, SavedContinuum};
-use crate::state::saved::refusal;
+use crate::state::saved::FORMAT;
 use crate::step;
 
 /// The layers of a scene.
@@ -65,7 +64,7 @@ impl<const W: usize, S: Shape<W>, A: AffineState> Layers<W, S, A> {
         let mut end = 0;
         let of = |layer: &Continuum<W, S, A>| {
             let start = end;
-            end += layer.imps.members.len();
+            end += layer.imps.state.members.len();
             start..end
         };
         self.all.iter().map(of).collect()
@@ -109,20 +108,15 @@ impl<const W: usize, S: Shape<W>, A: AffineState> Scheme for Layers<W, S, A> {
             }
         }
         for layer in &mut self.all {
-            let Continuum {
-                imps, clouds, grid, ..
-            } = layer;
-            imps.close(clouds);
-            if !imps.infos.is_empty() && grid.contact.is_empty() {
-                grid.make_room_for_contact();
-            }
+            layer.imps.close(&layer.clouds);
+            layer.make_room_for_contact();
         }
         self.write_infos();
         &self.infos
     }
 
     fn travel(&self) -> f64 {
-        let travels = self.all.iter().map(|layer| layer.imps.travel);
+        let travels = self.all.iter().map(|layer| layer.imps.state.travel);
         travels.fold(0.0, f64::max)
     }
 
@@ -146,30 +140,15 @@ impl<const W: usize, S: Shape<W>, A: AffineState> Scheme for Layers<W, S, A> {
         self.all.iter().map(Scheme::bytes).sum()
     }
 
-    fn save(&self) -> Vec<u8> {
-        let Self {
-            all,
-            pairs: _,       // of the configuration
-            infos: _,       // of the layers' members
-            states: _,      // read from the points whenever they are asked for
-            measurement: _, // the coupler has received it already
-        } = self;
-        let all = all.iter().map(Continuum::saved).collect();
-        pack(SAVED, &SavedLayers { all })
+    fn save(&self, mark: &ConfigurationMark) -> Vec<u8> {
+        let all: Vec<_> = self.all.iter().map(Continuum::saved).collect();
+        mark.seal(FORMAT, &all)
     }
 
-    fn restore(&mut self, saved: &[u8]) -> Result<(), Refusal> {
-        let SavedLayers { all } = unpack::<SavedLayers<A>>(SAVED, saved)?;
-        let (found, expected) = (all.len(), self.all.len());
-        if found != expected {
-            let text = format!("{found} layers, the configuration has {expected}");
-            return Err(refusal(text));
-        }
-        for (number, (layer, saved)) in self.all.iter_mut().zip(all).enumerate() {
-            layer.take_over(saved).map_err(|r| {
-                let message = format!("layer {number}: {}", r.message);
-                Refusal { message, ..r }
-            })?;
+    fn restore(&mut self, mark: &ConfigurationMark, saved: &[u8]) -> Result<(), Refusal> {
+        let all: Vec<SavedContinuum<A>> = mark.open(FORMAT, saved)?;
+        for (layer, saved) in self.all.iter_mut().zip(all) {
+            layer.take_over(saved)?;
         }
         self.write_infos();
         Ok(())
@@ -185,12 +164,3 @@ impl<const W: usize, S: Shape<W>, A: AffineState> Scheme for Layers<W, S, A> {
         self.all.iter().any(Continuum::just_sorted)
     }
 }
-
-/// The saved part of layers.
-#[derive(Serialize, Deserialize)]
-struct SavedLayers<A> {
-    all: Vec<SavedContinuum<A>>,
-}
-
-/// The name of their format.
-const SAVED: &str = "layers";

@@ -1,7 +1,7 @@
 //! A configured solver: one trait for all shape functions and transfers.
 
 use interface::message::wire::{EnvelopeVertex, ImpForce, ImpInfo, ImpState, Limits, PointState};
-use interface::saved::{pack, unpack};
+use interface::saved::ConfigurationMark;
 use interface::solver::{Fault, MpmMeasurement, Refusal};
 use interface::step::Step;
 
@@ -11,9 +11,10 @@ use crate::pass::select_imps::select_imps;
 use crate::pass::select_markers::select_markers;
 #[cfg(test)]
 use crate::pass::sort::sort;
-use crate::state::continuum::{Continuum, SAVED};
+use crate::state::continuum::Continuum;
 use crate::state::nodes::NodeTile;
 use crate::state::points::{Cloud, NO_POINT};
+use crate::state::saved::FORMAT;
 use crate::step;
 
 /// The functions of a continuum that the solver needs, for any shape function and transfer.
@@ -42,14 +43,14 @@ pub trait Scheme: Send {
     /// Bytes of memory in use.
     fn bytes(&self) -> usize;
 
-    /// The state before the next step.
-    fn save(&self) -> Vec<u8>;
+    /// The state before the next step, with the mark of the configuration.
+    fn save(&self, mark: &ConfigurationMark) -> Vec<u8>;
 
     /// Restores what [`Self::save`] returned.
     ///
     /// # Errors
     /// A [`Refusal`] if the bytes are not a state of this configuration; the scheme can then not be used any more.
-    fn restore(&mut self, saved: &[u8]) -> Result<(), Refusal>;
+    fn restore(&mut self, mark: &ConfigurationMark, saved: &[u8]) -> Result<(), Refusal>;
 
     /// Sorts the points whether they need it or not.
     #[cfg(test)]
@@ -76,14 +77,12 @@ impl<const W: usize, S: Shape<W>, A: AffineState> Scheme for Continuum<W, S, A> 
         } else {
             select_imps(&mut self.imps, &self.clouds, envelopes);
         }
-        if !self.imps.infos.is_empty() && self.grid.contact.is_empty() {
-            self.grid.make_room_for_contact();
-        }
+        self.make_room_for_contact();
         &self.imps.infos
     }
 
     fn travel(&self) -> f64 {
-        self.imps.travel
+        self.imps.state.travel
     }
 
     fn imp_states(&mut self) -> &[ImpState] {
@@ -92,13 +91,13 @@ impl<const W: usize, S: Shape<W>, A: AffineState> Scheme for Continuum<W, S, A> 
     }
 
     fn measurement(&self) -> &MpmMeasurement {
-        &self.totals.measurement
+        &self.measurement
     }
 
     fn points(&self) -> Vec<PointState> {
         let point = |group: usize, cloud: &Cloud<W, S, A>, (i, &lane): (usize, &u32)| {
-            let (stress, volume) = cloud.material.strained(lane as usize);
-            let plastic = cloud.material.plastic_strain(lane as usize);
+            let (stress, volume) = cloud.state.stresses.of_lane(lane as usize);
+            let plastic = cloud.plastic_strain(lane as usize);
             PointState {
                 id: cloud.first_id + i as u64,
                 position: self.grid.geometry.entered(cloud.position(lane as usize)),
@@ -125,12 +124,12 @@ impl<const W: usize, S: Shape<W>, A: AffineState> Scheme for Continuum<W, S, A> 
         nodes + self.clouds.iter().map(Cloud::bytes).sum::<usize>()
     }
 
-    fn save(&self) -> Vec<u8> {
-        pack(SAVED, &self.saved())
+    fn save(&self, mark: &ConfigurationMark) -> Vec<u8> {
+        mark.seal(FORMAT, &self.saved())
     }
 
-    fn restore(&mut self, saved: &[u8]) -> Result<(), Refusal> {
-        self.take_over(unpack(SAVED, saved)?)
+    fn restore(&mut self, mark: &ConfigurationMark, saved: &[u8]) -> Result<(), Refusal> {
+        self.take_over(mark.open(FORMAT, saved)?)
     }
 
     #[cfg(test)]
@@ -140,6 +139,6 @@ impl<const W: usize, S: Shape<W>, A: AffineState> Scheme for Continuum<W, S, A> 
 
     #[cfg(test)]
     fn just_sorted(&self) -> bool {
-        self.moved == 0.0
+        self.state.moved == 0.0
     }
 }

@@ -3,19 +3,21 @@
 use interface::config::MpmConfig;
 use interface::config::capability::Capabilities;
 use interface::message::wire::{EnvelopeVertex, ImpForce, ImpInfo, ImpState, Limits, PointState};
+use interface::saved::ConfigurationMark;
 use interface::solver::{Fault, MpmMeasurement, MpmSolver, Readiness, Refusal};
 use interface::step::Step;
 
 use crate::scheme::Scheme;
 use crate::setup::capabilities::capabilities;
 use crate::setup::configure::build;
-use crate::state::saved::{Form, refusal};
+use crate::state::saved::{mark, refusal};
 
 /// The continuum solver.
 #[derive(Default)]
 pub struct Mpm {
     scheme: Option<Box<dyn Scheme>>,
-    form: Form,
+    /// Of the configuration, for saved states.
+    mark: ConfigurationMark,
     no_measurement: MpmMeasurement,
 }
 
@@ -36,10 +38,10 @@ impl Mpm {
         &mut **self.scheme.as_mut().expect("configured")
     }
 
-    /// The meaning of the numbers of a saved state, for tests too.
+    /// The mark of saved states, for tests.
     #[cfg(test)]
-    pub(crate) fn form(&self) -> &Form {
-        &self.form
+    pub(crate) fn mark(&self) -> &ConfigurationMark {
+        &self.mark
     }
 
     fn configured(&mut self) -> Result<&mut dyn Scheme, Fault> {
@@ -62,7 +64,7 @@ impl MpmSolver for Mpm {
     fn configure(&mut self, config: &MpmConfig) -> Result<Readiness, Refusal> {
         let (scheme, readiness) = build(config)?;
         self.scheme = Some(scheme);
-        self.form = Form::of(config);
+        self.mark = mark(config);
         Ok(readiness)
     }
 
@@ -100,7 +102,7 @@ impl MpmSolver for Mpm {
 
     fn save(&self) -> Result<Vec<u8>, Fault> {
         match &self.scheme {
-            Some(scheme) => Ok(self.form.seal(scheme.save())),
+            Some(scheme) => Ok(scheme.save(&self.mark)),
             None => Err(Fault::Other("the solver has not been configured".into())),
         }
     }
@@ -110,7 +112,7 @@ impl MpmSolver for Mpm {
         let Some(mut scheme) = self.scheme.take() else {
             return Err(refusal("the solver has not been configured"));
         };
-        scheme.restore(&self.form.open(saved)?)?;
+        scheme.restore(&self.mark, saved)?;
         self.scheme = Some(scheme);
         Ok(())
     }

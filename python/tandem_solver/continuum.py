@@ -22,6 +22,7 @@ import math
 
 from . import wire
 from .channel import wait
+from .config import GROUP, MPM, check_fields
 from .session import Seat, allows, serve
 
 
@@ -29,6 +30,14 @@ class _Mpm(Seat):
     """The continuum's side: the steps of a grant, and the line to the bodies."""
 
     PARTY, OTHER, RESULTS = "mpm", "dem", ("mpm/groups", wire.GroupState)
+
+    def check(self, config):
+        check_fields("mpm", config, MPM)
+        for i, group in enumerate(config["points"]):
+            check_fields(f"mpm.points.{i}", group, GROUP)
+
+    def measurement(self):
+        return self.solver.measurement()
 
     def open(self, config):
         self.points_out = self.run.sender("mpm/points", wire.PointState)

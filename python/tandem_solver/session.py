@@ -4,19 +4,26 @@ common, and the bodies' side. The continuum's is in `continuum.py`.
 A rigid-body solver is an object with
 
     identity                        name and version
-    capabilities                    what it can do and what it takes, for Hello (section 12); may be left out
-    configure(config) -> Readiness  the object of section 10, defaults filled in, or raises Refusal(key, message)
-    envelopes()                     (body, x, y, reach) of all outlines at t_n; from now on the origin of travel
-    imp_set(infos)                  (id, radius, mass, group, 0) of each slot
-    contact(step, states) -> Answer states: (x, y, vx, vy) of each slot; raises Fault
-    advance(step)                   to t_{n+1}
-    measurement() -> Measurement    of the last step with `step.measure`
+    configure(config) -> Readiness  the object of section 10, its fields checked, or raises Refusal(key, message)
+    envelopes()                     (body, x, y, reach) of all outlines at t_n
+    contact(step, points, forces)   adds the contacts of the points (ledger.Point) at t_n to the forces (ledger.Forces);
+                                    raises Fault
+    advance(step)                   moves the bodies to t_{n+1}; not called in the opening step
 
-and, if its capabilities have `save` (clauses K-3, K-4), so that a run can go on from a checkpoint,
+The driver keeps the ledger, measures how far surfaces move, and makes the limits. It asks for more where there is more:
+
+    bodies()                        a ledger.Motion of each body, velocities at t_{n-1/2}: needed where forces move one
+    capabilities                    what it can do and what it takes, for Hello (section 12)
+
+`contact` may return Limits with what the driver does not know, such as those of springs between bodies. Where bodies do more
+to each other than the driver's ledger sees, `measurement()` gives the solver's own Measurement of the last step with
+`step.measure`.
+
+If its capabilities have `save` (clauses K-3, K-4), so that a run can go on from a checkpoint,
 
     save() -> state                 before a step: lists, dictionaries (their keys texts), numbers and texts, as JSON has them
-    restore(state)                  such a state, in a solver of the same configuration that has done no step; `imp_set` has
-                                    been called with the set of then; raises Refusal("restore", message)
+    restore(state)                  such a state, in a solver of the same configuration that has done no step; raises
+                                    Refusal("restore", message)
 
 What is restored goes on to the same bits: a number survives as it is, a tuple comes back as a list.
 """
@@ -31,7 +38,10 @@ import traceback
 from dataclasses import dataclass
 
 from . import blake3, control, wire
+from .config import BODY, DEM, check_fields
 from .channel import Aborted, CouplerGone, Run, SessionError, wait
+from .contact import Shape
+from .ledger import BodyLedger, Point
 
 # Longest wait in s for the coupler while a session is set up or closed (clause S-11).
 SETUP = 120.0
@@ -62,15 +72,6 @@ class Step:
     def centring(self):
         whole = self.dt_before + self.dt
         return self.dt_before / whole if whole > 0.0 else 0.0
-
-
-@dataclass
-class Answer:
-    """Forces on the points, (fx, fy, stiffness) slot by slot; limits of the next step; travel at t_{n+1} in m (F-9)."""
-
-    forces: list
-    limits: wire.Limits
-    travel: float
 
 
 @dataclass
@@ -187,6 +188,7 @@ class Seat:
             raise self.broken("coupler", "S-5", str(error)) from None
         self.deadline, self.coupled = configure.deadline, configure.coupled
         state = self.awaited_state() if configure.restore else None
+        self.check(config)
         readiness = self.solver.configure(config)
         self.results = self.run.sender(*self.RESULTS)
         if self.coupled:
@@ -206,7 +208,7 @@ class Seat:
             report = self.window(grant)
             report.items = readiness.items
             if report.measured:
-                measurement = self.solver.measurement()
+                measurement = self.measurement()
                 report.ledger = measurement.ledger
                 for item in measurement.items:
                     self.checked(self.PARTY, "R-3", item)
@@ -260,8 +262,8 @@ class Seat:
                 raise control.Refusal("restore", f"a state of `{state['of']}`, this is `{self.solver.identity}`")
             self.step, self.generation = int(state["step"]), int(state["generation"])
             self.set = [tuple(info) for info in state["set"]]
-            self.recall(state["side"])
             self.solver.restore(state["solver"])
+            self.recall(state["side"])
         except (ValueError, KeyError, TypeError, AttributeError, IndexError) as error:
             raise control.Refusal("restore", f"no state of `{self.solver.identity}`: {error!r}") from None
 
@@ -329,34 +331,61 @@ class _Dem(Seat):
 
     PARTY, OTHER, RESULTS = "dem", "mpm", ("dem/bodies", wire.BodyState)
 
+    def check(self, config):
+        check_fields("dem", config, DEM)
+        for i, body in enumerate(config["body"]):
+            check_fields(f"dem.body.{i}", body, BODY)
+
     def open(self, config):
+        held = all(body["motion"] == "fixed" for body in config["body"])
+        if not hasattr(self.solver, "bodies"):
+            if not held:
+                raise control.Refusal("dem.body", "a solver that says no `bodies()` of its own takes only fixed ones")
+            shapes = [Shape(i, body) for i, body in enumerate(config["body"])]
+            self.held = [shape.start for shape in shapes]
+        self.ledger = BodyLedger(config, self.motions())
+        self.ledger.publish(self.solver.envelopes())
         if self.coupled:
             self.set_in = self.run.receiver("imp/set", wire.ImpInfo)
             self.states_in = self.run.receiver("imp/states", wire.ImpState)
             self.forces_out = self.run.sender("imp/forces", wire.ImpForce)
             self.envelopes_out = self.run.sender("imp/envelopes", wire.EnvelopeVertex)
 
+    def motions(self):
+        return list(self.solver.bodies()) if hasattr(self.solver, "bodies") else self.held
+
+    def carried(self):
+        return self.ledger.save()
+
     def recall(self, carried):
-        self.solver.imp_set(self.set)
+        self.ledger.restore(carried, self.motions())
 
     def drain(self):
         """Nothing: the end state of the bodies is the measurement of the closing step (clause D-1)."""
 
+    def measurement(self):
+        return self.solver.measurement() if hasattr(self.solver, "measurement") else Measurement(*self.ledger.measured)
+
     def window(self, grant):
         halted, limits = False, None
         for step, left in self.steps(grant):
-            states = self.states(grant, step) if self.coupled else []
-            if states is None:
+            points = self.points(grant, step) if self.coupled else []
+            if points is None:
                 halted = True
                 break
-            answer = self.solver.contact(step, states)
+            forces = self.ledger.forces(points)
+            limits = self.solver.contact(step, points, forces) or wire.Limits()
+            self.check_forces(forces.on_points)
+            # The bodies move before the answer: what they have done is measured.
+            if not step.opening:
+                self.solver.advance(step)
+            self.ledger.moved(step, self.motions(), forces)
+            limits = self.ledger.limits(limits, forces)
             self.watch.lap("compute")
-            limits = answer.limits
             self.checked("dem", "L-1", limits)
             allowed = allows(grant, limits)
             if self.coupled:
-                self.answer(grant, step, answer, 0 if allowed else wire.HALT_AFTER)
-            self.solver.advance(step)
+                self.answer(grant, step, forces.on_points, 0 if allowed else wire.HALT_AFTER)
             self.step += 1
             if not allowed and left > 0:
                 halted = True
@@ -365,8 +394,8 @@ class _Dem(Seat):
             raise self.broken("mpm", "H-1", "a halt before the first step of a window")
         return self.made(grant, halted, limits)
 
-    def states(self, grant, step):
-        """The states of this step, or None if mpm halts before it."""
+    def points(self, grant, step):
+        """The points with their states of this step, or None if mpm halts before it."""
         while True:
             self.watch.lap("compute")
             late = f"mpm: no states of step {step.index}"
@@ -382,6 +411,7 @@ class _Dem(Seat):
             vertices = self.solver.envelopes()
             if not wire.finite(vertices) or any(vertex[3] < 0.0 for vertex in vertices):
                 raise self.broken("dem", "E-3", f"envelopes {vertices}")
+            self.ledger.publish(vertices)
             data = b"".join(wire.EnvelopeVertex.FLAT.pack(*vertex) for vertex in vertices)
             self.envelopes_out.send(wire.StepHeader(epoch=grant.epoch, step=step.index), len(vertices), data)
             self.other.wake()
@@ -396,7 +426,7 @@ class _Dem(Seat):
             slot = next(i for i, state in enumerate(states) if not wire.finite([state]))
             raise self.broken("mpm", "I-3", f"state {slot} is not finite: {states[slot]}")
         self.watch.lap("exchange")
-        return states
+        return [Point(*info, *state) for info, state in zip(self.set, states)]
 
     def take_set(self, states):
         found = self.set_in.receive()
@@ -411,19 +441,19 @@ class _Dem(Seat):
         if any(a[0] >= b[0] for a, b in zip(infos, infos[1:])):
             raise self.broken("mpm", "I-2", "ids must rise")
         self.generation, self.set = header.set, infos
-        self.solver.imp_set(infos)
 
-    def answer(self, grant, step, answer, halt):
-        header = wire.StepHeader(epoch=grant.epoch, step=step.index, flags=halt, travel=answer.travel)
-        header.set = self.generation
-        self.checked("dem", "F-4", header)
-        forces = answer.forces
+    def check_forces(self, forces):
         if len(forces) != len(self.set):
             raise self.broken("dem", "F-3", f"{len(forces)} forces for {len(self.set)} IMPs")
         if not wire.finite(forces) or any(force[2] < 0.0 for force in forces):
             slot = next(i for i, force in enumerate(forces) if not wire.finite([force]) or force[2] < 0.0)
             message = f"force {slot} is not finite, or its stiffness negative: {forces[slot]}"
             raise self.broken("dem", "F-4", message)
+
+    def answer(self, grant, step, forces, halt):
+        header = wire.StepHeader(epoch=grant.epoch, step=step.index, flags=halt, travel=self.ledger.travel())
+        header.set = self.generation
+        self.checked("dem", "F-4", header)
         self.forces_out.send(header, len(forces), b"".join(wire.ImpForce.FLAT.pack(*force) for force in forces))
         self.other.wake()
         self.watch.lap("exchange")

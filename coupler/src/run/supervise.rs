@@ -293,6 +293,9 @@ impl<'a> Run<'a> {
         });
         let [mpm, dem] = [Party::Mpm, Party::Dem].map(|party| solvers.readiness(party));
         self.stability = Some(Stability::new(&self.scene.time, mpm, dem));
+        if let Some(sink) = &self.outputs.sink {
+            sink.listen();
+        }
         Ok(())
     }
 

@@ -1,5 +1,6 @@
 //! The JSON Schema of scene files, for editors: what the types say, in the form in which TOML can be written.
 
+use interface::config::schema::describe_choices;
 use schemars::schema_for;
 use serde_json::Value;
 
@@ -9,21 +10,16 @@ use super::written::SceneWritten;
 pub fn schema() -> Value {
     let mut schema = schema_for!(SceneWritten).to_value();
     simplify(&mut schema);
+    describe_choices(&mut schema);
     schema
 }
 
-/// Removes `null`, which TOML cannot express, so that an editor reports a mistake and not an alternative. Gives the
-/// single key of a choice the description of the choice.
+/// Removes `null`, which TOML cannot express, so that an editor reports a mistake and not an alternative.
 fn simplify(schema: &mut Value) {
+    without_null(schema);
     match schema {
         Value::Array(all) => all.iter_mut().for_each(simplify),
-        Value::Object(_) => {
-            without_null(schema);
-            describe_choice(schema);
-            if let Value::Object(fields) = schema {
-                fields.values_mut().for_each(simplify);
-            }
-        }
+        Value::Object(fields) => fields.values_mut().for_each(simplify),
         _ => {}
     }
 }
@@ -54,20 +50,6 @@ fn without_null(schema: &mut Value) {
                 fields.entry(key).or_insert(value);
             }
         }
-    }
-}
-
-/// Finds the description of a choice such as `{"properties": {"disc": ...}}` beside its properties.
-fn describe_choice(schema: &mut Value) {
-    let description = schema.get("description").cloned();
-    let Some(Value::Object(properties)) = schema.get_mut("properties") else {
-        return;
-    };
-    let (Some(description), 1) = (description, properties.len()) else {
-        return;
-    };
-    for property in properties.values_mut().filter_map(Value::as_object_mut) {
-        property.entry("description").or_insert(description.clone());
     }
 }
 

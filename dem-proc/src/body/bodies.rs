@@ -5,10 +5,9 @@ use interface::config::{BodyConfig, DemConfig, Motion};
 use interface::solver::Refusal;
 use serde::{Deserialize, Serialize};
 
-use crate::body::frame::Frame;
+use crate::body::frame::{Frame, LastMove};
 use crate::body::shape::Shape;
 use crate::body::surfaces::Surfaces;
-use crate::saved::{count, finite};
 use crate::threads::Threads;
 
 /// The constants of a body.
@@ -39,17 +38,27 @@ impl Body {
     }
 }
 
-/// State of a body: position at `t_n`, velocity at `t_{n-1/2}`; and the constants that every contact needs.
-#[derive(Debug, Clone, Copy)]
-pub struct Rigid {
+/// State of a body: position at `t_n`, velocity at `t_{n-1/2}`. With [`LastMove`] it is what is saved of a body.
+#[derive(Debug, Clone, Copy, Serialize, Deserialize)]
+pub struct Pose {
     /// Centre of mass `c` in m.
+    #[serde(with = "crate::saved")]
     pub center: Vec2,
     /// Velocity of the centre of mass in m/s.
+    #[serde(with = "crate::saved")]
     pub velocity: Vec2,
     /// Angle in rad, a plain sum: vertices are rebuilt from it, so no rotation matrix drifts.
     pub angle: f64,
     /// Angular velocity in rad/s.
     pub spin: f64,
+}
+
+/// A body for contacts and steps: its state, and the constants that every contact needs. Its fields and those of the
+/// state read alike.
+#[derive(Debug, Clone, Copy)]
+pub struct Rigid {
+    /// The state.
+    pub state: Pose,
     /// `1/m`, 0 for a body that forces do not move.
     pub inverse_mass: f64,
     /// `1/I`, 0 for a body that forces do not rotate.
@@ -62,6 +71,21 @@ pub struct Rigid {
     pub falls: f64,
     /// Index of its first vertex in [`Bodies::outline`], and number of its vertices.
     vertices: [u32; 2],
+}
+
+impl std::ops::Deref for Rigid {
+    type Target = Pose;
+    #[inline]
+    fn deref(&self) -> &Pose {
+        &self.state
+    }
+}
+
+impl std::ops::DerefMut for Rigid {
+    #[inline]
+    fn deref_mut(&mut self) -> &mut Pose {
+        &mut self.state
+    }
 }
 
 impl Rigid {
@@ -98,59 +122,6 @@ impl Rigid {
     #[inline]
     pub fn velocity_at(&self, r: Vec2) -> Vec2 {
         self.velocity + Vec2::new(-r.y, r.x) * self.spin
-    }
-}
-
-/// A body in a saved state: units as in [`Rigid`] and [`Frame`].
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-pub struct SavedBody {
-    center: [f64; 2],
-    angle: f64,
-    velocity: [f64; 2],
-    spin: f64,
-    shift: [f64; 2],
-    sin: f64,
-    versine: f64,
-}
-
-impl SavedBody {
-    fn of(state: &Rigid, frame: &Frame) -> Self {
-        let Rigid {
-            center,
-            velocity,
-            angle,
-            spin,
-            // Constants follow from the configuration.
-            inverse_mass: _,
-            inverse_inertia: _,
-            radius: _,
-            extent: _,
-            falls: _,
-            vertices: _,
-        } = *state;
-        let Frame {
-            center: _, // as above
-            shift,
-            sin,
-            versine,
-            inverse_mass: _,
-            inverse_inertia: _,
-        } = *frame;
-        Self {
-            center: center.into(),
-            angle,
-            velocity: velocity.into(),
-            spin,
-            shift: shift.into(),
-            sin,
-            versine,
-        }
-    }
-
-    fn numbers(&self) -> [f64; 10] {
-        let ([x, y], [v, w], [dx, dy]) = (self.center, self.velocity, self.shift);
-        let [angle, spin, sin, versine] = [self.angle, self.spin, self.sin, self.versine];
-        [x, y, angle, v, w, spin, dx, dy, sin, versine]
     }
 }
 
@@ -224,9 +195,7 @@ impl Bodies {
             }
             bodies.frames.push(Frame {
                 center: state.center,
-                shift: Vec2::zeros(),
-                sin: 0.0,
-                versine: 0.0,
+                last: LastMove::default(),
                 inverse_mass: state.inverse_mass,
                 inverse_inertia: state.inverse_inertia,
             });
@@ -310,53 +279,29 @@ impl Bodies {
         );
     }
 
-    /// The state of the bodies after a step.
-    pub fn save(&self) -> Vec<SavedBody> {
-        let Self {
-            state,
-            frames,
-            outline: _, // follows from the poses
-            // Constants follow from the configuration.
-            properties: _,
-            radii: _,
-            local: _,
-            held: _,
-            special: _,
-            free_mass: _,
-            inverse_length_sq: _,
-        } = self;
-        let both = state.iter().zip(frames);
-        both.map(|(state, frame)| SavedBody::of(state, frame))
-            .collect()
+    /// The saved state of the bodies.
+    pub fn save(&self) -> Vec<(Pose, LastMove)> {
+        let both = self.state.iter().zip(&self.frames);
+        both.map(|(body, frame)| (body.state, frame.last)).collect()
     }
 
-    /// These bodies with the positions and velocities of `saved`. In directions in which forces do not move a body, its
-    /// velocity is that of the configuration, which may differ from that of the saved run.
-    ///
-    /// # Errors
-    /// A refusal if the saved state has other bodies, or a number that is not finite.
-    pub fn restored(&self, saved: &[SavedBody]) -> Result<Self, Refusal> {
-        count("bodies", saved.len(), self.len())?;
-        for (body, is) in self.properties.iter().zip(saved) {
-            finite(|| format!("body `{}`", body.name), &is.numbers())?;
-        }
-        let poses = saved.iter().map(|is| (is.center.into(), is.angle));
-        let mut bodies = self.placed(poses);
-        let all = bodies.state.iter_mut().zip(&mut bodies.frames);
-        for ((body, (state, frame)), is) in self.properties.iter().zip(all).zip(saved) {
+    /// Takes the bodies to a saved state. In directions in which forces do not move a body, its velocity is that of the
+    /// configuration, which may differ from that of the saved run.
+    pub fn restore(&mut self, saved: &[(Pose, LastMove)]) {
+        *self = self.placed(saved.iter().map(|(pose, _)| (pose.center, pose.angle)));
+        let all = self.state.iter_mut().zip(&mut self.frames);
+        for ((body, (state, frame)), (pose, last)) in self.properties.iter().zip(all).zip(saved) {
             let [x, y, angle] = body.yielding.map(|yields| yields != 0.0);
             for (i, yields) in [x, y].into_iter().enumerate() {
                 if yields {
-                    state.velocity[i] = is.velocity[i];
+                    state.velocity[i] = pose.velocity[i];
                 }
             }
             if angle {
-                state.spin = is.spin;
+                state.spin = pose.spin;
             }
-            frame.center = state.center;
-            (frame.shift, frame.sin, frame.versine) = (is.shift.into(), is.sin, is.versine);
+            (frame.center, frame.last) = (state.center, *last);
         }
-        Ok(bodies)
     }
 
     /// These bodies in other poses: centres in m, angles in rad. Their frames are not updated.
@@ -402,10 +347,12 @@ fn place(
     let center =
         Vec2::from(body.position) + Vec2::new(cos * c.x - sin * c.y, sin * c.x + cos * c.y);
     let state = Rigid {
-        center,
-        velocity: body.velocity.into(),
-        angle: body.angle,
-        spin: body.spin,
+        state: Pose {
+            center,
+            velocity: body.velocity.into(),
+            angle: body.angle,
+            spin: body.spin,
+        },
         inverse_mass: if yielding[0] + yielding[1] > 0.0 {
             1.0 / mass
         } else {

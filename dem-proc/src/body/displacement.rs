@@ -2,15 +2,13 @@
 //! requested.
 
 use interface::Vec2;
-use interface::solver::Refusal;
 use serde::{Deserialize, Serialize};
 
 use crate::body::bodies::Bodies;
-use crate::saved::{count, finite};
 
 /// Poses of the bodies at a reference time, to measure the displacement of their surfaces since then.
-#[derive(Debug, Clone, Default)]
-struct Reference(Vec<(Vec2, f64)>);
+#[derive(Debug, Clone, Default, Serialize, Deserialize)]
+struct Reference(#[serde(with = "crate::saved")] Vec<(Vec2, f64)>);
 
 impl Reference {
     /// Stores the present poses.
@@ -34,14 +32,15 @@ impl Reference {
 
 /// The displacement of surfaces since a reference time: a cheap upper bound, and the exact value if the bound is too
 /// coarse.
-#[derive(Debug, Clone, Default)]
+#[derive(Debug, Clone, Default, Serialize, Deserialize)]
 pub struct Displacement {
     start: Reference,
     /// Upper bound of the largest displacement since `start` in m: the sum of largest speed times step. It is replaced
     /// by the exact value when the sum is too coarse.
     bound: f64,
     /// The last answer. It replaces `bound` only when the bodies move, so that a step that is evaluated twice gets the
-    /// same answer twice.
+    /// same answer twice. It is no state: every step asks again before the bodies move.
+    #[serde(skip)]
     found: Option<f64>,
 }
 
@@ -76,46 +75,4 @@ impl Displacement {
     pub fn start(&self) -> &[(Vec2, f64)] {
         &self.start.0
     }
-
-    /// For a saved state.
-    pub fn save(&self) -> SavedDisplacement {
-        let Self {
-            start,
-            bound,
-            found: _, // of an evaluation that nothing has followed
-        } = self;
-        let poses = start.0.iter().map(|(c, angle)| [c.x, c.y, *angle]);
-        SavedDisplacement {
-            poses: poses.collect(),
-            bound: *bound,
-        }
-    }
-
-    /// Restores what was saved.
-    ///
-    /// # Errors
-    /// A refusal if it was saved for other bodies.
-    pub fn restored(saved: &SavedDisplacement, bodies: &Bodies) -> Result<Self, Refusal> {
-        let SavedDisplacement { poses, bound } = saved;
-        if !poses.is_empty() {
-            count("poses", poses.len(), bodies.len())?;
-        }
-        finite(|| "a pose".into(), poses.as_flattened())?;
-        finite(|| "a distance travelled".into(), &[*bound])?;
-        let poses = poses.iter().map(|&[x, y, angle]| (Vec2::new(x, y), angle));
-        Ok(Self {
-            start: Reference(poses.collect()),
-            bound: *bound,
-            found: None,
-        })
-    }
-}
-
-/// A [`Displacement`] in a saved state.
-#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
-pub struct SavedDisplacement {
-    /// Reference centre (m) and angle (rad) of each body; empty if there is no reference yet.
-    poses: Vec<[f64; 3]>,
-    /// In m.
-    bound: f64,
 }

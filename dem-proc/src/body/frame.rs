@@ -1,6 +1,20 @@
 //! The data of a body that each of its contacts needs in every step.
 
 use interface::Vec2;
+use serde::{Deserialize, Serialize};
+
+/// The motion of a body over the last step: the part of a [`Frame`] that is saved.
+#[derive(Debug, Clone, Copy, Default, Serialize, Deserialize)]
+#[repr(C)]
+pub struct LastMove {
+    /// Displacement of the centre of mass in m.
+    #[serde(with = "crate::saved")]
+    pub shift: Vec2,
+    /// Sine of the rotation.
+    pub sin: f64,
+    /// One minus its cosine.
+    pub versine: f64,
+}
 
 /// The data of a body that each of its contacts needs in every step: one cache line.
 #[derive(Debug, Clone, Copy)]
@@ -8,12 +22,8 @@ use interface::Vec2;
 pub struct Frame {
     /// Centre of mass `c` in m.
     pub center: Vec2,
-    /// Displacement of the centre of mass over the last step in m.
-    pub shift: Vec2,
-    /// Sine of the rotation over the last step.
-    pub sin: f64,
-    /// One minus its cosine.
-    pub versine: f64,
+    /// Over the last step.
+    pub last: LastMove,
     /// `1/m`, 0 for a body that forces do not move.
     pub inverse_mass: f64,
     /// `1/I`, 0 for a body that forces do not rotate.
@@ -27,8 +37,8 @@ impl Frame {
     #[inline]
     pub fn turn(&self) -> [f64; 4] {
         [
-            self.sin,
-            self.versine,
+            self.last.sin,
+            self.last.versine,
             self.inverse_mass,
             self.inverse_inertia,
         ]
@@ -58,17 +68,20 @@ impl Frame {
             (2.0 * sin_half * cos_half, 2.0 * sin_half * sin_half)
         };
         self.center += shift;
-        self.shift = shift;
-        self.sin = sin;
-        self.versine = versine;
+        self.last = LastMove {
+            shift,
+            sin,
+            versine,
+        };
     }
 
     /// A vector fixed to the body, given before the last step, after the rotation of that step.
     #[inline]
     pub fn turned(&self, v: Vec2) -> Vec2 {
+        let LastMove { sin, versine, .. } = self.last;
         Vec2::new(
-            v.x - self.versine * v.x - self.sin * v.y,
-            v.y - self.versine * v.y + self.sin * v.x,
+            v.x - versine * v.x - sin * v.y,
+            v.y - versine * v.y + sin * v.x,
         )
     }
 
@@ -76,10 +89,11 @@ impl Frame {
     /// pair that rotates as a whole has no relative displacement.
     #[inline]
     pub fn displacement(&self, r: Vec2) -> Vec2 {
-        self.shift
-            + Vec2::new(
-                self.versine * r.x - self.sin * r.y,
-                self.sin * r.x + self.versine * r.y,
-            )
+        let LastMove {
+            shift,
+            sin,
+            versine,
+        } = self.last;
+        shift + Vec2::new(versine * r.x - sin * r.y, sin * r.x + versine * r.y)
     }
 }

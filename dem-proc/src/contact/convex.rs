@@ -13,7 +13,9 @@ use std::fmt::Debug;
 
 use interface::Vec2;
 use interface::message::wire::ContactState;
+use interface::saved::{pack, unpack};
 use interface::solver::Refusal;
+use serde::{Deserialize, Serialize};
 
 use crate::body::bodies::Bodies;
 use crate::body::frame::Frame;
@@ -21,13 +23,13 @@ use crate::body::load::PairLoad;
 use crate::contact::approach::{Near, crossing_rate};
 use crate::contact::frame_contacts::between_bodies;
 use crate::contact::impact::{Impacts, Pressing, SurfaceMotion};
-use crate::contact::pairs::{BodySide, SavedPairs};
+use crate::contact::pairs::BodySide;
 use crate::contact::passage::{Passage, PassedBodies, TURN};
 use crate::contact::versions::Versions;
-use crate::law::history::SavedHistories;
+use crate::law::history::Numbers;
 use crate::law::{Kinematics, LastStep, Law, Loss, PairProperties, Response, reduced};
 use crate::lists::watch::{Ahead, Watch};
-use crate::saved::{count, finite};
+use crate::saved::one_for_each;
 use crate::threads::Threads;
 use mechanics::mass::cross;
 
@@ -76,28 +78,44 @@ pub trait Measure: Debug + Send + Sync {
     ) -> Option<Passage>;
 }
 
+/// The state of the contacts of a list. The list follows from the poses of the bodies at which it was built.
+#[derive(Debug, Serialize, Deserialize)]
+#[serde(bound = "H: Numbers")]
+struct State<H> {
+    watch: Watch,
+    #[serde(with = "crate::law::history")]
+    history: Vec<H>,
+    /// Normals of the last step, zero where there was no contact.
+    #[serde(with = "crate::saved")]
+    normals: Vec<Vec2>,
+}
+
 /// What is kept from one step to the next.
 #[derive(Debug)]
 struct Kept<L: Law> {
-    watch: Watch,
+    state: State<L::History>,
     list: Vec<Candidate>,
     /// [`Measure::length`] of each.
     lengths: Vec<f64>,
     constants: Vec<L::Pair>,
-    history: Vec<L::History>,
-    /// Normals of the last step, zero where there was no contact.
-    normals: Vec<Vec2>,
 }
 
 impl<L: Law> Kept<L> {
     fn new(skin: f64) -> Self {
-        Self {
+        Self::of(State {
             watch: Watch::new(skin),
+            history: Vec::new(),
+            normals: Vec::new(),
+        })
+    }
+
+    /// This state without its list.
+    fn of(state: State<L::History>) -> Self {
+        Self {
+            state,
             list: Vec::new(),
             lengths: Vec::new(),
             constants: Vec::new(),
-            history: Vec::new(),
-            normals: Vec::new(),
         }
     }
 
@@ -105,7 +123,7 @@ impl<L: Law> Kept<L> {
     fn build(&mut self, law: &L, measure: &impl Measure, bodies: &Bodies) {
         let list = &mut self.list;
         list.clear();
-        crate::lists::neighbours::close_pairs(bodies, &self.watch, |pair, margin| {
+        crate::lists::neighbours::close_pairs(bodies, &self.state.watch, |pair, margin| {
             measure.list(bodies, pair, margin, list);
         });
         list.sort_unstable();
@@ -130,10 +148,10 @@ impl<L: Law> Kept<L> {
     fn carry(&mut self, old: &Self) {
         let carried = self.list.iter().map(|candidate| {
             let was = old.list.binary_search(candidate);
-            let was = was.map(|i| (old.history[i], old.normals[i]));
+            let was = was.map(|i| (old.state.history[i], old.state.normals[i]));
             was.unwrap_or((L::History::default(), Vec2::zeros()))
         });
-        (self.history, self.normals) = carried.unzip();
+        (self.state.history, self.state.normals) = carried.unzip();
     }
 }
 
@@ -202,7 +220,7 @@ fn kinematics(
         let [a, b] = [0, 1].map(|i| frames[i].displacement(arms[i]));
         kinematics.moved = along(a - b);
         kinematics.velocity = kinematics.moved.map(|u| u * last_step.per_dt);
-        kinematics.rolled = frames[0].sin - frames[1].sin;
+        kinematics.rolled = frames[0].last.sin - frames[1].last.sin;
     } else {
         let [a, b] = [0, 1].map(|i| bodies.state[pair[i] as usize].velocity_at(arms[i]));
         kinematics.velocity = along(a - b);
@@ -212,9 +230,9 @@ fn kinematics(
 
 impl<L: Law, M: Measure> BodySide for ConvexContacts<L, M> {
     fn update_list(&mut self, bodies: &Bodies, ahead: &Ahead, speed: f64) {
-        self.lists.rebuilt = !self.lists.kept.watch.holds(bodies, ahead, speed);
+        self.lists.rebuilt = !self.lists.kept.state.watch.holds(bodies, ahead, speed);
         if self.lists.rebuilt {
-            self.lists.fresh.watch.begin(bodies, ahead, speed);
+            self.lists.fresh.state.watch.begin(bodies, ahead, speed);
             self.lists.fresh.build(&self.law, &self.measure, bodies);
             self.lists.fresh.carry(&self.lists.kept);
         }
@@ -242,7 +260,7 @@ impl<L: Law, M: Measure> BodySide for ConvexContacts<L, M> {
         refill(&mut self.depths, pairs, 0.0);
         for (k, candidate) in now.list.iter().enumerate() {
             let pair = candidate.bodies;
-            let closing = now.watch.closing(pair).unwrap_or(closing);
+            let closing = now.state.watch.closing(pair).unwrap_or(closing);
             let Some(spot) = self.measure.meet(bodies, *candidate, closing) else {
                 continue;
             };
@@ -255,7 +273,7 @@ impl<L: Law, M: Measure> BodySide for ConvexContacts<L, M> {
             let frames = pair.map(|b| &bodies.frames[b as usize]);
             let arms = frames.map(|frame| spot.point - frame.center);
             let kinematics = kinematics(bodies, last_step, &spot, pair, arms);
-            let (constants, before) = (&now.constants[k], &now.history[k]);
+            let (constants, before) = (&now.constants[k], &now.state.history[k]);
             let stiffness = self.law.stiffness(constants, spot.depth + closing);
             let [normal, tangential] = [stiffness.normal * M::STIFFENS, stiffness.tangential];
             for i in 0..2 {
@@ -274,7 +292,7 @@ impl<L: Law, M: Measure> BodySide for ConvexContacts<L, M> {
                 self.loss += self.law.separate(constants, &kinematics, before);
                 continue;
             }
-            let turned = frames[1].turned(now.normals[k]).dot(&spot.normal) < TURN;
+            let turned = frames[1].turned(now.state.normals[k]).dot(&spot.normal) < TURN;
             self.next_normals[k] = spot.normal;
             if self.passed.is_none() {
                 let passage = self.measure.passage(bodies, *candidate, &spot, turned);
@@ -354,8 +372,8 @@ impl<L: Law, M: Measure> BodySide for ConvexContacts<L, M> {
 
     fn commit(&mut self) {
         self.keep_list();
-        std::mem::swap(&mut self.lists.kept.history, &mut self.next);
-        std::mem::swap(&mut self.lists.kept.normals, &mut self.next_normals);
+        std::mem::swap(&mut self.lists.kept.state.history, &mut self.next);
+        std::mem::swap(&mut self.lists.kept.state.normals, &mut self.next_normals);
     }
 
     fn damping_ratio(&self) -> f64 {
@@ -372,74 +390,29 @@ impl<L: Law, M: Measure> BodySide for ConvexContacts<L, M> {
     }
 
     fn advance(&mut self, speed: f64, dt: f64) {
-        self.lists.kept.watch.advance(speed, dt);
+        self.lists.kept.state.watch.advance(speed, dt);
     }
 
     fn bytes(&self) -> usize {
         let listed = |kept: &Kept<L>| {
             kept.list.capacity() * (size_of::<Candidate>() + size_of::<f64>() + size_of::<Vec2>())
                 + kept.constants.capacity() * size_of::<L::Pair>()
-                + kept.history.capacity() * size_of::<L::History>()
+                + kept.state.history.capacity() * size_of::<L::History>()
         };
         let each = size_of::<L::History>() + size_of::<Vec2>() + size_of::<f64>();
         listed(&self.lists.kept) + listed(&self.lists.fresh) + self.next.capacity() * each
     }
 
-    fn save(&self) -> SavedPairs {
-        let Self {
-            lists:
-                Versions {
-                    kept,
-                    fresh: _,
-                    rebuilt: _,
-                },
-            // These belong to the configuration.
-            law: _,
-            measure: _,
-            // Results of an evaluation; the next one overwrites them.
-            next: _,
-            next_normals: _,
-            depths: _,
-            in_reach: _,
-            pressing: _,
-            contact_states: _,
-            passed: _,
-            presses: _,
-            loss: _,
-        } = self;
-        let Kept {
-            watch,
-            history,
-            normals,
-            list: _,      // follows from the watch's poses and margins
-            lengths: _,   // likewise
-            constants: _, // follow from the list
-        } = kept;
-        SavedPairs {
-            watch: watch.save(),
-            histories: SavedHistories::of(history),
-            normals: normals.iter().map(|&normal| normal.into()).collect(),
-        }
+    fn save(&self) -> Vec<u8> {
+        pack("pairs", &self.lists.kept.state)
     }
 
-    fn restore(&mut self, saved: &SavedPairs, bodies: &Bodies) -> Result<(), Refusal> {
-        let SavedPairs {
-            watch,
-            histories,
-            normals,
-        } = saved;
-        let watch = self.lists.kept.watch.restored(watch, bodies)?;
-        let mut kept = Kept {
-            watch,
-            ..Kept::new(0.0)
-        };
-        if let Some(then) = kept.watch.bodies_then(bodies) {
+    fn restore(&mut self, saved: &[u8], bodies: &Bodies) -> Result<(), Refusal> {
+        let mut kept = Kept::of(unpack("pairs", saved)?);
+        if let Some(then) = kept.state.watch.bodies_then(bodies) {
             kept.build(&self.law, &self.measure, &then);
         }
-        count("normals", normals.len(), kept.list.len())?;
-        finite(|| "a normal".into(), normals.as_flattened())?;
-        kept.history = histories.restored(kept.list.len())?;
-        kept.normals = normals.iter().map(|&normal| normal.into()).collect();
+        one_for_each(&kept.state.history, kept.list.len())?;
         (self.lists.kept, self.lists.rebuilt) = (kept, false);
         Ok(())
     }

@@ -18,6 +18,5 @@ pub mod point_side;
 pub mod points;
 mod release;
 pub mod segments;
-mod set;
 mod stretch;
 mod versions;

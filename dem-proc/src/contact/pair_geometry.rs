@@ -388,7 +388,7 @@ impl Side {
         normal: LaneVec,
     ) -> Self {
         let frames: [&Frame; LANES] = of.map(|b| &bodies.frames[b as usize]);
-        let mut shift = gather_vec(|l| frames[l].shift);
+        let mut shift = gather_vec(|l| frames[l].last.shift);
         let [mut sin, mut versine, inverse_mass, inverse_inertia] =
             Lanes::transpose(frames.map(|f| Lanes::new(f.turn())));
         if last_step.dt == 0.0 {

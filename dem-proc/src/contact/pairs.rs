@@ -15,6 +15,7 @@ use std::sync::Mutex;
 
 use interface::Vec2;
 use interface::message::wire::ContactState;
+use interface::saved::{pack, unpack};
 use interface::solver::Refusal;
 use serde::{Deserialize, Serialize};
 
@@ -27,11 +28,11 @@ use crate::contact::impact::{Impacts, Pressing, SurfaceMotion};
 use crate::contact::pair_geometry::{Answers, LANES, Lanes, Separations, first};
 use crate::contact::passage::{Passage, PassedBodies};
 use crate::contact::versions::Versions;
-use crate::law::history::SavedHistories;
+use crate::law::history::Numbers;
 use crate::law::{LastStep, Law, Loss, PairProperties, reduced};
 use crate::lists::neighbours::{BodyList, VertexEdge};
-use crate::lists::watch::{Ahead, SavedWatch, Watch};
-use crate::saved::count;
+use crate::lists::watch::{Ahead, Watch};
+use crate::saved::one_for_each;
 use crate::threads::{CHUNK, Spare, Threads};
 use mechanics::outline::contact_point;
 
@@ -83,34 +84,30 @@ pub trait BodySide: Debug + Send + Sync {
     fn advance(&mut self, speed: f64, dt: f64);
     /// Bytes of memory.
     fn bytes(&self) -> usize;
-    /// The data for a saved state.
-    fn save(&self) -> SavedPairs;
-    /// Restores a saved state, with bodies of the same configuration. A refusal leaves everything unchanged.
+    /// The bytes of its state.
+    fn save(&self) -> Vec<u8>;
+    /// Restores a saved state, with bodies of the same configuration.
     ///
     /// # Errors
-    /// A refusal if it was not saved with this configuration.
-    fn restore(&mut self, saved: &SavedPairs, bodies: &Bodies) -> Result<(), Refusal>;
+    /// A refusal if the bytes are no state of this configuration.
+    fn restore(&mut self, saved: &[u8], bodies: &Bodies) -> Result<(), Refusal>;
 }
 
-/// Contact between bodies in a saved state. The list is built again from the positions of the bodies at which it was
-/// first built.
-#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
-pub struct SavedPairs {
-    /// The poses at which the list was built, and its margins.
-    pub watch: SavedWatch,
-    /// The histories of the pairs.
-    pub histories: SavedHistories,
-    /// Normals of the last step, if the measure of overlap uses them.
-    pub normals: Vec<[f64; 2]>,
+/// The state of the contacts of a list. The list follows from the poses of the bodies at which it was built.
+#[derive(Debug, Serialize, Deserialize)]
+#[serde(bound = "H: Numbers")]
+struct State<H> {
+    watch: Watch,
+    #[serde(with = "crate::law::history")]
+    history: Vec<H>,
 }
 
 /// What is kept from one step to the next.
 #[derive(Debug)]
 struct Kept<L: Law> {
-    watch: Watch,
+    state: State<L::History>,
     list: BodyList,
     constants: Vec<L::Pair>,
-    history: Vec<L::History>,
     /// Whether all pairs of the chunk are of discs.
     round: Vec<bool>,
 }
@@ -130,18 +127,25 @@ pub struct BodyContacts<L: Law> {
 
 impl<L: Law> Kept<L> {
     fn new(skin: f64) -> Self {
-        Self {
+        Self::of(State {
             watch: Watch::new(skin),
+            history: Vec::new(),
+        })
+    }
+
+    /// This state without its list.
+    fn of(state: State<L::History>) -> Self {
+        Self {
+            state,
             list: BodyList::default(),
             constants: Vec::new(),
-            history: Vec::new(),
             round: Vec::new(),
         }
     }
 
     /// Builds the list for the positions of bodies and the margins of `watch`.
     fn build(&mut self, law: &L, bodies: &Bodies) {
-        self.list.build(bodies, &self.watch);
+        self.list.build(bodies, &self.state.watch);
         let pairs = self.list.pairs.iter();
         self.constants.clear();
         self.constants.extend(pairs.map(|pair| {
@@ -166,22 +170,24 @@ impl<L: Law> Kept<L> {
     /// Takes the histories from an `old` list. Both lists have the same order, so one pass finds them.
     fn carry(&mut self, old: &Self) {
         let pairs = self.list.pairs.iter();
-        self.history.clear();
+        self.state.history.clear();
         if size_of::<L::History>() > 0 {
-            let mut old = old.list.pairs.iter().zip(&old.history).peekable();
-            self.history.extend(pairs.clone().map(|pair| {
+            let mut old = old.list.pairs.iter().zip(&old.state.history).peekable();
+            self.state.history.extend(pairs.clone().map(|pair| {
                 while old.next_if(|(o, _)| o.key() < pair.key()).is_some() {}
                 let same = old.next_if(|(o, _)| o.key() == pair.key());
                 same.map_or_else(L::History::default, |(_, history)| *history)
             }));
         }
-        self.history.resize(pairs.len(), L::History::default());
+        self.state
+            .history
+            .resize(pairs.len(), L::History::default());
     }
 
     fn bytes(&self) -> usize {
         self.list.pairs.capacity() * size_of::<VertexEdge>()
             + self.constants.capacity() * size_of::<L::Pair>()
-            + self.history.capacity() * size_of::<L::History>()
+            + self.state.history.capacity() * size_of::<L::History>()
     }
 }
 
@@ -414,9 +420,9 @@ impl<L: Law> Chunk<'_, L> {
 
 impl<L: Law> BodySide for BodyContacts<L> {
     fn update_list(&mut self, bodies: &Bodies, ahead: &Ahead, speed: f64) {
-        self.lists.rebuilt = !self.lists.kept.watch.holds(bodies, ahead, speed);
+        self.lists.rebuilt = !self.lists.kept.state.watch.holds(bodies, ahead, speed);
         if self.lists.rebuilt {
-            self.lists.fresh.watch.begin(bodies, ahead, speed);
+            self.lists.fresh.state.watch.begin(bodies, ahead, speed);
             self.lists.fresh.build(&self.law, bodies);
             self.lists.fresh.carry(&self.lists.kept);
         }
@@ -441,11 +447,11 @@ impl<L: Law> BodySide for BodyContacts<L> {
                 law: &self.law,
                 pairs: &now.list.pairs[here.clone()],
                 constants: &now.constants[here.clone()],
-                history: &now.history[here],
+                history: &now.state.history[here],
                 bodies,
                 last_step,
                 closing,
-                watch: &now.watch,
+                watch: &now.state.watch,
             };
             let mut separations = self.separations.take();
             if now.round[i] {
@@ -516,7 +522,7 @@ impl<L: Law> BodySide for BodyContacts<L> {
         let rate = |pair: &VertexEdge| {
             let (away, sq) = separation(bodies, pair);
             let distance = sq.sqrt();
-            let closing = now.watch.closing(pair.bodies).unwrap_or(self.closing);
+            let closing = now.state.watch.closing(pair.bodies).unwrap_or(self.closing);
             let in_reach = distance > 0.0 && distance < pair.reach + closing;
             if in_reach {
                 let near = Near {
@@ -583,7 +589,7 @@ impl<L: Law> BodySide for BodyContacts<L> {
 
     fn commit(&mut self) {
         self.keep_list();
-        std::mem::swap(&mut self.lists.kept.history, &mut self.next);
+        std::mem::swap(&mut self.lists.kept.state.history, &mut self.next);
     }
 
     fn damping_ratio(&self) -> f64 {
@@ -600,7 +606,7 @@ impl<L: Law> BodySide for BodyContacts<L> {
     }
 
     fn advance(&mut self, speed: f64, dt: f64) {
-        self.lists.kept.watch.advance(speed, dt);
+        self.lists.kept.state.watch.advance(speed, dt);
     }
 
     fn bytes(&self) -> usize {
@@ -611,51 +617,16 @@ impl<L: Law> BodySide for BodyContacts<L> {
             + self.outcomes.len() * CHUNK * size_of::<([u32; 2], [PairLoad; 2])>()
     }
 
-    fn save(&self) -> SavedPairs {
-        let Self {
-            lists:
-                Versions {
-                    kept,
-                    fresh: _,
-                    rebuilt: _,
-                },
-            law: _, // belongs to the configuration
-            // Results of an evaluation; the next one overwrites them.
-            next: _,
-            separations: _,
-            outcomes: _,
-            closing: _,
-        } = self;
-        let Kept {
-            watch,
-            history,
-            list: _,      // follows from the watch's poses and margins
-            constants: _, // follow from the list
-            round: _,     // likewise
-        } = kept;
-        SavedPairs {
-            watch: watch.save(),
-            histories: SavedHistories::of(history),
-            normals: Vec::new(),
-        }
+    fn save(&self) -> Vec<u8> {
+        pack("pairs", &self.lists.kept.state)
     }
 
-    fn restore(&mut self, saved: &SavedPairs, bodies: &Bodies) -> Result<(), Refusal> {
-        let SavedPairs {
-            watch,
-            histories,
-            normals,
-        } = saved;
-        count("normals", normals.len(), 0)?;
-        let watch = self.lists.kept.watch.restored(watch, bodies)?;
-        let mut kept = Kept {
-            watch,
-            ..Kept::new(0.0)
-        };
-        if let Some(then) = kept.watch.bodies_then(bodies) {
+    fn restore(&mut self, saved: &[u8], bodies: &Bodies) -> Result<(), Refusal> {
+        let mut kept = Kept::of(unpack("pairs", saved)?);
+        if let Some(then) = kept.state.watch.bodies_then(bodies) {
             kept.build(&self.law, &then);
         }
-        kept.history = histories.restored(kept.list.pairs.len())?;
+        one_for_each(&kept.state.history, kept.list.pairs.len())?;
         (self.lists.kept, self.lists.rebuilt) = (kept, false);
         Ok(())
     }

@@ -5,14 +5,10 @@ use std::fmt::Debug;
 
 use interface::message::wire::{ContactState, ImpForce, ImpInfo, ImpState};
 use interface::solver::Refusal;
-use serde::{Deserialize, Serialize};
 
 use crate::body::bodies::Bodies;
-use crate::body::displacement::SavedDisplacement;
 use crate::body::load::Load;
 use crate::contact::passage::Passed;
-use crate::contact::set::SavedChain;
-use crate::law::history::SavedHistories;
 use crate::law::{LastStep, Loss};
 use crate::threads::Threads;
 
@@ -69,39 +65,11 @@ pub trait PointSide: Debug + Send {
     fn advance(&mut self, speed: f64, dt: f64);
     /// Bytes of memory.
     fn bytes(&self) -> usize;
-    /// The data for a saved state.
-    fn save(&self) -> SavedPoints;
-    /// Restores a saved state, with bodies of the same configuration. A refusal leaves everything unchanged.
+    /// The bytes of its state.
+    fn save(&self) -> Vec<u8>;
+    /// Restores a saved state, with bodies of the same configuration.
     ///
     /// # Errors
-    /// A refusal if it was not saved with this configuration.
-    fn restore(&mut self, saved: &SavedPoints, bodies: &Bodies) -> Result<(), Refusal>;
-}
-
-/// Contact with points in a saved state. The list follows from the positions of points and bodies at which it was
-/// built.
-#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
-pub struct SavedPoints {
-    /// The records as on the wire.
-    pub(super) set: Vec<u8>,
-    pub(super) replaced: Option<Vec<u8>>,
-    /// In m.
-    pub(super) previous: Vec<[f64; 2]>,
-    /// In m.
-    pub(super) built_at: Vec<[f64; 2]>,
-    pub(super) displacement: SavedDisplacement,
-    pub(super) histories: SavedHistories,
-    /// For contact with segments; then all other fields but the set are empty.
-    pub(super) chain: Option<SavedChain>,
-}
-
-impl SavedPoints {
-    /// The saved contact with the segments of a chain; `set` has its markers.
-    pub fn of_chain(set: Vec<u8>, chain: SavedChain) -> Self {
-        Self {
-            set,
-            chain: Some(chain),
-            ..Self::default()
-        }
-    }
+    /// A refusal if the bytes are no state of this configuration.
+    fn restore(&mut self, saved: &[u8], bodies: &Bodies) -> Result<(), Refusal>;
 }

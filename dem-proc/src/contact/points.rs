@@ -9,18 +9,19 @@ use std::fmt::Debug;
 
 use interface::Vec2;
 use interface::message::wire::{ContactState, ImpForce, ImpInfo, ImpState};
+use interface::saved::{pack, unpack};
 use interface::solver::Refusal;
+use serde::{Deserialize, Serialize};
 
 use crate::body::bodies::Bodies;
 use crate::body::displacement::Displacement;
 use crate::body::load::Load;
 use crate::contact::passage::Passed;
-use crate::contact::point_side::{Interval, PointSide, SavedPoints};
-use crate::contact::set::{restored_set, save_set};
+use crate::contact::point_side::{Interval, PointSide};
 use crate::contact::versions::Versions;
-use crate::law::history::SavedHistories;
+use crate::law::history::Numbers;
 use crate::law::{Kinematics, LastStep, Law, Loss, PairProperties, Stiffness};
-use crate::saved::{count, finite, refusal};
+use crate::saved::one_for_each;
 use crate::threads::{CHUNK, Threads};
 
 /// A kind of pairs of which at least one side is a point: which are near, where they touch, and on what their force acts.
@@ -122,31 +123,49 @@ pub struct Outcome<E> {
     loss: Loss,
 }
 
+/// The state of the contacts of a list. The list follows from it: from the places of the points and the poses of the
+/// bodies at which it was built.
+#[derive(Debug, Default, Serialize, Deserialize)]
+#[serde(bound = "H: Numbers")]
+struct State<H> {
+    #[serde(with = "crate::law::history")]
+    history: Vec<H>,
+    /// Positions of the points one step before in m; empty if there was no step.
+    #[serde(with = "crate::saved")]
+    previous: Vec<Vec2>,
+    /// Positions of the points when the list was built in m.
+    #[serde(with = "crate::saved")]
+    built_at: Vec<Vec2>,
+    displacement: Displacement,
+}
+
+/// The state of the set of points.
+#[derive(Debug, Default, Serialize, Deserialize)]
+struct Sets {
+    #[serde(with = "crate::saved")]
+    now: Vec<ImpInfo>,
+    /// The set to which the order of `kept` belongs, if it was replaced since.
+    #[serde(with = "crate::saved")]
+    replaced: Option<Vec<ImpInfo>>,
+}
+
 /// What is kept from one step to the next.
 #[derive(Debug)]
 struct Kept<G: Geometry, L: Law> {
+    state: State<L::History>,
     list: G::List,
     constants: Vec<L::Pair>,
-    history: Vec<L::History>,
     /// Smallest reduced mass of a pair in kg/m; infinite if there is none.
     lightest: f64,
-    /// Positions of the points one step before in m; empty if there was no step.
-    previous: Vec<Vec2>,
-    /// Positions of the points when the list was built in m.
-    built_at: Vec<Vec2>,
-    displacement: Displacement,
 }
 
 impl<G: Geometry, L: Law> Default for Kept<G, L> {
     fn default() -> Self {
         Self {
+            state: State::default(),
             list: G::List::default(),
             constants: Vec::new(),
-            history: Vec::new(),
             lightest: f64::INFINITY,
-            previous: Vec::new(),
-            built_at: Vec::new(),
-            displacement: Displacement::default(),
         }
     }
 }
@@ -168,31 +187,32 @@ impl<G: Geometry, L: Law> Kept<G, L> {
             let found = by_id.binary_search_by_key(&id, |&(id, _)| id);
             found.ok().map(|i| by_id[i].1)
         };
-        let old_pairs = G::pairs(&old.list);
-        self.history.clear();
-        self.history
-            .extend(G::pairs(&self.list).iter().map(|&pair| {
-                let index = G::key(pair, old_slot).and_then(|key| {
-                    let own = |pair: &G::Pair| G::key(*pair, Some).expect("of this set");
-                    old_pairs.binary_search_by_key(&key, own).ok()
-                });
-                index.map_or_else(L::History::default, |i| old.history[i])
-            }));
-        self.previous.clear();
+        let (old_pairs, old) = (G::pairs(&old.list), &old.state);
+        let state = &mut self.state;
+        state.history.clear();
+        let history = |&pair: &G::Pair| {
+            let index = G::key(pair, old_slot).and_then(|key| {
+                let own = |pair: &G::Pair| G::key(*pair, Some).expect("of this set");
+                old_pairs.binary_search_by_key(&key, own).ok()
+            });
+            index.map_or_else(L::History::default, |i| old.history[i])
+        };
+        (state.history).extend(G::pairs(&self.list).iter().map(history));
+        state.previous.clear();
         if !old.previous.is_empty() {
             // A point that is new to the set touched nothing one step ago, so its previous position has no effect.
             let at = |(slot, now): (u32, &Vec2)| {
                 old_slot(slot).map_or(*now, |old_slot| old.previous[old_slot as usize])
             };
-            self.previous.extend((0..).zip(&self.built_at).map(at));
+            (state.previous).extend((0..).zip(&state.built_at).map(at));
         }
     }
 
     fn bytes(&self) -> usize {
         G::bytes(&self.list)
             + self.constants.capacity() * size_of::<L::Pair>()
-            + self.history.capacity() * size_of::<L::History>()
-            + (self.previous.capacity() + self.built_at.capacity()) * size_of::<Vec2>()
+            + self.state.history.capacity() * size_of::<L::History>()
+            + (self.state.previous.capacity() + self.state.built_at.capacity()) * size_of::<Vec2>()
     }
 }
 
@@ -202,9 +222,7 @@ pub struct PointContacts<G: Geometry, L: Law> {
     law: L,
     geometry: G,
     skin: f64,
-    set: Vec<ImpInfo>,
-    /// The set to which the order of `kept` belongs, if it was replaced since.
-    replaced: Option<Vec<ImpInfo>>,
+    sets: Sets,
     lists: Versions<Kept<G, L>>,
     next: Vec<L::History>,
     /// Positions of the points in the last evaluation in m.
@@ -222,8 +240,7 @@ impl<G: Geometry, L: Law> PointContacts<G, L> {
             law,
             geometry,
             skin,
-            set: Vec::new(),
-            replaced: None,
+            sets: Sets::default(),
             lists: Versions::default(),
             next: Vec::new(),
             positions: Vec::new(),
@@ -242,9 +259,9 @@ impl<G: Geometry, L: Law> PointContacts<G, L> {
             now,
             on: On {
                 bodies,
-                set: &self.set,
+                set: &self.sets.now,
                 states,
-                previous: &now.previous,
+                previous: &now.state.previous,
                 list: &now.list,
             },
         }
@@ -260,8 +277,6 @@ impl<G: Geometry, L: Law> PointContacts<G, L> {
             fresh.lightest = fresh.lightest.min(properties.mass);
             fresh.constants.push(self.law.pair(&properties));
         }
-        fresh.built_at.clear();
-        fresh.built_at.extend_from_slice(positions);
     }
 }
 
@@ -303,7 +318,7 @@ impl<G: Geometry, L: Law> View<'_, G, L> {
             let velocity = G::velocity(on, pair, &arms);
             kinematics.velocity = [velocity.dot(&normal), velocity.dot(&tangent)];
         }
-        let (constants, before) = (&now.constants[k], &now.history[k]);
+        let (constants, before) = (&now.constants[k], &now.state.history[k]);
         let stiffness = self.law.stiffness(constants, overlap + closing);
         let (force, loss, history) = if overlap > 0.0 {
             let response = self.law.response(constants, &kinematics, before);
@@ -327,12 +342,12 @@ impl<G: Geometry, L: Law> View<'_, G, L> {
 
 impl<G: Geometry, L: Law> PointSide for PointContacts<G, L> {
     fn imp_set(&mut self, set: &[ImpInfo]) {
-        let old = std::mem::replace(&mut self.set, set.to_vec());
-        self.replaced.get_or_insert(old); // history still has the order of the set before the first of several replacements
+        let old = std::mem::replace(&mut self.sets.now, set.to_vec());
+        self.sets.replaced.get_or_insert(old); // history still has the order of the set before the first of several replacements
     }
 
     fn set(&self) -> &[ImpInfo] {
-        &self.set
+        &self.sets.now
     }
 
     fn update_list(&mut self, bodies: &Bodies, states: &[ImpState]) {
@@ -340,11 +355,11 @@ impl<G: Geometry, L: Law> PointSide for PointContacts<G, L> {
         let positions = states.iter().map(|s| Vec2::from(s.position));
         self.positions.extend(positions);
         self.lists.rebuilt = false;
-        if self.replaced.is_none() {
-            if self.set.is_empty() {
+        if self.sets.replaced.is_none() {
+            if self.sets.now.is_empty() {
                 return;
             }
-            let kept = &mut self.lists.kept;
+            let kept = &mut self.lists.kept.state;
             let points = self.positions.iter().zip(&kept.built_at);
             let points = points.map(|(now, at)| (now - at).norm_squared());
             let moved = points.fold(0.0, f64::max).sqrt();
@@ -353,9 +368,14 @@ impl<G: Geometry, L: Law> PointSide for PointContacts<G, L> {
             }
         }
         let mut fresh = std::mem::take(&mut self.lists.fresh);
-        self.listed(&mut fresh, bodies, &self.set, &self.positions);
-        fresh.carry(&self.lists.kept, self.replaced.as_deref(), &self.set);
-        fresh.displacement.reset(bodies);
+        self.listed(&mut fresh, bodies, &self.sets.now, &self.positions);
+        fresh.state.built_at.clone_from(&self.positions);
+        fresh.carry(
+            &self.lists.kept,
+            self.sets.replaced.as_deref(),
+            &self.sets.now,
+        );
+        fresh.state.displacement.reset(bodies);
         self.lists.fresh = fresh;
         self.lists.rebuilt = true;
     }
@@ -449,14 +469,15 @@ impl<G: Geometry, L: Law> PointSide for PointContacts<G, L> {
 
     fn keep_list(&mut self) {
         if self.lists.keep() {
-            self.replaced = None;
+            self.sets.replaced = None;
         }
     }
 
     fn commit(&mut self) {
         self.keep_list();
-        std::mem::swap(&mut self.lists.kept.history, &mut self.next);
-        std::mem::swap(&mut self.lists.kept.previous, &mut self.positions);
+        let kept = &mut self.lists.kept.state;
+        std::mem::swap(&mut kept.history, &mut self.next);
+        std::mem::swap(&mut kept.previous, &mut self.positions);
     }
 
     fn damping_ratio(&self) -> f64 {
@@ -468,7 +489,7 @@ impl<G: Geometry, L: Law> PointSide for PointContacts<G, L> {
     }
 
     fn advance(&mut self, speed: f64, dt: f64) {
-        self.lists.kept.displacement.advance(speed, dt);
+        self.lists.kept.state.displacement.advance(speed, dt);
     }
 
     fn bytes(&self) -> usize {
@@ -478,91 +499,22 @@ impl<G: Geometry, L: Law> PointSide for PointContacts<G, L> {
             + buffers * size_of::<Outcome<G::Effect>>()
             + self.next.capacity() * size_of::<L::History>()
             + self.positions.capacity() * size_of::<Vec2>()
-            + self.set.capacity() * size_of::<ImpInfo>()
+            + self.sets.now.capacity() * size_of::<ImpInfo>()
     }
 
-    fn save(&self) -> SavedPoints {
-        let Self {
-            set,
-            replaced,
-            lists:
-                Versions {
-                    kept,
-                    fresh: _,
-                    rebuilt: _,
-                },
-            // These belong to the configuration.
-            law: _,
-            geometry: _,
-            skin: _,
-            // Results of an evaluation; the next one overwrites them.
-            next: _,
-            positions: _,
-            buffers: _,
-            any_in_reach: _,
-            passed: _,
-            loss: _,
-        } = self;
-        let Kept {
-            list: _,      // follows from `built_at`, the set of that time and the displacement's poses
-            constants: _, // follow from the list
-            lightest: _,  // likewise
-            history,
-            previous,
-            built_at,
-            displacement,
-        } = kept;
-        let plain = |v: &Vec<Vec2>| v.iter().map(|&v| v.into()).collect();
-        SavedPoints {
-            set: save_set(set),
-            replaced: replaced.as_deref().map(save_set),
-            previous: plain(previous),
-            built_at: plain(built_at),
-            displacement: displacement.save(),
-            histories: SavedHistories::of(history),
-            chain: None,
-        }
+    fn save(&self) -> Vec<u8> {
+        pack("points", &(&self.sets, &self.lists.kept.state))
     }
 
-    fn restore(&mut self, saved: &SavedPoints, bodies: &Bodies) -> Result<(), Refusal> {
-        let SavedPoints {
-            set,
-            replaced,
-            previous,
-            built_at,
-            displacement,
-            histories,
-            chain,
-        } = saved;
-        if chain.is_some() {
-            return Err(refusal("contact with segments, and not with points"));
-        }
-        let set = restored_set(set)?;
-        let replaced = replaced.as_deref().map(restored_set).transpose()?;
-        let listed = replaced.as_ref().unwrap_or(&set);
-        let displacement = Displacement::restored(displacement, bodies)?;
-        finite(|| "a point".into(), previous.as_flattened())?;
-        finite(|| "a point".into(), built_at.as_flattened())?;
-        if !previous.is_empty() {
-            count("points of the step before", previous.len(), listed.len())?;
-        }
-        let vectors = |v: &[[f64; 2]]| -> Vec<Vec2> { v.iter().map(|&v| v.into()).collect() };
+    fn restore(&mut self, saved: &[u8], bodies: &Bodies) -> Result<(), Refusal> {
+        let (sets, state): (Sets, State<L::History>) = unpack("points", saved)?;
+        let then = bodies.placed(state.displacement.start().iter().copied());
+        let listed = sets.replaced.as_ref().unwrap_or(&sets.now);
         let mut kept = Kept::default();
-        if displacement.start().is_empty() && !bodies.is_empty() {
-            // No list has been built; the next step builds one for the set.
-            count("points in no list", built_at.len(), 0)?;
-            if !(listed.is_empty() && previous.is_empty()) {
-                return Err(refusal("points without a list"));
-            }
-        } else {
-            count("points in a list", built_at.len(), listed.len())?;
-            let then = bodies.placed(displacement.start().iter().copied());
-            self.listed(&mut kept, &then, listed, &vectors(built_at));
-        }
-        kept.history = histories.restored(G::pairs(&kept.list).len())?;
-        (kept.previous, kept.displacement) = (vectors(previous), displacement);
-        self.lists.kept = kept;
-        (self.set, self.replaced, self.lists.rebuilt) = (set, replaced, false);
+        self.listed(&mut kept, &then, listed, &state.built_at);
+        one_for_each(&state.history, G::pairs(&kept.list).len())?;
+        kept.state = state;
+        (self.sets, self.lists.kept, self.lists.rebuilt) = (sets, kept, false);
         Ok(())
     }
 }

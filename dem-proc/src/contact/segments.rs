@@ -11,7 +11,9 @@
 
 use interface::Vec2;
 use interface::message::wire::{ContactState, ImpForce, ImpInfo, ImpState};
+use interface::saved::{pack, unpack};
 use interface::solver::Refusal;
+use serde::{Deserialize, Serialize};
 
 use crate::body::bodies::Bodies;
 use crate::body::load::Load;
@@ -19,13 +21,11 @@ use crate::contact::chain::{Extremum, Foot, Links, came_through, extrema, shares
 use crate::contact::frame_contacts::POINT;
 use crate::contact::near::{Near, NearSegments};
 use crate::contact::passage::{Passage, Passed, admissible_depth};
-use crate::contact::point_side::{Interval, PointSide, SavedPoints};
-use crate::contact::set::{SavedChain, restored_set, save_set};
+use crate::contact::point_side::{Interval, PointSide};
 use crate::contact::stretch::{Held, Memory, Place, Transferred};
-use crate::law::history::SavedHistories;
+use crate::law::history::Numbers;
 use crate::law::{Kinematics, LastStep, Law, Loss, PairProperties};
 use crate::lists::neighbours::REACH;
-use crate::saved::{count, finite, refusal};
 use crate::threads::Threads;
 use mechanics::mass::cross;
 use mechanics::outline::contact_point;
@@ -42,17 +42,26 @@ struct Sums {
     pressing: Vec<ContactState>,
 }
 
+/// What is kept from one step to the next.
+#[derive(Debug, Default, Serialize, Deserialize)]
+#[serde(bound = "H: Numbers")]
+struct State<H> {
+    #[serde(with = "crate::saved")]
+    set: Vec<ImpInfo>,
+    /// Positions one step before in m, slot by slot; `None` for a new marker, or if there was no step.
+    #[serde(with = "crate::saved")]
+    previous: Vec<Option<Vec2>>,
+    memory: Memory<H>,
+}
+
 /// Contact between discs and segments by the law `L`.
 #[derive(Debug)]
 pub struct SegmentContacts<L: Law> {
     law: L,
     /// Surface of each point group; empty if the scene has no table of laws.
     surfaces: Vec<u32>,
-    set: Vec<ImpInfo>,
+    state: State<L::History>,
     links: Links,
-    /// Positions one step before in m, slot by slot; `None` for a new marker, or if there was no step.
-    previous: Vec<Option<Vec2>>,
-    kept: Memory<L::History>,
     next: Memory<L::History>,
     positions: Vec<Vec2>,
     near: NearSegments,
@@ -91,10 +100,8 @@ impl<L: Law> SegmentContacts<L> {
         Self {
             law,
             surfaces,
-            set: Vec::new(),
+            state: State::default(),
             links: Links::default(),
-            previous: Vec::new(),
-            kept: Memory::default(),
             next: Memory::default(),
             positions: Vec::new(),
             near: NearSegments::new(skin),
@@ -112,13 +119,16 @@ impl<L: Law> SegmentContacts<L> {
 
     /// Slot of a marker, by its id.
     fn slot(&self, id: u64) -> Option<usize> {
-        self.set.binary_search_by_key(&id, |info| info.id).ok()
+        self.state
+            .set
+            .binary_search_by_key(&id, |info| info.id)
+            .ok()
     }
 
     /// The minima at which a disc pressed in the last step.
     fn held_by(&self, near: &Near) -> &[Held] {
         let disc = (near.body, near.part);
-        let all = &self.kept.held;
+        let all = &self.state.memory.held;
         let first = all.partition_point(|h| (h.body, h.part) < disc);
         let rest = &all[first..];
         &rest[..rest.partition_point(|h| (h.body, h.part) == disc)]
@@ -134,9 +144,9 @@ impl<L: Law> SegmentContacts<L> {
                 minima.map(move |e| (i, e))
             });
             let far = minima.filter_map(|(i, e)| {
-                let info = self.set[e.foot.slots[0] as usize];
+                let info = self.state.set[e.foot.slots[0] as usize];
                 let far = (at - e.point).norm();
-                (info.group == self.set[old].group && far <= info.radius).then_some((i, far))
+                (info.group == self.state.set[old].group && far <= info.radius).then_some((i, far))
             });
             far.min_by(|a, b| a.1.total_cmp(&b.1)).map(|(i, _)| i)
         };
@@ -157,7 +167,7 @@ impl<L: Law> SegmentContacts<L> {
         self.successors(held, found, successors);
         transferred.transfer(
             held,
-            &self.kept.springs,
+            &self.state.memory.springs,
             successors,
             stretches(found).count(),
         );
@@ -176,13 +186,13 @@ impl<L: Law> SegmentContacts<L> {
 
     /// Overlap of a disc with the chain at an extremum in m.
     fn overlap(&self, bodies: &Bodies, near: &Near, e: &Extremum) -> f64 {
-        let own = self.set[e.foot.slots[0] as usize].radius;
+        let own = self.state.set[e.foot.slots[0] as usize].radius;
         bodies.radius_at(near.body as usize, near.part) + own - e.distance
     }
 
     /// The constants of a disc and the marker of a slot.
     fn pair_properties(&self, bodies: &Bodies, near: &Near, slot: usize) -> PairProperties {
-        let (info, body) = (&self.set[slot], near.body as usize);
+        let (info, body) = (&self.state.set[slot], near.body as usize);
         let of_group = self.surfaces.get(info.group as usize).copied().unwrap_or(0);
         PairProperties {
             mass: 1.0 / (1.0 / info.mass + bodies.state[body].inverse_mass),
@@ -216,7 +226,7 @@ impl<L: Law> SegmentContacts<L> {
         let [first, second] = e.foot.shares();
         if last_step.dt > 0.0 {
             // From positions, as for points. A marker that is new touched nothing one step ago.
-            let was = |slot: usize| self.previous[slot].unwrap_or(self.positions[slot]);
+            let was = |slot: usize| self.state.previous[slot].unwrap_or(self.positions[slot]);
             let was = was(a) * first + was(b) * second;
             let moved = e.point - was - bodies.frames[body].displacement(*r);
             let moved = [moved.dot(normal), moved.dot(tangent)];
@@ -236,7 +246,7 @@ impl<L: Law> SegmentContacts<L> {
     /// The geometry and the constants of an extremum. Also adds the stiffness that it may have until the next exchange.
     fn seen(&self, on: &Evaluation, near: &Near, e: &Extremum, to: &mut Targets) -> Place<L::Pair> {
         let (bodies, body) = (on.bodies, near.body as usize);
-        let info = &self.set[e.foot.slots[0] as usize];
+        let info = &self.state.set[e.foot.slots[0] as usize];
         let overlap = self.overlap(bodies, near, e);
         let rigid = &bodies.frames[body];
         let normal = (e.point - bodies.outline_of(body)[near.part as usize]) / e.distance;
@@ -361,7 +371,7 @@ impl<L: Law> SegmentContacts<L> {
         Held {
             body: near.body,
             part: near.part,
-            ids: foot.slots.map(|slot| self.set[slot as usize].id),
+            ids: foot.slots.map(|slot| self.state.set[slot as usize].id),
             s: foot.s,
             force: place.elastic[0],
             spring,
@@ -384,7 +394,7 @@ impl<L: Law> SegmentContacts<L> {
         let nearer = foot.slots[usize::from(foot.s > 0.5)];
         to.sums.pressing.push(ContactState {
             body: near.body.into(),
-            other: self.set[nearer as usize].id,
+            other: self.state.set[nearer as usize].id,
             with: POINT,
             position: (place.r + place.center).into(),
             force: (-force).into(),
@@ -403,23 +413,23 @@ impl<L: Law> SegmentContacts<L> {
         let body = near.body as usize;
         let center = on.bodies.outline_of(body)[near.part as usize];
         let segments = self.near.of(near);
-        let radius = self.set[segments[0] as usize].radius;
+        let radius = self.state.set[segments[0] as usize].radius;
         let of_disc = on.bodies.radius_at(body, near.part);
         let contact = of_disc + radius;
         let (x, found) = (&self.positions, &mut room.found);
         extrema(&self.links, x, segments, center, contact, found);
         found.retain(|e| {
-            let own = self.set[e.foot.slots[0] as usize].radius;
+            let own = self.state.set[e.foot.slots[0] as usize].radius;
             e.distance < of_disc + (1.0 + REACH) * own
         });
         let depth = admissible_depth(on.bodies, body, near.part);
         for e in found.iter().filter(|e| e.least) {
-            let own = self.set[e.foot.slots[0] as usize].radius;
+            let own = self.state.set[e.foot.slots[0] as usize].radius;
             let through = came_through(e, own);
             let deep = e.outside && of_disc - e.distance > depth;
             if (through || deep) && to.sums.passed.is_none() {
                 to.sums.passed = Some(Passed::Body {
-                    id: self.set[e.foot.slots[0] as usize].id,
+                    id: self.state.set[e.foot.slots[0] as usize].id,
                     body,
                     passage: if through {
                         Passage::Through
@@ -472,24 +482,28 @@ impl Sums {
 impl<L: Law> PointSide for SegmentContacts<L> {
     fn imp_set(&mut self, set: &[ImpInfo]) {
         let was = |id: u64| {
-            let slot = self.set.binary_search_by_key(&id, |info| info.id).ok()?;
-            self.previous.get(slot).copied().flatten()
+            let slot = self
+                .state
+                .set
+                .binary_search_by_key(&id, |info| info.id)
+                .ok()?;
+            self.state.previous.get(slot).copied().flatten()
         };
-        self.previous = set.iter().map(|info| was(info.id)).collect();
-        self.set = set.to_vec();
+        self.state.previous = set.iter().map(|info| was(info.id)).collect();
+        self.state.set = set.to_vec();
         self.links = Links::of(set);
         self.near.forget();
     }
 
     fn set(&self) -> &[ImpInfo] {
-        &self.set
+        &self.state.set
     }
 
     fn update_list(&mut self, bodies: &Bodies, states: &[ImpState]) {
         self.positions.clear();
         self.positions
             .extend(states.iter().map(|s| Vec2::from(s.position)));
-        let (set, links) = (&self.set, &self.links);
+        let (set, links) = (&self.state.set, &self.links);
         self.near.update(bodies, set, links, &self.positions);
     }
 
@@ -549,10 +563,12 @@ impl<L: Law> PointSide for SegmentContacts<L> {
     fn keep_list(&mut self) {}
 
     fn commit(&mut self) {
-        std::mem::swap(&mut self.kept, &mut self.next);
-        self.previous.clear();
-        self.previous
-            .extend(self.positions.iter().copied().map(Some));
+        let Self {
+            state, positions, ..
+        } = self;
+        std::mem::swap(&mut state.memory, &mut self.next);
+        state.previous.clear();
+        (state.previous).extend(positions.iter().copied().map(Some));
     }
 
     fn damping_ratio(&self) -> f64 {
@@ -569,83 +585,20 @@ impl<L: Law> PointSide for SegmentContacts<L> {
 
     fn bytes(&self) -> usize {
         self.near.bytes()
-            + self.kept.bytes()
+            + self.state.memory.bytes()
             + self.next.bytes()
             + self.positions.capacity() * size_of::<Vec2>()
-            + self.previous.capacity() * size_of::<Option<Vec2>>()
-            + self.set.capacity() * (size_of::<ImpInfo>() + 2 * size_of::<Option<u32>>())
+            + self.state.previous.capacity() * size_of::<Option<Vec2>>()
+            + self.state.set.capacity() * (size_of::<ImpInfo>() + 2 * size_of::<Option<u32>>())
     }
 
-    fn save(&self) -> SavedPoints {
-        let Self {
-            set,
-            previous,
-            kept,
-            // These belong to the configuration.
-            law: _,
-            surfaces: _,
-            links: _, // follows from the set
-            // The results do not depend on the list, so it is built again.
-            near: _,
-            // Results of an evaluation; the next one overwrites them.
-            next: _,
-            positions: _,
-            sums: _,
-            room: _,
-        } = self;
-        let contact = |h: &Held| (h.body, h.part, h.ids, h.s, h.force, h.spring);
-        let chain = SavedChain {
-            previous: previous.iter().map(|p| p.map(Into::into)).collect(),
-            held: kept.held.iter().map(contact).collect(),
-            histories: SavedHistories::of(&kept.springs),
-        };
-        SavedPoints::of_chain(save_set(set), chain)
+    fn save(&self) -> Vec<u8> {
+        pack("segments", &self.state)
     }
 
-    fn restore(&mut self, saved: &SavedPoints, bodies: &Bodies) -> Result<(), Refusal> {
-        let Some(chain) = &saved.chain else {
-            return Err(refusal("contact with points, and not with segments"));
-        };
-        let set = restored_set(&saved.set)?;
-        count(
-            "markers of the step before",
-            chain.previous.len(),
-            set.len(),
-        )?;
-        let previous: Vec<[f64; 2]> = chain.previous.iter().flatten().copied().collect();
-        finite(|| "a marker".into(), previous.as_flattened())?;
-        let mut held = Vec::new();
-        for &(body, part, ids, s, force, spring) in &chain.held {
-            let of_body = bodies.properties.get(body as usize).map(|b| &b.shape);
-            if of_body.is_none_or(|shape| part as usize >= shape.vertices.len()) {
-                return Err(refusal(format!("a contact of disc {part} of body {body}")));
-            }
-            finite(|| "the place or force of a contact".into(), &[s, force])?;
-            held.push(Held {
-                body,
-                part,
-                ids,
-                s,
-                force,
-                spring,
-            });
-        }
-        // Each spring belongs to minima of one disc, which follow one another. Springs are in the order of their first
-        // minima.
-        let springs = held.chunk_by(|a, b| a.spring == b.spring);
-        let numbered = (0..).zip(springs).all(|(k, minima)| {
-            let first = &minima[0];
-            let same = |h: &Held| (h.body, h.part) == (first.body, first.part);
-            first.spring == k && minima.iter().all(same)
-        });
-        if !(numbered && held.is_sorted_by_key(|h| (h.body, h.part))) {
-            return Err(refusal("contacts with segments are not in order"));
-        }
-        let count = held.last().map_or(0, |h| h.spring as usize + 1);
-        let springs: Vec<L::History> = chain.histories.restored(count)?;
-        self.previous = chain.previous.iter().map(|p| p.map(Into::into)).collect();
-        (self.links, self.set) = (Links::of(&set), set);
-        self.kept = Memory { held, springs };
+    fn restore(&mut self, saved: &[u8], _: &Bodies) -> Result<(), Refusal> {
+        self.state = unpack("segments", saved)?;
+        self.links = Links::of(&self.state.set);
         self.near.forget();
         Ok(())
     }

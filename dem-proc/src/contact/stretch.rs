@@ -36,12 +36,13 @@
 //! energy.
 
 use interface::Vec2;
+use serde::{Deserialize, Serialize};
 
 use crate::contact::chain::Extremum;
 use crate::law::history::Numbers;
 
 /// A minimum of the distance that pressed in the last step.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Held {
     /// The disc.
     pub body: u32,
@@ -58,11 +59,13 @@ pub struct Held {
 }
 
 /// The history of stretches: the minima, and the springs that minima share.
-#[derive(Debug, Default)]
+#[derive(Debug, Default, Serialize, Deserialize)]
+#[serde(bound = "H: Numbers")]
 pub struct Memory<H> {
     /// In the order of the discs, and of the stretches of each disc.
     pub held: Vec<Held>,
     /// One spring for each stretch that pressed.
+    #[serde(with = "crate::law::history")]
     pub springs: Vec<H>,
 }
 

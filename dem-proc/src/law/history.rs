@@ -1,9 +1,6 @@
 //! The history of contacts from one step to the next, as numbers, so that the state of any law can be saved.
 
-use interface::solver::Refusal;
-use serde::{Deserialize, Serialize};
-
-use crate::saved::{count, finite, refusal};
+use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
 /// Plain values that may be stored in arrays and shared between threads.
 pub trait Plain: Copy + Send + Sync + std::fmt::Debug + 'static {}
@@ -55,11 +52,11 @@ where
     }
 }
 
-/// The histories of the contacts of a list. Most pairs of a list do not touch and have no history.
-#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
-pub struct SavedHistories {
+/// The histories of the contacts of a list, as they are saved. Most pairs of a list do not touch and have no history.
+#[derive(Serialize, Deserialize)]
+struct Sparse {
     /// Length of the list.
-    pairs: u64,
+    pairs: usize,
     /// The parts to which the numbers of each pair belong.
     parts: Vec<Part>,
     /// Pairs with a history, ascending.
@@ -68,60 +65,55 @@ pub struct SavedHistories {
     numbers: Vec<f64>,
 }
 
-impl SavedHistories {
-    /// The histories of a list.
-    pub fn of<H: Numbers>(histories: &[H]) -> Self {
-        let mut saved = Self {
-            pairs: histories.len() as u64,
-            parts: H::parts(0),
-            ..Self::default()
-        };
-        for (k, history) in (0..).zip(histories) {
-            let from = saved.numbers.len();
-            history.put(&mut saved.numbers);
-            // The comparison is by bits, since minus zero must be restored as minus zero.
-            if saved.numbers[from..].iter().all(|x| x.to_bits() == 0) {
-                saved.numbers.truncate(from);
-            } else {
-                saved.at.push(k);
-            }
+/// Writes the histories of a list: `#[serde(with = "crate::law::history")]`.
+///
+/// # Errors
+/// As the serializer.
+pub fn serialize<H: Numbers, S: Serializer>(histories: &[H], to: S) -> Result<S::Ok, S::Error> {
+    let mut saved = Sparse {
+        pairs: histories.len(),
+        parts: H::parts(0),
+        at: Vec::new(),
+        numbers: Vec::new(),
+    };
+    for (k, history) in (0..).zip(histories) {
+        let from = saved.numbers.len();
+        history.put(&mut saved.numbers);
+        // The comparison is by bits, since minus zero must be restored as minus zero.
+        if saved.numbers[from..].iter().all(|x| x.to_bits() == 0) {
+            saved.numbers.truncate(from);
+        } else {
+            saved.at.push(k);
         }
-        saved
     }
+    saved.serialize(to)
+}
 
-    /// The histories for a list of `pairs` pairs. If the law has other parts than the saved one, the parts that both
-    /// have are taken over, and the others start from zero.
-    ///
-    /// # Errors
-    /// A refusal if the list has another length.
-    pub fn restored<H: Numbers>(&self, pairs: usize) -> Result<Vec<H>, Refusal> {
-        let Self {
-            pairs: length,
-            parts,
-            at,
-            numbers,
-        } = self;
-        count("pairs in a list", *length as usize, pairs)?;
-        let of_a_pair = parts
-            .iter()
-            .map(|(_, count)| *count as usize)
-            .sum::<usize>();
-        count(
-            "numbers of contacts",
-            numbers.len(),
-            at.len().saturating_mul(of_a_pair),
-        )?;
-        finite(|| "the memory of a contact".into(), numbers)?;
-        let places = places(parts, &H::parts(0));
-        let mut histories = vec![H::default(); pairs];
-        for (&k, numbers) in at.iter().zip(numbers.chunks(of_a_pair.max(1))) {
-            let history = histories.get_mut(k as usize);
-            let text = || refusal(format!("a contact of pair {k} in a list of {pairs}"));
-            let number = |place: &Option<usize>| place.map_or(0.0, |place| numbers[place]);
-            *history.ok_or_else(text)? = H::take(&mut places.iter().map(number));
+/// Reads the histories of a list. If the law has other parts than the saved one, the parts that both have are taken
+/// over, and the others start from zero.
+///
+/// # Errors
+/// As the deserializer.
+pub fn deserialize<'a, H: Numbers, D: Deserializer<'a>>(from: D) -> Result<Vec<H>, D::Error> {
+    let Sparse {
+        pairs,
+        parts,
+        at,
+        numbers,
+    } = Sparse::deserialize(from)?;
+    let of_a_pair = parts
+        .iter()
+        .map(|(_, count)| *count as usize)
+        .sum::<usize>();
+    let places = places(&parts, &H::parts(0));
+    let mut histories = vec![H::default(); pairs];
+    for (&k, numbers) in at.iter().zip(numbers.chunks_exact(of_a_pair.max(1))) {
+        let number = |place: &Option<usize>| place.map_or(0.0, |place| numbers[place]);
+        if let Some(history) = histories.get_mut(k as usize) {
+            *history = H::take(&mut places.iter().map(number));
         }
-        Ok(histories)
     }
+    Ok(histories)
 }
 
 /// The index among the `saved` numbers of each number of the `own` parts; `None` if it is not there.
@@ -153,20 +145,24 @@ mod tests {
         }
     }
 
+    #[derive(Serialize, Deserialize)]
+    #[serde(bound = "H: Numbers")]
+    struct Histories<H>(#[serde(with = "super")] Vec<H>);
+
     #[test]
     fn what_two_laws_both_remember_goes_over() {
-        let saved = SavedHistories::of(&[two(0.0, [0.0; 2]), two(3.0, [4.0, 5.0])]);
-        let same: Vec<Two> = saved.restored(2).unwrap();
-        assert_eq!(same[1], two(3.0, [4.0, 5.0]));
-        let without_damping: Vec<Memory<[f64; 1], ()>> = saved.restored(2).unwrap();
-        assert_eq!(without_damping[1].tangent, [3.0]);
-        let smooth: Vec<Memory<(), [f64; 2]>> = saved.restored(2).unwrap();
-        assert_eq!(smooth[1].dashpot, [4.0, 5.0]);
+        fn restored<H: Numbers>() -> Vec<H> {
+            let saved = Histories(vec![two(0.0, [0.0; 2]), two(3.0, [4.0, 5.0])]);
+            let bytes = interface::saved::pack("histories", &saved);
+            let Histories(back) = interface::saved::unpack("histories", &bytes).unwrap();
+            back
+        }
+        assert_eq!(restored::<Two>()[1], two(3.0, [4.0, 5.0]));
+        assert_eq!(restored::<Memory<[f64; 1], ()>>()[1].tangent, [3.0]);
+        assert_eq!(restored::<Memory<(), [f64; 2]>>()[1].dashpot, [4.0, 5.0]);
         // A tangential spring with two numbers belongs to another law.
-        let other: Vec<Memory<[f64; 2], [f64; 2]>> = saved.restored(2).unwrap();
+        let other = restored::<Memory<[f64; 2], [f64; 2]>>();
         assert_eq!((other[1].tangent, other[1].dashpot), ([0.0; 2], [4.0, 5.0]));
-        let nothing: Vec<()> = saved.restored(2).unwrap();
-        assert_eq!(nothing.len(), 2);
-        assert!(saved.restored::<Two>(3).is_err());
+        assert_eq!(restored::<()>().len(), 2);
     }
 }

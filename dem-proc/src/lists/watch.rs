@@ -1,12 +1,10 @@
 //! The largest displacement of bodies within two steps, and the rule for rebuilding a list of their pairs.
 
-use interface::solver::Refusal;
 use interface::step::GROWTH;
 use serde::{Deserialize, Serialize};
 
 use crate::body::bodies::Bodies;
-use crate::body::displacement::{Displacement, SavedDisplacement};
-use crate::saved::{count, finite};
+use crate::body::displacement::Displacement;
 
 /// The largest displacement of surfaces in the next two steps, as a function of their speed.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
@@ -46,7 +44,7 @@ impl Ahead {
 /// Each body may use up half of the skin, less its displacement in the next two steps. If the fastest body moves
 /// farther in two steps than half the skin, the list is built in every step, with a different margin for each body.
 /// Otherwise one fast body far away would fill the lists of all others.
-#[derive(Debug, Clone, Default)]
+#[derive(Debug, Clone, Default, Serialize, Deserialize)]
 pub struct Watch {
     skin: f64,
     /// Largest allowed sum of a surface's displacement so far and in the next two steps, in m.
@@ -116,52 +114,6 @@ impl Watch {
         let poses = self.displacement.start();
         (!poses.is_empty()).then(|| bodies.placed(poses.iter().copied()))
     }
-
-    /// The data for a saved state.
-    pub fn save(&self) -> SavedWatch {
-        let Self {
-            skin: _, // belongs to the configuration
-            limit,
-            margins,
-            displacement,
-        } = self;
-        SavedWatch {
-            limit: *limit,
-            margins: margins.clone(),
-            displacement: displacement.save(),
-        }
-    }
-
-    /// Restores what was saved, with the skin of this one.
-    ///
-    /// # Errors
-    /// A refusal if it was saved for other bodies.
-    pub fn restored(&self, saved: &SavedWatch, bodies: &Bodies) -> Result<Self, Refusal> {
-        let SavedWatch {
-            limit,
-            margins,
-            displacement,
-        } = saved;
-        finite(|| "a margin".into(), margins)?;
-        finite(|| "a margin".into(), &[*limit])?;
-        if !margins.is_empty() {
-            count("margins", margins.len(), bodies.len())?;
-        }
-        Ok(Self {
-            skin: self.skin,
-            limit: *limit,
-            margins: margins.clone(),
-            displacement: Displacement::restored(displacement, bodies)?,
-        })
-    }
-}
-
-/// A [`Watch`] in a saved state, in m.
-#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
-pub struct SavedWatch {
-    limit: f64,
-    margins: Vec<f64>,
-    displacement: SavedDisplacement,
 }
 
 #[cfg(test)]

@@ -20,7 +20,7 @@ use crate::contact::points::PointContacts;
 use crate::contact::segments::SegmentContacts;
 use crate::law::Law;
 use crate::law::choice::{ForLaw, normal_stiffness, with_laws, with_table};
-use crate::system::{Kicked, LimitConstants, Loads, System};
+use crate::system::{Kicked, LimitConstants, Loads, State, System};
 use crate::threads::Threads;
 
 struct PointsWith {
@@ -177,7 +177,10 @@ pub fn configure(config: &DemConfig) -> Result<(System, Readiness), Refusal> {
             motions: vec![SurfaceMotion::default(); n],
             ..Kicked::default()
         },
-        speed: bodies.initial_speed(),
+        state: State {
+            speed: bodies.initial_speed(),
+            ..State::default()
+        },
         constants: LimitConstants {
             outer_acceleration: outer_acceleration(&bodies, config.gravity.into()),
             first_contact: first_contact(&bodies, body_stiffness),

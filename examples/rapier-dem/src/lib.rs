@@ -4,24 +4,20 @@
 //! [`mechanics::rigid`] has it. What differs from the built-in solver stands in `docs/solver-authors.md`.
 #![forbid(unsafe_code)]
 
-use std::collections::BTreeMap;
-
 use interface::Vec2;
 use interface::config::capability::Capabilities;
 use interface::config::{ContactLaw, DemConfig, Motion};
-use interface::message::wire::{EnvelopeVertex, ImpForce, ImpInfo, ImpState, Limits};
+use interface::forces::{Forces, Points};
+use interface::ledger::{self, Totals};
+use interface::message::wire::{BodyState, EnvelopeVertex, Limits};
 use interface::solver::{Answer, DemMeasurement, DemSolver, Fault, Readiness, Refusal};
 use interface::step::Step;
-use mechanics::ledger::{self, Totals};
-use mechanics::rigid::{Body, Springs};
+use mechanics::rigid::{Body, PointContact};
 use rapier2d_f64::prelude::*;
 
 /// Bodies that meet may pass speed on, and a far end may get more than the end that was hit; twice is ample for convex
 /// ones of even mass.
 const PASSED_ON: f64 = 2.0;
-
-/// Where each point was one step before, and its tangential spring on each body, in m.
-type Past = BTreeMap<u64, (Vec2, Vec<f64>)>;
 
 /// What the solver takes ([`interface::config::capability`]). Not `save`: rapier keeps of its contacts what it does not give. Of the
 /// family `overlap` nothing, since bodies meet by impulses, whatever the measure.
@@ -49,16 +45,12 @@ pub struct Rapier {
     gravity: Vec2,
     /// Whether bodies touch one another.
     meeting: bool,
-    springs: Springs,
-    set: Vec<ImpInfo>,
+    springs: PointContact,
     /// Velocity (m/s) and spin (rad/s) of each body after the last step. Those in `bodies` are of the last evaluation.
     reached: Vec<([f64; 2], f64)>,
-    past: Past,
-    /// What `past` is to be after the step that was last evaluated.
-    next_past: Past,
     envelopes: Vec<EnvelopeVertex>,
     totals: Totals,
-    /// Likewise.
+    /// What `totals` are to be after the step that was last evaluated.
     next_totals: Totals,
     measured: DemMeasurement,
 }
@@ -74,9 +66,6 @@ impl DemSolver for Rapier {
 
     fn configure(&mut self, config: &DemConfig) -> Result<Readiness, Refusal> {
         let refuse = |key: &str, text: &str| Err(Refusal::new(key, text));
-        if config.threads == 0 {
-            return refuse("dem.threads", "expected 1 or more");
-        }
         if !config.contact_pairs.is_empty() {
             let text = "one law for all here: none is accepted";
             return refuse("contact_pair", text);
@@ -96,7 +85,7 @@ impl DemSolver for Rapier {
         *self = Self {
             gravity: config.gravity.into(),
             meeting: friction.is_some(),
-            springs: Springs::new(&config.point_contact)?,
+            springs: PointContact::new(&config.point_contact)?,
             ..Self::default()
         };
         for (i, body) in config.bodies.iter().enumerate() {
@@ -135,62 +124,37 @@ impl DemSolver for Rapier {
         &self.envelopes
     }
 
-    fn imp_set(&mut self, set: &[ImpInfo]) {
-        self.set = set.to_vec();
-    }
-
     /// The forces on points and what these, gravity and pushes do to the bodies. All of it is worked out from where the last
     /// step ended, so it may be asked for again; what bodies do to one another is rapier's and comes in [`Self::advance`].
     fn contact(
         &mut self,
         step: &Step,
-        imps: &[ImpState],
-        forces: &mut [ImpForce],
+        points: &Points<'_>,
+        forces: &mut Forces,
     ) -> Result<Answer, Fault> {
-        for (b, reached) in self.bodies.iter_mut().zip(&self.reached) {
-            (b.entry.velocity, b.entry.spin) = *reached;
-            b.begin();
-        }
-        self.next_past.clear();
-        (self.springs.energy, self.springs.loss) = (0.0, 0.0);
-        for ((info, state), force) in self.set.iter().zip(imps).zip(forces) {
-            let at = Vec2::from(state.position);
-            // What is new, or has no interval behind it, has not moved.
-            let known = self.past.get(&info.id).filter(|_| step.dt_before > 0.0);
-            let (was, mut springs) = known
-                .cloned()
-                .unwrap_or_else(|| (at, vec![0.0; self.bodies.len()]));
-            for (body, spring) in self.bodies.iter_mut().zip(&mut springs) {
-                let pushed = self.springs.press(body, info.radius, at, at - was, spring);
-                if let Some(push) = pushed {
-                    force.force[0] += push.x;
-                    force.force[1] += push.y;
-                    force.stiffness += self.springs.normal;
-                }
-            }
-            self.next_past.insert(info.id, (at, springs));
-        }
-        for body in &mut self.bodies {
-            body.kick(step, self.gravity)?;
-        }
+        self.springs.evaluate(step, points, &self.bodies, forces);
         self.next_totals = self.totals;
-        self.next_totals.friction_work += self.springs.loss;
-        for b in &self.bodies {
+        self.next_totals.friction_work += forces.slid;
+        let reached = self.reached.iter().zip(forces.on_bodies());
+        for (body, (reached, load)) in self.bodies.iter_mut().zip(reached) {
+            (body.entry.velocity, body.entry.spin) = *reached;
+            body.kick(step, load, self.gravity)?;
+            let push = body.push(step);
             self.next_totals
-                .add(&b.entry, self.gravity, b.push(step), step.kick());
+                .add(&body.entry, self.gravity, push, step.kick());
         }
         if step.measure {
-            let (energy, totals) = (self.springs.energy, [&self.totals, &self.next_totals]);
+            let totals = [&self.totals, &self.next_totals];
             let entries = self.bodies.iter().map(|b| b.entry);
-            self.measured = ledger::measure(step, self.gravity, energy, totals, entries);
+            self.measured = ledger::measure(step, self.gravity, forces.stored, totals, entries);
         }
-        Ok(self.answer(step))
+        Ok(self.answer(step, forces))
     }
 
     /// Takes over what was evaluated; then rapier's step.
     fn advance(&mut self, step: &Step) -> Result<(), Fault> {
         self.totals = self.next_totals;
-        std::mem::swap(&mut self.past, &mut self.next_past);
+        self.springs.commit();
         if step.dt > 0.0 {
             self.drift(step);
         }
@@ -200,8 +164,13 @@ impl DemSolver for Rapier {
         Ok(())
     }
 
-    fn measurement(&self) -> &DemMeasurement {
-        &self.measured
+    fn bodies(&self) -> Vec<BodyState> {
+        self.bodies.iter().map(Body::state).collect()
+    }
+
+    /// Its own: the velocity after the kick is not that of the step's end, which rapier's impulses have changed.
+    fn measurement(&self) -> Option<&DemMeasurement> {
+        Some(&self.measured)
     }
 }
 
@@ -276,21 +245,22 @@ impl Rapier {
         Some(())
     }
 
-    fn answer(&self, step: &Step) -> Answer {
+    fn answer(&self, step: &Step, forces: &Forces) -> Answer {
         let most = |of: &dyn Fn(&Body) -> f64| self.bodies.iter().map(of).fold(0.0, f64::max);
         let mut speed = most(&Body::speed);
         if self.meeting {
             let p = &self.world.integration_parameters;
             speed = PASSED_ON * (speed + p.normalized_max_corrective_velocity * p.length_unit);
         }
+        let loads = forces.on_bodies().iter();
+        let limits = loads.fold(Limits::default(), |most, load| Limits {
+            contact_omega_sq: most.contact_omega_sq.max(load.rate),
+            mobility: most.mobility.max(load.mobility),
+            ..most
+        });
         Answer {
-            limits: Limits {
-                contact_omega_sq: most(&|b| b.rate),
-                mobility: most(&|b| b.mobility),
-                speed,
-                ..Limits::default()
-            },
-            travel: most(&Body::travelled) + speed * step.dt,
+            limits: Limits { speed, ..limits },
+            travel: Some(most(&Body::travelled) + speed * step.dt),
         }
     }
 }

@@ -2,8 +2,9 @@
 
 use interface::config::capability::SAVE;
 use interface::config::{BodyConfig, BodyInertia, BodyShape, ContactLaw, DemConfig, Motion};
-use interface::message::wire::{ImpForce, ImpInfo, ImpState, Ledger};
-use interface::solver::DemSolver;
+use interface::forces::{Forces, Load, Points};
+use interface::message::wire::{ImpInfo, ImpState, Ledger};
+use interface::solver::{Answer, DemSolver};
 use interface::step::Step;
 use rapier_dem::Rapier;
 
@@ -59,17 +60,29 @@ fn points(places: [[f64; 2]; 3]) -> [ImpState; 3] {
     })
 }
 
+/// An evaluation of three points.
+fn contact(dem: &mut Rapier, step: &Step, states: &[ImpState; 3]) -> (Forces, Answer) {
+    let set = [0, 1, 2].map(|id| ImpInfo {
+        id,
+        radius: 0.02,
+        mass: 0.5,
+        ..ImpInfo::default()
+    });
+    let mut forces = Forces::default();
+    let config = scene();
+    let bodies = dem.bodies().into_iter().zip(&config.bodies);
+    let loads = bodies.map(|(state, body)| Load::none(&state, body.motion.yielding()));
+    forces.clear(3, loads);
+    let points = Points { set: &set, states };
+    let answer = dem.contact(step, &points, &mut forces).unwrap();
+    (forces, answer)
+}
+
 /// Answers of a run in which points rub over the block, with or without a trial before each step.
 fn run(trials: bool) -> (Vec<String>, Ledger) {
     let mut dem = Rapier::default();
     dem.configure(&scene()).unwrap();
     dem.envelopes();
-    dem.imp_set(&[0, 1, 2].map(|id| ImpInfo {
-        id,
-        radius: 0.02,
-        mass: 0.5,
-        ..ImpInfo::default()
-    }));
     let mut trace = Vec::new();
     for i in 0..200 {
         let dt = if i == 0 { 0.0 } else { 1e-3 };
@@ -77,16 +90,14 @@ fn run(trials: bool) -> (Vec<String>, Ledger) {
         if trials {
             let elsewhere = points([[0.1, 0.24], [-x, 0.245], [0.3, 0.25]]);
             let step = step(i, 2.0 * dt, i % 2 == 0);
-            let mut forces = [ImpForce::default(); 3];
-            dem.contact(&step, &elsewhere, &mut forces).unwrap();
+            contact(&mut dem, &step, &elsewhere);
         }
         let states = points([[x - 0.1, 0.245], [0.02, 0.25 - 0.02 * x], [0.4 - x, 0.24]]);
-        let mut forces = [ImpForce::default(); 3];
-        let answer = dem.contact(&step(i, dt, true), &states, &mut forces);
+        let (forces, answer) = contact(&mut dem, &step(i, dt, true), &states);
         dem.advance(&step(i, dt, true)).unwrap();
         trace.push(format!("{forces:?} {answer:?} {:?}", dem.measurement()));
     }
-    (trace, dem.measurement().ledger)
+    (trace, dem.measurement().unwrap().ledger)
 }
 
 #[test]

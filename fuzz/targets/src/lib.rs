@@ -33,14 +33,12 @@ pub mod target;
 pub use target::Target;
 
 /// All targets.
-pub const TARGETS: [Target; 9] = [
+pub const TARGETS: [Target; 7] = [
     scene::TARGET,
     session::TARGET,
     recording::TARGET,
     checkpoint::TARGET,
     checkpoint::RESUME,
-    checkpoint::MPM,
-    checkpoint::DEM,
     frames::TARGET,
     page::TARGET,
 ];

@@ -110,16 +110,6 @@ fn resumed_runs() {
 }
 
 #[test]
-fn states_of_the_continuum() {
-    holds("mpm_state", 2.0);
-}
-
-#[test]
-fn states_of_the_bodies() {
-    holds("dem_state", 2.0);
-}
-
-#[test]
 fn vtk_files() {
     holds("frames", 2.0);
 }

@@ -5,8 +5,6 @@
 //! | [`outline`] | the nearest point of an outline, by which points and bodies touch |
 //! | [`mass`] | area, centre and second moments of outlines swept by a disc |
 //! | [`rigid`] | contact with points, for a rigid-body solver whose own contact has none |
-//! | [`ledger`] | the ledger of a bodies' side, for any integrator |
-//! | [`impulse`] | compensated sums of impulses |
 //! | [`expression`] | formulas in a scene: fields, loads, checks |
 //! | [`generate`] | sets of bodies from a seed |
 //! | [`threads`] | the threads of a solver |
@@ -14,8 +12,6 @@
 
 pub mod expression;
 pub mod generate;
-pub mod impulse;
-pub mod ledger;
 pub mod mass;
 pub mod outline;
 pub mod rigid;

@@ -1,19 +1,21 @@
-//! Rigid bodies for a solver that has contact between bodies but none with material points. It does the rest of what
-//! the contract requires of a bodies' side, with the four most frequent mistakes (docs/solver-authors.md) avoided: the
-//! kick for unequal steps (T-1), the negated forces on the points (F-7), stiffness before contact (F-6), and the
-//! displacement of surfaces (F-9). It is simple and meant for few bodies: every point is compared with every edge.
+//! Rigid bodies for a solver that has none of its own, or no contact with material points. It is simple and meant for few
+//! bodies: every point is compared with every edge.
 //!
-//! In a step: [`Springs::press`] for each point and body, [`Body::kick`], [`Body::entry`] into the
-//! [ledger](crate::ledger), then [`Body::drift`], or [`Body::moved_to`] where the solver has moved it.
+//! In a step: [`PointContact::evaluate`]; then [`PointContact::commit`], and for each body [`Body::kick`] and
+//! [`Body::drift`], or [`Body::moved_to`] where the solver has moved it.
 
-use crate::ledger::Entry;
+use std::collections::BTreeMap;
+
 use crate::mass::{cross, swept};
 use crate::outline::{contact_point, see};
 use interface::Vec2;
 use interface::config::{BodyConfig, BodyShape, ContactLaw, Motion};
+use interface::forces::{Contact, Forces, Load, Points};
+use interface::ledger::Entry;
 use interface::message::wire::{BodyState, EnvelopeVertex};
 use interface::solver::{Fault, Refusal};
 use interface::step::Step;
+use serde::{Deserialize, Serialize};
 
 /// A disc, a rounded segment or a convex spheropolygon. Its frame lies at its centre of mass.
 #[derive(Debug, Clone)]
@@ -28,15 +30,9 @@ pub struct Body {
     pub extent: f64,
     /// The data for the ledger: position and loads at `t_n`, velocities before and after the kick.
     pub entry: Entry,
-    /// Bound of the squared frequency that the contacts in reach give it, `sum k (1/m + (r x n)^2/I)`, in 1/s^2 (L-2).
-    pub rate: f64,
-    /// `sum (1/m + (r x n)^2/I)` over them in 1/kg.
-    pub mobility: f64,
     motion: Motion,
     /// The outline at `t_n`.
     placed: Vec<Vec2>,
-    /// Shift (m) and turn (rad) over the last step.
-    moved: (Vec2, f64),
     /// Position and angle when the envelope was last asked for.
     published: (Vec2, f64),
 }
@@ -98,12 +94,9 @@ impl Body {
                 spin: config.spin,
                 yielding: config.motion.yielding(),
             },
-            rate: 0.0,
-            mobility: 0.0,
             motion: config.motion,
             placed: outline.clone(),
             outline,
-            moved: (Vec2::zeros(), 0.0),
             published: (center, config.angle),
         };
         body.place(center, config.angle);
@@ -113,7 +106,6 @@ impl Body {
         if !(body.speed() + center.norm() + config.angle.abs()).is_finite() {
             return Err(refusal("position", "a number that is not finite"));
         }
-        body.begin();
         Ok(body)
     }
 
@@ -128,7 +120,7 @@ impl Body {
     }
 
     /// 1/m along x and y, 1/I; 0 where forces do not move it.
-    pub fn inverse(&self) -> [f64; 3] {
+    fn inverse(&self) -> [f64; 3] {
         let (mass, inertia) = (self.entry.body.mass, self.entry.body.inertia);
         let [x, y, angle] = self.entry.yielding;
         [x / mass, y / mass, angle / inertia]
@@ -156,28 +148,40 @@ impl Body {
         })
     }
 
-    /// Prepares for the contacts of a step: the velocity after the last kick becomes that before this one, and all
-    /// loads are zero.
-    pub fn begin(&mut self) {
-        let b = &mut self.entry.body;
-        (b.velocity, b.spin) = (self.entry.velocity, self.entry.spin);
-        (b.point_force, b.point_torque, b.contacts) = ([0.0; 2], 0.0, 0);
-        (self.rate, self.mobility) = (0.0, 0.0);
+    /// Goes on in the place and with the velocities of a saved [`Self::state`].
+    pub fn restore(&mut self, state: &BodyState) {
+        self.place(state.position.into(), state.angle);
+        (self.entry.velocity, self.entry.spin) = (state.velocity, state.spin);
     }
 
-    /// The kick of T-1 by all forces at `t_n`, in `gravity` (m/s^2).
+    /// As [`DemSolver::bodies`](interface::solver::DemSolver::bodies) has it.
+    pub fn state(&self) -> BodyState {
+        BodyState {
+            velocity: self.entry.velocity,
+            spin: self.entry.spin,
+            ..self.entry.body
+        }
+    }
+
+    /// The kick of T-1 by the points, a push and `gravity` (m/s^2) at `t_n`.
     ///
     /// # Errors
     /// [`Fault::NotFinite`].
-    pub fn kick(&mut self, step: &Step, gravity: Vec2) -> Result<(), Fault> {
+    pub fn kick(&mut self, step: &Step, load: &Load, gravity: Vec2) -> Result<(), Fault> {
         let (push, torque) = self.push(step);
+        self.entry.body = BodyState {
+            point_force: load.force.into(),
+            point_torque: load.torque,
+            contacts: load.contacts,
+            ..self.state()
+        };
         let (b, inverse) = (&self.entry.body, self.inverse());
         for i in 0..2 {
-            let force = b.point_force[i] + b.body_force[i] + push[i];
+            let force = b.point_force[i] + push[i];
             let weight = gravity[i] * self.entry.yielding[i];
             self.entry.velocity[i] = b.velocity[i] + (force * inverse[i] + weight) * step.kick();
         }
-        let torque = b.point_torque + b.body_torque + torque;
+        let torque = b.point_torque + torque;
         self.entry.spin = b.spin + torque * inverse[2] * step.kick();
         if self.speed().is_finite() {
             return Ok(());
@@ -201,7 +205,6 @@ impl Body {
 
     /// Moves the body to this position (m), by this rotation (rad).
     pub fn moved_to(&mut self, position: Vec2, turn: f64) {
-        self.moved = (position - self.center(), turn);
         self.place(position, self.entry.body.angle + turn);
     }
 
@@ -213,28 +216,44 @@ impl Body {
     }
 }
 
+/// What a point and a body have moved over the last step, in m and rad.
+#[derive(Debug, Clone, Copy, Default)]
+struct Ways {
+    moved: Vec2,
+    shift: Vec2,
+    turn: f64,
+}
+
 fn turned(v: Vec2, angle: f64) -> Vec2 {
     let (sin, cos) = angle.sin_cos();
     Vec2::new(cos * v.x - sin * v.y, sin * v.x + cos * v.y)
 }
 
-/// The law `linear` between points and bodies, without dashpots, and the sums of a step.
-#[derive(Debug, Clone, Copy, Default)]
-pub struct Springs {
+/// Contact between points and bodies by the law `linear`, without dashpots.
+#[derive(Debug, Clone, Default)]
+pub struct PointContact {
     /// k_n in N/m.
     pub normal: f64,
     /// k_t in N/m; 0 where there is no friction.
-    pub tangential: f64,
+    tangential: f64,
     /// mu.
-    pub friction: f64,
-    /// Energy in all springs at `t_n` in J/m.
-    pub energy: f64,
-    /// Energy dissipated by sliding over the last step in J/m.
-    pub loss: f64,
+    friction: f64,
+    past: History,
+    /// What that is to be after the step that was last evaluated.
+    next: History,
 }
 
-impl Springs {
-    /// The springs of a law between points and bodies.
+/// What contact remembers of the step before.
+#[derive(Debug, Clone, Default, Serialize, Deserialize)]
+pub struct History {
+    /// Where each point was, and its tangential spring on each body, in m; by the point's id (I-10).
+    points: BTreeMap<u64, ([f64; 2], Vec<f64>)>,
+    /// Where each body was, in m and rad.
+    bodies: Vec<([f64; 2], f64)>,
+}
+
+impl PointContact {
+    /// By a law between points and bodies.
     ///
     /// # Errors
     /// A [`Refusal`] of other laws, of dashpots, and of numbers that make no spring.
@@ -277,16 +296,80 @@ impl Springs {
         })
     }
 
-    /// Force (N/m) of a body on a point of `radius` at `at` that has moved by `moved`, with its tangential `spring`
-    /// (all in m; section 7). The body gets the negative. `None` if the point is out of reach (F-6).
-    pub fn press(
+    /// Adds the contacts of all points with all bodies at `t_n` to `forces`. Nothing is remembered before
+    /// [`Self::commit`].
+    pub fn evaluate(
         &mut self,
-        body: &mut Body,
+        step: &Step,
+        points: &Points<'_>,
+        bodies: &[Body],
+        forces: &mut Forces,
+    ) {
+        self.next.points.clear();
+        let places = bodies
+            .iter()
+            .map(|b| (b.entry.body.position, b.entry.body.angle));
+        self.next.bodies = places.collect();
+        for (slot, (info, state)) in points.set.iter().zip(points.states).enumerate() {
+            let at = Vec2::from(state.position);
+            let known = self.past.points.get(&info.id).cloned();
+            let new = || (state.position, vec![0.0; bodies.len()]);
+            let (was, mut springs) = known.unwrap_or_else(new);
+            // What has no interval behind it has not moved.
+            let has_moved = f64::from(u8::from(step.dt_before > 0.0));
+            let moved = (at - Vec2::from(was)) * has_moved;
+            for (i, (body, spring)) in bodies.iter().zip(&mut springs).enumerate() {
+                let (center, angle) = self.past.bodies.get(i).unwrap_or(&self.next.bodies[i]);
+                let shift = (body.center() - Vec2::from(*center)) * has_moved;
+                let turn = (body.entry.body.angle - angle) * has_moved;
+                let ways = Ways { moved, shift, turn };
+                if let Some((contact, slid)) = self.press(body, info.radius, at, &ways, spring) {
+                    forces.slid += slid;
+                    forces.add(&Contact {
+                        slot,
+                        body: i,
+                        ..contact
+                    });
+                }
+            }
+            self.next.points.insert(info.id, (state.position, springs));
+        }
+    }
+
+    /// The step that was evaluated is done.
+    pub fn commit(&mut self) {
+        core::mem::swap(&mut self.past, &mut self.next);
+    }
+
+    /// What has to survive in a saved state.
+    pub fn history(&self) -> &History {
+        &self.past
+    }
+
+    /// Goes on with the history of a saved state, which is of so many bodies.
+    ///
+    /// # Errors
+    /// A [`Refusal`]: it is of others.
+    pub fn restore(&mut self, history: History, bodies: usize) -> Result<(), Refusal> {
+        let springs = history.points.values().map(|(_, springs)| springs.len());
+        let of_others = [0, bodies].iter().all(|&n| history.bodies.len() != n);
+        if of_others || springs.into_iter().any(|n| n != bodies) {
+            return Err(Refusal::new("restore", "springs of other bodies"));
+        }
+        self.past = history;
+        Ok(())
+    }
+
+    /// Contact of a point of `radius` at `at`, with its tangential `spring` (all in m; section 7), and the energy that has
+    /// slid away (J/m). `None` if the point is out of reach (F-6).
+    fn press(
+        &self,
+        body: &Body,
         radius: f64,
         at: Vec2,
-        moved: Vec2,
+        ways: &Ways,
         spring: &mut f64,
-    ) -> Option<Vec2> {
+    ) -> Option<(Contact, f64)> {
         let before = core::mem::take(spring);
         let seen = see(&body.placed, 0..body.placed.len(), at);
         let overlap = body.radius + radius - seen.distance;
@@ -295,14 +378,10 @@ impl Springs {
         }
         let normal = seen.normal;
         let tangent = Vec2::new(-normal.y, normal.x);
-        let arm = contact_point(at, radius, overlap, normal) - body.center();
-        let [x_yields, y_yields, turns] = body.inverse();
-        let mobility = |along: &Vec2| x_yields.max(y_yields) + turns * cross(arm, *along).powi(2);
-        body.rate += self.normal * mobility(&normal) + self.tangential * mobility(&tangent);
-        body.mobility += mobility(&normal);
-        let (shift, turn) = body.moved;
-        let material = shift + arm - turned(arm, -turn);
-        let slid = (moved - material).dot(&tangent);
+        let p = contact_point(at, radius, overlap, normal);
+        let arm = p - body.center();
+        let of_body = ways.shift + arm - turned(arm, -ways.turn);
+        let slid = (ways.moved - of_body).dot(&tangent);
         // In a contact that has opened, the limit of friction shortens the spring to zero.
         let depth = overlap.max(0.0);
         let pressing = self.normal * depth;
@@ -310,15 +389,17 @@ impl Springs {
             let longest = self.friction * pressing / self.tangential;
             *spring = (before + slid).clamp(-longest, longest);
         }
-        self.loss += 0.5 * self.tangential * (*spring + before) * (slid - (*spring - before));
-        self.energy += 0.5 * (pressing * depth + self.tangential * *spring * *spring);
-        let force = normal * pressing - tangent * (self.tangential * *spring);
-        let b = &mut body.entry.body;
-        b.point_force[0] -= force.x;
-        b.point_force[1] -= force.y;
-        b.point_torque -= cross(arm, force);
-        b.contacts += u64::from(overlap > 0.0);
-        Some(force)
+        let contact = Contact {
+            at: p,
+            force: normal * pressing - tangent * (self.tangential * *spring),
+            stiffness: self.normal,
+            normal: Some(normal),
+            tangential: self.tangential,
+            stored: Some(0.5 * (pressing * depth + self.tangential * *spring * *spring)),
+            ..Contact::default()
+        };
+        let loss = 0.5 * self.tangential * (*spring + before) * (slid - (*spring - before));
+        Some((contact, loss))
     }
 }
 

@@ -7,6 +7,7 @@ use std::sync::LazyLock;
 
 use interface::config::capability::Capabilities;
 use interface::config::{DemConfig, MpmConfig};
+use interface::forces::Forces;
 use interface::message::wire::{
     BodyState, EnvelopeVertex, GroupState, ImpForce, ImpInfo, ImpState, Ledger, Limits, PointState,
 };
@@ -128,10 +129,6 @@ impl MpmSolver for Points {
             velocity: [state.v[i as usize], 0.0],
         }));
         &self.states
-    }
-
-    fn predict(&mut self, _: &Step) -> Result<(), Fault> {
-        Ok(())
     }
 
     fn correct(&mut self, step: &Step, forces: &[ImpForce]) -> Result<Limits, Fault> {
@@ -284,13 +281,18 @@ impl DemSolver for Wall {
     fn contact(
         &mut self,
         step: &Step,
-        imps: &[ImpState],
-        forces: &mut [ImpForce],
+        points: &interface::forces::Points<'_>,
+        forces: &mut Forces,
     ) -> Result<Answer, Fault> {
         let state = &self.state;
         self.next.clear();
         let mut energy = 0.0;
-        for ((imp, force), &id) in imps.iter().zip(forces).zip(&state.set) {
+        for ((imp, force), &id) in points
+            .states
+            .iter()
+            .zip(forces.on_points_mut())
+            .zip(&state.set)
+        {
             let overlap = RADIUS - (imp.position[0] - state.x);
             if overlap <= -0.5 * RADIUS {
                 continue;
@@ -325,21 +327,18 @@ impl DemSolver for Wall {
                 },
                 ..Limits::default()
             },
-            travel: state.x + SPEED * step.dt - state.published,
+            travel: Some(state.x + SPEED * step.dt - state.published),
         })
     }
 
     fn advance(&mut self, step: &Step) -> Result<(), Fault> {
         self.state.x += SPEED * step.dt;
-        // The opening step leaves no trace (T-3).
-        if step.dt_before + step.dt > 0.0 {
-            core::mem::swap(&mut self.state.history, &mut self.next);
-        }
+        core::mem::swap(&mut self.state.history, &mut self.next);
         Ok(())
     }
 
-    fn measurement(&self) -> &DemMeasurement {
-        &self.measurement
+    fn measurement(&self) -> Option<&DemMeasurement> {
+        Some(&self.measurement)
     }
 
     fn save(&self) -> Result<Vec<u8>, Fault> {

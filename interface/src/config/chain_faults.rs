@@ -1,7 +1,7 @@
 //! The faults of the chains of a configuration with segments.
 
 use super::fault::Faults;
-use super::{ContactForceScheme, Interface, MpmConfig, Wall};
+use super::{Chain, ContactForceScheme, Fill, Interface, MpmConfig, Wall};
 
 impl MpmConfig {
     /// Refuses chains without segments, and segments in a configuration in which bodies cannot meet them.
@@ -86,13 +86,41 @@ impl MpmConfig {
             found.add(markers, value, "places within mpm.domain", "");
             return;
         }
-        let pairs = chain.markers.windows(2).map(|w| (w[0], w[1]));
-        let last = chain
-            .closed
-            .then(|| (chain.markers[chain.markers.len() - 1], chain.markers[0]));
-        if let Some((x, _)) = pairs.chain(last).find(|(a, b)| a == b) {
+        if let Some((x, _)) = chain.segments().find(|(a, b)| a == b) {
             let value = format!("two markers at {x:?} m, one after the other");
             found.add(markers, value, "a length of every segment", "");
+            return;
         }
+        let group = self.groups.get(chain.group);
+        if let Some(group) = group.filter(|group| self.has_on_its_right(chain, &group.fill)) {
+            let value = format!("the material of \"{}\" on its right", group.name);
+            let help = "write the markers in the opposite order: bodies would fall through";
+            found.add(markers, value, "the material on its left", help);
+        }
+    }
+
+    /// Whether the outline of the material lies to the left of the chain: the depth in the material falls from the right
+    /// side of the segments to the left one, on the average over their length.
+    fn has_on_its_right(&self, chain: &Chain, fill: &Fill) -> bool {
+        let near = 1e-3 * self.cell;
+        let rise = |(a, b): ([f64; 2], [f64; 2])| {
+            let [dx, dy] = [b[0] - a[0], b[1] - a[1]];
+            let (length, middle) = (dx.hypot(dy), [0.5 * (a[0] + b[0]), 0.5 * (a[1] + b[1])]);
+            let left = [-dy / length * near, dx / length * near];
+            let beside = |side: f64| fill.depth([0, 1].map(|i| middle[i] + side * left[i]));
+            Some((beside(1.0)? - beside(-1.0)?) * length)
+        };
+        let rises: Option<f64> = chain.segments().map(rise).sum();
+        rises.is_some_and(|rises| rises < 0.0)
+    }
+}
+
+impl Chain {
+    /// Both ends of each segment in m.
+    fn segments(&self) -> impl Iterator<Item = ([f64; 2], [f64; 2])> {
+        let from = self.markers.iter();
+        let to = self.markers.iter().cycle().skip(1);
+        let segments = self.markers.len() - usize::from(!self.closed);
+        from.zip(to).take(segments).map(|(a, b)| (*a, *b))
     }
 }

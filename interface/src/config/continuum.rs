@@ -5,11 +5,11 @@ use serde::{Deserialize, Serialize};
 
 use super::{Interface, MaterialConfig};
 
-/// The continuum solver's part of a scene.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+/// The configuration of the continuum's solver. SI units, per metre of thickness. Every field is present.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct MpmConfig {
-    /// Lower left and upper right corner of the grid's domain in m. Points may not leave it.
+    /// Lower left and upper right corner of the grid in m. Points may leave it only through periodic walls.
     pub domain: [[f64; 2]; 2],
     /// Grid spacing `L` in m.
     pub cell: f64,
@@ -23,15 +23,13 @@ pub struct MpmConfig {
     pub stress_update: StressUpdate,
     /// The velocity with which points move.
     ///
-    /// The default is a constant, the value of most schemes, because the meaning of a missing field must not depend on
-    /// other fields. With `usl` or contact on the grid `mapped` is refused. A configuration with these has `nodal`,
-    /// which the coupler writes if the scene does not choose.
+    /// `mapped` is refused with `usl` or contact on the grid.
     pub drift: Drift,
     /// Plane strain or plane stress.
     pub plane: Plane,
     /// Conditions on the four walls of the domain.
     pub walls: Walls,
-    /// Materials, referred to by index.
+    /// Materials.
     #[serde(rename = "material")]
     pub materials: Vec<MaterialConfig>,
     /// Groups of points.
@@ -41,34 +39,34 @@ pub struct MpmConfig {
     pub contact_force: ContactForceScheme,
     /// Loads on the continuum other than gravity, walls and bodies.
     pub forcing: Forcing,
-    /// Names that expressions may use besides their variables.
+    /// Named numbers that formulas may use.
     pub constants: std::collections::BTreeMap<String, f64>,
     /// What happens to a point that leaves the domain.
     pub leaving: Leaving,
-    /// Contact between the groups of points on the grid; without it all groups are one continuum.
+    /// Contact between the groups of points on the grid; null: all groups are one continuum.
     pub grid_contact: Option<GridContact>,
-    /// Whether each group has its own grid layer (Chen 2023; capability `layers`).
+    /// Whether each group has its own grid layer, so that groups exchange nothing through the grid (Chen 2023;
+    /// capability `layers`). Not with `grid_contact`.
     pub layers: bool,
-    /// Pairs of groups, by their indices, whose points have a contact law on the bodies' side: those of its
-    /// `group_pairs`. Points of such groups that are near one another are IMPs (capability `pairs`).
+    /// Pairs of groups, by their indices, whose points touch by a law of the bodies' side: those of its `group_pair`.
+    /// Points of such groups that are near one another are IMPs (capability `pairs`). Needs `layers`.
     #[serde(rename = "group_pair")]
     pub group_pairs: Vec<[usize; 2]>,
-    /// What the bodies are in contact with: points or segments.
+    /// What the bodies are in contact with.
     pub interface: Interface,
-    /// The chains of markers, if `interface` is `segments`; empty otherwise.
+    /// The chains of markers, one or more for each group, if `interface` is `segments`; empty otherwise.
     #[serde(rename = "chain")]
     pub chains: Vec<Chain>,
     /// Verlet skin `V_d` in m: a point within `reach + r_p + V_d` of a body is an IMP.
     pub skin: f64,
-    /// Sets of points whose mean motion is recorded; measured after the groups.
+    /// Sets of points whose mean motion is recorded; measured after the groups (capability `feature:probes`).
     #[serde(rename = "probe")]
     pub probes: Vec<Probe>,
-    /// Threads of the solver.
+    /// Most threads to use, 1 or more; fewer are allowed.
     pub threads: usize,
 }
 
 /// Points of a group whose mean motion is recorded: those that are in a region at the start.
-// They are measured like a group, with their own record (capability `feature:probes`).
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Probe {
@@ -83,10 +81,10 @@ pub struct Probe {
 /// A chain of markers along the boundary of a group (Singer 2022). Markers have no mass and move with the nodes. Bodies
 /// are in contact with the segments between them: a segment goes from each marker to the next and has the material on
 /// its left.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Chain {
-    /// Index into [`MpmConfig::groups`]: the group whose contact radius and density are those of the markers.
+    /// Index of the group whose contact radius and density are those of the markers.
     #[serde(rename = "points")]
     pub group: usize,
     /// Initial positions of the markers in m; at least two, or three for a closed chain.
@@ -120,17 +118,16 @@ pub struct GridContact {
     pub friction: f64,
 }
 
-/// Loads on the continuum other than gravity, walls and bodies. Expressions are those of the crate `mechanics`,
-/// `expression`.
-#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+/// Loads on the continuum other than gravity, walls and bodies.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Forcing {
-    /// Acceleration in m/s^2 as expressions in a point's initial position `x`, `y` (m) and the time `t` (s).
+    /// Acceleration in m/s^2 besides gravity: formulas in a point's initial position `x`, `y` (m) and the time `t` (s).
     pub body_force: Option<[String; 2]>,
-    /// Loads on surfaces.
+    /// Dead loads.
     #[serde(rename = "traction")]
     pub tractions: Vec<Traction>,
-    /// Points that are held.
+    /// Points that are held (capability `feature:holds`).
     #[serde(rename = "hold")]
     pub holds: Vec<Hold>,
     /// Stages with their own damping and transfer, in order of their start.
@@ -151,7 +148,6 @@ pub struct Traction {
 }
 
 /// Held points of a group: those that are in a region at the start. They start at rest in the held directions.
-// Capability `feature:holds`. They are measured like a group, with the force of the support in place of that of bodies.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Hold {
@@ -332,9 +328,11 @@ pub enum Wall {
         /// Coefficient of friction.
         coefficient: f64,
     },
-    /// Material that leaves here enters at the opposite wall, which must be periodic too.
+    /// Material that leaves here enters at the opposite wall, which must be periodic too. The change of a point's
+    /// potential energy is booked as driven work.
     Periodic,
-    /// The velocity of the wall, which moves along itself; its work is booked as driven.
+    /// The velocity of the wall, which moves along itself; its work is booked as driven. The walls across it are
+    /// periodic or open.
     Driven {
         /// Velocity of the wall in m/s: along +x at the bottom and at the top, along +y at the left and at the right.
         speed: f64,
@@ -342,34 +340,34 @@ pub enum Wall {
 }
 
 /// A group of material points.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct GroupConfig {
     /// Name, by which quantities refer to it.
     pub name: String,
-    /// Index into [`MpmConfig::materials`].
+    /// Index of its material.
     pub material: usize,
     /// Region filled with points.
     pub fill: Fill,
     /// Spacing of the points.
     pub spacing: Spacing,
-    /// Orientation of the lattice.
+    /// Orientation of the lattice of points.
     pub lattice: Lattice,
     /// Initial velocity in m/s.
     pub velocity: [f64; 2],
     /// Initial fields that are not uniform.
     pub fields: InitialFields,
-    /// Contact radius `r_p` in m; `None`: half the point spacing.
+    /// Contact radius `r_p` in m; null: half the point spacing.
     pub contact_radius: Option<f64>,
-    /// Whether the points move as one rigid body; only with [`MpmConfig::grid_contact`].
+    /// Whether the points move as one rigid body; only with `grid_contact`.
     pub rigid: bool,
-    /// Whether the nodes get the spin of the group as a linear field, so that rigid rotation causes no strain; with
-    /// `pic`, `flip` and `blend`, and without periodic walls.
+    /// Whether the nodes get the spin w of the group as a linear field, `v_p + w x (x_I - x_p)` in place of `v_p`, so
+    /// that rigid rotation causes no strain; with `pic`, `flip` and `blend`, and without periodic walls.
     pub keeps_spin: bool,
 }
 
-/// Initial fields as expressions (the crate `mechanics`, `expression`) in the position `x`, `y` (m).
-#[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, Deserialize)]
+/// Initial fields as formulas in the position `x`, `y` (m); null: none.
+#[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct InitialFields {
     /// Velocity in m/s, added to the uniform one.

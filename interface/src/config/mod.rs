@@ -1,8 +1,8 @@
 //! The configuration that the coupler sends to each solver: its part of the scene, checked and in SI units.
 //!
 //! The leaf types (shapes, transfers, material models, outlines, contact laws) are written in scene files exactly as
-//! they are here, so they have the schema too. The configuration is JSON in the message Configure, so that a solver in
-//! any language can read it.
+//! they are here. The configuration is JSON in the message Configure, so that a solver in any language can read it;
+//! [`schema`] describes it.
 
 mod bodies;
 mod bodies_faults;
@@ -20,6 +20,7 @@ pub mod needs;
 mod pairs_faults;
 pub mod polygon;
 mod region;
+pub mod schema;
 pub mod surfaces;
 
 use schemars::JsonSchema;

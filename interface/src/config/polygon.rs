@@ -33,6 +33,21 @@ pub fn perimeter(vertices: &[Point]) -> f64 {
     edges(vertices).map(length).sum()
 }
 
+/// Distance of a point from the outline in m: positive inside a closed polygon, negative outside.
+pub fn depth(vertices: &[Point], [x, y]: Point) -> f64 {
+    let (mut inside, mut least) = (false, f64::INFINITY);
+    for (a, b) in edges(vertices) {
+        let [dx, dy] = [b[0] - a[0], b[1] - a[1]];
+        let along = ((x - a[0]) * dx + (y - a[1]) * dy) / (dx * dx + dy * dy);
+        let along = along.clamp(0.0, 1.0);
+        least = least.min((x - a[0] - along * dx).hypot(y - a[1] - along * dy));
+        if (a[1] > y) != (b[1] > y) && x < a[0] + (y - a[1]) / dy * dx {
+            inside = !inside;
+        }
+    }
+    if inside { least } else { -least }
+}
+
 fn edges(vertices: &[Point]) -> impl Iterator<Item = (&Point, &Point)> {
     vertices.iter().zip(vertices.iter().cycle().skip(1))
 }

@@ -17,6 +17,27 @@ impl Fill {
         }
     }
 
+    /// Distance of a place from the outline in m, positive inside; `None` for a list of points, which has no outline.
+    pub fn depth(&self, [x, y]: [f64; 2]) -> Option<f64> {
+        match self {
+            Self::Disc { center, radius } => Some(radius - (x - center[0]).hypot(y - center[1])),
+            Self::Rectangle {
+                lower: [left, bottom],
+                upper: [right, top],
+            } => {
+                let corners = [
+                    [*left, *bottom],
+                    [*right, *bottom],
+                    [*right, *top],
+                    [*left, *top],
+                ];
+                Some(polygon::depth(&corners, [x, y]))
+            }
+            Self::Polygon { vertices } => Some(polygon::depth(vertices, [x, y])),
+            Self::Points { .. } => None,
+        }
+    }
+
     /// Area in m^2; 0 for a list of points, which have none of their own.
     pub fn area(&self) -> f64 {
         match self {

@@ -34,7 +34,7 @@ pub fn encode_state<T: Serialize>(state: &T) -> Vec<u8> {
 /// # Errors
 /// [`DecodeError`] when bytes are missing, left over or out of range.
 pub fn decode_state<T: DeserializeOwned>(bytes: &[u8]) -> Result<T, DecodeError> {
-    match decode_bounded(bytes)? {
+    match decode_first(bytes)? {
         (state, used) if used == bytes.len() => Ok(state),
         (_, used) => Err(DecodeError::left_over(bytes.len() - used)),
     }
@@ -43,7 +43,10 @@ pub fn decode_state<T: DeserializeOwned>(bytes: &[u8]) -> Result<T, DecodeError>
 /// The value at the beginning of `bytes`, and how many bytes it takes. For a text, bincode allocates the length that
 /// the bytes announce before it checks that so many are there, unless that exceeds a limit. The limit must be known at
 /// compile time, so there is one for each size of message, at most 64 times as large.
-fn decode_bounded<T: DeserializeOwned>(bytes: &[u8]) -> Result<(T, usize), DecodeError> {
+///
+/// # Errors
+/// [`DecodeError`] when bytes are missing or out of range.
+pub fn decode_first<T: DeserializeOwned>(bytes: &[u8]) -> Result<(T, usize), DecodeError> {
     macro_rules! bounded {
         ($($bits:literal)*) => {
             match bytes.len() {
@@ -90,7 +93,7 @@ pub fn decode_beginning<T: DeserializeOwned>(bytes: &[u8]) -> Result<(T, usize),
     if bytes.len() > MAX_BYTES {
         return Err(DecodeError(format!("{} bytes", bytes.len())));
     }
-    decode_bounded(bytes)
+    decode_first(bytes)
 }
 
 #[cfg(test)]

@@ -260,16 +260,9 @@ impl RecordingSink {
     /// goes on from here cuts it to that. `None` if it takes longer than [`SYNC_LIMIT`] or the recording has failed.
     /// Nothing may be sent meanwhile.
     pub fn flush(&self) -> Option<u64> {
-        let rounds = &self.0.rounds;
         let until = Instant::now() + SYNC_LIMIT;
-        // The tap may already have passed a channel in its present round when a message came. The next round reads all
-        // of it.
-        let after = rounds.load(Ordering::Acquire).saturating_add(2);
-        while rounds.load(Ordering::Acquire) < after {
-            if Instant::now() >= until {
-                return None;
-            }
-            std::thread::sleep(Duration::from_micros(500));
+        if !self.heard(until) {
+            return None;
         }
         let noted = self.0.lock().noted;
         let written = |state: &mut State| {
@@ -278,6 +271,32 @@ impl RecordingSink {
         };
         let state = self.0.wait(until, written)?;
         Some(state.length)
+    }
+
+    /// Waits until the tap has read all that was sent before this call; false at the time `until`.
+    fn heard(&self, until: Instant) -> bool {
+        let rounds = &self.0.rounds;
+        // The tap may already have passed a channel in its present round when a message came. The next round reads all
+        // of it.
+        let after = rounds.load(Ordering::Acquire).saturating_add(2);
+        while rounds.load(Ordering::Acquire) < after {
+            if Instant::now() >= until {
+                return false;
+            }
+            std::thread::sleep(Duration::from_micros(500));
+        }
+        true
+    }
+
+    /// Waits until the tap has looked into the channels of all solvers that are ready, so that no message passes it. A
+    /// subscriber is connected to a publisher only when it first looks for messages after the publisher was made. Until
+    /// then iceoryx2 drops what the buffer does not hold, without a word to the sender. If that takes more than
+    /// [`SYNC_LIMIT`] the recording fails.
+    pub fn listen(&self) {
+        if !self.heard(Instant::now() + SYNC_LIMIT) {
+            let text = format!("it has not read for {SYNC_LIMIT:?}");
+            self.fail(RecordingError::Tap(text));
+        }
     }
 
     /// Waits until all messages so far are on disk, for at most [`SYNC_LIMIT`].

@@ -4,6 +4,10 @@ use super::*;
 use crate::message::control::Party;
 use crate::message::wire::{Grant, ImpState};
 use crate::message::{Kind, Records};
+use crate::transport::TransportError;
+use crate::transport::domain::OwnedDomain;
+use crate::transport::iceoryx::{self, Medium};
+use core::time::Duration;
 
 fn states_channel() -> Channel {
     Channel::of(Party::Mpm, Kind::States)
@@ -182,6 +186,44 @@ fn a_full_disk_is_reported_and_delays_nothing() {
         panic!("the first write finds out");
     };
     assert!(told.to_string().contains("No space left"), "{told}");
+}
+
+/// A run whose tap was late by 64 messages lost some, and its recording could not be replayed.
+#[test]
+fn a_tap_that_has_looked_once_misses_nothing() {
+    let domain = OwnedDomain::create().unwrap();
+    let (names, parties) = (domain.domain(), [Party::Mpm, Party::Dem]);
+    let medium = Medium::Threads;
+    let _channels = iceoryx::create(medium, names, &parties, true).unwrap();
+    let join = |party| {
+        let patience = Duration::from_millis(20);
+        let mut ends = iceoryx::join(medium, names, party, &parties, patience).unwrap();
+        ends.open(&[states_channel()]).unwrap();
+        ends
+    };
+    let mut tap = iceoryx::listen(medium, names).unwrap();
+    let [mut mpm, mut dem] = parties.map(join);
+    let mut sent = |step| {
+        let records = [state(step)];
+        mpm.send(states_channel(), &header(step), Records::States(&records))?;
+        Ok::<_, TransportError>(dem.take(states_channel())?.is_some())
+    };
+    let mut heard = || {
+        core::iter::from_fn(|| tap.take(states_channel()).unwrap())
+            .map(|message| message.header.step)
+            .collect::<Vec<_>>()
+    };
+    // Before its first look it gets what its buffer holds, and the sender does not notice.
+    for step in 0..70 {
+        assert!(sent(step).unwrap());
+    }
+    assert_eq!(heard(), (0..64).collect::<Vec<_>>());
+    // From then on the sender waits for it.
+    for step in 0..64 {
+        assert!(sent(step).unwrap());
+    }
+    assert!(matches!(sent(64), Err(TransportError::Full { .. })));
+    assert_eq!(heard(), (0..64).collect::<Vec<_>>());
 }
 
 #[test]

@@ -3,13 +3,22 @@
 use super::check;
 use super::connection::Connection;
 use super::error::{SessionError, broken};
+use super::follow::Follower;
 use super::solver::Side;
 use crate::config::capability::{CONTACTS, Capabilities};
 use crate::config::{DemConfig, Interface};
+use crate::forces::{Forces, Points};
 use crate::message::control::{Configure, Party};
-use crate::message::wire::{ContactState, ImpForce, ImpState, Ledger, StepHeader, flags};
+use crate::message::wire::{
+    ContactState, ImpInfo, ImpState, Ledger, StepHeader, bytes_of, flags, records_of,
+};
 use crate::message::{Channel, Kind, Payload, Records};
+use crate::saved::{pack, unpack};
 use crate::solver::{DemSolver, Fault, Readiness, Refusal};
+use crate::step::Step;
+
+/// Marks the driver's own part of a saved state.
+const DRIVER: &str = "driver of bodies 1";
 
 /// Bodies in a session.
 pub(super) struct Bodies<'a> {
@@ -19,7 +28,9 @@ pub(super) struct Bodies<'a> {
     /// Where messages arrive, so that memory is reused.
     states: Payload,
     set: Payload,
-    forces: Vec<ImpForce>,
+    forces: Forces,
+    /// For a solver that does not measure itself, or that wants the loads of its bodies.
+    follower: Option<Follower>,
     /// The contacts in the first step of the window, if a frame is asked for.
     contacts: Vec<ContactState>,
     lists_contacts: bool,
@@ -33,9 +44,22 @@ impl<'a> Bodies<'a> {
             links: false,
             states: Payload::empty(Kind::States),
             set: Payload::empty(Kind::Set),
-            forces: Vec::new(),
+            forces: Forces::default(),
+            follower: None,
             contacts: Vec::new(),
         }
+    }
+
+    /// Follows the bodies of a solver that does not measure itself.
+    fn follow(&mut self, config: &DemConfig) -> Result<(), Refusal> {
+        let bodies = self.solver.bodies();
+        if bodies.is_empty() && self.solver.measurement().is_some() {
+            return Ok(());
+        }
+        let mut follower = Follower::new(config, bodies)?;
+        follower.publish(self.solver.envelopes());
+        self.follower = Some(follower);
+        Ok(())
     }
 
     /// I-1 to I-5: waits for the states of the points, and answers what the continuum asks for before it. `None` if it
@@ -93,7 +117,11 @@ impl<'a> Bodies<'a> {
 
     /// E-1, E-3.
     async fn send_envelopes(&mut self, to: &Connection<'_>) -> Result<(), SessionError> {
-        let envelopes = Records::Envelopes(self.solver.envelopes());
+        let envelopes = self.solver.envelopes();
+        if let Some(follower) = &mut self.follower {
+            follower.publish(envelopes);
+        }
+        let envelopes = Records::Envelopes(envelopes);
         let header = StepHeader {
             set: 0,
             ..to.header(0, envelopes.len())
@@ -139,9 +167,32 @@ impl<'a> Bodies<'a> {
     }
 }
 
+/// Moves the bodies and follows what they have done; in an opening step nothing moves.
+fn advance(
+    solver: &mut dyn DemSolver,
+    follower: Option<&mut Follower>,
+    step: &Step,
+    forces: &Forces,
+) -> Result<(), Fault> {
+    if !step.is_opening() {
+        solver.advance(step)?;
+    }
+    match follower {
+        Some(follower) => follower.moved(step, solver.bodies(), forces),
+        None => Ok(()),
+    }
+}
+
 fn states(payload: &Payload) -> &[ImpState] {
     match payload {
         Payload::States(states) => states,
+        _ => &[],
+    }
+}
+
+fn set(payload: &Payload) -> &[ImpInfo] {
+    match payload {
+        Payload::Set(set) => set,
         _ => &[],
     }
 }
@@ -153,21 +204,36 @@ impl Side for Bodies<'_> {
             if to.coupled && self.receive_states(to).await?.is_none() {
                 return Ok(());
             }
-            // Forces must not accumulate from one step to the next (F-8).
-            self.forces.clear();
-            let states = if to.coupled {
-                states(&self.states)
+            let points = if to.coupled {
+                Points {
+                    set: set(&self.set),
+                    states: states(&self.states),
+                }
             } else {
-                &[]
+                Points::default()
             };
-            self.forces.resize(states.len(), ImpForce::default());
             let step = to.present();
-            let answered = self.solver.contact(&step, states, &mut self.forces);
-            let answer = answered.map_err(|f| to.fault(f))?;
-            check::number(Party::Dem, "L-1", step.index, &answer.limits)?;
+            let loads = self.follower.iter().flat_map(Follower::loads);
+            self.forces.clear(points.states.len(), loads);
+            let answered = self.solver.contact(&step, &points, &mut self.forces);
+            let mut answer = answered.map_err(|f| to.fault(f))?;
             if self.lists_contacts && to.is_first() && to.grant.flags & flags::FRAME != 0 {
-                self.contacts = self.solver.contacts(&step, states);
+                self.contacts = self.solver.contacts(&step, points.states);
             }
+            let measured = answer.travel.is_none();
+            if let (true, Some(follower)) = (measured, &mut self.follower) {
+                check::numbers(
+                    Party::Dem,
+                    "F-4",
+                    step.index,
+                    Records::Forces(self.forces.on_points()),
+                )?;
+                advance(self.solver, Some(follower), &step, &self.forces)
+                    .map_err(|f| to.fault(f))?;
+                answer.limits = follower.limits(answer.limits, &self.forces);
+                answer.travel = Some(follower.travel());
+            }
+            check::number(Party::Dem, "L-1", step.index, &answer.limits)?;
             if to.coupled {
                 let halt = if to.grant.allows(&answer.limits) {
                     0
@@ -175,13 +241,16 @@ impl Side for Bodies<'_> {
                     flags::HALT_AFTER
                 };
                 let header = StepHeader {
-                    travel: answer.travel,
-                    ..to.header(halt, self.forces.len())
+                    travel: answer.travel.unwrap_or(f64::INFINITY),
+                    ..to.header(halt, points.states.len())
                 };
-                to.send_under(&header, Records::Forces(&self.forces))
+                to.send_under(&header, Records::Forces(self.forces.on_points()))
                     .await?;
             }
-            self.solver.advance(&step).map_err(|f| to.fault(f))?;
+            if !measured {
+                let follower = self.follower.as_mut();
+                advance(self.solver, follower, &step, &self.forces).map_err(|f| to.fault(f))?;
+            }
             to.advanced(answer.limits)?;
         }
         Ok(())
@@ -201,20 +270,39 @@ impl Side for Bodies<'_> {
     ) -> Result<Result<Readiness, Refusal>, serde_json::Error> {
         let config: DemConfig = serde_json::from_str(&configure.config)?;
         self.links = config.interface == Interface::Segments;
-        Ok(self.solver.configure(&config))
+        if config.threads == 0 {
+            return Ok(Err(Refusal::new("dem.threads", "expected 1 or more")));
+        }
+        let configured = self.solver.configure(&config);
+        Ok(configured.and_then(|readiness| {
+            self.follow(&config)?;
+            Ok(readiness)
+        }))
     }
 
-    fn restore(&mut self, saved: &[u8], _: [f64; 2]) -> Result<(), Refusal> {
-        self.solver.restore(saved)
+    fn restore(&mut self, saved: &[u8], driver: &[u8]) -> Result<(), Refusal> {
+        self.solver.restore(saved)?;
+        let (set, follower): (Vec<u8>, Vec<u8>) = unpack(DRIVER, driver)?;
+        let set = records_of(&set);
+        self.set = Payload::Set(set.ok_or_else(|| Refusal::new("restore", "a torn set"))?);
+        match &mut self.follower {
+            Some(kept) => kept.restore(&follower, self.solver.bodies()),
+            None => Ok(()),
+        }
     }
 
-    fn save(&self) -> Result<(Vec<u8>, [f64; 2]), Fault> {
-        Ok((self.solver.save()?, [0.0; 2]))
+    fn save(&self) -> Result<(Vec<u8>, Vec<u8>), Fault> {
+        let follower = self.follower.as_ref().map(Follower::save);
+        let driver = (bytes_of(set(&self.set)), follower.unwrap_or_default());
+        Ok((self.solver.save()?, pack(DRIVER, &driver)))
     }
 
     fn measurement(&self) -> (&Ledger, Records<'_>) {
-        let measurement = self.solver.measurement();
-        (&measurement.ledger, Records::Bodies(&measurement.bodies))
+        let followed = || self.follower.as_ref().map(|follower| &follower.measured);
+        match self.solver.measurement().or_else(followed) {
+            Some(measured) => (&measured.ledger, Records::Bodies(&measured.bodies)),
+            None => unreachable!("a solver that does not measure itself is followed"),
+        }
     }
 
     fn contacts(&self) -> Option<&[ContactState]> {

@@ -10,7 +10,11 @@ use crate::config::capability::Capabilities;
 use crate::message::control::{Configure, Party};
 use crate::message::wire::{ImpForce, Ledger, PointState, StepHeader, flags};
 use crate::message::{Channel, Kind, Payload, Records};
+use crate::saved::{pack, unpack};
 use crate::solver::{Fault, MpmSolver, Readiness, Refusal};
+
+/// Marks the driver's own part of a saved state.
+const DRIVER: &str = "driver of a continuum 1";
 
 /// A continuum in a session.
 pub(super) struct Continuum<'a> {
@@ -154,16 +158,16 @@ impl Side for Continuum<'_> {
         Ok(configured)
     }
 
-    fn restore(&mut self, saved: &[u8], carried: [f64; 2]) -> Result<(), Refusal> {
+    fn restore(&mut self, saved: &[u8], driver: &[u8]) -> Result<(), Refusal> {
         self.solver.restore(saved)?;
         self.approach.points = self.solver.travel();
-        [self.approach.bodies, self.approach.fastest] = carried;
+        [self.approach.bodies, self.approach.fastest] = unpack(DRIVER, driver)?;
         Ok(())
     }
 
-    fn save(&self) -> Result<(Vec<u8>, [f64; 2]), Fault> {
-        let carried = [self.approach.bodies, self.approach.fastest];
-        Ok((self.solver.save()?, carried))
+    fn save(&self) -> Result<(Vec<u8>, Vec<u8>), Fault> {
+        let driver = [self.approach.bodies, self.approach.fastest];
+        Ok((self.solver.save()?, pack(DRIVER, &driver)))
     }
 
     fn measurement(&self) -> (&Ledger, Records<'_>) {

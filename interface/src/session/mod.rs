@@ -13,6 +13,7 @@ mod connection;
 mod continuum;
 mod coupler;
 mod error;
+mod follow;
 mod io;
 mod pieces;
 pub mod process;

@@ -83,42 +83,49 @@ impl Incoming {
 }
 
 /// The session's own part of a saved state: the position at which the run continues.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, PartialEq)]
 pub(super) struct Mark {
     pub step: u64,
     pub set: u64,
     pub imps: u64,
     pub items: u64,
-    pub carried: [f64; 2],
+    /// What the driver of the side has to remember.
+    pub driver: Vec<u8>,
 }
 
 impl Mark {
-    pub const BYTES: usize = 48;
+    /// Five numbers: the fields, of which the last is a length.
+    const NUMBERS: usize = 40;
 
-    pub fn bytes(self) -> Vec<u8> {
-        let [a, b] = self.carried.map(f64::to_bits);
-        let numbers = [self.step, self.set, self.imps, self.items, a, b];
-        numbers.iter().flat_map(|n| n.to_le_bytes()).collect()
+    pub fn bytes(&self) -> Vec<u8> {
+        let length = self.driver.len() as u64;
+        let numbers = [self.step, self.set, self.imps, self.items, length];
+        let numbers = numbers.iter().flat_map(|n| n.to_le_bytes());
+        numbers.chain(self.driver.iter().copied()).collect()
     }
 
-    pub fn read(bytes: &[u8]) -> Option<Self> {
+    /// The mark at the beginning of a saved state, and the solver's own part, which follows it.
+    pub fn read(saved: &[u8]) -> Option<(Self, &[u8])> {
+        let (numbers, rest) = saved.split_at_checked(Self::NUMBERS)?;
         let number = |k: usize| {
-            let bytes = bytes.get(8 * k..8 * k + 8)?;
+            let bytes = numbers.get(8 * k..8 * k + 8)?;
             Some(u64::from_le_bytes(bytes.try_into().ok()?))
         };
-        Some(Self {
+        let (driver, solver) = rest.split_at_checked(usize::try_from(number(4)?).ok()?)?;
+        let mark = Self {
             step: number(0)?,
             set: number(1)?,
             imps: number(2)?,
             items: number(3)?,
-            carried: [f64::from_bits(number(4)?), f64::from_bits(number(5)?)],
-        })
+            driver: driver.to_vec(),
+        };
+        Some((mark, solver))
     }
 }
 
 /// The solver's own part of a saved state, which follows the session's.
 pub fn solver_part(saved: &[u8]) -> &[u8] {
-    saved.get(Mark::BYTES..).unwrap_or_default()
+    Mark::read(saved).map_or(&[], |(_, solver)| solver)
 }
 
 #[cfg(test)]

@@ -3,7 +3,7 @@
 
 use super::connection::{Connection, Granted, LATEST, SETUP};
 use super::error::{INDIRECT_WAIT_MARGIN, SessionError};
-use super::pieces::{Mark, solver_part};
+use super::pieces::Mark;
 use super::stopwatch::{Activity, Clocked};
 use crate::config::capability::Capabilities;
 use crate::message::control::{Configure, Hello, Notice, Order, PROTOCOL, Party, Ready};
@@ -23,10 +23,10 @@ pub(super) trait Side {
         &mut self,
         configure: &Configure,
     ) -> Result<Result<Readiness, Refusal>, serde_json::Error>;
-    /// Restores the solver's state and the side's own two numbers.
-    fn restore(&mut self, saved: &[u8], carried: [f64; 2]) -> Result<(), Refusal>;
-    /// The solver's state and the side's own two numbers.
-    fn save(&self) -> Result<(Vec<u8>, [f64; 2]), Fault>;
+    /// Restores the solver's state, and the driver's.
+    fn restore(&mut self, saved: &[u8], driver: &[u8]) -> Result<(), Refusal>;
+    /// The solver's state, and the driver's.
+    fn save(&self) -> Result<(Vec<u8>, Vec<u8>), Fault>;
     /// The steps of the present grant, or as many of them as the budgets allow.
     async fn steps(&mut self, to: &mut Connection<'_>) -> Result<(), SessionError>;
     /// The ledger, and the records of groups or bodies.
@@ -135,7 +135,7 @@ fn restore(
     items: u64,
 ) -> Result<(), Refusal> {
     let refuse = |text| Err(Refusal::new("restore", text));
-    let Some(mark) = Mark::read(saved) else {
+    let Some((mark, solver)) = Mark::read(saved) else {
         return refuse(format!("{} bytes are no saved state", saved.len()));
     };
     if mark.items != items {
@@ -150,7 +150,7 @@ fn restore(
     }
     to.io().step.set(mark.step);
     (to.set, to.imps) = (mark.set, mark.imps);
-    side.restore(solver_part(saved), mark.carried)
+    side.restore(solver, &mark.driver)
 }
 
 /// The points and the state if the grant asks for them, and then its steps.
@@ -166,14 +166,14 @@ async fn window(
         to.send(Records::Points(&points)).await?;
     }
     if asked & flags::CHECKPOINT != 0 {
-        let (state, carried) = side.save().map_err(|f| to.fault(f))?;
+        let (state, driver) = side.save().map_err(|f| to.fault(f))?;
         let (set, imps) = (to.set, to.imps);
         let mut saved = Mark {
             step,
             set,
             imps,
             items,
-            carried,
+            driver,
         }
         .bytes();
         saved.extend(state);

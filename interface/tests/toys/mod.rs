@@ -6,6 +6,7 @@ use interface::config::capability::{Capabilities, PLASTIC_STRAIN};
 use interface::config::{
     ContactLaw, DemConfig, MpmConfig, Plane, ShapeFunction, StressUpdate, Transfer, Walls,
 };
+use interface::forces::Forces;
 use interface::message::control::{Configure, Party};
 use interface::message::wire::{
     BodyState, EnvelopeVertex, Grant, GroupState, ImpForce, ImpInfo, ImpState, Ledger, Limits,
@@ -219,16 +220,14 @@ impl DemSolver for HalfPlane {
         &self.envelope
     }
 
-    fn imp_set(&mut self, _: &[ImpInfo]) {}
-
     fn contact(
         &mut self,
         step: &Step,
-        imps: &[ImpState],
-        forces: &mut [ImpForce],
+        points: &interface::forces::Points<'_>,
+        forces: &mut Forces,
     ) -> Result<Answer, Fault> {
         let mut energy = 0.0;
-        for (imp, force) in imps.iter().zip(forces) {
+        for (imp, force) in points.states.iter().zip(forces.on_points_mut()) {
             let overlap = 0.01 - imp.position[0];
             if overlap > -0.005 {
                 force.stiffness = self.stiffness;
@@ -256,7 +255,7 @@ impl DemSolver for HalfPlane {
                 speed,
                 ..Limits::default()
             },
-            travel: 0.0,
+            travel: Some(0.0),
         })
     }
 
@@ -264,8 +263,8 @@ impl DemSolver for HalfPlane {
         Ok(())
     }
 
-    fn measurement(&self) -> &DemMeasurement {
-        &self.measurement
+    fn measurement(&self) -> Option<&DemMeasurement> {
+        Some(&self.measurement)
     }
 }
 

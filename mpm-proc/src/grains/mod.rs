@@ -12,7 +12,7 @@ mod onto_rigid;
 mod rigid;
 
 use interface::message::wire::{EnvelopeVertex, ImpForce, ImpInfo, ImpState, Limits, PointState};
-use interface::saved::{pack, unpack};
+use interface::saved::ConfigurationMark;
 use interface::solver::{Fault, MpmMeasurement, Refusal};
 use interface::step::Step;
 use serde::{Deserialize, Serialize};
@@ -28,11 +28,11 @@ use crate::several;
 use crate::state::contact::ContactLoad;
 use crate::state::continuum::{Continuum, SavedContinuum};
 use crate::state::grid::Grid;
-use crate::state::saved::refusal;
+use crate::state::saved::FORMAT;
 use crate::step;
 use contact::SharedNodes;
 use mechanics::threads::Threads;
-use rigid::{RigidMotion, SavedMotion, move_rigidly};
+use rigid::{MotionState, RigidMotion, move_rigidly};
 
 /// A body of points with its own nodes.
 pub struct Grain<const W: usize, S: Shape<W>, A: AffineState> {
@@ -50,10 +50,16 @@ pub struct Grains<const W: usize, S: Shape<W>, A: AffineState> {
     shared: SharedNodes,
     /// Coefficient of Coulomb friction between grains.
     friction: f64,
-    /// Dissipated by friction between grains so far in J/m.
-    friction_work: f64,
+    state: GrainsState,
     threads: Threads,
     measurement: MpmMeasurement,
+}
+
+/// The state of grains besides each of them, all of which is saved.
+#[derive(Debug, Clone, Copy, Default, Serialize, Deserialize)]
+struct GrainsState {
+    /// Dissipated by friction between grains so far in J/m.
+    friction_work: f64,
     /// Whether bodies of the other solver are near. Grains do not feel them, so the run stops.
     bodies_near: bool,
 }
@@ -75,10 +81,9 @@ impl<const W: usize, S: Shape<W>, A: AffineState> Grains<W, S, A> {
             all: grains.collect(),
             shared: SharedNodes::default(),
             friction,
-            friction_work: 0.0,
+            state: GrainsState::default(),
             threads,
             measurement: MpmMeasurement::default(),
-            bodies_near: false,
         }
     }
 
@@ -95,7 +100,7 @@ impl<const W: usize, S: Shape<W>, A: AffineState> Grains<W, S, A> {
         if step.measure {
             self.measure(step.centring() * slid);
         }
-        self.friction_work += slid;
+        self.state.friction_work += slid;
         Ok(limits)
     }
 
@@ -143,7 +148,7 @@ impl<const W: usize, S: Shape<W>, A: AffineState> Grains<W, S, A> {
 
     fn measure(&mut self, slid: f64) {
         several::measure(&mut self.measurement, self.all.iter().map(|g| &g.continuum));
-        self.measurement.ledger.friction_work += self.friction_work + slid;
+        self.measurement.ledger.friction_work += self.state.friction_work + slid;
     }
 }
 
@@ -161,72 +166,11 @@ impl<const W: usize, S: Shape<W>, A: AffineState> Grain<W, S, A> {
     }
 }
 
-/// The saved part of grains.
+/// The states of all grains: of their continua, and of the rigid ones' motions.
 #[derive(Serialize, Deserialize)]
 struct SavedGrains<A> {
-    all: Vec<(SavedContinuum<A>, Option<SavedMotion>)>,
-    friction_work: f64,
-    bodies_near: bool,
-}
-
-/// The name of their format.
-const SAVED: &str = "grains";
-
-impl<const W: usize, S: Shape<W>, A: AffineState> Grain<W, S, A> {
-    fn saved(&self) -> (SavedContinuum<A>, Option<SavedMotion>) {
-        let Self {
-            continuum,
-            rigid,
-            load: _,    // of one step
-            outcome: _, // likewise
-        } = self;
-        (continuum.saved(), rigid.as_ref().map(RigidMotion::save))
-    }
-}
-
-impl<const W: usize, S: Shape<W>, A: AffineState> Grains<W, S, A> {
-    fn saved(&self) -> SavedGrains<A> {
-        let Self {
-            all,
-            shared: _,   // found anew in every step
-            friction: _, // of the configuration
-            friction_work,
-            threads: _,     // of the configuration
-            measurement: _, // the coupler has received it already
-            bodies_near,
-        } = self;
-        SavedGrains {
-            all: all.iter().map(Grain::saved).collect(),
-            friction_work: *friction_work,
-            bodies_near: *bodies_near,
-        }
-    }
-
-    fn take_over(&mut self, saved: SavedGrains<A>) -> Result<(), Refusal> {
-        let (found, expected) = (saved.all.len(), self.all.len());
-        if found != expected {
-            let text = format!("{found} grains, the configuration has {expected}");
-            return Err(refusal(text));
-        }
-        for (number, (grain, (continuum, motion))) in self.all.iter_mut().zip(saved.all).enumerate()
-        {
-            grain.continuum.take_over(continuum).map_err(|r| {
-                let message = format!("grain {number}: {}", r.message);
-                Refusal { message, ..r }
-            })?;
-            match (&mut grain.rigid, motion) {
-                (Some(motion), Some(saved)) => motion.restore(&saved),
-                (None, None) => {}
-                _ => {
-                    let text = "is rigid in only one of state and configuration";
-                    return Err(refusal(format!("grain {number} {text}")));
-                }
-            }
-        }
-        self.friction_work = saved.friction_work;
-        self.bodies_near = saved.bodies_near;
-        Ok(())
-    }
+    own: GrainsState,
+    all: Vec<(SavedContinuum<A>, Option<MotionState>)>,
 }
 
 impl<const W: usize, S: Shape<W>, A: AffineState> Scheme for Grains<W, S, A> {
@@ -236,7 +180,7 @@ impl<const W: usize, S: Shape<W>, A: AffineState> Scheme for Grains<W, S, A> {
     }
 
     fn correct(&mut self, step: &Step, _: &[ImpForce]) -> Result<Limits, Fault> {
-        if self.bodies_near {
+        if self.state.bodies_near {
             return Err(Fault::Other(
                 "contact on the grid (mpm.grid_contact) cannot be combined with bodies of another solver; leave out one of them"
                     .into(),
@@ -246,7 +190,7 @@ impl<const W: usize, S: Shape<W>, A: AffineState> Scheme for Grains<W, S, A> {
     }
 
     fn select_imps(&mut self, envelopes: &[EnvelopeVertex]) -> &[ImpInfo] {
-        self.bodies_near = !envelopes.is_empty();
+        self.state.bodies_near = !envelopes.is_empty();
         &[]
     }
 
@@ -270,12 +214,26 @@ impl<const W: usize, S: Shape<W>, A: AffineState> Scheme for Grains<W, S, A> {
         self.all.iter().map(|g| g.continuum.bytes()).sum()
     }
 
-    fn save(&self) -> Vec<u8> {
-        pack(SAVED, &self.saved())
+    fn save(&self, mark: &ConfigurationMark) -> Vec<u8> {
+        let of = |grain: &Grain<W, S, A>| {
+            let motion = grain.rigid.as_ref().map(|motion| motion.state);
+            (grain.continuum.saved(), motion)
+        };
+        let all = self.all.iter().map(of).collect();
+        let own = self.state;
+        mark.seal(FORMAT, &SavedGrains { own, all })
     }
 
-    fn restore(&mut self, saved: &[u8]) -> Result<(), Refusal> {
-        self.take_over(unpack(SAVED, saved)?)
+    fn restore(&mut self, mark: &ConfigurationMark, saved: &[u8]) -> Result<(), Refusal> {
+        let SavedGrains { own, all } = mark.open(FORMAT, saved)?;
+        self.state = own;
+        for (grain, (continuum, motion)) in self.all.iter_mut().zip(all) {
+            grain.continuum.take_over(continuum)?;
+            if let (Some(rigid), Some(motion)) = (&mut grain.rigid, motion) {
+                rigid.state = motion;
+            }
+        }
+        Ok(())
     }
 
     #[cfg(test)]

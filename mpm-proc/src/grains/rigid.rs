@@ -31,26 +31,24 @@ pub struct RigidMotion {
     mass: f64,
     /// Moment of inertia about the centre in kg m.
     inertia: f64,
+    /// Where it is and how it moves.
+    pub state: MotionState,
+    /// Points at the start, from the centre, in m, by identity.
+    arms: Vec<[f64; 2]>,
+    /// Momentum and angular momentum that other grains have given it in this step, in N s/m and N s.
+    given: Vector3<f64>,
+}
+
+/// The state of a rigid body's motion, all of which is saved.
+#[derive(Debug, Clone, Copy, Serialize, Deserialize)]
+pub struct MotionState {
     /// Centre of mass at `t_n` in m.
     centre: [f64; 2],
     /// Its velocity at `t_{n-1/2}` in m/s.
     velocity: [f64; 2],
     /// Angular velocity at `t_{n-1/2}` in rad/s.
     spin: f64,
-    /// Points at the start, from the centre, in m, by identity.
-    arms: Vec<[f64; 2]>,
-    /// Angle turned by since, in rad.
-    angle: f64,
-    /// Momentum and angular momentum that other grains have given it in this step, in N s/m and N s.
-    given: Vector3<f64>,
-}
-
-/// The saved part of a rigid body's motion.
-#[derive(Debug, Clone, Copy, Serialize, Deserialize)]
-pub struct SavedMotion {
-    centre: [f64; 2],
-    velocity: [f64; 2],
-    spin: f64,
+    /// Angle turned by since the start, in rad.
     angle: f64,
 }
 
@@ -75,50 +73,20 @@ impl RigidMotion {
                 .iter()
                 .map(|r| cloud.mass * (r[0] * r[0] + r[1] * r[1]))
                 .sum(),
-            centre,
-            velocity,
-            spin: 0.0,
+            state: MotionState {
+                centre,
+                velocity,
+                spin: 0.0,
+                angle: 0.0,
+            },
             arms,
-            angle: 0.0,
             given: Vector3::zeros(),
         }
     }
 
-    /// The state before the next step.
-    pub fn save(&self) -> SavedMotion {
-        let Self {
-            mass: _,    // of the configuration
-            inertia: _, // likewise
-            centre,
-            velocity,
-            spin,
-            arms: _, // of the configuration
-            angle,
-            given: _, // of one step
-        } = *self;
-        SavedMotion {
-            centre,
-            velocity,
-            spin,
-            angle,
-        }
-    }
-
-    /// Restores what [`Self::save`] returned.
-    pub fn restore(&mut self, saved: &SavedMotion) {
-        let SavedMotion {
-            centre,
-            velocity,
-            spin,
-            angle,
-        } = *saved;
-        (self.centre, self.velocity) = (centre, velocity);
-        (self.spin, self.angle) = (spin, angle);
-    }
-
     /// Centre of mass in m.
     pub fn centre(&self) -> [f64; 2] {
-        self.centre
+        self.state.centre
     }
 
     /// Mass twice, in kg/m, and moment of inertia in kg m.
@@ -128,8 +96,12 @@ impl RigidMotion {
 
     /// Velocity of the centre in m/s and of rotation in rad/s, including what its nodes have gained in the kick.
     pub fn velocities_at_nodes(&self, nodes: &[NodeTile], geometry: &Geometry) -> Vector3<f64> {
-        let before = Vector3::new(self.velocity[0], self.velocity[1], self.spin);
-        before + gained(nodes, geometry, self.centre).component_div(&self.masses())
+        let before = Vector3::new(
+            self.state.velocity[0],
+            self.state.velocity[1],
+            self.state.spin,
+        );
+        before + gained(nodes, geometry, self.state.centre).component_div(&self.masses())
     }
 
     /// Adds momentum and angular momentum from other grains, in N s/m and N s.
@@ -152,12 +124,12 @@ pub fn move_rigidly<const W: usize, S: Shape<W>, A: AffineState>(
         let kicked = motion.velocities_at_nodes(&continuum.grid.tiles, &continuum.grid.geometry);
         let given = core::mem::take(&mut motion.given).component_div(&motion.masses());
         let [vx, vy, spin] = (kicked + given).into();
-        motion.velocity = [vx, vy];
-        motion.spin = spin;
+        motion.state.velocity = [vx, vy];
+        motion.state.spin = spin;
         for a in 0..2 {
-            motion.centre[a] += step.dt * motion.velocity[a];
+            motion.state.centre[a] += step.dt * motion.state.velocity[a];
         }
-        motion.angle += step.dt * motion.spin;
+        motion.state.angle += step.dt * motion.state.spin;
         let cell = continuum.grid.geometry.cell;
         for cloud in &mut continuum.clouds {
             place(cloud, motion, cell);
@@ -191,8 +163,8 @@ fn place<const W: usize, S: Shape<W>, A: AffineState>(
     motion: &RigidMotion,
     cell: f64,
 ) {
-    let (sin, cos) = motion.angle.sin_cos();
-    let turn = splat(motion.spin * cell);
+    let (sin, cos) = motion.state.angle.sin_cos();
+    let turn = splat(motion.state.spin * cell);
     let slopes = [[ZERO, turn], [ZERO - turn, ZERO]];
     for (tile, report) in cloud.tiles.iter().zip(&mut cloud.reports) {
         *report = TileReport {
@@ -201,22 +173,22 @@ fn place<const W: usize, S: Shape<W>, A: AffineState>(
             ..TileReport::default()
         };
         for block in tile.first..tile.first + tile.blocks {
-            let (x, points) = (&mut cloud.x[block], &mut cloud.motion[block]);
+            let (x, points) = (&mut cloud.state.x[block], &mut cloud.state.motion[block]);
             for k in 0..LANES {
                 // A lane without a point follows the first of its tile.
-                let id = match cloud.ids[block][k] {
-                    NO_POINT => cloud.ids[tile.first][0],
+                let id = match cloud.state.ids[block][k] {
+                    NO_POINT => cloud.state.ids[tile.first][0],
                     id => id,
                 };
                 let r = motion.arms[id as usize];
                 let arm = [cos * r[0] - sin * r[1], sin * r[0] + cos * r[1]];
                 let v = [
-                    motion.velocity[0] - motion.spin * arm[1],
-                    motion.velocity[1] + motion.spin * arm[0],
+                    motion.state.velocity[0] - motion.state.spin * arm[1],
+                    motion.state.velocity[1] + motion.state.spin * arm[0],
                 ];
                 let set = |lanes: &mut Lanes, value: f64| lanes.as_mut_array()[k] = value;
                 for a in 0..2 {
-                    let to = motion.centre[a] + arm[a];
+                    let to = motion.state.centre[a] + arm[a];
                     set(&mut x[a], to);
                     set(&mut points.v[a], v[a]);
                     report.lower[a] = report.lower[a].min(to);

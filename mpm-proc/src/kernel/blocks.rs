@@ -34,19 +34,31 @@ pub type Sources = [u32];
 
 /// Puts `blocks` into the order of `sources`, using `scratch`, with which it is swapped.
 pub fn reorder<T: LaneCopy>(blocks: &mut Vec<T>, scratch: &mut Vec<T>, sources: &Sources) {
+    reorder_rows(blocks, 1, scratch, sources);
+}
+
+/// The same for `count` items of each block.
+pub fn reorder_rows<T: LaneCopy>(
+    rows: &mut Vec<T>,
+    count: usize,
+    scratch: &mut Vec<T>,
+    sources: &Sources,
+) {
     scratch.clear();
-    let wanted = sources.len() / LANES;
+    let wanted = sources.len() / LANES * count;
     if scratch.capacity() < wanted {
         // A little more than needed, because the number of half empty blocks changes with every sorting.
         scratch.reserve_exact(wanted + wanted / 16);
     }
-    scratch.extend(sources.chunks_exact(LANES).map(|lanes| {
-        let mut block = blocks[lanes[0] as usize / LANES];
-        for (to, &source) in lanes.iter().enumerate() {
-            let source = source as usize;
-            block.copy_lane(to, &blocks[source / LANES], source % LANES);
+    for lanes in sources.chunks_exact(LANES) {
+        for row in 0..count {
+            let mut block = rows[lanes[0] as usize / LANES * count + row];
+            for (to, &source) in lanes.iter().enumerate() {
+                let source = source as usize;
+                block.copy_lane(to, &rows[source / LANES * count + row], source % LANES);
+            }
+            scratch.push(block);
         }
-        block
-    }));
-    core::mem::swap(blocks, scratch);
+    }
+    core::mem::swap(rows, scratch);
 }

@@ -21,29 +21,42 @@ impl<T: Send> Share for PerBlock<'_, T> {
     }
 }
 
-/// `stride` items for each tile.
+/// `count` items for each block of four points.
+pub struct RowsPerBlock<'a, T> {
+    /// The items.
+    pub items: &'a mut [T],
+    /// How many belong to one block.
+    pub count: usize,
+}
+
+impl<T: Send> Share for RowsPerBlock<'_, T> {
+    fn divide(self, _tiles: usize, blocks: usize) -> (Self, Self) {
+        let (a, b) = self.items.split_at_mut(blocks * self.count);
+        let part = |items| Self {
+            items,
+            count: self.count,
+        };
+        (part(a), part(b))
+    }
+}
+
+/// One item for each tile.
 pub struct PerTile<'a, T> {
     /// The items.
     pub items: &'a mut [T],
-    /// How many belong to one tile.
-    pub stride: usize,
 }
 
 impl<'a, T> PerTile<'a, T> {
     /// One item for each tile.
     pub fn one(items: &'a mut [T]) -> Self {
-        Self { items, stride: 1 }
+        Self { items }
     }
 }
 
 impl<T: Send> Share for PerTile<'_, T> {
     fn divide(self, tiles: usize, _blocks: usize) -> (Self, Self) {
-        let (a, b) = self.items.split_at_mut(tiles * self.stride);
-        let part = |items| Self {
-            items,
-            stride: self.stride,
-        };
-        (part(a), part(b))
+        let (a, b) = self.items.split_at_mut(tiles);
+        (Self { items: a }, Self { items: b })
     }
 }
 

@@ -4,7 +4,7 @@
 //! *window* of [`pitch`] x [`pitch`] nodes: one more on the low side and `W` more on the high side. That is where the
 //! points of the tile reach, and still reach when each has moved by up to one cell since they were last sorted.
 
-use crate::kernel::lanes::{LANES, Lanes, indices, splat};
+use crate::kernel::lanes::{LANES, Lanes, ZERO, indices, splat};
 
 /// Nodes along the side of a tile.
 pub const TILE: usize = 8;
@@ -136,6 +136,15 @@ pub struct Place {
     /// Whether all four have the same base node, as is likely after sorting. Then their contributions to a node are
     /// summed first.
     pub shared: bool,
+}
+
+impl Place {
+    /// At the first node.
+    pub const NOWHERE: Self = Self {
+        base: [0; LANES],
+        d: [ZERO; 2],
+        shared: true,
+    };
 }
 
 impl Frame {

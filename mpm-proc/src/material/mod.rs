@@ -1,8 +1,10 @@
 //! Constitutive models (docs/physics.md section 6).
 //!
-//! A model is a type that implements [`Material`]; the loop over the points is compiled for it. The state of a point
-//! besides stress and volume is its [`Material::State`]. An elastic solid has none.
+//! A model is a type that implements [`Material`]; a loop over a batch of points is compiled for it, which the passes call
+//! as [`Constitutive`]. The state of a point besides stress and volume is its [`Material::State`]. An elastic solid has
+//! none.
 
+mod constitutive;
 mod drucker_prager;
 mod elastic;
 mod fluid;
@@ -22,8 +24,9 @@ mod rigid;
 mod single_point;
 mod von_mises;
 
+pub use constitutive::{Constitutive, Straining, Stressed, Stresses, Sums};
 pub use drucker_prager::DruckerPrager;
-pub use elastic::{Elastic, Moduli, PlaneStrain, PlaneStress, power};
+pub use elastic::{Elastic, Moduli, PlaneStrain, PlaneStress};
 pub use fluid::Fluid;
 pub use granular::{GrainLaw, Granular};
 pub use hypoelastic::Jaumann;
@@ -31,6 +34,6 @@ pub use model::Material;
 pub use mohr_coulomb::MohrCoulomb;
 pub use mu_i::MuI;
 pub use neo_hookean::NeoHookean;
-pub use point::{Deformation, Dissipated, Point, Stress};
+pub use point::{Deformation, Dissipated, Point, Rows, Stress};
 pub use rigid::Rigid;
 pub use von_mises::VonMises;

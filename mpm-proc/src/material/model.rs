@@ -1,9 +1,6 @@
 //! The trait that a material implements.
 
-use serde::{Serialize, de::DeserializeOwned};
-
-use super::point::{Deformation, Dissipated, Point, Stress};
-use crate::kernel::blocks::LaneCopy;
+use super::point::{Deformation, Dissipated, Point, Rows, Stress};
 use crate::kernel::lanes::{Lanes, ZERO};
 
 /// A constitutive model. The loops over points are compiled for it; what they call is `#[inline(always)]`.
@@ -71,7 +68,7 @@ use crate::kernel::lanes::{Lanes, ZERO};
 /// To let scenes choose it, see "Where to add" in ARCHITECTURE.md.
 pub trait Material: Copy + Send + Sync + 'static {
     /// The state of four points besides stress and volume.
-    type State: LaneCopy + Serialize + DeserializeOwned;
+    type State: Rows;
 
     /// Whether [`Self::update`] can dissipate anything.
     const DISSIPATES: bool;

@@ -2,7 +2,6 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::kernel::blocks::LaneCopy;
 use crate::kernel::lanes::{Lanes, ZERO, splat};
 
 /// Stress of four points in Pa.
@@ -80,8 +79,8 @@ impl Deviator {
     }
 }
 
-/// The data of a point in every material.
-#[derive(Debug, Clone, Copy, Serialize, Deserialize)]
+/// The data of four points, as a model sees them.
+#[derive(Debug, Clone, Copy)]
 pub struct Point<P> {
     /// Stress at `t_n`.
     pub stress: Stress,
@@ -91,15 +90,55 @@ pub struct Point<P> {
     pub state: P,
 }
 
-impl<P: LaneCopy> LaneCopy for Point<P> {
-    fn copy_lane(&mut self, to: usize, source: &Self, from: usize) {
-        let (a, b) = (&mut self.stress, &source.stress);
-        a.xx.copy_lane(to, &b.xx, from);
-        a.yy.copy_lane(to, &b.yy, from);
-        a.zz.copy_lane(to, &b.zz, from);
-        a.xy.copy_lane(to, &b.xy, from);
-        self.volume.copy_lane(to, &source.volume, from);
-        self.state.copy_lane(to, &source.state, from);
+/// A state of four points as rows of numbers, in which it is stored.
+pub trait Rows: Copy {
+    /// How many there are.
+    const COUNT: usize;
+
+    /// The state in so many rows.
+    fn read(rows: &[Lanes]) -> Self;
+
+    /// Writes it into so many rows.
+    fn write(&self, rows: &mut [Lanes]);
+}
+
+impl Rows for () {
+    const COUNT: usize = 0;
+
+    #[inline(always)]
+    fn read(_rows: &[Lanes]) -> Self {}
+
+    #[inline(always)]
+    fn write(&self, _rows: &mut [Lanes]) {}
+}
+
+impl Rows for Lanes {
+    const COUNT: usize = 1;
+
+    #[inline(always)]
+    fn read(rows: &[Lanes]) -> Self {
+        rows[0]
+    }
+
+    #[inline(always)]
+    fn write(&self, rows: &mut [Lanes]) {
+        rows[0] = *self;
+    }
+}
+
+impl<T: Rows, const N: usize> Rows for [T; N] {
+    const COUNT: usize = N * T::COUNT;
+
+    #[inline(always)]
+    fn read(rows: &[Lanes]) -> Self {
+        core::array::from_fn(|i| T::read(&rows[i * T::COUNT..(i + 1) * T::COUNT]))
+    }
+
+    #[inline(always)]
+    fn write(&self, rows: &mut [Lanes]) {
+        for (i, part) in self.iter().enumerate() {
+            part.write(&mut rows[i * T::COUNT..(i + 1) * T::COUNT]);
+        }
     }
 }
 

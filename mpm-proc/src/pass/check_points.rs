@@ -50,21 +50,22 @@ pub fn check_points<const W: usize, S: Shape<W>, A: AffineState>(
         }
     }
     let moved = speed_sq.sqrt() * dt;
-    continuum.moved += moved;
+    continuum.state.moved += moved;
     if continuum.imps.markers.is_none() {
-        continuum.imps.travel += moved;
+        continuum.imps.state.travel += moved;
     }
     Ok(())
 }
 
 impl<const W: usize, S: Shape<W>, A: AffineState> Cloud<W, S, A> {
     fn check_point(&self, lane: usize, lower: [f64; 2], upper: [f64; 2]) -> Result<(), Fault> {
-        let local = self.ids[lane / LANES][lane % LANES];
+        let local = self.state.ids[lane / LANES][lane % LANES];
         if local == NO_POINT {
             return Ok(());
         }
         let id = self.first_id + u64::from(local);
-        if self.material.collapsed(lane) {
+        let (_, volume) = self.state.stresses.of_lane(lane);
+        if volume.is_nan() || volume <= 0.0 {
             return Err(Fault::Material {
                 id,
                 message: "its volume has vanished; a smaller step or a finer grid may help".into(),

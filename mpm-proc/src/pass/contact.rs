@@ -40,11 +40,11 @@ pub fn apply_contact<const W: usize, S: Shape<W>, A: AffineState>(
     if forces.is_empty() {
         return Ok(ContactLoad::default());
     }
-    if forces.len() != continuum.imps.members.len() {
+    if forces.len() != continuum.imps.state.members.len() {
         return Err(Fault::Other(format!(
             "{} contact forces arrived for {} identified material points",
             forces.len(),
-            continuum.imps.members.len()
+            continuum.imps.state.members.len()
         )));
     }
     for slot in 0..forces.len() {
@@ -97,7 +97,7 @@ fn touch<const W: usize, S: Shape<W>, A: AffineState>(
     if force == [0.0; 2] && stiffness == 0.0 {
         return Ok(());
     }
-    let member = continuum.imps.members[slot];
+    let member = continuum.imps.state.members[slot];
     if continuum.imps.markers.is_some() {
         touch_marker(continuum, member, &ImpForce { force, stiffness });
         return Ok(());
@@ -105,7 +105,7 @@ fn touch<const W: usize, S: Shape<W>, A: AffineState>(
     let cloud = &continuum.clouds[member.cloud as usize];
     let lane = cloud.lane_of[member.local as usize] as usize;
     let tile = cloud.tile_of_lane(lane);
-    let place = tile.frame.locate(&cloud.x[lane / LANES], pitch(W));
+    let place = tile.frame.locate(&cloud.state.x[lane / LANES], pitch(W));
     let k = lane % LANES;
     let s = [0, 1].map(|a| cloud.shape.weights(a, place.d[a]).map(|w| w.as_array()[k]));
     let number = member.cloud as usize;

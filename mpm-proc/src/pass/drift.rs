@@ -94,16 +94,16 @@ impl<const W: usize, S: Shape<W>, A: AffineState> Cloud<W, S, A> {
             .speed_sq
             .max(velocity[0] * velocity[0] + velocity[1] * velocity[1]);
         for a in 0..2 {
-            let x = &mut self.x[lane / LANES][a].as_mut_array()[lane % LANES];
+            let x = &mut self.state.x[lane / LANES][a].as_mut_array()[lane % LANES];
             *x += by[a];
             report.lower[a] = report.lower[a].min(*x);
             report.upper[a] = report.upper[a].max(*x);
         }
         if lane == first * LANES {
             // Lanes without a point move with the first point of their tile.
-            let (leader, last) = (self.x[first], first + blocks - 1);
-            for k in (0..LANES).filter(|&k| self.ids[last][k] == NO_POINT) {
-                self.x[last].copy_lane(k, &leader, 0);
+            let (leader, last) = (self.state.x[first], first + blocks - 1);
+            for k in (0..LANES).filter(|&k| self.state.ids[last][k] == NO_POINT) {
+                self.state.x[last].copy_lane(k, &leader, 0);
             }
         }
     }

@@ -116,8 +116,8 @@ fn transfer_cloud<
     let pic = splat(transfer.pic_fraction());
     let flip = splat(1.0 - transfer.pic_fraction());
     let share = (
-        PerBlock(&mut cloud.x[..]),
-        PerBlock(&mut cloud.motion[..]),
+        PerBlock(&mut cloud.state.x[..]),
+        PerBlock(&mut cloud.state.motion[..]),
         PerTile::one(&mut cloud.reports[..]),
     );
     over_tiles(
@@ -173,6 +173,7 @@ fn transfer_cloud<
                 sum: sum(total),
                 lower: lower.map(smallest),
                 upper: upper.map(largest),
+                omega_sq: 0.0,
             };
         },
     );

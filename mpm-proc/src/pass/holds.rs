@@ -48,14 +48,14 @@ fn find_rows<const W: usize, S: Shape<W>, A: AffineState>(continuum: &mut Contin
         let hold = &hold[0];
         let cloud = &clouds[hold.points.cloud as usize];
         for lane in hold.points.lanes(cloud) {
-            let local = cloud.ids[lane / LANES][lane % LANES];
+            let local = cloud.state.ids[lane / LANES][lane % LANES];
             let held = |a: usize| {
                 let again = |h: &Hold| h.along[a] && h.points.has(hold.points.cloud, local);
                 hold.along[a] && !earlier.iter().any(again)
             };
             let along = [0, 1].map(|a| f64::from(u8::from(held(a))));
             let tile = cloud.tile_of_lane(lane);
-            let place = tile.frame.locate(&cloud.x[lane / LANES], pitch(W));
+            let place = tile.frame.locate(&cloud.state.x[lane / LANES], pitch(W));
             let k = lane % LANES;
             let s = [0, 1].map(|a| cloud.shape.weights(a, place.d[a]).map(|w| w.as_array()[k]));
             let first = holds.weights.len() as u32;

@@ -28,17 +28,17 @@ pub fn remove_left<const W: usize, S: Shape<W>, A: AffineState>(
     for &(number, lane) in &continuum.outside.gone {
         let cloud = &mut continuum.clouds[number];
         let [x, v] = [cloud.position(lane), cloud.velocity(lane)];
-        let elastic = cloud.volume * cloud.material.energy_of(lane);
+        let elastic = cloud.volume * cloud.energy_of(lane);
         let held =
             cloud.kinetic_of(lane) + elastic - cloud.mass * (gravity[0] * x[0] + gravity[1] * x[1]);
         let work = cloud.loads.as_ref().map_or(0.0, |l| l.last_work(lane, x));
-        continuum.totals.applied_impulse += v.map(|v| -cloud.mass * v);
-        continuum.totals.driven_work += work - held;
-        continuum.totals.stress_work -= elastic;
+        continuum.state.totals.applied_impulse += v.map(|v| -cloud.mass * v);
+        continuum.state.totals.driven_work += work - held;
+        continuum.state.totals.stress_work -= elastic;
         let local = cloud.remove(lane);
         let number = number as u32;
         if continuum.imps.has_point(number, local) {
-            continuum.imps.travel = f64::INFINITY;
+            continuum.imps.state.travel = f64::INFINITY;
         }
     }
     continuum.outside.gone.clear();
@@ -48,7 +48,7 @@ pub fn remove_left<const W: usize, S: Shape<W>, A: AffineState>(
 impl<const W: usize, S: Shape<W>, A: AffineState> Cloud<W, S, A> {
     /// Removes a lane's point; the caller sorts. Returns its id less the cloud's first id.
     fn remove(&mut self, lane: usize) -> u32 {
-        let id = &mut self.ids[lane / LANES][lane % LANES];
+        let id = &mut self.state.ids[lane / LANES][lane % LANES];
         let local = core::mem::replace(id, NO_POINT);
         self.lane_of[local as usize] = NO_POINT;
         self.removed += 1;

@@ -23,12 +23,14 @@
 
 use interface::message::wire::Limits;
 
-use crate::kernel::lanes::{LANES, Lanes};
-use crate::kernel::point_tile::{Tile, owner};
+use crate::kernel::lanes::{Lanes, ZERO, largest, splat};
 use crate::kernel::shape::Shape;
-use crate::kernel::tiles::NODES;
-use crate::kernel::tiles::pitch;
+use crate::kernel::threads::{PerTile, over_tiles};
+use crate::kernel::tiles::{NODES, Place, pitch};
 use crate::kernel::transfer::AffineState;
+use crate::kernel::window::{
+    NO_VECTORS, VectorWindow, add_window, fill_window, gather_row, scatter_row,
+};
 use crate::state::contact::ContactLoad;
 use crate::state::continuum::Continuum;
 
@@ -39,6 +41,7 @@ pub fn limits<const W: usize, S: Shape<W>, A: AffineState>(
 ) -> Limits {
     let speed_sq = continuum
         .imps
+        .state
         .members
         .iter()
         .map(|m| {
@@ -77,15 +80,13 @@ fn elastic_omega_sq<const W: usize, S: Shape<W>, A: AffineState>(
         .iter()
         .map(|cloud| {
             let stiffest = cloud
+                .state
                 .stress_reports
                 .iter()
                 .map(|r| r.stiffness)
                 .fold(0.0, f64::max);
             let place = stiffest_place(&cloud.shape) / (cell * cell);
-            with_viscosity(
-                stiffest * place,
-                cloud.material.viscosity_over_density() * place,
-            )
+            with_viscosity(stiffest * place, cloud.material.viscosity() * place)
         })
         .fold(0.0, f64::max)
 }
@@ -104,86 +105,88 @@ fn elastic_omega_sq<const W: usize, S: Shape<W>, A: AffineState>(
 fn omega_sq_of_points<const W: usize, S: Shape<W>, A: AffineState>(
     continuum: &mut Continuum<W, S, A>,
 ) -> f64 {
-    continuum.loads_of_nodes.clear();
-    continuum
-        .loads_of_nodes
-        .resize(continuum.grid.tiles.len(), [0.0; NODES]);
-    let cell = continuum.grid.geometry.cell;
-    for cloud in &continuum.clouds {
-        for tile in &cloud.tiles {
-            let stiffness = cloud.stress_reports[tile.index].stiffness;
-            for point in weights_of_points(&cloud.shape, tile, &cloud.x) {
-                let mut gradients = [[0.0; W]; W];
-                for (j, row) in gradients.iter_mut().enumerate() {
-                    for (i, gradient) in row.iter_mut().enumerate() {
-                        *gradient = point.gradient(i, j) / cell;
+    let Continuum {
+        clouds,
+        grid,
+        threads,
+        loads_of_nodes,
+        ..
+    } = continuum;
+    let per_area = 1.0 / (grid.geometry.cell * grid.geometry.cell);
+    // The windows of the internal forces, which have been used and are summed anew in the next step.
+    for cloud in &mut *clouds {
+        let (shape, x, reports) = (cloud.shape, &cloud.state.x, &cloud.state.stress_reports);
+        let scale = cloud.mass * per_area;
+        let share = PerTile::one(&mut cloud.force[..]);
+        over_tiles(threads, &cloud.tiles, share, || (), &|tile, window, ()| {
+            let window = &mut window.items[0];
+            window.0.fill(0.0);
+            let stiffness = splat(scale * reports[tile.index].stiffness);
+            for b in 0..tile.blocks {
+                let place = tile.frame.locate(&x[tile.first + b], pitch(W));
+                let sizes = gradient_sizes(&shape, &place);
+                let total = sizes.as_flattened().iter().fold(ZERO, |sum, &s| sum + s);
+                let load = stiffness * total * tile.live(b);
+                for (j, row) in sizes.iter().enumerate() {
+                    scatter_row(window, &place, j, &row.map(|size| [load * size, ZERO]));
+                }
+            }
+        });
+    }
+    loads_of_nodes.resize(grid.tiles.len(), [[0.0; 2]; NODES]);
+    for (loads, tile) in loads_of_nodes.iter_mut().zip(&grid.tiles) {
+        *loads = [[0.0; 2]; NODES];
+        for o in tile.overlapping(&grid.overlaps) {
+            let window = &clouds[o.cloud as usize].force[o.tile as usize];
+            add_window::<W, 2>(loads, &window.0, o.run);
+        }
+        for (load, per_mass) in loads.iter_mut().zip(&tile.per_mass) {
+            load[0] *= per_mass;
+        }
+    }
+    let mut largest_row: f64 = 0.0;
+    for cloud in clouds {
+        let (shape, x) = (cloud.shape, &cloud.state.x);
+        let share = PerTile::one(&mut cloud.reports[..]);
+        over_tiles(
+            threads,
+            &cloud.tiles,
+            share,
+            || NO_VECTORS,
+            &|tile, report, window: &mut VectorWindow| {
+                fill_window::<W, _>(window, loads_of_nodes, tile, |loads| loads);
+                let mut most = ZERO;
+                for b in 0..tile.blocks {
+                    let place = tile.frame.locate(&x[tile.first + b], pitch(W));
+                    let s = [shape.weights(0, place.d[0]), shape.weights(1, place.d[1])];
+                    let mut row_sum = ZERO;
+                    for j in 0..W {
+                        let row = gather_row::<W>(window, &place, j);
+                        for i in 0..W {
+                            row_sum = (s[0][i] * s[1][j]).mul_add(row[i][0], row_sum);
+                        }
                     }
+                    // Lanes without a point lie where one does.
+                    most = most.fast_max(row_sum);
                 }
-                let total: f64 = gradients.iter().flatten().sum();
-                for (n, gradient) in gradients.iter().flatten().enumerate() {
-                    let (tile, node) = point.node(tile, n);
-                    continuum.loads_of_nodes[tile][node] +=
-                        cloud.mass * stiffness * gradient * total;
-                }
-            }
-        }
+                report.items[0].omega_sq = largest(most);
+            },
+        );
+        let of_tiles = cloud.reports.iter().map(|report| report.omega_sq);
+        largest_row = of_tiles.fold(largest_row, f64::max);
     }
-    let mut largest: f64 = 0.0;
-    for cloud in &continuum.clouds {
-        for tile in &cloud.tiles {
-            for point in weights_of_points(&cloud.shape, tile, &cloud.x) {
-                let row = (0..W * W).map(|n| {
-                    let (tile, node) = point.node(tile, n);
-                    let per_mass = continuum.grid.tiles[tile].per_mass[node];
-                    let weight = point.weights[0][n % W] * point.weights[1][n / W];
-                    weight * per_mass * continuum.loads_of_nodes[tile][node]
-                });
-                largest = largest.max(row.sum());
-            }
-        }
-    }
-    largest
+    largest_row
 }
 
-/// The weights of a point along each axis, and their derivatives times the cell.
-struct WeightsOfPoint<const W: usize> {
-    /// Its first node in the window of its tile.
-    base: usize,
-    weights: [[f64; W]; 2],
-    derivatives: [[f64; W]; 2],
-}
-
-impl<const W: usize> WeightsOfPoint<W> {
-    /// `|grad S_Ip|` of the node in column `i` and row `j`, times the cell.
-    fn gradient(&self, i: usize, j: usize) -> f64 {
-        let ([s_x, s_y], [g_x, g_y]) = (&self.weights, &self.derivatives);
-        (g_x[i] * s_y[j]).hypot(s_x[i] * g_y[j])
-    }
-
-    /// The node tile, and the node in it, of the point's node `n`, row by row.
-    fn node(&self, tile: &Tile, n: usize) -> (usize, usize) {
-        owner::<W>(tile, self.base + n / W * pitch(W) + n % W)
-    }
-}
-
-/// The weights of all points of a tile whose positions are `x`.
-fn weights_of_points<const W: usize, S: Shape<W>>(
-    shape: &S,
-    tile: &Tile,
-    x: &[[Lanes; 2]],
-) -> impl Iterator<Item = WeightsOfPoint<W>> {
-    (0..tile.blocks).flat_map(move |block| {
-        let place = tile.frame.locate(&x[tile.first + block], pitch(W));
-        let weights = [0, 1].map(|axis| shape.weights(axis, place.d[axis]));
-        let derivatives = [0, 1].map(|axis| shape.gradients(axis, place.d[axis]));
-        let points = LANES.min(tile.points - block * LANES);
-        (0..points).map(move |k| {
-            let of_point = |lanes: [[Lanes; W]; 2]| lanes.map(|axis| axis.map(|w| w.as_array()[k]));
-            WeightsOfPoint {
-                base: place.base[k],
-                weights: of_point(weights),
-                derivatives: of_point(derivatives),
-            }
+/// `|grad S_Ip|` of four points times the cell, row by row.
+#[inline(always)]
+fn gradient_sizes<const W: usize, S: Shape<W>>(shape: &S, place: &Place) -> [[Lanes; W]; W] {
+    let s = [0, 1].map(|a| shape.weights(a, place.d[a]));
+    let g = [0, 1].map(|a| shape.gradients(a, place.d[a]));
+    core::array::from_fn(|j| {
+        core::array::from_fn(|i| {
+            let [along, across] = [g[0][i] * s[1][j], s[0][i] * g[1][j]];
+            along.mul_add(along, across * across).sqrt()
         })
     })
 }

@@ -15,7 +15,7 @@ use crate::kernel::tiles::pitch;
 use crate::kernel::transfer::AffineState;
 use crate::kernel::window::scatter_row;
 use crate::state::continuum::Continuum;
-use crate::state::loads::{Load, LoadReport, Loads};
+use crate::state::loads::{LastLoad, LoadReport, Loads};
 use crate::state::points::{Cloud, NO_POINT};
 use mechanics::threads::Threads;
 
@@ -44,12 +44,12 @@ pub fn apply_loads<const W: usize, S: Shape<W>, A: AffineState>(
         for report in &loads.reports {
             force[0] += report.force[0];
             force[1] += report.force[1];
-            continuum.totals.driven_work += report.work;
+            continuum.state.totals.driven_work += report.work;
         }
         if !(force[0] + force[1]).is_finite() {
-            return Err(fault(loads, &cloud.ids, cloud.first_id));
+            return Err(fault(loads, &cloud.state.ids, cloud.first_id));
         }
-        continuum.totals.applied_impulse += force.map(|f| step.kick() * f);
+        continuum.state.totals.applied_impulse += force.map(|f| step.kick() * f);
     }
     Ok(())
 }
@@ -64,14 +64,15 @@ fn apply<const W: usize, S: Shape<W>, A: AffineState>(
     let Some(loads) = &mut cloud.loads else {
         return;
     };
-    let (shape, x, mass) = (cloud.shape, &cloud.x, splat(cloud.mass));
+    let (shape, x, mass) = (cloud.shape, &cloud.state.x, splat(cloud.mass));
     let body_force = loads.body_force.as_ref();
     let uniform = match body_force {
         Some(b) if !b.varies => b.at(&[ZERO; 2], time),
         _ => [ZERO; 2],
     };
+    let points = &loads.points;
     let share = (
-        PerBlock(&mut loads.points[..]),
+        PerBlock(&mut loads.last[..]),
         PerTile::one(&mut cloud.force[..]),
         PerTile::one(&mut loads.reports[..]),
     );
@@ -80,10 +81,11 @@ fn apply<const W: usize, S: Shape<W>, A: AffineState>(
         &cloud.tiles,
         share,
         || (),
-        &|tile, (points, force, report), ()| {
+        &|tile, (lasts, force, report), ()| {
             let force = &mut force.items[0];
             let (mut total, mut work) = ([ZERO; 2], ZERO);
-            for (b, load) in points.0.iter_mut().enumerate() {
+            for (b, last) in lasts.0.iter_mut().enumerate() {
+                let load = &points[tile.first + b];
                 let (x, live) = (&x[tile.first + b], tile.live(b));
                 let acceleration = match body_force {
                     Some(formula) if formula.varies => formula.at(&load.start, time),
@@ -92,15 +94,14 @@ fn apply<const W: usize, S: Shape<W>, A: AffineState>(
                 let mut f = [ZERO; 2];
                 for a in 0..2 {
                     f[a] = live * (load.dead[a] + mass * acceleration[a]);
-                    let mean = splat(0.5) * (load.force[a] + f[a]);
+                    let mean = splat(0.5) * (last.force[a] + f[a]);
                     // A periodic wall may have moved the point by the size of the domain, which is no displacement.
-                    let way = x[a] - load.x[a];
+                    let way = x[a] - last.x[a];
                     let way = way - splat(size[a]) * (way * splat(1.0 / size[a])).round();
                     work += live * mean * way;
                     total[a] += f[a];
                 }
-                load.x = *x;
-                load.force = f;
+                *last = LastLoad { x: *x, force: f };
                 let place = tile.frame.locate(x, pitch(W));
                 let s = [shape.weights(0, place.d[0]), shape.weights(1, place.d[1])];
                 for j in 0..W {
@@ -121,14 +122,14 @@ fn apply<const W: usize, S: Shape<W>, A: AffineState>(
 
 /// Names a point whose load is not finite.
 fn fault(loads: &Loads, ids: &[[u32; LANES]], first_id: u64) -> Fault {
-    let unsound = |(block, load): (usize, &Load)| {
+    let unsound = |(block, load): (usize, &LastLoad)| {
         (0..LANES).find_map(|k| {
             let id = ids[block][k];
             let sound = load.force.iter().all(|f| f.as_array()[k].is_finite());
             (id != NO_POINT && !sound).then_some(first_id + u64::from(id))
         })
     };
-    let item = match loads.points.iter().enumerate().find_map(unsound) {
+    let item = match loads.last.iter().enumerate().find_map(unsound) {
         Some(id) => format!("point {id}"),
         None => "all points together".into(),
     };

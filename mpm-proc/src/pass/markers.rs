@@ -27,7 +27,7 @@ pub fn place_markers<const W: usize, S: Shape<W>, A: AffineState>(
     };
     markers.weights.clear();
     markers.torque.fill(0.0);
-    for marker in 0..markers.x.len() {
+    for marker in 0..markers.state.x.len() {
         let shape = continuum.clouds[markers.chain(marker).cloud as usize].shape;
         weigh::<W, S>(markers, marker, shape, &continuum.grid)?;
     }
@@ -41,7 +41,7 @@ fn weigh<const W: usize, S: Shape<W>>(
     shape: S,
     grid: &Grid,
 ) -> Result<(), Fault> {
-    let (x, full) = (markers.x[marker], markers.chain(marker).full);
+    let (x, full) = (markers.state.x[marker], markers.chain(marker).full);
     let (cell, lower, offset) = (grid.geometry.cell, grid.geometry.lower, shape.offset());
     let xi = [0, 1].map(|a| (x[a] - lower[a]) / cell);
     let base = [0, 1].map(|a| (xi[a] - offset[a]).floor());
@@ -93,7 +93,7 @@ fn weigh<const W: usize, S: Shape<W>>(
 }
 
 fn lost(markers: &Markers, marker: usize) -> Fault {
-    let (chain, [x, y]) = (markers.chain_of[marker], markers.x[marker]);
+    let (chain, [x, y]) = (markers.chain_of[marker], markers.state.x[marker]);
     let number = marker - markers.chain(marker).first;
     if !(x.is_finite() && y.is_finite()) {
         return Fault::NotFinite {
@@ -153,7 +153,7 @@ pub fn move_markers<const W: usize, S: Shape<W>, A: AffineState>(
         return Ok(());
     };
     let grid = &continuum.grid;
-    let mut pressed = vec![false; markers.x.len()];
+    let mut pressed = vec![false; markers.state.x.len()];
     if mapped {
         for point in &continuum.loaded {
             pressed[point.member.local as usize] = true;
@@ -177,9 +177,9 @@ pub fn move_markers<const W: usize, S: Shape<W>, A: AffineState>(
             }
         }
         for a in 0..2 {
-            markers.x[marker][a] += v[a] * dt;
+            markers.state.x[marker][a] += v[a] * dt;
         }
-        markers.v[marker] = v;
+        markers.state.v[marker] = v;
         let speed_sq = v[0] * v[0] + v[1] * v[1];
         if !speed_sq.is_finite() {
             return Err(Fault::NotFinite {
@@ -189,7 +189,7 @@ pub fn move_markers<const W: usize, S: Shape<W>, A: AffineState>(
         }
         fastest = fastest.max(speed_sq);
     }
-    continuum.imps.travel += fastest.sqrt() * dt;
+    continuum.imps.state.travel += fastest.sqrt() * dt;
     Ok(())
 }
 
@@ -199,7 +199,7 @@ pub fn add_shift<const W: usize, S: Shape<W>, A: AffineState>(
     kick: f64,
 ) {
     if let Some(markers) = &mut continuum.imps.markers {
-        for (spun, torque) in markers.spun.iter_mut().zip(&markers.torque) {
+        for (spun, torque) in markers.state.spun.iter_mut().zip(&markers.torque) {
             *spun += kick * torque;
         }
     }

@@ -7,14 +7,14 @@ use interface::step::Step;
 
 use super::markers::add_shift;
 use crate::kernel::lanes::{Lanes, ZERO, largest, smallest, splat, sum};
+use crate::kernel::point_tile::Tile;
 use crate::kernel::shape::Shape;
 use crate::kernel::transfer::AffineState;
-use crate::state::constitutive::StressReport;
 use crate::state::continuum::Continuum;
 use crate::state::imps::Imps;
 use crate::state::markers::Markers;
 use crate::state::point_set::PointSet;
-use crate::state::points::Cloud;
+use crate::state::points::{Cloud, StressReport};
 use crate::state::totals::KickWork;
 
 /// Sums over the points of a cloud.
@@ -30,25 +30,25 @@ pub fn update_ledger<const W: usize, S: Shape<W>, A: AffineState>(
     step: &Step,
 ) {
     let kick = step.kick();
-    continuum.totals.kick = KickWork::default();
+    continuum.kick = KickWork::default();
     if step.dt_before + step.dt > 0.0 {
         let mass: f64 = continuum.clouds.iter().map(Cloud::total_mass).sum();
-        continuum.totals.applied_impulse += continuum.grid.gravity.map(|g| kick * mass * g);
+        continuum.state.totals.applied_impulse += continuum.grid.gravity.map(|g| kick * mass * g);
         for tile in &continuum.grid.tiles {
-            continuum.totals.applied_impulse += tile.wall.impulse;
-            continuum.totals.kick.driven += tile.wall.work;
-            continuum.totals.kick.friction += tile.friction_work;
-            continuum.totals.kick.damping += tile.damping_work;
+            continuum.state.totals.applied_impulse += tile.wall.impulse;
+            continuum.kick.driven += tile.wall.work;
+            continuum.kick.friction += tile.friction_work;
+            continuum.kick.damping += tile.damping_work;
         }
-        continuum.totals.applied_impulse += continuum.holds.impulse;
+        continuum.state.totals.applied_impulse += continuum.holds.impulse;
     }
-    let ahead = core::mem::take(&mut continuum.totals.ahead);
+    let ahead = core::mem::take(&mut continuum.state.totals.ahead);
     for [plastic, viscous, work] in
         core::iter::once(ahead).chain(losses_of_tiles(&continuum.clouds))
     {
-        continuum.totals.plastic_work += plastic;
-        continuum.totals.viscous_work += viscous;
-        continuum.totals.stress_work += work - plastic - viscous;
+        continuum.state.totals.plastic_work += plastic;
+        continuum.state.totals.viscous_work += viscous;
+        continuum.state.totals.stress_work += work - plastic - viscous;
     }
     let mut contact_force = [0.0; 2];
     for f in &continuum.imps.forces {
@@ -56,7 +56,7 @@ pub fn update_ledger<const W: usize, S: Shape<W>, A: AffineState>(
             contact_force[a] += f.force[a];
         }
     }
-    continuum.totals.contact_impulse += contact_force.map(|f| kick * f);
+    continuum.state.totals.contact_impulse += contact_force.map(|f| kick * f);
     add_shift(continuum, kick);
     if step.measure {
         measure(continuum, contact_force, 1.0 - step.centring());
@@ -69,11 +69,11 @@ pub fn sum_stress_ahead<const W: usize, S: Shape<W>, A: AffineState>(
     continuum: &mut Continuum<W, S, A>,
 ) {
     let add = |sum: [f64; 3], told: [f64; 3]| core::array::from_fn(|i| sum[i] + told[i]);
-    continuum.totals.ahead = losses_of_tiles(&continuum.clouds).fold([0.0; 3], add);
+    continuum.state.totals.ahead = losses_of_tiles(&continuum.clouds).fold([0.0; 3], add);
     for report in continuum
         .clouds
         .iter_mut()
-        .flat_map(|c| &mut c.stress_reports)
+        .flat_map(|c| &mut c.state.stress_reports)
     {
         (report.lost, report.work) = ([0.0; 2], 0.0);
     }
@@ -84,19 +84,19 @@ pub fn close_ledger<const W: usize, S: Shape<W>, A: AffineState>(
     continuum: &mut Continuum<W, S, A>,
     step: &Step,
 ) {
-    let kick = continuum.totals.kick;
+    let kick = continuum.kick;
     if step.measure {
         close_measurement(continuum, step.centring());
         // At t_n the kick counts with the same share as the velocities.
-        let ledger = &mut continuum.totals.measurement.ledger;
-        ledger.applied_impulse = continuum.totals.applied_impulse.value();
+        let ledger = &mut continuum.measurement.ledger;
+        ledger.applied_impulse = continuum.state.totals.applied_impulse.value();
         ledger.friction_work += step.centring() * kick.friction;
         ledger.viscous_work += step.centring() * kick.damping;
         ledger.driven_work += step.centring() * kick.driven;
     }
-    continuum.totals.friction_work += kick.friction;
-    continuum.totals.viscous_work += kick.damping;
-    continuum.totals.driven_work += kick.driven;
+    continuum.state.totals.friction_work += kick.friction;
+    continuum.state.totals.viscous_work += kick.damping;
+    continuum.state.totals.driven_work += kick.driven;
 }
 
 /// Takes the quantities at `t_{n+1/2}`, with the weight `after`.
@@ -104,7 +104,7 @@ fn close_measurement<const W: usize, S: Shape<W>, A: AffineState>(
     continuum: &mut Continuum<W, S, A>,
     after: f64,
 ) {
-    let MpmMeasurement { ledger, groups } = &mut continuum.totals.measurement;
+    let MpmMeasurement { ledger, groups } = &mut continuum.measurement;
     let (groups, sets) = groups.split_at_mut(continuum.clouds.len());
     let holds = continuum.holds.all.iter().map(|hold| &hold.points);
     for (set, state) in continuum.probes.iter().chain(holds).zip(sets) {
@@ -134,15 +134,15 @@ fn measure<const W: usize, S: Shape<W>, A: AffineState>(
     contact_force: [f64; 2],
     before: f64,
 ) {
-    let MpmMeasurement { ledger, groups } = &mut continuum.totals.measurement;
+    let MpmMeasurement { ledger, groups } = &mut continuum.measurement;
     *ledger = interface::message::wire::Ledger {
-        friction_work: continuum.totals.friction_work,
-        driven_work: continuum.totals.driven_work,
-        plastic_work: continuum.totals.plastic_work,
-        viscous_work: continuum.totals.viscous_work,
-        stress_work: continuum.totals.stress_work,
-        applied_impulse: continuum.totals.applied_impulse.value(),
-        contact_impulse: continuum.totals.contact_impulse.value(),
+        friction_work: continuum.state.totals.friction_work,
+        driven_work: continuum.state.totals.driven_work,
+        plastic_work: continuum.state.totals.plastic_work,
+        viscous_work: continuum.state.totals.viscous_work,
+        stress_work: continuum.state.totals.stress_work,
+        applied_impulse: continuum.state.totals.applied_impulse.value(),
+        contact_impulse: continuum.state.totals.contact_impulse.value(),
         contact_force,
         ..Default::default()
     };
@@ -158,13 +158,19 @@ fn measure<const W: usize, S: Shape<W>, A: AffineState>(
         ledger.elastic += cloud
             .tiles
             .iter()
-            .map(|t| cloud.material.elastic_energy(t, cloud.volume))
+            .map(|t| cloud.elastic_energy(t))
             .sum::<f64>();
         let [gx, gy] = continuum.grid.gravity;
         ledger.gravity -= group.mass * (gx * group.position[0] + gy * group.position[1]);
         groups.push(group);
     }
-    for (m, f) in continuum.imps.members.iter().zip(&continuum.imps.forces) {
+    for (m, f) in continuum
+        .imps
+        .state
+        .members
+        .iter()
+        .zip(&continuum.imps.forces)
+    {
         if f.force != [0.0; 2] {
             ledger.contacts += 1;
             let x = continuum.imps.position(*m, &continuum.clouds);
@@ -184,16 +190,16 @@ fn measure_sets<const W: usize, S: Shape<W>, A: AffineState>(
         imps,
         probes,
         holds,
-        totals,
+        measurement,
         ..
     } = continuum;
-    let groups = &mut totals.measurement.groups;
+    let groups = &mut measurement.groups;
     let mut tell = |set: &PointSet, support: Option<[f64; 2]>| {
         let cloud = &clouds[set.cloud as usize];
         let mut state = set.extent(cloud);
         let (velocity, kinetic) = set.motion(cloud);
         (state.velocity, state.kinetic) = (velocity.map(|v| before * v), before * kinetic);
-        for (m, f) in imps.members.iter().zip(&imps.forces) {
+        for (m, f) in imps.state.members.iter().zip(&imps.forces) {
             // A marker does not belong to the points of a set.
             if imps.markers.is_none() && f.force != [0.0; 2] && set.has(m.cloud, m.local) {
                 let x = cloud.position(cloud.lane_of[m.local as usize] as usize);
@@ -223,24 +229,24 @@ fn chain_state(markers: &Markers, number: usize, imps: &Imps) -> GroupState {
     let chain = &markers.chains[number];
     let own = chain.first..chain.first + chain.count;
     let mut state = GroupState {
-        kinetic: markers.spun[number],
-        lower: markers.x[chain.first],
-        upper: markers.x[chain.first],
+        kinetic: markers.state.spun[number],
+        lower: markers.state.x[chain.first],
+        upper: markers.state.x[chain.first],
         ..GroupState::default()
     };
     for marker in own.clone() {
         for a in 0..2 {
-            let (x, v) = (markers.x[marker][a], markers.v[marker][a]);
+            let (x, v) = (markers.state.x[marker][a], markers.state.v[marker][a]);
             state.position[a] += x / chain.count as f64;
             state.velocity[a] += v / chain.count as f64;
             state.lower[a] = state.lower[a].min(x);
             state.upper[a] = state.upper[a].max(x);
         }
     }
-    for (m, f) in imps.members.iter().zip(&imps.forces) {
+    for (m, f) in imps.state.members.iter().zip(&imps.forces) {
         let marker = m.local as usize;
         if f.force != [0.0; 2] && own.contains(&marker) {
-            count_contact(&mut state, f.force, markers.x[marker]);
+            count_contact(&mut state, f.force, markers.state.x[marker]);
         }
     }
     state
@@ -255,7 +261,7 @@ fn losses_of_tiles<const W: usize, S: Shape<W>, A: AffineState>(
             let [plastic, viscous] = report.lost;
             [plastic, viscous, report.work].map(|sum| cloud.volume * sum)
         };
-        cloud.stress_reports.iter().map(told)
+        cloud.state.stress_reports.iter().map(told)
     })
 }
 
@@ -279,7 +285,7 @@ impl<const W: usize, S: Shape<W>, A: AffineState> Cloud<W, S, A> {
         let (mut p, mut twice) = ([ZERO; 2], ZERO);
         for tile in &self.tiles {
             for b in 0..tile.blocks {
-                let motion = &self.motion[tile.first + b];
+                let motion = &self.state.motion[tile.first + b];
                 let live = tile.live(b);
                 let mut square = ZERO;
                 for a in 0..2 {
@@ -305,15 +311,21 @@ impl<const W: usize, S: Shape<W>, A: AffineState> Cloud<W, S, A> {
         }
     }
 
+    /// Elastic energy in J/m of the points of `tile`.
+    fn elastic_energy(&self, tile: &Tile) -> f64 {
+        let energy = |b: usize| sum(self.energies(tile.first + b) * tile.live(b));
+        (0..tile.blocks).map(energy).sum::<f64>() * self.volume
+    }
+
     /// Mass, centre and extent; zeros if all points have been removed.
     fn extent(&self) -> GroupState {
         if self.tiles.is_empty() {
             return GroupState::default();
         }
-        let (mut total, mut lower, mut upper) = ([ZERO; 2], self.x[0], self.x[0]);
+        let (mut total, mut lower, mut upper) = ([ZERO; 2], self.state.x[0], self.state.x[0]);
         for tile in &self.tiles {
             for b in 0..tile.blocks {
-                let x = &self.x[tile.first + b];
+                let x = &self.state.x[tile.first + b];
                 // Lanes without a point follow the first of their tile, so they do not widen the extent.
                 for a in 0..2 {
                     total[a] += tile.live(b) * x[a];

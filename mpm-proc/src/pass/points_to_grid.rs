@@ -73,7 +73,7 @@ fn fill_windows<const W: usize, const SPIN: bool, S: Shape<W>, A: AffineState>(
     which: Which,
     of_group: [[Lanes; 2]; 2],
 ) {
-    let (shape, x, motion, mass) = (cloud.shape, &cloud.x, &cloud.motion, cloud.mass);
+    let (shape, x, motion, mass) = (cloud.shape, &cloud.state.x, &cloud.state.motion, cloud.mass);
     let share = PerTile::one(&mut cloud.mass_momentum[..]);
     over_tiles(threads, &cloud.tiles, share, || (), &|tile, window, ()| {
         if !which.has(tile) {

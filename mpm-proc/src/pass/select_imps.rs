@@ -17,15 +17,15 @@ pub fn select_imps<const W: usize, S: Shape<W>, A: AffineState>(
     clouds: &[Cloud<W, S, A>],
     envelopes: &[EnvelopeVertex],
 ) {
-    imps.members.clear();
-    imps.travel = 0.0;
+    imps.state.members.clear();
+    imps.state.travel = 0.0;
     let outlines = outlines(envelopes);
     if !outlines.is_empty() {
         for (c, cloud) in clouds.iter().enumerate() {
             for tile in &cloud.tiles {
                 let margin = cloud.radius + imps.skin;
                 select_in_tile(cloud, tile, &outlines, margin, |local| {
-                    imps.members.push(Member {
+                    imps.state.members.push(Member {
                         cloud: c as u32,
                         local,
                     });
@@ -34,7 +34,7 @@ pub fn select_imps<const W: usize, S: Shape<W>, A: AffineState>(
         }
     }
     // Ids rise with the cloud and within it.
-    imps.members.sort_unstable();
+    imps.state.members.sort_unstable();
     imps.write_infos(clouds);
     imps.forces.clear();
 }
@@ -112,7 +112,7 @@ fn select_in_tile<const W: usize, S: Shape<W>, A: AffineState>(
     let points = || {
         (tile.first..tile.first + tile.blocks).flat_map(|block| {
             (0..LANES).filter_map(move |k| {
-                let local = cloud.ids[block][k];
+                let local = cloud.state.ids[block][k];
                 let position = Vec2::from(cloud.position(block * LANES + k));
                 (local != NO_POINT).then_some((local, position))
             })

@@ -13,22 +13,23 @@ pub fn select_markers(imps: &mut Imps, envelopes: &[EnvelopeVertex]) {
     let Some(markers) = imps.markers.take() else {
         return;
     };
-    imps.members.clear();
-    imps.travel = 0.0;
+    imps.state.members.clear();
+    imps.state.travel = 0.0;
     let outlines = outlines(envelopes);
-    let mut chosen = vec![false; markers.x.len()];
-    for marker in 0..markers.x.len() {
+    let mut chosen = vec![false; markers.state.x.len()];
+    for marker in 0..markers.state.x.len() {
         let Some(next) = markers.next(marker) else {
             continue;
         };
         let distance = markers.chain(marker).radius + imps.skin;
-        let ends = [marker, next].map(|m| Vec2::from(markers.x[m]));
+        let ends = [marker, next].map(|m| Vec2::from(markers.state.x[m]));
         if outlines.iter().any(|o| asks_for(o, ends, distance)) {
             (chosen[marker], chosen[next]) = (true, true);
         }
     }
     let members = chosen.iter().enumerate().filter(|(_, chosen)| **chosen);
-    imps.members
+    imps.state
+        .members
         .extend(members.map(|(marker, _)| member(&markers, marker)));
     imps.markers = Some(markers);
     imps.forces.clear();

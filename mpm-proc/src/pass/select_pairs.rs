@@ -28,7 +28,7 @@ fn points<const W: usize, S: Shape<W>, A: AffineState>(
     let blocks = cloud.tiles.iter().flat_map(|t| t.first..t.first + t.blocks);
     let lanes = blocks.flat_map(|block| (0..LANES).map(move |k| (block, k)));
     lanes.filter_map(|(block, k)| {
-        let local = cloud.ids[block][k];
+        let local = cloud.state.ids[block][k];
         (local != NO_POINT).then(|| (local, cloud.position(block * LANES + k)))
     })
 }

@@ -14,7 +14,7 @@ const SORT_AFTER: f64 = 0.99;
 pub fn keep_sorted<const W: usize, S: Shape<W>, A: AffineState>(
     continuum: &mut Continuum<W, S, A>,
 ) {
-    if continuum.moved > SORT_AFTER * continuum.grid.geometry.cell {
+    if continuum.state.moved > SORT_AFTER * continuum.grid.geometry.cell {
         sort(continuum);
     }
 }
@@ -26,7 +26,7 @@ pub fn sort<const W: usize, S: Shape<W>, A: AffineState>(continuum: &mut Continu
         cloud.sort(&continuum.grid.geometry);
     }
     continuum.grid.cover(&mut continuum.clouds);
-    continuum.moved = 0.0;
+    continuum.state.moved = 0.0;
 }
 
 /// Moves points that have crossed a periodic wall to the other end; the caller sorts.
@@ -38,24 +38,25 @@ fn enter_again<const W: usize, S: Shape<W>, A: AffineState>(continuum: &mut Cont
     let gravity = continuum.grid.gravity;
     let mut crossed = false;
     for cloud in &mut continuum.clouds {
-        for lane in 0..cloud.ids.len() * LANES {
+        for lane in 0..cloud.state.ids.len() * LANES {
             let x = cloud.position(lane);
             let entered = geometry.entered(x);
             if entered == x {
                 continue;
             }
             cloud.place(lane, entered);
-            if cloud.ids[lane / LANES][lane % LANES] != NO_POINT {
+            if cloud.state.ids[lane / LANES][lane % LANES] != NO_POINT {
                 crossed = true;
                 for a in 0..2 {
-                    continuum.totals.driven_work -= cloud.mass * gravity[a] * (entered[a] - x[a]);
+                    continuum.state.totals.driven_work -=
+                        cloud.mass * gravity[a] * (entered[a] - x[a]);
                 }
             }
         }
     }
     if crossed {
         // Other bodies may be near now, so the IMPs are selected again before they are used.
-        continuum.imps.travel = f64::INFINITY;
+        continuum.imps.state.travel = f64::INFINITY;
     }
 }
 
@@ -63,7 +64,7 @@ impl<const W: usize, S: Shape<W>, A: AffineState> Cloud<W, S, A> {
     /// Moves a lane's point to `x` (m).
     fn place(&mut self, lane: usize, x: [f64; 2]) {
         for a in 0..2 {
-            self.x[lane / LANES][a].as_mut_array()[lane % LANES] = x[a];
+            self.state.x[lane / LANES][a].as_mut_array()[lane % LANES] = x[a];
         }
     }
 }

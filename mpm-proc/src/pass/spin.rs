@@ -26,15 +26,15 @@ pub fn spin<const W: usize, S: Shape<W>, A: AffineState>(cloud: &Cloud<W, S, A>)
     let mut mean = [[ZERO; 2]; 2];
     for (block, live) in blocks() {
         for a in 0..2 {
-            mean[0][a] += live * cloud.x[block][a];
-            mean[1][a] += live * cloud.motion[block].v[a];
+            mean[0][a] += live * cloud.state.x[block][a];
+            mean[1][a] += live * cloud.state.motion[block].v[a];
         }
     }
     let n = cloud.len().max(1) as f64;
     let [center, velocity] = mean.map(|of| of.map(|total| splat(sum(total) / n)));
     let (mut angular, mut inertia) = (ZERO, ZERO);
     for (block, live) in blocks() {
-        let (x, v) = (&cloud.x[block], &cloud.motion[block].v);
+        let (x, v) = (&cloud.state.x[block], &cloud.state.motion[block].v);
         let arm = [0, 1].map(|a| live * (x[a] - center[a]));
         angular += arm[0] * (v[1] - velocity[1]) - arm[1] * (v[0] - velocity[0]);
         inertia += arm[0] * arm[0] + arm[1] * arm[1];

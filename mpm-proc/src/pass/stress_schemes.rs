@@ -5,12 +5,11 @@ use interface::config::StressUpdate;
 use super::grid_to_points::transfer_pass;
 use super::measure::sum_stress_ahead;
 use super::points_to_grid::points_to_grid;
-use super::stress::stress_pass;
+use super::stress::{PositionsAt, Velocity, stress_pass};
 use super::volumes::map_volumes;
 use crate::kernel::point_tile::Which;
 use crate::kernel::shape::Shape;
 use crate::kernel::transfer::AffineState;
-use crate::state::constitutive::{PositionsAt, Velocity};
 use crate::state::continuum::Continuum;
 
 /// The stress at `t_n`, from the interval of `dt` (s) before it, and its internal forces. Schemes that update the stress

@@ -48,7 +48,7 @@ pub fn map_volumes<const W: usize, S: Shape<W>, A: AffineState>(
     if continuum
         .clouds
         .iter()
-        .all(|c| c.material.volume_rate() <= 0.0)
+        .all(|c| c.material.sharing_rate() <= 0.0)
     {
         return;
     }
@@ -57,8 +57,12 @@ pub fn map_volumes<const W: usize, S: Shape<W>, A: AffineState>(
     grid.volumes.clear();
     let tiles = 0..grid.tiles.len();
     grid.volumes.extend(tiles.map(VolumeNodes::of));
-    for cloud in clouds.iter_mut().filter(|c| c.material.volume_rate() > 0.0) {
-        let (shape, x, material, volume) = (cloud.shape, &cloud.x, &*cloud.material, cloud.volume);
+    for cloud in clouds
+        .iter_mut()
+        .filter(|c| c.material.sharing_rate() > 0.0)
+    {
+        let (shape, x, volume) = (cloud.shape, &cloud.state.x, cloud.volume);
+        let points = &cloud.state.stresses.points;
         let share = PerTile::one(&mut cloud.force[..]);
         over_tiles(threads, &cloud.tiles, share, || (), &|tile, window, ()| {
             let window = &mut window.items[0];
@@ -71,7 +75,7 @@ pub fn map_volumes<const W: usize, S: Shape<W>, A: AffineState>(
                     window,
                     &place,
                     &shape,
-                    [initial, initial * material.volumes(block)],
+                    [initial, initial * points[block].volume],
                 );
             }
         });
@@ -81,7 +85,7 @@ pub fn map_volumes<const W: usize, S: Shape<W>, A: AffineState>(
         nodes.sum = [[0.0; 2]; NODES];
         for o in tiles[nodes.tile].overlapping(overlaps) {
             let cloud = &clouds[o.cloud as usize];
-            if cloud.material.volume_rate() > 0.0 {
+            if cloud.material.sharing_rate() > 0.0 {
                 add_window::<W, 2>(&mut nodes.sum, &cloud.force[o.tile as usize].0, o.run);
             }
         }
@@ -136,14 +140,13 @@ fn add_volumes<const W: usize, S: Shape<W>>(
 
 /// The change of `ln J` of four points with this volume over the initial one, by the `ratio` at the nodes.
 #[inline(always)]
-pub fn swelling<const W: usize, S: Shape<W>>(
+pub fn swelling<const W: usize>(
     ratio: &VectorWindow,
     place: &Place,
-    shape: &S,
+    s: &[[Lanes; W]; 2],
     volume: Lanes,
     [of_mean, of_room]: [f64; 2],
 ) -> Lanes {
-    let s = [shape.weights(0, place.d[0]), shape.weights(1, place.d[1])];
     let (mut mean, mut fits) = (ZERO, ZERO);
     for j in 0..W {
         for (i, node) in gather_row::<W>(ratio, place, j).iter().enumerate() {

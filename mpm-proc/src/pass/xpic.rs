@@ -45,7 +45,7 @@ pub fn filter_velocities<const W: usize, S: Shape<W>, A: AffineState>(
         *v = [0, 1].map(|a| v[a].mul_neg_add(removed, aside[a]));
     });
     for tile in &continuum.grid.mapped {
-        continuum.totals.applied_impulse += tile.wall.impulse.map(|p| share * p);
+        continuum.state.totals.applied_impulse += tile.wall.impulse.map(|p| share * p);
     }
 }
 
@@ -57,9 +57,9 @@ fn over_velocities<const W: usize, S: Shape<W>, A: AffineState>(
     let threads = &continuum.threads;
     let clouds = &mut continuum.clouds;
     for cloud in clouds {
-        cloud.aside.resize(cloud.motion.len(), [ZERO; 2]);
+        cloud.aside.resize(cloud.state.motion.len(), [ZERO; 2]);
         let share = (
-            PerBlock(&mut cloud.motion[..]),
+            PerBlock(&mut cloud.state.motion[..]),
             PerBlock(&mut cloud.aside[..]),
         );
         over_tiles(threads, &cloud.tiles, share, || (), &|_, part, ()| {
@@ -76,8 +76,8 @@ fn subtract<const W: usize, S: Shape<W>, A: AffineState>(continuum: &mut Continu
     let threads = &continuum.threads;
     let (clouds, grid) = (&mut continuum.clouds, &continuum.grid);
     for cloud in clouds {
-        let (shape, x) = (cloud.shape, &cloud.x);
-        let share = PerBlock(&mut cloud.motion[..]);
+        let (shape, x) = (cloud.shape, &cloud.state.x);
+        let share = PerBlock(&mut cloud.state.motion[..]);
         over_tiles(
             threads,
             &cloud.tiles,

@@ -7,7 +7,7 @@ use interface::config::material::Frictional;
 use interface::config::{
     GridContact, MaterialModel, MpmConfig, Plane, ShapeFunction, Transfer as TransferConfig,
 };
-use interface::solver::{Readiness, Refusal};
+use interface::solver::{MpmMeasurement, Readiness, Refusal};
 use mechanics::threads::Threads;
 
 use super::grid::geometry;
@@ -19,8 +19,8 @@ use crate::kernel::tiles::Geometry;
 use crate::kernel::transfer::{AffineState, Slopes, Transfer};
 use crate::layers::Layers;
 use crate::material::{
-    DruckerPrager, Elastic, Fluid, GrainLaw, Granular, Jaumann, Material, Moduli, MohrCoulomb, MuI,
-    NeoHookean, PlaneStrain, PlaneStress, Rigid, VonMises,
+    Constitutive, DruckerPrager, Elastic, Fluid, GrainLaw, Granular, Jaumann, Material, Moduli,
+    MohrCoulomb, MuI, NeoHookean, PlaneStrain, PlaneStress, Rigid, Stresses, VonMises,
 };
 use crate::pass::limits::stiffest_place;
 use crate::pass::sort::sort;
@@ -30,8 +30,7 @@ use crate::setup::fields::Fields;
 use crate::setup::fill::{FilledRegion, fill, refuse_overlap};
 use crate::setup::notes;
 use crate::setup::region::points_within;
-use crate::state::constitutive::{Constitutive, MaterialPoints};
-use crate::state::continuum::Continuum;
+use crate::state::continuum::{Continuum, ContinuumState};
 use crate::state::grid::Grid;
 use crate::state::holds::{Hold, Holds};
 use crate::state::imps::Imps;
@@ -39,7 +38,7 @@ use crate::state::outside::Outside;
 use crate::state::point_set::PointSet;
 use crate::state::points::{Cloud, Kind};
 use crate::state::stages::Stages;
-use crate::state::totals::Totals;
+use crate::state::totals::KickWork;
 use crate::state::walls::WallNodes;
 
 /// Builds the solver.
@@ -187,15 +186,16 @@ impl<'a> Parts<'a> {
             holds.extend(self.holds(g, number)?);
             let material = &self.config.materials[group.material];
             let blocks = points.positions.len().div_ceil(LANES);
-            let mut state = if group.rigid {
-                self::points::<W, S, _>(Rigid, blocks)
+            let model = if group.rigid {
+                Box::new(Rigid)
             } else {
-                constitutive::<W, S>(&material.model, material.density, self.config.plane, blocks)
+                constitutive(&material.model, material.density, self.config.plane)
             };
-            fields.prestress(&mut *state, &points.positions)?;
+            let mut stresses = Stresses::new(&*model, blocks);
+            fields.prestress(&*model, &mut stresses, &points.positions)?;
             let mut cloud = Cloud::new(
                 shape(points),
-                state,
+                (model, stresses),
                 &Kind {
                     mass: material.density * points.box_area(),
                     radius: group.contact_radius.unwrap_or_else(|| half_spacing(points)),
@@ -226,7 +226,9 @@ impl<'a> Parts<'a> {
             },
             touches: Vec::new(),
             loaded: Vec::new(),
-            totals: Totals::default(),
+            state: ContinuumState::default(),
+            kick: KickWork::default(),
+            measurement: MpmMeasurement::default(),
             spread: self.spread.of(groups.clone()),
             outside: Outside::new(self.config.leaving),
             stress_update: self.config.stress_update,
@@ -237,7 +239,6 @@ impl<'a> Parts<'a> {
             probes,
             holds: Holds::new(holds),
             threads: Threads::default(),
-            moved: 0.0,
             clouds,
         };
         sort(&mut continuum);
@@ -295,11 +296,11 @@ impl<'a> Parts<'a> {
         let cell = self.geometry.cell;
         // Rigid points have no waves.
         let courant_time = clouds()
-            .map(|c| cell / c.material.sound_speed())
+            .map(|c| cell / c.material.wave_speed())
             .filter(|t| t.is_finite())
             .reduce(f64::min);
         let omega_sq = clouds()
-            .map(|c| stiffest_place(&c.shape) * c.material.initial_stiffness())
+            .map(|c| stiffest_place(&c.shape) * c.material.stiffness_at_rest())
             .fold(0.0, f64::max)
             / (cell * cell);
         let mut notes = self.notes.clone();
@@ -320,12 +321,7 @@ impl<'a> Parts<'a> {
     }
 }
 
-fn constitutive<const W: usize, S: Shape<W>>(
-    model: &MaterialModel,
-    density: f64,
-    plane: Plane,
-    blocks: usize,
-) -> Box<dyn Constitutive<W, S>> {
+fn constitutive(model: &MaterialModel, density: f64, plane: Plane) -> Box<dyn Constitutive> {
     let moduli = |bulk, shear| Moduli {
         bulk,
         shear,
@@ -338,8 +334,8 @@ fn constitutive<const W: usize, S: Shape<W>>(
         } => {
             let moduli = moduli(bulk_modulus, shear_modulus);
             match plane {
-                Plane::Strain => points(Elastic(PlaneStrain(moduli)), blocks),
-                Plane::Stress => points(Elastic(PlaneStress(moduli)), blocks),
+                Plane::Strain => Box::new(Elastic(PlaneStrain(moduli))),
+                Plane::Stress => Box::new(Elastic(PlaneStress(moduli))),
             }
         }
         MaterialModel::Hypoelastic {
@@ -348,12 +344,12 @@ fn constitutive<const W: usize, S: Shape<W>>(
         } => {
             let moduli = moduli(bulk_modulus, shear_modulus);
             match plane {
-                Plane::Strain => points(Elastic(Jaumann(PlaneStrain(moduli))), blocks),
-                Plane::Stress => points(Elastic(Jaumann(PlaneStress(moduli))), blocks),
+                Plane::Strain => Box::new(Elastic(Jaumann(PlaneStrain(moduli)))),
+                Plane::Stress => Box::new(Elastic(Jaumann(PlaneStress(moduli)))),
             }
         }
-        MaterialModel::DruckerPrager(m) => sand(DruckerPrager::new(density, &m), &m, blocks),
-        MaterialModel::MohrCoulomb(m) => sand(MohrCoulomb::new(density, &m), &m, blocks),
+        MaterialModel::DruckerPrager(m) => sand(DruckerPrager::new(density, &m), &m),
+        MaterialModel::MohrCoulomb(m) => sand(MohrCoulomb::new(density, &m), &m),
         MaterialModel::MuI(m) => {
             let model = Granular {
                 grains: MuI::new(density, &m),
@@ -361,49 +357,39 @@ fn constitutive<const W: usize, S: Shape<W>>(
                 separates: true,
                 volume_rate: m.volume_rate,
             };
-            points(model, blocks)
+            Box::new(model)
         }
         MaterialModel::NeoHookean {
             bulk_modulus,
             shear_modulus,
-        } => points(NeoHookean(moduli(bulk_modulus, shear_modulus)), blocks),
+        } => Box::new(NeoHookean(moduli(bulk_modulus, shear_modulus))),
         MaterialModel::Fluid {
             bulk_modulus,
             exponent,
             viscosity,
-        } => points(
-            Fluid {
-                bulk: bulk_modulus,
-                exponent,
-                viscosity,
-                density,
-            },
-            blocks,
-        ),
+        } => Box::new(Fluid {
+            bulk: bulk_modulus,
+            exponent,
+            viscosity,
+            density,
+        }),
         MaterialModel::VonMises {
             bulk_modulus,
             shear_modulus,
             yield_stress,
             hardening_modulus,
-        } => points(
-            VonMises {
-                moduli: moduli(bulk_modulus, shear_modulus),
-                yield_stress,
-                hardening: hardening_modulus,
-            },
-            blocks,
-        ),
+        } => Box::new(VonMises {
+            moduli: moduli(bulk_modulus, shear_modulus),
+            yield_stress,
+            hardening: hardening_modulus,
+        }),
     }
 }
 
 /// A frictional material, with its state if it has one.
-fn sand<const W: usize, S: Shape<W>, G: GrainLaw + Material>(
-    grains: G,
-    numbers: &Frictional,
-    blocks: usize,
-) -> Box<dyn Constitutive<W, S>> {
+fn sand<G: GrainLaw + Material>(grains: G, numbers: &Frictional) -> Box<dyn Constitutive> {
     if numbers.is_plain() {
-        return points(grains, blocks);
+        return Box::new(grains);
     }
     let model = Granular {
         grains,
@@ -411,14 +397,7 @@ fn sand<const W: usize, S: Shape<W>, G: GrainLaw + Material>(
         separates: numbers.separates,
         volume_rate: 0.0,
     };
-    points(model, blocks)
-}
-
-fn points<const W: usize, S: Shape<W>, M: Material>(
-    model: M,
-    blocks: usize,
-) -> Box<dyn Constitutive<W, S>> {
-    Box::new(MaterialPoints::new(model, blocks))
+    Box::new(model)
 }
 
 /// `velocities` (m/s) of a cloud's points, of which those that are held are at rest.

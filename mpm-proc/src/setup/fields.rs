@@ -8,7 +8,7 @@ use super::region::points_within;
 use crate::kernel::lanes::{LANES, ZERO};
 use crate::kernel::shape::Shape;
 use crate::kernel::transfer::AffineState;
-use crate::state::constitutive::Constitutive;
+use crate::material::{Constitutive, Stresses};
 use crate::state::loads::Loads;
 use crate::state::points::Cloud;
 
@@ -97,7 +97,7 @@ impl<'a> Fields<'a> {
             return;
         };
         let half = 0.5 * self.config.cell;
-        for (motion, positions) in cloud.motion.iter_mut().zip(positions.chunks(LANES)) {
+        for (motion, positions) in cloud.state.motion.iter_mut().zip(positions.chunks(LANES)) {
             let mut slopes = [[ZERO; 2]; 2];
             for (k, at) in positions.iter().enumerate() {
                 for axis in 0..2 {
@@ -122,9 +122,10 @@ impl<'a> Fields<'a> {
     ///
     /// # Errors
     /// A [`Refusal`] where it is not finite, or the model cannot have it.
-    pub fn prestress<const W: usize, S: Shape<W>>(
+    pub fn prestress(
         &self,
-        state: &mut dyn Constitutive<W, S>,
+        model: &dyn Constitutive,
+        stresses: &mut Stresses,
         positions: &[[f64; 2]],
     ) -> Result<(), Refusal> {
         let Some(field) = &self.stress else {
@@ -133,9 +134,8 @@ impl<'a> Fields<'a> {
         for (lane, x) in positions.iter().enumerate() {
             let stress = [0, 1, 2, 3].map(|i| field[i].evaluate(x));
             finite(&stress, x, &self.key("stress"))?;
-            state
-                .prestress(lane, stress)
-                .map_err(|message| Refusal::new(self.key("stress"), message))?;
+            let refuse = |message| Refusal::new(self.key("stress"), message);
+            stresses.set(lane, &model.under(stress).map_err(refuse)?);
         }
         Ok(())
     }

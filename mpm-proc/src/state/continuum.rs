@@ -2,20 +2,20 @@
 //! work on it.
 
 use interface::config::{Drift, StressUpdate};
-use interface::solver::Refusal;
+use interface::solver::{MpmMeasurement, Refusal};
 use mechanics::threads::Threads;
 use serde::{Deserialize, Serialize};
 
 use super::contact::{Loaded, Touch};
 use super::grid::Grid;
 use super::holds::Holds;
-use super::imps::{Imps, SavedImps};
+use super::imps::{Imps, ImpsState};
+use super::markers::MarkersState;
 use super::outside::Outside;
 use super::point_set::PointSet;
 use super::points::{Cloud, SavedCloud};
-use super::saved::refusal;
 use super::stages::Stages;
-use super::totals::Totals;
+use super::totals::{KickWork, Totals};
 use crate::kernel::shape::Shape;
 use crate::kernel::spread::Spread;
 use crate::kernel::tiles::NODES;
@@ -39,14 +39,18 @@ pub struct Continuum<const W: usize, S: Shape<W>, A: AffineState> {
     pub spread: Spread,
     /// Points that leave the domain.
     pub outside: Outside,
-    /// Sums over the run, and the last measurement.
-    pub totals: Totals,
+    /// What a step leaves to the next one, besides the states of the parts.
+    pub state: ContinuumState,
+    /// Work in the kick of the present step.
+    pub kick: KickWork,
+    /// The last measurement.
+    pub measurement: MpmMeasurement,
     /// When stresses are updated.
     pub stress_update: StressUpdate,
     /// With which velocity points move.
     pub drift: Drift,
-    /// Sums over nodes for the step limit of linear hats; empty for other shapes.
-    pub loads_of_nodes: Vec<[f64; NODES]>,
+    /// Sums over nodes for the step limit of linear hats, and nothing; empty for other shapes.
+    pub loads_of_nodes: Vec<[[f64; 2]; NODES]>,
     /// Stages of loading.
     pub stages: Stages,
     /// Mass-proportional damping of the present step in 1/s.
@@ -57,89 +61,67 @@ pub struct Continuum<const W: usize, S: Shape<W>, A: AffineState> {
     pub holds: Holds,
     /// How loops are run.
     pub threads: Threads,
+}
+
+/// The state of a continuum besides its points and IMPs, all of which is saved.
+#[derive(Debug, Clone, Default, Serialize, Deserialize)]
+pub struct ContinuumState {
+    /// Sums over the run.
+    pub totals: Totals,
     /// Upper bound of the displacement of any point since points were last sorted, in m.
     pub moved: f64,
+    /// Whether the nodes have room for the contact of bodies: a force of zero can change the sign of a zero, so this
+    /// matters to the bit.
+    pub touched: bool,
 }
 
-/// The saved part of a continuum.
+/// The states of a continuum and of its parts.
 #[derive(Serialize, Deserialize)]
 pub struct SavedContinuum<A> {
+    pub(crate) own: ContinuumState,
     pub(crate) clouds: Vec<SavedCloud<A>>,
-    contact: bool,
-    imps: SavedImps,
-    pub(crate) totals: Totals,
-    moved: f64,
+    imps: ImpsState,
+    markers: Option<MarkersState>,
 }
-
-/// The name of the format of one continuum.
-pub(crate) const SAVED: &str = "continuum";
 
 impl<const W: usize, S: Shape<W>, A: AffineState> Continuum<W, S, A> {
     /// The state before the next step.
     pub fn saved(&self) -> SavedContinuum<A> {
-        let Self {
-            clouds,
-            grid,
-            transfer: _, // of the configuration, and of the stage, which every step asks for
-            imps,
-            loaded: _,  // of one step
-            touches: _, // likewise; they only locate the forces of the last step
-            spread: _,  // of the configuration
-            outside: _, // of the configuration, and empty again at the end of a step
-            totals,
-            stress_update: _,  // of the configuration
-            drift: _,          // likewise
-            loads_of_nodes: _, // of one step
-            stages: _,         // of the configuration
-            damping: _,        // of one step
-            probes: _,         // of the configuration
-            holds: _,          // likewise, and what is of one step
-            threads: _,        // of the configuration
-            moved,
-        } = self;
         SavedContinuum {
-            clouds: clouds.iter().map(Cloud::save).collect(),
-            contact: grid.save(),
-            imps: imps.save(),
-            totals: totals.clone(),
-            moved: *moved,
+            own: self.state.clone(),
+            clouds: self.clouds.iter().map(Cloud::saved).collect(),
+            imps: self.imps.state.clone(),
+            markers: self.imps.markers.as_ref().map(|m| m.state.clone()),
         }
     }
 
-    /// Restores what [`Self::saved`] returned. The continuum has been configured and has done no step.
+    /// Restores what [`Self::saved`] returned: takes the states, and makes again what follows from them. The continuum
+    /// has been configured and has done no step.
     ///
     /// # Errors
     /// A [`Refusal`] if it is not a state of this continuum, which can then not be used any more.
     pub fn take_over(&mut self, saved: SavedContinuum<A>) -> Result<(), Refusal> {
-        let SavedContinuum {
-            clouds,
-            contact,
-            imps,
-            totals,
-            moved,
-        } = saved;
-        let (groups, expected) = (clouds.len(), self.clouds.len());
-        if groups != expected {
-            let text = format!("{groups} groups, the configuration has {expected}");
-            return Err(refusal(text));
+        (self.state, self.imps.state) = (saved.own, saved.imps);
+        for (cloud, saved) in self.clouds.iter_mut().zip(saved.clouds) {
+            cloud.restore(saved, &self.grid.geometry)?;
         }
-        if !(moved.is_finite() && moved >= 0.0) {
-            return Err(refusal(format!("points have moved by {moved} m")));
+        if let (Some(markers), Some(saved)) = (&mut self.imps.markers, saved.markers) {
+            markers.state = saved;
         }
-        for (group, (cloud, saved)) in self.clouds.iter_mut().zip(clouds).enumerate() {
-            cloud.restore(saved, &self.grid.geometry).map_err(|r| {
-                let message = format!("group {group} of the state: {}", r.message);
-                Refusal { message, ..r }
-            })?;
+        self.grid.contact.clear();
+        self.grid.cover(&mut self.clouds);
+        if self.state.touched {
+            self.grid.make_room_for_contact();
         }
-        self.grid.restore(contact, &mut self.clouds);
-        self.imps.restore(imps, &self.clouds)?;
-        if !contact && !self.imps.infos.is_empty() {
-            return Err(refusal("IMPs without the contact data of the nodes"));
-        }
-        self.loaded.clear();
-        self.touches.clear();
-        (self.totals, self.moved) = (totals, moved);
+        self.imps.write_infos(&self.clouds);
         Ok(())
+    }
+
+    /// Makes room for the contact of bodies where there are IMPs.
+    pub fn make_room_for_contact(&mut self) {
+        if !self.imps.infos.is_empty() && !self.state.touched {
+            self.state.touched = true;
+            self.grid.make_room_for_contact();
+        }
     }
 }

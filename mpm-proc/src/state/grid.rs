@@ -125,36 +125,6 @@ impl Grid {
         Some((tile as u32, y * TILE + x))
     }
 
-    /// Whether contact with bodies is allocated, which is all that is saved of a grid. Adding a force of zero can
-    /// change the sign of a zero, so this matters to the bit.
-    pub fn save(&self) -> bool {
-        let Self {
-            geometry: _, // of the configuration
-            gravity: _,  // likewise
-            walls: _,    // likewise
-            tiles: _,    // laid out under the points' tiles; what they hold is of one step
-            contact,     // zero again before it is used
-            mapped: _,   // made by the pass that needs them
-            volumes: _,  // of one step
-            images: _,   // found among the tiles; what they hold is of one step
-            overlaps: _, // laid out with the tiles
-        } = self;
-        !contact.is_empty()
-    }
-
-    /// Allocates the grid under clouds that have been restored; `contact` is the result of [`Self::save`].
-    pub fn restore<const W: usize, S: Shape<W>, A: AffineState>(
-        &mut self,
-        contact: bool,
-        clouds: &mut [Cloud<W, S, A>],
-    ) {
-        self.contact.clear();
-        self.cover(clouds);
-        if contact {
-            self.make_room_for_contact();
-        }
-    }
-
     /// Makes room for the contact of bodies.
     pub fn make_room_for_contact(&mut self) {
         self.contact.resize(self.tiles.len(), ContactNodes::NONE);

@@ -15,7 +15,9 @@ pub struct Loads {
     pub body_force: Option<BodyForce>,
     /// Loads on the points, block by block.
     pub points: Vec<Load>,
-    scratch: Vec<Load>,
+    /// The loads in the step before, likewise: the whole state.
+    pub last: Vec<LastLoad>,
+    scratch: (Vec<Load>, Vec<LastLoad>),
     /// Report of each tile.
     pub reports: Vec<LoadReport>,
 }
@@ -34,23 +36,26 @@ pub struct Load {
     pub start: [Lanes; 2],
     /// Dead load in N/m.
     pub dead: [Lanes; 2],
-    /// `x_p` of the step before in m.
-    pub x: [Lanes; 2],
-    /// `f_p` of the step before in N/m.
-    pub force: [Lanes; 2],
 }
 
 /// The load in the step before.
 #[derive(Debug, Clone, Copy, Serialize, Deserialize)]
 pub struct LastLoad {
-    x: [Lanes; 2],
-    force: [Lanes; 2],
+    /// `x_p` in m.
+    pub x: [Lanes; 2],
+    /// `f_p` in N/m.
+    pub force: [Lanes; 2],
 }
 
 impl LaneCopy for Load {
     fn copy_lane(&mut self, to: usize, source: &Self, from: usize) {
         self.start.copy_lane(to, &source.start, from);
         self.dead.copy_lane(to, &source.dead, from);
+    }
+}
+
+impl LaneCopy for LastLoad {
+    fn copy_lane(&mut self, to: usize, source: &Self, from: usize) {
         self.x.copy_lane(to, &source.x, from);
         self.force.copy_lane(to, &source.force, from);
     }
@@ -95,53 +100,29 @@ impl Loads {
                 .map(|b| Load {
                     start: block(b, positions),
                     dead: block(b, dead),
+                })
+                .collect(),
+            last: (0..positions.len().div_ceil(LANES))
+                .map(|b| LastLoad {
                     x: block(b, positions),
                     force: [ZERO; 2],
                 })
                 .collect(),
-            scratch: Vec::new(),
+            scratch: Default::default(),
             reports: Vec::new(),
         }))
     }
 
     /// Moves the loads of points to their new places.
     pub fn reorder(&mut self, sources: &Sources, tiles: usize) {
-        reorder(&mut self.points, &mut self.scratch, sources);
+        reorder(&mut self.points, &mut self.scratch.0, sources);
+        reorder(&mut self.last, &mut self.scratch.1, sources);
         self.reports.resize(tiles, LoadReport::default());
-    }
-
-    /// The loads in the step before, block by block.
-    pub fn save(&self) -> Vec<LastLoad> {
-        let Self {
-            body_force: _, // of the configuration
-            points,
-            scratch: _, // room to sort in
-            reports: _, // of one step
-        } = self;
-        let last = |load: &Load| {
-            let Load {
-                start: _, // of the configuration, point by point
-                dead: _,  // likewise
-                x,
-                force,
-            } = *load;
-            LastLoad { x, force }
-        };
-        points.iter().map(last).collect()
-    }
-
-    /// Restores what [`Self::save`] returned, one entry for each block, or none. `sources`: for every lane, the present
-    /// lane of its point.
-    pub fn restore(&mut self, saved: &[LastLoad], sources: &Sources, tiles: usize) {
-        self.reorder(sources, tiles);
-        for (load, last) in self.points.iter_mut().zip(saved) {
-            (load.x, load.force) = (last.x, last.force);
-        }
     }
 
     /// Work in J/m on a lane's point since loads were last applied, if it is taken away at `x` (m).
     pub fn last_work(&self, lane: usize, x: [f64; 2]) -> f64 {
-        let load = &self.points[lane / LANES];
+        let load = &self.last[lane / LANES];
         let k = lane % LANES;
         (0..2)
             .map(|a| load.force[a].as_array()[k] * (x[a] - load.x[a].as_array()[k]))
@@ -150,7 +131,8 @@ impl Loads {
 
     /// Bytes of memory in use.
     pub fn bytes(&self) -> usize {
-        (self.points.capacity() + self.scratch.capacity()) * size_of::<Load>()
+        (self.points.capacity() + self.scratch.0.capacity()) * size_of::<Load>()
+            + (self.last.capacity() + self.scratch.1.capacity()) * size_of::<LastLoad>()
     }
 }
 

@@ -13,11 +13,9 @@
 //! measured.
 
 use interface::message::wire::{ImpInfo, ImpState};
-use interface::solver::Refusal;
 use serde::{Deserialize, Serialize};
 
 use super::nodes::NodeAt;
-use super::saved::refusal;
 
 /// A chain of markers along the boundary of a group.
 #[derive(Debug, Clone, PartialEq)]
@@ -58,26 +56,25 @@ pub struct Markers {
     pub first_id: u64,
     /// Number of the chain of each marker.
     pub chain_of: Vec<u32>,
-    /// Positions in m.
-    pub x: Vec<[f64; 2]>,
-    /// Velocities in m/s by which they have moved in the last step.
-    pub v: Vec<[f64; 2]>,
+    /// How they move.
+    pub state: MarkersState,
     /// Nodes of each marker at the present positions, `W^2` each.
     pub weights: Vec<Weight>,
     /// `sum N_I x_I - x_b` of each marker in m.
     pub shift: Vec<[f64; 2]>,
     /// Torque in N that the shift of the weights adds in the present step, for each chain.
     pub torque: Vec<f64>,
-    /// Angular momentum in N s that the shift has added so far, for each chain.
-    pub spun: Vec<f64>,
 }
 
-/// Markers in a saved state.
+/// The state of markers, all of which is saved.
 #[derive(Debug, Clone, Default, Serialize, Deserialize)]
-pub struct SavedMarkers {
-    x: Vec<[f64; 2]>,
-    v: Vec<[f64; 2]>,
-    spun: Vec<f64>,
+pub struct MarkersState {
+    /// Positions in m.
+    pub x: Vec<[f64; 2]>,
+    /// Velocities in m/s by which they have moved in the last step.
+    pub v: Vec<[f64; 2]>,
+    /// Angular momentum in N s that the shift has added so far, for each chain.
+    pub spun: Vec<f64>,
 }
 
 impl Markers {
@@ -89,12 +86,14 @@ impl Markers {
             chain_of: chain_of.collect(),
             shift: vec![[0.0; 2]; x.len()],
             torque: vec![0.0; chains.len()],
-            spun: vec![0.0; chains.len()],
             weights: Vec::new(),
+            state: MarkersState {
+                spun: vec![0.0; chains.len()],
+                x,
+                v,
+            },
             chains,
             first_id,
-            x,
-            v,
         }
     }
 
@@ -138,50 +137,8 @@ impl Markers {
     /// The state of a marker.
     pub fn state(&self, marker: usize) -> ImpState {
         ImpState {
-            position: self.x[marker],
-            velocity: self.v[marker],
+            position: self.state.x[marker],
+            velocity: self.state.v[marker],
         }
-    }
-
-    /// For a saved state.
-    pub fn save(&self) -> SavedMarkers {
-        let Self {
-            chains: _,   // of the configuration
-            first_id: _, // likewise
-            chain_of: _, // likewise
-            x,
-            v,
-            weights: _, // of one step
-            shift: _,   // likewise
-            torque: _,  // likewise
-            spun,
-        } = self;
-        SavedMarkers {
-            x: x.clone(),
-            v: v.clone(),
-            spun: spun.clone(),
-        }
-    }
-
-    /// Takes over what [`Self::save`] gave.
-    ///
-    /// # Errors
-    /// A [`Refusal`] of others than the configuration has, or of numbers that are not finite.
-    pub fn restore(&mut self, saved: SavedMarkers) -> Result<(), Refusal> {
-        let SavedMarkers { x, v, spun } = saved;
-        let counts = [x.len(), v.len(), spun.len()];
-        let expected = [self.x.len(), self.v.len(), self.spun.len()];
-        if counts != expected {
-            let text = format!("markers, velocities and chains: {counts:?}");
-            return Err(refusal(format!(
-                "{text}, the configuration has {expected:?}"
-            )));
-        }
-        let numbers = x.as_flattened().iter().chain(v.as_flattened()).chain(&spun);
-        if !numbers.copied().all(f64::is_finite) {
-            return Err(refusal("a marker is not finite"));
-        }
-        (self.x, self.v, self.spun) = (x, v, spun);
-        Ok(())
     }
 }

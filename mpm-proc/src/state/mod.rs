@@ -1,6 +1,5 @@
 //! The data of the solver: points, nodes, and their state from step to step. Nothing here uses a pass.
 
-pub mod constitutive;
 pub mod contact;
 pub mod continuum;
 pub mod grid;

@@ -1,10 +1,9 @@
-//! The ledger: sums of impulses and work over the run, and the last measurement.
+//! The ledger: sums of impulses and work over the run.
 
-use interface::solver::MpmMeasurement;
-use mechanics::impulse::Impulse;
+use interface::impulse::Impulse;
 use serde::{Deserialize, Serialize};
 
-/// Sums over the run, and the last measurement.
+/// Sums over the run.
 #[derive(Debug, Clone, Default, Serialize, Deserialize)]
 pub struct Totals {
     /// Impulse of gravity, walls, loads and damping so far, less the momentum of points removed, in N s/m.
@@ -25,12 +24,6 @@ pub struct Totals {
     /// For stress that is updated last: the energy lost to plastic flow and to viscous stress, and the work of the
     /// stress, on the way to the next step, in J/m. They count in that step.
     pub ahead: [f64; 3],
-    /// Work in the kick of the present step. Not saved: between two steps it is part of the sums.
-    #[serde(skip)]
-    pub kick: KickWork,
-    /// The last measurement. Not saved: the coupler has it by then.
-    #[serde(skip)]
-    pub measurement: MpmMeasurement,
 }
 
 /// Work in the kick of one step in J/m.

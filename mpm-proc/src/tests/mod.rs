@@ -22,7 +22,6 @@ mod refusals;
 mod saved;
 mod selection;
 mod spin;
-mod torn;
 mod volumes;
 
 use interface::config::{

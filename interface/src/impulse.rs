@@ -5,7 +5,7 @@ use core::ops::AddAssign;
 
 use serde::{Deserialize, Serialize};
 
-use interface::Vec2;
+use crate::Vec2;
 
 /// Sum of impulses in N s/m, compensated (Neumaier 1974): its error does not grow with the number of terms.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]

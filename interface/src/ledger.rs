@@ -1,4 +1,5 @@
-//! The ledger of a bodies' side (PROTOCOL.md section 9): what every rigid-body solver has to report of its bodies.
+//! The ledger of a bodies' side (PROTOCOL.md section 9): what is reported of its bodies, by the driver or, if it knows more,
+//! by the solver itself.
 //!
 //! After a kick, a solver makes an [`Entry`] of each body and adds it to its [`Totals`]. If the step is measured, it
 //! passes all entries to [`measure`]. The solver itself only has to supply what it alone knows: the energy in springs,
@@ -10,11 +11,11 @@
 
 use serde::{Deserialize, Serialize};
 
+use crate::Vec2;
 use crate::impulse::Impulse;
-use interface::Vec2;
-use interface::message::wire::{BodyState, Ledger};
-use interface::solver::DemMeasurement;
-use interface::step::Step;
+use crate::message::wire::{BodyState, Ledger};
+use crate::solver::DemMeasurement;
+use crate::step::Step;
 
 /// A body in the kick of a step.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]

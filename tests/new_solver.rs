@@ -1,0 +1,100 @@
+//! `tandem new solver`: what it writes runs a collision and is passed by the kit, as it stands.
+
+use std::fs;
+use std::path::Path;
+use std::process::Command;
+
+use crate::harness::{Place, python_can_join, root, scene};
+
+/// Runs a program in the folder; its output with its last lines.
+#[track_caller]
+fn runs(place: &Place, command: &mut Command) -> String {
+    let ended = command
+        .env("TANDEM", env!("CARGO_BIN_EXE_tandem"))
+        .env("TANDEM_RUNTIME_DIR", place.temporary_path())
+        .output()
+        .unwrap();
+    let mut said = String::from_utf8_lossy(&ended.stdout).into_owned();
+    said += &String::from_utf8_lossy(&ended.stderr);
+    assert_eq!(ended.status.code(), Some(0), "{command:?}: {said}");
+    said
+}
+
+fn tandem(directory: &Path, words: &[&str]) -> Command {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_tandem"));
+    command.args(words).current_dir(directory);
+    command
+}
+
+/// A new solver, and what `tandem new` says that comes next.
+fn new(place: &Place, name: &str, language: &str) -> String {
+    let words = ["new", "solver", name, "--lang", language];
+    runs(place, &mut tandem(&place.path("."), &words))
+}
+
+fn collides(place: &Place, command: &str) {
+    let run = ["run", &scene("jiang2020/collision_hard"), "--dem", command];
+    let words = [&run[..], &["--variant", "quick", "--out", "out"]].concat();
+    runs(place, &mut tandem(&place.path("."), &words));
+}
+
+#[test]
+fn a_new_solver_in_python_collides_and_passes_its_tests() {
+    if !python_can_join() {
+        return;
+    }
+    let place = Place::new();
+    let next = new(&place, "mine", "python");
+    assert!(next.contains("--dem \"python3 mine/solver.py\""), "{next}");
+    collides(&place, "python3 mine/solver.py");
+    // The second of its tests is the kit.
+    let mut tests = Command::new("python3");
+    tests.args(["-m", "unittest", "discover", "mine"]);
+    let said = runs(&place, tests.current_dir(place.path(".")));
+    assert!(said.contains("Ran 2 tests"), "{said}");
+}
+
+#[test]
+fn a_new_solver_in_rust_collides_and_passes_its_tests() {
+    let place = Place::new();
+    let next = new(&place, "my-own", "rust");
+    assert!(next.contains("cargo build --release"), "{next}");
+    let package = place.path("my-own/Cargo.toml");
+    // With what has been compiled for this test, and by the flags of this tree, which a command within it gets.
+    let target = Path::new(env!("CARGO_BIN_EXE_tandem")).parent().unwrap();
+    let mut tests = Command::new("cargo");
+    tests.args([
+        "test",
+        "--release",
+        "--offline",
+        "--quiet",
+        "--manifest-path",
+    ]);
+    tests.arg(package).arg("--target-dir");
+    tests.arg(target.parent().unwrap()).current_dir(root());
+    let said = runs(&place, &mut tests);
+    assert!(said.contains("2 passed"), "{said}");
+    let program = target.join("my-own");
+    collides(&place, &format!("'{}'", program.display()));
+    fs::remove_file(program).unwrap();
+}
+
+#[test]
+fn nothing_that_is_there_is_lost_to_a_new_solver() {
+    let place = Place::new();
+    let directory = place.path(".");
+    fs::create_dir(directory.join("mine")).unwrap();
+    for (words, why) in [
+        (["mine", "--lang", "rust"].as_slice(), "cannot make mine/"),
+        (&["../up", "--lang", "rust"], "cannot be called"),
+        (&["2d", "--lang", "python"], "begins with a letter"),
+        (&["other", "--lang", "rust", "--tree", "."], "no checkout"),
+    ] {
+        let words = [&["new", "solver"], words].concat();
+        let ended = tandem(&directory, &words).output().unwrap();
+        let said = String::from_utf8_lossy(&ended.stderr);
+        assert_eq!(ended.status.code(), Some(2), "{said}");
+        assert!(said.contains(why), "{said}");
+    }
+    assert_eq!(fs::read_dir(directory).unwrap().count(), 1);
+}
