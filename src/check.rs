@@ -62,7 +62,9 @@ pub fn check(args: &CheckArgs) -> ExitCode {
 /// Says that a scene is valid, if it is.
 fn valid(mut scene: Scene, path: &Path, which: &str) -> Result<(), String> {
     let begun = begin(&mut scene, POINTS_AT_ONCE)?;
-    for warning in scene.warnings.iter().chain(&begun.warning) {
+    let lack = resources::check(&scene).err().map(|lack| lack.in_words());
+    let warnings = scene.warnings.iter().chain(&begun.warning);
+    for warning in warnings.chain(&lack) {
         say(format_args!(
             "warning: {}{which}: {warning}",
             path.display()

@@ -50,7 +50,7 @@ const WORDS: [(&[&str], &str, &[&str]); 2] = [
 
 /// The places that open files by themselves, with what they open. All others do it with `interface/src/files.rs`, which
 /// follows no link, waits for no pipe and reads no more than a file can have.
-const OPENS: [(&str, &str); 7] = [
+const OPENS: [(&str, &str); 8] = [
     (
         "interface/src/transport/domain.rs",
         "the private directory of a run",
@@ -71,6 +71,10 @@ const OPENS: [(&str, &str); 7] = [
     (
         "interface/conformance/src/clause/shared/machine.rs",
         "/proc",
+    ),
+    (
+        "coupler/src/record/rundir/lock.rs",
+        "a run directory, to lock it",
     ),
     ("src/machine.rs", "/proc"),
 ];

@@ -51,6 +51,44 @@ fn outputs(dir: &Path) -> BTreeMap<String, Vec<u8>> {
     all
 }
 
+/// Changed rows before the checkpoint were kept without a word.
+#[test]
+fn a_table_that_was_changed_before_the_checkpoint_is_named_and_not_continued() {
+    let place = Place::new();
+    let mut run = place.start_run("run", &scene_of_the_test(), LONG);
+    run.stepping("run");
+    run.has_rows("run");
+    signal(run.pid(), "INT");
+    run.end().expect(130);
+    let dir = place.path("run");
+    for name in ["history.csv", "course.csv"] {
+        let before = fs::read(dir.join(name)).unwrap();
+        let mut changed = before.clone();
+        // A digit of the first row.
+        let at = before.iter().position(|&b| b == b'\n').unwrap() + 1;
+        changed[at] = b'7';
+        fs::write(dir.join(name), &changed).unwrap();
+        let ended = place
+            .start(&["resume", dir.to_str().unwrap()])
+            .end()
+            .expect(2);
+        ended.says(&[
+            name,
+            "it was changed between byte 0 and byte",
+            "starts the run again",
+        ]);
+        assert!(
+            fs::read(dir.join(name)).unwrap() == changed,
+            "it was touched"
+        );
+        fs::write(dir.join(name), &before).unwrap();
+    }
+    place
+        .start(&["resume", dir.to_str().unwrap()])
+        .end()
+        .expect(0);
+}
+
 #[track_caller]
 fn assert_same(dir: &Path, undisturbed: &Path) {
     let (ours, theirs) = (RunFiles::read(dir), RunFiles::read(undisturbed));

@@ -34,6 +34,12 @@ fn a_second_run_with_the_same_directory_is_refused_and_told_who_has_it() {
     let out = place.path("out");
     let resumed = place.start(&["resume", out.to_str().unwrap()]).end();
     resumed.expect(2).says(&[&holder]);
+    // The lock is that of the directory, not only of the file in it.
+    fs::remove_file(out.join(".tandem.lock")).unwrap();
+    place
+        .run("out", &hard(), QUICK)
+        .expect(2)
+        .says(&["is in use by", &pid.to_string()]);
     signal(first.pid(), "INT");
     first.end().expect(130);
     // A lock is not left behind.

@@ -2,7 +2,7 @@
 //!
 //! | room | what is in it |
 //! | --- | --- |
-//! | [`record`], [`log`] | what a run has left in its directory, read as far as it can be |
+//! | [`record`], [`log`], [`so_far`] | what a run has left in its directory, read as far as it can be |
 //! | [`motion`], [`field`] | its frames, and what colours can say of them |
 //! | [`thin`], [`pack`] | as much of that as a page has room for, in few bytes |
 //! | [`chart`], [`verdict`], [`words`] | curves, checks and numbers as people read them |
@@ -21,6 +21,7 @@ pub mod motion;
 pub mod pack;
 pub mod page;
 pub mod record;
+mod so_far;
 pub mod thin;
 pub mod verdict;
 pub mod words;

@@ -13,6 +13,7 @@ use crate::error::ReportError;
 use crate::log::Line;
 use crate::motion::{Motion, load};
 use crate::record::Record;
+use crate::so_far;
 use crate::verdict;
 use crate::words::{count, duration, moment, size, size_of};
 
@@ -400,18 +401,18 @@ fn last_words(record: &Record, reason: Option<&str>) -> Vec<String> {
 }
 
 fn figures(records: &[Record]) -> Vec<Figure> {
-    let of = |name, value: &dyn Fn(&Summary) -> String| Figure {
+    type SoFar<'a> = &'a dyn Fn(&Record) -> Option<String>;
+    let known = |name, value: &dyn Fn(&Summary) -> String, so_far: SoFar| Figure {
         name,
         values: records
             .iter()
-            .map(|record| {
-                record
-                    .summary
-                    .as_ref()
-                    .map_or_else(|| "–".to_owned(), value)
+            .map(|record| match &record.summary {
+                Some(summary) => value(summary),
+                None => so_far(record).unwrap_or_else(|| "–".to_owned()),
             })
             .collect(),
     };
+    let of = |name, value: &dyn Fn(&Summary) -> String| known(name, value, &|_| None);
     let share = |x: f64| {
         let none = || "–".to_owned();
         Some(x).filter(|x| x.is_finite()).map_or_else(none, size_of)
@@ -424,15 +425,23 @@ fn figures(records: &[Record]) -> Vec<Figure> {
                 all => format!("{passing} of {all}"),
             }
         }),
-        of("Simulated time", &|s| moment(s.time)),
+        known("Simulated time", &|s| moment(s.time), &|record| {
+            so_far::time(record).map(moment)
+        }),
         of("Run time", &|s| duration(s.wall_s)),
-        of("Steps", &|s| count(s.steps)),
+        known("Steps", &|s| count(s.steps), &|record| {
+            so_far::steps(record).map(count)
+        }),
         of("Shortest step", &|s| {
             s.dt_min.map_or("–".to_owned(), moment)
         }),
         of("Longest step", &|s| s.dt_max.map_or("–".to_owned(), moment)),
-        of("Material points", &|s| count(s.points)),
-        of("Bodies", &|s| count(s.bodies)),
+        known("Material points", &|s| count(s.points), &|record| {
+            so_far::items(record, "mpm").map(count)
+        }),
+        known("Bodies", &|s| count(s.bodies), &|record| {
+            so_far::items(record, "dem").map(count)
+        }),
         of("Momentum error, relative", &|s| share(s.momentum_error)),
         of("Energy created, relative", &|s| {
             share(s.energy.residual_max)

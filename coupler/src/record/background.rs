@@ -106,11 +106,6 @@ impl<T: Send + 'static> Background<T> {
         }
     }
 
-    /// The amount when everything is written.
-    pub fn given(&self) -> u64 {
-        self.given
-    }
-
     /// The amount that is not written yet and still will be.
     pub fn behind(&self) -> u64 {
         if self.progress.ended.load(Ordering::Acquire) {
@@ -225,7 +220,7 @@ mod tests {
         }
         assert!(start.elapsed() < Duration::from_secs(5));
         assert!(aside.behind() > 0);
-        assert_eq!(aside.given(), 1_024_000);
+        assert_eq!(aside.given, 1_024_000);
         let mark = aside.mark();
         let read = thread::spawn(move || {
             let mut all = Vec::new();

@@ -2,14 +2,11 @@
 //! number of steps that each limit has determined. `history.csv` has the columns of the scene; this file has the same
 //! columns for every run.
 
-use std::io::ErrorKind;
-
-use interface::files::{self, TABLE};
-
+use crate::record::Sealed;
 use crate::record::background::Mark;
 use crate::record::history::History;
 use crate::record::ledger::Energies;
-use crate::record::rundir::{RunDir, RunDirError, fail};
+use crate::record::rundir::{RunDir, RunDirError};
 use crate::run::pace::Pace;
 use crate::run::stability::Bound;
 
@@ -30,16 +27,14 @@ impl Course {
         Ok(Self::of(History::begin_table(dir, COURSE, &header())?))
     }
 
-    /// The file of a run that continues at `time` (s). Rows at that time or later are removed, except the first,
-    /// because they are written again.
-    pub fn resume(dir: &RunDir, time: f64) -> Result<Self, RunDirError> {
-        // A run that was stopped before its first row may have none.
-        let text = match files::read_text(dir.path(), COURSE, TABLE) {
-            Err(error) if error.kind() == ErrorKind::NotFound => return Self::begin(dir),
-            text => text.map_err(fail("resume", &dir.path().join(COURSE)))?,
-        };
-        let rows = History::resume_table(dir, COURSE, kept(&text, time) as u64)?;
-        Ok(Self::of(rows))
+    /// The file of a run that continues, behind what it had at the checkpoint.
+    pub fn resume(dir: &RunDir, at: &Sealed) -> Result<Self, RunDirError> {
+        Ok(Self::of(History::resume(dir, COURSE, at)?))
+    }
+
+    /// What the writer was given so far.
+    pub fn sealed(&self) -> Sealed {
+        self.rows.sealed()
     }
 
     fn of(rows: History) -> Self {
@@ -83,23 +78,6 @@ impl Course {
     }
 }
 
-/// Length in bytes of the header and the rows before `time` (s).
-fn kept(text: &str, time: f64) -> usize {
-    let mut length = 0;
-    for (number, line) in text.split_inclusive('\n').enumerate() {
-        let at = line
-            .split(',')
-            .next()
-            .and_then(|first| first.trim_end().parse::<f64>().ok());
-        let before = number == 0 || at.is_some_and(|at| at < time || at == 0.0);
-        if !(before && line.ends_with('\n')) {
-            break;
-        }
-        length += line.len();
-    }
-    length
-}
-
 /// The names of the columns. Steps are counted from the start; `step` is the last one.
 fn header() -> Vec<String> {
     let bounds = Bound::ALL.map(|bound| format!("steps by {} [1]", bound.name()));
@@ -117,16 +95,6 @@ fn header() -> Vec<String> {
 mod tests {
     use super::*;
     use std::fs;
-
-    #[test]
-    fn a_resumed_run_keeps_the_earlier_rows() {
-        let text = "time [s],step [s]\n0,0\n0.1,1\n0.2,1\n0.3,1\n";
-        let keeps = |time| text[..kept(text, time)].lines().count() - 1;
-        assert_eq!([0.0, 0.1, 0.15, 0.3, 1.0].map(keeps), [1, 1, 2, 3, 4]);
-        // A row that was incomplete when the run was killed does not count.
-        assert_eq!(kept("time [s]\n0\n0.1", 1.0), 11);
-        assert_eq!(kept("time [s]\n0\nx\n0.2\n", 1.0), 11);
-    }
 
     #[test]
     fn the_header_names_every_number_of_a_row() {

@@ -1,7 +1,7 @@
 //! `history.csv`: one row for each output; rows are complete even if this process is killed.
 
 use std::fs::File;
-use std::io::{self, Seek, SeekFrom, Write};
+use std::io::{Seek, SeekFrom, Write};
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
@@ -9,6 +9,7 @@ use interface::files::How;
 
 use super::background::{Background, Mark, appends};
 use super::rundir::{HISTORY, RunDir, RunDirError, fail};
+use super::seal::{Seal, Sealed};
 
 /// Buffer for rows that are not in the file yet, in bytes.
 const ROWS: usize = 64 << 10;
@@ -24,6 +25,8 @@ pub struct History {
     rows: Vec<u8>,
     /// When rows were last given to the writer.
     flushed: Instant,
+    /// Of the rows that the writer has.
+    seal: Seal,
 }
 
 impl History {
@@ -42,7 +45,7 @@ impl History {
         header: &[String],
     ) -> Result<Self, RunDirError> {
         let (file, path) = dir.open(name, How::Replace)?;
-        let mut history = Self::of(file, path, 0);
+        let mut history = Self::of(file, path, Seal::default());
         let mut writer = csv::Writer::from_writer(Vec::new());
         writer
             .write_record(header)
@@ -55,39 +58,34 @@ impl History {
         Ok(history)
     }
 
-    /// Continues `history.csv` after its first `bytes` bytes.
+    /// Continues the table `name` behind what it had at a checkpoint.
     ///
     /// # Errors
-    /// [`RunDirError`], also if the file is shorter.
-    pub fn resume(dir: &RunDir, bytes: u64) -> Result<Self, RunDirError> {
-        Self::resume_table(dir, HISTORY, bytes)
-    }
-
-    /// Continues such a table after its first `bytes` bytes.
-    pub(crate) fn resume_table(dir: &RunDir, name: &str, bytes: u64) -> Result<Self, RunDirError> {
+    /// [`RunDirError`], also if that was changed.
+    pub(crate) fn resume(dir: &RunDir, name: &str, at: &Sealed) -> Result<Self, RunDirError> {
+        let seal = at.compare(dir.path(), name);
+        let seal = seal.map_err(fail("resume", &dir.path().join(name)))?;
         let (mut file, path) = dir.open(name, How::Change)?;
         let mut cut = || {
-            if file.metadata()?.len() < bytes {
-                return Err(io::Error::other("it is shorter than at the checkpoint"));
-            }
-            file.set_len(bytes)?;
+            file.set_len(at.bytes)?;
             file.seek(SeekFrom::End(0))
         };
         cut().map_err(fail("resume", &path))?;
-        Ok(Self::of(file, path, bytes))
+        Ok(Self::of(file, path, seal))
     }
 
-    fn of(file: File, path: PathBuf, written: u64) -> Self {
+    fn of(file: File, path: PathBuf, seal: Seal) -> Self {
         Self {
-            file: appends(file, path, written),
+            file: appends(file, path, seal.sealed().bytes),
+            seal,
             rows: Vec::with_capacity(2 * ROWS),
             flushed: Instant::now(),
         }
     }
 
-    /// Length of the file in bytes when all rows are written.
-    pub fn bytes(&self) -> u64 {
-        self.file.given() + self.rows.len() as u64
+    /// What the writer was given so far.
+    pub(crate) fn sealed(&self) -> Sealed {
+        self.seal.sealed()
     }
 
     /// Bytes that the writer has not written yet.
@@ -120,6 +118,7 @@ impl History {
         if !self.rows.is_empty() {
             let rows = std::mem::replace(&mut self.rows, Vec::with_capacity(2 * ROWS));
             let bytes = rows.len() as u64;
+            self.seal.take(&rows);
             self.file.give(rows, bytes)?;
         }
         Ok(self.file.mark())

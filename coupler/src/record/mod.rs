@@ -20,8 +20,10 @@ pub mod progress;
 pub mod quantity;
 pub mod rundir;
 pub mod screen;
+mod seal;
 pub mod summary;
 pub mod table;
 
+pub(crate) use seal::Sealed;
 pub use summary::Summary;
 pub use table::Table;

@@ -5,20 +5,21 @@
 //! the directory and replaces them when its solvers are ready.
 
 mod list;
+mod lock;
 
 use std::collections::BTreeSet;
 use std::fmt::Write as _;
-use std::fs::{self, File, TryLockError};
-use std::io::{self, ErrorKind, Seek, Write};
+use std::fs::{self, File};
+use std::io::{self, ErrorKind};
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, MutexGuard};
-use std::thread;
-use std::time::Duration;
 
 use interface::files::{self, How, SMALL, TABLE};
 use interface::message::wire::BodyState;
 
 use self::list::{WRITTEN, Written};
+pub use self::lock::in_use;
+use self::lock::{LOCK, Lock};
 pub use super::error::RunDirError;
 pub(crate) use super::error::fail;
 use super::summary::{SUMMARY, Summary};
@@ -36,18 +37,12 @@ const BODIES: &str = "bodies.csv";
 const RECORDING: &str = "recording.tandem";
 /// The files that a resumed run goes on with.
 const GROWING: [&str; 6] = [HISTORY, "course.csv", LOG, RECORDING, "mpm.log", "dem.log"];
-/// The file that the run in the directory keeps locked, with its process and command.
-const LOCK: &str = ".tandem.lock";
 /// Folder of a new run, while the files of an earlier one are still there.
 const NEXT: &str = ".tandem.next";
 /// Folder of the files of the earlier run while they are replaced.
 const EARLIER: &str = ".tandem.earlier";
 /// Folder of a run that failed to start, beside the result of an earlier one.
 pub(crate) const FAILED_START: &str = "failed-start";
-
-/// Number of tests of a lock that is held, and the time between them.
-const LOOKS: usize = 5;
-const LOOK: Duration = Duration::from_millis(20);
 
 /// A run directory in use.
 #[derive(Debug, Clone)]
@@ -65,7 +60,7 @@ struct Inner {
     /// Names of the files of the run that this one replaces.
     earlier: BTreeSet<String>,
     /// Locked as long as it is open.
-    _lock: File,
+    _lock: Lock,
 }
 
 impl RunDir {
@@ -92,7 +87,7 @@ impl RunDir {
     }
 
     fn create_in(path: &Path, scene: &str) -> Result<Self, RunDirError> {
-        let lock = lock(path)?;
+        let lock = Lock::take(path)?;
         roll_back(path)?;
         let earlier = written(path)?;
         if let Some(name) = in_the_way(path, &earlier) {
@@ -124,7 +119,7 @@ impl RunDir {
     /// # Errors
     /// [`RunDirError`] if another run uses it, or if it cannot be written.
     pub fn reopen(path: &Path) -> Result<Self, RunDirError> {
-        let lock = lock(path)?;
+        let lock = Lock::take(path)?;
         roll_back(path)?;
         let names = written(path)?;
         plain(path, &names)?;
@@ -322,64 +317,6 @@ impl RunDir {
         let (name, path) = self.claim(name)?;
         files::replace(&self.root, name, bytes, durably).map_err(fail("write", &path))
     }
-}
-
-/// Locks a run directory until the file is closed, whatever ends the process.
-fn lock(dir: &Path) -> Result<File, RunDirError> {
-    let path = dir.join(LOCK);
-    let mut file = files::open(dir, LOCK, How::Make).map_err(|error| match error.kind() {
-        ErrorKind::InvalidInput => fail("lock", &path)(error),
-        _ => fail("write in the run directory", dir)(error),
-    })?;
-    // A process that tests the lock holds it for a moment.
-    let mut locked = file.try_lock();
-    for _ in 0..LOOKS {
-        if matches!(locked, Err(TryLockError::WouldBlock)) {
-            thread::sleep(LOOK);
-            locked = file.try_lock();
-        }
-    }
-    match locked {
-        Ok(()) => {}
-        Err(TryLockError::WouldBlock) => {
-            let holder = files::read_text(dir, LOCK, SMALL).unwrap_or_default();
-            let holder = holder.trim();
-            return Err(RunDirError::InUse {
-                path: dir.to_path_buf(),
-                holder: if holder.is_empty() {
-                    "another run".to_owned()
-                } else {
-                    holder.to_owned()
-                },
-            });
-        }
-        // Some cluster file systems have no locks; there a run works without one.
-        Err(TryLockError::Error(error)) if error.kind() == ErrorKind::Unsupported => {
-            tracing::warn!("{} cannot be locked: {error}", path.display());
-        }
-        Err(TryLockError::Error(error)) => return Err(fail("lock", &path)(error)),
-    }
-    let words = std::env::args_os().map(|word| word.to_string_lossy().into_owned());
-    let words: Vec<String> = words.collect();
-    let host = files::read_named_text(Path::new("/proc/sys/kernel/hostname"), SMALL);
-    let host = host.unwrap_or_default();
-    let holder = format!(
-        "process {} on {} (`{}`)\n",
-        std::process::id(),
-        host.trim(),
-        words.join(" ")
-    );
-    file.set_len(0)
-        .and_then(|()| file.rewind())
-        .and_then(|()| file.write_all(holder.as_bytes()))
-        .map_err(fail("write", &path))?;
-    Ok(file)
-}
-
-/// Whether a run directory has a running owner.
-pub fn in_use(dir: &Path) -> bool {
-    files::open(dir, LOCK, How::Read)
-        .is_ok_and(|file| matches!(file.try_lock_shared(), Err(TryLockError::WouldBlock)))
 }
 
 /// The names of the files in a run directory that Tandem has written, by its list.

@@ -88,6 +88,7 @@ impl Resumed {
     /// [`CheckpointError`].
     pub fn find(scene: &Scene, dir: &RunDir) -> Result<Self, CheckpointError> {
         let (path, checkpoint, passed_over) = newest(dir.path(), &file::About::of(scene))?;
+        file::unchanged(dir.path(), &checkpoint)?;
         Ok(Self {
             path,
             checkpoint,

@@ -158,7 +158,7 @@ impl<'a> Run<'a> {
             };
             Outputs::begin(scene, options, dir, account, listed)?
         } else {
-            let written = (state.history, account.clock.time());
+            let written = [&state.history, &state.course];
             Outputs::resume(scene, options, dir, written, state.frames)?
         };
         let mut run = Self::at_start(scene, options, dir, account, outputs);

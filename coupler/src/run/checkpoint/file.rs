@@ -22,12 +22,13 @@ use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
 use super::state::CouplerState;
-use crate::record::rundir::{CHECKPOINTS, LOG};
+use crate::record::course::COURSE;
+use crate::record::rundir::{CHECKPOINTS, HISTORY, LOG, SCENE};
 use crate::scene::Scene;
 
 const MAGIC: &[u8] = b"tandem checkpoint 1\n";
 /// Format of the coupler's own state.
-const FORMAT: &str = "tandem-coupler 3";
+const FORMAT: &str = "tandem-coupler 4";
 const HASH: usize = 32;
 /// Longest description of a checkpoint in bytes.
 const ABOUT: u64 = 1 << 20;
@@ -141,6 +142,16 @@ pub enum CheckpointError {
         path: PathBuf,
         /// What differs.
         what: String,
+    },
+    /// A table was changed before the moment of the checkpoint.
+    #[error("{} is not as the run has written it: {source}; `tandem run {}/{SCENE} --out OTHER` starts the run again", dir.join(table).display(), dir.display())]
+    Changed {
+        /// Of which run.
+        dir: PathBuf,
+        /// Its name.
+        table: &'static str,
+        /// Where it differs, or why it cannot be read.
+        source: io::Error,
     },
     /// There is no checkpoint.
     #[error("{} has no checkpoint ({why})", dir.display())]
@@ -327,6 +338,26 @@ pub(crate) fn newest(dir: &Path, ours: &About) -> Result<Found, CheckpointError>
         }
     }
     Err(passed_over.into_iter().next().unwrap_or_else(|| none(dir)))
+}
+
+/// Compares the tables of a run directory with what they had at a checkpoint.
+///
+/// # Errors
+/// [`CheckpointError::Changed`].
+pub(crate) fn unchanged(dir: &Path, checkpoint: &Checkpoint) -> Result<(), CheckpointError> {
+    let CouplerState {
+        history, course, ..
+    } = &checkpoint.state;
+    for (table, sealed) in [(HISTORY, history), (COURSE, course)] {
+        sealed
+            .compare(dir, table)
+            .map_err(|source| CheckpointError::Changed {
+                dir: dir.to_path_buf(),
+                table,
+                source,
+            })?;
+    }
+    Ok(())
 }
 
 /// Reads a checkpoint of a run directory.

@@ -3,6 +3,7 @@
 use interface::message::wire::{BodyState, flags};
 use serde::{Deserialize, Serialize};
 
+use crate::record::Sealed;
 use crate::record::frames::Listed;
 use crate::run::account::Kept;
 use crate::run::pace::Epoch;
@@ -45,8 +46,9 @@ pub(crate) struct CouplerState {
     pub bodies: Vec<BodyState>,
     /// The bodies at their initial positions.
     pub origin: Vec<BodyState>,
-    /// Length of the history in bytes.
-    pub history: u64,
+    /// The rows of `history.csv` and of `course.csv`.
+    pub history: Sealed,
+    pub course: Sealed,
     pub frames: Listed,
     /// Length of the recording in bytes, if the run is recorded.
     pub recording: Option<u64>,

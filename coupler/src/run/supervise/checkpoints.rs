@@ -72,7 +72,8 @@ impl Run<'_> {
             sides: self.latest.sides,
             bodies: self.latest.bodies.clone(),
             origin: self.latest.origin.clone(),
-            history: self.outputs.history.bytes(),
+            history: self.outputs.history.sealed(),
+            course: self.outputs.course.sealed(),
             frames: self
                 .outputs
                 .frames

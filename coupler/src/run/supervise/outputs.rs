@@ -2,12 +2,13 @@
 
 use interface::recording::RecordingSink;
 
+use crate::record::Sealed;
 use crate::record::background::Mark;
 use crate::record::course::Course;
 use crate::record::frames::{Frames, Listed, ReportedFields};
 use crate::record::history::History;
 use crate::record::progress::Progress;
-use crate::record::rundir::{RunDir, RunDirError};
+use crate::record::rundir::{HISTORY, RunDir, RunDirError};
 use crate::run::account::Account;
 use crate::run::options::RunOptions;
 use crate::scene::Scene;
@@ -44,7 +45,7 @@ impl Outputs {
         Self::new(scene, options, dir, (history, Course::begin(dir)?), listed)
     }
 
-    /// Files that exist up to `time` (s). `history` is the length of the history in bytes, and the frames are `listed`.
+    /// Files that exist: history and course have what they had at the checkpoint, and the frames are `listed`.
     ///
     /// # Errors
     /// [`RunDirError`].
@@ -52,11 +53,11 @@ impl Outputs {
         scene: &Scene,
         options: &RunOptions,
         dir: &RunDir,
-        (history, time): (u64, f64),
+        [history, course]: [&Sealed; 2],
         listed: Listed,
     ) -> Result<Self, RunDirError> {
-        let history = History::resume(dir, history)?;
-        let course = Course::resume(dir, time)?;
+        let history = History::resume(dir, HISTORY, history)?;
+        let course = Course::resume(dir, course)?;
         Self::new(scene, options, dir, (history, course), listed)
     }
 
