@@ -62,7 +62,7 @@ fn scene(name: &str) -> Result<String, String> {
     let file = format!("{name}.toml");
     create(Path::new(&file), &SCENE.replace(NAME, name))?;
     // One that is there serves as well.
-    match files::write_new_named(Path::new(SCHEMA), &format!("{:#}\n", schema())) {
+    match files::write_new_named(Path::new(SCHEMA), format!("{:#}\n", schema())) {
         Err(error) if error.kind() != io::ErrorKind::AlreadyExists => {
             complain(format_args!("warning: cannot write {SCHEMA}: {error}"));
         }

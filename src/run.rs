@@ -227,7 +227,7 @@ fn finish(
     if scene.output.report {
         logging::sync();
         match dir.report() {
-            Ok(_) => report::at_the_end_of(place),
+            Ok(()) => report::at_the_end_of(place),
             Err(error) => complain(format_args!("warning: no report: {error}")),
         }
     }

@@ -14,7 +14,7 @@ use rustix::fs::{CWD, FileType, Mode, mknodat};
 use crate::harness::{Ended, Place, scene};
 
 /// Longest time of a command here; it takes tenths of a second.
-const SOON: Duration = Duration::from_secs(60);
+const SOON: Duration = Duration::from_mins(1);
 const HARD: &str = "jiang2020/collision_hard";
 const MINE: &str = "a file of somebody who has nothing to do with the run\n";
 

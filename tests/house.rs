@@ -208,7 +208,7 @@ fn files_are_opened_in_one_place() {
                 let file = path.strip_prefix(root()).unwrap().to_str().unwrap();
                 if path.is_dir() {
                     folders.push(path);
-                } else if file.ends_with(".rs")
+                } else if path.extension().is_some_and(|extension| extension == "rs")
                     && !file.ends_with("tests.rs")
                     && !file.contains("/tests/")
                 {

@@ -51,7 +51,7 @@ impl Seal {
     /// The marks of what was taken so far.
     pub fn sealed(&self) -> Sealed {
         let mut marks = self.whole.clone();
-        if self.bytes % PIECE as u64 > 0 {
+        if !self.bytes.is_multiple_of(PIECE as u64) {
             marks.push(mark(&self.rest));
         }
         Sealed {

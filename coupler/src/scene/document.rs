@@ -539,7 +539,7 @@ fn too_many_constants(file: &str, text: &str, root: &DeTable) -> Result<(), Scen
     if count <= CONSTANTS_MAX {
         return Ok(());
     }
-    let span = first.map_or(0..0, |key| key.span());
+    let span = first.map_or(0..0, toml::Spanned::span);
     Err(SceneErrors(vec![Diagnostic {
         message: format!("the scene has {count} constants, expected at most {CONSTANTS_MAX}"),
         key: "constants".to_owned(),
