@@ -7,14 +7,16 @@
 //!
 //! Each job runs beside a yardstick: plain code of the same kind, which no change of Tandem touches. They take turns every
 //! few milliseconds in one thread, so what slows the machine down slows both down. What is compared is the ratio of their CPU
-//! times: the median over all turns. A job that seems slower is measured again, up to five times, and the least counts: a busy
-//! machine passes, slow code stays. The ratio depends on the processor, so `ratios.csv` has a row for each model, and the ratios
+//! times: the median over all turns. Each measurement has a process of its own (`--once JOB`): where the system puts its memory
+//! changes the empty exchange by a fifth. A job that seems slower is measured again, up to five times, and the least counts: a
+//! busy machine and an unlucky address pass, slow code stays. The ratio depends on the processor, so `ratios.csv` has a row for each model, and the ratios
 //! of a model without rows are only shown. A change that is worth its price commits the new ratios, with the reason in its message.
 
 mod jobs;
 mod yardsticks;
 
-use std::process::ExitCode;
+use std::error::Error;
+use std::process::{Command, ExitCode};
 
 use rustix::time::{ClockId, clock_gettime};
 use serde::{Deserialize, Serialize};
@@ -40,10 +42,11 @@ struct Row {
 
 fn main() -> ExitCode {
     let mut arguments = std::env::args().skip(1);
-    let (mut retake, mut runs, mut chosen) = (false, 1, Vec::new());
+    let (mut retake, mut once, mut runs, mut chosen) = (false, false, 1, Vec::new());
     while let Some(argument) = arguments.next() {
         match &*argument {
             "--retake" => retake = true,
+            "--once" => once = true,
             "--runs" => match arguments.next().and_then(|n| n.parse().ok()) {
                 Some(n) => runs = n,
                 None => return wrong("--runs takes a number"),
@@ -56,6 +59,10 @@ fn main() -> ExitCode {
     }
     if chosen.is_empty() {
         chosen = JOBS.iter().collect();
+    }
+    if once {
+        chosen.iter().for_each(|job| println!("{}", measure(job)));
+        return ExitCode::SUCCESS;
     }
     let done = if retake {
         take(&chosen).map(|()| 0)
@@ -75,7 +82,7 @@ fn wrong(text: &str) -> ExitCode {
 }
 
 /// Compares each job `runs` times with its ratio of before. Returns the number of alarms.
-fn compare(jobs: &[&Job], runs: usize) -> Result<usize, csv::Error> {
+fn compare(jobs: &[&Job], runs: usize) -> Result<usize, Box<dyn Error>> {
     let (rows, processor) = (rows()?, processor());
     let mut alarms = 0;
     for run in 1..=runs {
@@ -85,13 +92,13 @@ fn compare(jobs: &[&Job], runs: usize) -> Result<usize, csv::Error> {
                 println!(
                     "{:12} {:7.3}   no ratio for {processor}",
                     job.name,
-                    measure(job)
+                    measured(job)?
                 );
                 continue;
             };
             let (mut ratio, mut attempts) = (f64::INFINITY, 0);
             while attempts < ATTEMPTS && ratio > SLOWER * before {
-                ratio = ratio.min(measure(job));
+                ratio = ratio.min(measured(job)?);
                 attempts += 1;
             }
             let slower = ratio > SLOWER * before;
@@ -120,10 +127,11 @@ fn compare(jobs: &[&Job], runs: usize) -> Result<usize, csv::Error> {
 }
 
 /// Writes the ratios of now for this processor.
-fn take(jobs: &[&Job]) -> Result<(), csv::Error> {
+fn take(jobs: &[&Job]) -> Result<(), Box<dyn Error>> {
     let (mut rows, processor) = (rows()?, processor());
     for job in jobs {
-        let ratio = median((0..RETAKES).map(|_| measure(job)).collect());
+        let ratios: Result<_, _> = (0..RETAKES).map(|_| measured(job)).collect();
+        let ratio = median(ratios?);
         println!("{:12} {ratio:7.3}", job.name);
         rows.retain(|row| row.processor != processor || row.job != job.name);
         rows.push(Row {
@@ -151,6 +159,13 @@ fn processor() -> String {
     model.map_or("unknown".into(), |name| {
         name.trim_start_matches([':', ' ', '\t']).to_owned()
     })
+}
+
+/// [`measure`] in a process of its own.
+fn measured(job: &Job) -> Result<f64, Box<dyn Error>> {
+    let mut guard = Command::new(std::env::current_exe()?);
+    let told = guard.args(["--once", job.name]).output()?.stdout;
+    Ok(String::from_utf8(told)?.trim().parse()?)
 }
 
 /// CPU time of a job in units of its yardstick, from a fresh start.
