@@ -46,6 +46,7 @@ mod options;
 mod part;
 pub mod profile;
 mod queue;
+pub mod random;
 pub mod replay;
 pub mod report;
 pub mod trace;
@@ -60,12 +61,13 @@ use interface::config::capability::Capabilities;
 use interface::message::control::{Notice, Party};
 use thiserror::Error;
 
-pub use options::Options;
+pub use options::{Options, RandomCases};
 
 use bench::{Bench, Subject};
 use clause::{Clause, Level};
 use profile::Profile;
 use queue::Queue;
+use random::case::Case;
 use trace::Trace;
 use verdict::{Unmet, Verdict, Why};
 
@@ -98,6 +100,8 @@ pub struct Judged {
     pub wall: Duration,
     /// What was said, if that was asked for.
     pub trace: Trace,
+    /// The random case that breaks it, as small as it could be made.
+    pub case: Option<Case>,
 }
 
 impl Judged {
@@ -198,7 +202,7 @@ impl Examination {
 pub fn examine(
     subject: &Subject,
     options: &Options,
-    tell: impl FnMut(&Judged),
+    mut tell: impl FnMut(&Judged),
 ) -> Result<Examination, ExamineError> {
     let start = Instant::now();
     let all = clause::of(subject.party);
@@ -214,13 +218,13 @@ pub fn examine(
     let asked =
         |clause: &&Clause| options.only.is_empty() || options.only.iter().any(|id| id == clause.id);
     let clauses: Vec<&Clause> = all.into_iter().filter(asked).collect();
-    let judged = judge_all(
-        subject,
-        options,
-        &greeting,
-        Queue::new(first, &clauses),
-        tell,
-    );
+    let (rows, random): (Vec<_>, Vec<_>) = clauses.into_iter().partition(|c| c.judge.is_some());
+    let queue = Queue::new(first, &rows);
+    let mut judged = judge_all(subject, options, &greeting, queue, &mut tell);
+    for one in judge_at_random(subject, options, &greeting.capabilities, &random, &judged) {
+        tell(&one);
+        judged.push(one);
+    }
     Ok(Examination {
         party: subject.party,
         identity: greeting.identity,
@@ -261,6 +265,7 @@ fn judge_all(
         verdict: Verdict::Blocked { by },
         wall: Duration::ZERO,
         trace: trace(),
+        case: None,
     };
     let shared = queue::Shared::new(queue);
     let (sender, receiver) = std::sync::mpsc::channel();
@@ -289,6 +294,53 @@ fn judge_all(
     judged
 }
 
+/// Without these a session with the solver says nothing of its physics.
+const ROOTS: [&str; 8] = [
+    "S-2a", "S-6a", "S-7a", "G-9a", "F-2a", "F-3a", "R-1a", "R-3a",
+];
+
+/// Judges the clauses that random cases judge, all at once.
+fn judge_at_random(
+    subject: &Subject,
+    options: &Options,
+    takes: &Capabilities,
+    clauses: &[&'static Clause],
+    judged: &[Judged],
+) -> Vec<Judged> {
+    if clauses.is_empty() {
+        return Vec::new();
+    }
+    let start = Instant::now();
+    let root = judged
+        .iter()
+        .find(|j| j.failed() && ROOTS.contains(&j.clause.id));
+    let mut campaign = random::Campaign::default();
+    if root.is_none() {
+        let asked: Vec<&str> = clauses.iter().map(|clause| clause.id).collect();
+        campaign = random::campaign(subject, options, takes, &asked);
+    }
+    let verdict = |clause: &'static Clause| match (root, &campaign.failure) {
+        (Some(root), _) => Verdict::Blocked { by: root.clause.id },
+        (None, Some(failure)) if failure.difference.clause == clause.id => {
+            Verdict::Fail(failure.evidence())
+        }
+        (None, Some(failure)) => Verdict::Blocked {
+            by: failure.difference.clause,
+        },
+        (None, None) => campaign.verdict(clause, takes),
+    };
+    let judged = clauses.iter().map(|&clause| Judged {
+        clause,
+        verdict: verdict(clause),
+        wall: start.elapsed(),
+        trace: Trace::default(),
+        case: (campaign.failure.as_ref())
+            .filter(|failure| failure.difference.clause == clause.id)
+            .map(|failure| failure.case.clone()),
+    });
+    judged.collect()
+}
+
 /// Judges a clause; returns also whether the solver was awaited in vain at its start.
 fn judge(
     subject: &Subject,
@@ -305,7 +357,9 @@ fn judge(
     } else if !lacks.is_empty() {
         Err(Unmet::Lacking(lacks))
     } else {
-        (clause.judge)(&bench)
+        clause
+            .judge
+            .map_or(Ok(String::new()), |judge| judge(&bench))
     };
     let verdict = match judgement {
         Ok(measured) => Verdict::Pass { measured },
@@ -317,6 +371,7 @@ fn judge(
         verdict,
         wall: start.elapsed(),
         trace: bench.into_trace(),
+        case: None,
     };
     (judged, awaited)
 }
