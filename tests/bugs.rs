@@ -245,8 +245,8 @@ const BUGS: &[Bug] = &[
     (
         "rounding to six digits",
         LAW,
-        "return distance, dx / distance, dy / distance  #",
-        "return round(distance, 6), dx / distance, dy / distance  #",
+        "return (distance, dx / distance, dy / distance) if",
+        "return (round(distance, 6), dx / distance, dy / distance) if",
     ),
     (
         "contact by single precision",

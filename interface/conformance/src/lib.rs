@@ -1,6 +1,7 @@
 //! A conformance kit: starts a solver, plays its coupler and its peer over the real channels, and judges every clause
 //! of PROTOCOL.md that can be seen from outside. `tandem conformance` is its command, docs/conformance.md its manual.
 //!
+//! [`random`] judges the physics of bodies by random cases beside an oracle; what else is said of a clause here is of the others.
 //! [`mod@bench`] is where a clause is judged: sessions with the solver, time, a peer of mass points. [`clause`] holds the
 //! clauses as data, [`verdict`] what becomes of them, [`report`] how that is shown, [`mutant`] the broken solvers that
 //! prove that each clause can fail. [`replay`] plays a recorded run to a solver instead and compares what it answers.
@@ -9,12 +10,12 @@
 //!
 //! 1. Find its number in PROTOCOL.md; if there is none, write the clause there first.
 //! 2. In the file of its subject (`clause/dem/force.rs`, ...; `clause/shared/` for both sides) add a row to `CLAUSES`:
-//!    `Clause::must("F-8a", "no contact, no force", no_contact).after(&["F-7a"]).mutant("pushes without contact", || ...)`.
+//!    `Clause::must("H-1c", "stops before ...", other_halts).after(&["L-1a"]).mutant("does not report ...", || ...)`.
 //!    `after` names clauses without which this one says nothing: keep them few, and design the clause so that another
 //!    broken rule does not break it. The first clause of a side is before all others without being named. `needs` names
 //!    the capabilities without which it cannot be judged; let them be few, by scenes that are made of what the solver
 //!    takes ([`bench::Bench::takes`]): profiles follow from them ([`profile`]).
-//! 3. Write `fn no_contact(bench: &Bench) -> Judgement`: take a [`bench::BodiesRun`] (a coupled run in lockstep) or a bare
+//! 3. Write `fn other_halts(bench: &Bench) -> Judgement`: take a [`bench::BodiesRun`] (a coupled run in lockstep) or a bare
 //!    [`bench::Session`], do what shows the clause in as few steps as do, return `Ok(what was measured)` or an
 //!    [`verdict::Unmet`] by [`verdict::require`] or [`verdict::near`], with the numbers. A refused configuration comes
 //!    back as *not applicable* by itself. Put many cases in one run (bodies far apart): a run costs milliseconds, a step
@@ -26,8 +27,8 @@
 //! A clause that no mutant can trip is no clause (`tests/mutants.rs` of the root). A mutant is the built-in solver
 //! that talks through a transport ([`mutant::serve`]) which passes every message on but for the one rule it breaks. It stands in the clause's row,
 //! and [`mutant::Flaw`] and [`mutant::change`] have one constructor for each thing that can be changed. Then
-//! `tandem conformance --dem "target/release/examples/mutant F-8a"` shows it, and the test asks that clause F-8a fails and no other. A
-//! second mutant of a clause is called `F-8a/2`.
+//! `tandem conformance --dem "target/release/examples/mutant H-1c"` shows it, and the test asks that clause H-1c fails and no other. A
+//! second mutant of a clause is called `H-1c/2`.
 #![forbid(unsafe_code)]
 #![expect(
     clippy::needless_range_loop,

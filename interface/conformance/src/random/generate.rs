@@ -47,7 +47,8 @@ pub fn case(seed: u64, takes: &Capabilities) -> Case {
 
 impl Generator<'_> {
     fn case(&mut self) -> Case {
-        let touching = self.takes.meets("feature:body_contact") && self.often();
+        let springs = !self.takes.has("feature:impulses");
+        let touching = springs && self.takes.meets("feature:body_contact") && self.often();
         let bodies: Vec<BodyConfig> = match self.rng.u32(0..8) {
             0 if self.takes.has("pairs") => Vec::new(),
             k => self.bodies(1 + k as usize % 3, touching),

@@ -27,6 +27,8 @@ use case::{Along, Case};
 use compare::{CLAUSES, Compared, Difference, Number};
 use run::{Outcome, run};
 
+/// So many cases are refused before a solver is taken for one that refuses all.
+const REFUSED: u64 = 20;
 /// The clauses of motions and forces.
 const MECHANICS: [&str; 6] = ["J-1", "T-1", "F-8", "F-7", "F-5", "F-6"];
 
@@ -109,6 +111,10 @@ pub fn campaign(
             let mut found = found.lock().expect("no panic holds it");
             let campaign = &mut found.0;
             campaign.cases += 1;
+            if campaign.refused.0 >= REFUSED && campaign.refused.0 + 1 == campaign.cases {
+                // It takes nothing.
+                first_failing.store(0, Ordering::Relaxed);
+            }
             for (sum, one) in campaign.compared.iter_mut().zip(compared) {
                 sum.count += one.count;
                 sum.largest = sum.largest.max(one.largest);
