@@ -3,7 +3,7 @@
 //!
 //! ```text
 //! cargo build --release --examples
-//! tandem conformance --dem "target/release/examples/mutant F-7d"
+//! tandem conformance --dem "target/release/examples/mutant F-7"
 //! tandem conformance --mpm "target/release/examples/mutant T-1c/2"     # the second mutant of a clause
 //! ```
 

@@ -564,6 +564,18 @@ pub struct ConformanceArgs {
     /// time are tested alone.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
     pub jobs: Option<u16>,
+    /// Seed of the first random case; the next one has the next seed.
+    #[arg(long, value_name = "N", default_value_t = 0)]
+    pub seed: u64,
+    /// Number of random cases, at most.
+    #[arg(long, value_name = "N", default_value_t = 1000)]
+    pub cases: u64,
+    /// Time for random cases in seconds, at most.
+    #[arg(long, value_name = "SECONDS", default_value_t = 10)]
+    pub time: u32,
+    /// Time to make a random case that fails smaller in seconds, at most.
+    #[arg(long, value_name = "SECONDS", default_value_t = 10)]
+    pub shrink: u32,
     /// Longest wait for Hello and for Ready in seconds; the start-up time of a solver is not tested.
     #[arg(long, value_name = "SECONDS", default_value_t = 20, value_parser = clap::value_parser!(u16).range(1..))]
     pub startup: u16,

@@ -10,7 +10,7 @@ use conformance::bench::{Start, Subject};
 use conformance::profile::{Profile, profiles};
 use conformance::report::{Paint, Rows, json, junit, listing, summary, waiver};
 use conformance::waiver::Waivers;
-use conformance::{Examination, ExamineError, Options, clause, examine};
+use conformance::{Examination, ExamineError, Options, RandomCases, clause, examine};
 use interface::files;
 use interface::message::control::Party;
 
@@ -53,6 +53,12 @@ pub fn judge(args: &ConformanceArgs) -> ExitCode {
         startup: Duration::from_secs(args.startup.into()),
         trace: args.trace.is_some(),
         jobs: args.jobs.map_or_else(jobs, usize::from),
+        random: RandomCases {
+            seed: args.seed,
+            cases: args.cases,
+            time: Duration::from_secs(args.time.into()),
+            shrink: Duration::from_secs(args.shrink.into()),
+        },
     };
     let mut rows = Rows::new(&waivers, Paint(colour));
     let examination = match examine(&subject, &options, |judged| say(rows.row(judged))) {
@@ -178,7 +184,10 @@ fn write(
             .map_err(|e| format!("cannot create {}: {e}", dir.display()))?;
         for judged in examination.judged.iter().filter(|judged| judged.failed()) {
             let file = dir.join(format!("{}.jsonl", judged.clause.id));
-            put(&file, &judged.trace.lines())?;
+            match &judged.case {
+                Some(case) => put(&file.with_extension("case.json"), &case.json())?,
+                None => put(&file, &judged.trace.lines())?,
+            }
         }
     }
     Ok(())

@@ -28,7 +28,7 @@ fn mutant(name: &str) -> String {
 /// Runs the kit; returns its exit status and its verdicts, id by id.
 fn verdicts(dir: &Path, arguments: &[&str]) -> (i32, Vec<(String, String)>) {
     let file = dir.join("verdicts.json");
-    let mut command = tandem(&["conformance", "--json", file.to_str().unwrap()]);
+    let mut command = tandem(&["conformance", "--cases", "100", "--json", file.to_str().unwrap()]);
     let status = command.args(arguments).output().unwrap().status.code();
     let text = fs::read_to_string(&file).unwrap();
     let document: Value = serde_json::from_str(&text).unwrap();
@@ -56,7 +56,7 @@ fn the_bodies_side_passes_as_a_process() {
         verdicts.iter().all(|(_, verdict)| verdict == "pass"),
         "{verdicts:?}"
     );
-    assert!(verdicts.len() > 100);
+    assert!(verdicts.len() > 90);
 }
 
 #[test]
@@ -78,9 +78,9 @@ fn a_broken_clause_is_reported_as_text_json_and_junit() {
     let output = tandem(&[
         "conformance",
         "--only",
-        "S-2a,F-7a,F-7b",
+        "S-2a,H-2a,L-5a",
         "--dem",
-        &mutant("F-7a"),
+        &mutant("H-2a"),
     ])
     .args([
         "--junit",
@@ -92,9 +92,9 @@ fn a_broken_clause_is_reported_as_text_json_and_junit() {
     .unwrap();
     assert_eq!(output.status.code(), Some(1));
     let text = String::from_utf8(output.stdout).unwrap();
-    assert!(text.contains("F-7a   MUST   FAIL"), "{text}");
+    assert!(text.contains("H-2a   MUST   FAIL"), "{text}");
     assert!(
-        text.contains("F-7b   MUST   blocked") && text.contains("by F-7a"),
+        text.contains("L-5a   MUST   blocked") && text.contains("by H-2a"),
         "{text}"
     );
     assert!(
@@ -124,7 +124,7 @@ fn a_broken_clause_is_reported_as_text_json_and_junit() {
         (3, 1, 1)
     );
 
-    let trace = fs::read_to_string(traces.join("F-7a.jsonl")).unwrap();
+    let trace = fs::read_to_string(traces.join("H-2a.jsonl")).unwrap();
     let lines: Vec<Value> = trace
         .lines()
         .map(|l| serde_json::from_str(l).unwrap())
@@ -136,7 +136,7 @@ fn a_broken_clause_is_reported_as_text_json_and_junit() {
 #[test]
 fn verdicts_are_the_same_for_any_number_of_jobs() {
     let dir = tempfile::tempdir().unwrap();
-    let broken = mutant("F-7a");
+    let broken = mutant("H-2a");
     let told = |jobs: &str| {
         let (status, verdicts) = verdicts(dir.path(), &["--dem", &broken, "--jobs", jobs]);
         assert_eq!(status, 1);
@@ -150,8 +150,8 @@ fn verdicts_are_the_same_for_any_number_of_jobs() {
             .1
             .as_str()
     };
-    assert_eq!((verdict("S-2a"), verdict("F-7a")), ("pass", "fail"));
-    assert_eq!(verdict("F-7b"), "blocked");
+    assert_eq!((verdict("S-2a"), verdict("H-2a")), ("pass", "fail"));
+    assert_eq!(verdict("L-5a"), "blocked");
     assert_eq!(told("8"), one);
 }
 
@@ -186,7 +186,7 @@ fn what_cannot_be_judged_has_its_own_status() {
     );
     // A command that is no solver: nothing but the first clause can be judged.
     assert_eq!(
-        code(&["conformance", "--dem", "true", "--only", "S-2a,F-7a"]),
+        code(&["conformance", "--dem", "true", "--only", "S-2a,H-2a"]),
         Some(1)
     );
 }
@@ -195,7 +195,7 @@ fn what_cannot_be_judged_has_its_own_status() {
 #[test]
 fn a_slow_start_is_no_fault_and_an_endless_one_is_found_soon() {
     let code = |command: &str, startup: &str| {
-        let clauses = ["--only", "S-2a,S-6a,S-9a,G-10a,F-7a", "--startup", startup];
+        let clauses = ["--only", "S-2a,S-6a,S-9a,G-10a,H-2a", "--startup", startup];
         let start = std::time::Instant::now();
         let output = tandem(&["conformance", "--dem", command])
             .args(clauses)

@@ -6,7 +6,7 @@ use std::sync::Arc;
 
 use conformance::bench::{PATIENCE, Start, Subject};
 use conformance::verdict::Verdict;
-use conformance::{Options, examine};
+use conformance::{Options, RandomCases, examine};
 use dem_proc::Sdem;
 use interface::config::capability::Capabilities;
 use interface::config::{DemConfig, MpmConfig};
@@ -280,6 +280,7 @@ fn broken(party: Party, wrong: Wrong) -> Vec<(&'static str, String)> {
         startup: PATIENCE,
         trace: false,
         jobs: 2,
+        random: RandomCases::default(),
     };
     let examination = examine(&subject(party, wrong), &options, |_| ()).unwrap();
     let mut broken = Vec::new();

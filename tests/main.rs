@@ -5,6 +5,7 @@
 mod harness;
 
 mod branch;
+mod bugs;
 mod chaos;
 mod conformance;
 mod deaths;

@@ -111,10 +111,13 @@ impl System {
 
     fn body_contact(&mut self, step: &Step, ahead: &Ahead) {
         if let Some(pairs) = &mut self.pairs {
+            // Contacts that have opened since the last step, which may have been longer, have dissipated energy.
+            let way = ahead.way(self.state.speed);
+            let way = way.max(self.state.speed * step.dt_before);
             pairs.evaluate(
                 &self.bodies,
                 LastStep::new(step.dt_before),
-                2.0 * ahead.way(self.state.speed),
+                2.0 * way,
                 &self.threads,
                 &mut self.loads.by_bodies,
             );

@@ -78,11 +78,11 @@ impl OnBodies<'_> {
     /// Whether the path of a point over the last step, in the frame of the body, passes through the outline to a place
     /// with another normal.
     fn went_through(&self, x: Vec2, pair: PointPair, normal: Vec2) -> bool {
-        let Some(was) = self.previous.get(pair.slot as usize) else {
+        let Some(way) = self.way(pair.slot) else {
             return false;
         };
         let frame = &self.bodies.frames[pair.body as usize];
-        let moved = x - was - frame.displacement(x - frame.center);
+        let moved = way - frame.displacement(x - frame.center);
         let from = x - frame.turned(moved);
         let reach = self.radius_of_body(pair) + self.radius(pair);
         let (outline, has_edges) = self.outline(pair);
@@ -165,9 +165,8 @@ impl Geometry for PointBody {
 
     #[inline]
     fn moved(on: &OnBodies, pair: PointPair, arms: &Arms) -> Option<Vec2> {
-        let was = on.previous.get(pair.slot as usize)?;
-        let of_body = on.bodies.frames[pair.body as usize].displacement(arms.r);
-        Some(on.position(pair.slot) - was - of_body)
+        let way = on.way(pair.slot)?;
+        Some(way - on.bodies.frames[pair.body as usize].displacement(arms.r))
     }
 
     fn velocity(on: &OnBodies, pair: PointPair, arms: &Arms) -> Vec2 {

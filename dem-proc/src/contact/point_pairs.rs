@@ -165,7 +165,7 @@ impl Geometry for PointPairs {
 
     #[inline]
     fn moved(on: &OnPoints, pair: Pair, (): &()) -> Option<Vec2> {
-        let moved = |slot: u32| Some(on.position(slot) - on.previous.get(slot as usize)?);
+        let moved = |slot: u32| on.way(slot);
         Some(moved(pair[0])? - moved(pair[1])?)
     }
 

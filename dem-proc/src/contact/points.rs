@@ -83,6 +83,9 @@ pub trait Geometry: Debug + Send + Sync {
     fn told(on: &On<Self>, pair: Self::Pair, at: (f64, Vec2), force: Vec2) -> ContactState;
 }
 
+/// Where a point was that is new to the set.
+const NOT_KNOWN: Vec2 = Vec2::new(f64::NAN, f64::NAN);
+
 /// Points and bodies as an evaluation sees them.
 #[derive(Debug)]
 pub struct On<'a, G: Geometry + ?Sized> {
@@ -92,13 +95,20 @@ pub struct On<'a, G: Geometry + ?Sized> {
     pub set: &'a [ImpInfo],
     /// Their states.
     pub states: &'a [ImpState],
-    /// Their positions one step before in m; empty if there was no step.
-    pub previous: &'a [Vec2],
+    /// Their positions one step before in m, NaN for points that are new to the set; empty if there was no step.
+    previous: &'a [Vec2],
     /// The list.
     pub list: &'a G::List,
 }
 
 impl<G: Geometry> On<'_, G> {
+    /// Displacement in m of the point of a slot over the last step; `None` if it is new to the set, or there was no step.
+    #[inline]
+    pub fn way(&self, slot: u32) -> Option<Vec2> {
+        let was = self.previous.get(slot as usize)?;
+        (!was.x.is_nan()).then(|| self.position(slot) - was)
+    }
+
     /// Position of the point of a slot in m.
     #[inline]
     pub fn position(&self, slot: u32) -> Vec2 {
@@ -130,7 +140,7 @@ pub struct Outcome<E> {
 struct State<H> {
     #[serde(with = "crate::law::history")]
     history: Vec<H>,
-    /// Positions of the points one step before in m; empty if there was no step.
+    /// Positions of the points one step before in m, NaN for points that are new to the set; empty if there was no step.
     #[serde(with = "crate::saved")]
     previous: Vec<Vec2>,
     /// Positions of the points when the list was built in m.
@@ -200,11 +210,9 @@ impl<G: Geometry, L: Law> Kept<G, L> {
         (state.history).extend(G::pairs(&self.list).iter().map(history));
         state.previous.clear();
         if !old.previous.is_empty() {
-            // A point that is new to the set touched nothing one step ago, so its previous position has no effect.
-            let at = |(slot, now): (u32, &Vec2)| {
-                old_slot(slot).map_or(*now, |old_slot| old.previous[old_slot as usize])
-            };
-            (state.previous).extend((0..).zip(&state.built_at).map(at));
+            let at =
+                |slot| old_slot(slot).map_or(NOT_KNOWN, |old_slot| old.previous[old_slot as usize]);
+            (state.previous).extend((0..state.built_at.len() as u32).map(at));
         }
     }
 
@@ -305,13 +313,10 @@ impl<G: Geometry, L: Law> View<'_, G, L> {
             ..Kinematics::default()
         };
         // If there was a step, the velocity is computed from positions. It is the velocity of the grid at the
-        // point, and that of the surfaces; a FLIP point's own velocity is noisier.
-        let moved = if last_step.dt > 0.0 {
-            G::moved(on, pair, &arms)
-        } else {
-            None
-        };
-        if let Some(moved) = moved {
+        // point, and that of the surfaces; a FLIP point's own velocity is noisier. A point that is new to the set
+        // has not moved (docs/physics.md).
+        if last_step.dt > 0.0 {
+            let moved = G::moved(on, pair, &arms).unwrap_or_default();
             kinematics.moved = [moved.dot(&normal), moved.dot(&tangent)];
             kinematics.velocity = kinematics.moved.map(|u| u * last_step.per_dt);
         } else {

@@ -33,6 +33,7 @@ const CAPABILITIES: [&str; 11] = [
     "inertia:mass",
     "feature:friction",
     "feature:body_contact",
+    "feature:impulses",
 ];
 
 /// The solver: without bodies until it is configured.

@@ -1,6 +1,7 @@
 //! A conformance kit: starts a solver, plays its coupler and its peer over the real channels, and judges every clause
 //! of PROTOCOL.md that can be seen from outside. `tandem conformance` is its command, docs/conformance.md its manual.
 //!
+//! [`random`] judges the physics of bodies by random cases beside an oracle; what else is said of a clause here is of the others.
 //! [`mod@bench`] is where a clause is judged: sessions with the solver, time, a peer of mass points. [`clause`] holds the
 //! clauses as data, [`verdict`] what becomes of them, [`report`] how that is shown, [`mutant`] the broken solvers that
 //! prove that each clause can fail. [`replay`] plays a recorded run to a solver instead and compares what it answers.
@@ -9,12 +10,12 @@
 //!
 //! 1. Find its number in PROTOCOL.md; if there is none, write the clause there first.
 //! 2. In the file of its subject (`clause/dem/force.rs`, ...; `clause/shared/` for both sides) add a row to `CLAUSES`:
-//!    `Clause::must("F-8a", "no contact, no force", no_contact).after(&["F-7a"]).mutant("pushes without contact", || ...)`.
+//!    `Clause::must("H-1c", "stops before ...", other_halts).after(&["L-1a"]).mutant("does not report ...", || ...)`.
 //!    `after` names clauses without which this one says nothing: keep them few, and design the clause so that another
 //!    broken rule does not break it. The first clause of a side is before all others without being named. `needs` names
 //!    the capabilities without which it cannot be judged; let them be few, by scenes that are made of what the solver
 //!    takes ([`bench::Bench::takes`]): profiles follow from them ([`profile`]).
-//! 3. Write `fn no_contact(bench: &Bench) -> Judgement`: take a [`bench::BodiesRun`] (a coupled run in lockstep) or a bare
+//! 3. Write `fn other_halts(bench: &Bench) -> Judgement`: take a [`bench::BodiesRun`] (a coupled run in lockstep) or a bare
 //!    [`bench::Session`], do what shows the clause in as few steps as do, return `Ok(what was measured)` or an
 //!    [`verdict::Unmet`] by [`verdict::require`] or [`verdict::near`], with the numbers. A refused configuration comes
 //!    back as *not applicable* by itself. Put many cases in one run (bodies far apart): a run costs milliseconds, a step
@@ -26,8 +27,8 @@
 //! A clause that no mutant can trip is no clause (`tests/mutants.rs` of the root). A mutant is the built-in solver
 //! that talks through a transport ([`mutant::serve`]) which passes every message on but for the one rule it breaks. It stands in the clause's row,
 //! and [`mutant::Flaw`] and [`mutant::change`] have one constructor for each thing that can be changed. Then
-//! `tandem conformance --dem "target/release/examples/mutant F-8a"` shows it, and the test asks that clause F-8a fails and no other. A
-//! second mutant of a clause is called `F-8a/2`.
+//! `tandem conformance --dem "target/release/examples/mutant H-1c"` shows it, and the test asks that clause H-1c fails and no other. A
+//! second mutant of a clause is called `H-1c/2`.
 #![forbid(unsafe_code)]
 #![expect(
     clippy::needless_range_loop,
@@ -46,6 +47,7 @@ mod options;
 mod part;
 pub mod profile;
 mod queue;
+pub mod random;
 pub mod replay;
 pub mod report;
 pub mod trace;
@@ -60,12 +62,13 @@ use interface::config::capability::Capabilities;
 use interface::message::control::{Notice, Party};
 use thiserror::Error;
 
-pub use options::Options;
+pub use options::{Options, RandomCases};
 
 use bench::{Bench, Subject};
 use clause::{Clause, Level};
 use profile::Profile;
 use queue::Queue;
+use random::case::Case;
 use trace::Trace;
 use verdict::{Unmet, Verdict, Why};
 
@@ -98,6 +101,8 @@ pub struct Judged {
     pub wall: Duration,
     /// What was said, if that was asked for.
     pub trace: Trace,
+    /// The random case that breaks it, as small as it could be made.
+    pub case: Option<Case>,
 }
 
 impl Judged {
@@ -198,7 +203,7 @@ impl Examination {
 pub fn examine(
     subject: &Subject,
     options: &Options,
-    tell: impl FnMut(&Judged),
+    mut tell: impl FnMut(&Judged),
 ) -> Result<Examination, ExamineError> {
     let start = Instant::now();
     let all = clause::of(subject.party);
@@ -214,13 +219,13 @@ pub fn examine(
     let asked =
         |clause: &&Clause| options.only.is_empty() || options.only.iter().any(|id| id == clause.id);
     let clauses: Vec<&Clause> = all.into_iter().filter(asked).collect();
-    let judged = judge_all(
-        subject,
-        options,
-        &greeting,
-        Queue::new(first, &clauses),
-        tell,
-    );
+    let (rows, random): (Vec<_>, Vec<_>) = clauses.into_iter().partition(|c| c.judge.is_some());
+    let queue = Queue::new(first, &rows);
+    let mut judged = judge_all(subject, options, &greeting, queue, &mut tell);
+    for one in judge_at_random(subject, options, &greeting.capabilities, &random, &judged) {
+        tell(&one);
+        judged.push(one);
+    }
     Ok(Examination {
         party: subject.party,
         identity: greeting.identity,
@@ -261,6 +266,7 @@ fn judge_all(
         verdict: Verdict::Blocked { by },
         wall: Duration::ZERO,
         trace: trace(),
+        case: None,
     };
     let shared = queue::Shared::new(queue);
     let (sender, receiver) = std::sync::mpsc::channel();
@@ -289,6 +295,53 @@ fn judge_all(
     judged
 }
 
+/// Without these a session with the solver says nothing of its physics.
+const ROOTS: [&str; 8] = [
+    "S-2a", "S-6a", "S-7a", "G-9a", "F-2a", "F-3a", "R-1a", "R-3a",
+];
+
+/// Judges the clauses that random cases judge, all at once.
+fn judge_at_random(
+    subject: &Subject,
+    options: &Options,
+    takes: &Capabilities,
+    clauses: &[&'static Clause],
+    judged: &[Judged],
+) -> Vec<Judged> {
+    if clauses.is_empty() {
+        return Vec::new();
+    }
+    let start = Instant::now();
+    let root = judged
+        .iter()
+        .find(|j| j.failed() && ROOTS.contains(&j.clause.id));
+    let mut campaign = random::Campaign::default();
+    if root.is_none() {
+        let asked: Vec<&str> = clauses.iter().map(|clause| clause.id).collect();
+        campaign = random::campaign(subject, options, takes, &asked);
+    }
+    let verdict = |clause: &'static Clause| match (root, &campaign.failure) {
+        (Some(root), _) => Verdict::Blocked { by: root.clause.id },
+        (None, Some(failure)) if failure.difference.clause == clause.id => {
+            Verdict::Fail(failure.evidence())
+        }
+        (None, Some(failure)) => Verdict::Blocked {
+            by: failure.difference.clause,
+        },
+        (None, None) => campaign.verdict(clause, takes),
+    };
+    let judged = clauses.iter().map(|&clause| Judged {
+        clause,
+        verdict: verdict(clause),
+        wall: start.elapsed(),
+        trace: Trace::default(),
+        case: (campaign.failure.as_ref())
+            .filter(|failure| failure.difference.clause == clause.id)
+            .map(|failure| failure.case.clone()),
+    });
+    judged.collect()
+}
+
 /// Judges a clause; returns also whether the solver was awaited in vain at its start.
 fn judge(
     subject: &Subject,
@@ -305,7 +358,9 @@ fn judge(
     } else if !lacks.is_empty() {
         Err(Unmet::Lacking(lacks))
     } else {
-        (clause.judge)(&bench)
+        clause
+            .judge
+            .map_or(Ok(String::new()), |judge| judge(&bench))
     };
     let verdict = match judgement {
         Ok(measured) => Verdict::Pass { measured },
@@ -317,6 +372,7 @@ fn judge(
         verdict,
         wall: start.elapsed(),
         trace: bench.into_trace(),
+        case: None,
     };
     (judged, awaited)
 }

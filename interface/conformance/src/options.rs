@@ -16,4 +16,30 @@ pub struct Options {
     pub trace: bool,
     /// Clauses that are judged at the same time; 0 is taken for 1. Those that measure time are judged alone.
     pub jobs: usize,
+    /// The random cases.
+    pub random: RandomCases,
+}
+
+/// Which random cases are run.
+#[derive(Debug, Clone, Copy)]
+pub struct RandomCases {
+    /// Seed of the first case; the next one has the next seed.
+    pub seed: u64,
+    /// Number of cases, at most.
+    pub cases: u64,
+    /// Time, at most.
+    pub time: Duration,
+    /// Time to make a case that fails smaller, at most.
+    pub shrink: Duration,
+}
+
+impl Default for RandomCases {
+    fn default() -> Self {
+        Self {
+            seed: 0,
+            cases: 1000,
+            time: Duration::from_secs(10),
+            shrink: Duration::from_secs(10),
+        }
+    }
 }

@@ -52,6 +52,9 @@ pub struct Evidence {
     pub expected: String,
     /// What the solver did.
     pub got: String,
+    /// The smallest random case that shows it, line by line.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub story: Vec<String>,
 }
 
 impl Display for Evidence {
@@ -122,6 +125,7 @@ pub fn broken(expected: impl Display, got: impl Display) -> Unmet {
         step: None,
         expected: expected.to_string(),
         got: got.to_string(),
+        story: Vec::new(),
     })
 }
 

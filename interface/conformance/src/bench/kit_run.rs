@@ -226,6 +226,11 @@ impl<'b> KitRun<'b> {
         self.at.clock.step(false)
     }
 
+    /// The same, as a solver sees it.
+    pub fn coming(&self, measure: bool) -> Step {
+        self.at.clock.step(measure)
+    }
+
     /// Generation of the IMP set.
     pub fn generation(&self) -> u64 {
         self.at.generation

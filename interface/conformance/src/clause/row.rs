@@ -29,7 +29,7 @@ impl Display for Level {
 }
 
 /// Most mutants of a clause.
-const MUTANTS: usize = 4;
+const MUTANTS: usize = 20;
 
 /// One thing that a solver must or should do, how to see whether it does, and solvers that do not.
 pub struct Clause {
@@ -47,8 +47,8 @@ pub struct Clause {
     pub of_processes: bool,
     /// Whether it is judged while no other clause is, because it measures time.
     pub alone: bool,
-    /// Judges it.
-    pub judge: fn(&Bench) -> Judgement,
+    /// Judges it, in sessions of its own; `None`: random cases do ([`crate::random`]), for all of these clauses at once.
+    pub judge: Option<fn(&Bench) -> Judgement>,
     /// Solvers that break it and no other clause.
     mutants: [Option<Mutant>; MUTANTS],
 }
@@ -68,8 +68,19 @@ impl Clause {
             needs: &[],
             of_processes: false,
             alone: false,
-            judge,
+            judge: Some(judge),
             mutants: [None; MUTANTS],
+        }
+    }
+
+    /// A clause that is *shall* and is judged by random cases.
+    pub const fn random(id: &'static str, title: &'static str) -> Self {
+        const fn nobody(_: &Bench) -> Judgement {
+            Ok(String::new())
+        }
+        Self {
+            judge: None,
+            ..Self::must(id, title, nobody)
         }
     }
 

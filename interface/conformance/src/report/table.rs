@@ -86,6 +86,9 @@ impl<'a> Rows<'a> {
         }
         let _ = write!(text, "\n{:24}expected  {}", "", evidence.expected);
         let _ = write!(text, "\n{:24}got       {}", "", evidence.got);
+        for line in &evidence.story {
+            let _ = write!(text, "\n{:24}{line}", "");
+        }
         if let Some(reason) = waived {
             let _ = write!(text, "\n{:24}waived    {reason}", "");
         }

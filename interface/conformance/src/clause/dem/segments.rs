@@ -18,7 +18,7 @@ pub const CLAUSES: &[Clause] = &[
         split,
     )
     .needs(NEEDS)
-    .after(&["W-2a", "F-7a"])
+    .after(&["W-2a"])
     .mutant("shares a force on a segment evenly", || {
         on_segments(|forces| {
             let mean = [0, 1].map(|i| 0.5 * (forces[0][i] + forces[1][i]));
@@ -42,7 +42,7 @@ pub const CLAUSES: &[Clause] = &[
     }),
     Clause::must("F-7w", "a vertex of a chain counts once", vertex)
         .needs(NEEDS)
-        .after(&["W-2a", "F-7a", "F-7c", "F-7v"])
+        .after(&["W-2a", "F-7v"])
         .mutant("counts a vertex for both of its segments", || {
             on_segments(|forces| {
                 let all: f64 = forces.iter().map(|f| f[1]).sum();
@@ -57,9 +57,7 @@ pub const CLAUSES: &[Clause] = &[
         handed,
     )
     .needs(&["segments", "shape:disc", "feature:friction"])
-    .after(&[
-        "W-2a", "F-7a", "F-7c", "F-7d", "J-1b", "F-7k", "F-7l", "F-7v", "F-7w",
-    ])
+    .after(&["W-2a", "F-7v", "F-7w"])
     .mutant("loses the spring at a vertex", || {
         on_segments(|forces| {
             if forces[0][1] > 0.0 && forces[2][1] == 0.0 {

@@ -1,0 +1,166 @@
+//! Which cases can be run: what no coupled run would do is left out, since no clause says what a solver does there.
+
+use interface::Vec2;
+use interface::step::Clock;
+use mechanics::outline::nearest;
+
+use super::case::{Case, Epoch};
+use super::law::{Law, Pair};
+use super::oracle::{Oracle, Who};
+
+/// Most by which a point moves towards or along what it touches in a step, as a share of its radius; a run allows half.
+const MOVES: f64 = 0.45;
+/// Deepest overlap of a point, as a share of its radius.
+const DEEP: f64 = 0.95;
+/// Deepest overlap of two bodies, as a share of the sum of their sphero-radii.
+const DEEP_BODIES: f64 = 0.3;
+/// Most by which a body turns in a step, in rad.
+const TURNS: f64 = 0.3;
+
+/// The number of steps of a case that can be run; all, if it is one.
+pub fn steps(case: &Case) -> u32 {
+    if !case.config.faults().is_empty() {
+        return 0;
+    }
+    let mut oracle = Oracle::new(&case.config);
+    let mut clock = Clock::new(0.0);
+    let mut step = 0;
+    let mut before: Option<Vec<Vec2>> = None;
+    for epoch in &case.epochs {
+        clock.begin_epoch(epoch.dt);
+        for _ in 0..epoch.windows.iter().sum() {
+            let now = case.positions(step, &oracle);
+            let dt = clock.step(true).dt_before;
+            let states = case.states(step, &now, before.as_deref().map(|before| (before, dt)));
+            let set = case.set(step);
+            let passes = before
+                .as_deref()
+                .is_some_and(|before| passes(case, &oracle, &now, before));
+            let poses: Vec<(Vec2, f64)> =
+                oracle.bodies.iter().map(|b| (b.center, b.angle)).collect();
+            let expected = oracle.step(&clock.step(true), &set, &states);
+            let too_deep = expected.touches.iter().any(|touch| match touch.who {
+                Who::Point(id, ..) => touch.overlap > DEEP * radius(case, id),
+                Who::Points(p, q) => touch.overlap > 0.5 * radius(case, p).min(radius(case, q)),
+                Who::Bodies(i, _, j, _) => {
+                    let both =
+                        case.config.bodies[i].sphero_radius + case.config.bodies[j].sphero_radius;
+                    touch.overlap > DEEP_BODIES * both || touch.moved > 0.2 * both
+                }
+            });
+            let moves = oracle.bodies.iter().zip(&poses);
+            let turns = moves
+                .clone()
+                .any(|(b, (_, angle))| (b.angle - angle).abs() > TURNS);
+            // Points that keep near a body move with it, so only what bodies do to one another is left.
+            let least = case
+                .points
+                .iter()
+                .map(|p| p.radius)
+                .fold(f64::INFINITY, f64::min);
+            let runs = moves
+                .clone()
+                .any(|(b, (center, _))| (b.center - center).norm() > MOVES * least);
+            let finite = oracle
+                .bodies
+                .iter()
+                .all(|b| b.center.norm().is_finite() && b.angle.is_finite());
+            if too_deep || turns || runs || passes || !finite {
+                return step;
+            }
+            before = Some(now);
+            step += 1;
+            clock.advance_by(1);
+        }
+    }
+    step
+}
+
+/// Whether a point passes a body that it is near by more than it may, from `before` to `now` (m).
+fn passes(case: &Case, oracle: &Oracle, now: &[Vec2], before: &[Vec2]) -> bool {
+    let walkers = case.points.iter().zip(now).zip(before);
+    walkers.into_iter().any(|((point, now), before)| {
+        oracle.bodies.iter().any(|body| {
+            let moved = now - before - body.moved(now - body.center);
+            let far = |(outline, a): &(Vec<Vec2>, f64)| {
+                nearest(outline, *now).distance > a + 3.0 * point.radius
+            };
+            moved.norm() > MOVES * point.radius && !body.parts().iter().all(far)
+        })
+    })
+}
+
+/// The smallest length of a case in m: of what is smaller by far, nothing is told.
+pub fn smallest(case: &Case) -> f64 {
+    let points = case.points.iter().map(|p| p.radius);
+    let bodies = case
+        .config
+        .bodies
+        .iter()
+        .map(|b| b.sphero_radius)
+        .filter(|a| *a > 0.0);
+    let least = points.chain(bodies).fold(f64::INFINITY, f64::min);
+    if least.is_finite() { least } else { 1.0 }
+}
+
+/// Energy in J/m and impulse in N s/m that a contact of a case has if it is as deep as the smallest length.
+pub fn typical(case: &Case) -> (f64, f64) {
+    let (length, mass) = (
+        smallest(case),
+        case.points.first().map_or(1.0, |point| point.mass),
+    );
+    let pair = Pair {
+        mass,
+        radius: length,
+    };
+    let stiffness = Law {
+        law: &case.config.point_contact,
+        pair,
+    }
+    .normal_stiffness(length);
+    (
+        stiffness * length * length,
+        (stiffness * mass).sqrt() * length,
+    )
+}
+
+fn radius(case: &Case, id: u64) -> f64 {
+    case.points
+        .iter()
+        .find(|p| p.id == id)
+        .map_or(0.0, |p| p.radius)
+}
+
+/// The same steps, each measured.
+pub fn measured_in_every_step(case: &Case) -> Case {
+    let mut measured = case.clone();
+    measured.epochs.clear();
+    for epoch in &case.epochs {
+        for k in 0..epoch.windows.iter().sum() {
+            let first = k == 0;
+            measured.epochs.push(Epoch {
+                dt: epoch.dt,
+                windows: vec![1],
+                outlines: epoch.outlines && first,
+                frame: epoch.frame,
+                resumed: epoch.resumed && first,
+            });
+        }
+    }
+    measured
+}
+
+/// The same case up to a step.
+pub fn cut(case: &Case, steps: u32) -> Case {
+    let mut left = steps;
+    let mut cut = case.clone();
+    for epoch in &mut cut.epochs {
+        for window in &mut epoch.windows {
+            *window = (*window).min(left);
+            left -= *window;
+        }
+        epoch.windows.retain(|window| *window > 0);
+    }
+    cut.epochs.retain(|epoch| !epoch.windows.is_empty());
+    cut
+}

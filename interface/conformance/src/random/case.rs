@@ -1,0 +1,209 @@
+//! A case: bodies, laws, points that move along them, and the steps in which that is looked at. A case is data, so it can
+//! be made smaller, kept in a file and run again.
+
+use interface::Vec2;
+use interface::config::DemConfig;
+use interface::message::wire::{ImpInfo, ImpState};
+use serde::{Deserialize, Serialize};
+
+use super::oracle::Oracle;
+
+/// A number that changes with the steps: linear between its values at some of them, constant beyond.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Course(pub Vec<(u32, f64)>);
+
+impl Course {
+    /// The number in a step.
+    pub fn at(&self, step: u32) -> f64 {
+        let after = self.0.partition_point(|(s, _)| *s <= step);
+        match (after.checked_sub(1).map(|k| self.0[k]), self.0.get(after)) {
+            (Some((from, a)), Some(&(to, b))) => {
+                a + (b - a) * f64::from(step - from) / f64::from(to - from)
+            }
+            (Some((_, a)), None) => a,
+            (None, Some(&(_, b))) => b,
+            (None, None) => 0.0,
+        }
+    }
+}
+
+/// What a point moves along.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Along {
+    /// The surface of a body, with it.
+    Body(usize),
+    /// Another point, which comes before it.
+    Point(usize),
+    /// The x axis.
+    Axis,
+}
+
+/// A point that moves along a surface as the kit says, whatever the forces are.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Walker {
+    /// Its id.
+    pub id: u64,
+    /// Contact radius in m.
+    pub radius: f64,
+    /// In kg/m.
+    pub mass: f64,
+    /// Its group.
+    pub group: u32,
+    /// What it moves along.
+    pub along: Along,
+    /// Way along the outline in m.
+    pub way: Course,
+    /// Overlap in m.
+    pub overlap: Course,
+    /// What the velocity that it reports has beyond its displacement over the step, in m/s.
+    pub noise: [f64; 2],
+    /// Steps in which it is in the set: from, and up to but without.
+    pub present: Vec<[u32; 2]>,
+}
+
+impl Walker {
+    /// Whether it is in the set.
+    pub fn is_present(&self, step: u32) -> bool {
+        self.present
+            .iter()
+            .any(|[from, to]| (*from..*to).contains(&step))
+    }
+
+    fn info(&self) -> ImpInfo {
+        ImpInfo {
+            id: self.id,
+            radius: self.radius,
+            mass: self.mass,
+            group: self.group,
+            next: 0,
+        }
+    }
+}
+
+/// Steps of one length.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Epoch {
+    /// In s; 0 in an opening or a closing step.
+    pub dt: f64,
+    /// Steps of each grant. The first step of an epoch is measured.
+    pub windows: Vec<u32>,
+    /// Whether the outlines are asked for in its first step.
+    pub outlines: bool,
+    /// Whether its first step is a frame.
+    pub frame: bool,
+    /// Whether the solver is saved before it, and goes on in a new one.
+    pub resumed: bool,
+}
+
+/// A case.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Case {
+    /// What the solver gets.
+    pub config: DemConfig,
+    /// The points, by their ids.
+    pub points: Vec<Walker>,
+    /// The steps.
+    pub epochs: Vec<Epoch>,
+}
+
+impl Case {
+    /// Number of steps.
+    pub fn steps(&self) -> u32 {
+        self.epochs.iter().flat_map(|epoch| &epoch.windows).sum()
+    }
+
+    /// The case as a file.
+    pub fn json(&self) -> String {
+        serde_json::to_string_pretty(self).expect("a case has string keys only")
+    }
+
+    /// The set in a step.
+    pub fn set(&self, step: u32) -> Vec<ImpInfo> {
+        let present = self.points.iter().filter(|point| point.is_present(step));
+        present.map(Walker::info).collect()
+    }
+
+    /// Positions of all points in a step, those included that are not in the set.
+    pub fn positions(&self, step: u32, oracle: &Oracle) -> Vec<Vec2> {
+        let mut positions: Vec<Vec2> = Vec::new();
+        for point in &self.points {
+            let (way, overlap) = (point.way.at(step), point.overlap.at(step));
+            positions.push(match point.along {
+                Along::Body(b) => {
+                    let body = &oracle.bodies[b];
+                    // Of a cluster it goes around the first disc.
+                    let (outline, a) = body.parts().swap_remove(0);
+                    let (place, normal) = around(&outline, a + point.radius, way, body.angle);
+                    place + normal * (a + point.radius - overlap)
+                }
+                Along::Axis => Vec2::new(way, 0.0),
+                Along::Point(k) => {
+                    let reach = self.points[k].radius + point.radius;
+                    let angle = way / reach;
+                    positions[k] + Vec2::new(angle.cos(), angle.sin()) * (reach - overlap)
+                }
+            });
+        }
+        positions
+    }
+
+    /// States of the points that are in the set, given the positions of all now and one step before.
+    pub fn states(&self, step: u32, now: &[Vec2], before: Option<(&[Vec2], f64)>) -> Vec<ImpState> {
+        let mut states = Vec::new();
+        for (k, point) in self.points.iter().enumerate() {
+            if point.is_present(step) {
+                let moved = match before {
+                    Some((before, dt)) if dt > 0.0 => (now[k] - before[k]) / dt,
+                    _ => Vec2::zeros(),
+                };
+                states.push(ImpState {
+                    position: now[k].into(),
+                    velocity: (moved + Vec2::from(point.noise)).into(),
+                });
+            }
+        }
+        states
+    }
+}
+
+/// Where a way (m) along an outline rounded by `radius` (m) leads: the nearest place of the outline, and the unit normal. The
+/// way begins at the first vertex, in the body's own direction of `angle` (rad).
+fn around(outline: &[Vec2], radius: f64, way: f64, angle: f64) -> (Vec2, Vec2) {
+    let n = outline.len();
+    let direction = |angle: f64| Vec2::new(angle.cos(), angle.sin());
+    if n == 1 {
+        return (outline[0], direction(angle + way / radius));
+    }
+    let edge = |i: usize| outline[(i + 1) % n] - outline[i % n];
+    let outwards = |i: usize| {
+        let e = edge(i).normalize();
+        Vec2::new(e.y, -e.x)
+    };
+    let turn = |i: usize| {
+        // At the end of edge i.
+        let (a, b) = (outwards(i), outwards(i + 1));
+        if n == 2 {
+            std::f64::consts::PI
+        } else {
+            (a.x * b.y - a.y * b.x).atan2(a.dot(&b))
+        }
+    };
+    let lengths: Vec<f64> = (0..n)
+        .flat_map(|i| [edge(i).norm(), radius * turn(i).max(0.0)])
+        .collect();
+    let mut left = way.rem_euclid(lengths.iter().sum());
+    for (k, length) in lengths.iter().enumerate() {
+        if left < *length || k + 1 == lengths.len() {
+            let i = k / 2;
+            if k % 2 == 0 {
+                return (outline[i] + edge(i).normalize() * left, outwards(i));
+            }
+            let normal = outwards(i);
+            let from = normal.y.atan2(normal.x);
+            return (outline[(i + 1) % n], direction(from + left / radius));
+        }
+        left -= length;
+    }
+    unreachable!("the last length ends the loop")
+}

@@ -1,0 +1,470 @@
+//! Random cases, within what a solver says that it takes. Sizes, stiffnesses and masses come from several orders of
+//! magnitude; the step follows from them by stability, and speeds from the step, so that nothing passes through anything.
+
+use fastrand::Rng;
+use interface::config::capability::Capabilities;
+use interface::config::surfaces::ContactPair;
+use interface::config::{
+    BodyConfig, BodyInertia, BodyShape, ContactLaw, DemConfig, GroupPair, Motion, OverlapMeasure,
+};
+
+use super::case::{Along, Case, Course, Epoch, Walker};
+
+/// What the numbers of a case have in common.
+struct Scale {
+    /// Typical contact radius in m.
+    radius: f64,
+    /// Typical stiffness in N/m.
+    stiffness: f64,
+    /// Typical mass in kg/m.
+    mass: f64,
+    /// Longest step in s.
+    dt: f64,
+}
+
+/// A generator of cases.
+struct Generator<'a> {
+    rng: Rng,
+    takes: &'a Capabilities,
+    scale: Scale,
+}
+
+/// The case of a seed, for a solver of bodies that says that it takes this.
+pub fn case(seed: u64, takes: &Capabilities) -> Case {
+    let mut rng = Rng::with_seed(seed);
+    let mut decades = |from: f64, to: f64| 10f64.powf(from + (to - from) * rng.f64());
+    let (radius, stiffness, mass) = (decades(-3.0, 0.0), decades(3.0, 7.0), decades(-1.0, 2.0));
+    // A body on a dozen stiff contacts, with a lever arm: omega dt stays well below 2.
+    let dt = decades(-2.0, -0.8) * (mass / (40.0 * stiffness)).sqrt();
+    let scale = Scale {
+        radius,
+        stiffness,
+        mass,
+        dt,
+    };
+    Generator { rng, takes, scale }.case()
+}
+
+impl Generator<'_> {
+    fn case(&mut self) -> Case {
+        let springs = !self.takes.has("feature:impulses");
+        let touching = springs && self.takes.meets("feature:body_contact") && self.often();
+        let bodies: Vec<BodyConfig> = match self.rng.u32(0..8) {
+            0 if self.takes.has("pairs") => Vec::new(),
+            k => self.bodies(1 + k as usize % 3, touching),
+        };
+        let laws = [0; 3].map(|_| self.law(true));
+        let between = self.law(false);
+        let mut config = DemConfig {
+            gravity: if self.often() {
+                [self.way(9.81), self.way(9.81)]
+            } else {
+                [0.0; 2]
+            },
+            bodies,
+            point_contact: laws[0],
+            body_contact: touching.then_some(between),
+            overlap: OverlapMeasure::EachEdge,
+            point_surfaces: vec![String::new(); 2],
+            skin: self.scale.radius * self.between(0.05, 0.5),
+            threads: 1,
+            ..DemConfig::default()
+        };
+        if self.takes.meets("feature:contact_pairs") && self.rarely() {
+            config.point_surfaces = vec!["rubber".into(), "sand".into()];
+            if let Some(body) = config.bodies.first_mut() {
+                body.surface = "steel".into();
+            }
+            let between = ["steel".into(), "rubber".into()];
+            let law = self.same_kind(laws[1], &config.point_contact);
+            config.contact_pairs.push(ContactPair { between, law });
+        }
+        if self.takes.has("pairs") && (config.bodies.is_empty() || self.rarely()) {
+            let law = laws[2];
+            config.group_pairs.push(GroupPair {
+                between: [0, 1],
+                law,
+            });
+        }
+        let epochs = self.epochs();
+        let steps = epochs.iter().flat_map(|e| &e.windows).sum();
+        let points = self.points(&config, steps);
+        Case {
+            config,
+            points,
+            epochs,
+        }
+    }
+
+    fn rarely(&mut self) -> bool {
+        self.rng.u32(0..4) == 0
+    }
+
+    fn often(&mut self) -> bool {
+        self.rng.bool()
+    }
+
+    fn between(&mut self, from: f64, to: f64) -> f64 {
+        from + (to - from) * self.rng.f64()
+    }
+
+    /// From minus `most` to `most`.
+    fn way(&mut self, most: f64) -> f64 {
+        self.between(-most, most)
+    }
+
+    /// About this large, within a factor of 3 either way.
+    fn about(&mut self, typical: f64) -> f64 {
+        typical * 3f64.powf(self.way(1.0))
+    }
+
+    /// One of those that the solver takes.
+    fn member(&mut self, of: &[&'static str]) -> Option<&'static str> {
+        let taken: Vec<&str> = of
+            .iter()
+            .copied()
+            .filter(|name| self.takes.meets(name))
+            .collect();
+        (!taken.is_empty()).then(|| taken[self.rng.usize(0..taken.len())])
+    }
+
+    fn law(&mut self, of_points: bool) -> ContactLaw {
+        let k = self.about(self.scale.stiffness);
+        let rubs = self.takes.meets("feature:friction") && self.rng.u32(0..3) > 0;
+        let damps = self.takes.meets("feature:damping") && self.rarely();
+        let sticks = self.takes.meets("feature:adhesion") && self.rarely();
+        let friction = if rubs { self.between(0.05, 1.2) } else { 0.0 };
+        let tangential_stiffness = if rubs {
+            k * self.between(0.1, 1.0)
+        } else {
+            0.0
+        };
+        let damping_ratio = if damps { self.between(0.01, 0.5) } else { 0.0 };
+        let other_mass =
+            of_points && damps && self.takes.meets("feature:damped_mass") && self.rarely();
+        let damped_mass = if other_mass {
+            self.about(self.scale.mass)
+        } else {
+            0.0
+        };
+        let adhesion = if sticks {
+            k * self.between(0.001, 0.02)
+        } else {
+            0.0
+        };
+        match self.member(&[
+            "law:linear",
+            "law:granular",
+            "law:hertz_mindlin",
+            "law:area",
+        ]) {
+            Some("law:granular") => ContactLaw::Granular {
+                normal_stiffness: k,
+                tangential_stiffness,
+                friction,
+                damping_ratio,
+                damped_mass,
+                adhesion,
+                rolling_friction: 0.0,
+            },
+            Some("law:hertz_mindlin") => ContactLaw::HertzMindlin {
+                hertz_constant: k / self.scale.radius.sqrt(),
+                poisson_ratio: self.between(0.0, 0.5),
+                friction,
+                restitution: if damps { self.between(0.3, 1.0) } else { 1.0 },
+                adhesion,
+            },
+            Some("law:area") => ContactLaw::Area {
+                area_stiffness: k / self.scale.radius,
+                tangential_stiffness,
+                friction,
+            },
+            _ => ContactLaw::Linear {
+                normal_stiffness: k,
+                tangential_stiffness,
+                friction,
+                damping_ratio,
+                damped_mass,
+            },
+        }
+    }
+
+    /// A law, or the other one where a solver takes only laws of one kind in a scene.
+    fn same_kind(&mut self, law: ContactLaw, other: &ContactLaw) -> ContactLaw {
+        let same = law.is_like(other);
+        if same || self.takes.meets("feature:mixed_kinds") {
+            law
+        } else {
+            *other
+        }
+    }
+
+    fn shape(&mut self) -> BodyShape {
+        let size = self.about(4.0 * self.scale.radius);
+        let shapes = [
+            "shape:disc",
+            "shape:segment",
+            "shape:rectangle",
+            "shape:polygon",
+            "shape:cluster",
+        ];
+        match self.member(&shapes) {
+            Some("shape:segment") => BodyShape::Segment {
+                ends: [[-size, 0.1 * size], [size, 0.0]],
+            },
+            Some("shape:rectangle") => BodyShape::Rectangle {
+                width: 2.0 * size,
+                height: self.between(0.5, 2.0) * size,
+            },
+            Some("shape:polygon") => {
+                // A star around the origin is simple; one in four has notches.
+                let n = self.rng.u32(3..8);
+                let low = if self.rarely() { 0.6 } else { 1.0 };
+                let vertex = |i: u32| {
+                    let angle = (f64::from(i) + self.between(0.0, 0.4)) * std::f64::consts::TAU
+                        / f64::from(n);
+                    let r = size * self.between(low, 1.0);
+                    [r * angle.cos(), r * angle.sin()]
+                };
+                BodyShape::Polygon {
+                    vertices: (0..n).map(vertex).collect(),
+                }
+            }
+            Some("shape:cluster") => BodyShape::Cluster {
+                centers: vec![[0.0; 2], [0.7 * size, 0.2 * size]],
+                radii: Vec::new(),
+            },
+            _ => BodyShape::Disc,
+        }
+    }
+
+    fn motion(&mut self) -> Motion {
+        let motions = [
+            "motion:free",
+            "motion:free",
+            "motion:fixed",
+            "motion:driven",
+            "motion:guided",
+            "motion:pushed",
+        ];
+        match self.member(&motions) {
+            Some("motion:free") => Motion::Free,
+            Some("motion:driven") => Motion::Driven,
+            Some("motion:guided") => Motion::Guided {
+                hold_x: self.often(),
+                hold_y: self.often(),
+                hold_angle: self.often(),
+            },
+            Some("motion:pushed") => {
+                let force = self.scale.stiffness * self.scale.radius * 0.1;
+                Motion::Pushed {
+                    force: [self.way(force), self.way(force)],
+                    torque: self.way(force * self.scale.radius),
+                    ramp: if self.often() {
+                        self.scale.dt * self.between(0.0, 40.0)
+                    } else {
+                        0.0
+                    },
+                    until: self
+                        .rarely()
+                        .then(|| self.scale.dt * self.between(5.0, 40.0)),
+                }
+            }
+            _ => Motion::Fixed,
+        }
+    }
+
+    /// Bodies in a row, so near to one another that a point between two touches both, or that they touch.
+    fn bodies(&mut self, count: usize, touching: bool) -> Vec<BodyConfig> {
+        let far = if self.rarely() {
+            1e4 * self.scale.radius
+        } else {
+            0.0
+        };
+        let (mut x, heading) = (0.0, self.between(0.0, std::f64::consts::TAU));
+        let mut bodies = Vec::new();
+        for k in 0..count {
+            let shape = self.shape();
+            let disc = matches!(shape, BodyShape::Disc | BodyShape::Cluster { .. });
+            let sphero_radius = match (&shape, self.rng.u32(0..4)) {
+                (BodyShape::Polygon { .. } | BodyShape::Rectangle { .. }, 0) => 0.0,
+                _ if disc => self.about(3.0 * self.scale.radius),
+                _ => self.about(0.5 * self.scale.radius),
+            };
+            let extent = shape
+                .vertices()
+                .iter()
+                .map(|[x, y]| x.hypot(*y))
+                .fold(0.0, f64::max)
+                + sphero_radius;
+            let widest = if touching { 0.3 } else { 1.5 };
+            let gap = self.scale.radius * self.between(-0.3, widest);
+            x += if k > 0 { extent + gap } else { 0.0 };
+            let motion = self.motion();
+            let moves = motion != Motion::Fixed && self.often();
+            let (shift, turn) = if moves {
+                (0.05 * self.scale.radius, 0.1)
+            } else {
+                (0.0, 0.0)
+            };
+            bodies.push(BodyConfig {
+                name: format!("body{k}"),
+                shape,
+                sphero_radius,
+                inertia: self.inertia(extent),
+                position: [far + x * heading.cos(), x * heading.sin()],
+                angle: self.way(3.0),
+                velocity: [
+                    self.way(shift) / self.scale.dt,
+                    self.way(shift) / self.scale.dt,
+                ],
+                spin: self.way(turn) / self.scale.dt,
+                motion,
+                surface: String::new(),
+            });
+            x += extent;
+        }
+        bodies
+    }
+
+    fn inertia(&mut self, extent: f64) -> BodyInertia {
+        let mass = self.about(self.scale.mass);
+        match self.member(&["inertia:mass", "inertia:density"]) {
+            Some("inertia:density") => BodyInertia::Density(mass / (extent * extent)),
+            _ => BodyInertia::Mass(mass),
+        }
+    }
+
+    fn epochs(&mut self) -> Vec<Epoch> {
+        let saves = self.takes.has("save") && self.rarely();
+        let count = self.rng.u32(1..7);
+        let mut epochs = Vec::new();
+        let mut dt = self.scale.dt * self.between(0.3, 1.0);
+        for k in 0..count {
+            let windows = (0..self.rng.u32(1..4))
+                .map(|_| self.rng.u32(1..9))
+                .collect();
+            epochs.push(Epoch {
+                dt,
+                windows,
+                outlines: k == 0 || self.often(),
+                frame: self.often() && self.takes.has("contacts"),
+                resumed: saves && k > 0 && self.often(),
+            });
+            // L-6: longer by a tenth at most; shorter at once.
+            dt = if self.often() {
+                dt
+            } else {
+                self.scale.dt.min(dt * self.between(0.4, 1.1))
+            };
+        }
+        let still = |epoch: &Epoch| Epoch {
+            dt: 0.0,
+            windows: vec![1],
+            outlines: true,
+            resumed: false,
+            ..epoch.clone()
+        };
+        if self.often() {
+            epochs.insert(0, still(&epochs[0]));
+        }
+        if self.often() {
+            epochs.push(still(&epochs[0]));
+        }
+        epochs
+    }
+
+    fn points(&mut self, config: &DemConfig, steps: u32) -> Vec<Walker> {
+        let count = match self.rng.u32(0..40) {
+            0 => 0,
+            1 => self.rng.u64(60..200),
+            _ => self.rng.u64(1..6),
+        };
+        let in_pairs = !config.group_pairs.is_empty();
+        // The set changes in a few steps, so that some points come, go and change their slots.
+        let changes: Vec<u32> = (0..self.rng.u32(0..3))
+            .map(|_| self.rng.u32(1..steps.max(2)))
+            .collect();
+        let mut id = 0;
+        let mut points: Vec<Walker> = Vec::new();
+        for k in 0..count as usize {
+            id += self.rng.u64(1..4);
+            let radius = self.scale.radius * self.between(0.6, 1.0);
+            let on_point = in_pairs && k > 0 && (config.bodies.is_empty() || self.often());
+            let along = if on_point {
+                Along::Point(self.rng.usize(0..k))
+            } else if config.bodies.is_empty() {
+                Along::Axis
+            } else {
+                Along::Body(self.rng.usize(0..config.bodies.len()))
+            };
+            let group = match along {
+                Along::Point(other) => 1 - points[other].group,
+                Along::Body(_) | Along::Axis => self.rng.u32(0..2),
+            };
+            let (way, overlap) = self.walk(radius, steps);
+            points.push(Walker {
+                id,
+                radius,
+                mass: self.about(self.scale.mass),
+                group,
+                along,
+                way,
+                overlap,
+                noise: if self.often() {
+                    [0.0; 2]
+                } else {
+                    [0; 2].map(|_| self.way(0.1 * radius / self.scale.dt))
+                },
+                present: self.presence(&changes, steps),
+            });
+        }
+        points
+    }
+
+    fn presence(&mut self, changes: &[u32], steps: u32) -> Vec<[u32; 2]> {
+        let mut edges: Vec<u32> = changes.iter().copied().filter(|_| self.rarely()).collect();
+        edges.sort_unstable();
+        edges.dedup();
+        match (edges[..].first(), edges.get(1), self.often()) {
+            (Some(&from), Some(&to), true) => vec![[0, from], [to, steps]],
+            (Some(&at), _, true) => vec![[0, at]],
+            (Some(&at), _, false) => vec![[at, steps]],
+            (None, ..) => vec![[0, steps]],
+        }
+    }
+
+    /// Where a point goes: way and overlap in m. It comes and goes, sticks, slides forth and back, and sinks in deep.
+    fn walk(&mut self, radius: f64, steps: u32) -> (Course, Course) {
+        let start = self.between(0.0, 20.0) * radius;
+        let overlap = self.overlap(radius);
+        let (mut way, mut overlaps) = (Course(vec![(0, start)]), Course(vec![(0, overlap)]));
+        let (mut step, mut at, mut deep) = (0, start, overlap);
+        while step < steps {
+            let go = self.rng.u32(2..12);
+            step += go;
+            let pace = match self.rng.u32(0..3) {
+                0 => 0.0,
+                1 => 0.003 * radius,
+                _ => 0.15 * radius,
+            };
+            at += f64::from(go) * self.way(pace);
+            let wanted = self.overlap(radius);
+            let change = 0.15 * radius * f64::from(go);
+            deep += (wanted - deep).clamp(-change, change);
+            way.0.push((step, at));
+            overlaps.0.push((step, deep));
+        }
+        (way, overlaps)
+    }
+
+    fn overlap(&mut self, radius: f64) -> f64 {
+        let share = match self.rng.u32(0..6) {
+            0 => self.between(-0.7, 0.0),
+            1 => self.between(0.0, 1e-3),
+            2 => self.between(0.3, 0.9),
+            _ => self.between(0.0, 0.3),
+        };
+        share * radius
+    }
+}

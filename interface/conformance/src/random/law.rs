@@ -1,0 +1,265 @@
+//! The contact laws of a configuration, as docs/physics.md ("The laws") defines them: what one contact exerts.
+
+use interface::config::{ContactLaw, ratio_of_restitution};
+
+/// What a law takes of the two that touch.
+#[derive(Debug, Clone, Copy)]
+pub struct Pair {
+    /// Reduced mass in kg/m.
+    pub mass: f64,
+    /// R* in m.
+    pub radius: f64,
+}
+
+/// A contact at `t_n`, along N and T.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Motion {
+    /// xi in m.
+    pub overlap: f64,
+    /// `u dt_before` in m.
+    pub moved: [f64; 2],
+    /// u in m/s.
+    pub velocity: [f64; 2],
+}
+
+/// What is remembered of a contact.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct History {
+    /// Force of the tangential spring along T in N/m.
+    pub spring: f64,
+    /// `k_t` at which it had that force, in N/m.
+    stiffness: f64,
+    /// Forces of the dashpots along N and T in N/m.
+    dashpots: [f64; 2],
+}
+
+/// What a contact exerts, on the side that N points to, and what it has dissipated over the last step.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Exerted {
+    /// Along N and T in N/m.
+    pub force: [f64; 2],
+    /// For the next step.
+    pub history: History,
+    /// In the springs, in J/m.
+    pub stored: f64,
+    /// By sliding, in J/m.
+    pub friction: f64,
+    /// By dashpots in J/m: least and most of what quadratures of the step give.
+    pub viscous: [f64; 2],
+    /// How much the force (N/m) changes for a change of all positions by a metre, and of all velocities by 1 m/s.
+    pub sensitivity: [f64; 2],
+}
+
+/// Numbers of a law for one pair.
+#[derive(Debug, Clone, Copy)]
+pub struct Law<'a> {
+    /// The law.
+    pub law: &'a ContactLaw,
+    /// The two that touch.
+    pub pair: Pair,
+}
+
+impl Law<'_> {
+    /// `k_n` in N/m at an overlap (m).
+    pub fn normal_stiffness(&self, overlap: f64) -> f64 {
+        let xi = overlap.max(0.0);
+        match *self.law {
+            ContactLaw::Linear {
+                normal_stiffness, ..
+            }
+            | ContactLaw::Granular {
+                normal_stiffness, ..
+            } => normal_stiffness,
+            ContactLaw::HertzMindlin { hertz_constant, .. } => 1.5 * hertz_constant * xi.sqrt(),
+            ContactLaw::Area { area_stiffness, .. } => {
+                let xi = xi.min(self.pair.radius);
+                2.0 * area_stiffness * (xi * (2.0 * self.pair.radius - xi)).sqrt()
+            }
+        }
+    }
+
+    /// Whether the stiffness is the same at every overlap.
+    pub fn is_linear(&self) -> bool {
+        matches!(
+            self.law,
+            ContactLaw::Linear { .. } | ContactLaw::Granular { .. }
+        )
+    }
+
+    /// `k_t` in N/m where `k_n` is this (N/m).
+    pub fn tangential_stiffness(&self, k_n: f64) -> f64 {
+        match *self.law {
+            _ if self.friction() == 0.0 => 0.0,
+            ContactLaw::Linear {
+                tangential_stiffness,
+                ..
+            }
+            | ContactLaw::Granular {
+                tangential_stiffness,
+                ..
+            }
+            | ContactLaw::Area {
+                tangential_stiffness,
+                ..
+            } => tangential_stiffness,
+            ContactLaw::HertzMindlin { poisson_ratio, .. } => {
+                k_n * 2.0 * (1.0 - poisson_ratio) / (2.0 - poisson_ratio)
+            }
+        }
+    }
+
+    fn friction(&self) -> f64 {
+        match *self.law {
+            ContactLaw::Linear { friction, .. }
+            | ContactLaw::Granular { friction, .. }
+            | ContactLaw::HertzMindlin { friction, .. }
+            | ContactLaw::Area { friction, .. } => friction,
+        }
+    }
+
+    /// Force of the normal spring in N/m, and its energy in J/m.
+    fn spring(&self, xi: f64) -> (f64, f64) {
+        match *self.law {
+            ContactLaw::Linear {
+                normal_stiffness: k,
+                ..
+            }
+            | ContactLaw::Granular {
+                normal_stiffness: k,
+                ..
+            } => (k * xi, 0.5 * k * xi * xi),
+            ContactLaw::HertzMindlin {
+                hertz_constant: k, ..
+            } => (k * xi.powf(1.5), 0.4 * k * xi.powf(2.5)),
+            ContactLaw::Area {
+                area_stiffness: k, ..
+            } => {
+                // The segment of height xi of a disc of radius R*, at most all of it, and its integral over xi.
+                let r = self.pair.radius;
+                let height = xi.min(2.0 * r);
+                let chord = (height * (2.0 * r - height)).sqrt();
+                let area = r * r * chord.atan2(r - height) - (r - height) * chord;
+                let within = 2.0 / 3.0 * chord.powi(3) + (height - r) * area;
+                (k * area, k * (within + area * (xi - height)))
+            }
+        }
+    }
+
+    /// Adhesion in N/m at an overlap (m), and its energy in J/m.
+    fn pull(&self, xi: f64) -> (f64, f64) {
+        let adhesion = match *self.law {
+            ContactLaw::Granular { adhesion, .. } | ContactLaw::HertzMindlin { adhesion, .. } => {
+                adhesion
+            }
+            _ => 0.0,
+        };
+        let force = adhesion * 2.0 * (2.0 * self.pair.radius * xi).sqrt();
+        (force, 2.0 / 3.0 * force * xi)
+    }
+
+    /// c along N and T in N s/m, where the stiffnesses (N/m) are these.
+    pub fn dashpots(&self, stiffness: [f64; 2]) -> [f64; 2] {
+        let (factor, mass) = match *self.law {
+            ContactLaw::Linear {
+                damping_ratio,
+                damped_mass,
+                ..
+            }
+            | ContactLaw::Granular {
+                damping_ratio,
+                damped_mass,
+                ..
+            } => {
+                let other = damped_mass > 0.0;
+                (
+                    damping_ratio,
+                    if other { damped_mass } else { self.pair.mass },
+                )
+            }
+            ContactLaw::HertzMindlin { restitution, .. } => {
+                let ratio = ratio_of_restitution(restitution);
+                ((5.0_f64 / 6.0).sqrt() * ratio, self.pair.mass)
+            }
+            ContactLaw::Area { .. } => (0.0, 0.0),
+        };
+        stiffness.map(|k| 2.0 * factor * (k * mass).sqrt())
+    }
+
+    /// Damping ratio of the contact.
+    pub fn damping_ratio(&self) -> f64 {
+        match *self.law {
+            ContactLaw::Linear { damping_ratio, .. }
+            | ContactLaw::Granular { damping_ratio, .. } => damping_ratio,
+            ContactLaw::HertzMindlin { restitution, .. } => ratio_of_restitution(restitution),
+            ContactLaw::Area { .. } => 0.0,
+        }
+    }
+
+    /// The contact at `t_n`, given its history.
+    pub fn exert(&self, motion: &Motion, before: &History) -> Exerted {
+        if motion.overlap <= 0.0 {
+            return self.opened(motion, before);
+        }
+        let xi = motion.overlap;
+        let k_n = self.normal_stiffness(xi);
+        let k_t = self.tangential_stiffness(k_n);
+        let c = self.dashpots([k_n, k_t]);
+        let ((spring, stored), (pull, pulled)) = (self.spring(xi), self.pull(xi));
+        // F_n = max(0, spring - c_n u_N), less the pull.
+        let pressing = (spring - c[0] * motion.velocity[0]).max(0.0);
+        // The tangential spring, which gives way where the contact unloads, then Coulomb's limit.
+        let limit = self.friction() * pressing;
+        let kept = if k_t < before.stiffness {
+            k_t / before.stiffness
+        } else {
+            1.0
+        };
+        let tangential = (before.spring * kept - k_t * motion.moved[1]).clamp(-limit, limit);
+        let dragged = (tangential - c[1] * motion.velocity[1]).clamp(-limit, limit);
+        let history = History {
+            spring: tangential,
+            stiffness: k_t,
+            dashpots: [pressing - spring, dragged - tangential],
+        };
+        let work = -0.5 * (before.spring + tangential) * motion.moved[1];
+        let steep = if xi > 0.0 { 0.5 * pull / xi } else { 0.0 };
+        Exerted {
+            force: [pressing - pull, dragged],
+            history,
+            stored: stored - pulled + energy(&history),
+            friction: work - (energy(&history) - energy(before)),
+            viscous: viscous(before.dashpots, history.dashpots, motion.moved),
+            sensitivity: [k_n + k_t + steep, c[0] + c[1]],
+        }
+    }
+
+    /// A contact that is not, or no more: its spring is forgotten.
+    fn opened(&self, motion: &Motion, before: &History) -> Exerted {
+        let sliding = -0.5 * before.spring * motion.moved[1];
+        let [least, most] = viscous(before.dashpots, [0.0; 2], motion.moved);
+        Exerted {
+            friction: sliding + energy(before),
+            viscous: [least.min(0.0), most.max(0.0)],
+            ..Exerted::default()
+        }
+    }
+}
+
+/// In a tangential spring, in J/m.
+fn energy(history: &History) -> f64 {
+    if history.stiffness > 0.0 {
+        0.5 * history.spring * history.spring / history.stiffness
+    } else {
+        0.0
+    }
+}
+
+/// Least and most work of dashpots, whose forces (N/m) were and are these, on the way `moved` (m).
+fn viscous(before: [f64; 2], now: [f64; 2], moved: [f64; 2]) -> [f64; 2] {
+    let work = |i: usize| [-before[i] * moved[i], -now[i] * moved[i]];
+    let (n, t) = (work(0), work(1));
+    [
+        n[0].min(n[1]) + t[0].min(t[1]),
+        n[0].max(n[1]) + t[0].max(t[1]),
+    ]
+}

@@ -1,0 +1,847 @@
+//! The oracle of the bodies' side: what PROTOCOL.md and docs/physics.md say of a step, term by term, without lists, trees
+//! or chunks. It shares with the built-in solver the configuration's types and the mass properties of a shape.
+
+use std::collections::BTreeMap;
+
+use interface::Vec2;
+use interface::config::{BodyConfig, BodyShape, ContactLaw, DemConfig, Motion as Drive};
+use interface::message::wire::{BodyState, ImpInfo, ImpState, Ledger};
+use interface::step::Step;
+use mechanics::mass::{cross, swept, union_of_discs};
+use mechanics::outline::{nearest, nearest_on_edge};
+
+use super::law::{History, Law, Motion, Pair};
+
+/// Distances (m) below this share of a point's radius are not told apart: rounding, and its growth over a run.
+pub const BLUR: f64 = 1e-8;
+
+/// A body at `t_n`, with the velocities of `t_{n-1/2}`.
+#[derive(Debug, Clone)]
+pub struct Body {
+    /// In kg/m.
+    pub mass: f64,
+    /// In kg m.
+    pub inertia: f64,
+    drive: Drive,
+    surface: String,
+    /// Vertices from the centre of mass at an angle of 0, in m.
+    vertices: Vec<Vec2>,
+    /// Sphero-radius of each vertex in m.
+    radii: Vec<f64>,
+    /// A cluster: every vertex is a disc of its own.
+    cluster: bool,
+    /// Centre of mass in m.
+    pub center: Vec2,
+    /// In rad.
+    pub angle: f64,
+    /// In m/s.
+    pub velocity: Vec2,
+    /// In rad/s.
+    pub spin: f64,
+    /// Translation (m) and rotation (rad) of the last drift.
+    last: (Vec2, f64),
+}
+
+fn turned(v: Vec2, angle: f64) -> Vec2 {
+    let (s, c) = angle.sin_cos();
+    Vec2::new(c * v.x - s * v.y, s * v.x + c * v.y)
+}
+
+fn left(v: Vec2) -> Vec2 {
+    Vec2::new(-v.y, v.x)
+}
+
+impl Body {
+    fn new(config: &BodyConfig) -> Self {
+        let mut vertices: Vec<Vec2> = config.shape.vertices().iter().map(|&v| v.into()).collect();
+        let first = vertices[0];
+        let corner = |w: &[Vec2]| cross(w[0] - first, w[1] - first);
+        let cluster = matches!(config.shape, BodyShape::Cluster { .. });
+        if !cluster && vertices.windows(2).map(corner).sum::<f64>() < 0.0 {
+            vertices.reverse();
+        }
+        let mut radii = vec![config.sphero_radius; vertices.len()];
+        if let BodyShape::Cluster { radii: own, .. } = &config.shape
+            && !own.is_empty()
+        {
+            radii.clone_from(own);
+        }
+        let moments = if cluster {
+            union_of_discs(&vertices, &radii)
+        } else {
+            swept(&vertices, config.sphero_radius)
+        };
+        let (mass, inertia) = moments.mass(config.inertia);
+        Self {
+            mass,
+            inertia,
+            drive: config.motion,
+            surface: config.surface.clone(),
+            vertices: vertices.iter().map(|v| v - moments.centroid).collect(),
+            radii,
+            cluster,
+            center: Vec2::from(config.position) + turned(moments.centroid, config.angle),
+            angle: config.angle,
+            velocity: config.velocity.into(),
+            spin: config.spin,
+            last: (Vec2::zeros(), 0.0),
+        }
+    }
+
+    /// The outline in m.
+    pub fn outline(&self) -> Vec<Vec2> {
+        let at = |v: &Vec2| self.center + turned(*v, self.angle);
+        self.vertices.iter().map(at).collect()
+    }
+
+    /// The outlines that a point touches one by one, each with its sphero-radius: one, or the discs of a cluster.
+    pub fn parts(&self) -> Vec<(Vec<Vec2>, f64)> {
+        let outline = self.outline();
+        if self.cluster {
+            let discs = outline.into_iter().zip(&self.radii);
+            discs.map(|(v, a)| (vec![v], *a)).collect()
+        } else {
+            vec![(outline, self.radii[0])]
+        }
+    }
+
+    fn yields(&self) -> [f64; 3] {
+        self.drive.yielding()
+    }
+
+    /// `1/m` and `1/I`, 0 in directions in which forces do not move it.
+    fn mobility(&self) -> ([f64; 2], f64) {
+        let [x, y, turn] = self.yields();
+        ([x / self.mass, y / self.mass], turn / self.inertia)
+    }
+
+    /// Displacement in m, in the last drift, of the material that is now at `r` (m) from the centre of mass.
+    pub fn moved(&self, r: Vec2) -> Vec2 {
+        self.last.0 + r - turned(r, -self.last.1)
+    }
+
+    /// Velocity in m/s at `r` (m) from the centre of mass.
+    fn velocity_at(&self, r: Vec2) -> Vec2 {
+        self.velocity + left(r) * self.spin
+    }
+
+    /// The fastest point of the surface in m/s.
+    pub fn speed(&self) -> f64 {
+        let corners = self.vertices.iter().zip(&self.radii);
+        let speed = |(v, a): (&Vec2, &f64)| {
+            self.velocity_at(turned(*v, self.angle)).norm() + a * self.spin.abs()
+        };
+        corners.map(speed).fold(0.0, f64::max)
+    }
+
+    /// Displacement in m of the point of the surface that has gone farthest since `then`, as far as 16 directions around
+    /// every vertex show it.
+    fn gone_since(&self, (center, angle): (Vec2, f64)) -> f64 {
+        let mut gone = 0.0_f64;
+        for (v, a) in self.vertices.iter().zip(&self.radii) {
+            for k in 0..16 {
+                let way = f64::from(k) * std::f64::consts::TAU / 16.0;
+                let at = v + Vec2::new(way.cos(), way.sin()) * *a;
+                let now = self.center + turned(at, self.angle);
+                // Less what rounding makes of a body that does not move.
+                let rounding = 1e-14 * (now.norm() + at.norm());
+                gone = gone.max((now - center - turned(at, angle)).norm() - rounding);
+            }
+        }
+        gone
+    }
+}
+
+/// Who touch: a body and a point (part of the body, id), two bodies, or two points.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Who {
+    /// Id of the point, body, part of the body.
+    Point(u64, usize, usize),
+    /// The owner of the vertex and its vertex, the owner of the edge and its edge.
+    Bodies(usize, usize, usize, usize),
+    /// Ids of the two points.
+    Points(u64, u64),
+}
+
+/// A contact of a step.
+#[derive(Debug, Clone, Copy)]
+pub struct Touch {
+    /// Who.
+    pub who: Who,
+    /// In m; negative: a gap.
+    pub overlap: f64,
+    /// Where, in m.
+    pub at: Vec2,
+    /// On the point, the first point, or the owner of the vertex, in N/m.
+    pub force: Vec2,
+    /// Displacement over the last step of one side relative to the other, in m.
+    pub moved: f64,
+    /// How far the force may be off by rounding, in N/m.
+    pub blur: f64,
+}
+
+/// What a point feels.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct OnPoint {
+    /// In N/m.
+    pub force: Vec2,
+    /// Least stiffness that may be said, in N/m, and whether it is the only one.
+    pub stiffness: f64,
+    /// Whether every law that counts has a constant stiffness.
+    pub exact: bool,
+    /// How far the force may be off by rounding, in N/m.
+    pub blur: f64,
+    /// Whether any overlap is positive.
+    pub touched: bool,
+    /// Whether a contact is at the edge of reach, so that its stiffness may count or not.
+    pub at_the_edge: bool,
+}
+
+/// Force, torque and number of contacts on a body.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct OnBody {
+    /// Of points, in N/m and N.
+    pub points: (Vec2, f64),
+    /// Of bodies.
+    pub bodies: (Vec2, f64),
+    /// Points that press.
+    pub contacts: u64,
+    /// `sum k (1/m + (r x n)^2 / I)` in 1/s^2, L-2.
+    pub rate: f64,
+    /// How far a force may be off by rounding, in N/m.
+    pub blur: f64,
+}
+
+/// What a solver shall answer to the states of a step.
+#[derive(Debug, Clone, Default)]
+pub struct Expected {
+    /// Point by point.
+    pub points: Vec<OnPoint>,
+    /// Body by body.
+    pub loads: Vec<OnBody>,
+    /// Everything that touches.
+    pub touches: Vec<Touch>,
+    /// What is exactly at the edge between two answers, so that rounding decides: nothing can be compared from here on.
+    pub doubtful: Option<&'static str>,
+    /// Largest squared frequency in 1/s^2 that the bodies have by contact with one another, at least.
+    pub own_omega_sq: f64,
+    /// Largest damping ratio of a contact in reach.
+    pub damping: f64,
+    /// Fastest point of a surface at `t_{n+1/2}`, in m/s.
+    pub speed: f64,
+    /// Displacement of the fastest surface since the last envelopes at `t_{n+1}`, in m; `None` before the first.
+    pub travel: Option<f64>,
+    /// The ledger as measured in this step; of `viscous_work` the least, [`Expected::viscous_most`] has the most.
+    pub ledger: Ledger,
+    /// In J/m.
+    pub viscous_most: f64,
+    /// The bodies as measured in this step.
+    pub bodies: Vec<BodyState>,
+}
+
+/// The bodies and what they remember.
+#[derive(Debug, Clone)]
+pub struct Oracle {
+    config: DemConfig,
+    /// At `t_n`.
+    pub bodies: Vec<Body>,
+    history: BTreeMap<Who, History>,
+    /// Position in m of each point one step before.
+    previous: BTreeMap<u64, Vec2>,
+    /// Poses at the last envelopes.
+    published: Option<Vec<(Vec2, f64)>>,
+    friction: f64,
+    viscous: [f64; 2],
+    driven: f64,
+    applied: Vec2,
+    contact: Vec2,
+}
+
+/// What a step adds up while it looks at contacts.
+struct Sums {
+    expected: Expected,
+    history: BTreeMap<Who, History>,
+    stored: f64,
+    friction: f64,
+    viscous: [f64; 2],
+}
+
+/// Two that may touch in a step.
+struct Near<'a> {
+    who: Who,
+    law: Law<'a>,
+    motion: Motion,
+    normal: Vec2,
+    at: Vec2,
+    /// Below this (m) nothing is told apart.
+    blur: f64,
+    /// How much the normal turns (rad) by a shift of a metre.
+    curvature: f64,
+}
+
+impl Oracle {
+    /// Bodies at their start.
+    pub fn new(config: &DemConfig) -> Self {
+        Self {
+            config: config.clone(),
+            bodies: config.bodies.iter().map(Body::new).collect(),
+            history: BTreeMap::new(),
+            previous: BTreeMap::new(),
+            published: None,
+            friction: 0.0,
+            viscous: [0.0; 2],
+            driven: 0.0,
+            applied: Vec2::zeros(),
+            contact: Vec2::zeros(),
+        }
+    }
+
+    /// The law between two that carry these surfaces, where `common` holds for all others.
+    fn law<'a>(&'a self, surfaces: [&str; 2], common: &'a ContactLaw) -> &'a ContactLaw {
+        let [a, b] = surfaces;
+        let pairs = self.config.contact_pairs.iter();
+        let mut pairs = pairs.filter(|_| !a.is_empty() && !b.is_empty());
+        let found = pairs.find(|pair| {
+            let [p, q] = [pair.between[0].as_str(), pair.between[1].as_str()];
+            [p, q] == [a, b] || [q, p] == [a, b]
+        });
+        found.map_or(common, |pair| &pair.law)
+    }
+
+    /// The outlines have been asked for.
+    pub fn publish(&mut self) {
+        let poses = self.bodies.iter().map(|b| (b.center, b.angle));
+        self.published = Some(poses.collect());
+    }
+
+    /// Computes a step and takes it.
+    pub fn step(&mut self, step: &Step, set: &[ImpInfo], states: &[ImpState]) -> Expected {
+        let mut sums = Sums {
+            expected: Expected {
+                points: vec![
+                    OnPoint {
+                        exact: true,
+                        ..OnPoint::default()
+                    };
+                    set.len()
+                ],
+                loads: vec![OnBody::default(); self.bodies.len()],
+                ..Expected::default()
+            },
+            history: BTreeMap::new(),
+            stored: 0.0,
+            friction: 0.0,
+            viscous: [0.0; 2],
+        };
+        self.points_and_bodies(step, set, states, &mut sums);
+        self.pairs_of_points(step, set, states, &mut sums);
+        self.bodies_and_bodies(step, &mut sums);
+        self.kick(step, &mut sums);
+        let expected = sums.expected;
+        if step.dt_before > 0.0 || step.dt > 0.0 {
+            self.history = sums.history;
+            self.previous = set
+                .iter()
+                .map(|i| i.id)
+                .zip(states.iter().map(|s| s.position.into()))
+                .collect();
+            for body in &mut self.bodies {
+                body.last = (body.velocity * step.dt, body.spin * step.dt);
+                body.center += body.last.0;
+                body.angle += body.last.1;
+            }
+        }
+        let mut expected = expected;
+        let poses = self.published.as_ref();
+        expected.travel = poses.map(|poses| {
+            let gone = self
+                .bodies
+                .iter()
+                .zip(poses)
+                .map(|(b, then)| b.gone_since(*then));
+            gone.fold(0.0, f64::max)
+        });
+        expected
+    }
+
+    /// Section 7: one contact for each point and body, or disc of a cluster.
+    fn points_and_bodies(
+        &self,
+        step: &Step,
+        set: &[ImpInfo],
+        states: &[ImpState],
+        sums: &mut Sums,
+    ) {
+        for (slot, (info, state)) in set.iter().zip(states).enumerate() {
+            let x = Vec2::from(state.position);
+            let was = self.previous.get(&info.id);
+            for (b, body) in self.bodies.iter().enumerate() {
+                for (part, (outline, a)) in body.parts().iter().enumerate() {
+                    let near = nearest(outline, x);
+                    let overlap = a + info.radius - near.distance;
+                    if overlap < -2.0 * info.radius {
+                        continue;
+                    }
+                    let blur = BLUR * info.radius;
+                    if has_two_normals(outline, x, near.distance, blur) && overlap > -blur {
+                        sums.expected.doubtful = Some("a point as near to one edge as to another");
+                    }
+                    let away = x - near.point;
+                    let normal = away / (near.distance.signum() * away.norm());
+                    let at = x - normal * (info.radius - 0.5 * overlap);
+                    let r = at - body.center;
+                    let moved = match was {
+                        Some(was) if step.dt_before > 0.0 => x - was - body.moved(r),
+                        _ => Vec2::zeros(),
+                    };
+                    let velocity = if step.dt_before > 0.0 {
+                        moved / step.dt_before
+                    } else {
+                        Vec2::from(state.velocity) - body.velocity_at(r)
+                    };
+                    let radius = if *a > 0.0 {
+                        a * info.radius / (a + info.radius)
+                    } else {
+                        info.radius
+                    };
+                    let [ix, iy] = body.mobility().0;
+                    let point = self
+                        .config
+                        .point_surfaces
+                        .get(info.group as usize)
+                        .map_or("", String::as_str);
+                    let near = Near {
+                        who: Who::Point(info.id, b, part),
+                        law: Law {
+                            law: self.law([point, &body.surface], &self.config.point_contact),
+                            pair: Pair {
+                                mass: 1.0 / (1.0 / info.mass + ix.max(iy)),
+                                radius,
+                            },
+                        },
+                        motion: Motion {
+                            overlap,
+                            moved: along(moved, normal),
+                            velocity: along(velocity, normal),
+                        },
+                        normal,
+                        at,
+                        blur,
+                        curvature: 1.0 / near.distance.abs().max(blur),
+                    };
+                    let touch = self.touch(&near, step, sums);
+                    let point = &mut sums.expected.points[slot];
+                    point.force += touch.force;
+                    point.blur += touch.blur;
+                    point.touched |= overlap > 0.0;
+                    let load = &mut sums.expected.loads[b];
+                    load.points.0 -= touch.force;
+                    load.points.1 -= cross(r, touch.force);
+                    load.contacts += u64::from(overlap > 0.0);
+                    load.blur += touch.blur;
+                    // F-6 and L-2 count what is within half a radius.
+                    let gap = overlap + 0.5 * info.radius;
+                    point.at_the_edge |= gap.abs() <= blur;
+                    if gap > 0.0 {
+                        let k_n = near.law.normal_stiffness(overlap);
+                        let k_t = near.law.tangential_stiffness(k_n);
+                        point.stiffness += k_n;
+                        point.exact &= near.law.is_linear();
+                        let (lightness, turns) = body.mobility();
+                        let light = lightness[0].max(lightness[1]);
+                        let (n, t) = (cross(r, normal), cross(r, left(normal)));
+                        load.rate += k_n * (light + n * n * turns) + k_t * (light + t * t * turns);
+                        sums.expected.damping = sums.expected.damping.max(near.law.damping_ratio());
+                    }
+                }
+            }
+        }
+    }
+
+    /// Section 7: the points of two groups that touch.
+    fn pairs_of_points(&self, step: &Step, set: &[ImpInfo], states: &[ImpState], sums: &mut Sums) {
+        for p in 0..set.len() {
+            for q in 0..p {
+                // The first point of a pair is the one in the lower slot; N goes to it.
+                let (first, second) = (&set[q], &set[p]);
+                let groups = [first.group as usize, second.group as usize];
+                let touching = self.config.group_pairs.iter().find(|pair| {
+                    let [a, b] = pair.between;
+                    [a, b] == groups || [b, a] == groups
+                });
+                let Some(touching) = touching else { continue };
+                let at = |slot: usize| Vec2::from(states[slot].position);
+                let (away, reach) = (at(q) - at(p), first.radius + second.radius);
+                let overlap = reach - away.norm();
+                let least = first.radius.min(second.radius);
+                if overlap < -2.0 * least {
+                    continue;
+                }
+                let normal = away.normalize();
+                let was = [first, second].map(|i| self.previous.get(&i.id));
+                let moved = match was {
+                    [Some(a), Some(b)] if step.dt_before > 0.0 => (at(q) - a) - (at(p) - b),
+                    _ => Vec2::zeros(),
+                };
+                let velocity = if step.dt_before > 0.0 {
+                    moved / step.dt_before
+                } else {
+                    Vec2::from(states[q].velocity) - Vec2::from(states[p].velocity)
+                };
+                let near = Near {
+                    who: Who::Points(first.id, second.id),
+                    law: Law {
+                        law: &touching.law,
+                        pair: Pair {
+                            mass: 1.0 / (1.0 / first.mass + 1.0 / second.mass),
+                            radius: first.radius * second.radius / reach,
+                        },
+                    },
+                    motion: Motion {
+                        overlap,
+                        moved: along(moved, normal),
+                        velocity: along(velocity, normal),
+                    },
+                    normal,
+                    at: at(q) - normal * (first.radius - 0.5 * overlap),
+                    blur: BLUR * least,
+                    curvature: 1.0 / away.norm(),
+                };
+                let touch = self.touch(&near, step, sums);
+                let k_n = near.law.normal_stiffness(overlap);
+                let k = 2.0 * k_n.max(near.law.tangential_stiffness(k_n));
+                for (slot, sign) in [(q, 1.0), (p, -1.0)] {
+                    let point = &mut sums.expected.points[slot];
+                    point.force += touch.force * sign;
+                    point.blur += touch.blur;
+                    point.touched |= overlap > 0.0;
+                    let gap = overlap + 0.5 * least;
+                    point.at_the_edge |= gap.abs() <= near.blur;
+                    if gap > 0.0 {
+                        point.stiffness += k;
+                        point.exact &= near.law.is_linear();
+                        sums.expected.damping = sums.expected.damping.max(near.law.damping_ratio());
+                    }
+                }
+            }
+        }
+    }
+
+    /// Jiang 2020 eq. 39 read literally: every vertex at every edge, both ways. Two discs count once.
+    fn bodies_and_bodies(&self, step: &Step, sums: &mut Sums) {
+        let Some(common) = &self.config.body_contact else {
+            return;
+        };
+        let mut springs = Vec::new();
+        for (i, one) in self.bodies.iter().enumerate() {
+            for (j, other) in self.bodies.iter().enumerate() {
+                let free = |b: &Body| b.yields() != [0.0; 3];
+                if i == j || !(free(one) || free(other)) {
+                    continue;
+                }
+                let (vertices, edges) = (one.outline(), other.outline());
+                let n = if other.cluster { 1 } else { edges.len() };
+                let discs = |b: &Body| b.cluster || b.vertices.len() == 1;
+                if discs(one) && discs(other) && i > j || discs(other) && !discs(one) {
+                    continue;
+                }
+                for (v, x) in vertices.iter().enumerate() {
+                    let count = match edges.len() {
+                        _ if discs(other) => edges.len(),
+                        2 => 1,
+                        n => n,
+                    };
+                    for e in 0..count {
+                        let y = if discs(other) {
+                            edges[e]
+                        } else {
+                            nearest_on_edge(edges[e], edges[(e + 1) % n], *x, 0, 1).0
+                        };
+                        let (a, b) = (one.radii[v], other.radii[e]);
+                        let away = x - y;
+                        let overlap = a + b - away.norm();
+                        let blur = BLUR * (a + b);
+                        if overlap < -blur - 0.5 * (a + b) {
+                            continue;
+                        }
+                        let normal = away.normalize();
+                        let at = x - normal * (a - 0.5 * overlap);
+                        let (r, s) = (at - one.center, at - other.center);
+                        let moved = if step.dt_before > 0.0 {
+                            one.moved(r) - other.moved(s)
+                        } else {
+                            Vec2::zeros()
+                        };
+                        let velocity = if step.dt_before > 0.0 {
+                            moved / step.dt_before
+                        } else {
+                            one.velocity_at(r) - other.velocity_at(s)
+                        };
+                        let light = |b: &Body| b.mobility().0[0].max(b.mobility().0[1]);
+                        let near = Near {
+                            who: Who::Bodies(i, v, j, e),
+                            law: Law {
+                                law: self.law([&one.surface, &other.surface], common),
+                                pair: Pair {
+                                    mass: if light(one) + light(other) > 0.0 {
+                                        1.0 / (light(one) + light(other))
+                                    } else {
+                                        0.0
+                                    },
+                                    radius: if a > 0.0 && b > 0.0 {
+                                        a * b / (a + b)
+                                    } else {
+                                        0.0
+                                    },
+                                },
+                            },
+                            motion: Motion {
+                                overlap,
+                                moved: along(moved, normal),
+                                velocity: along(velocity, normal),
+                            },
+                            normal,
+                            at,
+                            blur,
+                            curvature: 1.0 / away.norm(),
+                        };
+                        let touch = self.touch(&near, step, sums);
+                        for (b, sign, r) in [(i, 1.0, r), (j, -1.0, s)] {
+                            let load = &mut sums.expected.loads[b];
+                            load.bodies.0 += touch.force * sign;
+                            load.bodies.1 += cross(r, touch.force) * sign;
+                            load.blur += touch.blur;
+                        }
+                        if overlap > 0.0 {
+                            let k_n = near.law.normal_stiffness(overlap);
+                            springs.push((i, r, j, s, normal, k_n));
+                            sums.expected.damping =
+                                sums.expected.damping.max(near.law.damping_ratio());
+                        }
+                    }
+                }
+            }
+        }
+        sums.expected.own_omega_sq = self.frequency(&springs);
+    }
+
+    /// The largest squared frequency in 1/s^2 of the bodies on their normal springs: a Rayleigh quotient, so never above it.
+    fn frequency(&self, springs: &[(usize, Vec2, usize, Vec2, Vec2, f64)]) -> f64 {
+        // Unknowns are sqrt(m) u, sqrt(m) v, sqrt(I) theta of each body, begun with what presses one spring.
+        let roots: Vec<[f64; 3]> = (self.bodies.iter())
+            .map(|b| {
+                let ([x, y], turn) = b.mobility();
+                [x.sqrt(), y.sqrt(), turn.sqrt()]
+            })
+            .collect();
+        let row = |&(i, r, j, s, n, _): &(usize, Vec2, usize, Vec2, Vec2, f64)| {
+            let of = |b: usize, r: Vec2, sign: f64| {
+                let [x, y, turn] = roots[b];
+                [sign * n.x * x, sign * n.y * y, sign * cross(r, n) * turn]
+            };
+            [(i, of(i, r, 1.0)), (j, of(j, s, -1.0))]
+        };
+        let rows: Vec<_> = springs.iter().map(row).collect();
+        let dot = |row: &[(usize, [f64; 3]); 2], q: &[[f64; 3]]| -> f64 {
+            row.iter()
+                .map(|(b, w)| (0..3).map(|k| w[k] * q[*b][k]).sum::<f64>())
+                .sum()
+        };
+        let mut best = 0.0_f64;
+        for start in &rows {
+            let mut q = vec![[0.0; 3]; self.bodies.len()];
+            for (b, w) in start {
+                q[*b] = *w;
+            }
+            for _ in 0..40 {
+                let norm = q.iter().flatten().map(|x| x * x).sum::<f64>().sqrt();
+                if norm == 0.0 {
+                    break;
+                }
+                q.iter_mut().flatten().for_each(|x| *x /= norm);
+                let mut next = vec![[0.0; 3]; self.bodies.len()];
+                let mut quotient = 0.0;
+                for (row, spring) in rows.iter().zip(springs) {
+                    let stretch = dot(row, &q);
+                    quotient += spring.5 * stretch * stretch;
+                    for (b, w) in row {
+                        for k in 0..3 {
+                            next[*b][k] += spring.5 * stretch * w[k];
+                        }
+                    }
+                }
+                best = best.max(quotient);
+                q = next;
+            }
+        }
+        best
+    }
+
+    /// What a contact exerts, booked.
+    fn touch(&self, near: &Near, step: &Step, sums: &mut Sums) -> Touch {
+        let before = self.history.get(&near.who).copied().unwrap_or_default();
+        let exerted = near.law.exert(&near.motion, &before);
+        let [f_n, f_t] = exerted.force;
+        let [by_place, by_speed] = exerted.sensitivity;
+        let per_dt = if step.dt_before > 0.0 {
+            1.0 / step.dt_before
+        } else {
+            0.0
+        };
+        let force = near.normal * f_n + left(near.normal) * f_t;
+        let blur = near.blur * (by_place + by_speed * per_dt + near.curvature * force.norm());
+        // Where contact begins, what is not a spring begins at once.
+        let jumps = near.law.dashpots([1.0; 2]) != [0.0; 2] || before != History::default();
+        if near.motion.overlap.abs() <= near.blur && jumps {
+            sums.expected.doubtful = Some("a contact that just begins or ends");
+        }
+        if near.motion.overlap > 0.0 {
+            sums.history.insert(near.who, exerted.history);
+        }
+        sums.stored += exerted.stored;
+        sums.friction += exerted.friction;
+        for k in 0..2 {
+            sums.viscous[k] += exerted.viscous[k];
+        }
+        let touch = Touch {
+            who: near.who,
+            overlap: near.motion.overlap,
+            at: near.at,
+            force,
+            moved: near.motion.moved[0].hypot(near.motion.moved[1]),
+            blur,
+        };
+        if touch.overlap > 0.0 {
+            sums.expected.touches.push(touch);
+        }
+        touch
+    }
+
+    /// T-1's kick, and what is measured of it (section 9).
+    fn kick(&mut self, step: &Step, sums: &mut Sums) {
+        let (kick, w) = (step.kick(), step.centring());
+        let keeps = step.dt_before > 0.0 || step.dt > 0.0;
+        let gravity = Vec2::from(self.config.gravity);
+        let share = if kick > 0.0 {
+            0.5 * step.dt_before / kick
+        } else {
+            0.0
+        };
+        let friction = self.friction + sums.friction;
+        let viscous = [0, 1].map(|k| self.viscous[k] + sums.viscous[k]);
+        let (mut driven, mut applied, mut contact) = (0.0, Vec2::zeros(), Vec2::zeros());
+        let expected = &mut sums.expected;
+        let mut ledger = Ledger {
+            contact: sums.stored,
+            friction_work: friction,
+            viscous_work: viscous[0],
+            ..Ledger::default()
+        };
+        let mut kicked = Vec::new();
+        for (body, load) in self.bodies.iter().zip(&expected.loads) {
+            let yields = body.yields();
+            let moves = yields != [0.0; 3];
+            let weight = if moves {
+                gravity * body.mass
+            } else {
+                Vec2::zeros()
+            };
+            let (push, push_torque) = body.drive.push(step.time);
+            let inner = load.points.0 + load.bodies.0;
+            let total = inner + weight + push;
+            let torque = load.points.1 + load.bodies.1 + push_torque;
+            let ([x, y], turns) = body.mobility();
+            let velocity = body.velocity + Vec2::new(total.x * x, total.y * y) * kick;
+            let spin = body.spin + torque * turns * kick;
+            // What supports and guides take up.
+            let guide = -Vec2::new(total.x * (1.0 - yields[0]), total.y * (1.0 - yields[1]));
+            let guide_torque = -torque * (1.0 - yields[2]);
+            let (mean, mean_spin) = ((body.velocity + velocity) * 0.5, 0.5 * (body.spin + spin));
+            driven += ((push + guide).dot(&mean) + (push_torque + guide_torque) * mean_spin) * kick;
+            applied += (weight + push + guide) * kick;
+            contact += load.points.0 * kick;
+            let centred = |a: f64, b: f64| (1.0 - w) * a + w * b;
+            if moves {
+                ledger.kinetic += 0.5
+                    * body.mass
+                    * centred(body.velocity.norm_squared(), velocity.norm_squared());
+                ledger.kinetic_rotation +=
+                    0.5 * body.inertia * centred(body.spin.powi(2), spin.powi(2));
+                ledger.gravity -= body.mass * gravity.dot(&body.center);
+                for k in 0..2 {
+                    ledger.momentum[k] += body.mass * velocity[k];
+                }
+            }
+            for k in 0..2 {
+                ledger.contact_force[k] += load.points.0[k];
+            }
+            ledger.contacts += u64::from(load.contacts > 0);
+            expected.bodies.push(BodyState {
+                position: body.center.into(),
+                velocity: (body.velocity * (1.0 - w) + velocity * w).into(),
+                angle: body.angle,
+                spin: centred(body.spin, spin),
+                mass: body.mass,
+                inertia: body.inertia,
+                point_force: load.points.0.into(),
+                point_torque: load.points.1,
+                body_force: load.bodies.0.into(),
+                body_torque: load.bodies.1,
+                contacts: load.contacts,
+            });
+            kicked.push((velocity, spin));
+        }
+        ledger.driven_work = self.driven + share * driven;
+        ledger.applied_impulse = (self.applied + applied).into();
+        ledger.contact_impulse = (self.contact + contact).into();
+        expected.ledger = ledger;
+        expected.viscous_most = viscous[1];
+        let speeds = self
+            .bodies
+            .iter()
+            .zip(&kicked)
+            .map(|(body, &(velocity, spin))| {
+                let after = Body {
+                    velocity,
+                    spin,
+                    ..body.clone()
+                };
+                after.speed()
+            });
+        expected.speed = speeds.fold(0.0, f64::max);
+        if keeps {
+            (self.friction, self.viscous) = (friction, viscous);
+            self.driven += driven;
+            self.applied += applied;
+            self.contact += contact;
+            for (body, (velocity, spin)) in self.bodies.iter_mut().zip(kicked) {
+                (body.velocity, body.spin) = (velocity, spin);
+            }
+        }
+    }
+}
+
+/// Parts along N and T.
+fn along(v: Vec2, normal: Vec2) -> [f64; 2] {
+    [v.dot(&normal), v.dot(&left(normal))]
+}
+
+/// Whether two places of an outline, more than a little apart, are both nearest to `x` within `blur` (m): then rounding
+/// decides which way a point is pushed. `distance` is that of the nearest (m).
+fn has_two_normals(outline: &[Vec2], x: Vec2, distance: f64, blur: f64) -> bool {
+    let n = outline.len();
+    if n == 1 {
+        return distance <= blur;
+    }
+    let edges = if n == 2 { 1 } else { n };
+    let feet = (0..edges).map(|e| nearest_on_edge(outline[e], outline[(e + 1) % n], x, 0, 1).0);
+    let nearest: Vec<Vec2> = feet
+        .filter(|y| (x - y).norm() - distance.abs() <= 2.0 * blur)
+        .collect();
+    let apart = |a: &Vec2| {
+        nearest
+            .iter()
+            .any(|b| (a - b).norm() > 1e-3 * blur.sqrt() * 1e-1)
+    };
+    distance.abs() <= blur || nearest.iter().any(apart)
+}

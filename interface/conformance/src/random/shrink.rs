@@ -1,0 +1,285 @@
+//! Makes a case that fails smaller: fewer steps, points, bodies and features, rounder numbers, until nothing can be left out.
+
+use interface::config::{BodyShape, ContactLaw, Motion};
+
+use super::admit;
+use super::case::{Along, Case, Course};
+
+/// The smaller cases to try for a case, the boldest first.
+pub fn smaller(case: &Case, step: u32) -> Vec<Case> {
+    let mut smaller = Vec::new();
+    let mut with = |change: &dyn Fn(&mut Case)| {
+        let mut other = case.clone();
+        change(&mut other);
+        if other != *case {
+            smaller.push(other);
+        }
+    };
+    with(&|c| *c = admit::cut(c, step + 1));
+    for k in 0..case.points.len() {
+        with(&|c| without_point(c, k));
+    }
+    for b in 0..case.config.bodies.len() {
+        with(&|c| without_body(c, b));
+    }
+    for first in [step, step / 2, 1] {
+        with(&|c| later(c, first));
+    }
+    with(&|c| {
+        c.epochs
+            .iter_mut()
+            .for_each(|e| (e.outlines, e.frame, e.resumed) = (false, false, false))
+    });
+    with(&|c| c.epochs.iter_mut().for_each(|e| e.resumed = false));
+    with(&|c| c.epochs.iter_mut().for_each(|e| e.frame = false));
+    with(&|c| c.epochs.iter_mut().for_each(|e| e.outlines = false));
+    with(&one_epoch);
+    with(&|c| {
+        c.epochs
+            .iter_mut()
+            .for_each(|e| e.windows = vec![e.windows.iter().sum()])
+    });
+    with(&|c| c.config.gravity = [0.0; 2]);
+    with(&|c| c.config.body_contact = None);
+    with(&|c| c.config.contact_pairs.clear());
+    with(&|c| c.config.group_pairs.clear());
+    for (_, change) in LAWS {
+        with(&|c| change(&mut c.config.point_contact));
+        with(&|c| c.config.body_contact.iter_mut().for_each(change));
+        with(&|c| {
+            c.config
+                .group_pairs
+                .iter_mut()
+                .for_each(|pair| change(&mut pair.law))
+        });
+        with(&|c| {
+            c.config
+                .contact_pairs
+                .iter_mut()
+                .for_each(|pair| change(&mut pair.law))
+        });
+    }
+    for b in 0..case.config.bodies.len() {
+        let mut body = |change: &dyn Fn(&mut interface::config::BodyConfig)| {
+            with(&|c| change(&mut c.config.bodies[b]))
+        };
+        body(&|body| body.spin = 0.0);
+        body(&|body| body.velocity = [0.0; 2]);
+        body(&|body| body.motion = Motion::Fixed);
+        body(&|body| body.motion = Motion::Free);
+        body(&|body| body.shape = BodyShape::Disc);
+        body(&|body| body.angle = 0.0);
+        body(&|body| body.position = [0.0; 2]);
+    }
+    for k in 0..case.points.len() {
+        let mut point =
+            |change: &dyn Fn(&mut super::case::Walker)| with(&|c| change(&mut c.points[k]));
+        point(&|point| point.noise = [0.0; 2]);
+        point(&|point| point.present = vec![[0, u32::MAX]]);
+        point(&|point| point.group = 0);
+        point(&|point| point.way = Course(vec![(0, point.way.at(step))]));
+        point(&|point| point.overlap = Course(vec![(0, point.overlap.at(step))]));
+        point(&|point| point.way = Course(vec![(0, 0.0)]));
+        point(&|point| {
+            let ends = [step.saturating_sub(1), step].map(|s| (s, point.way.at(s)));
+            point.way = Course(ends.to_vec());
+        });
+    }
+    for digits in [1, 2, 3] {
+        with(&|c| round(c, digits));
+    }
+    smaller
+}
+
+/// A part of a law, and the law without it.
+type Simpler = (&'static str, fn(&mut ContactLaw));
+
+/// Laws that are simpler.
+const LAWS: [Simpler; 4] = [
+    ("friction", |law| match law {
+        ContactLaw::Linear { friction, .. }
+        | ContactLaw::Granular { friction, .. }
+        | ContactLaw::HertzMindlin { friction, .. }
+        | ContactLaw::Area { friction, .. } => *friction = 0.0,
+    }),
+    ("damping", |law| match law {
+        ContactLaw::Linear { damping_ratio, .. } | ContactLaw::Granular { damping_ratio, .. } => {
+            *damping_ratio = 0.0
+        }
+        ContactLaw::HertzMindlin { restitution, .. } => *restitution = 1.0,
+        ContactLaw::Area { .. } => {}
+    }),
+    ("adhesion", |law| match law {
+        ContactLaw::Granular { adhesion, .. } | ContactLaw::HertzMindlin { adhesion, .. } => {
+            *adhesion = 0.0
+        }
+        _ => {}
+    }),
+    ("damped mass", |law| match law {
+        ContactLaw::Linear { damped_mass, .. } | ContactLaw::Granular { damped_mass, .. } => {
+            *damped_mass = 0.0
+        }
+        _ => {}
+    }),
+];
+
+fn without_point(case: &mut Case, gone: usize) {
+    let leaning = |along: Along| along == Along::Point(gone);
+    if case.points.iter().any(|point| leaning(point.along)) {
+        return;
+    }
+    case.points.remove(gone);
+    for point in &mut case.points {
+        if let Along::Point(k) = &mut point.along
+            && *k > gone
+        {
+            *k -= 1;
+        }
+    }
+}
+
+fn without_body(case: &mut Case, gone: usize) {
+    if case
+        .points
+        .iter()
+        .any(|point| point.along == Along::Body(gone))
+    {
+        return;
+    }
+    case.config.bodies.remove(gone);
+    for point in &mut case.points {
+        if let Along::Body(b) = &mut point.along
+            && *b > gone
+        {
+            *b -= 1;
+        }
+    }
+}
+
+/// The same from a later step on, as if it were the first.
+fn later(case: &mut Case, first: u32) {
+    let mut gone = first;
+    for epoch in &mut case.epochs {
+        for window in &mut epoch.windows {
+            let less = gone.min(*window);
+            *window -= less;
+            gone -= less;
+        }
+        epoch.windows.retain(|window| *window > 0);
+    }
+    case.epochs.retain(|epoch| !epoch.windows.is_empty());
+    for point in &mut case.points {
+        for course in [&mut point.way, &mut point.overlap] {
+            let start = (0, course.at(first));
+            course.0.retain(|(step, _)| *step > first);
+            course.0.iter_mut().for_each(|(step, _)| *step -= first);
+            course.0.insert(0, start);
+        }
+        for range in &mut point.present {
+            *range = range.map(|step| step.saturating_sub(first));
+        }
+    }
+}
+
+fn one_epoch(case: &mut Case) {
+    let steps = case.steps();
+    if let Some(epoch) = case.epochs.iter().find(|epoch| epoch.dt > 0.0).cloned() {
+        case.epochs = vec![super::case::Epoch {
+            windows: vec![steps],
+            ..epoch
+        }];
+    }
+}
+
+/// Every number with few digits.
+fn round(case: &mut Case, digits: i32) {
+    let short = |x: &mut f64| {
+        if *x != 0.0 && x.is_finite() {
+            let unit = 10f64.powi(x.abs().log10().floor() as i32 + 1 - digits);
+            *x = (*x / unit).round() * unit;
+        }
+    };
+    let law = |law: &mut ContactLaw| match law {
+        ContactLaw::Linear {
+            normal_stiffness: a,
+            tangential_stiffness: b,
+            friction: c,
+            damping_ratio: d,
+            damped_mass: e,
+        } => {
+            [a, b, c, d, e].into_iter().for_each(short);
+        }
+        ContactLaw::Granular {
+            normal_stiffness: a,
+            tangential_stiffness: b,
+            friction: c,
+            damping_ratio: d,
+            damped_mass: e,
+            adhesion: f,
+            rolling_friction: g,
+        } => {
+            [a, b, c, d, e, f, g].into_iter().for_each(short);
+        }
+        ContactLaw::HertzMindlin {
+            hertz_constant: a,
+            poisson_ratio: b,
+            friction: c,
+            restitution: d,
+            adhesion: e,
+        } => {
+            [a, b, c, d, e].into_iter().for_each(short);
+        }
+        ContactLaw::Area {
+            area_stiffness: a,
+            tangential_stiffness: b,
+            friction: c,
+        } => {
+            [a, b, c].into_iter().for_each(short);
+        }
+    };
+    let config = &mut case.config;
+    law(&mut config.point_contact);
+    config.body_contact.iter_mut().for_each(law);
+    config
+        .group_pairs
+        .iter_mut()
+        .for_each(|pair| law(&mut pair.law));
+    config
+        .contact_pairs
+        .iter_mut()
+        .for_each(|pair| law(&mut pair.law));
+    config.gravity.iter_mut().for_each(short);
+    short(&mut config.skin);
+    for body in &mut config.bodies {
+        let plain = [&mut body.sphero_radius, &mut body.angle, &mut body.spin];
+        plain
+            .into_iter()
+            .chain(&mut body.position)
+            .chain(&mut body.velocity)
+            .for_each(short);
+        if let interface::config::BodyInertia::Mass(mass) = &mut body.inertia {
+            short(mass);
+        }
+        match &mut body.shape {
+            BodyShape::Rectangle { width, height } => [width, height].into_iter().for_each(short),
+            BodyShape::Segment { ends } => ends.iter_mut().flatten().for_each(short),
+            BodyShape::Polygon { vertices } => vertices.iter_mut().flatten().for_each(short),
+            BodyShape::Cluster { centers, .. } => centers.iter_mut().flatten().for_each(short),
+            BodyShape::Disc => {}
+        }
+    }
+    for point in &mut case.points {
+        [&mut point.radius, &mut point.mass]
+            .into_iter()
+            .chain(&mut point.noise)
+            .for_each(short);
+        let courses = [&mut point.way, &mut point.overlap];
+        courses
+            .into_iter()
+            .flat_map(|course| &mut course.0)
+            .for_each(|(_, x)| short(x));
+    }
+    case.epochs
+        .iter_mut()
+        .for_each(|epoch| short(&mut epoch.dt));
+}
