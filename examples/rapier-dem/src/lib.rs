@@ -21,7 +21,7 @@ const PASSED_ON: f64 = 2.0;
 
 /// What the solver takes ([`interface::config::capability`]). Not `save`: rapier keeps of its contacts what it does not give. Of the
 /// family `overlap` nothing, since bodies meet by impulses, whatever the measure.
-const CAPABILITIES: [&str; 11] = [
+const CAPABILITIES: [&str; 12] = [
     "shape:disc",
     "shape:segment",
     "shape:polygon",
