@@ -28,7 +28,13 @@ fn mutant(name: &str) -> String {
 /// Runs the kit; returns its exit status and its verdicts, id by id.
 fn verdicts(dir: &Path, arguments: &[&str]) -> (i32, Vec<(String, String)>) {
     let file = dir.join("verdicts.json");
-    let mut command = tandem(&["conformance", "--cases", "100", "--json", file.to_str().unwrap()]);
+    let mut command = tandem(&[
+        "conformance",
+        "--cases",
+        "100",
+        "--json",
+        file.to_str().unwrap(),
+    ]);
     let status = command.args(arguments).output().unwrap().status.code();
     let text = fs::read_to_string(&file).unwrap();
     let document: Value = serde_json::from_str(&text).unwrap();

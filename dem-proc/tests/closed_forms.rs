@@ -467,3 +467,40 @@ fn a_ramped_push_follows_its_ramp() {
     // v = 6 t^2 / 2 at half a step before t = 1.
     assert!((dem.bodies().state[0].velocity.y - 3.0).abs() < 5e-3);
 }
+
+/// Two discs part in the last step before a step of no length, as at the end of a run: what was left in the tangential spring
+/// is dissipated, and not forgotten.
+#[test]
+fn a_contact_that_opens_in_the_last_step_is_booked_in_the_closing_one() {
+    let disc = |x: f64, v: f64| BodyConfig {
+        position: [x, 0.0],
+        velocity: [v, 0.0],
+        spin: 0.5,
+        ..body(BodyShape::Disc, 0.1)
+    };
+    let config = DemConfig {
+        body_contact: Some(viscous(1e4, 1.0, 0.0)),
+        ..scene(vec![disc(0.0, -1.0), disc(0.199, 1.0)], spring(1.0))
+    };
+    let mut dem = configured(&config);
+    let dt = 1e-4;
+    let mut before = 0.0;
+    for i in 0..100 {
+        let mut step = step(if i == 0 { 0.0 } else { dt }, dt);
+        step.measure = true;
+        dem.contact(&step, &[], &mut []).unwrap();
+        let parting = dem.measurement().ledger.friction_work;
+        if dem.measurement().bodies[0].body_force == [0.0; 2] {
+            // The same step again, but of no length.
+            step.dt = 0.0;
+            dem.contact(&step, &[], &mut []).unwrap();
+            let closing = dem.measurement().ledger.friction_work;
+            assert!(parting > before + 1e-7, "{before} {parting}");
+            assert_eq!(closing, parting);
+            return;
+        }
+        before = parting;
+        dem.advance(&step).unwrap();
+    }
+    panic!("the discs still touch");
+}

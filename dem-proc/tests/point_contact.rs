@@ -1,5 +1,5 @@
 //! One point against one body: table of overlaps, balance of force and torque, stiffness, invariance. Friction, its limit and
-//! its history are judged by the kit (F-7k to F-7s).
+//! its history are judged by the kit's random cases (F-7).
 
 use crate::small_scenes::*;
 use interface::Vec2;
@@ -332,4 +332,48 @@ fn laws_with_a_radius_take_the_points_on_a_bare_polygon() {
         let got = pressed(sticky, overlap).force[1];
         assert!((got - (K * overlap - pull)).abs() < 1e-9 * K * overlap);
     }
+}
+
+/// It has no position of one step before, so nothing is known of how it has slid (docs/physics.md, "The laws").
+#[test]
+fn a_point_that_is_new_to_the_set_has_not_slid_over_a_moving_body() {
+    let moving = BodyConfig {
+        velocity: [1.0, 0.0],
+        motion: Motion::Driven,
+        ..body(BodyShape::Disc, A)
+    };
+    let law = ContactLaw::Linear {
+        normal_stiffness: K,
+        tangential_stiffness: K,
+        friction: 1.0,
+        damping_ratio: 0.1,
+        damped_mass: 0.0,
+    };
+    let mut dem = configured(&scene(vec![moving], law));
+    let dt = 1e-3;
+    dem.imp_set(&[]);
+    dem.contact(&step(0.0, dt), &[], &mut []).unwrap();
+    dem.advance(&step(0.0, dt)).unwrap();
+    let above = |id| interface::message::wire::ImpInfo {
+        id,
+        radius: RADIUS,
+        mass: 1.0,
+        ..Default::default()
+    };
+    // A first one far away, so that there are positions of one step before; then one in contact.
+    let far = at(10.0, 10.0);
+    let mut forces = [ImpForce::default(); 2];
+    dem.imp_set(&[above(1)]);
+    dem.contact(&step(dt, dt), &[far], &mut forces[..1])
+        .unwrap();
+    dem.advance(&step(dt, dt)).unwrap();
+    dem.imp_set(&[above(1), above(2)]);
+    let touching = at(2.0 * dt, A + 0.9 * RADIUS);
+    dem.contact(&step(dt, dt), &[far, touching], &mut forces)
+        .unwrap();
+    let [x, y] = forces[1].force;
+    assert!(
+        x.abs() < 1e-9 * K && (y - 0.1 * RADIUS * K).abs() < 1e-9 * K,
+        "{x} {y}"
+    );
 }

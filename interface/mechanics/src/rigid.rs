@@ -313,10 +313,10 @@ impl PointContact {
         for (slot, (info, state)) in points.set.iter().zip(points.states).enumerate() {
             let at = Vec2::from(state.position);
             let known = self.past.points.get(&info.id).cloned();
+            // What has no interval behind it has not moved, nor has a point that is new to the set.
+            let has_moved = f64::from(u8::from(step.dt_before > 0.0 && known.is_some()));
             let new = || (state.position, vec![0.0; bodies.len()]);
             let (was, mut springs) = known.unwrap_or_else(new);
-            // What has no interval behind it has not moved.
-            let has_moved = f64::from(u8::from(step.dt_before > 0.0));
             let moved = (at - Vec2::from(was)) * has_moved;
             for (i, (body, spring)) in bodies.iter().zip(&mut springs).enumerate() {
                 let (center, angle) = self.past.bodies.get(i).unwrap_or(&self.next.bodies[i]);

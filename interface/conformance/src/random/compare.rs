@@ -224,13 +224,13 @@ impl Judge<'_> {
     }
 
     /// Limits for the step of `now`, said after the step of `before`: what holds in both has to be bounded.
-    /// Of speeds far below `speed` (m/s) nothing is told.
+    /// Of speeds far below `speed` (m/s) nothing is told, and of frequencies far below that of a step of `dt` (s).
     pub fn limits(
         &mut self,
         limits: &Limits,
         before: &Expected,
         now: Option<&Expected>,
-        speed: f64,
+        (speed, dt): (f64, f64),
     ) -> Result {
         self.at_least(
             "L-2",
@@ -245,13 +245,13 @@ impl Judge<'_> {
             "L-2",
             "contact_omega_sq in 1/s^2",
             limits.contact_omega_sq,
-            least(&largest),
+            least(&largest) - 1e-9 / (dt * dt),
         )?;
         self.at_least(
             "L-2",
             "omega_sq in 1/s^2",
             limits.omega_sq,
-            least(&|e| e.own_omega_sq),
+            least(&|e| e.own_omega_sq) - 1e-9 / (dt * dt),
         )?;
         self.at_least("L-2", "damping", limits.damping, least(&|e| e.damping))
     }

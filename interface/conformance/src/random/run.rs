@@ -239,11 +239,7 @@ fn window_of(
     }
     let report = play.report()?;
     let count = case.config.bodies.len();
-    let speed = if longest > 0.0 {
-        smallest / longest
-    } else {
-        smallest
-    };
+    let dt = if longest > 0.0 { longest } else { 1.0 };
     // In the order in which one thing causes another, so that the first difference is the cause.
     for (
         k,
@@ -263,7 +259,12 @@ fn window_of(
         judge.forces(expected, set, &answer.forces)?;
         judge.travel(expected, answer.header.travel)?;
         if let Some((before, limits)) = stand.limits.take() {
-            judge.limits(&limits, &before, moves.then_some(expected), speed)?;
+            judge.limits(
+                &limits,
+                &before,
+                moves.then_some(expected),
+                (smallest / dt, dt),
+            )?;
         }
         if measured {
             judge.bodies(expected, report.bodies(count)?, (BLUR * smallest, longest))?;
