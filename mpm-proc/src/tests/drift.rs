@@ -94,23 +94,3 @@ fn large_strains_balance() {
         }
     }
 }
-
-/// The speed that is declared is that of the points as they drift, loaded or not.
-#[test]
-fn loaded_points_declare_the_speed_of_their_flight() {
-    let mut config = block();
-    (config.transfer, config.drift) = (Transfer::Flip, Drift::Mapped);
-    config.groups[0].velocity = [0.3, -0.2];
-    let mut mpm = configured(&config);
-    let count = mpm.select_imps(&everywhere()).len();
-    let light = ImpForce {
-        force: [1e-6, 0.0],
-        stiffness: 1e-6,
-    };
-    let mut stepper = Stepper::new();
-    for _ in 0..3 {
-        let limits = stepper.step(&mut mpm, 1e-5, false, &vec![light; count]);
-        let speed = limits.expect("a sound step").speed;
-        assert!((speed - f64::hypot(0.3, 0.2)).abs() < 1e-6, "{speed}");
-    }
-}
