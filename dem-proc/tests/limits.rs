@@ -1,7 +1,7 @@
 //! The declared limits are stable, and they are not far too low (C07, C20).
 
 use crate::small_scenes::*;
-use interface::config::{BodyConfig, BodyInertia, BodyShape};
+use interface::config::{BodyConfig, BodyInertia, BodyShape, ContactLaw};
 use interface::solver::DemSolver;
 
 /// Largest separation speed of points of mass `m` resting against a free disc of mass `big`, after many steps of
@@ -87,6 +87,40 @@ fn four_times_the_stiffness_halves_the_limit_and_four_times_the_mass_doubles_it(
     assert!((a - c).abs() < 1e-12 * a && (b - d).abs() < 1e-12 * b);
     // Flush squares with aligned corners press with 8 k_n: at least the translation of the pair, 8 k (1/m + 1/m).
     assert!(a >= 16.0, "{a}");
+}
+
+/// `k_n (1/m + (r x n)^2 / I) + k_t (1/m + (r x t)^2 / I)`, and `1/m + (r x n)^2 / I`.
+#[test]
+fn a_contact_off_the_centre_declares_its_rate_and_mobility() {
+    let (xi, k, nu): (f64, f64, f64) = (1e-3, 4e4, 0.25);
+    let hertz = ContactLaw::HertzMindlin {
+        hertz_constant: 1e6,
+        poisson_ratio: nu,
+        friction: 0.5,
+        restitution: 1.0,
+        adhesion: 0.0,
+    };
+    let k_hertz = 1.5 * 1e6 * xi.sqrt();
+    for (law, [k_n, k_t]) in [
+        (frictional(k, 0.6 * k, 0.5), [k, 0.6 * k]),
+        (hertz, [k_hertz, k_hertz * 2.0 * (1.0 - nu) / (2.0 - nu)]),
+    ] {
+        let shape = BodyShape::Rectangle {
+            width: 0.8,
+            height: 0.4,
+        };
+        let config = scene(vec![body(shape, 0.1)], law);
+        let (_, dem, answer) = forces(&config, 0.05, &[at(0.3, 0.35 - xi)]);
+        let state = &dem.bodies().state[0];
+        let (m, i) = (state.inverse_mass, state.inverse_inertia);
+        // The contact is in the middle of the overlap; its normal is along y.
+        let [along_normal, along_tangent]: [f64; 2] = [0.3, 0.3 - 0.5 * xi];
+        let mobility = m + i * along_normal.powi(2);
+        let rate = k_n * mobility + k_t * (m + i * along_tangent.powi(2));
+        let limits = answer.limits;
+        assert!((limits.contact_omega_sq / rate - 1.0).abs() < 1e-10);
+        assert!((limits.mobility / mobility - 1.0).abs() < 1e-10);
+    }
 }
 
 #[test]

@@ -125,6 +125,129 @@ fn a_force_is_shared_by_its_foot() {
     assert_eq!(chain.forces, vec![ImpForce::default(); 3]);
 }
 
+/// With `c = 2 zeta sqrt(k m)`, `m` of the disc (1 kg/m) and of one marker (1 kg/m).
+fn damped(damping_ratio: f64) -> (ContactLaw, f64) {
+    let law = ContactLaw::Linear {
+        normal_stiffness: K,
+        tangential_stiffness: 0.0,
+        friction: 0.0,
+        damping_ratio,
+        damped_mass: 0.0,
+    };
+    (law, 2.0 * damping_ratio * (0.5 * K).sqrt())
+}
+
+/// The opening takes velocities: that of the foot, between those of its two markers, less the disc's.
+#[test]
+fn the_dashpot_of_the_opening_has_the_velocity_of_the_foot() {
+    let (law, c) = damped(0.3);
+    for (of_markers, of_disc, closing) in [
+        ([0.0, 0.0, 0.0], -0.1, 0.1),
+        ([0.4, 0.0, 0.0], 0.0, 0.1),
+        ([0.0, 0.4, 0.0], 0.0, 0.3),
+        ([0.0, 0.0, 0.4], 0.0, 0.0),
+        ([0.2, 0.2, 0.2], 0.2, 0.0),
+    ] {
+        let mut moving = disc([0.55, A + R - 1e-3]);
+        moving.velocity = [0.0, of_disc];
+        let mut dem = configured(&on_segments(vec![moving], law));
+        let mut chain = floor(&[1.0, 0.4, -0.2]);
+        for (state, v) in chain.states.iter_mut().zip(of_markers) {
+            state.velocity = [0.0, v];
+        }
+        dem.imp_set(&chain.set);
+        chain.contact(&mut dem, &OPENING).unwrap();
+        let pressed = -chain.total().y;
+        let expected = K * 1e-3 + c * closing;
+        assert!((pressed - expected).abs() < 1e-9 * expected, "{pressed}");
+    }
+}
+
+/// What a disc loses to the dashpot of a chain that is held is booked as viscous work.
+#[test]
+fn a_disc_that_bounces_off_a_chain_loses_what_its_dashpot_takes() {
+    let mut falling = disc([0.55, A + R + 1e-5]);
+    falling.velocity = [0.0, -0.1];
+    let mut dem = configured(&on_segments(vec![falling], damped(0.2).0));
+    let mut chain = floor(&[1.0, 0.4, -0.2]);
+    dem.imp_set(&chain.set);
+    chain.step(&mut dem, &OPENING);
+    let dt = 1e-5;
+    for n in 0..2000 {
+        chain.step(&mut dem, &step(if n == 0 { 0.0 } else { dt }, dt));
+    }
+    let ledger = dem.measurement().ledger;
+    assert!(dem.bodies().state[0].velocity.y > 0.0 && ledger.contact == 0.0);
+    let lost = 0.5 * 0.1 * 0.1 - ledger.kinetic;
+    assert!(
+        lost > 2e-3 && (ledger.viscous_work - lost).abs() < 1e-3 * lost,
+        "{ledger:?}"
+    );
+}
+
+/// Near chains with dents and tips, where minima add and maxima subtract: the force of springs and adhesion is the gradient of
+/// their energy, and on a flat chain that of one contact.
+#[test]
+fn springs_and_adhesion_of_a_chain_have_an_energy() {
+    let adhesion = 500.0;
+    let law = ContactLaw::Granular {
+        normal_stiffness: K,
+        tangential_stiffness: 0.0,
+        friction: 0.0,
+        damping_ratio: 0.0,
+        damped_mass: 0.0,
+        adhesion,
+        rolling_friction: 0.0,
+    };
+    let once = |x: &[[f64; 2]], center: [f64; 2]| {
+        let mut chain = Chain::new(x);
+        let mut dem = configured(&on_segments(vec![disc(center)], law));
+        dem.imp_set(&chain.set);
+        let through = chain.contact(&mut dem, &OPENING).is_err();
+        (!through).then(|| (-chain.total(), dem.measurement().ledger.contact))
+    };
+    let flat = [[1.0, 0.0], [0.0, 0.0], [-1.0, 0.0]];
+    let xi: f64 = 4e-3;
+    let pull = 2.0 * adhesion * (2.0 * A * xi).sqrt();
+    for x in [0.0, 1e-3, 0.3] {
+        let (force, _) = once(&flat, [x, A + R - xi]).expect("a contact");
+        assert!((force - Vec2::new(0.0, K * xi - pull)).norm() < 1e-9 * K * xi);
+    }
+    let mut random = Random(29);
+    let (mut smooth, h) = (0, 1e-7);
+    for _ in 0..2000 {
+        let [left, right] = [0, 1].map(|_| random.between(-1.2, 1.2));
+        let x = [
+            [right.cos(), right.sin()],
+            [0.0, 0.0],
+            [-left.cos(), left.sin()],
+        ];
+        let away = A + R - random.between(1e-3, 1.5e-2);
+        let angle: f64 = random.between(0.2, 2.9);
+        let center = [away * angle.cos(), away * angle.sin()];
+        let at = |[dx, dy]: [f64; 2]| once(&x, [center[0] + dx, center[1] + dy]);
+        let Some((force, _)) = at([0.0; 2]) else {
+            continue; // the angles have put it on the other side
+        };
+        let around = [[h, 0.0], [-h, 0.0], [0.0, h], [0.0, -h]].map(at);
+        let [Some(e), Some(w), Some(n), Some(s)] = around else {
+            continue;
+        };
+        let jumps = |at: (Vec2, f64)| (at.0 - force).norm() > 1e-2 * K * 1e-3;
+        if [e, w, n, s].into_iter().any(jumps) {
+            continue; // the foot on a segment passes its end
+        }
+        smooth += 1;
+        let [e, w, n, s] = [e, w, n, s].map(|(_, energy)| energy);
+        let slope = Vec2::new(w - e, s - n) / (2.0 * h);
+        assert!(
+            (slope - force).norm() < 1e-4 * K * 1e-2,
+            "{x:?} {center:?}: {slope} {force}"
+        );
+    }
+    assert!(smooth > 1000, "{smooth}");
+}
+
 /// Over a vertex that is flat, sticks out, or is dented by any angle, the force of a disc is the gradient of one energy without
 /// a step, and at a flat one it is that of one contact.
 #[test]

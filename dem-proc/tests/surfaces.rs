@@ -214,6 +214,39 @@ fn points_meet_bodies_by_laws_of_different_kinds() {
     }
 }
 
+/// Linear springs with `zeta` and Hertz springs with a restitution in one table: the larger ratio is declared. A restitution
+/// of 0.6 is a ratio of 0.18086 (Schwager and Poeschel 2007).
+#[test]
+fn a_table_of_different_kinds_declares_its_largest_damping() {
+    for (damping_ratio, restitution, largest) in [(0.1, 0.6, 0.18086), (0.25, 0.6, 0.25)] {
+        let hertz = ContactLaw::HertzMindlin {
+            hertz_constant: 1e6,
+            poisson_ratio: 0.0,
+            friction: 0.0,
+            restitution,
+            adhesion: 0.0,
+        };
+        let linear = ContactLaw::Linear {
+            normal_stiffness: 1e4,
+            tangential_stiffness: 0.0,
+            friction: 0.0,
+            damping_ratio,
+            damped_mass: 0.0,
+        };
+        let ball = BodyConfig {
+            surface: "ball".into(),
+            ..fixed(BodyShape::Disc, 0.1)
+        };
+        let config = DemConfig {
+            point_surfaces: vec!["beam".into()],
+            contact_pairs: vec![pair("beam", "ball", hertz)],
+            ..scene(vec![ball], linear)
+        };
+        let declared = forces(&config, 0.01, &[at(0.0, 0.105)]).2.limits.damping;
+        assert!((declared - largest).abs() < 1e-5, "{declared} {largest}");
+    }
+}
+
 /// Points of two materials press on two bodies: four pairs, one of them named.
 #[test]
 fn points_have_the_surface_of_their_group() {

@@ -109,6 +109,7 @@ mod tests {
     use interface::config::friction::FrictionTest;
 
     use super::*;
+    use crate::material::model::Material;
     use crate::material::point::Point;
     use crate::material::single_point::{Path, cayley, stress};
 
@@ -153,6 +154,15 @@ mod tests {
         let (volume, ln) = (path.point.volume.to_array()[0], cayley(-0.01, 100).ln());
         assert!((yy * volume / (ln * modulus) - 1.0).abs() < 1e-12);
         assert!(path.plastic.abs() < 1e-16);
+    }
+
+    /// `2 K + 2 G/3` at rest, whatever the surface.
+    #[test]
+    fn at_rest_the_stiffness_is_that_of_the_elastic_part() {
+        let model = material(35.0, 10.0, 100.0, 10.0);
+        let stiffness = model.stiffness_over_density(&model.initial()).to_array()[0];
+        let expected = (2.0 * MODULI.bulk + 2.0 / 3.0 * MODULI.shear) / MODULI.density;
+        assert!((stiffness / expected - 1.0).abs() < 1e-12, "{stiffness}");
     }
 
     /// Compress evenly to a mean stress, then shear: tau levels at k - q sigma_m, with psi = 0 at constant sigma_m;

@@ -292,6 +292,18 @@ mod tests {
         }
     }
 
+    /// `rho c^2 = K + 4G/3` without strain out of plane, `E / (1 - nu^2)` without stress there.
+    #[test]
+    fn pressure_waves_have_the_speed_of_their_plane() {
+        let (k, g) = (MODULI.bulk, MODULI.shear);
+        let young = 9.0 * k * g / (3.0 * k + g);
+        let nu = (3.0 * k - 2.0 * g) / (2.0 * (3.0 * k + g));
+        let strain = Elastic(PlaneStrain(MODULI)).sound_speed();
+        assert!((1000.0 * strain * strain / 9.0e5 - 1.0).abs() < 1e-12);
+        let stress = Elastic(PlaneStress(MODULI)).sound_speed();
+        assert!((1000.0 * stress * stress / (young / (1.0 - nu * nu)) - 1.0).abs() < 1e-12);
+    }
+
     /// `tau_xx = E eps_xx` where y is free: eps_yy = -nu eps_xx by definition of E and nu, at any strain.
     #[test]
     fn plane_stress_is_youngs_modulus() {

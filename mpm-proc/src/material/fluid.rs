@@ -126,6 +126,10 @@ mod tests {
             let p = 3.0e4 / exponent * (j.powf(-exponent) - 1.0);
             let [xx, yy, zz, xy] = stress(&path.point);
             assert!((xx / -p - 1.0).abs() < 1e-11 && xx == yy && yy == zz && xy == 0.0);
+            // 2 c^2, with rho c^2 = K J^-gamma and rho = rho_0 / J.
+            let stiffness = fluid.stiffness_over_density(&path.point).to_array()[0];
+            let twice = 2.0 * 3.0e4 * j.powf(1.0 - exponent) / 997.0;
+            assert!((stiffness / twice - 1.0).abs() < 1e-10);
             // The work of the pressure, by Simpson's rule.
             let n = 1000;
             let pressure = |j: f64| 3.0e4 / exponent * (j.powf(-exponent) - 1.0);
@@ -139,6 +143,13 @@ mod tests {
             let energy = fluid.elastic_energy(&path.point).to_array()[0];
             assert!((energy / work - 1.0).abs() < 1e-9, "{energy} {work}");
         }
+    }
+
+    #[test]
+    fn turning_makes_no_stress() {
+        let mut path = Path::new(WATER);
+        path.turn(0.5, 10);
+        assert!(stress(&path.point) == [0.0; 4] && path.viscous == 0.0);
     }
 
     /// `tau = mu gamma'`, lost at `tau gamma'`.

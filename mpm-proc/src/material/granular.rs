@@ -176,6 +176,15 @@ mod tests {
         }
     }
 
+    /// `2 K + 2 G/3` at rest, as without separation.
+    #[test]
+    fn at_rest_the_stiffness_is_that_of_the_grains() {
+        let model = sand(None);
+        let stiffness = model.stiffness_over_density(&model.initial()).to_array()[0];
+        let expected = (2.0 * 5.0e5 + 2.0 / 3.0 * 3.2e5) / 1500.0;
+        assert!((stiffness / expected - 1.0).abs() < 1e-12, "{stiffness}");
+    }
+
     /// Compressed, pulled apart, sheared while open, and closed: the stress is the same, and no energy is created.
     /// Without separation the second compression begins where the first tension ended.
     fn opens_and_closes<G: GrainLaw>(grains: G) {

@@ -132,6 +132,24 @@ mod tests {
         assert!(yy.abs() < 1e-7 && zz.abs() < 1e-7);
     }
 
+    /// At a stretch and a shear whose principal stresses follow from the eigenvalues of `b`.
+    #[test]
+    fn the_stiffness_is_the_tangent_and_the_largest_tension() {
+        for (strain, gamma) in [([0.3, -0.1], 0.8), ([-0.2, 0.4], 0.3), ([-0.3, -0.2], 0.1)] {
+            let mut path = Path::new(MODEL);
+            path.stretch(strain, 1);
+            path.shear(gamma, 1);
+            let [a, c] = strain.map(|s: f64| (1.0 + 0.5 * s) / (1.0 - 0.5 * s));
+            let (xx, xy, yy) = (a * a + (gamma * c).powi(2), gamma * c * c, c * c);
+            let largest = 0.5 * (xx + yy) + (0.25 * (xx - yy).powi(2) + xy * xy).sqrt();
+            let (g, lame, j) = (3.0e5, 3.0e5, a * c);
+            let tension = (g * (largest - 1.0) + lame * j.ln()).max(0.0);
+            let expected = (2.0 * (g - lame * j.ln()) + 2.0 * lame + tension) / 1000.0;
+            let found = MODEL.stiffness_over_density(&path.point).to_array()[0];
+            assert!((found / expected - 1.0).abs() < 1e-12, "{found} {expected}");
+        }
+    }
+
     #[test]
     fn rotation_makes_no_stress_and_turns_what_is_there() {
         let mut path = Path::new(MODEL);

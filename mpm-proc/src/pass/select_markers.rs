@@ -73,3 +73,27 @@ fn apart([a, b]: [Vec2; 2], [c, d]: [Vec2; 2]) -> f64 {
     let ends = [to(a, b, c), to(a, b, d), to(c, d, a), to(c, d, b)];
     ends.into_iter().fold(f64::INFINITY, f64::min)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn segments_that_cross_are_not_apart() {
+        let [a, b] = [Vec2::new(-0.1, 0.0), Vec2::new(0.9, 0.0)];
+        let [c, d] = [Vec2::new(0.0, -0.7), Vec2::new(0.0, 0.2)];
+        for (ends, others) in [
+            ([a, b], [c, d]),
+            ([b, a], [c, d]),
+            ([a, b], [d, c]),
+            ([c, d], [a, b]),
+            ([d, c], [b, a]),
+        ] {
+            assert_eq!(apart(ends, others), 0.0);
+        }
+        // Short of one another by 0.1, and by the diagonal beyond an end.
+        assert!((apart([a, b], [Vec2::new(0.3, 0.1), d]) - 0.1).abs() < 1e-15);
+        let beyond = [Vec2::new(0.93, 0.04), Vec2::new(0.93, 2.0)];
+        assert!((apart([a, b], beyond) - 0.05).abs() < 1e-15);
+    }
+}

@@ -350,3 +350,25 @@ fn what_does_not_go_with_segments_is_refused() {
     );
     assert_eq!(refused(|c| c.interface = Interface::Points), "mpm.chain.0");
 }
+
+/// The state of a chain has the mean position and velocity of its markers.
+#[test]
+fn a_chain_that_flies_is_measured_at_its_middle() {
+    let mut config = chained(0.5);
+    config.transfer = Transfer::Apic;
+    config.groups[0].velocity = [0.3, -0.2];
+    let mut mpm = configured(&config);
+    let mut stepper = Stepper::new();
+    stepper.run(&mut mpm, 2e-4, 3);
+    stepper.step(&mut mpm, 2e-4, true, &[]).unwrap();
+    let state = mpm.measurement().groups[1];
+    for a in 0..2 {
+        let v = [0.3, -0.2][a];
+        let middle = [0.25, 0.4][a] + 6e-4 * v;
+        let half = [0.145, 0.095][a];
+        assert!((state.position[a] - middle).abs() < 1e-9, "{state:?}");
+        assert!((state.velocity[a] - v).abs() < 1e-9, "{state:?}");
+        assert!((state.lower[a] - middle + half).abs() < 1e-9, "{state:?}");
+        assert!((state.upper[a] - middle - half).abs() < 1e-9, "{state:?}");
+    }
+}

@@ -1,7 +1,7 @@
 //! IMP selection against looking at every point and every outline.
 
 use interface::Vec2;
-use interface::config::{Fill, Spacing};
+use interface::config::{Fill, Probe, Spacing, Transfer};
 use interface::message::wire::{EnvelopeVertex, ImpForce};
 use interface::solver::MpmSolver;
 use mechanics::outline::nearest;
@@ -107,4 +107,45 @@ fn a_measurement_has_the_extent_of_the_loaded_points() {
     assert_eq!(loaded(&mpm), [lower, upper]);
     assert!(lower[0] < upper[0] && lower[1] < upper[1]);
     assert_eq!(mpm.measurement().groups[0].contacts, 3);
+}
+
+/// A block that flies: mass, extent and centre are those of its points at `t_n`, the velocity is that of the flight, and so are
+/// those of a probe.
+#[test]
+fn a_measurement_of_a_block_that_flies() {
+    let mut config = block();
+    config.transfer = Transfer::Apic;
+    config.groups[0].velocity = [0.3, -0.2];
+    config.probes = vec![Probe {
+        name: "corner".into(),
+        points: "block".into(),
+        within: [[0.1, 0.3], [0.2, 0.4]],
+    }];
+    let mut mpm = configured(&config);
+    let mut stepper = Stepper::new();
+    stepper.run(&mut mpm, 2e-4, 3);
+    let points = mpm.points();
+    stepper.step(&mut mpm, 2e-4, true, &[]).unwrap();
+    let groups = &mpm.measurement().groups;
+    let of = |fold: fn(f64, f64) -> f64, a: usize| {
+        let x = points.iter().map(|p| p.position[a]);
+        x.reduce(fold).expect("points")
+    };
+    for a in 0..2 {
+        assert_eq!(groups[0].lower[a], of(f64::min, a));
+        assert_eq!(groups[0].upper[a], of(f64::max, a));
+        let mean = of(|x, y| x + y, a) / points.len() as f64;
+        assert!((groups[0].position[a] - mean).abs() < 1e-12);
+        let corner = groups[1].position[a] - [0.15, 0.35][a] - 6e-4 * [0.3, -0.2][a];
+        assert!(corner.abs() < 1e-12, "{corner}");
+        for group in &groups[..2] {
+            let off = group.velocity[a] - [0.3, -0.2][a];
+            assert!(off.abs() < 1e-12, "{:?}", group.velocity);
+        }
+    }
+    for (group, mass) in groups.iter().zip([60.0, 10.0]) {
+        assert!((group.mass - mass).abs() < 1e-9, "{}", group.mass);
+        let kinetic = 0.5 * mass * (0.3 * 0.3 + 0.2 * 0.2);
+        assert!((group.kinetic / kinetic - 1.0).abs() < 1e-11);
+    }
 }
