@@ -10,6 +10,8 @@ use crate::record::rundir::RunDirError;
 use crate::record::summary::Status;
 use crate::run::launch::StartError;
 use crate::run::stability::Bound;
+use crate::scene::diagnostic::SceneErrors;
+use crate::scene::{Scene, refused};
 
 /// Why a run did not reach its end.
 #[derive(Debug, Error)]
@@ -67,7 +69,7 @@ pub enum RunError {
     },
     /// The scene needs a capability that a solver does not list (clause K-2).
     #[error("{0}")]
-    Unmet(String),
+    Unmet(SceneErrors),
     /// A defect of this program: a panic while the solvers share its thread.
     #[error("this program has a defect: {0}")]
     Panicked(String),
@@ -158,6 +160,17 @@ impl RunError {
                 | SessionError::Refused { who, .. }
                 | SessionError::Failed { who, .. },
             ) => Some(*who),
+            _ => None,
+        }
+    }
+
+    /// That a solver does not take `scene`, with the lines of the scene.
+    pub fn refusal(&self, scene: &Scene) -> Option<SceneErrors> {
+        match self {
+            Self::Session(SessionError::Refused { who, refusal }) => {
+                Some(refused(scene, *who, refusal))
+            }
+            Self::Unmet(errors) => Some(errors.clone()),
             _ => None,
         }
     }
