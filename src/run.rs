@@ -340,6 +340,8 @@ pub fn options(args: &HowArgs, record: bool, scene: &Scene) -> Result<RunOptions
             dem: process(scene.solvers.dem.as_ref(), "dem")?,
         }
     };
+    // In this thread there is nobody to wait for: a solver that hangs hears nothing.
+    let asked = interrupt(!args.in_process)?;
     Ok(RunOptions {
         solvers,
         threads: args.threads.into(),
@@ -349,7 +351,8 @@ pub fn options(args: &HowArgs, record: bool, scene: &Scene) -> Result<RunOptions
         screen: Some(terminal::screen().clone()),
         patience: Duration::from_secs_f64(args.patience),
         stepping: None,
-        interrupt: interrupt()?,
+        interrupt: asked.to_end,
+        at_once: asked.at_once,
         save: on_signal(SIGUSR1)?,
     })
 }
