@@ -129,8 +129,8 @@ mod tests {
     #[test]
     fn a_wrong_count_is_told_with_the_number_that_is_wrong() {
         let header = |set, count| StepHeader {
-            set,
             count,
+            set,
             ..StepHeader::default()
         };
         let told = |header, sent| not_of_set("forces", &header, sent, (1, 24));
