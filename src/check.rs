@@ -8,11 +8,10 @@ use coupler::run::checkpoint::branch::Branch;
 use coupler::run::estimate::Estimate;
 use coupler::run::resources;
 use coupler::run::stability::Sides;
-use coupler::scene::{Scene, SceneFile, refused};
+use coupler::scene::{Scene, SceneFile, pressing, refuse_points_within_bodies, refused};
 use interface::config::{DemConfig, MpmConfig};
 use interface::forces::{Forces, Points};
 use interface::message::control::Party;
-use interface::message::wire::ContactState;
 use interface::solver::{DemSolver, Fault, MpmSolver, Readiness};
 use interface::step::Step;
 
@@ -63,8 +62,9 @@ pub fn check(args: &CheckArgs) -> ExitCode {
 fn valid(mut scene: Scene, path: &Path, which: &str) -> Result<(), String> {
     let begun = begin(&mut scene, POINTS_AT_ONCE)?;
     let lack = resources::check(&scene).err().map(|lack| lack.in_words());
+    let too_long = Estimate::new(&scene, begun.ready, begun.limits.as_ref()).too_long();
     let warnings = scene.warnings.iter().chain(&begun.warning);
-    for warning in warnings.chain(&lack) {
+    for warning in warnings.chain(&too_long).chain(&lack) {
         say(format_args!(
             "warning: {}{which}: {warning}",
             path.display()
@@ -148,6 +148,7 @@ fn begin(scene: &mut Scene, most: f64) -> Result<Begun, String> {
         None => Branch::find(scene).map_err(|errors| errors.to_string())?,
     };
     resources::check_memory(scene).map_err(|error| format!("error: {}", error.in_words()))?;
+    refuse_points_within_bodies(scene).map_err(|errors| errors.to_string())?;
     let mut begun = Begun::default();
     if scene.points_estimate() > most {
         begun.warning = Some(format!(
@@ -164,11 +165,11 @@ fn begin(scene: &mut Scene, most: f64) -> Result<Begun, String> {
     } else if let Some(branch) = branch {
         restore(scene, &branch, &mut solvers)?;
     } else {
-        let (limits, pressing) = opening_step(solvers)
+        let (limits, pressing) = opening_step(scene, solvers)
             .map_err(|fault| format!("error: at the start of a run {fault}"))?;
         let both_said = scene.solvers.mpm.is_none() && scene.solvers.dem.is_none();
         begun.limits = both_said.then_some(limits);
-        begun.warning = told(scene, &pressing);
+        begun.warning = pressing;
     }
     Ok(begun)
 }
@@ -178,38 +179,14 @@ fn begin(scene: &mut Scene, most: f64) -> Result<Begun, String> {
 /// # Errors
 /// Why no run would come to its first step.
 fn restore(scene: &Scene, branch: &Branch, (mpm, dem): &mut Solvers) -> Result<(), String> {
-    let refused = |refusal| refused(scene, &refusal).to_string();
+    let refused = |who| move |refusal| refused(scene, who, &refusal).to_string();
     if let (Some(mpm), Some(saved)) = (mpm, branch.saved(Party::Mpm)) {
-        mpm.restore(saved).map_err(refused)?;
+        mpm.restore(saved).map_err(refused(Party::Mpm))?;
     }
     if let (Some(dem), Some(saved)) = (dem, branch.saved(Party::Dem)) {
-        dem.restore(saved).map_err(refused)?;
+        dem.restore(saved).map_err(refused(Party::Dem))?;
     }
     Ok(())
-}
-
-/// What presses at the start, which is meant where something stands and not where stones were put into one another.
-fn told(scene: &Scene, pressing: &[ContactState]) -> Option<String> {
-    let size = |contact: &&ContactState| contact.force[0].hypot(contact.force[1]);
-    let most = pressing.iter().max_by(|a, b| size(a).total_cmp(&size(b)))?;
-    let name = |body: u64| {
-        let body = scene.dem.as_ref()?.bodies.get(body as usize)?;
-        Some(format!("body `{}`", body.name))
-    };
-    let point = || Some("a point".to_owned());
-    let (on, other) = match most.with {
-        0 => (name(most.body), name(most.other)),
-        1 => (name(most.body), point()),
-        _ => (point(), point()),
-    };
-    let count = pressing.len();
-    Some(format!(
-        "{count} contact{} at t = 0, the largest force is {:.3e} N/m, of {} on {}; what is not meant to press has to be moved",
-        if count == 1 { " presses" } else { "s press" },
-        size(&most),
-        other?,
-        on?,
-    ))
 }
 
 /// The solvers of a scene; `None` for a side that it lacks or that another program computes.
@@ -220,17 +197,17 @@ type Solvers = (Option<Box<dyn MpmSolver>>, Option<Box<dyn DemSolver>>);
 /// # Errors
 /// Why they do not take it.
 fn configured(scene: &Scene) -> Result<(Solvers, [Option<Readiness>; 2]), String> {
-    let refused = |refusal| refused(scene, &refusal).to_string();
+    let refused = |who| move |refusal| refused(scene, who, &refusal).to_string();
     let ours = |config: &MpmConfig| {
         let mut mpm = solvers::mpm();
-        let ready = mpm.configure(config).map_err(refused)?;
+        let ready = mpm.configure(config).map_err(refused(Party::Mpm))?;
         Ok::<_, String>((mpm, ready))
     };
     let mpm = scene.mpm.as_ref().filter(|_| scene.solvers.mpm.is_none());
     let (mpm, mpm_ready) = mpm.map(ours).transpose()?.unzip();
     let ours = |config: &DemConfig| {
         let mut dem = solvers::dem();
-        let ready = dem.configure(config).map_err(refused)?;
+        let ready = dem.configure(config).map_err(refused(Party::Dem))?;
         Ok::<_, String>((dem, ready))
     };
     let dem = scene.dem.as_ref().filter(|_| scene.solvers.dem.is_none());
@@ -239,8 +216,8 @@ fn configured(scene: &Scene) -> Result<(Solvers, [Option<Readiness>; 2]), String
 }
 
 /// The opening step of a run, in which nothing moves: so a check refuses what a run would, from the same code. Returned are
-/// the limits after it, and the contacts that press in it.
-fn opening_step((mpm, dem): Solvers) -> Result<(Sides, Vec<ContactState>), Fault> {
+/// the limits after it, and what presses in it.
+fn opening_step(scene: &Scene, (mpm, dem): Solvers) -> Result<(Sides, Option<String>), Fault> {
     let step = Step {
         index: 0,
         time: 0.0,
@@ -258,14 +235,14 @@ fn opening_step((mpm, dem): Solvers) -> Result<(Sides, Vec<ContactState>), Fault
     }
     let mut forces = Forces::default();
     forces.clear(set.len(), []);
-    let mut pressing = Vec::new();
+    let mut pressing = None;
     if let Some(dem) = &mut dem {
         let points = Points {
             set: &set,
             states: &states,
         };
         sides.dem = dem.contact(&step, &points, &mut forces)?.limits;
-        pressing = dem.contacts(&step, &states);
+        pressing = self::pressing(scene, &dem.contacts(&step, &states), &set, &states);
     }
     if let Some(mpm) = &mut mpm {
         sides.mpm = mpm.step(&step, forces.on_points())?;

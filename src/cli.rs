@@ -168,7 +168,7 @@ pub struct RunArgs {
     #[command(flatten)]
     pub scene: SceneArgs,
     /// Run directory; `runs/NAME` by default.
-    #[arg(long, value_name = "DIR")]
+    #[arg(long, alias = "output", value_name = "DIR")]
     pub out: Option<PathBuf>,
     /// How it is run.
     #[command(flatten)]
@@ -241,7 +241,7 @@ pub struct ReportArgs {
     #[arg(required = true, value_name = "DIR")]
     pub dirs: Vec<PathBuf>,
     /// Page to write; `report.html` in the first directory by default.
-    #[arg(long, value_name = "FILE")]
+    #[arg(long, alias = "output", value_name = "FILE")]
     pub out: Option<PathBuf>,
 }
 
@@ -298,7 +298,7 @@ pub enum LogFormat {
 #[derive(Debug, Args)]
 pub struct RunsArgs {
     /// Directory of the results; runs that it already contains are not repeated.
-    #[arg(long, value_name = "DIR")]
+    #[arg(long, alias = "output", value_name = "DIR")]
     pub out: PathBuf,
     /// Number of runs at the same time; with more than one their times are those of runs that share the machine.
     #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u16).range(1..))]
@@ -402,7 +402,7 @@ pub struct PlotArgs {
     #[arg(required = true, value_name = "[LABEL=]DATA")]
     pub data: Vec<String>,
     /// Figure to write; with frames also a film (.gif, .apng).
-    #[arg(long, value_name = "FILE.svg|.png")]
+    #[arg(long, alias = "output", value_name = "FILE.svg|.png")]
     pub out: PathBuf,
     /// Expression of columns; may be repeated.
     #[arg(
@@ -588,4 +588,23 @@ pub struct ConformanceArgs {
     /// Write the messages of every broken clause, one file for each.
     #[arg(long, value_name = "DIR")]
     pub trace: Option<PathBuf>,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// `--out` is too short for clap to see a typing error in `--ouput`.
+    #[test]
+    fn a_misspelt_option_gets_a_suggestion() {
+        for (command, option) in [
+            ("run", "--ouput"),
+            ("run", "--thread"),
+            ("plot", "--ouptut"),
+        ] {
+            let error = Cli::try_parse_from(["tandem", command, "a.toml", option, "x"]);
+            let words = error.expect_err("no such option").to_string();
+            assert!(words.contains("a similar argument exists"), "{words}");
+        }
+    }
 }

@@ -13,7 +13,7 @@ use coupler::run::checkpoint::file::CheckpointError;
 use coupler::run::killed::Killed;
 use coupler::run::resources;
 use coupler::run::{Finished, Resumed, RunOptions, Solvers, run as run_scene};
-use coupler::scene::{Scene, solver_override};
+use coupler::scene::{Scene, refuse_points_within_bodies, solver_override};
 use interface::transport::remains::sweep;
 use signal_hook::consts::SIGUSR1;
 
@@ -54,6 +54,10 @@ pub fn run(args: &RunArgs) -> ExitCode {
         Ok(options) => options,
         Err(error) => return refuse(&error),
     };
+    if let Err(errors) = refuse_points_within_bodies(&scene) {
+        complain(errors);
+        return ExitCode::from(BAD_INPUT);
+    }
     let out = args
         .out
         .clone()
@@ -205,9 +209,17 @@ fn finish(
         summary,
         place,
         unwritten,
+        refused,
     } = finished;
     // A solver of a killed run may still have lived when this run began.
     let _ = sweep(Duration::ZERO);
+    if let Some(errors) = refused {
+        match log {
+            LogFormat::Json => tracing::error!("{errors}"),
+            LogFormat::Text => complain(errors),
+        }
+        return summary.status.exit_code().into();
+    }
     if let Some(reason) = &summary.reason {
         give_reason(log, reason);
     }
@@ -328,6 +340,8 @@ pub fn options(args: &HowArgs, record: bool, scene: &Scene) -> Result<RunOptions
             dem: process(scene.solvers.dem.as_ref(), "dem")?,
         }
     };
+    // In this thread there is nobody to wait for: a solver that hangs hears nothing.
+    let asked = interrupt(!args.in_process)?;
     Ok(RunOptions {
         solvers,
         threads: args.threads.into(),
@@ -337,7 +351,8 @@ pub fn options(args: &HowArgs, record: bool, scene: &Scene) -> Result<RunOptions
         screen: Some(terminal::screen().clone()),
         patience: Duration::from_secs_f64(args.patience),
         stepping: None,
-        interrupt: interrupt()?,
+        interrupt: asked.to_end,
+        at_once: asked.at_once,
         save: on_signal(SIGUSR1)?,
     })
 }

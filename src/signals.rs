@@ -1,25 +1,53 @@
-//! Flags that signals set.
+//! What signals ask for.
 
 use std::io;
 use std::sync::Arc;
-use std::sync::atomic::AtomicBool;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::thread;
+use std::time::{Duration, Instant};
 
 use coupler::record::summary::Status;
 use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM, SIGXCPU};
-use signal_hook::flag;
+use signal_hook::iterator::Signals;
+use signal_hook::{flag, low_level};
 
-/// A flag that ends a run in order: set by Ctrl-C and SIGTERM, of which the second does not wait for that, by the end of
-/// the terminal (SIGHUP), and by a queue's warning (SIGXCPU).
-pub fn interrupt() -> Result<Arc<AtomicBool>, String> {
-    let interrupt = Arc::new(AtomicBool::new(false));
-    for signal in [SIGINT, SIGTERM] {
-        let code = i32::from(Status::Interrupted.exit_code());
-        flag::register_conditional_shutdown(signal, code, interrupt.clone()).map_err(no_signals)?;
-    }
-    for signal in [SIGINT, SIGTERM, SIGHUP, SIGXCPU] {
-        flag::register(signal, interrupt.clone()).map_err(no_signals)?;
-    }
-    Ok(interrupt)
+/// Time for a run that was asked to end at once to remove what is its own.
+const REMOVING: Duration = Duration::from_secs(5);
+
+/// What signals have asked of this process.
+#[derive(Debug, Default, Clone)]
+pub struct Asked {
+    /// To end in order: by Ctrl-C and SIGTERM, by the end of the terminal (SIGHUP), and by a queue's warning (SIGXCPU).
+    pub to_end: Arc<AtomicBool>,
+    /// Not to wait for anybody any more: by a second Ctrl-C or SIGTERM.
+    pub at_once: Arc<AtomicBool>,
+}
+
+/// Listens for signals. A second Ctrl-C or SIGTERM ends the process, unless it `cleans_up`: then it has some seconds for that, and
+/// one after that ends it.
+pub fn interrupt(cleans_up: bool) -> Result<Asked, String> {
+    let asked = Asked::default();
+    let listened = [SIGINT, SIGTERM, SIGHUP, SIGXCPU];
+    let mut signals = Signals::new(listened).map_err(no_signals)?;
+    let heard = asked.clone();
+    thread::spawn(move || {
+        let mut hurried: Option<Instant> = None;
+        for signal in signals.forever() {
+            let again = heard.to_end.swap(true, Ordering::Relaxed);
+            if !again || ![SIGINT, SIGTERM].contains(&signal) {
+                continue;
+            }
+            match hurried {
+                None if cleans_up => {
+                    heard.at_once.store(true, Ordering::Relaxed);
+                    hurried = Some(Instant::now());
+                }
+                Some(since) if since.elapsed() < REMOVING => {}
+                _ => low_level::exit(Status::Interrupted.exit_code().into()),
+            }
+        }
+    });
+    Ok(asked)
 }
 
 /// A flag that this signal sets.

@@ -283,7 +283,7 @@ fn runner(args: &RunsArgs) -> Result<RunnerOptions, StudyError> {
         path: "this program".into(),
         source,
     })?;
-    let interrupt = interrupt()
+    let interrupt = interrupt(false)
         .map_err(|e| StudyError::Asked(e, "start it where signals are allowed".to_owned()))?;
     Ok(RunnerOptions {
         program,
@@ -292,7 +292,7 @@ fn runner(args: &RunsArgs) -> Result<RunnerOptions, StudyError> {
         in_process: args.in_process,
         trust: args.trust,
         jobs: args.jobs.into(),
-        interrupt,
+        interrupt: interrupt.to_end,
     })
 }
 

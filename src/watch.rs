@@ -30,7 +30,7 @@ pub fn watch(args: &WatchArgs) -> ExitCode {
         ));
         return ExitCode::from(BAD_INPUT);
     }
-    let interrupt = match interrupt() {
+    let interrupt = match interrupt(false) {
         Ok(interrupt) => interrupt,
         Err(error) => return failed(&error),
     };
@@ -42,7 +42,7 @@ pub fn watch(args: &WatchArgs) -> ExitCode {
     let _ = nice(NICE);
     say(format_args!("the run is shown at {}", live.address()));
     // Ctrl-C on a terminal reaches a run and its server: the run ends, and has a last page.
-    let stop = || !args.of_run && interrupt.load(Ordering::Relaxed);
+    let stop = || !args.of_run && interrupt.to_end.load(Ordering::Relaxed);
     match live.serve(stop) {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => failed(&error.to_string()),

@@ -4,6 +4,11 @@ use std::collections::BTreeSet;
 use std::path::Path;
 use std::time::{Duration, Instant};
 
+use conformance::mutant::{Flaw, Host, serve};
+use interface::message::control::Notice;
+use interface::transport::domain::Domain;
+use interface::transport::raw::Medium;
+
 use crate::harness::{
     Ended, Place, RunFiles, Running, dice, lives, run_of, scene, segments, signal, until,
 };
@@ -331,6 +336,76 @@ fn an_interrupt_is_heard_before_the_solvers_have_come() {
     place.assert_clean(&ended.runs);
     let files = RunFiles::read(&place.path("out"));
     assert_eq!(files.text("status"), "interrupted");
+}
+
+/// The variable that makes a process of this program a solver that says no goodbye.
+const NO_GOODBYE: &str = "TANDEM_NO_GOODBYE";
+
+/// No test, but what the next one starts.
+#[test]
+fn a_process_that_is_told_to_says_no_goodbye() {
+    if let Ok(run) = std::env::var(NO_GOODBYE) {
+        let swallowed = Flaw::passing(|message| match message.as_notice() {
+            Ok(Notice::Bye) => Vec::new(),
+            _ => vec![message],
+        });
+        let domain = Domain::join(&run).unwrap();
+        let host = Host::Dem(|| Box::new(dem_proc::Sdem::default()));
+        serve(Medium::Processes, &domain, host, swallowed);
+    }
+}
+
+/// The coupler was deaf for up to two minutes, and a second Ctrl-C left the solvers and what is in shared memory.
+#[test]
+fn an_interrupt_is_heard_while_a_goodbye_is_waited_for() {
+    let tests = std::env::current_exe().unwrap();
+    let test = "deaths::a_process_that_is_told_to_says_no_goodbye";
+    let script = format!(
+        "{NO_GOODBYE}=$2 exec \"{}\" --exact {test} --nocapture >/dev/null",
+        tests.display()
+    );
+    let command = format!("sh -c '{script}' sh");
+    for (signals, most) in [(1, Duration::from_secs(8)), (2, Duration::from_secs(4))] {
+        let place = Place::new();
+        let more = ["--variant", "quick", "--set", "check=[]", "--dem", &command];
+        let mut run = place.start_run("out", &scene("jiang2020/collision_hard"), &more);
+        let dem = run.solver("out", "dem");
+        run.stepping("out");
+        // It is short: after this it waits for the goodbye.
+        std::thread::sleep(Duration::from_secs(2));
+        let asked = Instant::now();
+        for _ in 0..signals {
+            signal(run.pid(), "INT");
+            std::thread::sleep(Duration::from_millis(100));
+        }
+        let ended = run.end().expect(130);
+        let took = asked.elapsed();
+        assert!(took < most + Duration::from_secs(4), "{took:?}");
+        assert!(!lives(dem));
+        place.assert_clean(&ended.runs);
+        let files = RunFiles::read(&place.path("out"));
+        assert_eq!(files.text("status"), "interrupted");
+    }
+}
+
+/// It was ended by SIGBUS, without a word.
+#[test]
+fn shared_memory_that_vanishes_is_told() {
+    let place = Place::new();
+    let mut run = start_long(&place, "out", &[]);
+    run.stepping("out");
+    a_random_while();
+    for name in segments(&run.runs()) {
+        let segment = std::fs::OpenOptions::new()
+            .write(true)
+            .open(Path::new("/dev/shm").join(name));
+        let _ = segment.and_then(|segment| segment.set_len(0));
+    }
+    run.end()
+        .expect(3)
+        .says(&["shared memory of the run vanished"]);
+    // Whoever was the first to end has not removed the run.
+    place.start(&["clean"]).end().expect(0);
 }
 
 /// A run with another solver, which is none.

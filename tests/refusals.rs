@@ -113,7 +113,7 @@ fn what_presses_at_the_start_is_told() {
         for command in ["check", "plan"] {
             let words = [command, path.to_str().unwrap()];
             let ended = place.start(&words).end().expect(0);
-            let phrase = "of a point on body `target`; what is not meant to press has to be moved";
+            let phrase = "overlaps body `target` by";
             assert_eq!(ended.stdout.contains(phrase), told, "{}", ended.stdout);
         }
     }
@@ -267,19 +267,28 @@ fn a_refusal_by_a_solver_names_the_key() {
     let place = Place::new();
     let root_of_what_is_negative = "mpm.points.0.velocity=[\"sqrt(-1-x^2)\", 0.0]";
     let set = ["--variant", "quick", "--set", root_of_what_is_negative];
-    let ended = place.run("out", &scene(HARD), &set).expect(3);
+    let ended = place.start(&[&["run", &scene(HARD), "--out", "out"], &set[..]].concat());
+    let ended = ended.end().expect(3);
     place.assert_clean(&ended.runs);
-    let files = RunFiles::read(&place.path("out"));
-    assert_eq!(files.text("status"), "failed");
-    let reason = files.text("reason");
-    for phrase in [
-        "the mpm refused its part of the scene",
-        "mpm.points.0.velocity",
+    let refusal = "the mpm refuses `mpm.points.0.velocity`";
+    let told = ended.stderr.matches(refusal).count();
+    assert_eq!(told, 1, "{}", ended.stderr);
+    assert_eq!(ended.stdout, "", "there are no results");
+    assert!(!place.path("out").exists(), "it left a directory");
+    ended.says(&[
         "it must be finite at every point",
-    ] {
-        assert!(reason.contains(phrase), "no `{phrase}` in: {reason}");
-    }
-    ended.says(&["the mpm refused its part of the scene"]);
+        "--set mpm.points.0.velocity",
+    ]);
+    // The result of an earlier run stays.
+    place
+        .run("out", &scene(HARD), &["--variant", "quick"])
+        .expect(0);
+    place
+        .run("out", &scene(HARD), &set)
+        .expect(3)
+        .says(&[refusal]);
+    assert_eq!(RunFiles::read(&place.path("out")).text("status"), "done");
+    assert!(!place.path("out/failed-start").exists());
 }
 
 /// Each solver in the place of the other: the run ends at once, and says of both sides what is wrong.
@@ -323,12 +332,12 @@ fn what_cannot_begin_is_refused_by_check_and_plan() {
         format!("{}{}", disc("one", 0.03), disc("two", 0.03 + x))
     };
     let rows = [
-        (
-            block("[0.03, 0.03]"),
-            "is near the middle of body 1 (block)",
-        ),
+        (block("[0.03, 0.03]"), "are wholly inside body `block`"),
         (notched.to_owned(), "too large for the notch"),
-        (discs(0.004), "is near the middle of body"),
+        (
+            discs(0.004),
+            "body \"two\" overlaps body \"one\" by 1.600e-2 m",
+        ),
         (
             "[[mpm.points]]\nname = \"again\"\nmaterial = \"soft\"\nspacing.per_cell = 4\n\
              fill.rectangle = { lower = [0.03, 0.03], upper = [0.05, 0.05] }\n"

@@ -176,7 +176,8 @@ fn lists_and_trees_never_miss_a_contact() {
         let mut dem = Sdem::default();
         // Stars with a sphero-radius of 0.02 have no notch that is narrow enough to be refused. If one has, another
         // seed must be chosen.
-        dem.configure(&config).unwrap();
+        // Some lie so deep in one another that the solver would refuse them.
+        dem.system = crate::setup::configure::configure(&config).unwrap().0;
         dem.imp_set(&set);
         let mut got = vec![ImpForce::default(); set.len()];
         let (mut touched, mut passages) = (0, 0);

@@ -65,7 +65,10 @@ impl DemSolver for Sdem {
     }
 
     fn configure(&mut self, config: &DemConfig) -> Result<Readiness, Refusal> {
-        let (system, readiness) = configure(config)?;
+        let (mut system, readiness) = configure(config)?;
+        if let Some(passed) = system.passed_at_the_start() {
+            return Err(passed.refusal(&system.bodies));
+        }
         (self.system, self.mark) = (system, mark(config));
         Ok(readiness)
     }

@@ -7,6 +7,7 @@ use interface::step::Step;
 
 use crate::body::load::Load;
 use crate::contact::impact::{Impacts, SurfaceMotion};
+use crate::contact::passage::PassedBodies;
 use crate::contact::point_side::Interval;
 use crate::law::LastStep;
 use crate::ledger::measure;
@@ -45,6 +46,20 @@ impl System {
             self.commit(step); //                         histories, ledger, v^{n+1/2}
             self.drift(step.dt); //                       eq. 42, x^n -> x^{n+1}
         }
+    }
+
+    /// Two bodies of which one is on the wrong side of the other before anything has moved.
+    pub(crate) fn passed_at_the_start(&mut self) -> Option<PassedBodies> {
+        self.pairs.as_ref()?;
+        let opening = Step {
+            index: 0,
+            time: 0.0,
+            dt_before: 0.0,
+            dt: 0.0,
+            measure: false,
+        };
+        self.meet(&opening, &[], &mut []);
+        self.pairs.as_ref()?.passed(&self.bodies)
     }
 
     /// The contacts that press in the evaluation of this step: of bodies, of points with bodies, and of pairs of

@@ -132,10 +132,11 @@ fn damping_and_readiness_are_declared() {
         damping_ratio: 0.25,
         damped_mass: 0.0,
     };
-    let config = scene(
+    let mut config = scene(
         vec![body(BodyShape::Disc, 1.0), fixed(BodyShape::Disc, 1.0)],
         law,
     );
+    config.bodies[1].position = [3.0, 0.0];
     let mut dem = dem_proc::Sdem::default();
     let ready = dem.configure(&config).unwrap();
     assert_eq!(

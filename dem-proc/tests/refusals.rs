@@ -248,7 +248,8 @@ fn two_bare_bodies_that_would_never_touch_are_refused() {
         width: 1.0,
         height: 1.0,
     };
-    let bare = scene(vec![fixed(square(), 0.0), body(square(), 0.0)], spring(1.0));
+    let mut bare = scene(vec![fixed(square(), 0.0), body(square(), 0.0)], spring(1.0));
+    bare.bodies[1].position = [3.0, 0.0];
     let (key, message) = refusal(&bare);
     assert_eq!(key, "dem.body.1.sphero_radius");
     assert!(
@@ -266,4 +267,17 @@ fn two_bare_bodies_that_would_never_touch_are_refused() {
     taken(&|c| c.bodies[0].sphero_radius = 0.1);
     taken(&|c| c.bodies[1].motion = Motion::Fixed);
     taken(&|c| c.overlap = OverlapMeasure::NearestEdge);
+}
+
+/// A run began with it, and ended in its first step with the advice to shorten the step.
+#[test]
+fn bodies_that_lie_deep_in_one_another_are_refused_with_their_overlap() {
+    let disc = || body(BodyShape::Disc, 1.0);
+    let mut deep = scene(vec![disc(), disc()], spring(1.0));
+    deep.bodies[1].position = [0.25, 0.0];
+    let (key, message) = refusal(&deep);
+    assert_eq!(key, "dem.body.1.position");
+    assert!(message.contains("by 1.750e0 m"), "{message}");
+    deep.bodies[1].position = [1.5, 0.0];
+    Sdem::default().configure(&deep).unwrap();
 }

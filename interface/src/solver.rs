@@ -70,6 +70,11 @@ pub enum Fault {
     Other(String),
 }
 
+/// Largest number of points or bodies: slots are numbered with 32 bits.
+pub(crate) const MOST_ITEMS: u64 = 1 << 32;
+/// Largest number of bytes: the largest count that a double represents exactly.
+const MOST_BYTES: u64 = 1 << 53;
+
 /// The properties that a configured solver reports.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 pub struct Readiness {
@@ -88,9 +93,6 @@ pub struct Readiness {
 }
 
 impl Readiness {
-    /// Largest number of items, and of bytes: the largest count that a double represents exactly.
-    const MOST: u64 = 1 << 53;
-
     /// The first impossible value (clause S-6): a number that is negative or not finite, or a count larger than any
     /// memory.
     pub fn impossible_value(&self) -> Option<String> {
@@ -99,12 +101,17 @@ impl Readiness {
             ("mass_min", self.mass_min),
             ("stiffness_max", self.stiffness_max),
         ];
-        let counts = [("items", self.items), ("bytes", self.bytes)];
+        let counts = [
+            ("items", self.items, MOST_ITEMS),
+            ("bytes", self.bytes, MOST_BYTES),
+        ];
         let real = reals.iter().find(|(_, x)| !(x.is_finite() && *x >= 0.0));
-        let count = counts.iter().find(|(_, n)| *n > Self::MOST);
+        let count = counts.iter().find(|(_, n, most)| n > most);
         let real = real
             .map(|(name, x)| format!("ready with {name} = {x}, expected a number of 0 or more"));
-        real.or_else(|| count.map(|(name, n)| format!("ready with {name} = {n}")))
+        real.or_else(|| {
+            count.map(|(name, n, most)| format!("ready with {name} = {n}, expected {most} at most"))
+        })
     }
 }
 

@@ -165,7 +165,7 @@ class _Mpm(Seat):
         if (header.step, header.epoch) != (self.step, grant.epoch):
             raise self.broken("dem", "F-2", f"forces of step {header.step} epoch {header.epoch}")
         if (header.set, header.count, count) != (self.generation, len(self.set), len(self.set)):
-            raise self.broken("dem", "F-3", f"{count} forces for set {header.set}, expected {len(self.set)}")
+            raise self.broken("dem", "F-3", f"{count} forces for set {header.set}, {header.count} announced; expected {len(self.set)}")
         self.checked("dem", "F-4", header)
         forces = list(wire.ImpForce.FLAT.iter_unpack(data))
         if not wire.finite(forces):

@@ -420,7 +420,7 @@ class _Dem(Seat):
             self.take_set(header)
         if (header.set, header.count, count) != (self.generation, len(self.set), len(self.set)):
             expected = f"{len(self.set)} of set {self.generation}"
-            raise self.broken("mpm", "I-3", f"{count} states of set {header.set}, expected {expected}")
+            raise self.broken("mpm", "I-3", f"{count} states of set {header.set}, {header.count} announced; expected {expected}")
         states = list(wire.ImpState.FLAT.iter_unpack(data))
         if not wire.finite(states):
             slot = next(i for i, state in enumerate(states) if not wire.finite([state]))

@@ -156,6 +156,7 @@ fn options() -> RunOptions {
         patience: Duration::from_mins(1),
         stepping: None,
         interrupt: Arc::new(AtomicBool::new(false)),
+        at_once: Arc::default(),
         save: Arc::new(AtomicBool::new(false)),
     }
 }

@@ -275,6 +275,24 @@ impl RunDir {
         Ok(self.root.join(aside))
     }
 
+    /// Removes all that this run has written, and the directory if nothing else is in it. Errors leave files of the run there, which
+    /// the next one replaces.
+    pub fn discard(&self) {
+        let inner = self.inner();
+        if inner.place != Path::new("") {
+            let _ = remove_all(&self.root.join(NEXT));
+            return;
+        }
+        let ours = inner.ours.names.iter().map(String::as_str);
+        for name in ours.chain([WRITTEN, LOCK]) {
+            let _ = files::remove(&self.root, name);
+        }
+        for folder in [FRAMES, CHECKPOINTS] {
+            let _ = files::remove_folder(&self.root, folder);
+        }
+        let _ = fs::remove_dir(&self.root);
+    }
+
     /// Writes `summary.json`.
     ///
     /// # Errors

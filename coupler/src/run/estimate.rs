@@ -58,6 +58,34 @@ impl Estimate {
     }
 }
 
+/// Least time in s that a step takes for a point, and for the exchange between the processes (docs/performance-mpm.md).
+const POINT: f64 = 30e-9;
+const EXCHANGE: f64 = 10e-6;
+/// A run that takes longer is probably not meant, in s.
+const LONG: f64 = 86_400.0;
+
+impl Estimate {
+    /// Number of steps, if the step stays as it is at the start.
+    fn steps(&self) -> Option<f64> {
+        Some((self.end / self.limits.first()?.step).ceil())
+    }
+
+    /// That the run takes longer than a day, however fast the machine is.
+    pub fn too_long(&self) -> Option<String> {
+        let steps = self.steps()?;
+        let points = self.ready.iter().filter(|(party, _)| *party == Party::Mpm);
+        let points = points.filter_map(|(_, ready)| Some(ready.as_ref()?.items as f64));
+        let seconds = steps * (EXCHANGE + POINT * points.sum::<f64>());
+        (seconds > LONG).then(|| {
+            format!(
+                "about {steps:.1e} steps, which take {:.1} days or more; `tandem plan` measures it, and `time.end` is {} s",
+                seconds / LONG,
+                self.end
+            )
+        })
+    }
+}
+
 fn step_limits(
     scene: &Scene,
     [mpm, dem]: [Option<&Readiness>; 2],
@@ -143,12 +171,8 @@ impl Display for Estimate {
                  (dem.contact_resolution)"
             )?;
         }
-        match self.limits.first() {
-            Some(limit) => writeln!(
-                f,
-                "  steps    about {}{more}",
-                (self.end / limit.step).ceil()
-            ),
+        match self.steps() {
+            Some(steps) => writeln!(f, "  steps    about {steps}{more}"),
             None => writeln!(f, "  step     not known before the run"),
         }
     }
@@ -168,6 +192,41 @@ fn memory(ready: Option<&Readiness>) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// An end of 800 s in place of 8 was not mentioned.
+    #[test]
+    fn a_run_of_days_is_told() {
+        let of = |end: f64, items: u64| Estimate {
+            ready: vec![(
+                Party::Mpm,
+                Some(Readiness {
+                    items,
+                    ..Readiness::default()
+                }),
+            )],
+            limits: vec![StepLimit {
+                name: String::new(),
+                step: 1e-5,
+            }],
+            impacts: None,
+            end,
+        };
+        assert_eq!(of(8.0, 100_000).too_long(), None);
+        let told = of(800.0, 100_000).too_long().unwrap();
+        assert!(
+            told.starts_with("about 8.0e7 steps, which take 2.8 days or more"),
+            "{told}"
+        );
+        assert!(told.ends_with("`time.end` is 800 s"), "{told}");
+        assert_eq!(
+            Estimate {
+                limits: Vec::new(),
+                ..of(800.0, 100_000)
+            }
+            .too_long(),
+            None
+        );
+    }
 
     #[test]
     fn a_solver_that_does_not_say_its_memory_is_not_guessed() {

@@ -10,6 +10,8 @@ use crate::record::rundir::RunDirError;
 use crate::record::summary::Status;
 use crate::run::launch::StartError;
 use crate::run::stability::Bound;
+use crate::scene::diagnostic::SceneErrors;
+use crate::scene::{Scene, refused};
 
 /// Why a run did not reach its end.
 #[derive(Debug, Error)]
@@ -67,7 +69,7 @@ pub enum RunError {
     },
     /// The scene needs a capability that a solver does not list (clause K-2).
     #[error("{0}")]
-    Unmet(String),
+    Unmet(SceneErrors),
     /// A defect of this program: a panic while the solvers share its thread.
     #[error("this program has a defect: {0}")]
     Panicked(String),
@@ -80,6 +82,9 @@ pub enum RunError {
     /// The run was asked to end while a solver was stopped.
     #[error("interrupted while the {0} solver was {1}")]
     InterruptedHeld(Party, Hold),
+    /// The run was asked to end and did not wait for its solvers, for this reason.
+    #[error("interrupted without the end of the solvers: {0}")]
+    InterruptedAtOnce(&'static str),
     /// The run directory cannot be written any more.
     #[error(transparent)]
     Output(#[from] RunDirError),
@@ -105,7 +110,9 @@ impl RunError {
             Self::Unmet(_) => "change these keys of the scene, or use another solver",
             Self::Panicked(_) => "please report it, with the scene",
             Self::Checkpoint(_) => "run the scene again from its start",
-            Self::Interrupted | Self::InterruptedHeld(..) => "the results until then are kept",
+            Self::Interrupted | Self::InterruptedHeld(..) | Self::InterruptedAtOnce(_) => {
+                "the results until then are kept"
+            }
             Self::Output(error) => error.advice(),
             Self::Session(error) => match error {
                 SessionError::Vanished { .. } => {
@@ -140,6 +147,9 @@ impl RunError {
                 {
                     "nothing keeps the material on the grid: add a body or a wall (mpm.walls), enlarge mpm.domain, or write mpm.leaving = \"remove\""
                 }
+                SessionError::Failed { failure, .. } if failure.fault.is_none() => {
+                    "what it names is a fault of the exchange: interface/PROTOCOL.md has the clauses, mpm.log and dem.log what the solvers wrote"
+                }
                 SessionError::Failed { .. } => {
                     "history.csv shows how the values grew; a smaller time.max_step may help"
                 }
@@ -162,6 +172,17 @@ impl RunError {
         }
     }
 
+    /// That a solver does not take `scene`, with the lines of the scene.
+    pub fn refusal(&self, scene: &Scene) -> Option<SceneErrors> {
+        match self {
+            Self::Session(SessionError::Refused { who, refusal }) => {
+                Some(refused(scene, *who, refusal))
+            }
+            Self::Unmet(errors) => Some(errors.clone()),
+            _ => None,
+        }
+    }
+
     /// The status of a run that ends with this error.
     pub fn status(&self) -> Status {
         match self {
@@ -171,7 +192,9 @@ impl RunError {
             {
                 Status::Unstable
             }
-            Self::Interrupted | Self::InterruptedHeld(..) => Status::Interrupted,
+            Self::Interrupted | Self::InterruptedHeld(..) | Self::InterruptedAtOnce(_) => {
+                Status::Interrupted
+            }
             Self::Session(_)
             | Self::SharedMemory { .. }
             | Self::Start(_)
@@ -186,6 +209,7 @@ impl RunError {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use interface::message::control::Failure;
 
     #[test]
     fn created_energy_is_reported_as_unstable_or_unresolved() {
@@ -207,6 +231,24 @@ mod tests {
         );
         assert!(coarse.advice().contains("dem.contact_resolution"));
         assert!(!blow_up(false).advice().contains("resolution"));
+    }
+
+    /// "a smaller time.max_step may help" was advised where a solver had sent too few forces.
+    #[test]
+    fn a_fault_of_the_exchange_is_not_blamed_on_the_step() {
+        let advice = |fault| {
+            let failure = Failure {
+                step: 0,
+                fault,
+                message: "the dem broke clause F-3 of the protocol".into(),
+            };
+            let who = Party::Mpm;
+            RunError::Session(SessionError::Failed { who, failure }).advice()
+        };
+        assert!(advice(None).contains("interface/PROTOCOL.md"));
+        assert!(!advice(None).contains("max_step"));
+        let fault = Fault::Other("point 3 is near the middle of body 1".into());
+        assert!(advice(Some(fault)).contains("max_step"));
     }
 
     /// D12, D14: "raise coupling.deadline" was advised where it has no effect, and "make room" for any write error.

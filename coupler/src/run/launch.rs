@@ -1,5 +1,7 @@
 //! Starts solvers as processes, watches them, keeps their output, and makes sure that they end.
 
+use std::collections::VecDeque;
+use std::fs::File;
 use std::io::{self, Read, Write};
 use std::os::unix::process::ExitStatusExt;
 use std::process::{Child, ChildStderr, ExitStatus, Stdio};
@@ -36,6 +38,8 @@ const GRACE: Duration = Duration::from_secs(2);
 const READING: Duration = Duration::from_millis(500);
 /// Bytes of a solver's output that are kept in memory.
 const KEPT: usize = 8 << 10;
+/// Bytes of a solver's output from which its file is bounded: the head, and as much of the end again.
+const HEAD: u64 = 8 << 20;
 /// Number of its last lines that are quoted when a run fails.
 const LAST_LINES: usize = 20;
 
@@ -196,7 +200,7 @@ impl Said {
         let kept = tail.clone();
         let reader = thread::spawn(move || {
             // The file is created at the first output.
-            let mut file = None;
+            let mut file: Option<HeadAndTail<File>> = None;
             let mut bytes = vec![0; 4096];
             loop {
                 let said = match stderr.read(&mut bytes) {
@@ -215,12 +219,15 @@ impl Said {
                     let opened = dir
                         .as_ref()
                         .and_then(|dir| dir.open(&name, How::Append).ok());
-                    file = opened.map(|(file, _)| file);
+                    file = opened.map(|(file, _)| HeadAndTail::new(file, HEAD));
                 }
                 // If the file cannot be written, standard error still shows the output.
                 if let Some(file) = &mut file {
-                    let _ = file.write_all(said);
+                    let _ = file.write(said);
                 }
+            }
+            if let Some(file) = file {
+                let _ = file.finish();
             }
         });
         Self { tail, reader }
@@ -242,6 +249,47 @@ fn keep(tail: &mut Vec<u8>, said: &[u8]) {
     tail.extend(said);
     let over = tail.len().saturating_sub(KEPT);
     tail.drain(..over);
+}
+
+/// A log of which the head and the tail are kept, however long it is.
+struct HeadAndTail<W> {
+    file: W,
+    /// Bytes of the head that are still to come, and most bytes of the tail.
+    left: usize,
+    most: usize,
+    tail: VecDeque<u8>,
+    left_out: u64,
+}
+
+impl<W: Write> HeadAndTail<W> {
+    fn new(file: W, most: u64) -> Self {
+        let most = usize::try_from(most).unwrap_or(usize::MAX);
+        Self {
+            file,
+            left: most,
+            most,
+            tail: VecDeque::new(),
+            left_out: 0,
+        }
+    }
+
+    fn write(&mut self, said: &[u8]) -> io::Result<()> {
+        let (head, rest) = said.split_at(said.len().min(self.left));
+        self.left -= head.len();
+        self.tail.extend(rest);
+        let over = self.tail.len().saturating_sub(self.most);
+        self.tail.drain(..over);
+        self.left_out += over as u64;
+        self.file.write_all(head)
+    }
+
+    /// Nothing more comes.
+    fn finish(mut self) -> io::Result<()> {
+        if self.left_out > 0 {
+            writeln!(self.file, "\n[{} bytes are left out here]", self.left_out)?;
+        }
+        self.file.write_all(self.tail.make_contiguous())
+    }
 }
 
 fn last_lines(tail: &[u8]) -> String {
@@ -355,6 +403,23 @@ mod tests {
         let pid = std::fs::read_to_string(&file).unwrap();
         processes.end_all();
         assert_ends(pid.trim());
+    }
+
+    /// A solver that wrote all the time filled the disk.
+    #[test]
+    fn of_a_long_log_head_and_tail_are_kept() {
+        let written = |pieces: &[&[u8]]| {
+            let mut file = Vec::new();
+            let mut log = HeadAndTail::new(&mut file, 4);
+            for piece in pieces {
+                log.write(piece).unwrap();
+            }
+            log.finish().unwrap();
+            String::from_utf8(file).unwrap()
+        };
+        assert_eq!(written(&[b"ab", b"cdef", b"gh"]), "abcdefgh");
+        let long = written(&[b"abc", b"defghijk", b"l", b"mn"]);
+        assert_eq!(long, "abcd\n[6 bytes are left out here]\nklmn");
     }
 
     #[test]

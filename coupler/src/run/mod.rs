@@ -53,6 +53,7 @@ pub use crate::run::options::{RunOptions, Solvers};
 use crate::run::resources::{Segments, SharedMemory};
 use crate::run::supervise::Run;
 use crate::scene::Scene;
+use crate::scene::diagnostic::SceneErrors;
 
 /// The result of a run.
 #[derive(Debug)]
@@ -64,6 +65,8 @@ pub struct Finished {
     pub place: PathBuf,
     /// Why `summary.json` could not be written.
     pub unwritten: Option<RunDirError>,
+    /// That a solver does not take the scene. A new run that is refused leaves no files.
+    pub refused: Option<SceneErrors>,
 }
 
 /// Runs `scene` and writes the results to `dir`. With `branch` it begins with the state of another run. A run that
@@ -121,6 +124,7 @@ fn run_from(scene: &Scene, options: &RunOptions, dir: &RunDir, from: Origin) -> 
     let started = Instant::now();
     let shared_thread = matches!(options.solvers, Solvers::InProcess { .. });
     let mut account = Account::new(scene, shared_thread);
+    let is_new = !matches!(from, Origin::Itself(_));
     let ended = recorder(scene, options, dir, &from).and_then(|recorder| {
         let sink = recorder.as_ref().map(Recorder::sink);
         let ended = Run::new(scene, options, dir, &mut account, from).and_then(|mut run| {
@@ -137,7 +141,17 @@ fn run_from(scene: &Scene, options: &RunOptions, dir: &RunDir, from: Origin) -> 
         let recorded = recorder.map_or(Ok(()), Recorder::finish);
         ended.and_then(|()| Ok(recorded.map_err(SessionError::from)?))
     });
+    let refused = ended.as_ref().err().and_then(|error| error.refusal(scene));
     let summary = account.summarise(&ended, started.elapsed());
+    if refused.is_some() && is_new {
+        dir.discard();
+        return Finished {
+            summary,
+            place: dir.path().to_path_buf(),
+            unwritten: None,
+            refused,
+        };
+    }
     let written = dir.write_summary(&summary);
     let (place, settled) = match dir.settle() {
         Ok(place) => (place, Ok(())),
@@ -147,6 +161,7 @@ fn run_from(scene: &Scene, options: &RunOptions, dir: &RunDir, from: Origin) -> 
         summary,
         place,
         unwritten: written.and(settled).err(),
+        refused,
     }
 }
 

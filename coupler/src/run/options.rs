@@ -29,6 +29,8 @@ pub struct RunOptions {
     pub stepping: Option<Duration>,
     /// Set from outside to end the run in order, after a last checkpoint.
     pub interrupt: Arc<AtomicBool>,
+    /// Set from outside to end it without waiting for the solvers.
+    pub at_once: Arc<AtomicBool>,
     /// Set from outside to save a checkpoint soon.
     pub save: Arc<AtomicBool>,
 }

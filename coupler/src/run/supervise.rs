@@ -37,6 +37,8 @@ use crate::scene::Scene;
 const WINDOW_TIME: Duration = Duration::from_millis(200);
 /// A positive energy residual above this share of the energy in play is an instability, and not an error of the scheme.
 const BLOW_UP: f64 = 0.5;
+/// After an interrupt, longest wait for the solvers' last step and their goodbyes. With what follows a run ends within 8 s.
+const FAREWELL: Duration = Duration::from_secs(5);
 /// The opening and the closing step have no length. They give the forces, limits and energies at the start and at the
 /// end.
 const STANDSTILL: Epoch = Epoch {
@@ -74,6 +76,8 @@ pub(crate) struct Resources {
     pub disk: Disk,
     /// The shared memory through which the solvers join.
     pub shared_memory: Option<SharedMemory>,
+    /// When a wait first heard that the run is to end.
+    heard: Option<Instant>,
 }
 
 /// The checkpoints of a run.
@@ -209,6 +213,7 @@ impl<'a> Run<'a> {
                 pauses: Pauses::new(options.patience),
                 disk: Disk::default(),
                 shared_memory: None,
+                heard: None,
             },
             outputs,
             checkpoints: Checkpoints::default(),
@@ -643,7 +648,7 @@ impl Supervisor for Run<'_> {
     }
 
     /// Before the first step there is nothing to finish, so an interrupt ends the session. Later the run ends in order,
-    /// unless something has stopped a solver (D16).
+    /// unless something has stopped a solver (D16), its last messages do not come, or a second interrupt does not wait for them.
     fn interrupted(&mut self, arriving: bool) -> Option<Stop> {
         if arriving
             && self
@@ -661,9 +666,14 @@ impl Supervisor for Run<'_> {
         if !self.options.interrupt.load(Ordering::Relaxed) {
             return None;
         }
+        let heard = *self.resources.heard.get_or_insert_with(Instant::now);
+        let no_goodbye = self.schedule.phase == Phase::Done && heard.elapsed() > FAREWELL;
+        let at_once = self.options.at_once.load(Ordering::Relaxed);
         let failure = match self.resources.pauses.held_now() {
             _ if arriving => RunError::Interrupted,
             Some((party, hold)) => RunError::InterruptedHeld(party, hold),
+            None if at_once => RunError::InterruptedAtOnce("it was asked twice"),
+            None if no_goodbye => RunError::InterruptedAtOnce("the solvers did not say goodbye"),
             None => return None,
         };
         self.failure = Some(failure);

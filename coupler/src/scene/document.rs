@@ -406,6 +406,14 @@ impl Document {
         }
     }
 
+    /// Where a value was written, for a message of one line: "line 12, mpm.cell".
+    pub fn whereabouts(&self, path: &str) -> String {
+        match self.place(path, Part::Value) {
+            Place::Line { line, .. } => format!("line {line}, {path}"),
+            Place::File { .. } | Place::Set { .. } => path.to_owned(),
+        }
+    }
+
     /// A message about a path.
     pub fn diagnostic(
         &self,

@@ -17,12 +17,14 @@ mod chains;
 mod continuum;
 pub mod diagnostic;
 mod document;
+mod doubts;
 mod forcing;
 mod group_pairs;
 mod model;
 mod needs;
 mod output;
 mod parse;
+mod placement;
 pub mod plan;
 mod problems;
 mod schema;
@@ -42,6 +44,7 @@ pub use model::{
     CheckpointPlan, Coupling, Criterion, Measurand, Output, Scene, Solvers, Start, Study, TimePlan,
 };
 pub use needs::{refused, unmet};
+pub use placement::{pressing, refuse_points_within_bodies};
 pub use schema::schema;
 pub use solvers::solver_override;
 pub use written::VERSION;

@@ -38,9 +38,9 @@ pub fn unmet(
 }
 
 /// The refusal of a solver, reported at the line of the scene.
-pub fn refused(scene: &Scene, refusal: &Refusal) -> SceneErrors {
+pub fn refused(scene: &Scene, who: Party, refusal: &Refusal) -> SceneErrors {
     let path = body_or_set(&refusal.key, &scene.document);
-    let message = format!("`{path}`: {}", refusal.message);
+    let message = format!("the {who} refuses `{path}`: {}", refusal.message);
     let document = &scene.document;
     SceneErrors(vec![document.diagnostic(
         &path,

@@ -11,6 +11,7 @@ use serde::Deserialize;
 use toml::Value;
 
 use super::document::{Document, Part};
+use super::doubts::doubts;
 use super::output::{self, Context};
 use super::problems::Problems;
 use super::schema::schema;
@@ -61,6 +62,7 @@ pub(super) fn scene(mut document: Document, directory: &Path) -> Result<Scene, S
     scene.hash = hash(&scene.resolved_toml);
     scene.variants.clone_from(&document.variants);
     scene.warnings.append(&mut warnings);
+    scene.warnings.extend(doubts(&scene, &document));
     scene.document = Arc::new(document);
     Ok(scene)
 }

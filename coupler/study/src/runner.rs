@@ -338,7 +338,10 @@ impl Runner {
         let outcome = Summary::read(&directory).unwrap_or_else(|_| {
             let said = files::read_named_text(&log, SMALL).unwrap_or_default();
             let last = said.lines().rev().find(|line| !line.trim().is_empty());
-            lost(format!("{ended}; {}", last.unwrap_or("it said nothing")))
+            lost(format!(
+                "{ended}; {}",
+                last.map_or("it said nothing".into(), message_of)
+            ))
         });
         if outcome.status == coupler::record::summary::Status::Interrupted || self.interrupted() {
             return Err(StudyError::Interrupted);
@@ -416,6 +419,13 @@ fn interrupt(child: &Child) {
 
 fn in_words(status: ExitStatus) -> String {
     format!("the run left no summary ({status})")
+}
+
+/// What a line of a run's log says.
+fn message_of(line: &str) -> String {
+    let event: Option<serde_json::Value> = serde_json::from_str(line).ok();
+    let message = event.and_then(|event| Some(event["fields"]["message"].as_str()?.to_owned()));
+    message.unwrap_or_else(|| line.to_owned())
 }
 
 /// A run that left no summary.

@@ -38,7 +38,7 @@
 //!   area, which is that of a corner of 1.1 degrees, and a normal that has turned.
 
 use interface::Vec2;
-use interface::solver::Fault;
+use interface::solver::{Fault, Refusal};
 use mechanics::outline::{Feature, Nearest, nearest};
 
 use crate::body::bodies::Bodies;
@@ -158,6 +158,23 @@ impl PassedBodies {
         Fault::Other(format!(
             "body {one} ({own}) {how} body {other} ({its}) with an overlap of {overlap:.3e} m: {ADVICE}"
         ))
+    }
+
+    /// The message for the user before anything has moved.
+    pub fn refusal(&self, bodies: &Bodies) -> Refusal {
+        let [first, second] = [
+            self.bodies[0].min(self.bodies[1]),
+            self.bodies[0].max(self.bodies[1]),
+        ];
+        let [first_name, name] = [first, second].map(|b| &bodies.properties[b as usize].name);
+        let overlap = self.overlap;
+        Refusal::new(
+            format!("dem.body.{second}.position"),
+            format!(
+                "body \"{name}\" overlaps body \"{first_name}\" by {overlap:.3e} m, and contact would push them to the \
+                 wrong sides of one another; move one of them by at least that"
+            ),
+        )
     }
 }
 

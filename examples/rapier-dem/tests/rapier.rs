@@ -54,6 +54,7 @@ fn show(name: &str, variant: &str, set: &[&str], dem: fn() -> Box<dyn DemSolver>
         progress: false,
         screen: None,
         interrupt: Arc::default(),
+        at_once: Arc::default(),
         save: Arc::default(),
     };
     let summary = run(&scene, &options, &dir, None).summary;

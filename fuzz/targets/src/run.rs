@@ -114,6 +114,7 @@ pub fn options(record: bool, interrupt: bool) -> RunOptions {
         patience: Duration::from_secs(1),
         stepping: None,
         interrupt: Arc::new(AtomicBool::new(interrupt)),
+        at_once: Arc::default(),
         save: Arc::new(AtomicBool::new(false)),
     }
 }

@@ -6,11 +6,13 @@
 //! | [`mass`] | area, centre and second moments of outlines swept by a disc |
 //! | [`rigid`] | contact with points, for a rigid-body solver whose own contact has none |
 //! | [`expression`] | formulas in a scene: fields, loads, checks |
+//! | [`fill`] | regions filled with points |
 //! | [`generate`] | sets of bodies from a seed |
 //! | [`threads`] | the threads of a solver |
 #![forbid(unsafe_code)]
 
 pub mod expression;
+pub mod fill;
 pub mod generate;
 pub mod mass;
 pub mod outline;

@@ -84,22 +84,18 @@ impl<'a> Bodies<'a> {
         if header.flags & flags::NEW_SET != 0 {
             self.receive_set(to, &header)?;
         }
-        let (sent, set, imps) = (self.states.len() as u64, to.set, to.imps);
-        if header.set != set || sent != imps || header.count != imps {
-            let message = format!(
-                "{sent} states for set {}, expected {imps} for set {set}",
-                header.set
-            );
-            return Err(broken(Party::Mpm, "I-3", to.step(), message));
+        let expected = (to.set, to.imps);
+        match check::not_of_set("states", &header, self.states.len(), expected) {
+            Some(message) => Err(broken(Party::Mpm, "I-3", to.step(), message)),
+            None => Ok(Some(header)),
         }
-        Ok(Some(header))
     }
 
     /// I-1, I-4, I-5.
     async fn next_states(&mut self, to: &Connection<'_>) -> Result<StepHeader, SessionError> {
         let channel = Channel::of(Party::Mpm, Kind::States);
         let header = to
-            .receive_in_step(channel, &mut self.states, "the states of the points")
+            .receive_in_step(channel, &mut self.states, "the states of the points (I-1)")
             .await?;
         let step = to.step();
         if header.step != step || header.epoch != to.grant.epoch {
@@ -149,8 +145,11 @@ impl<'a> Bodies<'a> {
             || !check::counted(&header, self.set.records())
         {
             return complain(format!(
-                "set {} of {} announced for states of set {}, {next} is next",
-                header.set, header.count, states.set
+                "set {} with {} points, {} announced, for states of set {}; {next} is next",
+                header.set,
+                self.set.len(),
+                header.count,
+                states.set
             ));
         }
         let Payload::Set(set) = &self.set else {

@@ -37,6 +37,22 @@ pub(crate) fn counted(header: &StepHeader, records: Records<'_>) -> bool {
     header.count == records.len() as u64
 }
 
+/// I-3, F-3: what is wrong with a message of `sent` records, expected to be one for each IMP of the set of this number.
+pub(crate) fn not_of_set(
+    what: &str,
+    header: &StepHeader,
+    sent: usize,
+    (set, imps): (u64, u64),
+) -> Option<String> {
+    let is_right = header.set == set && header.count == imps && sent as u64 == imps;
+    (!is_right).then(|| {
+        let StepHeader {
+            set: theirs, count, ..
+        } = header;
+        format!("{sent} {what} for set {theirs}, {count} announced; expected {imps} for set {set}")
+    })
+}
+
 /// I-2: finite numbers, positive radius and mass, rising ids.
 pub(crate) fn set(set: &[ImpInfo], step: u64) -> Result<(), SessionError> {
     numbers(Party::Mpm, "I-2", step, Records::Set(set))?;
@@ -107,6 +123,25 @@ mod tests {
             next,
         };
         (0..).zip(next).map(point).collect()
+    }
+
+    /// "24 forces for set 1, expected 24 for set 1".
+    #[test]
+    fn a_wrong_count_is_told_with_the_number_that_is_wrong() {
+        let header = |set, count| StepHeader {
+            count,
+            set,
+            ..StepHeader::default()
+        };
+        let told = |header, sent| not_of_set("forces", &header, sent, (1, 24));
+        assert_eq!(told(header(1, 24), 24), None);
+        assert_eq!(
+            told(header(1, 23), 24).as_deref(),
+            Some("24 forces for set 1, 23 announced; expected 24 for set 1")
+        );
+        for (header, sent) in [(header(1, 24), 23), (header(2, 24), 24)] {
+            assert!(told(header, sent).is_some());
+        }
     }
 
     #[test]

@@ -18,7 +18,7 @@ pub(super) const SETUP: Duration = Duration::from_mins(2);
 
 /// Longest wait for the coupler's answer to a Failed that blames the other solver for its silence. If there is no
 /// answer, the coupler is the silent party.
-const ANSWER: Duration = Duration::from_millis(500);
+pub(super) const ANSWER: Duration = Duration::from_millis(500);
 
 /// Largest number of a step, and of a set, in a saved state or a grant, so that counting up from it does not overflow.
 pub(super) const LATEST: u64 = 1 << 62;
@@ -313,7 +313,8 @@ impl<'a> Connection<'a> {
             return Err(self.coupler_broke("G-1", message));
         };
         if !check::counted(header, Records::Grant(grants)) {
-            return Err(self.coupler_broke("C-4", format!("{} grants announced", header.count)));
+            let message = format!("1 grant, {} announced", header.count);
+            return Err(self.coupler_broke("C-4", message));
         }
         check::number(Party::Coupler, "G-2", step, &grant)?;
         if grant.first != step || grant.steps == 0 {

@@ -40,7 +40,7 @@ impl<'a> Continuum<'a> {
         to.exchange(flags::WANT_ENVELOPES, Records::States(&[]))
             .await?;
         let channel = Channel::of(Party::Mpm, Kind::Envelopes);
-        let awaited = "the envelopes of the bodies";
+        let awaited = "the envelopes of the bodies (E-1)";
         let header = to
             .receive_in_step(channel, &mut self.envelopes, awaited)
             .await?;
@@ -50,8 +50,10 @@ impl<'a> Continuum<'a> {
             || !check::counted(&header, records)
         {
             let message = format!(
-                "envelopes of step {} with {} vertices announced",
-                header.step, header.count
+                "envelopes of step {} with {} vertices, {} announced",
+                header.step,
+                records.len(),
+                header.count
             );
             return Err(broken(Party::Dem, "E-2", step, message));
         }
@@ -70,7 +72,7 @@ impl<'a> Continuum<'a> {
     async fn receive_forces(&mut self, to: &Connection<'_>) -> Result<StepHeader, SessionError> {
         let channel = Channel::of(Party::Mpm, Kind::Forces);
         let header = to
-            .receive_in_step(channel, &mut self.forces, "the contact forces")
+            .receive_in_step(channel, &mut self.forces, "the contact forces (F-1)")
             .await?;
         let (step, set, imps, forces) = (to.step(), to.set, to.imps, forces(&self.forces));
         let complain = |clause, message| Err(broken(Party::Dem, clause, step, message));
@@ -78,12 +80,7 @@ impl<'a> Continuum<'a> {
             let message = format!("forces of step {} epoch {}", header.step, header.epoch);
             return complain("F-2", message);
         }
-        if header.set != set || header.count != imps || forces.len() as u64 != imps {
-            let message = format!(
-                "{} forces for set {}, expected {imps} for set {set}",
-                forces.len(),
-                header.set
-            );
+        if let Some(message) = check::not_of_set("forces", &header, forces.len(), (set, imps)) {
             return complain("F-3", message);
         }
         check::forces(&header, forces, step)?;

@@ -13,6 +13,9 @@ use crate::message::control::{Configure, Hello, Notice, Order, Party};
 use crate::message::wire::{Grant, StepHeader, flags};
 use crate::message::{Channel, Kind, Payload, Records};
 
+/// Time for the other solver to complain too, shorter than the [`super::connection::ANSWER`] for which the first one waits.
+const HEARING: Duration = Duration::from_millis(250);
+
 /// The run cannot continue; the solvers receive this reason.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Stop(pub String);
@@ -104,9 +107,15 @@ impl<'a> Coupler<'a> {
 
     /// A whole session.
     pub async fn session(mut self) -> Result<(), SessionError> {
-        let Err(error) = self.lead().await else {
+        let Err(mut error) = self.lead().await else {
             return Ok(());
         };
+        if let SessionError::Failed { who, failure } = &error
+            && failure.fault.is_none()
+            && let Some(earlier) = self.earlier_complaint(*who, failure.step).await
+        {
+            error = earlier;
+        }
         let reason = match &error {
             SessionError::Aborted(reason) => reason.clone(),
             other => other.to_string(),
@@ -116,6 +125,35 @@ impl<'a> Coupler<'a> {
             let _ = self.order(i, &Order::Abort(reason.clone())).await;
         }
         Err(error)
+    }
+
+    /// A solver has complained in this step. Where each waits for the other, both complain, in either order, and the complaint of
+    /// the earlier step is right: whoever is further has not sent what the other one needs before that.
+    async fn earlier_complaint(&mut self, who: Party, step: u64) -> Option<SessionError> {
+        let i = self
+            .solvers
+            .each
+            .iter()
+            .position(|sent| sent.party != who)?;
+        let sent = &self.solvers.each[i];
+        let (from, channel) = (sent.party, sent.channel(Kind::Notice));
+        let wait = Wait {
+            from,
+            at_most: HEARING,
+        };
+        let (io, inbox) = (self.io.clone(), &mut self.inbox[Kind::Notice as usize]);
+        let heard = io.arrival(wait, |signal| match (io.receive(channel, inbox)?, signal) {
+            (Some(_), _) => Ok(Some(true)),
+            (None, Signal::Expired(_)) => Ok(Some(false)),
+            (None, _) => Ok(None),
+        });
+        if !heard.await.ok()? {
+            return None;
+        }
+        let complaint = self.read_notice(i).err()?;
+        let is_earlier =
+            matches!(&complaint, SessionError::Failed { failure, .. } if failure.step < step);
+        is_earlier.then_some(complaint)
     }
 
     async fn lead(&mut self) -> Result<(), SessionError> {
@@ -471,5 +509,92 @@ impl<'a> Coupler<'a> {
             }
         }
         Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::message::Message;
+    use crate::message::control::Failure;
+    use crate::session::{Session, Turn};
+    use crate::solver::Fault;
+    use crate::transport::Transport;
+    use crate::transport::direct::Direct;
+
+    /// No solver comes as far as to a decision.
+    struct Nobody;
+
+    impl Supervisor for Nobody {
+        fn configure(&mut self, _: &Solvers) -> Result<Vec<Part>, Stop> {
+            unreachable!("not all have said Hello")
+        }
+        fn next(&mut self) -> Result<Option<Next>, Stop> {
+            unreachable!("nobody is ready")
+        }
+        fn collected(&mut self, _: &mut Solvers) -> Result<(), Stop> {
+            unreachable!("nobody is ready")
+        }
+        fn drained(&mut self, _: &mut Solvers) -> Result<(), Stop> {
+            unreachable!("nobody is ready")
+        }
+    }
+
+    fn complains(hub: &Direct, party: Party, step: u64, fault: Option<Fault>) {
+        let message = format!("said by {party}");
+        let failure = Failure {
+            step,
+            fault,
+            message,
+        };
+        let bytes = encode(&Notice::Failed(failure));
+        let header = StepHeader {
+            count: bytes.len() as u64,
+            ..StepHeader::default()
+        };
+        let message = Message {
+            header,
+            payload: Payload::Notice(bytes),
+        };
+        let solver: &mut dyn Transport = &mut hub.clone();
+        let channel = Channel::of(party, Kind::Notice);
+        solver.send_and_wake(channel, &message).unwrap();
+    }
+
+    /// The verdict if dem complains in step 1, and mpm in `step` a little later.
+    fn verdict(step: Option<u64>, fault: Option<Fault>) -> String {
+        let hub = Direct::new();
+        let (mut ends, mut nobody) = (hub.clone(), Nobody);
+        let both = [Party::Mpm, Party::Dem];
+        let mut session = Session::coupler(&both, &mut nobody, &mut ends);
+        complains(&hub, Party::Dem, 1, fault);
+        for _ in 0..10 {
+            if matches!(session.turn(), Turn::Waits(_)) {
+                break;
+            }
+        }
+        match step {
+            Some(step) => complains(&hub, Party::Mpm, step, None),
+            None => session.expire(HEARING),
+        }
+        while session.verdict().is_none() {
+            session.turn();
+        }
+        session.into_verdict().unwrap_err().to_string()
+    }
+
+    /// A solver that sends no forces waits for the next states, and said first that the other one was silent.
+    #[test]
+    fn of_two_complaints_that_of_the_earlier_step_is_told() {
+        let mpm = "the mpm ended the session at step 0: said by mpm";
+        let dem = "the dem ended the session at step 1: said by dem";
+        assert_eq!(verdict(Some(0), None), mpm);
+        assert_eq!(verdict(Some(1), None), dem);
+        assert_eq!(verdict(None, None), dem);
+        let fault = Some(Fault::Other("x".into()));
+        assert_eq!(
+            verdict(Some(0), fault),
+            "the dem stopped at step 1: said by dem"
+        );
     }
 }

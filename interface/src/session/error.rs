@@ -78,7 +78,12 @@ pub enum SessionError {
         refusal: Refusal,
     },
     /// A solver reported why it cannot continue.
-    #[error("the {who} stopped at step {}: {}", failure.step, failure.message)]
+    #[error(
+        "the {who} {} at step {}: {}",
+        if failure.fault.is_some() { "stopped" } else { "ended the session" },
+        failure.step,
+        failure.message
+    )]
     Failed {
         /// Who.
         who: Party,

@@ -11,7 +11,7 @@ use crate::message::wire::{
     BodyState, ContactState, Grant, GroupState, PointState, Report, StepHeader, flags,
 };
 use crate::message::{Channel, Kind, Records};
-use crate::solver::Readiness;
+use crate::solver::{MOST_ITEMS, Readiness};
 
 /// Longest wait for a solver to start and send Hello, unless the run sets another one.
 const ARRIVAL: Duration = Duration::from_secs(30);
@@ -19,6 +19,9 @@ const ARRIVAL: Duration = Duration::from_secs(30);
 /// Longest wait for a solver to take its configuration, unless the run sets another one: the solver may have to fill
 /// millions of points.
 pub(super) const CONFIGURATION: Duration = Duration::from_mins(2);
+
+/// Longest time in a report: 36 years, in ns.
+const LONGEST_NS: u64 = 1 << 60;
 
 /// Deadlines of the coupler for the messages before the first step.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -176,6 +179,9 @@ impl Sent {
             );
             return Err(self.broke("R-1", message));
         }
+        if let Some(message) = self.absurd(&report) {
+            return Err(self.broke("R-2", message));
+        }
         let wanted = grant.flags & flags::MEASURE != 0;
         if wanted != (report.measured == 1) {
             let message = format!("measured is {}, asked for: {wanted}", report.measured);
@@ -184,6 +190,26 @@ impl Sent {
         self.step = report.next;
         self.report = report;
         Ok(())
+    }
+
+    /// A count or a time of a report that no solver can have.
+    fn absurd(&self, report: &Report) -> Option<String> {
+        let ready = self
+            .readiness
+            .as_ref()
+            .map_or(MOST_ITEMS, |ready| ready.items);
+        let bounds = [
+            ("items", report.items, ready),
+            ("imps", report.imps, MOST_ITEMS),
+            ("compute_ns", report.compute_ns, LONGEST_NS),
+            ("exchange_ns", report.exchange_ns, LONGEST_NS),
+            ("wait_ns", report.wait_ns, LONGEST_NS),
+            ("cpu_ns", report.cpu_ns, LONGEST_NS),
+        ];
+        let beyond = bounds.iter().find(|(_, number, most)| number > most);
+        beyond.map(|(name, number, most)| {
+            format!("report with {name} = {number}, expected {most} at most")
+        })
     }
 
     /// What the last grant made the solver send before its report, in this order.
@@ -411,4 +437,62 @@ fn check_points(
 fn copy<T: Copy>(records: &[T], into: &mut Vec<T>) {
     into.clear();
     into.extend_from_slice(records);
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// 10^18 points and CPU times of centuries were taken and shown.
+    #[test]
+    fn counts_and_times_that_no_solver_can_have_are_refused() {
+        let report = |report: Report| {
+            let mut sent = Sent::by(Party::Mpm);
+            sent.readiness = Some(Readiness {
+                items: 4,
+                ..Readiness::default()
+            });
+            sent.grant.steps = 1;
+            let told = sent.report(&[Report { next: 1, ..report }]);
+            told.err().map(|error| error.to_string())
+        };
+        let sound = Report {
+            items: 4,
+            imps: 7,
+            cpu_ns: 1 << 50,
+            ..Report::default()
+        };
+        assert_eq!(report(sound), None);
+        for (absurd, words) in [
+            (
+                Report { items: 5, ..sound },
+                "items = 5, expected 4 at most",
+            ),
+            (
+                Report {
+                    imps: 1 << 40,
+                    ..sound
+                },
+                "imps = 1099511627776, expected",
+            ),
+            (
+                Report {
+                    cpu_ns: u64::MAX,
+                    ..sound
+                },
+                "cpu_ns = 18446744073709551615",
+            ),
+            (
+                Report {
+                    wait_ns: 1 << 61,
+                    ..sound
+                },
+                "wait_ns",
+            ),
+        ] {
+            let told = report(absurd).unwrap();
+            assert!(told.contains("the mpm broke clause R-2"), "{told}");
+            assert!(told.contains(words), "{told}");
+        }
+    }
 }

@@ -26,6 +26,7 @@ use crate::message::{CHANNELS, Channel, Kind, Payload, Records, each_kind};
 use crate::transport::domain::{Domain, Part};
 use crate::transport::liveness::Hold;
 use crate::transport::names::WAKES;
+use crate::transport::vanished;
 use crate::transport::wake::Wakes;
 
 /// Over what the parties talk.
@@ -51,6 +52,9 @@ const LAYOUT_KEY: &str = "layout";
 /// Longest wait of a send to a full channel (clause C-7). In lockstep no channel is full, unless the receiver takes nothing
 /// any more.
 pub const SEND_TIMEOUT: Duration = Duration::from_secs(10);
+
+/// After this a send that waits looks whether the coupler lives (clause S-12).
+const LOOK: Duration = Duration::from_millis(10);
 
 fn refused<E: core::fmt::Debug>(
     channel: &str,
@@ -94,12 +98,10 @@ pub fn join(
     send_timeout: Duration,
 ) -> Result<Box<dyn Transport>, TransportError> {
     Ok(match medium {
-        Medium::Processes => Box::new(Ends::<ipc::Service>::join(
-            domain,
-            party,
-            solvers,
-            send_timeout,
-        )?),
+        Medium::Processes => Box::new({
+            vanished::say_so();
+            Ends::<ipc::Service>::join(domain, party, solvers, send_timeout)?
+        }),
         Medium::Threads => Box::new(Ends::<local::Service>::join(
             domain,
             party,
@@ -300,6 +302,7 @@ impl<S: Service, T: Record> SenderOf<S, T> {
     fn open(
         node: &Node<S>,
         channel: Channel,
+        domain: &Domain,
         send_timeout: Duration,
         pick: for<'a> fn(Records<'a>) -> Option<&'a [T]>,
     ) -> Result<Self, TransportError> {
@@ -308,6 +311,7 @@ impl<S: Service, T: Record> SenderOf<S, T> {
         } else {
             FIRST_LENGTH
         };
+        let domain = domain.clone();
         let publisher = open_service::<S, T>(node, channel)?
             .publisher_builder()
             .initial_max_slice_len(first)
@@ -315,7 +319,9 @@ impl<S: Service, T: Record> SenderOf<S, T> {
             .max_loaned_samples(1)
             .backpressure_strategy(BackpressureStrategy::RetryUntilDelivered)
             .set_backpressure_handler(move |info: &BackpressureInfo| {
-                if info.elapsed_time > send_timeout {
+                // A receiver that was killed leaves its channel full, and its run without a coupler.
+                let over = info.elapsed_time > send_timeout;
+                if over || (info.elapsed_time > LOOK && !domain.coupler_lives()) {
                     BackpressureAction::DiscardDataAndFail
                 } else {
                     BackpressureAction::Retry
@@ -475,11 +481,11 @@ impl<S: Service + 'static> Ends<S> {
         if channel.from() != self.party {
             return self.open_receiver(channel);
         }
-        let (node, send_timeout) = (&self.node, self.send_timeout);
+        let (node, domain, send_timeout) = (&self.node, &self.domain, self.send_timeout);
         macro_rules! by_kind {
             ($($kind:ident: $record:ty),*) => {
                 match channel.kind {
-                    $(Kind::$kind => Box::new(SenderOf::<S, $record>::open(node, channel, send_timeout, |records| {
+                    $(Kind::$kind => Box::new(SenderOf::<S, $record>::open(node, channel, domain, send_timeout, |records| {
                         if let Records::$kind(records) = records { Some(records) } else { None }
                     })?)),*
                 }
@@ -554,5 +560,42 @@ impl<S: Service + 'static> Transport for Ends<S> {
 
     fn held(&self) -> Option<(Party, Hold)> {
         self.domain.held(self.party)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::time::Instant;
+
+    use super::*;
+    use crate::transport::domain::OwnedDomain;
+
+    /// It went on trying for ten seconds after its coupler had been killed.
+    #[test]
+    fn a_send_to_a_full_channel_ends_when_the_coupler_is_gone() {
+        let owned = OwnedDomain::create().unwrap();
+        let (domain, solvers) = (owned.domain(), [Party::Mpm]);
+        let _made = create(Medium::Threads, domain, &solvers, false).unwrap();
+        let join = |party| join(Medium::Threads, domain, party, &solvers, SEND_TIMEOUT).unwrap();
+        let (mut coupler, mut mpm) = (join(Party::Coupler), join(Party::Mpm));
+        let channel = Channel::of(Party::Mpm, Kind::Notice);
+        let mut say = || mpm.send(channel, &StepHeader::default(), Records::Notice(b"x"));
+        // A receiver that has never looked is none, and nobody waits for it.
+        say().unwrap();
+        let found = coupler.receive(channel, &mut Payload::empty(Kind::Notice));
+        assert!(found.unwrap().is_some());
+        let start = Instant::now();
+        std::thread::scope(|scope| {
+            scope.spawn(|| {
+                std::thread::sleep(Duration::from_millis(50));
+                owned.release();
+            });
+            let told = (0..=BUFFER).find_map(|_| say().err());
+            assert!(
+                matches!(told, Some(TransportError::Full { .. })),
+                "{told:?}"
+            );
+        });
+        assert!(start.elapsed() < SEND_TIMEOUT / 2, "{:?}", start.elapsed());
     }
 }

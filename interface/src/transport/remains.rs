@@ -52,7 +52,8 @@ pub fn sweep(patience: Duration) -> Swept {
         // Held until everything is gone: a run that is just being created does not take what is about to be removed.
         let lock = File::open(entry.path().join(LOCK));
         let dead = match &lock {
-            Ok(lock) => lock.try_lock().is_ok(),
+            // Shared from then on: to the solvers of the run it is not the coupler that holds it.
+            Ok(lock) => lock.try_lock().is_ok() && lock.try_lock_shared().is_ok(),
             Err(_) => is_remains(id, &entry.path()),
         };
         if dead {
@@ -292,6 +293,26 @@ mod tests {
         drop(part);
         assert!(sweep_now().contains(&id));
         assert!(!segment.exists() && !root_of(&id).exists());
+    }
+
+    /// A solver of a killed coupler took the lock of whoever removed the run for that of its coupler, and lived on.
+    #[test]
+    fn a_coupler_is_seen_as_gone_while_its_run_is_removed() {
+        let _alone = alone();
+        let owned = OwnedDomain::create().unwrap();
+        let joined = Domain::join(owned.domain().id()).unwrap();
+        let part = joined.take_part().unwrap();
+        owned.release();
+        let removing = || !joined.directory().join(LOCK).exists();
+        std::thread::scope(|scope| {
+            let sweeps = scope.spawn(|| sweep(Duration::from_secs(3)));
+            while !removing() && !sweeps.is_finished() {
+                std::thread::sleep(LOOK);
+            }
+            let seen = (!sweeps.is_finished()).then(|| joined.coupler_lives());
+            drop(part);
+            assert_eq!(seen, Some(false));
+        });
     }
 
     #[test]

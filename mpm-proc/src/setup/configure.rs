@@ -8,6 +8,7 @@ use interface::config::{
     GridContact, MaterialModel, MpmConfig, Plane, ShapeFunction, Transfer as TransferConfig,
 };
 use interface::solver::{MpmMeasurement, Readiness, Refusal};
+use mechanics::fill::{FilledRegion, fill, refuse_overlap};
 use mechanics::threads::Threads;
 
 use super::grid::geometry;
@@ -27,7 +28,6 @@ use crate::pass::sort::sort;
 use crate::scheme::Scheme;
 use crate::setup::chains::markers;
 use crate::setup::fields::Fields;
-use crate::setup::fill::{FilledRegion, fill, refuse_overlap};
 use crate::setup::notes;
 use crate::setup::region::points_within;
 use crate::state::continuum::{Continuum, ContinuumState};

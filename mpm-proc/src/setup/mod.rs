@@ -4,7 +4,6 @@ pub mod capabilities;
 pub mod chains;
 pub mod configure;
 pub mod fields;
-pub mod fill;
 pub mod grid;
 mod notes;
 pub mod region;

@@ -1,8 +1,7 @@
 //! Notes for the user about the points of a scene before the run.
 
 use interface::config::GroupConfig;
-
-use super::fill::FilledRegion;
+use mechanics::fill::FilledRegion;
 
 /// Largest number of groups that have a line each about their area; more are summarised in one line.
 const LINES: usize = 8;

@@ -22,7 +22,7 @@ impl Run<'_> {
     fn check_needs(&self, party: Party, solvers: &Solvers) -> Result<(), RunError> {
         let hello = solvers.hello(party).expect("it has said hello");
         match unmet(self.scene, party, &hello.identity, &hello.capabilities) {
-            Some(unmet) => Err(RunError::Unmet(unmet.to_string())),
+            Some(unmet) => Err(RunError::Unmet(unmet)),
             None => Ok(()),
         }
     }

@@ -8,7 +8,8 @@
 use interface::Vec2;
 use interface::config::{Fill, Following, GroupConfig, Spacing, points_of_ring};
 use interface::solver::Refusal;
-use mechanics::outline::crosses_ray;
+
+use crate::outline::crosses_ray;
 
 /// The region of a group, filled with points.
 #[derive(Debug, Clone)]

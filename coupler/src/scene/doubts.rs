@@ -1,0 +1,187 @@
+//! Numbers that are allowed and probably a slip of the unit. The bounds are few, and each is beyond what a source lists.
+
+use std::f64::consts::{FRAC_PI_2, TAU};
+
+use interface::config::{BodyInertia, Fill, MaterialModel, MpmConfig, polygon};
+
+use super::Scene;
+use super::document::Document;
+use super::needs::body_or_set;
+
+/// Fewest cells across a group of points: nothing is resolved below (docs/choosing.md).
+const CELLS: f64 = 4.0;
+/// Densities in kg/m^3, from expanded polystyrene to osmium (22,590, CRC Handbook of Chemistry and Physics).
+const DENSITIES: [f64; 2] = [10.0, 22_600.0];
+/// Fastest sound in m/s: in diamond along [111], from the elastic constants of McSkimin and Andreatch 1972.
+const SOUND: f64 = 18_600.0;
+
+/// What is probably not meant, each with its line.
+pub(super) fn doubts(scene: &Scene, document: &Document) -> Vec<String> {
+    let mut doubts = Vec::new();
+    let mut doubt = |key: &str, words: String| {
+        doubts.push(format!("{words} ({})", document.whereabouts(key)));
+    };
+    if let Some(mpm) = &scene.mpm {
+        resolution(mpm, &mut doubt);
+        materials(mpm, &mut doubt);
+    }
+    let bodies = scene.dem.iter().flat_map(|dem| &dem.bodies);
+    for (b, body) in bodies.enumerate() {
+        let key = |field: &str| body_or_set(&format!("dem.body.{b}.{field}"), document);
+        if let BodyInertia::Density(density) = body.inertia
+            && !is_listed(density)
+        {
+            doubt(
+                &key("density"),
+                unlisted(&format!("body `{}`", body.name), density),
+            );
+        }
+        if body.angle.abs() > TAU {
+            let (angle, degrees) = (body.angle, body.angle.to_radians());
+            let words = format!(
+                "body `{}` is turned by {angle} rad, which is more than once around; {angle} degrees are {degrees:.4} rad",
+                body.name
+            );
+            doubt(&key("angle"), words);
+        }
+    }
+    doubts
+}
+
+fn is_listed(density: f64) -> bool {
+    (DENSITIES[0]..=DENSITIES[1]).contains(&density)
+}
+
+fn unlisted(what: &str, density: f64) -> String {
+    let [light, heavy] = DENSITIES;
+    format!(
+        "{what} has a density of {density} kg/m^3; solids and liquids have {light} (foam) to {heavy} (osmium), and 1 g/cm^3 is \
+         1000 kg/m^3"
+    )
+}
+
+/// Groups that are less than a few cells across.
+fn resolution(mpm: &MpmConfig, doubt: &mut impl FnMut(&str, String)) {
+    for (g, group) in mpm
+        .groups
+        .iter()
+        .enumerate()
+        .filter(|(_, group)| !group.rigid)
+    {
+        let across = match &group.fill {
+            // Points by themselves need not be a solid.
+            Fill::Points { .. } => continue,
+            Fill::Polygon { vertices } => {
+                // Exact of long strips, and 0.7 of a square: what is thin is meant.
+                4.0 * polygon::area(vertices).abs() / polygon::perimeter(vertices)
+            }
+            fill => {
+                let [lower, upper] = fill.bounds();
+                (upper[0] - lower[0]).min(upper[1] - lower[1])
+            }
+        };
+        let cells = across / mpm.cell;
+        if cells < CELLS * (1.0 - 1e-9) {
+            let words = format!(
+                "group `{}` is {cells:.1} cells of {} m across; nothing is resolved below {CELLS} cells",
+                group.name, mpm.cell
+            );
+            doubt(&format!("mpm.points.{g}.fill"), words);
+        }
+    }
+}
+
+fn materials(mpm: &MpmConfig, doubt: &mut impl FnMut(&str, String)) {
+    for (m, material) in mpm.materials.iter().enumerate() {
+        let key = |field: &str| format!("mpm.material.{m}.{field}");
+        let what = format!("material `{}`", material.name);
+        if !is_listed(material.density) {
+            doubt(&key("density"), unlisted(&what, material.density));
+        }
+        let (bulk, shear) = material.model.moduli();
+        let sound = ((bulk + 4.0 / 3.0 * shear) / material.density).sqrt();
+        if is_listed(material.density) && sound > SOUND {
+            let words = format!(
+                "in {what} sound has {sound:.3e} m/s, more than in diamond ({SOUND} m/s); moduli are in Pa"
+            );
+            doubt(&key("model"), words);
+        }
+        let (MaterialModel::DruckerPrager(friction) | MaterialModel::MohrCoulomb(friction)) =
+            &material.model
+        else {
+            continue;
+        };
+        let angle = friction.friction_angle;
+        // Any angle in radians is below this.
+        if angle > 0.0 && angle < FRAC_PI_2 {
+            let degrees = angle.to_degrees();
+            let words = format!(
+                "{what} has an angle of friction of {angle} degrees; {angle} rad are {degrees:.1} degrees"
+            );
+            doubt(&key("model"), words);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+
+    use crate::scene::SceneFile;
+
+    /// The warnings of a scene in which these keys are set.
+    fn warnings(set: &[&str]) -> Vec<String> {
+        let text = "version = 1\nname = \"slip\"\ncheck = []\ncontact.linear = { normal_stiffness = 1e4 }\n\
+             [time]\nend = 0.01\n[output]\nevery = 1e-3\n[mpm]\ncell = 0.005\nshape = \"ugimp\"\n\
+             transfer = \"flip\"\ndomain = [[0.0, 0.0], [0.1, 0.1]]\n\
+             [[mpm.material]]\nname = \"sand\"\ndensity = 1600.0\n\
+             model.mohr_coulomb = { bulk_modulus = 1e7, shear_modulus = 5e6, friction_angle = 34.0, \
+             dilation_angle = 0.0, cohesion = 0.0, tensile_strength = 0.0 }\n\
+             [[mpm.points]]\nname = \"slab\"\nmaterial = \"sand\"\nspacing.per_cell = 4\n\
+             fill.rectangle = { lower = [0.02, 0.02], upper = [0.06, 0.04] }\n\
+             [[dem.body]]\nname = \"ball\"\nshape = \"disc\"\nsphero_radius = 0.005\ndensity = 2000.0\n\
+             position = [0.09, 0.09]\n";
+        let file = SceneFile::of_text("a.toml", text, Path::new(".")).unwrap();
+        let set: Vec<String> = set.iter().map(ToString::to_string).collect();
+        let mut warnings = file.scene(None, &set).unwrap().warnings;
+        warnings.retain(|warning| !warning.contains("no checks"));
+        warnings
+    }
+
+    /// None of these was mentioned.
+    #[test]
+    fn slips_of_a_unit_are_told_with_their_key() {
+        assert_eq!(warnings(&[]), Vec::<String>::new());
+        let model = "mpm.material.0.model.mohr_coulomb";
+        for (set, words) in [
+            ("mpm.material.0.density=1.6", "1 g/cm^3 is 1000 kg/m^3"),
+            (
+                "dem.body.0.density=2.0",
+                "body `ball` has a density of 2 kg/m^3",
+            ),
+            ("dem.body.0.angle=45.0", "45 degrees are 0.7854 rad"),
+            (
+                &format!("{model}.friction_angle=0.6"),
+                "0.6 rad are 34.4 degrees",
+            ),
+            (
+                &format!("{model}.bulk_modulus=1e16"),
+                "more than in diamond",
+            ),
+            (
+                "mpm.cell=0.02",
+                "group `slab` is 1.0 cells of 0.02 m across",
+            ),
+        ] {
+            let told = warnings(&[set]);
+            let key = set.split('=').next().unwrap();
+            let key = key.replace("mpm.cell", "mpm.points.0.fill");
+            let key = key.split(".mohr_coulomb").next().unwrap();
+            assert_eq!(told.len(), 1, "{set}: {told:?}");
+            assert!(
+                told[0].contains(words) && told[0].contains(key),
+                "{set}: {told:?}"
+            );
+        }
+    }
+}

@@ -1,0 +1,360 @@
+//! How points and bodies lie at the start. Points within a body are refused before anything is started: contact pushes a
+//! point to the nearest surface, whichever that is, and only if it is not too deep.
+
+use interface::Vec2;
+use interface::config::{BodyConfig, BodyShape};
+use interface::message::wire::{ContactState, ImpInfo, ImpState};
+use mechanics::fill::fill;
+use mechanics::outline::nearest;
+
+use super::Scene;
+use super::diagnostic::SceneErrors;
+use super::document::Part;
+use super::needs::body_or_set;
+
+/// Largest overlap, as a share of the coordinates, that comes from rounding: an expression of a scene has a few operations, each
+/// with an error of 1e-16 of its numbers.
+const ROUNDING: f64 = 1e-13;
+
+/// A body where it is at the start.
+struct Solid {
+    /// Vertices in m; of a cluster the centres of its discs.
+    outline: Vec<Vec2>,
+    /// Radius in m around each vertex.
+    radii: Vec<f64>,
+    is_cluster: bool,
+}
+
+impl Solid {
+    fn of(body: &BodyConfig) -> Self {
+        let (sin, cos) = body.angle.sin_cos();
+        let placed = |[x, y]: [f64; 2]| {
+            Vec2::from(body.position) + Vec2::new(cos * x - sin * y, sin * x + cos * y)
+        };
+        let outline: Vec<Vec2> = body.shape.vertices().into_iter().map(placed).collect();
+        let own = match &body.shape {
+            BodyShape::Cluster { radii, .. } => radii.as_slice(),
+            _ => &[],
+        };
+        let radius = |k: usize| own.get(k).copied().unwrap_or(body.sphero_radius);
+        Self {
+            radii: (0..outline.len()).map(radius).collect(),
+            outline,
+            is_cluster: matches!(body.shape, BodyShape::Cluster { .. }),
+        }
+    }
+
+    /// How far a place is below the surface in m, negative outside, and the way out.
+    fn depth(&self, p: Vec2) -> (f64, Vec2) {
+        let (from, signed, radius) = if self.is_cluster {
+            let discs = self.outline.iter().zip(&self.radii);
+            let discs = discs.map(|(&center, &radius)| (center, (p - center).norm(), radius));
+            let deepest = discs.max_by(|a, b| (a.2 - a.1).total_cmp(&(b.2 - b.1)));
+            deepest.expect("a cluster has discs")
+        } else {
+            let seen = nearest(&self.outline, p);
+            (seen.point, seen.distance, self.radii[0])
+        };
+        let away = (p - from) * signed.signum();
+        let away = away.try_normalize(0.0).unwrap_or(Vec2::y());
+        (radius - signed, away)
+    }
+
+    /// The corners of a box around it in m.
+    fn bounds(&self) -> [Vec2; 2] {
+        let radius = self.radii.iter().copied().fold(0.0, f64::max);
+        let mut all = self.outline.iter();
+        let first = *all.next().expect("an outline has a vertex");
+        let [low, high] = all.fold([first; 2], |[low, high], v| [low.inf(v), high.sup(v)]);
+        [low.add_scalar(-radius), high.add_scalar(radius)]
+    }
+
+    /// How far a vertex of one reaches below the surface of the other in m.
+    fn overlap(&self, other: &Self) -> f64 {
+        let reach = |a: &Self, b: &Self| {
+            let vertices = a.outline.iter().zip(&a.radii);
+            let depths = vertices.map(|(&v, &radius)| radius + b.depth(v).0);
+            depths.fold(f64::NEG_INFINITY, f64::max)
+        };
+        reach(self, other).max(reach(other, self))
+    }
+}
+
+/// The deepest of the points of a group that are wholly inside a body.
+struct Inside {
+    count: usize,
+    at: Vec2,
+    depth: f64,
+    way_out: Vec2,
+}
+
+/// Refuses points that are wholly inside a body at the start. A scene that begins with the state of another run has the places of
+/// that run.
+///
+/// # Errors
+/// Each group and body of which this is so, with the distance to move.
+pub fn refuse_points_within_bodies(scene: &Scene) -> Result<(), SceneErrors> {
+    let (Some(mpm), Some(dem), None) = (&scene.mpm, &scene.dem, &scene.start) else {
+        return Ok(());
+    };
+    let solids: Vec<Solid> = dem.bodies.iter().map(Solid::of).collect();
+    let mut told = Vec::new();
+    for (g, group) in mpm.groups.iter().enumerate() {
+        let radius =
+            (group.contact_radius).unwrap_or_else(|| group.default_contact_radius(mpm.cell));
+        let [low, high] = group.fill.bounds().map(Vec2::from);
+        let meets = |solid: &&Solid| {
+            let [from, to] = solid.bounds();
+            low.x < to.x && low.y < to.y && from.x < high.x && from.y < high.y
+        };
+        if !solids.iter().any(|solid| meets(&solid)) {
+            continue;
+        }
+        // A region without points is refused by the solver.
+        let Ok(filled) = fill(group, mpm.cell, "") else {
+            continue;
+        };
+        let mut points: Vec<Vec2> = filled.positions.into_iter().map(Vec2::from).collect();
+        points.sort_unstable_by(|a, b| a.x.total_cmp(&b.x));
+        for (b, solid) in solids.iter().enumerate() {
+            let Some(inside) = inside(solid, &points, radius) else {
+                continue;
+            };
+            let Inside {
+                count,
+                at,
+                depth,
+                way_out,
+            } = inside;
+            let are = if count == 1 {
+                "point of group `{}` is"
+            } else {
+                "points of group `{}` are"
+            };
+            let are = are.replace("{}", &group.name);
+            let message = format!(
+                "{count} {are} wholly inside body `{}`; the deepest, at ({:.4}, {:.4}) m, is {depth:.3e} m below its surface",
+                dem.bodies[b].name, at.x, at.y
+            );
+            let help = format!(
+                "move the group away from the body by at least {:.3e} m in the direction ({:.2}, {:.2})",
+                depth + radius,
+                way_out.x + 0.0,
+                way_out.y + 0.0
+            );
+            let key = format!("mpm.points.{g}.fill");
+            let document = &scene.document;
+            told.push(document.diagnostic(&key, Part::Value, &message, Some(help)));
+        }
+    }
+    if told.is_empty() {
+        Ok(())
+    } else {
+        Err(SceneErrors(told))
+    }
+}
+
+/// The deepest of `points`, sorted by `x`, whose discs of `radius` (m) are wholly inside a body.
+fn inside(solid: &Solid, points: &[Vec2], radius: f64) -> Option<Inside> {
+    let [from, to] = solid.bounds();
+    let first = points.partition_point(|p| p.x < from.x);
+    let near = points[first..].iter().take_while(|p| p.x <= to.x);
+    let mut found: Option<Inside> = None;
+    for &at in near.filter(|p| p.y > from.y && p.y < to.y) {
+        let (depth, way_out) = solid.depth(at);
+        if depth <= radius {
+            continue;
+        }
+        let deepest = found.get_or_insert(Inside {
+            count: 0,
+            at,
+            depth,
+            way_out,
+        });
+        deepest.count += 1;
+        if depth > deepest.depth {
+            (deepest.at, deepest.depth, deepest.way_out) = (at, depth, way_out);
+        }
+    }
+    found
+}
+
+/// What presses at the start, and where the body that presses most is written: that is meant where something stands, and not where
+/// stones were put into one another. Overlaps by rounding are left out.
+pub fn pressing(
+    scene: &Scene,
+    contacts: &[ContactState],
+    set: &[ImpInfo],
+    states: &[ImpState],
+) -> Option<String> {
+    let dem = scene.dem.as_ref()?;
+    let solid = |body: u64| Some(Solid::of(dem.bodies.get(body as usize)?));
+    let point = |id: u64| {
+        let slot = set.iter().position(|info| info.id == id)?;
+        Some((&set[slot], Vec2::from(states[slot].position)))
+    };
+    let overlap = |contact: &ContactState| {
+        Some(match contact.with {
+            0 => solid(contact.body)?.overlap(&solid(contact.other)?),
+            1 => {
+                let (info, at) = point(contact.other)?;
+                info.radius + solid(contact.body)?.depth(at).0
+            }
+            _ => {
+                let ((a, at_a), (b, at_b)) = (point(contact.body)?, point(contact.other)?);
+                a.radius + b.radius - (at_a - at_b).norm()
+            }
+        })
+    };
+    let size = |contact: &ContactState| contact.force[0].hypot(contact.force[1]);
+    let corners = dem.bodies.iter().flat_map(|body| Solid::of(body).bounds());
+    let reach = corners.map(|corner| corner.amax()).fold(0.0, f64::max);
+    let known = contacts.iter().filter_map(|c| Some((c, overlap(c)?)));
+    let pressing = known.filter(|&(_, overlap)| overlap > ROUNDING * reach);
+    let pressing: Vec<_> = pressing.collect();
+    let by_size =
+        |a: &&(&ContactState, f64), b: &&(&ContactState, f64)| size(a.0).total_cmp(&size(b.0));
+    let &(most, overlap) = pressing.iter().max_by(by_size)?;
+    let body = |index: u64| format!("body `{}`", dem.bodies[index as usize].name);
+    let of_group = |id: u64| {
+        let group = point(id).map(|(info, _)| info.group as usize);
+        let group = group.and_then(|g| scene.mpm.as_ref()?.groups.get(g));
+        group.map_or("a point".into(), |g| {
+            format!("a point of group `{}`", g.name)
+        })
+    };
+    let (one, other, key) = match most.with {
+        0 => {
+            let [first, second] = [most.body.min(most.other), most.body.max(most.other)];
+            (
+                body(second),
+                body(first),
+                format!("dem.body.{second}.position"),
+            )
+        }
+        1 => (
+            of_group(most.other),
+            body(most.body),
+            format!("dem.body.{}.position", most.body),
+        ),
+        _ => (
+            of_group(most.other),
+            of_group(most.body),
+            "group_pair".to_owned(),
+        ),
+    };
+    let place = scene
+        .document
+        .whereabouts(&body_or_set(&key, &scene.document));
+    let count = match pressing.len() {
+        1 => "1 contact presses".to_owned(),
+        n => format!("{n} contacts press"),
+    };
+    Some(format!(
+        "{count} at t = 0, the largest force is {:.3e} N/m: {one} overlaps {other} by {overlap:.3e} m ({place}); \
+         what is not meant to press has to be moved by that",
+        size(most)
+    ))
+}
+
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+
+    use super::*;
+    use crate::scene::SceneFile;
+
+    /// A slab of points from 0.02 to 0.06 m and 0.02 to 0.04 m, and bodies.
+    fn scene(bodies: &str) -> Scene {
+        let text = format!(
+            "version = 1\nname = \"start\"\ncontact.linear = {{ normal_stiffness = 1e4 }}\n\
+             body_contact.linear = {{ normal_stiffness = 1e4 }}\n\
+             [time]\nend = 0.01\n[output]\nevery = 1e-3\n[mpm]\ncell = 0.005\nshape = \"ugimp\"\n\
+             transfer = \"flip\"\ndomain = [[0.0, 0.0], [0.1, 0.1]]\n\
+             [[mpm.material]]\nname = \"soft\"\ndensity = 1000.0\n\
+             model.linear_elastic = {{ bulk_modulus = 1e5, shear_modulus = 5e4 }}\n\
+             [[mpm.points]]\nname = \"slab\"\nmaterial = \"soft\"\nspacing.per_cell = 4\n\
+             fill.rectangle = {{ lower = [0.02, 0.02], upper = [0.06, 0.04] }}\n{bodies}"
+        );
+        let file = SceneFile::of_text("a.toml", &text, Path::new(".")).unwrap();
+        file.scene(None, &[]).unwrap()
+    }
+
+    fn floor(top: f64) -> Scene {
+        scene(&format!(
+            "[[dem.body]]\nname = \"floor\"\nmotion = \"fixed\"\nsphero_radius = 0.001\n\
+             shape.rectangle = {{ width = 0.09, height = 0.018 }}\nposition = [0.05, {}]\n",
+            top - 0.01
+        ))
+    }
+
+    /// Sand inside of a floor fell out of the domain later, with the advice to add a floor.
+    #[test]
+    fn points_wholly_inside_a_body_are_refused_with_group_body_and_the_way_out() {
+        assert_eq!(refuse_points_within_bodies(&floor(0.02)), Ok(()));
+        // The lowest points, at 0.02125 m, reach 2.5 mm from 0.02 m on: not wholly inside.
+        assert_eq!(refuse_points_within_bodies(&floor(0.0224)), Ok(()));
+        let errors = refuse_points_within_bodies(&floor(0.031)).unwrap_err();
+        let told = errors.to_string();
+        for words in [
+            "64 points of group `slab` are wholly inside body `floor`",
+            "the deepest, at (0.0213, 0.0213) m, is 9.750e-3 m below its surface",
+            "a.toml:22:1  (mpm.points.0.fill)",
+            "by at least 1.100e-2 m in the direction (0.00, 1.00)",
+        ] {
+            assert!(told.contains(words), "no `{words}` in {told}");
+        }
+    }
+
+    #[test]
+    fn a_body_within_points_and_a_cluster_among_them_are_seen_and_a_notch_is_outside() {
+        let disc = "[[dem.body]]\nname = \"disc\"\nshape = \"disc\"\nsphero_radius = 0.005\n\
+                    density = 1e3\nposition = [0.04, 0.03]\n";
+        let cluster = "[[dem.body]]\nname = \"cluster\"\ndensity = 1e3\n\
+                       position = [0.04, 0.03]\n\
+                       shape.cluster = { centers = [[0, 0], [0.005, 0]], radii = [0.004, 0.005] }\n";
+        for (body, count) in [(disc, 4), (cluster, 8)] {
+            let told = refuse_points_within_bodies(&scene(body)).unwrap_err();
+            let told = told.to_string();
+            assert!(told.contains(&format!("{count} points of group")), "{told}");
+        }
+        // A trough around the slab.
+        let trough = "[[dem.body]]\nname = \"trough\"\nmotion = \"fixed\"\nposition = [0, 0]\n\
+                      shape.polygon.vertices = [[0.01, 0.01], [0.07, 0.01], [0.07, 0.05], \
+                      [0.061, 0.05], [0.061, 0.019], [0.019, 0.019], [0.019, 0.05], [0.01, 0.05]]\n";
+        assert_eq!(refuse_points_within_bodies(&scene(trough)), Ok(()));
+    }
+
+    fn discs(x: f64) -> Scene {
+        let disc = |name: &str, x: f64| {
+            format!(
+                "[[dem.body]]\nname = \"{name}\"\nshape = \"disc\"\nsphero_radius = 0.01\n\
+                 density = 2000.0\nposition = [{x}, 0.07]\n"
+            )
+        };
+        scene(&format!("{}{}", disc("one", 0.03), disc("two", x)))
+    }
+
+    fn contact(force: f64) -> ContactState {
+        ContactState {
+            body: 0,
+            other: 1,
+            position: [0.04, 0.07],
+            force: [force, 0.0],
+            ..ContactState::default()
+        }
+    }
+
+    /// 1e-12 N were told as a contact that presses; where a real one was written was not said.
+    #[test]
+    fn contacts_by_rounding_are_left_out_and_others_told_with_their_line_and_overlap() {
+        let touching = discs(0.05 - 1e-17);
+        assert_eq!(pressing(&touching, &[contact(1e-12)], &[], &[]), None);
+        let told = pressing(&discs(0.047), &[contact(-30.0)], &[], &[]).unwrap();
+        assert_eq!(
+            told,
+            "1 contact presses at t = 0, the largest force is 3.000e1 N/m: body `two` overlaps body `one` by 3.000e-3 m \
+             (line 34, dem.body.1.position); what is not meant to press has to be moved by that"
+        );
+    }
+}
