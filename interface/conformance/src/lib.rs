@@ -47,7 +47,7 @@ mod options;
 mod part;
 pub mod profile;
 mod queue;
-pub mod random;
+mod random;
 pub mod replay;
 pub mod report;
 pub mod trace;
@@ -68,7 +68,7 @@ use bench::{Bench, Subject};
 use clause::{Clause, Level};
 use profile::Profile;
 use queue::Queue;
-use random::case::Case;
+pub use random::case::Case;
 use trace::Trace;
 use verdict::{Unmet, Verdict, Why};
 

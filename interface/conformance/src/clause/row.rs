@@ -54,12 +54,8 @@ pub struct Clause {
 }
 
 impl Clause {
-    /// A clause that is *shall*.
-    pub const fn must(
-        id: &'static str,
-        title: &'static str,
-        judge: fn(&Bench) -> Judgement,
-    ) -> Self {
+    /// A clause that is *shall*, and that nobody judges yet.
+    const fn of(id: &'static str, title: &'static str) -> Self {
         Self {
             id,
             level: Level::Must,
@@ -68,20 +64,26 @@ impl Clause {
             needs: &[],
             of_processes: false,
             alone: false,
-            judge: Some(judge),
+            judge: None,
             mutants: [None; MUTANTS],
+        }
+    }
+
+    /// A clause that is *shall*.
+    pub const fn must(
+        id: &'static str,
+        title: &'static str,
+        judge: fn(&Bench) -> Judgement,
+    ) -> Self {
+        Self {
+            judge: Some(judge),
+            ..Self::of(id, title)
         }
     }
 
     /// A clause that is *shall* and is judged by random cases.
     pub const fn random(id: &'static str, title: &'static str) -> Self {
-        const fn nobody(_: &Bench) -> Judgement {
-            Ok(String::new())
-        }
-        Self {
-            judge: None,
-            ..Self::must(id, title, nobody)
-        }
+        Self::of(id, title)
     }
 
     /// A clause that is *should*.

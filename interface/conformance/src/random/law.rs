@@ -198,7 +198,7 @@ impl Law<'_> {
     /// The contact at `t_n`, given its history.
     pub fn exert(&self, motion: &Motion, before: &History) -> Exerted {
         if motion.overlap <= 0.0 {
-            return self.opened(motion, before);
+            return opened(motion, before);
         }
         let xi = motion.overlap;
         let k_n = self.normal_stiffness(xi);
@@ -222,7 +222,10 @@ impl Law<'_> {
             dashpots: [pressing - spring, dragged - tangential],
         };
         let work = -0.5 * (before.spring + tangential) * motion.moved[1];
-        let steep = if xi > 0.0 { 0.5 * pull / xi } else { 0.0 };
+        // The pull grows with the root of the overlap, and a dashpot that follows the stiffness with the fourth root.
+        let drag = (c[0] * motion.velocity[0]).abs() + (c[1] * motion.velocity[1]).abs();
+        let growing = if self.is_linear() { 0.0 } else { 0.25 * drag };
+        let steep = (0.5 * pull + growing) / xi;
         Exerted {
             force: [pressing - pull, dragged],
             history,
@@ -232,16 +235,16 @@ impl Law<'_> {
             sensitivity: [k_n + k_t + steep, c[0] + c[1]],
         }
     }
+}
 
-    /// A contact that is not, or no more: its spring is forgotten.
-    fn opened(&self, motion: &Motion, before: &History) -> Exerted {
-        let sliding = -0.5 * before.spring * motion.moved[1];
-        let [least, most] = viscous(before.dashpots, [0.0; 2], motion.moved);
-        Exerted {
-            friction: sliding + energy(before),
-            viscous: [least.min(0.0), most.max(0.0)],
-            ..Exerted::default()
-        }
+/// A contact that is not, or no more: its spring is forgotten.
+fn opened(motion: &Motion, before: &History) -> Exerted {
+    let sliding = -0.5 * before.spring * motion.moved[1];
+    let [least, most] = viscous(before.dashpots, [0.0; 2], motion.moved);
+    Exerted {
+        friction: sliding + energy(before),
+        viscous: [least.min(0.0), most.max(0.0)],
+        ..Exerted::default()
     }
 }
 

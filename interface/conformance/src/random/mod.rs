@@ -11,7 +11,7 @@ pub mod oracle;
 pub mod run;
 mod shrink;
 
-use std::fmt::{self, Display};
+use std::fmt::{self, Display, Write as _};
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::{Duration, Instant};
@@ -310,10 +310,10 @@ fn of_body(body: &interface::config::BodyConfig) -> String {
         Number(body.sphero_radius)
     );
     if body.spin != 0.0 {
-        words += &format!(", spin {} rad/s", Number(body.spin));
+        let _ = write!(words, ", spin {} rad/s", Number(body.spin));
     }
     if body.velocity != [0.0; 2] {
-        words += &format!(", velocity {} m/s", compare::Vector(body.velocity));
+        let _ = write!(words, ", velocity {} m/s", compare::Vector(body.velocity));
     }
     words
 }

@@ -266,6 +266,9 @@ struct Sums {
     viscous: [f64; 2],
 }
 
+/// A normal spring: the body with the vertex and the arm in m, that with the edge, the normal, and the stiffness in N/m.
+type Spring = (usize, Vec2, usize, Vec2, Vec2, f64);
+
 /// Two that may touch in a step.
 struct Near<'a> {
     who: Who,
@@ -372,89 +375,102 @@ impl Oracle {
         states: &[ImpState],
         sums: &mut Sums,
     ) {
-        for (slot, (info, state)) in set.iter().zip(states).enumerate() {
-            let x = Vec2::from(state.position);
-            let was = self.previous.get(&info.id);
+        for (slot, point) in set.iter().zip(states).enumerate() {
             for (b, body) in self.bodies.iter().enumerate() {
                 for (part, (outline, a)) in body.parts().iter().enumerate() {
-                    let near = nearest(outline, x);
-                    let overlap = a + info.radius - near.distance;
-                    if overlap < -2.0 * info.radius {
-                        continue;
-                    }
-                    let blur = BLUR * info.radius;
-                    if has_two_normals(outline, x, near.distance, blur) && overlap > -blur {
-                        sums.expected.doubtful = Some("a point as near to one edge as to another");
-                    }
-                    let away = x - near.point;
-                    let normal = away / (near.distance.signum() * away.norm());
-                    let at = x - normal * (info.radius - 0.5 * overlap);
-                    let r = at - body.center;
-                    let moved = match was {
-                        Some(was) if step.dt_before > 0.0 => x - was - body.moved(r),
-                        _ => Vec2::zeros(),
-                    };
-                    let velocity = if step.dt_before > 0.0 {
-                        moved / step.dt_before
-                    } else {
-                        Vec2::from(state.velocity) - body.velocity_at(r)
-                    };
-                    let radius = if *a > 0.0 {
-                        a * info.radius / (a + info.radius)
-                    } else {
-                        info.radius
-                    };
-                    let [ix, iy] = body.mobility().0;
-                    let point = self
-                        .config
-                        .point_surfaces
-                        .get(info.group as usize)
-                        .map_or("", String::as_str);
-                    let near = Near {
-                        who: Who::Point(info.id, b, part),
-                        law: Law {
-                            law: self.law([point, &body.surface], &self.config.point_contact),
-                            pair: Pair {
-                                mass: 1.0 / (1.0 / info.mass + ix.max(iy)),
-                                radius,
-                            },
-                        },
-                        motion: Motion {
-                            overlap,
-                            moved: along(moved, normal),
-                            velocity: along(velocity, normal),
-                        },
-                        normal,
-                        at,
-                        blur,
-                        curvature: 1.0 / near.distance.abs().max(blur),
-                    };
-                    let touch = self.touch(&near, step, sums);
-                    let point = &mut sums.expected.points[slot];
-                    point.force += touch.force;
-                    point.blur += touch.blur;
-                    point.touched |= overlap > 0.0;
-                    let load = &mut sums.expected.loads[b];
-                    load.points.0 -= touch.force;
-                    load.points.1 -= cross(r, touch.force);
-                    load.contacts += u64::from(overlap > 0.0);
-                    load.blur += touch.blur;
-                    // F-6 and L-2 count what is within half a radius.
-                    let gap = overlap + 0.5 * info.radius;
-                    point.at_the_edge |= gap.abs() <= blur;
-                    if gap > 0.0 {
-                        let k_n = near.law.normal_stiffness(overlap);
-                        let k_t = near.law.tangential_stiffness(k_n);
-                        point.stiffness += k_n;
-                        point.exact &= near.law.is_linear();
-                        let (lightness, turns) = body.mobility();
-                        let light = lightness[0].max(lightness[1]);
-                        let (n, t) = (cross(r, normal), cross(r, left(normal)));
-                        load.rate += k_n * (light + n * n * turns) + k_t * (light + t * t * turns);
-                        sums.expected.damping = sums.expected.damping.max(near.law.damping_ratio());
-                    }
+                    let which = (slot, b, part);
+                    self.point_and_body(step, which, point, (outline, *a), sums);
                 }
             }
+        }
+    }
+
+    /// A point and a part of a body.
+    fn point_and_body(
+        &self,
+        step: &Step,
+        (slot, b, part): (usize, usize, usize),
+        (info, state): (&ImpInfo, &ImpState),
+        (outline, a): (&[Vec2], f64),
+        sums: &mut Sums,
+    ) {
+        let (x, body) = (Vec2::from(state.position), &self.bodies[b]);
+        let was = self.previous.get(&info.id);
+        let near = nearest(outline, x);
+        let overlap = a + info.radius - near.distance;
+        if overlap < -2.0 * info.radius {
+            return;
+        }
+        let blur = BLUR * info.radius;
+        if has_two_normals(outline, x, near.distance, blur) && overlap > -blur {
+            sums.expected.doubtful = Some("a point as near to one edge as to another");
+        }
+        let away = x - near.point;
+        let normal = away / (near.distance.signum() * away.norm());
+        let at = x - normal * (info.radius - 0.5 * overlap);
+        let r = at - body.center;
+        let moved = match was {
+            Some(was) if step.dt_before > 0.0 => x - was - body.moved(r),
+            _ => Vec2::zeros(),
+        };
+        let velocity = if step.dt_before > 0.0 {
+            moved / step.dt_before
+        } else {
+            Vec2::from(state.velocity) - body.velocity_at(r)
+        };
+        let radius = if a > 0.0 {
+            a * info.radius / (a + info.radius)
+        } else {
+            info.radius
+        };
+        let [ix, iy] = body.mobility().0;
+        let point = self
+            .config
+            .point_surfaces
+            .get(info.group as usize)
+            .map_or("", String::as_str);
+        let near = Near {
+            who: Who::Point(info.id, b, part),
+            law: Law {
+                law: self.law([point, &body.surface], &self.config.point_contact),
+                pair: Pair {
+                    mass: 1.0 / (1.0 / info.mass + ix.max(iy)),
+                    radius,
+                },
+            },
+            motion: Motion {
+                overlap,
+                moved: along(moved, normal),
+                velocity: along(velocity, normal),
+            },
+            normal,
+            at,
+            blur,
+            curvature: 1.0 / near.distance.abs().max(blur),
+        };
+        let touch = self.touch(&near, step, sums);
+        let point = &mut sums.expected.points[slot];
+        point.force += touch.force;
+        point.blur += touch.blur;
+        point.touched |= overlap > 0.0;
+        let load = &mut sums.expected.loads[b];
+        load.points.0 -= touch.force;
+        load.points.1 -= cross(r, touch.force);
+        load.contacts += u64::from(overlap > 0.0);
+        load.blur += touch.blur;
+        // F-6 and L-2 count what is within half a radius.
+        let gap = overlap + 0.5 * info.radius;
+        point.at_the_edge |= gap.abs() <= blur;
+        if gap > 0.0 {
+            let k_n = near.law.normal_stiffness(overlap);
+            let k_t = near.law.tangential_stiffness(k_n);
+            point.stiffness += k_n;
+            point.exact &= near.law.is_linear();
+            let (lightness, turns) = body.mobility();
+            let light = lightness[0].max(lightness[1]);
+            let (n, t) = (cross(r, normal), cross(r, left(normal)));
+            load.rate += k_n * (light + n * n * turns) + k_t * (light + t * t * turns);
+            sums.expected.damping = sums.expected.damping.max(near.law.damping_ratio());
         }
     }
 
@@ -529,9 +545,9 @@ impl Oracle {
 
     /// Jiang 2020 eq. 39 read literally: every vertex at every edge, both ways. Two discs count once.
     fn bodies_and_bodies(&self, step: &Step, sums: &mut Sums) {
-        let Some(common) = &self.config.body_contact else {
+        if self.config.body_contact.is_none() {
             return;
-        };
+        }
         let mut springs = Vec::new();
         for (i, one) in self.bodies.iter().enumerate() {
             for (j, other) in self.bodies.iter().enumerate() {
@@ -557,67 +573,8 @@ impl Oracle {
                         } else {
                             nearest_on_edge(edges[e], edges[(e + 1) % n], *x, 0, 1).0
                         };
-                        let (a, b) = (one.radii[v], other.radii[e]);
-                        let away = x - y;
-                        let overlap = a + b - away.norm();
-                        let blur = BLUR * (a + b);
-                        if overlap < -blur - 0.5 * (a + b) {
-                            continue;
-                        }
-                        let normal = away.normalize();
-                        let at = x - normal * (a - 0.5 * overlap);
-                        let (r, s) = (at - one.center, at - other.center);
-                        let moved = if step.dt_before > 0.0 {
-                            one.moved(r) - other.moved(s)
-                        } else {
-                            Vec2::zeros()
-                        };
-                        let velocity = if step.dt_before > 0.0 {
-                            moved / step.dt_before
-                        } else {
-                            one.velocity_at(r) - other.velocity_at(s)
-                        };
-                        let light = |b: &Body| b.mobility().0[0].max(b.mobility().0[1]);
-                        let near = Near {
-                            who: Who::Bodies(i, v, j, e),
-                            law: Law {
-                                law: self.law([&one.surface, &other.surface], common),
-                                pair: Pair {
-                                    mass: if light(one) + light(other) > 0.0 {
-                                        1.0 / (light(one) + light(other))
-                                    } else {
-                                        0.0
-                                    },
-                                    radius: if a > 0.0 && b > 0.0 {
-                                        a * b / (a + b)
-                                    } else {
-                                        0.0
-                                    },
-                                },
-                            },
-                            motion: Motion {
-                                overlap,
-                                moved: along(moved, normal),
-                                velocity: along(velocity, normal),
-                            },
-                            normal,
-                            at,
-                            blur,
-                            curvature: 1.0 / away.norm(),
-                        };
-                        let touch = self.touch(&near, step, sums);
-                        for (b, sign, r) in [(i, 1.0, r), (j, -1.0, s)] {
-                            let load = &mut sums.expected.loads[b];
-                            load.bodies.0 += touch.force * sign;
-                            load.bodies.1 += cross(r, touch.force) * sign;
-                            load.blur += touch.blur;
-                        }
-                        if overlap > 0.0 {
-                            let k_n = near.law.normal_stiffness(overlap);
-                            springs.push((i, r, j, s, normal, k_n));
-                            sums.expected.damping =
-                                sums.expected.damping.max(near.law.damping_ratio());
-                        }
+                        let spring = self.vertex_and_edge(step, [(i, v), (j, e)], *x, y, sums);
+                        springs.extend(spring);
                     }
                 }
             }
@@ -625,8 +582,81 @@ impl Oracle {
         sums.expected.own_omega_sq = self.frequency(&springs);
     }
 
+    /// A vertex of one body at `x`, and the place `y` of an edge of another one that is nearest to it. Returns the spring.
+    fn vertex_and_edge(
+        &self,
+        step: &Step,
+        [(i, v), (j, e)]: [(usize, usize); 2],
+        x: Vec2,
+        y: Vec2,
+        sums: &mut Sums,
+    ) -> Option<Spring> {
+        let common = self.config.body_contact.as_ref()?;
+        let (one, other) = (&self.bodies[i], &self.bodies[j]);
+        let (a, b) = (one.radii[v], other.radii[e]);
+        let away = x - y;
+        let overlap = a + b - away.norm();
+        let blur = BLUR * (a + b);
+        if overlap < -blur - 0.5 * (a + b) {
+            return None;
+        }
+        let normal = away.normalize();
+        let at = x - normal * (a - 0.5 * overlap);
+        let (r, s) = (at - one.center, at - other.center);
+        let moved = if step.dt_before > 0.0 {
+            one.moved(r) - other.moved(s)
+        } else {
+            Vec2::zeros()
+        };
+        let velocity = if step.dt_before > 0.0 {
+            moved / step.dt_before
+        } else {
+            one.velocity_at(r) - other.velocity_at(s)
+        };
+        let light = |b: &Body| b.mobility().0[0].max(b.mobility().0[1]);
+        let near = Near {
+            who: Who::Bodies(i, v, j, e),
+            law: Law {
+                law: self.law([&one.surface, &other.surface], common),
+                pair: Pair {
+                    mass: if light(one) + light(other) > 0.0 {
+                        1.0 / (light(one) + light(other))
+                    } else {
+                        0.0
+                    },
+                    radius: if a > 0.0 && b > 0.0 {
+                        a * b / (a + b)
+                    } else {
+                        0.0
+                    },
+                },
+            },
+            motion: Motion {
+                overlap,
+                moved: along(moved, normal),
+                velocity: along(velocity, normal),
+            },
+            normal,
+            at,
+            blur,
+            curvature: 1.0 / away.norm(),
+        };
+        let touch = self.touch(&near, step, sums);
+        for (b, sign, r) in [(i, 1.0, r), (j, -1.0, s)] {
+            let load = &mut sums.expected.loads[b];
+            load.bodies.0 += touch.force * sign;
+            load.bodies.1 += cross(r, touch.force) * sign;
+            load.blur += touch.blur;
+        }
+        if overlap <= 0.0 {
+            return None;
+        }
+        sums.expected.damping = sums.expected.damping.max(near.law.damping_ratio());
+        Some((i, r, j, s, normal, near.law.normal_stiffness(overlap)))
+    }
+
     /// The largest squared frequency in 1/s^2 of the bodies on their normal springs: a Rayleigh quotient, so never above it.
-    fn frequency(&self, springs: &[(usize, Vec2, usize, Vec2, Vec2, f64)]) -> f64 {
+    fn frequency(&self, springs: &[Spring]) -> f64 {
         // Unknowns are sqrt(m) u, sqrt(m) v, sqrt(I) theta of each body, begun with what presses one spring.
         let roots: Vec<[f64; 3]> = (self.bodies.iter())
             .map(|b| {
@@ -634,7 +664,7 @@ impl Oracle {
                 [x.sqrt(), y.sqrt(), turn.sqrt()]
             })
             .collect();
-        let row = |&(i, r, j, s, n, _): &(usize, Vec2, usize, Vec2, Vec2, f64)| {
+        let row = |&(i, r, j, s, n, _): &Spring| {
             let of = |b: usize, r: Vec2, sign: f64| {
                 let [x, y, turn] = roots[b];
                 [sign * n.x * x, sign * n.y * y, sign * cross(r, n) * turn]
@@ -760,35 +790,8 @@ impl Oracle {
             driven += ((push + guide).dot(&mean) + (push_torque + guide_torque) * mean_spin) * kick;
             applied += (weight + push + guide) * kick;
             contact += load.points.0 * kick;
-            let centred = |a: f64, b: f64| (1.0 - w) * a + w * b;
-            if moves {
-                ledger.kinetic += 0.5
-                    * body.mass
-                    * centred(body.velocity.norm_squared(), velocity.norm_squared());
-                ledger.kinetic_rotation +=
-                    0.5 * body.inertia * centred(body.spin.powi(2), spin.powi(2));
-                ledger.gravity -= body.mass * gravity.dot(&body.center);
-                for k in 0..2 {
-                    ledger.momentum[k] += body.mass * velocity[k];
-                }
-            }
-            for k in 0..2 {
-                ledger.contact_force[k] += load.points.0[k];
-            }
-            ledger.contacts += u64::from(load.contacts > 0);
-            expected.bodies.push(BodyState {
-                position: body.center.into(),
-                velocity: (body.velocity * (1.0 - w) + velocity * w).into(),
-                angle: body.angle,
-                spin: centred(body.spin, spin),
-                mass: body.mass,
-                inertia: body.inertia,
-                point_force: load.points.0.into(),
-                point_torque: load.points.1,
-                body_force: load.bodies.0.into(),
-                body_torque: load.bodies.1,
-                contacts: load.contacts,
-            });
+            let state = enter(&mut ledger, (gravity, w), body, load, (velocity, spin));
+            expected.bodies.push(state);
             kicked.push((velocity, spin));
         }
         ledger.driven_work = self.driven + share * driven;
@@ -818,6 +821,44 @@ impl Oracle {
                 (body.velocity, body.spin) = (velocity, spin);
             }
         }
+    }
+}
+
+/// Puts a body into the ledger (section 9), given gravity, the centring and its velocities after the kick; returns its state.
+fn enter(
+    ledger: &mut Ledger,
+    (gravity, w): (Vec2, f64),
+    body: &Body,
+    load: &OnBody,
+    (velocity, spin): (Vec2, f64),
+) -> BodyState {
+    let centred = |a: f64, b: f64| (1.0 - w) * a + w * b;
+    if body.yields() != [0.0; 3] {
+        let squares = centred(body.velocity.norm_squared(), velocity.norm_squared());
+        ledger.kinetic += 0.5 * body.mass * squares;
+        let squares = centred(body.spin.powi(2), spin.powi(2));
+        ledger.kinetic_rotation += 0.5 * body.inertia * squares;
+        ledger.gravity -= body.mass * gravity.dot(&body.center);
+        for k in 0..2 {
+            ledger.momentum[k] += body.mass * velocity[k];
+        }
+    }
+    for k in 0..2 {
+        ledger.contact_force[k] += load.points.0[k];
+    }
+    ledger.contacts += u64::from(load.contacts > 0);
+    BodyState {
+        position: body.center.into(),
+        velocity: (body.velocity * (1.0 - w) + velocity * w).into(),
+        angle: body.angle,
+        spin: centred(body.spin, spin),
+        mass: body.mass,
+        inertia: body.inertia,
+        point_force: load.points.0.into(),
+        point_torque: load.points.1,
+        body_force: load.bodies.0.into(),
+        body_torque: load.bodies.1,
+        contacts: load.contacts,
     }
 }
 

@@ -1,9 +1,10 @@
 //! Makes a case that fails smaller: fewer steps, points, bodies and features, rounder numbers, until nothing can be left out.
 
-use interface::config::{BodyShape, ContactLaw, Motion};
+use interface::config::{BodyConfig, BodyShape, ContactLaw, Motion};
+use serde_json::Value;
 
 use super::admit;
-use super::case::{Along, Case, Course};
+use super::case::{Along, Case, Course, Walker};
 
 /// The smaller cases to try for a case, the boldest first.
 pub fn smaller(case: &Case, step: u32) -> Vec<Case> {
@@ -60,36 +61,45 @@ pub fn smaller(case: &Case, step: u32) -> Vec<Case> {
         });
     }
     for b in 0..case.config.bodies.len() {
-        let mut body = |change: &dyn Fn(&mut interface::config::BodyConfig)| {
-            with(&|c| change(&mut c.config.bodies[b]))
-        };
-        body(&|body| body.spin = 0.0);
-        body(&|body| body.velocity = [0.0; 2]);
-        body(&|body| body.motion = Motion::Fixed);
-        body(&|body| body.motion = Motion::Free);
-        body(&|body| body.shape = BodyShape::Disc);
-        body(&|body| body.angle = 0.0);
-        body(&|body| body.position = [0.0; 2]);
+        for change in BODIES {
+            with(&|c| change(&mut c.config.bodies[b]));
+        }
     }
     for k in 0..case.points.len() {
-        let mut point =
-            |change: &dyn Fn(&mut super::case::Walker)| with(&|c| change(&mut c.points[k]));
-        point(&|point| point.noise = [0.0; 2]);
-        point(&|point| point.present = vec![[0, u32::MAX]]);
-        point(&|point| point.group = 0);
-        point(&|point| point.way = Course(vec![(0, point.way.at(step))]));
-        point(&|point| point.overlap = Course(vec![(0, point.overlap.at(step))]));
-        point(&|point| point.way = Course(vec![(0, 0.0)]));
-        point(&|point| {
-            let ends = [step.saturating_sub(1), step].map(|s| (s, point.way.at(s)));
-            point.way = Course(ends.to_vec());
-        });
+        for change in POINTS {
+            with(&|c| change(&mut c.points[k], step));
+        }
     }
     for digits in [1, 2, 3] {
         with(&|c| round(c, digits));
     }
     smaller
 }
+
+/// Bodies that are simpler.
+const BODIES: [fn(&mut BodyConfig); 7] = [
+    |body| body.spin = 0.0,
+    |body| body.velocity = [0.0; 2],
+    |body| body.motion = Motion::Fixed,
+    |body| body.motion = Motion::Free,
+    |body| body.shape = BodyShape::Disc,
+    |body| body.angle = 0.0,
+    |body| body.position = [0.0; 2],
+];
+
+/// Points that are simpler, given the step that fails.
+const POINTS: [fn(&mut Walker, u32); 7] = [
+    |point, _| point.noise = [0.0; 2],
+    |point, _| point.present = vec![[0, u32::MAX]],
+    |point, _| point.group = 0,
+    |point, step| point.way = Course(vec![(0, point.way.at(step))]),
+    |point, step| point.overlap = Course(vec![(0, point.overlap.at(step))]),
+    |point, _| point.way = Course(vec![(0, 0.0)]),
+    |point, step| {
+        let ends = [step.saturating_sub(1), step].map(|s| (s, point.way.at(s)));
+        point.way = Course(ends.to_vec());
+    },
+];
 
 /// A part of a law, and the law without it.
 type Simpler = (&'static str, fn(&mut ContactLaw));
@@ -193,93 +203,27 @@ fn one_epoch(case: &mut Case) {
 
 /// Every number with few digits.
 fn round(case: &mut Case, digits: i32) {
-    let short = |x: &mut f64| {
-        if *x != 0.0 && x.is_finite() {
-            let unit = 10f64.powi(x.abs().log10().floor() as i32 + 1 - digits);
-            *x = (*x / unit).round() * unit;
-        }
+    let Ok(mut text) = serde_json::to_value(&*case) else {
+        return;
     };
-    let law = |law: &mut ContactLaw| match law {
-        ContactLaw::Linear {
-            normal_stiffness: a,
-            tangential_stiffness: b,
-            friction: c,
-            damping_ratio: d,
-            damped_mass: e,
-        } => {
-            [a, b, c, d, e].into_iter().for_each(short);
-        }
-        ContactLaw::Granular {
-            normal_stiffness: a,
-            tangential_stiffness: b,
-            friction: c,
-            damping_ratio: d,
-            damped_mass: e,
-            adhesion: f,
-            rolling_friction: g,
-        } => {
-            [a, b, c, d, e, f, g].into_iter().for_each(short);
-        }
-        ContactLaw::HertzMindlin {
-            hertz_constant: a,
-            poisson_ratio: b,
-            friction: c,
-            restitution: d,
-            adhesion: e,
-        } => {
-            [a, b, c, d, e].into_iter().for_each(short);
-        }
-        ContactLaw::Area {
-            area_stiffness: a,
-            tangential_stiffness: b,
-            friction: c,
-        } => {
-            [a, b, c].into_iter().for_each(short);
-        }
-    };
-    let config = &mut case.config;
-    law(&mut config.point_contact);
-    config.body_contact.iter_mut().for_each(law);
-    config
-        .group_pairs
-        .iter_mut()
-        .for_each(|pair| law(&mut pair.law));
-    config
-        .contact_pairs
-        .iter_mut()
-        .for_each(|pair| law(&mut pair.law));
-    config.gravity.iter_mut().for_each(short);
-    short(&mut config.skin);
-    for body in &mut config.bodies {
-        let plain = [&mut body.sphero_radius, &mut body.angle, &mut body.spin];
-        plain
-            .into_iter()
-            .chain(&mut body.position)
-            .chain(&mut body.velocity)
-            .for_each(short);
-        if let interface::config::BodyInertia::Mass(mass) = &mut body.inertia {
-            short(mass);
-        }
-        match &mut body.shape {
-            BodyShape::Rectangle { width, height } => [width, height].into_iter().for_each(short),
-            BodyShape::Segment { ends } => ends.iter_mut().flatten().for_each(short),
-            BodyShape::Polygon { vertices } => vertices.iter_mut().flatten().for_each(short),
-            BodyShape::Cluster { centers, .. } => centers.iter_mut().flatten().for_each(short),
-            BodyShape::Disc => {}
-        }
+    shorten(&mut text, digits);
+    if let Ok(rounded) = serde_json::from_value(text) {
+        *case = rounded;
     }
-    for point in &mut case.points {
-        [&mut point.radius, &mut point.mass]
-            .into_iter()
-            .chain(&mut point.noise)
-            .for_each(short);
-        let courses = [&mut point.way, &mut point.overlap];
-        courses
-            .into_iter()
-            .flat_map(|course| &mut course.0)
-            .for_each(|(_, x)| short(x));
+}
+
+/// The same of JSON; whole numbers are counts and stay.
+fn shorten(value: &mut Value, digits: i32) {
+    match value {
+        Value::Number(number) if number.is_f64() => {
+            let x = number.as_f64().unwrap_or_default();
+            if x != 0.0 {
+                let unit = 10f64.powi(x.abs().log10().floor() as i32 + 1 - digits);
+                *value = Value::from((x / unit).round() * unit);
+            }
+        }
+        Value::Array(values) => values.iter_mut().for_each(|value| shorten(value, digits)),
+        Value::Object(fields) => fields.values_mut().for_each(|value| shorten(value, digits)),
+        _ => {}
     }
-    case.epochs
-        .iter_mut()
-        .for_each(|epoch| short(&mut epoch.dt));
 }

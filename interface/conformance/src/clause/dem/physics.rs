@@ -254,7 +254,7 @@ pub const CLAUSES: &[Clause] = &[
         Flaw::bodies(|_, bodies| {
             bodies
                 .iter_mut()
-                .for_each(|body| body.body_force = [0.0; 2])
+                .for_each(|body| body.body_force = [0.0; 2]);
         })
     }),
     Clause::random(
