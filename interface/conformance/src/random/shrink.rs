@@ -29,7 +29,7 @@ pub fn smaller(case: &Case, step: u32) -> Vec<Case> {
     with(&|c| {
         c.epochs
             .iter_mut()
-            .for_each(|e| (e.outlines, e.frame, e.resumed) = (false, false, false))
+            .for_each(|e| (e.outlines, e.frame, e.resumed) = (false, false, false));
     });
     with(&|c| c.epochs.iter_mut().for_each(|e| e.resumed = false));
     with(&|c| c.epochs.iter_mut().for_each(|e| e.frame = false));
@@ -38,7 +38,7 @@ pub fn smaller(case: &Case, step: u32) -> Vec<Case> {
     with(&|c| {
         c.epochs
             .iter_mut()
-            .for_each(|e| e.windows = vec![e.windows.iter().sum()])
+            .for_each(|e| e.windows = vec![e.windows.iter().sum()]);
     });
     with(&|c| c.config.gravity = [0.0; 2]);
     with(&|c| c.config.body_contact = None);
@@ -51,13 +51,13 @@ pub fn smaller(case: &Case, step: u32) -> Vec<Case> {
             c.config
                 .group_pairs
                 .iter_mut()
-                .for_each(|pair| change(&mut pair.law))
+                .for_each(|pair| change(&mut pair.law));
         });
         with(&|c| {
             c.config
                 .contact_pairs
                 .iter_mut()
-                .for_each(|pair| change(&mut pair.law))
+                .for_each(|pair| change(&mut pair.law));
         });
     }
     for b in 0..case.config.bodies.len() {
@@ -114,20 +114,20 @@ const LAWS: [Simpler; 4] = [
     }),
     ("damping", |law| match law {
         ContactLaw::Linear { damping_ratio, .. } | ContactLaw::Granular { damping_ratio, .. } => {
-            *damping_ratio = 0.0
+            *damping_ratio = 0.0;
         }
         ContactLaw::HertzMindlin { restitution, .. } => *restitution = 1.0,
         ContactLaw::Area { .. } => {}
     }),
     ("adhesion", |law| match law {
         ContactLaw::Granular { adhesion, .. } | ContactLaw::HertzMindlin { adhesion, .. } => {
-            *adhesion = 0.0
+            *adhesion = 0.0;
         }
         _ => {}
     }),
     ("damped mass", |law| match law {
         ContactLaw::Linear { damped_mass, .. } | ContactLaw::Granular { damped_mass, .. } => {
-            *damped_mass = 0.0
+            *damped_mass = 0.0;
         }
         _ => {}
     }),
