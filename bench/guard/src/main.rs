@@ -61,7 +61,9 @@ fn main() -> ExitCode {
         chosen = JOBS.iter().collect();
     }
     if once {
-        chosen.iter().for_each(|job| println!("{}", measure(job)));
+        for job in chosen {
+            println!("{}", measure(job));
+        }
         return ExitCode::SUCCESS;
     }
     let done = if retake {
