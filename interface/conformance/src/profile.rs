@@ -129,7 +129,8 @@ mod tests {
                 let (less, more) = (pair[0], pair[1]);
                 let more_takes = more.capabilities();
                 assert!(less.takes().all(|name| more_takes.meets(name)));
-                assert!(less.core().count() < more.core().count(), "{}", more.name);
+                // Random cases have all that a profile takes, so it may be the same clauses that judge it.
+                assert!(less.core().count() <= more.core().count(), "{}", more.name);
             }
             assert_eq!(all.last().unwrap().core().count(), of(party).len());
             assert!(all[0].core().count() > 20);
