@@ -1,5 +1,7 @@
 //! The machine of a run: what the log says of it, for whoever reads its report, and whether its processors are enough.
 
+#![allow(clippy::disallowed_methods, reason = "/proc")]
+
 use std::fs;
 use std::time::Duration;
 

@@ -1,5 +1,6 @@
 //! Tandem: one program, one subcommand per process. Knows every part and computes nothing itself.
 #![forbid(unsafe_code)]
+#![cfg_attr(not(test), warn(clippy::disallowed_methods))]
 #![warn(clippy::print_stdout, clippy::print_stderr)] // a reader may have left: see `terminal`
 
 mod check;

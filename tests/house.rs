@@ -1,5 +1,5 @@
-//! What no compiler and no linter holds: which crate sees which, no circle of files inside a crate, and a few words that
-//! stand in certain files only (ARCHITECTURE.md).
+//! What no compiler and no linter holds: which crate sees which, that no files of a crate form a circle, and that a session
+//! can be simulated (ARCHITECTURE.md). Which files may open files is in `clippy.toml`.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
@@ -32,52 +32,8 @@ const OWNERS: [(&str, &str); 3] = [
     ("bincode", "interface"),
     ("parry2d-f64", "dem-proc"),
 ];
-/// Words that code must not have, where, and the files that may. The order of the protocol names no clock, thread or file, so
-/// that it can be simulated. Nobody gives its processor away between two looks: it comes back milliseconds later (docs/decisions/0006-waiting.md).
-const WORDS: [(&[&str], &str, &[&str]); 2] = [
-    (
-        &["Instant", "SystemTime", "thread", "fs", "net"],
-        "interface/src/session/",
-        &[
-            "interface/src/session/process.rs",
-            "interface/src/session/serve.rs",
-            "interface/src/session/stopwatch.rs",
-            "interface/src/session/together.rs",
-        ],
-    ),
-    (&["sched_yield", "yield_now"], "", &["tests/house.rs"]),
-];
-
-/// The places that open files by themselves, with what they open. All others do it with `interface/src/files.rs`, which
-/// follows no link, waits for no pipe and reads no more than a file can have.
-const OPENS: [(&str, &str); 8] = [
-    (
-        "interface/src/transport/domain.rs",
-        "the private directory of a run",
-    ),
-    ("interface/src/transport/liveness.rs", "/proc"),
-    (
-        "interface/src/transport/remains.rs",
-        "the private directories of runs",
-    ),
-    (
-        "interface/src/transport/wake.rs",
-        "the wake-ups in the private directory of a run",
-    ),
-    (
-        "interface/conformance/src/part.rs",
-        "the private directory of a run",
-    ),
-    (
-        "interface/conformance/src/clause/shared/machine.rs",
-        "/proc",
-    ),
-    (
-        "coupler/src/record/rundir/lock.rs",
-        "a run directory, to lock it",
-    ),
-    ("src/machine.rs", "/proc"),
-];
+/// The order of the protocol names no clock, thread or file, so that it can be simulated; but for those who drive it.
+const DRIVERS: [&str; 4] = ["process.rs", "serve.rs", "stopwatch.rs", "together.rs"];
 
 fn packages() -> Vec<Value> {
     let arguments = [
@@ -159,69 +115,19 @@ fn arrows_between_crates_point_down() {
 }
 
 #[test]
-fn words_stand_where_they_may() {
-    let mut git = Command::new("git");
-    let listed = git
-        .args(["ls-files", "*.rs", "*.py"])
-        .current_dir(root())
-        .output();
-    let listed = String::from_utf8(listed.unwrap().stdout).unwrap();
-    assert!(listed.lines().count() > 200, "too few files were found");
-    let mut wrong = Vec::new();
-    for file in listed.lines().filter(|file| root().join(file).is_file()) {
-        let code = code(&fs::read_to_string(root().join(file)).unwrap());
-        let named: BTreeSet<&str> = code.split(|c: char| !is_of_word(c)).collect();
-        for (words, folder, but) in WORDS {
-            if file.starts_with(folder) && !but.contains(&file) {
-                let found = words.iter().filter(|word| named.contains(**word));
-                wrong.extend(found.map(|word| format!("{file}: {word}")));
-            }
+fn a_session_names_no_clock_thread_or_file() {
+    let mut found = Vec::new();
+    for entry in fs::read_dir(root().join("interface/src/session")).unwrap() {
+        let path = entry.unwrap().path();
+        let name = path.file_name().unwrap().to_str().unwrap().to_owned();
+        let code = code(&fs::read_to_string(&path).unwrap());
+        let mut words = code.split(|c: char| !is_of_word(c));
+        if words.any(|word| ["Instant", "SystemTime", "thread", "fs", "net"].contains(&word)) {
+            found.push(name);
         }
     }
-    assert!(wrong.is_empty(), "{wrong:#?}");
-}
-
-#[test]
-fn files_are_opened_in_one_place() {
-    let ways = [
-        "File::open(",
-        "File::create",
-        "File::options",
-        "OpenOptions",
-        "fs::read(",
-        "fs::read_to_string(",
-        "fs::write(",
-        "fs::copy(",
-        "from_path(",
-    ];
-    let mut found = BTreeSet::new();
-    for package in packages() {
-        let manifest = PathBuf::from(package["manifest_path"].as_str().unwrap());
-        let folder = manifest.with_file_name("src");
-        if package["name"] == "fuzzing" || package["name"] == "guard" {
-            continue; // tools of developers
-        }
-        let mut folders = vec![folder];
-        while let Some(folder) = folders.pop() {
-            for entry in fs::read_dir(&folder).unwrap() {
-                let path = entry.unwrap().path();
-                let file = path.strip_prefix(root()).unwrap().to_str().unwrap();
-                if path.is_dir() {
-                    folders.push(path);
-                } else if path.extension().is_some_and(|extension| extension == "rs")
-                    && !file.ends_with("tests.rs")
-                    && !file.contains("/tests/")
-                {
-                    let code = code(&fs::read_to_string(&path).unwrap());
-                    if ways.iter().any(|way| code.contains(way)) {
-                        found.insert(file.to_owned());
-                    }
-                }
-            }
-        }
-    }
-    let allowed = OPENS.map(|(file, _)| file.to_owned()).into();
-    assert_eq!(found, allowed, "these open files, and those may");
+    found.sort();
+    assert_eq!(found, DRIVERS);
 }
 
 /// A source without comments, and without the tests at its end.

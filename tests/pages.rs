@@ -2,8 +2,10 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
-use std::path::{Component, Path};
+use std::path::Path;
 use std::process::Command;
+
+use pulldown_cmark::{CodeBlockKind, Event, Options, Parser, Tag, TagEnd};
 
 use crate::harness::root;
 
@@ -26,51 +28,32 @@ fn text(name: &str) -> String {
     fs::read_to_string(root().join(name)).unwrap_or_else(|e| panic!("{name}: {e}"))
 }
 
-/// The lines of a page without code: what is between fences, indented, or between backticks.
-fn prose(page: &str) -> impl Iterator<Item = String> {
-    let mut fenced = false;
-    page.lines().filter_map(move |line| {
-        let fence = line.trim_start().starts_with("```");
-        fenced ^= fence;
-        let code = fenced || fence || line.starts_with("    ") && !line.contains("](");
-        (!code).then(|| line.split('`').step_by(2).collect::<Vec<_>>().join("`"))
-    })
-}
-
-/// Where the links and pictures of a page lead, as written.
-fn links(page: &str) -> Vec<String> {
-    let text: Vec<String> = prose(page).collect();
-    let text = text.join("\n");
-    let links = text
-        .split("](")
-        .skip(1)
-        .filter_map(|rest| rest.split_once(')'));
-    links.map(|(link, _)| link.to_owned()).collect()
-}
-
-/// What a link can name after `#`: a heading in small letters, a hyphen for each space, a number where it is there already.
-fn anchors(page: &str) -> BTreeSet<String> {
-    let mut anchors = BTreeSet::new();
-    let mut fenced = false;
-    for line in page.lines() {
-        fenced ^= line.trim_start().starts_with("```");
-        let heading = line.trim_start_matches('#');
-        if fenced || !line.starts_with('#') || !heading.starts_with(' ') {
-            continue;
+/// Where the links and pictures of a page lead, as written, and what a link can name after `#`: a heading in small letters
+/// with a hyphen for each space, and a number if the page has that name already.
+fn links_and_anchors(page: &str) -> (Vec<String>, BTreeSet<String>) {
+    let (mut links, mut anchors, mut heading) = (Vec::new(), BTreeSet::new(), None);
+    for event in Parser::new_ext(page, Options::ENABLE_TABLES) {
+        match event {
+            Event::Start(Tag::Link { dest_url, .. } | Tag::Image { dest_url, .. }) => {
+                links.push(dest_url.into_string());
+            }
+            Event::Start(Tag::Heading { .. }) => heading = Some(String::new()),
+            Event::Text(text) | Event::Code(text) => {
+                heading.iter_mut().for_each(|words| *words += &text);
+            }
+            Event::End(TagEnd::Heading(_)) => {
+                let words = heading.take().unwrap_or_default().to_lowercase();
+                let kept = |c: &char| c.is_alphanumeric() || "-_ ".contains(*c);
+                let name = words.chars().filter(kept).collect::<String>();
+                let name = name.replace(' ', "-");
+                let mut given =
+                    std::iter::once(name.clone()).chain((1..).map(|k| format!("{name}-{k}")));
+                anchors.extend(given.find(|name| !anchors.contains(name)));
+            }
+            _ => {}
         }
-        let letters = heading.trim().to_lowercase().replace(' ', "-");
-        let name: String = letters
-            .chars()
-            .filter(|c| c.is_alphanumeric() || "-_".contains(*c))
-            .collect();
-        let mut given = (0..).map(|k| match k {
-            0 => name.clone(),
-            k => format!("{name}-{k}"),
-        });
-        let new = given.find(|name| !anchors.contains(name));
-        anchors.extend(new);
     }
-    anchors
+    (links, anchors)
 }
 
 /// Where a link of a page leads: a path from the root, and what is after `#`. `None` for what is elsewhere.
@@ -78,22 +61,22 @@ fn target(from: &str, link: &str) -> Option<(String, Option<String>)> {
     if link.contains("://") || link.starts_with("mailto:") {
         return None;
     }
-    let (path, anchor) = link.split_once('#').map_or((link, None), |(path, anchor)| {
-        (path, Some(anchor.to_owned()))
-    });
-    if path.is_empty() {
-        return Some((from.to_owned(), anchor));
-    }
+    let (path, anchor) = link.split_once('#').unwrap_or((link, ""));
     let mut parts: Vec<&str> = from.split('/').collect();
-    parts.pop();
-    for component in Path::new(path).components() {
-        match component {
-            Component::ParentDir if parts.pop().is_none() => parts.push(".."),
-            Component::Normal(name) => parts.push(name.to_str()?),
-            _ => {}
+    if !path.is_empty() {
+        parts.pop();
+    }
+    for part in path.split('/') {
+        match part {
+            "" | "." => {}
+            ".." if parts.pop().is_some() => {}
+            part => parts.push(part),
         }
     }
-    Some((parts.join("/"), anchor))
+    Some((
+        parts.join("/"),
+        (!anchor.is_empty()).then(|| anchor.to_owned()),
+    ))
 }
 
 #[test]
@@ -102,20 +85,25 @@ fn every_link_leads_to_a_file_and_a_heading_and_every_page_is_in_the_summary_onc
     let is_page = |name: &&String| Path::new(name).extension().is_some_and(|e| e == "md");
     let pages = files.iter().filter(is_page);
     let pages: BTreeMap<&str, String> = pages.map(|name| (name.as_str(), text(name))).collect();
+    let read = |page: &String| links_and_anchors(page);
+    let pages: BTreeMap<&str, _> = pages
+        .iter()
+        .map(|(name, page)| (*name, read(page)))
+        .collect();
     let (mut wrong, mut count) = (Vec::new(), 0);
     let mut unlisted: BTreeSet<&str> = pages
         .keys()
         .copied()
         .filter(|name| *name != SUMMARY)
         .collect();
-    for (name, page) in &pages {
-        for link in links(page) {
+    for (name, (links, _)) in &pages {
+        for link in links {
             count += 1;
-            let Some((path, anchor)) = target(name, &link) else {
+            let Some((path, anchor)) = target(name, link) else {
                 continue;
             };
             let there = match (pages.get(path.as_str()), anchor) {
-                (Some(page), Some(anchor)) => anchors(page).contains(&anchor),
+                (Some((_, anchors)), Some(anchor)) => anchors.contains(&anchor),
                 _ => files.contains(&path),
             };
             if !there || *name == SUMMARY && !unlisted.remove(path.as_str()) {
@@ -160,27 +148,35 @@ fn every_equation_is_where_its_table_says() {
     assert!(wrong.is_empty(), "{wrong:#?}");
 }
 
-/// The words of code in a page: of code blocks, and between backticks, but for comments and commands of a shell.
+/// The words of code in a page: of blocks in Python and Rust but for comments and texts, and between backticks.
 fn code_words(page: &str) -> BTreeSet<String> {
     let (mut words, mut block) = (BTreeSet::new(), None);
     let mut add = |code: &str| {
-        let parts = code.split(|c: char| !c.is_ascii_alphanumeric() && c != '_');
         let names =
-            parts.filter(|part| part.len() > 2 && !part.starts_with(|c: char| c.is_ascii_digit()));
+            words_of(code).filter(|word| word.len() > 2 && !word.starts_with(char::is_numeric));
         words.extend(names.map(str::to_owned));
     };
-    for line in page.lines() {
-        if let Some(language) = line.trim_start().strip_prefix("```") {
-            block = block.is_none().then(|| language.to_owned());
-        } else {
-            match block.as_deref() {
-                Some("python" | "rust") => add(line.split(['#', '"']).next().unwrap_or_default()),
-                Some(_) => {}
-                None => line.split('`').skip(1).step_by(2).for_each(&mut add),
+    for event in Parser::new_ext(page, Options::ENABLE_TABLES) {
+        match event {
+            Event::Start(Tag::CodeBlock(kind)) => block = Some(kind),
+            Event::End(TagEnd::CodeBlock) => block = None,
+            Event::Code(code) => add(&code),
+            Event::Text(code) => {
+                if let Some(CodeBlockKind::Fenced(language)) = &block
+                    && matches!(&**language, "python" | "rust")
+                {
+                    let lines = code.lines().map(|line| line.split(['#', '"']).next());
+                    lines.flatten().for_each(&mut add);
+                }
             }
+            _ => {}
         }
     }
     words
+}
+
+fn words_of(code: &str) -> impl Iterator<Item = &str> {
+    code.split(|c: char| !c.is_ascii_alphanumeric() && c != '_')
 }
 
 /// The words that code in the tree consists of.
@@ -201,13 +197,10 @@ fn known_words() -> BTreeSet<String> {
     let mut words = BTreeSet::new();
     for name in listed() {
         if of_code(&name) {
-            let text = text(&name);
-            let parts = text.split(|c: char| !c.is_ascii_alphanumeric() && c != '_');
-            words.extend(parts.map(str::to_owned));
+            words.extend(words_of(&text(&name)).map(str::to_owned));
         }
         // Names of files and folders are words too.
-        let parts = name.split(|c: char| !c.is_ascii_alphanumeric() && c != '_');
-        words.extend(parts.map(str::to_owned));
+        words.extend(words_of(&name).map(str::to_owned));
     }
     words
 }

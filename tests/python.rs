@@ -4,6 +4,7 @@
 
 use std::path::PathBuf;
 use std::process::{Command, Stdio};
+use std::time::Duration;
 
 use crate::harness::needs::Need;
 use crate::harness::{
@@ -269,9 +270,10 @@ def spoilt(self, step, points, forces):
     for slot in range(len(points)):
         forces.add(slot, 0, (0.0, 0.0), (float('nan'), 0.0), 1.0)
 disc_dem.Discs.contact = spoilt";
-    run_changed(&place, change)
-        .expect(3)
-        .says(&["dem broke F-4", "not finite"]);
+    let ended = run_changed(&place, change);
+    let ended = ended.expect(3).says(&["dem broke F-4", "not finite"]);
+    // The coupler hears the other side for a quarter of a second. It did so for the 30 s of the wait before.
+    assert!(ended.took < Duration::from_secs(20), "{:?}", ended.took);
 }
 
 #[test]

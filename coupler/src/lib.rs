@@ -7,6 +7,7 @@
 //! | [`run`] | a run from open to closed: its step limit and the layout of its steps, the processes of the solvers, why it ended early, checkpoints |
 //! | [`record`] | the quantities of a run, its energies and momenta, its checks, and its files |
 #![forbid(unsafe_code)]
+#![cfg_attr(not(test), warn(clippy::disallowed_methods))]
 
 pub mod record;
 pub mod run;

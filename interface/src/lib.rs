@@ -18,6 +18,8 @@
 //!
 //! Geometry and mechanics that several solvers need are the crate `mechanics`.
 
+#![cfg_attr(not(test), warn(clippy::disallowed_methods))]
+
 pub mod config;
 pub mod files;
 pub mod forces;

@@ -37,6 +37,7 @@
 //! | `V_d` | `skin` | Verlet skin | 1 | m | section 4 |
 
 #![forbid(unsafe_code)]
+#![cfg_attr(not(test), warn(clippy::disallowed_methods))]
 #![allow(
     clippy::inline_always,
     reason = "kernels are generic over small traits; a call that is not inlined would pass vectors through memory"

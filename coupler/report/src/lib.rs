@@ -11,6 +11,7 @@
 //!
 //! This crate reads what a run has left and knows the coupler for the words of its files. It computes no physics.
 #![forbid(unsafe_code)]
+#![cfg_attr(not(test), warn(clippy::disallowed_methods))]
 
 pub mod chart;
 mod error;

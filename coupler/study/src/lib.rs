@@ -13,6 +13,7 @@
 //! This crate knows the coupler for its scenes and its words of a summary. It sees no solver and starts none: a run is
 //! a command, so that it may as well be started on another machine.
 #![forbid(unsafe_code)]
+#![cfg_attr(not(test), warn(clippy::disallowed_methods))]
 
 pub mod case;
 mod error;

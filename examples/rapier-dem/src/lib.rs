@@ -3,6 +3,7 @@
 //! Bodies meet by rapier's impulses, without rebound, and rapier moves them; material points push them by springs, as
 //! [`mechanics::rigid`] has it. What differs from the built-in solver stands in `docs/solver-authors.md`.
 #![forbid(unsafe_code)]
+#![cfg_attr(not(test), warn(clippy::disallowed_methods))]
 
 use interface::Vec2;
 use interface::config::capability::Capabilities;

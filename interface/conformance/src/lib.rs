@@ -30,6 +30,7 @@
 //! `tandem conformance --dem "target/release/examples/mutant H-1c"` shows it, and the test asks that clause H-1c fails and no other. A
 //! second mutant of a clause is called `H-1c/2`.
 #![forbid(unsafe_code)]
+#![cfg_attr(not(test), warn(clippy::disallowed_methods))]
 #![expect(
     clippy::needless_range_loop,
     reason = "an axis is an index into several arrays of two"

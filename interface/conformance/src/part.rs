@@ -1,5 +1,7 @@
 //! The files by which solvers note that they take part in a run (clause O-8), as the kit sees them from outside.
 
+#![allow(clippy::disallowed_methods, reason = "the private directory of a run")]
+
 use std::fs::{self, File, TryLockError};
 use std::path::PathBuf;
 

@@ -10,6 +10,7 @@
 //! | [`generate`] | sets of bodies from a seed |
 //! | [`threads`] | the threads of a solver |
 #![forbid(unsafe_code)]
+#![cfg_attr(not(test), warn(clippy::disallowed_methods))]
 
 pub mod expression;
 pub mod fill;

@@ -11,6 +11,7 @@
 //! `cargo run --release -p simulation --example simulate -- --seeds 1000000`
 
 #![forbid(unsafe_code)]
+#![cfg_attr(not(test), warn(clippy::disallowed_methods))]
 
 pub mod fault;
 pub mod host;

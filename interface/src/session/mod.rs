@@ -185,13 +185,13 @@ pub fn drive(mut party: Session<'_>) -> Result<(), SessionError> {
     loop {
         match party.turn() {
             Turn::Went => {}
-            Turn::Waits(Wait { from, at_most }) => {
-                let spin = &mut spins[from as usize];
+            Turn::Waits(present) => {
+                let spin = &mut spins[present.from as usize];
                 let mut next = NextTurn {
                     party: &mut party,
-                    from,
+                    present,
                 };
-                if let Err(waited) = wait(&mut next, spin, at_most) {
+                if let Err(waited) = wait(&mut next, spin, present.at_most) {
                     party.expire(waited);
                 }
             }
@@ -203,26 +203,27 @@ pub fn drive(mut party: Session<'_>) -> Result<(), SessionError> {
 /// The next turn of a party, once there is something to do.
 struct NextTurn<'a, 'b> {
     party: &'a mut Session<'b>,
-    /// Whose message is awaited.
-    from: Party,
+    /// What the party waits for. A look may end this wait and begin another one, with a deadline of its own.
+    present: Wait,
 }
 
 impl Awaited for NextTurn<'_, '_> {
     type Found = ();
 
     fn look(&mut self) -> Option<()> {
-        (!matches!(self.party.turn(), Turn::Waits(_))).then_some(())
+        (self.party.turn() != Turn::Waits(self.present)).then_some(())
     }
 
     fn block(&mut self, at_most: Duration) {
-        let from = self.from;
+        let from = self.present.from;
         self.party
             .io
             .with(|transport| transport.sleep(from, at_most));
     }
 
     fn interruption(&mut self) -> Option<()> {
-        self.party.look_up().then_some(())
+        self.party.io.signal.set(Signal::LookUp);
+        self.look()
     }
 
     fn held(&mut self) -> bool {

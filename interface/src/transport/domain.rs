@@ -5,6 +5,8 @@
 //! knows that the coupler is gone, and the next run (or `tandem clean`) removes the files of a killed one
 //! ([`crate::transport::remains`]).
 
+#![allow(clippy::disallowed_methods, reason = "the private directory of a run")]
+
 use std::fs::{self, DirBuilder, File, OpenOptions, Permissions, TryLockError};
 use std::io;
 use std::os::unix::fs::{DirBuilderExt, OpenOptionsExt, PermissionsExt};

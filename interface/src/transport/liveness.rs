@@ -1,6 +1,8 @@
 //! Tests whether a process that is alive can also run. If it is stopped or blocked by the system, the time does not
 //! count towards a deadline (clause S-11).
 
+#![allow(clippy::disallowed_methods, reason = "/proc")]
+
 use std::fmt::{self, Display};
 use std::fs;
 use std::path::Path;

@@ -1,5 +1,7 @@
 //! The removal of what runs leave behind: a run's own files at its end, and those of runs whose coupler was killed.
 
+#![allow(clippy::disallowed_methods, reason = "the private directories of runs")]
+
 use std::ffi::OsString;
 use std::fs::{self, File, TryLockError};
 use std::os::unix::fs::MetadataExt;

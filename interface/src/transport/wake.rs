@@ -6,6 +6,11 @@
 //! after it, and its count too (clause B-1). iceoryx2 0.10 has events for this, which can be lost even with one notifier
 //! and one listener (docs/decisions/0006-waiting.md).
 
+#![allow(
+    clippy::disallowed_methods,
+    reason = "the file of wake-ups in the private directory of a run"
+)]
+
 use std::fs::{File, OpenOptions};
 use std::io::{self, Write};
 use std::os::unix::fs::OpenOptionsExt;

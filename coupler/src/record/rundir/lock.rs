@@ -1,6 +1,8 @@
 //! The lock of a run directory. It is held on a file in it, which says who holds it, and on the directory itself, which
 //! cannot be removed while the run lives in it: so a second run is refused also where somebody has removed the file.
 
+#![allow(clippy::disallowed_methods, reason = "a run directory, to lock it")]
+
 use std::fs::{File, TryLockError};
 use std::io::{self, ErrorKind, Seek, Write};
 use std::os::unix::fs::MetadataExt;

@@ -1,5 +1,7 @@
 //! What a run takes of the machine: memory over many steps, time until an answer.
 
+#![allow(clippy::disallowed_methods, reason = "/proc")]
+
 use std::time::{Duration, Instant};
 
 use interface::message::control::Party;
