@@ -1,4 +1,4 @@
-//! The command line (DESIGN.md section 5).
+//! The command line.
 
 use std::path::PathBuf;
 

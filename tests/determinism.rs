@@ -1,4 +1,4 @@
-//! The same bits whatever the transport, the threads and the window (DESIGN.md section 3).
+//! The same bits whatever the transport, the threads and the window.
 
 use crate::harness::{Place, RunFiles, scene};
 

@@ -461,7 +461,7 @@ fn kill_three_times(name: &str, variant: &str) -> String {
     assert_eq!(last.status.code(), code, "{name} {variant}: {last:#?}");
     assert_same(&dir, &place.path("whole"));
     let kills = kills.join(", ");
-    format!("| {name} | {variant} | {wall:.1} | {kills} | the same |")
+    format!("{name},{variant},{wall:.1},\"{kills}\",the same")
 }
 
 #[test]
@@ -490,25 +490,8 @@ fn every_scene_that_is_killed_three_times_goes_on_to_the_same_bits() {
     }
     assert!(!table.is_empty(), "no scene has `{wanted}` in its name");
     if let Some(file) = std::env::var_os("TANDEM_TABLE") {
-        let head = "| scene | variant | wall time in s | killed (checkpoints then) | result |";
-        let table = table.join("\n");
-        let text = format!("{RESULTS}\n{head}\n| --- | --- | --- | --- | --- |\n{table}\n");
+        let head = "scene,variant,wall time in s,killed (checkpoints then),result";
+        let text = format!("{head}\n{}\n", table.join("\n"));
         fs::write(root().join(file), text).unwrap();
     }
 }
-
-const RESULTS: &str = "\
-# Killed anywhere
-
-Every scene and variant under two minutes, run with frames and a checkpoint each 0.05 s of wall
-time, killed three times with SIGKILL: within 150 ms of its start (`StartUp`), at a random moment
-(`Anywhere`), and when a file of a checkpoint appears or changes its name (`Checkpoint`). After each
-kill it goes on from the newest checkpoint, or begins again where there is none yet, each part in
-another way (processes, one process, two threads, a window of 7). The end is compared with an
-undisturbed run: `state_hash`, number of steps, and byte for byte `history.csv`, `course.csv`,
-`bodies.csv` and all frames. A kill that came after the end is not listed. Scenes that a solver
-stops (exit 3) are left out. Made by
-
-    TANDEM_TABLE=docs/results/resume.md \\
-        cargo test --release --workspace --test tandem-tests -- --ignored --nocapture every_scene_that_is_killed
-";

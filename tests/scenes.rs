@@ -15,7 +15,7 @@ enum Kind {
     Times,
 }
 
-/// Keys of DESIGN.md section 6 but for those that have a structure, which [`assert_complete`] looks into.
+/// Keys of `summary.json` but for those that have a structure, which [`assert_complete`] looks into.
 const KEYS: [(&str, Kind); 16] = [
     ("scene", Kind::Text),
     ("status", Kind::Text),
@@ -60,7 +60,7 @@ fn is(value: &Value, kind: Kind) -> bool {
     }
 }
 
-/// All keys of DESIGN.md section 6, with the types that scripts rely on.
+/// All keys of `summary.json`, with the types that scripts rely on.
 #[track_caller]
 fn assert_complete(files: &RunFiles) {
     let summary = &files.summary;

@@ -1,4 +1,4 @@
-//! The case that speed is measured on: grains in rows that settle in an open box (MEASURED.md section 2).
+//! The case that speed is measured on: grains in rows that settle in an open box.
 
 use dem_proc::Sdem;
 use interface::config::{ContactLaw, DemConfig};

@@ -1,4 +1,4 @@
-//! A settled box of grains, one step of the bodies' side: the job of MEASURED.md section 2.
+//! A settled box of grains, one step of the bodies' side.
 //!
 //! `cargo bench -p dem-proc --bench settling`; figures and reading in docs/performance-dem.md.
 

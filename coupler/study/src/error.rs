@@ -47,7 +47,7 @@ impl StudyError {
         }
     }
 
-    /// Exit status of the program (DESIGN.md section 5).
+    /// Exit status of the program.
     pub fn exit_code(&self) -> u8 {
         match self {
             Self::Scene(_) | Self::Asked(..) => 2,

@@ -1,4 +1,4 @@
-//! Frames: all points and all bodies at an instant, as VTK files in the run directory (DESIGN.md section 6).
+//! Frames: all points and all bodies at an instant, as VTK files in the run directory.
 //!
 //! `frames/points_0003.vtu` has a vertex for each material point, `frames/bodies_0003.vtu` a polygon for each body (for
 //! a cluster, one for each disc), `frames/contacts_0003.vtu` a line for each contact, and `frames/frames.pvd` their
