@@ -28,8 +28,8 @@ use clap::Parser;
 use cli::{Cli, Command, SchemaOf};
 use coupler::run::resources::check_addresses;
 use coupler::scene;
-use interface::config;
 use interface::transport::remains::sweep;
+use interface::{config, processor};
 use signal_hook::consts::SIGXFSZ;
 use terminal::{complain, say};
 
@@ -37,6 +37,7 @@ use terminal::{complain, say};
 const ENDING: Duration = Duration::from_secs(2);
 
 fn main() -> ExitCode {
+    processor::assert_checked();
     // A file that may grow no further is an error of that file and not the end of the process.
     if let Err(error) = signals::ignore(SIGXFSZ) {
         complain(format_args!("warning: {error}"));

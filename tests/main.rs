@@ -20,6 +20,7 @@ mod instability;
 mod mutants;
 mod new_solver;
 mod pages;
+mod processor;
 mod python;
 mod recording;
 mod refusals;

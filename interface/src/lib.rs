@@ -14,6 +14,7 @@
 //! | [`transport`] | how messages cross: shared memory, direct calls, and the names and waits of a run |
 //! | [`session`] | the protocol: the three parties of a session, over any transport; a solver as a program |
 //! | [`recording`] | every message of a run in a file |
+//! | [`processor`] | the check of the processor at the start of a program |
 //! | [`saved`] | the bytes of a saved state |
 //!
 //! Geometry and mechanics that several solvers need are the crate `mechanics`.
@@ -26,6 +27,7 @@ pub mod forces;
 pub mod impulse;
 pub mod ledger;
 pub mod message;
+pub mod processor;
 pub mod recording;
 pub mod saved;
 pub mod session;

@@ -54,6 +54,7 @@
 mod grains;
 pub mod kernel;
 mod layers;
+mod level;
 pub mod material;
 mod pass;
 mod scheme;

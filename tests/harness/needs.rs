@@ -19,6 +19,8 @@ pub enum Need {
     Vtk,
     /// `pvpython`, `xvfb-run`, and Pillow in Python.
     Paraview,
+    /// `qemu-x86_64`, which plays older processors.
+    Qemu,
     /// The right to mount a small `/dev/shm`.
     Mount,
 }

@@ -9,6 +9,7 @@ use std::sync::Arc;
 use rustix::process::{Pid, Signal, kill_process_group};
 
 use crate::message::control::Party;
+use crate::processor;
 use crate::session::{self, SessionError};
 use crate::solver::{DemSolver, MpmSolver};
 use crate::transport::domain::Domain;
@@ -67,6 +68,7 @@ fn with_run(
     mut arguments: impl Iterator<Item = String>,
     serve: impl FnOnce(&Domain) -> Result<(), SessionError>,
 ) -> ExitCode {
+    processor::assert_checked();
     if let (Some("--join"), Some(id), None) = (
         arguments.next().as_deref(),
         arguments.next(),
