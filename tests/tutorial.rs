@@ -1,4 +1,4 @@
-//! The tutorial, followed word by word; what `tandem new` writes; the schema that editors check scenes by.
+//! The tutorial, followed word by word; the scene of the front page; what `tandem new` writes; the schema that editors check scenes by.
 
 use std::fmt::Write as _;
 use std::fs;
@@ -101,6 +101,21 @@ fn the_tutorial_works_as_it_stands() {
     ] {
         assert!(directory.join(made).is_file(), "{made}");
     }
+}
+
+#[test]
+fn the_scene_of_the_front_page_runs_and_the_page_is_short() {
+    let place = Place::new();
+    let page = fs::read_to_string(root().join("README.md")).unwrap();
+    assert!(page.lines().count() <= 120, "{}", page.lines().count());
+    let scene = page.split("```toml\n").nth(1).unwrap();
+    let scene = scene.split("```").next().unwrap();
+    assert!(scene.lines().count() <= 15, "{scene}");
+    let directory = place.path(".");
+    fs::write(directory.join("ball.toml"), scene).unwrap();
+    let (code, said) = tandem(&["run", "ball.toml", "--in-process"], &directory, &place);
+    assert_eq!(code, Some(0), "{said}");
+    assert!(directory.join("runs/ball/report.html").is_file());
 }
 
 #[test]

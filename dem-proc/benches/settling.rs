@@ -1,6 +1,6 @@
 //! A settled box of grains, one step of the bodies' side.
 //!
-//! `cargo bench -p dem-proc --bench settling`; figures and reading in docs/performance-dem.md.
+//! `cargo bench -p dem-proc --bench settling`; figures and reading in docs/performance.md.
 
 use std::time::Duration;
 

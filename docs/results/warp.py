@@ -36,7 +36,7 @@ SECOND = {"hencky": 1.5, "hypoelastic": 0.5, "linear": 1.0}
 
 def bent(law, speed):
     """What the swing after a quarter of a period is by the law, where it would be 0 if stress were linear: to first order in the
-    strain, -0.589 a V/c (docs/performance-mpm.md)."""
+    strain, -0.589 a V/c (docs/performance.md)."""
     series = sum(8 / math.pi / (n * (n * n - 4)) ** 2 for n in range(1, 99, 2))
     return -2 * SECOND[law] * speed / SOUND * series
 

@@ -1,4 +1,4 @@
-//! CPU time per point and step, as the smallest of many short runs: the figures of `docs/performance-mpm.md`.
+//! CPU time per point and step, as the smallest of many short runs: the figures of `docs/performance.md`.
 //!
 //! `cargo run --release -p mpm-proc --example cost -- [points] [threads] [model] [stress_update] [shape]`, each of the
 //! last two as in a scene: shapes without an affine part are stepped with FLIP.

@@ -58,7 +58,7 @@ impl Estimate {
     }
 }
 
-/// Least time in s that a step takes for a point, and for the exchange between the processes (docs/performance-mpm.md).
+/// Least time in s that a step takes for a point, and for the exchange between the processes (docs/performance.md).
 const POINT: f64 = 30e-9;
 const EXCHANGE: f64 = 10e-6;
 /// A run that takes longer is probably not meant, in s.

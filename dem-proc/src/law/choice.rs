@@ -25,7 +25,7 @@ pub trait ForLaw: Sized {
 /// a value of one of few types, in a table by pairs of surfaces, with zeros for the parts that it does not use. A type
 /// for every combination of parts would be faster by a few per cent where parts are missing, and would double the
 /// compile time. Only [`Fast`] has no table: where one law without adhesion and rolling holds for all pairs, no contact
-/// stores it (docs/performance-dem.md has the figures).
+/// stores it.
 pub fn with_laws<F: ForLaw>(
     surfaces: &Surfaces,
     for_all: &ContactLaw,

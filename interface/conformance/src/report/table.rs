@@ -153,28 +153,33 @@ pub fn summary(examination: &Examination, waivers: &Waivers) -> String {
     text
 }
 
-/// The clauses for docs/conformance.md: those of both sides, then of each.
+/// The clauses as the CSV file docs/conformance.csv: those of both sides, then of each.
 pub fn manual() -> String {
     let parts: [(&str, Vec<&Clause>); 3] = [
-        ("Of both sides", common().collect()),
-        ("Of a bodies' side", own(Party::Dem).collect()),
-        ("Of a continuum", own(Party::Mpm).collect()),
+        ("both", common().collect()),
+        ("bodies", own(Party::Dem).collect()),
+        ("continuum", own(Party::Mpm).collect()),
     ];
-    let mut text = String::new();
-    for (title, clauses) in parts {
-        let _ = write!(
-            text,
-            "### {title}\n\n| clause | level | | needs | its mutants |\n| --- | --- | --- | --- | --- |\n"
-        );
+    let mut text = String::from("side,clause,level,what,needs,mutants\n");
+    for (side, clauses) in parts {
         for clause in clauses {
             let mutants: Vec<&str> = clause.mutants().map(|mutant| mutant.what).collect();
-            let (id, level, title) = (clause.id, clause.level, clause.title);
-            let (needs, mutants) = (clause.needs.join(", "), mutants.join("; "));
-            let _ = writeln!(text, "| {id} | {level} | {title} | {needs} | {mutants} |");
+            let (id, level) = (clause.id, clause.level);
+            let words = [clause.title, &clause.needs.join("; "), &mutants.join("; ")];
+            let [what, needs, mutants] = words.map(quoted);
+            let _ = writeln!(text, "{side},{id},{level},{what},{needs},{mutants}");
         }
-        text.push('\n');
     }
     text
+}
+
+/// A field of a CSV file.
+fn quoted(words: &str) -> String {
+    if words.contains([',', '"']) {
+        format!("\"{}\"", words.replace('"', "\"\""))
+    } else {
+        words.to_owned()
+    }
 }
 
 /// All clauses of a side, and what is not checked.
