@@ -602,15 +602,14 @@ impl Quantities {
     }
 }
 
+/// A row of the page for each quantity, one for both components of a vector.
 fn list<T: ?Sized>(page: &mut String, mark: &str, rows: &[Row<T>]) {
-    for Row {
-        name,
-        unit,
-        meaning,
-        ..
-    } in rows
-    {
-        let _ = writeln!(page, "| {mark}`{name}` | {unit} | {meaning} |");
+    let of_y = |row: &Row<T>| row.meaning == "the same in y";
+    for (index, row) in rows.iter().enumerate().filter(|(_, row)| !of_y(row)) {
+        let other = rows.get(index + 1).filter(|next| of_y(next));
+        let other = other.map_or(String::new(), |next| format!(", `{}`", next.name));
+        let (name, unit, meaning) = (row.name, row.unit, row.meaning);
+        let _ = writeln!(page, "| {mark}`{name}`{other} | {unit} | {meaning} |");
     }
 }
 
