@@ -585,6 +585,12 @@ pub struct ConformanceArgs {
     /// Write the verdicts as JUnit XML.
     #[arg(long, value_name = "FILE")]
     pub junit: Option<PathBuf>,
+    /// Write the verdicts as a page for a browser.
+    #[arg(long, value_name = "FILE")]
+    pub html: Option<PathBuf>,
+    /// Write the verdict as a badge for a README: an SVG.
+    #[arg(long, value_name = "FILE")]
+    pub badge: Option<PathBuf>,
     /// Write the messages of every broken clause, one file for each.
     #[arg(long, value_name = "DIR")]
     pub trace: Option<PathBuf>,

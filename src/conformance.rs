@@ -8,7 +8,7 @@ use std::time::Duration;
 
 use conformance::bench::{Start, Subject};
 use conformance::profile::{Profile, profiles};
-use conformance::report::{Paint, Rows, json, junit, listing, summary, waiver};
+use conformance::report::{Paint, Rows, badge, html, json, junit, listing, summary, waiver};
 use conformance::waiver::Waivers;
 use conformance::{Examination, ExamineError, Options, RandomCases, clause, examine};
 use interface::files;
@@ -73,13 +73,13 @@ pub fn judge(args: &ConformanceArgs) -> ExitCode {
         rows.common_causes(),
         summary(&examination, &waivers)
     ));
-    if let Err(error) = write(args, &examination, &waivers) {
-        return complain(&error, BAD_INPUT);
-    }
     let mut broken = examination.broken(args.strict);
     let kept = broken.all(|judged| waiver(judged, &waivers).is_some());
-    let whole = is_whole(&examination, required);
-    ExitCode::from(if kept && whole { 0 } else { BROKEN })
+    let kept = is_whole(&examination, required) && kept;
+    if let Err(error) = write(args, &examination, &waivers, kept) {
+        return complain(&error, BAD_INPUT);
+    }
+    ExitCode::from(if kept { 0 } else { BROKEN })
 }
 
 /// Clauses that are judged at the same time where nothing else is asked for. A clause mostly waits, for its deadlines and
@@ -169,6 +169,7 @@ fn write(
     args: &ConformanceArgs,
     examination: &Examination,
     waivers: &Waivers,
+    kept: bool,
 ) -> Result<(), String> {
     let put = |path: &Path, text: &str| {
         files::write_named(path, text).map_err(|e| format!("cannot write {}: {e}", path.display()))
@@ -178,6 +179,12 @@ fn write(
     }
     if let Some(path) = &args.junit {
         put(path, &junit(examination, waivers))?;
+    }
+    if let Some(path) = &args.html {
+        put(path, &html(examination, waivers, kept))?;
+    }
+    if let Some(path) = &args.badge {
+        put(path, &badge(examination, waivers, kept))?;
     }
     if let Some(dir) = &args.trace {
         std::fs::create_dir_all(dir)

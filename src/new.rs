@@ -22,16 +22,23 @@ const TREE: &str = "TREE";
 /// And the solver's name as Rust writes it in code.
 const CRATE: &str = "CRATE";
 
+/// Where GitHub looks for what it runs at every push.
+const WORKFLOW: &str = ".github/workflows/conformance.yml";
+/// In the files of a solver, the folder of Tandem's scenes.
+const SCENES: &str = "SCENES";
+
 /// The files of a solver.
 const PYTHON: &[(&str, &str)] = &[
     ("solver.py", include_str!("new/python/solver.py")),
     ("test_solver.py", include_str!("new/python/test_solver.py")),
+    (WORKFLOW, include_str!("new/python/conformance.yml")),
 ];
 const RUST: &[(&str, &str)] = &[
     ("Cargo.toml", include_str!("new/rust/package.toml")),
     ("src/lib.rs", include_str!("new/rust/solver.rs")),
     ("src/main.rs", include_str!("new/rust/main.rs")),
     ("tests/solver.rs", include_str!("new/rust/test.rs")),
+    (WORKFLOW, include_str!("new/rust/conformance.yml")),
 ];
 
 /// Writes what was asked for; nothing that is there is changed.
@@ -80,8 +87,12 @@ fn solver(name: &str, language: Language, tree: Option<&Path>) -> Result<String,
             "a solver cannot be called `{name}`: a name has lower-case letters, digits, `_` and `-`, and begins with a letter"
         ));
     }
-    let tree = checkout(tree)?;
-    let shown = tree.display().to_string();
+    // A program that was installed as a wheel has brought what a solver in Python needs.
+    let tree = match checkout(tree) {
+        Err(_) if language == Language::Python && tree.is_none() => None,
+        found => Some(found?),
+    };
+    let scenes = scenes(tree.as_deref());
     let folder = Path::new(name);
     std::fs::create_dir(folder).map_err(|error| format!("cannot make {name}/: {error}"))?;
     let (files, command, first) = match language {
@@ -93,22 +104,37 @@ fn solver(name: &str, language: Language, tree: Option<&Path>) -> Result<String,
         ),
     };
     for (file, text) in files {
-        let text = text.replace(TREE, &shown).replace(NAME, name);
-        create(
-            &folder.join(file),
-            &text.replace(CRATE, &name.replace('-', "_")),
-        )?;
+        create(&folder.join(file), &filled(text, name, tree.as_deref()))?;
     }
-    if language == Language::Rust {
+    if let (Language::Rust, Some(tree)) = (language, &tree) {
         // The versions that the checkout has been built with: those are at hand without a network.
         let lock = files::read_named_text(&tree.join("Cargo.lock"), files::SMALL);
         create(&folder.join("Cargo.lock"), &lock.unwrap_or_default())?;
     }
-    let scene = tree.join("scenes/jiang2020/collision_hard.toml");
     Ok(format!(
-        "wrote {name}/; next\n{first}  tandem run {} --dem \"{command}\"\n  tandem conformance --require held --dem \"{command}\"",
-        scene.display()
+        "wrote {name}/; next\n{first}  tandem run {scenes}/jiang2020/collision_hard.toml --dem \"{command}\"\n  tandem conformance --require held --dem \"{command}\""
     ))
+}
+
+/// The folder of Tandem's scenes, as a shell reads it.
+fn scenes(tree: Option<&Path>) -> String {
+    tree.map_or("$(python3 -m tandem)".to_owned(), |tree| {
+        format!("{}/scenes", tree.display())
+    })
+}
+
+/// A file of the solver `name`; without a tree, the packages of the wheel are used.
+fn filled(text: &str, name: &str, tree: Option<&Path>) -> String {
+    let text = text.replace(SCENES, &scenes(tree));
+    let text = match tree {
+        Some(tree) => text.replace(TREE, &tree.display().to_string()),
+        None => text
+            .split_inclusive('\n')
+            .filter(|line| !line.contains(TREE))
+            .collect(),
+    };
+    text.replace(NAME, name)
+        .replace(CRATE, &name.replace('-', "_"))
 }
 
 /// The checkout that was named, or that this program was built from.
@@ -128,4 +154,25 @@ fn create(path: &Path, text: &str) -> Result<(), String> {
     std::fs::create_dir_all(folder)
         .and_then(|()| files::write_new_named(path, text))
         .map_err(|error| format!("cannot write {}: {error}", path.display()))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_solver_in_python_needs_no_checkout_where_the_wheel_is() {
+        for (file, text) in PYTHON {
+            let text = filled(text, "mine", None);
+            for mark in [TREE, SCENES, NAME, CRATE, "sys.path.append"] {
+                assert!(!text.contains(mark), "{file}: {mark}");
+            }
+        }
+        let solver = filled(PYTHON[0].1, "mine", None);
+        assert!(solver.contains("tandem run $(python3 -m tandem)/jiang2020/"));
+        assert!(solver.contains("from tandem_solver import"));
+        let within = filled(PYTHON[0].1, "mine", Some(Path::new("/tree")));
+        assert!(within.contains("tandem run /tree/scenes/jiang2020/"));
+        assert!(within.contains("sys.path.append(\"/tree/python\")"));
+    }
 }

@@ -80,6 +80,7 @@ fn the_bodies_side_passes_in_process_with_any_window() {
 fn a_broken_clause_is_reported_as_text_json_and_junit() {
     let dir = tempfile::tempdir().unwrap();
     let junit = dir.path().join("junit.xml");
+    let (page, badge) = (dir.path().join("page.html"), dir.path().join("badge.svg"));
     let traces = dir.path().join("traces");
     let output = tandem(&[
         "conformance",
@@ -91,6 +92,10 @@ fn a_broken_clause_is_reported_as_text_json_and_junit() {
     .args([
         "--junit",
         junit.to_str().unwrap(),
+        "--html",
+        page.to_str().unwrap(),
+        "--badge",
+        badge.to_str().unwrap(),
         "--trace",
         traces.to_str().unwrap(),
     ])
@@ -107,6 +112,17 @@ fn a_broken_clause_is_reported_as_text_json_and_junit() {
         !text.contains('\x1b'),
         "colours although nobody asked for them"
     );
+
+    let page = fs::read_to_string(&page).unwrap();
+    for part in [
+        "not kept",
+        "<td>H-2a<td>MUST<td class=\"fail\">FAIL",
+        "<small>by H-2a</small>",
+    ] {
+        assert!(page.contains(part), "{part}: {page}");
+    }
+    let badge = fs::read_to_string(&badge).unwrap();
+    assert!(badge.contains("1 of 3 clauses broken"), "{badge}");
 
     let xml = fs::read_to_string(&junit).unwrap();
     let mut elements = std::collections::BTreeMap::new();

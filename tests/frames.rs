@@ -8,7 +8,7 @@ use std::path::Path;
 use std::process::Command;
 
 use crate::harness::needs::Need;
-use crate::harness::{Place, RunFiles, root, scene};
+use crate::harness::{Place, RunFiles, python, root, scene};
 use coupler::record::frames::Frame;
 use coupler::record::frames::vtu::{Array, Mesh};
 use serde_json::Value;
@@ -416,39 +416,6 @@ fn frames_name_the_bodies() {
             );
         }
     }
-}
-
-/// Runs `python3` with the readers and the packages of this tree; `None` where it cannot import `modules`.
-fn python(modules: &str, arguments: &[&str]) -> Option<Vec<u8>> {
-    let mut path = root().join("target/readers").into_os_string();
-    for more in [
-        Some(root().join("python").into_os_string()),
-        std::env::var_os("PYTHONPATH"),
-    ] {
-        path.push(":");
-        path.push(more.unwrap_or_default());
-    }
-    let python = |arguments: &[&str]| {
-        let mut python = Command::new("python3");
-        python
-            .env("PYTHONPATH", &path)
-            .args(arguments)
-            .output()
-            .unwrap()
-    };
-    let import = python(&["-c", &format!("import {modules}")]);
-    let need = match modules {
-        "PIL" => Need::Paraview,
-        _ => Need::Vtk,
-    };
-    let why = format!("python3 cannot import {modules}: .ci/run installs them");
-    if !need.is_met(import.status.success(), &why) {
-        return None;
-    }
-    let read = python(arguments);
-    let said = String::from_utf8_lossy(&read.stderr);
-    assert!(read.status.success(), "{said}");
-    Some(read.stdout)
 }
 
 /// What meshio reads, as JSON; `None` where there is no meshio.

@@ -8,7 +8,8 @@ use std::time::Duration;
 
 use crate::harness::needs::Need;
 use crate::harness::{
-    Ended, History, PATIENCE, Place, RunFiles, lives, python_can_join, root, scene, signal, until,
+    Ended, History, PATIENCE, Place, RunFiles, lives, python as python_with_readers,
+    python_can_join, root, scene, signal, until,
 };
 use interface::message::wire::{LAYOUT, layout_hash};
 
@@ -90,6 +91,16 @@ fn the_python_package_passes_its_own_tests() {
     let told = String::from_utf8_lossy(&tests.stderr);
     assert!(tests.status.success(), "{told}");
     assert!(told.contains("Ran ") && !told.contains("Ran 0 "), "{told}");
+}
+
+#[test]
+fn scenes_are_run_and_studied_from_python() {
+    let tests = root().join("python/tests");
+    let code = format!(
+        "import sys, unittest; sys.path.insert(0, {tests:?}); unittest.main(None, sys.argv)"
+    );
+    let modules = ["-c", &code, "test_tandem", "test_plugin"];
+    python_with_readers("pandas, pyvista, pytest", &modules);
 }
 
 /// Asserts that the columns of two histories are the same but for [`SAME`].

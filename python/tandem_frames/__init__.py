@@ -2,10 +2,9 @@
 
     python3 -m tandem_frames RUN [--out FOLDER]
 
-`in_paraview.py` in this folder opens a run in ParaView. docs/frames.md says what frames hold.
+`in_paraview.py` in this folder opens a run in ParaView. docs/frames.md says what frames hold. `tandem_frames.vtkhdf` needs h5py.
 """
 
-from .frames import Frame, Mesh, frames
-from .vtkhdf import write
+from .frames import Frame, FrameError, Frames, Mesh, frames
 
-__all__ = ["Frame", "Mesh", "frames", "write"]
+__all__ = ["Frame", "FrameError", "Frames", "Mesh", "frames"]

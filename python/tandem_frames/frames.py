@@ -7,6 +7,7 @@ VTK allows.
 
 import xml.etree.ElementTree as xml
 import zlib
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -36,6 +37,20 @@ class Mesh:
     of_cells: dict = field(default_factory=dict)
     names: list = field(default_factory=list)
 
+    def pyvista(self):
+        """The mesh as a `pyvista.UnstructuredGrid`, with the same arrays; `names` are in its `user_dict`."""
+        import pyvista
+
+        counts = np.diff(self.offsets)
+        cells = np.insert(np.arange(len(self.points)), self.offsets[:-1], counts)
+        mesh = pyvista.UnstructuredGrid(cells, self.types, self.points)
+        # Of a mesh without cells it takes no arrays.
+        for data, arrays in ((mesh.point_data, self.of_points), (mesh.cell_data, self.of_cells)):
+            data.update({name: array for name, array in arrays.items() if len(array)})
+        if self.names:
+            mesh.user_dict["names"] = self.names
+        return mesh
+
 
 @dataclass
 class Frame:
@@ -45,8 +60,24 @@ class Frame:
     meshes: dict
 
 
+class Frames(Sequence):
+    """The frames of a run, at `times` (s). Each is read when it is asked for, and not kept."""
+
+    def __init__(self, files):
+        self._files = list(files.values())
+        self.times = list(files)
+
+    def __len__(self):
+        return len(self.times)
+
+    def __getitem__(self, at):
+        if isinstance(at, slice):
+            return Frames(dict(zip(self.times[at], self._files[at])))
+        return Frame(self.times[at], {name: read(file) for name, file in self._files[at].items()})
+
+
 def frames(run):
-    """The frames of a run directory, one after the other; nothing is in memory but the present one."""
+    """The frames of a run directory."""
     folder = Path(run) / "frames"
     try:
         root = xml.parse(folder / "frames.pvd").getroot()
@@ -60,8 +91,7 @@ def frames(run):
         if Path(file).name != file:
             raise FrameError(f"{folder / 'frames.pvd'} names {file!r}, which is no file beside it")
         files.setdefault(time, {})[name] = folder / file
-    for time, parts in files.items():
-        yield Frame(time, {name: read(file) for name, file in parts.items()})
+    return Frames(files)
 
 
 def read(file):

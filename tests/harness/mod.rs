@@ -32,6 +32,41 @@ pub fn python_can_join() -> bool {
     Need::Python.is_met(can, "python3 cannot import iceoryx2: python/README.md")
 }
 
+/// Runs `python3` with the readers and the packages of this tree, and the program as `$TANDEM`; `None` where it cannot import
+/// `modules`.
+pub fn python(modules: &str, arguments: &[&str]) -> Option<Vec<u8>> {
+    let mut path = root().join("target/readers").into_os_string();
+    for more in [
+        Some(root().join("python").into_os_string()),
+        std::env::var_os("PYTHONPATH"),
+    ] {
+        path.push(":");
+        path.push(more.unwrap_or_default());
+    }
+    let python = |arguments: &[&str]| {
+        let mut python = Command::new("python3");
+        python
+            .env("PYTHONPATH", &path)
+            .env("TANDEM", env!("CARGO_BIN_EXE_tandem"))
+            .args(arguments)
+            .output()
+            .unwrap()
+    };
+    let import = python(&["-c", &format!("import {modules}")]);
+    let need = match modules {
+        "PIL" => Need::Paraview,
+        _ => Need::Vtk,
+    };
+    let why = format!("python3 cannot import {modules}: .ci/run installs them");
+    if !need.is_met(import.status.success(), &why) {
+        return None;
+    }
+    let ended = python(arguments);
+    let said = String::from_utf8_lossy(&ended.stdout) + String::from_utf8_lossy(&ended.stderr);
+    assert!(ended.status.success(), "{said}");
+    Some(ended.stdout)
+}
+
 /// The root of the workspace.
 pub fn root() -> &'static Path {
     Path::new(env!("CARGO_MANIFEST_DIR"))

@@ -15,7 +15,7 @@ pub enum Need {
     Yade,
     /// A browser.
     Chromium,
-    /// Readers of VTK files in Python.
+    /// Readers of VTK files and of tables in Python.
     Vtk,
     /// `pvpython`, `xvfb-run`, and Pillow in Python.
     Paraview,

@@ -1,10 +1,10 @@
 """NAME: a bodies' side for Tandem.
 
-    tandem run TREE/scenes/jiang2020/collision_hard.toml --dem "python3 NAME/solver.py"
+    tandem run SCENES/jiang2020/collision_hard.toml --dem "python3 NAME/solver.py"
     tandem conformance --require held --dem "python3 NAME/solver.py"
 
 Bodies are rigid, free or fixed; they touch material points, not one another. Replace what your own code does better. The
-guide is TREE/docs/solver-authors.md.
+guide is docs/solver-authors.md in Tandem's tree.
 """
 
 import sys

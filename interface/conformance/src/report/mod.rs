@@ -1,6 +1,7 @@
-//! What the kit found, for people (`table`), programs (`json`) and build servers (`junit`).
+//! What the kit found, for people (`table`, `page`), programs (`json`) and build servers (`junit`).
 
 mod junit;
+mod page;
 mod table;
 
 use std::collections::BTreeSet;
@@ -13,6 +14,7 @@ use crate::waiver::Waivers;
 use crate::{Examination, Judged};
 
 pub use junit::junit;
+pub use page::{badge, html};
 pub use table::{Paint, Rows, listing, manual, summary};
 
 /// An examination as JSON.
@@ -77,4 +79,49 @@ pub fn waiver<'a>(judged: &Judged, waivers: &'a Waivers) -> Option<&'a str> {
     waiver
         .filter(|_| judged.failed())
         .map(|w| w.reason.as_str())
+}
+
+/// How a clause has come out, in a word.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Word {
+    Pass,
+    Waived,
+    Fail,
+    NotApplicable,
+    Blocked,
+}
+
+impl Word {
+    /// In a column of 7.
+    fn text(self) -> &'static str {
+        match self {
+            Self::Pass => "pass   ",
+            Self::Waived => "waived ",
+            Self::Fail => "FAIL   ",
+            Self::NotApplicable => "n/a    ",
+            Self::Blocked => "blocked",
+        }
+    }
+
+    /// Its class in a page.
+    fn class(self) -> &'static str {
+        match self {
+            Self::Pass => "pass",
+            Self::Waived => "waived",
+            Self::Fail => "fail",
+            Self::NotApplicable => "n-a",
+            Self::Blocked => "blocked",
+        }
+    }
+}
+
+/// How a clause has come out, and what is said beside that; the evidence of a broken one is told apart.
+fn shown(judged: &Judged, waivers: &Waivers) -> (Word, String) {
+    match &judged.verdict {
+        Verdict::Pass { measured } => (Word::Pass, measured.clone()),
+        Verdict::Fail(_) if waiver(judged, waivers).is_some() => (Word::Waived, String::new()),
+        Verdict::Fail(_) => (Word::Fail, String::new()),
+        Verdict::NotApplicable { reason, .. } => (Word::NotApplicable, reason.clone()),
+        Verdict::Blocked { by } => (Word::Blocked, format!("by {by}")),
+    }
 }

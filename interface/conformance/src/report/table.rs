@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 
 use interface::message::control::Party;
 
-use super::waiver;
+use super::{Word, shown, waiver};
 use crate::clause::{Clause, NOT_CHECKED, common, of, own};
 use crate::verdict::Verdict;
 use crate::waiver::Waivers;
@@ -57,14 +57,14 @@ impl<'a> Rows<'a> {
     pub fn row(&mut self, judged: &Judged) -> String {
         let clause = judged.clause;
         let waived = waiver(judged, self.waivers);
-        let (word, colour, said) = match &judged.verdict {
-            Verdict::Pass { measured } => ("pass", GREEN, measured.clone()),
-            Verdict::Fail(_) if waived.is_some() => ("waived", YELLOW, String::new()),
-            Verdict::Fail(_) => ("FAIL", RED, String::new()),
-            Verdict::NotApplicable { reason, .. } => ("n/a", GREY, reason.clone()),
-            Verdict::Blocked { by } => ("blocked", YELLOW, format!("by {by}")),
+        let (word, said) = shown(judged, self.waivers);
+        let colour = match word {
+            Word::Pass => GREEN,
+            Word::Fail => RED,
+            Word::Waived | Word::Blocked => YELLOW,
+            Word::NotApplicable => GREY,
         };
-        let word = self.paint.word(&format!("{word:<7}"), colour);
+        let word = self.paint.word(word.text(), colour);
         let mut text = format!(
             "  {:<6} {:<6} {word} {}",
             clause.id, clause.level, clause.title
