@@ -246,5 +246,8 @@ fn the_manual_is_made_of_the_rows() {
         fs::write(&path, &rows).unwrap();
     }
     let help = "the table is not that of the rows: UPDATE_CLAUSES=1 writes it";
-    assert!(fs::read_to_string(&path).unwrap_or_default() == rows, "{help}");
+    assert!(
+        fs::read_to_string(&path).unwrap_or_default() == rows,
+        "{help}"
+    );
 }

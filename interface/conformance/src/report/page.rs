@@ -37,7 +37,7 @@ pub fn html(examination: &Examination, waivers: &Waivers, kept: bool) -> String 
          <h1>{0}</h1>\n<p>The protocol is <span class=\"{class}\">{word}</span>.</p>\n<pre>{1}</pre>\n\
          <table><thead><tr><th>clause<th>level<th>verdict<th>what it asks for, and what was seen</tr></thead><tbody>\n",
         escape(&title),
-        escape(&summary(examination, waivers)),
+        escape(summary(examination, waivers)),
     );
     for judged in &examination.judged {
         let (word, said) = shown(judged, waivers);
@@ -58,7 +58,7 @@ pub fn html(examination: &Examination, waivers: &Waivers, kept: bool) -> String 
             let mut lines = vec![evidence.to_string()];
             lines.extend(evidence.story.iter().cloned());
             lines.extend(waiver(judged, waivers).map(|reason| format!("waived: {reason}")));
-            let _ = write!(text, "<pre>{}</pre>", escape(&lines.join("\n")));
+            let _ = write!(text, "<pre>{}</pre>", escape(lines.join("\n")));
         }
         text.push_str("</tr>\n");
     }
