@@ -39,7 +39,9 @@ fn links_and_anchors(page: &str) -> (Vec<String>, BTreeSet<String>) {
             }
             Event::Start(Tag::Heading { .. }) => heading = Some(String::new()),
             Event::Text(text) | Event::Code(text) => {
-                heading.iter_mut().for_each(|words| *words += &text);
+                if let Some(words) = &mut heading {
+                    *words += &text;
+                }
             }
             Event::End(TagEnd::Heading(_)) => {
                 let words = heading.take().unwrap_or_default().to_lowercase();
