@@ -1,6 +1,7 @@
-//! Damping of the nodes in a stage of loading.
+//! Damping in a stage of loading.
 //!
-//! Damping is proportional to mass, `dv/dt = a - c v`, and is solved exactly over the kick with the acceleration held:
+//! Damping is proportional to mass, `dv/dt = a - c v`, and is solved exactly over the kick with the acceleration held.
+//! Nodes do it before the walls act:
 //!
 //! ```text
 //! v^{n+1/2} = E v^{n-1/2} + (1 - E)/(c k) a k,   E = exp(-c k),   k the kick
@@ -11,47 +12,41 @@
 //! up to `(w k)^2 (1 - E)/(c k) = 2 (1 + E)`, and since `(1 - E)/(1 + E) = tanh(c k/2) <= c k/2` that is at least
 //! `w k = 2`.
 //!
-//! Only what the grid sees is damped: a FLIP point keeps the part of its own velocity that its nodes average away. The
-//! momentum taken out counts as applied impulse, the energy as viscous work.
+//! A transfer by increments (FLIP) damps the velocity of each point in the same way, so that the part which its nodes
+//! average away decays too, and with it all that shakes a body at rest:
+//!
+//! ```text
+//! v_p <- E v_p + sum_I S_Ip (v_I^{n+1/2} - E v_I^{n-1/2})
+//! ```
+//!
+//! The momentum taken out counts as applied impulse, the energy as viscous work: the impulse times the mean of the
+//! velocities before and after. Nodes count it, but for a transfer by increments the points do. Nodes may take a kick in
+//! every step that no point sees (a body at rest needs the forces to vanish at its points, not at its nodes), and its
+//! damping is no loss of the points.
 
 use interface::step::Step;
 
+use crate::kernel::lanes::{ZERO, splat, sum};
+use crate::kernel::shape::Shape;
 use crate::kernel::tiles::NODES;
-use crate::kernel::transfer::Transfer;
+use crate::kernel::transfer::{AffineState, Transfer};
 use crate::state::nodes::NodeTile;
-use crate::state::stages::Stages;
+use crate::state::points::Cloud;
+use crate::state::stages::{Damping, Stages};
 
 /// Sets the transfer for a step: the share for its kick, and that of the stage to which the step belongs. Returns the
-/// damping of that stage in 1/s.
-pub fn begin_stage(stages: &Stages, transfer: &mut Transfer, step: &Step) -> f64 {
+/// damping of that stage over the kick, if it has one.
+pub fn begin_stage(stages: &Stages, transfer: &mut Transfer, step: &Step) -> Option<Damping> {
     *transfer = transfer.over(step.kick());
     if stages.is_empty() {
-        return 0.0;
+        return None;
     }
-    let (damping, pic_fraction) = stages.at(step.time);
+    let (rate, pic_fraction) = stages.at(step.time);
     *transfer = transfer.with_pic_fraction(pic_fraction);
-    damping
-}
-
-/// Damping of nodes over one kick.
-#[derive(Debug, Clone, Copy)]
-pub struct Damping {
-    /// `E`.
-    kept: f64,
-    /// `(1 - E)/(c k)`.
-    gained: f64,
+    Damping::over(rate, step.kick())
 }
 
 impl Damping {
-    /// At rate `rate` (1/s) over `kick` (s); nothing if either is zero.
-    pub fn over(rate: f64, kick: f64) -> Option<Self> {
-        let lost = rate * kick;
-        (lost > 0.0).then(|| Self {
-            kept: (-lost).exp(),
-            gained: -(-lost).exp_m1() / lost,
-        })
-    }
-
     /// Damps the new velocities of a tile, before the walls act. Returns the impulse of each node in N s/m.
     pub fn act(&self, tile: &mut NodeTile) -> [[f64; 2]; NODES] {
         let mut impulse = [[0.0; 2]; NODES];
@@ -76,6 +71,53 @@ impl Damping {
                 tile.damping_work -= impulse[i][a] * mean;
             }
         }
+    }
+
+    /// The impulse in N s/m that points which damp their own velocities get beyond that of the nodes: the momenta of both
+    /// differ where a wall or a support has changed the velocities of the nodes. Called before the points take the kick.
+    pub fn beyond_nodes<const W: usize, S: Shape<W>, A: AffineState>(
+        &self,
+        clouds: &[Cloud<W, S, A>],
+        tiles: &[NodeTile],
+    ) -> [f64; 2] {
+        let mut momentum = [0.0; 2];
+        for p in clouds.iter().map(Cloud::momentum) {
+            momentum = [momentum[0] + p[0], momentum[1] + p[1]];
+        }
+        for p in tiles.iter().map(NodeTile::momentum_before) {
+            momentum = [momentum[0] - p[0], momentum[1] - p[1]];
+        }
+        momentum.map(|p| (self.kept - 1.0) * p)
+    }
+
+    /// The loss in J/m of points that damp their own velocities, from the velocities set aside to those after the kick.
+    /// With `w = v' - E v` of a point, which is `(1 - E)/(c k) a k`, its impulse is `m ((E - 1) v + (1 - (c k)/(1 - E)) w)`.
+    /// What walls do to the nodes is a part of `w` and no damping: `by_walls` is their work in J/m. Of a loss that a
+    /// transfer has by smoothing, the part `c k/2` is counted here.
+    pub fn loss<const W: usize, S: Shape<W>, A: AffineState>(
+        &self,
+        clouds: &[Cloud<W, S, A>],
+        by_walls: f64,
+    ) -> f64 {
+        let of_kick = 1.0 - 1.0 / self.gained;
+        let of_own = splat(self.kept - 1.0 - self.kept * of_kick);
+        let mut work = of_kick * -by_walls;
+        for cloud in clouds {
+            let mut twice = ZERO;
+            for tile in &cloud.tiles {
+                for b in tile.first..tile.first + tile.blocks {
+                    let (before, after) = (cloud.aside[b], cloud.state.motion[b].v);
+                    let mut power = ZERO;
+                    for a in 0..2 {
+                        let impulse = of_own * before[a] + splat(of_kick) * after[a];
+                        power += impulse * (before[a] + after[a]);
+                    }
+                    twice += tile.live(b - tile.first) * power;
+                }
+            }
+            work += 0.5 * cloud.mass * sum(twice);
+        }
+        -work
     }
 }
 

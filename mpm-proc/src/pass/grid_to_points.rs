@@ -70,6 +70,9 @@ pub fn transfer_pass<
     which: Which,
     dt: f64,
 ) {
+    let kept = continuum
+        .damping_of_points()
+        .map_or(1.0, |damping| damping.kept);
     let threads = &continuum.threads;
     let (clouds, grid, transfer) = (&mut continuum.clouds, &continuum.grid, continuum.transfer);
     for cloud in clouds {
@@ -79,7 +82,7 @@ pub fn transfer_pass<
                 cloud,
                 which,
                 &grid.tiles,
-                transfer,
+                (transfer, kept),
                 dt,
             );
         } else {
@@ -88,14 +91,15 @@ pub fn transfer_pass<
                 cloud,
                 which,
                 &grid.tiles,
-                transfer,
+                (transfer, kept),
                 dt,
             );
         }
     }
 }
 
-/// [`transfer_pass`] of one cloud, with the velocities of the nodes; and with their increment if `INCREMENT`.
+/// [`transfer_pass`] of one cloud, with the velocities of the nodes; and with their increment if `INCREMENT`. Damping leaves
+/// `kept` of the velocities before.
 fn transfer_cloud<
     const W: usize,
     const KICK: bool,
@@ -108,13 +112,14 @@ fn transfer_cloud<
     cloud: &mut Cloud<W, S, A>,
     which: Which,
     nodes: &[NodeTile],
-    transfer: Transfer,
+    (transfer, kept): (Transfer, f64),
     dt: f64,
 ) {
     let shape = cloud.shape;
     let dt = splat(dt);
     let pic = splat(transfer.pic_fraction());
     let flip = splat(1.0 - transfer.pic_fraction());
+    let own = splat(kept);
     let share = (
         PerBlock(&mut cloud.state.x[..]),
         PerBlock(&mut cloud.state.motion[..]),
@@ -135,7 +140,7 @@ fn transfer_cloud<
             if INCREMENT {
                 fill_window::<W, _>(increment, nodes, tile, |t| &t.before);
                 for (b, a) in increment.0.iter_mut().zip(&velocity.0) {
-                    *b = a - *b;
+                    *b = a - kept * *b;
                 }
             }
             let mut speed_sq = ZERO;
@@ -150,7 +155,7 @@ fn transfer_cloud<
                 } else if INCREMENT {
                     let (dv, ()) = interpolate::<W, S, ()>(increment, &place, &s);
                     for a in 0..2 {
-                        motion.v[a] = pic * v[a] + flip * (motion.v[a] + dv[a]);
+                        motion.v[a] = pic * v[a] + flip * own.mul_add(motion.v[a], dv[a]);
                     }
                 } else {
                     motion.v = v;

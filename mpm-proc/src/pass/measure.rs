@@ -6,6 +6,7 @@ use interface::solver::MpmMeasurement;
 use interface::step::Step;
 
 use super::markers::add_shift;
+use super::xpic::over_velocities;
 use crate::kernel::lanes::{Lanes, ZERO, largest, smallest, splat, sum};
 use crate::kernel::point_tile::Tile;
 use crate::kernel::shape::Shape;
@@ -41,6 +42,12 @@ pub fn update_ledger<const W: usize, S: Shape<W>, A: AffineState>(
             continuum.kick.damping += tile.damping_work;
         }
         continuum.state.totals.applied_impulse += continuum.holds.impulse;
+        if let Some(damping) = continuum.damping_of_points() {
+            let tiles = &continuum.grid.tiles;
+            let impulse = damping.beyond_nodes(&continuum.clouds, tiles);
+            continuum.state.totals.applied_impulse += impulse;
+            over_velocities(continuum, |v, aside| *aside = *v);
+        }
     }
     let ahead = core::mem::take(&mut continuum.state.totals.ahead);
     for [plastic, viscous, work] in
@@ -84,6 +91,10 @@ pub fn close_ledger<const W: usize, S: Shape<W>, A: AffineState>(
     continuum: &mut Continuum<W, S, A>,
     step: &Step,
 ) {
+    if let Some(damping) = continuum.damping_of_points() {
+        let by_walls = continuum.kick.driven - continuum.kick.friction;
+        continuum.kick.damping = damping.loss(&continuum.clouds, by_walls);
+    }
     let kick = continuum.kick;
     if step.measure {
         close_measurement(continuum, step.centring());
@@ -309,6 +320,18 @@ impl<const W: usize, S: Shape<W>, A: AffineState> Cloud<W, S, A> {
             momentum: p.map(|p| self.mass * sum(p)),
             kinetic: 0.5 * self.mass * sum(twice),
         }
+    }
+
+    /// Momentum in N s/m.
+    pub fn momentum(&self) -> [f64; 2] {
+        let mut p = [ZERO; 2];
+        for tile in &self.tiles {
+            for b in 0..tile.blocks {
+                let v = self.state.motion[tile.first + b].v;
+                p = [0, 1].map(|a| p[a] + tile.live(b) * v[a]);
+            }
+        }
+        p.map(|p| self.mass * sum(p))
     }
 
     /// Elastic energy in J/m of the points of `tile`.

@@ -1,6 +1,5 @@
 //! The grid's update: the kick of the nodes with damping and walls (Jiang 2020 eqs. 17 and 48).
 
-use super::damping::Damping;
 use super::holds::hold_after;
 use super::images::{gather_force, spread_after};
 use crate::kernel::shape::Shape;
@@ -12,6 +11,7 @@ use crate::state::continuum::Continuum;
 use crate::state::grid::Grid;
 use crate::state::nodes::NodeTile;
 use crate::state::points::Cloud;
+use crate::state::stages::Damping;
 use crate::state::walls::WallNodes;
 use mechanics::threads::Threads;
 
@@ -34,13 +34,13 @@ fn kick_nodes<const W: usize, S: Shape<W>, A: AffineState>(
     threads: &Threads,
     clouds: &[Cloud<W, S, A>],
     kick: f64,
-    damping: f64,
+    damping: Option<Damping>,
 ) {
     let (overlaps, contact, gravity) = (&grid.overlaps, &grid.contact, grid.gravity);
     let act = Kick {
         length: kick,
         gravity,
-        damping: Damping::over(damping, kick),
+        damping,
         walls: &grid.walls,
     };
     over_items(threads, &mut grid.tiles, &|tile: &mut NodeTile| {

@@ -235,7 +235,7 @@ impl<'a> Parts<'a> {
             drift: self.config.drift,
             loads_of_nodes: Vec::new(),
             stages: self.stages.clone(),
-            damping: 0.0,
+            damping: None,
             probes,
             holds: Holds::new(holds),
             threads: Threads::default(),

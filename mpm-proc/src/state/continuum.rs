@@ -14,7 +14,7 @@ use super::markers::MarkersState;
 use super::outside::Outside;
 use super::point_set::PointSet;
 use super::points::{Cloud, SavedCloud};
-use super::stages::Stages;
+use super::stages::{Damping, Stages};
 use super::totals::{KickWork, Totals};
 use crate::kernel::shape::Shape;
 use crate::kernel::spread::Spread;
@@ -53,8 +53,8 @@ pub struct Continuum<const W: usize, S: Shape<W>, A: AffineState> {
     pub loads_of_nodes: Vec<[[f64; 2]; NODES]>,
     /// Stages of loading.
     pub stages: Stages,
-    /// Mass-proportional damping of the present step in 1/s.
-    pub damping: f64,
+    /// Damping over the present kick.
+    pub damping: Option<Damping>,
     /// Points whose mean motion is recorded.
     pub probes: Vec<PointSet>,
     /// Points that are held.
@@ -85,6 +85,11 @@ pub struct SavedContinuum<A> {
 }
 
 impl<const W: usize, S: Shape<W>, A: AffineState> Continuum<W, S, A> {
+    /// The damping that acts on the points' own velocities: that of a transfer by increments.
+    pub fn damping_of_points(&self) -> Option<Damping> {
+        self.damping.filter(|_| self.transfer.increment)
+    }
+
     /// The state before the next step.
     pub fn saved(&self) -> SavedContinuum<A> {
         SavedContinuum {

@@ -37,6 +37,14 @@ pub struct NodeTile {
     pub friction_work: f64,
 }
 
+impl NodeTile {
+    /// Momentum of the nodes before the kick in N s/m.
+    pub fn momentum_before(&self) -> [f64; 2] {
+        let nodes = self.mass.iter().zip(&self.before);
+        nodes.fold([0.0; 2], |p, (m, v)| [p[0] + m * v[0], p[1] + m * v[1]])
+    }
+}
+
 /// The window of a cloud's tile that overlaps a node tile.
 #[derive(Debug, Clone, Copy)]
 pub struct Overlap {

@@ -97,7 +97,8 @@ pub struct Cloud<const W: usize, S: Shape<W>, A: AffineState> {
     pub first_id: u64,
     /// What a step leaves to the next one.
     pub state: CloudState<A>,
-    /// Velocities set aside while XPIC filters what is left of them; empty with other transfers.
+    /// Velocities before the kick, set aside while XPIC filters what is left of them, and for the loss by damping; empty
+    /// otherwise.
     pub aside: Vec<[Lanes; 2]>,
     /// Lane of each point, by identity less `first_id`; [`NO_POINT`] once it has been removed.
     pub lane_of: Vec<u32>,

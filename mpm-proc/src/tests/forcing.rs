@@ -360,6 +360,42 @@ fn damping_of_a_free_body_is_exponential() {
     }
 }
 
+/// Every point slows as `exp(-c t)`, also by the part of its velocity that the nodes average away, and all that the points
+/// lose is booked.
+#[test]
+fn damping_reaches_what_the_grid_does_not_see() {
+    for shape in [ShapeFunction::Ugimp, ShapeFunction::QuadraticBspline] {
+        let mut config = block();
+        (config.shape, config.transfer) = (shape, Transfer::Flip);
+        config.materials[0].model = interface::config::MaterialModel::LinearElastic {
+            bulk_modulus: 1e-9,
+            shear_modulus: 1e-9,
+        };
+        velocity(&mut config, ["sin(123*x)", "cos(77*y)"]);
+        config.forcing.stages = vec![stage(0.0, 30.0, None)];
+        let mut mpm = configured(&config);
+        let velocities =
+            |mpm: &Mpm| -> Vec<[f64; 2]> { mpm.points().iter().map(|p| p.velocity).collect() };
+        let before = velocities(&mpm);
+        let mut stepper = Stepper::new();
+        let mut energy = None;
+        for n in 0..=100 {
+            let dt = if n == 100 { 0.0 } else { 1e-3 };
+            let ledger = measured(&mut stepper, &mut mpm, dt);
+            let now = ledger.kinetic + ledger.viscous_work;
+            let all = *energy.get_or_insert(now);
+            assert!((now / all - 1.0).abs() < 1e-12, "{n} {now} {all}");
+        }
+        // Kicks of 0.5, 1, 1, ... 1, 0.5 ms.
+        let expected = (-30.0_f64 * 0.1).exp();
+        for (b, a) in before.iter().zip(velocities(&mpm)) {
+            for i in 0..2 {
+                assert!((a[i] - expected * b[i]).abs() < 1e-12, "{b:?} {a:?}");
+            }
+        }
+    }
+}
+
 #[test]
 fn a_stage_of_pic_is_a_blend_from_then_on() {
     let run = |transfer: Transfer, stages: Vec<Stage>| {
