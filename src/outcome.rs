@@ -19,18 +19,27 @@ pub fn show(summary: &Summary, scene: &Scene) {
         .map(|(name, steps)| format!("{name} {steps}"))
         .collect();
     let gap = summary.energy.work_gap;
-    let gap = gap.map(|gap| format!(", work not stored {gap:.1e}"));
+    let gap = gap.map(|gap| format!(", work not stored {}", relative(gap)));
     say(format_args!(
-        "{}: {} steps to t = {:.6} s in {:.2} s; step limited by: {}; momentum error {:.1e}, energy residual {:.1e}{}",
+        "{}: {} steps to t = {:.6} s in {:.2} s; step limited by: {}; momentum error {}, energy residual {}{}",
         summary.scene,
         summary.steps,
         summary.time,
         summary.wall_s,
         bound.join(", "),
-        summary.momentum_error,
-        summary.energy.residual_max,
+        relative(summary.momentum_error),
+        relative(summary.energy.residual_max),
         gap.unwrap_or_default()
     ));
+}
+
+/// A share of the largest momentum or energy, whose rounding is some 1e-16.
+fn relative(share: f64) -> String {
+    if share.abs() < 1e-18 {
+        "0".to_owned()
+    } else {
+        format!("{share:.1e}")
+    }
 }
 
 fn show_checks(rows: &[Row]) {

@@ -107,7 +107,7 @@ pub fn plot(args: &PlotArgs) -> ExitCode {
         let name = args.out.file_stem();
         name.map(|name| name.to_string_lossy().into_owned())
     };
-    let title = args.title.clone().or_else(named_after).unwrap_or_default();
+    let title = args.title.clone();
     if !args.frames.is_empty() {
         let options = SnapshotOptions {
             runs: labelled(&args.data),
@@ -118,7 +118,8 @@ pub fn plot(args: &PlotArgs) -> ExitCode {
             limits: [args.xlim, args.ylim].map(Option::unwrap_or_default),
             columns: args.columns,
             rate: args.rate,
-            title,
+            // Each picture has its time above it.
+            title: title.unwrap_or_default(),
         };
         return drawn(args, study::snapshots::snapshots(&options, &args.out));
     }
@@ -133,7 +134,7 @@ pub fn plot(args: &PlotArgs) -> ExitCode {
         scales: [scale(args.xlog), scale(args.ylog)],
         limits: [args.xlim, args.ylim].map(Option::unwrap_or_default),
         dots: args.dots,
-        title,
+        title: title.or_else(named_after).unwrap_or_default(),
         words: [args.xlabel.clone(), args.ylabel.clone()],
     };
     drawn(args, study::plot::plot(&options, &args.out))

@@ -472,6 +472,27 @@ fn the_criterion_of_jiang_is_a_choice_with_its_own_factors() {
     assert!(scene.plan().to_string().contains("NOT SAFE"));
 }
 
+/// The resolved scene, and so its hash, has the moduli.
+#[test]
+fn either_pair_of_elastic_constants_makes_the_same_scene() {
+    let moduli = "linear_elastic = { bulk_modulus = 5e5, shear_modulus = 3.75e5 }";
+    let pair = "linear_elastic = { young_modulus = 9e5, poisson_ratio = 0.2 }";
+    let set = |model: &str| format!("mpm.material.0.model={{ {model} }}");
+    let files = Files::new();
+    let [one, other] = [moduli, pair].map(|model| files.load(None, &[&set(model)]));
+    assert!(
+        other.resolved_toml.contains("shear_modulus = 375000.0"),
+        "{}",
+        other.resolved_toml
+    );
+    let [one, other] =
+        [one, other].map(|scene| scene.mpm.expect("a continuum").materials[0].model.moduli());
+    assert!(
+        (one.0 - other.0).abs() < 1e-9 && (one.1 - other.1).abs() < 1e-9,
+        "{one:?} {other:?}"
+    );
+}
+
 #[test]
 fn the_schema_knows_the_keys_that_scenes_use() {
     let schema = schema();

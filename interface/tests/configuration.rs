@@ -304,6 +304,11 @@ fn group() -> impl Strategy<Value = GroupConfig> {
     let points = || prop::collection::vec(vector(), 1..3);
     let fill = prop_oneof![
         (vector(), number()).prop_map(|(center, radius)| Fill::Disc { center, radius }),
+        (vector(), number(), number()).prop_map(|(center, radius, inner)| Fill::Ring {
+            center,
+            radius,
+            inner
+        }),
         [vector(), vector()].prop_map(|[lower, upper]| Fill::Rectangle { lower, upper }),
         points().prop_map(|vertices| Fill::Polygon { vertices }),
         points().prop_map(|positions| Fill::Points { positions }),

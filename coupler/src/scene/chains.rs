@@ -88,6 +88,10 @@ fn markers(
             vec![*lower, [upper[0], lower[1]], *upper, [lower[0], upper[1]]]
         }
         Fill::Polygon { vertices } => counter_clockwise(vertices),
+        Fill::Ring { .. } => {
+            let what = "a ring has two outlines".to_owned();
+            return refuse("points", what, "write a chain for each, with `through`");
+        }
         Fill::Points { .. } => {
             let what = "points that are given by their positions have no outline".to_owned();
             return refuse("points", what, "write the markers as `through`");

@@ -71,6 +71,7 @@ fn resolution(mpm: &MpmConfig, doubt: &mut impl FnMut(&str, String)) {
         let across = match &group.fill {
             // Points by themselves need not be a solid.
             Fill::Points { .. } => continue,
+            Fill::Ring { radius, inner, .. } => radius - inner,
             Fill::Polygon { vertices } => {
                 // Exact of long strips, and 0.7 of a square: what is thin is meant.
                 4.0 * polygon::area(vertices).abs() / polygon::perimeter(vertices)

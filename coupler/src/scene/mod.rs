@@ -21,6 +21,7 @@ mod doubts;
 mod forcing;
 mod group_pairs;
 mod model;
+mod moduli;
 mod needs;
 mod output;
 mod parse;

@@ -14,14 +14,14 @@ use super::document::{Document, Part};
 use super::doubts::doubts;
 use super::output::{self, Context};
 use super::problems::Problems;
-use super::schema::schema;
+use super::schema::checked_schema;
 use super::written::{
     CouplingWritten, CriterionWritten, DemWritten, OutputWritten, SceneWritten, TimeWritten,
     VERSION,
 };
 use super::{
-    Coupling, Criterion, Output, Scene, TimePlan, bodies, continuum, group_pairs, slice, solvers,
-    start, structure, study,
+    Coupling, Criterion, Output, Scene, TimePlan, bodies, continuum, group_pairs, moduli, slice,
+    solvers, start, structure, study,
 };
 use crate::record::check::{Check, Expected, Reference};
 use crate::record::frames::Content;
@@ -39,8 +39,12 @@ const DEADLINE: Duration = Duration::from_secs(30);
 
 /// The scene of a document. Paths of CSV files and of solvers are relative to `directory`.
 pub(super) fn scene(mut document: Document, directory: &Path) -> Result<Scene, SceneErrors> {
-    static SCHEMA: LazyLock<serde_json::Value> = LazyLock::new(schema);
-    let mut faults = structure::faults(&document, &SCHEMA);
+    static SCHEMA: LazyLock<serde_json::Value> = LazyLock::new(checked_schema);
+    let mut faults = moduli::replace(&mut document);
+    if faults.is_empty() {
+        faults = structure::faults(&document, &SCHEMA);
+        moduli::explain(&mut faults);
+    }
     if !faults.is_empty() {
         faults.sort_by_key(|fault| fault.place.line());
         return Err(SceneErrors(faults));

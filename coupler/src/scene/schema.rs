@@ -4,10 +4,18 @@ use interface::config::schema::describe_choices;
 use schemars::schema_for;
 use serde_json::Value;
 
+use super::moduli;
 use super::written::SceneWritten;
 
 /// The JSON Schema of scene files.
 pub fn schema() -> Value {
+    let mut schema = checked_schema();
+    moduli::offer(&mut schema);
+    schema
+}
+
+/// The same of a scene as it is checked: every material has its moduli.
+pub(super) fn checked_schema() -> Value {
     let mut schema = schema_for!(SceneWritten).to_value();
     simplify(&mut schema);
     describe_choices(&mut schema);

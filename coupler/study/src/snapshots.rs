@@ -12,7 +12,7 @@ use crate::figure::panels::{Dot, Force, Layout, Panel, draw, film};
 use crate::plot::Labelled;
 
 /// What can be said of a point, and its unit, in the order of [`numbers`].
-const FIELDS: [(&str, &str); 15] = [
+const FIELDS: [(&str, &str); 16] = [
     ("x", "m"),
     ("y", "m"),
     ("vx", "m/s"),
@@ -25,6 +25,7 @@ const FIELDS: [(&str, &str); 15] = [
     ("pressure", "Pa"),
     ("volume", "m^2"),
     ("mass", "kg/m"),
+    ("density", "kg/m^3"),
     ("group", "1"),
     ("id", "1"),
     ("plastic_strain", "1"),
@@ -86,7 +87,9 @@ pub fn snapshots(options: &SnapshotOptions, path: &Path) -> Result<(), StudyErro
         for time in times_of(Path::new(&run.what), &options.at)? {
             let frame = Frame::read(Path::new(&run.what), time).map_err(|e| unread(&e))?;
             let label = run.label.as_ref().map(|label| format!("{label}, "));
-            let caption = format!("{}t = {time} s", label.unwrap_or_default());
+            // Multiples of an interval have digits of rounding behind the point.
+            let round = format!("{time:.9e}").parse().unwrap_or(time);
+            let caption = format!("{}t = {round} s", label.unwrap_or_default());
             if colour.uses(&|slot| slot == PLASTIC_STRAIN) {
                 has_plastic_strain(&run.what, &frame)?;
             }
@@ -286,6 +289,7 @@ fn dots(points: &Mesh, colour: &Expression) -> Result<Vec<Dot>, StudyError> {
             pressure,
             volume,
             of(mass, 0),
+            of(mass, 0) / volume,
             of(group, 0),
             of(id, 0),
             plastic.map_or(f64::NAN, |strain| of(strain, 0)),
@@ -334,6 +338,7 @@ mod tests {
                 7379.0,
             ),
             ("mass/volume", 28.0),
+            ("density", 28.0),
             ("group + 10*id", 51.0),
             ("100*plastic_strain", 12.5),
         ] {

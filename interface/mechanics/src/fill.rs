@@ -41,10 +41,16 @@ pub fn fill(group: &GroupConfig, cell: f64, key: &str) -> Result<FilledRegion, R
     };
     let region = match &group.fill {
         Fill::Disc { center, radius } => match group.following(side) {
-            Some(following @ Following::Rings { rings, .. }) => {
-                concentric(*center, *radius, rings, following.side())
-            }
-            _ => disc(*center, *radius, side),
+            Some(following) => concentric(*center, *radius, &following),
+            None => disc(*center, *radius, 0.0, side),
+        },
+        Fill::Ring {
+            center,
+            radius,
+            inner,
+        } => match group.following(side) {
+            Some(following) => concentric(*center, *radius, &following),
+            None => disc(*center, *radius, *inner, side),
         },
         Fill::Rectangle { lower, upper } => {
             let size = [upper[0] - lower[0], upper[1] - lower[1]];
@@ -76,14 +82,16 @@ pub fn fill(group: &GroupConfig, cell: f64, key: &str) -> Result<FilledRegion, R
     Ok(region)
 }
 
-/// The lattice has a corner at the centre: four-fold symmetric, whatever the ratio of radius and side.
-fn disc(center: [f64; 2], radius: f64, side: f64) -> FilledRegion {
+/// The lattice has a corner at the centre: four-fold symmetric, whatever the ratio of radius and side. `inner` is the
+/// radius of a hole, 0 for none.
+fn disc(center: [f64; 2], radius: f64, inner: f64, side: f64) -> FilledRegion {
     let half = (radius / side).ceil() as i64;
     let mut positions = Vec::new();
     for j in -half..half {
         for i in -half..half {
             let r = [i, j].map(|n| (n as f64 + 0.5) * side);
-            if r[0] * r[0] + r[1] * r[1] <= radius * radius {
+            let squared = r[0] * r[0] + r[1] * r[1];
+            if squared <= radius * radius && squared >= inner * inner {
                 positions.push([center[0] + r[0], center[1] + r[1]]);
             }
         }
@@ -91,7 +99,7 @@ fn disc(center: [f64; 2], radius: f64, side: f64) -> FilledRegion {
     FilledRegion {
         positions,
         sides: [side; 2],
-        area: Some(core::f64::consts::PI * radius * radius),
+        area: Some(core::f64::consts::PI * radius * radius - core::f64::consts::PI * inner * inner),
     }
 }
 
@@ -110,13 +118,21 @@ fn rectangle(lower: [f64; 2], size: [f64; 2], counts: [usize; 2]) -> FilledRegio
 
 /// Rings of points of the same area, each in the middle between the circles that bound that area. As the lattice along the
 /// grid, they are four-fold symmetric: a ring has a multiple of four points, and none on an axis.
-fn concentric(center: [f64; 2], radius: f64, rings: u32, side: f64) -> FilledRegion {
-    let points: u64 = (0..rings).map(points_of_ring).sum();
-    let bound = |within: u64| radius * (within as f64 / points as f64).sqrt();
+fn concentric(center: [f64; 2], radius: f64, lattice: &Following) -> FilledRegion {
+    let &Following::Rings { hole, rings, width } = lattice else {
+        unreachable!("round regions have round lattices");
+    };
+    let of_ring = |ring| points_of_ring(ring, hole / width);
+    let points: u64 = (0..rings).map(of_ring).sum();
+    let in_hole = (hole / radius) * (hole / radius);
+    let bound = |within: u64| {
+        let share = within as f64 / points as f64;
+        radius * (in_hole + (1.0 - in_hole) * share).sqrt()
+    };
     let mut positions = Vec::with_capacity(points as usize);
     let mut within = 0;
     for ring in 0..rings {
-        let n = points_of_ring(ring);
+        let n = of_ring(ring);
         let r = 0.5 * (bound(within) + bound(within + n));
         for i in 0..n {
             let turn = (i as f64 + 0.5) / n as f64;
@@ -127,8 +143,8 @@ fn concentric(center: [f64; 2], radius: f64, rings: u32, side: f64) -> FilledReg
     }
     FilledRegion {
         positions,
-        sides: [side; 2],
-        area: Some(core::f64::consts::PI * radius * radius),
+        sides: [lattice.side(); 2],
+        area: Some(core::f64::consts::PI * (radius * radius - hole * hole)),
     }
 }
 
@@ -334,6 +350,35 @@ mod tests {
         let most = along.iter().copied().fold(f64::NEG_INFINITY, f64::max);
         let at_the_face = along.iter().filter(|&&x| x > most - 1e-9).count();
         assert!(at_the_face < 3, "{at_the_face} of 19");
+    }
+
+    #[test]
+    fn a_ring_is_filled_by_either_lattice() {
+        let (radius, inner, distance) = (0.04, 0.03, 8e-4);
+        let area = core::f64::consts::PI * (radius * radius - inner * inner);
+        for (lattice, slack) in [(Lattice::Grid, 0.01), (Lattice::Outline, 1e-12)] {
+            let center = [0.1, -0.2];
+            let fill = Fill::Ring {
+                center,
+                radius,
+                inner,
+            };
+            let region = filled(fill, distance, lattice);
+            let filled = region.positions.len() as f64 * region.box_area();
+            assert!((filled / area - 1.0).abs() < slack, "{}", filled / area);
+            assert!((region.area.unwrap() / area - 1.0).abs() < 1e-12);
+            let from_center = |p: &[f64; 2]| (p[0] - center[0]).hypot(p[1] - center[1]);
+            let r: Vec<f64> = region.positions.iter().map(from_center).collect();
+            let [least, most] =
+                [f64::min, f64::max].map(|of| r.iter().copied().reduce(of).unwrap());
+            assert!(least >= inner && most <= radius, "{least} {most}");
+            if lattice == Lattice::Outline {
+                let half = 0.5 * region.sides[0];
+                for gap in [least - inner, radius - most] {
+                    assert!((gap / half - 1.0).abs() < 0.05, "{gap} {half}");
+                }
+            }
+        }
     }
 
     #[test]

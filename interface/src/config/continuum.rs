@@ -387,6 +387,15 @@ pub enum Fill {
         /// Radius in m.
         radius: f64,
     },
+    /// A ring: a disc with a round hole.
+    Ring {
+        /// Centre in m.
+        center: [f64; 2],
+        /// Outer radius in m.
+        radius: f64,
+        /// Radius of the hole in m, above 0 and below the outer one.
+        inner: f64,
+    },
     /// An axis-aligned rectangle.
     Rectangle {
         /// Lower left corner in m.

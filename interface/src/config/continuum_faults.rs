@@ -647,6 +647,21 @@ impl GroupConfig {
                     "a length above 0",
                 );
             }
+            Fill::Ring {
+                center,
+                radius,
+                inner,
+            } => {
+                if !finite(&[*center]) {
+                    let value = format!("{center:?} m");
+                    found.add(key("ring.center"), value, "finite numbers", "");
+                }
+                let sound = *radius > 0.0 && radius.is_finite();
+                found.number(key("ring.radius"), *radius, sound, "a length above 0");
+                let hole = *inner > 0.0 && inner < radius;
+                let expected = "a length above 0 and below the outer radius";
+                found.number(key("ring.inner"), *inner, hole, expected);
+            }
             Fill::Rectangle { lower, upper } => {
                 if !finite(&[*lower, *upper]) || !(0..2).all(|a| lower[a] < upper[a]) {
                     let value = format!("from {lower:?} to {upper:?} m");

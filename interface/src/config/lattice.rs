@@ -6,8 +6,10 @@ use crate::Vec2;
 /// A lattice that follows an outline.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Following {
-    /// Rings of one width around the centre of a disc.
+    /// Rings of one width around the centre of a disc, or around the hole of a ring.
     Rings {
+        /// Radius of the hole in m; 0 for a disc.
+        hole: f64,
         /// How many, 1 or more.
         rings: u32,
         /// Their width in m. It is approximate: all points have the same area, and the widths follow from that.
@@ -33,11 +35,12 @@ impl Following {
     /// Side in m of the square whose area is that of a point.
     pub fn side(&self) -> f64 {
         match *self {
-            Self::Rings { rings, width } => {
-                let radius = f64::from(rings) * width;
+            Self::Rings { hole, rings, width } => {
+                let across = f64::from(rings) * width;
                 // A disc with more rings is not counted: it has too many points, and its group is refused.
-                let area = core::f64::consts::PI * radius * radius;
-                let counted = (rings <= MOST_RINGS).then(|| (0..rings).map(points_of_ring).sum());
+                let area = core::f64::consts::PI * across * (across + 2.0 * hole);
+                let points = |ring| points_of_ring(ring, hole / width);
+                let counted = (rings <= MOST_RINGS).then(|| (0..rings).map(points).sum());
                 counted.map_or(width, |points: u64| (area / points as f64).sqrt())
             }
             Self::Rows { distances, .. } => (distances[0] * distances[1]).sqrt(),
@@ -45,10 +48,10 @@ impl Following {
     }
 }
 
-/// Points in a ring; rings are counted from the centre. It is the multiple of four nearest to the ring's area divided
-/// by the square of its width.
-pub fn points_of_ring(ring: u32) -> u64 {
-    4 * (core::f64::consts::FRAC_PI_4 * f64::from(2 * ring + 1)).round() as u64
+/// Points in a ring; rings are counted from the centre, or from a hole whose radius is `hole` widths of a ring. It is the
+/// multiple of four nearest to the ring's area divided by the square of its width.
+pub fn points_of_ring(ring: u32, hole: f64) -> u64 {
+    4 * (core::f64::consts::FRAC_PI_4 * (2.0 * hole + f64::from(2 * ring + 1))).round() as u64
 }
 
 impl GroupConfig {
@@ -62,7 +65,14 @@ impl GroupConfig {
             Fill::Disc { radius, .. } => {
                 let rings = whole(radius / distance);
                 let width = radius / f64::from(rings);
-                Some(Following::Rings { rings, width })
+                let hole = 0.0;
+                Some(Following::Rings { hole, rings, width })
+            }
+            &Fill::Ring { radius, inner, .. } => {
+                let rings = whole((radius - inner) / distance);
+                let width = (radius - inner) / f64::from(rings);
+                let hole = inner;
+                Some(Following::Rings { hole, rings, width })
             }
             Fill::Polygon { vertices } => rows(vertices, distance),
             Fill::Rectangle { .. } | Fill::Points { .. } => None,

@@ -10,6 +10,11 @@ impl Fill {
             Self::Disc {
                 center: [x, y],
                 radius: r,
+            }
+            | Self::Ring {
+                center: [x, y],
+                radius: r,
+                ..
             } => [[x - r, y - r], [x + r, y + r]],
             Self::Rectangle { lower, upper } => [*lower, *upper],
             Self::Polygon { vertices } => polygon::bounds(vertices),
@@ -21,6 +26,14 @@ impl Fill {
     pub fn depth(&self, [x, y]: [f64; 2]) -> Option<f64> {
         match self {
             Self::Disc { center, radius } => Some(radius - (x - center[0]).hypot(y - center[1])),
+            Self::Ring {
+                center,
+                radius,
+                inner,
+            } => {
+                let r = (x - center[0]).hypot(y - center[1]);
+                Some((radius - r).min(r - inner))
+            }
             Self::Rectangle {
                 lower: [left, bottom],
                 upper: [right, top],
@@ -42,6 +55,9 @@ impl Fill {
     pub fn area(&self) -> f64 {
         match self {
             Self::Disc { radius, .. } => std::f64::consts::PI * radius * radius,
+            Self::Ring { radius, inner, .. } => {
+                std::f64::consts::PI * (radius * radius - inner * inner)
+            }
             Self::Rectangle { lower, upper } => (upper[0] - lower[0]) * (upper[1] - lower[1]),
             Self::Polygon { vertices } => polygon::area(vertices).abs(),
             Self::Points { .. } => 0.0,

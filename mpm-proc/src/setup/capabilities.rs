@@ -53,7 +53,7 @@ const TAKES: [(&str, &[&str]); 11] = [
         ],
     ),
     ("contact_force", &["point", "nearest_nodes", "traction"]),
-    ("fill", &["disc", "rectangle", "polygon", "points"]),
+    ("fill", &["disc", "ring", "rectangle", "polygon", "points"]),
     ("lattice", &["grid", "outline"]),
     (
         "feature",

@@ -9,6 +9,8 @@ use super::text::{width, wrapped};
 pub(super) const NUMBER_GAP: f64 = 6.0;
 /// Least distance between two numbers along an axis.
 const APART: f64 = 12.0;
+/// Words along a shorter axis are not broken any more.
+const SHORTEST: f64 = 60.0;
 /// Most numbers along an axis.
 const MOST: usize = 9;
 
@@ -70,13 +72,17 @@ impl Plan {
             lines.iter().map(move |line| 0.5 * wide(line) - after)
         });
         let beyond = beyond.fold(0.0, f64::max);
-        let words = [wrapped_if(words[0], size.0), wrapped_if(words[1], size.1)];
+        let sides = [size.0, size.1].map(|side| side.max(SHORTEST));
+        let words = [0, 1].map(|axis| wrapped_if(words[axis], sides[axis]));
+        // Beside a low area words reach beyond both of its ends.
+        let longest = words[1].iter().map(|line| width(line, WORDS));
+        let over = (0.5 * (longest.fold(0.0, f64::max) - size.1)).max(0.0);
         let [x_lines, y_lines] = [&words[0], &words[1]].map(|lines| lines.len() as f64 * LINE);
         let around = [
             MARGIN + y_lines + widest + 2.0 * NUMBER_GAP,
-            MARGIN,
+            MARGIN + over,
             MARGIN.max(beyond + 2.0),
-            NUMBER_GAP + high(&below) + x_lines + 0.5 * MARGIN,
+            (NUMBER_GAP + high(&below) + x_lines + 0.5 * MARGIN).max(over),
         ];
         Self {
             size,

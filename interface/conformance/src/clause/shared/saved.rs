@@ -293,7 +293,10 @@ fn resumes(bench: &Bench) -> Judgement {
         require(
             differs.is_none() && bits.len() == same.len(),
             format_args!("the bits of the run that went on ({moment:?})"),
-            format_args!("another number at place {differs:?} of {}", bits.len()),
+            match differs {
+                Some(place) => format!("another number at place {place} of {}", bits.len()),
+                None => format!("{} numbers in place of {}", same.len(), bits.len()),
+            },
         )?;
     }
     Ok(format!("{AFTER} steps, {} moments", MOMENTS.len()))

@@ -1,0 +1,195 @@
+//! Elastic constants of materials as papers give them: Young's modulus and Poisson's ratio in place of both moduli.
+//!
+//! They are replaced by the moduli as soon as a document is read, so nothing else knows of them.
+
+use serde_json::{Value as Schema, json};
+use toml::{Table, Value};
+
+use super::diagnostic::Diagnostic;
+use super::document::{Document, Part};
+
+const YOUNG: &str = "young_modulus";
+const POISSON: &str = "poisson_ratio";
+const BULK: &str = "bulk_modulus";
+const SHEAR: &str = "shear_modulus";
+/// The model without a shear modulus.
+const FLUID: &str = "fluid";
+
+/// Replaces `young_modulus` and `poisson_ratio` of every material by `bulk_modulus` and `shear_modulus`; what is wrong
+/// with them.
+pub(super) fn replace(document: &mut Document) -> Vec<Diagnostic> {
+    let mut faults = Vec::new();
+    for (path, table) in models(document) {
+        match moduli(&path, &table) {
+            Ok([bulk, shear]) => {
+                let mut table = table;
+                table.retain(|key, _| key != YOUNG && key != POISSON);
+                table.insert(BULK.into(), Value::Float(bulk));
+                table.insert(SHEAR.into(), Value::Float(shear));
+                document.replace(&path, Value::Table(table));
+            }
+            Err((key, message, help)) => {
+                let key = format!("{path}.{key}");
+                let help = Some(help.to_owned());
+                faults.push(document.diagnostic(&key, Part::Value, &message, help));
+            }
+        }
+    }
+    faults
+}
+
+/// The models that have one of the two, with their paths.
+fn models(document: &Document) -> Vec<(String, Table)> {
+    let of = |(index, material): (usize, &Value)| {
+        let models = material.get("model")?.as_table()?;
+        let (name, model) = models.iter().find(|(name, _)| *name != FLUID)?;
+        let model = model.as_table()?;
+        let path = format!("mpm.material.{index}.model.{name}");
+        (model.contains_key(YOUNG) || model.contains_key(POISSON)).then(|| (path, model.clone()))
+    };
+    let materials = document.list(&["mpm", "material"]).iter().enumerate();
+    materials.filter_map(of).collect()
+}
+
+/// `K = E / (3 (1 - 2 nu))` and `G = E / (2 (1 + nu))`; or the key at fault, a message, and what to do.
+fn moduli(path: &str, model: &Table) -> Result<[f64; 2], (&'static str, String, &'static str)> {
+    const PAIR: &str = "write `young_modulus` in Pa and `poisson_ratio`, or `bulk_modulus` and `shear_modulus` in Pa";
+    for (key, other) in [(YOUNG, POISSON), (POISSON, YOUNG)] {
+        if !model.contains_key(key) {
+            return Err((
+                other,
+                format!("`{path}` has `{other}` without `{key}`"),
+                PAIR,
+            ));
+        }
+    }
+    for key in [BULK, SHEAR] {
+        if model.contains_key(key) {
+            let message = format!("`{path}` has `{key}` beside `{YOUNG}` and `{POISSON}`");
+            return Err((key, message, PAIR));
+        }
+    }
+    let number = |key: &str| {
+        let value = &model[key];
+        let whole = || value.as_integer().map(|n| n as f64);
+        value.as_float().or_else(whole).unwrap_or(f64::NAN)
+    };
+    let (young, poisson) = (number(YOUNG), number(POISSON));
+    if !(young > 0.0 && young.is_finite()) {
+        let message = format!(
+            "`{path}.{YOUNG}` is {}, expected a modulus above 0",
+            model[YOUNG]
+        );
+        return Err((YOUNG, message, PAIR));
+    }
+    if !(poisson > -1.0 && poisson < 0.5) {
+        let message = format!(
+            "`{path}.{POISSON}` is {}, expected above -1 and below 0.5",
+            model[POISSON]
+        );
+        return Err((
+            POISSON,
+            message,
+            "at 0.5 the bulk modulus is infinite: use 0.49",
+        ));
+    }
+    Ok([young / (3.0 - 6.0 * poisson), young / (2.0 + 2.0 * poisson)])
+}
+
+/// Says of a missing modulus that there is another pair.
+pub(super) fn explain(faults: &mut [Diagnostic]) {
+    let missing = |fault: &&mut Diagnostic| {
+        let of = |key: &&str| fault.message == format!("missing key `{key}`");
+        [BULK, SHEAR].iter().any(of) && !fault.key.contains(FLUID)
+    };
+    for fault in faults.iter_mut().filter(missing) {
+        let help = fault.help.take().unwrap_or_default();
+        fault.help = Some(format!(
+            "{help} Or write `{YOUNG}` and `{POISSON}` in place of both moduli."
+        ));
+    }
+}
+
+/// Adds both keys to every model of a schema that has both moduli.
+pub(super) fn offer(schema: &mut Schema) {
+    match schema {
+        Schema::Array(all) => all.iter_mut().for_each(offer),
+        Schema::Object(fields) => {
+            fields.values_mut().for_each(offer);
+            let properties = fields.get_mut("properties").and_then(Schema::as_object_mut);
+            let Some(properties) =
+                properties.filter(|p| p.contains_key(BULK) && p.contains_key(SHEAR))
+            else {
+                return;
+            };
+            let number =
+                |what: &str| json!({ "description": what, "type": "number", "format": "double" });
+            let young = "Young's modulus in Pa; with `poisson_ratio` in place of both moduli.";
+            let poisson = "Poisson's ratio, above -1 and below 0.5.";
+            properties.insert(YOUNG.into(), number(young));
+            properties.insert(POISSON.into(), number(poisson));
+            if let Some(required) = fields.get_mut("required").and_then(Schema::as_array_mut) {
+                required.retain(|key| key != BULK && key != SHEAR);
+            }
+            let pair = |[a, b]: [&str; 2]| json!({ "required": [a, b] });
+            fields.insert(
+                "anyOf".into(),
+                json!([pair([BULK, SHEAR]), pair([YOUNG, POISSON])]),
+            );
+        }
+        _ => {}
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn of(text: &str) -> Result<[f64; 2], String> {
+        let model: Table = text.parse().unwrap();
+        moduli("m", &model).map_err(|(_, message, _)| message)
+    }
+
+    #[test]
+    fn both_pairs_describe_the_same_solid() {
+        let [bulk, shear] = of("young_modulus = 9e6\npoisson_ratio = 0.2").unwrap();
+        assert!(
+            (bulk - 5e6).abs() < 1e-8 && (shear - 3.75e6).abs() < 1e-8,
+            "{bulk} {shear}"
+        );
+        let [bulk, shear] = of("young_modulus = 3\npoisson_ratio = 0").unwrap();
+        assert_eq!([bulk, shear], [1.0, 1.5]);
+    }
+
+    #[test]
+    fn half_a_pair_and_impossible_numbers_are_refused() {
+        for (text, said) in [
+            (
+                "young_modulus = 1e6",
+                "`m` has `young_modulus` without `poisson_ratio`",
+            ),
+            (
+                "poisson_ratio = 0.3",
+                "`m` has `poisson_ratio` without `young_modulus`",
+            ),
+            (
+                "young_modulus = 1e6\npoisson_ratio = 0.3\nbulk_modulus = 1e6",
+                "`m` has `bulk_modulus` beside `young_modulus` and `poisson_ratio`",
+            ),
+            (
+                "young_modulus = -1.0\npoisson_ratio = 0.3",
+                "`m.young_modulus` is -1.0, expected a modulus above 0",
+            ),
+            (
+                "young_modulus = \"x\"\npoisson_ratio = 0.3",
+                "`m.young_modulus` is \"x\", expected a modulus above 0",
+            ),
+            (
+                "young_modulus = 1e6\npoisson_ratio = 0.5",
+                "`m.poisson_ratio` is 0.5, expected above -1 and below 0.5",
+            ),
+        ] {
+            assert_eq!(of(text), Err(said.to_owned()), "{text}");
+        }
+    }
+}
