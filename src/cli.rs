@@ -436,9 +436,9 @@ pub struct PlotArgs {
     /// Pictures per second of a film.
     #[arg(long, value_name = "N", default_value_t = 10.0, requires = "frames")]
     pub rate: f64,
-    /// Pictures in a row.
-    #[arg(long, value_name = "N", default_value_t = 2, requires = "frames")]
-    pub columns: usize,
+    /// Pictures in a row; more make each smaller. By default 2, and 1 of a single picture or a film.
+    #[arg(long, value_name = "N", requires = "frames")]
+    pub columns: Option<usize>,
     /// Expression of columns for the horizontal axis.
     #[arg(
         long,

@@ -57,8 +57,8 @@ pub struct SnapshotOptions {
     pub forces: bool,
     /// First and last x and y in m; as far as anything is, where they are left out.
     pub limits: [[Option<f64>; 2]; 2],
-    /// Panels in a row.
-    pub columns: usize,
+    /// Panels in a row; by default 2, and 1 of a single picture or a film.
+    pub columns: Option<usize>,
     /// Pictures a second of a film.
     pub rate: f64,
     /// Above the figure.
@@ -135,7 +135,10 @@ pub fn snapshots(options: &SnapshotOptions, path: &Path) -> Result<(), StudyErro
     let layout = Layout {
         title: options.title.clone(),
         legend,
-        columns: options.columns,
+        columns: options.columns.unwrap_or_else(|| {
+            let at_once = if kind.moves() { 1 } else { panels.len() };
+            at_once.min(2)
+        }),
         window,
         between,
         largest_force: options.forces.then(|| largest(&panels)),

@@ -139,7 +139,7 @@ pub fn film(path: &Path, layout: &Layout, panels: &[Panel], rate: f64) -> Result
 }
 
 fn sheet(layout: &Layout, panels: &[Panel]) -> Result<Canvas, StudyError> {
-    let columns = layout.columns.clamp(1, panels.len().max(1));
+    let columns = layout.columns.max(1);
     let rows = panels.len().div_ceil(columns);
     let [[left, bottom], [right, top]] = layout.window;
     let inner = (ROW / columns as f64).round();
