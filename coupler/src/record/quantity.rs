@@ -356,7 +356,7 @@ const OF_FILL: &[Row<[BodyState]>] = &[
         "kinetic energy of all, with rotation",
         |f| f.iter().map(kinetic).sum(),
     ),
-    row("spread", "m", "mean of `\\|x - x_mean\\|` by mass", |f| {
+    row("spread", "m", "mean of `|x - x_mean|` by mass", |f| {
         let x = mean(f, |b| b.position[0]);
         mean(f, |b| (b.position[0] - x).abs())
     }),
@@ -581,35 +581,24 @@ impl Quantities {
         }
     }
 
-    /// The list of all quantities for the reference page, as Markdown.
+    /// The list of all quantities as the CSV file docs/quantities.csv.
     pub fn reference() -> String {
-        let mut page = "| name | unit | meaning |\n| --- | --- | --- |\n".to_owned();
-        list(&mut page, "", OF_RUN);
-        page.push_str("| `points.NAME.Q` | | a group of `[[mpm.points]]`, with these for Q: |\n");
-        list(&mut page, "… ", OF_GROUP);
-        page.push_str("| `probe.NAME.Q` | | points of `[[mpm.probe]]`, with these for Q: |\n");
-        list(&mut page, "… ", OF_PROBE);
-        page.push_str("| `hold.NAME.Q` | | points of `[[mpm.hold]]`, with these for Q: |\n");
-        list(&mut page, "… ", OF_HOLD);
-        page.push_str("| `chain.NAME.Q` | | a chain of `[[mpm.chain]]`, where bodies meet segments, with these for Q: |\n");
-        list(&mut page, "… ", OF_CHAIN);
-        page.push_str("| `body.NAME.Q` | | a body of `[[dem.body]]`, with these for Q: |\n");
-        list(&mut page, "… ", OF_BODY);
-        page.push_str("| `fill.NAME.Q` | | a set of `[[dem.fill]]`, whose bodies have no quantities of their own, with these for Q: |\n");
-        list(&mut page, "… ", OF_FILL);
-        page.push_str("| `initial.` and any of these | | its value at t = 0 |\n");
-        page
+        let mut table = "name,unit,meaning\n".to_owned();
+        list(&mut table, "", OF_RUN);
+        list(&mut table, "points.NAME.", OF_GROUP);
+        list(&mut table, "probe.NAME.", OF_PROBE);
+        list(&mut table, "hold.NAME.", OF_HOLD);
+        list(&mut table, "chain.NAME.", OF_CHAIN);
+        list(&mut table, "body.NAME.", OF_BODY);
+        list(&mut table, "fill.NAME.", OF_FILL);
+        table
     }
 }
 
-/// A row of the page for each quantity, one for both components of a vector.
-fn list<T: ?Sized>(page: &mut String, mark: &str, rows: &[Row<T>]) {
-    let of_y = |row: &Row<T>| row.meaning == "the same in y";
-    for (index, row) in rows.iter().enumerate().filter(|(_, row)| !of_y(row)) {
-        let other = rows.get(index + 1).filter(|next| of_y(next));
-        let other = other.map_or(String::new(), |next| format!(", `{}`", next.name));
+fn list<T: ?Sized>(table: &mut String, of: &str, rows: &[Row<T>]) {
+    for row in rows {
         let (name, unit, meaning) = (row.name, row.unit, row.meaning);
-        let _ = writeln!(page, "| {mark}`{name}`{other} | {unit} | {meaning} |");
+        let _ = writeln!(table, "{of}{name},{unit},\"{meaning}\"");
     }
 }
 

@@ -241,7 +241,7 @@ impl Context<'_> {
                         format!("did you mean `initial.{near}`?")
                     }
                     Some(near) => format!("did you mean `{near}`?"),
-                    None => "quantities are listed in docs/scene-format.md, such as `t`, \
+                    None => "quantities are listed in docs/quantities.csv, such as `t`, \
                              `energy.kinetic`, `body.NAME.vx`, `points.NAME.y`"
                         .to_owned(),
                 }

@@ -210,21 +210,15 @@ fn a_work_gap_without_the_capability_is_nan() {
     }
 }
 
-const BEGIN: &str = "<!-- quantities: made of coupler/src/record/quantity.rs; UPDATE_QUANTITIES=1 cargo test --release --workspace --lib quantity -->\n";
-const END: &str = "<!-- end of quantities -->";
-
+/// `UPDATE_QUANTITIES=1` writes it.
 #[test]
-fn the_reference_page_lists_the_rows() {
-    let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../docs/scene-format.md");
-    let page = std::fs::read_to_string(path).expect("the page");
-    let (before, rest) = page.split_once(BEGIN).expect("the first mark");
-    let (_, after) = rest.split_once(END).expect("the last mark");
-    let list = Quantities::reference();
-    let made = format!("{before}{BEGIN}\n{list}\n{END}{after}");
-    if made != page {
-        if std::env::var_os("UPDATE_QUANTITIES").is_some() {
-            return std::fs::write(path, made).expect("a page that can be written");
-        }
-        panic!("docs/scene-format.md does not list the quantities: UPDATE_QUANTITIES=1 writes it");
+fn the_table_of_the_manual_lists_the_rows() {
+    let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../docs/quantities.csv");
+    let made = Quantities::reference();
+    if std::env::var_os("UPDATE_QUANTITIES").is_some() {
+        std::fs::write(path, &made).expect("a table that can be written");
     }
+    let there = std::fs::read_to_string(path).expect("the table");
+    let help = "docs/quantities.csv does not list the quantities: UPDATE_QUANTITIES=1 writes it";
+    assert!(there == made, "{help}");
 }
