@@ -14,7 +14,7 @@ use crate::terminal::{complain, say};
 pub fn report(args: &ReportArgs) -> ExitCode {
     match report::write(&args.dirs, args.out.as_deref()) {
         Ok(written) => {
-            tell(&written);
+            announce(&written);
             ExitCode::SUCCESS
         }
         Err(error) => {
@@ -32,12 +32,12 @@ pub fn report(args: &ReportArgs) -> ExitCode {
 /// Writes the page of a run that has ended. One that cannot be written is no fault of the run, whose exit status stays.
 pub fn at_the_end_of(run: &Path) {
     match report::write(&[run.to_path_buf()], None) {
-        Ok(written) => tell(&written),
+        Ok(written) => announce(&written),
         Err(error) => complain(format_args!("warning: no report: {error}")),
     }
 }
 
-fn tell(written: &Written) {
+fn announce(written: &Written) {
     say(format_args!(
         "report in {} ({})",
         written.path.display(),

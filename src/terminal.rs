@@ -76,14 +76,14 @@ pub fn complain(line: impl Display) {
 
 /// The exit status of a command that has ended with `code`: what it said may not have been written.
 pub fn settled(code: ExitCode) -> ExitCode {
-    let code = told(code);
+    let code = or_write_error(code);
     if let Some(screen) = SCREEN.get() {
         screen.finish(UNREAD);
     }
     code
 }
 
-fn told(code: ExitCode) -> ExitCode {
+fn or_write_error(code: ExitCode) -> ExitCode {
     let Some(error) = UNSAID.get() else {
         return code;
     };

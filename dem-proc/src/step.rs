@@ -67,14 +67,15 @@ impl System {
     pub(crate) fn frame_contacts(&self, step: &Step, imps: &[ImpState]) -> Vec<ContactState> {
         let mut found = Vec::new();
         if let Some(pairs) = &self.pairs {
-            pairs.tell(&self.bodies, &mut found);
+            pairs.collect_contacts(&self.bodies, &mut found);
         }
         // Without points nothing was evaluated, and the list may belong to earlier points.
         if !imps.is_empty() {
             let last_step = LastStep::new(step.dt_before);
-            self.points.tell(&self.bodies, imps, last_step, &mut found);
+            self.points
+                .collect_contacts(&self.bodies, imps, last_step, &mut found);
             if let Some(pairs) = &self.point_pairs {
-                pairs.tell(&self.bodies, imps, last_step, &mut found);
+                pairs.collect_contacts(&self.bodies, imps, last_step, &mut found);
             }
         }
         found

@@ -613,7 +613,7 @@ fn a_vertex_in_a_dent_gives_no_energy_when_the_chain_slips() {
 }
 
 /// Markers around the lower half of the disc, each of which moves in and out and along on its own: minima and maxima come and go,
-/// stretches of the chain part and join, springs slip. Friction never gives, and the energies balance.
+/// spanes of the chain part and join, springs slip. Friction never gives, and the energies balance.
 #[test]
 fn friction_of_a_chain_that_wraps_round_never_gives_energy() {
     let rough = |i: u32, k: u32| f64::from((i * 37 + k * 23) % 19) / 19.0 - 0.5;
@@ -651,10 +651,10 @@ fn friction_of_a_chain_that_wraps_round_never_gives_energy() {
     }
 }
 
-/// A vertex that comes free parts the stretch between two feet in two. Each takes its share of the spring across, so the force goes
+/// A vertex that comes free parts the span between two feet in two. Each takes its share of the spring across, so the force goes
 /// on as it was; where they join again, what they hold is the mean, and neither of the two gives energy.
 #[test]
-fn a_stretch_that_parts_keeps_its_force_and_gives_no_energy() {
+fn a_span_that_parts_keeps_its_force_and_gives_no_energy() {
     let reached = 1e-5; // overlap of the vertex
     let deep = 2e-3;
     let distance = A + R - deep;

@@ -7,7 +7,7 @@ use crate::pack::Scale;
 
 /// Share of the numbers at either end that may lie beyond the colours, where they would take most of them.
 const EXTREMES: f64 = 0.002;
-/// Arrays of points that say nothing by a colour, or of which one of [`FIELDS`] is made.
+/// Point arrays that are not useful as a colour, or of which one of [`FIELDS`] is made.
 const SILENT: [&str; 4] = ["id", "mass", "volume", "stress"];
 
 /// A field that a frame may have.

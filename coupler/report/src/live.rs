@@ -169,7 +169,7 @@ impl Live {
                 let waiting = self.shared.followers.load(Ordering::Acquire);
                 if ended || (seen.as_ref() != Some(&files) && self.shared.has_rested()) {
                     seen = Some(files);
-                    self.shared.tell(ended);
+                    self.shared.publish(ended);
                 }
                 if ended {
                     end = Some((Instant::now(), waiting));
@@ -243,7 +243,7 @@ fn whole(status: StatusCode, text: impl Into<Bytes>) -> Answer {
 
 impl Shared {
     /// The run has written something, or has ended.
-    fn tell(&self, ended: bool) {
+    fn publish(&self, ended: bool) {
         self.news.send_modify(|news| {
             news.state += 1;
             news.ended = ended;

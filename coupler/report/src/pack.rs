@@ -104,8 +104,8 @@ impl Packer {
         self.bytes(&bytes);
     }
 
-    /// Adds what `frames` frames have of `count` things, frame by frame, each as its difference from going on as in the two
-    /// frames before; in the first frame from the thing before. Low bytes and high bytes of a frame stand apart.
+    /// Packs `count` values for each of `frames` frames as residuals of linear extrapolation from the two frames before;
+    /// in the first frame, as differences from the value before. Low bytes and high bytes of a frame stand apart.
     pub fn track(&mut self, frames: usize, count: usize, at: impl Fn(usize, usize) -> u16) {
         let mut low = vec![0; count];
         let mut high = vec![0; count];

@@ -89,7 +89,7 @@ fn row(verdict: &CheckResult, check: Option<&Table>, scene: &Table, run: &str) -
         result: if verdict.pass { "pass" } else { "fail" },
         name: verdict.name.clone(),
         when: when(check),
-        value: told(Some(verdict.value), &unit),
+        value: with_unit(Some(verdict.value), &unit),
         expected: expected(&meant, check, &unit),
         error: match verdict.error {
             0.0 if !near => "within".to_owned(),
@@ -105,7 +105,7 @@ fn row(verdict: &CheckResult, check: Option<&Table>, scene: &Table, run: &str) -
 }
 
 /// A number with its unit, if it could be had.
-fn told(number: Option<f64>, unit: &str) -> String {
+fn with_unit(number: Option<f64>, unit: &str) -> String {
     let number = number.filter(|number| number.is_finite());
     number.map_or_else(|| "none".to_owned(), |number| quantity(number, unit))
 }
@@ -124,7 +124,7 @@ fn expected(meant: &Meant, check: &Table, unit: &str) -> String {
         Meant {
             between: Some(ends),
             ..
-        } => ends.map(|end| told(end, unit)).join(" to "),
+        } => ends.map(|end| with_unit(end, unit)).join(" to "),
         Meant {
             reference: Some(reference),
             ..

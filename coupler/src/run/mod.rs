@@ -212,17 +212,17 @@ fn processes(
     let domain = OwnedDomain::create().map_err(|e| SessionError::Channel(e.into()))?;
     let names = domain.domain();
     run.resources.disk = Disk::of(names.clone(), run.deadlines());
-    let told = |error: SessionError, segments: &Segments| match resources::cause(
+    let with_cause = |error: SessionError, segments: &Segments| match resources::cause(
         &error, names, segments,
     ) {
         Some(cause) => RunError::SharedMemory { error, cause },
         None => RunError::from(error),
     };
     let channels = iceoryx::create(Medium::Processes, names, &parties, sink.is_some())
-        .map_err(|error| told(error.into(), &Segments::none()))?;
+        .map_err(|error| with_cause(error.into(), &Segments::none()))?;
     let segments = Segments::of(names, &channels);
     run.resources.shared_memory = Some(SharedMemory::new(names.clone(), segments.clone()));
-    let caused = |error| told(error, &segments);
+    let caused = |error| with_cause(error, &segments);
     let coupler = iceoryx::join(
         Medium::Processes,
         names,

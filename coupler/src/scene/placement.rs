@@ -252,7 +252,7 @@ pub fn pressing(
     };
     Some(format!(
         "{count} at t = 0, the largest force is {:.3e} N/m: {one} overlaps {other} by {overlap:.3e} m ({place}); \
-         what is not meant to press has to be moved by that",
+         move apart whatever should not touch at the start",
         size(most)
     ))
 }
@@ -354,7 +354,7 @@ mod tests {
         assert_eq!(
             told,
             "1 contact presses at t = 0, the largest force is 3.000e1 N/m: body `two` overlaps body `one` by 3.000e-3 m \
-             (line 34, dem.body.1.position); what is not meant to press has to be moved by that"
+             (line 34, dem.body.1.position); move apart whatever should not touch at the start"
         );
     }
 }

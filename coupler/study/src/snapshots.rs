@@ -68,7 +68,7 @@ pub struct SnapshotOptions {
 /// Draws the frames to `path`.
 ///
 /// # Errors
-/// [`StudyError::Asked`]: a frame cannot be read, or the expression is none; [`StudyError::Figure`] and
+/// [`StudyError::Asked`]: a frame cannot be read, or the expression is invalid; [`StudyError::Figure`] and
 /// [`StudyError::File`].
 pub fn snapshots(options: &SnapshotOptions, path: &Path) -> Result<(), StudyError> {
     let colour = compile(&options.colour.what)?;

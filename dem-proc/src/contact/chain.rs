@@ -4,7 +4,7 @@
 //! chain. Near a reflex corner both segments have a foot, and the corner between them is a local *maximum*. If only the
 //! two minima counted, a flat boundary would count twice wherever a corner is reflex by a millionth of a degree, and a
 //! contact would appear and disappear at full force. So the maximum between them counts with the sign -1. Along any
-//! stretch of the chain within reach, the number of minima less that of maxima is one. A minimum and a maximum appear
+//! span of the chain within reach, the number of minima less that of maxima is one. A minimum and a maximum appear
 //! and disappear together, at equal distances, so energy and force are continuous along any chain. In a sharp corner
 //! whose vertex the disc does not reach, the two walls are two contacts.
 
@@ -96,9 +96,9 @@ pub struct Extremum {
     /// For a maximum: whether one of its two segments contains no minimum, because its foot lies beyond the segment's
     /// other end.
     pub alone: bool,
-    /// Number of the stretch. Extrema with the same number are connected: the chain between them is within the contact
+    /// Number of the span. Extrema with the same number are connected: the chain between them is within the contact
     /// distance.
-    pub stretch: u32,
+    pub span: u32,
 }
 
 /// A segment, and where the foot of a disc's centre is on it.
@@ -148,7 +148,7 @@ pub fn extrema(
         x,
         center,
         contact,
-        stretch: 0,
+        span: 0,
         found,
     };
     let mut walked = 0;
@@ -190,7 +190,7 @@ struct Walk<'a> {
     x: &'a [Vec2],
     center: Vec2,
     contact: f64,
-    stretch: u32,
+    span: u32,
     found: &'a mut Vec<Extremum>,
 }
 
@@ -203,8 +203,8 @@ impl Walk<'_> {
         see: &impl Fn(u32) -> Option<Seen>,
         listed: &impl Fn(u32) -> bool,
     ) -> usize {
-        self.stretch += 1;
-        let (begin, of_begin) = (self.found.len(), self.stretch);
+        self.span += 1;
+        let (begin, of_begin) = (self.found.len(), self.span);
         let Some(first) = see(start) else {
             return 0;
         };
@@ -241,15 +241,15 @@ impl Walk<'_> {
         count
     }
 
-    /// Joins the stretch at the end of a ring to that at its beginning, and moves its extrema to the front.
+    /// Joins the span at the end of a ring to that at its beginning, and moves its extrema to the front.
     fn join_ends(&mut self, begin: usize, of_begin: u32) {
-        if self.stretch == of_begin {
+        if self.span == of_begin {
             return;
         }
         let of_ring = &mut self.found[begin..];
         let last = of_ring.iter_mut().rev();
-        let last = last.take_while(|e| e.stretch == self.stretch);
-        let joined = last.map(|e| e.stretch = of_begin).count();
+        let last = last.take_while(|e| e.span == self.span);
+        let joined = last.map(|e| e.span = of_begin).count();
         of_ring.rotate_right(joined);
     }
 
@@ -278,11 +278,11 @@ impl Walk<'_> {
             least,
             outside,
             alone,
-            stretch: self.stretch,
+            span: self.span,
         });
-        // After a place out of reach a new stretch begins.
+        // After a place out of reach a new span begins.
         if !(least || outside && distance < self.contact) {
-            self.stretch += 1;
+            self.span += 1;
         }
     }
 }

@@ -362,7 +362,7 @@ impl<L: Law, M: Measure> BodySide for ConvexContacts<L, M> {
         energy.sum()
     }
 
-    fn tell(&self, _: &Bodies, found: &mut Vec<ContactState>) {
+    fn collect_contacts(&self, _: &Bodies, found: &mut Vec<ContactState>) {
         found.extend_from_slice(&self.contact_states);
     }
 

@@ -18,5 +18,5 @@ pub mod point_side;
 pub mod points;
 mod release;
 pub mod segments;
-mod stretch;
+mod span;
 mod versions;

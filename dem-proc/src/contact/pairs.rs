@@ -71,7 +71,7 @@ pub trait BodySide: Debug + Send + Sync {
     /// Energy in the contact springs in J/m.
     fn energy(&self, bodies: &Bodies) -> f64;
     /// Appends the pairs of the last evaluation that press to `found`, in the order of the list.
-    fn tell(&self, bodies: &Bodies, found: &mut Vec<ContactState>);
+    fn collect_contacts(&self, bodies: &Bodies, found: &mut Vec<ContactState>);
     /// Keeps the list that was evaluated.
     fn keep_list(&mut self);
     /// Makes the result of the evaluation the history of the next step, and keeps the list.
@@ -568,7 +568,7 @@ impl<L: Law> BodySide for BodyContacts<L> {
         pairs.map(energy).sum()
     }
 
-    fn tell(&self, bodies: &Bodies, found: &mut Vec<ContactState>) {
+    fn collect_contacts(&self, bodies: &Bodies, found: &mut Vec<ContactState>) {
         let pairs = self.lists.current().list.pairs.chunks(CHUNK);
         for (outcomes, pairs) in self.outcomes.iter().zip(pairs) {
             for i in 0..outcomes.presses {

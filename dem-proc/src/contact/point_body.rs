@@ -238,7 +238,7 @@ impl Geometry for PointBody {
         })
     }
 
-    fn told(
+    fn contact_state(
         on: &OnBodies,
         pair: PointPair,
         (overlap, normal): (f64, Vec2),

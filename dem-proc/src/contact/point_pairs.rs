@@ -207,7 +207,7 @@ impl Geometry for PointPairs {
         })
     }
 
-    fn told(
+    fn contact_state(
         on: &OnPoints,
         pair: Pair,
         (overlap, normal): (f64, Vec2),

@@ -48,7 +48,7 @@ pub trait PointSide: Debug + Send {
     /// Energy in the contact springs in J/m.
     fn energy(&self, bodies: &Bodies, states: &[ImpState]) -> f64;
     /// Appends the pairs of the last evaluation that press to `found`, in the order of the list.
-    fn tell(
+    fn collect_contacts(
         &self,
         bodies: &Bodies,
         states: &[ImpState],

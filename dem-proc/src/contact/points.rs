@@ -80,7 +80,8 @@ pub trait Geometry: Debug + Send + Sync {
     /// The passage of a pair that is deep, if it is one ([`crate::contact::passage`]).
     fn passed(on: &On<Self>, pair: Self::Pair, overlap: f64) -> Option<Passed>;
     /// A contact as frames contain it, with the force (N/m) on the (first) point.
-    fn told(on: &On<Self>, pair: Self::Pair, at: (f64, Vec2), force: Vec2) -> ContactState;
+    fn contact_state(on: &On<Self>, pair: Self::Pair, at: (f64, Vec2), force: Vec2)
+    -> ContactState;
 }
 
 /// Where a point was that is new to the set.
@@ -450,7 +451,7 @@ impl<G: Geometry, L: Law> PointSide for PointContacts<G, L> {
         G::pairs(view.on.list).iter().enumerate().map(energy).sum()
     }
 
-    fn tell(
+    fn collect_contacts(
         &self,
         bodies: &Bodies,
         states: &[ImpState],
@@ -467,7 +468,7 @@ impl<G: Geometry, L: Law> PointSide for PointContacts<G, L> {
             let in_reach = view.pair(interval, k);
             if let Some((outcome, _)) = in_reach.filter(|(outcome, _)| outcome.overlap > 0.0) {
                 let at = G::overlap(&view.on, pair);
-                found.push(G::told(&view.on, pair, at, outcome.force));
+                found.push(G::contact_state(&view.on, pair, at, outcome.force));
             }
         }
     }

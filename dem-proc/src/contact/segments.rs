@@ -4,7 +4,7 @@
 //! The foot of a contact is a place between two markers, `(1 - s) x_a + s x_b`. It takes the part of a point with the
 //! markers' contact radius. The two markers get the force in the proportion `1 - s` to `s`. So momentum is exact, and
 //! the work of the forces on the markers equals that of the force on the foot. The history of a contact belongs to the
-//! stretch of the chain that presses ([`crate::contact::stretch`]), and moves with it.
+//! span of the chain that presses ([`crate::contact::span`]), and moves with it.
 //!
 //! An evaluation does not change what is kept: [`PointSide::commit`] takes over `next` and `positions`. The list of
 //! segments near each disc has no effect on the results. It is rebuilt when it is needed, and is not saved.
@@ -22,7 +22,7 @@ use crate::contact::frame_contacts::POINT;
 use crate::contact::near::{Near, NearSegments};
 use crate::contact::passage::{Passage, Passed, admissible_depth};
 use crate::contact::point_side::{Interval, PointSide};
-use crate::contact::stretch::{Held, Memory, Place, Transferred};
+use crate::contact::span::{Held, Memory, Place, Transferred};
 use crate::law::history::Numbers;
 use crate::law::{Kinematics, LastStep, Law, Loss, PairProperties};
 use crate::lists::neighbours::REACH;
@@ -90,8 +90,8 @@ impl<L: Law> Default for Room<L> {
 }
 
 /// Groups of extrema that are connected.
-fn stretches(found: &[Extremum]) -> impl Iterator<Item = &[Extremum]> {
-    found.chunk_by(|a, b| a.stretch == b.stretch)
+fn spanes(found: &[Extremum]) -> impl Iterator<Item = &[Extremum]> {
+    found.chunk_by(|a, b| a.span == b.span)
 }
 
 impl<L: Law> SegmentContacts<L> {
@@ -134,13 +134,13 @@ impl<L: Law> SegmentContacts<L> {
         &rest[..rest.partition_point(|h| (h.body, h.part) == disc)]
     }
 
-    /// For each minimum of the last step, the stretch whose minimum is nearest to it, within the distance that a foot
+    /// For each minimum of the last step, the span whose minimum is nearest to it, within the distance that a foot
     /// can move in a step.
     fn successors(&self, held: &[Held], found: &[Extremum], successors: &mut Vec<Option<usize>>) {
         let successor = |held: &Held| {
             let (at, old) = (self.place(held)?, self.slot(held.ids[0])?);
-            let minima = stretches(found).enumerate().flat_map(|(i, stretch)| {
-                let minima = stretch.iter().filter(|e| e.least);
+            let minima = spanes(found).enumerate().flat_map(|(i, span)| {
+                let minima = span.iter().filter(|e| e.least);
                 minima.map(move |e| (i, e))
             });
             let far = minima.filter_map(|(i, e)| {
@@ -154,8 +154,8 @@ impl<L: Law> SegmentContacts<L> {
         successors.extend(held.iter().map(successor));
     }
 
-    /// Computes the histories with which the stretches of a disc continue. Energy of springs that end, part or join,
-    /// and that no stretch takes over, is lost to friction.
+    /// Computes the histories with which the spanes of a disc continue. Energy of springs that end, part or join,
+    /// and that no span takes over, is lost to friction.
     fn continue_springs(&self, bodies: &Bodies, near: &Near, room: &mut Room<L>, sums: &mut Sums) {
         let held = self.held_by(near);
         let Room {
@@ -169,7 +169,7 @@ impl<L: Law> SegmentContacts<L> {
             held,
             &self.state.memory.springs,
             successors,
-            stretches(found).count(),
+            spanes(found).count(),
         );
         let ended = transferred.ended.iter().map(|spring| (1.0, spring));
         let begun = transferred.begun.iter().map(|spring| (-1.0, spring));
@@ -290,8 +290,8 @@ impl<L: Law> SegmentContacts<L> {
         }
     }
 
-    /// Evaluates the contact of a disc with a stretch of the chain whose extrema are `places`, and adds the results
-    /// ([`crate::contact::stretch`]).
+    /// Evaluates the contact of a disc with a span of the chain whose extrema are `places`, and adds the results
+    /// ([`crate::contact::span`]).
     fn press(
         &self,
         on: &Evaluation,
@@ -448,9 +448,9 @@ impl<L: Law> SegmentContacts<L> {
             places,
             ..
         } = room;
-        for (stretch, history) in stretches(found).zip(&transferred.histories) {
+        for (span, history) in spanes(found).zip(&transferred.histories) {
             places.clear();
-            places.extend(stretch.iter().map(|e| self.seen(on, near, e, to)));
+            places.extend(span.iter().map(|e| self.seen(on, near, e, to)));
             self.press(on, near, (places, history), (&mut *to, &mut *next));
         }
     }
@@ -556,7 +556,13 @@ impl<L: Law> PointSide for SegmentContacts<L> {
         self.sums.energy
     }
 
-    fn tell(&self, _: &Bodies, _: &[ImpState], _: LastStep, found: &mut Vec<ContactState>) {
+    fn collect_contacts(
+        &self,
+        _: &Bodies,
+        _: &[ImpState],
+        _: LastStep,
+        found: &mut Vec<ContactState>,
+    ) {
         found.extend_from_slice(&self.sums.pressing);
     }
 

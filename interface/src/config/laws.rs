@@ -327,7 +327,7 @@ impl ContactLaw {
                 }
             } else if p.name == TANGENTIAL.name {
                 if value == 0.0 && self.friction() > 0.0 {
-                    let help = "friction acts through a tangential spring: set it, often to `normal_stiffness` / 20 to / 2";
+                    let help = "friction acts through a tangential spring: set it; usual values are 0.05 to 0.5 times `normal_stiffness`";
                     refuse("a stiffness above 0, since `friction` is above 0", help);
                 }
                 // The force message has one stiffness for each point, from which the step limit follows (PROTOCOL.md

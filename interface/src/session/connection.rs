@@ -201,7 +201,7 @@ impl<'a> Connection<'a> {
     }
 
     /// Sends the error to the coupler, unless it knows it. The result is the cause of the end, which may be another one.
-    pub async fn tell(&self, error: SessionError) -> SessionError {
+    pub async fn report_failure(&self, error: SessionError) -> SessionError {
         let fault = match &error {
             SessionError::Aborted(_)
             | SessionError::CouplerGone { .. }

@@ -60,7 +60,7 @@ pub(super) async fn session(
 ) -> Result<(), SessionError> {
     match serve(&mut to, &mut side, clocked).await {
         Ok(()) => Ok(()),
-        Err(error) => Err(to.tell(error).await),
+        Err(error) => Err(to.report_failure(error).await),
     }
 }
 

@@ -192,7 +192,7 @@ impl Domain {
         })
     }
 
-    /// Takes from everybody but this user what they may do with the run's segments: iceoryx2 makes one that all may write,
+    /// Removes every other user's access to the run's segments: iceoryx2 makes one that all may write,
     /// since any user's nodes may meet in a domain, and whoever writes nonsense there keeps solvers from joining (D13).
     pub(crate) fn close_to_others(&self) {
         for segment in segments_of(&self.id) {

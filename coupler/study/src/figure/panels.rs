@@ -26,7 +26,7 @@ const LEAST: usize = 3;
 /// Width in pixels of the line of the largest contact force, and of the smallest that is drawn.
 const THICKEST: f64 = 6.0;
 const FAINTEST: f64 = 0.1;
-/// Which colour lines of forces have: none of points, and not the grey of bodies.
+/// Colour of force lines; distinct from the colours of points and bodies.
 const FORCES: usize = 1;
 /// Distinct colours.
 const STEPS: u8 = 128;

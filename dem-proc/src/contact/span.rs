@@ -1,17 +1,17 @@
-//! Friction of a chain on a disc: one tangential spring for each stretch of the chain that presses.
+//! Friction of a chain on a disc: one tangential spring for each span of the chain that presses.
 //!
-//! A disc is in contact with a stretch of the chain at the minima of the distance, less the maxima between them
+//! A disc is in contact with a span of the chain at the minima of the distance, less the maxima between them
 //! ([`crate::contact::chain`]). For the normal springs this is right: the sum of the energies at minima less that at
 //! maxima is an energy, and the forces are its gradient. Friction has no energy from which a part could be subtracted.
 //! With a tangential spring at each minimum and maximum, that at a maximum would have the stiffness `-k_t`. It would
 //! slip first, since it presses least, and slipping would then supply the work `mu F` times the slip. So a chain with
 //! reflex corners, dragged to and fro under a disc, would drive the disc.
 //!
-//! So a stretch is one contact with one tangential spring of elongation `xi`. Let `w_i` be shares of the minima, each
+//! So a span is one contact with one tangential spring of elongation `xi`. Let `w_i` be shares of the minima, each
 //! at least 0 and their sum 1. Let `u_i` be the tangential displacement of the surfaces at each minimum. With
 //!
 //! ```text
-//! u   = sum w_i u_i                 displacement of the stretch
+//! u   = sum w_i u_i                 displacement of the span
 //! f_i = -w_i k_t xi T_i             force at a minimum
 //! |k_t xi| <= mu N                  N = sum of minima of F_n - sum of maxima of F_n
 //! ```
@@ -27,12 +27,12 @@
 //! minimum, this is the law of a single contact. When a minimum appears or disappears, the shares change at once. The
 //! force keeps its size and turns by a part of the angle of the corner.
 //!
-//! From step to step each minimum that pressed passes its part of the spring to the stretch that has come nearest to it
-//! ([`Transferred::transfer`]). If a spring is divided, each stretch gets the share `p` that its minima had in the
-//! force. The force is kept, and the energy decreases from 1 to `sum p^2`. Stretches that join have the mean of their
+//! From step to step each minimum that pressed passes its part of the spring to the span that has come nearest to it
+//! ([`Transferred::transfer`]). If a spring is divided, each span gets the share `p` that its minima had in the
+//! force. The force is kept, and the energy decreases from 1 to `sum p^2`. Spanes that join have the mean of their
 //! springs, weighted by the share `q` of the force that each contributes. Both together give `xi' = sum q p xi`, for
 //! which `sum xi'^2 <= sum xi^2`, so springs never supply energy that they did not hold. The difference is lost to
-//! friction, and counted. To add the elongations of stretches that join would keep the force, but could double the
+//! friction, and counted. To add the elongations of spanes that join would keep the force, but could double the
 //! energy.
 
 use interface::Vec2;
@@ -54,17 +54,17 @@ pub struct Held {
     pub s: f64,
     /// Force of its normal spring in N/m, from which its share follows.
     pub force: f64,
-    /// The spring of its stretch.
+    /// The spring of its span.
     pub spring: u32,
 }
 
-/// The history of stretches: the minima, and the springs that minima share.
+/// The history of spanes: the minima, and the springs that minima share.
 #[derive(Debug, Default, Serialize, Deserialize)]
 #[serde(bound = "H: Numbers")]
 pub struct Memory<H> {
-    /// In the order of the discs, and of the stretches of each disc.
+    /// In the order of the discs, and of the spanes of each disc.
     pub held: Vec<Held>,
-    /// One spring for each stretch that pressed.
+    /// One spring for each span that pressed.
     #[serde(with = "crate::law::history")]
     pub springs: Vec<H>,
 }
@@ -112,10 +112,10 @@ impl<P> Place<P> {
     }
 }
 
-/// The histories with which the stretches of a disc continue. It is kept from disc to disc, so that no step allocates.
+/// The histories with which the spanes of a disc continue. It is kept from disc to disc, so that no step allocates.
 #[derive(Debug, Default)]
 pub struct Transferred<H> {
-    /// One for each stretch.
+    /// One for each span.
     pub histories: Vec<H>,
     /// Springs that have ended, were divided or joined. Each has the index of a minimum to which it belonged. Their
     /// energies count once.
@@ -127,26 +127,26 @@ pub struct Transferred<H> {
     numbers: [Vec<f64>; 2],
 }
 
-/// A part of a spring that goes to a stretch.
+/// A part of a spring that goes to a span.
 #[derive(Debug)]
 struct Flow {
     spring: u32,
-    stretch: usize,
-    /// Force in N/m of the minima that go to the stretch.
+    span: usize,
+    /// Force in N/m of the minima that go to the span.
     force: f64,
     /// Index of one of them.
     from: usize,
 }
 
 impl<H: Numbers> Transferred<H> {
-    /// Transfers the springs of minima that pressed to `stretches` stretches. `successors` has the stretch to which
+    /// Transfers the springs of minima that pressed to `spanes` spanes. `successors` has the span to which
     /// each minimum goes, if any. Minima that go to none leave their part to the others of their spring.
     pub fn transfer(
         &mut self,
         held: &[Held],
         springs: &[H],
         successors: &[Option<usize>],
-        stretches: usize,
+        spanes: usize,
     ) {
         let Self {
             histories,
@@ -158,20 +158,20 @@ impl<H: Numbers> Transferred<H> {
         ended.clear();
         begun.clear();
         histories.clear();
-        histories.resize(stretches, H::default());
+        histories.resize(spanes, H::default());
         part(held, successors, flows);
         let of = |spring: u32| springs[spring as usize];
         let sum = |wanted: &dyn Fn(&Flow) -> bool| -> f64 {
             let flows = flows.iter().filter(|&f| wanted(f));
             flows.map(|f| f.force).sum()
         };
-        // Whether a spring goes as a whole to a stretch that gets no other spring.
+        // Whether a spring goes as a whole to a span that gets no other spring.
         let whole = |flow: &Flow| {
-            let others = |f: &&Flow| f.spring == flow.spring || f.stretch == flow.stretch;
+            let others = |f: &&Flow| f.spring == flow.spring || f.span == flow.span;
             flows.iter().filter(others).count() == 1
         };
-        for (stretch, history) in histories.iter_mut().enumerate() {
-            let parents = || flows.iter().filter(move |f| f.stretch == stretch);
+        for (span, history) in histories.iter_mut().enumerate() {
+            let parents = || flows.iter().filter(move |f| f.span == span);
             let Some(first) = parents().next() else {
                 continue;
             };
@@ -179,7 +179,7 @@ impl<H: Numbers> Transferred<H> {
                 *history = of(first.spring);
                 continue;
             }
-            let brought = sum(&|f| f.stretch == stretch);
+            let brought = sum(&|f| f.span == span);
             let parts = parents().map(|f| {
                 let part = f.force / sum(&|other| other.spring == f.spring);
                 (part * (f.force / brought), of(f.spring))
@@ -198,18 +198,18 @@ impl<H: Numbers> Transferred<H> {
     }
 }
 
-/// Divides the springs of the minima between the stretches to which they go.
+/// Divides the springs of the minima between the spanes to which they go.
 fn part(held: &[Held], successors: &[Option<usize>], flows: &mut Vec<Flow>) {
     flows.clear();
     for (from, (minimum, successor)) in held.iter().zip(successors).enumerate() {
-        let Some(stretch) = *successor else { continue };
+        let Some(span) = *successor else { continue };
         let (spring, force) = (minimum.spring, minimum.force);
-        let same = |f: &&mut Flow| f.spring == spring && f.stretch == stretch;
+        let same = |f: &&mut Flow| f.spring == spring && f.span == span;
         match flows.iter_mut().find(same) {
             Some(flow) => flow.force += force,
             None => flows.push(Flow {
                 spring,
-                stretch,
+                span,
                 force,
                 from,
             }),
@@ -244,10 +244,10 @@ mod tests {
         held: &[Held],
         springs: &[H],
         successors: &[Option<usize>],
-        stretches: usize,
+        spanes: usize,
     ) -> Transferred<H> {
         let mut transferred = Transferred::default();
-        transferred.transfer(held, springs, successors, stretches);
+        transferred.transfer(held, springs, successors, spanes);
         transferred
     }
 
