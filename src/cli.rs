@@ -401,7 +401,7 @@ pub struct PlotArgs {
     /// Run directories, whose history.csv or frames are read, and CSV files; each may have a label for the legend.
     #[arg(required = true, value_name = "[LABEL=]DATA")]
     pub data: Vec<String>,
-    /// Figure to write; with frames also a film (.gif, .apng).
+    /// Figure to write; with frames also a film (.gif).
     #[arg(long, alias = "output", value_name = "FILE.svg|.png")]
     pub out: PathBuf,
     /// Expression of columns; may be repeated.

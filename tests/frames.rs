@@ -292,10 +292,8 @@ fn plastic_strain_colours_pictures_and_films() {
         return;
     }
     png.expect(0);
-    for out in ["a.gif", "a.apng"] {
-        plot("told", "plastic_strain", out).expect(0);
-        assert!(fs::metadata(place.path(out)).unwrap().len() > 1000, "{out}");
-    }
+    plot("told", "plastic_strain", "a.gif").expect(0);
+    assert!(fs::metadata(place.path("a.gif")).unwrap().len() > 1000);
 }
 
 /// Two blocks of points run into one another, each on a layer of its own.

@@ -526,7 +526,6 @@ fn a_figure_is_what_the_end_of_its_name_says() {
     let starts = |name: &str, magic: &[u8]| {
         let bytes = fs::read(place.path(name)).unwrap();
         assert!(bytes.starts_with(magic), "{name} is no such file");
-        bytes
     };
     let png = curve("a.png");
     if png.status.code() == Some(2) {
@@ -537,10 +536,5 @@ fn a_figure_is_what_the_end_of_its_name_says() {
     starts("a.png", b"\x89PNG");
     frames("film.gif").expect(0);
     starts("film.gif", b"GIF89a");
-    frames("film.apng").expect(0);
-    let film = starts("film.apng", b"\x89PNG");
-    assert!(
-        film.windows(4).any(|chunk| chunk == b"acTL"),
-        "it does not move"
-    );
+    frames("film.apng").expect(2).says(&["also with .gif"]);
 }

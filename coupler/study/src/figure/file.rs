@@ -31,8 +31,6 @@ pub enum Kind {
     Png,
     /// Pictures one after another, of 256 colours.
     Gif,
-    /// Pictures one after another.
-    Apng,
 }
 
 impl Kind {
@@ -48,17 +46,16 @@ impl Kind {
             Some("svg") => Ok(Self::Svg),
             Some("png") => Ok(Self::Png),
             Some("gif") => Ok(Self::Gif),
-            Some("apng") => Ok(Self::Apng),
             _ => Err(StudyError::asked(
                 format!("--out {}: no figure is written as this", path.display()),
-                "end its name with .svg or .png; frames also with .gif or .apng, as a film",
+                "end its name with .svg or .png; frames also with .gif, as a film",
             )),
         }
     }
 
     /// Whether it is a film.
     pub fn moves(self) -> bool {
-        matches!(self, Self::Gif | Self::Apng)
+        self == Self::Gif
     }
 }
 
@@ -67,7 +64,7 @@ pub(super) fn write(path: &Path, canvas: &Canvas) -> Result<(), StudyError> {
     let bytes = match Kind::of(path)? {
         Kind::Svg => canvas.svg().into_bytes(),
         Kind::Png => pixels(canvas, FINE)?.encode_png().map_err(failed)?,
-        Kind::Gif | Kind::Apng => {
+        Kind::Gif => {
             return Err(StudyError::asked(
                 format!("--out {}: one figure is no film", path.display()),
                 "a film is of frames: `--frames all --out FILE.gif`",
@@ -81,16 +78,11 @@ pub(super) fn write(path: &Path, canvas: &Canvas) -> Result<(), StudyError> {
 /// drawn when it is written: all at once would be gigabytes.
 pub(super) fn write_film(
     path: &Path,
-    sheets: impl ExactSizeIterator<Item = Result<Canvas, StudyError>>,
+    sheets: impl Iterator<Item = Result<Canvas, StudyError>>,
     delay: u16,
 ) -> Result<(), StudyError> {
     let pictures = sheets.map(|sheet| pixels(&sheet?, 1.0));
-    let bytes = if Kind::of(path)? == Kind::Gif {
-        gif(pictures, delay)?
-    } else {
-        apng(pictures, delay)?
-    };
-    files::write_named(path, bytes).map_err(StudyError::file("write", path))
+    files::write_named(path, gif(pictures, delay)?).map_err(StudyError::file("write", path))
 }
 
 fn gif(
@@ -113,29 +105,6 @@ fn gif(
         film.write_frame(&frame).map_err(failed)?;
     }
     drop(film);
-    Ok(bytes)
-}
-
-fn apng(
-    mut pictures: impl ExactSizeIterator<Item = Result<Pixmap, StudyError>>,
-    delay: u16,
-) -> Result<Vec<u8>, StudyError> {
-    let count = u32::try_from(pictures.len()).expect("no film has 2^32 frames");
-    let mut bytes = Vec::new();
-    let Some(first) = pictures.next().transpose()? else {
-        return Ok(bytes);
-    };
-    let mut film = png::Encoder::new(&mut bytes, first.width(), first.height());
-    film.set_color(png::ColorType::Rgba);
-    film.set_depth(png::BitDepth::Eight);
-    film.set_animated(count, 0).map_err(failed)?;
-    film.set_frame_delay(delay, 100).map_err(failed)?;
-    let mut film = film.write_header().map_err(failed)?;
-    for picture in std::iter::once(Ok(first)).chain(pictures) {
-        // The sheet is white and hides everything, so that what is premultiplied is what is not.
-        film.write_image_data(picture?.data()).map_err(failed)?;
-    }
-    film.finish().map_err(failed)?;
     Ok(bytes)
 }
 
@@ -282,9 +251,9 @@ mod tests {
         }
         let dir = tempfile::tempdir().unwrap();
         let colours = [Colour(255, 0, 0), Colour(0, 255, 0), Colour(0, 0, 255)];
-        let sheets = || colours.into_iter().map(|colour| Ok(sheet(colour)));
+        let sheets = colours.into_iter().map(|colour| Ok(sheet(colour)));
         let path = dir.path().join("a.gif");
-        write_film(&path, sheets(), 8).unwrap();
+        write_film(&path, sheets, 8).unwrap();
         let mut options = gif::DecodeOptions::new();
         options.set_color_output(gif::ColorOutput::RGBA);
         let mut film = options.read_info(fs::File::open(&path).unwrap()).unwrap();
@@ -301,11 +270,6 @@ mod tests {
                 [false, false, true]
             ]
         );
-        let path = dir.path().join("a.apng");
-        write_film(&path, sheets(), 8).unwrap();
-        let reader = png::Decoder::new(std::io::BufReader::new(fs::File::open(&path).unwrap()));
-        let info = reader.read_info().unwrap().info().clone();
-        assert_eq!(info.animation_control.unwrap().num_frames, 3);
     }
 
     #[test]

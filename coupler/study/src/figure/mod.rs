@@ -5,7 +5,7 @@
 //! | --- | --- |
 //! | figures | [`curves`], [`precision`], [`sweep`], [`map`], [`panels`] |
 //! | their parts | `area` (axes around what is drawn), [`axis`], `legend`, `style`, `text` (widths) |
-//! | what they are put on | `canvas`; [`mod@file`] writes it as SVG, PNG, GIF or APNG |
+//! | what they are put on | `canvas`; [`mod@file`] writes it as SVG, PNG or GIF |
 
 mod area;
 pub mod axis;
