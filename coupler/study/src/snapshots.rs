@@ -7,6 +7,7 @@ use coupler::record::frames::{Frame, FrameError, times};
 use mechanics::expression::{Expression, Meaning};
 
 use crate::StudyError;
+use crate::figure::axis;
 use crate::figure::file::Kind;
 use crate::figure::panels::{Dot, Force, Layout, Panel, draw, film};
 use crate::plot::Labelled;
@@ -87,9 +88,7 @@ pub fn snapshots(options: &SnapshotOptions, path: &Path) -> Result<(), StudyErro
         for time in times_of(Path::new(&run.what), &options.at)? {
             let frame = Frame::read(Path::new(&run.what), time).map_err(|e| unread(&e))?;
             let label = run.label.as_ref().map(|label| format!("{label}, "));
-            // Multiples of an interval have digits of rounding behind the point.
-            let round = format!("{time:.9e}").parse().unwrap_or(time);
-            let caption = format!("{}t = {round} s", label.unwrap_or_default());
+            let caption = format!("{}t = {} s", label.unwrap_or_default(), axis::label(time));
             if colour.uses(&|slot| slot == PLASTIC_STRAIN) {
                 has_plastic_strain(&run.what, &frame)?;
             }
