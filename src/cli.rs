@@ -163,6 +163,7 @@ pub struct CheckArgs {
 
 /// Arguments of `run`.
 #[derive(Debug, Args)]
+#[expect(clippy::struct_excessive_bools, reason = "each is an option")]
 pub struct RunArgs {
     /// The scene.
     #[command(flatten)]
@@ -189,6 +190,9 @@ pub struct RunArgs {
     /// Record every message between the processes in the run directory, for `tandem replay`.
     #[arg(long)]
     pub record: bool,
+    /// Do nothing if the run directory has the result of this scene; the exit status is that of the run.
+    #[arg(long)]
+    pub unless_done: bool,
 }
 
 /// How a scene is run: none of these options changes a bit of the result.
@@ -300,9 +304,10 @@ pub struct RunsArgs {
     /// Directory of the results; runs that it already contains are not repeated.
     #[arg(long, alias = "output", value_name = "DIR")]
     pub out: PathBuf,
-    /// Number of runs at the same time; with more than one their times are those of runs that share the machine.
-    #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u16).range(1..))]
-    pub jobs: u16,
+    /// Largest number of runs at the same time: by default 1 on this machine, 100 in Slurm. With more than one their times are
+    /// those of runs that share the machine.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
+    pub jobs: Option<u16>,
     /// Threads of each solver.
     #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u16).range(1..))]
     pub threads: u16,
@@ -312,9 +317,17 @@ pub struct RunsArgs {
     /// Start the programs that the scene names as solvers; without it a scene that names any is refused.
     #[arg(long)]
     pub trust: bool,
-    /// Start runs through a command such as `srun -n1 {}`, where `{}` stands for the command of a run.
-    #[arg(long, value_name = "TEMPLATE")]
-    pub launcher: Option<String>,
+}
+
+/// What starts the runs of a study.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum EngineArg {
+    /// Processes of this machine, `--jobs` at once.
+    Local,
+    /// HyperQueue's Python package; of the server that `HQ_SERVER_DIR` names, or on this machine.
+    Hyperqueue,
+    /// One job array of Slurm.
+    Slurm,
 }
 
 /// Arguments of `study`.
@@ -326,6 +339,19 @@ pub struct StudyArgs {
     /// The runs.
     #[command(flatten)]
     pub runs: RunsArgs,
+    /// What starts the runs.
+    #[arg(long, value_enum, default_value_t = EngineArg::Local)]
+    pub engine: EngineArg,
+    /// Processors that a queue keeps for a run; by default one for each thread of its two solvers.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
+    pub cores: Option<u16>,
+    /// Memory that a queue keeps for a run.
+    #[arg(long, value_name = "MIB", value_parser = clap::value_parser!(u32).range(1..))]
+    pub memory: Option<u32>,
+    /// Start nothing: write the command of each run that is missing as a line of FILE, for another queue. The same command
+    /// without this option makes the table of what is there.
+    #[arg(long, value_name = "FILE")]
+    pub commands: Option<PathBuf>,
     /// Values of a scene key, or of `variant`; every combination with the values of other keys is run. May be repeated.
     /// By default those of the scene's `[study]`.
     #[arg(long, value_name = "KEY=V1,V2,...")]

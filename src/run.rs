@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::time::Duration;
 
+use coupler::record::Summary;
 use coupler::record::background::LogFile;
 use coupler::record::rundir::{RunDir, RunDirError};
 use coupler::record::summary::Status;
@@ -62,6 +63,13 @@ pub fn run(args: &RunArgs) -> ExitCode {
         .out
         .clone()
         .unwrap_or_else(|| default_out(&args.scene, &scene.name, &scene.hash));
+    let done = || Summary::read(&out).ok().filter(Summary::settled);
+    if args.unless_done
+        && let Some(done) = done().filter(|done| done.scene_hash == scene.hash)
+    {
+        say(format_args!("results in {}", out.display()));
+        return done.status.exit_code().into();
+    }
     if let Some(start) = &scene.start
         && same_directory(&start.run, &out)
     {

@@ -8,6 +8,7 @@ use coupler::run::killed::Killed;
 use coupler::scene::{Measurand, Scene};
 use study::StudyError;
 use study::case::Source;
+use study::engine::Engine;
 use study::figure::axis::Scale;
 use study::plot::{Labelled, PlotOptions};
 use study::runner::RunnerOptions;
@@ -17,7 +18,7 @@ use study::stability::{MapOptions, maps, table};
 use study::vary::Vary;
 use study::work::StudyOptions;
 
-use crate::cli::{PlotArgs, RunsArgs, StabilityArgs, StudyArgs};
+use crate::cli::{EngineArg, PlotArgs, RunsArgs, StabilityArgs, StudyArgs};
 use crate::logging;
 use crate::signals::interrupt;
 use crate::terminal::{complain, say};
@@ -64,11 +65,29 @@ pub fn study(args: &StudyArgs) -> ExitCode {
             repeat: args.repeat.map(usize::from),
             scatter: args.scatter,
         };
-        study::work::study(&options, runner(&args.runs)?, &args.runs.out)
+        let runner = RunnerOptions {
+            engine: match args.engine {
+                EngineArg::Local => Engine::Local,
+                EngineArg::Hyperqueue => Engine::HyperQueue,
+                EngineArg::Slurm => Engine::Slurm,
+            },
+            cores: args.cores.map(usize::from),
+            memory: args.memory.map(|mib| mib as usize),
+            ..runner(&args.runs)?
+        };
+        let out = &args.runs.out;
+        match &args.commands {
+            Some(file) => study::work::commands(&options, runner, out, file).map(Err),
+            None => study::work::study(&options, runner, out).map(Ok),
+        }
     };
     logging::of_study();
     match result() {
-        Ok(report) => {
+        Ok(Err(missing)) => {
+            say(missing);
+            ExitCode::SUCCESS
+        }
+        Ok(Ok(report)) => {
             say(&report);
             say(format_args!("results in {}", args.runs.out.display()));
             if report.failed() {
@@ -288,11 +307,13 @@ fn runner(args: &RunsArgs) -> Result<RunnerOptions, StudyError> {
         .map_err(|e| StudyError::Asked(e, "start it where signals are allowed".to_owned()))?;
     Ok(RunnerOptions {
         program,
-        launcher: args.launcher.clone(),
+        engine: Engine::Local,
         threads: args.threads,
         in_process: args.in_process,
         trust: args.trust,
-        jobs: args.jobs.into(),
+        jobs: args.jobs.map(usize::from),
+        cores: None,
+        memory: None,
         interrupt: interrupt.to_end,
     })
 }

@@ -10,6 +10,7 @@ mod chaos;
 mod conformance;
 mod deaths;
 mod determinism;
+mod engines;
 mod extreme;
 mod forgetful;
 mod frames;

@@ -1,9 +1,9 @@
-//! `tandem study`, `tandem stability` and `tandem plot` with the real binary: tables, figures, resuming, launchers,
-//! refusals.
+//! `tandem study`, `tandem stability` and `tandem plot` with the real binary: tables, figures, resuming, refusals.
 
 use std::collections::BTreeMap;
 use std::fs;
 use std::path::Path;
+use std::process::Command;
 
 use crate::harness::{Ended, PATIENCE, Place, RunFiles, scene, until};
 
@@ -11,7 +11,7 @@ const BAR: &str = "verification/bar_on_grain";
 const HARD: &str = "jiang2020/collision_hard";
 
 /// Rows of a table by column.
-fn table(path: &Path) -> Vec<BTreeMap<String, String>> {
+pub fn table(path: &Path) -> Vec<BTreeMap<String, String>> {
     let text = fs::read_to_string(path).unwrap_or_else(|e| panic!("{}: {e}", path.display()));
     // None of the values asked for here has a comma or a line feed but the reasons, which come last and are quoted.
     let mut lines = text.lines();
@@ -62,12 +62,12 @@ fn well_formed(path: &Path) -> String {
 }
 
 /// The words of a line of shell.
-fn words(line: &str) -> Vec<String> {
+pub fn words(line: &str) -> Vec<String> {
     shlex::split(line).expect("quotes are closed")
 }
 
 /// The program with a line of arguments, to its end.
-fn tandem(place: &Place, line: &str) -> Ended {
+pub fn tandem(place: &Place, line: &str) -> Ended {
     let words = words(line);
     let words: Vec<&str> = words.iter().map(String::as_str).collect();
     place.start(&words).end()
@@ -176,7 +176,9 @@ fn a_study_that_was_ended_goes_on() {
         .end()
         .expect(130)
         .says(&["interrupted", "the same command goes on"]);
-    assert!(!place.path("out/study.csv").exists());
+    // The table has what there is so far.
+    let so_far = table(&place.path("out/study.csv"));
+    assert!((1..6).contains(&so_far.len()), "{so_far:?}");
     let ended = place.start(&arguments).end().expect(0);
     let new = ended.stdout.split("6 runs, ").nth(1).expect("a count");
     let new: usize = new.split(' ').next().unwrap().parse().unwrap();
@@ -271,33 +273,118 @@ fn without_a_reference_a_study_shows_the_values_over_what_is_varied() {
     assert_eq!(table(&place.path("names/study.csv")).len(), 4);
 }
 
+/// What is in a table of a study but for its times, by run.
+pub fn without_times(path: &Path) -> BTreeMap<String, Vec<(String, String)>> {
+    let is_time = |key: &str| {
+        let is_time = key.ends_with("[s]") && !key.starts_with("dt_");
+        is_time || key.starts_with("pareto_")
+    };
+    let others = |row: BTreeMap<String, String>| {
+        let run = row["run"].clone();
+        let kept = row.into_iter();
+        let kept = kept.filter(|(key, _)| !is_time(key) && key != "alone" && key != "scatter [1]");
+        (run, kept.collect())
+    };
+    let rows = table(path);
+    let count = rows.len();
+    let rows: BTreeMap<_, _> = rows.into_iter().map(others).collect();
+    assert_eq!(rows.len(), count, "a run is there twice");
+    rows
+}
+
+/// The commands of a study's runs, made by a shell in place of a queue, in any order and some of them twice.
 #[test]
-fn runs_go_through_a_launcher() {
+fn the_commands_of_a_study_can_be_run_by_anything() {
     let place = Place::new();
-    place.write("queue.sh", "echo \"$@\" >> queue.log\nexec \"$@\"\n");
-    let bar = scene(BAR);
-    let launched = "--launcher 'sh queue.sh {}' --jobs 2 --repeat 2 --out out";
-    let quick = format!("study {bar} --variant quick");
-    tandem(
-        &place,
-        &format!("{quick} --vary time.safety=0.8,0.4 {launched}"),
-    )
-    .expect(0);
-    let log = fs::read_to_string(place.path("queue.log")).unwrap();
-    assert_eq!(log.lines().count(), 4, "{log}");
+    let quick = format!("study {} --variant quick --repeat 1", scene(BAR));
+    let vary = "--vary time.safety=0.8,0.7,0.6,0.5";
+    let own = tandem(&place, &format!("{quick} {vary} --out own --jobs 2")).expect(0);
     assert!(
-        log.lines()
-            .all(|line| line.contains(" run ") && line.contains(" --out "))
+        own.stdout.contains("4 runs, 4 of them new"),
+        "{}",
+        own.stdout
+    );
+    let asked = format!("{quick} {vary} --out out");
+    let listed = || {
+        let ended = tandem(&place, &format!("{asked} --commands todo")).expect(0);
+        (
+            ended.stdout,
+            fs::read_to_string(place.path("todo")).unwrap(),
+        )
+    };
+    let (said, todo) = listed();
+    assert!(said.contains("4 of 4 runs are missing"), "{said}");
+    let lines: Vec<&str> = todo.lines().collect();
+    assert_eq!(lines.len(), 4);
+    let shell = |line: &str| {
+        let mut sh = Command::new("sh");
+        sh.args(["-c", line]).current_dir(place.path("."));
+        sh.env("TANDEM_RUNTIME_DIR", place.temporary_path());
+        sh.output().unwrap()
+    };
+    assert!(shell(lines[2]).status.success());
+    let before = fs::metadata(place.path("out/runs"))
+        .unwrap()
+        .modified()
+        .unwrap();
+    let (said, todo) = listed();
+    assert!(said.contains("3 of 4 runs are missing"), "{said}");
+    assert!(!todo.contains(lines[2]));
+    // What is done is not done again, and says what the run said.
+    let again = shell(lines[2]);
+    assert!(
+        again.status.success() && String::from_utf8_lossy(&again.stdout).contains("results in")
+    );
+    assert_eq!(
+        fs::metadata(place.path("out/runs"))
+            .unwrap()
+            .modified()
+            .unwrap(),
+        before
+    );
+    for line in [lines[3], lines[0], lines[1]] {
+        assert!(shell(line).status.success());
+    }
+    let ended = tandem(&place, &asked).expect(0);
+    assert!(
+        ended.stdout.contains("4 runs, 0 of them new"),
+        "{}",
+        ended.stdout
+    );
+    let [own, out] = ["own", "out"].map(|out| without_times(&place.path(out).join("study.csv")));
+    assert_eq!(own, out);
+}
+
+/// A run that leaves nothing behind is tried again, and is a row with its last words if that does not help.
+#[test]
+fn a_run_that_leaves_no_summary_is_tried_again() {
+    let place = Place::new();
+    let bar = scene(BAR);
+    let study = |out: &str| {
+        let line = format!("study {bar} --variant quick --vary time.safety=0.8,0.4 --out {out}");
+        words(&format!("{line} --repeat 1"))
+    };
+    let words = study("out");
+    let words: Vec<&str> = words.iter().map(String::as_str).collect();
+    let running = place.start(&words);
+    // The first coupler that is seen is killed.
+    let coupler = || {
+        place.processes().into_iter().find(|pid| {
+            let line = fs::read_to_string(format!("/proc/{pid}/cmdline")).unwrap_or_default();
+            line.contains("\0run\0") && *pid != running.pid()
+        })
+    };
+    let coupler = until(PATIENCE, coupler).expect("a run begins");
+    crate::harness::signal(coupler, "KILL");
+    let ended = running.end().expect(0);
+    let ended = ended.says(&["1 runs left no summary: tried again"]);
+    assert!(
+        ended.stdout.contains("2 runs, 2 of them new"),
+        "{}",
+        ended.stdout
     );
     let rows = table(&place.path("out/study.csv"));
-    assert!(rows.iter().all(|row| row["alone"] == "false"));
-    // A launcher that starts nothing is a failure with its last words, kept as such.
-    place.write("down.sh", "echo 'the queue is down' >&2; exit 7\n");
-    let down = "--launcher 'sh down.sh {}' --vary time.safety=0.3 --out down";
-    tandem(&place, &format!("{quick} {down}")).expect(3);
-    let rows = table(&place.path("down/study.csv"));
-    assert_eq!(rows[0]["status"], "failed");
-    assert!(rows[0]["reason"].contains("the queue is down"), "{rows:?}");
+    assert!(rows.iter().all(|row| row["status"] == "done"), "{rows:?}");
 }
 
 #[test]
@@ -351,12 +438,6 @@ fn what_cannot_be_studied_is_refused_before_anything_is_started() {
         ended.says(&phrases);
         assert_eq!(place.content(), before, "{arguments:?}");
     }
-    tandem(
-        &place,
-        &format!("study {bar} {safety} --out out --launcher 'srun -n1'"),
-    )
-    .expect(2)
-    .says(&["--launcher srun -n1", "there is no `{}`"]);
     tandem(&place, &format!("study {bar} {safety} --out file"))
         .expect(2)
         .says(&["cannot create the directory", "file/runs"]);

@@ -23,6 +23,12 @@ pub enum Need {
     Qemu,
     /// The right to mount a small `/dev/shm`.
     Mount,
+    /// `parallel` of GNU.
+    Parallel,
+    /// The Python package hyperqueue.
+    Hyperqueue,
+    /// The daemons of Slurm and munge, and root to start them.
+    Slurm,
 }
 
 impl Need {

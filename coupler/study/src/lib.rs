@@ -3,7 +3,7 @@
 //! | room | what is in it |
 //! | --- | --- |
 //! | [`vary`], [`case`] | values of scene keys, and the checked scene of each combination |
-//! | [`runner`] | runs of the program, several at once or through a queue, resumable |
+//! | [`runner`], [`engine`] | runs of the program, on this machine or through a queue, resumable |
 //! | [`precision`], [`work`] | Pareto fronts and orders; `tandem study`: error against run time |
 //! | [`stability`] | `tandem stability`: where a step becomes unstable, and what criteria say of it |
 //! | [`plot`] | `tandem plot`: curves out of what was written as CSV |
@@ -16,10 +16,12 @@
 #![cfg_attr(not(test), warn(clippy::disallowed_methods))]
 
 pub mod case;
+pub mod engine;
 mod error;
 pub mod figure;
 pub mod plot;
 pub mod precision;
+mod progress;
 pub mod runner;
 pub mod snapshots;
 pub mod stability;

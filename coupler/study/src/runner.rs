@@ -1,26 +1,34 @@
 //! Runs of the program, each in a directory named after what it runs: what is there already is not run again.
+//!
+//! A run is one command, and its state is its directory: it is over when there is a summary of the same scene. Engines
+//! only start commands, so nothing is counted twice, whoever starts a run again.
 
 use std::fs;
-use std::os::unix::process::CommandExt;
 use std::path::{Path, PathBuf};
-use std::process::{Child, Command, ExitStatus, Stdio};
+use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
-use std::sync::{Arc, Mutex};
 use std::thread;
 use std::time::{Duration, Instant};
 
 use coupler::record::Summary;
 use coupler::record::rundir::in_use;
+use coupler::record::summary::Status;
 use interface::files::{self, SMALL, STATE};
-use rustix::process::{Pid, Signal, kill_process_group};
 
 use crate::StudyError;
 use crate::case::Case;
+use crate::engine::start::{Place, Start};
+use crate::engine::{Engine, local};
+use crate::progress::Progress;
 
-/// Time between two looks at a run.
-const LOOK: Duration = Duration::from_millis(5);
+/// Time between two looks at runs that somebody else has started.
+const LOOK: Duration = Duration::from_millis(100);
 /// Longest time for a run to end that was asked to.
 const DRAINING: Duration = Duration::from_secs(30);
+/// How often a run is tried that leaves no summary, as one whose node was lost.
+const TRIES: usize = 3;
+/// Least time between two tables of the runs so far.
+const PARTIAL: Duration = Duration::from_secs(10);
 /// Characters of a hash that name a run: 64 bits.
 const NAME: usize = 16;
 
@@ -29,16 +37,20 @@ const NAME: usize = 16;
 pub struct RunnerOptions {
     /// The program, which has the subcommand `run`.
     pub program: PathBuf,
-    /// Command in which `{}` stands for the command of a run, such as `srun -n1 {}`.
-    pub launcher: Option<String>,
+    /// What starts them.
+    pub engine: Engine,
     /// Threads of each solver.
     pub threads: u16,
     /// Both solvers as threads of one process.
     pub in_process: bool,
     /// Whether the programs that a scene names as solvers may be started.
     pub trust: bool,
-    /// Most runs at once.
-    pub jobs: usize,
+    /// Most runs at once; by default what the engine takes.
+    pub jobs: Option<usize>,
+    /// Processors of a run; by default one for each thread of its solvers.
+    pub cores: Option<usize>,
+    /// Memory of a run in MiB, for engines that share it out.
+    pub memory: Option<usize>,
     /// Set from outside to end.
     pub interrupt: Arc<AtomicBool>,
 }
@@ -47,13 +59,15 @@ pub struct RunnerOptions {
 #[derive(Debug)]
 pub struct Runner {
     options: RunnerOptions,
-    launcher: Option<Launcher>,
     /// Directory of the runs.
     runs: PathBuf,
     /// Of the program itself: another build is another method.
     program_hash: blake3::Hash,
     started: AtomicUsize,
 }
+
+/// What the runs of a list of cases have left so far.
+pub type Found = [Option<Summary>];
 
 /// How often a case is run for its times.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -74,7 +88,7 @@ pub struct Timed {
 }
 
 impl Timed {
-    fn of(outcome: Summary) -> Self {
+    pub(crate) fn of(outcome: Summary) -> Self {
         Self {
             times: vec![outcome.stepping_cpu()],
             outcome,
@@ -113,64 +127,18 @@ impl Timed {
     }
 }
 
-/// A command template.
-#[derive(Debug, Clone, PartialEq, Eq)]
-struct Launcher {
-    words: Vec<String>,
-}
-
-impl Launcher {
-    fn parse(template: &str) -> Result<Self, StudyError> {
-        let wrong = |what: &str| {
-            let help = "write `--launcher \"srun -n1 {}\"`: `{}` stands for the command of a run";
-            StudyError::asked(format!("--launcher {template}: {what}"), help)
-        };
-        let words = shlex::split(template).ok_or_else(|| wrong("not a command"))?;
-        if !words.iter().any(|word| word.contains("{}")) {
-            return Err(wrong("there is no `{}` in it"));
-        }
-        if words.first().is_some_and(|word| word == "{}") && words.len() > 1 {
-            return Err(wrong("the run's command is not the launcher's first word"));
-        }
-        Ok(Self { words })
-    }
-
-    /// The command with the run's in place: as words of its own where `{}` is a word, quoted for a shell within one.
-    fn around(&self, command: &[String]) -> Vec<String> {
-        let quoted = || {
-            let words = command.iter().map(String::as_str);
-            shlex::try_join(words).expect("paths on a command line have no zero byte")
-        };
-        let fill = |word: &String| {
-            if word == "{}" {
-                command.to_vec()
-            } else if word.contains("{}") {
-                vec![word.replace("{}", &quoted())]
-            } else {
-                vec![word.clone()]
-            }
-        };
-        self.words.iter().flat_map(fill).collect()
-    }
-}
-
 impl Runner {
     /// A runner whose runs are in `out/runs`.
     ///
     /// # Errors
-    /// The launcher is no template, the directory cannot be made, or the program cannot be read.
+    /// The directory cannot be made, or the program cannot be read.
     pub fn new(options: RunnerOptions, out: &Path) -> Result<Self, StudyError> {
-        let launcher = options
-            .launcher
-            .as_deref()
-            .map(Launcher::parse)
-            .transpose()?;
         let runs = out.join("runs");
         fs::create_dir_all(&runs).map_err(|error| {
             let what = format!("cannot create the directory {}: {error}", runs.display());
             StudyError::asked(what, "give another with `--out`")
         })?;
-        // Launchers may work elsewhere.
+        // Engines may work elsewhere.
         let runs = runs
             .canonicalize()
             .map_err(StudyError::file("find the directory", &runs))?;
@@ -179,7 +147,6 @@ impl Runner {
         Ok(Self {
             program_hash: blake3::hash(&program),
             options,
-            launcher,
             runs,
             started: AtomicUsize::new(0),
         })
@@ -190,9 +157,28 @@ impl Runner {
         self.started.load(Ordering::Relaxed)
     }
 
-    /// Most runs at once.
+    /// Most runs at once, of the engine that has no queue of its own.
     pub fn jobs(&self) -> usize {
-        self.options.jobs.max(1)
+        self.options.jobs.unwrap_or(1)
+    }
+
+    /// Whether this machine makes the runs, as many at once as it was asked to.
+    pub fn is_local(&self) -> bool {
+        self.options.engine == Engine::Local
+    }
+
+    /// Whether no run shares the machine with another, so that its time is its own.
+    pub fn alone(&self) -> bool {
+        self.is_local() && self.jobs() == 1
+    }
+
+    /// How runs are started, in words.
+    pub fn in_words(&self) -> String {
+        match self.options.engine {
+            Engine::Local => format!("{} at once", self.jobs()),
+            Engine::HyperQueue => "by HyperQueue".to_owned(),
+            Engine::Slurm => "by Slurm".to_owned(),
+        }
     }
 
     /// Name of a case's runs: of its scene, the program, and what else decides how long it takes.
@@ -214,29 +200,43 @@ impl Runner {
         }
     }
 
-    /// Runs a case, unless it has been.
+    /// Runs a case on this machine, unless it has been.
     ///
     /// # Errors
     /// [`StudyError::Interrupted`], and files that cannot be written. A run that fails is an outcome.
     pub fn run(&self, case: &Case) -> Result<Summary, StudyError> {
-        self.run_once(case, 0)
+        if let Some(known) = self.left(case, 0).filter(Summary::settled) {
+            return Ok(known);
+        }
+        self.free(&[self.directory(case, 0)])?;
+        let start = self.prepare(case, 0)?;
+        self.started.fetch_add(1, Ordering::Relaxed);
+        for _ in 0..TRIES {
+            local::wait(&start, &self.options.interrupt)?;
+            if self.interrupted() {
+                return Err(StudyError::Interrupted);
+            }
+            if let Some(outcome) = self.left(case, 0) {
+                return Ok(outcome);
+            }
+        }
+        Ok(lost(&start))
     }
 
     /// Runs cases as often as their times ask for, unless they have been. All cases are run before one is repeated, so that
-    /// what else the machine does at a time falls on repetitions of many cases and not on all of one.
+    /// what else the machine does at a time falls on repetitions of many cases and not on all of one. `partial` is told now
+    /// and then what the first runs of all cases have left so far.
     ///
     /// # Errors
-    /// Of [`Self::run`].
-    pub fn timed(&self, cases: &[Case], repeat: Repeat) -> Result<Vec<Timed>, StudyError> {
-        let first = self.each(cases, |case| {
-            let outcome = self.run(case)?;
-            let (said, cpu) = (outcome.status.name(), outcome.stepping_cpu());
-            tracing::info!(
-                "{}: {said}, {cpu:.4} s of CPU time of stepping",
-                case.label(&[])
-            );
-            Ok(outcome)
-        })?;
+    /// Of [`Self::run`], and of the engine.
+    pub fn timed(
+        &self,
+        cases: &[Case],
+        repeat: Repeat,
+        partial: &mut dyn FnMut(&Found),
+    ) -> Result<Vec<Timed>, StudyError> {
+        let all: Vec<&Case> = cases.iter().collect();
+        let first = self.make(&all, 0, partial)?;
         let mut timed: Vec<Timed> = first.into_iter().map(Timed::of).collect();
         for again in 1..repeat.most {
             let open: Vec<usize> = (0..cases.len())
@@ -246,7 +246,8 @@ impl Runner {
                 break;
             }
             tracing::info!("{} of {} runs are timed again", open.len(), cases.len());
-            let others = self.each(&open, |&k| self.run_once(&cases[k], again))?;
+            let again_of: Vec<&Case> = open.iter().map(|&k| &cases[k]).collect();
+            let others = self.make(&again_of, again, &mut |_| ())?;
             for (k, other) in open.into_iter().zip(others) {
                 timed[k].add(other);
             }
@@ -263,93 +264,169 @@ impl Runner {
         items: &[T],
         work: impl Fn(&T) -> Result<R, StudyError> + Sync,
     ) -> Result<Vec<R>, StudyError> {
-        let next = AtomicUsize::new(0);
-        let done: Mutex<Vec<Option<R>>> = Mutex::new(items.iter().map(|_| None).collect());
-        let error = Mutex::new(None);
-        thread::scope(|scope| {
-            for _ in 0..self.jobs().min(items.len()) {
-                scope.spawn(|| {
-                    loop {
-                        let k = next.fetch_add(1, Ordering::Relaxed);
-                        let Some(item) = items.get(k) else { break };
-                        match work(item) {
-                            Ok(result) => done.lock().expect("no thread panics")[k] = Some(result),
-                            Err(e) => {
-                                error.lock().expect("no thread panics").get_or_insert(e);
-                                // The others find no more runs to start.
-                                next.fetch_max(items.len(), Ordering::Relaxed);
-                                break;
-                            }
-                        }
-                    }
-                });
-            }
-        });
-        if let Some(error) = error.into_inner().expect("no thread panics") {
-            return Err(error);
-        }
-        let done = done.into_inner().expect("no thread panics");
-        Ok(done.into_iter().flatten().collect())
+        local::pool(items, self.jobs(), work, &mut || ())
     }
 
-    fn run_once(&self, case: &Case, repeat: usize) -> Result<Summary, StudyError> {
+    /// The commands of the first runs of cases that have not ended yet, as lines for a shell.
+    ///
+    /// # Errors
+    /// Files that cannot be written, and programs of the scene that are not trusted.
+    pub fn commands(&self, cases: &[Case]) -> Result<Vec<String>, StudyError> {
+        let open = |case: &&Case| !self.left(case, 0).is_some_and(|known| known.settled());
+        let start = |case: &Case| Ok(self.prepare(case, 0)?.line());
+        cases.iter().filter(open).map(start).collect()
+    }
+
+    /// The `repeat`-th runs of cases. What has left no summary is tried again; what has failed is not, because it may
+    /// take as long to fail once more.
+    fn make(
+        &self,
+        cases: &[&Case],
+        repeat: usize,
+        partial: &mut dyn FnMut(&Found),
+    ) -> Result<Vec<Summary>, StudyError> {
+        let settled = |case: &&Case| self.left(case, repeat).filter(Summary::settled);
+        let mut found: Vec<Option<Summary>> = cases.iter().map(settled).collect();
+        let mut progress = Progress::new(cases.len());
+        let mut starts: Vec<(usize, Start)> = Vec::new();
+        for attempt in 0..TRIES {
+            let open = |found: &Found| -> Vec<usize> {
+                (0..found.len()).filter(|&k| found[k].is_none()).collect()
+            };
+            let directories = open(&found).into_iter();
+            let directories: Vec<PathBuf> = directories
+                .map(|k| self.directory(cases[k], repeat))
+                .collect();
+            if self.free(&directories)? || attempt > 0 {
+                for k in open(&found) {
+                    found[k] = self.left(cases[k], repeat);
+                }
+            }
+            let prepare = |k| Ok((k, self.prepare(cases[k], repeat)?));
+            starts = open(&found)
+                .into_iter()
+                .map(prepare)
+                .collect::<Result<_, _>>()?;
+            if starts.is_empty() {
+                break;
+            }
+            if attempt == 0 {
+                self.started.fetch_add(starts.len(), Ordering::Relaxed);
+            } else {
+                tracing::warn!("{} runs left no summary: tried again", starts.len());
+            }
+            let commands: Vec<&Start> = starts.iter().map(|(_, start)| start).collect();
+            let mut told = Instant::now();
+            let mut look = || {
+                let mut news = false;
+                for (k, _) in &starts {
+                    if found[*k].is_none() {
+                        found[*k] = self.left(cases[*k], repeat);
+                        news |= found[*k].is_some();
+                    }
+                }
+                progress.show(&found);
+                // A large table takes its time too.
+                if news && told.elapsed() > PARTIAL {
+                    let began = Instant::now();
+                    partial(&found);
+                    told = Instant::now() + 20 * began.elapsed();
+                }
+                starts.iter().filter(|(k, _)| found[*k].is_none()).count()
+            };
+            let worked = self
+                .options
+                .engine
+                .work(&commands, &self.place(), &mut look);
+            if self.interrupted() {
+                // An engine may have ended before its runs.
+                let began = Instant::now();
+                let busy = || directories.iter().any(|directory| in_use(directory));
+                while busy() && began.elapsed() < DRAINING {
+                    thread::sleep(LOOK);
+                }
+                look();
+                partial(&found);
+                return Err(StudyError::Interrupted);
+            }
+            worked?;
+            look();
+            partial(&found);
+        }
+        let left = |k: usize, known: Option<Summary>| {
+            let of = || starts.iter().find(|(open, _)| *open == k);
+            known.unwrap_or_else(|| lost(&of().expect("it was tried").1))
+        };
+        Ok(found
+            .into_iter()
+            .enumerate()
+            .map(|(k, known)| left(k, known))
+            .collect())
+    }
+
+    /// Waits until no run that somebody else has started, or that has outlived its worker, uses one of these directories.
+    /// Tells whether there was any.
+    fn free(&self, directories: &[PathBuf]) -> Result<bool, StudyError> {
+        let mut waited = false;
+        for directory in directories {
+            while in_use(directory) {
+                if !waited {
+                    let used = directory.display();
+                    tracing::warn!(
+                        "a run that was started before uses {used}: waiting for its end"
+                    );
+                    waited = true;
+                }
+                if self.interrupted() {
+                    return Err(StudyError::Interrupted);
+                }
+                thread::sleep(LOOK);
+            }
+        }
+        Ok(waited)
+    }
+
+    /// What a run of this scene has left, if it has ended by itself.
+    fn left(&self, case: &Case, repeat: usize) -> Option<Summary> {
+        let left = Summary::read(&self.directory(case, repeat)).ok()?;
+        let ended = !matches!(left.status, Status::Interrupted | Status::Killed);
+        (ended && left.scene_hash == case.scene.hash).then_some(left)
+    }
+
+    /// What has to be there for a run to begin.
+    fn prepare(&self, case: &Case, repeat: usize) -> Result<Start, StudyError> {
         if self.interrupted() {
             return Err(StudyError::Interrupted);
-        }
-        let directory = self.directory(case, repeat);
-        let is_ours = |outcome: &Summary| outcome.scene_hash == case.scene.hash;
-        let known = Summary::read(&directory).ok();
-        if let Some(known) = known.filter(|o| o.settled() && is_ours(o)) {
-            return Ok(known);
         }
         let programs = case.scene.programs();
         if let Some((side, command)) = programs.first().filter(|_| !self.options.trust) {
             let what = format!("the scene would start a program as its {side}: {command}");
             return Err(StudyError::asked(what, "look at it, then give `--trust`"));
         }
-        if in_use(&directory) {
-            let what = format!("a run that was started before uses {}", directory.display());
-            return Err(StudyError::asked(what, "wait for its end, or end it"));
-        }
-        self.started.fetch_add(1, Ordering::Relaxed);
+        let directory = self.directory(case, repeat);
         let beside = |extension: &str| directory.with_extension(extension);
-        // What is run is the text that was hashed, whatever becomes of the scene's own file meanwhile.
+        // What is run is the text that was hashed, whatever becomes of the scene's own file meanwhile. A run in a queue may
+        // be about to read it.
         let scene = beside("toml");
-        files::write_named(&scene, &case.scene.resolved_toml)
-            .map_err(StudyError::file("write", &scene))?;
+        let text = &case.scene.resolved_toml;
+        if files::read_named_text(&scene, SMALL).ok().as_ref() != Some(text) {
+            files::write_named(&scene, text).map_err(StudyError::file("write", &scene))?;
+        }
         // The summary of an unfinished run would be taken for that of this one.
         let _ = files::remove(&directory, "summary.json");
-        let log = beside("err");
-        let mut command = self.command(&scene, &directory);
         let solvers = &case.scene.solvers;
-        if solvers.mpm.is_some() || solvers.dem.is_some() {
+        Ok(Start {
             // The run's scene contains what the command line of the study named or trusted.
-            command.push("--trust".into());
-        }
-        let command = self.launched(command);
-        let ended = self.wait(&command, &log)?;
-        if self.interrupted() {
-            // A launcher may have ended before its run.
-            let began = Instant::now();
-            while in_use(&directory) && began.elapsed() < DRAINING {
-                thread::sleep(LOOK);
-            }
-        }
-        let outcome = Summary::read(&directory).unwrap_or_else(|_| {
-            let said = files::read_named_text(&log, SMALL).unwrap_or_default();
-            let last = said.lines().rev().find(|line| !line.trim().is_empty());
-            lost(format!(
-                "{ended}; {}",
-                last.map_or("it said nothing".into(), message_of)
-            ))
-        });
-        if outcome.status == coupler::record::summary::Status::Interrupted || self.interrupted() {
-            return Err(StudyError::Interrupted);
-        }
-        Ok(outcome)
+            command: self.command(
+                &scene,
+                &directory,
+                solvers.mpm.is_some() || solvers.dem.is_some(),
+            ),
+            log: beside("err"),
+        })
     }
 
-    fn command(&self, scene: &Path, directory: &Path) -> Vec<String> {
+    fn command(&self, scene: &Path, directory: &Path, trust: bool) -> Vec<String> {
         let text = |path: &Path| path.to_string_lossy().into_owned();
         let mut command = vec![
             text(&self.options.program),
@@ -357,6 +434,7 @@ impl Runner {
             text(scene),
             "--out".into(),
             text(directory),
+            "--unless-done".into(),
             "--threads".into(),
             self.options.threads.to_string(),
             "--log".into(),
@@ -365,60 +443,28 @@ impl Runner {
         if self.options.in_process {
             command.push("--in-process".into());
         }
+        if trust {
+            command.push("--trust".into());
+        }
         command
     }
 
-    /// The same as the launcher starts it.
-    fn launched(&self, command: Vec<String>) -> Vec<String> {
-        match &self.launcher {
-            Some(launcher) => launcher.around(&command),
-            None => command,
-        }
-    }
-
-    /// Starts a command and waits for its end; an interrupt is passed on.
-    fn wait(&self, command: &[String], log: &Path) -> Result<String, StudyError> {
-        let (program, arguments) = command.split_first().expect("a command has a first word");
-        let said = files::make_named(log).map_err(StudyError::file("create", log))?;
-        let mut child = Command::new(program)
-            .args(arguments)
-            .stdin(Stdio::null())
-            .stdout(Stdio::null())
-            .stderr(said)
-            // A launcher is interrupted together with its run, and Ctrl-C from the terminal reaches the run once.
-            .process_group(0)
-            .spawn()
-            .map_err(StudyError::file("start", Path::new(program)))?;
-        let mut told = false;
-        loop {
-            let looked = child.try_wait();
-            if let Some(status) =
-                looked.map_err(StudyError::file("wait for", Path::new(program)))?
-            {
-                return Ok(in_words(status));
-            }
-            if self.interrupted() && !told {
-                told = true;
-                interrupt(&child);
-            }
-            thread::sleep(LOOK);
+    fn place(&self) -> Place<'_> {
+        let threads = usize::from(self.options.threads);
+        let solvers = if self.options.in_process { 1 } else { 2 };
+        Place {
+            runs: &self.runs,
+            jobs: self.options.jobs,
+            // The third process, the coupler, waits nearly all the time.
+            cores: self.options.cores.unwrap_or(solvers * threads),
+            memory: self.options.memory,
+            interrupt: &self.options.interrupt,
         }
     }
 
     fn interrupted(&self) -> bool {
         self.options.interrupt.load(Ordering::Relaxed)
     }
-}
-
-/// Asks a run, and a launcher with it, to drain. It may have ended meanwhile, which the next look finds out.
-fn interrupt(child: &Child) {
-    if let Some(pid) = i32::try_from(child.id()).ok().and_then(Pid::from_raw) {
-        let _ = kill_process_group(pid, Signal::TERM);
-    }
-}
-
-fn in_words(status: ExitStatus) -> String {
-    format!("the run left no summary ({status})")
 }
 
 /// What a line of a run's log says.
@@ -428,10 +474,13 @@ fn message_of(line: &str) -> String {
     message.unwrap_or_else(|| line.to_owned())
 }
 
-/// A run that left no summary.
-fn lost(reason: String) -> Summary {
+/// A run that left no summary, with its last words.
+fn lost(start: &Start) -> Summary {
+    let said = files::read_named_text(&start.log, SMALL).unwrap_or_default();
+    let last = said.lines().rev().find(|line| !line.trim().is_empty());
+    let said = last.map_or("it said nothing".into(), message_of);
     Summary {
-        reason: Some(reason),
+        reason: Some(format!("the run left no summary, {TRIES} times; {said}")),
         ..Summary::default()
     }
 }
@@ -439,10 +488,6 @@ fn lost(reason: String) -> Summary {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    fn command() -> Vec<String> {
-        ["tandem", "run", "a b.toml"].map(String::from).to_vec()
-    }
 
     fn stepped(cpu: f64, wall: f64) -> Summary {
         Summary {
@@ -473,35 +518,7 @@ mod tests {
         assert_eq!(timed.times, [1.0, 1.04, 1.3, 2.0]);
         assert_eq!(timed.outcome.stepping_wall_s, 3.0);
         // A run that fails is not timed again.
-        timed.add(lost("killed".into()));
+        timed.add(Summary::default());
         assert!(!timed.outcome.whole() && !timed.needs_more(0.0));
-    }
-
-    #[test]
-    fn a_template_takes_the_command_as_words_or_quoted() {
-        let launcher = Launcher::parse("srun -n1 --exclusive {}").unwrap();
-        assert_eq!(
-            launcher.around(&command()),
-            ["srun", "-n1", "--exclusive", "tandem", "run", "a b.toml"]
-        );
-        let shell = Launcher::parse("sh -c 'exec {} 2>&1'").unwrap();
-        assert_eq!(
-            shell.around(&command()),
-            ["sh", "-c", "exec tandem run 'a b.toml' 2>&1"]
-        );
-        assert_eq!(Launcher::parse("{}").unwrap().around(&command()), command());
-    }
-
-    #[test]
-    fn a_template_without_a_place_for_the_command_is_refused() {
-        for (template, phrase) in [
-            ("srun -n1", "there is no `{}`"),
-            ("srun 'x", "not a command"),
-            ("", "there is no `{}`"),
-            ("{} -n1", "first word"),
-        ] {
-            let said = Launcher::parse(template).unwrap_err().to_string();
-            assert!(said.contains(phrase), "{template}: {said}");
-        }
     }
 }

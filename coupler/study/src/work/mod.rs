@@ -12,6 +12,7 @@ use std::path::Path;
 
 use coupler::record::Summary;
 use coupler::scene::{Measurand, Study};
+use interface::files;
 
 pub use self::report::WorkReport;
 pub use self::row::Row;
@@ -21,7 +22,7 @@ use self::measure::{Measurement, Value};
 use crate::StudyError;
 use crate::case::{Case, Source, scene_title};
 use crate::precision::pareto;
-use crate::runner::{Repeat, Runner, RunnerOptions, Timed};
+use crate::runner::{Found, Repeat, Runner, RunnerOptions, Timed};
 use crate::vary::{VARIANT, Vary, combinations};
 
 /// Most times that a run is timed, unless it is said.
@@ -68,6 +69,15 @@ impl Report {
     }
 }
 
+impl Report {
+    fn write_csv(&self, path: &Path, alone: bool) -> Result<(), StudyError> {
+        match self {
+            Self::Errors(report) => report.write_csv(path, alone),
+            Self::Values(report) => report.write_csv(path, alone),
+        }
+    }
+}
+
 impl fmt::Display for Report {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
@@ -88,42 +98,63 @@ pub fn study(
 ) -> Result<Report, StudyError> {
     let design = Design::new(options)?;
     let runner = Runner::new(runner, out)?;
-    let (total, jobs) = (design.cases.len(), runner.jobs());
-    tracing::info!("{total} runs, {jobs} at once; {}", design.measure.title());
+    let (total, how) = (design.cases.len(), runner.in_words());
+    tracing::info!("{total} runs, {how}; {}", design.measure.title());
+    // Times are compared where they are what is shown, and a run has the machine for itself or shares it with its like.
     let usual = match &design.measure {
         Measurement::Values(_) => 1,
+        _ if !runner.is_local() => 1,
         _ => MOST,
     };
     let repeat = Repeat {
         most: options.repeat.unwrap_or(usual),
         scatter: options.scatter,
     };
-    let timed = runner.timed(&design.cases, repeat)?;
-    let rows = design.rows(&runner, timed)?;
-    let (table, figure) = (out.join("study.csv"), out.join("study.svg"));
-    let title = scene_title(&options.source.path);
-    let (alone, started) = (jobs == 1, runner.started());
-    if let Measurement::Values(values) = &design.measure {
-        let report = SweepReport {
-            names: design.named.as_ref().map(|vary| vary.values.clone()),
-            key: design.resolution,
-            values: values.iter().map(Value::header).collect(),
-            rows,
-            started,
-        };
-        report.write_csv(&table, alone)?;
-        report.draw(&figure, &title)?;
-        return Ok(Report::Values(report));
-    }
-    let report = WorkReport {
-        error_of: design.measure.title(),
-        resolution: design.resolution,
-        rows,
-        started,
+    let table = out.join("study.csv");
+    let mut partial = |found: &Found| {
+        let timed = found.iter().cloned().map(|one| one.map(Timed::of));
+        let rows = design.rows(&runner, timed);
+        let written = rows.and_then(|rows| {
+            let report = design.report(rows, runner.started());
+            report.write_csv(&table, runner.alone())
+        });
+        if let Err(error) = written {
+            tracing::warn!("no table of the runs so far: {error}");
+        }
     };
-    report.write_csv(&table, alone)?;
-    report.draw(&figure, &title, jobs)?;
-    Ok(Report::Errors(report))
+    let timed = runner.timed(&design.cases, repeat, &mut partial)?;
+    let rows = design.rows(&runner, timed.into_iter().map(Some))?;
+    let report = design.report(rows, runner.started());
+    report.write_csv(&table, runner.alone())?;
+    let (figure, title) = (out.join("study.svg"), scene_title(&options.source.path));
+    match &report {
+        Report::Errors(report) => report.draw(&figure, &title, runner.jobs())?,
+        Report::Values(report) => report.draw(&figure, &title)?,
+    }
+    Ok(report)
+}
+
+/// Writes the commands of the runs that are missing to a file, one a line, and tells how many these are.
+///
+/// # Errors
+/// [`StudyError`].
+pub fn commands(
+    options: &StudyOptions,
+    runner: RunnerOptions,
+    out: &Path,
+    file: &Path,
+) -> Result<String, StudyError> {
+    let cases = Design::new(options)?.cases;
+    let lines = Runner::new(runner, out)?.commands(&cases)?;
+    let mut text = lines.join("\n");
+    if !lines.is_empty() {
+        text.push('\n');
+    }
+    files::write_named(file, text).map_err(StudyError::file("write", file))?;
+    let (missing, all, file) = (lines.len(), cases.len(), file.display());
+    Ok(format!(
+        "{missing} of {all} runs are missing; their commands are in {file}"
+    ))
 }
 
 /// The runs of a study, before any is started.
@@ -214,11 +245,35 @@ impl Design {
         Ok(())
     }
 
-    fn rows(&self, runner: &Runner, timed: Vec<Timed>) -> Result<Vec<Row>, StudyError> {
+    fn report(&self, rows: Vec<Row>, started: usize) -> Report {
+        if let Measurement::Values(values) = &self.measure {
+            return Report::Values(SweepReport {
+                names: self.named.as_ref().map(|vary| vary.values.clone()),
+                key: self.resolution.clone(),
+                values: values.iter().map(Value::header).collect(),
+                rows,
+                started,
+            });
+        }
+        Report::Errors(WorkReport {
+            error_of: self.measure.title(),
+            resolution: self.resolution.clone(),
+            rows,
+            started,
+        })
+    }
+
+    /// The rows of the cases that have been run.
+    fn rows(
+        &self,
+        runner: &Runner,
+        timed: impl Iterator<Item = Option<Timed>>,
+    ) -> Result<Vec<Row>, StudyError> {
         let mut rows: Vec<Row> = self
             .cases
             .iter()
             .zip(timed)
+            .filter_map(|(case, timed)| Some((case, timed?)))
             .map(|(case, timed)| Row {
                 run: runner.name(case),
                 curve: case.label(&self.along),

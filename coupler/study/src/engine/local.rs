@@ -1,0 +1,149 @@
+//! Runs as processes of this machine: a bounded pool.
+
+use std::path::Path;
+use std::process::{Child, Command, Stdio};
+use std::sync::Mutex;
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
+use std::thread;
+use std::time::Duration;
+
+use interface::files;
+use rustix::process::{Pid, Signal, kill_process_group};
+
+use super::start::{Place, Start};
+use crate::StudyError;
+
+/// Time between two looks at a run.
+const LOOK: Duration = Duration::from_millis(5);
+/// Time between two looks at all of them.
+const IDLE: Duration = Duration::from_millis(100);
+
+pub(super) fn work(
+    starts: &[&Start],
+    place: &Place,
+    look: &mut dyn FnMut() -> usize,
+) -> Result<(), StudyError> {
+    let work = |start: &&Start| {
+        if place.interrupted() {
+            return Ok(());
+        }
+        wait(start, place.interrupt)
+    };
+    let idle = &mut || {
+        look();
+    };
+    pool(starts, place.jobs.unwrap_or(1), work, idle).map(drop)
+}
+
+/// Works on items, at most so many at once, in their order as far as that goes; `idle` is called now and then.
+///
+/// # Errors
+/// The first that `work` gave.
+pub(crate) fn pool<T: Sync, R: Send>(
+    items: &[T],
+    most: usize,
+    work: impl Fn(&T) -> Result<R, StudyError> + Sync,
+    idle: &mut dyn FnMut(),
+) -> Result<Vec<R>, StudyError> {
+    let next = AtomicUsize::new(0);
+    let results = Mutex::new(Vec::new());
+    let take = || {
+        loop {
+            let k = next.fetch_add(1, Ordering::Relaxed);
+            let Some(item) = items.get(k) else { break };
+            let result = work(item);
+            if result.is_err() {
+                // The others find no more to start.
+                next.fetch_max(items.len(), Ordering::Relaxed);
+            }
+            results.lock().expect("no thread panics").push((k, result));
+        }
+    };
+    thread::scope(|scope| {
+        let threads: Vec<_> = (0..most.min(items.len()))
+            .map(|_| scope.spawn(take))
+            .collect();
+        let mut waited = Duration::ZERO;
+        while !threads.iter().all(thread::ScopedJoinHandle::is_finished) {
+            thread::sleep(LOOK);
+            waited += LOOK;
+            if waited >= IDLE {
+                waited = Duration::ZERO;
+                idle();
+            }
+        }
+    });
+    let mut results = results.into_inner().expect("no thread panics");
+    results.sort_by_key(|(k, _)| *k);
+    results.into_iter().map(|(_, result)| result).collect()
+}
+
+/// Starts a run and waits for its end; an interrupt is passed on.
+pub(crate) fn wait(start: &Start, interrupt: &AtomicBool) -> Result<(), StudyError> {
+    let mut child = spawn(&start.command, &start.log)?;
+    let program = Path::new(&start.command[0]);
+    let mut told = false;
+    loop {
+        let looked = child.try_wait();
+        if looked
+            .map_err(StudyError::file("wait for", program))?
+            .is_some()
+        {
+            return Ok(());
+        }
+        if interrupt.load(Ordering::Relaxed) && !told {
+            told = true;
+            signal(&child, Signal::TERM);
+        }
+        thread::sleep(LOOK);
+    }
+}
+
+/// Starts a command in a group of its own, so that Ctrl-C from the terminal reaches it once, through us.
+pub(super) fn spawn(command: &[String], log: &Path) -> Result<Child, StudyError> {
+    use std::os::unix::process::CommandExt;
+    let (program, arguments) = command.split_first().expect("a command has a first word");
+    let said = files::make_named(log).map_err(StudyError::file("create", log))?;
+    Command::new(program)
+        .args(arguments)
+        .stdin(Stdio::null())
+        .stdout(Stdio::null())
+        .stderr(said)
+        .process_group(0)
+        .spawn()
+        .map_err(StudyError::file("start", Path::new(program)))
+}
+
+/// Sends a signal to a group of processes. It may have ended meanwhile, which the next look finds out.
+pub(super) fn signal(child: &Child, signal: Signal) {
+    if let Some(pid) = i32::try_from(child.id()).ok().and_then(Pid::from_raw) {
+        let _ = kill_process_group(pid, signal);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_pool_is_bounded_keeps_the_order_and_stops_at_an_error() {
+        let (now, most) = (AtomicUsize::new(0), AtomicUsize::new(0));
+        let items: Vec<u64> = (0..40).collect();
+        let work = |k: &u64| {
+            most.fetch_max(now.fetch_add(1, Ordering::Relaxed) + 1, Ordering::Relaxed);
+            thread::sleep(Duration::from_millis((40 - k) % 7));
+            now.fetch_sub(1, Ordering::Relaxed);
+            Ok(10 * k)
+        };
+        let results = pool(&items, 3, work, &mut || ()).unwrap();
+        assert_eq!(results, items.iter().map(|k| 10 * k).collect::<Vec<_>>());
+        assert!((2..=3).contains(&most.load(Ordering::Relaxed)));
+        let begun = AtomicUsize::new(0);
+        let fails = |_: &u64| -> Result<(), _> {
+            begun.fetch_add(1, Ordering::Relaxed);
+            Err(StudyError::Interrupted)
+        };
+        assert!(pool(&items, 3, fails, &mut || ()).is_err());
+        assert!(begun.load(Ordering::Relaxed) <= 3);
+    }
+}
