@@ -17,6 +17,8 @@ with open(sys.argv[1]) as file:
 server = os.environ.get("HQ_SERVER_DIR")
 if server:
     client = Client(server)
+elif asked["memory"]:
+    sys.exit("a worker of its own keeps no memory for runs: leave out --memory, or name a server in HQ_SERVER_DIR")
 else:
     cluster = LocalCluster(worker_config=WorkerConfig(cores=asked["worker"]))
     client = cluster.client()
