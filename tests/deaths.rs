@@ -404,6 +404,13 @@ fn shared_memory_that_vanishes_is_told() {
     run.end()
         .expect(3)
         .says(&["shared memory of the run vanished"]);
+    let files = RunFiles::read(&place.path("out"));
+    assert_eq!(files.text("status"), "failed");
+    let reason = files.text("reason");
+    assert!(
+        reason.contains("shared memory of the run vanished"),
+        "{reason}"
+    );
     // Whoever was the first to end has not removed the run.
     place.start(&["clean"]).end().expect(0);
 }

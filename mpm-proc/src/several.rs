@@ -54,6 +54,7 @@ fn add(sum: &mut Ledger, of: &Ledger) {
     sum.plastic_work += of.plastic_work;
     sum.stress_work += of.stress_work;
     sum.driven_work += of.driven_work;
+    sum.transfer_work += of.transfer_work;
     sum.contacts += of.contacts;
     for a in 0..2 {
         sum.momentum[a] += of.momentum[a];

@@ -19,17 +19,18 @@ EnvelopeVertex:32{body:u64@0;position:[f64; 2]@8;reach:f64@24;}
 Grant:88{epoch:u64@0;first:u64@8;steps:u64@16;flags:u64@24;epoch_start:f64@32;steps_in_epoch:u64@40;\
 dt_before_epoch:f64@48;dt:f64@56;budget_omega_sq:f64@64;budget_speed:f64@72;budget_damping:f64@80;}
 Limits:48{omega_sq:f64@0;contact_omega_sq:f64@8;damping:f64@16;speed:f64@24;radius_min:f64@32;mobility:f64@40;}
-Ledger:152{kinetic:f64@0;kinetic_rotation:f64@8;elastic:f64@16;gravity:f64@24;contact:f64@32;friction_work:f64@40;\
+Ledger:160{kinetic:f64@0;kinetic_rotation:f64@8;elastic:f64@16;gravity:f64@24;contact:f64@32;friction_work:f64@40;\
 viscous_work:f64@48;plastic_work:f64@56;driven_work:f64@64;momentum:[f64; 2]@72;applied_impulse:[f64; 2]@88;\
-contact_impulse:[f64; 2]@104;contact_force:[f64; 2]@120;contacts:u64@136;stress_work:f64@144;}
-Report:288{epoch:u64@0;next:u64@8;halted:u64@16;measured:u64@24;items:u64@32;imps:u64@40;rebuilds:u64@48;\
+contact_impulse:[f64; 2]@104;contact_force:[f64; 2]@120;contacts:u64@136;stress_work:f64@144;\
+transfer_work:f64@152;}
+Report:296{epoch:u64@0;next:u64@8;halted:u64@16;measured:u64@24;items:u64@32;imps:u64@40;rebuilds:u64@48;\
 compute_ns:u64@56;exchange_ns:u64@64;wait_ns:u64@72;cpu_ns:u64@80;limits:Limits@88;ledger:Ledger@136;}
 GroupState:136{mass:f64@0;position:[f64; 2]@8;velocity:[f64; 2]@24;kinetic:f64@40;contact_force:[f64; 2]@48;\
 lower:[f64; 2]@64;upper:[f64; 2]@80;contacts:u64@96;loaded_lower:[f64; 2]@104;loaded_upper:[f64; 2]@120;}
 BodyState:120{position:[f64; 2]@0;velocity:[f64; 2]@16;angle:f64@32;spin:f64@40;mass:f64@48;inertia:f64@56;\
 point_force:[f64; 2]@64;point_torque:f64@80;body_force:[f64; 2]@88;body_torque:f64@104;contacts:u64@112;}
 PointState:96{id:u64@0;position:[f64; 2]@8;velocity:[f64; 2]@24;stress:[f64; 4]@40;volume:f64@72;mass:f64@80;\
-group:u32@88;reserved:u32@92;}
+group:u32@88;plastic_strain:f32@92;}
 ContactState:56{body:u64@0;other:u64@8;with:u64@16;position:[f64; 2]@24;force:[f64; 2]@40;}"""
 
 # Of the BLAKE3 hash of LAYOUT (clause C-3); a constant because Python's standard library has no BLAKE3.
@@ -48,7 +49,7 @@ _NOT_NEGATIVE = {
     "PointState": ("volume", "mass"),
 }
 
-_SCALARS = {"f64": (ctypes.c_double, "d"), "u64": (ctypes.c_uint64, "Q"), "u32": (ctypes.c_uint32, "I")}
+_SCALARS = {"f64": (ctypes.c_double, "d"), "u64": (ctypes.c_uint64, "Q"), "u32": (ctypes.c_uint32, "I"), "f32": (ctypes.c_float, "f")}
 
 
 class Record(ctypes.LittleEndianStructure):
@@ -106,13 +107,9 @@ def _records():
 
 RECORDS = _records()
 
-# A PointState whose last number, the plastic strain, is an f32: the layout has the name and the type of version 3.0.
-_POINT = struct.Struct("<Q10dIf")
-
-
 def pack_point(point):
     """The bytes of a PointState from its numbers; the last one, the plastic strain (clause R-5), may be left out."""
-    return _POINT.pack(*point, *([0.0] if len(point) == 12 else []))
+    return RECORDS["PointState"].FLAT.pack(*point, *([0.0] if len(point) == 12 else []))
 
 
 StepHeader, ImpState, ImpInfo = RECORDS["StepHeader"], RECORDS["ImpState"], RECORDS["ImpInfo"]

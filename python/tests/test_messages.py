@@ -88,8 +88,7 @@ class Records(unittest.TestCase):
         point = (7, 0.1, 0.2, 0.3, 0.4, 1.0, 2.0, 3.0, 4.0, 1e-4, 0.5, 2)
         self.assertEqual(wire.pack_point(point), wire.PointState.FLAT.pack(*point, 0))
         strained = wire.PointState.from_buffer_copy(wire.pack_point((*point, 0.25)))
-        # The bits of 0.25 as an f32, as the Rust side reads them.
-        self.assertEqual((strained.reserved, strained.group, strained.mass), (0x3E800000, 2, 0.5))
+        self.assertEqual((strained.plastic_strain, strained.group, strained.mass), (0.25, 2, 0.5))
         info = wire.ImpInfo.FLAT.pack(7, 1e-3, 0.5, 2, 0)
         self.assertEqual(wire.ImpInfo.from_buffer_copy(info).group, 2)
 

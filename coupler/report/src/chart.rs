@@ -11,7 +11,7 @@ const ROWS: usize = 600;
 /// Columns of the history that are drawn.
 const COLUMNS: usize = 48;
 /// Parts of the ledger that are held or lost, in the order in which they are stacked, with their words.
-const PARTS: [(&str, &str); 8] = [
+const PARTS: [(&str, &str); 9] = [
     ("kinetic", "Motion"),
     ("rotation", "Rotation of bodies"),
     ("elastic", "Elastic"),
@@ -20,6 +20,7 @@ const PARTS: [(&str, &str); 8] = [
     ("friction", "Lost by friction"),
     ("viscous", "Lost by viscosity"),
     ("plastic", "Lost by plastic flow"),
+    ("transfer", "Lost by the transfer"),
 ];
 /// A part below this share of the largest is not drawn: it would be thinner than a line.
 const VISIBLE: f64 = 1e-6;
@@ -136,7 +137,13 @@ fn energy(course: &Table) -> Option<Energy> {
         .filter_map(|(k, (name, _))| {
             let shift = if *name == "gravity" { lowest } else { 0.0 };
             let values = column(name)?.iter().map(|value| value - shift);
-            Some((k, values.collect()))
+            // A transfer that has given more than it took has lost nothing, as in the total.
+            let least = if *name == "transfer" {
+                0.0
+            } else {
+                f64::NEG_INFINITY
+            };
+            Some((k, values.map(|value| value.max(least)).collect()))
         })
         .collect();
     let start: f64 = parts.iter().map(|(_, values)| values[0]).sum();

@@ -91,6 +91,7 @@ struct Run {
     status: String,
     /// `good`, `bad` or `open`.
     tone: &'static str,
+    warnings: Vec<String>,
     reason: Option<String>,
     last_words: Vec<String>,
     has_motion: bool,
@@ -325,6 +326,7 @@ fn run(record: &Record, label: &str, charts: &Charts, motion: Option<Motion>, fa
         } else {
             Vec::new()
         },
+        warnings: (record.summary.as_ref()).map_or_else(Vec::new, |s| s.warnings.clone()),
         reason,
         has_motion,
         packed,
@@ -362,6 +364,10 @@ fn status(record: &Record) -> (String, &'static str) {
         Status::Done if all == 0 => ("Done. The scene has no checks.".to_owned(), "good"),
         Status::Done if all == 1 => ("Done, and its check passes.".to_owned(), "good"),
         Status::Done => (format!("Done, and all {all} checks pass."), "good"),
+        Status::CheckFailed if failing == 0 => (
+            "Done, but the computation created energy.".to_owned(),
+            "bad",
+        ),
         Status::CheckFailed => (format!("Done, but {failing} of {all} checks fail."), "bad"),
         Status::Failed => ("Failed before its end.".to_owned(), "bad"),
         Status::Unstable => ("Stopped: the state became unstable.".to_owned(), "bad"),
@@ -445,6 +451,9 @@ fn figures(records: &[Record]) -> Vec<Figure> {
         of("Momentum error, relative", &|s| share(s.momentum_error)),
         of("Energy created, relative", &|s| {
             share(s.energy.residual_max)
+        }),
+        of("Energy taken by the transfer, relative", &|s| {
+            share(s.energy.transfer)
         }),
     ];
     if records.len() > 1 {

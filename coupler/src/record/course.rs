@@ -107,6 +107,7 @@ mod tests {
             min_step: 1e-12,
             safety: 0.9,
             step_factor: 1.0,
+            created_energy: 0.1,
             criterion: crate::scene::Criterion::Composed,
         };
         let energies = Energies {

@@ -22,6 +22,8 @@ pub struct Energies {
     pub viscous: f64,
     /// Dissipated by plastic flow.
     pub plastic: f64,
+    /// Taken from the motion by the transfer between points and nodes; below zero if it has given more than it took.
+    pub transfer: f64,
     /// Work put in by driven bodies and boundaries.
     pub driven: f64,
     /// Conserved except for the residual of the transfer scheme: energies held, plus energies dissipated, minus work
@@ -45,6 +47,7 @@ impl Energies {
             friction: sum(|l| l.friction_work),
             viscous: sum(|l| l.viscous_work),
             plastic: sum(|l| l.plastic_work),
+            transfer: sum(|l| l.transfer_work),
             driven: sum(|l| l.driven_work),
             total: total(mpm) + total(dem),
             stress_work: sum(|l| l.stress_work),
@@ -52,7 +55,7 @@ impl Energies {
     }
 
     /// Every part with its name, in J/m.
-    pub fn parts(&self) -> [(&'static str, f64); 11] {
+    pub fn parts(&self) -> [(&'static str, f64); 12] {
         [
             ("kinetic", self.kinetic),
             ("rotation", self.rotation),
@@ -62,6 +65,7 @@ impl Energies {
             ("friction", self.friction),
             ("viscous", self.viscous),
             ("plastic", self.plastic),
+            ("transfer", self.transfer),
             ("driven", self.driven),
             ("total", self.total),
             ("stress_work", self.stress_work),
@@ -72,7 +76,7 @@ impl Energies {
     /// does not matter.
     fn in_play(&self, start: &Self) -> f64 {
         let held = self.kinetic + self.rotation + self.elastic + self.contact;
-        let lost = self.friction + self.viscous + self.plastic;
+        let lost = self.friction + self.viscous + self.plastic + self.transfer.max(0.0);
         held + lost + (self.gravity - start.gravity).abs() + self.driven.abs()
     }
 }
@@ -88,7 +92,22 @@ fn total(side: &Ledger) -> f64 {
         + side.friction_work
         + side.viscous_work
         + side.plastic_work
+        // A transfer that gives has created energy, which is a residual and no loss.
+        + side.transfer_work.max(0.0)
         - side.driven_work
+}
+
+/// Created energy above this share of the energy in play is told.
+pub const TOLD: f64 = 0.01;
+
+/// Says how much energy the computation has created, as a share of the energy in play; `None` if that is little.
+pub fn created_words(created: f64) -> Option<String> {
+    (created > TOLD).then(|| {
+        format!(
+            "{:.2} % of the energy in play was created numerically",
+            100.0 * created
+        )
+    })
 }
 
 /// The balance so far.
@@ -163,6 +182,15 @@ impl Balance {
         self.work_gap().map(relative)
     }
 
+    /// What the transfer has taken relative to the largest energy in play so far.
+    pub fn transfer_relative(&self) -> f64 {
+        if self.now.transfer == 0.0 {
+            0.0
+        } else {
+            self.now.transfer / self.scale
+        }
+    }
+
     /// The residual relative to the largest energy in play so far.
     pub fn residual_relative(&self) -> f64 {
         if self.residual == 0.0 {
@@ -186,8 +214,9 @@ pub enum Since {
     Here([Sums; 2]),
 }
 
-/// The sums of a side: work of friction, viscosity, plastic flow, drives and stress in J/m, then the two impulses.
-type Sums = ([f64; 5], [[f64; 2]; 2]);
+/// The sums of a side: work of friction, viscosity, plastic flow, drives, stress and transfer in J/m, then the two
+/// impulses.
+type Sums = ([f64; 6], [[f64; 2]; 2]);
 
 impl Since {
     /// The ledgers of both sides with their sums since then.
@@ -200,6 +229,7 @@ impl Since {
                     side.plastic_work,
                     side.driven_work,
                     side.stress_work,
+                    side.transfer_work,
                 ];
                 (work, [side.applied_impulse, side.contact_impulse])
             }));
@@ -211,6 +241,7 @@ impl Since {
                 side.plastic_work -= work[2];
                 side.driven_work -= work[3];
                 side.stress_work -= work[4];
+                side.transfer_work -= work[5];
                 let sums = [&mut side.applied_impulse, &mut side.contact_impulse];
                 for (sum, before) in sums.into_iter().zip(impulses) {
                     *sum = [sum[0] - before[0], sum[1] - before[1]];
@@ -250,6 +281,32 @@ mod tests {
         };
         assert!((fall(0.0) - fall(-1e3)).abs() < 1e-9);
         assert!((fall(0.0) - 0.1 / 20.1).abs() < 1e-12);
+    }
+
+    #[test]
+    fn what_the_transfer_takes_is_named_and_what_it_gives_is_created() {
+        let point = |kinetic: f64, transfer_work: f64| Ledger {
+            kinetic,
+            transfer_work,
+            ..Ledger::default()
+        };
+        let mut balance = Balance::default();
+        for (kinetic, taken, residual) in [(4.0, 0.0, 0.0), (3.0, 1.0, 0.0), (5.0, -1.0, 1.0)] {
+            balance.take(&point(kinetic, taken), &Ledger::default(), 0.0);
+            assert_eq!(balance.residual, residual);
+            assert_eq!(balance.now.transfer, taken);
+        }
+        assert_eq!(balance.residual_max, 0.2);
+    }
+
+    #[test]
+    fn created_energy_is_told_from_a_hundredth_on() {
+        assert_eq!(created_words(0.01), None);
+        let words = created_words(0.1234).unwrap();
+        assert!(
+            words.starts_with("12.34 % of the energy in play"),
+            "{words}"
+        );
     }
 
     #[test]

@@ -133,6 +133,18 @@ const OF_RUN: &[Row<Ledgers>] = &[
         |m| m.balance.now.plastic,
     ),
     row(
+        "energy.transfer",
+        "J/m",
+        "taken from the motion by the transfer between points and nodes so far; below zero if it has given more than it took",
+        |m| m.balance.now.transfer,
+    ),
+    row(
+        "energy.transfer_relative",
+        "1",
+        "the same relative to the largest energy in play so far",
+        |m| m.balance.transfer_relative(),
+    ),
+    row(
         "energy.driven",
         "J/m",
         "work of driven bodies and boundaries so far",
@@ -141,7 +153,7 @@ const OF_RUN: &[Row<Ledgers>] = &[
     row(
         "energy.total",
         "J/m",
-        "the five energies, plus the three dissipated, minus the work put in: conserved but for the residual",
+        "the five energies, plus the four taken (a transfer that gives counts as 0), minus the work put in: conserved but for the residual",
         |m| m.balance.now.total,
     ),
     row(

@@ -16,6 +16,7 @@ use std::sync::{Arc, Mutex, MutexGuard};
 
 use interface::files::{self, How, SMALL, TABLE};
 use interface::message::wire::BodyState;
+use interface::transport::vanished;
 
 use self::list::{WRITTEN, Written};
 pub use self::lock::in_use;
@@ -298,9 +299,13 @@ impl RunDir {
     /// # Errors
     /// [`RunDirError`].
     pub fn write_summary(&self, summary: &Summary) -> Result<(), RunDirError> {
-        let mut json = serde_json::to_vec_pretty(summary).expect("a summary has string keys only");
-        json.push(b'\n');
-        self.write_whole(SUMMARY, &json)
+        self.write_whole(SUMMARY, &json_of(summary))
+    }
+
+    /// Keeps a summary that is written if the shared memory of the run vanishes, which ends this process at once; `None` keeps
+    /// nothing.
+    pub fn leave_summary(&self, summary: Option<&Summary>) {
+        vanished::leave(self.path(), SUMMARY, summary.map(json_of));
     }
 
     /// Writes `bodies.csv`: the bodies at the end, one row each, in the order of the scene. The position is that of the
@@ -462,6 +467,13 @@ fn remove_all(folder: &Path) -> Result<(), RunDirError> {
         Err(error) if error.kind() != ErrorKind::NotFound => Err(fail("remove", folder)(error)),
         _ => Ok(()),
     }
+}
+
+/// The content of `summary.json`.
+fn json_of(summary: &Summary) -> Vec<u8> {
+    let mut json = serde_json::to_vec_pretty(summary).expect("a summary has string keys only");
+    json.push(b'\n');
+    json
 }
 
 #[cfg(test)]

@@ -16,7 +16,7 @@ use crate::record::ledger::{Balance, Energies};
 /// Name of the file in a run directory.
 pub(crate) const SUMMARY: &str = "summary.json";
 /// Version of the file's keys. A file of another one is refused.
-pub const VERSION: u32 = 1;
+pub const VERSION: u32 = 2;
 
 /// How a run ended.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
@@ -85,6 +85,10 @@ pub struct EnergyLedger {
     /// Largest positive residual relative to the largest energy in play.
     #[serde(deserialize_with = "number")]
     pub residual_max: f64,
+    /// What the transfer between points and nodes has taken from the motion, at the last measurement, relative to the
+    /// largest energy in play.
+    #[serde(deserialize_with = "number")]
+    pub transfer: f64,
     /// Work of the stress that is neither stored nor dissipated, at the last measurement, relative to the largest energy in
     /// play; `null` of a continuum that does not keep that work.
     pub work_gap: Option<f64>,
@@ -115,6 +119,9 @@ pub struct Criteria {
 pub struct Summary {
     /// [`VERSION`] of a summary that was written.
     pub version: u32,
+    /// What a reader of the results has to know first, in words: energy that the computation has created.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub warnings: Vec<String>,
     /// Name of the scene.
     pub scene: String,
     /// Hash of the scene as resolved.
@@ -244,6 +251,7 @@ impl Summary {
             start: balance.start(),
             end: balance.now,
             residual_max: balance.residual_max,
+            transfer: balance.transfer_relative(),
             work_gap: balance.work_gap_relative(),
         };
     }
@@ -320,7 +328,7 @@ mod tests {
         assert!(read.checks[0].value.is_nan() && read.energy.start.total.is_nan());
         summary.version = VERSION + 1;
         let refused = Summary::parse(&json(&summary)).unwrap_err().to_string();
-        assert!(refused.contains("has version 2, expected 1"), "{refused}");
+        assert!(refused.contains("has version 3, expected 2"), "{refused}");
         let refused = Summary::parse(b"{\"scene\": \"x\"}")
             .unwrap_err()
             .to_string();

@@ -10,7 +10,7 @@ use interface::step::Clock;
 use serde::{Deserialize, Serialize};
 
 use crate::record::check::{Recorded, Recorder};
-use crate::record::ledger::{Balance, Since};
+use crate::record::ledger::{Balance, Since, created_words};
 use crate::record::summary::Criteria;
 use crate::record::summary::{EnergyLedger, Status, Summary, VERSION, WallParts};
 use crate::run::failure::RunError;
@@ -91,6 +91,8 @@ pub(crate) struct Account {
     pub recorder: Recorder,
     pub since: Since,
     pub balance: Balance,
+    /// The share of created energy that the scene takes.
+    created_energy: f64,
     pub pace: Pace,
     pub criteria: Criteria,
     pub clock: Clock,
@@ -125,6 +127,7 @@ impl Account {
             recorder: Recorder::new(&scene.output.columns, &scene.checks, scene.time.end),
             since: Since::default(),
             balance: Balance::default(),
+            created_energy: scene.time.created_energy,
             pace: Pace::new(scene.time, scene.output.every),
             criteria: Criteria::default(),
             clock: Clock::new(0.0),
@@ -266,6 +269,11 @@ impl Account {
         self.clock.can_go_on(epoch.dt, done, landing)
     }
 
+    /// Wall time of this process so far.
+    pub fn lasted(&self) -> Duration {
+        self.started.elapsed()
+    }
+
     /// Time used by this process and by earlier ones.
     fn spent(&self, wall: Duration) -> Spent {
         let seconds = |ns: u64| ns as f64 * 1e-9;
@@ -309,17 +317,26 @@ impl Account {
         reason
     }
 
-    pub fn summarise(self, ended: &Result<(), RunError>, wall: Duration) -> Summary {
+    pub fn summarise(&self, ended: &Result<(), RunError>, wall: Duration) -> Summary {
         let whole = ended.is_ok() && !self.interrupted && !self.cut_short;
         let checks = if whole {
             self.recorder.finish()
         } else {
             self.recorder.so_far_at(self.clock.time())
         };
+        let created = self.balance.residual_max;
+        let too_much = created > self.created_energy;
+        let warnings = created_words(created).map(|words| match too_much {
+            true => format!(
+                "{words}, more than time.created_energy = {}",
+                self.created_energy
+            ),
+            false => words,
+        });
         let status = match ended {
             Err(error) => error.status(),
             Ok(()) if self.interrupted => Status::Interrupted,
-            Ok(()) if checks.iter().any(|check| !check.pass) => Status::CheckFailed,
+            Ok(()) if too_much || checks.iter().any(|check| !check.pass) => Status::CheckFailed,
             Ok(()) => Status::Done,
         };
         let reason = match ended {
@@ -355,9 +372,10 @@ impl Account {
         let bound_by = bound_by.map(|(bound, &steps)| (bound.name().to_owned(), steps));
         let mut summary = Summary {
             version: VERSION,
-            scene: self.scene,
-            scene_hash: self.scene_hash,
-            start: self.start,
+            warnings: warnings.into_iter().collect(),
+            scene: self.scene.clone(),
+            scene_hash: self.scene_hash.clone(),
+            start: self.start.clone(),
             status,
             reason,
             steps: laid_out.bound_by.values().sum(),
@@ -379,7 +397,7 @@ impl Account {
             bodies: items(Party::Dem),
             momentum_error: 0.0,
             energy: EnergyLedger::default(),
-            state_hash: self.state_hash,
+            state_hash: self.state_hash.clone(),
             checks,
         };
         summary.set_balance(&self.balance);

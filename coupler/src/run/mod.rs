@@ -143,6 +143,7 @@ fn run_from(scene: &Scene, options: &RunOptions, dir: &RunDir, from: Origin) -> 
     });
     let refused = ended.as_ref().err().and_then(|error| error.refusal(scene));
     let summary = account.summarise(&ended, started.elapsed());
+    dir.leave_summary(None);
     if refused.is_some() && is_new {
         dir.discard();
         return Finished {

@@ -200,6 +200,7 @@ mod tests {
             min_step: 1e-12,
             safety: 1.0,
             step_factor: 1.0,
+            created_energy: 0.1,
             criterion: Criterion::Composed,
         };
         Pace::new(plan, every)

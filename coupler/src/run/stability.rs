@@ -303,6 +303,7 @@ mod tests {
             min_step: 1e-12,
             safety,
             step_factor: 1.0,
+            created_energy: 0.1,
             criterion,
         }
     }

@@ -12,10 +12,12 @@ use interface::message::control::{Hello, Party};
 use interface::message::wire::{BodyState, Grant, GroupState, Ledger, flags};
 use interface::recording::RecordingSink;
 use interface::session::{self, Next, Part, Round, SessionError, StartDeadlines, Stop, Supervisor};
+use interface::transport::vanished;
 
 use self::outputs::Outputs;
 use crate::record::background::Mark;
 use crate::record::frames::{Instant as FrameInstant, Listed, ReportedFields};
+use crate::record::ledger::created_words;
 use crate::record::progress;
 use crate::record::quantity::{Ledgers, Measured, Sample};
 use crate::record::rundir::{RunDir, RunDirError};
@@ -39,6 +41,8 @@ const WINDOW_TIME: Duration = Duration::from_millis(200);
 const BLOW_UP: f64 = 0.5;
 /// After an interrupt, longest wait for the solvers' last step and their goodbyes. With what follows a run ends within 8 s.
 const FAREWELL: Duration = Duration::from_secs(5);
+/// How old a summary for the case that shared memory vanishes may be.
+const REMEMBERED: Duration = Duration::from_secs(1);
 /// The opening and the closing step have no length. They give the forces, limits and energies at the start and at the
 /// end.
 const STANDSTILL: Epoch = Epoch {
@@ -78,6 +82,8 @@ pub(crate) struct Resources {
     pub shared_memory: Option<SharedMemory>,
     /// When a wait first heard that the run is to end.
     heard: Option<Instant>,
+    /// When a summary was kept last for the case that shared memory vanishes.
+    left: Option<Instant>,
 }
 
 /// The checkpoints of a run.
@@ -117,6 +123,8 @@ struct Latest {
     bodies: Vec<BodyState>,
     /// The bodies at their initial positions.
     origin: Vec<BodyState>,
+    /// The share of created energy that was told last.
+    created_told: f64,
 }
 
 impl<'a> Run<'a> {
@@ -214,6 +222,7 @@ impl<'a> Run<'a> {
                 disk: Disk::default(),
                 shared_memory: None,
                 heard: None,
+                left: None,
             },
             outputs,
             checkpoints: Checkpoints::default(),
@@ -454,19 +463,19 @@ impl<'a> Run<'a> {
         let epoch = under_way.epoch;
         let asked = std::mem::take(&mut self.schedule.asked);
         let at = self.account.clock.step(asked != 0);
-        self.account.clock.advance_by(round.steps);
-        under_way.done += round.steps;
+        // Before the steps of the window count: a run that stops here has done those before the measurement, in any window.
         if asked != 0 {
             self.outputs.course.before(&self.account.pace);
+            self.record(at.time, &epoch, asked & flags::FRAME != 0, round)?;
         }
+        self.account.clock.advance_by(round.steps);
+        under_way.done += round.steps;
         if epoch.dt > 0.0 {
             self.account.pace.book(&epoch, round.steps);
         }
-        if asked != 0 {
-            self.record(at.time, &epoch, asked & flags::FRAME != 0, round)?;
-        }
         round.points = Vec::new();
         self.schedule.step_time = Some(self.schedule.granted.elapsed() / round.steps.max(1) as u32);
+        self.leave_summary();
         self.show(&epoch);
         let whole = under_way.done == epoch.steps;
         if !whole && round.within && !self.ends_early() {
@@ -559,7 +568,37 @@ impl<'a> Run<'a> {
                 stable: self.scene.time.is_stable(),
             });
         }
+        self.tell_created(time, residual);
         Ok(())
+    }
+
+    /// Keeps a summary of the run so far, from time to time, for the case that its shared memory vanishes: the system then ends
+    /// this process, and a signal handler cannot make one.
+    fn leave_summary(&mut self) {
+        let shared = matches!(self.options.solvers, Solvers::Processes { .. });
+        let old = (self.resources.left).is_none_or(|left| left.elapsed() >= REMEMBERED);
+        if shared && old {
+            let cause = vanished::CAUSE.to_owned();
+            let error = SessionError::Aborted("the solvers cannot be reached".into());
+            let ended = Err(RunError::SharedMemory { error, cause });
+            let summary = self.account.summarise(&ended, self.account.lasted());
+            self.dir.leave_summary(Some(&summary));
+            self.resources.left = Some(Instant::now());
+        }
+    }
+
+    /// Warns of created energy, a share of the energy in play, while the run goes on: when it is first worth a word,
+    /// and whenever it has doubled.
+    fn tell_created(&mut self, time: f64, created: f64) {
+        if created > 2.0 * self.latest.created_told
+            && let Some(words) = created_words(created)
+        {
+            self.latest.created_told = created;
+            tracing::warn!(
+                "at t = {time:.6e} s {words}; a run that ends with more than time.created_energy = {} has failed",
+                self.scene.time.created_energy
+            );
+        }
     }
 
     fn show(&mut self, epoch: &Epoch) {

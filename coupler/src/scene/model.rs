@@ -106,6 +106,8 @@ pub struct TimePlan {
     pub safety: f64,
     /// The step is this multiple of what the criterion allows: 1, except in experiments with instability.
     pub step_factor: f64,
+    /// A run that creates more than this share of the energy in play fails.
+    pub created_energy: f64,
     /// How the step limit is computed.
     pub criterion: Criterion,
 }

@@ -313,6 +313,8 @@ fn time_plan(problems: &mut Problems, written: &TimeWritten) -> TimePlan {
             "`time.step_factor` forces the step to {step_factor} times what the criterion allows"
         ));
     }
+    let created_energy = written.created_energy.unwrap_or(0.1);
+    problems.above_zero("time.created_energy", created_energy, "a share");
     let criterion = match written.criterion {
         CriterionWritten::Jiang2020 => eq_51(problems, written),
         CriterionWritten::Composed => {
@@ -334,6 +336,7 @@ fn time_plan(problems: &mut Problems, written: &TimeWritten) -> TimePlan {
         min_step,
         safety,
         step_factor,
+        created_energy,
         criterion,
     }
 }

@@ -127,6 +127,8 @@ pub(crate) struct TimeWritten {
     /// Forces the step to this multiple of what the criterion allows, to find the limit of stability by experiment; 1
     /// by default.
     pub step_factor: Option<f64>,
+    /// A run that creates numerically more than this share of the energy in play fails; 0.1 by default.
+    pub created_energy: Option<f64>,
     /// How the step limit is computed.
     #[serde(default)]
     pub criterion: CriterionWritten,

@@ -12,7 +12,7 @@ mod names;
 pub mod raw;
 pub mod recorded;
 pub mod remains;
-mod vanished;
+pub mod vanished;
 pub mod wait;
 pub mod wake;
 

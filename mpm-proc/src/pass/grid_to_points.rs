@@ -17,7 +17,7 @@ use crate::kernel::tiles::{Place, pitch};
 use crate::kernel::transfer::{AffineState, Transfer};
 use crate::kernel::window::{NO_VECTORS, VectorWindow, gather_row};
 use crate::state::continuum::Continuum;
-use crate::state::points::{Cloud, TileReport};
+use crate::state::points::{Cloud, Motion, TileReport};
 use mechanics::threads::Threads;
 
 /// Velocities and positions of all points after the kick, by the scheme's choice of the velocity with which points move.
@@ -115,7 +115,10 @@ fn transfer_cloud<
     (transfer, kept): (Transfer, f64),
     dt: f64,
 ) {
-    let shape = cloud.shape;
+    let (shape, aside) = (cloud.shape, &cloud.aside);
+    let filtered = transfer.filter.is_some();
+    // FLIP alone takes nothing.
+    let takes = KICK && (!INCREMENT || A::PRESENT || filtered || transfer.pic_fraction() > 0.0);
     let dt = splat(dt);
     let pic = splat(transfer.pic_fraction());
     let flip = splat(1.0 - transfer.pic_fraction());
@@ -137,7 +140,7 @@ fn transfer_cloud<
             let (x, motion, report) = part;
             let [velocity, increment] = windows;
             fill_window::<W, _>(velocity, nodes, tile, |t| &t.after);
-            if INCREMENT {
+            if INCREMENT || takes {
                 fill_window::<W, _>(increment, nodes, tile, |t| &t.before);
                 for (b, a) in increment.0.iter_mut().zip(&velocity.0) {
                     *b = a - kept * *b;
@@ -145,23 +148,47 @@ fn transfer_cloud<
             }
             let mut speed_sq = ZERO;
             let mut total = ZERO;
+            let mut taken = ZERO;
             let mut lower = x.0[0];
             let mut upper = x.0[0];
-            for (x, motion) in x.0.iter_mut().zip(motion.0.iter_mut()) {
+            let blocks = x.0.iter_mut().zip(motion.0.iter_mut());
+            for (b, (x, motion)) in blocks.enumerate() {
                 let place = tile.frame.locate(x, pitch(W));
                 let s = [shape.weights(0, place.d[0]), shape.weights(1, place.d[1])];
                 let (v, affine) = interpolate::<W, S, A>(velocity, &place, &s);
+                let old = *motion;
+                let mut gain = Motion {
+                    v: [ZERO; 2],
+                    affine: A::default(),
+                };
+                if takes {
+                    (gain.v, gain.affine) = interpolate::<W, S, A>(increment, &place, &s);
+                } else if INCREMENT {
+                    (gain.v, ()) = interpolate::<W, S, ()>(increment, &place, &s);
+                }
                 if !KICK {
                 } else if INCREMENT {
-                    let (dv, ()) = interpolate::<W, S, ()>(increment, &place, &s);
                     for a in 0..2 {
+<<<<<<< HEAD
                         motion.v[a] = pic * v[a] + flip * own.mul_add(motion.v[a], dv[a]);
+=======
+                        motion.v[a] = pic * v[a] + flip * (motion.v[a] + gain.v[a]);
+>>>>>>> 5b8ec967 (Book what the transfer takes; warn of created energy and fail above a bound; leave a summary when shared memory vanishes)
                     }
                 } else {
                     motion.v = v;
                 }
                 if KICK {
                     motion.affine = affine;
+                }
+                if takes {
+                    let filter = if filtered {
+                        aside[tile.first + b]
+                    } else {
+                        [ZERO; 2]
+                    };
+                    let of_block = taken_by_transfer::<W, S, A>(old, filter, gain, motion);
+                    taken = tile.live(b).mul_add(of_block, taken);
                 }
                 for a in 0..2 {
                     if DRIFT {
@@ -173,15 +200,51 @@ fn transfer_cloud<
                 }
                 speed_sq = speed_sq.fast_max(v[0] * v[0] + v[1] * v[1]);
             }
-            report.items[0] = TileReport {
+            let report = &mut report.items[0];
+            *report = TileReport {
                 speed_sq: largest(speed_sq),
                 sum: sum(total),
                 lower: lower.map(smallest),
                 upper: upper.map(largest),
                 omega_sq: 0.0,
+                taken: if KICK { sum(taken) } else { report.taken },
             };
         },
     );
+}
+
+/// What a transfer takes of the kinetic energy of four points in a kick, twice and per mass, in m^2/s^2.
+///
+/// Without the transfer's smoothing a point would have gained what the grid has. The velocity that it lacks acts as a
+/// force would, so its work is that of a force in leapfrog: its impulse times the mean of the velocities before and
+/// after the kick. `filter` is what XPIC has removed from `old` already.
+#[inline(always)]
+fn taken_by_transfer<const W: usize, S: Shape<W>, A: AffineState>(
+    old: Motion<A>,
+    filter: [Lanes; 2],
+    gain: Motion<A>,
+    new: &Motion<A>,
+) -> Lanes {
+    let mut taken = ZERO;
+    for a in 0..2 {
+        let before = old.v[a] + filter[a];
+        let lacks = before + gain.v[a] - new.v[a];
+        taken = lacks.mul_add(before + new.v[a], taken);
+    }
+    if A::PRESENT {
+        let mut of_affine = ZERO;
+        let [old, gain, new] = [&old, &gain, new].map(|motion| motion.affine.slopes());
+        for i in 0..2 {
+            for a in 0..2 {
+                let lacks = old[i][a] + gain[i][a] - new[i][a];
+                of_affine = lacks.mul_add(old[i][a] + new[i][a], of_affine);
+            }
+        }
+        // The slopes are C L, and D = L^2 / S::INVERSE_INERTIA.
+        let inertia = splat(1.0 / S::INVERSE_INERTIA.unwrap_or(1.0));
+        taken = of_affine.mul_add(inertia, taken);
+    }
+    taken
 }
 
 /// `sum_I S_Ip v_I` of four points and, if wanted, `B_p D_p^-1 L = L D_p^-1 sum_I S_Ip v_I (x_I - x_p)`.

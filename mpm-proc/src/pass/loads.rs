@@ -1,10 +1,10 @@
 //! Puts the loads on points onto the nodes, and their impulse and work into the ledger.
 //!
-//! Their impulse is counted as applied. Their work is the trapezoidal rule over the way of each point,
-//! `sum_p (f_p^n + f_p^{n+1}) / 2 . (x_p^{n+1} - x_p^n)`: exact for a dead load, and otherwise what the leapfrog pairs
-//! (the force of `t_n` acts over half of the interval behind and half of the one ahead). It is counted as work of driven
-//! boundaries.
+//! Their impulse is counted as applied. Their work is the trapezoidal rule over the way of the field at each point, as the
+//! leapfrog pairs it: the force of `t_n` acts over half of the interval behind and half of the one ahead. It is counted as
+//! work of driven boundaries.
 
+use interface::config::StressUpdate;
 use interface::solver::Fault;
 use interface::step::Step;
 
@@ -13,9 +13,10 @@ use crate::kernel::shape::Shape;
 use crate::kernel::threads::{PerBlock, PerTile, over_tiles};
 use crate::kernel::tiles::pitch;
 use crate::kernel::transfer::AffineState;
-use crate::kernel::window::scatter_row;
+use crate::kernel::window::{NO_VECTORS, fill_window, gather_row, scatter_row};
 use crate::state::continuum::Continuum;
 use crate::state::loads::{LastLoad, LoadReport, Loads};
+use crate::state::nodes::NodeTile;
 use crate::state::points::{Cloud, NO_POINT};
 use mechanics::threads::Threads;
 
@@ -33,8 +34,11 @@ pub fn apply_loads<const W: usize, S: Shape<W>, A: AffineState>(
     let threads = &continuum.threads;
     let (clouds, geometry) = (&mut continuum.clouds, &continuum.grid.geometry);
     let size = [0, 1].map(|a| geometry.upper[a] - geometry.lower[a]);
+    // USL computes strains from the velocities with which points move.
+    let by_field = (continuum.stress_update != StressUpdate::Usl).then_some(step.dt_before);
+    let nodes = &continuum.grid.tiles;
     for cloud in clouds {
-        apply(threads, cloud, size, step.time);
+        apply(threads, cloud, (size, nodes), step.time, by_field);
     }
     for cloud in &continuum.clouds {
         let Some(loads) = &cloud.loads else {
@@ -55,11 +59,16 @@ pub fn apply_loads<const W: usize, S: Shape<W>, A: AffineState>(
 }
 
 /// Adds the loads of `time` (s) to the forces on a cloud's nodes, in a domain of size `size` (m).
+///
+/// With `by_field`, the length of the interval behind in s, the work of a load is that on the velocity of the nodes, with which the
+/// strain of the interval is computed and on which the load has acted. Points move otherwise, by what is smoothed or averaged away
+/// after each kick: a share of PIC in every step makes work of that, at any step (docs/energy.md).
 fn apply<const W: usize, S: Shape<W>, A: AffineState>(
     threads: &Threads,
     cloud: &mut Cloud<W, S, A>,
-    size: [f64; 2],
+    (size, nodes): ([f64; 2], &[NodeTile]),
     time: f64,
+    by_field: Option<f64>,
 ) {
     let Some(loads) = &mut cloud.loads else {
         return;
@@ -80,9 +89,12 @@ fn apply<const W: usize, S: Shape<W>, A: AffineState>(
         threads,
         &cloud.tiles,
         share,
-        || (),
-        &|tile, (lasts, force, report), ()| {
+        || NO_VECTORS,
+        &|tile, (lasts, force, report), velocity| {
             let force = &mut force.items[0];
+            if by_field.is_some() {
+                fill_window::<W, _>(velocity, nodes, tile, |t| &t.before);
+            }
             let (mut total, mut work) = ([ZERO; 2], ZERO);
             for (b, last) in lasts.0.iter_mut().enumerate() {
                 let load = &points[tile.first + b];
@@ -91,6 +103,19 @@ fn apply<const W: usize, S: Shape<W>, A: AffineState>(
                     Some(formula) if formula.varies => formula.at(&load.start, time),
                     _ => uniform,
                 };
+                let place = tile.frame.locate(x, pitch(W));
+                let s = [shape.weights(0, place.d[0]), shape.weights(1, place.d[1])];
+                let of_field = by_field.map(|dt| {
+                    let mut v = [ZERO; 2];
+                    for j in 0..W {
+                        let row = gather_row::<W>(velocity, &place, j);
+                        for (i, at_node) in row.iter().enumerate() {
+                            let weight = s[0][i] * s[1][j];
+                            v = [0, 1].map(|a| weight.mul_add(at_node[a], v[a]));
+                        }
+                    }
+                    v.map(|v| v * splat(dt))
+                });
                 let mut f = [ZERO; 2];
                 for a in 0..2 {
                     f[a] = live * (load.dead[a] + mass * acceleration[a]);
@@ -98,12 +123,10 @@ fn apply<const W: usize, S: Shape<W>, A: AffineState>(
                     // A periodic wall may have moved the point by the size of the domain, which is no displacement.
                     let way = x[a] - last.x[a];
                     let way = way - splat(size[a]) * (way * splat(1.0 / size[a])).round();
-                    work += live * mean * way;
+                    work += live * mean * of_field.map_or(way, |way| way[a]);
                     total[a] += f[a];
                 }
                 *last = LastLoad { x: *x, force: f };
-                let place = tile.frame.locate(x, pitch(W));
-                let s = [shape.weights(0, place.d[0]), shape.weights(1, place.d[1])];
                 for j in 0..W {
                     let row: [[Lanes; 2]; W] = core::array::from_fn(|i| {
                         let weight = s[0][i] * s[1][j];

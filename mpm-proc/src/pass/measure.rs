@@ -40,6 +40,7 @@ pub fn update_ledger<const W: usize, S: Shape<W>, A: AffineState>(
             continuum.kick.driven += tile.wall.work;
             continuum.kick.friction += tile.friction_work;
             continuum.kick.damping += tile.damping_work;
+            continuum.kick.transfer += tile.smoothing_work;
         }
         continuum.state.totals.applied_impulse += continuum.holds.impulse;
         if let Some(damping) = continuum.damping_of_points() {
@@ -91,9 +92,18 @@ pub fn close_ledger<const W: usize, S: Shape<W>, A: AffineState>(
     continuum: &mut Continuum<W, S, A>,
     step: &Step,
 ) {
+<<<<<<< HEAD
     if let Some(damping) = continuum.damping_of_points() {
         let by_walls = continuum.kick.driven - continuum.kick.friction;
         continuum.kick.damping = damping.loss(&continuum.clouds, by_walls);
+=======
+    if step.dt_before + step.dt > 0.0 {
+        let taken = |cloud: &Cloud<W, S, A>| {
+            let of_tiles = cloud.reports.iter().map(|report| report.taken);
+            0.5 * cloud.mass * of_tiles.sum::<f64>()
+        };
+        continuum.kick.transfer += continuum.clouds.iter().map(taken).sum::<f64>();
+>>>>>>> 5b8ec967 (Book what the transfer takes; warn of created energy and fail above a bound; leave a summary when shared memory vanishes)
     }
     let kick = continuum.kick;
     if step.measure {
@@ -104,10 +114,12 @@ pub fn close_ledger<const W: usize, S: Shape<W>, A: AffineState>(
         ledger.friction_work += step.centring() * kick.friction;
         ledger.viscous_work += step.centring() * kick.damping;
         ledger.driven_work += step.centring() * kick.driven;
+        ledger.transfer_work += step.centring() * kick.transfer;
     }
     continuum.state.totals.friction_work += kick.friction;
     continuum.state.totals.viscous_work += kick.damping;
     continuum.state.totals.driven_work += kick.driven;
+    continuum.state.totals.transfer_work += kick.transfer;
 }
 
 /// Takes the quantities at `t_{n+1/2}`, with the weight `after`.
@@ -152,6 +164,7 @@ fn measure<const W: usize, S: Shape<W>, A: AffineState>(
         plastic_work: continuum.state.totals.plastic_work,
         viscous_work: continuum.state.totals.viscous_work,
         stress_work: continuum.state.totals.stress_work,
+        transfer_work: continuum.state.totals.transfer_work,
         applied_impulse: continuum.state.totals.applied_impulse.value(),
         contact_impulse: continuum.state.totals.contact_impulse.value(),
         contact_force,

@@ -37,6 +37,7 @@ pub fn sum_momentum<const W: usize, S: Shape<W>, A: AffineState>(
         tile.wall = WallContribution::default();
         tile.friction_work = 0.0;
         tile.damping_work = 0.0;
+        tile.smoothing_work = 0.0;
         for (i, sum) in sum.iter().enumerate() {
             tile.mass[i] = sum[0];
             tile.before[i] = [sum[1], sum[2]];
@@ -123,7 +124,9 @@ impl NodeTile {
             for i in 0..NODES {
                 let held = walls.hold(node(origin, i), self.before[i]);
                 let felt = pic_fraction * self.mass[i];
-                self.wall.work += walls.drive(node(origin, i), felt, self.before[i], held);
+                let work = walls.drive(node(origin, i), felt, self.before[i], held);
+                self.wall.work += work;
+                self.smoothing_work += work;
                 for a in 0..2 {
                     self.wall.impulse[a] += felt * (held[a] - self.before[i][a]);
                 }

@@ -42,7 +42,9 @@ pub fn filter_velocities<const W: usize, S: Shape<W>, A: AffineState>(
     let share = filter.share();
     let removed = splat(share);
     over_velocities(continuum, |v, aside| {
-        *v = [0, 1].map(|a| v[a].mul_neg_add(removed, aside[a]));
+        let kept = [0, 1].map(|a| v[a].mul_neg_add(removed, aside[a]));
+        *aside = v.map(|v| removed * v);
+        *v = kept;
     });
     for tile in &continuum.grid.mapped {
         continuum.state.totals.applied_impulse += tile.wall.impulse.map(|p| share * p);

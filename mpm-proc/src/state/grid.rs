@@ -101,6 +101,7 @@ impl Grid {
                 before: [[0.0; 2]; NODES],
                 after: [[0.0; 2]; NODES],
                 damping_work: 0.0,
+                smoothing_work: 0.0,
                 wall: WallContribution::default(),
                 friction_work: 0.0,
             });

@@ -31,6 +31,8 @@ pub struct NodeTile {
     pub after: [[f64; 2]; NODES],
     /// Work of damping in the present step in J/m.
     pub damping_work: f64,
+    /// Work of driven walls on the part of the momentum that is smoothed into the points, in J/m: the transfer takes it on.
+    pub smoothing_work: f64,
     /// What walls and damping give in the present step.
     pub wall: WallContribution,
     /// Work of wall friction in the present step in J/m.

@@ -18,6 +18,8 @@ pub struct Totals {
     pub plastic_work: f64,
     /// Dissipated by viscous stress so far in J/m.
     pub viscous_work: f64,
+    /// Taken from the motion by the transfer between points and nodes so far in J/m.
+    pub transfer_work: f64,
     /// Work of the stress so far, less what plastic flow and viscous stress took of it and less the elastic energy of
     /// points removed, in J/m.
     pub stress_work: f64,
@@ -35,4 +37,6 @@ pub struct KickWork {
     pub damping: f64,
     /// Of driven walls.
     pub driven: f64,
+    /// What the transfer has taken.
+    pub transfer: f64,
 }

@@ -6,6 +6,7 @@ mod closed_forms;
 mod conservation;
 mod contact_schemes;
 mod convergence;
+mod dissipation;
 mod drift;
 mod driven_walls;
 mod forcing;

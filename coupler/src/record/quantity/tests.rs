@@ -3,17 +3,19 @@
 use super::*;
 
 /// Values of some quantities of the measurement below.
-const EXPECTED: [(&str, f64); 39] = [
+const EXPECTED: [(&str, f64); 41] = [
     ("time", 0.25),
     ("t", 0.25),
     ("energy.kinetic", 11.0),
     ("energy.rotation", 20.0),
-    ("energy.total", 72.5),
-    ("energy.residual", 72.5),
-    ("energy.residual_relative", 72.5 / 73.5),
+    ("energy.transfer", 1.5),
+    ("energy.transfer_relative", 1.5 / 75.0),
+    ("energy.total", 74.0),
+    ("energy.residual", 74.0),
+    ("energy.residual_relative", 74.0 / 75.0),
     ("energy.stress_work", 2.25),
     ("energy.work_gap", 0.25),
-    ("energy.work_gap_relative", 0.25 / 73.5),
+    ("energy.work_gap_relative", 0.25 / 75.0),
     ("momentum.y", 4.0),
     ("momentum_error", 0.5),
     ("contact.force.x", 3.0),
@@ -61,6 +63,7 @@ fn with_measured(act: impl FnOnce(&Quantities, &Measured, &[f64])) {
         momentum: [3.0, 4.0],
         driven_work: 0.5,
         stress_work: 2.25,
+        transfer_work: 1.5,
         ..Ledger::default()
     };
     let dem = Ledger {

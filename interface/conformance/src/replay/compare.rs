@@ -17,7 +17,9 @@ fn unit_of(name: &'static str) -> &'static str {
         "position" | "travel" | "lower" | "upper" | "reach" | "radius" | "radius_min" => "length",
         "velocity" | "speed" | "spin" => "velocity",
         "kinetic" | "kinetic_rotation" | "elastic" | "gravity" | "contact" | "friction_work"
-        | "viscous_work" | "plastic_work" | "driven_work" | "stress_work" => "energy",
+        | "viscous_work" | "plastic_work" | "driven_work" | "stress_work" | "transfer_work" => {
+            "energy"
+        }
         "momentum" | "applied_impulse" | "contact_impulse" => "impulse",
         "force" | "contact_force" | "point_force" | "body_force" | "point_torque"
         | "body_torque" => "force",

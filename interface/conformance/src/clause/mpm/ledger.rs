@@ -503,6 +503,7 @@ fn closure(bench: &Bench) -> Judgement {
             + l.friction_work
             + l.viscous_work
             + l.plastic_work
+            + l.transfer_work
             - l.driven_work
     };
     let (_, told) = flow.free_step(0.0)?;

@@ -1,0 +1,135 @@
+//! What a transfer takes of the motion stands in the ledger, so that the balance closes with every transfer as with FLIP.
+
+use interface::config::{
+    Drift, Fill, MaterialModel, MpmConfig, ShapeFunction, Spacing, StressUpdate, Transfer, Wall,
+    Walls,
+};
+use interface::message::wire::Ledger;
+use interface::solver::MpmSolver;
+
+use super::{BULK, SHEAR, Stepper, block, configured};
+
+/// Every transfer, with smoothing that is felt.
+const TRANSFERS: [Transfer; 9] = [
+    Transfer::Flip,
+    Transfer::Pic,
+    Transfer::Apic,
+    Transfer::Blend { pic_fraction: 0.05 },
+    Transfer::FlipPic { pic_rate: 20.0 },
+    Transfer::Aflip { pic_rate: 20.0 },
+    Transfer::Xpic { order: 1 },
+    Transfer::Xpic { order: 3 },
+    Transfer::FlipXpic {
+        order: 2,
+        pic_rate: 100.0,
+    },
+];
+
+const SCHEMES: [StressUpdate; 4] = [
+    StressUpdate::Usf,
+    StressUpdate::Usl,
+    StressUpdate::Musl,
+    StressUpdate::Usavg,
+];
+
+/// A block that swings with a velocity of several wavelengths, of a material with this stiffness over that of rubber.
+fn swinging(transfer: Transfer, stress_update: StressUpdate, stiffness: f64) -> MpmConfig {
+    let mut config = block();
+    (config.shape, config.transfer) = (ShapeFunction::QuadraticBspline, transfer);
+    config.stress_update = stress_update;
+    if stress_update == StressUpdate::Usl {
+        config.drift = Drift::Nodal;
+    }
+    config.domain = [[0.0, 0.0], [1.2, 1.2]];
+    config.walls = Walls {
+        left: Wall::Slip,
+        right: Wall::Slip,
+        bottom: Wall::Slip,
+        top: Wall::Slip,
+    };
+    config.gravity = [0.0, 0.0];
+    config.materials[0].model = MaterialModel::NeoHookean {
+        bulk_modulus: stiffness * BULK,
+        shear_modulus: stiffness * SHEAR,
+    };
+    config.groups[0].fill = Fill::Rectangle {
+        lower: [0.3, 0.3],
+        upper: [0.8, 0.7],
+    };
+    config.groups[0].spacing = Spacing::PerCell(9);
+    config.groups[0].velocity = [0.3, 0.1];
+    let wave = ["0.8*sin(15*x + 9*y)", "0.5*cos(21*x - 6*y)"].map(Into::into);
+    config.groups[0].fields.velocity = Some(wave);
+    config
+}
+
+fn held(l: &Ledger) -> f64 {
+    l.kinetic + l.elastic
+}
+
+/// Energy of a swinging block at its start; what the transfer has taken by the end; and the largest error of the sum in between.
+fn swing(config: &MpmConfig, dt: f64, steps: usize) -> (f64, f64, f64) {
+    let mut mpm = configured(config);
+    let mut stepper = Stepper::new();
+    let (mut start, mut taken, mut off) = (None, 0.0, 0.0_f64);
+    for _ in 0..=steps {
+        stepper.step(&mut mpm, dt, true, &[]).expect("a sound step");
+        let ledger = mpm.measurement().ledger;
+        taken = ledger.transfer_work;
+        let start = *start.get_or_insert(held(&ledger));
+        off = off.max((held(&ledger) + taken - start).abs());
+    }
+    (start.expect("a step"), taken, off)
+}
+
+/// Without stress the transfer alone changes the energy, and the balance closes to rounding.
+#[test]
+fn what_a_transfer_takes_of_dust_is_what_the_ledger_says() {
+    for transfer in TRANSFERS {
+        for scheme in SCHEMES {
+            let (start, taken, off) = swing(&swinging(transfer, scheme, 1e-18), 1e-3, 50);
+            println!(
+                "{transfer:?} {scheme:?}: {:.2e} {:.1e}",
+                taken / start,
+                off / start
+            );
+            assert!(
+                off < 1e-13 * start,
+                "{transfer:?} {scheme:?}: {off:e} of {start}"
+            );
+            let takes = transfer != Transfer::Flip;
+            assert_eq!(taken.abs() > 1e-4 * start, takes, "{transfer:?}: {taken:e}");
+        }
+    }
+}
+
+/// With stress the residual is that of FLIP: the oscillation of the ledger, of second order in the step.
+#[test]
+fn the_balance_closes_with_every_transfer_as_with_flip() {
+    for transfer in TRANSFERS {
+        let config = swinging(transfer, StressUpdate::Usavg, 1.0);
+        let courant = configured_time(&config);
+        let [coarse, fine] = [40, 80].map(|n: usize| {
+            let (start, taken, off) = swing(&config, 12.0 * courant / n as f64, n);
+            println!(
+                "{transfer:?} {n}: taken {:.2e} off {:.2e}",
+                taken / start,
+                off / start
+            );
+            (taken / start, off / start)
+        });
+        assert!(
+            fine.1 < 0.35 * coarse.1,
+            "{transfer:?}: {coarse:?} {fine:?}"
+        );
+        assert!(fine.1 < 5e-3, "{transfer:?}: {fine:?}");
+    }
+}
+
+/// Time that a wave takes through a cell in s.
+fn configured_time(config: &MpmConfig) -> f64 {
+    let ready = crate::Mpm::new()
+        .configure(config)
+        .expect("a good configuration");
+    ready.courant_time
+}
