@@ -102,3 +102,59 @@ fn a_step_below_the_shortest_is_stopped_with_what_binds_it() {
     );
     assert_eq!(files.summary["steps"], 0);
 }
+
+/// The summary of a run that is stopped counted the whole window in which the energy was measured.
+#[test]
+fn the_steps_of_a_stopped_run_do_not_depend_on_the_window() {
+    let place = Place::new();
+    let stopped = ["1", "7", "64"].map(|window| {
+        let set = [
+            "--variant",
+            "quick",
+            "--set",
+            "time.criterion=\"jiang2020\"",
+            "--set",
+            "contact.linear.normal_stiffness=2e8",
+            "--window",
+            window,
+        ];
+        let scene = scene("jiang2020/collision_hard");
+        place.run(window, &scene, &set).expect(4);
+        let files = RunFiles::read(&place.path(window));
+        (files.number("steps"), files.number("time"))
+    });
+    assert_eq!(stopped, [stopped[0]; 3]);
+}
+
+/// More than a tenth of created energy was a run that is done.
+#[test]
+fn created_energy_is_told_first_and_above_a_bound_of_the_scene_the_run_has_failed() {
+    let place = Place::new();
+    let set = [
+        "--variant",
+        "quick",
+        "--set",
+        "time.criterion=\"jiang2020\"",
+        "--set",
+        "contact.linear.normal_stiffness=6e7",
+        "--set",
+        "check=[]",
+    ];
+    for (out, bound, code) in [("small", "0.1", 1), ("large", "0.4", 0)] {
+        let bound = format!("time.created_energy={bound}");
+        let more = [&set[..], &["--set", &bound]].concat();
+        let ended = place.run(out, &scene("jiang2020/collision_hard"), &more);
+        let words = "of the energy in play was created numerically";
+        let ended = ended.expect(code).says(&[words, "at t = "]);
+        let told = ended.stdout.find(words).expect("the summary says so");
+        assert!(
+            told < ended.stdout.find("steps to t").unwrap(),
+            "{}",
+            ended.stdout
+        );
+        let files = RunFiles::read(&place.path(out));
+        let warning = files.summary["warnings"][0].as_str().unwrap();
+        assert!(warning.contains(words), "{warning}");
+        assert_eq!(warning.contains("time.created_energy"), code == 1);
+    }
+}

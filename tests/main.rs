@@ -18,6 +18,7 @@ mod hashes;
 mod hostile;
 mod house;
 mod instability;
+mod mangled;
 mod mutants;
 mod new_solver;
 mod pages;

@@ -73,6 +73,8 @@ fn apply<const W: usize, S: Shape<W>, A: AffineState>(
     let Some(loads) = &mut cloud.loads else {
         return;
     };
+    // A body force is that of the points' masses, and its work is on their way, as that of gravity is.
+    let by_field = by_field.filter(|_| loads.body_force.is_none());
     let (shape, x, mass) = (cloud.shape, &cloud.state.x, splat(cloud.mass));
     let body_force = loads.body_force.as_ref();
     let uniform = match body_force {
