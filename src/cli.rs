@@ -233,6 +233,9 @@ fn seconds(text: &str) -> Result<f64, String> {
 pub struct ResumeArgs {
     /// Run directory of a run whose scene has `output.checkpoint`.
     pub dir: PathBuf,
+    /// Begins `history.csv` or `course.csv` anew where it was changed since the checkpoint; the old one is kept beside it.
+    #[arg(long)]
+    pub new_tables: bool,
     /// How the rest is run.
     #[command(flatten)]
     pub how: HowArgs,

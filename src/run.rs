@@ -120,7 +120,7 @@ pub fn resume(args: &ResumeArgs) -> ExitCode {
         Ok(dir) => dir,
         Err(error) => return refuse(&with_advice(&error)),
     };
-    let resumed = match Resumed::find(&scene, &dir) {
+    let resumed = match Resumed::find(&scene, &dir, args.new_tables) {
         Ok(resumed) => resumed,
         Err(error) => return cannot_resume(&scene, &dir, killed.as_ref(), &error),
     };
@@ -136,6 +136,9 @@ pub fn resume(args: &ResumeArgs) -> ExitCode {
     begin(&scene, &args.how, &args.dir);
     for damaged in resumed.passed_over() {
         tracing::warn!("{damaged}: passed over");
+    }
+    for table in resumed.aside() {
+        tracing::warn!("{table}");
     }
     let about = resumed.about();
     tracing::info!(

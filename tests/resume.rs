@@ -83,10 +83,31 @@ fn a_table_that_was_changed_before_the_checkpoint_is_named_and_not_continued() {
         );
         fs::write(dir.join(name), &before).unwrap();
     }
+    // The history begins anew behind the checkpoint, as asked; the other table goes on.
+    let course = fs::read_to_string(dir.join("course.csv")).unwrap();
+    let history = fs::read_to_string(dir.join("history.csv")).unwrap();
+    let changed = history.replacen('\n', "\n7", 1);
+    fs::write(dir.join("history.csv"), &changed).unwrap();
     place
-        .start(&["resume", dir.to_str().unwrap()])
+        .start(&["resume", dir.to_str().unwrap(), "--new-tables"])
         .end()
-        .expect(0);
+        .expect(0)
+        .says(&["history.csv.changed"]);
+    let read = |name: &str| fs::read_to_string(dir.join(name)).unwrap();
+    assert_eq!(read("history.csv.changed"), changed);
+    let header = |table: &str| table.lines().next().unwrap().to_owned();
+    let new = read("history.csv");
+    assert_eq!(header(&new), header(&history));
+    let time = |line: Option<&str>| {
+        line.unwrap()
+            .split(',')
+            .next()
+            .unwrap()
+            .parse::<f64>()
+            .unwrap()
+    };
+    assert!(time(new.lines().nth(1)) > time(history.lines().nth(1)));
+    assert!(read("course.csv").starts_with(&course[..course.len() / 2]));
 }
 
 #[track_caller]

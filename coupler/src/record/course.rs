@@ -29,7 +29,7 @@ impl Course {
 
     /// The file of a run that continues, behind what it had at the checkpoint.
     pub fn resume(dir: &RunDir, at: &Sealed) -> Result<Self, RunDirError> {
-        Ok(Self::of(History::resume(dir, COURSE, at)?))
+        Ok(Self::of(History::resume(dir, COURSE, &header(), at)?))
     }
 
     /// What the writer was given so far.

@@ -58,11 +58,21 @@ impl History {
         Ok(history)
     }
 
-    /// Continues the table `name` behind what it had at a checkpoint.
+    /// Continues the table `name` behind what it had at a checkpoint. Of nothing, which no table is, it begins a new one and puts
+    /// what is there aside.
     ///
     /// # Errors
     /// [`RunDirError`], also if that was changed.
-    pub(crate) fn resume(dir: &RunDir, name: &str, at: &Sealed) -> Result<Self, RunDirError> {
+    pub(crate) fn resume(
+        dir: &RunDir,
+        name: &str,
+        header: &[String],
+        at: &Sealed,
+    ) -> Result<Self, RunDirError> {
+        if at.bytes == 0 {
+            dir.put_aside(name)?;
+            return Self::begin_table(dir, name, header);
+        }
         let seal = at.compare(dir.path(), name);
         let seal = seal.map_err(fail("resume", &dir.path().join(name)))?;
         let (mut file, path) = dir.open(name, How::Change)?;

@@ -302,6 +302,14 @@ impl RunDir {
         self.write_whole(SUMMARY, &json_of(summary))
     }
 
+    /// Gives a file of the run a name that the run does not use, where it stays: `history.csv.changed`.
+    ///
+    /// # Errors
+    /// [`RunDirError`].
+    pub(crate) fn put_aside(&self, name: &str) -> Result<(), RunDirError> {
+        displace(self.path(), name, format!("{name}.changed"))
+    }
+
     /// Keeps a summary that is written if the shared memory of the run vanishes, which ends this process at once; `None` keeps
     /// nothing.
     pub fn leave_summary(&self, summary: Option<&Summary>) {

@@ -171,7 +171,7 @@ impl<'a> Run<'a> {
             Outputs::begin(scene, options, dir, account, listed)?
         } else {
             let written = [&state.history, &state.course];
-            Outputs::resume(scene, options, dir, written, state.frames)?
+            Outputs::resume(scene, options, dir, account, written, state.frames)?
         };
         let mut run = Self::at_start(scene, options, dir, account, outputs);
         run.latest.sides = state.sides;

@@ -53,10 +53,11 @@ impl Outputs {
         scene: &Scene,
         options: &RunOptions,
         dir: &RunDir,
+        account: &Account,
         [history, course]: [&Sealed; 2],
         listed: Listed,
     ) -> Result<Self, RunDirError> {
-        let history = History::resume(dir, HISTORY, history)?;
+        let history = History::resume(dir, HISTORY, &account.recorder.header(), history)?;
         let course = Course::resume(dir, course)?;
         Self::new(scene, options, dir, (history, course), listed)
     }
