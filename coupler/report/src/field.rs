@@ -17,7 +17,8 @@ struct Kind {
     unit: &'static str,
     /// The number of a point or a body from the arrays that it is made of.
     of: fn(&[&[f64]]) -> f64,
-    arrays: &'static [&'static str],
+    /// Their names, and how many numbers of each `of` looks at.
+    arrays: &'static [(&'static str, usize)],
 }
 
 /// Fields made of the arrays that every run keeps, the usual ones first.
@@ -27,49 +28,49 @@ const FIELDS: [Kind; 7] = [
         label: "Speed",
         unit: "m/s",
         of: |v| v[0][0].hypot(v[0][1]),
-        arrays: &["velocity"],
+        arrays: &[("velocity", 2)],
     },
     Kind {
         name: "pressure",
         label: "Pressure",
         unit: "Pa",
         of: |s| -(s[0][0] + s[0][1] + s[0][2]) / 3.0,
-        arrays: &["stress"],
+        arrays: &[("stress", 3)],
     },
     Kind {
         name: "shear",
         label: "Largest shear stress in the plane",
         unit: "Pa",
         of: |s| (0.5 * (s[0][0] - s[0][1])).hypot(s[0][3]),
-        arrays: &["stress"],
+        arrays: &[("stress", 4)],
     },
     Kind {
         name: "density",
         label: "Density",
         unit: "kg/m^3",
         of: |mv| mv[0][0] / mv[1][0],
-        arrays: &["mass", "volume"],
+        arrays: &[("mass", 1), ("volume", 1)],
     },
     Kind {
         name: "vx",
         label: "Velocity to the right",
         unit: "m/s",
         of: |v| v[0][0],
-        arrays: &["velocity"],
+        arrays: &[("velocity", 2)],
     },
     Kind {
         name: "vy",
         label: "Velocity upwards",
         unit: "m/s",
         of: |v| v[0][1],
-        arrays: &["velocity"],
+        arrays: &[("velocity", 2)],
     },
     Kind {
         name: "spin",
         label: "Spin",
         unit: "rad/s",
         of: |w| w[0][0],
-        arrays: &["spin"],
+        arrays: &[("spin", 1)],
     },
 ];
 
@@ -107,7 +108,7 @@ pub struct Shown {
 pub fn fields(mesh: &Mesh) -> Vec<Field> {
     let made = FIELDS
         .iter()
-        .filter(|kind| kind.arrays.iter().all(|name| mesh.array(name).is_some()))
+        .filter(|kind| kind.arrays.iter().all(|of| array(mesh, *of).is_some()))
         .map(|kind| Field {
             name: kind.name.to_owned(),
             label: kind.label.to_owned(),
@@ -126,11 +127,19 @@ pub fn fields(mesh: &Mesh) -> Vec<Field> {
     made.chain(others).collect()
 }
 
+/// An array that has so many numbers for each point or cell; one of a damaged frame may have fewer.
+fn array<'a>(mesh: &'a Mesh, (name, least): (&str, usize)) -> Option<&'a Array> {
+    mesh.array(name).filter(|array| array.components >= least)
+}
+
 /// The numbers of a field, of the points or cells at these places.
 pub fn values(mesh: &Mesh, field: &Field, places: &[Option<u32>]) -> Vec<f32> {
     let kind = FIELDS.iter().find(|kind| kind.name == field.name);
-    let names = kind.map_or_else(|| vec![field.name.as_str()], |kind| kind.arrays.to_vec());
-    let arrays: Option<Vec<&Array>> = names.iter().map(|name| mesh.array(name)).collect();
+    let names = kind.map_or_else(
+        || vec![(field.name.as_str(), 1)],
+        |kind| kind.arrays.to_vec(),
+    );
+    let arrays: Option<Vec<&Array>> = names.into_iter().map(|of| array(mesh, of)).collect();
     let Some(arrays) = arrays else {
         return vec![f32::NAN; places.len()];
     };
@@ -143,10 +152,14 @@ pub fn values(mesh: &Mesh, field: &Field, places: &[Option<u32>]) -> Vec<f32> {
             return f32::NAN;
         };
         parts.clear();
-        parts.extend(arrays.iter().map(|array| {
+        // A damaged frame may have fewer numbers than points.
+        parts.extend(arrays.iter().filter_map(|array| {
             let begin = *place as usize * array.components;
-            &array.values[begin..begin + array.components]
+            array.values.get(begin..begin + array.components)
         }));
+        if parts.len() < arrays.len() {
+            return f32::NAN;
+        }
         of(&parts) as f32
     });
     values.collect()
@@ -213,6 +226,19 @@ mod tests {
             of_cells: Vec::new(),
             names: Vec::new(),
         }
+    }
+
+    /// The report of a run with such a frame panicked.
+    #[test]
+    fn an_array_with_too_few_numbers_is_no_field() {
+        let mut mesh = mesh();
+        let speed = fields(&mesh).remove(0);
+        mesh.of_points[1].values.truncate(3);
+        let told = values(&mesh, &speed, &[Some(0), Some(1)]);
+        assert!(told[0] == 0.0 && told[1].is_nan(), "{told:?}");
+        mesh.of_points[1].components = 1;
+        assert!(values(&mesh, &speed, &[Some(0)])[0].is_nan());
+        assert!(fields(&mesh).iter().all(|field| field.name != "speed"));
     }
 
     #[test]
