@@ -124,6 +124,8 @@ pub struct Balance {
     pub scale: f64,
     /// Largest positive residual so far relative to [`Self::scale`].
     pub residual_max: f64,
+    /// Largest positive residual so far in J/m.
+    created: f64,
     /// Largest momentum so far in N s/m. It is the sum over all groups and bodies of their magnitudes, so that momenta
     /// that cancel count too, or the impulse of contact or from outside.
     momentum_scale: f64,
@@ -146,6 +148,7 @@ impl Balance {
         self.residual = self.now.total - start.total;
         self.scale = self.scale.max(self.now.in_play(&start));
         self.residual_max = self.residual_max.max(self.residual_relative());
+        self.created = self.created.max(self.residual);
         self.momentum_scale = self.momentum_scale.max(moving);
         for side in [mpm, dem] {
             for seen in [side.momentum, side.applied_impulse, side.contact_impulse] {
@@ -180,6 +183,16 @@ impl Balance {
     pub fn work_gap_relative(&self) -> Option<f64> {
         let relative = |gap| if gap == 0.0 { 0.0 } else { gap / self.scale };
         self.work_gap().map(relative)
+    }
+
+    /// The most that was created relative to the largest energy in play: by the end of a run that begins with nothing, also
+    /// what its first rows divide by hardly any energy is small.
+    pub fn created_relative(&self) -> f64 {
+        if self.created == 0.0 {
+            0.0
+        } else {
+            self.created / self.scale
+        }
     }
 
     /// What the transfer has taken relative to the largest energy in play so far.

@@ -324,7 +324,7 @@ impl Account {
         } else {
             self.recorder.so_far_at(self.clock.time())
         };
-        let created = self.balance.residual_max;
+        let created = self.balance.created_relative();
         let too_much = created > self.created_energy;
         let warnings = created_words(created).map(|words| match too_much {
             true => format!(

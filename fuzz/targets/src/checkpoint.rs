@@ -129,7 +129,7 @@ fn resumed(input: &[u8]) -> Option<String> {
     let folder = dir.path().join("checkpoints");
     std::fs::write(folder.join("999999999999.tandem"), bytes).expect("room for a checkpoint");
     let run = RunDir::reopen(dir.path()).ok()?;
-    let resumed = Resumed::find(&LEFT.scene, &run).ok()?;
+    let resumed = Resumed::find(&LEFT.scene, &run, false).ok()?;
     let finished = resumed.run(&LEFT.scene, &options(false, true), &run);
     finished.summary.reason
 }
