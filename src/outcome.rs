@@ -25,21 +25,15 @@ pub fn show(summary: &Summary, scene: &Scene) {
         .map(|(name, steps)| format!("{name} {steps}"))
         .collect();
     let gap = summary.energy.work_gap;
-<<<<<<< HEAD
     let gap = gap.map(|gap| format!(", work not stored {}", relative(gap)));
-    say(format_args!(
-        "{}: {} steps to t = {:.6} s in {:.2} s; step limited by: {}; momentum error {}, energy residual {}{}",
-=======
-    let gap = gap.map(|gap| format!(", work not stored {gap:.1e}"));
     let transfer = summary.energy.transfer;
     let transfer = if transfer == 0.0 {
         String::new()
     } else {
-        format!(", taken by the transfer {transfer:.1e}")
+        format!(", taken by the transfer {}", relative(transfer))
     };
     say(format_args!(
-        "{}: {} steps to t = {:.6} s in {:.2} s; step limited by: {}; momentum error {:.1e}, energy residual {:.1e}{transfer}{}",
->>>>>>> 5b8ec967 (Book what the transfer takes; warn of created energy and fail above a bound; leave a summary when shared memory vanishes)
+        "{}: {} steps to t = {:.6} s in {:.2} s; step limited by: {}; momentum error {}, energy residual {}{transfer}{}",
         summary.scene,
         summary.steps,
         summary.time,

@@ -169,11 +169,7 @@ fn transfer_cloud<
                 if !KICK {
                 } else if INCREMENT {
                     for a in 0..2 {
-<<<<<<< HEAD
-                        motion.v[a] = pic * v[a] + flip * own.mul_add(motion.v[a], dv[a]);
-=======
-                        motion.v[a] = pic * v[a] + flip * (motion.v[a] + gain.v[a]);
->>>>>>> 5b8ec967 (Book what the transfer takes; warn of created energy and fail above a bound; leave a summary when shared memory vanishes)
+                        motion.v[a] = pic * v[a] + flip * own.mul_add(motion.v[a], gain.v[a]);
                     }
                 } else {
                     motion.v = v;
@@ -182,12 +178,11 @@ fn transfer_cloud<
                     motion.affine = affine;
                 }
                 if takes {
-                    let filter = if filtered {
-                        aside[tile.first + b]
-                    } else {
-                        [ZERO; 2]
-                    };
-                    let of_block = taken_by_transfer::<W, S, A>(old, filter, gain, motion);
+                    let mut old = old;
+                    if filtered {
+                        old.v = aside[tile.first + b];
+                    }
+                    let of_block = taken_by_transfer::<W, S, A>(old, own, gain, motion);
                     taken = tile.live(b).mul_add(of_block, taken);
                 }
                 for a in 0..2 {
@@ -217,26 +212,25 @@ fn transfer_cloud<
 ///
 /// Without the transfer's smoothing a point would have gained what the grid has. The velocity that it lacks acts as a
 /// force would, so its work is that of a force in leapfrog: its impulse times the mean of the velocities before and
-/// after the kick. `filter` is what XPIC has removed from `old` already.
+/// after the kick. `old` is from before XPIC's filter; damping leaves the share `own` of it.
 #[inline(always)]
 fn taken_by_transfer<const W: usize, S: Shape<W>, A: AffineState>(
     old: Motion<A>,
-    filter: [Lanes; 2],
+    own: Lanes,
     gain: Motion<A>,
     new: &Motion<A>,
 ) -> Lanes {
     let mut taken = ZERO;
     for a in 0..2 {
-        let before = old.v[a] + filter[a];
-        let lacks = before + gain.v[a] - new.v[a];
-        taken = lacks.mul_add(before + new.v[a], taken);
+        let lacks = own.mul_add(old.v[a], gain.v[a]) - new.v[a];
+        taken = lacks.mul_add(old.v[a] + new.v[a], taken);
     }
     if A::PRESENT {
         let mut of_affine = ZERO;
         let [old, gain, new] = [&old, &gain, new].map(|motion| motion.affine.slopes());
         for i in 0..2 {
             for a in 0..2 {
-                let lacks = old[i][a] + gain[i][a] - new[i][a];
+                let lacks = own.mul_add(old[i][a], gain[i][a]) - new[i][a];
                 of_affine = lacks.mul_add(old[i][a] + new[i][a], of_affine);
             }
         }

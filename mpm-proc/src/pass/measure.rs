@@ -92,18 +92,16 @@ pub fn close_ledger<const W: usize, S: Shape<W>, A: AffineState>(
     continuum: &mut Continuum<W, S, A>,
     step: &Step,
 ) {
-<<<<<<< HEAD
     if let Some(damping) = continuum.damping_of_points() {
         let by_walls = continuum.kick.driven - continuum.kick.friction;
         continuum.kick.damping = damping.loss(&continuum.clouds, by_walls);
-=======
+    }
     if step.dt_before + step.dt > 0.0 {
         let taken = |cloud: &Cloud<W, S, A>| {
             let of_tiles = cloud.reports.iter().map(|report| report.taken);
             0.5 * cloud.mass * of_tiles.sum::<f64>()
         };
         continuum.kick.transfer += continuum.clouds.iter().map(taken).sum::<f64>();
->>>>>>> 5b8ec967 (Book what the transfer takes; warn of created energy and fail above a bound; leave a summary when shared memory vanishes)
     }
     let kick = continuum.kick;
     if step.measure {

@@ -42,9 +42,7 @@ pub fn filter_velocities<const W: usize, S: Shape<W>, A: AffineState>(
     let share = filter.share();
     let removed = splat(share);
     over_velocities(continuum, |v, aside| {
-        let kept = [0, 1].map(|a| v[a].mul_neg_add(removed, aside[a]));
-        *aside = v.map(|v| removed * v);
-        *v = kept;
+        *v = [0, 1].map(|a| v[a].mul_neg_add(removed, aside[a]));
     });
     for tile in &continuum.grid.mapped {
         continuum.state.totals.applied_impulse += tile.wall.impulse.map(|p| share * p);

@@ -99,13 +99,8 @@ pub struct Cloud<const W: usize, S: Shape<W>, A: AffineState> {
     pub first_id: u64,
     /// What a step leaves to the next one.
     pub state: CloudState<A>,
-<<<<<<< HEAD
     /// Velocities before the kick, set aside while XPIC filters what is left of them, and for the loss by damping; empty
     /// otherwise.
-=======
-    /// Velocities set aside while XPIC filters what is left of them, and then what it has removed; empty with other
-    /// transfers.
->>>>>>> 5b8ec967 (Book what the transfer takes; warn of created energy and fail above a bound; leave a summary when shared memory vanishes)
     pub aside: Vec<[Lanes; 2]>,
     /// Lane of each point, by identity less `first_id`; [`NO_POINT`] once it has been removed.
     pub lane_of: Vec<u32>,
