@@ -206,7 +206,7 @@ fn a_mangled_run_directory_breaks_no_command() {
     fs::write(outside.join("mine"), MINE).unwrap();
 
     let (first, rounds) = (number("MANGLED_SEED", 1), number("MANGLED_ROUNDS", 20));
-    let (mut faults, mut longest) = (Vec::new(), BTreeMap::<&str, Duration>::new());
+    let (mut faults, mut longest) = (Vec::new(), BTreeMap::<String, Duration>::new());
     for seed in first..first + rounds {
         let dir = place.path("mangled");
         let recording = dir.join("recording.tandem");
@@ -227,7 +227,7 @@ fn a_mangled_run_directory_breaks_no_command() {
                 .map(|_| mangle(&mut random, &all, &outside))
                 .collect();
             let (fault, took) = fault(&place, words);
-            let slowest = longest.entry(words[0]).or_default();
+            let slowest = longest.entry(words[0].to_owned()).or_default();
             *slowest = took.max(*slowest);
             let touched = fs::read_dir(&outside).unwrap().count() != 1
                 || fs::read_to_string(outside.join("mine")).ok().as_deref() != Some(MINE);
@@ -236,7 +236,7 @@ fn a_mangled_run_directory_breaks_no_command() {
                 .chain(touched.then(|| "changed another file".into()))
             {
                 println!("seed {seed}, {words:?}, {done:?}: {fault}");
-                faults.push((seed, words[0]));
+                faults.push((seed, words[0].to_owned()));
             }
         }
     }
