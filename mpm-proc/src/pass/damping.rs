@@ -30,6 +30,7 @@ use crate::kernel::lanes::{ZERO, splat, sum};
 use crate::kernel::shape::Shape;
 use crate::kernel::tiles::NODES;
 use crate::kernel::transfer::{AffineState, Transfer};
+use crate::state::grid::Grid;
 use crate::state::nodes::NodeTile;
 use crate::state::points::Cloud;
 use crate::state::stages::{Damping, Stages};
@@ -78,14 +79,22 @@ impl Damping {
     pub fn beyond_nodes<const W: usize, S: Shape<W>, A: AffineState>(
         &self,
         clouds: &[Cloud<W, S, A>],
-        tiles: &[NodeTile],
+        grid: &Grid,
     ) -> [f64; 2] {
         let mut momentum = [0.0; 2];
         for p in clouds.iter().map(Cloud::momentum) {
             momentum = [momentum[0] + p[0], momentum[1] + p[1]];
         }
-        for p in tiles.iter().map(NodeTile::momentum_before) {
+        for p in grid.tiles.iter().map(NodeTile::momentum_before) {
             momentum = [momentum[0] - p[0], momentum[1] - p[1]];
+        }
+        // Points that reach an image feel its velocity, though its mass is at the original.
+        for image in &grid.images.0 {
+            let [own, original] = [image.at, image.of].map(|at| {
+                let (tile, n) = at.split();
+                grid.tiles[tile].before[n]
+            });
+            momentum = [0, 1].map(|a| momentum[a] - image.mass * (own[a] - original[a]));
         }
         momentum.map(|p| (self.kept - 1.0) * p)
     }

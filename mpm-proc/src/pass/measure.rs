@@ -44,8 +44,7 @@ pub fn update_ledger<const W: usize, S: Shape<W>, A: AffineState>(
         }
         continuum.state.totals.applied_impulse += continuum.holds.impulse;
         if let Some(damping) = continuum.damping_of_points() {
-            let tiles = &continuum.grid.tiles;
-            let impulse = damping.beyond_nodes(&continuum.clouds, tiles);
+            let impulse = damping.beyond_nodes(&continuum.clouds, &continuum.grid);
             continuum.state.totals.applied_impulse += impulse;
             over_velocities(continuum, |v, aside| *aside = *v);
         }
