@@ -84,13 +84,12 @@ fn find_rows<const W: usize, S: Shape<W>, A: AffineState>(continuum: &mut Contin
         }
     }
     let (tiles, walls) = (&grid.tiles, &grid.walls);
-    holds.number_nodes(|at| {
+    holds.prepare(|at| {
         let (tile, n) = at.split();
         let tile = &tiles[tile];
         let free = walls.free(node(first_node(tile.at), n));
         free.map(|free| free * tile.per_mass[n])
     });
-    holds.orthogonalise();
 }
 
 /// Brings the velocities of the held points to zero by the smallest change of the nodal velocities. The points feel the
@@ -108,12 +107,16 @@ fn hold_nodes<const W: usize, S: Shape<W>, A: AffineState>(
             let v = velocities(&mut tiles[tile])[n][a];
             holds.axes[a].velocity.push(v);
         }
-        holds.project(a, share);
-        for (held, gain) in holds.nodes.iter().zip(&holds.axes[a].velocity) {
+        holds.project(a);
+        let mut impulses = core::mem::take(&mut holds.axes[a].velocity);
+        for (held, gain) in holds.nodes.iter().zip(&mut impulses) {
             let (tile, n) = held.at.split();
             let tile = &mut tiles[tile];
-            velocities(tile)[n][a] += gain;
-            holds.impulse[a] += share * tile.mass[n] * gain;
+            velocities(tile)[n][a] += *gain;
+            *gain *= share * tile.mass[n];
         }
+        holds.impulse[a] += impulses.iter().sum::<f64>();
+        holds.share(a, &impulses);
+        holds.axes[a].velocity = impulses;
     }
 }

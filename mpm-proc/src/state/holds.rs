@@ -14,14 +14,20 @@
 //! would continue to move, strain the points at rest, and take the momentum of the supports from their neighbours.
 //!
 //! There may be more held points than nodes, or points with nearly the same weights: rows of weights that are linear
-//! combinations of earlier ones are left out, and the nodal velocities are unique. Weights over the root of the mass
-//! are at most `m_p^-1/2` since `m_I >= m_p S_Ip`, whatever is nearly empty. Nodes beyond mirrors move with their
-//! originals, to which their weights go with their sign; nodes that a wall holds have no mobility. The cost grows with
-//! the square of the nodes that are held: it is made for supports, not for bodies.
+//! combinations of others are left out, and the nodal velocities are unique. Weights over the root of the mass are at
+//! most `m_p^-1/2` since `m_I >= m_p S_Ip`, whatever is nearly empty. Nodes beyond mirrors move with their originals, to
+//! which their weights go with their sign; nodes that a wall holds have no mobility.
+//!
+//! The rows are orthogonalised by reflections that reach only the nodes of neighbouring points ([`super::reflections`]).
+//! Where the rows leave the nodes nothing, as inside a body that is held in a region of some cells, the velocities of
+//! the nodes are zero. Which rows are independent does not depend on masses, and is found once for points that stay.
+
+use core::ops::Range;
 
 use super::imps::Member;
 use super::nodes::NodeAt;
 use super::point_set::PointSet;
+use super::reflections::Reflections;
 
 /// All held points.
 #[derive(Debug, Default)]
@@ -32,8 +38,13 @@ pub struct Holds {
     pub rows: Vec<Row>,
     /// Weights of the rows, one row after another.
     pub weights: Vec<Weight>,
-    /// The nodes that they reach, each once.
+    /// The nodes that they reach, each once, neighbours near one another.
     pub nodes: Vec<HeldNode>,
+    /// Nodes and rows that do not reach one another: where the nodes of each group begin and end, and its rows in the
+    /// order of their nodes.
+    groups: Vec<Group>,
+    /// Weights and directions for which `nodes`, `groups` and the independent rows were found.
+    found_for: (Vec<Weight>, Vec<[f64; 2]>),
     /// Impulse of the supports on the nodes in the present step, as points feel it, in N s/m.
     pub impulse: [f64; 2],
     /// The constraints along x, and along y.
@@ -109,151 +120,243 @@ impl Holds {
         along
     }
 
-    /// Numbers the nodes, and fills in the numbers in the weights from their positions.
-    pub fn number_nodes(&mut self, mobility: impl Fn(NodeAt) -> [f64; 2]) {
-        self.nodes.clear();
-        let places = self.weights.iter().map(|w| w.at);
-        self.nodes.extend(places.map(|at| HeldNode {
-            at,
-            mobility: [0.0; 2],
-        }));
-        self.nodes.sort_unstable_by_key(|n| n.at);
-        self.nodes.dedup_by_key(|n| n.at);
+    /// Numbers the nodes and finds the independent rows, unless the weights are those of the step before. `mobility` is
+    /// `1/m_I` in m/kg, 0 along the directions that a wall holds.
+    pub fn prepare(&mut self, mobility: impl Fn(NodeAt) -> [f64; 2]) {
+        let along = || self.rows.iter().map(|row| row.along);
+        let weights = || self.weights.iter().map(|w| (w.at, w.along));
+        let same = weights().eq(self.found_for.0.iter().map(|w| (w.at, w.along)))
+            && along().eq(self.found_for.1.iter().copied());
+        if same {
+            self.weights.clone_from(&self.found_for.0);
+        } else {
+            self.number_nodes();
+        }
         for node in &mut self.nodes {
             node.mobility = mobility(node.at);
         }
-        for weight in &mut self.weights {
-            let found = self.nodes.binary_search_by_key(&weight.at, |n| n.at);
-            weight.node = found.expect("all are there") as u32;
+        if !same {
+            for a in 0..2 {
+                self.find_independent(a);
+            }
+            self.found_for = (
+                self.weights.clone(),
+                self.rows.iter().map(|row| row.along).collect(),
+            );
+        }
+        for a in 0..2 {
+            self.orthogonalise(a);
         }
     }
 
-    /// Orthogonalises the weights of the rows along both axes, for [`Self::project`].
-    pub fn orthogonalise(&mut self) {
-        let Self {
-            rows,
-            weights,
-            nodes,
-            axes,
-            ..
-        } = self;
-        for (a, axis) in axes.iter_mut().enumerate() {
-            axis.begin(nodes.iter().map(|node| node.mobility[a].sqrt()));
-            for (p, row) in rows.iter().enumerate() {
-                if row.along[a] == 0.0 {
-                    continue;
+    /// Numbers the nodes from one end of each group of rows to the other (Cuthill and McKee), and fills in the numbers in
+    /// the weights.
+    fn number_nodes(&mut self) {
+        let mut places: Vec<NodeAt> = self.weights.iter().map(|w| w.at).collect();
+        places.sort_unstable();
+        places.dedup();
+        for weight in &mut self.weights {
+            let found = places.binary_search(&weight.at);
+            weight.node = found.expect("all are there") as u32;
+        }
+        let (order, groups) = breadth_first(&self.rows, &self.weights, places.len());
+        let mut number = vec![0; order.len()];
+        for (n, old) in order.iter().enumerate() {
+            number[*old as usize] = n as u32;
+        }
+        for weight in &mut self.weights {
+            weight.node = number[weight.node as usize];
+        }
+        self.nodes.clear();
+        self.nodes.extend(order.iter().map(|old| HeldNode {
+            at: places[*old as usize],
+            mobility: [0.0; 2],
+        }));
+        self.groups = groups;
+    }
+
+    /// Finds the rows that are independent along an axis, and where they leave the nodes nothing.
+    fn find_independent(&mut self, a: usize) {
+        let axis = &mut self.axes[a];
+        axis.scale.clear();
+        let mobile = self.nodes.iter().map(|node| node.mobility[a] > 0.0);
+        axis.scale.extend(mobile.map(|m| f64::from(u8::from(m))));
+        for group in &mut self.groups {
+            let columns = &axis.scale[group.nodes.clone()];
+            let mobile = columns.iter().filter(|s| **s > 0.0).count();
+            axis.reflections.begin(columns.len());
+            group.independent[a].clear();
+            for p in &group.rows {
+                let row = &self.rows[*p as usize];
+                if row.along[a] != 0.0 && axis.reflect(a, group, row, &self.weights, INDEPENDENT) {
+                    group.independent[a].push(*p);
                 }
-                axis.row.clear();
-                axis.row.resize(nodes.len(), 0.0);
-                for w in row.of(weights) {
-                    let n = w.node as usize;
-                    axis.row[n] += axis.scale[n] * w.along[a];
-                }
-                axis.take(p as u32);
             }
+            group.free[a] = group.independent[a].len() < mobile;
+        }
+    }
+
+    /// Orthogonalises the independent rows along an axis in the inner product of the masses, for [`Self::project`].
+    fn orthogonalise(&mut self, a: usize) {
+        let axis = &mut self.axes[a];
+        axis.scale.clear();
+        axis.scale
+            .extend(self.nodes.iter().map(|node| node.mobility[a].sqrt()));
+        for group in self.groups.iter_mut().filter(|group| group.free[a]) {
+            core::mem::swap(&mut axis.reflections, &mut group.reflections[a]);
+            axis.reflections.begin(group.nodes.len());
+            for p in &group.independent[a] {
+                let row = &self.rows[*p as usize];
+                axis.reflect(a, group, row, &self.weights, 0.0);
+            }
+            core::mem::swap(&mut axis.reflections, &mut group.reflections[a]);
         }
     }
 
     /// Computes the change of the nodal velocities along one axis after which the held points have no velocity. It
-    /// replaces the velocities in [`Axis::velocity`]. Impulses of the points are added to their holds, times `share`.
-    pub fn project(&mut self, a: usize, share: f64) {
+    /// replaces the velocities in [`Axis::velocity`].
+    pub fn project(&mut self, a: usize) {
+        let axis = &mut self.axes[a];
+        for group in &mut self.groups {
+            let nodes = group.nodes.clone();
+            let (v, scale) = (&mut axis.velocity[nodes.clone()], &axis.scale[nodes]);
+            if group.free[a] {
+                for (v, scale) in v.iter_mut().zip(scale) {
+                    *v = if *scale > 0.0 { *v / scale } else { 0.0 };
+                }
+                group.reflections[a].remove_from(v);
+                for (v, scale) in v.iter_mut().zip(scale) {
+                    *v *= scale;
+                }
+            } else {
+                for (v, scale) in v.iter_mut().zip(scale) {
+                    *v = if *scale > 0.0 { -*v } else { 0.0 };
+                }
+            }
+        }
+    }
+
+    /// Adds impulses of the nodes along one axis to the holds, in proportion to the weights of their points at each node.
+    pub fn share(&mut self, a: usize, impulses: &[f64]) {
         let Self {
-            all, rows, axes, ..
+            all, rows, weights, ..
         } = self;
-        let axis = &mut axes[a];
-        for (v, scale) in axis.velocity.iter_mut().zip(&axis.scale) {
-            *v = if *scale > 0.0 { *v / scale } else { 0.0 };
+        if let [only] = &mut all[..] {
+            only.impulse[a] += impulses.iter().sum::<f64>();
+            return;
         }
-        axis.row.clear();
-        axis.row.resize(axis.velocity.len(), 0.0);
-        let (nodes, rank) = (axis.velocity.len(), axis.taken.len());
-        for k in 0..rank {
-            let direction = &axis.directions[k * nodes..(k + 1) * nodes];
-            let amount = -dot(direction, &axis.velocity);
-            for (gain, d) in axis.row.iter_mut().zip(direction) {
-                *gain += amount * d;
-            }
-            // A direction is a sum of its own row and earlier ones.
-            let first = k * (k + 1) / 2;
-            for (p, share_of_row) in axis.taken.iter().zip(&axis.combined[first..=first + k]) {
-                let hold = rows[*p as usize].hold as usize;
-                all[hold].impulse[a] += share * amount * share_of_row;
+        let mut total = vec![0.0; impulses.len()];
+        let part = |row: &Row, w: &Weight| row.along[a] * w.along[a].abs();
+        for row in rows.iter() {
+            for w in row.of(weights) {
+                total[w.node as usize] += part(row, w);
             }
         }
-        for ((v, gain), scale) in axis.velocity.iter_mut().zip(&axis.row).zip(&axis.scale) {
-            *v = gain * scale;
+        for row in rows.iter() {
+            for w in row.of(weights).iter().filter(|w| part(row, w) > 0.0) {
+                let n = w.node as usize;
+                all[row.hold as usize].impulse[a] += impulses[n] * part(row, w) / total[n];
+            }
         }
     }
 }
 
-/// The constraints along one axis, made orthogonal in the inner product of the masses (Gram and Schmidt): `u = M^-1/2 S`.
+/// Nodes in the order of a search in breadth along the rows, and the groups of rows that share no node.
+fn breadth_first(rows: &[Row], weights: &[Weight], nodes: usize) -> (Vec<u32>, Vec<Group>) {
+    let mut rows_of: Vec<Vec<u32>> = vec![Vec::new(); nodes];
+    for (p, row) in rows.iter().enumerate() {
+        for w in row.of(weights) {
+            rows_of[w.node as usize].push(p as u32);
+        }
+    }
+    let (mut numbered, mut visited) = (vec![false; nodes], vec![false; rows.len()]);
+    let (mut order, mut groups) = (Vec::with_capacity(nodes), Vec::new());
+    for start in 0..nodes as u32 {
+        if numbered[start as usize] {
+            continue;
+        }
+        let (first, mut own_rows, mut next) = (order.len(), Vec::new(), order.len());
+        numbered[start as usize] = true;
+        order.push(start);
+        while next < order.len() {
+            for p in &rows_of[order[next] as usize] {
+                if core::mem::replace(&mut visited[*p as usize], true) {
+                    continue;
+                }
+                own_rows.push(*p);
+                for w in rows[*p as usize].of(weights) {
+                    if !core::mem::replace(&mut numbered[w.node as usize], true) {
+                        order.push(w.node);
+                    }
+                }
+            }
+            next += 1;
+        }
+        groups.push(Group::new(first..order.len(), own_rows));
+    }
+    (order, groups)
+}
+
+/// Rows that share nodes, and these nodes.
+#[derive(Debug)]
+struct Group {
+    nodes: Range<usize>,
+    /// In the order in which the search came to them.
+    rows: Vec<u32>,
+    /// Those that are independent along x and along y.
+    independent: [Vec<u32>; 2],
+    /// Whether they leave the nodes a velocity along x and along y.
+    free: [bool; 2],
+    reflections: [Reflections; 2],
+}
+
+impl Group {
+    fn new(nodes: Range<usize>, rows: Vec<u32>) -> Self {
+        Self {
+            nodes,
+            rows,
+            independent: [Vec::new(), Vec::new()],
+            free: [false; 2],
+            reflections: [Reflections::default(), Reflections::default()],
+        }
+    }
+}
+
+/// The constraints along one axis, orthogonal in the inner product of the masses: `u = M^-1/2 S`.
 #[derive(Debug, Default)]
 pub struct Axis {
     /// `m_I^-1/2`; 0 where a wall holds the node.
     scale: Vec<f64>,
-    /// Orthonormal combinations of rows, as long as there are nodes each.
-    directions: Vec<f64>,
-    /// Rows that have added a direction.
-    taken: Vec<u32>,
-    /// How much of each of the taken rows is in each direction: 1, 2, 3, ... numbers.
-    combined: Vec<f64>,
+    reflections: Reflections,
     /// Velocities of the nodes in m/s.
     pub velocity: Vec<f64>,
-    row: Vec<f64>,
-    part: Vec<f64>,
 }
 
-/// A row that is this near to the rows already taken, relative to its size, adds no constraint, because the nodes
-/// cannot distinguish it from them. Its point then moves by this share of the motion of the nodes.
+/// A row that is this near to others, relative to its size, adds no constraint, because the nodes cannot distinguish it
+/// from them. Its point then moves by this share of the motion of the nodes.
 const INDEPENDENT: f64 = 1e-6;
 
 impl Axis {
-    fn begin(&mut self, scale: impl Iterator<Item = f64>) {
-        self.scale.clear();
-        self.scale.extend(scale);
-        self.directions.clear();
-        self.taken.clear();
-        self.combined.clear();
+    /// Reflects a row of a group onto a node, if more than the share `least` of it is independent of those before.
+    fn reflect(
+        &mut self,
+        a: usize,
+        group: &Group,
+        row: &Row,
+        weights: &[Weight],
+        least: f64,
+    ) -> bool {
+        let first = group.nodes.start;
+        let entries = row.of(weights).iter().map(|w| {
+            let n = w.node as usize;
+            (n - first, self.scale[n] * w.along[a])
+        });
+        self.reflections.take(entries, least)
     }
-
-    /// Takes the row in [`Self::row`], number `p`, if it adds a direction.
-    fn take(&mut self, p: u32) {
-        let (nodes, rank) = (self.row.len(), self.taken.len());
-        let size = dot(&self.row, &self.row).sqrt();
-        self.part.clear();
-        self.part.resize(rank + 1, 0.0);
-        // Two rounds are enough (Kahan and Parlett): the rounding error of the first is small compared with the
-        // remainder.
-        for _ in 0..2 {
-            for k in 0..rank {
-                let direction = &self.directions[k * nodes..(k + 1) * nodes];
-                let amount = dot(direction, &self.row);
-                for (r, d) in self.row.iter_mut().zip(direction) {
-                    *r -= amount * d;
-                }
-                let first = k * (k + 1) / 2;
-                for (sum, c) in self.part.iter_mut().zip(&self.combined[first..=first + k]) {
-                    *sum -= amount * c;
-                }
-            }
-        }
-        let left = dot(&self.row, &self.row).sqrt();
-        if left <= INDEPENDENT * size {
-            return;
-        }
-        self.part[rank] = 1.0;
-        self.directions.extend(self.row.iter().map(|r| r / left));
-        self.combined.extend(self.part.iter().map(|c| c / left));
-        self.taken.push(p);
-    }
-}
-
-fn dot(a: &[f64], b: &[f64]) -> f64 {
-    a.iter().zip(b).map(|(a, b)| a * b).sum()
 }
 
 impl Row {
-    fn of<'a>(&self, weights: &'a [Weight]) -> impl Iterator<Item = &'a Weight> + use<'a> {
-        weights[self.first as usize..(self.first + self.count) as usize].iter()
+    fn of<'a>(&self, weights: &'a [Weight]) -> &'a [Weight] {
+        &weights[self.first as usize..(self.first + self.count) as usize]
     }
 }

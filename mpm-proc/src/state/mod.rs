@@ -12,6 +12,7 @@ pub mod nodes;
 pub mod outside;
 pub mod point_set;
 pub mod points;
+pub mod reflections;
 pub mod saved;
 pub mod stages;
 pub mod totals;
