@@ -274,6 +274,12 @@ fn a_formula_without_a_number_names_its_point() {
 /// uGIMP begin with their edges on nodes, and cross them), and damping of the nodes takes longer for what they hardly see.
 #[test]
 fn a_dead_load_stretches_a_damped_bar() {
+    for dt in [4e-4, 2e-4] {
+        stretch_a_damped_bar(dt);
+    }
+}
+
+fn stretch_a_damped_bar(dt: f64) {
     let mut config = block();
     (config.shape, config.transfer) = (ShapeFunction::Ugimp, Transfer::Flip);
     config.domain = [[0.0, 0.0], [1.2, 0.1]];
@@ -297,8 +303,8 @@ fn a_dead_load_stretches_a_damped_bar() {
     let mut mpm = configured(&config);
     let start = mpm.points();
     let mut stepper = Stepper::new();
-    stepper.run(&mut mpm, 4e-4, 8000);
-    let ledger = measured(&mut stepper, &mut mpm, 4e-4);
+    stepper.run(&mut mpm, dt, (3.2 / dt) as usize);
+    let ledger = measured(&mut stepper, &mut mpm, dt);
     let moved: Vec<f64> = mpm
         .points()
         .iter()
@@ -318,9 +324,10 @@ fn a_dead_load_stretches_a_damped_bar() {
         .collect();
     let mean = loaded.iter().sum::<f64>() / loaded.len() as f64;
     let work = ledger.driven_work / (force * mean);
-    // Counted on the way of the field, which the points leave by what their nodes average away of each kick.
+    // Counted on the way of the field. It is not that of the points, in proportion to what damping takes in a step of the part
+    // of their velocity that nodes average away.
     assert!(
-        (work - 1.0).abs() < 1e-5,
+        (work - 1.0).abs() < 0.025 * 40.0 * dt,
         "{work} {}",
         ledger.kinetic / ledger.elastic
     );
