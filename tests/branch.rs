@@ -157,6 +157,8 @@ fn a_silo_is_filled_once_and_opened_in_several_ways() {
     let driven = "dem.body.0.motion=driven";
     let end = "time.end=0.5";
     let fast = "dem.body.0.velocity=[0.0, -6.0]";
+    // Energy created falls with the step: 1.24 % at the composed step of 3 to 5e-4 s, 0.89 % at this one, 0.2 % at 8e-5 s.
+    let short = "time.max_step=2e-4";
     let undamped = [
         "contact.linear.damping_ratio=0.0",
         "body_contact.linear.damping_ratio=0.0",
@@ -166,8 +168,11 @@ fn a_silo_is_filled_once_and_opened_in_several_ways() {
         ("right", &[end, driven, "dem.body.0.velocity=[3.0, 0.0]"]),
         ("left", &[end, driven, "dem.body.0.velocity=[-3.0, 0.0]"]),
         ("down", &[end, driven, "dem.body.0.velocity=[0.0, -1.0]"]),
-        ("fast", &[end, driven, fast]),
-        ("undamped", &[end, driven, fast, undamped[0], undamped[1]]),
+        ("fast", &[end, driven, fast, short]),
+        (
+            "undamped",
+            &[end, driven, fast, short, undamped[0], undamped[1]],
+        ),
         ("shut", &[end, "gravity=[0.0, -3.0]"]),
         (
             "harder",

@@ -317,6 +317,7 @@ impl Account {
         reason
     }
 
+    #[allow(clippy::too_many_lines)] // one struct, field by field
     pub fn summarise(&self, ended: &Result<(), RunError>, wall: Duration) -> Summary {
         let whole = ended.is_ok() && !self.interrupted && !self.cut_short;
         let checks = if whole {
@@ -326,12 +327,15 @@ impl Account {
         };
         let created = self.balance.created_relative();
         let too_much = created > self.created_energy;
-        let warnings = created_words(created).map(|words| match too_much {
-            true => format!(
-                "{words}, more than time.created_energy = {}",
-                self.created_energy
-            ),
-            false => words,
+        let warnings = created_words(created).map(|words| {
+            if too_much {
+                format!(
+                    "{words}, more than time.created_energy = {}",
+                    self.created_energy
+                )
+            } else {
+                words
+            }
         });
         let status = match ended {
             Err(error) => error.status(),

@@ -55,15 +55,16 @@ impl Reflections {
     /// Takes a row of `(column, number)`, if more than the share `least` of it is independent of those taken before.
     /// Returns whether it did.
     pub fn take(&mut self, entries: impl Iterator<Item = (usize, f64)>, least: f64) -> bool {
-        let (mut columns, mut square) = (usize::MAX..0, 0.0);
+        let (mut start, mut end) = (usize::MAX, 0);
         for (n, value) in entries {
             self.row[n] += value;
-            columns = columns.start.min(n)..columns.end.max(n + 1);
+            (start, end) = (start.min(n), end.max(n + 1));
         }
-        if columns.is_empty() {
+        if start >= end {
             return false;
         }
-        square += self.row[columns.clone()].iter().map(|r| r * r).sum::<f64>();
+        let mut columns = start..end;
+        let square = self.row[columns.clone()].iter().map(|r| r * r).sum::<f64>();
         while self.from < self.all.len() && self.all[self.from].columns.end <= columns.start {
             self.from += 1;
         }
