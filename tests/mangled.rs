@@ -136,7 +136,7 @@ fn mangle(random: &mut Random, all: &[PathBuf], outside: &Path) -> String {
             format!("{name} has {length} bytes")
         }
         10 => {
-            fs::set_permissions(path, fs::Permissions::from_mode(0)).unwrap();
+            fs::set_permissions(path, fs::Permissions::from_mode(0o0)).unwrap();
             format!("{name} may not be read")
         }
         _ => {
