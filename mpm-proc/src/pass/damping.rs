@@ -82,7 +82,7 @@ impl Damping {
         grid: &Grid,
     ) -> [f64; 2] {
         let mut momentum = [0.0; 2];
-        for p in clouds.iter().map(Cloud::momentum) {
+        for p in clouds.iter().map(|cloud| cloud.motions().momentum) {
             momentum = [momentum[0] + p[0], momentum[1] + p[1]];
         }
         for p in grid.tiles.iter().map(NodeTile::momentum_before) {

@@ -20,8 +20,9 @@ use crate::state::totals::KickWork;
 
 /// Sums over the points of a cloud.
 #[derive(Debug, Clone, Copy, Default)]
-struct Motions {
-    momentum: [f64; 2],
+pub struct Motions {
+    /// Momentum in N s/m.
+    pub momentum: [f64; 2],
     kinetic: f64,
 }
 
@@ -301,7 +302,7 @@ fn count_contact(group: &mut GroupState, force: [f64; 2], x: [f64; 2]) {
 
 impl<const W: usize, S: Shape<W>, A: AffineState> Cloud<W, S, A> {
     /// Momentum, and kinetic energy with that of the affine part: `m/2 (v.v + tr(C D C^T))`, `C = B D^-1` (eq. 29).
-    fn motions(&self) -> Motions {
+    pub fn motions(&self) -> Motions {
         let inverse_inertia = splat(1.0 / S::INVERSE_INERTIA.unwrap_or(1.0));
         let (mut p, mut twice) = ([ZERO; 2], ZERO);
         for tile in &self.tiles {
@@ -330,18 +331,6 @@ impl<const W: usize, S: Shape<W>, A: AffineState> Cloud<W, S, A> {
             momentum: p.map(|p| self.mass * sum(p)),
             kinetic: 0.5 * self.mass * sum(twice),
         }
-    }
-
-    /// Momentum in N s/m.
-    pub fn momentum(&self) -> [f64; 2] {
-        let mut p = [ZERO; 2];
-        for tile in &self.tiles {
-            for b in 0..tile.blocks {
-                let v = self.state.motion[tile.first + b].v;
-                p = [0, 1].map(|a| p[a] + tile.live(b) * v[a]);
-            }
-        }
-        p.map(|p| self.mass * sum(p))
     }
 
     /// Elastic energy in J/m of the points of `tile`.

@@ -128,7 +128,9 @@ impl Holds {
         let same = weights().eq(self.found_for.0.iter().map(|w| (w.at, w.along)))
             && along().eq(self.found_for.1.iter().copied());
         if same {
-            self.weights.clone_from(&self.found_for.0);
+            for (weight, found) in self.weights.iter_mut().zip(&self.found_for.0) {
+                weight.node = found.node;
+            }
         } else {
             self.number_nodes();
         }
@@ -184,11 +186,14 @@ impl Holds {
         for group in &mut self.groups {
             let columns = &axis.scale[group.nodes.clone()];
             let mobile = columns.iter().filter(|s| **s > 0.0).count();
-            axis.reflections.begin(columns.len());
+            let first = group.nodes.start;
+            let reflections = &mut group.reflections[a];
+            reflections.begin(columns.len());
             group.independent[a].clear();
             for p in &group.rows {
                 let row = &self.rows[*p as usize];
-                if row.along[a] != 0.0 && axis.reflect(a, group, row, &self.weights, INDEPENDENT) {
+                let entries = row.entries(a, &self.weights, &axis.scale, first);
+                if row.along[a] != 0.0 && reflections.take(entries, INDEPENDENT) {
                     group.independent[a].push(*p);
                 }
             }
@@ -203,13 +208,13 @@ impl Holds {
         axis.scale
             .extend(self.nodes.iter().map(|node| node.mobility[a].sqrt()));
         for group in self.groups.iter_mut().filter(|group| group.free[a]) {
-            core::mem::swap(&mut axis.reflections, &mut group.reflections[a]);
-            axis.reflections.begin(group.nodes.len());
+            let first = group.nodes.start;
+            let reflections = &mut group.reflections[a];
+            reflections.begin(group.nodes.len());
             for p in &group.independent[a] {
                 let row = &self.rows[*p as usize];
-                axis.reflect(a, group, row, &self.weights, 0.0);
+                reflections.take(row.entries(a, &self.weights, &axis.scale, first), 0.0);
             }
-            core::mem::swap(&mut axis.reflections, &mut group.reflections[a]);
         }
     }
 
@@ -327,7 +332,6 @@ impl Group {
 pub struct Axis {
     /// `m_I^-1/2`; 0 where a wall holds the node.
     scale: Vec<f64>,
-    reflections: Reflections,
     /// Velocities of the nodes in m/s.
     pub velocity: Vec<f64>,
 }
@@ -336,27 +340,22 @@ pub struct Axis {
 /// from them. Its point then moves by this share of the motion of the nodes.
 const INDEPENDENT: f64 = 1e-6;
 
-impl Axis {
-    /// Reflects a row of a group onto a node, if more than the share `least` of it is independent of those before.
-    fn reflect(
-        &mut self,
-        a: usize,
-        group: &Group,
-        row: &Row,
-        weights: &[Weight],
-        least: f64,
-    ) -> bool {
-        let first = group.nodes.start;
-        let entries = row.of(weights).iter().map(|w| {
-            let n = w.node as usize;
-            (n - first, self.scale[n] * w.along[a])
-        });
-        self.reflections.take(entries, least)
-    }
-}
-
 impl Row {
     fn of<'a>(&self, weights: &'a [Weight]) -> &'a [Weight] {
         &weights[self.first as usize..(self.first + self.count) as usize]
+    }
+
+    /// Its weights along an axis times the scale of their nodes, by the numbers of these after `first`.
+    fn entries<'a>(
+        &self,
+        a: usize,
+        weights: &'a [Weight],
+        scale: &'a [f64],
+        first: usize,
+    ) -> impl Iterator<Item = (usize, f64)> + use<'a> {
+        self.of(weights).iter().map(move |w| {
+            let n = w.node as usize;
+            (n - first, scale[n] * w.along[a])
+        })
     }
 }
