@@ -7,12 +7,11 @@
 use std::collections::BTreeMap;
 use std::fs;
 use std::io::Write;
-use std::path::Path;
 use std::process::{Child, Command, Stdio};
 use std::time::Instant;
 
 use crate::harness::needs::Need;
-use crate::harness::{Ended, PATIENCE, Place, root, scene, until};
+use crate::harness::{Ended, PATIENCE, Place, root, scene, summaries, until};
 use crate::study::{tandem, without_times, words};
 
 /// Runs of a study, unless `STUDY_RUNS` says otherwise.
@@ -39,14 +38,11 @@ fn it_runs(program: &str, arguments: &[&str]) -> bool {
     ran.is_ok_and(|ran| ran.status.success())
 }
 
-fn summaries(out: &Path) -> usize {
-    let entries = fs::read_dir(out.join("runs"))
-        .into_iter()
-        .flatten()
-        .flatten();
-    entries
-        .filter(|e| e.path().join("summary.json").exists())
-        .count()
+fn hyperqueue_is_there() -> bool {
+    Need::Hyperqueue.is_met(
+        it_runs("python3", &["-c", "import hyperqueue"]),
+        "python3 cannot import hyperqueue: pip install hyperqueue",
+    )
 }
 
 /// The table of the same study by this machine.
@@ -113,11 +109,7 @@ impl Drop for Helper {
 
 #[test]
 fn hyperqueue_makes_a_study_though_a_worker_is_lost() {
-    let there = it_runs("python3", &["-c", "import hyperqueue"]);
-    if !Need::Hyperqueue.is_met(
-        there,
-        "python3 cannot import hyperqueue: pip install hyperqueue",
-    ) {
+    if !hyperqueue_is_there() {
         return;
     }
     let place = Place::new();
@@ -162,11 +154,7 @@ fn hyperqueue_makes_a_study_though_a_worker_is_lost() {
 /// Without a server it starts its own, and ends it when it is interrupted.
 #[test]
 fn hyperqueue_of_its_own_goes_on_after_an_interrupt() {
-    let there = it_runs("python3", &["-c", "import hyperqueue"]);
-    if !Need::Hyperqueue.is_met(
-        there,
-        "python3 cannot import hyperqueue: pip install hyperqueue",
-    ) {
+    if !hyperqueue_is_there() {
         return;
     }
     let place = Place::new();

@@ -11,41 +11,11 @@ use std::time::Duration;
 
 use rustix::fs::{CWD, FileType, Mode, mknodat};
 
-use crate::harness::{Ended, Place, scene};
+use crate::harness::{Ended, MINE, Place, copy, scene, whole_run};
 
 /// Longest time of a command here; it takes tenths of a second.
 const SOON: Duration = Duration::from_mins(1);
 const HARD: &str = "jiang2020/collision_hard";
-const MINE: &str = "a file of somebody who has nothing to do with the run\n";
-
-/// A run with every file that a run can have.
-fn whole_run(place: &Place, out: &str) {
-    let more = [
-        "--record",
-        "--report",
-        "--variant",
-        "quick",
-        "--set",
-        "output.frames=1e-3",
-        "--set",
-        "output.checkpoint.time=1e-3",
-    ];
-    place.run(out, &scene(HARD), &more).expect(0);
-}
-
-/// A copy of a run's directory.
-fn copy(from: &Path, to: &Path) {
-    fs::create_dir_all(to).unwrap();
-    for entry in fs::read_dir(from).unwrap() {
-        let entry = entry.unwrap();
-        let to = to.join(entry.file_name());
-        if entry.path().is_dir() {
-            copy(&entry.path(), &to);
-        } else {
-            fs::copy(entry.path(), to).unwrap();
-        }
-    }
-}
 
 /// The files of a run that Tandem opens, with the newest of its checkpoints.
 fn files_of(run: &Path) -> Vec<String> {

@@ -12,7 +12,7 @@ use std::time::{Duration, Instant};
 
 use rustix::fs::{CWD, FileType, Mode, mknodat};
 
-use crate::harness::{Place, scene, signal, until};
+use crate::harness::{MINE, Place, copy, signal, until, whole_run};
 
 /// The statuses of docs/run-directory.md.
 const STATUSES: [i32; 6] = [0, 1, 2, 3, 4, 130];
@@ -22,7 +22,6 @@ const HANG: Duration = Duration::from_secs(30);
 const WATCHED: Duration = Duration::from_secs(1);
 /// Most memory of a process in KiB.
 const MEMORY: u64 = 1 << 20;
-const MINE: &str = "a file of somebody who has nothing to do with the run\n";
 
 /// Numbers that are the same for a seed (splitmix64).
 struct Random(u64);
@@ -62,14 +61,6 @@ fn files(folder: &Path) -> Vec<PathBuf> {
     }
     found.sort();
     found
-}
-
-fn copy(from: &Path, to: &Path) {
-    for file in files(from) {
-        let to = to.join(file.strip_prefix(from).unwrap());
-        fs::create_dir_all(to.parent().unwrap()).unwrap();
-        fs::copy(file, to).unwrap();
-    }
 }
 
 /// Damages a file; returns what was done.
@@ -189,18 +180,7 @@ fn fault(place: &Place, words: &[&str]) -> (Option<String>, Duration) {
 #[test]
 fn a_mangled_run_directory_breaks_no_command() {
     let place = Place::new();
-    let more = [
-        "--record",
-        "--report",
-        "--variant",
-        "quick",
-        "--set",
-        "output.frames=1e-3",
-        "--set",
-        "output.checkpoint.time=1e-3",
-    ];
-    let hard = scene("jiang2020/collision_hard");
-    place.run("whole", &hard, &more).expect(0);
+    whole_run(&place, "whole");
     let (whole, outside) = (place.path("whole"), place.path("outside"));
     fs::create_dir(&outside).unwrap();
     fs::write(outside.join("mine"), MINE).unwrap();

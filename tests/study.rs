@@ -5,7 +5,7 @@ use std::fs;
 use std::path::Path;
 use std::process::Command;
 
-use crate::harness::{Ended, PATIENCE, Place, RunFiles, scene, until};
+use crate::harness::{Ended, PATIENCE, Place, RunFiles, scene, summaries, until};
 
 const BAR: &str = "verification/bar_on_grain";
 const HARD: &str = "jiang2020/collision_hard";
@@ -161,16 +161,10 @@ fn a_study_that_was_ended_goes_on() {
     let arguments = words(&line);
     let arguments: Vec<&str> = arguments.iter().map(String::as_str).collect();
     let running = place.start(&arguments);
-    let summaries = || -> usize {
-        let entries = fs::read_dir(place.path("out/runs"))
-            .into_iter()
-            .flatten()
-            .flatten();
-        entries
-            .filter(|e| e.path().join("summary.json").exists())
-            .count()
-    };
-    until(PATIENCE, || (summaries() > 0).then_some(())).expect("a first run ends");
+    until(PATIENCE, || {
+        (summaries(&place.path("out")) > 0).then_some(())
+    })
+    .expect("a first run ends");
     crate::harness::signal(running.pid(), "TERM");
     running
         .end()

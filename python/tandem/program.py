@@ -1,16 +1,21 @@
 """The program `tandem`: where it is, and what its exit status means."""
 
+import contextlib
 import os
 import shutil
+import signal
 import subprocess
 import sys
 import sysconfig
+import threading
 from pathlib import Path
 
 # The scenes of the catalogue, and their JSON Schema.
 SCENES = Path(__file__).resolve().parent / "scenes"
 
 BAD_INPUT = 2
+# Time between two looks at a command in progress, s.
+LOOK = 0.2
 
 
 class TandemError(Exception):
@@ -53,6 +58,34 @@ def ask(words):
         kind = SceneError if process.returncode == BAD_INPUT else TandemError
         raise kind(complained.strip() or f"`tandem {words[0]}` ended with status {process.returncode}")
     return said
+
+
+@contextlib.contextmanager
+def running(words, read):
+    """A command in progress, whose standard error `read` gets. If the caller is interrupted, so is the command."""
+    process = start(words, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE)
+    reader = threading.Thread(target=read, args=(process.stderr,), daemon=True)
+    reader.start()
+    try:
+        yield process
+    except BaseException:
+        # In order: the program closes its solvers and writes what it has.
+        process.send_signal(signal.SIGINT)
+        process.wait()
+        raise
+    finally:
+        reader.join()
+        process.stderr.close()
+
+
+def wait(process, look):
+    """Waits for the end of a command, and calls `look` now and then."""
+    while process.poll() is None:
+        look()
+        try:
+            process.wait(LOOK)
+        except subprocess.TimeoutExpired:
+            pass
 
 
 def bar(total, title):

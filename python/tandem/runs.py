@@ -2,9 +2,6 @@
 
 import html
 import json
-import signal
-import subprocess
-import threading
 import time
 from pathlib import Path
 
@@ -12,15 +9,13 @@ import pandas
 
 from tandem_frames import frames as frames_of
 
-from .program import BAD_INPUT, RunError, SceneError, TandemError, ask, bar, start
+from .program import BAD_INPUT, RunError, SceneError, TandemError, ask, bar, running, wait
 
 try:
     import tomllib
 except ImportError:  # Python before 3.11
     import tomli as tomllib
 
-# Time between two looks at a run in progress, s.
-LOOK = 0.2
 CHECK_FAILED = 1
 
 
@@ -42,19 +37,8 @@ def run(scene, out=None, *, report=False, threads=1, in_process=False, dem=None,
     for side, command in (("--dem", dem), ("--mpm", mpm)):
         words += [side, command] if command else []
     log = _Log()
-    process = start([*words, *options], stdout=subprocess.DEVNULL, stderr=subprocess.PIPE)
-    reader = threading.Thread(target=log.read, args=(process.stderr,), daemon=True)
-    reader.start()
-    try:
+    with running([*words, *options], log.read) as process:
         _watch(process, log, progress)
-    except BaseException:
-        # In order: the program closes its solvers and writes what it has.
-        process.send_signal(signal.SIGINT)
-        process.wait()
-        raise
-    finally:
-        reader.join()
-        process.stderr.close()
     if process.returncode == BAD_INPUT:
         raise SceneError(log.words())
     done = Run(log.out) if log.out else None
@@ -91,19 +75,19 @@ class _Log:
 def _watch(process, log, progress):
     """Waits for the end, with a bar that shows the time that the run has reached."""
     begun, shown = time.time(), None
+
+    def look():
+        nonlocal shown, progress
+        if shown is None and progress and log.out:
+            total = _end(log.out)
+            shown = total and bar(total, log.out.name)
+            progress = shown is not None
+        if shown is not None:
+            shown.n = min(_reached(log.out, begun), shown.total)
+            shown.refresh()
+
     try:
-        while process.poll() is None:
-            if shown is None and progress and log.out:
-                total = _end(log.out)
-                shown = total and bar(total, log.out.name)
-                progress = shown is not None
-            if shown is not None:
-                shown.n = min(_reached(log.out, begun), shown.total)
-                shown.refresh()
-            try:
-                process.wait(LOOK)
-            except subprocess.TimeoutExpired:
-                pass
+        wait(process, look)
     finally:
         if shown is not None:
             shown.close()

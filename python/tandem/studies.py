@@ -1,13 +1,10 @@
 """A grid of runs as one table (docs/studies.md)."""
 
 import math
-import signal
-import subprocess
-import threading
 from pathlib import Path
 
-from .program import BAD_INPUT, RunError, SceneError, bar, start
-from .runs import LOOK, table
+from .program import BAD_INPUT, RunError, SceneError, bar, running, wait
+from .runs import table
 from .scene import value
 
 # Some run failed; the table says which.
@@ -24,27 +21,18 @@ def study(scene, vary, out, *, jobs=1, options=(), progress=True):
     for key, values in vary.items():
         shown = (str(one) if key == "variant" else value(one) for one in values)
         words += ["--vary", f"{key}={','.join(shown)}"]
-    process = start([*words, *options], stdout=subprocess.DEVNULL, stderr=subprocess.PIPE)
     said = []
-    reader = threading.Thread(target=lambda: said.extend(process.stderr), daemon=True)
-    reader.start()
     shown = bar(math.prod(map(len, vary.values())), Path(out).name) if progress else None
+
+    def look():
+        if shown is not None:
+            shown.n = min(sum(1 for _ in Path(out).glob("runs/*/summary.json")), shown.total)
+            shown.refresh()
+
     try:
-        while process.poll() is None:
-            if shown is not None:
-                shown.n = min(sum(1 for _ in Path(out).glob("runs/*/summary.json")), shown.total)
-                shown.refresh()
-            try:
-                process.wait(LOOK)
-            except subprocess.TimeoutExpired:
-                pass
-    except BaseException:
-        process.send_signal(signal.SIGINT)
-        process.wait()
-        raise
+        with running([*words, *options], said.extend) as process:
+            wait(process, look)
     finally:
-        reader.join()
-        process.stderr.close()
         if shown is not None:
             shown.close()
     if process.returncode not in (0, SOME_FAILED):

@@ -596,6 +596,51 @@ pub fn signal(pid: u32, name: &str) {
     assert!(status.is_ok(), "no shell to send signals with");
 }
 
+/// What a file has that no command may touch.
+pub const MINE: &str = "a file of somebody who has nothing to do with the run\n";
+
+/// A run with every file that a run can have.
+pub fn whole_run(place: &Place, out: &str) {
+    let more = [
+        "--record",
+        "--report",
+        "--variant",
+        "quick",
+        "--set",
+        "output.frames=1e-3",
+        "--set",
+        "output.checkpoint.time=1e-3",
+    ];
+    place
+        .run(out, &scene("jiang2020/collision_hard"), &more)
+        .expect(0);
+}
+
+/// A copy of a run's directory.
+pub fn copy(from: &Path, to: &Path) {
+    fs::create_dir_all(to).unwrap();
+    for entry in fs::read_dir(from).unwrap() {
+        let entry = entry.unwrap();
+        let to = to.join(entry.file_name());
+        if entry.path().is_dir() {
+            copy(&entry.path(), &to);
+        } else {
+            fs::copy(entry.path(), to).unwrap();
+        }
+    }
+}
+
+/// How many runs of a study in `out` have a summary.
+pub fn summaries(out: &Path) -> usize {
+    let entries = fs::read_dir(out.join("runs"))
+        .into_iter()
+        .flatten()
+        .flatten();
+    entries
+        .filter(|e| e.path().join("summary.json").exists())
+        .count()
+}
+
 /// Whether a process is there; one that has ended and is not collected yet is not.
 pub fn lives(pid: u32) -> bool {
     fs::read_to_string(format!("/proc/{pid}/stat")).is_ok_and(|stat| {
