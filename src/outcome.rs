@@ -19,6 +19,9 @@ pub fn show(summary: &Summary, scene: &Scene) {
         ));
     }
     show_checks(&rows_of(scene, &summary.checks));
+    if let Some(remark) = scene.expect.remark(summary.status) {
+        say(format_args!("  {remark}"));
+    }
     let bound: Vec<String> = summary
         .dt_bound_by
         .iter()

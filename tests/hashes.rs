@@ -21,10 +21,13 @@
 
 use std::ffi::OsStr;
 use std::fs;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::Duration;
+
+use coupler::record::summary::Status;
+use coupler::scene::Scene;
 
 use crate::harness::{Place, RunFiles, catalogue, root, scene};
 
@@ -303,6 +306,29 @@ fn every_scene_and_variant_has_a_row() {
     listed.sort();
     there.sort();
     assert_eq!(listed, there);
+}
+
+/// A scene passes, or says that it does not and why.
+#[test]
+fn every_row_ends_as_its_scene_says() {
+    let mut wrong = Vec::new();
+    for Row { case, outcome, .. } in baseline() {
+        let variant = (case.variant != PLAIN).then_some(case.variant.as_str());
+        let scene = Scene::load(Path::new(&scene(&case.scene)), variant, &[]);
+        let status = match outcome.exit {
+            0 => Status::Done,
+            1 => Status::CheckFailed,
+            _ => Status::Failed,
+        };
+        let expected = scene.expect("it is a scene").expect;
+        if expected.is_met(status) != Some(true) {
+            wrong.push(format!(
+                "{} {}: exit {}, {expected:?}",
+                case.scene, case.variant, outcome.exit
+            ));
+        }
+    }
+    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
 }
 
 #[test]

@@ -352,6 +352,16 @@ fn run(record: &Record, label: &str, charts: &Charts, motion: Option<Motion>, fa
 
 /// How a run ended, in words, and whether that is good.
 fn status(record: &Record) -> (String, &'static str) {
+    let (words, tone) = ended(record);
+    let known = record.scene.as_ref().zip(record.summary.as_ref());
+    let remark = known.and_then(|(scene, summary)| scene.expect.remark(summary.status));
+    match remark {
+        Some(remark) => (format!("{words} This is {remark}"), "open"),
+        None => (words, tone),
+    }
+}
+
+fn ended(record: &Record) -> (String, &'static str) {
     let Some(summary) = &record.summary else {
         return (
             "This run has not come to its end: it is under way, or it was killed.".to_owned(),

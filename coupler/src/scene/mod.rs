@@ -18,6 +18,7 @@ mod continuum;
 pub mod diagnostic;
 mod document;
 mod doubts;
+mod expectation;
 mod forcing;
 mod group_pairs;
 mod model;
@@ -48,7 +49,7 @@ pub use needs::{refused, unmet};
 pub use placement::{pressing, refuse_points_within_bodies};
 pub use schema::schema;
 pub use solvers::solver_override;
-pub use written::VERSION;
+pub use written::{Expectation, VERSION};
 
 /// A scene file that has been read once, to make several of its variants.
 #[derive(Debug)]

@@ -10,6 +10,7 @@ use interface::message::control::Party;
 use interface::session::StartDeadlines;
 
 use super::document;
+use super::written::Expectation;
 use crate::record::check::{Check, Column};
 use crate::record::frames::Content;
 use crate::record::quantity::Quantities;
@@ -21,6 +22,8 @@ pub struct Scene {
     pub name: String,
     /// What to look at in the results.
     pub about: String,
+    /// How its run is known to end.
+    pub expect: Expectation,
     /// Another run whose state the scene begins with.
     pub start: Option<Start>,
     /// Duration and step.

@@ -162,6 +162,7 @@ fn checked(problems: &mut Problems, written: &SceneWritten, directory: &Path) ->
     (!problems.any()).then(|| Scene {
         name: written.name.clone(),
         about: written.about.clone(),
+        expect: written.expect.clone(),
         start,
         time,
         mpm,

@@ -29,6 +29,9 @@ pub(crate) struct SceneWritten {
     /// What to look for, in a line or two.
     #[serde(default)]
     pub about: String,
+    /// How its run ends: `passes` by default, `fails: WHY` or `stops: WHY`.
+    #[serde(default)]
+    pub expect: Expectation,
     /// Acceleration of gravity in m/s^2; none by default.
     #[serde(default)]
     pub gravity: [f64; 2],
@@ -77,6 +80,20 @@ pub(crate) struct SceneWritten {
         reason = "removed before parsing; it is here for the schema"
     )]
     pub variant: BTreeMap<String, BTreeMap<String, serde_json::Value>>,
+}
+
+/// How the run of a scene is known to end: `passes`, `fails: WHY` or `stops: WHY`.
+#[derive(Debug, Clone, PartialEq, Eq, Default, Deserialize, JsonSchema)]
+#[serde(try_from = "String")]
+#[schemars(with = "String", extend("pattern" = "^(passes|(fails|stops): .+)$"))]
+pub enum Expectation {
+    /// It reaches its end, and every check holds.
+    #[default]
+    Passes,
+    /// It reaches its end, and a check does not hold; the text says why.
+    Fails(String),
+    /// It is stopped before its end; the text says why.
+    Stops(String),
 }
 
 /// A number, or an expression in the scene's constants.
