@@ -21,6 +21,7 @@ CASES = [
     ("flip", shape, update)
     for shape in ("linear", "ugimp", "quadratic_bspline", "cubic_bspline")
     for update in ("usf", "musl", "usavg", "usl")
+    if (shape, update) != ("linear", "usl")  # refused: unstable (docs/energy.md, "Hats")
 ] + [
     (transfer, shape, "usavg")
     for shape in ("ugimp", "quadratic_bspline")

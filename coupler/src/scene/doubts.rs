@@ -1,8 +1,11 @@
-//! Numbers that are allowed and probably a slip of the unit. The bounds are few, and each is beyond what a source lists.
+//! What is allowed and probably not meant: numbers that look like a slip of the unit, with few bounds, each beyond what a
+//! source lists; and hats whose scheme creates energy (docs/energy.md).
 
 use std::f64::consts::{FRAC_PI_2, TAU};
 
-use interface::config::{BodyInertia, Fill, MaterialModel, MpmConfig, polygon};
+use interface::config::{
+    BodyInertia, Fill, MaterialModel, MpmConfig, ShapeFunction, StressUpdate, polygon,
+};
 
 use super::Scene;
 use super::document::Document;
@@ -22,6 +25,11 @@ pub(super) fn doubts(scene: &Scene, document: &Document) -> Vec<String> {
         doubts.push(format!("{words} ({})", document.whereabouts(key)));
     };
     if let Some(mpm) = &scene.mpm {
+        if mpm.shape == ShapeFunction::Linear && mpm.stress_update == StressUpdate::Usf {
+            let words = "with linear shape functions stress_update = \"usf\" creates energy wherever points cross from cell to \
+                         cell under stress; \"usavg\" does not";
+            doubt("mpm.shape", words.into());
+        }
         resolution(mpm, &mut doubt);
         materials(mpm, &mut doubt);
     }
@@ -173,6 +181,7 @@ mod tests {
                 "mpm.cell=0.02",
                 "group `slab` is 1.0 cells of 0.02 m across",
             ),
+            ("mpm.shape=linear", "\"usavg\" does not"),
         ] {
             let told = warnings(&[set]);
             let key = set.split('=').next().unwrap();

@@ -133,12 +133,16 @@ impl MpmConfig {
             let key = "mpm.grid_contact.friction";
             found.number(key, friction, friction >= 0.0, "a coefficient of 0 or more");
         }
-        // Measured: with uGIMP it gains energy within tens of steps, the more quickly the shorter they are; with hats and
-        // B-splines it does not (docs/results/verification.md).
-        if self.grid_contact.is_some()
-            && self.stress_update == StressUpdate::Usl
-            && self.shape == ShapeFunction::Ugimp
-        {
+        let last = self.stress_update == StressUpdate::Usl;
+        // Derived in docs/energy.md, "Hats".
+        if last && self.shape == ShapeFunction::Linear {
+            let help = "usl is unstable with shape = \"linear\" at any step: a node that a point has hardly reached gets any \
+                        acceleration from it, and usl strains the point by it; another way out is \"ugimp\" or a B-spline";
+            found.add("mpm.stress_update", "\"usl\"", "\"usavg\"", help);
+        }
+        // Measured: it gains energy within tens of steps, the more quickly the shorter they are; with B-splines it does
+        // not (docs/results/verification.md).
+        if last && self.grid_contact.is_some() && self.shape == ShapeFunction::Ugimp {
             let help = "usl is unstable with grid_contact and shape = \"ugimp\"; another way out is a B-spline";
             found.add("mpm.stress_update", "\"usl\"", "\"usf\"", help);
         }

@@ -148,8 +148,15 @@ impl Shape<4> for CubicBspline {
 }
 
 /// Linear hat function: the original material point method.
+///
+/// A hat has its whole gradient where it vanishes. A node that a point reaches without a weight would have a part in the
+/// gradient of the velocity and no mass, so no velocity. So a point is at least [`NEAREST`] away from the nodes of its cell.
 #[derive(Debug, Clone, Copy)]
 pub struct Linear;
+
+/// Least distance in cells of a point from a node with hats: as much as positions are rounded by in a domain of thousands
+/// of cells.
+const NEAREST: f64 = 1e-12;
 
 impl Shape<2> for Linear {
     const MIRRORED: bool = false;
@@ -161,6 +168,7 @@ impl Shape<2> for Linear {
 
     #[inline(always)]
     fn weights(&self, _axis: usize, d: Lanes) -> [Lanes; 2] {
+        let d = d.fast_max(splat(NEAREST)).fast_min(splat(1.0 - NEAREST));
         [splat(1.0) - d, d]
     }
 

@@ -91,7 +91,7 @@ fn elastic_omega_sq<const W: usize, S: Shape<W>, A: AffineState>(
         .fold(0.0, f64::max)
 }
 
-/// The bound for linear hats, from the masses that the nodes have in this step.
+/// The bound for linear hats, from the masses that the nodes get from the present positions.
 ///
 /// What is stepped in time is the velocity of the points, so the operator is `Q^T K Q` with
 /// `Q = M^-1 S^T M_p^1/2` (nodes by points), the projection of the points' velocities to the nodes and back. Its
@@ -101,7 +101,8 @@ fn elastic_omega_sq<const W: usize, S: Shape<W>, A: AffineState>(
 /// omega^2 <= max_q sum_I S_Iq a_I / m_I,   a_I = sum_p m_p c_p |grad S_Ip| sum_J |grad S_Jp|
 /// ```
 ///
-/// with `c_p` the stiffness over density. `S_Iq / m_I <= 1 / m_q` keeps it finite where a node has hardly any mass.
+/// with `c_p` the stiffness over density. `S_Iq / m_I <= 1 / m_q` keeps it finite where a node has hardly any mass; so the
+/// masses must belong to the same positions as `S`, and not to those before the points moved.
 fn omega_sq_of_points<const W: usize, S: Shape<W>, A: AffineState>(
     continuum: &mut Continuum<W, S, A>,
 ) -> f64 {
@@ -116,19 +117,25 @@ fn omega_sq_of_points<const W: usize, S: Shape<W>, A: AffineState>(
     // The windows of the internal forces, which have been used and are summed anew in the next step.
     for cloud in &mut *clouds {
         let (shape, x, reports) = (cloud.shape, &cloud.state.x, &cloud.state.stress_reports);
-        let scale = cloud.mass * per_area;
+        let mass = cloud.mass;
+        let scale = mass * per_area;
         let share = PerTile::one(&mut cloud.force[..]);
         over_tiles(threads, &cloud.tiles, share, || (), &|tile, window, ()| {
             let window = &mut window.items[0];
             window.0.fill(0.0);
             let stiffness = splat(scale * reports[tile.index].stiffness);
+            let mass = splat(mass);
             for b in 0..tile.blocks {
                 let place = tile.frame.locate(&x[tile.first + b], pitch(W));
                 let sizes = gradient_sizes(&shape, &place);
                 let total = sizes.as_flattened().iter().fold(ZERO, |sum, &s| sum + s);
                 let load = stiffness * total * tile.live(b);
+                let mass = mass * tile.live(b);
+                let s = [shape.weights(0, place.d[0]), shape.weights(1, place.d[1])];
                 for (j, row) in sizes.iter().enumerate() {
-                    scatter_row(window, &place, j, &row.map(|size| [load * size, ZERO]));
+                    let of_row = mass * s[1][j];
+                    let row: [_; W] = core::array::from_fn(|i| [load * row[i], of_row * s[0][i]]);
+                    scatter_row(window, &place, j, &row);
                 }
             }
         });
@@ -140,9 +147,22 @@ fn omega_sq_of_points<const W: usize, S: Shape<W>, A: AffineState>(
             let window = &clouds[o.cloud as usize].force[o.tile as usize];
             add_window::<W, 2>(loads, &window.0, o.run);
         }
-        for (load, per_mass) in loads.iter_mut().zip(&tile.per_mass) {
-            load[0] *= per_mass;
+    }
+    // Nodes beyond a periodic wall are those at the other end; hats have no other images.
+    for image in &grid.images.0 {
+        let [(tile, n), (of, m)] = [image.at.split(), image.of.split()];
+        let [load, mass] = loads_of_nodes[tile][n];
+        loads_of_nodes[of][m][0] += load;
+        loads_of_nodes[of][m][1] += mass;
+    }
+    for [load, mass] in loads_of_nodes.as_flattened_mut() {
+        if *mass > 0.0 {
+            *load /= *mass;
         }
+    }
+    for image in &grid.images.0 {
+        let [(tile, n), (of, m)] = [image.at.split(), image.of.split()];
+        loads_of_nodes[tile][n] = loads_of_nodes[of][m];
     }
     let mut largest_row: f64 = 0.0;
     for cloud in clouds {

@@ -202,6 +202,9 @@ fn stresses_updated_last_agree_with_the_oracle() {
     for update in [StressUpdate::Usl, StressUpdate::Musl, StressUpdate::Usavg] {
         compare(ShapeFunction::QuadraticBspline, Transfer::Apic, update, 50);
         compare(ShapeFunction::Ugimp, Transfer::Flip, update, 51);
+        if update == StressUpdate::Usl {
+            continue; // refused with hats
+        }
         compare(
             ShapeFunction::Linear,
             Transfer::Blend { pic_fraction: 0.4 },

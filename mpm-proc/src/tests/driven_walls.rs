@@ -99,6 +99,9 @@ fn a_slab_shears_in_closed_form() {
 fn a_driven_wall_is_a_fixed_one_in_its_own_frame() {
     for (shape, transfer) in KINDS {
         for stress_update in [StressUpdate::Usf, StressUpdate::Usl, StressUpdate::Usavg] {
+            if (shape, stress_update) == (ShapeFunction::Linear, StressUpdate::Usl) {
+                continue; // refused
+            }
             let mut above = slab(shape, transfer);
             above.stress_update = stress_update;
             above.drift = Drift::Nodal;

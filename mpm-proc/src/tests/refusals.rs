@@ -266,6 +266,16 @@ fn bad_configurations_are_refused_with_key_and_reason() {
     refused(
         |c| {
             c.shape = ShapeFunction::Linear;
+            c.transfer = Transfer::Flip;
+            c.stress_update = interface::config::StressUpdate::Usl;
+            c.drift = interface::config::Drift::Nodal;
+        },
+        "mpm.stress_update",
+        "usavg",
+    );
+    refused(
+        |c| {
+            c.shape = ShapeFunction::Linear;
             c.transfer = Transfer::Aflip { pic_rate: 1.0 };
         },
         "mpm.transfer",

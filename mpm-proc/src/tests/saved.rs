@@ -401,7 +401,11 @@ fn covering() -> Vec<(String, MpmConfig)> {
                 } else {
                     let affine = transfer.is_affine();
                     let plain = matches!(shape, ShapeFunction::Linear | ShapeFunction::Ugimp);
-                    assert!(affine && plain, "{shape:?} {transfer:?} {update:?}");
+                    let unstable = shape == ShapeFunction::Linear && update == StressUpdate::Usl;
+                    assert!(
+                        affine && plain || unstable,
+                        "{shape:?} {transfer:?} {update:?}"
+                    );
                 }
             }
         }
@@ -421,7 +425,7 @@ fn share_volumes_with_usf_only(config: &mut MpmConfig) {
 #[test]
 fn a_restored_solver_goes_on_to_the_same_bits() {
     let cases = covering();
-    assert_eq!(cases.len(), 72);
+    assert_eq!(cases.len(), 67);
     let mut moments = Vec::new();
     for (name, config) in &cases {
         moments.extend(goes_on(name, config));
@@ -497,6 +501,9 @@ fn grains_go_on_to_the_same_bits() {
             config.materials[0].model = models()[n % 6];
             if shape != ShapeFunction::Ugimp {
                 config.stress_update = UPDATES[n / 2 % 3];
+            }
+            if shape == ShapeFunction::Linear && config.stress_update == StressUpdate::Usl {
+                config.stress_update = StressUpdate::Musl;
             }
             config.walls.bottom = [Wall::Friction { coefficient: 0.2 }, Wall::Open][n % 2];
             if n % 4 == 3 {
