@@ -6,6 +6,7 @@ use std::fs;
 use std::time::Duration;
 
 use coupler::scene::Scene;
+use interface::transport::wait::nap;
 
 use crate::cli::HowArgs;
 
@@ -89,7 +90,7 @@ fn load() -> (usize, usize) {
     let (mut least, mut online) = (usize::MAX, 0);
     for look in 0..LOOKS {
         if look > 0 {
-            std::thread::sleep(APART);
+            nap(APART);
         }
         let text = fs::read_to_string("/proc/stat").unwrap_or_default();
         least = least.min(running(&text).saturating_sub(1));

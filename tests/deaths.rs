@@ -365,7 +365,7 @@ fn an_interrupt_is_heard_while_a_goodbye_is_waited_for() {
         tests.display()
     );
     let command = format!("sh -c '{script}' sh");
-    for (signals, most) in [(1, Duration::from_secs(8)), (2, Duration::from_secs(4))] {
+    for (signals, most) in [(1, Duration::from_secs(5)), (2, Duration::from_secs(3))] {
         let place = Place::new();
         let more = ["--variant", "quick", "--set", "check=[]", "--dem", &command];
         let mut run = place.start_run("out", &scene("jiang2020/collision_hard"), &more);
@@ -380,7 +380,7 @@ fn an_interrupt_is_heard_while_a_goodbye_is_waited_for() {
         }
         let ended = run.end().expect(130);
         let took = asked.elapsed();
-        assert!(took < most + Duration::from_secs(4), "{took:?}");
+        assert!(took < most + Duration::from_secs(3), "{took:?}");
         assert!(!lives(dem));
         place.assert_clean(&ended.runs);
         let files = RunFiles::read(&place.path("out"));

@@ -33,7 +33,7 @@ const OWNERS: [(&str, &str); 3] = [
     ("parry2d-f64", "dem-proc"),
 ];
 /// The order of the protocol names no clock, thread or file, so that it can be simulated; but for those who drive it.
-const DRIVERS: [&str; 3] = ["serve.rs", "stopwatch.rs", "together.rs"];
+const DRIVERS: [&str; 2] = ["stopwatch.rs", "together.rs"];
 
 fn packages() -> Vec<Value> {
     let arguments = [

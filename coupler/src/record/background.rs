@@ -10,6 +10,8 @@ use std::sync::{Arc, Mutex};
 use std::thread::{self, JoinHandle};
 use std::time::Duration;
 
+use interface::transport::wait::until;
+
 use super::error::{RunDirError, fail};
 use super::rundir::RunDir;
 
@@ -46,23 +48,19 @@ impl Drop for Ends {
 #[derive(Debug)]
 pub(crate) struct Mark {
     progress: Arc<Progress>,
-    until: u64,
+    given: u64,
 }
 
 impl Mark {
     /// Waits until it is written; false if the writer has failed before.
     pub fn is_reached(&self) -> bool {
-        loop {
+        let reached = until(Duration::MAX, LOOK, || {
             // The order matters: after its end the writer writes nothing more.
             let ended = self.progress.ended.load(Ordering::Acquire);
-            if self.progress.written.load(Ordering::Acquire) >= self.until {
-                return true;
-            }
-            if ended {
-                return false;
-            }
-            thread::sleep(LOOK);
-        }
+            let reached = self.progress.written.load(Ordering::Acquire) >= self.given;
+            (reached || ended).then_some(reached)
+        });
+        reached == Some(true)
     }
 }
 
@@ -118,7 +116,7 @@ impl<T: Send + 'static> Background<T> {
     pub fn mark(&self) -> Mark {
         Mark {
             progress: self.progress.clone(),
-            until: self.given,
+            given: self.given,
         }
     }
 

@@ -8,6 +8,8 @@ use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
 use std::thread;
 use std::time::{Duration, Instant};
 
+use interface::transport::wait::until;
+
 /// Largest number of texts that wait to be shown.
 const WAITING: usize = 256;
 /// Time between two looks at the end.
@@ -80,13 +82,14 @@ impl Screen {
     /// Waits until everything is shown, or nothing has been shown for `patience`.
     pub fn finish(&self, patience: Duration) {
         let mut moved = (self.counts.shown.load(Ordering::Acquire), Instant::now());
-        while moved.0 < self.counts.given.load(Ordering::Acquire) && moved.1.elapsed() < patience {
-            thread::sleep(LOOK);
+        until(Duration::MAX, LOOK, || {
             let shown = self.counts.shown.load(Ordering::Acquire);
             if shown != moved.0 {
                 moved = (shown, Instant::now());
             }
-        }
+            let all = shown >= self.counts.given.load(Ordering::Acquire);
+            (all || moved.1.elapsed() >= patience).then_some(())
+        });
     }
 }
 

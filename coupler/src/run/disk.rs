@@ -1,11 +1,12 @@
 //! Waiting for a disk. Files are written in the background; if a writer is too far behind, the run waits. The solvers
 //! are told, so that the time does not count towards their deadlines.
 
-use std::thread;
-use std::time::{Duration, Instant};
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Duration;
 
 use interface::session::StartDeadlines;
 use interface::transport::domain::{Domain, WaitsForDisk};
+use interface::transport::wait::until;
 
 /// Time between two looks.
 const LOOK: Duration = Duration::from_millis(1);
@@ -37,25 +38,22 @@ impl Disk {
         self.starting = None;
     }
 
-    /// Waits while something `is_behind`.
-    pub fn wait(&self, is_behind: impl Fn() -> bool) {
+    /// Waits while something `is_behind`; false if the run is to end `at_once` before.
+    pub fn wait(&self, is_behind: impl Fn() -> bool, at_once: &AtomicBool) -> bool {
+        let over = || (!is_behind() || at_once.load(Ordering::Relaxed)).then_some(());
         if !is_behind() {
-            return;
+            return true;
         }
         self.during(|| {
-            let began = Instant::now();
-            let mut named = false;
-            while is_behind() {
-                if began.elapsed() >= NOTICE && !named {
-                    named = true;
-                    tracing::warn!("the disk does not accept data: the run waits for it");
-                }
-                thread::sleep(LOOK);
+            if until(NOTICE, LOOK, over).is_none() {
+                tracing::warn!(
+                    "the disk does not accept data: the run waits for it (a second Ctrl-C does not)"
+                );
+                until(Duration::MAX, LOOK, over);
+                tracing::info!("the run waits for the disk no more");
             }
-            if named {
-                tracing::info!("the disk accepts data again");
-            }
-        });
+            !is_behind()
+        })
     }
 
     /// Does something that may take long because it writes.
@@ -81,12 +79,26 @@ mod tests {
         let disk = Disk::of(domain.clone(), StartDeadlines::default());
         let (held, looks) = (|| domain.held(Party::Mpm).is_some(), Cell::new(0));
         assert!(!held());
-        disk.wait(|| {
+        let is_behind = || {
             looks.set(looks.get() + 1);
             // The first look is whether there is anything to wait for.
             assert_eq!(held(), looks.get() > 1);
             looks.get() < 5
+        };
+        assert!(disk.wait(is_behind, &AtomicBool::new(false)));
+        assert_eq!((looks.get(), held()), (6, false));
+    }
+
+    /// A disk that did not answer kept a run, its solvers and its shared memory for ever, whatever was asked.
+    #[test]
+    fn a_run_that_is_to_end_at_once_does_not_wait_for_its_disk() {
+        let at_once = AtomicBool::new(false);
+        std::thread::scope(|scope| {
+            scope.spawn(|| {
+                std::thread::sleep(Duration::from_millis(50));
+                at_once.store(true, Ordering::Relaxed);
+            });
+            assert!(!Disk::default().wait(|| true, &at_once));
         });
-        assert_eq!((looks.get(), held()), (5, false));
     }
 }

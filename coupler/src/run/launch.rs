@@ -14,6 +14,7 @@ use interface::message::control::Party;
 use interface::session::process;
 use interface::transport::domain::Domain;
 use interface::transport::liveness::{Hold, hold_of};
+use interface::transport::wait::until;
 use rustix::process::{Pid, WaitId, WaitIdOptions, waitid};
 use thiserror::Error;
 
@@ -36,6 +37,8 @@ pub struct StartError {
 const GRACE: Duration = Duration::from_secs(2);
 /// Longest wait for the last output of a solver that has ended.
 const READING: Duration = Duration::from_millis(500);
+/// Time between two looks at a solver that ends.
+const LOOK: Duration = Duration::from_millis(1);
 /// Bytes of a solver's output that are kept in memory.
 const KEPT: usize = 8 << 10;
 /// Bytes of a solver's output from which its file is bounded: the head, and as much of the end again.
@@ -154,10 +157,10 @@ impl Processes {
         let deadline = Instant::now() + GRACE;
         for mut process in self.all.drain(..) {
             let is_stopped = || hold_of(process.child.id()) == Some(Hold::Stopped);
-            while matches!(process.ended(), Ok(None)) && Instant::now() < deadline && !is_stopped()
-            {
-                thread::sleep(Duration::from_millis(1));
-            }
+            let left = deadline.saturating_duration_since(Instant::now());
+            until(left, LOOK, || {
+                (!matches!(process.ended(), Ok(None)) || is_stopped()).then_some(())
+            });
             if matches!(process.ended(), Ok(None)) {
                 let (party, pid) = (process.party, process.child.id());
                 tracing::warn!(%party, pid, "did not end and is killed");
@@ -236,10 +239,7 @@ impl Said {
     /// The last lines, after the process has ended. A process that has left its group may still hold the other end of
     /// the pipe, so the wait is limited.
     fn last(&self) -> String {
-        let deadline = Instant::now() + READING;
-        while !self.reader.is_finished() && Instant::now() < deadline {
-            thread::sleep(Duration::from_millis(1));
-        }
+        until(READING, LOOK, || self.reader.is_finished().then_some(()));
         last_lines(&self.tail.lock().expect("no thread panics"))
     }
 }

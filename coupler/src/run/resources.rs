@@ -3,7 +3,6 @@
 
 use std::fmt::{self, Display};
 use std::path::{Path, PathBuf};
-use std::thread;
 use std::time::{Duration, Instant};
 
 use interface::files::{self, SMALL};
@@ -11,6 +10,7 @@ use interface::message::wire::PointState;
 use interface::session::SessionError;
 use interface::transport::domain::Domain;
 use interface::transport::iceoryx::Created;
+use interface::transport::wait::until;
 use rustix::fs::statvfs;
 use rustix::process::{Resource, Rlimit, getrlimit, setrlimit};
 use thiserror::Error;
@@ -284,12 +284,8 @@ pub fn cause(error: &SessionError, domain: &Domain, segments: &Segments) -> Opti
         return None;
     }
     // The removal may still be in progress, because the first missing file can end a run.
-    let are_gone = || !segments.are_there(domain);
-    let are_going = || {
-        thread::sleep(MOMENT);
-        are_gone()
-    };
-    if are_gone() || are_going() {
+    let are_gone = || (!segments.are_there(domain)).then_some(());
+    if until(MOMENT, MOMENT, are_gone).is_some() {
         return Some(REMOVED.to_owned());
     }
     let free = free_memory()?;

@@ -39,8 +39,11 @@ use crate::scene::Scene;
 const WINDOW_TIME: Duration = Duration::from_millis(200);
 /// A positive energy residual above this share of the energy in play is an instability, and not an error of the scheme.
 const BLOW_UP: f64 = 0.5;
-/// After an interrupt, longest wait for the solvers' last step and their goodbyes. With what follows a run ends within 8 s.
-const FAREWELL: Duration = Duration::from_secs(5);
+/// After an interrupt, longest wait for the solvers' last step and their goodbyes, beside the time of some steps. With what
+/// follows a run ends within 5 s.
+const FAREWELL: Duration = Duration::from_secs(2);
+/// That a second interrupt has come.
+const TWICE: &str = "it was asked twice";
 /// How old a summary for the case that shared memory vanishes may be.
 const REMEMBERED: Duration = Duration::from_secs(1);
 /// The opening and the closing step have no length. They give the forces, limits and energies at the start and at the
@@ -80,7 +83,7 @@ pub(crate) struct Resources {
     pub disk: Disk,
     /// The shared memory through which the solvers join.
     pub shared_memory: Option<SharedMemory>,
-    /// When a wait first heard that the run is to end.
+    /// When the wait for the solvers' goodbye heard that the run is to end.
     heard: Option<Instant>,
     /// When a summary was kept last for the case that shared memory vanishes.
     left: Option<Instant>,
@@ -325,7 +328,10 @@ impl<'a> Run<'a> {
 
     /// The next grant, or the end of them.
     fn next_grant(&mut self) -> Result<Option<Next>, RunError> {
-        self.resources.disk.wait(|| self.is_behind());
+        let at_once = &self.options.at_once;
+        if !(self.resources.disk).wait(|| self.is_behind(), at_once) {
+            return Err(RunError::InterruptedAtOnce(TWICE));
+        }
         if let Some(error) = self.outputs.sink.as_ref().and_then(RecordingSink::failure) {
             return Err(SessionError::from(error).into());
         }
@@ -705,13 +711,15 @@ impl Supervisor for Run<'_> {
         if !self.options.interrupt.load(Ordering::Relaxed) {
             return None;
         }
-        let heard = *self.resources.heard.get_or_insert_with(Instant::now);
-        let no_goodbye = self.schedule.phase == Phase::Done && heard.elapsed() > FAREWELL;
+        let no_goodbye = self.schedule.phase == Phase::Done && {
+            let heard = self.resources.heard.get_or_insert_with(Instant::now);
+            heard.elapsed() > FAREWELL + 4 * self.schedule.step_time.unwrap_or_default()
+        };
         let at_once = self.options.at_once.load(Ordering::Relaxed);
         let failure = match self.resources.pauses.held_now() {
             _ if arriving => RunError::Interrupted,
             Some((party, hold)) => RunError::InterruptedHeld(party, hold),
-            None if at_once => RunError::InterruptedAtOnce("it was asked twice"),
+            None if at_once => RunError::InterruptedAtOnce(TWICE),
             None if no_goodbye => RunError::InterruptedAtOnce("the solvers did not say goodbye"),
             None => return None,
         };

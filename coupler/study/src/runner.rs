@@ -7,13 +7,13 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
-use std::thread;
 use std::time::{Duration, Instant};
 
 use coupler::record::Summary;
 use coupler::record::rundir::in_use;
 use coupler::record::summary::Status;
 use interface::files::{self, SMALL, STATE};
+use interface::transport::wait::until;
 
 use crate::StudyError;
 use crate::case::Case;
@@ -340,11 +340,8 @@ impl Runner {
                 .work(&commands, &self.place(), &mut look);
             if self.interrupted() {
                 // An engine may have ended before its runs.
-                let began = Instant::now();
                 let busy = || directories.iter().any(|directory| in_use(directory));
-                while busy() && began.elapsed() < DRAINING {
-                    thread::sleep(LOOK);
-                }
+                until(DRAINING, LOOK, || (!busy()).then_some(()));
                 look();
                 partial(&found);
                 return Err(StudyError::Interrupted);
@@ -369,18 +366,19 @@ impl Runner {
     fn free(&self, directories: &[PathBuf]) -> Result<bool, StudyError> {
         let mut waited = false;
         for directory in directories {
-            while in_use(directory) {
-                if !waited {
+            until(Duration::MAX, LOOK, || {
+                let used = in_use(directory);
+                if used && !waited {
                     let used = directory.display();
                     tracing::warn!(
                         "a run that was started before uses {used}: waiting for its end"
                     );
                     waited = true;
                 }
-                if self.interrupted() {
-                    return Err(StudyError::Interrupted);
-                }
-                thread::sleep(LOOK);
+                (!used || self.interrupted()).then_some(())
+            });
+            if self.interrupted() {
+                return Err(StudyError::Interrupted);
             }
         }
         Ok(waited)

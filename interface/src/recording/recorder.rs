@@ -11,6 +11,7 @@ use std::time::{Duration, Instant};
 use super::{About, BLOCK, FORMAT, MAGIC, MESSAGE_HEADER, Playback, RecordingError, check};
 use crate::message::wire::{StepHeader, bytes_of};
 use crate::message::{Channel, Kind, Records};
+use crate::transport::wait::until;
 
 /// Longest time that a message waits in memory while the run continues. A killed run loses no more than this.
 const UNWRITTEN: Duration = Duration::from_millis(250);
@@ -18,6 +19,8 @@ const UNWRITTEN: Duration = Duration::from_millis(250);
 const WAITING: usize = 64 << 20;
 /// Longest wait of [`RecordingSink::flush`] and [`RecordingSink::sync`].
 const SYNC_LIMIT: Duration = Duration::from_secs(10);
+/// Time between two looks at the tap.
+const LOOK: Duration = Duration::from_micros(500);
 /// [`Shared::rounds`] of a recording without a tap.
 const NO_TAP: u64 = u64::MAX;
 
@@ -88,15 +91,15 @@ impl Shared {
         self.room.notify_all();
     }
 
-    /// Waits for the writer until something is `done`; `None` at the time `until`, or when the writer has ended.
+    /// Waits for the writer until something is `done`; `None` at the time `end`, or when the writer has ended.
     fn wait(
         &self,
-        until: Instant,
+        end: Instant,
         mut done: impl FnMut(&mut State) -> bool,
     ) -> Option<MutexGuard<'_, State>> {
         let mut state = self.lock();
         while !done(&mut state) {
-            let left = until.saturating_duration_since(Instant::now());
+            let left = end.saturating_duration_since(Instant::now());
             if left.is_zero() || state.failure.is_some() || state.closed {
                 return None;
             }
@@ -260,8 +263,8 @@ impl RecordingSink {
     /// goes on from here cuts it to that. `None` if it takes longer than [`SYNC_LIMIT`] or the recording has failed.
     /// Nothing may be sent meanwhile.
     pub fn flush(&self) -> Option<u64> {
-        let until = Instant::now() + SYNC_LIMIT;
-        if !self.heard(until) {
+        let end = Instant::now() + SYNC_LIMIT;
+        if !self.heard(SYNC_LIMIT) {
             return None;
         }
         let noted = self.0.lock().noted;
@@ -269,23 +272,18 @@ impl RecordingSink {
             state.flushing = state.written < noted;
             !state.flushing
         };
-        let state = self.0.wait(until, written)?;
+        let state = self.0.wait(end, written)?;
         Some(state.length)
     }
 
-    /// Waits until the tap has read all that was sent before this call; false at the time `until`.
-    fn heard(&self, until: Instant) -> bool {
+    /// Waits until the tap has read all that was sent before this call; false after `at_most`.
+    fn heard(&self, at_most: Duration) -> bool {
         let rounds = &self.0.rounds;
         // The tap may already have passed a channel in its present round when a message came. The next round reads all
         // of it.
         let after = rounds.load(Ordering::Acquire).saturating_add(2);
-        while rounds.load(Ordering::Acquire) < after {
-            if Instant::now() >= until {
-                return false;
-            }
-            std::thread::sleep(Duration::from_micros(500));
-        }
-        true
+        let is_after = || (rounds.load(Ordering::Acquire) >= after).then_some(());
+        until(at_most, LOOK, is_after).is_some()
     }
 
     /// Waits until the tap has looked into the channels of all solvers that are ready, so that no message passes it. A
@@ -293,7 +291,7 @@ impl RecordingSink {
     /// then iceoryx2 drops what the buffer does not hold, without a word to the sender. If that takes more than
     /// [`SYNC_LIMIT`] the recording fails.
     pub fn listen(&self) {
-        if !self.heard(Instant::now() + SYNC_LIMIT) {
+        if !self.heard(SYNC_LIMIT) {
             let text = format!("it has not read for {SYNC_LIMIT:?}");
             self.fail(RecordingError::Tap(text));
         }

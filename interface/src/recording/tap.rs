@@ -11,6 +11,7 @@ use crate::message::{Channel, Kind, Payload};
 use crate::transport::domain::Domain;
 use crate::transport::iceoryx::{self, Medium};
 use crate::transport::recorded::Recorded;
+use crate::transport::wait::nap;
 use crate::transport::{Transport, TransportError};
 
 /// Sleep between two looks. A channel of a recorded run has room for many more messages than are sent in this time, so
@@ -73,7 +74,7 @@ impl Tap {
                         Ok(false) if last => return sink.tapped(false),
                         Ok(false) => {
                             sink.round();
-                            std::thread::sleep(NAP);
+                            nap(NAP);
                         }
                         Err(e) => {
                             sink.tapped(false);

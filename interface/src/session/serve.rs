@@ -1,6 +1,6 @@
 //! A solver joins a run and serves until the session is closed.
 
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 use super::error::{SessionError, broken};
 use super::process::started_as;
@@ -13,9 +13,11 @@ use crate::message::wire::StepHeader;
 use crate::solver::{DemSolver, MpmSolver};
 use crate::transport::domain::Domain;
 use crate::transport::iceoryx::{self, Medium, SEND_TIMEOUT};
+use crate::transport::wait::until;
 
 /// Longest wait of a solver on the wrong side for the end of the session.
 const GRACE: Duration = Duration::from_secs(2);
+const LOOK: Duration = Duration::from_millis(10);
 
 /// Joins the run of `domain` as the continuum and serves until the session is closed.
 ///
@@ -74,10 +76,7 @@ fn check_side(domain: &Domain, hello: Hello) -> Result<(), SessionError> {
         ..StepHeader::default()
     };
     let _ends = iceoryx::say_as(domain, expected, &header, &notice)?;
-    let start = Instant::now();
-    while domain.coupler_lives() && start.elapsed() < GRACE {
-        std::thread::sleep(Duration::from_millis(10));
-    }
+    until(GRACE, LOOK, || (!domain.coupler_lives()).then_some(()));
     let message = format!("started as the {expected}");
     Err(broken(own, "O-1", 0, message))
 }

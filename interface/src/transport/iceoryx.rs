@@ -27,6 +27,7 @@ use crate::transport::domain::{Domain, Part};
 use crate::transport::liveness::Hold;
 use crate::transport::names::WAKES;
 use crate::transport::vanished;
+use crate::transport::wait::nap;
 use crate::transport::wake::Wakes;
 
 /// Over what the parties talk.
@@ -550,7 +551,7 @@ impl<S: Service + 'static> Transport for Ends<S> {
         if let Some(wakes) = &mut self.wakes {
             return wakes.block(from, at_most);
         }
-        std::thread::sleep(at_most);
+        nap(at_most);
         0
     }
 

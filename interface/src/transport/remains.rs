@@ -6,12 +6,13 @@ use std::ffi::OsString;
 use std::fs::{self, File, TryLockError};
 use std::os::unix::fs::MetadataExt;
 use std::path::Path;
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 use crate::transport::names::{
     JOINED_PREFIX, LOCK, PROCESS_PREFIX, WAITS_FOR_DISK, WAKES, after_prefix, is_id,
     maker_of_draft, root_of, runtime_dir, segments_of, shared_memory_prefix,
 };
+use crate::transport::wait::until;
 
 /// Time between two looks whether the solvers have closed their ports.
 const LOOK: Duration = Duration::from_millis(1);
@@ -99,17 +100,16 @@ pub(super) fn remove(id: &str, patience: Duration) -> bool {
     // First: a solver that notes after this that it takes part finds that the run is over, and makes nothing (O-8).
     // One that noted it before is seen below.
     let _ = fs::remove_file(root.join(LOCK));
-    let start = Instant::now();
-    let mut taking_part = taking_part(&root);
-    while !taking_part.is_empty() && start.elapsed() < patience {
-        std::thread::sleep(LOOK);
-        taking_part = self::taking_part(&root);
-    }
+    let mut present = Vec::new();
+    until(patience, LOOK, || {
+        present = taking_part(&root);
+        present.is_empty().then_some(())
+    });
     for segment in segments_of(id) {
         let _ = fs::remove_file(segment);
     }
     for entry in fs::read_dir(&root).into_iter().flatten().flatten() {
-        if taking_part.contains(&entry.file_name()) {
+        if present.contains(&entry.file_name()) {
             continue;
         }
         let _ = if entry.file_type().is_ok_and(|kind| kind.is_dir()) {
@@ -140,6 +140,7 @@ fn taking_part(root: &Path) -> Vec<OsString> {
 #[cfg(test)]
 mod tests {
     use std::sync::{Mutex, MutexGuard, PoisonError};
+    use std::time::Instant;
 
     use super::*;
     use crate::transport::domain::{Domain, DomainError, OwnedDomain};

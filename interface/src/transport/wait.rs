@@ -1,5 +1,7 @@
-//! The only way to wait for another process (docs/decisions/0006-waiting.md): look for the message for a short while,
-//! block until the other side wakes this one, look again, and give up at the deadline.
+//! The place where the program waits (clippy.toml). [`wait`] waits for a message of another process
+//! (docs/decisions/0006-waiting.md): look for it for a short while, block until the other side wakes this one, look again,
+//! and give up at the deadline. [`until`] waits for what wakes nobody: a process, a file, a thread. Who may wait for long
+//! looks for a signal too, in [`Awaited::interruption`] or in the look.
 
 use std::time::{Duration, Instant};
 
@@ -72,6 +74,28 @@ pub fn wait<A: Awaited>(
                 return Ok(found);
             }
         }
+    }
+}
+
+/// Sleeps: nothing is waited for.
+#[allow(clippy::disallowed_methods, reason = "here the program waits")]
+pub fn nap(time: Duration) {
+    std::thread::sleep(time);
+}
+
+/// Looks every so often until something is there, for `at_most` at most.
+pub fn until<T>(
+    at_most: Duration,
+    every: Duration,
+    mut look: impl FnMut() -> Option<T>,
+) -> Option<T> {
+    let begin = Instant::now();
+    loop {
+        let found = look();
+        if found.is_some() || begin.elapsed() >= at_most {
+            return found;
+        }
+        nap(every);
     }
 }
 

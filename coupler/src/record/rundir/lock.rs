@@ -1,5 +1,6 @@
-//! The lock of a run directory. It is held on a file in it, which says who holds it, and on the directory itself, which
-//! cannot be removed while the run lives in it: so a second run is refused also where somebody has removed the file.
+//! The lock of a run directory. It is held on the directory itself, which cannot be removed while the run lives in it, and on
+//! a file in it, because some file systems of clusters share locks of files but not those of directories. The file says who
+//! holds both: the process and when it started, since the number of one that has ended may be given to another.
 
 #![allow(clippy::disallowed_methods, reason = "a run directory, to lock it")]
 
@@ -7,18 +8,18 @@ use std::fs::{File, TryLockError};
 use std::io::{self, ErrorKind, Seek, Write};
 use std::os::unix::fs::MetadataExt;
 use std::path::Path;
-use std::thread;
 use std::time::Duration;
 
 use interface::files::{self, How, SMALL};
+use interface::transport::wait::until;
 
 use crate::record::error::{RunDirError, fail};
 
 /// The file that the run in the directory keeps locked, with its process and command.
 pub(super) const LOCK: &str = ".tandem.lock";
 
-/// Number of tests of a lock that is held, and the time between them.
-const LOOKS: usize = 5;
+/// How long a lock that is held is tested, and the time between two tests.
+const MOMENT: Duration = Duration::from_millis(100);
 const LOOK: Duration = Duration::from_millis(20);
 
 /// The lock, until it is dropped, whatever ends the process.
@@ -40,18 +41,14 @@ impl Lock {
             ErrorKind::InvalidInput => fail("lock", &path)(error),
             _ => fail("write in the run directory", dir)(error),
         })?;
-        take(dir, &file, &path)?;
         take(dir, &directory, dir)?;
+        take(dir, &file, &path)?;
         let words = std::env::args_os().map(|word| word.to_string_lossy().into_owned());
         let words: Vec<String> = words.collect();
-        let host = files::read_named_text(Path::new("/proc/sys/kernel/hostname"), SMALL);
-        let host = host.unwrap_or_default();
-        let holder = format!(
-            "process {} on {} (`{}`)\n",
-            std::process::id(),
-            host.trim(),
-            words.join(" ")
-        );
+        let pid = std::process::id();
+        let start = start_of(pid).unwrap_or_default();
+        let words = words.join(" ");
+        let holder = format!("process {pid} of tick {start} on {} (`{words}`)\n", host());
         file.set_len(0)
             .and_then(|()| file.rewind())
             .and_then(|()| file.write_all(holder.as_bytes()))
@@ -71,50 +68,72 @@ fn open(dir: &Path) -> io::Result<File> {
 /// Locks one of the two.
 fn take(dir: &Path, locked: &File, path: &Path) -> Result<(), RunDirError> {
     // A process that tests the lock holds it for a moment.
-    let mut taken = locked.try_lock();
-    for _ in 0..LOOKS {
-        if matches!(taken, Err(TryLockError::WouldBlock)) {
-            thread::sleep(LOOK);
-            taken = locked.try_lock();
-        }
-    }
+    let taken = until(MOMENT, LOOK, || match locked.try_lock() {
+        Err(TryLockError::WouldBlock) => None,
+        taken => Some(taken),
+    });
     match taken {
-        Ok(()) => Ok(()),
-        Err(TryLockError::WouldBlock) => Err(RunDirError::InUse {
+        Some(Ok(())) => Ok(()),
+        None => Err(RunDirError::InUse {
             path: dir.to_path_buf(),
             holder: holder(dir, locked),
         }),
         // Some cluster file systems have no locks, or none of directories; there a run works without.
-        Err(TryLockError::Error(error))
+        Some(Err(TryLockError::Error(error)))
             if path == dir || error.kind() == ErrorKind::Unsupported =>
         {
             tracing::warn!("{} cannot be locked: {error}", path.display());
             Ok(())
         }
-        Err(TryLockError::Error(error)) => Err(fail("lock", path)(error)),
+        Some(Err(error)) => Err(fail("lock", path)(error.into())),
     }
 }
 
-/// Who holds a lock: the run that says so in the file, unless the system knows another process.
+/// Who holds a lock: the run that says so in the file, if it lives and the system knows no other process.
 fn holder(dir: &Path, locked: &File) -> String {
     let said = files::read_text(dir, LOCK, SMALL).unwrap_or_default();
-    let said = said.trim();
-    let locks = files::read_named_text(Path::new("/proc/locks"), SMALL).unwrap_or_default();
     let inode = locked.metadata().map_or(0, |file| file.ino());
-    let others = holders(&locks, inode);
-    let is_named = |pid: &u32| said.starts_with(&format!("process {pid} "));
-    match others.first() {
-        Some(pid) if !others.iter().any(is_named) => {
-            let name = files::read_named_text(Path::new(&format!("/proc/{pid}/comm")), SMALL);
-            let name = name.unwrap_or_default();
-            format!(
-                "process {pid} (`{}`), which is not the run that {LOCK} names",
-                name.trim()
-            )
+    told(said.trim(), &holders(&of_system("/proc/locks"), inode))
+}
+
+fn told(said: &str, holders: &[u32]) -> String {
+    match (owner(said), holders.first()) {
+        (Some(owner), holder) if holder.is_none() || holders.contains(&owner) => said.to_owned(),
+        (_, Some(pid)) => {
+            let name = of_system(&format!("/proc/{pid}/comm"));
+            format!("process {pid} (`{name}`), which is not a run that {LOCK} names")
         }
-        _ if said.is_empty() => "another run".to_owned(),
-        _ => said.to_owned(),
+        (_, None) => {
+            format!("a process that the system does not name; {LOCK} names none that lives")
+        }
     }
+}
+
+/// The process that the text of the file names, unless it has ended on this machine.
+fn owner(said: &str) -> Option<u32> {
+    let (pid, said) = said.strip_prefix("process ")?.split_once(" of tick ")?;
+    let (start, said) = said.split_once(" on ")?;
+    let pid = pid.parse().ok()?;
+    let is_elsewhere = !said.starts_with(&format!("{} (", host()));
+    (is_elsewhere || start_of(pid).as_deref() == Some(start)).then_some(pid)
+}
+
+/// When a process of this machine has started, in ticks since the machine has.
+fn start_of(pid: u32) -> Option<String> {
+    let stat = of_system(&format!("/proc/{pid}/stat"));
+    // The name stands in parentheses and may contain anything.
+    let mut after_name = stat.rsplit_once(')')?.1.split_whitespace();
+    after_name.nth(19).map(str::to_owned)
+}
+
+fn host() -> String {
+    of_system("/proc/sys/kernel/hostname")
+}
+
+/// What the system says in this file, without the end of its last line; empty where it does not.
+fn of_system(file: &str) -> String {
+    let text = files::read_named_text(Path::new(file), SMALL);
+    text.unwrap_or_default().trim_end().to_owned()
 }
 
 /// The processes that have locked the file of this number, from the text of `/proc/locks`.
@@ -138,6 +157,8 @@ pub fn in_use(dir: &Path) -> bool {
 
 #[cfg(test)]
 mod tests {
+    use std::io::Read;
+
     use super::*;
 
     #[test]
@@ -172,15 +193,55 @@ mod tests {
     #[test]
     fn who_holds_the_lock_is_named_and_not_who_held_it_last() {
         let dir = tempfile::tempdir().unwrap();
-        std::fs::write(
-            dir.path().join(LOCK),
-            "process 1 on elsewhere (`tandem run`)\n",
-        )
-        .unwrap();
+        let last = "process 1 of tick 1 on elsewhere (`tandem run`)\n";
+        std::fs::write(dir.path().join(LOCK), last).unwrap();
         let other = File::open(dir.path().join(LOCK)).unwrap();
         other.lock().unwrap();
         let told = Lock::take(dir.path()).unwrap_err().to_string();
         let me = format!("is in use by process {} (`", std::process::id());
-        assert!(told.contains(&me) && told.contains("not the run"), "{told}");
+        assert!(told.contains(&me) && told.contains("not a run"), "{told}");
+    }
+
+    /// The name of a run that had ended was told for ever where the system does not say who holds the lock.
+    #[test]
+    fn a_process_that_has_ended_is_not_told_as_the_holder() {
+        let me = std::process::id();
+        let start = start_of(me).unwrap();
+        let said = |start: &str| format!("process {me} of tick {start} on {} (`run`)", host());
+        let (mine, earlier) = (said(&start), said("1"));
+        for holders in [&[][..], &[me], &[1, me]] {
+            assert_eq!(told(&mine, holders), mine);
+        }
+        // The number was given again.
+        for said in [&earlier, ""] {
+            assert!(told(said, &[]).contains("names none that lives"));
+            assert!(told(said, &[me]).starts_with(&format!("process {me} (`")));
+        }
+        let elsewhere = "process 1 of tick 1 on elsewhere (`run`)";
+        assert_eq!(told(elsewhere, &[]), elsewhere);
+    }
+
+    /// Somebody who may only read can lock the file: then nobody runs there, and it is told who that is.
+    #[test]
+    fn a_directory_that_somebody_has_locked_by_reading_is_refused_with_the_process() {
+        let dir = tempfile::tempdir().unwrap();
+        drop(Lock::take(dir.path()).unwrap());
+        for path in [dir.path().join(LOCK), dir.path().join(".")] {
+            let other = std::process::Command::new("flock")
+                .arg("-F")
+                .arg(&path)
+                .args(["sh", "-c", "echo; exec sleep 60"])
+                .stdout(std::process::Stdio::piped())
+                .spawn();
+            let mut other = other.unwrap();
+            other.stdout.take().unwrap().read_exact(&mut [0]).unwrap();
+            let told = Lock::take(dir.path()).unwrap_err().to_string();
+            assert!(
+                told.contains(&format!("process {} (`", other.id())),
+                "{told}"
+            );
+            other.kill().unwrap();
+            other.wait().unwrap();
+        }
     }
 }

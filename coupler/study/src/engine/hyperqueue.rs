@@ -5,6 +5,7 @@ use std::time::Duration;
 
 use interface::files::{self, SMALL};
 use interface::transport::remains::sweep;
+use interface::transport::wait::until;
 use rustix::process::Signal;
 use serde_json::json;
 
@@ -41,20 +42,19 @@ pub(super) fn work(
     let words = ["python3", "-c", SCRIPT, &file.to_string_lossy()].map(str::to_owned);
     let mut child = spawn(&words, &log)?;
     let mut told = false;
-    let status = loop {
-        thread::sleep(LOOK);
+    let ended = until(Duration::MAX, LOOK, || {
         look();
-        let looked = child.try_wait();
-        if let Some(status) = looked.map_err(StudyError::file("wait for", &file))? {
-            break status;
-        }
-        if place.interrupted() && !told {
+        let looked = child.try_wait().transpose();
+        if looked.is_none() && place.interrupted() && !told {
             told = true;
             // A worker of its own hears SIGTERM and leaves its server waiting; its tasks are killed with it. `python3` may be
             // a script that starts another process.
             signal(&child, Signal::KILL);
         }
-    };
+        looked
+    });
+    let status = ended.expect("there is no deadline");
+    let status = status.map_err(StudyError::file("wait for", &file))?;
     if place.interrupted() {
         sweep(SOON);
         return Ok(());

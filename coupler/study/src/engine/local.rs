@@ -8,6 +8,7 @@ use std::thread;
 use std::time::Duration;
 
 use interface::files;
+use interface::transport::wait::until;
 use rustix::process::{Pid, Signal, kill_process_group};
 
 use super::start::{Place, Start};
@@ -63,14 +64,12 @@ pub(crate) fn pool<T: Sync, R: Send>(
         let threads: Vec<_> = (0..most.min(items.len()))
             .map(|_| scope.spawn(take))
             .collect();
-        let mut waited = Duration::ZERO;
-        while !threads.iter().all(thread::ScopedJoinHandle::is_finished) {
-            thread::sleep(LOOK);
-            waited += LOOK;
-            if waited >= IDLE {
-                waited = Duration::ZERO;
-                idle();
-            }
+        let all_done = || {
+            let mut all = threads.iter();
+            all.all(thread::ScopedJoinHandle::is_finished).then_some(())
+        };
+        while until(IDLE, LOOK, all_done).is_none() {
+            idle();
         }
     });
     let mut results = results.into_inner().expect("no thread panics");
@@ -83,20 +82,19 @@ pub(crate) fn wait(start: &Start, interrupt: &AtomicBool) -> Result<(), StudyErr
     let mut child = spawn(&start.command, &start.log)?;
     let program = Path::new(&start.command[0]);
     let mut told = false;
-    loop {
-        let looked = child.try_wait();
-        if looked
-            .map_err(StudyError::file("wait for", program))?
-            .is_some()
-        {
-            return Ok(());
-        }
-        if interrupt.load(Ordering::Relaxed) && !told {
+    let ended = until(Duration::MAX, LOOK, || {
+        let looked = child.try_wait().transpose();
+        if looked.is_none() && interrupt.load(Ordering::Relaxed) && !told {
             told = true;
             signal(&child, Signal::TERM);
         }
-        thread::sleep(LOOK);
-    }
+        looked
+    });
+    ended.map_or(Ok(()), |ended| {
+        ended
+            .map(drop)
+            .map_err(StudyError::file("wait for", program))
+    })
 }
 
 /// Starts a command in a group of its own, so that Ctrl-C from the terminal reaches it once, through us.

@@ -3,10 +3,10 @@
 use std::fmt::Write;
 use std::path::Path;
 use std::process::Command;
-use std::thread;
 use std::time::{Duration, Instant};
 
 use interface::files::{self, SMALL};
+use interface::transport::wait::until;
 
 use super::start::{Place, Start};
 use crate::StudyError;
@@ -38,21 +38,22 @@ pub(super) fn work(
         job
     };
     let mut asked = Instant::now();
-    loop {
-        thread::sleep(LOOK);
+    let ended = until(Duration::MAX, LOOK, || {
         if look() == 0 {
-            return Ok(());
+            return Some(Ok(()));
         }
         if place.interrupted() {
-            return told(Command::new("scancel").arg(&job)).map(drop);
+            return Some(told(Command::new("scancel").arg(&job)).map(drop));
         }
         if asked.elapsed() > ASK {
             if !is_queued(&job) {
-                return Ok(());
+                return Some(Ok(()));
             }
             asked = Instant::now();
         }
-    }
+        None
+    });
+    ended.unwrap_or(Ok(()))
 }
 
 /// Submits one array and tells its number.

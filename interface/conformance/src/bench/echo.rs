@@ -77,7 +77,7 @@ fn ask(raw_run: &RawRun, points: usize) -> Result<Duration, Unmet> {
                 raw_run.unopened().join(", "),
             ));
         }
-        std::thread::sleep(NAP);
+        interface::transport::wait::nap(NAP);
     }
     let states = Payload::States(vec![ImpState::default(); points]);
     let message = Message::new(StepHeader::default(), states);

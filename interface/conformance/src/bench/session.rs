@@ -322,7 +322,7 @@ impl Session<'_> {
             if end.is_some() || start.elapsed() >= within {
                 return end;
             }
-            std::thread::sleep(Duration::from_micros(200));
+            interface::transport::wait::nap(Duration::from_micros(200));
         }
     }
 

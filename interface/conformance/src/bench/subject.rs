@@ -181,7 +181,7 @@ impl Worker {
             Self::Thread(handle) => {
                 let start = Instant::now();
                 while handle.as_ref().is_some_and(|h| !h.is_finished()) && start.elapsed() < GRACE {
-                    std::thread::sleep(Duration::from_micros(100));
+                    interface::transport::wait::nap(Duration::from_micros(100));
                 }
                 if let Some(handle) = handle.take_if(|h| h.is_finished()) {
                     let _ = handle.join();

@@ -228,6 +228,6 @@ const MANY: usize = 100;
 /// Sleeps for several naps of B-3 where there are many points.
 pub fn nap_for_many(points: usize) {
     if points >= MANY {
-        std::thread::sleep(Duration::from_millis(60));
+        interface::transport::wait::nap(Duration::from_millis(60));
     }
 }

@@ -128,18 +128,18 @@ impl Transport for Flawed {
                 if process.waits_for_ever && failure.message.contains("the next grant") =>
             {
                 while self.inner.coupler_lives() {
-                    std::thread::sleep(NAP);
+                    interface::transport::wait::nap(NAP);
                 }
             }
             Ok(Notice::Ready(_)) if process.opens_late => {
                 self.pass_on(message)?;
-                std::thread::sleep(LATE);
+                interface::transport::wait::nap(LATE);
                 self.inner.open(&self.late)?;
             }
             Ok(Notice::Bye) if process.goes_at_bye => {
                 self.pass_on(message)?;
                 // It assumes Close when the last points have been received: they are lost when their sender ends.
-                std::thread::sleep(LATE);
+                interface::transport::wait::nap(LATE);
                 self.coming[Kind::Order as usize].push_back(Message::order(&Order::Close));
             }
             _ => self.pass_on(message)?,

@@ -406,7 +406,7 @@ impl Awaited for Exit<'_> {
     }
 
     fn block(&mut self, at_most: Duration) {
-        std::thread::sleep(at_most);
+        interface::transport::wait::nap(at_most);
     }
 }
 

@@ -410,7 +410,7 @@ fn unwoken(bench: &Bench) -> Judgement {
     let mut longest = Duration::ZERO;
     for _ in 0..4 {
         // Long enough for a solver that spins first to be asleep.
-        std::thread::sleep(Duration::from_millis(2));
+        interface::transport::wait::nap(Duration::from_millis(2));
         let start = Instant::now();
         let states = Message::new(play.header(), Payload::States(points.states.clone()));
         play.session.send_silently(&states)?;

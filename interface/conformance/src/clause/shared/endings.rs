@@ -286,7 +286,7 @@ fn unjoined(bench: &Bench) -> Judgement {
                 let got = format_args!("it lives {:?} later", bench.startup);
                 return Err(broken("its end", got));
             }
-            _ => std::thread::sleep(Duration::from_millis(1)),
+            _ => interface::transport::wait::nap(Duration::from_millis(1)),
         }
     }
 }
@@ -296,7 +296,7 @@ fn interrupted(bench: &Bench) -> Judgement {
     let pid = run.session.pid().and_then(|pid| i32::try_from(pid).ok());
     let pid = pid.and_then(Pid::from_raw).expect("a process has an id");
     kill_process(pid, Signal::INT).map_err(|e| broken("a process that takes a signal", e))?;
-    std::thread::sleep(Duration::from_millis(20));
+    interface::transport::wait::nap(Duration::from_millis(20));
     run.step(1e-4)?;
     run.into_lead().closed()?;
     Ok("the next step is done".into())

@@ -59,7 +59,7 @@ pub const fn naps(after: &'static [&'static str]) -> Clause {
         Flaw::states(move |header, _| {
             steps += u64::from(header.flags == 0);
             if steps.is_multiple_of(1000) && steps > 0 {
-                std::thread::sleep(Duration::from_millis(5));
+                interface::transport::wait::nap(Duration::from_millis(5));
             }
         })
     })

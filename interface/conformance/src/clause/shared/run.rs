@@ -90,7 +90,7 @@ impl<'b> Run<'b> {
     pub fn wait_for_peer(&mut self) -> Result<(), Unmet> {
         self.grant(1e-4, 1, false)?;
         match self {
-            Self::Bodies(_) => std::thread::sleep(Duration::from_millis(20)),
+            Self::Bodies(_) => interface::transport::wait::nap(Duration::from_millis(20)),
             Self::Continuum(flow) => {
                 flow.states()?;
             }
