@@ -331,6 +331,20 @@ fn points_are_counted_before_memory_is_taken_for_them() {
     );
 }
 
+/// Their text alone took seconds to parse.
+#[test]
+fn constants_are_counted_before_they_are_parsed() {
+    let place = Place::new();
+    let many: String = (0..3_000_000).map(|k| format!("c{k} = {k}\n")).collect();
+    place.write("many.toml", &format!("{BLOCK}[constants]\n{many}"));
+    let ended = place
+        .start(&["check", "many.toml"])
+        .end_within(SOON)
+        .expect(2);
+    assert!(ended.took < Duration::from_secs(10), "{:?}", ended.took);
+    ended.says(&["the scene has 3000000 constants"]);
+}
+
 /// It was ended by a signal.
 #[test]
 fn too_little_address_space_is_an_error() {

@@ -118,8 +118,18 @@ impl Document {
     /// # Errors
     /// It is not TOML.
     pub fn parse(file: String, text: &Arc<str>) -> Result<Self, SceneErrors> {
+        // Before the text is parsed, and where they may also be written otherwise.
+        let at = text.find("[constants]\n").unwrap_or(text.len());
+        let lines = text[at..].lines().skip(1);
+        let written = lines.take_while(|line| !line.starts_with('['));
+        let count = written.filter(|line| line.contains('=')).count();
+        too_many_constants(&file, text, count, &(at..at))?;
         let (spanned, mut faults) = DeTable::parse_recoverable(text);
-        too_many_constants(&file, text, spanned.get_ref())?;
+        if let Some(constants) = spanned.get_ref().get("constants")
+            && let DeValue::Table(all) = constants.get_ref()
+        {
+            too_many_constants(&file, text, all.len(), &constants.span())?;
+        }
         let mut origins = BTreeMap::new();
         record_table(&mut origins, "", spanned.get_ref());
         let root = if faults.is_empty() {
@@ -538,21 +548,21 @@ fn argument_value(written: &str) -> Value {
         .unwrap_or_else(|| Value::String(written.to_owned()))
 }
 
-/// Counts the constants before memory is taken for them.
-fn too_many_constants(file: &str, text: &str, root: &DeTable) -> Result<(), SceneErrors> {
-    let Some(DeValue::Table(constants)) = root.get("constants").map(Spanned::get_ref) else {
-        return Ok(());
-    };
-    let (count, first) = (constants.len(), constants.keys().next());
+/// Refuses a number of constants for which no memory is taken.
+fn too_many_constants(
+    file: &str,
+    text: &str,
+    count: usize,
+    span: &Range<usize>,
+) -> Result<(), SceneErrors> {
     if count <= CONSTANTS_MAX {
         return Ok(());
     }
-    let span = first.map_or(0..0, toml::Spanned::span);
     Err(SceneErrors(vec![Diagnostic {
         message: format!("the scene has {count} constants, expected at most {CONSTANTS_MAX}"),
         key: "constants".to_owned(),
         value: String::new(),
-        place: Place::in_text(file, text, &span),
+        place: Place::in_text(file, text, span),
         help: Some(
             "values of a series are read from a file: `reference = { csv = ... }`".to_owned(),
         ),

@@ -154,7 +154,7 @@ impl<'a> Problems<'a> {
         let mut seen: BTreeMap<&str, String> = BTreeMap::new();
         for (path, name) in names {
             if let Some(first) = seen.get(name) {
-                let help = format!("`{first}` has it already; give every {what} its own name");
+                let help = format!("`{first}` has it already; give each of {what} its own name");
                 self.refuse(&path, format!("two of {what} are named \"{name}\""), help);
             } else {
                 seen.insert(name, path);
