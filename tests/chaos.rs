@@ -4,11 +4,11 @@
 //!
 //!     CHAOS_ROUNDS=1000 CHAOS_SEED=7 cargo test --release --test tandem-tests chaos::a_few -- --nocapture
 //!
-//! `CHAOS_FIRST` is the number of the first round, `CHAOS_JOBS` the number of rounds at the same time, and `CHAOS_SCENE` the
-//! words after `tandem run`: a small scene with frames and checkpoints. Only what real processes show is here: lost, late and
-//! wrong messages are simulated (docs/simulation.md).
+//! `CHAOS_FIRST` is the number of the first round, `CHAOS_JOBS` the number of rounds at the same time, `CHAOS_KIND` the kind of
+//! every round, and `CHAOS_SCENE` the words after `tandem run`: a small scene with frames and checkpoints. Only what real
+//! processes show is here: lost, late and wrong messages are simulated (docs/simulation.md).
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::os::unix::fs::PermissionsExt;
 use std::path::{Path, PathBuf};
@@ -21,7 +21,9 @@ use fastrand::Rng;
 use serde_json::Value;
 
 use crate::harness::needs::Need;
-use crate::harness::{Ended, Place, Running, dice, scene, segments, signal, until};
+use crate::harness::{
+    Ended, Place, Running, children, dice, lives, scene, segments, signal, until,
+};
 
 /// What is set in the scene that is run if no other is asked for: a coupled run of some hundredths of a second.
 const SCENE: &str = "--variant quick --set time.end=0.03 --set check=[] \
@@ -63,6 +65,8 @@ struct Fault {
     remove: Option<Duration>,
     /// `tandem clean` runs all the time.
     sweeps: bool,
+    /// Another run goes on all the time, which sweeps when it begins.
+    beside: bool,
 }
 
 impl Fault {
@@ -79,9 +83,9 @@ impl Fault {
         rng.shuffle(&mut who);
         let who = &who[..rng.usize(1..=3)];
         let to_all = |at, signal| who.iter().map(move |&to| (at, to, signal));
-        let sweeps = rng.bool();
         let mut fault = Self {
-            sweeps,
+            sweeps: rng.bool(),
+            beside: kind == "kill" && rng.bool(),
             ..Self::default()
         };
         let signals = &mut fault.signals;
@@ -157,6 +161,8 @@ struct Rig {
     takes: Duration,
     /// How often what was seen in rounds of a kind.
     counts: Mutex<BTreeMap<(&'static str, &'static str), u64>>,
+    /// How long processes lived on after the last kill in their run.
+    survived: Mutex<Vec<Duration>>,
 }
 
 impl Rig {
@@ -174,6 +180,7 @@ impl Rig {
             bits: Bits::new(),
             takes: Duration::ZERO,
             counts: Mutex::default(),
+            survived: Mutex::default(),
         };
         let dir = rig.dir.join("undisturbed");
         let (place, began) = (Place::new(), Instant::now());
@@ -201,7 +208,12 @@ impl Rig {
 
     /// Plays one round. Its files are kept if something is wrong.
     fn round(&self, number: u64) {
-        let kind = ["kill", "freeze", "signal", "starve", "remove"][(number % 5) as usize];
+        let kinds = ["kill", "freeze", "signal", "starve", "remove"];
+        let asked = std::env::var("CHAOS_KIND").ok();
+        let only = kinds
+            .into_iter()
+            .find(|&kind| Some(kind) == asked.as_deref());
+        let kind = only.unwrap_or(kinds[(number % 5) as usize]);
         let mut rng = Rng::with_seed(self.seed.wrapping_mul(0x9e37_79b9_7f4a_7c15) ^ number);
         let dir = self.dir.join(format!("round-{number}"));
         self.count(kind, "rounds");
@@ -275,16 +287,20 @@ impl Rig {
         let (began, mut last) = (Instant::now(), Instant::now());
         let mut signals = fault.signals.iter().peekable();
         let mut remove = fault.remove;
+        let (mut solvers, mut killed) = (BTreeMap::new(), BTreeSet::new());
         let mut sweep: Option<Running> = None;
+        let mut beside = None;
         let over = until(HANGS, || {
+            solvers.extend(solvers_of(run.pid()));
             if let Some(&&(at, to, what)) = signals.peek()
                 && at <= began.elapsed()
             {
                 let coupler = (to == "coupler").then(|| run.pid());
                 // A solver that is not there yet is waited for, unless nobody may start it.
-                if let Some(pid) = coupler.or_else(|| solver(place, to)) {
+                if let Some(pid) = coupler.or_else(|| solvers.get(to).copied()) {
                     signal(pid, what);
                     last = Instant::now();
+                    killed.extend((what == "KILL").then_some(pid));
                     signals.next();
                 } else if fault.sends("coupler", &["STOP"]) {
                     signals.next();
@@ -303,10 +319,18 @@ impl Rig {
             if fault.sweeps && sweep.as_mut().is_none_or(Running::is_over) {
                 sweep = Some(place.start(&["clean"]));
             }
+            if fault.beside && beside.is_none() {
+                beside = Some(self.beside(place, dir));
+            }
             run.is_over().then_some(())
         });
         let took = last.elapsed();
+        solvers.retain(|_, pid| !killed.contains(pid));
+        if !killed.is_empty() {
+            self.survive(&run, last, &killed, solvers.values().copied());
+        }
         drop(sweep);
+        let harmed = beside.and_then(|beside| self.harmed(beside, dir));
         let gone = until(SOON, || place.processes().is_empty().then_some(()));
         let left = place.processes();
         for &pid in &left {
@@ -316,9 +340,44 @@ impl Rig {
         let wrong = match (over, gone) {
             (None, _) => Some(("hang", format!("{fault:?}"))),
             (_, None) => Some(("leftover", format!("processes {left:?}"))),
-            _ => fault.judge(&ended, took),
+            _ => harmed.or_else(|| fault.judge(&ended, took)),
         };
         (ended, wrong)
+    }
+
+    /// Notes how long after the last kill in a run the processes end that were not killed.
+    fn survive(
+        &self,
+        run: &Running,
+        last: Instant,
+        killed: &BTreeSet<u32>,
+        solvers: impl Iterator<Item = u32>,
+    ) {
+        let mut alive: Vec<u32> = solvers.collect();
+        let mut survived = Vec::new();
+        survived.extend((!killed.contains(&run.pid())).then(|| last.elapsed()));
+        let _ = until(HANGS, || {
+            let before = alive.len();
+            alive.retain(|&pid| lives(pid));
+            survived.extend((alive.len()..before).map(|_| last.elapsed()));
+            alive.is_empty().then_some(())
+        });
+        self.survived.lock().unwrap().extend(survived);
+    }
+
+    /// Starts an undisturbed run beside the one in `dir`.
+    fn beside<'a>(&self, place: &'a Place, dir: &str) -> Running<'a> {
+        let words = self.begin(&PathBuf::from(format!("{dir}.beside")));
+        let words: Vec<&str> = words.split_whitespace().collect();
+        place.start_as(&self.program, &words)
+    }
+
+    /// What is wrong with the end of that run, if anything is.
+    fn harmed(&self, beside: Running, dir: &str) -> Option<Wrong> {
+        let (dir, ended) = (PathBuf::from(format!("{dir}.beside")), beside.end());
+        let right = ended.status.success() && bits(&dir).as_ref() == Some(&self.bits);
+        let _ = fs::remove_dir_all(dir);
+        (!right).then(|| ("harmed another run", format!("{ended:?}")))
     }
 }
 
@@ -351,11 +410,12 @@ fn bits(dir: &Path) -> Option<Bits> {
     Some(bits)
 }
 
-/// The process of a solver, if it is there.
-fn solver(place: &Place, party: &str) -> Option<u32> {
-    place.processes().into_iter().find(|pid| {
+/// The solvers that a coupler has started.
+fn solvers_of(coupler: u32) -> impl Iterator<Item = (&'static str, u32)> {
+    children(coupler).into_iter().filter_map(|pid| {
         let words = fs::read_to_string(format!("/proc/{pid}/cmdline")).unwrap_or_default();
-        words.contains(&format!("\0{party}\0--join\0"))
+        let is = |party: &&str| words.contains(&format!("\0{party}\0--join\0"));
+        PARTIES.into_iter().find(is).map(|party| (party, pid))
     })
 }
 
@@ -368,6 +428,16 @@ fn a_few_rounds_of_everything_leave_the_same_bits() {
     rig.play(number("CHAOS_FIRST", 0), rounds, number("CHAOS_JOBS", 2));
     let counts = rig.counts.into_inner().unwrap();
     println!("CHAOS_SEED={seed}: {counts:#?}");
+    let mut survived = rig.survived.into_inner().unwrap();
+    survived.sort();
+    if let Some(most) = survived.last() {
+        let (count, usual) = (survived.len(), survived[survived.len() / 2]);
+        let late = survived[survived.len() * 99 / 100];
+        println!(
+            "{count} processes lived on after a kill: half of them {usual:.0?}, 99 % {late:.0?}, all {most:.0?}"
+        );
+        assert!(*most < SOON, "{most:?}");
+    }
     let fine = |(_, what): &(_, &str)| ["rounds", "resumed", "left out"].contains(what);
     assert!(counts.keys().all(fine), "files: {}", rig.dir.display());
     assert!(rounds < 30 || counts.contains_key(&("kill", "resumed")));

@@ -1,27 +1,43 @@
-//! Damaged run directories: files that are cut, changed, swapped, huge, not to be read, or no files at all. Every command ends with
-//! a documented status, without a signal, soon, in bounded memory, and changes nothing outside the directory.
+//! Damaged run directories: files that are cut, changed, swapped, huge, missing, not to be read, or no files at all. Every command
+//! ends with a documented status, without a signal, soon, in bounded memory, and changes and leaves nothing outside the directory.
+//! `watch` is asked for its page while the test holds the lock of the directory, as a run does.
 //!
 //! `MANGLED_ROUNDS` is the number of directories (20 by default), `MANGLED_SEED` the first seed. A failure names the seed of its
 //! directory, which alone makes it again: `MANGLED_SEED=17 MANGLED_ROUNDS=1`.
 
 use std::collections::BTreeMap;
-use std::fs::{self, OpenOptions};
-use std::os::unix::fs::{PermissionsExt, symlink};
+use std::fs::{self, File, OpenOptions};
+use std::io::{Read, Write};
+use std::net::TcpStream;
+use std::os::unix::fs::{MetadataExt, PermissionsExt, symlink};
 use std::path::{Path, PathBuf};
+use std::process::Command;
+use std::thread;
 use std::time::{Duration, Instant};
 
 use rustix::fs::{CWD, FileType, Mode, mknodat};
 
-use crate::harness::{MINE, Place, copy, signal, until, whole_run};
+use crate::harness::{MINE, Place, children, copy, segments, signal, until, whole_run};
 
 /// The statuses of docs/run-directory.md.
 const STATUSES: [i32; 6] = [0, 1, 2, 3, 4, 130];
-/// A command takes tenths of a second; more than this is a hang, also on a machine that does much else.
-const HANG: Duration = Duration::from_secs(30);
-/// After so long `watch` is asked to end.
-const WATCHED: Duration = Duration::from_secs(1);
-/// Most memory of a process in KiB.
-const MEMORY: u64 = 1 << 20;
+/// A command takes tenths of a second; more than this is a hang. Time in which one of its threads waits for a processor does not
+/// count, so that a machine that does much else makes no hangs.
+const HANG: Duration = Duration::from_secs(5);
+/// Longest time of a command with all that.
+const PATIENCE: Duration = Duration::from_mins(2);
+/// Files of more bytes are not damaged further.
+const PLAIN: u64 = 1 << 30;
+/// Time between two looks at what a command takes.
+const LOOK: Duration = Duration::from_millis(10);
+/// Most memory of a command, with the processes that it has started, in KiB: 1 GB.
+const MEMORY: u64 = 1_000_000_000 >> 10;
+/// How root is kept from files without permission too.
+const AS_USER: [&str; 3] = [
+    "setpriv",
+    "--bounding-set",
+    "-dac_override,-dac_read_search",
+];
 
 /// Numbers that are the same for a seed (splitmix64).
 struct Random(u64);
@@ -63,12 +79,29 @@ fn files(folder: &Path) -> Vec<PathBuf> {
     found
 }
 
+/// The bytes with up to eight of them changed: one bit, a digit, or anything.
+fn changed(random: &mut Random, kind: usize, mut bytes: Vec<u8>) -> Vec<u8> {
+    for _ in 0..=random.below(8) {
+        if !bytes.is_empty() {
+            let at = random.below(bytes.len());
+            bytes[at] = match kind {
+                1 | 2 => bytes[at] ^ (1 << random.below(8)),
+                3 => b'0' + random.below(10) as u8,
+                _ => random.below(256) as u8,
+            };
+        }
+    }
+    bytes
+}
+
 /// Damages a file; returns what was done.
 fn mangle(random: &mut Random, all: &[PathBuf], outside: &Path) -> String {
     let path = random.one_of(all);
     let name = path.display();
-    // An earlier damage may have left something else here.
-    let plain = fs::symlink_metadata(path).is_ok_and(|meta| meta.is_file());
+    // An earlier damage may have left something else here, or a file that is too long to be read.
+    let is_plain =
+        |path| fs::symlink_metadata(path).is_ok_and(|meta| meta.is_file() && meta.len() < PLAIN);
+    let plain = is_plain(path);
     let bytes = if plain {
         fs::read(path).unwrap_or_default()
     } else {
@@ -78,33 +111,21 @@ fn mangle(random: &mut Random, all: &[PathBuf], outside: &Path) -> String {
         let _ = fs::remove_file(path);
         with();
     };
-    match random.below(if plain { 12 } else { 1 }) {
+    match random.below(if plain { 15 } else { 1 }) {
         0 if !plain => format!("{name} stays as it is"),
         0 => {
             fs::write(path, &bytes[..random.below(bytes.len())]).unwrap();
             format!("{name} is cut")
         }
         kind @ 1..=4 => {
-            let mut bytes = bytes;
-            for _ in 0..=random.below(8) {
-                if !bytes.is_empty() {
-                    let at = random.below(bytes.len());
-                    bytes[at] = match kind {
-                        1 | 2 => bytes[at] ^ (1 << random.below(8)),
-                        3 => b'0' + random.below(10) as u8,
-                        _ => random.below(256) as u8,
-                    };
-                }
-            }
-            fs::write(path, bytes).unwrap();
+            fs::write(path, changed(random, kind, bytes)).unwrap();
             format!("{name} has other bytes ({kind})")
         }
         5 => {
             let other = random.one_of(all);
-            let (a, b) = (bytes, fs::read(other).unwrap_or_default());
-            if fs::symlink_metadata(other).is_ok_and(|meta| meta.is_file()) {
-                fs::write(path, b).unwrap();
-                fs::write(other, a).unwrap();
+            if is_plain(other) {
+                fs::write(path, fs::read(other).unwrap_or_default()).unwrap();
+                fs::write(other, bytes).unwrap();
             }
             format!("{name} and {} are swapped", other.display())
         }
@@ -130,51 +151,175 @@ fn mangle(random: &mut Random, all: &[PathBuf], outside: &Path) -> String {
             fs::set_permissions(path, fs::Permissions::from_mode(0o0)).unwrap();
             format!("{name} may not be read")
         }
-        _ => {
+        11 => {
             replace(&|| fs::create_dir(path).unwrap());
             format!("{name} is a folder")
         }
-    }
-}
-
-/// The largest memory of a process so far in KiB.
-fn memory(pid: u32) -> u64 {
-    let status = fs::read_to_string(format!("/proc/{pid}/status")).unwrap_or_default();
-    let line = status.lines().find_map(|line| line.strip_prefix("VmHWM:"));
-    let words = line.and_then(|line| line.split_whitespace().next());
-    words.and_then(|words| words.parse().ok()).unwrap_or(0)
-}
-
-/// What is wrong with a command on a mangled directory, if anything is; and how long it took.
-fn fault(place: &Place, words: &[&str]) -> (Option<String>, Duration) {
-    let started = Instant::now();
-    let mut running = place.start(words);
-    let (pid, watch) = (running.pid(), words[0] == "watch");
-    let (mut most, mut asked) = (0, None);
-    let over = until(HANG, || {
-        most = most.max(memory(pid));
-        if watch && asked.is_none() && started.elapsed() > WATCHED {
-            signal(pid, "TERM");
-            asked = Some(Instant::now());
+        12 => {
+            replace(&|| fs::hard_link(outside.join("mine"), path).unwrap());
+            format!("{name} is another file's second name")
         }
-        running.is_over().then_some(())
-    });
-    if over.is_none() {
-        return (Some("hangs".into()), started.elapsed());
+        13 => {
+            replace(&|| {});
+            format!("{name} is missing")
+        }
+        _ => {
+            let folder = path.parent().expect("a file of the directory");
+            let moved = folder.with_extension("moved");
+            if folder.ends_with("mangled") || fs::rename(folder, &moved).is_err() {
+                return format!("{name} stays as it is");
+            }
+            symlink(outside, folder).unwrap();
+            format!("the folder of {name} is a link")
+        }
     }
-    let took = asked.unwrap_or(started).elapsed();
+}
+
+/// What was seen of a command and of the processes that it has started.
+struct Seen {
+    /// The largest memory of each process in KiB.
+    memory: BTreeMap<u32, u64>,
+    /// The CPU time of each thread.
+    used: BTreeMap<String, Duration>,
+    looked: Instant,
+    /// Time in which every thread waited, but not for a processor, and CPU time of the busiest.
+    took: Duration,
+}
+
+impl Seen {
+    fn begin() -> Self {
+        Self {
+            memory: BTreeMap::new(),
+            used: BTreeMap::new(),
+            looked: Instant::now(),
+            took: Duration::ZERO,
+        }
+    }
+
+    fn look(&mut self, pid: u32) {
+        let since = self.looked.elapsed();
+        self.looked += since;
+        let (waits, used) = self.look_at(pid);
+        self.took += if waits { since.max(used) } else { used };
+    }
+
+    /// Whether every thread waits, and the most CPU time of one since the last look.
+    fn look_at(&mut self, pid: u32) -> (bool, Duration) {
+        let read = |path: String| fs::read_to_string(path).unwrap_or_default();
+        let status = read(format!("/proc/{pid}/status"));
+        let line = status.lines().find_map(|line| line.strip_prefix("VmHWM:"));
+        let most = line.and_then(|line| line.split_whitespace().next()?.parse().ok());
+        let known = self.memory.entry(pid).or_default();
+        *known = most.unwrap_or(0).max(*known);
+        let mut seen = (true, Duration::ZERO);
+        let threads = fs::read_dir(format!("/proc/{pid}/task"));
+        for thread in threads.into_iter().flatten().flatten() {
+            let thread = thread.path().display().to_string();
+            seen.0 &= !read(format!("{thread}/stat")).contains(") R ");
+            let times = read(format!("{thread}/schedstat"));
+            let used = times.split_whitespace().next().map(str::parse);
+            if let Some(Ok(used)) = used {
+                let used = Duration::from_nanos(used);
+                let before = self.used.insert(thread, used).unwrap_or_default();
+                seen.1 = seen.1.max(used.saturating_sub(before));
+            }
+        }
+        for child in children(pid) {
+            let (waits, used) = self.look_at(child);
+            seen = (seen.0 && waits, seen.1.max(used));
+        }
+        seen
+    }
+}
+
+/// Asks the server of a page that has said where it is; returns the answer.
+fn page_of(said: &str) -> Option<String> {
+    let address = said.split_once("shown at http://")?.1.split_once('\n')?.0;
+    let (host, target) = address.split_once('/')?;
+    let mut stream = TcpStream::connect(host).ok()?;
+    stream.set_read_timeout(Some(PATIENCE)).ok()?;
+    let head = format!("GET /{target} HTTP/1.1\r\nHost: {host}\r\nConnection: close\r\n\r\n");
+    stream.write_all(head.as_bytes()).ok()?;
+    let mut answer = Vec::new();
+    stream.read_to_end(&mut answer).ok()?;
+    Some(String::from_utf8_lossy(&answer).into_owned())
+}
+
+/// What is wrong with a command on a mangled directory, if anything is; its status, and how long it took. The program starts by
+/// the words `by`.
+fn fault(place: &Place, by: &[&str], words: &[&str]) -> (Option<String>, Option<i32>, Duration) {
+    let all = [by, &[env!("CARGO_BIN_EXE_tandem")], words].concat();
+    let mut running = place.start_as(Path::new(all[0]), &all[1..]);
+    let (pid, mut seen) = (running.pid(), Seen::begin());
+    let mut asking: Option<thread::JoinHandle<Option<String>>> = None;
+    let mut answer = None;
+    let over = until(PATIENCE, || {
+        if seen.looked.elapsed() >= LOOK {
+            seen.look(pid);
+        }
+        if words[0] == "watch" && answer.is_none() {
+            match asking.take() {
+                None => {
+                    let said = running.said();
+                    let is_there = said.ends_with('\n') && said.contains("shown at");
+                    asking = is_there.then(|| thread::spawn(move || page_of(&said)));
+                }
+                Some(asked) if asked.is_finished() => {
+                    answer = Some(asked.join().unwrap().unwrap_or_default());
+                    signal(pid, "TERM");
+                }
+                asked => asking = asked,
+            }
+        }
+        if running.is_over() {
+            return Some(true);
+        }
+        (seen.took > HANG).then_some(false)
+    });
+    let took = seen.took;
+    if over != Some(true) {
+        drop(running);
+        let _ = until(PATIENCE, || place.processes().is_empty().then_some(()));
+        place.start(&["clean"]).end().expect(0);
+        return (Some(format!("hangs: {answer:?}")), None, took);
+    }
+    let runs = running.runs();
+    let left = place.temporary().len() + segments(&runs).len();
     let ended = running.end();
+    let most: u64 = seen.memory.values().sum();
     let fault = match ended.status.code() {
         None => Some(format!("ended by signal {:?}", ended.signal())),
         Some(code) if !STATUSES.contains(&code) => Some(format!("status {code}")),
         _ if ended.stderr.contains("panicked") => Some("panicked".into()),
         _ if most > MEMORY => Some(format!("took {most} KiB")),
+        _ if left > 0 => Some(format!("left {left} files of its run")),
+        _ if answer.is_some_and(|answer| !answer.starts_with("HTTP/1.1 200")) => {
+            Some("gives no page".into())
+        }
         _ => None,
     };
-    (
-        fault.map(|fault| format!("{fault}: {}", ended.stderr)),
-        took,
-    )
+    let fault = fault.map(|fault| format!("{fault}: {}", ended.stderr));
+    (fault, ended.status.code(), took)
+}
+
+/// Size, number and time of change of every file around a mangled directory, or also `in_it`.
+fn around(place: &Place, in_it: bool) -> BTreeMap<PathBuf, (u64, u64, i64, i64)> {
+    let mut all = vec![];
+    for folder in &["whole", "outside", "mangled"][..2 + usize::from(in_it)] {
+        all.extend(files(&place.path(folder)));
+    }
+    all.extend(place.content().iter().map(|name| place.path(name)));
+    let of = |path: PathBuf| {
+        let meta = fs::symlink_metadata(&path).ok()?;
+        let is_dir = meta.is_dir();
+        let state = if is_dir {
+            (0, 0, 0, 0)
+        } else {
+            (meta.size(), meta.ino(), meta.mtime(), meta.mtime_nsec())
+        };
+        Some((path, state))
+    };
+    all.into_iter().filter_map(of).collect()
 }
 
 #[test]
@@ -183,43 +328,64 @@ fn a_mangled_run_directory_breaks_no_command() {
     whole_run(&place, "whole");
     let (whole, outside) = (place.path("whole"), place.path("outside"));
     fs::create_dir(&outside).unwrap();
-    fs::write(outside.join("mine"), MINE).unwrap();
+    let dropped = Command::new(AS_USER[0])
+        .args(&AS_USER[1..])
+        .arg("true")
+        .status();
+    let by: &[&str] = if dropped.is_ok_and(|status| status.success()) {
+        &AS_USER
+    } else {
+        &[]
+    };
 
     let (first, rounds) = (number("MANGLED_SEED", 1), number("MANGLED_ROUNDS", 20));
     let (mut faults, mut longest) = (Vec::new(), BTreeMap::<String, Duration>::new());
+    let mut statuses = BTreeMap::<(String, Option<i32>), u64>::new();
     for seed in first..first + rounds {
         let dir = place.path("mangled");
         let recording = dir.join("recording.tandem");
         let [of_dir, of_recording] = [&dir, &recording].map(|path| path.to_str().unwrap());
+        // The last one alone may change the directory.
         let commands: [&[&str]; 5] = [
-            &["resume", of_dir],
             &["replay", of_recording, "--dem"],
             &["report", of_dir, "--out", "page.html"],
             &["plot", of_dir, "--y", "t", "--out", "plot.svg"],
             &["watch", of_dir],
+            &["resume", of_dir],
         ];
+        for of_before in ["page.html", "plot.svg", "outside/mine"] {
+            let _ = fs::remove_file(place.path(of_before));
+        }
+        let _ = fs::remove_dir_all(&dir);
+        fs::write(outside.join("mine"), MINE).unwrap();
+        copy(&whole, &dir);
+        let (mut random, all) = (Random(seed), files(&dir));
+        let done: Vec<String> = (0..=random.below(3))
+            .map(|_| mangle(&mut random, &all, &outside))
+            .collect();
         for words in commands {
-            let _ = fs::remove_dir_all(&dir);
-            copy(&whole, &dir);
-            let mut random = Random(seed);
-            let all = files(&dir);
-            let done: Vec<String> = (0..=random.below(3))
-                .map(|_| mangle(&mut random, &all, &outside))
-                .collect();
-            let (fault, took) = fault(&place, words);
+            let around = || around(&place, words[0] != "resume");
+            let before = around();
+            let held = (words[0] == "watch").then(|| File::open(&dir).unwrap());
+            if let Some(held) = &held {
+                held.try_lock().unwrap();
+            }
+            let (fault, status, took) = fault(&place, by, words);
+            *statuses.entry((words[0].to_owned(), status)).or_default() += 1;
             let slowest = longest.entry(words[0].to_owned()).or_default();
             *slowest = took.max(*slowest);
-            let touched = fs::read_dir(&outside).unwrap().count() != 1
-                || fs::read_to_string(outside.join("mine")).ok().as_deref() != Some(MINE);
-            for fault in fault
-                .into_iter()
-                .chain(touched.then(|| "changed another file".into()))
-            {
+            let mut after = around();
+            let written = words.iter().position(|&word| word == "--out");
+            if let Some(at) = written {
+                after.remove(&place.path(words[at + 1]));
+            }
+            let touched = (after != before).then(|| format!("changed {after:?}"));
+            for fault in fault.into_iter().chain(touched) {
                 println!("seed {seed}, {words:?}, {done:?}: {fault}");
                 faults.push((seed, words[0].to_owned()));
             }
         }
     }
-    println!("{rounds} directories from seed {first}; longest: {longest:?}");
+    println!("{rounds} directories from seed {first}: {statuses:?}; longest: {longest:?}");
     assert!(faults.is_empty(), "{faults:?}");
 }

@@ -411,11 +411,21 @@ fn processes_of(pid: u32) -> String {
         ];
         said.extend(["  ", &thread.concat(), "\n"]);
     }
-    let children = of(&format!("task/{pid}/children"));
-    let children = children
-        .split_whitespace()
-        .filter_map(|pid| pid.parse().ok());
-    said + &children.map(processes_of).collect::<String>()
+    said + &children(pid)
+        .into_iter()
+        .map(processes_of)
+        .collect::<String>()
+}
+
+/// The processes that the threads of a process have started.
+pub fn children(pid: u32) -> Vec<u32> {
+    let threads = fs::read_dir(format!("/proc/{pid}/task"));
+    let threads = threads.into_iter().flatten().flatten();
+    let of = |thread: fs::DirEntry| fs::read_to_string(thread.path().join("children"));
+    let all: String = threads.filter_map(|thread| of(thread).ok()).collect();
+    all.split_whitespace()
+        .filter_map(|pid| pid.parse().ok())
+        .collect()
 }
 
 /// The id of the run whose directory has this name, `tandem-ID`, or whose directory it is about to be, `tandem-ID.PID`.
@@ -607,7 +617,13 @@ pub fn whole_run(place: &Place, out: &str) {
         "--variant",
         "quick",
         "--set",
-        "output.frames=1e-3",
+        "mpm.points.0.spacing.per_cell=4",
+        "--set",
+        "time.end=7e-3",
+        "--set",
+        "output.every=2e-4",
+        "--set",
+        "output.frames=2e-3",
         "--set",
         "output.checkpoint.time=1e-3",
     ];
