@@ -359,6 +359,21 @@ pub struct StudyArgs {
     /// By default those of the scene's `[study]`.
     #[arg(long, value_name = "KEY=V1,V2,...")]
     pub vary: Vec<String>,
+    /// Draw the values of N runs from the ranges of `--over`, as a Latin hypercube, in place of combinations.
+    #[arg(
+        long,
+        value_name = "N",
+        value_parser = clap::value_parser!(u16).range(2..),
+        requires = "over",
+        conflicts_with_all = ["vary", "error", "finer", "resolution", "along"]
+    )]
+    pub sample: Option<u16>,
+    /// Range of a scene key: `uniform(A,B)`, `log_uniform(A,B)`, or `integer(A,B)` for whole numbers. May be repeated.
+    #[arg(long, value_name = "KEY=uniform(A,B),...", requires = "sample")]
+    pub over: Vec<String>,
+    /// Seed of the sample.
+    #[arg(long, value_name = "N", default_value_t = 0, requires = "sample")]
+    pub seed: u64,
     /// Check whose error is used.
     #[arg(long, value_name = "CHECK", conflicts_with = "finer")]
     pub error: Option<String>,

@@ -12,6 +12,7 @@ use study::engine::Engine;
 use study::figure::axis::Scale;
 use study::plot::{Labelled, PlotOptions};
 use study::runner::RunnerOptions;
+use study::sample::{Over, Sample};
 use study::snapshots::SnapshotOptions;
 use study::stability::edge::Search;
 use study::stability::{MapOptions, maps, table};
@@ -47,6 +48,11 @@ const DECADES: i32 = 7;
 pub fn study(args: &StudyArgs) -> ExitCode {
     let result = || {
         let vary = args.vary.iter().map(|v| Vary::parse(v));
+        let over: Vec<Vec<Over>> = args
+            .over
+            .iter()
+            .map(|o| Over::parse(o))
+            .collect::<Result<_, _>>()?;
         let options = StudyOptions {
             source: Source {
                 path: args.scene.scene.clone(),
@@ -54,6 +60,11 @@ pub fn study(args: &StudyArgs) -> ExitCode {
                 set: args.scene.set.clone(),
             },
             vary: vary.collect::<Result<_, _>>()?,
+            sample: args.sample.map(|count| Sample {
+                over: over.into_iter().flatten().collect(),
+                count: count.into(),
+                seed: args.seed,
+            }),
             error: match (&args.error, &args.finer[..]) {
                 (Some(name), _) => Some(Measurand::Check(name.clone())),
                 (None, []) => None,

@@ -7,11 +7,12 @@
 use std::collections::BTreeMap;
 use std::fs;
 use std::io::Write;
+use std::path::Path;
 use std::process::{Child, Command, Stdio};
 use std::time::Instant;
 
 use crate::harness::needs::Need;
-use crate::harness::{Ended, PATIENCE, Place, root, scene, summaries, until};
+use crate::harness::{Ended, PATIENCE, Place, Running, root, scene, summaries, until};
 use crate::study::{tandem, without_times, words};
 
 /// Runs of a study, unless `STUDY_RUNS` says otherwise.
@@ -43,6 +44,14 @@ fn hyperqueue_is_there() -> bool {
         it_runs("python3", &["-c", "import hyperqueue"]),
         "python3 cannot import hyperqueue: pip install hyperqueue",
     )
+}
+
+/// The program with a line of arguments, which finds its queue by `NAME=VALUE`.
+fn start_by<'a>(place: &'a Place, queue: &str, line: &str) -> Running<'a> {
+    let words = words(line);
+    let mut arguments = vec![queue, env!("CARGO_BIN_EXE_tandem")];
+    arguments.extend(words.iter().map(String::as_str));
+    place.start_as(Path::new("env"), &arguments)
 }
 
 /// The table of the same study by this machine.
@@ -90,7 +99,10 @@ fn parallel_runs_the_commands_of_a_study() {
         .current_dir(place.path("."));
     parallel.env("TANDEM_RUNTIME_DIR", place.temporary_path());
     // Its status is the number of runs of which a check failed, as one does at most of these densities.
+    let began = Instant::now();
     parallel.output().unwrap();
+    let took = began.elapsed().as_secs_f64();
+    println!("{} runs, parallel: {took:.1} s", runs());
     let ended = tandem(&place, &study("out", "")).expect(0);
     let count = format!("{} runs, 0 of them new", runs());
     assert!(ended.stdout.contains(&count), "{}", ended.stdout);
@@ -127,28 +139,14 @@ fn hyperqueue_makes_a_study_though_a_worker_is_lost() {
         said.strip_suffix('\n')
             .map(|said| said.lines().last().unwrap().to_owned())
     });
-    let mut study = Command::new(env!("CARGO_BIN_EXE_tandem"));
-    study.args(words(&self::study("out", "--engine hyperqueue")));
-    study
-        .env("HQ_SERVER_DIR", directory.expect("it starts"))
-        .current_dir(place.path("."));
-    study.stdout(Stdio::piped()).stderr(Stdio::piped());
-    let began = Instant::now();
-    let study = study.spawn().unwrap();
+    let queue = format!("HQ_SERVER_DIR={}", directory.expect("it starts"));
+    let study = start_by(&place, &queue, &study("out", "--engine hyperqueue"));
     until(PATIENCE, || {
         (summaries(&place.path("out")) > runs() / 4).then_some(())
     })
     .expect("runs end");
     server.0.stdin.as_mut().unwrap().write_all(b"\n").unwrap();
-    let output = study.wait_with_output().unwrap();
-    let ended = Ended {
-        status: output.status,
-        stdout: String::from_utf8(output.stdout).unwrap(),
-        stderr: String::from_utf8(output.stderr).unwrap(),
-        took: began.elapsed(),
-        runs: std::collections::BTreeSet::new(),
-    };
-    assert_whole(&place, "hyperqueue", &ended.expect(0));
+    assert_whole(&place, "hyperqueue", &study.end().expect(0));
 }
 
 /// Without a server it starts its own, and ends it when it is interrupted.
@@ -214,24 +212,8 @@ fn slurm_makes_a_study_though_the_node_starts_again() {
     fs::create_dir(place.path("queue")).unwrap();
     let queue = Queue(&place);
     assert!(queue.tell("start"), "the queue does not start");
-    let slurm = |line: &str| {
-        let mut study = Command::new(env!("CARGO_BIN_EXE_tandem"));
-        study.args(words(line)).current_dir(place.path("."));
-        study.env("SLURM_CONF", place.path("queue/slurm.conf"));
-        study.env("TANDEM_RUNTIME_DIR", place.temporary_path());
-        study.stdout(Stdio::piped()).stderr(Stdio::piped());
-        (Instant::now(), study.spawn().unwrap())
-    };
-    let end = |(began, study): (Instant, Child)| {
-        let output = study.wait_with_output().unwrap();
-        Ended {
-            status: output.status,
-            stdout: String::from_utf8(output.stdout).unwrap(),
-            stderr: String::from_utf8(output.stderr).unwrap(),
-            took: began.elapsed(),
-            runs: std::collections::BTreeSet::new(),
-        }
-    };
+    let conf = format!("SLURM_CONF={}", place.path("queue/slurm.conf").display());
+    let slurm = |line: &str| start_by(&place, &conf, line);
     let line = study("out", "--engine slurm --jobs 3 --cores 1 --memory 500");
     let started = slurm(&line);
     let ended = |n: usize| {
@@ -242,7 +224,7 @@ fn slurm_makes_a_study_though_the_node_starts_again() {
     };
     ended(runs() / 4);
     assert!(queue.tell("crash"), "the node does not come back");
-    let done = end(started).expect(0);
+    let done = started.end().expect(0);
     let done = done.says(&["submitted the job 1"]);
     assert_whole(&place, "slurm", &done);
     // A study that is killed leaves its array, which the next call waits for.
@@ -250,12 +232,12 @@ fn slurm_makes_a_study_though_the_node_starts_again() {
         "killed",
         "--engine slurm --jobs 3 --cores 1 --set time.safety=0.7",
     );
-    let (_, mut killed) = slurm(&other);
+    let killed = slurm(&other);
     let noted = place.path("killed/runs/slurm.job");
     until(PATIENCE, || noted.exists().then_some(())).expect("it is submitted");
-    killed.kill().unwrap();
-    killed.wait().unwrap();
-    let done = end(slurm(&other)).expect(0);
+    crate::harness::signal(killed.pid(), "KILL");
+    drop(killed.end());
+    let done = slurm(&other).end().expect(0);
     let waits =
         done.stderr.contains("of an earlier call") || done.stderr.contains("waiting for its end");
     assert!(

@@ -286,6 +286,166 @@ pub fn without_times(path: &Path) -> BTreeMap<String, Vec<(String, String)>> {
     rows
 }
 
+/// A ball that is thrown: after 1 s `y = 1 + vy + g/2`, and `x*y` is known too.
+const THROWN: &str = r#"version = 1
+name = "thrown"
+gravity = [0.0, -10.0]
+time = { end = 1.0, max_step = 1e-3 }
+output = { every = 1.0, column = [{ name = "y", unit = "m", value = "body.ball.y" }, { name = "xy", unit = "m^2", value = "body.ball.x*body.ball.y" }, { name = "x", unit = "m", value = "body.ball.x" }] }
+[[dem.body]]
+name = "ball"
+shape = "disc"
+sphero_radius = 0.1
+density = 1000.0
+position = [0.0, 1.0]
+velocity = [2.0, 2.0]
+"#;
+
+#[test]
+fn a_sample_has_the_statistics_of_a_known_law_by_whatever_makes_its_runs() {
+    let place = Place::new();
+    fs::write(place.path("thrown.toml"), THROWN).unwrap();
+    let over = "--over 'dem.body.0.velocity.0=uniform(1,3),gravity.1=uniform(-11,-9)' \
+                --over 'dem.body.0.velocity.1=uniform(1,3)'";
+    let study = |rest: &str| {
+        let line = format!("study thrown.toml --in-process --sample 40 {over} {rest}");
+        tandem(&place, &line).expect(0)
+    };
+    let ended = study("--seed 3 --out own --jobs 2");
+    assert!(
+        ended.stdout.contains("40 runs, 40 of them new"),
+        "{}",
+        ended.stdout
+    );
+    let rows = table(&place.path("own/study.csv"));
+    for row in &rows {
+        let (vx, vy) = (
+            number(row, "dem.body.0.velocity.0"),
+            number(row, "dem.body.0.velocity.1"),
+        );
+        let y = 1.0 + vy + number(row, "gravity.1") / 2.0;
+        assert!((number(row, "y [m]") - y).abs() < 1e-9);
+        assert!((number(row, "xy [m^2]") - vx * y).abs() < 1e-9);
+    }
+    let found = table(&place.path("own/statistics.csv"));
+    let near = |k: usize, column: &str, expected: f64, within: f64| {
+        let value = number(&found[k], column);
+        assert!(
+            (value - expected).abs() < within,
+            "{column}: {value}, not {expected}"
+        );
+    };
+    assert_eq!(
+        (&*found[0]["result"], &*found[1]["result"]),
+        ("y [m]", "xy [m^2]")
+    );
+    assert_eq!(found[1]["runs"], "40");
+    // The parts of the ranges make the mean of a sum near exact.
+    near(0, "mean", -2.0, 0.01);
+    near(
+        0,
+        "standard deviation",
+        (4.0f64 / 12.0 + 1.0 / 12.0).sqrt(),
+        0.05,
+    );
+    near(0, "50 %", -2.0, 0.2);
+    // One key alone: its parts are 0.05 wide.
+    let shares = [
+        ("5 %", 0.05),
+        ("25 %", 0.25),
+        ("50 %", 0.5),
+        ("75 %", 0.75),
+        ("95 %", 0.95),
+    ];
+    for (column, share) in shares {
+        near(2, column, 1.0 + 2.0 * share, 0.05);
+    }
+    near(1, "mean", -4.0, 0.15);
+    near(
+        1,
+        "standard deviation",
+        (4.0f64 / 3.0 + 5.0 / 3.0 + 5.0 / 36.0).sqrt(),
+        0.15,
+    );
+    let figure = well_formed(&place.path("own/study.svg"));
+    // A panel for each result over each key, and a dot for each run.
+    assert!(figure.matches("<circle").count() >= 9 * 40, "{figure}");
+    assert!(
+        study("--seed 3 --out own")
+            .stdout
+            .contains("40 runs, 0 of them new")
+    );
+
+    study("--seed 3 --out shell --commands todo");
+    let mut shell = Command::new("sh");
+    shell.arg("todo").current_dir(place.path("."));
+    shell.env("TANDEM_RUNTIME_DIR", place.temporary_path());
+    assert!(shell.status().unwrap().success());
+    assert!(
+        study("--seed 3 --out shell")
+            .stdout
+            .contains("40 runs, 0 of them new")
+    );
+    let bytes = |out: &str| fs::read(place.path(out).join("statistics.csv")).unwrap();
+    assert!(bytes("own") == bytes("shell"));
+    let order = |out: &str| -> Vec<String> {
+        let rows = table(&place.path(out).join("study.csv"));
+        rows.into_iter().map(|row| row["run"].clone()).collect()
+    };
+    assert_eq!(order("own"), order("shell"));
+    study("--seed 4 --out shell");
+    assert!(bytes("own") != bytes("shell"));
+}
+
+#[test]
+fn what_cannot_be_drawn_from_is_refused_before_anything_is_started() {
+    let place = Place::new();
+    fs::write(place.path("thrown.toml"), THROWN).unwrap();
+    for (rest, words) in [
+        (
+            "--sample 1 --over gravity.1=uniform(1,2)",
+            &["1 is not in 2..=65535"][..],
+        ),
+        ("--sample 4", &["--over"]),
+        ("--over gravity.1=uniform(1,2)", &["--sample"]),
+        (
+            "--sample 4 --over gravity.1=uniform(1,2) --vary name=a",
+            &["cannot be used with"],
+        ),
+        (
+            "--sample 4 --over gravity.1=uniform(2,1)",
+            &["gravity.1=uniform(2,1)", "2 is not below 1"],
+        ),
+        (
+            "--sample 4 --over gravity.1=normal(2,1)",
+            &["not a distribution", "log_uniform"],
+        ),
+        (
+            "--sample 4 --over gravty.1=uniform(1,2)",
+            &["unknown key `gravty`", "did you mean `gravity`"],
+        ),
+        (
+            "--sample 4 --over dem.body.0.shape=uniform(1,2)",
+            &["dem.body.0.shape", "expected"],
+        ),
+        (
+            "--sample 4 --over name=uniform(1,2)",
+            &["name", "expected a text"],
+        ),
+        (
+            "--sample 4 --over gravity.1=uniform(1,2) --value z",
+            &["--value z", "`y`"],
+        ),
+    ] {
+        let line = format!(
+            "study thrown.toml {} --out out",
+            rest.replace('(', "'('").replace(')', "')'")
+        );
+        tandem(&place, &line).expect(2).says(words);
+        assert!(!place.path("out/study.csv").exists());
+    }
+}
+
 /// The commands of a study's runs, made by a shell in place of a queue, in any order and some of them twice.
 #[test]
 fn the_commands_of_a_study_can_be_run_by_anything() {

@@ -14,6 +14,6 @@ The program `tandem` does all work and all checking; this package starts it and 
 from .program import SCENES, RunError, SceneError, TandemError, program
 from .runs import ChecksFailed, Run, run
 from .scene import Scene
-from .studies import study
+from .studies import sensitivities, study
 
-__all__ = ["SCENES", "ChecksFailed", "Run", "RunError", "Scene", "SceneError", "TandemError", "program", "run", "study"]
+__all__ = ["SCENES", "ChecksFailed", "Run", "RunError", "Scene", "SceneError", "TandemError", "program", "run", "sensitivities", "study"]

@@ -111,6 +111,28 @@ class Runs(unittest.TestCase):
             tandem.study(scene, {"mpm.cel": [1]}, self.out)
 
 
+    def test_sensitivities_are_those_of_a_known_law(self):
+        ball = {**SMALL["dem"]["body"][0], "velocity": [2.0, 2.0]}
+        # After 1 s y = 1 + vy + g/2, and of x*y a share of 0.044 is of vx together with the two others.
+        columns = [{"name": "y", "unit": "m", "value": "body.ball.y"}, {"name": "xy", "unit": "m^2", "value": "body.ball.x*body.ball.y"}]
+        scene = tandem.Scene({**SMALL, "time": {"end": 1.0}, "dem": {"body": [ball]}, "check": [], "output": {"every": 1.0, "column": columns}})
+        over = {"dem.body.0.velocity.0": "uniform(1, 3)", "dem.body.0.velocity.1": "uniform(1, 3)", "gravity.1": "uniform(-11, -9)"}
+        runs = tandem.study(scene, over, self.out, sample=200, jobs=2, options=["--in-process"])
+        self.assertEqual(len(runs), 200)
+        found = tandem.sensitivities(self.out)
+        self.assertEqual(list(found["result"]), ["y [m]", "xy [m^2]"])
+        expected = [(0, 0.8, 0.2), (4 / 3, 4 / 3, 1 / 3)]
+        for at, total in enumerate((1, 4 / 3 + 5 / 3 + 5 / 36)):
+            for key, share in zip(over, expected[at]):
+                self.assertAlmostEqual(found[f"S1 {key}"][at], share / total, delta=0.08)
+                self.assertTrue(0 < found[f"S1 {key} +-"][at] < 0.2)
+        np.testing.assert_allclose(found["mean"], [-2, -4], atol=0.05)
+        few = Path(self.out).with_name("few")
+        tandem.study(scene, over, few, sample=4, options=["--in-process"])
+        with self.assertRaisesRegex(tandem.TandemError, "4 runs have it"):
+            tandem.sensitivities(few)
+
+
 class Values(unittest.TestCase):
     def test_values_are_written_as_toml_reads_them(self):
         tree = {"a b": [1, 2.5, True, "x\"\n\x7fé"], "inner": {"list": [{"k": 1e-30}, {}], "far": float("inf")}, "n": np.float64(3)}

@@ -2,7 +2,7 @@
 //!
 //! | room | what is in it |
 //! | --- | --- |
-//! | [`vary`], [`case`] | values of scene keys, and the checked scene of each combination |
+//! | [`vary`], [`sample`], [`case`] | values of scene keys, listed or drawn, and the checked scene of each run |
 //! | [`runner`], [`engine`] | runs of the program, on this machine or through a queue, resumable |
 //! | [`precision`], [`work`] | Pareto fronts and orders; `tandem study`: error against run time |
 //! | [`stability`] | `tandem stability`: where a step becomes unstable, and what criteria say of it |
@@ -19,10 +19,12 @@ pub mod case;
 pub mod engine;
 mod error;
 pub mod figure;
+mod output;
 pub mod plot;
 pub mod precision;
 mod progress;
 pub mod runner;
+pub mod sample;
 pub mod snapshots;
 pub mod stability;
 pub mod vary;

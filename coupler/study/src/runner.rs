@@ -19,6 +19,7 @@ use crate::StudyError;
 use crate::case::Case;
 use crate::engine::start::{Place, Start};
 use crate::engine::{Engine, local};
+use crate::output::write;
 use crate::progress::Progress;
 
 /// Time between two looks at runs that somebody else has started.
@@ -408,7 +409,7 @@ impl Runner {
         let scene = beside("toml");
         let text = &case.scene.resolved_toml;
         if files::read_named_text(&scene, SMALL).ok().as_ref() != Some(text) {
-            files::write_named(&scene, text).map_err(StudyError::file("write", &scene))?;
+            write(&scene, text)?;
         }
         // The summary of an unfinished run would be taken for that of this one.
         let _ = files::remove(&directory, "summary.json");

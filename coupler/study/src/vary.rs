@@ -96,13 +96,13 @@ pub fn combinations(vary: &[Vary]) -> Result<Vec<Vec<Setting>>, StudyError> {
     Ok(all)
 }
 
-fn twice(texts: &[String]) -> Option<&String> {
+pub(crate) fn twice(texts: &[String]) -> Option<&String> {
     let mut earlier = texts.iter().enumerate();
     earlier.find_map(|(i, text)| texts[..i].contains(text).then_some(text))
 }
 
 /// Splits at the commas that are in no bracket, brace or quote.
-fn split(text: &str) -> Result<Vec<String>, String> {
+pub(crate) fn split(text: &str) -> Result<Vec<String>, String> {
     let mut values = vec![String::new()];
     let mut open = Vec::new();
     let mut quote = None;
@@ -128,7 +128,8 @@ fn split(text: &str) -> Result<Vec<String>, String> {
                 '"' | '\'' => quote = Some(c),
                 '[' => open.push(']'),
                 '{' => open.push('}'),
-                ']' | '}' if open.pop() != Some(c) => {
+                '(' => open.push(')'),
+                ']' | '}' | ')' if open.pop() != Some(c) => {
                     return Err(format!("`{c}` closes nothing"));
                 }
                 _ => {}

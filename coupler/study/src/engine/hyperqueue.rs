@@ -12,6 +12,7 @@ use serde_json::json;
 use super::local::{signal, spawn};
 use super::start::{Place, Start};
 use crate::StudyError;
+use crate::output::write;
 
 /// The program that talks to HyperQueue.
 const SCRIPT: &str = include_str!("hyperqueue_runs.py");
@@ -38,7 +39,7 @@ pub(super) fn work(
         "worker": worker.max(place.cores),
     });
     let [file, log] = ["json", "err"].map(|end| place.runs.join("hyperqueue").with_extension(end));
-    files::write_named(&file, asked.to_string()).map_err(StudyError::file("write", &file))?;
+    write(&file, asked.to_string())?;
     let words = ["python3", "-c", SCRIPT, &file.to_string_lossy()].map(str::to_owned);
     let mut child = spawn(&words, &log)?;
     let mut told = false;

@@ -10,6 +10,7 @@ use interface::transport::wait::until;
 
 use super::start::{Place, Start};
 use crate::StudyError;
+use crate::output;
 
 /// Time between two looks at the directories of the runs.
 const LOOK: Duration = Duration::from_millis(500);
@@ -33,7 +34,7 @@ pub(super) fn work(
         job
     } else {
         let job = submit(starts, place)?;
-        files::write_named(&noted, &job).map_err(StudyError::file("write", &noted))?;
+        output::write(&noted, &job)?;
         tracing::info!("submitted the job {job}");
         job
     };
@@ -75,7 +76,7 @@ fn submit(starts: &[&Start], place: &Place) -> Result<String, StudyError> {
          sed -n \"$first,$((first + {each} - 1))p\" {quoted} | sh\n"
     );
     for (path, text) in [(&lines, text), (&script, task)] {
-        files::write_named(path, text).map_err(StudyError::file("write", path))?;
+        output::write(path, text)?;
     }
     let last = starts.len().div_ceil(each) - 1;
     let mut command = Command::new("sbatch");

@@ -3,12 +3,12 @@
 use std::path::Path;
 use std::sync::{Arc, OnceLock};
 
-use interface::files;
 use resvg::tiny_skia::{Pixmap, Transform};
 use resvg::usvg::{Options, Tree, fontdb};
 
 use super::canvas::Canvas;
 use crate::StudyError;
+use crate::output;
 
 /// Pixels of a picture for one of the sheet: screens have many.
 const FINE: f32 = 2.0;
@@ -71,7 +71,7 @@ pub(super) fn write(path: &Path, canvas: &Canvas) -> Result<(), StudyError> {
             ));
         }
     };
-    files::write_named(path, bytes).map_err(StudyError::file("write", path))
+    output::write(path, bytes)
 }
 
 /// Writes sheets of one size as a film that begins anew at its end, each shown for so many hundredths of a second. A sheet is
@@ -82,7 +82,7 @@ pub(super) fn write_film(
     delay: u16,
 ) -> Result<(), StudyError> {
     let pictures = sheets.map(|sheet| pixels(&sheet?, 1.0));
-    files::write_named(path, gif(pictures, delay)?).map_err(StudyError::file("write", path))
+    output::write(path, gif(pictures, delay)?)
 }
 
 fn gif(

@@ -23,17 +23,19 @@ const MANY_Y: f64 = 100.0;
 pub struct Layout {
     /// Above.
     pub title: String,
-    /// Below.
-    pub x: String,
     /// What the numbers 0, 1, 2, ... along x stand for, where they are no numbers of their own.
     pub names: Option<Vec<String>>,
     /// What the legend says, by curve.
     pub curves: Vec<String>,
+    /// Whether a line joins the points of a curve.
+    pub lines: bool,
 }
 
 /// A value.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Panel {
+    /// Below.
+    pub x: String,
     /// Beside.
     pub y: String,
     /// By curve; what is not finite is left out.
@@ -86,7 +88,7 @@ fn sheet(layout: &Layout, panels: &[Panel]) -> Canvas {
         let left = (0..column).map(wide).sum();
         let area = plan.draw(&mut canvas, (left, top + (0..row).map(high).sum::<f64>()));
         for (c, points) in panel.points.iter().enumerate() {
-            put(&mut canvas, &area, points, c);
+            put(&mut canvas, &area, points, c, layout.lines);
         }
     }
     legend.draw(&mut canvas, (MARGIN, top + height));
@@ -112,14 +114,14 @@ fn plan(layout: &Layout, panel: &Panel) -> Plan {
     );
     if let Some(names) = &layout.names {
         let x = Axis::over([-0.5, names.len() as f64 - 0.5], Scale::Linear);
-        return Plan::with_names(SIZE, [x, y], [&layout.x, &panel.y], names);
+        return Plan::with_names(SIZE, [x, y], [&panel.x, &panel.y], names);
     }
     let x = Axis::around(
         all().map(|p| p.0),
         scale(all().map(|p| p.0), MANY_X),
         [None; 2],
     );
-    Plan::new(SIZE, [x, y], [&layout.x, &panel.y])
+    Plan::new(SIZE, [x, y], [&panel.x, &panel.y])
 }
 
 fn scale(numbers: impl Iterator<Item = f64>, many: f64) -> Scale {
@@ -132,10 +134,12 @@ fn scale(numbers: impl Iterator<Item = f64>, many: f64) -> Scale {
     }
 }
 
-fn put(canvas: &mut Canvas, area: &Area, points: &[(f64, f64)], curve: usize) {
+fn put(canvas: &mut Canvas, area: &Area, points: &[(f64, f64)], curve: usize, lines: bool) {
     let drawn = points.iter().filter(|p| area.has(**p));
     let places: Vec<Place> = drawn.map(|p| area.place(*p)).collect();
-    canvas.line(&places, stroke(curve));
+    if lines {
+        canvas.line(&places, stroke(curve));
+    }
     for at in places {
         marker(canvas, at, curve);
     }
@@ -164,12 +168,13 @@ mod tests {
             };
             let layout = Layout {
                 title: long.into(),
-                x: format!("mpm.points.0.spacing.per_cell, {long}"),
                 names,
+                lines: true,
                 curves: vec![long.into(), "b".into()],
             };
             for count in [1, 2, 5] {
                 let panel = Panel {
+                    x: format!("mpm.points.0.spacing.per_cell, {long}"),
                     y: long.into(),
                     points: vec![points(1), points(0)],
                 };

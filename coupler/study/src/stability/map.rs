@@ -3,13 +3,12 @@
 use std::fmt;
 use std::path::Path;
 
-use interface::files;
-
 use super::edge::{Edge, Search};
-use super::{STEP_FACTOR, Trial, csv_text, freed, setting, usable};
+use super::{STEP_FACTOR, Trial, freed, setting, usable};
 use crate::StudyError;
 use crate::case::{Source, scene_title};
 use crate::figure::map::{Map, draw};
+use crate::output::{number, write_table};
 use crate::runner::{Runner, RunnerOptions};
 use crate::vary::{Vary, with_unit};
 
@@ -224,7 +223,6 @@ fn write(reports: &[MapReport], out: &Path) -> Result<(), StudyError> {
         "jiang2020/composed",
         "lightest_point/composed",
     ])];
-    let number = |n: Option<f64>| n.map_or_else(String::new, |n| n.to_string());
     for report in reports {
         for column in &report.columns {
             let head = vec![
@@ -256,8 +254,7 @@ fn write(reports: &[MapReport], out: &Path) -> Result<(), StudyError> {
         }
     }
     for (name, rows) in [("stability.csv", runs), ("edges.csv", edges)] {
-        let path = out.join(name);
-        files::write_named(&path, csv_text(&rows)).map_err(StudyError::file("write", &path))?;
+        write_table(&out.join(name), &rows)?;
     }
     let maps: Vec<Map> = reports.iter().map(MapReport::map).collect();
     draw(&out.join("stability.svg"), &maps)

@@ -14,6 +14,7 @@ use coupler::scene::Scene;
 
 use crate::StudyError;
 use crate::case::{Case, Source};
+use crate::output::number;
 use crate::vary::Setting;
 
 pub use map::{MapOptions, MapReport, maps};
@@ -74,7 +75,6 @@ impl Trial {
 
     fn cells(&self) -> Vec<String> {
         let o = &self.outcome;
-        let number = |n: Option<f64>| n.map_or_else(String::new, |n| n.to_string());
         let bound = o
             .dt_bound_by
             .iter()
@@ -94,17 +94,6 @@ impl Trial {
             o.reason.clone().unwrap_or_default(),
         ]
     }
-}
-
-/// A table as CSV text.
-fn csv_text(rows: &[Vec<String>]) -> Vec<u8> {
-    let mut writer = csv::Writer::from_writer(Vec::new());
-    for row in rows {
-        writer
-            .write_record(row)
-            .expect("rows of one length into memory");
-    }
-    writer.into_inner().expect("memory takes everything")
 }
 
 fn setting(key: &str, value: f64) -> Setting {

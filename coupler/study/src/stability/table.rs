@@ -4,12 +4,12 @@ use std::fmt;
 use std::path::Path;
 
 use coupler::record::summary::Status;
-use interface::files;
 
 use super::edge::{Edge, Search};
-use super::{STEP_FACTOR, Trial, csv_text, freed, setting};
+use super::{STEP_FACTOR, Trial, freed, setting};
 use crate::StudyError;
 use crate::case::{Source, scene_title};
+use crate::output::{number, write, write_table};
 use crate::runner::{Runner, RunnerOptions};
 
 /// Share of a step that is asked for, below which something else held it back: steps are up to 3 % below their limit, and
@@ -73,9 +73,8 @@ pub fn table(
             Tried::Stops(reason) => report.left_out.push((title(source), reason)),
         }
     }
-    let (csv, md) = (out.join("stability.csv"), out.join("stability.md"));
-    files::write_named(&csv, csv_text(&report.rows())).map_err(StudyError::file("write", &csv))?;
-    files::write_named(&md, report.to_string()).map_err(StudyError::file("write", &md))?;
+    write_table(&out.join("stability.csv"), &report.rows())?;
+    write(&out.join("stability.md"), report.to_string())?;
     Ok(report)
 }
 
@@ -193,7 +192,6 @@ impl TableReport {
         header.extend(Trial::COLUMNS.map(String::from));
         header.extend(["stable_to".to_owned(), "unstable_from".to_owned()]);
         let mut rows = vec![header];
-        let number = |n: Option<f64>| n.map_or_else(String::new, |n| n.to_string());
         for line in &self.lines {
             let contact_alone = line.contact_alone.iter().map(|t| ("contact_alone", t));
             let others = [("composed", &line.composed), ("jiang2020", &line.jiang2020)];

@@ -1,9 +1,10 @@
 //! `tandem study`: the error of a scene over its resolution and methods, against the time that it takes; where there is
-//! nothing to compare with, the values of its checks and columns over what was varied.
+//! nothing to compare with, the values of its checks and columns over what was varied, or their statistics over a sample.
 
 mod measure;
 mod report;
 mod row;
+mod sample;
 mod sweep;
 
 use std::collections::BTreeMap;
@@ -12,17 +13,19 @@ use std::path::Path;
 
 use coupler::record::Summary;
 use coupler::scene::{Measurand, Study};
-use interface::files;
 
 pub use self::report::WorkReport;
 pub use self::row::Row;
+pub use self::sample::SampleReport;
 pub use self::sweep::SweepReport;
 
 use self::measure::{Measurement, Value};
 use crate::StudyError;
 use crate::case::{Case, Source, scene_title};
+use crate::output::write;
 use crate::precision::pareto;
 use crate::runner::{Found, Repeat, Runner, RunnerOptions, Timed};
+use crate::sample::Sample;
 use crate::vary::{VARIANT, Vary, combinations};
 
 /// Most times that a run is timed, unless it is said.
@@ -35,6 +38,8 @@ pub struct StudyOptions {
     pub source: Source,
     /// Replaces what the scene varies, unless empty.
     pub vary: Vec<Vary>,
+    /// Values that are drawn, in place of all that vary.
+    pub sample: Option<Sample>,
     /// Replaces what the scene takes for the error.
     pub error: Option<Measurand>,
     /// Replaces the key of the resolution.
@@ -56,6 +61,8 @@ pub enum Report {
     Errors(WorkReport),
     /// Values over what was varied.
     Values(SweepReport),
+    /// Statistics of values that come of what was drawn.
+    Sample(SampleReport),
 }
 
 impl Report {
@@ -64,6 +71,7 @@ impl Report {
         let rows = match self {
             Self::Errors(report) => &report.rows,
             Self::Values(report) => &report.rows,
+            Self::Sample(report) => &report.runs.rows,
         };
         rows.iter().any(|row| !row.outcome().settled())
     }
@@ -74,6 +82,7 @@ impl Report {
         match self {
             Self::Errors(report) => report.write_csv(path, alone),
             Self::Values(report) => report.write_csv(path, alone),
+            Self::Sample(report) => report.write_csv(path, alone),
         }
     }
 }
@@ -83,6 +92,7 @@ impl fmt::Display for Report {
         match self {
             Self::Errors(report) => report.fmt(f),
             Self::Values(report) => report.fmt(f),
+            Self::Sample(report) => report.fmt(f),
         }
     }
 }
@@ -130,6 +140,7 @@ pub fn study(
     match &report {
         Report::Errors(report) => report.draw(&figure, &title, runner.jobs())?,
         Report::Values(report) => report.draw(&figure, &title)?,
+        Report::Sample(report) => report.draw(&figure, &title)?,
     }
     Ok(report)
 }
@@ -150,7 +161,7 @@ pub fn commands(
     if !lines.is_empty() {
         text.push('\n');
     }
-    files::write_named(file, text).map_err(StudyError::file("write", file))?;
+    write(file, text)?;
     let (missing, all, file) = (lines.len(), cases.len(), file.display());
     Ok(format!(
         "{missing} of {all} runs are missing; their commands are in {file}"
@@ -164,6 +175,8 @@ struct Design {
     along: Vec<String>,
     /// The key of the resolution with its values, if these are no numbers: of a sweep alone.
     named: Option<Vary>,
+    /// Whether values were drawn; all keys are then along the one curve.
+    sampled: bool,
     measure: Measurement,
 }
 
@@ -176,7 +189,14 @@ impl Design {
                 values: values.clone(),
             })
         };
-        let vary: Vec<Vary> = if options.vary.is_empty() {
+        let drawn = options.sample.as_ref().map(Sample::draw).transpose()?;
+        let vary: Vec<Vary> = if let Some(runs) = &drawn {
+            let column = |k: usize| Vary {
+                key: runs[0][k].0.clone(),
+                values: runs.iter().map(|run| run[k].1.clone()).collect(),
+            };
+            (0..runs[0].len()).map(column).collect()
+        } else if options.vary.is_empty() {
             from_scene().collect()
         } else {
             options.vary.clone()
@@ -187,11 +207,14 @@ impl Design {
                 "give `--vary mpm.cell=0.01,0.005`, or write a `[study]` into the scene",
             ));
         }
-        let cases: Vec<Case> = combinations(&vary)?
+        let sampled = drawn.is_some();
+        let settings = drawn.map_or_else(|| combinations(&vary), Ok)?;
+        let cases: Vec<Case> = settings
             .iter()
             .map(|settings| options.source.case(settings))
             .collect::<Result<_, _>>()?;
         let wanted = options.error.clone().or_else(|| declared.error.clone());
+        let wanted = wanted.filter(|_| !sampled);
         let measure = if options.values.is_empty() {
             Measurement::new(wanted, &cases)?
         } else {
@@ -204,6 +227,8 @@ impl Design {
         };
         let along = if !options.along.is_empty() {
             options.along.clone()
+        } else if sampled {
+            vary.iter().map(|vary| vary.key.clone()).collect()
         } else if let Measurement::Values(_) = &measure {
             vec![resolution.clone()]
         } else if options.resolution.is_none() && resolution == declared.resolution {
@@ -221,6 +246,7 @@ impl Design {
             resolution,
             along,
             named,
+            sampled,
             measure,
         };
         design.assert_sound()?;
@@ -247,13 +273,19 @@ impl Design {
 
     fn report(&self, rows: Vec<Row>, started: usize) -> Report {
         if let Measurement::Values(values) = &self.measure {
-            return Report::Values(SweepReport {
+            let runs = SweepReport {
                 names: self.named.as_ref().map(|vary| vary.values.clone()),
                 key: self.resolution.clone(),
                 values: values.iter().map(Value::header).collect(),
                 rows,
                 started,
-            });
+            };
+            return if self.sampled {
+                let keys = self.along.clone();
+                Report::Sample(SampleReport { keys, runs })
+            } else {
+                Report::Values(runs)
+            };
         }
         Report::Errors(WorkReport {
             error_of: self.measure.title(),

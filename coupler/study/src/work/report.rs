@@ -5,9 +5,10 @@ use std::path::Path;
 
 use coupler::record::Summary;
 
-use super::row::{Row, count, curves, number, write_table};
+use super::row::{Row, count, curves, write_table};
 use crate::StudyError;
 use crate::figure::precision::{Curve, Panel, draw};
+use crate::output::number;
 use crate::precision::{order, order_against};
 use crate::vary::with_unit;
 

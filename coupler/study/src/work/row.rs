@@ -2,12 +2,11 @@
 
 use std::path::Path;
 
-use coupler::record::Summary;
-use interface::files;
-
 use crate::StudyError;
 use crate::case::Case;
+use crate::output::{self, number};
 use crate::runner::Timed;
+use coupler::record::Summary;
 
 /// A run and what is measured of it.
 #[derive(Debug, Clone)]
@@ -55,11 +54,6 @@ const TIMES: [&str; 11] = [
     "dt_min [s]",
     "dt_max [s]",
 ];
-
-/// A number in a table; nothing where there is none.
-pub(super) fn number(number: Option<f64>) -> String {
-    number.map_or_else(String::new, |n| n.to_string())
-}
 
 /// What a run took; `alone` if no other ran at the time.
 fn times(row: &Row, alone: bool) -> [String; TIMES.len()] {
@@ -123,13 +117,7 @@ pub(super) fn write_table(
     header.extend(text(&TIMES));
     header.extend_from_slice(end);
     header.extend(text(&["scene_hash", "reason"]));
-    let mut table = csv::Writer::from_writer(Vec::new());
-    let mut write = |record: Vec<String>| {
-        table
-            .write_record(record)
-            .expect("rows of one length into memory");
-    };
-    write(header);
+    let mut lines = vec![header];
     for row in rows {
         let outcome = row.outcome();
         let [middle, end] = own(row);
@@ -141,8 +129,7 @@ pub(super) fn write_table(
         record.extend(end);
         let reason = outcome.reason.clone().unwrap_or_default();
         record.extend([row.case.scene.hash.clone(), reason]);
-        write(record);
+        lines.push(record);
     }
-    let bytes = table.into_inner().expect("memory takes everything");
-    files::write_named(path, bytes).map_err(StudyError::file("write", path))
+    output::write_table(path, &lines)
 }

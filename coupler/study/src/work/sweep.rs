@@ -3,9 +3,10 @@
 use std::fmt;
 use std::path::Path;
 
-use super::row::{Row, count, curves, number, write_table};
+use super::row::{Row, count, curves, write_table};
 use crate::StudyError;
 use crate::figure::sweep::{Layout, Panel, draw};
+use crate::output::number;
 use crate::vary::{Vary, with_unit};
 
 /// What a sweep has found.
@@ -33,6 +34,7 @@ impl SweepReport {
     pub(super) fn draw(&self, path: &Path, title: &str) -> Result<(), StudyError> {
         let curves = curves(&self.rows);
         let panel = |k: usize| Panel {
+            x: with_unit(&self.key),
             y: self.values[k].clone(),
             points: curves
                 .iter()
@@ -45,7 +47,7 @@ impl SweepReport {
         };
         let layout = Layout {
             title: title.to_owned(),
-            x: with_unit(&self.key),
+            lines: true,
             names: self.names.clone(),
             curves: curves
                 .iter()

@@ -1,0 +1,100 @@
+//! Results of runs whose values were drawn.
+
+use std::fmt;
+use std::path::Path;
+
+use super::row::count;
+use super::sweep::SweepReport;
+use crate::StudyError;
+use crate::figure::sweep::{Layout, Panel, draw};
+use crate::output::{number, write_table};
+use crate::sample::{SHARES, Statistics};
+use crate::vary::with_unit;
+
+/// What a sample has found: its runs as those of a sweep.
+#[derive(Debug, Clone)]
+pub struct SampleReport {
+    /// The keys that were drawn.
+    pub keys: Vec<String>,
+    /// Its runs, in the order in which they were drawn.
+    pub runs: SweepReport,
+}
+
+impl SampleReport {
+    /// Of a result, if at least two runs have it.
+    pub fn statistics(&self, result: usize) -> Option<Statistics> {
+        let values = self.runs.rows.iter().filter_map(|row| row.values[result]);
+        Statistics::of(values.collect())
+    }
+
+    /// A line for each result: its name, the number of runs that have it, then the statistics.
+    fn lines(&self, cell: impl Fn(Option<f64>) -> String) -> Vec<Vec<String>> {
+        let line = |(k, name): (usize, &String)| {
+            let found = self.statistics(k);
+            let runs = found.map_or(0, |found| found.count);
+            let mut line = vec![name.clone(), runs.to_string()];
+            line.push(cell(found.map(|found| found.mean)));
+            line.push(cell(found.map(|found| found.deviation)));
+            let quantiles = (0..SHARES.len()).map(|k| cell(found.map(|found| found.quantiles[k])));
+            line.extend(quantiles);
+            line
+        };
+        self.runs.values.iter().enumerate().map(line).collect()
+    }
+
+    fn header() -> Vec<String> {
+        let names = ["result", "runs", "mean", "standard deviation"];
+        let shares = SHARES.map(|share| format!("{:.0} %", 100.0 * share));
+        names.into_iter().map(String::from).chain(shares).collect()
+    }
+
+    /// Writes the runs to `path`, and beside it `statistics.csv`.
+    pub(super) fn write_csv(&self, path: &Path, alone: bool) -> Result<(), StudyError> {
+        self.runs.write_csv(path, alone)?;
+        let mut lines = vec![Self::header()];
+        lines.extend(self.lines(number));
+        write_table(&path.with_file_name("statistics.csv"), &lines)
+    }
+
+    /// A panel for each result over each key.
+    pub(super) fn draw(&self, path: &Path, title: &str) -> Result<(), StudyError> {
+        let rows = &self.runs.rows;
+        let mut panels = Vec::new();
+        for (k, name) in self.runs.values.iter().enumerate() {
+            for key in &self.keys {
+                let point = |row: &super::Row| Some((row.case.number(key)?, row.values[k]?));
+                panels.push(Panel {
+                    x: with_unit(key),
+                    y: name.clone(),
+                    points: vec![rows.iter().filter_map(point).collect()],
+                });
+            }
+        }
+        let layout = Layout {
+            title: title.to_owned(),
+            names: None,
+            curves: vec![String::new()],
+            lines: false,
+        };
+        draw(path, &layout, &panels)
+    }
+}
+
+/// The statistics for people.
+impl fmt::Display for SampleReport {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let mut lines = vec![Self::header()];
+        let cell = |value: Option<f64>| value.map_or_else(|| "-".into(), |v| format!("{v:.4e}"));
+        lines.extend(self.lines(cell));
+        let wide = lines.iter().map(|line| line[0].chars().count()).max();
+        let wide = wide.unwrap_or(0);
+        for line in lines {
+            write!(f, "{:<wide$} {:>6}", line[0], line[1])?;
+            for cell in &line[2..] {
+                write!(f, " {cell:>12}")?;
+            }
+            writeln!(f)?;
+        }
+        f.write_str(&count(&self.runs.rows, self.runs.started))
+    }
+}
