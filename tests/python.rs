@@ -100,7 +100,7 @@ fn scenes_are_run_and_studied_from_python() {
         "import sys, unittest; sys.path.insert(0, {tests:?}); unittest.main(None, sys.argv)"
     );
     let modules = ["-c", &code, "test_tandem", "test_plugin"];
-    python_with_readers("pandas, pyvista, pytest", &modules);
+    python_with_readers("pandas, pyvista, pytest, SALib", &modules);
 }
 
 /// Asserts that the columns of two histories are the same but for [`SAME`].
