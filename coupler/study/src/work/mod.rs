@@ -75,9 +75,7 @@ impl Report {
         };
         rows.iter().any(|row| !row.outcome().settled())
     }
-}
 
-impl Report {
     fn write_csv(&self, path: &Path, alone: bool) -> Result<(), StudyError> {
         match self {
             Self::Errors(report) => report.write_csv(path, alone),

@@ -5,7 +5,7 @@ use std::path::Path;
 
 use coupler::record::Summary;
 
-use super::row::{Row, count, curves, write_table};
+use super::row::{Row, count, curves, write_rows};
 use crate::StudyError;
 use crate::figure::precision::{Curve, Panel, draw};
 use crate::output::number;
@@ -44,7 +44,7 @@ impl WorkReport {
             names(["value", "error [1]"]),
             names(["pareto_cpu", "pareto_wall"]),
         );
-        write_table(path, &self.rows, alone, [&middle, &end], |row| {
+        write_rows(path, &self.rows, alone, [&middle, &end], |row| {
             [
                 vec![
                     number(row.values.first().copied().flatten()),

@@ -101,7 +101,7 @@ pub(super) fn count(rows: &[Row], started: usize) -> String {
 }
 
 /// Writes a table with a row a run: what it is, its own columns (in the middle and at the end) and its times.
-pub(super) fn write_table(
+pub(super) fn write_rows(
     path: &Path,
     rows: &[Row],
     alone: bool,

@@ -3,7 +3,7 @@
 use std::fmt;
 use std::path::Path;
 
-use super::row::{Row, count, curves, write_table};
+use super::row::{Row, count, curves, write_rows};
 use crate::StudyError;
 use crate::figure::sweep::{Layout, Panel, draw};
 use crate::output::number;
@@ -26,7 +26,7 @@ pub struct SweepReport {
 
 impl SweepReport {
     pub(super) fn write_csv(&self, path: &Path, alone: bool) -> Result<(), StudyError> {
-        write_table(path, &self.rows, alone, [&self.values, &[]], |row| {
+        write_rows(path, &self.rows, alone, [&self.values, &[]], |row| {
             [row.values.iter().copied().map(number).collect(), Vec::new()]
         })
     }
