@@ -301,22 +301,20 @@ position = [0.0, 1.0]
 velocity = [2.0, 2.0]
 "#;
 
-#[test]
-fn a_sample_has_the_statistics_of_a_known_law_by_whatever_makes_its_runs() {
-    let place = Place::new();
+/// A study of the thrown ball with 40 drawn runs.
+fn draw(place: &Place, rest: &str) -> String {
     fs::write(place.path("thrown.toml"), THROWN).unwrap();
     let over = "--over 'dem.body.0.velocity.0=uniform(1,3),gravity.1=uniform(-11,-9)' \
                 --over 'dem.body.0.velocity.1=uniform(1,3)'";
-    let study = |rest: &str| {
-        let line = format!("study thrown.toml --in-process --sample 40 {over} {rest}");
-        tandem(&place, &line).expect(0)
-    };
-    let ended = study("--seed 3 --out own --jobs 2");
-    assert!(
-        ended.stdout.contains("40 runs, 40 of them new"),
-        "{}",
-        ended.stdout
-    );
+    let line = format!("study thrown.toml --in-process --sample 40 {over} {rest}");
+    tandem(place, &line).expect(0).stdout
+}
+
+#[test]
+fn a_sample_has_the_statistics_of_a_known_law() {
+    let place = Place::new();
+    let said = draw(&place, "--seed 3 --out own --jobs 2");
+    assert!(said.contains("40 runs, 40 of them new"), "{said}");
     let rows = table(&place.path("own/study.csv"));
     for row in &rows {
         let (vx, vy) = (
@@ -370,22 +368,21 @@ fn a_sample_has_the_statistics_of_a_known_law_by_whatever_makes_its_runs() {
     let figure = well_formed(&place.path("own/study.svg"));
     // A panel for each result over each key, and a dot for each run.
     assert!(figure.matches("<circle").count() >= 9 * 40, "{figure}");
-    assert!(
-        study("--seed 3 --out own")
-            .stdout
-            .contains("40 runs, 0 of them new")
-    );
+}
 
-    study("--seed 3 --out shell --commands todo");
+#[test]
+fn a_sample_is_the_same_whatever_makes_its_runs() {
+    let place = Place::new();
+    draw(&place, "--seed 3 --out own --jobs 2");
+    let again = draw(&place, "--seed 3 --out own");
+    assert!(again.contains("40 runs, 0 of them new"), "{again}");
+    draw(&place, "--seed 3 --out shell --commands todo");
     let mut shell = Command::new("sh");
     shell.arg("todo").current_dir(place.path("."));
     shell.env("TANDEM_RUNTIME_DIR", place.temporary_path());
     assert!(shell.status().unwrap().success());
-    assert!(
-        study("--seed 3 --out shell")
-            .stdout
-            .contains("40 runs, 0 of them new")
-    );
+    let said = draw(&place, "--seed 3 --out shell");
+    assert!(said.contains("40 runs, 0 of them new"), "{said}");
     let bytes = |out: &str| fs::read(place.path(out).join("statistics.csv")).unwrap();
     assert!(bytes("own") == bytes("shell"));
     let order = |out: &str| -> Vec<String> {
@@ -393,7 +390,7 @@ fn a_sample_has_the_statistics_of_a_known_law_by_whatever_makes_its_runs() {
         rows.into_iter().map(|row| row["run"].clone()).collect()
     };
     assert_eq!(order("own"), order("shell"));
-    study("--seed 4 --out shell");
+    draw(&place, "--seed 4 --out shell");
     assert!(bytes("own") != bytes("shell"));
 }
 
