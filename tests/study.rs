@@ -380,7 +380,7 @@ fn a_sample_is_the_same_whatever_makes_its_runs() {
     let mut shell = Command::new("sh");
     shell.arg("todo").current_dir(place.path("."));
     shell.env("TANDEM_RUNTIME_DIR", place.temporary_path());
-    assert!(shell.status().unwrap().success());
+    assert!(shell.output().unwrap().status.success());
     let said = draw(&place, "--seed 3 --out shell");
     assert!(said.contains("40 runs, 0 of them new"), "{said}");
     let bytes = |out: &str| fs::read(place.path(out).join("statistics.csv")).unwrap();
