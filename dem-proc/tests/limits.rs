@@ -123,6 +123,35 @@ fn a_contact_off_the_centre_declares_its_rate_and_mobility() {
     }
 }
 
+/// Hertz's spring stiffens: declared is what it has after the overlap has grown for two steps, the second a tenth longer.
+#[test]
+fn bodies_that_press_and_approach_declare_the_stiffness_ahead() {
+    let (constant, xi, speed, dt) = (1e8, 1e-4, 1.0, 1e-4);
+    let disc = |x: f64, velocity: f64| BodyConfig {
+        position: [x, 0.0],
+        velocity: [velocity, 0.0],
+        ..body(BodyShape::Disc, 0.1)
+    };
+    let hertz = ContactLaw::HertzMindlin {
+        hertz_constant: constant,
+        poisson_ratio: 0.3,
+        friction: 0.0,
+        restitution: 1.0,
+        adhesion: 0.0,
+    };
+    let mut dem = configured(&scene(
+        vec![disc(0.0, speed), disc(0.2 - xi, -speed)],
+        hertz,
+    ));
+    let limits = dem.contact(&step(0.0, dt), &[], &mut []).unwrap().limits;
+    let ahead = xi + 2.0 * speed * 2.1 * dt;
+    let expected = 2.0 * 1.5 * constant * ahead.sqrt(); // two bodies of 1 kg/m
+    assert!(
+        (limits.omega_sq / expected - 1.0).abs() < 1e-9,
+        "{limits:?}"
+    );
+}
+
 #[test]
 fn damping_and_readiness_are_declared() {
     let law = interface::config::ContactLaw::Linear {

@@ -394,6 +394,36 @@ fn a_body_driven_through_a_body_is_named_whatever_the_measure() {
             assert!(y > lowest - by, "{name}, {share}: told at {y}: {reason}");
             let phrases = ["(mover)", "(floor)", "overlap of", "stiffer contact"];
             assert!(phrases.iter().all(|p| reason.contains(p)), "{reason}");
+            if measure == EachEdge && name != "cluster" {
+                let told = reason.split("overlap of ").nth(1).expect("an overlap");
+                let told = told.split(' ').next().expect("a number").parse::<f64>();
+                let of_length = told.expect("a number") / length;
+                assert!((0.749..1.001).contains(&of_length), "{name}: {reason}");
+            }
+        }
+    }
+}
+
+/// A corner that comes down past the tip of a needle may cut off a quarter of the needle's thickness along the outline, or the
+/// sum of the sphero-radii if that is more; `2 d cos(alpha/2)` at a distance `d` from the tip.
+#[test]
+fn a_corner_may_cut_off_a_small_tip() {
+    let needle = polygon(&[[-0.6, -0.1], [0.0, 0.0], [-0.6, 0.1]]);
+    let cos = 0.6 / 0.6_f64.hypot(0.1);
+    let quarter = 0.25 * 0.2 * cos; // thin across a long side
+    for (a, allowed) in [(0.0, quarter), (0.02, quarter), (0.03, 0.06)] {
+        for (share, goes) in [(0.95, true), (1.05, false)] {
+            let away = 0.5 * share * allowed / cos;
+            let diamond = BodyConfig {
+                position: [0.2 * 2.0_f64.sqrt() - away, 0.6],
+                angle: 0.25 * PI,
+                ..body(square(0.2), a)
+            };
+            let floor = body(needle.clone(), a);
+            let told = driven_into(diamond, floor, OverlapMeasure::NearestEdge, 1e-3, 1.2);
+            assert_eq!(told.is_none(), goes, "{a}, {share}: {told:?}");
+            let through = |(_, reason): (f64, String)| reason.contains("has passed through");
+            assert!(told.is_none_or(through));
         }
     }
 }

@@ -125,6 +125,64 @@ fn a_force_is_shared_by_its_foot() {
     assert_eq!(chain.forces, vec![ImpForce::default(); 3]);
 }
 
+/// Beside a vertex in a dent whose segment to the right ends before it has a foot, the maximum at the vertex counts in F-6 as the
+/// two minima do: each marker has the largest share that it can have of each within half a radius.
+#[test]
+fn a_maximum_without_a_minimum_beside_it_counts_in_the_stiffness() {
+    let (sin, cos) = 0.1_f64.sin_cos();
+    let (short, long, way) = (0.005, 0.5, 0.5 * R);
+    let dent = [
+        [short * cos, short * sin],
+        [0.0, 0.0],
+        [-long * cos, long * sin],
+    ];
+    let distance = A + R - 2e-3;
+    let (chain, _) = once(Chain::new(&dent), [0.0, distance]);
+    let foot = distance * sin / long;
+    let expected = [
+        1.0 + 1.0,                             // the end of the short segment, the vertex
+        1.0 + 1.0 + (1.0 - foot + way / long), // and the foot on the long one
+        (way - short) / long + way / long + (foot + way / long),
+    ];
+    for (force, share) in chain.forces.iter().zip(expected) {
+        assert!(
+            (force.stiffness - K * share).abs() < 1e-6,
+            "{force:?} {share}"
+        );
+    }
+    // Round a ring that is smaller than that, each marker counts once in either direction.
+    let mut ring = Chain::new(&[[0.0, 0.0], [-1e-4, -1e-4], [1e-4, -1e-4]]);
+    ring.set[2].next = 1;
+    let (ring, _) = once(ring, [0.0, distance]);
+    let stiffness: Vec<f64> = ring.forces.iter().map(|f| f.stiffness).collect();
+    assert_eq!(stiffness, [K, 2.0 * K, 2.0 * K]);
+}
+
+/// `k_n (1/m + (r x n)^2 / I) + k_t (1/m + (r x t)^2 / I)`, and `1/m + (r x n)^2 / I`: the lower of two discs of a cluster.
+#[test]
+fn a_disc_off_the_centre_on_a_chain_declares_its_rate_and_mobility() {
+    let cluster = BodyShape::Cluster {
+        centers: vec![[-0.2, -0.1], [0.2, 0.1]],
+        radii: vec![A, A],
+    };
+    let xi = 1e-3;
+    let cluster = BodyConfig {
+        position: [0.55, 0.1 + A + R - xi],
+        ..body(cluster, 0.0)
+    };
+    let mut dem = configured(&on_segments(vec![cluster], frictional(K, 0.6 * K, 0.5)));
+    let mut chain = floor(&[1.0, -0.2]);
+    dem.imp_set(&chain.set);
+    let limits = chain.contact(&mut dem, &OPENING).unwrap().limits;
+    let state = &dem.bodies().state[0];
+    let (m, i) = (state.inverse_mass, state.inverse_inertia);
+    // The contact is in the middle of the overlap; its normal is along y.
+    let mobility = m + i * 0.2 * 0.2;
+    let rate = K * mobility + 0.6 * K * (m + i * (0.1 + A - 0.5 * xi).powi(2));
+    assert!((limits.contact_omega_sq / rate - 1.0).abs() < 1e-10);
+    assert!((limits.mobility / mobility - 1.0).abs() < 1e-10);
+}
+
 /// With `c = 2 zeta sqrt(k m)`, `m` of the disc (1 kg/m) and of one marker (1 kg/m).
 fn damped(damping_ratio: f64) -> (ContactLaw, f64) {
     let law = ContactLaw::Linear {
@@ -213,8 +271,26 @@ fn springs_and_adhesion_of_a_chain_have_an_energy() {
         let (force, _) = once(&flat, [x, A + R - xi]).expect("a contact");
         assert!((force - Vec2::new(0.0, K * xi - pull)).norm() < 1e-9 * K * xi);
     }
-    let mut random = Random(29);
     let (mut smooth, h) = (0, 1e-7);
+    // Above the disc a peak between two lips, which it sees from behind: only the maximum at the peak is outside.
+    let peak = [
+        [-1e-3, 0.1],
+        [-1e-2, 0.1],
+        [0.0, A + R - xi],
+        [1e-2, 0.1],
+        [1e-3, 0.1],
+    ];
+    let (force, energy) = once(&peak, [0.0; 2]).expect("no passage");
+    let negated = Vec2::new(0.0, K * xi - pull);
+    assert!((force - negated).norm() < 1e-9 * K * xi, "{force}");
+    let [below, above] = [-h, h].map(|y| once(&peak, [0.0, y]).expect("no passage").1);
+    let slope = (below - above) / (2.0 * h);
+    assert!(
+        (slope - force.y).abs() < 1e-5 * force.y.abs(),
+        "{slope} {force}"
+    );
+    assert!(energy < 0.0);
+    let mut random = Random(29);
     for _ in 0..2000 {
         let [left, right] = [0, 1].map(|_| random.between(-1.2, 1.2));
         let x = [
@@ -726,6 +802,15 @@ fn a_disc_that_comes_through_the_chain_is_named() {
     }
     let fault = fault.expect("a fault");
     assert!(fault.contains("body 0 (body)"), "{fault}");
+    // Farther behind the chain than a step leads, a disc is on the other side of the material.
+    for (behind, through) in [(0.4, true), (0.6, false)] {
+        let mut chain = floor(&[0.3, 0.1, -0.1, -0.3]);
+        let config = on_segments(vec![disc([0.0, -behind * R])], spring(K));
+        let mut dem = configured(&config);
+        dem.imp_set(&chain.set);
+        assert_eq!(chain.contact(&mut dem, &OPENING).is_err(), through);
+        assert!(through || chain.total() == Vec2::zeros());
+    }
 }
 
 #[test]

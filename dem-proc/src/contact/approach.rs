@@ -111,7 +111,10 @@ pub fn thickness(outline: &[Vec2]) -> f64 {
 
 #[cfg(test)]
 mod tests {
+    use interface::config::{BodyConfig, BodyShape, DemConfig};
+
     use super::*;
+    use crate::contact::impact::tests::body;
 
     #[test]
     fn the_smallest_width_is_that_of_the_plate() {
@@ -122,5 +125,27 @@ mod tests {
         // Equilateral: its height.
         let triangle = [v(0.0, 0.0), v(1.0, 0.0), v(0.5, 0.75_f64.sqrt())];
         assert!((thickness(&triangle) - 0.75_f64.sqrt()).abs() < 1e-15);
+    }
+
+    /// Gravity, a push of 5 N and a moment of 0.3 N that turns the surface of a disc of 0.1 m and 1 kg/m.
+    #[test]
+    fn what_pushes_and_turns_a_body_adds_up_at_its_surface() {
+        let pushed = BodyConfig {
+            motion: Motion::Pushed {
+                force: [3.0, -4.0],
+                torque: -0.3,
+                ramp: 0.0,
+                until: None,
+            },
+            ..body(BodyShape::Disc, [0.0; 2])
+        };
+        let config = DemConfig {
+            bodies: vec![pushed, body(BodyShape::Disc, [1.0, 0.0])],
+            ..DemConfig::default()
+        };
+        let bodies = Bodies::new(&config).expect("two bodies");
+        let found = outer_acceleration(&bodies, Vec2::new(0.0, -9.81));
+        let expected = 9.81 + 5.0 + 0.3 * 0.1 / (0.5 * 0.1 * 0.1);
+        assert!((found - expected).abs() < 1e-12, "{found}");
     }
 }

@@ -311,21 +311,21 @@ pub fn shares_within(
         share(from, (first + way / own).min(1.0));
         share(to, (second + way / own).min(1.0));
     }
-    // Slots beyond the ends of the segment, as far as `way` leads.
-    let walk = |mut at: u32, mut left: f64, forward: bool, share: &mut dyn FnMut(u32, f64)| {
-        let mut steps = 0;
-        while left > 0.0 && steps < 64 {
+    // Slots beyond the ends of the segment, as far as `way` leads, and at most once round a ring.
+    let walk = |end: u32, mut left: f64, forward: bool, share: &mut dyn FnMut(u32, f64)| {
+        let mut at = end;
+        while left > 0.0 {
             let beyond = if forward {
                 links.next(at)
             } else {
                 links.previous(at)
             };
-            let Some(beyond) = beyond else {
+            let Some(beyond) = beyond.filter(|&slot| slot != end) else {
                 return;
             };
             let length = length(at, beyond);
             share(beyond, (left / length).min(1.0));
-            (at, left, steps) = (beyond, left - length, steps + 1);
+            (at, left) = (beyond, left - length);
         }
     };
     walk(to, way - first * own, true, &mut share);

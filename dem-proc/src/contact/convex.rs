@@ -133,9 +133,8 @@ impl<L: Law> Kept<L> {
         self.constants.clear();
         self.constants.extend(list.iter().map(|candidate| {
             let [v, e] = candidate.bodies.map(|b| &bodies.state[b as usize]);
-            let inverse = v.inverse_mass + e.inverse_mass;
             law.pair(&PairProperties {
-                mass: if inverse > 0.0 { 1.0 / inverse } else { 0.0 },
+                mass: bodies.reduced_mass(candidate.bodies),
                 radius: reduced(v.radius, e.radius),
                 surfaces: candidate
                     .bodies

@@ -173,9 +173,6 @@ impl Impacts<'_> {
         let negligible = || self.outer + NEGLIGIBLE * omega_sq.sqrt() * self.speed;
         if pressing.overlap > 0.0 {
             let amplitude_sq = acceleration * acceleration + omega_sq * velocity * velocity;
-            if amplitude_sq <= self.outer * self.outer {
-                return false; // neither of the two terms of `least` is negative, and one is not below `outer`
-            }
             let held = (pressing.force * mobility - acceleration).max(0.0);
             let least = held + negligible();
             amplitude_sq > least * least
@@ -193,13 +190,14 @@ impl Impacts<'_> {
 }
 
 #[cfg(test)]
-mod tests {
+pub(super) mod tests {
     use interface::config::{BodyConfig, BodyInertia, BodyShape, DemConfig, Motion};
     use mechanics::generate::Random;
 
     use super::*;
 
-    fn body(shape: BodyShape, position: [f64; 2]) -> BodyConfig {
+    /// Of 1 kg/m, with a sphero-radius of 0.1 m.
+    pub fn body(shape: BodyShape, position: [f64; 2]) -> BodyConfig {
         BodyConfig {
             name: "grain".into(),
             shape,
@@ -282,5 +280,54 @@ mod tests {
             calm_pairs > 1000 && impacts > 1000,
             "{calm_pairs} {impacts}"
         );
+    }
+
+    /// The amplitude `sqrt(a^2 + omega^2 u^2)` against the overlap at rest `F w - a` and what is negligible.
+    #[test]
+    fn a_contact_opens_if_its_amplitude_is_larger_than_its_overlap_at_rest() {
+        let discs = [[0.0; 2], [0.19, 0.0]].map(|x| body(BodyShape::Disc, x));
+        let config = DemConfig {
+            bodies: discs.into(),
+            ..DemConfig::default()
+        };
+        let mut bodies = Bodies::new(&config).expect("two bodies");
+        let (kick, stiffness, mobility): (f64, f64, f64) = (1e-3, 1e4, 2.0);
+        let omega = (stiffness * mobility).sqrt();
+        let near = Near {
+            bodies: [0, 1],
+            normal: Vec2::new(-1.0, 0.0),
+            point: Vec2::new(0.1, 0.0),
+            length: 0.2,
+        };
+        for (force, acceleration, outer, speed) in [
+            (5.0, 0.0, 0.0, 0.0),
+            (5.0, 2.0, 0.0, 0.0),
+            (0.0, 0.0, 0.5, 0.0),
+            (5.0, 0.0, 0.5, 0.0),
+            (5.0, -2.0, 9.81, 20.0),
+        ] {
+            let least = force * mobility - acceleration + outer + 1e-3 * omega * speed;
+            for share in [0.99, 1.01] {
+                let amplitude: f64 = share * least;
+                let velocity = (amplitude * amplitude - acceleration * acceleration).sqrt() / omega;
+                let kicked = [(near.normal * velocity, 0.0), (Vec2::zeros(), 0.0)];
+                bodies.state[0].velocity = near.normal * (velocity - acceleration * kick);
+                let impacts = Impacts {
+                    kicked: &kicked,
+                    kick,
+                    ahead: Ahead::new(kick, kick, outer),
+                    speed,
+                    outer,
+                };
+                let pressing = Pressing {
+                    overlap: 1e-2,
+                    force,
+                    stiffness,
+                    width: 0.0,
+                };
+                let opens = impacts.is_one(&bodies, &near, &pressing);
+                assert_eq!(opens, share > 1.0, "{force} {acceleration} {outer} {share}");
+            }
+        }
     }
 }

@@ -149,10 +149,8 @@ impl<L: Law> Kept<L> {
         let pairs = self.list.pairs.iter();
         self.constants.clear();
         self.constants.extend(pairs.map(|pair| {
-            let [v, e] = pair.bodies.map(|b| &bodies.state[b as usize]);
-            let inverse = v.inverse_mass + e.inverse_mass;
             law.pair(&PairProperties {
-                mass: if inverse > 0.0 { 1.0 / inverse } else { 0.0 }, // bodies that can only rotate: no dashpot
+                mass: bodies.reduced_mass(pair.bodies),
                 radius: reduced(pair.radius, pair.reach - pair.radius),
                 surfaces: pair.bodies.map(|b| bodies.properties[b as usize].surface),
             })

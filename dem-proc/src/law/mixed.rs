@@ -256,3 +256,67 @@ impl Law for Mixed {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use interface::config::DemConfig;
+
+    use super::super::tangent::Coulomb;
+    use super::*;
+    use crate::body::surfaces::Surfaces;
+
+    /// A contact of grains that has slid by `u` and rolled by `theta` holds `k_t u^2 / 2 + k_r theta^2 / 2` beside the normal
+    /// spring. If it opens while the moment still does the work `M / 2` times the last angle, the rest is lost.
+    #[test]
+    fn a_contact_that_has_slid_and_rolled_loses_its_springs_when_it_opens() {
+        let (k_n, k_t, mu_r, radius) = (1e5, 5e4, 0.2, 0.1);
+        let law = Rolling {
+            law: Contact {
+                normal: Adhesive {
+                    spring: Linear { stiffness: k_n },
+                    stress: 0.0,
+                },
+                tangent: Coulomb::new(k_t, 0.5),
+                dashpot: Viscous {
+                    ratio: 0.0,
+                    mass: 0.0,
+                },
+            },
+            friction: mu_r,
+        };
+        let config = DemConfig::default();
+        let surfaces = Surfaces::new(&config);
+        let mixed = Mixed(Table::new(&surfaces, &config.point_contact, &[], |_| {
+            AnyLaw::Grains(law)
+        }));
+        let pair = mixed.pair(&PairProperties {
+            mass: 1.0,
+            radius,
+            surfaces: [0; 2],
+        });
+        let (overlap, u, theta, last) = (1e-3, 1e-5, 1e-3, 4e-4);
+        let pressed = Kinematics {
+            overlap,
+            moved: [0.0, u],
+            rolled: theta,
+            ..Kinematics::default()
+        };
+        let response = mixed.response(&pair, &pressed, &AnyMemory::default());
+        let k_r = 2.25 * k_n * (mu_r * radius) * (mu_r * radius);
+        let held = 0.5 * k_t * u * u + 0.5 * k_r * theta * theta;
+        let near = |a: f64, b: f64| assert!((a - b).abs() < 1e-12 * b.abs(), "{a} {b}");
+        near(response.moment, -k_r * theta);
+        assert!(response.loss.friction.abs() < 1e-12 * held);
+        let energy = mixed.energy(&pair, overlap, &response.history);
+        near(energy, 0.5 * k_n * overlap * overlap + held);
+        let opened = Kinematics {
+            overlap: -1e-6,
+            moved: [1e-3, 0.0],
+            rolled: last,
+            ..Kinematics::default()
+        };
+        let loss = mixed.separate(&pair, &opened, &response.history);
+        near(loss.friction, held + 0.5 * k_r * theta * last);
+        assert_eq!(loss.viscous, 0.0);
+    }
+}
