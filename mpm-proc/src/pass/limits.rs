@@ -33,6 +33,7 @@ use crate::kernel::window::{
 };
 use crate::state::contact::ContactLoad;
 use crate::state::continuum::Continuum;
+use crate::state::images::Images;
 
 /// The limits for the next step, with the contribution of contact in this step.
 pub fn limits<const W: usize, S: Shape<W>, A: AffineState>(
@@ -148,22 +149,7 @@ fn omega_sq_of_points<const W: usize, S: Shape<W>, A: AffineState>(
             add_window::<W, 2>(loads, &window.0, o.run);
         }
     }
-    // Nodes beyond a periodic wall are those at the other end; hats have no other images.
-    for image in &grid.images.0 {
-        let [(tile, n), (of, m)] = [image.at.split(), image.of.split()];
-        let [load, mass] = loads_of_nodes[tile][n];
-        loads_of_nodes[of][m][0] += load;
-        loads_of_nodes[of][m][1] += mass;
-    }
-    for [load, mass] in loads_of_nodes.as_flattened_mut() {
-        if *mass > 0.0 {
-            *load /= *mass;
-        }
-    }
-    for image in &grid.images.0 {
-        let [(tile, n), (of, m)] = [image.at.split(), image.of.split()];
-        loads_of_nodes[tile][n] = loads_of_nodes[of][m];
-    }
+    divide_by_mass(loads_of_nodes, &grid.images);
     let mut largest_row: f64 = 0.0;
     for cloud in clouds {
         let (shape, x) = (cloud.shape, &cloud.state.x);
@@ -196,6 +182,26 @@ fn omega_sq_of_points<const W: usize, S: Shape<W>, A: AffineState>(
         largest_row = of_tiles.fold(largest_row, f64::max);
     }
     largest_row
+}
+
+/// Turns loads and masses of nodes into loads over masses. Nodes beyond a periodic wall are those at the other end; hats
+/// have no other images.
+fn divide_by_mass(nodes: &mut [[[f64; 2]; NODES]], images: &Images) {
+    for image in &images.0 {
+        let [(tile, n), (of, m)] = [image.at.split(), image.of.split()];
+        let [load, mass] = nodes[tile][n];
+        nodes[of][m][0] += load;
+        nodes[of][m][1] += mass;
+    }
+    for [load, mass] in nodes.as_flattened_mut() {
+        if *mass > 0.0 {
+            *load /= *mass;
+        }
+    }
+    for image in &images.0 {
+        let [(tile, n), (of, m)] = [image.at.split(), image.of.split()];
+        nodes[tile][n] = nodes[of][m];
+    }
 }
 
 /// `|grad S_Ip|` of four points times the cell, row by row.
