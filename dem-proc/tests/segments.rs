@@ -689,7 +689,7 @@ fn a_vertex_in_a_dent_gives_no_energy_when_the_chain_slips() {
 }
 
 /// Markers around the lower half of the disc, each of which moves in and out and along on its own: minima and maxima come and go,
-/// spanes of the chain part and join, springs slip. Friction never gives, and the energies balance.
+/// spans of the chain part and join, springs slip. Friction never gives, and the energies balance.
 #[test]
 fn friction_of_a_chain_that_wraps_round_never_gives_energy() {
     let rough = |i: u32, k: u32| f64::from((i * 37 + k * 23) % 19) / 19.0 - 0.5;

@@ -90,7 +90,7 @@ impl<L: Law> Default for Room<L> {
 }
 
 /// Groups of extrema that are connected.
-fn spanes(found: &[Extremum]) -> impl Iterator<Item = &[Extremum]> {
+fn spans(found: &[Extremum]) -> impl Iterator<Item = &[Extremum]> {
     found.chunk_by(|a, b| a.span == b.span)
 }
 
@@ -139,7 +139,7 @@ impl<L: Law> SegmentContacts<L> {
     fn successors(&self, held: &[Held], found: &[Extremum], successors: &mut Vec<Option<usize>>) {
         let successor = |held: &Held| {
             let (at, old) = (self.place(held)?, self.slot(held.ids[0])?);
-            let minima = spanes(found).enumerate().flat_map(|(i, span)| {
+            let minima = spans(found).enumerate().flat_map(|(i, span)| {
                 let minima = span.iter().filter(|e| e.least);
                 minima.map(move |e| (i, e))
             });
@@ -154,7 +154,7 @@ impl<L: Law> SegmentContacts<L> {
         successors.extend(held.iter().map(successor));
     }
 
-    /// Computes the histories with which the spanes of a disc continue. Energy of springs that end, part or join,
+    /// Computes the histories with which the spans of a disc continue. Energy of springs that end, part or join,
     /// and that no span takes over, is lost to friction.
     fn continue_springs(&self, bodies: &Bodies, near: &Near, room: &mut Room<L>, sums: &mut Sums) {
         let held = self.held_by(near);
@@ -169,7 +169,7 @@ impl<L: Law> SegmentContacts<L> {
             held,
             &self.state.memory.springs,
             successors,
-            spanes(found).count(),
+            spans(found).count(),
         );
         let ended = transferred.ended.iter().map(|spring| (1.0, spring));
         let begun = transferred.begun.iter().map(|spring| (-1.0, spring));
@@ -448,7 +448,7 @@ impl<L: Law> SegmentContacts<L> {
             places,
             ..
         } = room;
-        for (span, history) in spanes(found).zip(&transferred.histories) {
+        for (span, history) in spans(found).zip(&transferred.histories) {
             places.clear();
             places.extend(span.iter().map(|e| self.seen(on, near, e, to)));
             self.press(on, near, (places, history), (&mut *to, &mut *next));

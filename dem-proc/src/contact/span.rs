@@ -32,7 +32,7 @@
 //! force. The force is kept, and the energy decreases from 1 to `sum p^2`. Spanes that join have the mean of their
 //! springs, weighted by the share `q` of the force that each contributes. Both together give `xi' = sum q p xi`, for
 //! which `sum xi'^2 <= sum xi^2`, so springs never supply energy that they did not hold. The difference is lost to
-//! friction, and counted. To add the elongations of spanes that join would keep the force, but could double the
+//! friction, and counted. To add the elongations of spans that join would keep the force, but could double the
 //! energy.
 
 use interface::Vec2;
@@ -58,11 +58,11 @@ pub struct Held {
     pub spring: u32,
 }
 
-/// The history of spanes: the minima, and the springs that minima share.
+/// The history of spans: the minima, and the springs that minima share.
 #[derive(Debug, Default, Serialize, Deserialize)]
 #[serde(bound = "H: Numbers")]
 pub struct Memory<H> {
-    /// In the order of the discs, and of the spanes of each disc.
+    /// In the order of the discs, and of the spans of each disc.
     pub held: Vec<Held>,
     /// One spring for each span that pressed.
     #[serde(with = "crate::law::history")]
@@ -112,7 +112,7 @@ impl<P> Place<P> {
     }
 }
 
-/// The histories with which the spanes of a disc continue. It is kept from disc to disc, so that no step allocates.
+/// The histories with which the spans of a disc continue. It is kept from disc to disc, so that no step allocates.
 #[derive(Debug, Default)]
 pub struct Transferred<H> {
     /// One for each span.
@@ -139,14 +139,14 @@ struct Flow {
 }
 
 impl<H: Numbers> Transferred<H> {
-    /// Transfers the springs of minima that pressed to `spanes` spanes. `successors` has the span to which
+    /// Transfers the springs of minima that pressed to `spans` spans. `successors` has the span to which
     /// each minimum goes, if any. Minima that go to none leave their part to the others of their spring.
     pub fn transfer(
         &mut self,
         held: &[Held],
         springs: &[H],
         successors: &[Option<usize>],
-        spanes: usize,
+        spans: usize,
     ) {
         let Self {
             histories,
@@ -158,7 +158,7 @@ impl<H: Numbers> Transferred<H> {
         ended.clear();
         begun.clear();
         histories.clear();
-        histories.resize(spanes, H::default());
+        histories.resize(spans, H::default());
         part(held, successors, flows);
         let of = |spring: u32| springs[spring as usize];
         let sum = |wanted: &dyn Fn(&Flow) -> bool| -> f64 {
@@ -198,7 +198,7 @@ impl<H: Numbers> Transferred<H> {
     }
 }
 
-/// Divides the springs of the minima between the spanes to which they go.
+/// Divides the springs of the minima between the spans to which they go.
 fn part(held: &[Held], successors: &[Option<usize>], flows: &mut Vec<Flow>) {
     flows.clear();
     for (from, (minimum, successor)) in held.iter().zip(successors).enumerate() {
@@ -244,10 +244,10 @@ mod tests {
         held: &[Held],
         springs: &[H],
         successors: &[Option<usize>],
-        spanes: usize,
+        spans: usize,
     ) -> Transferred<H> {
         let mut transferred = Transferred::default();
-        transferred.transfer(held, springs, successors, spanes);
+        transferred.transfer(held, springs, successors, spans);
         transferred
     }
 
