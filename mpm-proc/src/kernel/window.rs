@@ -36,6 +36,12 @@ pub const NO_MOMENTUM: NodalWindow = Aligned([0.0; 4 * (INDEX_LIMIT + REACH)]);
 // The last base node of a window, of the widest shape function.
 const _: () = assert!((TILE + 2 * MARGIN - 1) * (pitch(4) + 1) < INDEX_LIMIT);
 
+/// Sets the nodes of a window to zero, `N` numbers each.
+#[inline(always)]
+pub fn clear<const W: usize, const N: usize>(window: &mut [f64]) {
+    window[..N * pitch(W) * pitch(W)].fill(0.0);
+}
+
 #[inline(always)]
 fn load(window: &VectorWindow, at: usize) -> Lanes {
     let four: [f64; LANES] = window.0[at..at + LANES].try_into().expect("four numbers");

@@ -29,7 +29,7 @@ use crate::kernel::threads::{PerTile, over_tiles};
 use crate::kernel::tiles::{NODES, Place, pitch};
 use crate::kernel::transfer::AffineState;
 use crate::kernel::window::{
-    NO_VECTORS, VectorWindow, add_window, fill_window, gather_row, scatter_row,
+    NO_VECTORS, VectorWindow, add_window, clear, fill_window, gather_row, scatter_row,
 };
 use crate::state::contact::ContactLoad;
 use crate::state::continuum::Continuum;
@@ -123,7 +123,7 @@ fn omega_sq_of_points<const W: usize, S: Shape<W>, A: AffineState>(
         let share = PerTile::one(&mut cloud.force[..]);
         over_tiles(threads, &cloud.tiles, share, || (), &|tile, window, ()| {
             let window = &mut window.items[0];
-            window.0.fill(0.0);
+            clear::<W, 2>(&mut window.0);
             let stiffness = splat(scale * reports[tile.index].stiffness);
             let mass = splat(mass);
             for b in 0..tile.blocks {

@@ -10,7 +10,7 @@ use crate::kernel::shape::Shape;
 use crate::kernel::threads::{PerTile, over_tiles};
 use crate::kernel::tiles::{Place, pitch};
 use crate::kernel::transfer::AffineState;
-use crate::kernel::window::{NodalWindow, add_numbers, add_product};
+use crate::kernel::window::{NodalWindow, add_numbers, add_product, clear};
 use crate::state::continuum::Continuum;
 use crate::state::points::Cloud;
 use mechanics::threads::Threads;
@@ -80,7 +80,7 @@ fn fill_windows<const W: usize, const SPIN: bool, S: Shape<W>, A: AffineState>(
             return;
         }
         let nodes = &mut window.items[0];
-        nodes.0.fill(0.0);
+        clear::<W, 4>(&mut nodes.0);
         for b in 0..tile.blocks {
             let block = tile.first + b;
             let place = tile.frame.locate(&x[block], pitch(W));

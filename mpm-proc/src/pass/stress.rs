@@ -7,7 +7,9 @@ use crate::kernel::shape::Shape;
 use crate::kernel::threads::{PerBlock, PerTile, RowsPerBlock, over_tiles};
 use crate::kernel::tiles::{Frame, Place, pitch};
 use crate::kernel::transfer::AffineState;
-use crate::kernel::window::{NO_VECTORS, VectorWindow, fill_window, gather_row, scatter_row};
+use crate::kernel::window::{
+    NO_VECTORS, VectorWindow, clear, fill_window, gather_row, scatter_row,
+};
 use crate::material::{Deformation, Straining, Stress, Stressed, Sums};
 use crate::state::continuum::Continuum;
 use crate::state::grid::Grid;
@@ -97,7 +99,7 @@ fn stress_cloud<const W: usize, S: Shape<W>, A: AffineState>(
             memory.take_ratios(volumes.map(|(nodes, _)| nodes), tile);
             let (force, mut sums) = (&mut force.items[0], Sums::default());
             if loads {
-                force.0.fill(0.0);
+                clear::<W, 2>(&mut force.0);
             }
             for first in (0..tile.blocks).step_by(BATCH) {
                 let batch = first..tile.blocks.min(first + BATCH);

@@ -26,7 +26,7 @@ use crate::kernel::shape::Shape;
 use crate::kernel::threads::{PerTile, over_items, over_tiles};
 use crate::kernel::tiles::{NODES, Place, first_node, node, pitch};
 use crate::kernel::transfer::AffineState;
-use crate::kernel::window::{VectorWindow, add_window, gather_row, scatter_row};
+use crate::kernel::window::{VectorWindow, add_window, clear, gather_row, scatter_row};
 use crate::state::continuum::Continuum;
 use crate::state::volumes::{VolumeNodes, room};
 
@@ -66,7 +66,7 @@ pub fn map_volumes<const W: usize, S: Shape<W>, A: AffineState>(
         let share = PerTile::one(&mut cloud.force[..]);
         over_tiles(threads, &cloud.tiles, share, || (), &|tile, window, ()| {
             let window = &mut window.items[0];
-            window.0.fill(0.0);
+            clear::<W, 2>(&mut window.0);
             for b in 0..tile.blocks {
                 let block = tile.first + b;
                 let place = tile.frame.locate(&x[block], pitch(W));
