@@ -11,7 +11,8 @@
 
 use crate::kernel::tiles::{NODES, first_node, node};
 use crate::state::grid::Grid;
-use crate::state::nodes::NodeTile;
+use crate::state::images::Images;
+use crate::state::nodes::{NodeAt, NodeTile};
 use crate::state::walls::WallNodes;
 
 /// The gradient of a grain's density at the nodes of a tile, up to a factor that is the same for all grains.
@@ -29,6 +30,8 @@ pub struct SharedNodes {
     shared: Vec<Shared>,
     /// For each grain and tile of it, its number in `shared`, or [`ALONE`].
     slots: Vec<Vec<u32>>,
+    /// For each tile of one grain, the nodes at which its density is wanted, a bit for each.
+    counted: Vec<u64>,
 }
 
 /// The node tile of a grain at a place that others have too.
@@ -93,20 +96,22 @@ impl SharedNodes {
                 continue;
             }
             let (mut once, mut twice) = (0, 0);
-            for &(_, grain, tile) in together {
+            let first = self.shared.len();
+            for &(at, grain, tile) in together {
                 let has = has_mass(&grids[grain as usize].tiles[tile as usize]);
                 twice |= once & has;
                 once |= has;
-            }
-            for &(at, grain, tile) in together {
                 self.slots[grain as usize][tile as usize] = self.shared.len() as u32;
                 self.shared.push(Shared {
                     at,
                     grain,
                     tile,
-                    met: twice & has_mass(&grids[grain as usize].tiles[tile as usize]),
+                    met: has,
                     gradient: [[0.0; 2]; NODES],
                 });
+            }
+            for shared in &mut self.shared[first..] {
+                shared.met &= twice;
             }
         }
     }
@@ -117,6 +122,24 @@ impl SharedNodes {
             ALONE => None,
             slot => Some(&mut self.shared[slot as usize]),
         }
+    }
+
+    /// Finds the nodes of a grain at which its density counts: those where others have mass too, and their images.
+    pub fn count(&mut self, grain: usize, images: &Images) {
+        self.counted.clear();
+        for &slot in &self.slots[grain] {
+            let shared = self.shared.get(slot as usize); // none for ALONE
+            self.counted.push(shared.map_or(0, |shared| shared.met));
+        }
+        for image in &images.0 {
+            let [(to, m), (from, n)] = [image.of, image.at].map(NodeAt::split);
+            self.counted[from] |= (self.counted[to] >> m & 1) << n;
+        }
+    }
+
+    /// Those of a tile, a bit for each, of the grain that was asked for last.
+    pub fn counted(&self, tile: u32) -> u64 {
+        self.counted[tile as usize]
     }
 
     /// Removes from the gradients of a grain the components across walls that hold nodes. The density ends there, but

@@ -22,6 +22,8 @@ use crate::kernel::tiles::TILE;
 use crate::kernel::transfer::AffineState;
 use crate::state::continuum::Continuum;
 use crate::state::grid::Grid;
+use crate::state::images::Images;
+use crate::state::nodes::NodeAt;
 
 impl SharedNodes {
     /// Adds the gradients of grain `number` at the nodes where others have mass too.
@@ -31,10 +33,11 @@ impl SharedNodes {
         continuum: &Continuum<W, S, A>,
     ) {
         let geometry = continuum.grid.geometry;
+        self.count(number, &continuum.grid.images);
         for cloud in &continuum.clouds {
             // Only the direction matters, and that all grains use the same unit: kg/m for each cell.
             for tile in &cloud.tiles {
-                let near = Near::new(self, number, tile, &continuum.grid);
+                let near = Near::new(self, tile, &continuum.grid);
                 if near.is_empty() {
                     continue;
                 }
@@ -79,23 +82,18 @@ struct Near<'a> {
     tile: &'a Tile,
     /// The first of the 3 x 3 node tiles' nodes.
     first: [i64; 2],
-    /// The nodes that count, row by row: those where others have mass too. All nodes count if some are images, because
-    /// their originals are elsewhere.
+    /// The nodes that count, row by row: those where others have mass too, and their images.
     met: [u32; 3 * TILE],
-    /// The grain's grid, where some of them are images.
-    images: Option<&'a Grid>,
+    /// The grain's images, where some of the nodes are.
+    images: Option<&'a Images>,
 }
 
 impl<'a> Near<'a> {
-    fn new(shared: &mut SharedNodes, number: usize, tile: &'a Tile, grid: &'a Grid) -> Self {
+    fn new(shared: &SharedNodes, tile: &'a Tile, grid: &'a Grid) -> Self {
         let imaged = tile.around.iter().any(|&t| grid.tiles[t as usize].imaged);
         let mut met = [0; 3 * TILE];
         for (k, &around) in tile.around.iter().enumerate() {
-            let of_tile = match shared.shared(number, around) {
-                _ if imaged => u64::MAX,
-                Some(shared) => shared.met,
-                None => 0,
-            };
+            let of_tile = shared.counted(around);
             for row in 0..TILE {
                 let of_row = (of_tile >> (row * TILE)) as u32 & 0xff;
                 met[k / 3 * TILE + row] |= of_row << (k % 3 * TILE);
@@ -105,7 +103,7 @@ impl<'a> Near<'a> {
             tile,
             first: tile.at.map(|t| (i64::from(t) - 1) * TILE as i64),
             met,
-            images: imaged.then_some(grid),
+            images: imaged.then_some(&grid.images),
         }
     }
 
@@ -129,13 +127,14 @@ impl<'a> Near<'a> {
     /// The node tile that holds a node, or the original of an image, and its number in the tile. `None` if the grain
     /// has no such tile and thus no mass at the node.
     fn holder(&self, node: [i64; 2]) -> Option<(u32, usize)> {
-        if let Some(grid) = self.images
-            && let Some((of, ..)) = grid.walls.original(node)
-        {
-            return grid.holder(of);
-        }
         let (around, within) = in_reach(self.tile, node)?;
-        Some((self.tile.around[around], within))
+        let at = NodeAt {
+            tile: self.tile.around[around],
+            node: within as u32,
+        };
+        let image = self.images.and_then(|images| images.at(at));
+        let at = image.map_or(at, |image| image.of);
+        Some((at.tile, at.node as usize))
     }
 }
 
