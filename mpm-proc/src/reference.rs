@@ -58,6 +58,8 @@ pub struct RefPoint {
     pub ratio: f64,
     pub mass: f64,
     pub volume: f64,
+    /// How far it has moved by a velocity that is still to be compared with the field of its strains, in m.
+    pub unsettled: [f64; 2],
 }
 
 /// Points over a dense grid with a rim of three nodes.
@@ -207,6 +209,21 @@ impl Reference {
         let nodes = self.nodes();
         let (mass, before) = self.map(&nodes, inertia);
         let [first, last] = self.shares();
+        let settles = self.drift == Drift::Mapped && dt > 0.0;
+        if settles && first > 0.0 {
+            for i in 0..self.points.len() {
+                let field = self.interpolate(&nodes, &before, i);
+                let p = &mut self.points[i];
+                p.unsettled = [0, 1].map(|a| {
+                    let past = first * dt_before;
+                    if past > 0.0 {
+                        past * field[a] - p.unsettled[a]
+                    } else {
+                        0.0
+                    }
+                });
+            }
+        }
         self.strain(&nodes, &before, first * dt_before, 0.5);
         let mut after = vec![[0.0; 2]; nodes.len()];
         for (n, node) in nodes.iter().enumerate() {
@@ -263,16 +280,9 @@ impl Reference {
         let (_, again) = self.map(&nodes, inertia);
         self.strain(&nodes, &again, last * dt, -0.5);
         if self.drift == Drift::Mapped {
-            for (i, p) in self.points.iter().enumerate() {
-                if forces[i] != [0.0; 2] {
-                    drift[i] = [0, 1].map(|a| {
-                        let places = nodes.iter().zip(&again).flat_map(|(node, v)| {
-                            node.places
-                                .iter()
-                                .map(move |(place, sign)| (place, sign[a] * v[a]))
-                        });
-                        places.map(|(place, v)| self.weight(p, *place) * v).sum()
-                    });
+            for i in 0..self.points.len() {
+                if last > 0.0 || forces[i] != [0.0; 2] {
+                    drift[i] = self.interpolate(&nodes, &again, i);
                 }
             }
         }
@@ -286,8 +296,24 @@ impl Reference {
         for (p, v) in self.points.iter_mut().zip(drift) {
             for a in 0..2 {
                 p.x[a] += dt * v[a];
+                if settles {
+                    p.x[a] += p.unsettled[a];
+                    p.unsettled[a] = first * dt * v[a];
+                }
             }
         }
+    }
+
+    /// A velocity of the nodes at a point.
+    fn interpolate(&self, nodes: &[Node], velocity: &[[f64; 2]], point: usize) -> [f64; 2] {
+        let p = &self.points[point];
+        [0, 1].map(|a| {
+            let places = nodes.iter().zip(velocity).flat_map(|(node, v)| {
+                let places = node.places.iter();
+                places.map(move |(place, sign)| (place, sign[a] * v[a]))
+            });
+            places.map(|(place, v)| self.weight(p, *place) * v).sum()
+        })
     }
 
     /// alpha of eq. 28 over a kick.

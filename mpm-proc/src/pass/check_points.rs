@@ -29,7 +29,7 @@ pub fn check_points<const W: usize, S: Shape<W>, A: AffineState>(
     };
     let lower = [lower[0] - slack(0, 0), lower[1] - slack(1, 0)];
     let upper = [upper[0] + slack(0, 1), upper[1] + slack(1, 1)];
-    let mut speed_sq: f64 = 0.0;
+    let mut speed: f64 = 0.0;
     for (number, cloud) in continuum.clouds.iter().enumerate() {
         for (tile, report) in cloud.tiles.iter().zip(&cloud.reports) {
             let inside = (0..2).all(|a| report.lower[a] >= lower[a] && report.upper[a] <= upper[a]);
@@ -46,10 +46,10 @@ pub fn check_points<const W: usize, S: Shape<W>, A: AffineState>(
                     }
                 }
             }
-            speed_sq = speed_sq.max(report.speed_sq);
+            speed = speed.max(report.speed_sq.sqrt() + report.shifted);
         }
     }
-    let moved = speed_sq.sqrt() * dt;
+    let moved = speed * dt;
     continuum.state.moved += moved;
     if continuum.imps.markers.is_none() {
         continuum.imps.state.travel += moved;

@@ -10,6 +10,7 @@ use super::check_points::check_points;
 use super::drift::{find_near_loads, move_loaded_points};
 use super::markers::move_markers;
 use super::points_to_grid::map_velocities;
+use super::stress::Velocity;
 use crate::kernel::lanes::{Lanes, ZERO, largest, smallest, splat, sum};
 use crate::kernel::shape::Shape;
 use crate::kernel::threads::{PerBlock, PerTile, over_tiles};
@@ -18,6 +19,7 @@ use crate::kernel::transfer::{AffineState, Transfer};
 use crate::kernel::window::{NO_VECTORS, VectorWindow, gather_row};
 use crate::state::continuum::Continuum;
 use crate::state::points::{Cloud, Motion, TileReport};
+use crate::state::settling::Settling;
 use mechanics::threads::Threads;
 
 /// Velocities and positions of all points after the kick, by the scheme's choice of the velocity with which points move.
@@ -30,7 +32,7 @@ pub fn grid_to_points<const W: usize, S: Shape<W>, A: AffineState>(
 ) -> Result<(), Fault> {
     let mapped = continuum.drift == Drift::Mapped && !continuum.loaded.is_empty();
     match continuum.stress_update {
-        // The velocities were gathered and mapped before.
+        // The velocities were gathered, and mapped to the field that strains the points.
         StressUpdate::Musl | StressUpdate::Usavg => {
             transfer_pass::<W, false, true, S, A>(continuum, Which::All, dt);
         }
@@ -52,7 +54,7 @@ pub fn grid_to_points<const W: usize, S: Shape<W>, A: AffineState>(
     }
     if continuum.imps.markers.is_some() {
         move_markers(continuum, mapped, dt)?;
-    } else if mapped {
+    } else if mapped && continuum.stress_update == StressUpdate::Usf {
         move_loaded_points(continuum, dt);
     }
     check_points(continuum, dt)
@@ -73,6 +75,15 @@ pub fn transfer_pass<
     let kept = continuum
         .damping_of_points()
         .map_or(1.0, |damping| damping.kept);
+    let way = Way {
+        dt,
+        settling: continuum.settling,
+        by: if KICK || continuum.moves_by_kicked() {
+            Velocity::After
+        } else {
+            Velocity::Before
+        },
+    };
     let threads = &continuum.threads;
     let (clouds, grid, transfer) = (&mut continuum.clouds, &continuum.grid, continuum.transfer);
     for cloud in clouds {
@@ -83,7 +94,7 @@ pub fn transfer_pass<
                 which,
                 &grid.tiles,
                 (transfer, kept),
-                dt,
+                way,
             );
         } else {
             transfer_cloud::<W, KICK, false, DRIFT, S, A>(
@@ -92,10 +103,20 @@ pub fn transfer_pass<
                 which,
                 &grid.tiles,
                 (transfer, kept),
-                dt,
+                way,
             );
         }
     }
+}
+
+/// How points move.
+#[derive(Debug, Clone, Copy)]
+struct Way {
+    /// Length of the step in s.
+    dt: f64,
+    settling: Settling,
+    /// The velocity of the nodes that moves them.
+    by: Velocity,
 }
 
 /// [`transfer_pass`] of one cloud, with the velocities of the nodes; and with their increment if `INCREMENT`. Damping leaves
@@ -114,20 +135,27 @@ fn transfer_cloud<
     which: Which,
     nodes: &[NodeTile],
     (transfer, kept): (Transfer, f64),
-    dt: f64,
+    way: Way,
 ) {
     let (shape, aside) = (cloud.shape, &cloud.aside);
     let filtered = transfer.filter.is_some();
     // FLIP alone takes nothing.
     let takes = KICK && (!INCREMENT || A::PRESENT || filtered || transfer.pic_fraction() > 0.0);
-    let dt = splat(dt);
+    let dt = splat(way.dt);
+    let per_dt = splat(if way.dt > 0.0 { 1.0 / way.dt } else { 0.0 });
+    let settles = way.settling.settles();
+    let [past, ahead] = [way.settling.past, way.settling.ahead].map(splat);
+    let per_kept = splat(1.0 / kept);
     let pic = splat(transfer.pic_fraction());
     let flip = splat(1.0 - transfer.pic_fraction());
     let own = splat(kept);
     let share = (
         PerBlock(&mut cloud.state.x[..]),
         PerBlock(&mut cloud.state.motion[..]),
-        PerTile::one(&mut cloud.reports[..]),
+        (
+            PerBlock(&mut cloud.state.unsettled[..]),
+            PerTile::one(&mut cloud.reports[..]),
+        ),
     );
     over_tiles(
         threads,
@@ -138,9 +166,12 @@ fn transfer_cloud<
             if !which.has(tile) {
                 return;
             }
-            let (x, motion, report) = part;
+            let (x, motion, (unsettled, report)) = part;
             let [velocity, increment] = windows;
-            fill_window::<W, _>(velocity, nodes, tile, |t| &t.after);
+            fill_window::<W, _>(velocity, nodes, tile, |t| match way.by {
+                Velocity::Before => &t.before,
+                Velocity::After => &t.after,
+            });
             if INCREMENT || takes {
                 fill_window::<W, _>(increment, nodes, tile, |t| &t.before);
                 for (b, a) in increment.0.iter_mut().zip(&velocity.0) {
@@ -186,19 +217,35 @@ fn transfer_cloud<
                     let of_block = taken_by_transfer::<W, S, A>(old, own, gain, motion);
                     taken = tile.live(b).mul_add(of_block, taken);
                 }
+                let mut moves = v;
+                if settles {
+                    let unsettled = &mut unsettled.0[b];
+                    for a in 0..2 {
+                        if KICK {
+                            // The kick and the share that damping leaves make the velocity after it out of the one before.
+                            let before = (v[a] - gain.v[a]) * per_kept;
+                            unsettled[a] = way.settling.correction(past * before, unsettled[a]);
+                        }
+                        if DRIFT {
+                            moves[a] = unsettled[a].mul_add(per_dt, v[a]);
+                            unsettled[a] = ahead * v[a];
+                        }
+                    }
+                }
                 for a in 0..2 {
                     if DRIFT {
-                        x[a] = v[a].mul_add(dt, x[a]);
+                        x[a] = moves[a].mul_add(dt, x[a]);
                     }
                     lower[a] = lower[a].fast_min(x[a]);
                     upper[a] = upper[a].fast_max(x[a]);
                     total = motion.v[a].mul_add(motion.v[a], total);
                 }
-                speed_sq = speed_sq.fast_max(v[0] * v[0] + v[1] * v[1]);
+                speed_sq = speed_sq.fast_max(moves[0] * moves[0] + moves[1] * moves[1]);
             }
             let report = &mut report.items[0];
             *report = TileReport {
                 speed_sq: largest(speed_sq),
+                shifted: 0.0,
                 sum: sum(total),
                 lower: lower.map(smallest),
                 upper: upper.map(largest),

@@ -139,8 +139,8 @@ pub fn touch_marker<const W: usize, S: Shape<W>, A: AffineState>(
     continuum.loaded.push(Loaded { member, stiffness });
 }
 
-/// Moves all markers over `dt` (s): those that bodies press on with what the nodes will have of the points' velocities if
-/// `mapped` ([`super::drift`]), the others with the nodes.
+/// Moves all markers over `dt` (s) with the field that strains the points, as [`super::drift`] moves these: `mapped` if bodies
+/// press on any of them. The half of an interval that USAVG strains in the next step is not settled.
 ///
 /// # Errors
 /// [`Fault::NotFinite`] of a marker.
@@ -149,6 +149,8 @@ pub fn move_markers<const W: usize, S: Shape<W>, A: AffineState>(
     mapped: bool,
     dt: f64,
 ) -> Result<(), Fault> {
+    let (by_kicked, settling) = (continuum.moves_by_kicked(), continuum.settling);
+    let settles = continuum.stress_update == StressUpdate::Usf && settling.settles();
     let Some(markers) = &mut continuum.imps.markers else {
         return Ok(());
     };
@@ -159,37 +161,50 @@ pub fn move_markers<const W: usize, S: Shape<W>, A: AffineState>(
             pressed[point.member.local as usize] = true;
         }
     }
-    let velocity = |pressed: bool, tile: usize, node: usize| match continuum.stress_update {
-        _ if !pressed => grid.tiles[tile].after[node],
-        StressUpdate::Usf => grid.mapped[tile].velocity[node],
-        StressUpdate::Usl | StressUpdate::Musl | StressUpdate::Usavg => {
+    let velocity = |pressed: bool, tile: usize, node: usize| {
+        if !by_kicked {
             grid.tiles[tile].before[node]
+        } else if pressed && continuum.stress_update == StressUpdate::Usf {
+            grid.mapped[tile].velocity[node]
+        } else {
+            grid.tiles[tile].after[node]
         }
     };
     let mut fastest: f64 = 0.0;
     for (marker, weights) in markers.weights.chunks_exact(W * W).enumerate() {
-        let mut v = [0.0; 2];
+        let (mut v, mut strained) = ([0.0; 2], [0.0; 2]);
         for weight in weights.iter().filter(|weight| weight.share > 0.0) {
             let (tile, node) = weight.at.split();
             let of_node = velocity(pressed[marker], tile, node);
             for a in 0..2 {
                 v[a] += weight.share * of_node[a];
+                strained[a] += weight.share * grid.tiles[tile].before[node][a];
+            }
+        }
+        let mut moves = v.map(|v| v * dt);
+        if settles {
+            let unsettled = &mut markers.state.unsettled[marker];
+            for a in 0..2 {
+                if settling.past > 0.0 {
+                    moves[a] += settling.past * strained[a] - unsettled[a];
+                }
+                unsettled[a] = settling.ahead * v[a];
             }
         }
         for a in 0..2 {
-            markers.state.x[marker][a] += v[a] * dt;
+            markers.state.x[marker][a] += moves[a];
         }
         markers.state.v[marker] = v;
-        let speed_sq = v[0] * v[0] + v[1] * v[1];
-        if !speed_sq.is_finite() {
+        let way_sq = moves[0] * moves[0] + moves[1] * moves[1];
+        if !way_sq.is_finite() {
             return Err(Fault::NotFinite {
                 what: "velocity".into(),
                 item: format!("marker {marker}"),
             });
         }
-        fastest = fastest.max(speed_sq);
+        fastest = fastest.max(way_sq);
     }
-    continuum.imps.state.travel += fastest.sqrt() * dt;
+    continuum.imps.state.travel += fastest.sqrt();
     Ok(())
 }
 

@@ -57,6 +57,7 @@ fn oracle(config: &MpmConfig, positions: &[[f64; 2]], side: f64) -> Reference {
                 ratio: 1.0,
                 mass: 1000.0 * volume,
                 volume,
+                unsettled: [0.0; 2],
             })
             .collect(),
         kernels: [kernel; 2],

@@ -95,6 +95,7 @@ fn affine_transfers_conserve_angular_momentum() {
                     ratio: 1.0,
                     mass: 1.0,
                     volume: 1e-3,
+                    unsettled: [0.0; 2],
                 })
                 .collect(),
             kernels: [kernel; 2],
