@@ -11,7 +11,7 @@
 //! All numbers are little-endian. The hash is checked first, so an incomplete file is detected before anything in it is
 //! used.
 
-use std::io::{self, Read as _};
+use std::io::{self, Read, Seek, SeekFrom};
 use std::path::{Path, PathBuf};
 
 use interface::files::{self, How, STATE, TABLE};
@@ -378,10 +378,51 @@ pub(crate) fn unchanged(
 
 /// Reads a checkpoint of a run directory.
 fn open(dir: &Path, name: &str) -> Result<Checkpoint, CheckpointError> {
-    // Another file may be as long as a state.
-    about(dir, name)?;
+    // Another file, or one that was made longer, may be as long as a state: it is not read.
+    let solvers = about(dir, name)?.solvers.len();
+    let file = files::open(dir, name, How::Read).map_err(unread(dir, name))?;
+    let there = file.metadata().map_err(unread(dir, name))?.len();
+    match length(file, solvers) {
+        Ok(written) if written == there => {}
+        Ok(written) => {
+            let what = format!("it has {there} bytes, and {written} were written");
+            return Err(damaged(&dir.join(name), what));
+        }
+        Err(error) => return Err(damaged(&dir.join(name), error.to_string())),
+    }
     let bytes = files::read(dir, name, STATE).map_err(unread(dir, name))?;
     read(&bytes).map_err(|what| damaged(&dir.join(name), what))
+}
+
+/// Length of the file of a checkpoint with the states of so many solvers, by the lengths that stand in it. Nothing else is
+/// read.
+fn length(mut file: impl Read + Seek, solvers: usize) -> io::Result<u64> {
+    file.seek(SeekFrom::Start(MAGIC.len() as u64))?;
+    skip(&mut file)?;
+    for _ in 0..=solvers {
+        let blocks = read_number(&mut file)?;
+        if blocks > STATE / BLOCK as u64 {
+            return Err(io::Error::other(format!("a state of {blocks} blocks")));
+        }
+        for _ in 0..blocks {
+            skip(&mut file)?;
+        }
+    }
+    Ok(file.stream_position()? + HASH as u64)
+}
+
+/// Goes over a length and so many bytes.
+fn skip(file: &mut (impl Read + Seek)) -> io::Result<()> {
+    let bytes = read_number(file)?;
+    let bytes =
+        i64::try_from(bytes).map_err(|_| io::Error::other(format!("a length of {bytes}")))?;
+    file.seek_relative(bytes)
+}
+
+fn read_number(file: &mut impl Read) -> io::Result<u64> {
+    let mut bytes = [0; 8];
+    file.read_exact(&mut bytes)?;
+    Ok(u64::from_le_bytes(bytes))
 }
 
 fn unread(dir: &Path, name: &str) -> impl FnOnce(io::Error) -> CheckpointError {
@@ -485,6 +526,31 @@ mod tests {
         // 16 MiB were taken for this one byte.
         let short = [&(BLOCK as u32).to_le_bytes()[..], &[0]].concat();
         assert!(lie(&[1, 5], &short).contains("a block of 16777216 bytes"));
+    }
+
+    /// A file of 1 TiB is not read to find that it was made longer.
+    #[test]
+    fn the_length_of_a_file_stands_in_it() {
+        let mut bytes = MAGIC.to_vec();
+        number(&mut bytes, 3);
+        bytes.extend(b"{ }");
+        for state in [&[7; 1000][..], &[], &[9; BLOCK + 1]] {
+            pack(&mut bytes, state);
+        }
+        bytes.extend([0; HASH]);
+        let written = bytes.len() as u64;
+        let mut file = tempfile::tempfile().unwrap();
+        io::Write::write_all(&mut file, &bytes).unwrap();
+        assert_eq!(length(&file, 2).unwrap(), written);
+        file.set_len(1 << 40).unwrap();
+        assert_eq!(length(&file, 2).unwrap(), written);
+        // Where a number of blocks stands, or the length of one, there is anything.
+        for (at, what) in [(MAGIC.len(), "a length of"), (MAGIC.len() + 11, "blocks")] {
+            let mut file = io::Cursor::new(bytes.clone());
+            file.get_mut()[at..at + 8].fill(0xff);
+            assert!(length(&mut file, 2).unwrap_err().to_string().contains(what));
+        }
+        assert!(length(io::Cursor::new(MAGIC), 2).is_err());
     }
 
     #[test]
