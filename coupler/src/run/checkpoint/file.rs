@@ -534,8 +534,8 @@ mod tests {
         let mut bytes = MAGIC.to_vec();
         number(&mut bytes, 3);
         bytes.extend(b"{ }");
-        for state in [&[7; 1000][..], &[], &[9; BLOCK + 1]] {
-            pack(&mut bytes, state);
+        for state in [vec![7; 1000], Vec::new(), vec![9; BLOCK + 1]] {
+            pack(&mut bytes, &state);
         }
         bytes.extend([0; HASH]);
         let written = bytes.len() as u64;
