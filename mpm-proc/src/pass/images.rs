@@ -122,3 +122,30 @@ pub fn follow(images: &Images, tiles: &mut [NodeTile]) {
         tiles[tile].after[n] = velocity;
     }
 }
+
+/// Adds two sums over the points around each image to those of its original.
+pub fn gather_sums<T>(
+    images: &Images,
+    tiles: &mut [T],
+    of_node: impl Fn(&mut T, usize) -> &mut [f64; 2],
+) {
+    for image in &images.0 {
+        let [(tile, n), (of, m)] = [image.at.split(), image.of.split()];
+        let own = *of_node(&mut tiles[tile], n);
+        let sum = of_node(&mut tiles[of], m);
+        *sum = [sum[0] + own[0], sum[1] + own[1]];
+    }
+}
+
+/// Gives the images what follows at their originals from these sums.
+pub fn spread_values<T>(
+    images: &Images,
+    tiles: &mut [T],
+    of_node: impl Fn(&mut T, usize) -> &mut [f64; 2],
+) {
+    for image in &images.0 {
+        let [(tile, n), (of, m)] = [image.at.split(), image.of.split()];
+        let of = *of_node(&mut tiles[of], m);
+        *of_node(&mut tiles[tile], n) = of;
+    }
+}

@@ -23,6 +23,7 @@
 
 use interface::message::wire::Limits;
 
+use super::images::{gather_sums, spread_values};
 use crate::kernel::lanes::{Lanes, ZERO, largest, splat};
 use crate::kernel::shape::Shape;
 use crate::kernel::threads::{PerTile, over_tiles};
@@ -187,21 +188,13 @@ fn omega_sq_of_points<const W: usize, S: Shape<W>, A: AffineState>(
 /// Turns loads and masses of nodes into loads over masses. Nodes beyond a periodic wall are those at the other end; hats
 /// have no other images.
 fn divide_by_mass(nodes: &mut [[[f64; 2]; NODES]], images: &Images) {
-    for image in &images.0 {
-        let [(tile, n), (of, m)] = [image.at.split(), image.of.split()];
-        let [load, mass] = nodes[tile][n];
-        nodes[of][m][0] += load;
-        nodes[of][m][1] += mass;
-    }
+    gather_sums(images, nodes, |tile, n| &mut tile[n]);
     for [load, mass] in nodes.as_flattened_mut() {
         if *mass > 0.0 {
             *load /= *mass;
         }
     }
-    for image in &images.0 {
-        let [(tile, n), (of, m)] = [image.at.split(), image.of.split()];
-        nodes[tile][n] = nodes[of][m];
-    }
+    spread_values(images, nodes, |tile, n| &mut tile[n]);
 }
 
 /// `|grad S_Ip|` of four points times the cell, row by row.

@@ -21,6 +21,7 @@
 //! who move points for it. Rates, as in [`crate::kernel::transfer`], so that steps of any length do the same in a
 //! second.
 
+use super::images::{gather_sums, spread_values};
 use crate::kernel::lanes::{Lanes, ZERO, splat};
 use crate::kernel::shape::Shape;
 use crate::kernel::threads::{PerTile, over_items, over_tiles};
@@ -90,15 +91,9 @@ pub fn map_volumes<const W: usize, S: Shape<W>, A: AffineState>(
             }
         }
     });
-    for image in &grid.images.0 {
-        let ([from, n], [to, m]) = (
-            [image.at.tile, image.at.node],
-            [image.of.tile, image.of.node],
-        );
-        let own = grid.volumes[from as usize].sum[n as usize];
-        let sum = &mut grid.volumes[to as usize].sum[m as usize];
-        *sum = [sum[0] + own[0], sum[1] + own[1]];
-    }
+    gather_sums(&grid.images, &mut grid.volumes, |nodes, n| {
+        &mut nodes.sum[n]
+    });
     for nodes in &mut grid.volumes {
         let origin = first_node(grid.tiles[nodes.tile].at);
         for n in 0..NODES {
@@ -113,10 +108,9 @@ pub fn map_volumes<const W: usize, S: Shape<W>, A: AffineState>(
             nodes.ratio[n] = [mean, fits];
         }
     }
-    for image in &grid.images.0 {
-        let of = grid.volumes[image.of.tile as usize].ratio[image.of.node as usize];
-        grid.volumes[image.at.tile as usize].ratio[image.at.node as usize] = of;
-    }
+    spread_values(&grid.images, &mut grid.volumes, |nodes, n| {
+        &mut nodes.ratio[n]
+    });
 }
 
 /// Adds two numbers of each of four points to the nodes, by their weights.
