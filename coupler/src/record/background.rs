@@ -10,7 +10,7 @@ use std::sync::{Arc, Mutex};
 use std::thread::{self, JoinHandle};
 use std::time::Duration;
 
-use interface::transport::wait::until;
+use interface::transport::wait::until_there;
 
 use super::error::{RunDirError, fail};
 use super::rundir::RunDir;
@@ -54,13 +54,12 @@ pub(crate) struct Mark {
 impl Mark {
     /// Waits until it is written; false if the writer has failed before.
     pub fn is_reached(&self) -> bool {
-        let reached = until(Duration::MAX, LOOK, || {
+        until_there(LOOK, || {
             // The order matters: after its end the writer writes nothing more.
             let ended = self.progress.ended.load(Ordering::Acquire);
             let reached = self.progress.written.load(Ordering::Acquire) >= self.given;
             (reached || ended).then_some(reached)
-        });
-        reached == Some(true)
+        })
     }
 }
 

@@ -8,7 +8,7 @@ use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
 use std::thread;
 use std::time::{Duration, Instant};
 
-use interface::transport::wait::until;
+use interface::transport::wait::until_there;
 
 /// Largest number of texts that wait to be shown.
 const WAITING: usize = 256;
@@ -82,7 +82,7 @@ impl Screen {
     /// Waits until everything is shown, or nothing has been shown for `patience`.
     pub fn finish(&self, patience: Duration) {
         let mut moved = (self.counts.shown.load(Ordering::Acquire), Instant::now());
-        until(Duration::MAX, LOOK, || {
+        until_there(LOOK, || {
             let shown = self.counts.shown.load(Ordering::Acquire);
             if shown != moved.0 {
                 moved = (shown, Instant::now());

@@ -6,7 +6,7 @@ use std::time::Duration;
 
 use interface::session::StartDeadlines;
 use interface::transport::domain::{Domain, WaitsForDisk};
-use interface::transport::wait::until;
+use interface::transport::wait::{until, until_there};
 
 /// Time between two looks.
 const LOOK: Duration = Duration::from_millis(1);
@@ -49,7 +49,7 @@ impl Disk {
                 tracing::warn!(
                     "the disk does not accept data: the run waits for it (a second Ctrl-C does not)"
                 );
-                until(Duration::MAX, LOOK, over);
+                until_there(LOOK, over);
                 tracing::info!("the run waits for the disk no more");
             }
             !is_behind()

@@ -13,7 +13,7 @@ use coupler::record::Summary;
 use coupler::record::rundir::in_use;
 use coupler::record::summary::Status;
 use interface::files::{self, SMALL, STATE};
-use interface::transport::wait::until;
+use interface::transport::wait::{until, until_there};
 
 use crate::StudyError;
 use crate::case::Case;
@@ -367,7 +367,7 @@ impl Runner {
     fn free(&self, directories: &[PathBuf]) -> Result<bool, StudyError> {
         let mut waited = false;
         for directory in directories {
-            until(Duration::MAX, LOOK, || {
+            until_there(LOOK, || {
                 let used = in_use(directory);
                 if used && !waited {
                     let used = directory.display();

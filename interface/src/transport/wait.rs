@@ -1,6 +1,7 @@
 //! The place where the program waits (clippy.toml). [`wait`] waits for a message of another process
 //! (docs/decisions/0006-waiting.md): look for it for a short while, block until the other side wakes this one, look again,
-//! and give up at the deadline. [`until`] waits for what wakes nobody: a process, a file, a thread. Who may wait for long
+//! and give up at the deadline. [`until`] and [`until_there`] wait for what wakes nobody: a process, a file, a
+//! thread. Who may wait for long
 //! looks for a signal too, in [`Awaited::interruption`] or in the look.
 
 use std::time::{Duration, Instant};
@@ -81,6 +82,16 @@ pub fn wait<A: Awaited>(
 #[allow(clippy::disallowed_methods, reason = "here the program waits")]
 pub fn nap(time: Duration) {
     std::thread::sleep(time);
+}
+
+/// Looks every so often until something is there, however long that takes.
+pub fn until_there<T>(every: Duration, mut look: impl FnMut() -> Option<T>) -> T {
+    loop {
+        if let Some(found) = look() {
+            return found;
+        }
+        nap(every);
+    }
 }
 
 /// Looks every so often until something is there, for `at_most` at most.

@@ -5,7 +5,7 @@ use std::time::Duration;
 
 use interface::files::{self, SMALL};
 use interface::transport::remains::sweep;
-use interface::transport::wait::until;
+use interface::transport::wait::until_there;
 use rustix::process::Signal;
 use serde_json::json;
 
@@ -43,7 +43,7 @@ pub(super) fn work(
     let words = ["python3", "-c", SCRIPT, &file.to_string_lossy()].map(str::to_owned);
     let mut child = spawn(&words, &log)?;
     let mut told = false;
-    let ended = until(Duration::MAX, LOOK, || {
+    let status = until_there(LOOK, || {
         look();
         let looked = child.try_wait().transpose();
         if looked.is_none() && place.interrupted() && !told {
@@ -54,7 +54,6 @@ pub(super) fn work(
         }
         looked
     });
-    let status = ended.expect("there is no deadline");
     let status = status.map_err(StudyError::file("wait for", &file))?;
     if place.interrupted() {
         sweep(SOON);

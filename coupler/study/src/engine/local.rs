@@ -8,7 +8,7 @@ use std::thread;
 use std::time::Duration;
 
 use interface::files;
-use interface::transport::wait::until;
+use interface::transport::wait::{until, until_there};
 use rustix::process::{Pid, Signal, kill_process_group};
 
 use super::start::{Place, Start};
@@ -82,7 +82,7 @@ pub(crate) fn wait(start: &Start, interrupt: &AtomicBool) -> Result<(), StudyErr
     let mut child = spawn(&start.command, &start.log)?;
     let program = Path::new(&start.command[0]);
     let mut told = false;
-    let ended = until(Duration::MAX, LOOK, || {
+    let ended = until_there(LOOK, || {
         let looked = child.try_wait().transpose();
         if looked.is_none() && interrupt.load(Ordering::Relaxed) && !told {
             told = true;
@@ -90,11 +90,9 @@ pub(crate) fn wait(start: &Start, interrupt: &AtomicBool) -> Result<(), StudyErr
         }
         looked
     });
-    ended.map_or(Ok(()), |ended| {
-        ended
-            .map(drop)
-            .map_err(StudyError::file("wait for", program))
-    })
+    ended
+        .map(drop)
+        .map_err(StudyError::file("wait for", program))
 }
 
 /// Starts a command in a group of its own, so that Ctrl-C from the terminal reaches it once, through us.

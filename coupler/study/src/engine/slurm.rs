@@ -6,7 +6,7 @@ use std::process::Command;
 use std::time::{Duration, Instant};
 
 use interface::files::{self, SMALL};
-use interface::transport::wait::until;
+use interface::transport::wait::until_there;
 
 use super::start::{Place, Start};
 use crate::StudyError;
@@ -39,7 +39,7 @@ pub(super) fn work(
         job
     };
     let mut asked = Instant::now();
-    let ended = until(Duration::MAX, LOOK, || {
+    until_there(LOOK, || {
         if look() == 0 {
             return Some(Ok(()));
         }
@@ -53,8 +53,7 @@ pub(super) fn work(
             asked = Instant::now();
         }
         None
-    });
-    ended.unwrap_or(Ok(()))
+    })
 }
 
 /// Submits one array and tells its number.
