@@ -11,6 +11,7 @@
 //! All numbers are little-endian. The hash is checked first, so an incomplete file is detected before anything in it is
 //! used.
 
+use std::fs::File;
 use std::io::{self, Read, Seek, SeekFrom};
 use std::path::{Path, PathBuf};
 
@@ -379,10 +380,9 @@ pub(crate) fn unchanged(
 /// Reads a checkpoint of a run directory.
 fn open(dir: &Path, name: &str) -> Result<Checkpoint, CheckpointError> {
     // Another file, or one that was made longer, may be as long as a state: it is not read.
-    let solvers = about(dir, name)?.solvers.len();
-    let file = files::open(dir, name, How::Read).map_err(unread(dir, name))?;
+    let (about, file) = begin(dir, name)?;
     let there = file.metadata().map_err(unread(dir, name))?.len();
-    match length(file, solvers) {
+    match length(file, about.solvers.len()) {
         Ok(written) if written == there => {}
         Ok(written) => {
             let what = format!("it has {there} bytes, and {written} were written");
@@ -445,10 +445,17 @@ fn damaged(path: &Path, what: String) -> CheckpointError {
 
 /// The description of a checkpoint, without its state, which may be long.
 fn about(dir: &Path, name: &str) -> Result<About, CheckpointError> {
+    begin(dir, name).map(|(about, _)| about)
+}
+
+/// The same, and the file.
+fn begin(dir: &Path, name: &str) -> Result<(About, File), CheckpointError> {
     let mut begin = Vec::new();
     let first = MAGIC.len() + 8;
-    files::open(dir, name, How::Read)
-        .and_then(|file| file.take(first as u64 + ABOUT).read_to_end(&mut begin))
+    let file = files::open(dir, name, How::Read).map_err(unread(dir, name))?;
+    (&file)
+        .take(first as u64 + ABOUT)
+        .read_to_end(&mut begin)
         .map_err(unread(dir, name))?;
     let read = || {
         let rest = begin
@@ -458,7 +465,8 @@ fn about(dir: &Path, name: &str) -> Result<About, CheckpointError> {
         let length = take_number(&mut rest)?;
         serde_json::from_slice(take(&mut rest, length)?).map_err(|e| e.to_string())
     };
-    read().map_err(|what| damaged(&dir.join(name), what))
+    let about = read().map_err(|what| damaged(&dir.join(name), what))?;
+    Ok((about, file))
 }
 
 /// The last checkpoint in `dir` of a run like `ours` that is not after `time` (s), or the last one if there is no
