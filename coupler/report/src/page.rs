@@ -353,12 +353,15 @@ fn run(record: &Record, label: &str, charts: &Charts, motion: Option<Motion>, fa
 /// How a run ended, in words, and whether that is good.
 fn status(record: &Record) -> (String, &'static str) {
     let (words, tone) = ended(record);
-    let known = record.scene.as_ref().zip(record.summary.as_ref());
-    let remark = known.and_then(|(scene, summary)| scene.expect.remark(summary.status));
-    match remark {
-        Some(remark) => (format!("{words} This is {remark}"), "open"),
-        None => (words, tone),
-    }
+    let (Some(scene), Some(summary)) = (&record.scene, &record.summary) else {
+        return (words, tone);
+    };
+    let Some(remark) = scene.expect.remark(summary.status) else {
+        return (words, tone);
+    };
+    let met = scene.expect.is_met(summary.status) == Some(true);
+    let tone = if met { "open" } else { "bad" };
+    (format!("{words} This is {remark}"), tone)
 }
 
 fn ended(record: &Record) -> (String, &'static str) {
