@@ -29,7 +29,7 @@
 //!
 //! From step to step each minimum that pressed passes its part of the spring to the span that has come nearest to it
 //! ([`Transferred::transfer`]). If a spring is divided, each span gets the share `p` that its minima had in the
-//! force. The force is kept, and the energy decreases from 1 to `sum p^2`. Spanes that join have the mean of their
+//! force. The force is kept, and the energy decreases from 1 to `sum p^2`. Spans that join have the mean of their
 //! springs, weighted by the share `q` of the force that each contributes. Both together give `xi' = sum q p xi`, for
 //! which `sum xi'^2 <= sum xi^2`, so springs never supply energy that they did not hold. The difference is lost to
 //! friction, and counted. To add the elongations of spans that join would keep the force, but could double the

@@ -136,8 +136,8 @@ impl MpmConfig {
         let last = self.stress_update == StressUpdate::Usl;
         // Derived in docs/energy.md, "Hats".
         if last && self.shape == ShapeFunction::Linear {
-            let help = "usl is unstable with shape = \"linear\" at any step: a node that a point has hardly reached gets any \
-                        acceleration from it, and usl strains the point by it; another way out is \"ugimp\" or a B-spline";
+            let help = "usl is unstable with shape = \"linear\" at any step: the acceleration of a node that a point has hardly \
+                        reached has no bound, and usl strains the point by it; another way out is \"ugimp\" or a B-spline";
             found.add("mpm.stress_update", "\"usl\"", "\"usavg\"", help);
         }
         // Measured: it gains energy within tens of steps, the more quickly the shorter they are; with B-splines it does
