@@ -254,8 +254,8 @@ fn compare(args: &StabilityArgs) -> Result<String, StudyError> {
 fn source(args: &StabilityArgs, path: PathBuf) -> Result<Source, StudyError> {
     let plain = Scene::load(&path, None, &args.set).map_err(StudyError::Scene)?;
     let quick = || {
-        let mut variants = plain.variants.into_iter();
-        variants.find(|name| name == "quick")
+        let mut variants = plain.variants.iter();
+        variants.find(|name| *name == "quick").cloned()
     };
     Ok(Source {
         path,

@@ -21,8 +21,9 @@ use fastrand::Rng;
 use serde_json::Value;
 
 use crate::harness::needs::Need;
+use crate::harness::seen::Seen;
 use crate::harness::{
-    Ended, Place, Running, children, dice, lives, scene, segments, signal, until,
+    Ended, PATIENCE, Place, Running, children, dice, lives, scene, segments, signal, until,
 };
 
 /// What is set in the scene that is run if no other is asked for: a coupled run of some hundredths of a second.
@@ -40,9 +41,11 @@ const NO_ROOM: &[&str] = &[
     "disk is full",
     "shared memory",
 ];
-/// A run that has not ended by then hangs: no deadline of the protocol is longer.
+/// A run that has not ended by then hangs: no deadline of the protocol is longer. Here and below, time in which its threads wait
+/// for a processor does not count.
 const HANGS: Duration = Duration::from_secs(90);
-/// A run that is asked to end does so within this time, whoever is stopped. What is there so long after its end is left over.
+/// A run that is asked to end does so within this time, whoever is stopped. A process that is there so long after its end is left
+/// over.
 const SOON: Duration = Duration::from_secs(8);
 /// What the shell says if it may not mount a small file system.
 const NO_MOUNT: i32 = 99;
@@ -269,8 +272,7 @@ impl Rig {
         }
         // What a run has left is removed by the next start.
         let left = || format!("{:?}{:?}", place.temporary(), segments(&runs));
-        let gone = until(SOON, || (left() == "{}[]").then_some(()));
-        gone.is_none().then(|| ("leftover", left()))
+        (left() != "{}[]").then(|| ("leftover", left()))
     }
 
     /// Starts the program, lets happen what is to happen, and waits until all of its processes have ended.
@@ -284,14 +286,15 @@ impl Rig {
         }
         all.extend(words.split_whitespace());
         let mut run = place.start_as(Path::new(all[0]), &all[1..]);
-        let (began, mut last) = (Instant::now(), Instant::now());
+        let (began, mut seen, mut last) = (Instant::now(), Seen::begin(), Duration::ZERO);
         let mut signals = fault.signals.iter().peekable();
         let mut remove = fault.remove;
         let (mut solvers, mut killed) = (BTreeMap::new(), BTreeSet::new());
         let mut sweep: Option<Running> = None;
         let mut beside = None;
-        let over = until(HANGS, || {
+        let over = until(PATIENCE, || {
             solvers.extend(solvers_of(run.pid()));
+            seen.look([run.pid()].into_iter().chain(solvers.values().copied()));
             if let Some(&&(at, to, what)) = signals.peek()
                 && at <= began.elapsed()
             {
@@ -299,7 +302,7 @@ impl Rig {
                 // A solver that is not there yet is waited for, unless nobody may start it.
                 if let Some(pid) = coupler.or_else(|| solvers.get(to).copied()) {
                     signal(pid, what);
-                    last = Instant::now();
+                    last = seen.took();
                     killed.extend((what == "KILL").then_some(pid));
                     signals.next();
                 } else if fault.sends("coupler", &["STOP"]) {
@@ -322,25 +325,35 @@ impl Rig {
             if fault.beside && beside.is_none() {
                 beside = Some(self.beside(place, dir));
             }
-            run.is_over().then_some(())
+            match seen.took() > HANGS {
+                true => Some(false),
+                false => run.is_over().then_some(true),
+            }
         });
-        let took = last.elapsed();
+        let took = seen.took() - last;
         solvers.retain(|_, pid| !killed.contains(pid));
         if !killed.is_empty() {
-            self.survive(&run, last, &killed, solvers.values().copied());
+            self.survive(&run, (seen, last), &killed, solvers.values().copied());
         }
         drop(sweep);
         let harmed = beside.and_then(|beside| self.harmed(beside, dir));
-        let gone = until(SOON, || place.processes().is_empty().then_some(()));
+        let mut seen = Seen::begin();
+        until(PATIENCE, || {
+            let left = place.processes();
+            seen.look(left.iter().copied());
+            (left.is_empty() || seen.took() > SOON).then_some(())
+        });
         let left = place.processes();
         for &pid in &left {
             signal(pid, "KILL");
         }
         let ended = run.end();
-        let wrong = match (over, gone) {
-            (None, _) => Some(("hang", format!("{fault:?}"))),
-            (_, None) => Some(("leftover", format!("processes {left:?}"))),
-            _ => harmed.or_else(|| fault.judge(&ended, took)),
+        let wrong = if over != Some(true) {
+            Some(("hang", format!("{fault:?}")))
+        } else if !left.is_empty() {
+            Some(("leftover", format!("processes {left:?}")))
+        } else {
+            harmed.or_else(|| fault.judge(&ended, took))
         };
         (ended, wrong)
     }
@@ -349,19 +362,22 @@ impl Rig {
     fn survive(
         &self,
         run: &Running,
-        last: Instant,
+        (mut seen, last): (Seen, Duration),
         killed: &BTreeSet<u32>,
         solvers: impl Iterator<Item = u32>,
     ) {
         let mut alive: Vec<u32> = solvers.collect();
         let mut survived = Vec::new();
-        survived.extend((!killed.contains(&run.pid())).then(|| last.elapsed()));
-        let _ = until(HANGS, || {
+        survived.extend((!killed.contains(&run.pid())).then(|| seen.took() - last));
+        until(PATIENCE, || {
+            seen.look(alive.iter().copied());
             let before = alive.len();
             alive.retain(|&pid| lives(pid));
-            survived.extend((alive.len()..before).map(|_| last.elapsed()));
-            alive.is_empty().then_some(())
+            survived.extend((alive.len()..before).map(|_| seen.took() - last));
+            (alive.is_empty() || seen.took() - last > HANGS).then_some(())
         });
+        // Whoever has not ended yet.
+        survived.extend(alive.iter().map(|_| seen.took() - last));
         self.survived.lock().unwrap().extend(survived);
     }
 

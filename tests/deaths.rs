@@ -5,12 +5,13 @@ use std::path::Path;
 use std::time::{Duration, Instant};
 
 use conformance::mutant::{Flaw, Host, serve};
+use interface::message::Kind;
 use interface::message::control::Notice;
 use interface::transport::domain::Domain;
 use interface::transport::raw::Medium;
 
 use crate::harness::{
-    Ended, Place, RunFiles, Running, dice, lives, run_of, scene, segments, signal, until,
+    Ended, PATIENCE, Place, RunFiles, Running, dice, lives, run_of, scene, segments, signal, until,
 };
 
 /// From a death to the end of the run. It takes some ms; the limit is for a machine that is busy with other things, and shorter
@@ -338,54 +339,86 @@ fn an_interrupt_is_heard_before_the_solvers_have_come() {
     assert_eq!(files.text("status"), "interrupted");
 }
 
-/// The variable that makes a process of this program a solver that says no goodbye.
-const NO_GOODBYE: &str = "TANDEM_NO_GOODBYE";
+/// The variables that make a process of this program a solver of the bodies that hangs: its run, where it hangs, and the file
+/// that it writes then.
+const HANGS: [&str; 3] = ["TANDEM_HANGS", "TANDEM_HANGS_AT", "TANDEM_HANGS_FILE"];
 
-/// No test, but what the next one starts.
+/// No test, but what the next ones start.
 #[test]
-fn a_process_that_is_told_to_says_no_goodbye() {
-    if let Ok(run) = std::env::var(NO_GOODBYE) {
-        let swallowed = Flaw::passing(|message| match message.as_notice() {
-            Ok(Notice::Bye) => Vec::new(),
-            _ => vec![message],
-        });
-        let domain = Domain::join(&run).unwrap();
-        let host = Host::Dem(|| Box::new(dem_proc::Sdem::default()));
-        serve(Medium::Processes, &domain, host, swallowed);
+fn a_process_that_is_told_to_hangs() {
+    let [Ok(run), Ok(at), Ok(file)] = HANGS.map(std::env::var) else {
+        return;
+    };
+    let (mut reports, at_goodbye) = (0, at == "goodbye");
+    let hangs = Flaw::passing(move |message| {
+        reports += u32::from(message.kind() == Kind::Report);
+        let is_there = if at_goodbye {
+            matches!(message.as_notice(), Ok(Notice::Bye))
+        } else {
+            reports == 30
+        };
+        if is_there {
+            std::fs::write(&file, "").unwrap();
+            loop {
+                std::thread::sleep(PATIENCE);
+            }
+        }
+        vec![message]
+    });
+    let domain = Domain::join(&run).unwrap();
+    let host = Host::Dem(|| Box::new(dem_proc::Sdem::default()));
+    serve(Medium::Processes, &domain, host, hangs);
+}
+
+/// Interrupts a run whose solver hangs `at` a place. Its deadline is longer than the patience of this test.
+fn a_run_that_hangs_is_interrupted(at: &str, signals: usize, reason: &str) {
+    let place = Place::new();
+    let file = place.path("hangs");
+    let [run, at_name, file_name] = HANGS;
+    let script = format!(
+        "{run}=$2 {at_name}={at} {file_name}=\"{}\" exec \"{}\" --exact {} --nocapture >/dev/null",
+        file.display(),
+        std::env::current_exe().unwrap().display(),
+        "deaths::a_process_that_is_told_to_hangs",
+    );
+    let command = format!("sh -c '{script}' sh");
+    let more = ["--variant", "quick", "--set", "check=[]"];
+    let more = [
+        &more[..],
+        &["--set", "coupling.deadline=3600", "--dem", &command],
+    ]
+    .concat();
+    let mut run = place.start_run("out", &scene("jiang2020/collision_hard"), &more);
+    let dem = run.solver("out", "dem");
+    until(PATIENCE, || file.exists().then_some(())).expect("the solver hangs");
+    for _ in 0..signals {
+        signal(run.pid(), "INT");
+        std::thread::sleep(Duration::from_millis(100));
     }
+    let ended = run.end().expect(130);
+    assert!(!lives(dem));
+    place.assert_clean(&ended.runs);
+    let files = RunFiles::read(&place.path("out"));
+    assert_eq!(files.text("status"), "interrupted");
+    assert!(
+        files.text("reason").contains(reason),
+        "{}",
+        files.text("reason")
+    );
 }
 
 /// The coupler was deaf for up to two minutes, and a second Ctrl-C left the solvers and what is in shared memory.
 #[test]
 fn an_interrupt_is_heard_while_a_goodbye_is_waited_for() {
-    let tests = std::env::current_exe().unwrap();
-    let test = "deaths::a_process_that_is_told_to_says_no_goodbye";
-    let script = format!(
-        "{NO_GOODBYE}=$2 exec \"{}\" --exact {test} --nocapture >/dev/null",
-        tests.display()
-    );
-    let command = format!("sh -c '{script}' sh");
-    for (signals, most) in [(1, Duration::from_secs(5)), (2, Duration::from_secs(3))] {
-        let place = Place::new();
-        let more = ["--variant", "quick", "--set", "check=[]", "--dem", &command];
-        let mut run = place.start_run("out", &scene("jiang2020/collision_hard"), &more);
-        let dem = run.solver("out", "dem");
-        run.stepping("out");
-        // It is short: after this it waits for the goodbye.
-        std::thread::sleep(Duration::from_secs(2));
-        let asked = Instant::now();
-        for _ in 0..signals {
-            signal(run.pid(), "INT");
-            std::thread::sleep(Duration::from_millis(100));
-        }
-        let ended = run.end().expect(130);
-        let took = asked.elapsed();
-        assert!(took < most + Duration::from_secs(3), "{took:?}");
-        assert!(!lives(dem));
-        place.assert_clean(&ended.runs);
-        let files = RunFiles::read(&place.path("out"));
-        assert_eq!(files.text("status"), "interrupted");
-    }
+    a_run_that_hangs_is_interrupted("goodbye", 1, "they did not answer");
+    a_run_that_hangs_is_interrupted("goodbye", 2, "it was asked twice");
+}
+
+/// The first Ctrl-C waited for the report until `coupling.deadline`.
+#[test]
+fn an_interrupt_is_heard_while_a_report_is_waited_for() {
+    a_run_that_hangs_is_interrupted("report", 1, "they did not answer");
+    a_run_that_hangs_is_interrupted("report", 2, "it was asked twice");
 }
 
 /// It was ended by SIGBUS, without a word.

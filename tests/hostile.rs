@@ -331,18 +331,46 @@ fn points_are_counted_before_memory_is_taken_for_them() {
     );
 }
 
-/// Their text alone took seconds to parse.
+/// The text of 3 million constants alone took seconds to parse (`coupler/tests/long_scenes.rs` has the times).
 #[test]
-fn constants_are_counted_before_they_are_parsed() {
+fn a_scene_is_measured_before_it_is_parsed() {
     let place = Place::new();
     let many = (0..3_000_000).fold(String::new(), |text, k| text + &format!("c{k} = {k}\n"));
     place.write("many.toml", &format!("{BLOCK}[constants]\n{many}"));
-    let ended = place
-        .start(&["check", "many.toml"])
-        .end_within(SOON)
-        .expect(2);
-    assert!(ended.took < Duration::from_secs(10), "{:?}", ended.took);
-    ended.says(&["the scene has 3000000 constants"]);
+    let ended = place.start(&["check", "many.toml"]).end_within(SOON);
+    ended.expect(2).says(&["bytes, expected at most 2097152"]);
+}
+
+/// 4,400 discs in one place took 1.4 GB, and ten times as many would take a hundred times that; so did the bodies of many sets.
+#[test]
+fn bodies_are_counted_before_memory_is_taken_for_them() {
+    let place = Place::new();
+    let sets = |name: &str, sets: u32, count: u32| {
+        let set = |k: u32| {
+            format!(
+                "[[dem.fill]]\nname = \"f{k}\"\ncount = {count}\ndensity = 1e3\ngrain = \"disc\"\nsize.equal = 1.0\n\
+                 arrange.rows = {{ corner = [0.0, 0.0], width = 20.0 }}\n"
+            )
+        };
+        let begin = "version = 1\nname = \"heap\"\ncheck = []\ntime.end = 0.1\noutput.every = 0.01\n\
+                     body_contact.linear = { normal_stiffness = 1e5, tangential_stiffness = 0.0 }\n";
+        place.write(
+            name,
+            &(begin.to_owned() + &(0..sets).map(set).collect::<String>()),
+        );
+    };
+    sets("heap.toml", 9000, 100);
+    sets("sets.toml", 30, 1_000_000);
+    for command in ["check", "plan", "run"] {
+        let ended = place.start(&[command, "heap.toml"]).end_within(SOON);
+        ended
+            .expect(2)
+            .says(&["900000 bodies", "lie on one another, need at least"]);
+        let ended = place.start(&[command, "sets.toml"]).end_within(SOON);
+        ended
+            .expect(2)
+            .says(&["the scene has 30000000 bodies, expected at most 1000000"]);
+    }
 }
 
 /// It was ended by a signal.

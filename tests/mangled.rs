@@ -13,11 +13,12 @@ use std::os::unix::fs::{MetadataExt, PermissionsExt, symlink};
 use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::thread;
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 use rustix::fs::{CWD, FileType, Mode, mknodat};
 
-use crate::harness::{MINE, Place, children, copy, segments, signal, until, whole_run};
+use crate::harness::seen::Seen;
+use crate::harness::{MINE, Place, copy, segments, signal, until, whole_run};
 
 /// The statuses of docs/run-directory.md.
 const STATUSES: [i32; 6] = [0, 1, 2, 3, 4, 130];
@@ -28,8 +29,6 @@ const HANG: Duration = Duration::from_secs(5);
 const PATIENCE: Duration = Duration::from_mins(2);
 /// Files of more bytes are not damaged further.
 const PLAIN: u64 = 1 << 30;
-/// Time between two looks at what a command takes.
-const LOOK: Duration = Duration::from_millis(10);
 /// Most memory of a command, with the processes that it has started, in KiB: 1 GB.
 const MEMORY: u64 = 1_000_000_000 >> 10;
 /// How root is kept from files without permission too.
@@ -175,63 +174,6 @@ fn mangle(random: &mut Random, all: &[PathBuf], outside: &Path) -> String {
     }
 }
 
-/// What was seen of a command and of the processes that it has started.
-struct Seen {
-    /// The largest memory of each process in KiB.
-    memory: BTreeMap<u32, u64>,
-    /// The CPU time of each thread.
-    used: BTreeMap<String, Duration>,
-    looked: Instant,
-    /// Time in which every thread waited, but not for a processor, and CPU time of the busiest.
-    took: Duration,
-}
-
-impl Seen {
-    fn begin() -> Self {
-        Self {
-            memory: BTreeMap::new(),
-            used: BTreeMap::new(),
-            looked: Instant::now(),
-            took: Duration::ZERO,
-        }
-    }
-
-    fn look(&mut self, pid: u32) {
-        let since = self.looked.elapsed();
-        self.looked += since;
-        let (waits, used) = self.look_at(pid);
-        self.took += if waits { since.max(used) } else { used };
-    }
-
-    /// Whether every thread waits, and the most CPU time of one since the last look.
-    fn look_at(&mut self, pid: u32) -> (bool, Duration) {
-        let read = |path: String| fs::read_to_string(path).unwrap_or_default();
-        let status = read(format!("/proc/{pid}/status"));
-        let line = status.lines().find_map(|line| line.strip_prefix("VmHWM:"));
-        let most = line.and_then(|line| line.split_whitespace().next()?.parse().ok());
-        let known = self.memory.entry(pid).or_default();
-        *known = most.unwrap_or(0).max(*known);
-        let mut seen = (true, Duration::ZERO);
-        let threads = fs::read_dir(format!("/proc/{pid}/task"));
-        for thread in threads.into_iter().flatten().flatten() {
-            let thread = thread.path().display().to_string();
-            seen.0 &= !read(format!("{thread}/stat")).contains(") R ");
-            let times = read(format!("{thread}/schedstat"));
-            let used = times.split_whitespace().next().map(str::parse);
-            if let Some(Ok(used)) = used {
-                let used = Duration::from_nanos(used);
-                let before = self.used.insert(thread, used).unwrap_or_default();
-                seen.1 = seen.1.max(used.saturating_sub(before));
-            }
-        }
-        for child in children(pid) {
-            let (waits, used) = self.look_at(child);
-            seen = (seen.0 && waits, seen.1.max(used));
-        }
-        seen
-    }
-}
-
 /// Asks the server of a page that has said where it is; returns the answer.
 fn page_of(said: &str) -> Option<String> {
     let address = said.split_once("shown at http://")?.1.split_once('\n')?.0;
@@ -254,9 +196,7 @@ fn fault(place: &Place, by: &[&str], words: &[&str]) -> (Option<String>, Option<
     let mut asking: Option<thread::JoinHandle<Option<String>>> = None;
     let mut answer = None;
     let over = until(PATIENCE, || {
-        if seen.looked.elapsed() >= LOOK {
-            seen.look(pid);
-        }
+        seen.look([pid]);
         if words[0] == "watch" && answer.is_none() {
             match asking.take() {
                 None => {
@@ -274,9 +214,9 @@ fn fault(place: &Place, by: &[&str], words: &[&str]) -> (Option<String>, Option<
         if running.is_over() {
             return Some(true);
         }
-        (seen.took > HANG).then_some(false)
+        (seen.took() > HANG).then_some(false)
     });
-    let took = seen.took;
+    let took = seen.took();
     if over != Some(true) {
         drop(running);
         let _ = until(PATIENCE, || place.processes().is_empty().then_some(()));
@@ -286,7 +226,7 @@ fn fault(place: &Place, by: &[&str], words: &[&str]) -> (Option<String>, Option<
     let runs = running.runs();
     let left = place.temporary().len() + segments(&runs).len();
     let ended = running.end();
-    let most: u64 = seen.memory.values().sum();
+    let most = seen.memory();
     let fault = match ended.status.code() {
         None => Some(format!("ended by signal {:?}", ended.signal())),
         Some(code) if !STATUSES.contains(&code) => Some(format!("status {code}")),

@@ -187,7 +187,7 @@ fn the_hash_is_that_of_the_resolved_scene_and_sees_every_override() {
     assert_eq!(plain.hash, files.load(None, &[]).hash);
     assert_ne!(plain.hash, files.load(None, &["time.end=0.25"]).hash);
     assert!(!plain.resolved_toml.contains("variant"));
-    assert_eq!(plain.variants, ["other_law", "quick"]);
+    assert_eq!(*plain.variants, ["other_law", "quick"]);
 }
 
 #[test]

@@ -45,7 +45,7 @@ fn every_scene_parses_in_every_variant_and_plans() {
         assert!(!scene.about.is_empty(), "{stem} says what to look for");
         assert!(!scene.checks.is_empty(), "{stem} has checks");
         assert!(!scene.output.columns.is_empty(), "{stem} has columns");
-        for variant in &scene.variants {
+        for variant in scene.variants.iter() {
             assert!(!load(&file, Some(variant)).plan().runs.is_empty());
         }
     }

@@ -5,6 +5,7 @@
 
 pub mod browser;
 pub mod needs;
+pub mod seen;
 
 use std::collections::BTreeSet;
 use std::fs::{self, File};

@@ -1,10 +1,12 @@
 //! The resources that a run needs besides memory: space in shared memory, and open files. They are checked before the
 //! run begins, and named if a lack of them causes another error.
 
+use std::collections::BTreeMap;
 use std::fmt::{self, Display};
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
+use interface::config::{BodyConfig, DemConfig, Motion, polygon};
 use interface::files::{self, SMALL};
 use interface::message::wire::PointState;
 use interface::session::SessionError;
@@ -31,6 +33,9 @@ const FULL: u64 = 256 << 10;
 /// Least memory in bytes that the solver takes for a point, and for a cell with points; measured, of the simplest material.
 const POINT: f64 = 200.0;
 const CELL: f64 = 200.0;
+/// The same for a body, and for two bodies whose boxes overlap.
+const BODY: f64 = 1500.0;
+const PAIR: f64 = 100.0;
 /// Address space in bytes that every process of a run needs for its program, its threads and its channels; measured, with
 /// a margin.
 const ADDRESSES: u64 = 512 << 20;
@@ -39,10 +44,10 @@ const ADDRESSES: u64 = 512 << 20;
 #[derive(Debug, Error)]
 pub enum ResourceError {
     /// Memory is too small.
-    #[error("about {points:.2e} points need at least {about} of memory, and {free} can be had", about = Bytes(*.needed), free = Bytes(*.free))]
+    #[error("about {what} need at least {about} of memory, and {free} can be had", about = Bytes(*.needed), free = Bytes(*.free))]
     Memory {
-        /// Number of points.
-        points: f64,
+        /// Numbers of points, or of bodies and their pairs.
+        what: String,
         /// In bytes.
         needed: u64,
         /// In bytes.
@@ -82,7 +87,7 @@ impl ResourceError {
     fn advice(&self) -> &'static str {
         match self {
             Self::Memory { .. } => {
-                "use larger cells or a wider spacing of points; the spacing may be meant along the other axis"
+                "use larger cells or a wider spacing of points (it may be meant along the other axis), and do not put bodies in one place"
             }
             Self::Addresses(_) => "raise the limit (`ulimit -v unlimited`)",
             Self::SharedMemory { .. } => {
@@ -133,18 +138,49 @@ pub fn check_addresses() -> Result<(), ResourceError> {
     }
 }
 
-/// Checks whether the machine has the memory for the points of this scene, before any is taken.
+/// The least number of pairs of bodies whose boxes overlap: those of about one size whose centres are in one square of
+/// that size.
+fn pairs(dem: &DemConfig) -> f64 {
+    let mut squares = BTreeMap::<_, f64>::new();
+    let moves = |body: &&BodyConfig| body.motion == Motion::Free;
+    for body in dem.bodies.iter().filter(moves) {
+        let (sin, cos) = body.angle.sin_cos();
+        let turned = |[x, y]: [f64; 2]| [cos * x - sin * y, sin * x + cos * y];
+        let vertices: Vec<_> = body.shape.vertices().into_iter().map(turned).collect();
+        let [lower, upper] = polygon::bounds(&vertices);
+        let half = (upper[0] - lower[0]).min(upper[1] - lower[1]) / 2.0 + body.sphero_radius;
+        let size = half.log2().floor();
+        let square = [0, 1].map(|axis| {
+            let centre = body.position[axis] + (lower[axis] + upper[axis]) / 2.0;
+            (centre / size.exp2()).floor().to_bits()
+        });
+        *squares.entry((size.to_bits(), square)).or_default() += 1.0;
+    }
+    let each = squares.values().map(|count| count * (count - 1.0) / 2.0);
+    each.sum()
+}
+
+/// Checks whether the machine has the memory for the points and bodies of this scene, before any is taken.
 ///
 /// # Errors
 /// [`ResourceError`].
 pub fn check_memory(scene: &Scene) -> Result<(), ResourceError> {
     let (points, cells) = (scene.points_estimate(), scene.cells_estimate());
-    let needed = (points * POINT + cells * CELL) as u64;
+    let bodies = scene.dem.as_ref().map_or(0, |dem| dem.bodies.len());
+    let touching = scene.dem.as_ref().filter(|dem| dem.body_contact.is_some());
+    let pairs = touching.map_or(0.0, pairs);
+    let of_points = points * POINT + cells * CELL;
+    let of_bodies = bodies as f64 * BODY + pairs * PAIR;
+    let needed = (of_points + of_bodies) as u64;
     let allowed = getrlimit(Resource::As).current;
     let free = free_main_memory().into_iter().chain(allowed).min();
     match free {
         Some(free) if free < needed => Err(ResourceError::Memory {
-            points,
+            what: if of_points > of_bodies {
+                format!("{points:.2e} points")
+            } else {
+                format!("{bodies} bodies, of which {pairs:.2e} pairs lie on one another,")
+            },
             needed,
             free,
         }),

@@ -39,9 +39,9 @@ use crate::scene::Scene;
 const WINDOW_TIME: Duration = Duration::from_millis(200);
 /// A positive energy residual above this share of the energy in play is an instability, and not an error of the scheme.
 const BLOW_UP: f64 = 0.5;
-/// After an interrupt, longest wait for the solvers' last step and their goodbyes, beside the time of some steps. With what
-/// follows a run ends within 5 s.
-const FAREWELL: Duration = Duration::from_secs(2);
+/// After an interrupt, longest wait for a solver's next message, a report, a piece of its state or its goodbye, beside
+/// the time of four steps. With what follows a run ends within 8 s.
+const ANSWER: Duration = Duration::from_secs(5);
 /// That a second interrupt has come.
 const TWICE: &str = "it was asked twice";
 /// How old a summary for the case that shared memory vanishes may be.
@@ -83,7 +83,7 @@ pub(crate) struct Resources {
     pub disk: Disk,
     /// The shared memory through which the solvers join.
     pub shared_memory: Option<SharedMemory>,
-    /// When the wait for the solvers' goodbye heard that the run is to end.
+    /// When a wait first heard that the run is to end.
     heard: Option<Instant>,
     /// When a summary was kept last for the case that shared memory vanishes.
     left: Option<Instant>,
@@ -693,8 +693,8 @@ impl Supervisor for Run<'_> {
     }
 
     /// Before the first step there is nothing to finish, so an interrupt ends the session. Later the run ends in order,
-    /// unless something has stopped a solver (D16), its last messages do not come, or a second interrupt does not wait for them.
-    fn interrupted(&mut self, arriving: bool) -> Option<Stop> {
+    /// unless something has stopped a solver (D16), its next message does not come, or a second interrupt does not wait for it.
+    fn interrupted(&mut self, arriving: bool, silence: Duration) -> Option<Stop> {
         if arriving
             && self
                 .resources
@@ -711,16 +711,15 @@ impl Supervisor for Run<'_> {
         if !self.options.interrupt.load(Ordering::Relaxed) {
             return None;
         }
-        let no_goodbye = self.schedule.phase == Phase::Done && {
-            let heard = self.resources.heard.get_or_insert_with(Instant::now);
-            heard.elapsed() > FAREWELL + 4 * self.schedule.step_time.unwrap_or_default()
-        };
+        let heard = self.resources.heard.get_or_insert_with(Instant::now);
+        let patience = ANSWER + 4 * self.schedule.step_time.unwrap_or_default();
+        let no_answer = silence.min(heard.elapsed()) > patience;
         let at_once = self.options.at_once.load(Ordering::Relaxed);
         let failure = match self.resources.pauses.held_now() {
             _ if arriving => RunError::Interrupted,
             Some((party, hold)) => RunError::InterruptedHeld(party, hold),
             None if at_once => RunError::InterruptedAtOnce(TWICE),
-            None if no_goodbye => RunError::InterruptedAtOnce("the solvers did not say goodbye"),
+            None if no_answer => RunError::InterruptedAtOnce("they did not answer"),
             None => return None,
         };
         self.failure = Some(failure);

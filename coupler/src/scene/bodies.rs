@@ -27,6 +27,12 @@ pub(super) fn bodies(
     for (i, fill) in written.fill.iter().enumerate() {
         self::fill(problems, &format!("dem.fill.{i}"), fill);
     }
+    let in_sets = written.fill.iter().map(|fill| u64::from(fill.count));
+    let all = written.body.len() as u64 + in_sets.sum::<u64>();
+    if all > u64::from(BODIES_LIMIT) {
+        let message = format!("the scene has {all} bodies, expected at most {BODIES_LIMIT}");
+        problems.refuse("dem.fill", message, "let the sets have smaller counts");
+    }
     let sets_are_sound = problems.count() == before;
     contact(problems, written, scene);
     // Bodies of a set cannot be made from impossible numbers.
@@ -135,7 +141,7 @@ fn all_bodies(written: &DemWritten) -> Vec<BodyConfig> {
     bodies
 }
 
-/// Largest number of bodies in a set: a hundred times what can be computed in an hour.
+/// Largest number of bodies: a hundred times what can be computed in an hour.
 const BODIES_LIMIT: u32 = 1_000_000;
 
 fn fill(problems: &mut Problems, path: &str, fill: &BodyFill) {

@@ -35,22 +35,18 @@ fn string_end(bytes: &[u8], from: usize) -> usize {
     let long = [quote; 3];
     let is_long = bytes[from..].starts_with(&long);
     let length = if is_long { 3 } else { 1 };
-    let last = if is_long {
-        bytes.len()
-    } else {
-        line_end(bytes, from)
-    };
     let mut at = from + length;
-    while at < last {
-        if bytes[at] == b'\\' && quote == b'"' {
-            at += 2;
-        } else if bytes[at..].starts_with(&long[..length]) {
+    while at < bytes.len() && (is_long || bytes[at] != b'\n') {
+        if bytes[at..].starts_with(&long[..length]) {
             return at + length;
-        } else {
-            at += 1;
         }
+        let escapes = bytes[at] == b'\\' && quote == b'"';
+        let escaped = bytes
+            .get(at + 1)
+            .filter(|&&byte| escapes && (is_long || byte != b'\n'));
+        at += 1 + usize::from(escaped.is_some());
     }
-    last
+    at
 }
 
 #[cfg(test)]
@@ -70,6 +66,7 @@ mod tests {
             ("a = '''[''\n''' [", Some(15)),
             ("a = \"no end [\nb = [", Some(18)),
             ("a = \"\\", None),
+            ("a = \"\\\nb = [", Some(11)),
         ] {
             assert_eq!(open_at(text, text.len()), opened, "{text}");
         }

@@ -1,6 +1,7 @@
 //! Messages about the faults of a scene, with which an engineer can correct it without a manual: the position, what was
 //! written, what was expected, and what to write instead.
 
+use std::borrow::Cow;
 use std::fmt::{self, Write as _};
 use std::ops::Range;
 
@@ -14,8 +15,12 @@ pub(super) const FAULTS_LIMIT: usize = 100;
 const LINE_LIMIT: usize = 240;
 /// Longest word that may be a typing error of another one.
 const WORD_LIMIT: usize = 60;
-/// Largest number of candidates that a message lists.
+/// Largest number of candidates that a message lists, and of those that are compared with a word.
 const CANDIDATES_LIMIT: usize = 100;
+const COMPARED_LIMIT: usize = 1000;
+/// Longest message or key that is shown, and longest help, in bytes.
+const SHOWN_LIMIT: usize = 1000;
+const HELP_LIMIT: usize = 10_000;
 
 /// One thing that is wrong with a scene.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -101,6 +106,16 @@ impl Place {
     }
 }
 
+/// A text without its middle, if it is longer than `most`.
+fn cut(text: &str, most: usize) -> Cow<'_, str> {
+    if text.len() <= most {
+        return text.into();
+    }
+    let head = &text[..floor_boundary(text, most / 2)];
+    let tail = &text[floor_boundary(text, text.len() - most / 2)..];
+    format!("{head}...{tail}").into()
+}
+
 /// The last character boundary of `text` that is not after `at`.
 fn floor_boundary(text: &str, at: usize) -> usize {
     let mut at = at.min(text.len());
@@ -112,16 +127,17 @@ fn floor_boundary(text: &str, at: usize) -> usize {
 
 impl fmt::Display for Diagnostic {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        writeln!(f, "error: {}", line(&self.message))?;
+        writeln!(f, "error: {}", line(&cut(&self.message, SHOWN_LIMIT)))?;
         let key = if self.key.is_empty() {
             String::new()
         } else {
-            format!("  ({})", line(&self.key))
+            format!("  ({})", line(&cut(&self.key, SHOWN_LIMIT)))
         };
         match &self.place {
             Place::File { file } => writeln!(f, "  --> {}{key}", line(file))?,
             Place::Set { argument } => {
-                let argument = line(argument);
+                let argument = cut(argument, SHOWN_LIMIT);
+                let argument = line(&argument);
                 writeln!(f, "  --> command line: --set {argument}{key}")?;
             }
             Place::Line {
@@ -152,7 +168,7 @@ impl fmt::Display for Diagnostic {
             }
         }
         if let Some(help) = &self.help {
-            writeln!(f, "   help: {}", lines(help))?;
+            writeln!(f, "   help: {}", lines(&cut(help, HELP_LIMIT)))?;
         }
         Ok(())
     }
@@ -194,6 +210,7 @@ pub fn nearest<'a>(word: &str, candidates: impl IntoIterator<Item = &'a str>) ->
     let word = word.to_lowercase();
     candidates
         .into_iter()
+        .take(COMPARED_LIMIT)
         .filter(|candidate| candidate.len() <= 2 * WORD_LIMIT)
         .map(|candidate| {
             let distance = strsim::damerau_levenshtein(&word, &candidate.to_lowercase());

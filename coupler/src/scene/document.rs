@@ -25,21 +25,79 @@ pub(super) struct Document {
     /// The tree, without the table of variants.
     pub root: Table,
     /// Names of the variants of the file.
-    pub variants: Vec<String>,
-    /// Dotted path of every key and array element except those of variants, with the place where it was set.
+    pub variants: Arc<[String]>,
+    /// Where overrides have set values, by dotted path. What the file has below such a path is no more.
     origins: BTreeMap<String, Origin>,
     /// Shared by all scenes of the file: there may be thousands of variants.
-    written: Arc<Variants>,
+    written: Arc<Written>,
 }
 
-/// The variants of a file.
+/// What is in a file.
 #[derive(Debug, Default)]
-struct Variants {
-    tables: BTreeMap<String, Table>,
-    /// As [`Document::origins`].
-    origins: BTreeMap<String, Origin>,
+struct Written {
+    places: Places,
+    variants: BTreeMap<String, Table>,
     /// Faults of the table of variants itself.
     faults: Vec<Diagnostic>,
+}
+
+/// Where a key or an element and its value stand in a file, and what is in the value. Paths in full would take memory
+/// like the square of the text.
+#[derive(Debug, Default)]
+struct Places {
+    key: Range<usize>,
+    value: Range<usize>,
+    below: Below,
+}
+
+#[derive(Debug, Default)]
+enum Below {
+    #[default]
+    Nothing,
+    Keys(BTreeMap<String, Places>),
+    Elements(Vec<Places>),
+}
+
+impl Places {
+    fn of(key: Range<usize>, value: &Spanned<DeValue>) -> Self {
+        let below = match value.get_ref() {
+            DeValue::Table(table) => Below::Keys(Self::keys(table)),
+            DeValue::Array(array) => {
+                let each = array
+                    .iter()
+                    .map(|element| Self::of(element.span(), element));
+                Below::Elements(each.collect())
+            }
+            _ => Below::Nothing,
+        };
+        Self {
+            key,
+            value: value.span(),
+            below,
+        }
+    }
+
+    fn keys(table: &DeTable) -> BTreeMap<String, Self> {
+        let each = table.iter();
+        each.map(|(key, value)| (key.get_ref().to_string(), Self::of(key.span(), value)))
+            .collect()
+    }
+
+    /// The places at a dotted path. A key in quotes may have dots itself.
+    fn at(&self, path: &str) -> Option<&Self> {
+        let mut ends = path.match_indices('.').map(|(end, _)| end);
+        match &self.below {
+            Below::Nothing => None,
+            Below::Elements(each) => {
+                let end = ends.next();
+                let element = each.get(path[..end.unwrap_or(path.len())].parse::<usize>().ok()?)?;
+                end.map_or(Some(element), |end| element.at(&path[end + 1..]))
+            }
+            Below::Keys(keys) => keys
+                .get(path)
+                .or_else(|| ends.find_map(|end| keys.get(&path[..end])?.at(&path[end + 1..]))),
+        }
+    }
 }
 
 #[derive(Debug, Clone)]
@@ -64,8 +122,9 @@ pub(super) enum Part {
     Value,
 }
 
-/// Most constants of a scene. A million of them took a gigabyte and five seconds.
-const CONSTANTS_MAX: usize = 100_000;
+/// Longest text of a scene in bytes. The longest of the tree has 240 kB; of this one, whatever is in it, `check` tells within
+/// 2 s what is wrong (`coupler/tests/long_scenes.rs`). Tables and points are read from files, sets of bodies are one key.
+const TEXT_MAX: usize = 2 << 20;
 
 impl Document {
     /// Reads a scene file.
@@ -98,7 +157,7 @@ impl Document {
         let mut document = self.clone();
         let mut errors = self.written.faults.clone();
         if let Some(name) = variant {
-            match self.written.tables.get(name) {
+            match self.written.variants.get(name) {
                 Some(overrides) => document.apply_variant(name, overrides, &mut errors),
                 None => errors.push(document.no_such_variant(name)),
             }
@@ -118,20 +177,23 @@ impl Document {
     /// # Errors
     /// It is not TOML.
     pub fn parse(file: String, text: &Arc<str>) -> Result<Self, SceneErrors> {
-        // Before the text is parsed, and where they may also be written otherwise.
-        let at = text.find("[constants]\n").unwrap_or(text.len());
-        let lines = text[at..].lines().skip(1);
-        let written = lines.take_while(|line| !line.starts_with('['));
-        let count = written.filter(|line| line.contains('=')).count();
-        too_many_constants(&file, text, count, &(at..at))?;
-        let (spanned, mut faults) = DeTable::parse_recoverable(text);
-        if let Some(constants) = spanned.get_ref().get("constants")
-            && let DeValue::Table(all) = constants.get_ref()
-        {
-            too_many_constants(&file, text, all.len(), &constants.span())?;
+        if text.len() > TEXT_MAX {
+            return Err(SceneErrors(vec![Diagnostic {
+                message: format!("the scene has {} bytes, expected at most {TEXT_MAX}", text.len()),
+                key: String::new(),
+                value: String::new(),
+                place: Place::File { file },
+                help: Some(
+                    "values of a series are read from a file: `reference = { csv = ... }`; a `[[dem.fill]]` makes many bodies"
+                        .to_owned(),
+                ),
+            }]));
         }
-        let mut origins = BTreeMap::new();
-        record_table(&mut origins, "", spanned.get_ref());
+        let (spanned, mut faults) = DeTable::parse_recoverable(text);
+        let places = Places {
+            below: Below::Keys(Places::keys(spanned.get_ref())),
+            ..Places::default()
+        };
         let root = if faults.is_empty() {
             Table::deserialize(toml::de::Deserializer::from(spanned))
         } else {
@@ -143,14 +205,20 @@ impl Document {
         });
         let mut document = Self {
             root,
-            variants: Vec::new(),
-            origins,
+            variants: Arc::default(),
+            origins: BTreeMap::new(),
             file,
             text: text.clone(),
-            written: Arc::default(),
+            written: Arc::new(Written {
+                places,
+                ..Written::default()
+            }),
         };
         if faults.is_empty() {
-            document.take_variants();
+            let (variants, faults) = document.take_variants();
+            document.variants = variants.keys().cloned().collect();
+            let written = Arc::get_mut(&mut document.written).expect("nobody else has it yet");
+            (written.variants, written.faults) = (variants, faults);
             return Ok(document);
         }
         let begin = |fault: &toml::de::Error| fault.span().map(|span| span.start);
@@ -185,23 +253,19 @@ impl Document {
         }
     }
 
-    /// Takes the table of variants out of the tree.
-    fn take_variants(&mut self) {
+    /// Takes the table of variants out of the tree; also its faults.
+    fn take_variants(&mut self) -> (BTreeMap<String, Table>, Vec<Diagnostic>) {
         let mut variants = BTreeMap::new();
         let mut errors = Vec::new();
         let Some(table) = self.root.remove("variant") else {
-            return;
+            return (variants, errors);
         };
         let help =
             || Some("write `[variant.NAME]`, then `\"dotted.key\" = value` lines".to_owned());
         let Value::Table(table) = table else {
             let message = "`variant` is not a table of variants";
-            let faults = vec![self.diagnostic("variant", Part::Value, message, help())];
-            self.written = Arc::new(Variants {
-                faults,
-                ..Variants::default()
-            });
-            return;
+            errors.push(self.diagnostic("variant", Part::Value, message, help()));
+            return (variants, errors);
         };
         for (name, overrides) in table {
             if let Value::Table(overrides) = overrides {
@@ -212,21 +276,24 @@ impl Document {
                 errors.push(self.diagnostic(&path, Part::Value, &message, help()));
             }
         }
-        self.variants = variants.keys().cloned().collect();
-        // All keys that begin with "variant."; "/" is the character after ".".
-        let mut origins = self.origins.split_off("variant.");
-        self.origins.append(&mut origins.split_off("variant/"));
-        self.written = Arc::new(Variants {
-            tables: variants,
-            origins,
-            faults: errors,
-        });
+        (variants, errors)
     }
 
     /// Where exactly this path was set; `None` if only something above it was.
-    fn exact(&self, path: &str) -> Option<&Origin> {
-        let own = self.origins.get(path);
-        own.or_else(|| self.written.origins.get(path))
+    fn exact(&self, path: &str) -> Option<Origin> {
+        if let Some(origin) = self.origins.get(path) {
+            return Some(origin.clone());
+        }
+        let mut above = path.match_indices('.').map(|(end, _)| &path[..end]);
+        if above.any(|above| self.origins.contains_key(above)) {
+            return None;
+        }
+        let Places { key, value, .. } = self.written.places.at(path)?;
+        Some(Origin::File {
+            key: key.clone(),
+            value: value.clone(),
+            variant: None,
+        })
     }
 
     fn no_such_variant(&self, name: &str) -> Diagnostic {
@@ -260,7 +327,7 @@ impl Document {
                 ));
                 continue;
             }
-            let Some(Origin::File { key, value: at, .. }) = self.exact(&full).cloned() else {
+            let Some(Origin::File { key, value: at, .. }) = self.exact(&full) else {
                 unreachable!("every key of the file was recorded");
             };
             let origin = Origin::File {
@@ -333,8 +400,7 @@ impl Document {
     /// Replaces the value at a path by one that the program has computed (a CSV file by its numbers). Messages still
     /// refer to what was written.
     pub fn replace(&mut self, path: &str, value: Value) {
-        let origin = self.origin(path).cloned();
-        if let Some(origin) = origin {
+        if let Some(origin) = self.origin(path) {
             // The path was just read from this tree, so setting it cannot fail.
             let _ = self.put(path, value, origin);
         }
@@ -347,7 +413,7 @@ impl Document {
     }
 
     /// Where a path was set: its own origin, or that of the nearest part of the path above it.
-    fn origin(&self, path: &str) -> Option<&Origin> {
+    fn origin(&self, path: &str) -> Option<Origin> {
         let mut path = path;
         loop {
             if let Some(origin) = self.exact(path) {
@@ -361,9 +427,7 @@ impl Document {
         let exact = self.exact(path).is_some();
         match self.origin(path) {
             None => self.whole_file(),
-            Some(Origin::Set { argument, .. }) => Place::Set {
-                argument: argument.clone(),
-            },
+            Some(Origin::Set { argument, .. }) => Place::Set { argument },
             Some(Origin::File {
                 key,
                 value,
@@ -374,7 +438,7 @@ impl Document {
                 } else {
                     value
                 };
-                self.in_file(span, variant.as_ref())
+                self.in_file(&span, variant.as_ref())
             }
         }
     }
@@ -394,7 +458,7 @@ impl Document {
 
     /// Whether a path was written.
     pub fn has(&self, path: &str) -> bool {
-        self.origins.contains_key(path)
+        self.exact(path).is_some()
     }
 
     /// The elements of the list at a path; empty if there is no list.
@@ -408,10 +472,8 @@ impl Document {
     /// The value at a path as it was written, shortened; empty if it was not written.
     pub fn as_written(&self, path: &str) -> String {
         match self.exact(path) {
-            Some(Origin::File { value, .. }) => {
-                shorten(self.text.get(value.clone()).unwrap_or_default())
-            }
-            Some(Origin::Set { value, .. }) => shorten(value),
+            Some(Origin::File { value, .. }) => shorten(self.text.get(value).unwrap_or_default()),
+            Some(Origin::Set { value, .. }) => shorten(&value),
             None => String::new(),
         }
     }
@@ -548,27 +610,6 @@ fn argument_value(written: &str) -> Value {
         .unwrap_or_else(|| Value::String(written.to_owned()))
 }
 
-/// Refuses a number of constants for which no memory is taken.
-fn too_many_constants(
-    file: &str,
-    text: &str,
-    count: usize,
-    span: &Range<usize>,
-) -> Result<(), SceneErrors> {
-    if count <= CONSTANTS_MAX {
-        return Ok(());
-    }
-    Err(SceneErrors(vec![Diagnostic {
-        message: format!("the scene has {count} constants, expected at most {CONSTANTS_MAX}"),
-        key: "constants".to_owned(),
-        value: String::new(),
-        place: Place::in_text(file, text, span),
-        help: Some(
-            "values of a series are read from a file: `reference = { csv = ... }`".to_owned(),
-        ),
-    }]))
-}
-
 /// The text of a scene file, from its bytes.
 fn text(bytes: io::Result<Vec<u8>>, file: &str) -> Result<String, SceneErrors> {
     let fault = |message: String, help: &str| {
@@ -606,36 +647,6 @@ fn text(bytes: io::Result<Vec<u8>>, file: &str) -> Result<String, SceneErrors> {
         ));
     }
     Ok(text)
-}
-
-fn record_table(origins: &mut BTreeMap<String, Origin>, prefix: &str, table: &DeTable) {
-    for (key, value) in table {
-        let path = join(prefix, key.get_ref());
-        record(origins, &path, key.span(), value);
-    }
-}
-
-fn record(
-    origins: &mut BTreeMap<String, Origin>,
-    path: &str,
-    key: Range<usize>,
-    value: &Spanned<DeValue>,
-) {
-    match value.get_ref() {
-        DeValue::Table(table) => record_table(origins, path, table),
-        DeValue::Array(array) => {
-            for (i, element) in array.iter().enumerate() {
-                record(origins, &format!("{path}.{i}"), element.span(), element);
-            }
-        }
-        _ => {}
-    }
-    let origin = Origin::File {
-        key,
-        value: value.span(),
-        variant: None,
-    };
-    origins.insert(path.to_owned(), origin);
 }
 
 /// `prefix.key`, or `key` at the root.

@@ -10,6 +10,7 @@ use interface::config::{
 use super::Scene;
 use super::document::Document;
 use super::needs::body_or_set;
+use crate::scene::diagnostic::FAULTS_LIMIT;
 
 /// Fewest cells across a group of points: nothing is resolved below (docs/choosing.md).
 const CELLS: f64 = 4.0;
@@ -20,9 +21,13 @@ const SOUND: f64 = 18_600.0;
 
 /// What is probably not meant, each with its line.
 pub(super) fn doubts(scene: &Scene, document: &Document) -> Vec<String> {
-    let mut doubts = Vec::new();
+    let (mut doubts, mut more) = (Vec::new(), 0_u64);
     let mut doubt = |key: &str, words: String| {
-        doubts.push(format!("{words} ({})", document.whereabouts(key)));
+        if doubts.len() < FAULTS_LIMIT {
+            doubts.push(format!("{words} ({})", document.whereabouts(key)));
+        } else {
+            more += 1;
+        }
     };
     if let Some(mpm) = &scene.mpm {
         if mpm.shape == ShapeFunction::Linear && mpm.stress_update == StressUpdate::Usf {
@@ -52,6 +57,9 @@ pub(super) fn doubts(scene: &Scene, document: &Document) -> Vec<String> {
             );
             doubt(&key("angle"), words);
         }
+    }
+    if more > 0 {
+        doubts.push(format!("{more} more numbers are probably not meant"));
     }
     doubts
 }

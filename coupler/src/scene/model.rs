@@ -50,7 +50,7 @@ pub struct Scene {
     /// BLAKE3 of [`Self::resolved_toml`] in hexadecimal.
     pub hash: String,
     /// Names of the file's variants.
-    pub variants: Vec<String>,
+    pub variants: Arc<[String]>,
     /// The settings of `tandem study`. They are not part of the resolved text or the hash.
     pub study: Study,
     /// Things that are allowed but probably not meant.

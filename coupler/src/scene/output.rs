@@ -1,6 +1,6 @@
 //! Constants, columns and checks: compiles every expression, resolves every name, and reads every reference.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::io;
 use std::path::Path;
 
@@ -31,9 +31,10 @@ pub(super) fn constants(
 ) -> BTreeMap<String, f64> {
     let mut known: BTreeMap<String, f64> = BTreeMap::new();
     let mut pending: Vec<(&String, &String)> = Vec::new();
+    let mut taken = BTreeSet::from(["t", "time", "momentum_error"]);
+    taken.extend(reserved_names());
     for (name, value) in written {
-        let path = format!("constants.{name}");
-        constant_name(problems, &path, name);
+        constant_name(problems, name, &taken);
         match value {
             NumberOrExpression::Number(number) => {
                 known.insert(name.clone(), *number);
@@ -93,22 +94,21 @@ pub(super) fn constants(
             problems.refuse_within(&path, &error.at, &error.message, Some(help));
         }
     }
-    for (name, value) in &known {
+    for (name, value) in known.iter().filter(|(_, value)| !value.is_finite()) {
         let path = format!("constants.{name}");
         let what = format!("a finite number, not {value}");
-        problems.number(&path, *value, value.is_finite(), &what);
+        problems.number(&path, *value, false, &what);
     }
     known
 }
 
-fn constant_name(problems: &mut Problems, path: &str, name: &str) {
-    problems.name(path, name);
-    let taken: Vec<&str> = reserved_names()
-        .chain(["t", "time", "momentum_error"])
-        .collect();
-    if taken.contains(&name) {
+fn constant_name(problems: &mut Problems, name: &str, taken: &BTreeSet<&str>) {
+    let path = format!("constants.{name}");
+    problems.name(&path, name);
+    if taken.contains(name) {
+        let taken: Vec<&str> = taken.iter().copied().collect();
         problems.refuse_key(
-            path,
+            &path,
             format!("`{name}` already means something in expressions"),
             format!("use another name; these are taken: {}", taken.join(", ")),
         );

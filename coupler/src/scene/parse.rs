@@ -175,7 +175,7 @@ fn checked(problems: &mut Problems, written: &SceneWritten, directory: &Path) ->
         quantities,
         resolved_toml: String::new(),
         hash: String::new(),
-        variants: Vec::new(),
+        variants: Arc::default(),
         study,
         warnings: Vec::new(),
         document: Arc::default(),

@@ -83,6 +83,9 @@ impl<'a> Walk<'a> {
     }
 
     fn value(&mut self, schema: &'a Schema, value: &Value, path: &str) {
+        if self.faults.len() >= FAULTS_LIMIT {
+            return;
+        }
         if let Value::String(text) = value {
             self.text(text, Part::Value, path);
         }
@@ -140,6 +143,9 @@ impl<'a> Walk<'a> {
         // If an unknown key is probably a typing error of a required one, that one is not reported as missing too.
         let mut meant = Vec::new();
         for (key, value) in table {
+            if self.faults.len() >= FAULTS_LIMIT {
+                return;
+            }
             let below = join(path, key);
             self.text(key, Part::Key, &below);
             if let Some(property) = properties.and_then(|p| p.get(key)) {

@@ -387,7 +387,7 @@ impl<'a> Connection<'a> {
                     step: io.step.get(),
                     waited,
                 }),
-                Signal::LookUp => {
+                Signal::LookUp(_) => {
                     self.unexpected_order(awaits_order)?;
                     if io.with(|transport| transport.coupler_lives()) {
                         return Ok(None);

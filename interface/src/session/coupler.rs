@@ -71,8 +71,9 @@ pub trait Supervisor {
         None
     }
 
-    /// Asked during every long wait: the reason why the session has to end now. `arriving`: no grant has been sent yet.
-    fn interrupted(&mut self, _arriving: bool) -> Option<Stop> {
+    /// Asked during every long wait: the reason why the session has to end now. `arriving`: no grant has been sent yet;
+    /// `silence`: how long the wait has lasted, as its deadline counts it.
+    fn interrupted(&mut self, _arriving: bool, _silence: Duration) -> Option<Stop> {
         None
     }
 }
@@ -453,8 +454,8 @@ impl<'a> Coupler<'a> {
                     step: self.solvers.of(who).map_or(0, |sent| sent.step),
                     waited,
                 }),
-                Signal::LookUp => {
-                    if let Some(stop) = self.supervisor.interrupted(self.arriving) {
+                Signal::LookUp(silence) => {
+                    if let Some(stop) = self.supervisor.interrupted(self.arriving, silence) {
                         return Err(stop.into());
                     }
                     // A notice is looked for before the end of a process: a solver that has ended may have said why.

@@ -31,8 +31,8 @@ pub(super) enum Signal {
     /// Nothing.
     #[default]
     None,
-    /// It has lasted for a while: look for what nobody waits for, an abort or the end of a process.
-    LookUp,
+    /// It has lasted for so long: look for what nobody waits for, an abort or the end of a process.
+    LookUp(Duration),
     /// Its deadline is over, after this silence.
     Expired(Duration),
 }

@@ -136,7 +136,7 @@ impl<'a> Session<'a> {
     /// A turn during a long wait, which also looks for what nobody waits for: an abort, or the end of a process. Returns
     /// whether there was something.
     pub fn look_up(&mut self) -> bool {
-        self.io.signal.set(Signal::LookUp);
+        self.io.signal.set(Signal::LookUp(Duration::ZERO));
         self.verdict.is_none() && !matches!(self.turn(), Turn::Waits(_))
     }
 
@@ -221,8 +221,8 @@ impl Awaited for NextTurn<'_, '_> {
             .with(|transport| transport.sleep(from, at_most));
     }
 
-    fn interruption(&mut self) -> Option<()> {
-        self.party.io.signal.set(Signal::LookUp);
+    fn interruption(&mut self, silence: Duration) -> Option<()> {
+        self.party.io.signal.set(Signal::LookUp(silence));
         self.look()
     }
 

@@ -23,8 +23,9 @@ pub trait Awaited {
     /// Blocks until the other side wakes this one, for `at_most` at most. It may return early.
     fn block(&mut self, at_most: Duration);
 
-    /// Asked every [`Self::NAP`]: what ends the wait without a wake-up, an abort or the end of a process.
-    fn interruption(&mut self) -> Option<Self::Found> {
+    /// Asked every [`Self::NAP`]: what ends the wait without a wake-up, an abort or the end of a process. `_silence` is
+    /// how long the wait has lasted, as its deadline counts it.
+    fn interruption(&mut self, _silence: Duration) -> Option<Self::Found> {
         None
     }
 
@@ -71,7 +72,7 @@ pub fn wait<A: Awaited>(
         }
         if asked.elapsed() >= A::NAP.min(deadline) {
             asked = Instant::now();
-            if let Some(found) = awaited.interruption() {
+            if let Some(found) = awaited.interruption(waited) {
                 return Ok(found);
             }
         }
@@ -246,7 +247,7 @@ mod tests {
             std::thread::sleep(at_most);
         }
 
-        fn interruption(&mut self) -> Option<&'static str> {
+        fn interruption(&mut self, _: Duration) -> Option<&'static str> {
             self.questions += 1;
             (self.questions > self.interrupted_at).then_some("interrupted")
         }

@@ -105,7 +105,7 @@ impl Awaited for Expected<'_> {
         self.raw_run.sleep(self.kind, at_most);
     }
 
-    fn interruption(&mut self) -> Option<Self::Found> {
+    fn interruption(&mut self, _: Duration) -> Option<Self::Found> {
         if self.kind != Kind::Notice {
             match self.raw_run.receive(Kind::Notice) {
                 Ok(None) => {}
