@@ -325,12 +325,12 @@ impl Rig {
             if fault.beside && beside.is_none() {
                 beside = Some(self.beside(place, dir));
             }
-            match seen.took() > HANGS {
-                true => Some(false),
-                false => run.is_over().then_some(true),
+            if seen.took() > HANGS {
+                return Some(false);
             }
+            run.is_over().then_some(true)
         });
-        let took = seen.took() - last;
+        let took = seen.since(last);
         solvers.retain(|_, pid| !killed.contains(pid));
         if !killed.is_empty() {
             self.survive(&run, (seen, last), &killed, solvers.values().copied());
@@ -368,16 +368,16 @@ impl Rig {
     ) {
         let mut alive: Vec<u32> = solvers.collect();
         let mut survived = Vec::new();
-        survived.extend((!killed.contains(&run.pid())).then(|| seen.took() - last));
+        survived.extend((!killed.contains(&run.pid())).then(|| seen.since(last)));
         until(PATIENCE, || {
             seen.look(alive.iter().copied());
             let before = alive.len();
             alive.retain(|&pid| lives(pid));
-            survived.extend((alive.len()..before).map(|_| seen.took() - last));
-            (alive.is_empty() || seen.took() - last > HANGS).then_some(())
+            survived.extend((alive.len()..before).map(|_| seen.since(last)));
+            (alive.is_empty() || seen.since(last) > HANGS).then_some(())
         });
         // Whoever has not ended yet.
-        survived.extend(alive.iter().map(|_| seen.took() - last));
+        survived.extend(alive.iter().map(|_| seen.since(last)));
         self.survived.lock().unwrap().extend(survived);
     }
 

@@ -5,7 +5,7 @@ use std::path::Path;
 use std::time::{Duration, Instant};
 
 use conformance::mutant::{Flaw, Host, serve};
-use interface::message::Kind;
+use interface::message::Payload;
 use interface::message::control::Notice;
 use interface::transport::domain::Domain;
 use interface::transport::raw::Medium;
@@ -339,25 +339,32 @@ fn an_interrupt_is_heard_before_the_solvers_have_come() {
     assert_eq!(files.text("status"), "interrupted");
 }
 
-/// The variables that make a process of this program a solver of the bodies that hangs: its run, where it hangs, and the file
-/// that it writes then.
-const HANGS: [&str; 3] = ["TANDEM_HANGS", "TANDEM_HANGS_AT", "TANDEM_HANGS_FILE"];
+/// The variables that make a process of this program a solver of the bodies with a flaw: its run, the flaw, and the file that it
+/// writes where it hangs.
+const FLAWED: [&str; 3] = ["TANDEM_FLAWED", "TANDEM_FLAW", "TANDEM_FLAW_FILE"];
 
 /// No test, but what the next ones start.
 #[test]
-fn a_process_that_is_told_to_hangs() {
-    let [Ok(run), Ok(at), Ok(file)] = HANGS.map(std::env::var) else {
+fn a_process_that_is_told_to_has_a_flaw() {
+    let [Ok(run), Ok(flaw), Ok(file)] = FLAWED.map(std::env::var) else {
         return;
     };
-    let (mut reports, at_goodbye) = (0, at == "goodbye");
-    let hangs = Flaw::passing(move |message| {
-        reports += u32::from(message.kind() == Kind::Report);
-        let is_there = if at_goodbye {
-            matches!(message.as_notice(), Ok(Notice::Bye))
-        } else {
-            reports == 30
-        };
-        if is_there {
+    let mut reports = 0;
+    let passing = Flaw::passing(move |mut message| {
+        let mut hangs = flaw == "goodbye" && matches!(message.as_notice(), Ok(Notice::Bye));
+        if let Payload::Report(sent) = &mut message.payload {
+            reports += 1;
+            hangs |= flaw == "report" && reports == 30;
+            for report in sent.iter_mut().filter(|_| reports == 3) {
+                match flaw.as_str() {
+                    "items" => report.items += 1,
+                    "imps" => report.imps = u64::MAX,
+                    "cpu_ns" => report.cpu_ns = u64::MAX,
+                    _ => {}
+                }
+            }
+        }
+        if hangs {
             std::fs::write(&file, "").unwrap();
             loop {
                 std::thread::sleep(PATIENCE);
@@ -367,30 +374,52 @@ fn a_process_that_is_told_to_hangs() {
     });
     let domain = Domain::join(&run).unwrap();
     let host = Host::Dem(|| Box::new(dem_proc::Sdem::default()));
-    serve(Medium::Processes, &domain, host, hangs);
+    serve(Medium::Processes, &domain, host, passing);
 }
 
-/// Interrupts a run whose solver hangs `at` a place. Its deadline is longer than the patience of this test.
-fn a_run_that_hangs_is_interrupted(at: &str, signals: usize, reason: &str) {
-    let place = Place::new();
-    let file = place.path("hangs");
-    let [run, at_name, file_name] = HANGS;
+/// Starts a run whose solver of the bodies has this flaw. Its deadline is longer than the patience of this test.
+fn start_flawed<'a>(place: &'a Place, flaw: &str) -> Running<'a> {
+    let [run, name, file] = FLAWED;
     let script = format!(
-        "{run}=$2 {at_name}={at} {file_name}=\"{}\" exec \"{}\" --exact {} --nocapture >/dev/null",
-        file.display(),
+        "{run}=$2 {name}={flaw} {file}=\"{}\" exec \"{}\" --exact {} --nocapture >/dev/null",
+        place.path("hangs").display(),
         std::env::current_exe().unwrap().display(),
-        "deaths::a_process_that_is_told_to_hangs",
+        "deaths::a_process_that_is_told_to_has_a_flaw",
     );
     let command = format!("sh -c '{script}' sh");
-    let more = ["--variant", "quick", "--set", "check=[]"];
-    let more = [
-        &more[..],
-        &["--set", "coupling.deadline=3600", "--dem", &command],
-    ]
-    .concat();
-    let mut run = place.start_run("out", &scene("jiang2020/collision_hard"), &more);
+    let more = ["--variant", "quick", "--set", "check=[]", "--dem", &command];
+    let more = [&more[..], &["--set", "coupling.deadline=3600"]].concat();
+    place.start_run("out", &scene("jiang2020/collision_hard"), &more)
+}
+
+/// 10^18 points and CPU times of centuries were taken and shown.
+#[test]
+fn counts_and_times_that_no_solver_can_have_are_told() {
+    for (flaw, says) in [
+        ("items", "report with items = 2, expected 1 at most"),
+        (
+            "imps",
+            "report with imps = 18446744073709551615, expected 4294967296 at most",
+        ),
+        (
+            "cpu_ns",
+            "report with cpu_ns = 18446744073709551615, expected 1152921504606846976 at most",
+        ),
+    ] {
+        let place = Place::new();
+        let ended = start_flawed(&place, flaw).end().expect(3);
+        let ended = ended.says(&["the dem broke clause R-2 of the protocol at step ", says]);
+        place.assert_clean(&ended.runs);
+    }
+}
+
+/// Interrupts a run whose solver hangs `at` a place.
+fn a_run_that_hangs_is_interrupted(at: &str, signals: usize, reason: &str) {
+    let place = Place::new();
+    let mut run = start_flawed(&place, at);
     let dem = run.solver("out", "dem");
-    until(PATIENCE, || file.exists().then_some(())).expect("the solver hangs");
+    let hangs = place.path("hangs");
+    until(PATIENCE, || hangs.exists().then_some(())).expect("the solver hangs");
     for _ in 0..signals {
         signal(run.pid(), "INT");
         std::thread::sleep(Duration::from_millis(100));

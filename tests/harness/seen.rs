@@ -35,6 +35,11 @@ impl Seen {
         self.took
     }
 
+    /// The same since an earlier look.
+    pub fn since(&self, earlier: Duration) -> Duration {
+        self.took.saturating_sub(earlier)
+    }
+
     /// The largest memory of all in KiB.
     pub fn memory(&self) -> u64 {
         self.memory.values().sum()

@@ -151,7 +151,7 @@ fn pairs(dem: &DemConfig) -> f64 {
         let half = (upper[0] - lower[0]).min(upper[1] - lower[1]) / 2.0 + body.sphero_radius;
         let size = half.log2().floor();
         let square = [0, 1].map(|axis| {
-            let centre = body.position[axis] + (lower[axis] + upper[axis]) / 2.0;
+            let centre = body.position[axis] + lower[axis].midpoint(upper[axis]);
             (centre / size.exp2()).floor().to_bits()
         });
         *squares.entry((size.to_bits(), square)).or_default() += 1.0;
