@@ -33,17 +33,6 @@ pub struct Frame {
 const _: () = assert!(size_of::<Frame>() == 64);
 
 impl Frame {
-    /// Sine, versine, `1/m` and `1/I` as four numbers.
-    #[inline]
-    pub fn turn(&self) -> [f64; 4] {
-        [
-            self.last.sin,
-            self.last.versine,
-            self.inverse_mass,
-            self.inverse_inertia,
-        ]
-    }
-
     /// Moves by `shift` (m) and rotates by `angle` (rad).
     #[inline]
     pub(super) fn advance(&mut self, shift: Vec2, angle: f64) {

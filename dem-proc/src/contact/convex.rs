@@ -168,7 +168,7 @@ pub struct ConvexContacts<L: Law, M> {
     /// The candidates in reach in the last evaluation.
     in_reach: Vec<Near>,
     /// Force and stiffness of each candidate in reach.
-    pressing: Vec<Pressing>,
+    pressing: Vec<Pressing<f64>>,
     /// The contacts that press, for frames.
     contact_states: Vec<ContactState>,
     passed: Option<PassedBodies>,

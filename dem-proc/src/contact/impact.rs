@@ -19,30 +19,34 @@
 //!   contacts that hardly carry load and open and close all the time.
 //!
 //! The third case is that of most contacts, and a bound shows it without the geometry of the contact: the amplitude is
-//! at most that of the bodies' relative motion ([`SurfaceMotion`]). Only pairs above this bound are
-//! examined one by one.
+//! at most that of the bodies' relative motion ([`SurfaceMotion`]). Only pairs above this bound are examined, four at a
+//! time.
+
+#![expect(clippy::inline_always, reason = "so that lanes stay in registers")]
 
 use interface::Vec2;
 
 use crate::body::bodies::{Bodies, Rigid};
 use crate::contact::approach::Near;
-use crate::contact::pair_geometry::Lanes;
+use crate::contact::pair_geometry::{
+    LANES, LaneVec, Lanes, cross, dot, each, gather, gather_vec, sub,
+};
 use crate::lists::watch::Ahead;
 
 /// Speeds below this share of the fastest surface's speed are ignored: their energy is a millionth.
 const NEGLIGIBLE: f64 = 1e-3;
 
-/// Overlap, force and stiffness of two bodies that are near.
+/// Overlap, force and stiffness of two bodies that are near, or of four such pairs.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
-pub struct Pressing {
+pub struct Pressing<N> {
     /// Overlap `xi` in m; negative if they do not touch.
-    pub overlap: f64,
+    pub overlap: N,
     /// Normal force in N/m, 0 if they do not touch.
-    pub force: f64,
+    pub force: N,
     /// Bound of the stiffness in N/m.
-    pub stiffness: f64,
+    pub stiffness: N,
     /// Largest distance in m of the first contact point from the nearest point; 0 if the point itself is listed.
-    pub width: f64,
+    pub width: N,
 }
 
 /// The data to recognise impacts in a step.
@@ -102,90 +106,165 @@ impl SurfaceMotion {
         }
     }
 
-    /// The sum of both rates in 1/s^2.
+    /// The rate in 1/s^2.
     #[inline]
     pub fn rate(&self) -> f64 {
         self.velocity.to_array()[3]
     }
 }
 
-/// The bound below which no closed contact opens.
+/// The relative motions of four pairs.
 #[derive(Debug, Clone, Copy)]
-pub struct Calm {
-    /// The largest stiffness of a contact in N/m.
-    stiffness: f64,
-    /// In m^2/s^4.
-    limit: f64,
+pub struct Relative {
+    /// The sums of both rates in 1/s^2.
+    pub rate: Lanes,
+    velocity: [Lanes; 3],
+    acceleration: [Lanes; 3],
+    mobility: Lanes,
 }
 
-impl Calm {
-    /// Whether two bodies that press on one another are below the bound, from their relative motion.
-    #[inline]
-    pub fn holds(&self, both: &SurfaceMotion) -> bool {
-        let mobility = both.acceleration.to_array()[3];
-        let omega_sq = Lanes::splat(self.stiffness * mobility);
-        let squares = both.acceleration * both.acceleration;
-        let squares = (both.velocity * both.velocity).mul_add(omega_sq, squares);
-        let [x, y, turning, _] = squares.to_array();
+impl Relative {
+    /// Of these pairs of bodies.
+    #[inline(always)]
+    pub fn of(motions: &[SurfaceMotion], pairs: [[u32; 2]; LANES]) -> Self {
+        let motion = |b: u32| &motions[b as usize];
+        let both = each(|l| motion(pairs[l][0]).against(motion(pairs[l][1])));
+        let [x, y, turning, rate] = Lanes::transpose(each(|l| both[l].velocity));
+        let [a_x, a_y, a_turning, mobility] = Lanes::transpose(each(|l| both[l].acceleration));
+        Self {
+            rate,
+            velocity: [x, y, turning],
+            acceleration: [a_x, a_y, a_turning],
+            mobility,
+        }
+    }
+
+    /// Which of them do not open if they press, as bits. `stiffness` (N/m) is the largest of a contact. The bound is a
+    /// tenth lower than it could be, which is more than all rounding.
+    #[inline(always)]
+    pub fn calm(&self, stiffness: f64, impacts: &Impacts) -> u32 {
+        let omega_sq = Lanes::splat(stiffness) * self.mobility;
+        let square = |i: usize| {
+            let (u, a) = (self.velocity[i], self.acceleration[i]);
+            (u * u).mul_add(omega_sq, a * a)
+        };
+        let (x, y, turning) = (square(0), square(1), square(2));
         // (p + q)^2 <= 2 p^2 + 2 q^2; without rotation only p^2 is left.
-        let share = if turning > 0.0 { 2.0 } else { 1.0 };
-        share * (x + y + turning) <= self.limit
+        let turns = turning.simd_gt(Lanes::ZERO);
+        let share = turns.select(Lanes::splat(2.0), Lanes::ONE);
+        let limit = Lanes::splat(0.9 * impacts.outer * impacts.outer);
+        (share * (x + y + turning)).simd_le(limit).to_bitmask()
+    }
+}
+
+/// Four pairs that are near, as [`Near`].
+#[derive(Debug, Clone, Copy)]
+pub struct Nears {
+    /// The bodies that the normals point to, then the others.
+    pub bodies: [[u32; LANES]; 2],
+    /// Unit normals.
+    pub normal: LaneVec,
+    /// Contact points on the first bodies in m.
+    pub point: LaneVec,
+}
+
+/// One body of each of four pairs.
+struct Side {
+    /// Lever arm of the contact in m, and across the normal.
+    arm: LaneVec,
+    across: Lanes,
+    /// After the kick.
+    velocity: LaneVec,
+    spin: Lanes,
+    before: LaneVec,
+    spin_before: Lanes,
+    mobility: Lanes,
+}
+
+impl Side {
+    #[inline(always)]
+    fn new(bodies: &Bodies, kicked: &[(Vec2, f64)], near: &Nears, side: usize) -> Self {
+        let state = each(|l| &bodies.state[near.bodies[side][l] as usize]);
+        let kicked = each(|l| &kicked[near.bodies[side][l] as usize]);
+        let arm = sub(near.point, gather_vec(|l| state[l].center));
+        let across = cross(arm, near.normal);
+        let inverse_mass = gather(|l| state[l].inverse_mass);
+        Self {
+            arm,
+            across,
+            velocity: gather_vec(|l| kicked[l].0),
+            spin: gather(|l| kicked[l].1),
+            before: gather_vec(|l| state[l].velocity),
+            spin_before: gather(|l| state[l].spin),
+            mobility: inverse_mass + gather(|l| state[l].inverse_inertia) * across * across,
+        }
+    }
+
+    /// Acceleration in m/s^2 by which the surface leaves its tangent.
+    #[inline(always)]
+    fn bend(&self) -> Lanes {
+        self.spin * self.spin * dot(self.arm, self.arm).sqrt()
     }
 }
 
 impl Impacts<'_> {
-    /// The bound for contacts whose stiffness (N/m) is at most `stiffness`. It is a tenth lower than it could be, which
-    /// is more than all rounding.
-    pub fn calm(&self, stiffness: f64) -> Calm {
-        Calm {
-            stiffness,
-            limit: 0.9 * self.outer * self.outer,
-        }
+    /// Whether the contact of two bodies that are near opens or closes.
+    pub fn is_one(&self, bodies: &Bodies, near: &Near, pressing: &Pressing<f64>) -> bool {
+        let all = |v: Vec2| gather_vec(|_| v);
+        let nears = Nears {
+            bodies: near.bodies.map(|b| [b; LANES]),
+            normal: all(near.normal),
+            point: all(near.point),
+        };
+        let pressing = Pressing {
+            overlap: Lanes::splat(pressing.overlap),
+            force: Lanes::splat(pressing.force),
+            stiffness: Lanes::splat(pressing.stiffness),
+            width: Lanes::splat(pressing.width),
+        };
+        self.among(bodies, &nears, &pressing) != 0
     }
 
-    /// Whether the contact of two bodies that are near opens or closes.
-    pub fn is_one(&self, bodies: &Bodies, near: &Near, pressing: &Pressing) -> bool {
-        let state = near.bodies.map(|b| &bodies.state[b as usize]);
-        let kicked = near.bodies.map(|b| self.kicked[b as usize]);
-        let arms = state.map(|s| near.point - s.center);
+    /// Which of the contacts of four pairs open or close, as bits.
+    #[inline(always)]
+    pub fn among(&self, bodies: &Bodies, near: &Nears, pressing: &Pressing<Lanes>) -> u32 {
+        let zero = Lanes::ZERO;
+        let own = Side::new(bodies, self.kicked, near, 0);
+        let other = Side::new(bodies, self.kicked, near, 1);
         // The component along the normal, of the first body less that of the second.
-        let along = |of: [(Vec2, f64); 2]| {
-            let [a, b] = [0, 1].map(|i| {
-                let (velocity, spin) = of[i];
-                velocity + Vec2::new(-arms[i].y, arms[i].x) * spin
-            });
-            (a - b).dot(&near.normal)
+        let along = |[a, b]: [LaneVec; 2], [spin, other_spin]: [Lanes; 2]| {
+            let turning = spin * own.across - other_spin * other.across;
+            dot(sub(a, b), near.normal) + turning
         };
-        let velocity = along(kicked);
+        let velocity = along([own.velocity, other.velocity], [own.spin, other.spin]);
         let acceleration = if self.kick > 0.0 {
-            let before = state.map(|s| (s.velocity, s.spin));
-            (velocity - along(before)) / self.kick
+            let before = along(
+                [own.before, other.before],
+                [own.spin_before, other.spin_before],
+            );
+            (velocity - before) / Lanes::splat(self.kick)
         } else {
-            0.0
+            zero
         };
-        let mobility: f64 = (0..2)
-            .map(|i| {
-                let across = mechanics::mass::cross(arms[i], near.normal);
-                state[i].inverse_mass + state[i].inverse_inertia * across * across
-            })
-            .sum();
+        let mobility = own.mobility + other.mobility;
         let omega_sq = pressing.stiffness * mobility;
-        let negligible = || self.outer + NEGLIGIBLE * omega_sq.sqrt() * self.speed;
-        if pressing.overlap > 0.0 {
-            let amplitude_sq = acceleration * acceleration + omega_sq * velocity * velocity;
-            let held = (pressing.force * mobility - acceleration).max(0.0);
-            let least = held + negligible();
-            amplitude_sq > least * least
-        } else {
-            let time = self.ahead.time();
-            let bend: f64 = (0..2).map(|i| kicked[i].1.powi(2) * arms[i].norm()).sum();
-            let drawn = (-acceleration).max(0.0) + bend;
-            let turning = (kicked[0].1 - kicked[1].1).abs() * pressing.width;
-            let closing = (turning - velocity).max(0.0);
-            let way = closing * time + 0.5 * drawn * time * time;
-            let speed = closing + drawn * time;
-            way > -pressing.overlap && omega_sq.sqrt() * speed > negligible()
+        let omega = omega_sq.sqrt();
+        let negligible = Lanes::splat(self.outer) + omega * Lanes::splat(NEGLIGIBLE * self.speed);
+        let amplitude_sq = acceleration * acceleration + omega_sq * velocity * velocity;
+        let least = (pressing.force * mobility - acceleration).fast_max(zero) + negligible;
+        let opens = amplitude_sq.simd_gt(least * least).to_bitmask();
+        let presses = pressing.overlap.simd_gt(zero).to_bitmask();
+        if presses == (1 << LANES) - 1 {
+            return opens;
         }
+        let time = Lanes::splat(self.ahead.time());
+        let drawn = (-acceleration).fast_max(zero) + (own.bend() + other.bend());
+        let turning = (own.spin - other.spin).abs() * pressing.width;
+        let closing = (turning - velocity).fast_max(zero);
+        let way = closing * time + Lanes::HALF * drawn * time * time;
+        let speed = closing + drawn * time;
+        let closes = way.simd_gt(-pressing.overlap) & (omega * speed).simd_gt(negligible);
+        presses & opens | !presses & closes.to_bitmask()
     }
 }
 
@@ -266,9 +345,8 @@ pub(super) mod tests {
                     let accelerated = ((now.0 - was.0) / kick, (now.1 - was.1) / kick);
                     SurfaceMotion::of(&bodies.state[b], now, accelerated, 0.0)
                 });
-                let calm = impacts_of
-                    .calm(stiffness)
-                    .holds(&motions[0].against(&motions[1]));
+                let both = Relative::of(&motions, [[0, 1]; LANES]);
+                let calm = both.calm(stiffness, &impacts_of) != 0;
                 let is_one = impacts_of.is_one(&bodies, &near, &pressing);
                 assert!(!(calm && is_one), "{kicked:?} {before:?}");
                 calm_pairs += usize::from(calm);

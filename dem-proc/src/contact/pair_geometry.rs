@@ -12,9 +12,9 @@
 use interface::Vec2;
 use wide::f64x4;
 
-use crate::body::bodies::Bodies;
+use crate::body::bodies::{Bodies, Rigid};
 use crate::body::edge::normal_on;
-use crate::body::frame::Frame;
+use crate::body::frame::{Frame, LastMove};
 use crate::body::load::PairLoad;
 use crate::contact::passage::DEEP;
 use crate::law::{Kinematics, LastStep};
@@ -32,242 +32,399 @@ const _: () = assert!(CHUNK.is_multiple_of(LANES));
 /// One in the first `count` lanes, zero in the others.
 #[inline(always)]
 pub fn first(count: usize) -> Lanes {
-    Lanes::new(core::array::from_fn(|l| if l < count { 1.0 } else { 0.0 }))
+    const FIRST: [[f64; LANES]; LANES + 1] = [
+        [0.0; LANES],
+        [1.0, 0.0, 0.0, 0.0],
+        [1.0, 1.0, 0.0, 0.0],
+        [1.0, 1.0, 1.0, 0.0],
+        [1.0; LANES],
+    ];
+    Lanes::new(FIRST[count.min(LANES)])
+}
+
+/// Room for a chunk, and for the unused lanes of its last pairs.
+pub type Room<T> = [T; CHUNK + LANES];
+
+/// The first `count` bits.
+#[inline(always)]
+pub fn bits(count: usize) -> u32 {
+    (1 << count.min(LANES)) - 1
+}
+
+/// Numbers of some pairs of a chunk, ascending.
+#[derive(Debug)]
+pub struct Numbers {
+    list: Room<u32>,
+    count: usize,
+}
+
+impl Default for Numbers {
+    fn default() -> Self {
+        Self {
+            list: [0; CHUNK + LANES],
+            count: 0,
+        }
+    }
+}
+
+impl Numbers {
+    /// How many there are.
+    #[inline(always)]
+    pub fn count(&self) -> usize {
+        self.count
+    }
+
+    /// The numbers.
+    #[inline(always)]
+    pub fn all(&self) -> &[u32] {
+        &self.list[..self.count]
+    }
+
+    /// Four numbers from the one at `i` on. Beyond the end there may be any, or after [`Self::pad`] the last one.
+    #[inline(always)]
+    pub fn four(&self, i: usize) -> [u32; LANES] {
+        let four = &self.list[i..i + LANES];
+        each(|l| four[l])
+    }
+
+    /// The numbers at four places.
+    #[inline(always)]
+    pub fn at(&self, places: [u32; LANES]) -> [u32; LANES] {
+        each(|l| self.list[places[l] as usize])
+    }
+
+    /// Appends, of the four numbers from `first` on, those whose bits are set. It has no branch.
+    #[inline(always)]
+    pub fn append(&mut self, bits: u32, first: u32) {
+        // The lanes of each set of bits, in order; then any.
+        const SETS: [[u32; LANES]; 1 << LANES] = {
+            let (mut sets, mut bits) = ([[0; LANES]; 1 << LANES], 0);
+            while bits < 1 << LANES {
+                let (mut lane, mut at) = (0, 0);
+                while lane < LANES {
+                    if bits >> lane & 1 == 1 {
+                        sets[bits][at] = lane as u32;
+                        at += 1;
+                    }
+                    lane += 1;
+                }
+                bits += 1;
+            }
+            sets
+        };
+        let lanes = &SETS[(bits & 15) as usize];
+        self.list[self.count..self.count + LANES].copy_from_slice(&each(|l| first + lanes[l]));
+        self.count += bits.count_ones() as usize;
+    }
+
+    /// Makes these the numbers below `count`.
+    pub fn fill(&mut self, count: usize) {
+        for (k, number) in (0..).zip(&mut self.list[..count]) {
+            *number = k;
+        }
+        self.count = count;
+        self.pad();
+    }
+
+    /// Writes the last number into the unused lanes.
+    #[inline(always)]
+    pub fn pad(&mut self) {
+        let last = self.all().last().copied().unwrap_or_default();
+        self.list[self.count..self.count + LANES].fill(last);
+    }
+
+    /// Makes these the pairs of a chunk whose surfaces are within `margin` (m) of one another.
+    pub fn find_near(&mut self, bodies: &Bodies, pairs: &[VertexEdge], margin: f64) {
+        self.count = 0;
+        for (i, four) in (0..).step_by(LANES).zip(pairs.chunks(LANES)) {
+            let of = each(|l| &four[l.min(four.len() - 1)]);
+            let away = away::<false>(bodies, of);
+            let far = gather(|l| of[l].reach) + Lanes::splat(margin);
+            let near = dot(away, away).simd_lt(far * far).to_bitmask();
+            self.append(near & bits(four.len()), i);
+        }
+        self.pad();
+    }
 }
 
 /// `x` and `y` of four vectors.
-type LaneVec = [Lanes; 2];
+pub type LaneVec = [Lanes; 2];
 
+/// Their dot products.
 #[inline(always)]
-fn dot(a: LaneVec, b: LaneVec) -> Lanes {
+pub fn dot(a: LaneVec, b: LaneVec) -> Lanes {
     a[0].mul_add(b[0], a[1] * b[1])
 }
 
+/// Their cross products.
 #[inline(always)]
-fn cross(a: LaneVec, b: LaneVec) -> Lanes {
+pub fn cross(a: LaneVec, b: LaneVec) -> Lanes {
     a[0].mul_add(b[1], -(a[1] * b[0]))
 }
 
+/// Their differences.
 #[inline(always)]
-fn sub(a: LaneVec, b: LaneVec) -> LaneVec {
+pub fn sub(a: LaneVec, b: LaneVec) -> LaneVec {
     [a[0] - b[0], a[1] - b[1]]
+}
+
+/// Something of each of four pairs. The compiler does not always inline `core::array::from_fn` and `map`.
+#[inline(always)]
+pub fn each<T>(f: impl Fn(usize) -> T) -> [T; LANES] {
+    [f(0), f(1), f(2), f(3)]
 }
 
 /// One number from each of four pairs.
 #[inline(always)]
-fn gather(f: impl Fn(usize) -> f64) -> Lanes {
-    Lanes::new(core::array::from_fn(f))
+pub fn gather(f: impl Fn(usize) -> f64) -> Lanes {
+    Lanes::new(each(f))
 }
 
+/// One vector from each of four pairs.
 #[inline(always)]
-fn gather_vec(f: impl Fn(usize) -> Vec2) -> LaneVec {
-    let v: [Vec2; LANES] = core::array::from_fn(f);
+pub fn gather_vec(f: impl Fn(usize) -> Vec2) -> LaneVec {
+    let v = each(f);
     [gather(|l| v[l].x), gather(|l| v[l].y)]
 }
 
-/// The distances of the pairs of a chunk, and which of them are in reach.
-#[derive(Debug, Default)]
+/// Vectors from the edges to the vertices of four pairs in m; `ROUND` as in [`Separations::find`].
+#[inline(always)]
+pub fn away<const ROUND: bool>(bodies: &Bodies, pairs: [&VertexEdge; LANES]) -> LaneVec {
+    let at = |i: u32| bodies.outline[i as usize];
+    let a = gather_vec(|l| at(pairs[l].edge[0]));
+    let from_a = sub(gather_vec(|l| at(pairs[l].vertex)), a);
+    if ROUND {
+        return from_a;
+    }
+    let b = gather_vec(|l| at(pairs[l].edge[1]));
+    let inverse = gather(|l| bodies.inverse_length_sq[pairs[l].edge[0] as usize]);
+    let edge = sub(b, a);
+    let along = dot(from_a, edge) * inverse;
+    let along = along.fast_max(Lanes::ZERO).fast_min(Lanes::ONE);
+    [
+        along.mul_neg_add(edge[0], from_a[0]),
+        along.mul_neg_add(edge[1], from_a[1]),
+    ]
+}
+
+/// How the bodies have moved over the last step.
+#[derive(Debug, Clone, Copy)]
+pub struct Moves<'a> {
+    /// Before the first step these have velocities and spins in place of displacements and rotations.
+    frames: &'a [Frame],
+    /// What a displacement in `frames` is multiplied by: for a displacement, and for a velocity.
+    scale: [f64; 2],
+}
+
+impl<'a> Moves<'a> {
+    /// The frames for [`Self::of`] before the first step; empty in any other.
+    pub fn opening(bodies: &Bodies, last_step: LastStep) -> Vec<Frame> {
+        let frame = |(frame, state): (&Frame, &Rigid)| Frame {
+            last: LastMove {
+                shift: state.velocity,
+                sin: state.spin,
+                versine: 0.0,
+            },
+            ..*frame
+        };
+        let all = bodies.frames.iter().zip(&bodies.state);
+        let wanted = if last_step.dt > 0.0 { 0 } else { all.len() };
+        all.take(wanted).map(frame).collect()
+    }
+
+    /// Over `last_step`, with the result of [`Self::opening`].
+    pub fn of(bodies: &'a Bodies, last_step: LastStep, opening: &'a [Frame]) -> Self {
+        if last_step.dt > 0.0 {
+            Self {
+                frames: &bodies.frames,
+                scale: [1.0, last_step.per_dt],
+            }
+        } else {
+            Self {
+                frames: opening,
+                scale: [0.0, 1.0],
+            }
+        }
+    }
+}
+
+/// The distances of pairs of a chunk, and which of them are in reach.
+#[derive(Debug)]
 pub struct Separations {
     /// Vector from the edge to the vertex of every pair in m.
-    x: Vec<f64>,
-    y: Vec<f64>,
+    x: Room<f64>,
+    y: Room<f64>,
     /// Its squared length in m^2.
-    distance_sq: Vec<f64>,
-    /// Indices, within the chunk, of the pairs that press on one another, ascending.
-    pressing: Vec<u32>,
+    distance_sq: Room<f64>,
+    /// Places, among the pairs that were looked at, of those that press on one another.
+    pub pressing: Numbers,
     /// The same for the pairs that do not press but are in reach.
-    close: Vec<u32>,
-    /// Number of entries in `pressing` and in `close`.
-    counts: [usize; 2],
+    pub close: Numbers,
     /// Whether the overlap of a pair is too large.
     any_deep: bool,
+}
+
+impl Default for Separations {
+    fn default() -> Self {
+        Self {
+            x: [0.0; CHUNK + LANES],
+            y: [0.0; CHUNK + LANES],
+            distance_sq: [0.0; CHUNK + LANES],
+            pressing: Numbers::default(),
+            close: Numbers::default(),
+            any_deep: false,
+        }
+    }
 }
 
 /// If the squared distance is below this share of the squared contact distance, the vertex is too near to the edge.
 const TOO_NEAR_SQ: f64 = (1.0 - DEEP) * (1.0 - DEEP);
 
 impl Separations {
-    /// Bytes on the heap.
-    pub const BYTES: usize = CHUNK * (3 * size_of::<f64>() + 2 * size_of::<u32>());
-
-    /// Finds the pairs that press, and those whose surfaces are within `closing` (m) of one another. There is no branch
-    /// for a pair, because a processor cannot predict which pairs touch. `ROUND`: all pairs are of discs, whose only vertex
-    /// is their centre, and which have no edge.
+    /// Finds, of the pairs with numbers `among`, those that press, and those whose surfaces are within `closing` (m) of
+    /// one another. There is no branch for a pair, because a processor cannot predict which pairs touch. `ROUND`: all
+    /// pairs are of discs, whose only vertex is their centre, and which have no edge.
     #[inline(always)]
-    pub fn find<const ROUND: bool>(&mut self, bodies: &Bodies, pairs: &[VertexEdge], closing: f64) {
-        assert!(pairs.len() <= CHUNK);
-        for kept in [&mut self.x, &mut self.y, &mut self.distance_sq] {
-            kept.resize(CHUNK, 0.0);
-        }
-        for found in [&mut self.pressing, &mut self.close] {
-            found.resize(CHUNK + 1, 0);
-        }
-        let (x, y) = (&mut self.x[..CHUNK], &mut self.y[..CHUNK]);
-        let distance_sq = &mut self.distance_sq[..CHUNK];
-        let (pressing, close) = (&mut self.pressing[..=CHUNK], &mut self.close[..=CHUNK]);
-        let (mut counts, mut deep) = ([0; 2], 0);
-        for (q, quad) in pairs.chunks(LANES).enumerate() {
-            let last = quad.len() - 1;
-            let of = |l: usize| &quad[l.min(last)];
-            let at = |i: u32| bodies.outline[i as usize];
-            let vertex = gather_vec(|l| at(of(l).vertex));
-            let a = gather_vec(|l| at(of(l).edge[0]));
-            let from_a = sub(vertex, a);
-            let away = if ROUND {
-                from_a
-            } else {
-                let b = gather_vec(|l| at(of(l).edge[1]));
-                let inverse = gather(|l| bodies.inverse_length_sq[of(l).edge[0] as usize]);
-                let edge = sub(b, a);
-                let along = dot(from_a, edge) * inverse;
-                let along = along.fast_max(Lanes::ZERO).fast_min(Lanes::ONE);
-                [
-                    along.mul_neg_add(edge[0], from_a[0]),
-                    along.mul_neg_add(edge[1], from_a[1]),
-                ]
-            };
+    pub fn find<const ROUND: bool>(
+        &mut self,
+        bodies: &Bodies,
+        pairs: &[VertexEdge],
+        among: &Numbers,
+        closing: f64,
+    ) {
+        let mut deep = 0;
+        (self.pressing.count, self.close.count) = (0, 0);
+        for i in (0..among.count).step_by(LANES) {
+            let numbers = among.four(i);
+            let of = each(|l| &pairs[numbers[l] as usize]);
+            let away = away::<ROUND>(bodies, of);
             let sq = dot(away, away);
-            let here = q * LANES..(q + 1) * LANES;
-            x[here.clone()].copy_from_slice(&away[0].to_array());
-            y[here.clone()].copy_from_slice(&away[1].to_array());
-            distance_sq[here].copy_from_slice(&sq.to_array());
-            let reach = gather(|l| of(l).reach);
+            let here = i..i + LANES;
+            self.x[here.clone()].copy_from_slice(&away[0].to_array());
+            self.y[here.clone()].copy_from_slice(&away[1].to_array());
+            self.distance_sq[here].copy_from_slice(&sq.to_array());
+            let reach = gather(|l| of[l].reach);
             let far = reach + Lanes::splat(closing);
-            let exist = (2 << last) - 1;
+            let exist = bits(among.count - i);
             let reach_sq = reach * reach;
             let presses = sq.simd_lt(reach_sq).to_bitmask() & exist;
             deep |= sq
                 .simd_lt(reach_sq * Lanes::splat(TOO_NEAR_SQ))
                 .to_bitmask();
+            self.pressing.append(presses, i as u32);
             let is_close = sq.simd_lt(far * far).to_bitmask() & exist & !presses;
-            for l in 0..LANES {
-                let number = (q * LANES + l) as u32;
-                pressing[counts[0]] = number;
-                counts[0] += (presses >> l & 1) as usize;
-            }
             if is_close != 0 {
-                for l in 0..LANES {
-                    let number = (q * LANES + l) as u32;
-                    close[counts[1]] = number;
-                    counts[1] += (is_close >> l & 1) as usize;
-                }
+                self.close.append(is_close, i as u32);
             }
         }
-        self.counts = counts;
+        self.pressing.pad();
+        self.close.pad();
         self.any_deep = deep != 0;
     }
 
-    /// The first pair whose overlap is too large ([`crate::contact::passage`]), and its overlap in m.
+    /// The first pair whose overlap is too large ([`crate::contact::passage`]), and its overlap in m. The arguments are
+    /// those of [`Self::find`].
     #[inline(always)]
-    pub fn deep(&self, pairs: &[VertexEdge]) -> Option<(u32, f64)> {
+    pub fn deep<'a>(
+        &self,
+        pairs: &'a [VertexEdge],
+        among: &Numbers,
+    ) -> Option<(&'a VertexEdge, f64)> {
         if self.any_deep {
-            self.first_deep(pairs)
+            self.first_deep(pairs, among)
         } else {
             None
         }
     }
 
     #[cold]
-    fn first_deep(&self, pairs: &[VertexEdge]) -> Option<(u32, f64)> {
-        let sq = |k: &u32| self.distance_sq[*k as usize];
-        let reach = |k: &u32| pairs[*k as usize].reach;
-        let mut pressing = self.pressing().iter().copied();
-        let deep = pressing.find(|k| sq(k) < TOO_NEAR_SQ * reach(k) * reach(k));
-        deep.map(|k| (k, reach(&k) - sq(&k).sqrt()))
+    fn first_deep<'a>(
+        &self,
+        pairs: &'a [VertexEdge],
+        among: &Numbers,
+    ) -> Option<(&'a VertexEdge, f64)> {
+        let mut pressing = self.pressing.all().iter().map(|&j| {
+            let pair = &pairs[among.list[j as usize] as usize];
+            (pair, self.distance_sq[j as usize])
+        });
+        let deep = pressing.find(|(pair, sq)| *sq < TOO_NEAR_SQ * pair.reach * pair.reach);
+        deep.map(|(pair, sq)| (pair, pair.reach - sq.sqrt()))
     }
 
     /// Of the pairs in reach, keeps those whose surfaces are within `closing` (m), which depends on the two bodies.
     #[cold]
-    pub fn keep_close(&mut self, pairs: &[VertexEdge], closing: impl Fn([u32; 2]) -> f64) {
+    pub fn keep_close(
+        &mut self,
+        pairs: &[VertexEdge],
+        among: &Numbers,
+        closing: impl Fn([u32; 2]) -> f64,
+    ) {
         let mut kept = 0;
-        for i in 0..self.counts[1] {
-            let k = self.close[i];
-            let pair = &pairs[k as usize];
-            if self.distance_sq[k as usize].sqrt() < pair.reach + closing(pair.bodies) {
-                self.close[kept] = k;
+        for i in 0..self.close.count {
+            let j = self.close.list[i];
+            let pair = &pairs[among.list[j as usize] as usize];
+            if self.distance_sq[j as usize].sqrt() < pair.reach + closing(pair.bodies) {
+                self.close.list[kept] = j;
                 kept += 1;
             }
         }
-        self.counts[1] = kept;
+        self.close.count = kept;
+        self.close.pad();
     }
 
-    /// The indices of the pairs that press.
-    #[inline(always)]
-    pub fn pressing(&self) -> &[u32] {
-        &self.pressing[..self.counts[0]]
-    }
-
-    /// The indices of the pairs that are in reach and do not press.
-    #[inline(always)]
-    pub fn close(&self) -> &[u32] {
-        &self.close[..self.counts[1]]
-    }
-
-    /// Normal, overlap and relative motion of the pairs `k`; `ROUND` as in [`Self::find`].
+    /// Normal, overlap and relative motion of pairs, of which these are the places in [`Self::find`]; `ROUND` as there.
     #[inline(always)]
     pub fn geometry<const ROUND: bool>(
         &self,
         bodies: &Bodies,
-        last_step: LastStep,
-        pairs: &[VertexEdge],
-        k: [usize; LANES],
+        moves: &Moves,
+        pair: [&VertexEdge; LANES],
+        places: [u32; LANES],
     ) -> PairGeometry {
-        let pair = k.map(|k| &pairs[k]);
-        // With one length for all slices, an index is compared only once.
-        let all = pairs.len();
-        let (x, y) = (&self.x[..all], &self.y[..all]);
-        let distance_sq = &self.distance_sq[..all];
-        let distance = gather(|l| distance_sq[k[l]]).sqrt();
+        let of = |all: &Room<f64>| gather(|l| all[places[l] as usize]);
+        let distance = of(&self.distance_sq).sqrt();
         let overlap = gather(|l| pair[l].reach) - distance;
         let per_distance = Lanes::ONE / distance;
-        let away = [gather(|l| x[k[l]]), gather(|l| y[k[l]])];
+        let away = [of(&self.x), of(&self.y)];
         let mut normal = away.map(|x| x * per_distance);
         if distance.simd_eq(Lanes::ZERO).any() {
             normal = at_zero_distance(bodies, pair, distance, normal);
         }
         // Eq. 41: p = X - (a_V - xi/2) N, as a lever arm about either centre, along N and T.
         let back = Lanes::HALF.mul_neg_add(overlap, gather(|l| pair[l].radius));
-        let pair_bodies = pair.map(|p| p.bodies);
-        let [of_vertex, of_edge] = [pair_bodies.map(|[v, _]| v), pair_bodies.map(|[_, e]| e)];
+        let [of_vertex, of_edge] = [each(|l| pair[l].bodies[0]), each(|l| pair[l].bodies[1])];
         // A disc's vertex is its centre, and so is the edge of the other disc.
         let arms = if ROUND {
             [[Lanes::ZERO; 2], away]
         } else {
             let vertex = gather_vec(|l| bodies.outline[pair[l].vertex as usize]);
-            let center = |of: u32| bodies.frames[of as usize].center;
+            let center = |of: u32| moves.frames[of as usize].center;
             [
                 sub(vertex, gather_vec(|l| center(of_vertex[l]))),
                 sub(vertex, gather_vec(|l| center(of_edge[l]))),
             ]
         };
         let sides = [
-            Side::new(bodies, of_vertex, last_step, (arms[0], back), normal),
-            Side::new(bodies, of_edge, last_step, (arms[1], back), normal),
+            Side::new(moves, of_vertex, (arms[0], back), normal),
+            Side::new(moves, of_edge, (arms[1], back), normal),
         ];
-        let mut geometry = PairGeometry {
-            normal,
-            overlap,
-            moved: [Lanes::ZERO; 2],
-            velocity: [Lanes::ZERO; 2],
-            rolled: Lanes::ZERO,
-            sides,
-        };
-        let [v, e] = &geometry.sides;
+        let [v, e] = &sides;
         let shift = sub(v.shift, e.shift);
         let (turned_v, turned_e) = (v.turned(), e.turned());
         let moved = [
             dot(shift, normal) + (turned_v[0] - turned_e[0]),
             cross(normal, shift) + (turned_v[1] - turned_e[1]),
         ];
-        if last_step.dt > 0.0 {
-            geometry.moved = moved;
-            geometry.velocity = moved.map(|u| u * Lanes::splat(last_step.per_dt));
+        let [moves, speeds] = moves.scale.map(Lanes::splat);
+        PairGeometry {
+            normal,
+            overlap,
+            moved: moved.map(|u| u * moves),
+            velocity: moved.map(|u| u * speeds),
             // The sine equals the angle up to a third-order term; only lengths need the exact rotation.
-            geometry.rolled = v.sin - e.sin;
-        } else {
-            geometry.velocity = moved;
+            rolled: (v.sin - e.sin) * moves,
+            sides,
         }
-        geometry
     }
 }
 
@@ -313,7 +470,7 @@ impl PairGeometry {
             self.velocity.map(Lanes::to_array),
         );
         let rolled = self.rolled.to_array();
-        core::array::from_fn(|l| Kinematics {
+        each(|l| Kinematics {
             overlap: overlap[l],
             moved: [moved[0][l], moved[1][l]],
             velocity: [velocity[0][l], velocity[1][l]],
@@ -344,7 +501,8 @@ impl PairGeometry {
 
 #[inline(always)]
 fn rows(columns: [Lanes; 4]) -> [PairLoad; LANES] {
-    Lanes::transpose(columns).map(|row| PairLoad::from_row(row.to_array()))
+    let rows = Lanes::transpose(columns);
+    each(|l| PairLoad::from_row(rows[l].to_array()))
 }
 
 /// The answers of a law for four pairs.
@@ -380,29 +538,16 @@ impl Side {
     /// The bodies `of`, with the vertices at `r` (m) from their centres, and the contact points `back` (m) behind the
     /// vertices, along the normals.
     #[inline(always)]
-    fn new(
-        bodies: &Bodies,
-        of: [u32; LANES],
-        last_step: LastStep,
-        (r, back): (LaneVec, Lanes),
-        normal: LaneVec,
-    ) -> Self {
-        let frames: [&Frame; LANES] = of.map(|b| &bodies.frames[b as usize]);
-        let mut shift = gather_vec(|l| frames[l].last.shift);
-        let [mut sin, mut versine, inverse_mass, inverse_inertia] =
-            Lanes::transpose(frames.map(|f| Lanes::new(f.turn())));
-        if last_step.dt == 0.0 {
-            let state = of.map(|b| &bodies.state[b as usize]);
-            shift = gather_vec(|l| state[l].velocity);
-            sin = gather(|l| state[l].spin);
-            versine = Lanes::ZERO;
-        }
+    fn new(moves: &Moves, of: [u32; LANES], (r, back): (LaneVec, Lanes), normal: LaneVec) -> Self {
+        let frames = each(|l| &moves.frames[of[l] as usize]);
+        let row = |m: LastMove| Lanes::new([m.shift.x, m.shift.y, m.sin, m.versine]);
+        let [x, y, sin, versine] = Lanes::transpose(each(|l| row(frames[l].last)));
         Self {
-            shift,
+            shift: [x, y],
             sin,
             versine,
-            inverse_mass,
-            inverse_inertia,
+            inverse_mass: gather(|l| frames[l].inverse_mass),
+            inverse_inertia: gather(|l| frames[l].inverse_inertia),
             n: cross(r, normal),
             t: dot(r, normal) - back, // T is N turned by +90 degrees, so r x T = r . N
         }

@@ -24,11 +24,14 @@ use crate::body::edge::vertex_edge;
 use crate::body::load::PairLoad;
 use crate::contact::approach::{Near, crossing_rate};
 use crate::contact::frame_contacts::between_bodies;
-use crate::contact::impact::{Impacts, Pressing, SurfaceMotion};
-use crate::contact::pair_geometry::{Answers, LANES, Lanes, Separations, first};
+use crate::contact::impact::{Impacts, Nears, Pressing, Relative, SurfaceMotion};
+use crate::contact::pair_geometry::{
+    Answers, LANES, Lanes, Moves, Numbers, Room, Separations, away, bits, dot, each, first, gather,
+    gather_vec,
+};
 use crate::contact::passage::{Passage, PassedBodies};
 use crate::contact::versions::Versions;
-use crate::law::history::Numbers;
+use crate::law::history;
 use crate::law::{LastStep, Law, Loss, PairProperties, reduced};
 use crate::lists::neighbours::{BodyList, VertexEdge};
 use crate::lists::watch::{Ahead, Watch};
@@ -95,7 +98,7 @@ pub trait BodySide: Debug + Send + Sync {
 
 /// The state of the contacts of a list. The list follows from the poses of the bodies at which it was built.
 #[derive(Debug, Serialize, Deserialize)]
-#[serde(bound = "H: Numbers")]
+#[serde(bound = "H: history::Numbers")]
 struct State<H> {
     watch: Watch,
     #[serde(with = "crate::law::history")]
@@ -118,11 +121,16 @@ pub struct BodyContacts<L: Law> {
     law: L,
     lists: Versions<Kept<L>>,
     next: Vec<L::History>,
-    separations: Spare<Separations>,
+    separations: Spare<Box<Separations>>,
     /// The results of each chunk.
     outcomes: Vec<Outcomes>,
     /// The argument of the last evaluation.
     closing: f64,
+    /// How far two surfaces may approach one another before a pair that the last evaluation did not look at may come
+    /// into reach, in m; `None` if it looked at all.
+    slack: Option<f64>,
+    /// How many of the two versions of the histories may have one of a pair that is not looked at.
+    stale: u32,
 }
 
 impl<L: Law> Kept<L> {
@@ -203,6 +211,31 @@ impl<L: Law> BodyContacts<L> {
             separations: Spare::default(),
             outcomes: Vec::new(),
             closing: 0.0,
+            slack: None,
+            stale: 2,
+        }
+    }
+}
+
+impl<L: Law> BodyContacts<L> {
+    /// Which pairs the next evaluation looks at, if pairs within `closing` (m) count. A list has several times as many
+    /// pairs as there are in reach, and most come no nearer than some distance for many steps.
+    fn look(&self, closing: f64) -> Look {
+        if self.lists.rebuilt {
+            return Look::All;
+        }
+        match self.slack {
+            Some(slack) if slack > closing => Look::Same,
+            _ => {
+                // Surfaces approach by half of `closing` in a step, or less.
+                let skin = self.lists.current().state.watch.skin();
+                let more = (20.0 * closing).min(0.25 * skin);
+                if more > 2.0 * closing {
+                    Look::Within(closing + more)
+                } else {
+                    Look::All
+                }
+            }
         }
     }
 }
@@ -215,21 +248,35 @@ fn separation(bodies: &Bodies, pair: &VertexEdge) -> (Vec2, f64) {
     vertex_edge(at(pair.vertex), at(pair.edge[0]), at(pair.edge[1]), inverse)
 }
 
+/// Which pairs of a list an evaluation looks at.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Look {
+    /// At all.
+    All,
+    /// At those whose surfaces are within this distance in m.
+    Within(f64),
+    /// At the same pairs as the evaluation before.
+    Same,
+}
+
 /// The pairs of a chunk that are in reach.
-#[derive(Debug, Default)]
+#[derive(Debug)]
 struct Outcomes {
+    /// The pairs of the chunk that the evaluation looked at. The others are too far apart.
+    looked_at: Numbers,
     count: usize,
     /// Owner of the vertex, then owner of the edge.
-    pair_bodies: Vec<[u32; 2]>,
+    pair_bodies: Room<[u32; 2]>,
     /// Their indices within the chunk.
-    numbers: Vec<u32>,
+    numbers: Room<u32>,
     /// Normal force in N/m and bound of the stiffness in N/m of each pair.
-    force: Vec<f64>,
-    stiffness: Vec<f64>,
+    force: Room<f64>,
+    stiffness: Room<f64>,
     /// The largest stiffness in N/m of a pair that presses, lane by lane.
     stiffest: Lanes,
-    /// The loads on both bodies.
-    loads: [Vec<PairLoad>; 2],
+    /// The loads on the owners of the vertices, and on those of the edges.
+    on_vertex: Room<PairLoad>,
+    on_edge: Room<PairLoad>,
     /// Dissipated over the last step by friction and by dashpots in J/m, lane by lane.
     loss: [Lanes; 2],
     /// Pairs that press on one another.
@@ -238,56 +285,102 @@ struct Outcomes {
     deep: Option<PassedBodies>,
 }
 
-impl Outcomes {
-    /// Removes all entries, and makes room for a chunk and a few more lanes.
-    fn clear(&mut self) {
-        self.count = 0;
-        self.pair_bodies.resize(CHUNK + LANES, [0; 2]);
-        self.numbers.resize(CHUNK + LANES, 0);
-        for kept in [&mut self.force, &mut self.stiffness] {
-            kept.resize(CHUNK + LANES, 0.0);
+impl Default for Outcomes {
+    fn default() -> Self {
+        Self {
+            looked_at: Numbers::default(),
+            count: 0,
+            pair_bodies: [[0; 2]; CHUNK + LANES],
+            numbers: [0; CHUNK + LANES],
+            force: [0.0; CHUNK + LANES],
+            stiffness: [0.0; CHUNK + LANES],
+            stiffest: Lanes::ZERO,
+            on_vertex: [PairLoad::default(); CHUNK + LANES],
+            on_edge: [PairLoad::default(); CHUNK + LANES],
+            loss: [Lanes::ZERO; 2],
+            presses: 0,
+            deep: None,
         }
-        self.stiffest = Lanes::ZERO;
-        for loads in &mut self.loads {
-            loads.resize(CHUNK + LANES, PairLoad::default());
-        }
-        self.loss = [Lanes::ZERO; 2];
     }
+}
 
+impl Outcomes {
     /// The pairs in reach, with the loads on their bodies.
     fn each(&self) -> impl Iterator<Item = ([usize; 2], [&PairLoad; 2])> {
         let pair_bodies = self.pair_bodies[..self.count]
             .iter()
             .map(|m| m.map(|b| b as usize));
-        let loads = self.loads[0]
-            .iter()
-            .zip(&self.loads[1])
-            .map(|(v, e)| [v, e]);
+        let loads = self.on_vertex.iter().zip(&self.on_edge);
+        let loads = loads.map(|(v, e)| [v, e]);
         pair_bodies.zip(loads)
     }
 
-    /// Whether the contact of entry `i` opens or closes.
-    fn is_impact(&self, i: usize, bodies: &Bodies, pairs: &[VertexEdge], by: &Impacts) -> bool {
-        let pair = &pairs[self.numbers[i] as usize];
-        let (away, sq) = separation(bodies, pair);
-        let distance = sq.sqrt();
-        // If a vertex is exactly on an edge, the overlap is too large and the run ends with this step.
-        if distance == 0.0 {
-            return false;
-        }
-        let near = Near {
-            bodies: pair.bodies,
-            normal: away / distance,
-            point: bodies.outline[pair.vertex as usize],
-            length: pair.reach,
+    /// Which of the contacts of four entries open or close, as bits.
+    #[inline(always)]
+    fn impacts(
+        &self,
+        entries: [u32; LANES],
+        bodies: &Bodies,
+        pairs: &[VertexEdge],
+        by: &Impacts,
+    ) -> u32 {
+        let at = each(|l| entries[l] as usize);
+        let pair = each(|l| &pairs[self.numbers[at[l]] as usize]);
+        let away = away::<false>(bodies, pair);
+        let distance = dot(away, away).sqrt();
+        // If a vertex is exactly on an edge, its normal is not a number and nothing opens or closes. The overlap is too
+        // large, and the run ends with this step.
+        let near = Nears {
+            bodies: [each(|l| pair[l].bodies[0]), each(|l| pair[l].bodies[1])],
+            normal: [away[0] / distance, away[1] / distance],
+            point: gather_vec(|l| bodies.outline[pair[l].vertex as usize]),
         };
         let pressing = Pressing {
-            overlap: pair.reach - distance,
-            force: self.force[i],
-            stiffness: self.stiffness[i],
-            width: 0.0,
+            overlap: gather(|l| pair[l].reach) - distance,
+            force: gather(|l| self.force[at[l]]),
+            stiffness: gather(|l| self.stiffness[at[l]]),
+            width: Lanes::ZERO,
         };
-        by.is_one(bodies, &near, &pressing)
+        by.among(bodies, &near, &pressing)
+    }
+
+    /// The larger ones of `known` and of the rates of these pairs in 1/s^2: of all, and of those whose contact opens or
+    /// closes.
+    fn rates(
+        &self,
+        [largest, mut of_impact]: [f64; 2],
+        bodies: &Bodies,
+        motions: &[SurfaceMotion],
+        pairs: &[VertexEdge],
+        stiffest: f64,
+        impacts: &Impacts,
+    ) -> [f64; 2] {
+        let mut largest = Lanes::splat(largest);
+        let mut asked = Numbers::default();
+        for i in (0..self.count).step_by(LANES) {
+            let four = &self.pair_bodies[i..i + LANES];
+            let both = Relative::of(motions, each(|l| four[l]));
+            largest = largest.fast_max(both.rate * first(self.count - i));
+            let calm = bits(self.presses.saturating_sub(i)) & both.calm(stiffest, impacts);
+            let higher = both.rate.simd_gt(Lanes::splat(of_impact)).to_bitmask();
+            let may_open = higher & !calm & bits(self.count - i);
+            if may_open != 0 {
+                asked.append(may_open, i as u32);
+            }
+        }
+        asked.pad();
+        for i in (0..asked.count()).step_by(LANES) {
+            let entries = asked.four(i);
+            let found = self.impacts(entries, bodies, pairs, impacts);
+            for (l, entry) in entries.into_iter().enumerate() {
+                if found >> l & 1 == 1 {
+                    let of = self.pair_bodies[entry as usize].map(|b| &motions[b as usize]);
+                    of_impact = of_impact.max(of[0].rate() + of[1].rate());
+                }
+            }
+        }
+        let largest = largest.to_array().into_iter().fold(0.0, f64::max);
+        [largest, of_impact]
     }
 
     /// Adds the first `count` lanes of four evaluated pairs.
@@ -295,19 +388,19 @@ impl Outcomes {
     fn add(
         &mut self,
         count: usize,
-        k: [usize; LANES],
+        numbers: [u32; LANES],
         pair_bodies: [[u32; 2]; LANES],
         answers: &Answers,
         loads: [[PairLoad; LANES]; 2],
     ) {
         let lanes = self.count..self.count + LANES;
+        assert!(lanes.end <= CHUNK + LANES);
         self.pair_bodies[lanes.clone()].copy_from_slice(&pair_bodies);
-        self.numbers[lanes.clone()].copy_from_slice(&k.map(|k| k as u32));
+        self.numbers[lanes.clone()].copy_from_slice(&numbers);
         self.force[lanes.clone()].copy_from_slice(&answers.force[0]);
         self.stiffness[lanes.clone()].copy_from_slice(&answers.stiffness[0]);
-        for (all, loads) in self.loads.iter_mut().zip(&loads) {
-            all[lanes.clone()].copy_from_slice(loads);
-        }
+        self.on_vertex[lanes.clone()].copy_from_slice(&loads[0]);
+        self.on_edge[lanes].copy_from_slice(&loads[1]);
         self.count += count;
     }
 }
@@ -319,9 +412,12 @@ struct Chunk<'a, L: Law> {
     constants: &'a [L::Pair],
     history: &'a [L::History],
     bodies: &'a Bodies,
-    last_step: LastStep,
+    moves: Moves<'a>,
     closing: f64,
     watch: &'a Watch,
+    look: Look,
+    /// Whether no history of the chunk is known to be that of a pair that does not press.
+    clear: bool,
 }
 
 impl<L: Law> Chunk<'_, L> {
@@ -333,49 +429,68 @@ impl<L: Law> Chunk<'_, L> {
         separations: &mut Separations,
         outcomes: &mut Outcomes,
     ) {
-        next.fill(L::History::default());
-        separations.find::<ROUND>(self.bodies, self.pairs, self.closing);
+        let bodies = self.bodies;
+        match self.look {
+            Look::All => outcomes.looked_at.fill(self.pairs.len()),
+            Look::Within(margin) => outcomes.looked_at.find_near(bodies, self.pairs, margin),
+            Look::Same => {}
+        }
+        if self.clear {
+            next.fill(L::History::default());
+        } else {
+            for &k in outcomes.looked_at.all() {
+                next[k as usize] = L::History::default();
+            }
+        }
+        let looked_at = &outcomes.looked_at;
+        separations.find::<ROUND>(bodies, self.pairs, looked_at, self.closing);
         if self.watch.is_by_body() {
             let closing = |pair| self.watch.closing(pair).unwrap_or(self.closing);
-            separations.keep_close(self.pairs, closing);
+            separations.keep_close(self.pairs, looked_at, closing);
         }
-        outcomes.clear();
         outcomes.deep = separations
-            .deep(self.pairs)
-            .map(|(k, overlap)| PassedBodies {
-                bodies: self.pairs[k as usize].bodies,
+            .deep(self.pairs, looked_at)
+            .map(|(pair, overlap)| PassedBodies {
+                bodies: pair.bodies,
                 passage: Passage::Deep,
                 overlap,
             });
-        for quad in separations.pressing().chunks(LANES) {
-            self.quad::<true, ROUND>(separations, quad, next, outcomes);
+        outcomes.count = 0;
+        outcomes.stiffest = Lanes::ZERO;
+        outcomes.loss = [Lanes::ZERO; 2];
+        let (pressing, close) = (&separations.pressing, &separations.close);
+        for i in (0..pressing.count()).step_by(LANES) {
+            let places = (pressing.four(i), pressing.count() - i);
+            self.quad::<true, ROUND>(separations, places, next, outcomes);
         }
         outcomes.presses = outcomes.count;
-        for quad in separations.close().chunks(LANES) {
-            self.quad::<false, ROUND>(separations, quad, next, outcomes);
+        for i in (0..close.count()).step_by(LANES) {
+            let places = (close.four(i), close.count() - i);
+            self.quad::<false, ROUND>(separations, places, next, outcomes);
         }
     }
 
-    /// Evaluates law, forces and torques of up to four pairs, of which all press or none does.
+    /// Evaluates law, forces and torques of up to four pairs, of which all press or none does. Unused lanes repeat the
+    /// last pair; their results are not summed.
     #[inline(always)]
     fn quad<const PRESS: bool, const ROUND: bool>(
         &self,
         separations: &Separations,
-        quad: &[u32],
+        (places, left): ([u32; LANES], usize),
         next: &mut [L::History],
         outcomes: &mut Outcomes,
     ) {
-        let count = quad.len();
-        // Unused lanes repeat the last pair; their results are not summed.
-        let k: [usize; LANES] = std::array::from_fn(|l| quad[l.min(count - 1)] as usize);
-        let (bodies, last_step) = (self.bodies, self.last_step);
-        let geometry = separations.geometry::<ROUND>(bodies, last_step, self.pairs, k);
+        let count = left.min(LANES);
+        let numbers = outcomes.looked_at.at(places);
+        let k = each(|l| numbers[l] as usize);
+        let pair = each(|l| &self.pairs[k[l]]);
+        let geometry = separations.geometry::<ROUND>(self.bodies, &self.moves, pair, places);
         let kinematics = geometry.kinematics();
         // With one length for all slices, an index is compared only once.
         let all = self.pairs.len();
         let (constants, history) = (&self.constants[..all], &self.history[..all]);
         let next = &mut next[..all];
-        let (constants, before) = (k.map(|k| constants[k]), k.map(|k| history[k]));
+        let (constants, before) = (each(|l| constants[k[l]]), each(|l| history[k[l]]));
         let mut answers = Answers::default();
         let mut after = before;
         // There is no branch, so that the compiler can vectorise the four evaluations.
@@ -411,8 +526,14 @@ impl<L: Law> Chunk<'_, L> {
         for (sum, loss) in outcomes.loss.iter_mut().zip(answers.loss) {
             *sum += Lanes::new(loss) * valid;
         }
-        let pair_bodies = k.map(|k| self.pairs[k].bodies);
-        outcomes.add(count, k, pair_bodies, &answers, geometry.loads(&answers));
+        let pair_bodies = each(|l| pair[l].bodies);
+        outcomes.add(
+            count,
+            numbers,
+            pair_bodies,
+            &answers,
+            geometry.loads(&answers),
+        );
     }
 }
 
@@ -434,11 +555,24 @@ impl<L: Law> BodySide for BodyContacts<L> {
         threads: &Threads,
         loads: &mut [PairLoad],
     ) {
+        let look = self.look(closing);
+        self.slack = match look {
+            Look::All => None,
+            // A little less, for rounding.
+            Look::Within(margin) => Some(0.999 * margin),
+            Look::Same => self.slack,
+        };
+        if look != Look::Same {
+            self.stale = 2;
+        }
+        let stale = self.stale;
         let mut next = std::mem::take(&mut self.next);
         let mut outcomes = std::mem::take(&mut self.outcomes);
         let now = self.lists.current();
         next.resize(now.list.pairs.len(), L::History::default());
         outcomes.resize_with(next.len().div_ceil(CHUNK), Outcomes::default);
+        let opening = Moves::opening(bodies, last_step);
+        let moves = Moves::of(bodies, last_step, &opening);
         let evaluate = |i: usize, next: &mut [L::History], outcomes: &mut Outcomes| {
             let here = i * CHUNK..i * CHUNK + next.len();
             let chunk = Chunk {
@@ -447,9 +581,11 @@ impl<L: Law> BodySide for BodyContacts<L> {
                 constants: &now.constants[here.clone()],
                 history: &now.state.history[here],
                 bodies,
-                last_step,
+                moves,
                 closing,
                 watch: &now.state.watch,
+                look,
+                clear: stale > 0,
             };
             let mut separations = self.separations.take();
             if now.round[i] {
@@ -485,25 +621,17 @@ impl<L: Law> BodySide for BodyContacts<L> {
     ) -> [f64; 2] {
         let stiffest = self.outcomes.iter().map(|found| found.stiffest);
         let stiffest = stiffest.fold(Lanes::ZERO, Lanes::max).to_array();
-        let calm = impacts.calm(stiffest.into_iter().fold(0.0, f64::max));
+        let stiffest = stiffest.into_iter().fold(0.0, f64::max);
         let pairs = &self.lists.current().list.pairs;
         let chunks = self.outcomes.iter().zip(pairs.chunks(CHUNK));
         let all = Mutex::new([0.0_f64; 2]);
         threads.each(pairs.len(), chunks, |(found, pairs)| {
             let known = || all.lock().expect("nobody panics while he holds it");
-            let [mut largest, mut of_impact] = *known();
-            for (i, &[a, b]) in found.pair_bodies[..found.count].iter().enumerate() {
-                let both = motions[a as usize].against(&motions[b as usize]);
-                let rate = both.rate();
-                largest = if rate > largest { rate } else { largest };
-                let calm = i < found.presses && calm.holds(&both);
-                if !calm && rate > of_impact && found.is_impact(i, bodies, pairs, impacts) {
-                    of_impact = rate;
-                }
-            }
+            let before = *known();
+            let now = found.rates(before, bodies, motions, pairs, stiffest, impacts);
             // The largest of all does not depend on the order.
             let mut known = known();
-            *known = [known[0].max(largest), known[1].max(of_impact)];
+            *known = [known[0].max(now[0]), known[1].max(now[1])];
         });
         all.into_inner().expect("likewise")
     }
@@ -576,7 +704,7 @@ impl<L: Law> BodySide for BodyContacts<L> {
                 let vertex = bodies.outline[pair.vertex as usize];
                 let (overlap, normal) = (pair.reach - distance, away / distance);
                 let at = contact_point(vertex, pair.radius, overlap, normal);
-                found.push(between_bodies(pair.bodies, at, outcomes.loads[0][i].force));
+                found.push(between_bodies(pair.bodies, at, outcomes.on_vertex[i].force));
             }
         }
     }
@@ -588,6 +716,7 @@ impl<L: Law> BodySide for BodyContacts<L> {
     fn commit(&mut self) {
         self.keep_list();
         std::mem::swap(&mut self.lists.kept.state.history, &mut self.next);
+        self.stale = self.stale.saturating_sub(1);
     }
 
     fn damping_ratio(&self) -> f64 {
@@ -605,14 +734,15 @@ impl<L: Law> BodySide for BodyContacts<L> {
 
     fn advance(&mut self, speed: f64, dt: f64) {
         self.lists.kept.state.watch.advance(speed, dt);
+        self.slack = self.slack.map(|slack| slack - 2.0 * speed * dt);
     }
 
     fn bytes(&self) -> usize {
         self.lists.kept.bytes()
             + self.lists.fresh.bytes()
             + self.next.capacity() * size_of::<L::History>()
-            + self.separations.count() * Separations::BYTES
-            + self.outcomes.len() * CHUNK * size_of::<([u32; 2], [PairLoad; 2])>()
+            + self.separations.count() * size_of::<Separations>()
+            + self.outcomes.len() * size_of::<Outcomes>()
     }
 
     fn save(&self) -> Vec<u8> {
@@ -626,6 +756,7 @@ impl<L: Law> BodySide for BodyContacts<L> {
         }
         one_for_each(&kept.state.history, kept.list.pairs.len())?;
         (self.lists.kept, self.lists.rebuilt) = (kept, false);
+        self.slack = None;
         Ok(())
     }
 }

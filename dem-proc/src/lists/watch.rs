@@ -63,6 +63,11 @@ impl Watch {
         }
     }
 
+    /// The skin in m.
+    pub fn skin(&self) -> f64 {
+        self.skin
+    }
+
     /// Whether the list still holds all pairs that may meet within two steps, with surfaces up to `speed` (m/s).
     pub fn holds(&mut self, bodies: &Bodies, ahead: &Ahead, speed: f64) -> bool {
         let left = self.limit - ahead.way(speed);
