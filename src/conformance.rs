@@ -192,7 +192,7 @@ fn write(
         for judged in examination.judged.iter().filter(|judged| judged.failed()) {
             let file = dir.join(format!("{}.jsonl", judged.clause.id));
             match &judged.case {
-                Some(case) => put(&file.with_extension("case.json"), &case.json())?,
+                Some((_, case)) => put(&file.with_extension("case.json"), case)?,
                 None => put(&file, &judged.trace.lines())?,
             }
         }

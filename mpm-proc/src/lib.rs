@@ -67,6 +67,4 @@ mod step;
 pub use solver::Mpm;
 
 #[cfg(test)]
-mod reference;
-#[cfg(test)]
 mod tests;

@@ -69,7 +69,7 @@ class Springs:
 
     identity = "springs_mpm 0.1"
     capabilities = ("material:linear_elastic", "fill:disc", "fill:rectangle", "fill:points", "wall:open", "plane:strain")
-    capabilities += ("contact_force:point", "feature:none", "save")
+    capabilities += ("contact_force:point", "feature:no_grid", "save")
 
     def configure(self, config):
         for key, accepted in PLAIN.items():

@@ -6,8 +6,9 @@ use interface::config::{
 use interface::message::wire::{EnvelopeVertex, ImpForce};
 use interface::solver::MpmSolver;
 
+use mechanics::reference::{Kernel, RefPoint, Reference};
+
 use super::{BULK, Random, SHEAR, Stepper, block, configured};
-use crate::reference::{Kernel, RefPoint, Reference};
 
 /// An outline so large that every point is an IMP.
 pub fn everywhere() -> Vec<EnvelopeVertex> {
@@ -57,6 +58,8 @@ fn oracle(config: &MpmConfig, positions: &[[f64; 2]], side: f64) -> Reference {
                 ratio: 1.0,
                 mass: 1000.0 * volume,
                 volume,
+                bulk: BULK,
+                shear: SHEAR,
             })
             .collect(),
         kernels: [kernel; 2],
@@ -68,9 +71,8 @@ fn oracle(config: &MpmConfig, positions: &[[f64; 2]], side: f64) -> Reference {
         walls: config.walls,
         stress_update: config.stress_update,
         drift: config.drift,
-        bulk: BULK,
-        shear: SHEAR,
         wall_impulse: [0.0; 2],
+        elastic: 0.0,
     }
 }
 

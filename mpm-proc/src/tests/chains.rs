@@ -10,7 +10,7 @@ use super::limits::{largest_eigenvalue, matrices, opening};
 use super::saved::goes_on;
 use super::{Random, Stepper, block, configured};
 use crate::Mpm;
-use crate::reference::Kernel;
+use mechanics::reference::Kernel;
 
 const DENSITY: f64 = 1000.0;
 const CELL: f64 = 0.05;

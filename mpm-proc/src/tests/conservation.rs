@@ -82,7 +82,7 @@ fn transfers_conserve_momentum() {
 fn affine_transfers_conserve_angular_momentum() {
     // Counted where the scheme conserves it: that of the points with their affine part, sum m (x x v + B_yx - B_xy),
     // which only the Reference carries openly. Here: the grid's, seen through a body in free rotation far from walls.
-    use crate::reference::{Kernel, RefPoint, Reference};
+    use mechanics::reference::{Kernel, RefPoint, Reference};
     for kernel in [Kernel::Quadratic, Kernel::Cubic] {
         let mut random = Random::new(3);
         let mut reference = Reference {
@@ -95,6 +95,8 @@ fn affine_transfers_conserve_angular_momentum() {
                     ratio: 1.0,
                     mass: 1.0,
                     volume: 1e-3,
+                    bulk: 5e5,
+                    shear: 3e5,
                 })
                 .collect(),
             kernels: [kernel; 2],
@@ -106,9 +108,8 @@ fn affine_transfers_conserve_angular_momentum() {
             walls: interface::config::Walls::default(),
             stress_update: interface::config::StressUpdate::Usf,
             drift: interface::config::Drift::Nodal,
-            bulk: 5e5,
-            shear: 3e5,
             wall_impulse: [0.0; 2],
+            elastic: 0.0,
         };
         let spin = |r: &Reference| -> f64 {
             r.points

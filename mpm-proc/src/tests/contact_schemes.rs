@@ -8,7 +8,7 @@ use nalgebra::{DMatrix, DVector};
 use super::against_reference::everywhere;
 use super::limits::{largest_eigenvalue, matrices, opening};
 use super::{Random, Stepper, block, configured};
-use crate::reference::Kernel;
+use mechanics::reference::Kernel;
 
 const SCHEMES: [ContactForceScheme; 3] = [
     ContactForceScheme::Point,

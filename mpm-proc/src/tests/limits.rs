@@ -8,7 +8,7 @@ use nalgebra::{DMatrix, DVector};
 
 use super::against_reference::everywhere;
 use super::{BULK, Random, SHEAR, block, configured};
-use crate::reference::Kernel;
+use mechanics::reference::Kernel;
 
 pub const CELL: f64 = 0.05;
 

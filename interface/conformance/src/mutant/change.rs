@@ -254,14 +254,19 @@ pub fn after_others(mut change: impl FnMut(&[ImpForce], &mut [ImpForce]) + 'stat
     })
 }
 
-/// States, knowing the grant that they belong to.
-pub fn states_of_grant(mut change: impl FnMut(&Grant, &mut ImpState) + 'static) -> Flaw {
-    let mut grant = Grant::default();
-    Flaw::each(move |message| match &mut message.payload {
-        Payload::Grant(grants) => grant = grants.first().copied().unwrap_or(grant),
-        Payload::States(states) => states.iter_mut().for_each(|state| change(&grant, state)),
-        _ => {}
-    })
+/// Moves numbers of states and forces that go out by so many places, given the grant that they belong to.
+pub fn nudges(ulps: impl Fn(&Grant) -> u32 + 'static) -> Flaw {
+    let (grant, of) = shared(Grant::default());
+    let nudge = Flaw::outbound(move |mut message| {
+        let ulps = ulps(&of.get());
+        match &mut message.payload {
+            Payload::States(states) => states.iter_mut().for_each(|state| nudged(state, ulps)),
+            Payload::Forces(forces) => (0..ulps).for_each(|_| next_up(forces)),
+            _ => {}
+        }
+        vec![message]
+    });
+    each_grant(move |now| grant.set(*now)).with(nudge)
 }
 
 /// What a mutant knows of the window that it is in.

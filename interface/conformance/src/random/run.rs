@@ -1,17 +1,80 @@
-//! A case run: the kit is the coupler and the points, and compares every answer with the oracle.
+//! A case run: the kit is the coupler and the other side, and compares every answer with the oracle.
 
-use std::time::Duration;
+use std::ops::DerefMut;
 
-use interface::Vec2;
-use interface::message::wire::{ImpInfo, flags};
+use interface::config::capability::Capabilities;
+use interface::message::control::Configure;
+use interface::message::wire::{Ledger, Record, flags};
 use interface::solver::Refusal;
+use serde::Serialize;
+use serde::de::DeserializeOwned;
 
-use super::admit;
-use super::case::Case;
-use super::compare::{CLAUSES, Compared, Difference, Judge};
-use super::oracle::{BLUR, Expected, Oracle};
-use crate::bench::{Answer, Bench, BodiesRun, configure};
+use super::judge::{Difference, Judge};
+use super::plan::{self, Epoch};
+use crate::bench::{Bench, KitRun, WindowReport};
 use crate::verdict::{Evidence, Unmet};
+
+/// A case of one side. A case is data, so it can be made smaller, kept in a file and run again.
+pub trait Case: Clone + PartialEq + Serialize + DeserializeOwned + Send {
+    /// A run that plays it.
+    type Run<'b>: From<KitRun<'b>> + DerefMut<Target = KitRun<'b>>;
+    /// What is expected, and where the run stands.
+    type Stand: Clone;
+    /// The clauses whose breach is the cause where others are broken too.
+    const CAUSES: &'static [&'static str];
+
+    /// The case of a seed, for a solver that takes this.
+    fn of_seed(seed: u64, takes: &Capabilities) -> Self;
+    /// Its steps.
+    fn epochs(&mut self) -> &mut Vec<Epoch>;
+    /// The number of steps that can be run; all, if it is a case that a coupled run may have.
+    fn possible(&self) -> u32;
+    /// What the solver gets.
+    fn order(&self) -> Configure;
+    /// A run that is ready.
+    fn begun<'b>(&self, bench: &'b Bench, judge: &mut Judge) -> Result<Begun<'b, Self>, Stop>;
+    /// The steps of a grant, and the report on it.
+    fn window(
+        &self,
+        run: &mut Self::Run<'_>,
+        stand: &mut Self::Stand,
+        window: Window,
+        judge: &mut Judge,
+    ) -> Result<(), Stop>;
+    /// The end of the run, after all steps.
+    fn end(&self, run: Self::Run<'_>, stand: Self::Stand, judge: &mut Judge) -> Result<(), Stop>;
+    /// The same without what hides a cause.
+    fn barer(&self) -> Self;
+    /// Smaller cases, to be tried where `step` fails, the boldest first; steps and digits are not their matter.
+    fn smaller(&self, step: u32) -> Vec<Self>;
+    /// The case for people, line by line.
+    fn story(&self, step: u32) -> Vec<String>;
+
+    /// The same with other steps.
+    fn with(&self, epochs: Vec<Epoch>) -> Self {
+        let mut other = self.clone();
+        *other.epochs() = epochs;
+        other
+    }
+}
+
+/// A run and where it stands.
+pub type Begun<'b, C> = (<C as Case>::Run<'b>, <C as Case>::Stand);
+
+/// What a window is.
+#[derive(Clone, Copy)]
+pub struct Window {
+    /// Its steps.
+    pub steps: u32,
+    /// Their length in s.
+    pub dt: f64,
+    /// Whether the outlines are asked for.
+    pub outlines: bool,
+    /// Whether its first step is measured.
+    pub measured: bool,
+    /// Whether its first step is a frame.
+    pub frame: bool,
+}
 
 /// How a case ended.
 #[derive(Debug)]
@@ -24,43 +87,14 @@ pub enum Outcome {
     Refused(Refusal),
 }
 
-/// Where a run stands.
-struct Stand {
-    oracle: Oracle,
-    step: u32,
-    before: Option<Vec<Vec2>>,
-    /// What the last step of the window before was expected to give, with the limits that were said after it.
-    limits: Option<(Expected, interface::message::wire::Limits)>,
-    doubtful: bool,
-}
-
-/// Runs a case, of which `compared` takes note.
-pub fn run(
-    bench: &Bench,
-    case: &Case,
-    asked: &[&str],
-    compared: &mut [Compared; CLAUSES.len()],
-) -> Outcome {
-    let mut judge = Judge {
-        asked,
-        compared,
-        step: 0,
-    };
-    match steps(bench, case, &mut judge) {
-        Ok(()) => Outcome::Same,
-        Err(Stop::Differs(difference)) => Outcome::Differs(*difference),
-        Err(Stop::Unmet(Unmet::Declined(refusal))) => Outcome::Refused(refusal),
-        Err(Stop::Unmet(Unmet::Lacking(names))) => {
-            Outcome::Refused(Refusal::new("capabilities", names.join(", ")))
-        }
-        Err(Stop::Unmet(unmet)) => Outcome::Differs(not_answered(unmet, judge.step)),
-    }
-}
-
 /// A run that does not go on.
-enum Stop {
+pub enum Stop {
+    /// An answer differs.
     Differs(Box<Difference>),
+    /// There is no answer.
     Unmet(Unmet),
+    /// From here on rounding decides, or the case is none that a run may have.
+    Doubtful,
 }
 
 impl From<Unmet> for Stop {
@@ -75,13 +109,27 @@ impl From<Box<Difference>> for Stop {
     }
 }
 
-fn not_answered(unmet: Unmet, step: u32) -> Difference {
+/// Runs a case.
+pub fn run<C: Case>(bench: &Bench, case: &C, judge: &mut Judge) -> Outcome {
+    match steps(bench, &mut case.clone(), judge) {
+        Ok(()) | Err(Stop::Doubtful) => Outcome::Same,
+        Err(Stop::Differs(difference)) => Outcome::Differs(*difference),
+        Err(Stop::Unmet(Unmet::Declined(refusal))) => Outcome::Refused(refusal),
+        Err(Stop::Unmet(Unmet::Lacking(names))) => {
+            Outcome::Refused(Refusal::new("capabilities", names.join(", ")))
+        }
+        Err(Stop::Unmet(unmet)) => Outcome::Differs(not_answered(unmet, judge.step, C::CAUSES)),
+    }
+}
+
+/// A missing answer is told as a breach of the first of the causes.
+fn not_answered(unmet: Unmet, step: u32, causes: &[&'static str]) -> Difference {
     let (expected, got) = match unmet {
         Unmet::Broken(Evidence { expected, got, .. }) => (expected, got),
         other => ("an answer".to_owned(), format!("{other:?}")),
     };
     Difference {
-        clause: "T-1",
+        clause: causes[0],
         step,
         what: "answer".into(),
         expected,
@@ -89,192 +137,158 @@ fn not_answered(unmet: Unmet, step: u32) -> Difference {
     }
 }
 
-fn steps(bench: &Bench, case: &Case, judge: &mut Judge) -> Result<(), Stop> {
-    let mut play = bench.run_bodies(&case.config)?;
-    let mut stand = Stand {
-        oracle: Oracle::new(&case.config),
-        step: 0,
-        before: None,
-        limits: None,
-        doubtful: false,
+/// Whether other ways of doing the same steps give the same bits (T-6, K-4): each a clause and the case in that way.
+pub fn ways<C: Case>(case: &C, saves: bool) -> Vec<(&'static str, C)> {
+    let with = |change: &dyn Fn(&mut Epoch)| {
+        let mut other = case.clone();
+        other.epochs().iter_mut().for_each(change);
+        other
     };
-    let smallest = admit::smallest(case);
-    let mut longest = 0.0_f64;
-    for epoch in &case.epochs {
-        longest = longest.max(epoch.dt);
-        for (k, &window) in epoch.windows.iter().enumerate() {
+    let ones = with(&|epoch| epoch.windows = vec![1; epoch.windows.iter().sum::<u32>() as usize]);
+    let mut ways = vec![("T-6a", case.clone()), ("T-6b", ones)];
+    if saves {
+        let mut saved = case.clone();
+        let later = saved.epochs().iter_mut().skip(1);
+        later.for_each(|epoch| epoch.resumed = !epoch.resumed);
+        ways.push(("K-4a", saved));
+    }
+    ways
+}
+
+/// Runs a case, and if nothing differs also in those other ways whose clauses are asked for.
+pub fn run_in_all_ways<C: Case>(bench: &Bench, case: &C, judge: &mut Judge) -> Outcome {
+    let outcome = run(bench, case, judge);
+    if !matches!(outcome, Outcome::Same) {
+        return outcome;
+    }
+    for (clause, other) in ways(case, bench.takes("save")) {
+        if !judge.asked.contains(&clause) {
+            continue;
+        }
+        let mut again = Judge::new(&[]);
+        if let Outcome::Differs(difference) = run(bench, &other, &mut again) {
+            return Outcome::Differs(Difference {
+                clause,
+                ..difference
+            });
+        }
+        let place = judge.bits.iter().zip(&again.bits).position(|(a, b)| a != b);
+        let place = place.or((judge.bits.len() != again.bits.len()).then_some(judge.bits.len()));
+        if let Some(place) = place {
+            return Outcome::Differs(Difference {
+                clause,
+                step: 0,
+                what: format!("number {place} of what is answered, in another run of these steps"),
+                expected: "the bits of the run that went on in these windows".into(),
+                got: "others".into(),
+            });
+        }
+        judge.count(clause, 0.0);
+    }
+    outcome
+}
+
+fn steps<C: Case>(bench: &Bench, case: &mut C, judge: &mut Judge) -> Result<(), Stop> {
+    let (mut play, mut stand) = case.begun(bench, judge)?;
+    for epoch in case.epochs().clone() {
+        for (k, &steps) in epoch.windows.iter().enumerate() {
             let first = k == 0;
-            let saves = first && epoch.resumed;
-            let from = saves.then(|| (play.stand(), stand.copy()));
-            let mut grant = play.next_grant(epoch.dt, u64::from(window), first);
-            let said = [
-                (first && epoch.frame, flags::FRAME),
-                (saves, flags::CHECKPOINT),
-            ];
+            let saves = epoch.resumed;
+            let window = Window {
+                steps,
+                dt: epoch.dt,
+                outlines: first && epoch.outlines,
+                measured: first,
+                frame: first && epoch.frame,
+            };
+            let from = saves.then(|| (play.stand(), stand.clone(), judge.bits.len()));
+            let mut grant = play.next_grant(epoch.dt, u64::from(steps), first);
+            let said = [(window.frame, flags::FRAME), (saves, flags::CHECKPOINT)];
             grant.flags |= said
                 .iter()
                 .filter(|(on, _)| *on)
                 .map(|(_, flag)| flag)
                 .sum::<u64>();
             play.send_grants(&[grant])?;
-            let outlines = first && epoch.outlines;
-            window_of(
-                &mut play,
-                case,
-                &mut stand,
-                Window {
-                    steps: window,
-                    outlines,
-                    measured: first,
-                },
-                judge,
-                (smallest, longest),
-            )?;
-            if let Some((run, begun)) = from {
+            case.window(&mut play, &mut stand, window, judge)?;
+            if let Some((run, begun, bits)) = from {
+                judge.bits.truncate(bits);
                 let state = play.session.saved()?;
-                play = BodiesRun::from(bench.resumed(&configure(&case.config), &state, &run)?);
+                play = C::Run::from(bench.resumed(&case.order(), &state, &run)?);
                 stand = begun;
-                let mut grant = grant;
                 grant.flags &= !flags::CHECKPOINT;
-                let _ = play.next_grant(epoch.dt, u64::from(window), first);
+                let _ = play.next_grant(epoch.dt, u64::from(steps), first);
                 play.send_grants(&[grant])?;
-                window_of(
-                    &mut play,
-                    case,
-                    &mut stand,
-                    Window {
-                        steps: window,
-                        outlines,
-                        measured: first,
-                    },
-                    judge,
-                    (smallest, longest),
-                )?;
-            }
-            if stand.doubtful {
-                return Ok(());
+                case.window(&mut play, &mut stand, window, judge)?;
             }
         }
     }
-    play.lead.closed()?.end(Duration::from_millis(500));
-    Ok(())
+    case.end(play, stand, judge)
 }
 
-impl Stand {
-    fn copy(&self) -> Self {
-        Self {
-            oracle: self.oracle.clone(),
-            step: self.step,
-            before: self.before.clone(),
-            limits: self.limits.clone(),
-            doubtful: self.doubtful,
-        }
-    }
-}
-
-/// A step that was answered.
-struct Answered {
-    set: Vec<ImpInfo>,
-    answer: Answer,
-    expected: Expected,
-    /// Whether time has gone by since the step before.
-    moves: bool,
-}
-
-/// What a window is.
-#[derive(Clone, Copy)]
-struct Window {
-    steps: u32,
-    /// Whether the outlines are asked for.
-    outlines: bool,
-    /// Whether its first step is measured.
-    measured: bool,
-}
-
-/// The steps of a grant, and the report on it.
-fn window_of(
-    play: &mut BodiesRun,
-    case: &Case,
-    stand: &mut Stand,
+/// The report on a grant whose first step is `first`, and whether it is one.
+pub fn report(
+    run: &mut KitRun,
+    first: u64,
     window: Window,
     judge: &mut Judge,
-    (smallest, longest): (f64, f64),
-) -> Result<(), Stop> {
-    let first = stand.step;
-    let mut answered = Vec::new();
-    for k in 0..window.steps {
-        let step = stand.step;
-        judge.step = step;
-        if k == 0 && window.outlines {
-            let (_, vertices) = play.envelopes()?;
-            judge.envelopes(&stand.oracle, &vertices)?;
-            stand.oracle.publish();
-        }
-        let now = case.positions(step, &stand.oracle);
-        let granted = play.coming(window.measured && k == 0);
-        let before = stand
-            .before
-            .as_deref()
-            .map(|before| (before, granted.dt_before));
-        let states = case.states(step, &now, before);
-        let set = case.set(step);
-        if step == 0 || play.imps() != set {
-            play.set(&set);
-        }
-        let answer = play.exchange(&states)?;
-        let expected = stand.oracle.step(&granted, &set, &states);
-        if expected.doubtful.is_some() {
-            stand.doubtful = true;
-            return Ok(());
-        }
-        stand.before = Some(now);
-        stand.step += 1;
-        let moves = granted.dt_before > 0.0;
-        answered.push(Answered {
-            set,
-            answer,
-            expected,
-            moves,
-        });
+) -> Result<WindowReport, Stop> {
+    let told = run.report()?;
+    let (report, header, own) = (&told.report, told.header, run.header());
+    judge.same("C-4", "count in the header of a report", header.count, 1)?;
+    let said = [
+        report.epoch,
+        report.next,
+        report.halted,
+        header.epoch,
+        header.step,
+    ];
+    let want = [own.epoch, own.step, 0, own.epoch, own.step];
+    let of = "epoch, next and halted, and epoch and step of the header";
+    judge.same("R-1a", of, said, want)?;
+    let limits = report.limits;
+    let least = [
+        limits.omega_sq,
+        limits.contact_omega_sq,
+        limits.damping,
+        limits.speed,
+    ]
+    .into_iter()
+    .fold(0.0, f64::min);
+    judge.same("L-1a", "the least limit, if it is below 0", least, 0.0)?;
+    let wrong = report.check().err().map(|fault| format!("{fault:?}"));
+    judge.same("R-2a", "what is not finite", wrong, None)?;
+    let sent = told.bodies.as_ref().map(|(header, _)| header.step);
+    let sent = sent.or(told.groups.as_ref().map(|(header, _)| header.step));
+    if window.measured {
+        let said = (report.measured, sent);
+        judge.same(
+            "R-3a",
+            "measured, and the measured step",
+            said,
+            (1, Some(first)),
+        )?;
+    } else {
+        let ledger = report.ledger == Ledger::default();
+        let said = (report.measured, ledger, sent, told.points.is_some());
+        let of = "measured, whether the ledger is 0, and what is sent";
+        judge.same("R-3b", of, said, (0, true, None, false))?;
     }
-    let report = play.report()?;
-    let count = case.config.bodies.len();
-    let dt = if longest > 0.0 { longest } else { 1.0 };
-    // In the order in which one thing causes another, so that the first difference is the cause.
-    for (
-        k,
-        Answered {
-            set,
-            answer,
-            expected,
-            moves,
-        },
-    ) in answered.iter().enumerate()
-    {
-        judge.step = first + k as u32;
-        let measured = window.measured && k == 0;
-        if measured {
-            judge.poses(expected, report.bodies(count)?, BLUR * smallest)?;
-        }
-        judge.forces(expected, set, &answer.forces)?;
-        judge.travel(expected, answer.header.travel)?;
-        if let Some((before, limits)) = stand.limits.take() {
-            judge.limits(
-                &limits,
-                &before,
-                moves.then_some(expected),
-                (smallest / dt, dt),
-            )?;
-        }
-        if measured {
-            judge.bodies(expected, report.bodies(count)?, (BLUR * smallest, longest))?;
-            judge.ledger(expected, &report.report.ledger, admit::typical(case))?;
-            if let Some((_, contacts)) = &report.contacts {
-                judge.contacts(expected, contacts)?;
-            }
-        }
-    }
-    let last = answered.pop().map(|answered| answered.expected);
-    stand.limits = last.map(|last| (last, report.report.limits));
-    Ok(())
+    Ok(told)
+}
+
+/// The smaller cases to try for a case, the boldest first.
+pub fn smaller<C: Case>(case: &C, step: u32) -> Vec<C> {
+    let epochs = case.clone().epochs().clone();
+    let mut steps = plan::simpler(&epochs, step).into_iter();
+    let mut smaller: Vec<C> = steps.next().map(|cut| case.with(cut)).into_iter().collect();
+    smaller.extend(case.smaller(step));
+    smaller.extend(steps.map(|epochs| case.with(epochs)));
+    smaller.extend(
+        [1, 2, 3]
+            .into_iter()
+            .filter_map(|digits| plan::rounded(case, digits)),
+    );
+    smaller.retain(|other| other != case);
+    smaller
 }

@@ -193,22 +193,6 @@ pub const CLAUSES: &[Clause] = &[
             }))
         },
     ),
-    Clause::must("C-4a", "the header counts the records that follow", counts)
-        .mutant("does not count its records", || {
-            Flaw::reports(|header, _| header.count = 0)
-        }),
-    Clause::must("F-2a", "forces carry step and epoch", forces_of_step)
-        .mutant("numbers forces by the next step", || {
-            Flaw::forces(|header, _| header.step += 1)
-        }),
-    Clause::must(
-        "F-3a",
-        "forces carry generation and number of the set",
-        forces_of_set,
-    )
-    .mutant("does not say which set forces belong to", || {
-        Flaw::forces(|header, _| header.set = 0)
-    }),
     Clause::must(
         "G-9a",
         "answers the states of a step once, also with no points",
@@ -330,61 +314,6 @@ fn unused(bench: &Bench) -> Judgement {
         }
     }
     Ok("reserved and unused fields change nothing".into())
-}
-
-fn counts(bench: &Bench) -> Judgement {
-    let mut play = bench.run_bodies(&one_disc(bench))?;
-    let points = pressed();
-    play.set(&points.set);
-    let (answer, measured) = play.step(0.0, &points.states)?;
-    play.grant(1e-4, 1, false)?;
-    let (envelopes, vertices) = play.envelopes()?;
-    let bodies = measured
-        .bodies
-        .as_ref()
-        .map_or((0, 0), |(h, b)| (h.count, b.len()));
-    let counted = [
-        ("forces", answer.header.count, answer.forces.len()),
-        ("reports", measured.header.count, 1),
-        ("envelopes", envelopes.count, vertices.len()),
-        ("bodies", bodies.0, bodies.1),
-    ];
-    for (what, count, records) in counted {
-        require(
-            count == records as u64,
-            format_args!("{records} {what}"),
-            count,
-        )?;
-    }
-    Ok("forces, reports, envelopes, bodies".into())
-}
-
-/// The forces of a step in the middle of the second of two windows, with what their header should be.
-fn header_of_forces(bench: &Bench) -> Result<(StepHeader, StepHeader), Unmet> {
-    let mut play = begun(bench)?;
-    let points = pressed();
-    play.grant(1e-5, 3, true)?;
-    play.exchange(&points.states)?;
-    play.set(&points.set);
-    play.exchange(&points.states)?;
-    let expected = play.header();
-    Ok((expected, play.exchange(&points.states)?.header))
-}
-
-fn forces_of_step(bench: &Bench) -> Judgement {
-    let (expected, got) = header_of_forces(bench)?;
-    let same = (expected.step, expected.epoch) == (got.step, got.epoch);
-    let words = |h: StepHeader| format!("step {} of epoch {}", h.step, h.epoch);
-    require(same, words(expected), words(got))?;
-    Ok(words(got))
-}
-
-fn forces_of_set(bench: &Bench) -> Judgement {
-    let (expected, got) = header_of_forces(bench)?;
-    let same = (expected.set, 2) == (got.set, got.count);
-    let words = |set: u64, count: u64| format!("{count} of generation {set}");
-    require(same, words(expected.set, 2), words(got.set, got.count))?;
-    Ok(words(got.set, got.count))
 }
 
 fn once(bench: &Bench) -> Judgement {

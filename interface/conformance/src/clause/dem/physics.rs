@@ -236,10 +236,28 @@ pub const CLAUSES: &[Clause] = &[
         .mutant("reports half its travel", || {
             Flaw::forces(|header, _| header.travel *= 0.5)
         }),
-    Clause::random("E-4", "envelopes hold the bodies")
-        .mutant("sends outlines without the sphero-radius", || {
-            Flaw::envelopes(|_, vertices| vertices.iter_mut().for_each(|v| v.reach *= 0.5))
+    Clause::random("E-1", "answers a request with outlines of that step")
+        .mutant("sends outlines of the next step", || {
+            Flaw::envelopes(|header, _| header.step += 1)
         }),
+    Clause::random("F-2", "forces carry step and epoch")
+        .mutant("numbers forces by the next step", || {
+            Flaw::forces(|header, _| header.step += 1)
+        }),
+    Clause::random("F-3", "forces carry generation and number of the set")
+        .mutant("does not say which set forces belong to", || {
+            Flaw::forces(|header, _| header.set = 0)
+        }),
+    Clause::random(
+        "E-4",
+        "envelopes hold the bodies, in their order, each with one reach",
+    )
+    .mutant("sends bodies in another order", || {
+        Flaw::envelopes(|_, vertices| vertices.reverse())
+    })
+    .mutant("sends outlines without the sphero-radius", || {
+        Flaw::envelopes(|_, vertices| vertices.iter_mut().for_each(|v| v.reach *= 0.5))
+    }),
     Clause::random(
         "R-3",
         "forces, torques and contacts of each body are those of what touches it",

@@ -70,15 +70,6 @@ pub fn disc(position: [f64; 2]) -> BodyConfig {
     body(BodyShape::Disc, position, Motion::Free)
 }
 
-/// A rectangle of 0.2 m by 0.1 m that forces move.
-pub fn block(position: [f64; 2]) -> BodyConfig {
-    let shape = BodyShape::Rectangle {
-        width: 0.2,
-        height: 0.1,
-    };
-    body(shape, position, Motion::Free)
-}
-
 /// A linear law with a dashpot and without friction.
 pub fn damped(damping_ratio: f64) -> ContactLaw {
     ContactLaw::Linear {
@@ -104,13 +95,4 @@ pub fn one_disc(bench: &Bench) -> DemConfig {
         config.bodies[0].motion = Motion::Free;
     }
     config
-}
-
-/// A block, or a disc where the solver takes no rectangles.
-pub fn block_or_disc(bench: &Bench, position: [f64; 2]) -> BodyConfig {
-    if bench.takes("shape:rectangle") {
-        block(position)
-    } else {
-        disc(position)
-    }
 }

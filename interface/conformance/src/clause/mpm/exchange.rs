@@ -3,23 +3,29 @@
 use std::cell::Cell;
 use std::rc::Rc;
 
+use interface::config::MpmConfig;
 use interface::message::wire::{ImpForce, StepHeader, flags};
 use interface::transport::raw::{Kind, Message, Payload};
 
-use super::scene::{DT, IN_BLOCK, block, push, scene, single};
-use crate::bench::{Bench, ContinuumRun};
+use super::scene::{DT, block, push, scene, single};
+use crate::bench::{Bench, ContinuumRun, Reply, configure};
 use crate::clause::Clause;
 use crate::mutant::{Flaw, change};
 use crate::verdict::{Judgement, Unmet, broken, require};
 
 pub const CLAUSES: &[Clause] = &[
     Clause::must(
-        "I-1c",
-        "states carry the step, the epoch, the set and their number",
-        headers,
+        "S-8b",
+        "refuses an unknown material and names its key",
+        no_material,
     )
-    .mutant("leaves out the epoch", || {
-        Flaw::states(|header, _| header.epoch = 0)
+    .mutant("uses the first material instead of an unknown one", || {
+        Flaw::config(|config: &mut MpmConfig| {
+            let materials = config.materials.len();
+            for group in config.groups.iter_mut().filter(|g| g.material >= materials) {
+                group.material = 0;
+            }
+        })
     }),
     Clause::must("G-9b", "sends one message of states in a step", once).mutant(
         "sends empty states twice",
@@ -160,51 +166,6 @@ pub const CLAUSES: &[Clause] = &[
     }),
 ];
 
-fn headers(bench: &Bench) -> Judgement {
-    let mut flow = bench.run_continuum(&scene(vec![block([0.4; 2], [0.0; 2])]))?;
-    let mut epoch = 0;
-    for (dt, steps) in [(DT, 3), (0.5 * DT, 3)] {
-        flow.grant(dt, steps, false)?;
-        epoch += 1;
-        for _ in 0..steps {
-            let index = flow.next();
-            let shown = flow.exchange()?;
-            let announced = if shown.new_set.is_some() {
-                flags::NEW_SET
-            } else {
-                0
-            };
-            let expected = StepHeader {
-                epoch,
-                step: index,
-                count: IN_BLOCK,
-                flags: announced,
-                travel: 0.0,
-                set: flow.generation(),
-            };
-            let same = shown.header == expected && shown.states.len() as u64 == IN_BLOCK;
-            require(
-                same,
-                format_args!("{expected:?}"),
-                format_args!("{:?} with {} states", shown.header, shown.states.len()),
-            )
-            .map_err(|e| e.at(index))?;
-            for asked in &shown.asked {
-                let asks = (asked.epoch, asked.step, asked.count, asked.flags)
-                    == (epoch, index, 0, flags::WANT_ENVELOPES);
-                require(
-                    asks,
-                    "WANT_ENVELOPES of this step",
-                    format_args!("{asked:?}"),
-                )
-                .map_err(|e| e.at(index))?;
-            }
-        }
-        flow.report()?;
-    }
-    Ok("6 steps, 2 epochs".into())
-}
-
 /// Without any point too: an empty message is a message.
 fn once(bench: &Bench) -> Judgement {
     let mut flow = bench.run_continuum(&single([0.0; 2]))?;
@@ -269,4 +230,15 @@ fn answered(bench: &Bench, change: fn(&mut Message)) -> Result<(ContinuumRun<'_>
 
 fn forces(bench: &Bench, change: fn(&mut Message)) -> Judgement {
     refusal(&mut answered(bench, change)?.0)
+}
+
+fn no_material(bench: &Bench) -> Judgement {
+    let mut config = single([0.0; 2]);
+    config.groups[0].material = 7;
+    let mut session = bench.greeted()?;
+    match session.configure(&configure(&config))? {
+        Reply::Refused(refusal) if !refusal.key.is_empty() => Ok(refusal.to_string()),
+        Reply::Refused(refusal) => Err(broken("a key", format_args!("`{refusal}`"))),
+        Reply::Ready(_) => Err(broken("Refused", "Ready")),
+    }
 }

@@ -16,7 +16,6 @@ pub const CLAUSES: &[Clause] = &[
         "sends HALT_BEFORE when its limits exceed a budget",
         before,
     )
-    .after(&["L-2d"])
     .mutant("ignores the budget of speed", || {
         change::each_grant(|grant| grant.budget_speed = f64::MAX)
     }),
@@ -38,7 +37,7 @@ pub const CLAUSES: &[Clause] = &[
         "compares the frequency with contact with the budget",
         stiff,
     )
-    .after(&["H-1a", "L-2a", "L-2c"])
+    .after(&["H-1a", "L-2c"])
     .mutant("ignores stiff contacts", || {
         Flaw::forces(|_, forces| {
             for force in forces.iter_mut().filter(|f| f.stiffness > 1e8) {
@@ -97,7 +96,7 @@ pub const CLAUSES: &[Clause] = &[
             })
         }),
     Clause::must("H-5a", "a halt changes no bit of the later steps", no_cost)
-        .after(&["H-1a", "T-6a"])
+        .after(&["H-1a"])
         .mutant("has other bits after a halt", || {
             let mut halted = false;
             Flaw::outbound(move |mut message| {

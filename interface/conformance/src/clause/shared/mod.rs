@@ -8,7 +8,6 @@ mod run;
 mod saved;
 
 pub use machine::naps;
-pub use saved::{looked_at, resumed};
 
 use super::row::Clause;
 
@@ -18,5 +17,5 @@ pub const CLAUSES: &[&[Clause]] = &[
     grants::CLAUSES,
     endings::CLAUSES,
     machine::CLAUSES,
-    &[saved::SAVED],
+    saved::CLAUSES,
 ];

@@ -81,6 +81,14 @@ impl<'b> Run<'b> {
         }
     }
 
+    /// The exchange of a granted step in which nothing presses.
+    pub fn free_exchange(&mut self) -> Result<(), Unmet> {
+        match self {
+            Self::Bodies(play) => play.exchange(&[]).map(|_| ()),
+            Self::Continuum(flow) => flow.exchange().map(|_| ()),
+        }
+    }
+
     /// The next grant, of one step.
     pub fn next_step(&mut self) -> Grant {
         self.next_grant(1e-4, 1, false)

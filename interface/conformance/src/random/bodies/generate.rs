@@ -8,7 +8,9 @@ use interface::config::{
     BodyConfig, BodyInertia, BodyShape, ContactLaw, DemConfig, GroupPair, Motion, OverlapMeasure,
 };
 
-use super::case::{Along, Case, Course, Epoch, Walker};
+use super::super::dice::Dice;
+use super::super::plan::Course;
+use super::case::{Along, Case, Walker};
 
 /// What the numbers of a case have in common.
 struct Scale {
@@ -27,6 +29,20 @@ struct Generator<'a> {
     rng: Rng,
     takes: &'a Capabilities,
     scale: Scale,
+}
+
+impl Dice for Generator<'_> {
+    fn rng(&mut self) -> &mut Rng {
+        &mut self.rng
+    }
+
+    fn takes(&self) -> &Capabilities {
+        self.takes
+    }
+
+    fn dt(&self) -> f64 {
+        self.scale.dt
+    }
 }
 
 /// The case of a seed, for a solver of bodies that says that it takes this.
@@ -86,7 +102,7 @@ impl Generator<'_> {
                 law,
             });
         }
-        let epochs = self.epochs();
+        let epochs = self.epochs(self.takes.has("contacts"));
         let steps = epochs.iter().flat_map(|e| &e.windows).sum();
         let points = self.points(&config, steps);
         Case {
@@ -94,38 +110,6 @@ impl Generator<'_> {
             points,
             epochs,
         }
-    }
-
-    fn rarely(&mut self) -> bool {
-        self.rng.u32(0..4) == 0
-    }
-
-    fn often(&mut self) -> bool {
-        self.rng.bool()
-    }
-
-    fn between(&mut self, from: f64, to: f64) -> f64 {
-        from + (to - from) * self.rng.f64()
-    }
-
-    /// From minus `most` to `most`.
-    fn way(&mut self, most: f64) -> f64 {
-        self.between(-most, most)
-    }
-
-    /// About this large, within a factor of 3 either way.
-    fn about(&mut self, typical: f64) -> f64 {
-        typical * 3f64.powf(self.way(1.0))
-    }
-
-    /// One of those that the solver takes.
-    fn member(&mut self, of: &[&'static str]) -> Option<&'static str> {
-        let taken: Vec<&str> = of
-            .iter()
-            .copied()
-            .filter(|name| self.takes.meets(name))
-            .collect();
-        (!taken.is_empty()).then(|| taken[self.rng.usize(0..taken.len())])
     }
 
     fn law(&mut self, of_points: bool) -> ContactLaw {
@@ -333,45 +317,6 @@ impl Generator<'_> {
             Some("inertia:density") => BodyInertia::Density(mass / (extent * extent)),
             _ => BodyInertia::Mass(mass),
         }
-    }
-
-    fn epochs(&mut self) -> Vec<Epoch> {
-        let saves = self.takes.has("save") && self.rarely();
-        let count = self.rng.u32(1..7);
-        let mut epochs = Vec::new();
-        let mut dt = self.scale.dt * self.between(0.3, 1.0);
-        for k in 0..count {
-            let windows = (0..self.rng.u32(1..4))
-                .map(|_| self.rng.u32(1..9))
-                .collect();
-            epochs.push(Epoch {
-                dt,
-                windows,
-                outlines: k == 0 || self.often(),
-                frame: self.often() && self.takes.has("contacts"),
-                resumed: saves && k > 0 && self.often(),
-            });
-            // L-6: longer by a tenth at most; shorter at once.
-            dt = if self.often() {
-                dt
-            } else {
-                self.scale.dt.min(dt * self.between(0.4, 1.1))
-            };
-        }
-        let still = |epoch: &Epoch| Epoch {
-            dt: 0.0,
-            windows: vec![1],
-            outlines: true,
-            resumed: false,
-            ..epoch.clone()
-        };
-        if self.often() {
-            epochs.insert(0, still(&epochs[0]));
-        }
-        if self.often() {
-            epochs.push(still(&epochs[0]));
-        }
-        epochs
     }
 
     fn points(&mut self, config: &DemConfig, steps: u32) -> Vec<Walker> {

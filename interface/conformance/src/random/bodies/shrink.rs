@@ -1,10 +1,9 @@
-//! Makes a case that fails smaller: fewer steps, points, bodies and features, rounder numbers, until nothing can be left out.
+//! Makes a case that fails smaller: fewer points, bodies and features.
 
 use interface::config::{BodyConfig, BodyShape, ContactLaw, Motion};
-use serde_json::Value;
 
-use super::admit;
-use super::case::{Along, Case, Course, Walker};
+use super::super::plan::{self, Course};
+use super::case::{Along, Case, Walker};
 
 /// The smaller cases to try for a case, the boldest first.
 pub fn smaller(case: &Case, step: u32) -> Vec<Case> {
@@ -16,7 +15,6 @@ pub fn smaller(case: &Case, step: u32) -> Vec<Case> {
             smaller.push(other);
         }
     };
-    with(&|c| *c = admit::cut(c, step + 1));
     for k in 0..case.points.len() {
         with(&|c| without_point(c, k));
     }
@@ -26,20 +24,6 @@ pub fn smaller(case: &Case, step: u32) -> Vec<Case> {
     for first in [step, step / 2, 1] {
         with(&|c| later(c, first));
     }
-    with(&|c| {
-        c.epochs
-            .iter_mut()
-            .for_each(|e| (e.outlines, e.frame, e.resumed) = (false, false, false));
-    });
-    with(&|c| c.epochs.iter_mut().for_each(|e| e.resumed = false));
-    with(&|c| c.epochs.iter_mut().for_each(|e| e.frame = false));
-    with(&|c| c.epochs.iter_mut().for_each(|e| e.outlines = false));
-    with(&one_epoch);
-    with(&|c| {
-        c.epochs
-            .iter_mut()
-            .for_each(|e| e.windows = vec![e.windows.iter().sum()]);
-    });
     with(&|c| c.config.gravity = [0.0; 2]);
     with(&|c| c.config.body_contact = None);
     with(&|c| c.config.contact_pairs.clear());
@@ -69,9 +53,6 @@ pub fn smaller(case: &Case, step: u32) -> Vec<Case> {
         for change in POINTS {
             with(&|c| change(&mut c.points[k], step));
         }
-    }
-    for digits in [1, 2, 3] {
-        with(&|c| round(c, digits));
     }
     smaller
 }
@@ -168,16 +149,8 @@ fn without_body(case: &mut Case, gone: usize) {
 
 /// The same from a later step on, as if it were the first.
 fn later(case: &mut Case, first: u32) {
-    let mut gone = first;
-    for epoch in &mut case.epochs {
-        for window in &mut epoch.windows {
-            let less = gone.min(*window);
-            *window -= less;
-            gone -= less;
-        }
-        epoch.windows.retain(|window| *window > 0);
-    }
-    case.epochs.retain(|epoch| !epoch.windows.is_empty());
+    let [_, rest] = plan::parts(&case.epochs, first);
+    case.epochs = rest;
     for point in &mut case.points {
         for course in [&mut point.way, &mut point.overlap] {
             let start = (0, course.at(first));
@@ -188,42 +161,5 @@ fn later(case: &mut Case, first: u32) {
         for range in &mut point.present {
             *range = range.map(|step| step.saturating_sub(first));
         }
-    }
-}
-
-fn one_epoch(case: &mut Case) {
-    let steps = case.steps();
-    if let Some(epoch) = case.epochs.iter().find(|epoch| epoch.dt > 0.0).cloned() {
-        case.epochs = vec![super::case::Epoch {
-            windows: vec![steps],
-            ..epoch
-        }];
-    }
-}
-
-/// Every number with few digits.
-fn round(case: &mut Case, digits: i32) {
-    let Ok(mut text) = serde_json::to_value(&*case) else {
-        return;
-    };
-    shorten(&mut text, digits);
-    if let Ok(rounded) = serde_json::from_value(text) {
-        *case = rounded;
-    }
-}
-
-/// The same of JSON; whole numbers are counts and stay.
-fn shorten(value: &mut Value, digits: i32) {
-    match value {
-        Value::Number(number) if number.is_f64() => {
-            let x = number.as_f64().unwrap_or_default();
-            if x != 0.0 {
-                let unit = 10f64.powi(x.abs().log10().floor() as i32 + 1 - digits);
-                *value = Value::from((x / unit).round() * unit);
-            }
-        }
-        Value::Array(values) => values.iter_mut().for_each(|value| shorten(value, digits)),
-        Value::Object(fields) => fields.values_mut().for_each(|value| shorten(value, digits)),
-        _ => {}
     }
 }

@@ -1,134 +1,15 @@
 //! What a solver of bodies answers beside what the oracle expects.
 
-use std::fmt::Display;
-
 use interface::Vec2;
 use interface::message::wire::{
     BodyState, ContactState, EnvelopeVertex, ImpForce, ImpInfo, Ledger, Limits,
 };
 use mechanics::outline::nearest;
 
+use super::super::judge::{Judge, Number, Result, Vector, energies, impulses};
 use super::oracle::{BLUR, Expected, Oracle, Touch, Who};
 
-/// Where a solver differs from the oracle.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Difference {
-    /// The clause that is broken.
-    pub clause: &'static str,
-    /// The step.
-    pub step: u32,
-    /// What differs, of whom: "force on point 3".
-    pub what: String,
-    /// What PROTOCOL.md asks for.
-    pub expected: String,
-    /// What the solver said.
-    pub got: String,
-}
-
-/// What has been compared: how often each clause, and the largest difference as a share of what is allowed.
-#[derive(Debug, Clone, Copy, Default)]
-pub struct Compared {
-    /// Numbers.
-    pub count: u64,
-    /// Largest difference over what is allowed.
-    pub largest: f64,
-}
-
-/// Compares numbers of one step.
-pub struct Judge<'a> {
-    /// The clauses that are asked for.
-    pub asked: &'a [&'a str],
-    /// By clause, in the order of [`CLAUSES`].
-    pub compared: &'a mut [Compared; CLAUSES.len()],
-    /// The step.
-    pub step: u32,
-}
-
-/// The ids of the clauses that are judged by random cases.
-pub const CLAUSES: [&str; 12] = [
-    "J-1", "T-1", "F-8", "F-7", "F-5", "F-6", "F-9", "E-4", "R-3", "L-2", "N-1", "R-6",
-];
-
-type Result = std::result::Result<(), Box<Difference>>;
-
 impl Judge<'_> {
-    fn differ(
-        &self,
-        clause: &'static str,
-        what: impl Display,
-        expected: impl Display,
-        got: impl Display,
-    ) -> Result {
-        if !self.asked.contains(&clause) {
-            return Ok(());
-        }
-        Err(Box::new(Difference {
-            clause,
-            step: self.step,
-            what: what.to_string(),
-            expected: expected.to_string(),
-            got: got.to_string(),
-        }))
-    }
-
-    fn count(&mut self, clause: &'static str, share: f64) {
-        let k = CLAUSES.iter().position(|id| *id == clause);
-        let compared = &mut self.compared[k.expect("a clause of the table")];
-        compared.count += 1;
-        compared.largest = compared.largest.max(share);
-    }
-
-    fn near(
-        &mut self,
-        clause: &'static str,
-        what: impl Display,
-        got: f64,
-        want: f64,
-        tolerance: f64,
-    ) -> Result {
-        let off = (got - want).abs();
-        if off <= tolerance {
-            self.count(clause, off / tolerance.max(f64::MIN_POSITIVE));
-            return Ok(());
-        }
-        self.differ(clause, what, Number(want), Number(got))
-    }
-
-    fn near_vector(
-        &mut self,
-        clause: &'static str,
-        what: impl Display,
-        got: [f64; 2],
-        want: Vec2,
-        tolerance: f64,
-    ) -> Result {
-        let off = (Vec2::from(got) - want).norm();
-        if off <= tolerance {
-            self.count(clause, off / tolerance.max(f64::MIN_POSITIVE));
-            return Ok(());
-        }
-        self.differ(clause, what, Vector(want.into()), Vector(got))
-    }
-
-    fn at_least(
-        &mut self,
-        clause: &'static str,
-        what: impl Display,
-        got: f64,
-        least: f64,
-    ) -> Result {
-        if got >= least * (1.0 - 1e-7) {
-            self.count(clause, if got > 0.0 { least / got } else { 0.0 });
-            return Ok(());
-        }
-        self.differ(
-            clause,
-            what,
-            format_args!("at least {}", Number(least)),
-            Number(got),
-        )
-    }
-
     /// The forces of a step.
     pub fn forces(&mut self, expected: &Expected, set: &[ImpInfo], forces: &[ImpForce]) -> Result {
         for ((want, info), got) in expected.points.iter().zip(set).zip(forces) {
@@ -186,9 +67,15 @@ impl Judge<'_> {
 
     /// Outlines.
     pub fn envelopes(&mut self, oracle: &Oracle, vertices: &[EnvelopeVertex]) -> Result {
+        let in_order = vertices.is_sorted_by_key(|vertex| vertex.body);
+        self.same("E-4", "whether bodies come in their order", in_order, true)?;
         for (b, body) in oracle.bodies.iter().enumerate() {
             let own: Vec<&EnvelopeVertex> =
                 vertices.iter().filter(|v| v.body == b as u64).collect();
+            let same = own
+                .iter()
+                .all(|v| v.reach == own[0].reach && v.reach >= 0.0);
+            self.same("E-4", format!("whether body {b} has one reach"), same, true)?;
             let outline: Vec<Vec2> = own.iter().map(|v| v.position.into()).collect();
             if outline.is_empty() {
                 return self.differ(
@@ -358,18 +245,6 @@ impl Judge<'_> {
         (energy, impulse): (f64, f64),
     ) -> Result {
         let want = &expected.ledger;
-        let energies = |l: &Ledger| {
-            [
-                ("kinetic in J/m", l.kinetic),
-                ("kinetic_rotation in J/m", l.kinetic_rotation),
-                ("elastic in J/m", l.elastic),
-                ("gravity in J/m", l.gravity),
-                ("contact in J/m", l.contact),
-                ("friction_work in J/m", l.friction_work),
-                ("plastic_work in J/m", l.plastic_work),
-                ("driven_work in J/m", l.driven_work),
-            ]
-        };
         // What comes and goes between these entries is exact to the sum of them.
         let scale: f64 =
             energies(want).iter().map(|(_, e)| e.abs()).sum::<f64>() + expected.viscous_most.abs();
@@ -402,29 +277,17 @@ impl Judge<'_> {
         let impulse = 1e-6 * momentum + 1e-9 * impulse;
         let force = Vec2::from(want.contact_force).norm();
         let slack: f64 = expected.loads.iter().map(|load| load.blur).sum::<f64>() + 1e-9 * force;
-        for (what, got, want, tolerance) in [
-            ("momentum in N s/m", got.momentum, want.momentum, impulse),
-            (
-                "applied_impulse in N s/m",
-                got.applied_impulse,
-                want.applied_impulse,
-                impulse,
-            ),
-            (
-                "contact_impulse in N s/m",
-                got.contact_impulse,
-                want.contact_impulse,
-                impulse,
-            ),
-            (
-                "contact_force in N/m",
-                got.contact_force,
-                want.contact_force,
-                slack,
-            ),
-        ] {
-            self.near_vector("N-1", what, got, want.into(), tolerance)?;
+        for ((what, want), (_, got)) in impulses(want).into_iter().zip(impulses(got)) {
+            self.near_vector("N-1", what, got, want.into(), impulse)?;
         }
+        let of = "contact_force in N/m";
+        self.near_vector(
+            "N-1",
+            of,
+            got.contact_force,
+            want.contact_force.into(),
+            slack,
+        )?;
         self.near(
             "N-1",
             "contacts",
@@ -499,33 +362,5 @@ impl Judge<'_> {
             ),
             None => Ok(()),
         }
-    }
-}
-
-/// A number for people: six digits.
-pub struct Number(pub f64);
-
-impl Display for Number {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        let magnitude = self.0.abs();
-        if self.0 == 0.0 || (1e-3..1e5).contains(&magnitude) {
-            let digits = if magnitude > 0.0 {
-                (5.0 - magnitude.log10().floor()).clamp(0.0, 9.0)
-            } else {
-                0.0
-            };
-            write!(f, "{:.*}", digits as usize, self.0)
-        } else {
-            write!(f, "{:.5e}", self.0)
-        }
-    }
-}
-
-/// Two numbers for people.
-pub struct Vector(pub [f64; 2]);
-
-impl Display for Vector {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        write!(f, "({}, {})", Number(self.0[0]), Number(self.0[1]))
     }
 }

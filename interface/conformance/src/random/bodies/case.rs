@@ -6,26 +6,8 @@ use interface::config::DemConfig;
 use interface::message::wire::{ImpInfo, ImpState};
 use serde::{Deserialize, Serialize};
 
+use super::super::plan::{Course, Epoch};
 use super::oracle::Oracle;
-
-/// A number that changes with the steps: linear between its values at some of them, constant beyond.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct Course(pub Vec<(u32, f64)>);
-
-impl Course {
-    /// The number in a step.
-    pub fn at(&self, step: u32) -> f64 {
-        let after = self.0.partition_point(|(s, _)| *s <= step);
-        match (after.checked_sub(1).map(|k| self.0[k]), self.0.get(after)) {
-            (Some((from, a)), Some(&(to, b))) => {
-                a + (b - a) * f64::from(step - from) / f64::from(to - from)
-            }
-            (Some((_, a)), None) => a,
-            (None, Some(&(_, b))) => b,
-            (None, None) => 0.0,
-        }
-    }
-}
 
 /// What a point moves along.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
@@ -81,21 +63,6 @@ impl Walker {
     }
 }
 
-/// Steps of one length.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct Epoch {
-    /// In s; 0 in an opening or a closing step.
-    pub dt: f64,
-    /// Steps of each grant. The first step of an epoch is measured.
-    pub windows: Vec<u32>,
-    /// Whether the outlines are asked for in its first step.
-    pub outlines: bool,
-    /// Whether its first step is a frame.
-    pub frame: bool,
-    /// Whether the solver is saved before it, and goes on in a new one.
-    pub resumed: bool,
-}
-
 /// A case.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Case {
@@ -108,16 +75,6 @@ pub struct Case {
 }
 
 impl Case {
-    /// Number of steps.
-    pub fn steps(&self) -> u32 {
-        self.epochs.iter().flat_map(|epoch| &epoch.windows).sum()
-    }
-
-    /// The case as a file.
-    pub fn json(&self) -> String {
-        serde_json::to_string_pretty(self).expect("a case has string keys only")
-    }
-
     /// The set in a step.
     pub fn set(&self, step: u32) -> Vec<ImpInfo> {
         let present = self.points.iter().filter(|point| point.is_present(step));

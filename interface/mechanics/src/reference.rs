@@ -1,19 +1,27 @@
-//! The oracle: a plain transcription of the paper. Every point loops over every node of a small dense grid; only the
-//! configuration is shared with the fast path. It is slow on purpose.
+//! The oracle of a continuum: a plain transcription of Jiang 2020. Every point loops over every node of a small dense grid;
+//! only the configuration is shared with the solver. It is slow on purpose.
+#![expect(
+    clippy::needless_range_loop,
+    reason = "an axis is an index into several arrays of two"
+)]
 
 use interface::config::{Drift, StressUpdate, Transfer, Wall, Walls};
 
 /// A shape function of the distance from a node in cells, and its derivative, as the paper prints them.
 #[derive(Debug, Clone, Copy)]
 pub enum Kernel {
+    /// Linear hats.
     Linear,
+    /// Quadratic B-spline.
     Quadratic,
+    /// Cubic B-spline.
     Cubic,
     /// Half width of the box in cells.
     Ugimp(f64),
 }
 
 impl Kernel {
+    /// At a distance in cells.
     pub fn value(self, x: f64) -> f64 {
         let r = x.abs();
         match self {
@@ -29,6 +37,7 @@ impl Kernel {
         }
     }
 
+    /// Its derivative there.
     pub fn slope(self, x: f64) -> f64 {
         let r = x.abs();
         let slope = match self {
@@ -49,34 +58,70 @@ impl Kernel {
 /// A point of linear elastic material.
 #[derive(Debug, Clone, Copy)]
 pub struct RefPoint {
+    /// Position in m.
     pub x: [f64; 2],
+    /// Velocity in m/s.
     pub v: [f64; 2],
-    /// `B_p`.
+    /// `B_p` in m^2/s.
     pub b: [[f64; 2]; 2],
-    /// xx, yy, zz, xy.
+    /// Cauchy stress xx, yy, zz, xy in Pa.
     pub stress: [f64; 4],
+    /// Volume over the initial one.
     pub ratio: f64,
+    /// In kg/m.
     pub mass: f64,
+    /// Initial volume in m^2.
     pub volume: f64,
+    /// Bulk modulus in Pa.
+    pub bulk: f64,
+    /// Shear modulus in Pa.
+    pub shear: f64,
+}
+
+impl RefPoint {
+    /// Kirchhoff stress in Pa: its mean, and its deviator.
+    fn kirchhoff(&self) -> (f64, nalgebra::Matrix3<f64>) {
+        let [xx, yy, zz, xy] = self.stress.map(|s| s * self.ratio);
+        let stress = nalgebra::Matrix3::new(xx, xy, 0.0, xy, yy, 0.0, 0.0, 0.0, zz);
+        let mean = stress.trace() / 3.0;
+        (mean, stress - nalgebra::Matrix3::identity() * mean)
+    }
+
+    /// Elastic energy in J/m.
+    pub fn stored(&self) -> f64 {
+        let (mean, deviator) = self.kirchhoff();
+        let dense = 0.5 * mean * mean / self.bulk + 0.25 * deviator.norm_squared() / self.shear;
+        self.volume * dense
+    }
 }
 
 /// Points over a dense grid with a rim of three nodes.
 #[derive(Debug, Clone)]
 pub struct Reference {
+    /// The points.
     pub points: Vec<RefPoint>,
+    /// Along x and y.
     pub kernels: [Kernel; 2],
+    /// As configured.
     pub transfer: Transfer,
+    /// Lower left corner of the grid in m.
     pub lower: [f64; 2],
+    /// Along x and y.
     pub cells: [i64; 2],
+    /// Spacing in m.
     pub cell: f64,
+    /// In m/s^2.
     pub gravity: [f64; 2],
+    /// As configured.
     pub walls: Walls,
+    /// As configured.
     pub stress_update: StressUpdate,
+    /// As configured.
     pub drift: Drift,
-    pub bulk: f64,
-    pub shear: f64,
-    /// Impulse of the walls on the points in the last step.
+    /// Impulse of the walls on the points in the last step, in N s/m.
     pub wall_impulse: [f64; 2],
+    /// Elastic energy of the points at `t_n` of the last step, in J/m.
+    pub elastic: f64,
 }
 
 const RIM: i64 = 3;
@@ -199,15 +244,12 @@ impl Reference {
         let kick = 0.5 * (dt_before + dt);
         let start = self.momentum();
         let alpha = self.pic_fraction(kick);
-        let inertia = self.cell.powi(2)
-            * match self.kernels[0] {
-                Kernel::Cubic => 1.0 / 3.0,
-                _ => 0.25,
-            };
+        let inertia = self.inertia();
         let nodes = self.nodes();
         let (mass, before) = self.map(&nodes, inertia);
         let [first, last] = self.shares();
         self.strain(&nodes, &before, first * dt_before, 0.5);
+        self.elastic = self.points.iter().map(RefPoint::stored).sum();
         let mut after = vec![[0.0; 2]; nodes.len()];
         for (n, node) in nodes.iter().enumerate() {
             let mut f = [0.0; 2];
@@ -288,6 +330,62 @@ impl Reference {
                 p.x[a] += dt * v[a];
             }
         }
+    }
+
+    /// `D_p` in m^2 (31).
+    fn inertia(&self) -> f64 {
+        let of_unit = match self.kernels[0] {
+            Kernel::Cubic => 1.0 / 3.0,
+            _ => 0.25,
+        };
+        self.cell.powi(2) * of_unit
+    }
+
+    /// Kinetic energy of a point in J/m, with that of its affine field (29).
+    pub fn kinetic(&self, p: &RefPoint) -> f64 {
+        let square = |v: [f64; 2]| v[0] * v[0] + v[1] * v[1];
+        0.5 * p.mass * (square(p.v) + (square(p.b[0]) + square(p.b[1])) / self.inertia())
+    }
+
+    /// `lambda_max(S k S^T M^-1)` in 1/s^2 for these stiffnesses (N/m) of the points, from below: by power iteration.
+    pub fn contact_omega_sq(&self, stiffness: &[f64]) -> f64 {
+        let nodes = self.nodes();
+        let (mass, _) = self.map(&nodes, self.inertia());
+        let mut largest = 0.0_f64;
+        let stiff = || self.points.iter().zip(stiffness).filter(|(_, k)| **k > 0.0);
+        for a in 0..2 {
+            let at = |p: &RefPoint, node: &Node| -> f64 {
+                let free = self.hold(node.at, [1.0; 2])[a];
+                let places = node.places.iter();
+                let weights = places.map(|(at, sign)| sign[a] * self.weight(p, *at));
+                free * weights.sum::<f64>()
+            };
+            let of_points = stiff().map(|(p, k)| (k, nodes.iter().map(|node| at(p, node))));
+            let rows: Vec<(f64, Vec<f64>)> = of_points.map(|(k, s)| (*k, s.collect())).collect();
+            let mut u: Vec<f64> = nodes.iter().map(|_| 1.0).collect();
+            for _ in 0..20 {
+                let mut f = vec![0.0; nodes.len()];
+                for (k, s) in &rows {
+                    let at: f64 = s.iter().zip(&u).map(|(s, u)| s * u).sum();
+                    f.iter_mut().zip(s).for_each(|(f, s)| *f += k * s * at);
+                }
+                let of_nodes = f.iter().zip(&mass).zip(&u);
+                let (work, inert) = of_nodes.fold((0.0, 0.0), |(work, inert), ((f, m), u)| {
+                    (work + f * u, inert + m * u * u)
+                });
+                if work <= 0.0 {
+                    break;
+                }
+                largest = largest.max(work / inert);
+                let by_mass = |(f, m): (&f64, &f64)| if *m > 0.0 { f / m } else { 0.0 };
+                u = f.iter().zip(&mass).map(by_mass).collect();
+                let size = u.iter().fold(0.0_f64, |most, u| most.max(u.abs()));
+                for u in &mut u {
+                    *u /= size;
+                }
+            }
+        }
+        largest
     }
 
     /// alpha of eq. 28 over a kick.
@@ -411,14 +509,12 @@ impl Reference {
             let diagonal = Matrix3::from_diagonal(&eigen.eigenvalues.map(of));
             eigen.eigenvectors * diagonal * eigen.eigenvectors.transpose()
         };
-        let [xx, yy, zz, xy] = p.stress.map(|s| s * p.ratio);
-        let old = Matrix3::new(xx, xy, 0.0, xy, yy, 0.0, 0.0, 0.0, zz);
-        let mean = one * (old.trace() / 3.0);
-        let strain = (old - mean) / (2.0 * self.shear) + mean / (3.0 * self.bulk);
+        let (mean, deviator) = p.kirchhoff();
+        let strain = deviator / (2.0 * p.shear) + one * (mean / (3.0 * p.bulk));
         let b = f * function(strain * 2.0, f64::exp) * f.transpose();
         let strain = function((b + b.transpose()) * 0.5, f64::ln) * 0.5;
         let volumetric = one * strain.trace();
-        let new = volumetric * self.bulk + (strain - volumetric / 3.0) * (2.0 * self.shear);
+        let new = volumetric * p.bulk + (strain - volumetric / 3.0) * (2.0 * p.shear);
         p.ratio *= f.determinant();
         p.stress = [new[(0, 0)], new[(1, 1)], new[(2, 2)], new[(0, 1)]].map(|s| s / p.ratio);
     }

@@ -4,7 +4,7 @@ use interface::Vec2;
 use interface::step::Clock;
 use mechanics::outline::nearest;
 
-use super::case::{Case, Epoch};
+use super::case::Case;
 use super::law::{Law, Pair};
 use super::oracle::{Oracle, Who};
 
@@ -129,38 +129,4 @@ fn radius(case: &Case, id: u64) -> f64 {
         .iter()
         .find(|p| p.id == id)
         .map_or(0.0, |p| p.radius)
-}
-
-/// The same steps, each measured.
-pub fn measured_in_every_step(case: &Case) -> Case {
-    let mut measured = case.clone();
-    measured.epochs.clear();
-    for epoch in &case.epochs {
-        for k in 0..epoch.windows.iter().sum() {
-            let first = k == 0;
-            measured.epochs.push(Epoch {
-                dt: epoch.dt,
-                windows: vec![1],
-                outlines: epoch.outlines && first,
-                frame: epoch.frame,
-                resumed: epoch.resumed && first,
-            });
-        }
-    }
-    measured
-}
-
-/// The same case up to a step.
-pub fn cut(case: &Case, steps: u32) -> Case {
-    let mut left = steps;
-    let mut cut = case.clone();
-    for epoch in &mut cut.epochs {
-        for window in &mut epoch.windows {
-            *window = (*window).min(left);
-            left -= *window;
-        }
-        epoch.windows.retain(|window| *window > 0);
-    }
-    cut.epochs.retain(|epoch| !epoch.windows.is_empty());
-    cut
 }

@@ -1,0 +1,414 @@
+//! Random cases of a continuum, within what a solver says that it takes. Cells, densities and stiffnesses come from several
+//! orders of magnitude; speeds, forces and steps follow from them, so that strains stay moderate.
+
+use fastrand::Rng;
+use interface::config::capability::{Capabilities, LAYERS, PAIRS};
+use interface::config::{
+    ContactForceScheme, Drift, Fill, Forcing, GroupConfig, InitialFields, Interface, Lattice,
+    Leaving, MaterialConfig, MaterialModel, MpmConfig, Plane, ShapeFunction, Spacing, StressUpdate,
+    Transfer, Wall, Walls,
+};
+
+use super::super::dice::Dice;
+use super::super::plan::{self, Course};
+use super::case::{Case, Outline, Push};
+
+/// A continuum whose points do not meet on a grid.
+pub const NO_GRID: &str = "feature:no_grid";
+
+/// A generator of cases.
+struct Generator<'a> {
+    rng: Rng,
+    takes: &'a Capabilities,
+    /// In m.
+    cell: f64,
+    /// Of pressure waves in m/s.
+    wave: f64,
+    /// In kg/m^3.
+    density: f64,
+    /// Longest step in s.
+    dt: f64,
+}
+
+impl Dice for Generator<'_> {
+    fn rng(&mut self) -> &mut Rng {
+        &mut self.rng
+    }
+
+    fn takes(&self) -> &Capabilities {
+        self.takes
+    }
+
+    fn dt(&self) -> f64 {
+        self.dt
+    }
+}
+
+/// The case of a seed, for a continuum that says that it takes this.
+pub fn case(seed: u64, takes: &Capabilities) -> Case {
+    let mut rng = Rng::with_seed(seed);
+    let mut decades = |from: f64, to: f64| 10f64.powf(from + (to - from) * rng.f64());
+    let (cell, wave, density) = (decades(-2.0, 0.5), decades(0.0, 3.0), decades(1.0, 4.0));
+    let dt = decades(-1.7, -0.7) * cell / wave;
+    let generator = Generator {
+        rng,
+        takes,
+        cell,
+        wave,
+        density,
+        dt,
+    };
+    generator.case()
+}
+
+impl Generator<'_> {
+    fn case(mut self) -> Case {
+        let alone = self.takes.has(NO_GRID);
+        let spacing = if alone {
+            8.0
+        } else {
+            1.0 / self.between(1.2, 3.5)
+        } * self.cell;
+        let (shape, stress_update, drift, transfer) = self.scheme(alone);
+        let count = 1 + self.rng.usize(0..3);
+        let layers = count > 1 && self.takes.has(LAYERS) && self.rarely();
+        let pairs = layers && self.takes.has(PAIRS) && self.often();
+        let walls = if alone {
+            Walls::default()
+        } else {
+            self.walls()
+        };
+        let materials = (0..count).map(|_| self.material(alone)).collect();
+        let groups = self.groups(count, spacing, layers && !pairs, transfer.is_affine());
+        let domain = self.domain(&groups, &walls);
+        let gravity = if self.often() {
+            let most = 1e-3 * self.wave / self.dt;
+            [self.way(most), self.way(most)]
+        } else {
+            [0.0; 2]
+        };
+        let config = MpmConfig {
+            domain,
+            cell: self.cell,
+            gravity,
+            shape,
+            transfer,
+            stress_update,
+            drift,
+            plane: Plane::Strain,
+            walls,
+            materials,
+            contact_force: ContactForceScheme::Point,
+            forcing: Forcing::default(),
+            constants: std::collections::BTreeMap::new(),
+            leaving: Leaving::Stop,
+            grid_contact: None,
+            layers,
+            group_pairs: if pairs { vec![[0, 1]] } else { Vec::new() },
+            interface: Interface::Points,
+            chains: Vec::new(),
+            skin: self.between(0.05, 1.0) * self.cell,
+            probes: Vec::new(),
+            threads: 1,
+            groups,
+        };
+        let epochs = self.epochs(true);
+        let steps = plan::steps(&epochs);
+        let points = config
+            .groups
+            .iter()
+            .map(|group| match (&group.fill, group.spacing) {
+                (Fill::Points { positions }, _) => positions.len(),
+                (_, Spacing::Counts([n, m])) => (n * m) as usize,
+                _ => 0,
+            });
+        let pushes = self.pushes(points.sum(), spacing, steps, drift);
+        let skin = config.skin;
+        let travel = (0..self.rng.u32(0..4))
+            .map(|k| (8 * k, self.between(0.0, 0.8) * skin))
+            .collect();
+        Case {
+            bodies: self.bodies(config.domain),
+            travel: Course(travel),
+            pushes,
+            epochs,
+            config,
+        }
+    }
+
+    /// How points and nodes exchange what they have.
+    fn scheme(&mut self, alone: bool) -> (ShapeFunction, StressUpdate, Drift, Transfer) {
+        let shape = match self.member(&[
+            "shape:quadratic_bspline",
+            "shape:cubic_bspline",
+            "shape:ugimp",
+            "shape:linear",
+        ]) {
+            _ if alone => ShapeFunction::Linear,
+            Some("shape:quadratic_bspline") => ShapeFunction::QuadraticBspline,
+            Some("shape:cubic_bspline") => ShapeFunction::CubicBspline,
+            Some("shape:ugimp") => ShapeFunction::Ugimp,
+            _ => ShapeFunction::Linear,
+        };
+        let stress_update = match self.member(&[
+            "stress_update:usf",
+            "stress_update:usl",
+            "stress_update:musl",
+            "stress_update:usavg",
+        ]) {
+            Some("stress_update:usl") if shape != ShapeFunction::Linear => StressUpdate::Usl,
+            Some("stress_update:musl") => StressUpdate::Musl,
+            Some("stress_update:usavg") => StressUpdate::Usavg,
+            _ => StressUpdate::Usf,
+        };
+        let drift = match self.member(&["drift:nodal", "drift:mapped"]) {
+            Some("drift:mapped") if stress_update != StressUpdate::Usl => Drift::Mapped,
+            _ => Drift::Nodal,
+        };
+        let transfer = if alone {
+            Transfer::Flip
+        } else {
+            self.transfer(shape)
+        };
+        (shape, stress_update, drift, transfer)
+    }
+
+    fn transfer(&mut self, shape: ShapeFunction) -> Transfer {
+        let order = self.rng.u32(1..4);
+        let pic_rate = self.between(0.0, 0.5) / self.dt;
+        let pic_fraction = self.rng.f64();
+        let names = [
+            "transfer:flip",
+            "transfer:pic",
+            "transfer:blend",
+            "transfer:xpic",
+            "transfer:flip_pic",
+            "transfer:flip_xpic",
+            "transfer:apic",
+            "transfer:aflip",
+        ];
+        let splines = matches!(
+            shape,
+            ShapeFunction::QuadraticBspline | ShapeFunction::CubicBspline
+        );
+        // The last two need a spline.
+        let names = if splines { &names[..] } else { &names[..6] };
+        match self.member(names) {
+            Some("transfer:pic") => Transfer::Pic,
+            Some("transfer:blend") => Transfer::Blend { pic_fraction },
+            Some("transfer:xpic") => Transfer::Xpic { order },
+            Some("transfer:flip_pic") => Transfer::FlipPic { pic_rate },
+            Some("transfer:flip_xpic") => Transfer::FlipXpic { order, pic_rate },
+            Some("transfer:apic") => Transfer::Apic,
+            Some("transfer:aflip") => Transfer::Aflip { pic_rate },
+            _ => Transfer::Flip,
+        }
+    }
+
+    fn walls(&mut self) -> Walls {
+        let mut wall = || match self.member(&[
+            "wall:open",
+            "wall:open",
+            "wall:fixed",
+            "wall:slip",
+            "wall:tangential",
+        ]) {
+            Some("wall:fixed") => Wall::Fixed,
+            Some("wall:slip") => Wall::Slip,
+            Some("wall:tangential") => Wall::Tangential,
+            _ => Wall::Open,
+        };
+        Walls {
+            left: wall(),
+            right: wall(),
+            bottom: wall(),
+            top: wall(),
+        }
+    }
+
+    fn material(&mut self, alone: bool) -> MaterialConfig {
+        // K + 4 G/3 = rho c^2.
+        let ratio = if alone {
+            5.0 / 3.0
+        } else {
+            self.between(0.5, 5.0)
+        };
+        let density = self.about(self.density);
+        let shear_modulus =
+            density * self.wave * self.wave * self.between(0.3, 1.0) / (ratio + 4.0 / 3.0);
+        MaterialConfig {
+            name: "elastic".into(),
+            density,
+            model: MaterialModel::LinearElastic {
+                bulk_modulus: ratio * shear_modulus,
+                shear_modulus,
+            },
+        }
+    }
+
+    /// Groups side by side, or on one another where they are `apart`: on layers and without contact.
+    fn groups(
+        &mut self,
+        count: usize,
+        spacing: f64,
+        apart: bool,
+        affine: bool,
+    ) -> Vec<GroupConfig> {
+        let far = if self.rarely() { 1e3 * self.cell } else { 0.0 };
+        let corner = [0; 2].map(|_| far + self.way(5.0) * self.cell);
+        let mut groups = Vec::new();
+        let mut left = corner[0];
+        for g in 0..count {
+            let counts = [1 + self.rng.u32(0..4), 1 + self.rng.u32(0..4)];
+            // Layers may lie on one another, where their groups do not touch.
+            let at = if apart && self.often() {
+                corner[0]
+            } else {
+                left
+            };
+            let group = self.group(g, spacing, [at, corner[1]], counts, affine);
+            left = at + spacing * (f64::from(counts[0]) + self.between(0.0, 0.5));
+            groups.push(group);
+        }
+        groups
+    }
+
+    /// A group of `counts` points with its lower left corner at `corner` (m).
+    fn group(
+        &mut self,
+        number: usize,
+        side: f64,
+        corner: [f64; 2],
+        counts: [u32; 2],
+        affine: bool,
+    ) -> GroupConfig {
+        let [n, m] = counts.map(f64::from);
+        let upper = [corner[0] + n * side, corner[1] + m * side];
+        let listed = self.takes.meets("fill:points")
+            && (self.rng.u32(0..4) > 0 || !self.takes.meets("fill:rectangle"));
+        let (fill, spacing) = if listed {
+            let mess = if self.often() { 0.2 * side } else { 0.0 };
+            let mut positions = Vec::new();
+            for k in 0..counts[0] * counts[1] {
+                let place = [k % counts[0], k / counts[0]].map(|i| (f64::from(i) + 0.5) * side);
+                positions.push([0, 1].map(|a| corner[a] + place[a] + self.way(mess)));
+            }
+            (Fill::Points { positions }, Spacing::Distance(side))
+        } else {
+            let lower = corner;
+            (Fill::Rectangle { lower, upper }, Spacing::Counts(counts))
+        };
+        let speed = 0.03 * self.wave;
+        // The affine velocities that points of such a transfer begin with are their solver's own.
+        let velocity = (self.takes.meets("feature:fields") && !affine && self.often()).then(|| {
+            let mut field = || {
+                let (a, b) = (self.way(speed / self.cell), self.way(speed / self.cell));
+                format!("({a})*(x - ({}))+({b})*(y - ({}))", corner[0], corner[1])
+            };
+            [field(), field()]
+        });
+        let pressure = 0.01 * self.density * self.wave * self.wave;
+        let stress = (self.takes.meets("feature:fields") && self.rarely())
+            .then(|| [0; 4].map(|_| format!("{}", self.way(pressure))));
+        GroupConfig {
+            name: format!("group{number}"),
+            material: number,
+            fill,
+            spacing,
+            lattice: Lattice::default(),
+            velocity: [self.way(speed), self.way(speed)],
+            fields: InitialFields { velocity, stress },
+            contact_radius: Some(self.between(0.05, 0.5) * side.min(self.cell)),
+            rigid: false,
+            keeps_spin: false,
+        }
+    }
+
+    /// A domain around these groups, with more room at walls through which points would leave.
+    fn domain(&mut self, groups: &[GroupConfig], walls: &Walls) -> [[f64; 2]; 2] {
+        let mut domain = [[0.0; 2]; 2];
+        for (a, ends) in [[walls.left, walls.right], [walls.bottom, walls.top]]
+            .iter()
+            .enumerate()
+        {
+            let along = || groups.iter().flat_map(|g| g.fill.bounds().map(|x| x[a]));
+            let [low, high] = [
+                along().fold(f64::INFINITY, f64::min),
+                along().fold(f64::NEG_INFINITY, f64::max),
+            ];
+            let mut room = |wall: Wall| match wall {
+                Wall::Open => self.between(1.0, 3.0),
+                _ => self.between(0.05, 1.0),
+            };
+            let (below, above) = (room(ends[0]), room(ends[1]));
+            let cells = ((high - low) / self.cell + below + above).ceil().max(4.0);
+            domain[0][a] = low - below * self.cell;
+            domain[1][a] = domain[0][a] + cells * self.cell;
+        }
+        domain
+    }
+
+    /// Forces that change the velocity of a point by some percent of that of waves in all.
+    fn pushes(&mut self, points: usize, side: f64, steps: u32, drift: Drift) -> Vec<Push> {
+        let count = if self.rarely() {
+            0
+        } else {
+            self.rng.usize(1..6)
+        };
+        let mut pushes = Vec::new();
+        for _ in 0..count {
+            let from = self.rng.u32(0..steps.max(2));
+            let to = from + self.rng.u32(1..12);
+            let mass = self.density * side.min(self.cell).powi(2);
+            let most = mass * 0.01 * self.wave / self.dt;
+            // Whether a point that bodies are near to, but do not press on, moves with the mapped velocities, is its
+            // solver's own affair.
+            let touches = drift == Drift::Mapped || self.rng.u32(0..4) > 0;
+            pushes.push(Push {
+                point: self.rng.usize(0..points.max(1)),
+                steps: [from, to],
+                force: if touches {
+                    [self.way(most), self.way(most)]
+                } else {
+                    [0.0; 2]
+                },
+                stiffness: self.about(0.01 * mass / (self.dt * self.dt)),
+            });
+        }
+        pushes
+    }
+
+    fn bodies(&mut self, [lower, upper]: [[f64; 2]; 2]) -> Vec<Outline> {
+        let size = [upper[0] - lower[0], upper[1] - lower[1]];
+        if self.often() {
+            // Around all, so that all points are seen in every step.
+            let at = |x: f64, y: f64| [lower[0] + x * size[0], lower[1] + y * size[1]];
+            let vertices = vec![at(-1.0, -1.0), at(2.0, -1.0), at(2.0, 2.0), at(-1.0, 2.0)];
+            return vec![Outline {
+                vertices,
+                reach: 0.0,
+            }];
+        }
+        let count = self.rng.u32(0..3);
+        let mut bodies = Vec::new();
+        for _ in 0..count {
+            let n = self.rng.u32(1..6);
+            let middle = [0, 1].map(|a| lower[a] + size[a] * self.rng.f64());
+            let extent = self.between(0.1, 0.5) * size[0].min(size[1]);
+            let mut vertices = Vec::new();
+            for k in 0..n {
+                // A star around its middle is simple; one in four has notches.
+                let r = extent * if self.rarely() { 0.5 } else { 1.0 };
+                let angle =
+                    (f64::from(k) + self.between(0.0, 0.4)) * std::f64::consts::TAU / f64::from(n);
+                vertices.push([middle[0] + r * angle.cos(), middle[1] + r * angle.sin()]);
+            }
+            if self.often() {
+                vertices.reverse();
+            }
+            let reach = self.between(0.0, 1.0) * self.cell;
+            bodies.push(Outline { vertices, reach });
+        }
+        bodies
+    }
+}

@@ -1,0 +1,295 @@
+//! The oracle of the continuum's side: layers of points, each moved by the plain reference of [`mechanics::reference`], and
+//! what section 9 of PROTOCOL.md says of them.
+
+use interface::config::{MaterialModel, MpmConfig, ShapeFunction};
+use interface::message::wire::{GroupState, ImpForce, Ledger};
+use interface::step::Step;
+use mechanics::expression::Expression;
+use mechanics::fill::fill;
+use mechanics::reference::{Kernel, RefPoint, Reference};
+
+/// Where a point is kept, and what does not change of it.
+#[derive(Debug, Clone, Copy)]
+pub struct Identity {
+    /// Its group.
+    pub group: usize,
+    /// Contact radius in m.
+    pub radius: f64,
+    layer: usize,
+    place: usize,
+}
+
+/// All points, and sums so far.
+#[derive(Debug, Clone)]
+pub struct Oracle {
+    layers: Vec<Reference>,
+    /// In the order of the configuration.
+    pub points: Vec<Identity>,
+    /// The configuration.
+    pub config: MpmConfig,
+    /// Speed of the fastest pressure wave in m/s.
+    pub wave: f64,
+    /// Elastic energy at the start in J/m.
+    start: f64,
+    applied: [f64; 2],
+    contact: [f64; 2],
+}
+
+/// What is expected of a step.
+#[derive(Debug, Clone, Default)]
+pub struct Expected {
+    /// `lambda_max(S k S^T M^-1)` in 1/s^2, from below; not computed where it is not asked for.
+    pub contact_omega_sq: f64,
+    /// The ledger, if the step is measured.
+    pub ledger: Ledger,
+    /// The groups likewise.
+    pub groups: Vec<GroupState>,
+}
+
+/// Bulk modulus and shear modulus of a material in Pa.
+fn moduli(model: &MaterialModel) -> Option<[f64; 2]> {
+    match *model {
+        MaterialModel::LinearElastic {
+            bulk_modulus,
+            shear_modulus,
+        } => Some([bulk_modulus, shear_modulus]),
+        _ => None,
+    }
+}
+
+fn kernel(shape: ShapeFunction, box_in_cells: f64) -> Kernel {
+    match shape {
+        ShapeFunction::Linear => Kernel::Linear,
+        ShapeFunction::Ugimp => Kernel::Ugimp((0.5 * box_in_cells).min(0.5)),
+        ShapeFunction::QuadraticBspline => Kernel::Quadratic,
+        ShapeFunction::CubicBspline => Kernel::Cubic,
+    }
+}
+
+/// Formulas in x and y.
+fn field<const N: usize>(sources: Option<&[String; N]>, x: [f64; 2]) -> Option<[f64; N]> {
+    let Some(sources) = sources else {
+        return Some([0.0; N]);
+    };
+    let slot = |name: &str| match name {
+        "x" => Some(mechanics::expression::Meaning::Slot(0)),
+        "y" => Some(mechanics::expression::Meaning::Slot(1)),
+        _ => None,
+    };
+    let mut values = [0.0; N];
+    for (value, source) in values.iter_mut().zip(sources) {
+        *value = Expression::compile(source, &slot).ok()?.evaluate(&x);
+    }
+    Some(values)
+}
+
+impl Oracle {
+    /// The points of a configuration; `None` where it is not of those that the oracle knows.
+    pub fn new(config: &MpmConfig) -> Option<Self> {
+        let c = config;
+        let counts = [0, 1].map(|a| ((c.domain[1][a] - c.domain[0][a]) / c.cell).round() as i64);
+        let empty = Reference {
+            points: Vec::new(),
+            kernels: [Kernel::Linear; 2],
+            transfer: c.transfer,
+            lower: c.domain[0],
+            cells: counts,
+            cell: c.cell,
+            gravity: c.gravity,
+            walls: c.walls,
+            stress_update: c.stress_update,
+            drift: c.drift,
+            wall_impulse: [0.0; 2],
+            elastic: 0.0,
+        };
+        let (mut layers, mut points, mut wave) = (Vec::new(), Vec::new(), 0.0_f64);
+        let mut filled = Vec::new();
+        for (g, group) in c.groups.iter().enumerate() {
+            let region = fill(group, c.cell, "").ok()?;
+            let material = c.materials.get(group.material)?;
+            let [bulk, shear] = moduli(&material.model)?;
+            wave = wave.max(((bulk + 4.0 / 3.0 * shear) / material.density).sqrt());
+            if g == 0 || c.layers {
+                layers.push(empty.clone());
+            }
+            let layer = layers.last_mut()?;
+            layer.kernels = region.sides.map(|side| kernel(c.shape, side / c.cell));
+            for &x in &region.positions {
+                let more = field(group.fields.velocity.as_ref(), x)?;
+                let place = layer.points.len();
+                layer.points.push(RefPoint {
+                    x,
+                    v: [0, 1].map(|a| group.velocity[a] + more[a]),
+                    b: [[0.0; 2]; 2],
+                    stress: field(group.fields.stress.as_ref(), x)?,
+                    ratio: 1.0,
+                    mass: material.density * region.box_area(),
+                    volume: region.box_area(),
+                    bulk,
+                    shear,
+                });
+                points.push((g, place, group.contact_radius?));
+            }
+            filled.push(region);
+        }
+        let apart = |a: usize, b: usize| {
+            !c.layers || c.group_pairs.iter().any(|p| [[a, b], [b, a]].contains(p))
+        };
+        mechanics::fill::refuse_overlap(&c.groups, &filled, apart).ok()?;
+        let points = points.into_iter().map(|(group, place, radius)| Identity {
+            group,
+            radius,
+            layer: if c.layers { group } else { 0 },
+            place,
+        });
+        let mut oracle = Self {
+            points: points.collect(),
+            layers,
+            config: config.clone(),
+            wave,
+            start: 0.0,
+            applied: [0.0; 2],
+            contact: [0.0; 2],
+        };
+        oracle.start = oracle.all().iter().map(RefPoint::stored).sum();
+        Some(oracle)
+    }
+
+    /// A point.
+    pub fn point(&self, k: usize) -> &RefPoint {
+        let Identity { layer, place, .. } = self.points[k];
+        &self.layers[layer].points[place]
+    }
+
+    /// All points.
+    pub fn all(&self) -> Vec<RefPoint> {
+        (0..self.points.len()).map(|k| *self.point(k)).collect()
+    }
+
+    /// Speed of the fastest point in m/s.
+    pub fn fastest(&self) -> f64 {
+        let speeds = self.all().into_iter().map(|p| p.v[0].hypot(p.v[1]));
+        speeds.fold(0.0, f64::max)
+    }
+
+    /// Whether no point comes near the edge of the domain in a step of `dt` (s), and none is strained too far for a comparison.
+    pub fn is_sound(&self, dt: f64) -> bool {
+        let c = &self.config;
+        self.all().iter().all(|p| {
+            (0.5..2.0).contains(&p.ratio)
+                && (0..2).all(|a| {
+                    let room = 0.01 * c.cell + 2.0 * dt * p.v[a].abs();
+                    p.x[a] - room > c.domain[0][a] && p.x[a] + room < c.domain[1][a]
+                })
+        })
+    }
+
+    fn kinetic(&self, k: usize) -> f64 {
+        self.layers[self.points[k].layer].kinetic(self.point(k))
+    }
+
+    /// A step with the force on each point; `bounds`: with what limits have to bound.
+    pub fn step(&mut self, step: &Step, forces: &[ImpForce], bounds: bool) -> Expected {
+        let before = self.all();
+        let energies =
+            |o: &Self| -> Vec<f64> { (0..o.points.len()).map(|k| o.kinetic(k)).collect() };
+        let kinetic = energies(self);
+        let (kick, w) = (step.kick(), step.centring());
+        let (mut contact_omega_sq, mut elastic) = (0.0_f64, 0.0);
+        for number in 0..self.layers.len() {
+            let own = self
+                .points
+                .iter()
+                .zip(forces)
+                .filter(|(id, _)| id.layer == number);
+            let own: Vec<ImpForce> = own.map(|(_, force)| *force).collect();
+            let layer = &mut self.layers[number];
+            if bounds {
+                let stiffness: Vec<f64> = own.iter().map(|f| f.stiffness).collect();
+                contact_omega_sq = contact_omega_sq.max(layer.contact_omega_sq(&stiffness));
+            }
+            if step.is_opening() {
+                elastic += layer.points.iter().map(RefPoint::stored).sum::<f64>();
+                continue;
+            }
+            let own: Vec<[f64; 2]> = own.iter().map(|f| f.force).collect();
+            layer.step(step.dt_before, step.dt, &own);
+            elastic += layer.elastic;
+            for a in 0..2 {
+                let mass: f64 = layer.points.iter().map(|p| p.mass).sum();
+                self.applied[a] += layer.wall_impulse[a] + kick * mass * layer.gravity[a];
+            }
+        }
+        let (after, done) = (energies(self), self.all());
+        let mut ledger = Ledger {
+            elastic,
+            stress_work: elastic - self.start,
+            ..Ledger::default()
+        };
+        let now = [&before[..], &done];
+        let groups = self.sums(now, [&kinetic, &after], w, forces, &mut ledger);
+        for a in 0..2 {
+            self.contact[a] += kick * ledger.contact_force[a];
+        }
+        ledger.applied_impulse = self.applied;
+        ledger.contact_impulse = self.contact;
+        Expected {
+            contact_omega_sq,
+            ledger,
+            groups,
+        }
+    }
+
+    /// The groups, and what the ledger has of points and forces: of the points and their energies before and after the kick,
+    /// of which the latter count with the share `w`.
+    fn sums(
+        &self,
+        [before, done]: [&[RefPoint]; 2],
+        [kinetic, after]: [&[f64]; 2],
+        w: f64,
+        forces: &[ImpForce],
+        ledger: &mut Ledger,
+    ) -> Vec<GroupState> {
+        let mut groups = vec![GroupState::default(); self.config.groups.len()];
+        for (k, id) in self.points.iter().enumerate() {
+            let (p, f, group) = (&before[k], &forces[k], &mut groups[id.group]);
+            let first = group.mass == 0.0;
+            let centred = (1.0 - w) * kinetic[k] + w * after[k];
+            group.mass += p.mass;
+            group.kinetic += centred;
+            ledger.kinetic += centred;
+            let pressed = f.force != [0.0; 2];
+            group.contacts += u64::from(pressed);
+            ledger.contacts += u64::from(pressed);
+            let first_pressed = pressed && group.contacts == 1;
+            for a in 0..2 {
+                let x = p.x[a];
+                group.position[a] += p.mass * x;
+                group.velocity[a] += p.mass * ((1.0 - w) * p.v[a] + w * done[k].v[a]);
+                group.contact_force[a] += f.force[a];
+                widen(&mut group.lower[a], &mut group.upper[a], x, first);
+                if pressed {
+                    widen(
+                        &mut group.loaded_lower[a],
+                        &mut group.loaded_upper[a],
+                        x,
+                        first_pressed,
+                    );
+                }
+                ledger.gravity -= p.mass * self.config.gravity[a] * x;
+                ledger.momentum[a] += p.mass * done[k].v[a];
+                ledger.contact_force[a] += f.force[a];
+            }
+        }
+        for group in &mut groups {
+            group.position = group.position.map(|x| x / group.mass);
+            group.velocity = group.velocity.map(|p| p / group.mass);
+        }
+        groups
+    }
+}
+
+fn widen(lower: &mut f64, upper: &mut f64, x: f64, first: bool) {
+    *lower = if first { x } else { lower.min(x) };
+    *upper = if first { x } else { upper.max(x) };
+}

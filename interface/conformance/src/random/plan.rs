@@ -1,0 +1,120 @@
+//! The steps of a case, whichever side it is of, and what makes any case smaller.
+
+use serde::de::DeserializeOwned;
+use serde::{Deserialize, Serialize};
+use serde_json::Value;
+
+/// A number that changes with the steps: linear between its values at some of them, constant beyond.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Course(pub Vec<(u32, f64)>);
+
+impl Course {
+    /// The number in a step.
+    pub fn at(&self, step: u32) -> f64 {
+        let after = self.0.partition_point(|(s, _)| *s <= step);
+        match (after.checked_sub(1).map(|k| self.0[k]), self.0.get(after)) {
+            (Some((from, a)), Some(&(to, b))) => {
+                a + (b - a) * f64::from(step - from) / f64::from(to - from)
+            }
+            (Some((_, a)), None) => a,
+            (None, Some(&(_, b))) => b,
+            (None, None) => 0.0,
+        }
+    }
+}
+
+/// Steps of one length.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Epoch {
+    /// In s; 0 in an opening or a closing step.
+    pub dt: f64,
+    /// Steps of each grant. The first step of an epoch is measured.
+    pub windows: Vec<u32>,
+    /// Whether the outlines are asked for in its first step.
+    pub outlines: bool,
+    /// Whether its first step is a frame.
+    pub frame: bool,
+    /// Whether the solver is saved before each grant, and goes on in a new one.
+    pub resumed: bool,
+}
+
+/// Number of steps.
+pub fn steps(epochs: &[Epoch]) -> u32 {
+    epochs.iter().flat_map(|epoch| &epoch.windows).sum()
+}
+
+/// The same steps, each measured.
+pub fn measured(epochs: &[Epoch]) -> Vec<Epoch> {
+    let each = |epoch: &Epoch| {
+        let epoch = epoch.clone();
+        (0..epoch.windows.iter().sum()).map(move |k: u32| Epoch {
+            windows: vec![1],
+            outlines: epoch.outlines && k == 0,
+            ..epoch
+        })
+    };
+    epochs.iter().flat_map(each).collect()
+}
+
+/// The first `left` steps, or those from there on.
+pub fn parts(epochs: &[Epoch], mut left: u32) -> [Vec<Epoch>; 2] {
+    let [mut head, mut tail] = [epochs.to_vec(), epochs.to_vec()];
+    for (first, second) in head.iter_mut().zip(&mut tail) {
+        for (a, b) in first.windows.iter_mut().zip(&mut second.windows) {
+            *a = (*a).min(left);
+            *b -= *a;
+            left -= *a;
+        }
+    }
+    for part in [&mut head, &mut tail] {
+        part.iter_mut()
+            .for_each(|epoch| epoch.windows.retain(|window| *window > 0));
+        part.retain(|epoch| !epoch.windows.is_empty());
+    }
+    [head, tail]
+}
+
+/// Simpler steps, to be tried where `step` fails: the boldest first.
+pub fn simpler(epochs: &[Epoch], step: u32) -> Vec<Vec<Epoch>> {
+    let mut simpler = vec![parts(epochs, step + 1)[0].clone()];
+    if let Some(epoch) = epochs.iter().find(|epoch| epoch.dt > 0.0).cloned() {
+        let windows = vec![steps(epochs)];
+        simpler.push(vec![Epoch { windows, ..epoch }]);
+    }
+    let changes: [fn(&mut Epoch); 5] = [
+        |e| (e.outlines, e.frame, e.resumed) = (false, false, false),
+        |e| e.resumed = false,
+        |e| e.frame = false,
+        |e| e.outlines = false,
+        |e| e.windows = vec![e.windows.iter().sum()],
+    ];
+    for change in changes {
+        let mut other = epochs.to_vec();
+        other.iter_mut().for_each(change);
+        simpler.push(other);
+    }
+    simpler
+}
+
+/// Every number with few digits.
+pub fn rounded<C: Serialize + DeserializeOwned>(case: &C, digits: i32) -> Option<C> {
+    let mut text = serde_json::to_value(case).ok()?;
+    shorten(&mut text, digits);
+    serde_json::from_value(text).ok()
+}
+
+/// The same of JSON; whole numbers are counts and stay.
+fn shorten(value: &mut Value, digits: i32) {
+    match value {
+        Value::Number(number) if number.is_f64() => {
+            let x = number.as_f64().unwrap_or_default();
+            if x != 0.0 {
+                let unit = 10f64.powi(x.abs().log10().floor() as i32 + 1 - digits);
+                *value = Value::from((x / unit).round() * unit);
+            }
+        }
+        Value::Array(values) => values.iter_mut().for_each(|value| shorten(value, digits)),
+        Value::Object(fields) => fields.values_mut().for_each(|value| shorten(value, digits)),
+        _ => {}
+    }
+}
