@@ -34,8 +34,6 @@ def run(tandem, scene, transfer, shape, update, **more):
     with tempfile.TemporaryDirectory() as directory:
         out = pathlib.Path(directory) / "run"
         values = {"mpm.transfer": transfer, "mpm.shape": shape, "mpm.stress_update": update, **more}
-        if update == "usl":
-            values["mpm.drift"] = "nodal"
         sets = [o for key, value in values.items() for o in ("--set", f"{key}={value}")]
         command = [tandem, "run", str(SCENES / scene), "--in-process", "--out", str(out), *sets]
         ended = subprocess.run(command, capture_output=True, text=True)

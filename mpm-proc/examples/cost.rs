@@ -41,7 +41,7 @@ fn main() {
                 config.transfer = Transfer::Flip;
             }
             if update.is_some() {
-                config.drift = Drift::Nodal;
+                config.drift = Drift::of(config.stress_update, None);
             }
             config
         });

@@ -21,6 +21,7 @@ use crate::pass::update_grid::update_grid;
 use crate::pass::xpic::filter_velocities;
 use crate::state::contact::ContactLoad;
 use crate::state::continuum::Continuum;
+use crate::state::settling::Settling;
 
 /// The first part of a step from `t_n` to `t_{n+1}`: all that needs no contact force. The bodies' side computes the forces
 /// meanwhile.
@@ -32,6 +33,7 @@ pub fn predict<const W: usize, S: Shape<W>, A: AffineState>(
     step: &Step,
 ) -> Result<(), Fault> {
     c.damping = begin_stage(&c.stages, &mut c.transfer, step);
+    c.settling = Settling::of(c.stress_update, c.drift, step);
     points_to_grid(c); //                       m_I, p_I^{n-1/2}, v_I^{n-1/2}        (18) (19) (20) (30)
     update_stress_first(c, step.dt_before); //  D, W, sigma^n, f_I^int               (21) ... (25), (13)
     apply_loads(c, step)?; //                   f_I^ext                              (14)

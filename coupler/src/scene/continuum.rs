@@ -62,9 +62,7 @@ pub(super) fn continuum(
         shape: written.shape,
         transfer: written.transfer,
         stress_update: written.stress_update,
-        drift: written
-            .drift
-            .unwrap_or_else(|| Drift::of(written.stress_update, written.grid_contact)),
+        drift: Drift::of(written.stress_update, written.grid_contact),
         plane: written.plane,
         walls: written.walls,
         materials: configured,

@@ -7,7 +7,7 @@ use std::collections::BTreeMap;
 use interface::config::friction::FrictionTest;
 use interface::config::surfaces::ContactPair;
 use interface::config::{
-    BodyShape, ContactForceScheme, ContactLaw, Drift, Fill, GridContact, Hold, Interface, Lattice,
+    BodyShape, ContactForceScheme, ContactLaw, Fill, GridContact, Hold, Interface, Lattice,
     Leaving, MaterialModel, Motion, OverlapMeasure, Plane, Probe, ShapeFunction, Spacing, Stage,
     StressUpdate, Traction, Transfer, Walls,
 };
@@ -181,8 +181,6 @@ pub(crate) struct MpmWritten {
     /// When stresses are updated within the step; first by default.
     #[serde(default)]
     pub stress_update: StressUpdate,
-    /// Velocity with which points move; by default `"mapped"`, but `"nodal"` with `usl` or `grid_contact`.
-    pub drift: Option<Drift>,
     /// Plane strain (default) or plane stress.
     #[serde(default)]
     pub plane: Plane,

@@ -5,6 +5,8 @@
     reason = "an axis is an index into several arrays of two"
 )]
 
+use std::collections::HashSet;
+
 use interface::config::{Drift, StressUpdate, Transfer, Wall, Walls};
 
 /// A shape function of the distance from a node in cells, and its derivative, as the paper prints them.
@@ -72,6 +74,8 @@ pub struct RefPoint {
     pub mass: f64,
     /// Initial volume in m^2.
     pub volume: f64,
+    /// How far it has moved by a velocity that is still to be compared with the field of its strains, in m.
+    pub unsettled: [f64; 2],
     /// Bulk modulus in Pa.
     pub bulk: f64,
     /// Shear modulus in Pa.
@@ -248,6 +252,21 @@ impl Reference {
         let nodes = self.nodes();
         let (mass, before) = self.map(&nodes, inertia);
         let [first, last] = self.shares();
+        let settles = self.drift == Drift::Mapped && dt > 0.0;
+        if settles && first > 0.0 {
+            for i in 0..self.points.len() {
+                let field = self.interpolate(&nodes, i, |n, _| before[n]);
+                let p = &mut self.points[i];
+                p.unsettled = [0, 1].map(|a| {
+                    let past = first * dt_before;
+                    if past > 0.0 {
+                        past * field[a] - p.unsettled[a]
+                    } else {
+                        0.0
+                    }
+                });
+            }
+        }
         self.strain(&nodes, &before, first * dt_before, 0.5);
         self.elastic = self.points.iter().map(RefPoint::stored).sum();
         let mut after = vec![[0.0; 2]; nodes.len()];
@@ -305,17 +324,15 @@ impl Reference {
         let (_, again) = self.map(&nodes, inertia);
         self.strain(&nodes, &again, last * dt, -0.5);
         if self.drift == Drift::Mapped {
-            for (i, p) in self.points.iter().enumerate() {
-                if forces[i] != [0.0; 2] {
-                    drift[i] = [0, 1].map(|a| {
-                        let places = nodes.iter().zip(&again).flat_map(|(node, v)| {
-                            node.places
-                                .iter()
-                                .map(move |(place, sign)| (place, sign[a] * v[a]))
-                        });
-                        places.map(|(place, v)| self.weight(p, *place) * v).sum()
-                    });
-                }
+            let mapped = self.places_near_loads(&nodes, forces);
+            for (i, drift) in drift.iter_mut().enumerate() {
+                *drift = self.interpolate(&nodes, i, |n, place| {
+                    if last > 0.0 || mapped.contains(&place) {
+                        again[n]
+                    } else {
+                        after[n]
+                    }
+                });
             }
         }
         // Gravity and contact are known; the rest of the change of momentum is due to the walls.
@@ -328,6 +345,10 @@ impl Reference {
         for (p, v) in self.points.iter_mut().zip(drift) {
             for a in 0..2 {
                 p.x[a] += dt * v[a];
+                if settles {
+                    p.x[a] += p.unsettled[a];
+                    p.unsettled[a] = first * dt * v[a];
+                }
             }
         }
     }
@@ -386,6 +407,51 @@ impl Reference {
             }
         }
         largest
+    }
+
+    /// Where nodes are that see forces, or that a point sees which sees one of these.
+    fn places_near_loads(&self, nodes: &[Node], forces: &[[f64; 2]]) -> HashSet<[i64; 2]> {
+        let places = || nodes.iter().flat_map(|node| &node.places).map(|p| p.0);
+        let pressed = || self.points.iter().zip(forces).filter(|p| *p.1 != [0.0; 2]);
+        let loaded: HashSet<[i64; 2]> = places()
+            .filter(|place| pressed().any(|(p, _)| self.weight(p, *place) != 0.0))
+            .collect();
+        // As many nodes as a point sees along an axis, less one.
+        let reach = match self.kernels[0] {
+            Kernel::Linear => 1,
+            Kernel::Quadratic | Kernel::Ugimp(_) => 2,
+            Kernel::Cubic => 3,
+        };
+        // Near loads at the other end too.
+        let closed = [self.walls.left, self.walls.bottom].contains(&Wall::Periodic);
+        if closed && !loaded.is_empty() {
+            return places().collect();
+        }
+        let near = |[x, y]: &[i64; 2]| {
+            let mut around = (-reach..=reach).flat_map(|j| (-reach..=reach).map(move |i| [i, j]));
+            around.any(|[i, j]| loaded.contains(&[x + i, y + j]))
+        };
+        places().filter(near).collect()
+    }
+
+    /// A velocity of the nodes at a point, of which `velocity` says what it is at each place.
+    fn interpolate(
+        &self,
+        nodes: &[Node],
+        point: usize,
+        velocity: impl Fn(usize, [i64; 2]) -> [f64; 2],
+    ) -> [f64; 2] {
+        let (p, mut v) = (&self.points[point], [0.0_f64; 2]);
+        for (n, node) in nodes.iter().enumerate() {
+            for (place, sign) in &node.places {
+                let s = self.weight(p, *place);
+                if s != 0.0 {
+                    let of_node = velocity(n, *place);
+                    v = [0, 1].map(|a| v[a] + s * sign[a] * of_node[a]);
+                }
+            }
+        }
+        v
     }
 
     /// alpha of eq. 28 over a kick.

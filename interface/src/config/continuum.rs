@@ -276,11 +276,10 @@ pub enum StressUpdate {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Drift {
-    /// The usual choice: that of the nodes after the kick, `sum_I S_Ip v_I^{n+1/2}`.
+    /// That of the nodes after the kick, `sum_I S_Ip v_I^{n+1/2}`: with `usl`, and with contact on the grid.
     Nodal,
-    /// The same, except for points that bodies press on: these move with the nodal velocities that follow from the
-    /// points' new velocities. Contact then neither creates nor loses energy in first order of the step
-    /// (docs/energy.md).
+    /// The field that strains the points: the nodal velocities that follow from the points' new velocities. Positions are
+    /// then of second order in the step, and contact neither creates nor loses energy in first order (docs/energy.md).
     #[default]
     Mapped,
 }

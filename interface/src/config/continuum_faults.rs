@@ -154,13 +154,12 @@ impl MpmConfig {
             let wrong = format!("{:?}", self.stress_update).to_lowercase();
             found.add("mpm.stress_update", format!("\"{wrong}\""), "\"usf\"", help);
         }
-        if self.drift == Drift::Mapped && Drift::of_scheme(self) == Drift::Nodal {
-            let help = if self.stress_update == StressUpdate::Usl {
-                "mapped cannot be combined with usl, which computes strains from the nodal velocities after the kick"
-            } else {
-                "mapped cannot be combined with grid_contact, whose forces act on nodes and not on points"
-            };
-            found.add("mpm.drift", "\"mapped\"", "\"nodal\"", help);
+        let drift = Drift::of(self.stress_update, self.grid_contact);
+        if self.drift != drift {
+            let [wrong, right] = [self.drift, drift].map(|of| format!("\"{of:?}\"").to_lowercase());
+            let help = "points move with the field that strains them: mapped; nodal with usl, which strains by the nodal \
+                        velocities after the kick, and with grid_contact, whose forces act on nodes and not on points";
+            found.add("mpm.drift", wrong, right, help);
         }
         if self.contact_force == ContactForceScheme::Traction && self.shape == ShapeFunction::Linear
         {
@@ -575,7 +574,7 @@ fn region_faults(found: &mut Faults, path: &str, within: [[f64; 2]; 2]) {
 }
 
 impl Drift {
-    /// The default that fits the rest of the scheme. If strains are computed from the velocities of the nodes after the
+    /// The one that fits the rest of the scheme. If strains are computed from the velocities of the nodes after the
     /// kick, points have to move with the same velocities. Contact on the grid acts on nodes and not on single points.
     pub fn of(stress_update: StressUpdate, grid_contact: Option<GridContact>) -> Self {
         if stress_update == StressUpdate::Usl || grid_contact.is_some() {
@@ -583,10 +582,6 @@ impl Drift {
         } else {
             Self::Mapped
         }
-    }
-
-    fn of_scheme(config: &MpmConfig) -> Self {
-        Self::of(config.stress_update, config.grid_contact)
     }
 }
 

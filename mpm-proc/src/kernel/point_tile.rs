@@ -20,7 +20,7 @@ pub struct Tile {
     pub frame: Frame,
     /// The node tiles that own the window: the 3 x 3 around it, row by row from below.
     pub around: [u32; 9],
-    /// Whether its points count where bodies press in this step, which the drift of loaded points needs.
+    /// Whether its points see nodes near those on which bodies press in this step ([`crate::pass::drift`]).
     pub near_load: bool,
 }
 

@@ -9,7 +9,7 @@ use crate::kernel::point_tile::owner;
 use crate::kernel::shape::Shape;
 use crate::kernel::tiles::pitch;
 use crate::kernel::transfer::AffineState;
-use crate::state::contact::{ContactLoad, Loaded, Touch};
+use crate::state::contact::{ContactLoad, Touch};
 use crate::state::continuum::Continuum;
 use crate::state::nodes::NodeAt;
 
@@ -52,12 +52,11 @@ pub fn apply_contact<const W: usize, S: Shape<W>, A: AffineState>(
     }
     let mut load = ContactLoad::default();
     let (mut gather, mut scatter): (f64, f64) = (0.0, 0.0);
-    for (point, touches) in continuum
+    for (&stiffness, touches) in continuum
         .loaded
         .iter()
         .zip(continuum.touches.chunks_exact(W * W))
     {
-        let stiffness = point.stiffness;
         if stiffness > 0.0 {
             let mut sums = [0.0; 2];
             for t in touches {
@@ -146,7 +145,7 @@ fn touch<const W: usize, S: Shape<W>, A: AffineState>(
             });
         }
     }
-    continuum.loaded.push(Loaded { member, stiffness });
+    continuum.loaded.push(stiffness);
     Ok(())
 }
 

@@ -2,14 +2,16 @@
 
 use crate::kernel::point_tile::Which;
 use crate::kernel::window::fill_window;
-use crate::state::nodes::NodeTile;
+use crate::state::nodes::{MappedTile, NodeTile};
 use interface::config::{Drift, StressUpdate};
 use interface::solver::Fault;
 
 use super::check_points::check_points;
-use super::drift::{find_near_loads, move_loaded_points};
+use super::drift::find_near_loads;
+use super::holds::hold_mapped;
 use super::markers::move_markers;
 use super::points_to_grid::map_velocities;
+use super::stress::Velocity;
 use crate::kernel::lanes::{Lanes, ZERO, largest, smallest, splat, sum};
 use crate::kernel::shape::Shape;
 use crate::kernel::threads::{PerBlock, PerTile, over_tiles};
@@ -18,6 +20,7 @@ use crate::kernel::transfer::{AffineState, Transfer};
 use crate::kernel::window::{NO_VECTORS, VectorWindow, gather_row};
 use crate::state::continuum::Continuum;
 use crate::state::points::{Cloud, Motion, TileReport};
+use crate::state::settling::Settling;
 use mechanics::threads::Threads;
 
 /// Velocities and positions of all points after the kick, by the scheme's choice of the velocity with which points move.
@@ -30,21 +33,18 @@ pub fn grid_to_points<const W: usize, S: Shape<W>, A: AffineState>(
 ) -> Result<(), Fault> {
     let mapped = continuum.drift == Drift::Mapped && !continuum.loaded.is_empty();
     match continuum.stress_update {
-        // The velocities were gathered and mapped before.
+        // The velocities were gathered, and mapped to the field that strains the points.
         StressUpdate::Musl | StressUpdate::Usavg => {
             transfer_pass::<W, false, true, S, A>(continuum, Which::All, dt);
         }
         StressUpdate::Usf if mapped => {
             find_near_loads(continuum);
-            // A spin belongs to all points at one time.
-            let spins = continuum.clouds.iter().any(|cloud| cloud.spin.is_some());
-            let near = if spins { Which::All } else { Which::NearLoad };
-            transfer_pass::<W, true, false, S, A>(continuum, near, 0.0);
-            map_velocities(continuum, near);
-            transfer_pass::<W, false, true, S, A>(continuum, near, dt);
-            if !spins {
-                transfer_pass::<W, true, true, S, A>(continuum, Which::Elsewhere, dt);
-            }
+            transfer_pass::<W, true, false, S, A>(continuum, Which::NearLoad, 0.0);
+            map_velocities(continuum, Which::NearLoad);
+            hold_mapped(continuum);
+            continuum.grid.complete_mapped();
+            transfer_pass::<W, false, true, S, A>(continuum, Which::NearLoad, dt);
+            transfer_pass::<W, true, true, S, A>(continuum, Which::Elsewhere, dt);
         }
         StressUpdate::Usf | StressUpdate::Usl => {
             transfer_pass::<W, true, true, S, A>(continuum, Which::All, dt);
@@ -52,8 +52,6 @@ pub fn grid_to_points<const W: usize, S: Shape<W>, A: AffineState>(
     }
     if continuum.imps.markers.is_some() {
         move_markers(continuum, mapped, dt)?;
-    } else if mapped {
-        move_loaded_points(continuum, dt);
     }
     check_points(continuum, dt)
 }
@@ -73,6 +71,15 @@ pub fn transfer_pass<
     let kept = continuum
         .damping_of_points()
         .map_or(1.0, |damping| damping.kept);
+    let way = Way {
+        dt,
+        settling: continuum.settling,
+        by: if KICK || continuum.moves_by_kicked() {
+            Velocity::After
+        } else {
+            Velocity::Before
+        },
+    };
     let threads = &continuum.threads;
     let (clouds, grid, transfer) = (&mut continuum.clouds, &continuum.grid, continuum.transfer);
     for cloud in clouds {
@@ -81,21 +88,31 @@ pub fn transfer_pass<
                 threads,
                 cloud,
                 which,
-                &grid.tiles,
+                (&grid.tiles, &grid.mapped),
                 (transfer, kept),
-                dt,
+                way,
             );
         } else {
             transfer_cloud::<W, KICK, false, DRIFT, S, A>(
                 threads,
                 cloud,
                 which,
-                &grid.tiles,
+                (&grid.tiles, &grid.mapped),
                 (transfer, kept),
-                dt,
+                way,
             );
         }
     }
+}
+
+/// How points move.
+#[derive(Debug, Clone, Copy)]
+struct Way {
+    /// Length of the step in s.
+    dt: f64,
+    settling: Settling,
+    /// The velocity of the nodes that moves them.
+    by: Velocity,
 }
 
 /// [`transfer_pass`] of one cloud, with the velocities of the nodes; and with their increment if `INCREMENT`. Damping leaves
@@ -112,22 +129,29 @@ fn transfer_cloud<
     threads: &Threads,
     cloud: &mut Cloud<W, S, A>,
     which: Which,
-    nodes: &[NodeTile],
+    (nodes, mapped): (&[NodeTile], &[MappedTile]),
     (transfer, kept): (Transfer, f64),
-    dt: f64,
+    way: Way,
 ) {
     let (shape, aside) = (cloud.shape, &cloud.aside);
     let filtered = transfer.filter.is_some();
     // FLIP alone takes nothing.
     let takes = KICK && (!INCREMENT || A::PRESENT || filtered || transfer.pic_fraction() > 0.0);
-    let dt = splat(dt);
+    let dt = splat(way.dt);
+    let per_dt = splat(if way.dt > 0.0 { 1.0 / way.dt } else { 0.0 });
+    let settles = way.settling.settles();
+    let [past, ahead] = [way.settling.past, way.settling.ahead].map(splat);
+    let per_kept = splat(1.0 / kept);
     let pic = splat(transfer.pic_fraction());
     let flip = splat(1.0 - transfer.pic_fraction());
     let own = splat(kept);
     let share = (
         PerBlock(&mut cloud.state.x[..]),
         PerBlock(&mut cloud.state.motion[..]),
-        PerTile::one(&mut cloud.reports[..]),
+        (
+            PerBlock(&mut cloud.state.unsettled[..]),
+            PerTile::one(&mut cloud.reports[..]),
+        ),
     );
     over_tiles(
         threads,
@@ -138,9 +162,15 @@ fn transfer_cloud<
             if !which.has(tile) {
                 return;
             }
-            let (x, motion, report) = part;
+            let (x, motion, (unsettled, report)) = part;
             let [velocity, increment] = windows;
-            fill_window::<W, _>(velocity, nodes, tile, |t| &t.after);
+            fill_window::<W, _>(velocity, nodes, tile, |t| match way.by {
+                _ if !KICK && tile.near_load && mapped[t.index].moves != 0 => {
+                    &mapped[t.index].velocity
+                }
+                Velocity::Before => &t.before,
+                Velocity::After => &t.after,
+            });
             if INCREMENT || takes {
                 fill_window::<W, _>(increment, nodes, tile, |t| &t.before);
                 for (b, a) in increment.0.iter_mut().zip(&velocity.0) {
@@ -186,15 +216,30 @@ fn transfer_cloud<
                     let of_block = taken_by_transfer::<W, S, A>(old, own, gain, motion);
                     taken = tile.live(b).mul_add(of_block, taken);
                 }
+                let mut moves = v;
+                if settles {
+                    let unsettled = &mut unsettled.0[b];
+                    for a in 0..2 {
+                        if KICK {
+                            // The kick and the share that damping leaves make the velocity after it out of the one before.
+                            let before = (v[a] - gain.v[a]) * per_kept;
+                            unsettled[a] = way.settling.correction(past * before, unsettled[a]);
+                        }
+                        if DRIFT {
+                            moves[a] = unsettled[a].mul_add(per_dt, v[a]);
+                            unsettled[a] = ahead * v[a];
+                        }
+                    }
+                }
                 for a in 0..2 {
                     if DRIFT {
-                        x[a] = v[a].mul_add(dt, x[a]);
+                        x[a] = moves[a].mul_add(dt, x[a]);
                     }
                     lower[a] = lower[a].fast_min(x[a]);
                     upper[a] = upper[a].fast_max(x[a]);
                     total = motion.v[a].mul_add(motion.v[a], total);
                 }
-                speed_sq = speed_sq.fast_max(v[0] * v[0] + v[1] * v[1]);
+                speed_sq = speed_sq.fast_max(moves[0] * moves[0] + moves[1] * moves[1]);
             }
             let report = &mut report.items[0];
             *report = TileReport {

@@ -1,12 +1,13 @@
 //! Held points: their nodes get the impulses that keep them in place ([`crate::state::holds`]).
 
+use super::images::spread_vectors;
 use crate::kernel::lanes::LANES;
 use crate::kernel::point_tile::owner;
 use crate::kernel::shape::Shape;
 use crate::kernel::tiles::{NODES, first_node, node, pitch};
 use crate::kernel::transfer::AffineState;
 use crate::state::continuum::Continuum;
-use crate::state::holds::{Hold, Row, Weight};
+use crate::state::holds::{Hold, Holds, Row, Weight};
 use crate::state::nodes::{NodeAt, NodeTile};
 
 /// Finds the nodes of the held points, and constrains the velocities before the kick. The points feel the share
@@ -92,6 +93,20 @@ fn find_rows<const W: usize, S: Shape<W>, A: AffineState>(continuum: &mut Contin
     });
 }
 
+/// Constrains the velocities in [`crate::state::grid::Grid::mapped`], with which points move; no momentum changes by it.
+pub fn hold_mapped<const W: usize, S: Shape<W>, A: AffineState>(
+    continuum: &mut Continuum<W, S, A>,
+) {
+    let (holds, grid) = (&mut continuum.holds, &mut continuum.grid);
+    if holds.is_empty() {
+        return;
+    }
+    for a in 0..2 {
+        project(holds, a, &mut grid.mapped, |tile| &mut tile.velocity);
+    }
+    spread_vectors(&grid.images, &mut grid.mapped, 1.0);
+}
+
 /// Brings the velocities of the held points to zero by the smallest change of the nodal velocities. The points feel the
 /// share `share` of it.
 fn hold_nodes<const W: usize, S: Shape<W>, A: AffineState>(
@@ -101,22 +116,35 @@ fn hold_nodes<const W: usize, S: Shape<W>, A: AffineState>(
 ) {
     let (holds, tiles) = (&mut continuum.holds, &mut continuum.grid.tiles);
     for a in 0..2 {
-        holds.axes[a].velocity.clear();
-        for held in &holds.nodes {
-            let (tile, n) = held.at.split();
-            let v = velocities(&mut tiles[tile])[n][a];
-            holds.axes[a].velocity.push(v);
-        }
-        holds.project(a);
+        project(holds, a, tiles, &velocities);
         let mut impulses = core::mem::take(&mut holds.axes[a].velocity);
         for (held, gain) in holds.nodes.iter().zip(&mut impulses) {
             let (tile, n) = held.at.split();
-            let tile = &mut tiles[tile];
-            velocities(tile)[n][a] += *gain;
-            *gain *= share * tile.mass[n];
+            *gain *= share * tiles[tile].mass[n];
         }
         holds.impulse[a] += impulses.iter().sum::<f64>();
         holds.share(a, &impulses);
         holds.axes[a].velocity = impulses;
+    }
+}
+
+/// Changes the nodal velocities along one axis so that the held points have none; the changes are left in
+/// [`crate::state::holds::Axis::velocity`].
+fn project<T>(
+    holds: &mut Holds,
+    a: usize,
+    tiles: &mut [T],
+    velocities: impl Fn(&mut T) -> &mut [[f64; 2]; NODES],
+) {
+    holds.axes[a].velocity.clear();
+    for held in &holds.nodes {
+        let (tile, n) = held.at.split();
+        let v = velocities(&mut tiles[tile])[n][a];
+        holds.axes[a].velocity.push(v);
+    }
+    holds.project(a);
+    for (held, gain) in holds.nodes.iter().zip(&holds.axes[a].velocity) {
+        let (tile, n) = held.at.split();
+        velocities(&mut tiles[tile])[n][a] += gain;
     }
 }

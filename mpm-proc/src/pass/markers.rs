@@ -8,7 +8,7 @@ use interface::solver::Fault;
 use crate::kernel::lanes::splat;
 use crate::kernel::shape::Shape;
 use crate::kernel::transfer::AffineState;
-use crate::state::contact::{Loaded, Touch};
+use crate::state::contact::Touch;
 use crate::state::continuum::Continuum;
 use crate::state::grid::Grid;
 use crate::state::imps::Member;
@@ -136,11 +136,11 @@ pub fn touch_marker<const W: usize, S: Shape<W>, A: AffineState>(
             scatter: share,
         });
     }
-    continuum.loaded.push(Loaded { member, stiffness });
+    continuum.loaded.push(stiffness);
 }
 
-/// Moves all markers over `dt` (s): those that bodies press on with what the nodes will have of the points' velocities if
-/// `mapped` ([`super::drift`]), the others with the nodes.
+/// Moves all markers over `dt` (s) with the field that strains the points, as [`super::drift`] moves these: `mapped` if bodies
+/// press on any of them. The half of an interval that USAVG strains in the next step is not settled.
 ///
 /// # Errors
 /// [`Fault::NotFinite`] of a marker.
@@ -149,47 +149,57 @@ pub fn move_markers<const W: usize, S: Shape<W>, A: AffineState>(
     mapped: bool,
     dt: f64,
 ) -> Result<(), Fault> {
+    let (by_kicked, settling) = (continuum.moves_by_kicked(), continuum.settling);
+    let settles = continuum.stress_update == StressUpdate::Usf && settling.settles();
     let Some(markers) = &mut continuum.imps.markers else {
         return Ok(());
     };
     let grid = &continuum.grid;
-    let mut pressed = vec![false; markers.state.x.len()];
-    if mapped {
-        for point in &continuum.loaded {
-            pressed[point.member.local as usize] = true;
-        }
-    }
-    let velocity = |pressed: bool, tile: usize, node: usize| match continuum.stress_update {
-        _ if !pressed => grid.tiles[tile].after[node],
-        StressUpdate::Usf => grid.mapped[tile].velocity[node],
-        StressUpdate::Usl | StressUpdate::Musl | StressUpdate::Usavg => {
+    let by_mapped = mapped && continuum.stress_update == StressUpdate::Usf;
+    let velocity = |tile: usize, node: usize| {
+        if !by_kicked {
             grid.tiles[tile].before[node]
+        } else if by_mapped && grid.mapped[tile].moves != 0 {
+            grid.mapped[tile].velocity[node]
+        } else {
+            grid.tiles[tile].after[node]
         }
     };
     let mut fastest: f64 = 0.0;
     for (marker, weights) in markers.weights.chunks_exact(W * W).enumerate() {
-        let mut v = [0.0; 2];
+        let (mut v, mut strained) = ([0.0; 2], [0.0; 2]);
         for weight in weights.iter().filter(|weight| weight.share > 0.0) {
             let (tile, node) = weight.at.split();
-            let of_node = velocity(pressed[marker], tile, node);
+            let of_node = velocity(tile, node);
             for a in 0..2 {
                 v[a] += weight.share * of_node[a];
+                strained[a] += weight.share * grid.tiles[tile].before[node][a];
+            }
+        }
+        let mut moves = v.map(|v| v * dt);
+        if settles {
+            let unsettled = &mut markers.state.unsettled[marker];
+            for a in 0..2 {
+                if settling.past > 0.0 {
+                    moves[a] += settling.past * strained[a] - unsettled[a];
+                }
+                unsettled[a] = settling.ahead * v[a];
             }
         }
         for a in 0..2 {
-            markers.state.x[marker][a] += v[a] * dt;
+            markers.state.x[marker][a] += moves[a];
         }
         markers.state.v[marker] = v;
-        let speed_sq = v[0] * v[0] + v[1] * v[1];
-        if !speed_sq.is_finite() {
+        let way_sq = moves[0] * moves[0] + moves[1] * moves[1];
+        if !way_sq.is_finite() {
             return Err(Fault::NotFinite {
                 what: "velocity".into(),
                 item: format!("marker {marker}"),
             });
         }
-        fastest = fastest.max(speed_sq);
+        fastest = fastest.max(way_sq);
     }
-    continuum.imps.state.travel += fastest.sqrt() * dt;
+    continuum.imps.state.travel += fastest.sqrt();
     Ok(())
 }
 

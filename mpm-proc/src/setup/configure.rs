@@ -37,6 +37,7 @@ use crate::state::imps::Imps;
 use crate::state::outside::Outside;
 use crate::state::point_set::PointSet;
 use crate::state::points::{Cloud, Kind};
+use crate::state::settling::Settling;
 use crate::state::stages::Stages;
 use crate::state::totals::KickWork;
 use crate::state::walls::WallNodes;
@@ -233,6 +234,7 @@ impl<'a> Parts<'a> {
             outside: Outside::new(self.config.leaving),
             stress_update: self.config.stress_update,
             drift: self.config.drift,
+            settling: Settling::default(),
             loads_of_nodes: Vec::new(),
             stages: self.stages.clone(),
             damping: None,

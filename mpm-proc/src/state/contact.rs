@@ -1,16 +1,6 @@
-//! Contact of bodies with points in the present step: the points that are loaded, and the nodes that they touch.
+//! Contact of bodies with points in the present step: the nodes that loaded points touch.
 
-use super::imps::Member;
 use super::nodes::NodeAt;
-
-/// A point that a body presses on.
-#[derive(Debug, Clone, Copy)]
-pub struct Loaded {
-    /// The point.
-    pub member: Member,
-    /// Stiffness of its contacts in N/m.
-    pub stiffness: f64,
-}
 
 /// A node that a loaded point touches.
 #[derive(Debug, Clone, Copy)]

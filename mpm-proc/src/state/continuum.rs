@@ -6,7 +6,7 @@ use interface::solver::{MpmMeasurement, Refusal};
 use mechanics::threads::Threads;
 use serde::{Deserialize, Serialize};
 
-use super::contact::{Loaded, Touch};
+use super::contact::Touch;
 use super::grid::Grid;
 use super::holds::Holds;
 use super::imps::{Imps, ImpsState};
@@ -14,6 +14,7 @@ use super::markers::MarkersState;
 use super::outside::Outside;
 use super::point_set::PointSet;
 use super::points::{Cloud, SavedCloud};
+use super::settling::Settling;
 use super::stages::{Damping, Stages};
 use super::totals::{KickWork, Totals};
 use crate::kernel::shape::Shape;
@@ -31,8 +32,8 @@ pub struct Continuum<const W: usize, S: Shape<W>, A: AffineState> {
     pub transfer: Transfer,
     /// The identified material points.
     pub imps: Imps,
-    /// Points that bodies press on in the present step.
-    pub loaded: Vec<Loaded>,
+    /// Stiffness in N/m of the contacts of each point that bodies press on in the present step.
+    pub loaded: Vec<f64>,
     /// Nodes that they touch, `W^2` each.
     pub touches: Vec<Touch>,
     /// How a contact force reaches the grid.
@@ -49,6 +50,8 @@ pub struct Continuum<const W: usize, S: Shape<W>, A: AffineState> {
     pub stress_update: StressUpdate,
     /// With which velocity points move.
     pub drift: Drift,
+    /// What positions take over from the step before, in the present step.
+    pub settling: Settling,
     /// Sums over nodes for the step limit of linear hats, and nothing; empty for other shapes.
     pub loads_of_nodes: Vec<[[f64; 2]; NODES]>,
     /// Stages of loading.
@@ -88,6 +91,12 @@ impl<const W: usize, S: Shape<W>, A: AffineState> Continuum<W, S, A> {
     /// The damping that acts on the points' own velocities: that of a transfer by increments.
     pub fn damping_of_points(&self) -> Option<Damping> {
         self.damping.filter(|_| self.transfer.increment)
+    }
+
+    /// Whether points move with the velocities of the nodes after the kick also where these are mapped once more.
+    pub fn moves_by_kicked(&self) -> bool {
+        self.drift == Drift::Nodal
+            || matches!(self.stress_update, StressUpdate::Usf | StressUpdate::Usl)
     }
 
     /// The state before the next step.

@@ -136,12 +136,56 @@ impl Grid {
         let tile = |tile| MappedTile {
             tile,
             wanted: 0,
+            moves: 0,
             velocity: [[0.0; 2]; NODES],
             wall: WallContribution::default(),
         };
         let held = self.mapped.len() as u32;
         self.mapped
             .extend((held..self.tiles.len() as u32).map(tile));
+    }
+
+    /// Lets all nodes that are at most `reach` from the wanted ones, along both axes, move points with mapped velocities; these
+    /// are wanted then.
+    pub fn widen_wanted(&mut self, reach: usize) {
+        for mapped in &mut self.mapped {
+            mapped.moves = 0;
+        }
+        for number in 0..self.tiles.len() {
+            let wanted = self.mapped[number].wanted;
+            if wanted == 0 {
+                continue;
+            }
+            let rows = widened(wanted, reach);
+            let origin = first_node(self.tiles[number].at);
+            for (i, around) in (0..9).map(|i| (i, [i % 3, i / 3])) {
+                let [x, y] = around.map(|run| run * TILE);
+                let bits = (0..TILE).fold(0, |bits, row| {
+                    let own = u64::from(rows[y + row] >> x) & ((1 << TILE) - 1);
+                    bits | own << (row * TILE)
+                });
+                let node = [0, 1].map(|a| origin[a] + ([x, y][a] as i64 - TILE as i64));
+                let holder = if bits == 0 { None } else { self.holder(node) };
+                debug_assert!(i != 4 || holder.is_some_and(|(tile, _)| tile as usize == number));
+                if let Some((tile, _)) = holder {
+                    self.mapped[tile as usize].moves |= bits;
+                }
+            }
+        }
+        for mapped in &mut self.mapped {
+            mapped.wanted = mapped.moves;
+        }
+    }
+
+    /// Gives the nodes that do not move points with mapped velocities those after the kick, where others of their tile do.
+    pub fn complete_mapped(&mut self) {
+        for (mapped, tile) in self.mapped.iter_mut().zip(&self.tiles) {
+            for i in 0..NODES {
+                if mapped.moves != 0 && mapped.moves >> i & 1 == 0 {
+                    mapped.velocity[i] = tile.after[i];
+                }
+            }
+        }
     }
 
     /// Calls `of_points` with the cloud and tile of all points that the wanted velocities depend on.
@@ -184,6 +228,20 @@ const RUNS_AROUND: [[u8; 2]; 9] = [
     [2, 2],
 ];
 
+/// The nodes at most `reach` from these of a tile along both axes, a bit for each: the rows of the 3 x 3 tiles around it, from
+/// below.
+fn widened(nodes: u64, reach: usize) -> [u32; 3 * TILE] {
+    let mut rows = [0_u32; 3 * TILE];
+    for (y, row) in nodes.to_le_bytes().into_iter().enumerate() {
+        let row = u32::from(row) << TILE;
+        rows[TILE + y] = (1..=reach).fold(row, |all, k| all | row << k | row >> k);
+    }
+    core::array::from_fn(|y| {
+        let near = y.saturating_sub(reach)..(y + reach + 1).min(3 * TILE);
+        rows[near].iter().fold(0, |all, row| all | row)
+    })
+}
+
 /// The nodes of a tile that each run of a window along y and x covers, a bit for each.
 const fn covered(w: usize) -> [[u64; 3]; 3] {
     let runs = runs(w);
@@ -200,4 +258,23 @@ const fn covered(w: usize) -> [[u64; 3]; 3] {
         i += 1;
     }
     covered
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn nodes_are_widened_as_one_by_one() {
+        for (reach, node) in [(1, 0), (2, 63), (3, 7), (3, 28)] {
+            let rows = widened(1 << node, reach);
+            let [x, y] = [node % TILE, node / TILE].map(|i| TILE + i);
+            for (j, row) in rows.iter().enumerate() {
+                for i in 0..3 * TILE {
+                    let near = x.abs_diff(i) <= reach && y.abs_diff(j) <= reach;
+                    assert_eq!(row >> i & 1 == 1, near, "{reach} {node}: {i} {j}");
+                }
+            }
+        }
+    }
 }

@@ -24,7 +24,6 @@
 
 use core::ops::Range;
 
-use super::imps::Member;
 use super::nodes::NodeAt;
 use super::point_set::PointSet;
 use super::reflections::Reflections;
@@ -107,17 +106,6 @@ impl Holds {
     /// Whether nothing is held.
     pub fn is_empty(&self) -> bool {
         self.all.is_empty()
-    }
-
-    /// In which directions a point is held.
-    pub fn along(&self, of: Member) -> [bool; 2] {
-        let mut along = [false; 2];
-        for hold in &self.all {
-            if hold.points.has(of.cloud, of.local) {
-                along = [0, 1].map(|a| along[a] || hold.along[a]);
-            }
-        }
-        along
     }
 
     /// Numbers the nodes and finds the independent rows, unless the weights are those of the step before. `mobility` is

@@ -73,6 +73,8 @@ pub struct MarkersState {
     pub x: Vec<[f64; 2]>,
     /// Velocities in m/s by which they have moved in the last step.
     pub v: Vec<[f64; 2]>,
+    /// How far they have moved by a velocity that is still to be compared with the field of the strains, in m.
+    pub unsettled: Vec<[f64; 2]>,
     /// Angular momentum in N s that the shift has added so far, for each chain.
     pub spun: Vec<f64>,
 }
@@ -89,6 +91,7 @@ impl Markers {
             weights: Vec::new(),
             state: MarkersState {
                 spun: vec![0.0; chains.len()],
+                unsettled: vec![[0.0; 2]; x.len()],
                 x,
                 v,
             },

@@ -14,6 +14,7 @@ pub mod point_set;
 pub mod points;
 pub mod reflections;
 pub mod saved;
+pub mod settling;
 pub mod stages;
 pub mod totals;
 pub mod volumes;

@@ -65,6 +65,8 @@ pub struct MappedTile {
     pub tile: u32,
     /// Which of its nodes a pass needs, a bit for each.
     pub wanted: u64,
+    /// Which of its nodes move points with the mapped velocity, a bit for each ([`crate::pass::drift`]).
+    pub moves: u64,
     /// Velocities of its nodes in m/s.
     pub velocity: [[f64; 2]; NODES],
     /// What the walls give.

@@ -128,6 +128,9 @@ pub struct CloudState<A> {
     pub x: Vec<[Lanes; 2]>,
     /// Velocities.
     pub motion: Vec<Motion<A>>,
+    /// How far the points have moved by a velocity that is still to be compared with the field of their strains, in m
+    /// ([`crate::pass::drift`]).
+    pub unsettled: Vec<[Lanes; 2]>,
     /// Stress, volume and further numbers of the material.
     pub stresses: Stresses,
     /// Report of the stress pass for each tile.
@@ -135,6 +138,7 @@ pub struct CloudState<A> {
 }
 
 struct Scratch<A> {
+    /// For positions, and for what is not settled of them.
     x: Vec<[Lanes; 2]>,
     motion: Vec<Motion<A>>,
     points: Vec<Stressed>,
@@ -191,6 +195,7 @@ impl<const W: usize, S: Shape<W>, A: AffineState> Cloud<W, S, A> {
                         affine: A::default(),
                     })
                     .collect(),
+                unsettled: vec![[ZERO; 2]; blocks],
                 stresses,
                 stress_reports: Vec::new(),
             },
@@ -309,6 +314,7 @@ impl<const W: usize, S: Shape<W>, A: AffineState> Cloud<W, S, A> {
         }
         reorder(&mut self.state.x, &mut self.scratch.x, sources);
         reorder(&mut self.state.motion, &mut self.scratch.motion, sources);
+        reorder(&mut self.state.unsettled, &mut self.scratch.x, sources);
         let stresses = &mut self.state.stresses;
         reorder(&mut stresses.points, &mut self.scratch.points, sources);
         let rows = (&mut stresses.rows, &mut self.scratch.rows);
@@ -350,7 +356,7 @@ impl<const W: usize, S: Shape<W>, A: AffineState> Cloud<W, S, A> {
 
     /// Bytes of memory in use.
     pub fn bytes(&self) -> usize {
-        self.state.x.capacity() * size_of::<[Lanes; 2]>() * 2
+        self.state.x.capacity() * size_of::<[Lanes; 2]>() * 3
             + self.state.motion.capacity() * size_of::<Motion<A>>() * 2
             + self.aside.capacity() * size_of::<[Lanes; 2]>()
             + self.state.ids.capacity() * size_of::<[u32; LANES]>()

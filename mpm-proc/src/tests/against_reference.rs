@@ -58,6 +58,7 @@ fn oracle(config: &MpmConfig, positions: &[[f64; 2]], side: f64) -> Reference {
                 ratio: 1.0,
                 mass: 1000.0 * volume,
                 volume,
+                unsettled: [0.0; 2],
                 bulk: BULK,
                 shear: SHEAR,
             })
@@ -90,9 +91,7 @@ fn compare_at(
     config.shape = shape;
     config.transfer = transfer;
     config.stress_update = stress_update;
-    if stress_update == StressUpdate::Usl {
-        config.drift = Drift::Nodal;
-    }
+    config.drift = Drift::of(stress_update, None);
     config.gravity = [1.0, -9.81];
     config.walls = walls;
     let [low, high] = within;

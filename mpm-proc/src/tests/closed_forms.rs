@@ -43,9 +43,7 @@ fn bar(cells: usize, shape: ShapeFunction, transfer: Transfer) -> MpmConfig {
 fn wave_error(cells: usize, shape: ShapeFunction, transfer: Transfer, update: StressUpdate) -> f64 {
     let mut config = bar(cells, shape, transfer);
     config.stress_update = update;
-    if update == StressUpdate::Usl {
-        config.drift = Drift::Nodal;
-    }
+    config.drift = Drift::of(update, None);
     let mut mpm = configured(&config);
     let start = mpm.points();
     let c = 10.0;

@@ -95,6 +95,7 @@ fn affine_transfers_conserve_angular_momentum() {
                     ratio: 1.0,
                     mass: 1.0,
                     volume: 1e-3,
+                    unsettled: [0.0; 2],
                     bulk: 5e5,
                     shear: 3e5,
                 })

@@ -37,9 +37,7 @@ fn swinging(transfer: Transfer, stress_update: StressUpdate, stiffness: f64) -> 
     let mut config = block();
     (config.shape, config.transfer) = (ShapeFunction::QuadraticBspline, transfer);
     config.stress_update = stress_update;
-    if stress_update == StressUpdate::Usl {
-        config.drift = Drift::Nodal;
-    }
+    config.drift = Drift::of(stress_update, None);
     config.domain = [[0.0, 0.0], [1.2, 1.2]];
     config.walls = Walls {
         left: Wall::Slip,

@@ -104,7 +104,7 @@ fn a_driven_wall_is_a_fixed_one_in_its_own_frame() {
             }
             let mut above = slab(shape, transfer);
             above.stress_update = stress_update;
-            above.drift = Drift::Nodal;
+            above.drift = Drift::of(stress_update, None);
             // From rest: a shock runs into the slab.
             let mut below = above.clone();
             below.groups[0].velocity = [-SPEED, 0.0];

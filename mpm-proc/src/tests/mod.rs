@@ -16,6 +16,7 @@ mod layers;
 mod leaving;
 mod limits;
 mod no_allocation;
+mod orders;
 mod periodic;
 mod physics;
 mod rated;

@@ -95,12 +95,17 @@ fn bad_configurations_are_refused_with_key_and_reason() {
     refused(
         |c| c.stress_update = StressUpdate::Usl,
         "mpm.drift",
-        "mapped cannot be combined with usl",
+        "nodal with usl",
     );
     refused(
         |c| c.grid_contact = Some(GridContact { friction: 0.0 }),
         "mpm.drift",
-        "mapped cannot be combined with grid_contact",
+        "with grid_contact",
+    );
+    refused(
+        |c| c.drift = Drift::Nodal,
+        "mpm.drift",
+        "points move with the field that strains them",
     );
     refused(
         |c| {

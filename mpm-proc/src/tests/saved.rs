@@ -363,7 +363,7 @@ const TRANSFERS: [Transfer; 7] = [
 
 const UPDATES: [StressUpdate; 3] = [StressUpdate::Usf, StressUpdate::Usl, StressUpdate::Musl];
 
-/// Every shape with every transfer and stress update that it takes; materials, contact schemes, drifts and surroundings
+/// Every shape with every transfer and stress update that it takes; materials, contact schemes and surroundings
 /// in turn, so that each of them meets many of the others.
 fn covering() -> Vec<(String, MpmConfig)> {
     let mut cases = Vec::new();
@@ -374,10 +374,7 @@ fn covering() -> Vec<(String, MpmConfig)> {
                 let mut config = flying();
                 (config.shape, config.transfer) = (shape, transfer);
                 config.stress_update = update;
-                config.drift = [Drift::Mapped, Drift::Mapped, Drift::Nodal][n / 3 % 3];
-                if update == StressUpdate::Usl {
-                    config.drift = Drift::Nodal;
-                }
+                config.drift = Drift::of(update, None);
                 let model = models()[(n + n / 9) % 9];
                 config.materials[0].model = model;
                 if n % 12 == 0 {
@@ -443,7 +440,7 @@ fn a_restored_solver_goes_on_to_the_same_bits() {
     }
 }
 
-/// The rest of what the product of choices leaves out: each contact scheme and drift with each model, in each surrounding.
+/// The rest of what the product of choices leaves out: each contact scheme and stress update with each model, in each surrounding.
 #[test]
 fn every_model_goes_on_in_every_surrounding() {
     for (m, model) in models().into_iter().enumerate() {

@@ -94,11 +94,12 @@ fn momentum_is_kept_to_rounding_and_angular_momentum_nearly() {
             (1.0 - after.1 / before.1, after.2)
         };
         let ((lost, off), (lost_without, off_without)) = (run(true), run(false));
-        // Hats have kinks at the edges of cells: their kicks change angular momentum more than those of smooth shapes.
+        // What a breathing disc changes, for any step (docs/energy.md, "Spin"): 2.4e-3 at most with uGIMP, and 1e-4 with cells
+        // of half the size. Hats have kinks at the edges of cells: their kicks change it more than those of smooth shapes.
         let nearly = if shape == ShapeFunction::Linear {
             1e-2
         } else {
-            2e-3
+            3e-3
         };
         let kept = lost.abs() < nearly && lost_without > 5.0 * lost.abs();
         if !kept || transfer == Transfer::Flip && off > 0.5 * off_without {

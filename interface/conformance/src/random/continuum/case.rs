@@ -91,7 +91,7 @@ impl Case {
 }
 
 /// Simpler configurations.
-const SIMPLER: [fn(&mut Case); 14] = [
+const SIMPLER: [fn(&mut Case); 13] = [
     |c| c.travel = Course(Vec::new()),
     |c| c.config.gravity = [0.0; 2],
     |c| c.config.walls = Walls::default(),
@@ -99,8 +99,7 @@ const SIMPLER: [fn(&mut Case); 14] = [
     |c| c.config.layers = false,
     |c| c.config.transfer = Transfer::Flip,
     |c| c.config.shape = ShapeFunction::Linear,
-    |c| c.config.stress_update = StressUpdate::Usf,
-    |c| c.config.drift = Drift::Nodal,
+    |c| (c.config.stress_update, c.config.drift) = (StressUpdate::Usf, Drift::Mapped),
     |c| c.config.materials.truncate(1),
     |c| c.config.groups.iter_mut().for_each(|g| g.material = 0),
     |c| {

@@ -161,10 +161,7 @@ impl Generator<'_> {
             Some("stress_update:usavg") => StressUpdate::Usavg,
             _ => StressUpdate::Usf,
         };
-        let drift = match self.member(&["drift:nodal", "drift:mapped"]) {
-            Some("drift:mapped") if stress_update != StressUpdate::Usl => Drift::Mapped,
-            _ => Drift::Nodal,
-        };
+        let drift = Drift::of(stress_update, None);
         let transfer = if alone {
             Transfer::Flip
         } else {

@@ -125,6 +125,7 @@ impl Oracle {
                     ratio: 1.0,
                     mass: material.density * region.box_area(),
                     volume: region.box_area(),
+                    unsettled: [0.0; 2],
                     bulk,
                     shear,
                 });
