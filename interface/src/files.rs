@@ -5,8 +5,8 @@
 //! pipe does. A file that is written has no second name (hard link), under which it would change too.
 //!
 //! The directory itself, and a file that the user names, may be reached by links: there the user has said which file.
-//! `tests/house.rs` has the list of the few other places that open files: those of `/proc`, and of the private directory of
-//! a run's shared memory.
+//! `clippy.toml` forbids every other way to open one. The few places that do, those of `/proc` and of the private directory
+//! of a run's shared memory, allow it with their reason.
 
 use std::ffi::OsStr;
 use std::fs::File;
