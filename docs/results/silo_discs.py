@@ -20,7 +20,7 @@ name = "silo_discs"
 about = "Discs flow out of a silo."
 gravity = [0.0, -{G}]
 [time]
-end = 1.0
+end = 2.5
 max_step = 1e-4
 [dem]
 {walls}
@@ -66,7 +66,7 @@ def slope(points):
 
 def main():
     tandem = sys.argv[1]
-    for opening in (0.03, 0.04, 0.05):
+    for opening in (0.02, 0.03, 0.04, 0.05, 0.06):
         with tempfile.TemporaryDirectory() as place:
             file = pathlib.Path(place, "silo_discs.toml")
             file.write_text(scene(opening))
