@@ -132,9 +132,10 @@ tandem plot runs/dam_break --frames 0.2,0.25,0.3,0.4,0.5,0.6 --columns 2 --ylim 
     --title "Figure 27: water hits an elastic plate" --out docs/results/figures/chen_27_dam_break.png
 
 tandem run scenes/chen2023/dam_break.toml --variant no_plate --in-process --out runs/dam_break_no_plate
-tandem plot "ours=runs/dam_break_no_plate" "Martin and Moyce 1952, table 2=scenes/chen2023/dam_break_front.csv" --x T --y Z \
+tandem plot "ours=runs/dam_break_no_plate" "potential flow=scenes/chen2023/dam_break_inviscid.csv" \
+    "Martin and Moyce 1952, table 2=scenes/chen2023/dam_break_front.csv" --x T --y Z \
     --xlim 0,3.2 --ylim 1,4.1 --xlabel "T = t sqrt(2 g/a)" --ylabel "front / a" \
-    --title "Dam break without plate: the front beside Martin and Moyce (1952)" --out docs/results/figures/chen_dam_front.svg
+    --title "Dam break without plate: the front beside potential flow and experiment" --out docs/results/figures/chen_dam_front.svg
 
 # bardenhagen2000.md
 tandem run scenes/bardenhagen2000/shear.toml --set output.frames=1.2e-7 --out runs/no_slip

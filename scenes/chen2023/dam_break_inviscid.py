@@ -122,9 +122,11 @@ def main():
         fronts.append((time, surface[0, 0]))
     times, places = np.array(fronts).T
     # The scene has a = 0.2 m and g = 9.81 m/s^2.
-    print("t_s,front_m")
+    print("T,Z,t_s,front_m")
     for t in np.arange(0.0, 0.2951, 0.005):
-        print(f"{t:.3f},{0.2 * np.interp(t / np.sqrt(0.2 / 9.81), times, places):.5f}")
+        time = t / np.sqrt(0.2 / 9.81)
+        front = np.interp(time, times, places)
+        print(f"{np.sqrt(2) * time:.4f},{front:.4f},{t:.3f},{0.2 * front:.5f}")
 
 
 main()
