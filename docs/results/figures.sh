@@ -26,17 +26,16 @@ tandem plot "3.5 mm=runs/normal_force" "4 mm=runs/normal_force_4" "4.5 mm=runs/n
 tandem plot runs/friction_force --y friction --expected "mu m g=-7.5" \
     --title "Figure 14: friction of a sliding block" --out docs/results/figures/jiang_14_friction_force.svg
 
-tandem run scenes/jiang2020/silo.toml --variant d4cm --in-process --set time.end=1.0 --set output.frames=0.1 --out runs/silo_4 \
-    --set mpm.material.0.model.drucker_prager.dilation_angle=0.0
+tandem run scenes/jiang2020/silo.toml --variant d4cm --in-process --set time.end=1.0 --set output.frames=0.1 --out runs/silo_4
 tandem plot runs/silo_4 --frames 0,0.3,0.5,1 --colour "speed^2 [m^2/s^2]=speed^2" \
-    --title "Figure 15: flow out of the silo, 4 cm, psi = 0" --out docs/results/figures/jiang_15_silo.svg
+    --title "Figure 15: flow out of the silo, 4 cm" --out docs/results/figures/jiang_15_silo.svg
 
-tandem study scenes/jiang2020/silo.toml --set mpm.material.0.model.drucker_prager.dilation_angle=0.0 \
+tandem study scenes/jiang2020/silo.toml \
     --vary variant=d2cm,d3cm,d4cm,d5cm,d6cm --vary mpm.points.0.spacing.distance=1.16667e-3,1.1e-3,1.0435e-3 \
     --error "mass flow over Beverloo's law" --resolution constants.D --in-process --out runs/silo
 tandem plot runs/silo/study.csv --x "100*resolution" --y "value*0.58*1500*sqrt(9.81)*(resolution-2.2e-3)^1.5" --by curve --dots \
     --expected "Beverloo, 2D=0.58*1500*sqrt(9.81)*(0.01*x-2.2e-3)^1.5" --xlabel "neck [cm]" --ylabel "mass flow [kg/(m s)]" \
-    --title "Figure 16: mass flow out of the silo, psi = 0" --out docs/results/figures/jiang_16_silo.svg
+    --title "Figure 16: mass flow out of the silo" --out docs/results/figures/jiang_16_silo.svg
 
 tandem run scenes/jiang2020/blocks.toml --in-process --set output.frames=0.05 --out runs/blocks
 tandem plot runs/blocks --frames 0.1,0.25,0.3,0.35,0.4,0.8 --xlim 0,0.5 --ylim -0.01,0.21 --clim 0,2 \
