@@ -32,7 +32,7 @@ tandem plot runs/silo_4 --frames 0,0.3,0.5,1 --colour "speed^2 [m^2/s^2]=speed^2
 
 tandem study scenes/jiang2020/silo.toml \
     --vary variant=d2cm,d3cm,d4cm,d5cm,d6cm --vary mpm.points.0.spacing.distance=1.16667e-3,1.1e-3,1.0435e-3 \
-    --error "mass flow over Beverloo's law" --resolution constants.D --in-process --out runs/silo
+    --finer "mass flow over Beverloo's law" --resolution constants.D --in-process --out runs/silo
 tandem plot runs/silo/study.csv --x "100*resolution" --y "value*0.58*1500*sqrt(9.81)*(resolution-2.2e-3)^1.5" --by curve --dots \
     --expected "Beverloo, 2D=0.58*1500*sqrt(9.81)*(0.01*x-2.2e-3)^1.5" --xlabel "neck [cm]" --ylabel "mass flow [kg/(m s)]" \
     --title "Figure 16: mass flow out of the silo" --out docs/results/figures/jiang_16_silo.svg
