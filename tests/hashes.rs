@@ -16,8 +16,8 @@
 //! build of the commit that the file names does not give its hashes, that build takes them again first.
 //!
 //! Environment: `TANDEM_BINARY` is the program to run, absolute or relative to the workspace's root, instead of the one
-//! that was built with this test. For the two commands above, `TANDEM_SCENES=silo` leaves out scenes without `silo` in
-//! their name; for the first of them, `TANDEM_LONGEST=20` leaves out rows that take more than 20 s.
+//! that was built with this test. For the two commands above, `TANDEM_SCENES="silo d2cm"` leaves out rows without
+//! this in scene and variant; for the first of them, `TANDEM_LONGEST=20` leaves out rows that take more than 20 s.
 
 use std::ffi::OsStr;
 use std::fs;
@@ -227,7 +227,7 @@ fn cases() -> Vec<Case> {
 /// Whether the environment asks for a scene.
 fn wanted(case: &Case) -> bool {
     let part = std::env::var("TANDEM_SCENES").unwrap_or_default();
-    case.scene.contains(&part)
+    format!("{} {}", case.scene, case.variant).contains(&part)
 }
 
 /// Does all of the work, [`WORKERS`] pieces at a time; results in the order of the work.

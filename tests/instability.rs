@@ -136,7 +136,7 @@ fn created_energy_is_told_first_and_above_a_bound_of_the_scene_the_run_has_faile
         "--set",
         "time.criterion=\"jiang2020\"",
         "--set",
-        "contact.linear.normal_stiffness=6e7",
+        "contact.linear.normal_stiffness=4e7",
         "--set",
         "check=[]",
     ];

@@ -327,7 +327,7 @@ fn every_mutant_of_physics_is_found_by_its_clause(of: Of) {
         let also: &[&str] = match own {
             "F-7" => &["F-5", "F-6", "F-8"],
             "T-1" => &["F-7", "N-1"],
-            "T-1a" => &["F-1a", "R-5a", "I-2g", "N-1a"],
+            "T-1a" => &["F-1a", "R-3e", "R-5a", "I-2g", "N-1a"],
             "I-2g" => &["F-1a", "R-5a", "T-1a"],
             "D-1a" => &["R-3e", "R-5a"],
             "I-6a" => &["I-7a"],

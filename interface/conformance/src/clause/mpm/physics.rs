@@ -1,8 +1,6 @@
 //! Sections 3 to 9: what a continuum does and says, judged by random cases beside the oracle ([`crate::random`]).
 
-use interface::config::{
-    Drift, MaterialModel, MpmConfig, ShapeFunction, StressUpdate, Transfer, Walls,
-};
+use interface::config::{MaterialModel, MpmConfig, ShapeFunction, StressUpdate, Transfer, Walls};
 use interface::message::wire::PointState;
 use interface::transport::raw::Payload;
 
@@ -205,9 +203,6 @@ pub const CLAUSES: &[Clause] = &[
                     change::scale(forces, 1.001);
                 }
             })
-        })
-        .mutant("moves points that are pressed with the nodes", || {
-            of_config(|config| config.drift = Drift::Nodal)
         }),
     Clause::random(
         "L-2a",
