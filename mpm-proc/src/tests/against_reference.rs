@@ -60,6 +60,9 @@ fn oracle(config: &MpmConfig, positions: &[[f64; 2]], side: f64) -> Reference {
                 volume,
                 bulk: BULK,
                 shear: SHEAR,
+                yields: None,
+                plastic_strain: 0.0,
+                lost: 0.0,
             })
             .collect(),
         kernels: [kernel; 2],
@@ -73,6 +76,7 @@ fn oracle(config: &MpmConfig, positions: &[[f64; 2]], side: f64) -> Reference {
         drift: config.drift,
         wall_impulse: [0.0; 2],
         elastic: 0.0,
+        plastic: 0.0,
     }
 }
 

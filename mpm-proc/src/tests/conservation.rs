@@ -97,6 +97,9 @@ fn affine_transfers_conserve_angular_momentum() {
                     volume: 1e-3,
                     bulk: 5e5,
                     shear: 3e5,
+                    yields: None,
+                    plastic_strain: 0.0,
+                    lost: 0.0,
                 })
                 .collect(),
             kernels: [kernel; 2],
@@ -110,6 +113,7 @@ fn affine_transfers_conserve_angular_momentum() {
             drift: interface::config::Drift::Nodal,
             wall_impulse: [0.0; 2],
             elastic: 0.0,
+            plastic: 0.0,
         };
         let spin = |r: &Reference| -> f64 {
             r.points

@@ -49,43 +49,6 @@ fn one_group_on_a_layer_has_the_bits_of_the_continuum() {
     }
 }
 
-#[test]
-fn groups_that_overlap_do_not_feel_one_another() {
-    let config = crossing();
-    let mut both = configured(&config);
-    let of_both = |mpm: &crate::Mpm, group: u32| {
-        let points = mpm.points().into_iter();
-        points
-            .filter(|p| p.group == group)
-            .map(|p| (p.position, p.velocity, p.stress))
-            .collect::<Vec<_>>()
-    };
-    Stepper::new().run(&mut both, 2e-4, 200);
-    for group in 0..2 {
-        let mut alone = config.clone();
-        alone.groups = vec![config.groups[group].clone()];
-        let mut alone = configured(&alone);
-        Stepper::new().run(&mut alone, 2e-4, 200);
-        assert_eq!(of_both(&both, group as u32), of_both(&alone, 0));
-    }
-    // On one grid they stick together, or do not get as far as that.
-    let mut one = config;
-    one.layers = false;
-    one.groups[1].fill = Fill::Rectangle {
-        lower: [0.21, 0.3],
-        upper: [0.41, 0.5],
-    };
-    let mut one = configured(&one);
-    Stepper::new().run(&mut one, 2e-4, 200);
-    let v: f64 = one.points().iter().map(|p| p.velocity[0]).sum();
-    let fastest = one
-        .points()
-        .iter()
-        .map(|p| p.velocity[0])
-        .fold(0.0, f64::max);
-    assert!(fastest < 2.9, "{v} {fastest}");
-}
-
 /// The IMPs of pairs are those of brute force, and those near bodies as well.
 #[test]
 fn points_near_another_group_are_imps() {

@@ -1,5 +1,8 @@
 //! Sections 3 to 9: what a continuum does and says, judged by random cases beside the oracle ([`crate::random`]).
 
+use std::collections::HashMap;
+
+use interface::config::capability::PLASTIC_STRAIN;
 use interface::config::{
     Drift, MaterialModel, MpmConfig, ShapeFunction, StressUpdate, Transfer, Walls,
 };
@@ -289,10 +292,35 @@ pub const CLAUSES: &[Clause] = &[
     .mutant("reports all points as of the first group", || {
         of_points(|point| point.group = 0)
     })
-    .mutant("reports plastic strain of an elastic material", || {
-        of_points(|point| point.plastic_strain = 1e-3)
-    })
     .mutant("reverses shear stress", || of_points(|point| point.stress[3] *= -1.0)),
+    Clause::random("R-5d", "the plastic strain of a point is that which its material keeps")
+        .needs(&[PLASTIC_STRAIN, "material:von_mises"])
+        .mutant("reports plastic strain of an elastic material", || {
+            of_points(|point| point.plastic_strain = point.plastic_strain.max(1e-3))
+        })
+        .mutant("reports the growth of plastic strain since the last frame", || {
+            let mut before = HashMap::new();
+            Flaw::points(move |_, points| {
+                for point in points {
+                    let now = point.plastic_strain;
+                    point.plastic_strain -= before.insert(point.id, now).unwrap_or_default();
+                }
+            })
+        })
+        .mutant("reports negative plastic strain", || {
+            of_points(|point| point.plastic_strain *= -1.0)
+        })
+        .mutant("keeps no plastic strain", || of_points(|point| point.plastic_strain = 0.0))
+        .mutant("reports NaN for points that have flowed", || {
+            of_points(|point| {
+                if point.plastic_strain > 0.0 {
+                    point.plastic_strain = f32::NAN;
+                }
+            })
+        })
+        .mutant("reports the plastic shear strain", || {
+            of_points(|point| point.plastic_strain *= 3.0_f32.sqrt())
+        }),
     Clause::random("D-1a", "all points at the end, in order of their ids, of the next step")
         .mutant("sends its points in reverse order", || {
             Flaw::points(|_, points| points.reverse())

@@ -210,10 +210,18 @@ impl Judge<'_> {
                 ("stress yy in Pa", yy, pyy, stiff),
                 ("stress zz in Pa", zz, pzz, stiff),
                 ("stress xy in Pa", xy, pxy, stiff),
-                ("plastic_strain", got.plastic_strain.into(), 0.0, 0.0),
             ] {
                 self.near(clause, of(what), got, want, tolerance)?;
             }
+            let (clause, strain) = if stand.plastic {
+                ("R-5d", p.plastic_strain)
+            } else {
+                (clause, 0.0)
+            };
+            // It has 24 bits.
+            let tolerance = 1e-7 * strain + 10.0 * blur * f64::from(u8::from(strain > 0.0));
+            let said = f64::from(got.plastic_strain);
+            self.near(clause, of("plastic_strain"), said, strain, tolerance)?;
         }
         Ok(())
     }
@@ -287,7 +295,8 @@ impl Judge<'_> {
             t.energy,
         )?;
         // Strains of a few percent are worked up by a quadrature of the step.
-        let works = 0.02 * want.stress_work.abs() + t.stored.max(1e-6 * want.kinetic);
+        let works =
+            0.02 * (want.stress_work.abs() + want.plastic_work) + t.stored.max(1e-6 * want.kinetic);
         let stored = if stand.works { t.stored } else { works };
         if stand.works {
             self.near(

@@ -2,7 +2,7 @@
 //! orders of magnitude; speeds, forces and steps follow from them, so that strains stay moderate.
 
 use fastrand::Rng;
-use interface::config::capability::{Capabilities, LAYERS, PAIRS};
+use interface::config::capability::{Capabilities, LAYERS, PAIRS, PLASTIC_STRAIN};
 use interface::config::{
     ContactForceScheme, Drift, Fill, Forcing, GroupConfig, InitialFields, Interface, Lattice,
     Leaving, MaterialConfig, MaterialModel, MpmConfig, Plane, ShapeFunction, Spacing, StressUpdate,
@@ -236,13 +236,25 @@ impl Generator<'_> {
         let density = self.about(self.density);
         let shear_modulus =
             density * self.wave * self.wave * self.between(0.3, 1.0) / (ratio + 4.0 / 3.0);
-        MaterialConfig {
-            name: "elastic".into(),
-            density,
-            model: MaterialModel::LinearElastic {
-                bulk_modulus: ratio * shear_modulus,
+        let bulk_modulus = ratio * shear_modulus;
+        let yields = self.takes.has(PLASTIC_STRAIN) && self.takes.meets("material:von_mises");
+        let model = if yields && !alone && self.rarely() {
+            MaterialModel::VonMises {
+                bulk_modulus,
                 shear_modulus,
-            },
+                yield_stress: self.between(1e-3, 2e-2) * shear_modulus,
+                hardening_modulus: self.between(0.0, 1.0) * shear_modulus,
+            }
+        } else {
+            MaterialModel::LinearElastic {
+                bulk_modulus,
+                shear_modulus,
+            }
+        };
+        MaterialConfig {
+            name: "solid".into(),
+            density,
+            model,
         }
     }
 

@@ -8,7 +8,7 @@ mod run;
 
 use std::time::Duration;
 
-use interface::config::capability::{Capabilities, STRESS_WORK};
+use interface::config::capability::{Capabilities, PLASTIC_STRAIN, STRESS_WORK};
 use interface::message::control::{Configure, Order};
 
 use super::judge::{Judge, Number, Vector};
@@ -50,7 +50,13 @@ impl super::run::Case for Case {
         let oracle = Oracle::new(&self.config).ok_or(Stop::Doubtful)?;
         let run = bench.run_continuum(&self.config)?;
         judge.readiness(&oracle, &run.ready.readiness)?;
-        Ok((run, Stand::new(oracle, bench.takes(STRESS_WORK))))
+        Ok((
+            run,
+            Stand::new(
+                oracle,
+                [STRESS_WORK, PLASTIC_STRAIN].map(|name| bench.takes(name)),
+            ),
+        ))
     }
 
     fn window(

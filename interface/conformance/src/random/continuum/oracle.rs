@@ -46,13 +46,22 @@ pub struct Expected {
     pub groups: Vec<GroupState>,
 }
 
-/// Bulk modulus and shear modulus of a material in Pa.
-fn moduli(model: &MaterialModel) -> Option<[f64; 2]> {
+/// Bulk and shear modulus of a material, and yield stress and hardening modulus if it yields, in Pa.
+fn moduli(model: &MaterialModel) -> Option<([f64; 2], Option<[f64; 2]>)> {
     match *model {
         MaterialModel::LinearElastic {
             bulk_modulus,
             shear_modulus,
-        } => Some([bulk_modulus, shear_modulus]),
+        } => Some(([bulk_modulus, shear_modulus], None)),
+        MaterialModel::VonMises {
+            bulk_modulus,
+            shear_modulus,
+            yield_stress,
+            hardening_modulus,
+        } => Some((
+            [bulk_modulus, shear_modulus],
+            Some([yield_stress, hardening_modulus]),
+        )),
         _ => None,
     }
 }
@@ -101,13 +110,14 @@ impl Oracle {
             drift: c.drift,
             wall_impulse: [0.0; 2],
             elastic: 0.0,
+            plastic: 0.0,
         };
         let (mut layers, mut points, mut wave) = (Vec::new(), Vec::new(), 0.0_f64);
         let mut filled = Vec::new();
         for (g, group) in c.groups.iter().enumerate() {
             let region = fill(group, c.cell, "").ok()?;
             let material = c.materials.get(group.material)?;
-            let [bulk, shear] = moduli(&material.model)?;
+            let ([bulk, shear], yields) = moduli(&material.model)?;
             wave = wave.max(((bulk + 4.0 / 3.0 * shear) / material.density).sqrt());
             if g == 0 || c.layers {
                 layers.push(empty.clone());
@@ -127,6 +137,9 @@ impl Oracle {
                     volume: region.box_area(),
                     bulk,
                     shear,
+                    yields,
+                    plastic_strain: 0.0,
+                    lost: 0.0,
                 });
                 points.push((g, place, group.contact_radius?));
             }
@@ -195,7 +208,7 @@ impl Oracle {
             |o: &Self| -> Vec<f64> { (0..o.points.len()).map(|k| o.kinetic(k)).collect() };
         let kinetic = energies(self);
         let (kick, w) = (step.kick(), step.centring());
-        let (mut contact_omega_sq, mut elastic) = (0.0_f64, 0.0);
+        let (mut contact_omega_sq, mut elastic, mut plastic) = (0.0_f64, 0.0, 0.0);
         for number in 0..self.layers.len() {
             let own = self
                 .points
@@ -210,11 +223,13 @@ impl Oracle {
             }
             if step.is_opening() {
                 elastic += layer.points.iter().map(RefPoint::stored).sum::<f64>();
+                plastic += layer.points.iter().map(|p| p.lost).sum::<f64>();
                 continue;
             }
             let own: Vec<[f64; 2]> = own.iter().map(|f| f.force).collect();
             layer.step(step.dt_before, step.dt, &own);
             elastic += layer.elastic;
+            plastic += layer.plastic;
             for a in 0..2 {
                 let mass: f64 = layer.points.iter().map(|p| p.mass).sum();
                 self.applied[a] += layer.wall_impulse[a] + kick * mass * layer.gravity[a];
@@ -223,6 +238,7 @@ impl Oracle {
         let (after, done) = (energies(self), self.all());
         let mut ledger = Ledger {
             elastic,
+            plastic_work: plastic,
             stress_work: elastic - self.start,
             ..Ledger::default()
         };

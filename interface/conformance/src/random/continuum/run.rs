@@ -31,11 +31,13 @@ pub struct Stand {
     pub(super) pressed: bool,
     /// Whether the solver tells the work of the stress beside the stored energy.
     pub(super) works: bool,
+    /// Whether it tells the plastic strain of points.
+    pub(super) plastic: bool,
 }
 
 impl Stand {
     /// At the start.
-    pub fn new(oracle: Oracle, works: bool) -> Self {
+    pub fn new(oracle: Oracle, [works, plastic]: [bool; 2]) -> Self {
         Self {
             step: 0,
             ids: BTreeMap::new(),
@@ -46,6 +48,7 @@ impl Stand {
             fastest: oracle.fastest(),
             pressed: false,
             works,
+            plastic,
             oracle,
         }
     }
