@@ -78,8 +78,17 @@ impl Generator<'_> {
         } else {
             self.walls()
         };
-        let materials = (0..count).map(|_| self.material(alone)).collect();
-        let groups = self.groups(count, spacing, layers && !pairs, transfer.is_affine());
+        let materials: Vec<MaterialConfig> = (0..count).map(|_| self.material(alone)).collect();
+        let mut groups = self.groups(count, spacing, layers && !pairs, transfer.is_affine());
+        for group in &mut groups {
+            // A stress beyond the yield surface is none that a run begins with.
+            if matches!(
+                materials[group.material].model,
+                MaterialModel::VonMises { .. }
+            ) {
+                group.fields.stress = None;
+            }
+        }
         let domain = self.domain(&groups, &walls);
         let gravity = if self.often() {
             let most = 1e-3 * self.wave / self.dt;
