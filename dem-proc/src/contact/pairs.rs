@@ -215,9 +215,7 @@ impl<L: Law> BodyContacts<L> {
             stale: 2,
         }
     }
-}
 
-impl<L: Law> BodyContacts<L> {
     /// Which pairs the next evaluation looks at, if pairs within `closing` (m) count. A list has several times as many
     /// pairs as there are in reach, and most come no nearer than some distance for many steps.
     fn look(&self, closing: f64) -> Look {

@@ -148,6 +148,24 @@ impl<'a> Judge<'a> {
         self.differ(clause, what, Vector(want.into()), got)
     }
 
+    /// The impulses of two ledgers within `impulse` (N s/m), their contact forces within `force` (N/m), and the same number of
+    /// contacts.
+    pub fn near_impulses(
+        &mut self,
+        clause: &'static str,
+        [got, want]: [&Ledger; 2],
+        impulse: f64,
+        force: f64,
+    ) -> Result {
+        for ((what, want), (_, got)) in impulses(want).into_iter().zip(impulses(got)) {
+            self.near_vector(clause, what, got, want.into(), impulse)?;
+        }
+        let [at, to] = [got, want].map(|ledger| ledger.contact_force);
+        self.near_vector(clause, "contact_force in N/m", at, to.into(), force)?;
+        let [got, want] = [got, want].map(|ledger| ledger.contacts as f64);
+        self.near(clause, "contacts", got, want, 0.0)
+    }
+
     /// A number that is a bound.
     pub fn at_least(
         &mut self,
@@ -184,7 +202,7 @@ pub fn energies(l: &Ledger) -> [(&'static str, f64); 8] {
 }
 
 /// Its impulses in N s/m, by name.
-pub fn impulses(l: &Ledger) -> [(&'static str, [f64; 2]); 3] {
+fn impulses(l: &Ledger) -> [(&'static str, [f64; 2]); 3] {
     [
         ("momentum in N s/m", l.momentum),
         ("applied_impulse in N s/m", l.applied_impulse),

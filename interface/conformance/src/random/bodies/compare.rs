@@ -6,7 +6,7 @@ use interface::message::wire::{
 };
 use mechanics::outline::nearest;
 
-use super::super::judge::{Judge, Number, Result, Vector, energies, impulses};
+use super::super::judge::{Judge, Number, Result, Vector, energies};
 use super::oracle::{BLUR, Expected, Oracle, Touch, Who};
 
 impl Judge<'_> {
@@ -277,24 +277,7 @@ impl Judge<'_> {
         let impulse = 1e-6 * momentum + 1e-9 * impulse;
         let force = Vec2::from(want.contact_force).norm();
         let slack: f64 = expected.loads.iter().map(|load| load.blur).sum::<f64>() + 1e-9 * force;
-        for ((what, want), (_, got)) in impulses(want).into_iter().zip(impulses(got)) {
-            self.near_vector("N-1", what, got, want.into(), impulse)?;
-        }
-        let of = "contact_force in N/m";
-        self.near_vector(
-            "N-1",
-            of,
-            got.contact_force,
-            want.contact_force.into(),
-            slack,
-        )?;
-        self.near(
-            "N-1",
-            "contacts",
-            got.contacts as f64,
-            want.contacts as f64,
-            0.0,
-        )
+        self.near_impulses("N-1", [got, want], impulse, slack)
     }
 
     /// The contacts of a frame. Those that have only just begun may be missing.

@@ -8,7 +8,7 @@ use interface::message::wire::{
 use interface::solver::Readiness;
 use mechanics::outline::nearest;
 
-use super::super::judge::{Judge, Number, Result, Vector, energies, impulses};
+use super::super::judge::{Judge, Number, Result, Vector, energies};
 use super::case::Case;
 use super::oracle::{Expected, Oracle};
 use super::run::Stand;
@@ -311,24 +311,7 @@ impl Judge<'_> {
             .iter()
             .map(|g| Vec2::from(g.contact_force).norm());
         let force = 1e-12 * force.sum::<f64>();
-        for ((what, want), (_, got)) in impulses(want).into_iter().zip(impulses(got)) {
-            self.near_vector("N-1a", what, got, want.into(), t.impulse)?;
-        }
-        let of = "contact_force in N/m";
-        self.near_vector(
-            "N-1a",
-            of,
-            got.contact_force,
-            want.contact_force.into(),
-            force,
-        )?;
-        self.near(
-            "N-1a",
-            "contacts",
-            got.contacts as f64,
-            want.contacts as f64,
-            0.0,
-        )
+        self.near_impulses("N-1a", [got, want], t.impulse, force)
     }
 
     /// The limits that were said after a step with these forces on all points.
