@@ -8,7 +8,7 @@ use coupler::record::Table;
 
 use crate::StudyError;
 use crate::figure::axis::Scale;
-use crate::figure::curves::{Curve, Frame, Stroke, draw};
+use crate::figure::chart::{Chart, Mark, Panel, Series};
 use crate::figure::file::Kind;
 
 /// Points of an expected curve.
@@ -81,7 +81,7 @@ pub struct PlotOptions {
 pub fn plot(options: &PlotOptions, path: &Path) -> Result<(), StudyError> {
     Kind::of(path)?;
     options.assert_sound()?;
-    let mut curves: Vec<Curve> = Vec::new();
+    let mut curves: Vec<Series> = Vec::new();
     let mut units: Option<[String; 2]> = None;
     let many = (options.data.len() > 1, options.y.len() > 1);
     for data in &options.data {
@@ -110,22 +110,22 @@ pub fn plot(options: &PlotOptions, path: &Path) -> Result<(), StudyError> {
                         "check the columns, --xlim, --slope, and that what has a logarithmic axis is above 0",
                     ));
                 }
-                let stroke = if options.dots {
-                    Stroke::Dots
+                let mark = if options.dots {
+                    Mark::Dots
                 } else {
-                    Stroke::Line
+                    Mark::Line(2.0)
                 };
-                curves.push(Curve {
+                curves.push(Series {
                     label,
-                    points,
-                    stroke,
+                    mark,
+                    points: vec![points],
                 });
             }
             let unit = |e: &str| table.column(e).map_or_else(String::new, |c| c.unit.clone());
             units.get_or_insert_with(|| [unit(&options.x), unit(&y.what)]);
         }
     }
-    let across = curves.iter().flat_map(|c| &c.points).map(|p| p.0);
+    let across = curves.iter().flat_map(|c| &c.points[0]).map(|p| p.0);
     let none = (f64::INFINITY, f64::NEG_INFINITY);
     let (first, last) = across.fold(none, |(low, high), x| (low.min(x), high.max(x)));
     for line in &options.expected {
@@ -142,16 +142,22 @@ pub fn plot(options: &PlotOptions, path: &Path) -> Result<(), StudyError> {
         [only] => with_unit(&only.what, &y_unit),
         _ => y_unit.clone(),
     };
-    let frame = Frame {
-        title: options.title.clone(),
+    let panel = Panel {
         words: [
             below.clone().unwrap_or_else(x),
             beside.clone().unwrap_or_else(y),
         ],
-        scales: options.scales,
+        scales: options.scales.map(Some),
         limits: options.limits,
+        ..Panel::default()
     };
-    draw(path, &frame, &curves)
+    let chart = Chart {
+        title: options.title.clone(),
+        panels: vec![panel],
+        series: curves,
+        ..Chart::default()
+    };
+    chart.draw(path)
 }
 
 impl PlotOptions {
@@ -280,7 +286,7 @@ fn slope(points: &[(f64, f64)], width: f64, label: &str) -> Result<Vec<(f64, f64
 }
 
 /// An expression of `x` from the first to the last of what is drawn.
-fn expected(line: &Labelled, [first, last]: [f64; 2], scale: Scale) -> Result<Curve, StudyError> {
+fn expected(line: &Labelled, [first, last]: [f64; 2], scale: Scale) -> Result<Series, StudyError> {
     let help = "an expected curve is an expression of `x`, such as `--expected \"weight=25\"`";
     let is_x = |name: &str| (name == "x").then_some(Meaning::Slot(0));
     let y = compile(&line.what, &is_x, help)?;
@@ -300,10 +306,10 @@ fn expected(line: &Labelled, [first, last]: [f64; 2], scale: Scale) -> Result<Cu
             help,
         ));
     }
-    Ok(Curve {
+    Ok(Series {
         label: line.name().to_owned(),
-        points,
-        stroke: Stroke::Expected,
+        mark: Mark::Expected,
+        points: vec![points],
     })
 }
 
@@ -350,14 +356,11 @@ mod tests {
         let expected = |line: &Labelled, first, last| expected(line, [first, last], Scale::Linear);
         let line = Labelled::parse("law=sqrt(x-1)");
         let curve = expected(&line, 0.0, 5.0).unwrap();
-        assert_eq!(
-            (curve.label.as_str(), curve.stroke),
-            ("law", Stroke::Expected)
-        );
-        assert_eq!(curve.points.last(), Some(&(5.0, 2.0)));
-        assert!(curve.points.iter().all(|p| p.0 >= 1.0));
+        assert_eq!((curve.label.as_str(), curve.mark), ("law", Mark::Expected));
+        assert_eq!(curve.points[0].last(), Some(&(5.0, 2.0)));
+        assert!(curve.points[0].iter().all(|p| p.0 >= 1.0));
         let weight = expected(&Labelled::parse("25"), 0.0, 1.0).unwrap();
-        assert_eq!(weight.points, [(0.0, 25.0), (1.0, 25.0)]);
+        assert_eq!(weight.points[0], [(0.0, 25.0), (1.0, 25.0)]);
         assert!(expected(&Labelled::parse("y"), 0.0, 1.0).is_err());
         assert!(expected(&Labelled::parse("sqrt(x-9)"), 0.0, 1.0).is_err());
     }

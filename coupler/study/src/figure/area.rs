@@ -17,7 +17,8 @@ const MOST: usize = 9;
 /// The area before it has a place: its size, its axes and what they say.
 #[derive(Debug, Clone)]
 pub(super) struct Plan {
-    size: (f64, f64),
+    /// Width and height in pixels of what is within the axes.
+    pub size: (f64, f64),
     axes: [Axis; 2],
     /// Numbers below with the lines that stand at them, and beside.
     below: Vec<(f64, Vec<String>)>,
@@ -73,7 +74,7 @@ impl Plan {
         });
         let beyond = beyond.fold(0.0, f64::max);
         let sides = [size.0, size.1].map(|side| side.max(SHORTEST));
-        let words = [0, 1].map(|axis| wrapped_if(words[axis], sides[axis]));
+        let words = [0, 1].map(|axis| wrapped(words[axis], WORDS, sides[axis]));
         // Beside a low area words reach beyond both of its ends.
         let longest = words[1].iter().map(|line| width(line, WORDS));
         let over = (0.5 * (longest.fold(0.0, f64::max) - size.1)).max(0.0);
@@ -198,12 +199,4 @@ fn high(below: &[(f64, Vec<String>)]) -> f64 {
         .max()
         .unwrap_or(0) as f64
         * LINE
-}
-
-fn wrapped_if(words: &str, most: f64) -> Vec<String> {
-    if words.is_empty() {
-        Vec::new()
-    } else {
-        wrapped(words, WORDS, most)
-    }
 }

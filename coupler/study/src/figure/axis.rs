@@ -96,6 +96,18 @@ impl Axis {
 }
 
 impl Scale {
+    /// Logarithmic for positive numbers of which the largest is at least `many` times the least.
+    pub fn of(numbers: impl Iterator<Item = f64>, many: f64) -> Self {
+        let none = (f64::INFINITY, f64::NEG_INFINITY);
+        let (low, high) = (numbers.filter(|n| n.is_finite()))
+            .fold(none, |(low, high), n| (low.min(n), high.max(n)));
+        if low > 0.0 && high >= many * low {
+            Self::Log
+        } else {
+            Self::Linear
+        }
+    }
+
     fn has(self, number: f64) -> bool {
         number.is_finite() && (self == Self::Linear || number > 0.0)
     }
@@ -291,5 +303,14 @@ mod tests {
         ] {
             assert_eq!(label(number), said);
         }
+    }
+
+    #[test]
+    fn numbers_of_many_sizes_lie_along_a_logarithmic_axis() {
+        let of = |numbers: &[f64]| Scale::of(numbers.iter().copied(), 8.0);
+        assert_eq!(of(&[1.0, 2.0, 4.0]), Scale::Linear);
+        assert_eq!(of(&[1.0, f64::NAN, 8.0]), Scale::Log);
+        assert_eq!(of(&[0.0, 2.0, 80.0]), Scale::Linear);
+        assert_eq!(of(&[]), Scale::Linear);
     }
 }

@@ -1,7 +1,7 @@
 //! What the curves are: a sample and words each, in columns that have room for them.
 
 use super::canvas::{Anchor, Canvas, Paint, Place, Stroke};
-use super::style::{LINE, WORDS, marker};
+use super::style::{LINE, WORDS, colour, marker};
 use super::text::{width, wrapped};
 
 /// Width of a sample with the gap after it.
@@ -11,15 +11,35 @@ const GAP: f64 = 24.0;
 /// Most columns.
 const COLUMNS: usize = 3;
 
-/// What stands for a curve.
+/// What stands for a series.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum Sample {
     /// A line.
     Line(Stroke),
-    /// A dot.
-    Dot(Paint),
-    /// A line with the marker of the `k`-th curve.
-    Marked(Stroke, usize),
+    /// A disc or a ring of this radius.
+    Dot(Paint, f64),
+    /// The marker of the `k`-th series, with its line or alone.
+    Marked(usize, bool),
+}
+
+impl Sample {
+    /// The line that joins its points, if one does.
+    pub fn line(self) -> Option<Stroke> {
+        match self {
+            Self::Line(line) => Some(line),
+            Self::Marked(k, true) => Some(Stroke::of(colour(k), 2.0)),
+            Self::Dot(..) | Self::Marked(_, false) => None,
+        }
+    }
+
+    /// Draws what is at a point of the series.
+    pub fn mark(self, canvas: &mut Canvas, at: Place) {
+        match self {
+            Self::Dot(paint, radius) => canvas.circle(at, radius, paint),
+            Self::Marked(k, _) => marker(canvas, at, k),
+            Self::Line(_) => {}
+        }
+    }
 }
 
 /// The legend before it has a place.
@@ -32,7 +52,7 @@ pub(super) struct Legend {
 
 impl Legend {
     /// Of samples and their words, at most as wide as this.
-    pub fn new(entries: &[(Sample, String)], most: f64) -> Self {
+    pub fn new(entries: &[(Sample, &str)], most: f64) -> Self {
         let widest = entries
             .iter()
             .map(|(_, words)| width(words, WORDS))
@@ -73,17 +93,10 @@ impl Legend {
             for (k, (sample, lines)) in (0..).zip(row) {
                 let x = left + f64::from(k) * self.column;
                 let middle = top + 0.5 * LINE;
-                let stroke = |canvas: &mut Canvas, stroke| {
-                    canvas.line(&[(x, middle), (x + 30.0, middle)], stroke);
-                };
-                match *sample {
-                    Sample::Line(line) => stroke(canvas, line),
-                    Sample::Dot(paint) => canvas.circle((x + 15.0, middle), 4.0, paint),
-                    Sample::Marked(line, k) => {
-                        stroke(canvas, line);
-                        marker(canvas, (x + 15.0, middle), k);
-                    }
+                if let Some(line) = sample.line() {
+                    canvas.line(&[(x, middle), (x + 30.0, middle)], line);
                 }
+                sample.mark(canvas, (x + 15.0, middle));
                 for (line, words) in (0..).zip(lines) {
                     let y = middle + f64::from(line) * LINE;
                     canvas.text(words, WORDS, (x + SAMPLE, y), Anchor::Start);

@@ -3,19 +3,17 @@
 //!
 //! | what | where |
 //! | --- | --- |
-//! | figures | [`curves`], [`precision`], [`sweep`], [`map`], [`panels`] |
-//! | their parts | `area` (axes around what is drawn), [`axis`], `legend`, `style`, `text` (widths) |
+//! | figures | [`chart`] (series of numbers), [`panels`] (particles) |
+//! | their parts | `sheet` (areas in rows), `area` (axes around what is drawn), [`axis`], `legend`, `style`, `text` (widths) |
 //! | what they are put on | `canvas`; [`mod@file`] writes it as SVG, PNG or GIF |
 
 mod area;
 pub mod axis;
 mod canvas;
-pub mod curves;
+pub mod chart;
 pub mod file;
 mod legend;
-pub mod map;
 pub mod panels;
-pub mod precision;
+mod sheet;
 mod style;
-pub mod sweep;
 mod text;

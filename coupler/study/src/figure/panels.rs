@@ -11,7 +11,8 @@ use super::area::{Area, NUMBER_GAP, Plan, fitting};
 use super::axis::{Axis, Scale, label};
 use super::canvas::{Anchor, BLACK, Canvas, Colour, Stroke};
 use super::file;
-use super::style::{LINE, MARGIN, NUMBERS, WORDS, colour, heading, heading_height, write_heading};
+use super::sheet::Sheet;
+use super::style::{LINE, MARGIN, NUMBERS, WORDS, colour};
 use super::text::{width, wrapped};
 use crate::StudyError;
 
@@ -140,80 +141,27 @@ pub fn film(path: &Path, layout: &Layout, panels: &[Panel], rate: f64) -> Result
 
 fn sheet(layout: &Layout, panels: &[Panel]) -> Result<Canvas, StudyError> {
     let columns = layout.columns.max(1);
-    let rows = panels.len().div_ceil(columns);
     let [[left, bottom], [right, top]] = layout.window;
     let inner = (ROW / columns as f64).round();
-    let size = (
-        inner,
-        (inner * (top - bottom) / (right - left)).round().max(1.0),
-    );
-    let axes = [
-        Axis::over([left, right], Scale::Linear),
-        Axis::over([bottom, top], Scale::Linear),
-    ];
+    let height = (inner * (top - bottom) / (right - left)).round().max(1.0);
+    let axes = [[left, right], [bottom, top]].map(|range| Axis::over(range, Scale::Linear));
     // Words stand at the outer panels only.
     let plan = |k: usize| {
-        let below = if k + columns >= panels.len() {
-            "x [m]"
-        } else {
-            ""
-        };
-        let beside = if k.is_multiple_of(columns) {
-            "y [m]"
-        } else {
-            ""
-        };
-        Plan::new(size, axes, [below, beside])
+        let (lowest, first) = (k + columns >= panels.len(), k.is_multiple_of(columns));
+        let words = [
+            if lowest { "x [m]" } else { "" },
+            if first { "y [m]" } else { "" },
+        ];
+        Plan::new((inner, height), axes, words)
     };
-    let plans: Vec<Plan> = (0..panels.len()).map(plan).collect();
-    let captions: Vec<Vec<String>> = panels
-        .iter()
-        .map(|panel| wrapped(&panel.caption, WORDS, inner))
-        .collect();
-    let most = |of: &mut dyn Iterator<Item = f64>| of.fold(0.0, f64::max);
-    let wide = |column: usize| {
-        most(
-            &mut plans
-                .iter()
-                .skip(column)
-                .step_by(columns)
-                .map(|p| p.outer().0),
-        )
-    };
-    let caption = most(&mut captions.iter().map(|lines| lines.len() as f64 * LINE));
-    let high = |row: usize| {
-        caption
-            + most(
-                &mut plans
-                    .iter()
-                    .skip(row * columns)
-                    .take(columns)
-                    .map(|p| p.outer().1),
-            )
-    };
-    let width = (0..columns)
-        .map(wide)
-        .sum::<f64>()
-        .max(COLOURS.0 + 4.0 * MARGIN);
-    let title = heading(&layout.title, width);
-    let legend = wrapped(&layout.words(), WORDS, width - 4.0 * MARGIN);
-    let start = heading_height(&title);
-    let below = start + (0..rows).map(high).sum::<f64>();
-    let height = below + COLOURS.1 + NUMBER_GAP + LINE * (1 + legend.len()) as f64 + 2.0 * MARGIN;
-    let mut canvas = Canvas::new(width, height);
-    write_heading(&mut canvas, &title, 0.0);
-    for (k, panel) in panels.iter().enumerate() {
-        let (column, row) = (k % columns, k / columns);
-        let at = (
-            (0..column).map(wide).sum::<f64>(),
-            start + (0..row).map(high).sum::<f64>(),
-        );
-        for (line, words) in (0..).zip(&captions[k]) {
-            let y = at.1 + (f64::from(line) + 0.5) * LINE + 0.5 * MARGIN;
-            canvas.text(words, WORDS, (at.0 + plans[k].around[0], y), Anchor::Start);
-        }
-        let area = plans[k].draw(&mut canvas, (at.0, at.1 + caption));
-        fill(&mut canvas, &area, panel, layout, size)?;
+    let cells = panels.iter().enumerate();
+    let cells = cells.map(|(k, panel)| (&*panel.caption, plan(k))).collect();
+    let sheet = Sheet::new(&layout.title, cells, columns, COLOURS.0 + 4.0 * MARGIN);
+    let legend = wrapped(&layout.words(), WORDS, sheet.width - 4.0 * MARGIN);
+    let room = COLOURS.1 + NUMBER_GAP + LINE * (1 + legend.len()) as f64 + 2.0 * MARGIN;
+    let (mut canvas, areas, below) = sheet.draw(room);
+    for (panel, area) in panels.iter().zip(&areas) {
+        fill(&mut canvas, area, panel, layout, (inner, height))?;
     }
     colours(&mut canvas, layout, &legend, (2.0 * MARGIN, below + MARGIN))?;
     Ok(canvas)

@@ -1,7 +1,6 @@
 //! Colours, markers and sizes that all figures share.
 
-use super::canvas::{Anchor, Canvas, Colour, Paint, Place};
-use super::text::wrapped;
+use super::canvas::{Canvas, Colour, Paint, Place};
 
 /// Okabe and Ito's colours, which the colour-blind can distinguish; black last.
 const COLOURS: [Colour; 7] = [
@@ -38,26 +37,5 @@ pub(super) fn marker(canvas: &mut Canvas, (x, y): Place, k: usize) {
             colour(k),
             None,
         ),
-    }
-}
-
-/// Lines of a heading, as wide as the sheet.
-pub(super) fn heading(title: &str, width: f64) -> Vec<String> {
-    if title.is_empty() {
-        return Vec::new();
-    }
-    wrapped(title, HEADING, width - 2.0 * MARGIN)
-}
-
-/// Height of a heading.
-pub(super) fn heading_height(lines: &[String]) -> f64 {
-    lines.len() as f64 * 1.3 * HEADING + 0.5 * MARGIN
-}
-
-/// Writes a heading at the top of a sheet, or of a part that begins at `top`.
-pub(super) fn write_heading(canvas: &mut Canvas, lines: &[String], top: f64) {
-    for (k, line) in (0..).zip(lines) {
-        let y = top + 0.5 * MARGIN + (f64::from(k) + 0.5) * 1.3 * HEADING;
-        canvas.text(line, HEADING, (MARGIN, y), Anchor::Start);
     }
 }

@@ -21,8 +21,11 @@ pub(super) fn width(words: &str, size: f64) -> f64 {
     words.chars().map(thousandths).sum::<f64>() * 1e-3 * size
 }
 
-/// The words in lines of at most this width. A word that is wider is cut.
+/// The words in lines of at most this width, none if there are no words. A word that is wider is cut.
 pub(super) fn wrapped(words: &str, size: f64, most: f64) -> Vec<String> {
+    if words.is_empty() {
+        return Vec::new();
+    }
     let mut lines = vec![String::new()];
     for word in words.split(' ') {
         let line = lines.last_mut().expect("there is a line");

@@ -7,7 +7,8 @@ use super::edge::{Edge, Search};
 use super::{STEP_FACTOR, Trial, freed, setting, usable};
 use crate::StudyError;
 use crate::case::{Source, scene_title};
-use crate::figure::map::{Map, draw};
+use crate::figure::axis::Scale;
+use crate::figure::chart::{Chart, Mark, Panel, Series};
 use crate::output::{number, write_table};
 use crate::runner::{Runner, RunnerOptions};
 use crate::vary::{Vary, with_unit};
@@ -161,50 +162,85 @@ impl MapReport {
         self.options.along == STEP_FACTOR
     }
 
-    fn map(&self) -> Map {
-        let runs = self
-            .columns
-            .iter()
-            .flat_map(|c| {
-                c.edge
-                    .tried
-                    .iter()
-                    .map(|&(value, stable)| (c.at, value, stable))
-            })
-            .collect();
+    /// Runs that were stable and those that were not; named lines, of which the last is the measured edge.
+    fn series(&self) -> [Series; 6] {
+        let series = |label: &str, mark, points| Series {
+            label: label.to_owned(),
+            mark,
+            points: vec![points],
+        };
+        let runs = |wanted: bool| {
+            let of = |c: &'_ Column| {
+                let runs = c.edge.tried.iter().filter(|(_, stable)| *stable == wanted);
+                runs.map(|(value, _)| (c.at, *value)).collect::<Vec<_>>()
+            };
+            self.columns.iter().flat_map(of).collect()
+        };
         let line = |of: &dyn Fn(&Column) -> Option<f64>| -> Vec<(f64, f64)> {
             let points = self.columns.iter();
             points.filter_map(|c| Some((c.at, of(c)?))).collect()
         };
-        let mut lines = vec![(
-            "measured edge: largest stable value found".to_owned(),
-            line(&|c| c.edge.unstable.and(c.edge.stable)),
-        )];
-        if self.forced() {
-            lines.push((
-                "the coupler's criterion (composed, its step is 1)".to_owned(),
-                line(&|_| Some(1.0)),
-            ));
-            lines.push((
-                "Jiang 2020 eq. 51".to_owned(),
-                line(&|c| c.multiple(|k| k.jiang2020)),
-            ));
-            lines.push((
-                "eq. 51 with the mass of the lightest point".to_owned(),
-                line(&|c| c.multiple(|k| k.lightest_point)),
-            ));
+        // Where lines lie on one another, the lower ones are seen beside the upper ones.
+        let criteria =
+            |of: &dyn Fn(&Column) -> Option<f64>| if self.forced() { line(of) } else { Vec::new() };
+        [
+            series(
+                "eq. 51 with the mass of the lightest point",
+                Mark::Line(8.6),
+                criteria(&|c| c.multiple(|k| k.lightest_point)),
+            ),
+            series(
+                "Jiang 2020 eq. 51",
+                Mark::Line(6.4),
+                criteria(&|c| c.multiple(|k| k.jiang2020)),
+            ),
+            series(
+                "the coupler's criterion (composed, its step is 1)",
+                Mark::Line(4.2),
+                criteria(&|_| Some(1.0)),
+            ),
+            series(
+                "measured edge: largest stable value found",
+                Mark::Line(2.0),
+                line(&|c| c.edge.unstable.and(c.edge.stable)),
+            ),
+            series("stable", Mark::Stable, runs(true)),
+            series("unstable", Mark::Unstable, runs(false)),
+        ]
+    }
+
+    fn panel(&self) -> Panel {
+        let beside = if self.forced() {
+            "step / composed step".to_owned()
+        } else {
+            with_unit(&self.options.along)
+        };
+        Panel {
+            caption: self.title.clone(),
+            words: [with_unit(&self.options.column.key), beside],
+            scales: [Some(Scale::Log); 2],
+            ..Panel::default()
         }
-        Map {
-            title: self.title.clone(),
-            x: with_unit(&self.options.column.key),
-            y: if self.forced() {
-                "step / composed step".to_owned()
-            } else {
-                with_unit(&self.options.along)
-            },
-            runs,
-            lines,
+    }
+}
+
+/// The maps below one another.
+fn chart(reports: &[MapReport]) -> Chart {
+    let mut series: Vec<Series> = Vec::new();
+    for of_map in reports.iter().map(MapReport::series) {
+        if series.is_empty() {
+            series.extend(of_map);
+        } else {
+            let all = series.iter_mut().zip(of_map);
+            all.for_each(|(all, own)| all.points.extend(own.points));
         }
+    }
+    series.retain(|series| series.points.iter().any(|points| !points.is_empty()));
+    Chart {
+        columns: 1,
+        panels: reports.iter().map(MapReport::panel).collect(),
+        series,
+        ..Chart::default()
     }
 }
 
@@ -256,8 +292,7 @@ fn write(reports: &[MapReport], out: &Path) -> Result<(), StudyError> {
     for (name, rows) in [("stability.csv", runs), ("edges.csv", edges)] {
         write_table(&out.join(name), &rows)?;
     }
-    let maps: Vec<Map> = reports.iter().map(MapReport::map).collect();
-    draw(&out.join("stability.svg"), &maps)
+    chart(reports).draw(&out.join("stability.svg"))
 }
 
 /// The edges for people.

@@ -3,11 +3,10 @@
 use std::fmt;
 use std::path::Path;
 
-use coupler::record::Summary;
-
 use super::row::{Row, count, curves, write_rows};
 use crate::StudyError;
-use crate::figure::precision::{Curve, Panel, draw};
+use crate::figure::axis::Scale;
+use crate::figure::chart::{Chart, Mark, Panel, Series};
 use crate::output::number;
 use crate::precision::{order, order_against};
 use crate::vary::with_unit;
@@ -56,46 +55,56 @@ impl WorkReport {
     }
 
     pub(super) fn draw(&self, path: &Path, title: &str, jobs: usize) -> Result<(), StudyError> {
-        let curves: Vec<Curve> = curves(&self.rows)
-            .into_iter()
-            .map(|(label, rows)| {
-                let order = Self::order(&rows).map(|p| format!("order {p:.2}"));
-                let points = |cost: fn(&Summary) -> f64, front: fn(&Row) -> bool| {
-                    rows.iter()
-                        .filter_map(|row| Some((cost(row.outcome()), row.error?, front(row))))
-                        .collect()
-                };
-                let label = if label.is_empty() { "all runs" } else { label };
-                Curve {
-                    label: match order {
-                        Some(order) => format!("{label}: {order}"),
-                        None => label.to_owned(),
-                    },
-                    points: [
-                        points(Summary::stepping_cpu, |row| row.pareto_cpu),
-                        points(|o| o.stepping_wall_s, |row| row.pareto_wall),
-                    ],
+        let mut series = Vec::new();
+        let mut rings = vec![Vec::new(), Vec::new()];
+        for (label, rows) in curves(&self.rows) {
+            let label = if label.is_empty() { "all runs" } else { label };
+            let label = match Self::order(&rows) {
+                Some(order) => format!("{label}: order {order:.2}"),
+                None => label.to_owned(),
+            };
+            let mut points = vec![Vec::new(), Vec::new()];
+            for row in rows {
+                let Some(error) = row.error else { continue };
+                let outcome = row.outcome();
+                let costs = [outcome.stepping_cpu(), outcome.stepping_wall_s];
+                for (k, front) in [row.pareto_cpu, row.pareto_wall].into_iter().enumerate() {
+                    points[k].push((costs[k], error));
+                    rings[k].extend(front.then_some((costs[k], error)));
                 }
-            })
-            .collect();
+            }
+            let mark = Mark::Marked;
+            series.push(Series {
+                label,
+                mark,
+                points,
+            });
+        }
+        series.push(Series {
+            label: "Pareto front".to_owned(),
+            mark: Mark::Rings,
+            points: rings,
+        });
         let shared = if jobs > 1 {
             format!(" ({jobs} runs at once)")
         } else {
             String::new()
         };
         let panel = |time: &str| Panel {
-            x: format!("{time} in s{shared}"),
-            y: self.error_of.clone(),
+            words: [format!("{time} in s{shared}"), self.error_of.clone()],
+            scales: [Some(Scale::Log); 2],
+            ..Panel::default()
         };
-        let note = format!(
-            "ring: Pareto front; order: of the error in {}",
-            with_unit(&self.resolution)
-        );
-        let panels = [
-            panel("CPU time of stepping"),
-            panel("wall time of stepping"),
-        ];
-        draw(path, title, &panels, &curves, &note)
+        let times = ["CPU time of stepping", "wall time of stepping"];
+        let chart = Chart {
+            title: title.to_owned(),
+            note: format!("order: of the error in {}", with_unit(&self.resolution)),
+            columns: 2,
+            names: None,
+            panels: times.map(panel).to_vec(),
+            series,
+        };
+        chart.draw(path)
     }
 }
 

@@ -6,7 +6,7 @@ use std::path::Path;
 use super::row::count;
 use super::sweep::SweepReport;
 use crate::StudyError;
-use crate::figure::sweep::{Layout, Panel, draw};
+use crate::figure::chart::{Chart, Mark, Panel, Series};
 use crate::output::{number, write_table};
 use crate::sample::{SHARES, Statistics};
 use crate::vary::with_unit;
@@ -59,24 +59,31 @@ impl SampleReport {
     /// A panel for each result over each key.
     pub(super) fn draw(&self, path: &Path, title: &str) -> Result<(), StudyError> {
         let rows = &self.runs.rows;
-        let mut panels = Vec::new();
+        let (mut panels, mut points) = (Vec::new(), Vec::new());
         for (k, name) in self.runs.values.iter().enumerate() {
             for key in &self.keys {
                 let point = |row: &super::Row| Some((row.case.number(key)?, row.values[k]?));
+                points.push(rows.iter().filter_map(point).collect());
                 panels.push(Panel {
-                    x: with_unit(key),
-                    y: name.clone(),
-                    points: vec![rows.iter().filter_map(point).collect()],
+                    words: [with_unit(key), name.clone()],
+                    ..Panel::default()
                 });
             }
         }
-        let layout = Layout {
-            title: title.to_owned(),
-            names: None,
-            curves: vec![String::new()],
-            lines: false,
+        let series = Series {
+            label: String::new(),
+            mark: Mark::Markers,
+            points,
         };
-        draw(path, &layout, &panels)
+        let chart = Chart {
+            title: title.to_owned(),
+            note: String::new(),
+            columns: 2,
+            names: None,
+            panels,
+            series: vec![series],
+        };
+        chart.draw(path)
     }
 }
 

@@ -5,7 +5,7 @@ use std::path::Path;
 
 use super::row::{Row, count, curves, write_rows};
 use crate::StudyError;
-use crate::figure::sweep::{Layout, Panel, draw};
+use crate::figure::chart::{Chart, Mark, Panel, Series};
 use crate::output::number;
 use crate::vary::{Vary, with_unit};
 
@@ -32,30 +32,29 @@ impl SweepReport {
     }
 
     pub(super) fn draw(&self, path: &Path, title: &str) -> Result<(), StudyError> {
-        let curves = curves(&self.rows);
-        let panel = |k: usize| Panel {
-            x: with_unit(&self.key),
-            y: self.values[k].clone(),
-            points: curves
-                .iter()
-                .map(|(_, rows)| {
-                    rows.iter()
-                        .filter_map(|row| Some((row.resolution?, row.values[k]?)))
-                        .collect()
-                })
-                .collect(),
+        let points = |rows: &[&Row], k: usize| {
+            let rows = rows.iter();
+            rows.filter_map(|row| Some((row.resolution?, row.values[k]?)))
+                .collect()
         };
-        let layout = Layout {
+        let series = curves(&self.rows).into_iter().map(|(label, rows)| Series {
+            label: label.to_owned(),
+            mark: Mark::Marked,
+            points: (0..self.values.len()).map(|k| points(&rows, k)).collect(),
+        });
+        let panel = |value: &String| Panel {
+            words: [with_unit(&self.key), value.clone()],
+            ..Panel::default()
+        };
+        let chart = Chart {
             title: title.to_owned(),
-            lines: true,
+            note: String::new(),
+            columns: 2,
             names: self.names.clone(),
-            curves: curves
-                .iter()
-                .map(|(label, _)| (*label).to_owned())
-                .collect(),
+            panels: self.values.iter().map(panel).collect(),
+            series: series.collect(),
         };
-        let panels: Vec<Panel> = (0..self.values.len()).map(panel).collect();
-        draw(path, &layout, &panels)
+        chart.draw(path)
     }
 }
 
