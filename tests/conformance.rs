@@ -85,9 +85,9 @@ fn a_broken_clause_is_reported_as_text_json_and_junit() {
     let output = tandem(&[
         "conformance",
         "--only",
-        "S-2a,H-2a,L-5a",
+        "S-2a,G-2a,X-1a",
         "--dem",
-        &mutant("H-2a"),
+        &mutant("G-2a"),
     ])
     .args([
         "--junit",
@@ -103,9 +103,9 @@ fn a_broken_clause_is_reported_as_text_json_and_junit() {
     .unwrap();
     assert_eq!(output.status.code(), Some(1));
     let text = String::from_utf8(output.stdout).unwrap();
-    assert!(text.contains("H-2a   MUST   FAIL"), "{text}");
+    assert!(text.contains("G-2a   MUST   FAIL"), "{text}");
     assert!(
-        text.contains("L-5a   MUST   blocked") && text.contains("by H-2a"),
+        text.contains("X-1a   MUST   blocked") && text.contains("by G-2a"),
         "{text}"
     );
     assert!(
@@ -116,8 +116,8 @@ fn a_broken_clause_is_reported_as_text_json_and_junit() {
     let page = fs::read_to_string(&page).unwrap();
     for part in [
         "not kept",
-        "<td>H-2a<td>MUST<td class=\"fail\">FAIL",
-        "<small>by H-2a</small>",
+        "<td>G-2a<td>MUST<td class=\"fail\">FAIL",
+        "<small>by G-2a</small>",
     ] {
         assert!(page.contains(part), "{part}: {page}");
     }
@@ -146,7 +146,7 @@ fn a_broken_clause_is_reported_as_text_json_and_junit() {
         (3, 1, 1)
     );
 
-    let trace = fs::read_to_string(traces.join("H-2a.jsonl")).unwrap();
+    let trace = fs::read_to_string(traces.join("G-2a.jsonl")).unwrap();
     let lines: Vec<Value> = trace
         .lines()
         .map(|l| serde_json::from_str(l).unwrap())
@@ -158,7 +158,7 @@ fn a_broken_clause_is_reported_as_text_json_and_junit() {
 #[test]
 fn verdicts_are_the_same_for_any_number_of_jobs() {
     let dir = tempfile::tempdir().unwrap();
-    let broken = mutant("H-2a");
+    let broken = mutant("G-2a");
     let told = |jobs: &str| {
         let (status, verdicts) = verdicts(dir.path(), &["--dem", &broken, "--jobs", jobs]);
         assert_eq!(status, 1);
@@ -172,8 +172,8 @@ fn verdicts_are_the_same_for_any_number_of_jobs() {
             .1
             .as_str()
     };
-    assert_eq!((verdict("S-2a"), verdict("H-2a")), ("pass", "fail"));
-    assert_eq!(verdict("L-5a"), "blocked");
+    assert_eq!((verdict("S-2a"), verdict("G-2a")), ("pass", "fail"));
+    assert_eq!(verdict("X-1a"), "blocked");
     assert_eq!(told("8"), one);
 }
 

@@ -9,26 +9,28 @@
 //! # How to add a clause
 //!
 //! 1. Find its number in PROTOCOL.md; if there is none, write the clause there first.
-//! 2. In the file of its subject (`clause/dem/force.rs`, ...; `clause/shared/` for both sides) add a row to `CLAUSES`:
-//!    `Clause::must("H-1c", "stops before ...", other_halts).after(&["L-1a"]).mutant("does not report ...", || ...)`.
-//!    `after` names clauses without which this one says nothing: keep them few, and design the clause so that another
-//!    broken rule does not break it. The first clause of a side is before all others without being named. `needs` names
-//!    the capabilities without which it cannot be judged; let them be few, by scenes that are made of what the solver
+//! 2. In the file of its subject (`clause/dem/order.rs`, ...; `clause/shared/` for both sides) add a row to `CLAUSES`:
+//!    `Must "H-1c" "stops before ..." by other_halts, after: &["L-1a"];`, and below it its mutants,
+//!    `- "does not report ...": Flaw::report(|report| report.halted = 0);`. Where the kit shall say something wrong and the
+//!    solver fail, no function is needed: `refuses Flaw::states(|header, _| header.step += 1)` in a step, `rejects` before
+//!    the first. `after` names clauses without which this one says nothing: keep them few, and design the clause so that
+//!    another broken rule does not break it. The first clause of a side is before all others without being named. `needs`
+//!    names the capabilities without which it cannot be judged; let them be few, by scenes that are made of what the solver
 //!    takes ([`bench::Bench::takes`]): profiles follow from them ([`profile`]).
 //! 3. Write `fn other_halts(bench: &Bench) -> Judgement`: take a [`bench::BodiesRun`] (a coupled run in lockstep) or a bare
 //!    [`bench::Session`], do what shows the clause in as few steps as do, return `Ok(what was measured)` or an
 //!    [`verdict::Unmet`] by [`verdict::require`] or [`verdict::near`], with the numbers. A refused configuration comes
 //!    back as *not applicable* by itself. Put many cases in one run (bodies far apart): a run costs milliseconds, a step
 //!    microseconds. State the tolerance with its reason.
-//! 4. A clause that needs a process (exit status, signals, files) says `.of_processes()`.
+//! 4. A clause that needs a process (exit status, signals, files) says `of_processes: true`.
 //!
 //! # How to add a mutant
 //!
 //! A clause that no mutant can trip is no clause (`tests/mutants.rs` of the root). A mutant is the built-in solver
-//! that talks through a transport ([`mutant::serve`]) which passes every message on but for the one rule it breaks. It stands in the clause's row,
-//! and [`mutant::Flaw`] and [`mutant::change`] have one constructor for each thing that can be changed. Then
-//! `tandem conformance --dem "target/release/examples/mutant H-1c"` shows it, and the test asks that clause H-1c fails and no other. A
-//! second mutant of a clause is called `H-1c/2`.
+//! that talks through a transport ([`mutant::serve`]) which passes every message on but for the one rule it breaks. It
+//! stands below the clause's row, and [`mutant::Flaw`] and [`mutant::change`] have one constructor for each thing that can
+//! be changed. Then `tandem conformance --dem "target/release/examples/mutant H-1c"` shows it, and the test asks that clause
+//! H-1c fails and no other. A second mutant of a clause is called `H-1c/2`.
 #![forbid(unsafe_code)]
 #![cfg_attr(not(test), warn(clippy::disallowed_methods))]
 #![expect(
@@ -43,7 +45,6 @@ pub mod mutant_program;
 mod options;
 mod part;
 pub mod profile;
-mod queue;
 mod random;
 pub mod replay;
 pub mod report;
@@ -52,7 +53,8 @@ pub mod verdict;
 pub mod waiver;
 
 use std::collections::{BTreeMap, BTreeSet};
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::Mutex;
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::time::{Duration, Instant};
 
 use interface::config::capability::Capabilities;
@@ -64,7 +66,6 @@ pub use options::{Options, RandomCases};
 use bench::{Bench, Subject};
 use clause::{Clause, Level};
 use profile::Profile;
-use queue::Queue;
 use trace::Trace;
 use verdict::{Unmet, Verdict, Why};
 
@@ -102,6 +103,16 @@ pub struct Judged {
 }
 
 impl Judged {
+    fn blocked(clause: &'static Clause, by: &'static str) -> Self {
+        Self {
+            clause,
+            verdict: Verdict::Blocked { by },
+            wall: Duration::ZERO,
+            trace: Trace::default(),
+            case: None,
+        }
+    }
+
     /// Whether it is broken.
     pub fn failed(&self) -> bool {
         matches!(self.verdict, Verdict::Fail(_))
@@ -216,8 +227,7 @@ pub fn examine(
         |clause: &&Clause| options.only.is_empty() || options.only.iter().any(|id| id == clause.id);
     let clauses: Vec<&Clause> = all.into_iter().filter(asked).collect();
     let (rows, random): (Vec<_>, Vec<_>) = clauses.into_iter().partition(|c| c.judge.is_some());
-    let queue = Queue::new(first, &rows);
-    let mut judged = judge_all(subject, options, &greeting, queue, &mut tell);
+    let mut judged = judge_all(subject, options, &greeting, first, &rows, &mut tell);
     for one in judge_at_random(subject, options, &greeting.capabilities, &random, &judged) {
         tell(&one);
         judged.push(one);
@@ -232,63 +242,94 @@ pub fn examine(
     })
 }
 
-/// Tests the clauses of a queue, several at the same time; calls `tell` with the verdicts in order.
+/// Tests clauses of a table whose first one is `first`, several at the same time; calls `tell` with the verdicts in order.
+///
+/// A clause is blocked where one that it is after is broken, however many are judged at once. Those that measure time come
+/// first, one by one, with those that they are after.
 fn judge_all(
     subject: &Subject,
     options: &Options,
     greeting: &Greeting,
-    queue: Queue,
+    first: Option<&'static str>,
+    clauses: &[&'static Clause],
     mut tell: impl FnMut(&Judged),
 ) -> Vec<Judged> {
-    let trace = || {
-        if options.trace {
-            Trace::kept()
-        } else {
-            Trace::default()
-        }
-    };
     let impatient = AtomicBool::new(!greeting.came);
-    let judge = |clause| {
+    // What rests on a clause is blocked by itself or by what blocks it.
+    let broken = Mutex::new(BTreeMap::new());
+    let blocked = |clause: &Clause| {
+        let mut needs = first
+            .iter()
+            .chain(clause.after)
+            .filter(|id| **id != clause.id);
+        let broken = broken.lock().expect("no panic holds it");
+        needs.find_map(|id| broken.get(id).copied())
+    };
+    let judge = |clause: &'static Clause| {
+        if blocked(clause).is_some() {
+            return None;
+        }
         let mut options = options.clone();
         if impatient.load(Ordering::Relaxed) {
             options.startup = options.startup.min(bench::PATIENCE);
         }
-        let (judged, awaited) = judge(subject, &options, &greeting.capabilities, clause, trace());
+        let (judged, awaited) = judge(subject, &options, &greeting.capabilities, clause);
         impatient.fetch_or(awaited, Ordering::Relaxed);
-        judged
+        if judged.failed() {
+            broken
+                .lock()
+                .expect("no panic holds it")
+                .insert(clause.id, clause.id);
+        }
+        Some(judged)
     };
-    let blocked = |clause, by| Judged {
-        clause,
-        verdict: Verdict::Blocked { by },
-        wall: Duration::ZERO,
-        trace: trace(),
-        case: None,
+    let mut done: Vec<Judged> = Vec::new();
+    let mut waiting = BTreeMap::new();
+    let mut take = |place: usize, judged: Option<Judged>| {
+        waiting.insert(place, judged);
+        while let Some(judged) = waiting.remove(&done.len()) {
+            let clause = clauses[done.len()];
+            let by = blocked(clause);
+            if let Some(by) = by {
+                broken
+                    .lock()
+                    .expect("no panic holds it")
+                    .insert(clause.id, by);
+            }
+            let judged = match (by, judged) {
+                (None, Some(judged)) => judged,
+                (by, _) => Judged::blocked(clause, by.unwrap_or(clause.id)),
+            };
+            tell(&judged);
+            done.push(judged);
+        }
     };
-    let shared = queue::Shared::new(queue);
+    let timed = || clauses.iter().filter(|clause| clause.alone);
+    let (early, late): (Vec<_>, Vec<_>) = (0..).zip(clauses).partition(|(_, clause)| {
+        let needed = timed().any(|timed| timed.after.contains(&clause.id));
+        first == Some(clause.id) || clause.alone || needed
+    });
+    for (place, clause) in early {
+        take(place, judge(clause));
+    }
+    let next = AtomicUsize::new(0);
     let (sender, receiver) = std::sync::mpsc::channel();
-    let mut judged = Vec::new();
     std::thread::scope(|scope| {
         for _ in 0..options.jobs.max(1) {
-            let (sender, shared) = (sender.clone(), &shared);
+            let (sender, next, late, judge) = (sender.clone(), &next, &late, &judge);
             scope.spawn(move || {
-                let tell = |place, judged| {
+                while let Some((place, clause)) = late.get(next.fetch_add(1, Ordering::Relaxed)) {
                     // The receiver lives until all results are sent.
-                    let _ = sender.send((place, judged));
-                };
-                shared.work(judge, |judged: &Judged| &judged.verdict, blocked, tell);
+                    let _ = sender.send((*place, judge(clause)));
+                }
             });
         }
         drop(sender);
-        let mut early = BTreeMap::new();
-        for (place, one) in receiver {
-            early.insert(place, one);
-            while let Some(one) = early.remove(&judged.len()) {
-                tell(&one);
-                judged.push(one);
-            }
-        }
+        receiver
+            .iter()
+            .for_each(|(place, judged)| take(place, judged));
     });
-    judged
+    done
 }
 
 /// Without these a session with the solver says nothing of its physics.
@@ -342,9 +383,13 @@ fn judge(
     options: &Options,
     hello: &Capabilities,
     clause: &'static Clause,
-    trace: Trace,
 ) -> (Judged, bool) {
     let start = Instant::now();
+    let trace = if options.trace {
+        Trace::kept()
+    } else {
+        Trace::default()
+    };
     let bench = Bench::new(subject.clone(), options, hello, trace);
     let lacks = clause.lacks(hello);
     let judgement = if clause.of_processes && !subject.is_process() {

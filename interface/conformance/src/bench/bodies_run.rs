@@ -184,26 +184,4 @@ impl BodiesRun<'_> {
     pub fn halt_before(&mut self) -> Result<(), Unmet> {
         self.send(flags::HALT_BEFORE, &[])
     }
-
-    /// Sends a set and states of the coming step under headers that may be wrong; `change` gets them as they would be
-    /// right.
-    ///
-    /// # Errors
-    /// [`Unmet::Broken`] when the solver takes nothing.
-    pub fn send_changed(
-        &mut self,
-        points: &Points,
-        change: impl FnOnce(&mut Message, &mut Message),
-    ) -> Result<(), Unmet> {
-        let header = StepHeader {
-            flags: flags::NEW_SET,
-            set: self.generation() + 1,
-            ..self.header()
-        };
-        let mut set = Message::new(header, Payload::Set(points.set.clone()));
-        let mut states = Message::new(header, Payload::States(points.states.clone()));
-        change(&mut set, &mut states);
-        self.session.send(&set)?;
-        self.session.send(&states)
-    }
 }

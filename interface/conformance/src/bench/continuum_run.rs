@@ -132,6 +132,15 @@ impl ContinuumRun<'_> {
     /// # Errors
     /// [`Unmet::Broken`] when nothing comes, or a halt, or fewer than there are points in the set.
     pub fn states(&mut self) -> Result<Shown, Unmet> {
+        let halt = broken("states", "HALT_BEFORE").at(self.next());
+        self.states_or_halt()?.ok_or(halt)
+    }
+
+    /// The same, where the solver may halt before the step.
+    ///
+    /// # Errors
+    /// [`Unmet::Broken`].
+    pub fn states_or_halt(&mut self) -> Result<Option<Shown>, Unmet> {
         let step = self.next_step();
         let mut asked = Vec::new();
         let (header, states) = loop {
@@ -143,7 +152,7 @@ impl ContinuumRun<'_> {
             self.send_outlines()?;
         };
         if header.flags & flags::HALT_BEFORE != 0 {
-            return Err(broken("states", "HALT_BEFORE").at(step.index));
+            return Ok(None);
         }
         let mut new_set = None;
         if header.flags & flags::NEW_SET != 0 {
@@ -161,13 +170,13 @@ impl ContinuumRun<'_> {
             let expected = format_args!("{} states", self.imps().len());
             return Err(broken(expected, states.len()).at(step.index));
         }
-        Ok(Shown {
+        Ok(Some(Shown {
             step,
             header,
             states,
             asked,
             new_set,
-        })
+        }))
     }
 
     /// Sends the forces of the next step, with which it is done.

@@ -9,7 +9,7 @@ use interface::step::{Clock, Step};
 use interface::transport::raw::{Kind, Message, Payload};
 
 use super::session::{Bench, Reply, Session};
-use crate::verdict::{Unmet, broken};
+use crate::verdict::{Unmet, broken, require};
 
 /// What a grant allows the solver's limits to be.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -349,5 +349,17 @@ impl<'b> KitRun<'b> {
             told.points = points.map(|message| records!(message, Points));
         }
         Ok(told)
+    }
+
+    /// Waits for the report on a window that ends before the step `next`, by a halt or not.
+    ///
+    /// # Errors
+    /// [`Unmet::Broken`] when it says anything else.
+    pub fn ends(&mut self, halted: bool, next: u64) -> Result<(), Unmet> {
+        let report = self.report()?.report;
+        let expected = format_args!("halted = {}, next = {next}", u64::from(halted));
+        let got = format_args!("halted = {}, next = {}", report.halted, report.next);
+        let told = (report.halted, report.next) == (u64::from(halted), next);
+        require(told, expected, got).map_err(|e| e.at(next))
     }
 }

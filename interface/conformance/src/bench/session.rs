@@ -9,6 +9,7 @@ use interface::solver::Refusal;
 use interface::transport::raw::{Kind, Message, RawRun};
 
 use super::subject::{Instead, Subject, Worker};
+use crate::mutant::Flaw;
 use crate::options::Options;
 use crate::trace::{Direction, Trace};
 use crate::verdict::{Unmet, broken};
@@ -72,7 +73,9 @@ impl Bench {
         Ok(Session {
             bench: self,
             raw_run,
+            flaw: None,
             worker,
+            failed: None,
             number: self.sessions.get(),
         })
     }
@@ -132,7 +135,11 @@ pub struct Session<'b> {
     bench: &'b Bench,
     /// The coupler's and the peer's ends.
     pub raw_run: RawRun,
+    /// What is wrong with what the kit says from now on.
+    pub flaw: Option<Flaw>,
     worker: Worker,
+    /// What the solver said instead of a message.
+    failed: Option<Failure>,
     number: u32,
 }
 
@@ -142,8 +149,15 @@ impl Session<'_> {
     /// # Errors
     /// [`Unmet::Broken`] when the solver takes nothing.
     pub fn send(&mut self, message: &Message) -> Result<(), Unmet> {
-        self.note(Direction::ToSolver, message);
-        Ok(self.raw_run.send(message)?)
+        let Some(flaw) = &mut self.flaw else {
+            self.note(Direction::ToSolver, message);
+            return Ok(self.raw_run.send(message)?);
+        };
+        for changed in (flaw.inbound)(message.clone()) {
+            self.note(Direction::ToSolver, &changed);
+            self.raw_run.send(&changed)?;
+        }
+        Ok(())
     }
 
     /// Sends a message as it is, and wakes nobody.
@@ -203,7 +217,12 @@ impl Session<'_> {
         let message = message.map_err(|instead| {
             let expected = format!("{kind:?}");
             match instead {
-                Instead::Notice(notice) => broken(expected, words(&notice)),
+                Instead::Notice(notice) => {
+                    if let Ok(Notice::Failed(failure)) = notice.as_notice() {
+                        self.failed = Some(failure);
+                    }
+                    broken(expected, words(&notice))
+                }
                 Instead::End(end) => broken(expected, format_args!("a solver that {end}")),
                 Instead::Silence(waited) => {
                     let waited = waited.as_secs_f64();
@@ -296,6 +315,9 @@ impl Session<'_> {
     /// # Errors
     /// [`Unmet::Broken`] when it says something else, or nothing.
     pub fn failure_within(&mut self, deadline: Duration) -> Result<Failure, Unmet> {
+        if let Some(failure) = self.failed.take() {
+            return Ok(failure);
+        }
         match self.notice_within(deadline)? {
             Notice::Failed(failure) => Ok(failure),
             other => Err(broken("Failed", format_args!("{other:?}"))),

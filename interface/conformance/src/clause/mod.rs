@@ -9,6 +9,8 @@ mod shared;
 use interface::message::control::Party;
 
 pub use row::{Clause, Level};
+use row::{clauses, judged};
+use shared::{names, refuses, rejects};
 
 use crate::mutant::Mutant;
 
@@ -50,7 +52,7 @@ pub struct NamedMutant {
 pub fn mutants(party: Party) -> Vec<NamedMutant> {
     let mut named = Vec::new();
     for clause in of(party) {
-        for (k, mutant) in (1..).zip(clause.mutants()) {
+        for (k, mutant) in (1..).zip(clause.mutants) {
             let name = match k {
                 1 => clause.id.to_string(),
                 k => format!("{}/{k}", clause.id),
@@ -58,7 +60,7 @@ pub fn mutants(party: Party) -> Vec<NamedMutant> {
             named.push(NamedMutant {
                 name,
                 clause,
-                mutant,
+                mutant: *mutant,
             });
         }
     }

@@ -6,7 +6,7 @@ use interface::config::capability::Capabilities;
 use serde::Serialize;
 
 use crate::bench::Bench;
-use crate::mutant::flaw::{Flaw, Mutant};
+use crate::mutant::flaw::Mutant;
 use crate::verdict::Judgement;
 
 /// How binding a clause is.
@@ -28,10 +28,8 @@ impl Display for Level {
     }
 }
 
-/// Most mutants of a clause.
-const MUTANTS: usize = 20;
-
 /// One thing that a solver must or should do, how to see whether it does, and solvers that do not.
+#[derive(Clone, Copy)]
 pub struct Clause {
     /// A case of a clause of PROTOCOL.md: `F-7a`. The same id is the same statement on both sides.
     pub id: &'static str,
@@ -50,98 +48,54 @@ pub struct Clause {
     /// Judges it, in sessions of its own; `None`: random cases do ([`crate::random`]), for all of these clauses at once.
     pub judge: Option<fn(&Bench) -> Judgement>,
     /// Solvers that break it and no other clause.
-    mutants: [Option<Mutant>; MUTANTS],
+    pub mutants: &'static [Mutant],
 }
 
+/// Rows of clauses, each with its mutants below it: level, id, what it says, and how it is judged: `by` a function, by a
+/// thing that the kit says wrongly and that the solver `refuses` in a step or `rejects` before the first, or, without
+/// either, by random cases.
+macro_rules! clauses {
+    ($($level:ident $id:literal $title:literal
+        $($how:ident $judge:expr)? $(, $field:ident: $value:expr)*;
+        $(- $what:literal: $flaw:expr;)*)*) => {
+        &[$($crate::clause::Clause {
+            $(judge: Some($crate::clause::judged!($how $judge)),)?
+            $($field: $value,)*
+            mutants: &[$($crate::mutant::Mutant { what: $what, flaw: || $flaw }),*],
+            ..$crate::clause::Clause::of($crate::clause::Level::$level, $id, $title)
+        }),*]
+    };
+}
+pub(super) use clauses;
+
+/// The function that judges a row.
+macro_rules! judged {
+    (by $judge:expr) => {
+        $judge
+    };
+    (refuses $said:expr) => {
+        |bench| $crate::clause::refuses(bench, $said)
+    };
+    (rejects $sent:expr) => {
+        |bench| $crate::clause::rejects(bench, $sent)
+    };
+}
+pub(super) use judged;
+
 impl Clause {
-    /// A clause that is *shall*, and that nobody judges yet.
-    const fn of(id: &'static str, title: &'static str) -> Self {
+    /// A clause that random cases judge.
+    pub const fn of(level: Level, id: &'static str, title: &'static str) -> Self {
         Self {
             id,
-            level: Level::Must,
+            level,
             title,
             after: &[],
             needs: &[],
             of_processes: false,
             alone: false,
             judge: None,
-            mutants: [None; MUTANTS],
+            mutants: &[],
         }
-    }
-
-    /// A clause that is *shall*.
-    pub const fn must(
-        id: &'static str,
-        title: &'static str,
-        judge: fn(&Bench) -> Judgement,
-    ) -> Self {
-        Self {
-            judge: Some(judge),
-            ..Self::of(id, title)
-        }
-    }
-
-    /// A clause that is *shall* and is judged by random cases.
-    pub const fn random(id: &'static str, title: &'static str) -> Self {
-        Self::of(id, title)
-    }
-
-    /// A clause that is *should*.
-    pub const fn should(
-        id: &'static str,
-        title: &'static str,
-        judge: fn(&Bench) -> Judgement,
-    ) -> Self {
-        Self {
-            level: Level::Should,
-            ..Self::must(id, title, judge)
-        }
-    }
-
-    /// It can be judged only where these are kept.
-    #[must_use]
-    pub const fn after(self, after: &'static [&'static str]) -> Self {
-        Self { after, ..self }
-    }
-
-    /// It can be judged only of a solver that takes these.
-    #[must_use]
-    pub const fn needs(self, needs: &'static [&'static str]) -> Self {
-        Self { needs, ..self }
-    }
-
-    /// It can be seen of a process only.
-    #[must_use]
-    pub const fn of_processes(self) -> Self {
-        Self {
-            of_processes: true,
-            ..self
-        }
-    }
-
-    /// It is judged while no other clause is, because it measures time.
-    #[must_use]
-    pub const fn alone(self) -> Self {
-        Self {
-            alone: true,
-            ..self
-        }
-    }
-
-    /// A solver that is right but for this.
-    #[must_use]
-    pub const fn mutant(mut self, what: &'static str, flaw: fn() -> Flaw) -> Self {
-        let mut k = 0;
-        while self.mutants[k].is_some() {
-            k += 1;
-        }
-        self.mutants[k] = Some(Mutant { what, flaw });
-        self
-    }
-
-    /// Its mutants.
-    pub fn mutants(&self) -> impl Iterator<Item = Mutant> {
-        self.mutants.iter().flatten().copied()
     }
 
     /// The capabilities that it needs and `taken` has not.

@@ -4,13 +4,13 @@ use std::cell::Cell;
 use std::rc::Rc;
 use std::sync::atomic::AtomicU32;
 
-use interface::config::{ContactLaw, DemConfig, Motion};
+use interface::config::{BodyConfig, ContactLaw, DemConfig, Motion};
 use interface::message::control::{Hello, Notice, Order};
 use interface::message::wire::{
-    Grant, ImpForce, ImpInfo, ImpState, Ledger, Limits, Report, StepHeader, flags,
+    Grant, ImpForce, ImpState, Ledger, Limits, Report, StepHeader, flags,
 };
 use interface::solver::Readiness;
-use interface::transport::raw::{Message, Payload};
+use interface::transport::raw::{Kind, Message, Payload};
 use serde_json::Value;
 
 use super::flaw::Flaw;
@@ -48,15 +48,11 @@ pub fn words(from: &'static str, to: &'static str) -> Flaw {
     })
 }
 
-/// Mends the bytes of an order that does not decode.
-pub fn orders(mut mend: impl FnMut(&mut Vec<u8>) + 'static) -> Flaw {
+/// Changes the bytes of orders.
+pub fn order_bytes(mut change: impl FnMut(&mut Vec<u8>) + 'static) -> Flaw {
     Flaw::each(move |message| {
-        if message
-            .as_order()
-            .is_err_and(|why| why.contains("left over"))
-            && let Payload::Order(bytes) = &mut message.payload
-        {
-            mend(bytes);
+        if let Payload::Order(bytes) = &mut message.payload {
+            change(bytes);
         }
     })
 }
@@ -81,59 +77,75 @@ pub fn json_config(mut change: impl FnMut(&mut serde_json::Map<String, Value>) +
     })
 }
 
-/// Changes every grant.
-pub fn each_grant(mut change: impl FnMut(&mut Grant) + 'static) -> Flaw {
-    Flaw::grants(move |_, grants| grants.iter_mut().for_each(&mut change))
-}
-
-/// Changes the first step of a grant, given it and the step that is next.
-pub fn next_grant(first: fn(u64, u64) -> u64) -> Flaw {
-    let (next, reported) = shared(0);
-    each_grant(move |grant| grant.first = first(grant.first, next.get()))
-        .with(report(move |report| reported.set(report.next)))
-}
-
-/// Where the run is.
+/// Where a run is.
 #[derive(Clone, Copy, Default)]
 pub struct Now {
     /// Of the last grant.
     pub epoch: u64,
     /// That comes next.
     pub step: u64,
+    /// Sets so far.
+    pub set: u64,
+    /// Points of the last one.
+    pub points: usize,
 }
 
 /// Changes what passes, knowing where the run is.
 pub fn in_step(mut change: impl FnMut(&mut Message, Now) + 'static) -> Flaw {
     let mut now = Now::default();
-    Flaw::each(move |message| match &message.payload {
-        Payload::Grant(grants) => {
-            now = grants.first().map_or(now, |g| Now {
-                epoch: g.epoch,
-                step: g.first,
-            });
+    Flaw::each(move |message| {
+        if let Payload::Set(set) = &message.payload {
+            (now.set, now.points) = (now.set + 1, set.len());
         }
-        Payload::Forces(_) => now.step = message.header.step + 1,
-        _ => change(message, now),
+        change(message, now);
+        match &message.payload {
+            Payload::Grant(grants) => grants
+                .iter()
+                .for_each(|g| (now.epoch, now.step) = (g.epoch, g.first)),
+            Payload::Forces(_) => now.step += 1,
+            Payload::Report(reports) => reports.iter().for_each(|report| now.step = report.next),
+            _ => {}
+        }
     })
 }
 
-/// Changes the records of sets.
-pub fn sets(mut change: impl FnMut(&mut Vec<ImpInfo>) + 'static) -> Flaw {
-    Flaw::set(move |_, set| change(set))
+/// Changes the headers of messages of a kind, knowing where the run is.
+pub fn header(kind: Kind, change: fn(&mut StepHeader, Now)) -> Flaw {
+    in_step(move |message, now| {
+        if message.kind() == kind {
+            change(&mut message.header, now);
+        }
+    })
 }
 
-/// Changes how bodies move.
-pub fn motion(mut change: impl FnMut(Motion) -> Option<Motion> + 'static) -> Flaw {
-    Flaw::bodies_config(move |config| {
-        for body in &mut config.bodies {
-            body.motion = change(body.motion).unwrap_or(body.motion);
+/// Changes the first step of a grant, given it and the step that is next.
+pub fn next_grant(first: fn(u64, u64) -> u64) -> Flaw {
+    in_step(move |message, now| {
+        if let Payload::Grant(grants) = &mut message.payload {
+            grants
+                .iter_mut()
+                .for_each(|grant| grant.first = first(grant.first, now.step));
+        }
+    })
+}
+
+/// Changes the configuration of each body.
+pub fn body(mut change: impl FnMut(&mut BodyConfig) + 'static) -> Flaw {
+    Flaw::config(move |config: &mut DemConfig| config.bodies.iter_mut().for_each(&mut change))
+}
+
+/// Frees bodies that move so.
+pub fn frees(which: fn(&Motion) -> bool) -> Flaw {
+    body(move |body| {
+        if which(&body.motion) {
+            body.motion = Motion::Free;
         }
     })
 }
 
 /// Changes k_n, k_t, mu and zeta of the law between points and bodies.
 pub fn law(mut change: impl FnMut(&mut f64, &mut f64, &mut f64, &mut f64) + 'static) -> Flaw {
-    Flaw::bodies_config(move |config: &mut DemConfig| {
+    Flaw::config(move |config: &mut DemConfig| {
         if let ContactLaw::Linear {
             normal_stiffness,
             tangential_stiffness,
@@ -197,14 +209,9 @@ pub fn moving(which: fn(f64) -> bool, change: fn(&mut ImpForce)) -> Flaw {
     })
 }
 
-/// Changes every report.
-pub fn report(mut change: impl FnMut(&mut Report) + 'static) -> Flaw {
-    Flaw::reports(move |_, reports| reports.iter_mut().for_each(&mut change))
-}
-
 /// Changes the reports on measured steps.
 pub fn measured(mut change: impl FnMut(&mut Report) + 'static) -> Flaw {
-    report(move |report| {
+    Flaw::report(move |report| {
         if report.measured == 1 {
             change(report);
         }
@@ -213,24 +220,12 @@ pub fn measured(mut change: impl FnMut(&mut Report) + 'static) -> Flaw {
 
 /// Changes limits.
 pub fn limits(change: fn(&mut Limits)) -> Flaw {
-    report(move |report| change(&mut report.limits))
+    Flaw::report(move |report| change(&mut report.limits))
 }
 
 /// Changes books.
 pub fn ledger(change: fn(&mut Ledger)) -> Flaw {
-    report(move |report| change(&mut report.ledger))
-}
-
-/// Forces on a continuum, knowing the header of the states that they answer.
-pub fn forces_of_states(
-    mut change: impl FnMut(&StepHeader, &mut StepHeader, &mut Vec<ImpForce>) + 'static,
-) -> Flaw {
-    let mut last = StepHeader::default();
-    Flaw::each(move |message| match &mut message.payload {
-        Payload::States(_) => last = message.header,
-        Payload::Forces(forces) => change(&last, &mut message.header, forces),
-        _ => {}
-    })
+    Flaw::report(move |report| change(&mut report.ledger))
 }
 
 /// Forces that a right continuum takes.
@@ -266,7 +261,7 @@ pub fn nudges(ulps: impl Fn(&Grant) -> u32 + 'static) -> Flaw {
         }
         vec![message]
     });
-    each_grant(move |now| grant.set(*now)).with(nudge)
+    Flaw::grant(move |now| grant.set(*now)).with(nudge)
 }
 
 /// What a mutant knows of the window that it is in.

@@ -4,7 +4,6 @@ use std::cell::RefCell;
 use std::rc::Rc;
 use std::time::Duration;
 
-use interface::config::DemConfig;
 use interface::message::control::{Configure, Notice, Order};
 use interface::message::wire::{
     BodyState, ContactState, EnvelopeVertex, Grant, GroupState, ImpForce, ImpInfo, ImpState,
@@ -176,50 +175,41 @@ impl Flaw {
             }
         })
     }
-
-    /// Changes the bodies' configuration, where it parses.
-    pub fn bodies_config(change: impl FnMut(&mut DemConfig) + 'static) -> Self {
-        Self::config(change)
-    }
 }
 
-/// One constructor for each kind of record that can be changed.
+/// For each kind of record a constructor that changes the header and all records of a message, and one that changes each
+/// record.
 macro_rules! change {
-    ($($(#[$doc:meta])* $name:ident: $payload:ident of $record:ty;)*) => {
+    ($($all:ident, $one:ident: $payload:ident of $record:ty;)*) => {
         impl Flaw {
-            $($(#[$doc])*
-            pub fn $name(mut change: impl FnMut(&mut StepHeader, &mut Vec<$record>) + 'static) -> Self {
+            $(#[doc = concat!("Changes messages of [`Payload::", stringify!($payload), "`].")]
+            pub fn $all(mut change: impl FnMut(&mut StepHeader, &mut Vec<$record>) + 'static) -> Self {
                 Self::each(move |message| {
                     if let Payload::$payload(records) = &mut message.payload {
                         change(&mut message.header, records);
                     }
                 })
+            }
+
+            #[doc = concat!("Changes each record of [`Payload::", stringify!($payload), "`].")]
+            pub fn $one(mut change: impl FnMut(&mut $record) + 'static) -> Self {
+                Self::$all(move |_, records| records.iter_mut().for_each(&mut change))
             })*
         }
     };
 }
 
 change! {
-    /// Changes grants.
-    grants: Grant of Grant;
-    /// Changes sets.
-    set: Set of ImpInfo;
-    /// Changes states.
-    states: States of ImpState;
-    /// Changes forces.
-    forces: Forces of ImpForce;
-    /// Changes outlines.
-    envelopes: Envelopes of EnvelopeVertex;
-    /// Changes reports.
-    reports: Report of Report;
-    /// Changes the states of bodies.
-    bodies: Bodies of BodyState;
-    /// Changes the contacts of a frame.
-    contacts: Contacts of ContactState;
-    /// Changes those of groups.
-    groups: Groups of GroupState;
-    /// Changes those of all points.
-    points: Points of PointState;
+    grants, grant: Grant of Grant;
+    set, info: Set of ImpInfo;
+    states, state: States of ImpState;
+    forces, force: Forces of ImpForce;
+    envelopes, vertex: Envelopes of EnvelopeVertex;
+    reports, report: Report of Report;
+    bodies, body: Bodies of BodyState;
+    contacts, contact: Contacts of ContactState;
+    groups, group: Groups of GroupState;
+    points, point: Points of PointState;
 }
 
 /// Of how many points on a mutant naps: those of the clause on latency, and of few others.

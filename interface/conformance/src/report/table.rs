@@ -163,7 +163,7 @@ pub fn manual() -> String {
     let mut text = String::from("side,clause,level,what,needs,mutants\n");
     for (side, clauses) in parts {
         for clause in clauses {
-            let mutants: Vec<&str> = clause.mutants().map(|mutant| mutant.what).collect();
+            let mutants: Vec<&str> = clause.mutants.iter().map(|mutant| mutant.what).collect();
             let (id, level) = (clause.id, clause.level);
             let words = [clause.title, &clause.needs.join("; "), &mutants.join("; ")];
             let [what, needs, mutants] = words.map(quoted);

@@ -4,26 +4,21 @@ use interface::config::{BodyShape, Motion};
 
 use super::scene::{RADIUS, SPHERO, STIFFNESS, body, elastic, scene};
 use crate::bench::{Bench, Points};
-use crate::clause::Clause;
+use crate::clause::{Clause, clauses};
 use crate::mutant::Flaw;
 use crate::verdict::{Judgement, near};
 
-pub const CLAUSES: &[Clause] = &[Clause::must(
-    "F-7e",
-    "a point on the outline is pushed outwards",
-    on_the_outline,
-)
-.needs(&["shape:rectangle"])
-.mutant("has no normal on the outline", || {
-    Flaw::forces(|_, forces| {
-        for force in forces
-            .iter_mut()
-            .filter(|f| (f.force[1] - 1800.0).abs() < 1e-6)
-        {
-            force.force = [0.0; 2];
-        }
-    })
-})];
+pub const CLAUSES: &[Clause] = clauses! {
+    Must "F-7e" "a point on the outline is pushed outwards" by on_the_outline, needs: &["shape:rectangle"];
+        - "has no normal on the outline": Flaw::forces(|_, forces| {
+            for force in forces
+                .iter_mut()
+                .filter(|f| (f.force[1] - 1800.0).abs() < 1e-6)
+            {
+                force.force = [0.0; 2];
+            }
+        });
+};
 
 fn on_the_outline(bench: &Bench) -> Judgement {
     let rectangle = BodyShape::Rectangle {

@@ -1,7 +1,7 @@
 //! The clauses of a bodies' side, besides those of both sides.
 
 mod force;
-mod limits;
+pub(super) mod limits;
 mod order;
 mod physics;
 pub(super) mod scene;

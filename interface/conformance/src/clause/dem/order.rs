@@ -2,233 +2,100 @@
 
 use std::time::{Duration, Instant};
 
-use interface::message::wire::{StepHeader, flags};
+use interface::message::wire::flags;
 use interface::transport::raw::{Kind, Message, Payload};
 
-use super::scene::{RADIUS, SPHERO, one_disc};
+use super::scene::{RADIUS, one_disc, pressed};
 use crate::bench::{Answer, Bench, BodiesRun, Points};
-use crate::clause::Clause;
+use crate::clause::{Clause, clauses};
 use crate::mutant::{Flaw, change};
 use crate::verdict::{Judgement, Unmet, broken, near, require};
 
-pub const CLAUSES: &[Clause] = &[
-    Clause::must("I-1a", "refuses states of another step", |bench| {
-        refuses(bench, |_, states| states.header.step += 1)
-    })
-    .mutant("does not look at the step of states", || {
-        change::in_step(|message, now| {
-            if message.kind() == Kind::States {
-                message.header.step = now.step;
-            }
-        })
-    }),
-    Clause::must("I-1b", "refuses states of another epoch", |bench| {
-        refuses(bench, |_, states| states.header.epoch += 1)
-    })
-    .mutant("does not look at the epoch of states", || {
-        change::in_step(|message, now| {
-            if message.kind() == Kind::States {
-                message.header.epoch = now.epoch;
-            }
-        })
-    }),
-    Clause::must("I-2a", "refuses a set whose ids do not increase", |bench| {
-        refuses(bench, |set, _| set_of(set)[1].id = 0)
-    })
-    .mutant("accepts ids in any order", || {
-        change::sets(|set| {
+pub const CLAUSES: &[Clause] = clauses! {
+    Must "I-1a" "refuses states of another step" refuses Flaw::states(|h, _| h.step += 1);
+        - "does not look at the step of states": change::header(Kind::States, |h, now| h.step = now.step);
+    Must "I-1b" "refuses states of another epoch" refuses Flaw::states(|h, _| h.epoch += 1);
+        - "does not look at the epoch of states": change::header(Kind::States, |h, now| h.epoch = now.epoch);
+    Must "I-2a" "refuses a set whose ids do not increase" refuses Flaw::set(|_, set| set[1].id = 0);
+        - "accepts ids in any order": Flaw::set(|_, set| {
             if set.windows(2).any(|pair| pair[0].id >= pair[1].id) {
                 (0..).zip(set).for_each(|(k, info)| info.id = k);
             }
-        })
-    }),
-    Clause::must("I-2b", "refuses a point without radius", |bench| {
-        refuses(bench, |set, _| set_of(set)[1].radius = 0.0)
-    })
-    .mutant("accepts a point without radius", || {
-        change::sets(|set| {
-            set.iter_mut()
-                .for_each(|info| info.radius = info.radius.max(1e-6));
-        })
-    }),
-    Clause::must("I-2c", "refuses a point without mass", |bench| {
-        refuses(bench, |set, _| set_of(set)[1].mass = 0.0)
-    })
-    .mutant("accepts a point without mass", || {
-        change::sets(|set| {
-            set.iter_mut()
-                .for_each(|info| info.mass = info.mass.max(1e-6));
-        })
-    }),
-    Clause::must(
-        "I-2d",
-        "refuses a set whose count is not its number",
-        |bench| refuses(bench, |set, _| set.header.count = 3),
-    )
-    .mutant("does not look at the count of a set", || {
-        Flaw::set(|header, set| header.count = set.len() as u64)
-    }),
-    Clause::must("I-2e", "refuses a generation that skips one", |bench| {
-        refuses(bench, |set, states| {
-            set.header.set += 1;
-            states.header.set += 1;
-        })
-    })
-    .mutant("accepts any generation", || {
-        let mut generation = 0;
-        Flaw::inbound(move |mut message| {
-            match message.kind() {
-                Kind::Set => {
-                    generation += 1;
-                    message.header.set = generation;
-                }
-                // The set was there before its states.
-                Kind::States if message.header.set > generation && generation > 0 => {
-                    let announced = message.header.flags & flags::NEW_SET != 0;
-                    message.header.set = if announced {
-                        generation
-                    } else {
-                        message.header.set
-                    };
-                }
-                _ => {}
+        });
+    Must "I-2b" "refuses a point without radius" refuses Flaw::info(|info| info.radius = 0.0);
+        - "accepts a point without radius": Flaw::info(|info| info.radius = info.radius.max(1e-6));
+    Must "I-2c" "refuses a point without mass" refuses Flaw::info(|info| info.mass = 0.0);
+        - "accepts a point without mass": Flaw::info(|info| info.mass = info.mass.max(1e-6));
+    Must "I-2d" "refuses a set whose count is not its number" refuses Flaw::set(|h, _| h.count = 3);
+        - "does not look at the count of a set": Flaw::set(|header, set| header.count = set.len() as u64);
+    Must "I-2e" "refuses a generation that skips one"
+        refuses Flaw::set(|h, _| h.set += 1).with(Flaw::states(|h, _| h.set += 1));
+        - "accepts any generation": change::in_step(|message, now| {
+            let announced = message.kind() == Kind::Set || message.header.flags & flags::NEW_SET != 0;
+            if announced {
+                message.header.set = now.set.min(message.header.set);
             }
-            vec![message]
-        })
-    }),
-    Clause::must("I-2f", "refuses an announced set that was not sent", no_set).mutant(
-        "continues with the old set when a new one is missing",
-        || {
-            let mut sets = 0;
-            Flaw::inbound(move |mut message| {
-                match message.kind() {
-                    Kind::Set => sets += 1,
-                    Kind::States
-                        if message.header.set == sets + 1
-                            && message.header.flags == flags::NEW_SET =>
-                    {
-                        message.header.flags = 0;
-                        message.header.set = sets;
-                    }
-                    _ => {}
-                }
-                vec![message]
-            })
-        },
-    ),
-    Clause::must(
-        "I-3a",
-        "refuses states of another generation",
-        other_generation,
-    )
-    .mutant("does not look at the generation of states", || {
-        let mut sets = 0;
-        Flaw::inbound(move |mut message| {
-            match message.kind() {
-                Kind::Set => sets += 1,
-                Kind::States if message.header.flags == 0 => message.header.set = sets,
-                _ => {}
+        });
+    Must "I-2f" "refuses an announced set that was not sent" refuses without_set(flags::NEW_SET);
+        - "continues with the old set when a new one is missing": change::header(Kind::States, |h, now| {
+            if h.flags == flags::NEW_SET && h.set == now.set + 1 {
+                (h.flags, h.set) = (0, now.set);
             }
-            vec![message]
-        })
-    }),
-    Clause::must(
-        "I-3b",
-        "refuses fewer states than the set has points",
-        |bench| {
-            refuses(bench, |_, states| {
-                states_of(states).pop();
-                states.header.count = 1;
-            })
-        },
-    )
-    .mutant("adds missing states", || {
-        let mut points = 0;
-        Flaw::inbound(move |mut message| {
-            match &mut message.payload {
-                Payload::Set(set) => points = set.len(),
-                Payload::States(states) if !states.is_empty() && states.len() < points => {
-                    let last = *states.last().expect("there is one");
-                    states.resize(points, last);
-                    message.header.count = points as u64;
-                }
-                _ => {}
+        });
+    Must "I-3a" "refuses states of another generation" refuses without_set(0);
+        - "does not look at the generation of states": change::header(Kind::States, |h, now| {
+            h.set = if h.flags == 0 { now.set } else { h.set };
+        });
+    Must "I-3b" "refuses fewer states than the set has points"
+        refuses Flaw::states(|h, states| { states.pop(); h.count = states.len() as u64; });
+        - "adds missing states": change::in_step(|message, now| {
+            if let Payload::States(states) = &mut message.payload
+                && let Some(&last) = states.last()
+            {
+                states.resize(now.points, last);
+                message.header.count = now.points as u64;
             }
-            vec![message]
-        })
-    }),
-    Clause::must("I-3c", "refuses a position that is NaN", |bench| {
-        refuses(bench, |_, states| {
-            states_of(states)[1].position[1] = f64::NAN;
-        })
-    })
-    .mutant("uses 0 for a position that is NaN", || {
-        Flaw::states(|_, states| {
-            for x in states.iter_mut().flat_map(|s| &mut s.position) {
-                *x = if x.is_nan() { 0.0 } else { *x };
-            }
-        })
-    }),
-    Clause::must("I-3d", "refuses a velocity that is infinite", |bench| {
-        refuses(bench, |_, states| {
-            states_of(states)[0].velocity[0] = f64::INFINITY;
-        })
-    })
-    .mutant("uses 0 for a velocity that is infinite", || {
-        Flaw::states(|_, states| {
-            for v in states.iter_mut().flat_map(|s| &mut s.velocity) {
-                *v = if v.is_infinite() { 0.0 } else { *v };
-            }
-        })
-    }),
-    Clause::must("W-2a", "ignores fields that a message does not use", unused).mutant(
-        "reads a reserved field",
-        || {
+        });
+    Must "I-3c" "refuses a position that is NaN" refuses Flaw::state(|state| state.position[1] = f64::NAN);
+        - "uses 0 for a position that is NaN":
+            Flaw::state(|s| s.position = s.position.map(|x| if x.is_nan() { 0.0 } else { x }));
+    Must "I-3d" "refuses a velocity that is infinite" refuses Flaw::state(|state| state.velocity[0] = f64::INFINITY);
+        - "uses 0 for a velocity that is infinite":
+            Flaw::state(|s| s.velocity = s.velocity.map(|v| if v.is_infinite() { 0.0 } else { v }));
+    Must "W-2a" "ignores fields that a message does not use" by unused;
+        - "reads a reserved field": {
             let (seen, used) = change::shared(false);
-            let flaw = change::sets(move |set| seen.set(set.iter().any(|info| info.next != 0)));
+            let flaw = Flaw::set(move |_, set| seen.set(set.iter().any(|info| info.next != 0)));
             flaw.with(Flaw::forces(move |_, forces| {
                 if used.get() {
                     change::scale(forces, 2.0);
                 }
             }))
-        },
-    ),
-    Clause::must(
-        "G-9a",
-        "answers the states of a step once, also with no points",
-        once,
-    )
-    .mutant("answers twice", || {
-        Flaw::outbound(|message| match message.kind() {
+        };
+    Must "G-9a" "answers the states of a step once, also with no points" by once;
+        - "answers twice": Flaw::outbound(|message| match message.kind() {
             Kind::Forces => vec![message.clone(), message],
             _ => vec![message],
-        })
-    }),
-    Clause::must("B-3a", "finds states although nobody woke it", unwoken)
-        .mutant("looks for states only when woken", || {
-            Flaw::process(|m| m.waits_to_be_woken = true)
-        }),
-    Clause::should("B-2a", "wakes the receiver of what it sends", wakes)
-        .mutant("wakes nobody", || Flaw::process(|m| m.wakes_nobody = true)),
-    Clause::must(
-        "C-1a",
-        "accepts any number of points: none, and one more than fit",
-        numbers,
-    )
-    .mutant("answers 4096 points at most", || {
-        Flaw::forces(|header, forces| {
-            forces.truncate(4096);
-            header.count = forces.len() as u64;
-        })
-    }),
-];
+        });
+    Must "B-3a" "finds states although nobody woke it" by unwoken;
+        - "looks for states only when woken": Flaw::process(|m| m.waits_to_be_woken = true);
+    Should "B-2a" "wakes the receiver of what it sends" by wakes;
+        - "wakes nobody": Flaw::process(|m| m.wakes_nobody = true);
+    Must "C-1a" "accepts any number of points: none, and one more than fit" by numbers;
+        - "answers 4096 points at most":
+            Flaw::forces(|header, forces| { forces.truncate(4096); header.count = forces.len() as u64; });
+};
 
-/// A disc at the origin, pressed by two points from the right and from the left.
-pub fn pressed() -> Points {
-    let x = SPHERO + 0.9 * RADIUS;
-    Points::new()
-        .with([x, 0.0], [0.0; 2], RADIUS, 0.5)
-        .with([-x, 0.0], [0.0; 2], RADIUS, 0.5)
+/// Sends no set, although states have its number and these flags.
+fn without_set(flags: u64) -> Flaw {
+    Flaw::passing(move |mut message| match message.kind() {
+        Kind::Set => Vec::new(),
+        Kind::States => {
+            message.header.flags = flags;
+            vec![message]
+        }
+        _ => vec![message],
+    })
 }
 
 fn begun(bench: &Bench) -> Result<BodiesRun<'_>, Unmet> {
@@ -239,75 +106,16 @@ fn begun(bench: &Bench) -> Result<BodiesRun<'_>, Unmet> {
     Ok(play)
 }
 
-/// Sends a set and states after `change` in step 1; the solver shall say Failed and no forces.
-fn refuses(bench: &Bench, change: impl FnOnce(&mut Message, &mut Message)) -> Judgement {
-    let mut play = begun(bench)?;
-    play.grant(1e-4, 1, false)?;
-    play.send_changed(&pressed(), change)?;
-    let failure = play.session.failure()?;
-    while let Some(forces) = play.session.take(Kind::Forces)? {
-        let got = format_args!("forces, then {}", failure.message);
-        require(forces.header.step < 1, "no forces", got)?;
-    }
-    Ok(failure.message)
-}
-
-/// Changes the records of a set.
-fn set_of(message: &mut Message) -> &mut Vec<interface::message::wire::ImpInfo> {
-    match &mut message.payload {
-        Payload::Set(set) => set,
-        _ => unreachable!("a set is one"),
-    }
-}
-
-/// Changes the records of states.
-fn states_of(message: &mut Message) -> &mut Vec<interface::message::wire::ImpState> {
-    match &mut message.payload {
-        Payload::States(states) => states,
-        _ => unreachable!("states are states"),
-    }
-}
-
-fn no_set(bench: &Bench) -> Judgement {
-    let mut play = begun(bench)?;
-    play.grant(1e-4, 1, false)?;
-    let header = StepHeader {
-        flags: flags::NEW_SET,
-        set: 2,
-        ..play.header()
-    };
-    let states = Payload::States(pressed().states);
-    play.session.send(&Message::new(header, states))?;
-    Ok(play.session.failure()?.message)
-}
-
-fn other_generation(bench: &Bench) -> Judgement {
-    let mut play = begun(bench)?;
-    play.grant(1e-4, 1, false)?;
-    let header = StepHeader {
-        set: 2,
-        ..play.header()
-    };
-    let states = Payload::States(pressed().states);
-    play.session.send(&Message::new(header, states))?;
-    Ok(play.session.failure()?.message)
-}
-
 fn unused(bench: &Bench) -> Judgement {
-    let points = pressed();
-    let answer = |change: fn(&mut Message, &mut Message)| -> Result<Answer, Unmet> {
-        let mut play = bench.run_bodies(&one_disc(bench))?;
-        play.grant(0.0, 1, false)?;
-        play.send_changed(&points, change)?;
+    let answer = |said: Option<Flaw>| -> Result<Answer, Unmet> {
+        let (mut play, points) = (bench.run_bodies(&one_disc(bench))?, pressed());
+        play.session.flaw = said;
         play.set(&points.set);
-        play.forces()
+        Ok(play.step(0.0, &points.states)?.0)
     };
-    let plain = answer(|_, _| ())?;
-    let odd = answer(|set, states| {
-        set.header.travel = 1.0;
-        states.header.travel = 2.0;
-        set_of(set)[0].next = 7;
-    })?;
+    let odd = Flaw::set(|header, set| (header.travel, set[0].next) = (1.0, 7));
+    let odd = odd.with(Flaw::states(|header, _| header.travel = 2.0));
+    let (plain, odd) = (answer(None)?, answer(Some(odd))?);
     for (plain, odd) in plain.forces.iter().zip(&odd.forces) {
         for i in 0..2 {
             near("force", odd.force[i], plain.force[i], 1e-9)?;

@@ -3,7 +3,7 @@
 
 use interface::config::{BodyConfig, BodyInertia, BodyShape, ContactLaw, DemConfig, Motion};
 
-use crate::bench::Bench;
+use crate::bench::{Bench, Points};
 
 /// Normal stiffness in N/m.
 pub const STIFFNESS: f64 = 6e4;
@@ -95,4 +95,12 @@ pub fn one_disc(bench: &Bench) -> DemConfig {
         config.bodies[0].motion = Motion::Free;
     }
     config
+}
+
+/// What presses a disc at the origin: two points, from the right and from the left.
+pub fn pressed() -> Points {
+    let x = SPHERO + 0.9 * RADIUS;
+    Points::new()
+        .with([x, 0.0], [0.0; 2], RADIUS, 0.5)
+        .with([-x, 0.0], [0.0; 2], RADIUS, 0.5)
 }

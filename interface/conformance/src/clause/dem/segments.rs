@@ -5,30 +5,22 @@ use interface::message::wire::ImpState;
 
 use super::scene::{OVERLAP, RADIUS, SPHERO, STIFFNESS, body, elastic, frictional, scene};
 use crate::bench::{Bench, Points};
-use crate::clause::Clause;
+use crate::clause::{Clause, clauses};
 use crate::mutant::{Flaw, change};
 use crate::verdict::{Judgement, Largest};
 
 const NEEDS: &[&str] = &["segments", "shape:disc"];
 
-pub const CLAUSES: &[Clause] = &[
-    Clause::must(
-        "F-7v",
-        "a force on a segment is shared according to the position of its nearest point",
-        split,
-    )
-    .needs(NEEDS)
-    .after(&["W-2a"])
-    .mutant("shares a force on a segment evenly", || {
-        on_segments(|forces| {
+pub const CLAUSES: &[Clause] = clauses! {
+    Must "F-7v" "a force on a segment is shared according to the position of its nearest point" by split,
+        needs: NEEDS, after: &["W-2a"];
+        - "shares a force on a segment evenly": on_segments(|forces| {
             let mean = [0, 1].map(|i| 0.5 * (forces[0][i] + forces[1][i]));
             if forces[2] == [0.0; 2] {
                 (forces[0], forces[1]) = (mean, mean);
             }
-        })
-    })
-    .mutant("gives all of it to the nearer marker", || {
-        on_segments(|forces| {
+        });
+        - "gives all of it to the nearer marker": on_segments(|forces| {
             if forces[2] == [0.0; 2] {
                 let sum = [0, 1].map(|i| forces[0][i] + forces[1][i]);
                 let first = forces[0][1].abs() >= forces[1][1].abs();
@@ -38,46 +30,31 @@ pub const CLAUSES: &[Clause] = &[
                     ([0.0; 2], sum)
                 };
             }
-        })
-    }),
-    Clause::must("F-7w", "a vertex of a chain counts once", vertex)
-        .needs(NEEDS)
-        .after(&["W-2a", "F-7v"])
-        .mutant("counts a vertex for both of its segments", || {
-            on_segments(|forces| {
-                let all: f64 = forces.iter().map(|f| f[1]).sum();
-                if forces[1][1] > 0.99 * all {
-                    forces[1] = forces[1].map(|f| 2.0 * f);
-                }
-            })
-        }),
-    Clause::must(
-        "F-7x",
-        "the tangential spring moves from segment to segment",
-        handed,
-    )
-    .needs(&["segments", "shape:disc", "feature:friction"])
-    .after(&["W-2a", "F-7v", "F-7w"])
-    .mutant("loses the spring at a vertex", || {
-        on_segments(|forces| {
+        });
+    Must "F-7w" "a vertex of a chain counts once" by vertex, needs: NEEDS, after: &["W-2a", "F-7v"];
+        - "counts a vertex for both of its segments": on_segments(|forces| {
+            let all: f64 = forces.iter().map(|f| f[1]).sum();
+            if forces[1][1] > 0.99 * all {
+                forces[1] = forces[1].map(|f| 2.0 * f);
+            }
+        });
+    Must "F-7x" "the tangential spring moves from segment to segment" by handed,
+        needs: &["segments", "shape:disc", "feature:friction"], after: &["W-2a", "F-7v", "F-7w"];
+        - "loses the spring at a vertex": on_segments(|forces| {
             if forces[0][1] > 0.0 && forces[2][1] == 0.0 {
                 forces.iter_mut().for_each(|force| force[0] = 0.0);
             }
-        })
-    }),
-    Clause::must("I-2i", "refuses a link that is not another slot", nowhere)
-        .needs(NEEDS)
-        .mutant("ignores links to slots that do not exist", || {
-            change::sets(|set| {
-                let slots = set.len();
-                (1..).zip(set).for_each(|(slot, info)| {
-                    if info.next as usize > slots || info.next == slot {
-                        info.next = 0;
-                    }
-                });
-            })
-        }),
-];
+        });
+    Must "I-2i" "refuses a link that is not another slot" by nowhere, needs: NEEDS;
+        - "ignores links to slots that do not exist": Flaw::set(|_, set| {
+            let slots = set.len();
+            (1..).zip(set).for_each(|(slot, info)| {
+                if info.next as usize > slots || info.next == slot {
+                    info.next = 0;
+                }
+            });
+        });
+};
 
 /// Changes the forces on three markers of a chain.
 fn on_segments(mut change: impl FnMut(&mut [[f64; 2]; 3]) + 'static) -> Flaw {

@@ -1,170 +1,71 @@
 //! Section 5, messages of a step, and what is wrong with those of the bodies.
 
-use std::cell::Cell;
-use std::rc::Rc;
-
 use interface::config::MpmConfig;
-use interface::message::wire::{ImpForce, StepHeader, flags};
-use interface::transport::raw::{Kind, Message, Payload};
+use interface::message::wire::ImpForce;
+use interface::transport::raw::{Kind, Payload};
 
-use super::scene::{DT, block, push, scene, single};
-use crate::bench::{Bench, ContinuumRun, Reply, configure};
-use crate::clause::Clause;
+use super::scene::{DT, push, single};
+use crate::bench::Bench;
+use crate::clause::{Clause, clauses, names};
 use crate::mutant::{Flaw, change};
-use crate::verdict::{Judgement, Unmet, broken, require};
+use crate::verdict::{Judgement, require};
 
-pub const CLAUSES: &[Clause] = &[
-    Clause::must(
-        "S-8b",
-        "refuses an unknown material and names its key",
-        no_material,
-    )
-    .mutant("uses the first material instead of an unknown one", || {
-        Flaw::config(|config: &mut MpmConfig| {
+pub const CLAUSES: &[Clause] = clauses! {
+    Must "S-8b" "refuses an unknown material and names its key"
+        by |bench| names(bench, "", Flaw::config(|config: &mut MpmConfig| config.groups[0].material = 7));
+        - "uses the first material instead of an unknown one": Flaw::config(|config: &mut MpmConfig| {
             let materials = config.materials.len();
             for group in config.groups.iter_mut().filter(|g| g.material >= materials) {
                 group.material = 0;
             }
-        })
-    }),
-    Clause::must("G-9b", "sends one message of states in a step", once).mutant(
-        "sends empty states twice",
-        || {
-            Flaw::outbound(|message| {
-                let header = message.header;
-                let empty =
-                    matches!(&message.payload, Payload::States(states) if states.is_empty());
-                if empty && header.flags == 0 && header.step > 2 && header.set == 1 {
-                    return vec![message.clone(), message];
-                }
-                vec![message]
-            })
-        },
-    ),
-    Clause::must("E-2a", "refuses envelopes of another step", |bench| {
-        outlines(bench, |message| message.header.step += 1)
-    })
-    .mutant("accepts envelopes of any step", || {
-        let last = Rc::new(Cell::new(0));
-        let seen = Rc::clone(&last);
-        Flaw::envelopes(move |header, _| header.step = last.get())
-            .with(Flaw::states(move |header, _| seen.set(header.step)))
-    }),
-    Clause::must("E-2b", "refuses envelopes of another number", |bench| {
-        outlines(bench, |message| message.header.count += 1)
-    })
-    .mutant("does not count envelopes", || {
-        Flaw::envelopes(|header, vertices| header.count = vertices.len() as u64)
-    }),
-    Clause::must("E-3a", "refuses envelopes that are not finite", |bench| {
-        outlines(bench, |message| {
-            if let Payload::Envelopes(vertices) = &mut message.payload {
-                vertices[1].position[0] = f64::NAN;
+        });
+    Must "G-9b" "sends one message of states in a step" by once;
+        - "sends empty states twice": Flaw::outbound(|message| {
+            let header = message.header;
+            let empty = matches!(&message.payload, Payload::States(states) if states.is_empty());
+            if empty && header.flags == 0 && header.step > 2 && header.set == 1 {
+                return vec![message.clone(), message];
             }
-        })
-    })
-    .mutant("uses 0 instead of a NaN", || {
-        Flaw::envelopes(|_, vertices| {
-            for vertex in vertices {
-                vertex.position = vertex.position.map(|x| if x.is_nan() { 0.0 } else { x });
+            vec![message]
+        });
+    Must "E-2a" "refuses envelopes of another step" refuses Flaw::envelopes(|h, _| h.step += 1);
+        - "accepts envelopes of any step": change::header(Kind::Envelopes, |h, now| h.step = now.step);
+    Must "E-2b" "refuses envelopes of another number" refuses Flaw::envelopes(|h, _| h.count += 1);
+        - "does not count envelopes": Flaw::envelopes(|h, vertices| h.count = vertices.len() as u64);
+    Must "E-3a" "refuses envelopes that are not finite" refuses Flaw::envelopes(|_, v| v[1].position[0] = f64::NAN);
+        - "uses 0 instead of a NaN":
+            Flaw::vertex(|v| v.position = v.position.map(|x| if x.is_nan() { 0.0 } else { x }));
+    Must "F-2b" "refuses forces of another step" refuses Flaw::forces(|h, _| h.step -= 1);
+        - "accepts forces of any step": change::header(Kind::Forces, |h, now| h.step = now.step);
+    Must "F-2c" "refuses forces of another epoch" refuses Flaw::forces(|h, _| h.epoch += 1);
+        - "accepts forces of any epoch": change::header(Kind::Forces, |h, now| h.epoch = now.epoch);
+    Must "F-3b" "refuses forces of another set" refuses Flaw::forces(|h, _| h.set += 1);
+        - "accepts forces of any set": change::header(Kind::Forces, |h, now| h.set = now.set);
+    Must "F-3c" "refuses fewer forces than points" refuses Flaw::forces(|h, forces| { forces.pop(); h.count -= 1; });
+        - "uses zero for missing forces": change::in_step(|message, now| {
+            if let Payload::Forces(forces) = &mut message.payload
+                && message.header.count == forces.len() as u64
+            {
+                forces.resize(now.points, ImpForce::default());
+                message.header.count = now.points as u64;
             }
-        })
-    }),
-    Clause::must("F-2b", "refuses forces of another step", |bench| {
-        forces(bench, |message| message.header.step -= 1)
-    })
-    .mutant("accepts forces of any step", || {
-        change::forces_of_states(|states, header, _| header.step = states.step)
-    }),
-    Clause::must("F-2c", "refuses forces of another epoch", |bench| {
-        forces(bench, |message| message.header.epoch += 1)
-    })
-    .mutant("accepts forces of any epoch", || {
-        change::forces_of_states(|states, header, _| header.epoch = states.epoch)
-    }),
-    Clause::must("F-3b", "refuses forces of another set", |bench| {
-        forces(bench, |message| message.header.set += 1)
-    })
-    .mutant("accepts forces of any set", || {
-        change::forces_of_states(|states, header, _| header.set = states.set)
-    }),
-    Clause::must("F-3c", "refuses fewer forces than points", |bench| {
-        forces(bench, |message| {
-            if let Payload::Forces(forces) = &mut message.payload {
-                forces.pop();
-                message.header.count -= 1;
+        });
+    Must "F-3d" "refuses forces whose number is wrong" refuses Flaw::forces(|h, _| h.count += 1);
+        - "does not count forces": Flaw::forces(|h, forces| h.count = forces.len() as u64);
+    Must "F-4a" "refuses a force that is not finite" refuses Flaw::force(|f| f.force[1] = f64::NAN);
+        - "uses 0 instead of a NaN": Flaw::force(|f| f.force = f.force.map(|x| if x.is_nan() { 0.0 } else { x }));
+    Must "F-4b" "refuses a travel that is not finite" refuses Flaw::forces(|h, _| h.travel = f64::INFINITY);
+        - "uses 0 for an infinite travel":
+            Flaw::forces(|h, _| h.travel = if h.travel.is_infinite() { 0.0 } else { h.travel });
+    Must "F-5b" "refuses a force without a stiffness" refuses Flaw::force(|f| *f = push([1.0, 0.0], 0.0));
+        - "uses a default stiffness": Flaw::force(|f| {
+            if f.stiffness == 0.0 && f.force != [0.0; 2] {
+                f.stiffness = 1.0;
             }
-        })
-    })
-    .mutant("uses zero for missing forces", || {
-        change::forces_of_states(|states, header, forces| {
-            if header.count == forces.len() as u64 {
-                forces.resize(states.count as usize, ImpForce::default());
-                header.count = states.count;
-            }
-        })
-    }),
-    Clause::must("F-3d", "refuses forces whose number is wrong", |bench| {
-        forces(bench, |message| message.header.count += 1)
-    })
-    .mutant("does not count forces", || {
-        Flaw::forces(|header, forces| header.count = forces.len() as u64)
-    }),
-    Clause::must("F-4a", "refuses a force that is not finite", |bench| {
-        forces(bench, |message| {
-            if let Payload::Forces(forces) = &mut message.payload {
-                forces[3].force[1] = f64::NAN;
-            }
-        })
-    })
-    .mutant("uses 0 instead of a NaN", || {
-        Flaw::forces(|_, forces| {
-            for force in forces {
-                force.force = force.force.map(|x| if x.is_nan() { 0.0 } else { x });
-            }
-        })
-    }),
-    Clause::must("F-4b", "refuses a travel that is not finite", |bench| {
-        forces(bench, |message| message.header.travel = f64::INFINITY)
-    })
-    .mutant("uses 0 for an infinite travel", || {
-        Flaw::forces(|header, _| {
-            if header.travel.is_infinite() {
-                header.travel = 0.0;
-            }
-        })
-    }),
-    Clause::must("F-5b", "refuses a force without a stiffness", |bench| {
-        forces(bench, |message| {
-            if let Payload::Forces(forces) = &mut message.payload {
-                forces[3] = push([1.0, 0.0], 0.0);
-            }
-        })
-    })
-    .mutant("uses a default stiffness", || {
-        Flaw::forces(|_, forces| {
-            for force in forces {
-                if force.stiffness == 0.0 && force.force != [0.0; 2] {
-                    force.stiffness = 1.0;
-                }
-            }
-        })
-    }),
-    Clause::must("F-5c", "refuses a stiffness below zero", |bench| {
-        forces(bench, |message| {
-            if let Payload::Forces(forces) = &mut message.payload {
-                forces[3] = push([1.0, 0.0], -1e3);
-            }
-        })
-    })
-    .mutant("uses the magnitude of a stiffness", || {
-        Flaw::forces(|_, forces| {
-            for force in forces {
-                force.stiffness = force.stiffness.abs();
-            }
-        })
-    }),
-];
+        });
+    Must "F-5c" "refuses a stiffness below zero" refuses Flaw::force(|f| *f = push([1.0, 0.0], -1e3));
+        - "uses the magnitude of a stiffness": Flaw::force(|f| f.stiffness = f.stiffness.abs());
+};
 
 /// Without any point too: an empty message is a message.
 fn once(bench: &Bench) -> Judgement {
@@ -185,60 +86,4 @@ fn once(bench: &Bench) -> Judgement {
     let more = flow.session.take(Kind::States)?;
     require(more.is_none(), "no more states", format_args!("{more:?}"))?;
     Ok("8 messages in 8 steps".into())
-}
-
-fn outlines(bench: &Bench, change: fn(&mut Message)) -> Judgement {
-    let mut flow = bench.run_continuum(&single([0.0; 2]))?;
-    flow.grant(DT, 1, false)?;
-    let (header, _) = flow.next_states()?;
-    if header.flags & flags::WANT_ENVELOPES == 0 {
-        return Err(broken(
-            "WANT_ENVELOPES before the first set",
-            format_args!("{header:?}"),
-        ));
-    }
-    let header = StepHeader {
-        set: 0,
-        ..flow.header()
-    };
-    let mut message = Message::new(header, Payload::Envelopes(flow.outlines.clone()));
-    change(&mut message);
-    flow.session.send(&message)?;
-    refusal(&mut flow)
-}
-
-/// The solver fails at once, and does not go on until it finds nobody there.
-fn refusal(flow: &mut ContinuumRun) -> Judgement {
-    let failure = flow.session.failure()?;
-    let states = flow.session.take(Kind::States)?;
-    require(states.is_none(), "Failed at once", "states before it")?;
-    Ok(failure.message)
-}
-
-/// Step 1 is answered with changed forces; the run and the step of it are returned.
-fn answered(bench: &Bench, change: fn(&mut Message)) -> Result<(ContinuumRun<'_>, u64), Unmet> {
-    let mut flow = bench.run_continuum(&scene(vec![block([0.4; 2], [0.0; 2])]))?;
-    flow.grant(DT, 4, false)?;
-    flow.exchange()?;
-    let step = flow.states()?.step.index;
-    let forces = vec![push([0.0, 1e-3], 10.0); flow.imps().len()];
-    let mut message = Message::new(flow.header(), Payload::Forces(forces));
-    change(&mut message);
-    flow.send_forces(&message)?;
-    Ok((flow, step))
-}
-
-fn forces(bench: &Bench, change: fn(&mut Message)) -> Judgement {
-    refusal(&mut answered(bench, change)?.0)
-}
-
-fn no_material(bench: &Bench) -> Judgement {
-    let mut config = single([0.0; 2]);
-    config.groups[0].material = 7;
-    let mut session = bench.greeted()?;
-    match session.configure(&configure(&config))? {
-        Reply::Refused(refusal) if !refusal.key.is_empty() => Ok(refusal.to_string()),
-        Reply::Refused(refusal) => Err(broken("a key", format_args!("`{refusal}`"))),
-        Reply::Ready(_) => Err(broken("Refused", "Ready")),
-    }
 }

@@ -4,305 +4,161 @@ use interface::config::{MaterialModel, MpmConfig, ShapeFunction, StressUpdate, T
 use interface::message::wire::PointState;
 use interface::transport::raw::Payload;
 
-use crate::clause::Clause;
+use crate::clause::{Clause, clauses};
 use crate::mutant::{Flaw, change};
 
-pub const CLAUSES: &[Clause] = &[
-    Clause::random(
-        "S-2c",
-        "Ready has the number of points, the mass of the lightest, and the time in which a wave crosses a cell",
-    )
-    .mutant("counts one point too many", || {
-        change::ready(|ready| ready.items += 1)
-    })
-    .mutant("reports another time", || {
-        change::ready(|ready| ready.courant_time *= 1.01)
-    })
-    .mutant("reports the mass of two points", || {
-        change::ready(|ready| ready.mass_min *= 2.0)
-    }),
-    Clause::random(
-        "I-8a",
-        "generations count from 1, by 1 for every set, also an empty or the same one",
-    )
-    .mutant("counts sets by two", || {
-        Flaw::set(|header, _| header.set += u64::from(header.set > 1))
-    }),
-    Clause::random("I-1c", "states carry the step, the epoch and their number")
-        .mutant("leaves out the epoch", || {
-            Flaw::states(|header, _| header.epoch = 0)
-        }),
-    Clause::random(
-        "I-2g",
-        "the ids of a set rise, and it has radius, mass and group of each point",
-    )
-    .mutant("exchanges the ids of two points", || {
-        Flaw::set(|_, set| {
-            if let [a, b, ..] = &mut set[..] {
-                std::mem::swap(&mut a.id, &mut b.id);
-            }
-        })
-    })
-    .mutant("reports too large masses", || {
-        Flaw::set(|_, set| set.iter_mut().for_each(|info| info.mass *= 1.5))
-    }),
-    Clause::random(
-        "I-7a",
-        "the set has all points within reach, radius and skin, all inside a body, and those of groups that touch",
-    )
-    .mutant("uses half of the reach of a segment", || {
-        Flaw::envelopes(|_, vertices| {
+pub const CLAUSES: &[Clause] = clauses! {
+    Must "S-2c" "Ready has the number of points, the mass of the lightest, and the time in which a wave crosses a cell";
+        - "counts one point too many": change::ready(|ready| ready.items += 1);
+        - "reports another time": change::ready(|ready| ready.courant_time *= 1.01);
+        - "reports the mass of two points": change::ready(|ready| ready.mass_min *= 2.0);
+    Must "I-8a" "generations count from 1, by 1 for every set, also an empty or the same one";
+        - "counts sets by two": Flaw::set(|header, _| header.set += u64::from(header.set > 1));
+    Must "I-1c" "states carry the step, the epoch and their number";
+        - "leaves out the epoch": Flaw::states(|header, _| header.epoch = 0);
+    Must "I-2g" "the ids of a set rise, and it has radius, mass and group of each point";
+        - "exchanges the ids of two points":
+            Flaw::set(|_, set| { if let [a, b, ..] = &mut set[..] { std::mem::swap(&mut a.id, &mut b.id); } });
+        - "reports too large masses": Flaw::info(|info| info.mass *= 1.5);
+    Must "I-7a" "the set has all points within reach, radius and skin, all inside a body, and those of groups that touch";
+        - "uses half of the reach of a segment": Flaw::envelopes(|_, vertices| {
             let bodies: Vec<u64> = vertices.iter().map(|v| v.body).collect();
             for vertex in vertices {
                 if bodies.iter().filter(|body| **body == vertex.body).count() == 2 {
                     vertex.reach *= 0.5;
                 }
             }
-        })
-    })
-    .mutant("looks for points near bodies only", || {
-        of_config(|config| config.group_pairs.clear())
-    }),
-    Clause::random(
-        "I-6a",
-        "asks for envelopes before points and bodies have used up the skin",
-    )
-    .mutant("lets points use up more than the skin", lazy)
-    .mutant("does not look how far bodies have moved", || {
-        Flaw::forces(|header, _| header.travel = 0.0)
-    }),
-    Clause::random(
-        "T-1a",
-        "points move by the leapfrog, as their materials, transfer, shape function and walls say",
-    )
-    .mutant("drifts", || {
-        Flaw::states(|header, states| {
+        });
+        - "looks for points near bodies only": of_config(|config| config.group_pairs.clear());
+    Must "I-6a" "asks for envelopes before points and bodies have used up the skin";
+        - "lets points use up more than the skin": lazy();
+        - "does not look how far bodies have moved": Flaw::forces(|header, _| header.travel = 0.0);
+    Must "T-1a" "points move by the leapfrog, as their materials, transfer, shape function and walls say";
+        - "drifts": Flaw::states(|header, states| {
             for state in states {
                 state.position[0] += 1e-11 * header.step as f64;
             }
-        })
-    })
-    .mutant("loses velocity", || {
-        Flaw::states(|header, states| {
+        });
+        - "loses velocity": Flaw::states(|header, states| {
             for state in states.iter_mut().filter(|_| header.step > 2) {
                 state.velocity[1] *= 1.0 - 1e-9;
             }
-        })
-    })
-    .mutant("exchanges the states of two points", || {
-        Flaw::states(|_, states| {
-            if states.len() > 1 {
-                states.swap(0, 1);
-            }
-        })
-    })
-    .mutant("kicks by a whole step at first", || {
-        change::each_grant(|grant| {
-            if grant.dt_before_epoch == 0.0 {
-                grant.dt_before_epoch = grant.dt;
-            }
-        })
-    })
-    .mutant("assumes that all steps are equal", || {
-        change::each_grant(|grant| {
+        });
+        - "exchanges the states of two points":
+            Flaw::states(|_, states| { if states.len() > 1 { states.swap(0, 1); } });
+        - "kicks by a whole step at first":
+            Flaw::grant(|grant| { if grant.dt_before_epoch == 0.0 { grant.dt_before_epoch = grant.dt; } });
+        - "assumes that all steps are equal": Flaw::grant(|grant| {
             if grant.dt_before_epoch > 0.0 && grant.dt > 0.0 {
                 grant.dt_before_epoch = grant.dt;
             }
-        })
-    })
-    .mutant("drifts in the opening step", || {
-        change::each_grant(|grant| {
-            if grant.first == 0 && grant.dt == 0.0 {
-                grant.dt = 1e-9;
-            }
-        })
-    })
-    .mutant("has one grid for all groups", || {
-        // Groups in contact need layers.
-        of_config(|config| config.layers &= !config.group_pairs.is_empty())
-    })
-    .mutant("has FLIP for every transfer", || {
-        of_config(|config| config.transfer = Transfer::Flip)
-    })
-    .mutant("has a share of PIC that is a tenth too large", || {
-        of_config(|config| match &mut config.transfer {
+        });
+        - "drifts in the opening step":
+            Flaw::grant(|grant| { if grant.first == 0 && grant.dt == 0.0 { grant.dt = 1e-9; } });
+        - "has one grid for all groups": {
+            // Groups in contact need layers.
+            of_config(|config| config.layers &= !config.group_pairs.is_empty())
+        };
+        - "has FLIP for every transfer": of_config(|config| config.transfer = Transfer::Flip);
+        - "has a share of PIC that is a tenth too large": of_config(|config| match &mut config.transfer {
             Transfer::Blend { pic_fraction } => *pic_fraction = (1.1 * *pic_fraction).min(1.0),
             Transfer::FlipPic { pic_rate }
             | Transfer::Aflip { pic_rate }
             | Transfer::FlipXpic { pic_rate, .. } => *pic_rate *= 1.1,
             _ => {}
-        })
-    })
-    .mutant("has XPIC of one order less", || {
-        of_config(|config| match &mut config.transfer {
+        });
+        - "has XPIC of one order less": of_config(|config| match &mut config.transfer {
             Transfer::Xpic { order } | Transfer::FlipXpic { order, .. } => {
                 *order = (*order - 1).max(1);
             }
             _ => {}
-        })
-    })
-    .mutant("updates all stresses first", || {
-        of_config(|config| config.stress_update = StressUpdate::Usf)
-    })
-    .mutant("has hats for boxes", || {
-        of_config(|config| {
+        });
+        - "updates all stresses first": of_config(|config| config.stress_update = StressUpdate::Usf);
+        - "has hats for boxes": of_config(|config| {
             if config.shape == ShapeFunction::Ugimp && config.stress_update != StressUpdate::Usl {
                 config.shape = ShapeFunction::Linear;
             }
-        })
-    })
-    .mutant("has quadratic splines for cubic ones", || {
-        of_config(|config| {
+        });
+        - "has quadratic splines for cubic ones": of_config(|config| {
             if config.shape == ShapeFunction::CubicBspline {
                 config.shape = ShapeFunction::QuadraticBspline;
             }
-        })
-    })
-    .mutant("is softer in shear", || {
-        of_config(|config| {
+        });
+        - "is softer in shear": of_config(|config| {
             for material in &mut config.materials {
                 if let MaterialModel::LinearElastic { shear_modulus, .. } = &mut material.model {
                     *shear_modulus *= 0.999;
                 }
             }
-        })
-    })
-    .mutant("has no walls", || of_config(|config| config.walls = Walls::default()))
-    .mutant("does not fall", || of_config(|config| config.gravity = [0.0; 2])),
-    Clause::random("F-1a", "a force acts in its step, once, at the position of its point")
-        .mutant("applies forces one step late", || {
-            change::after_others(|before, now| now.copy_from_slice(before))
-        })
-        .mutant("keeps a tenth of a force for the next step", || {
-            change::after_others(|before, now| {
-                for (now, before) in now.iter_mut().zip(before) {
-                    if before.force != [0.0; 2] {
-                        now.force = [0, 1].map(|i| now.force[i] + 0.1 * before.force[i]);
-                        now.stiffness = now.stiffness.max(before.stiffness);
-                    }
+        });
+        - "has no walls": of_config(|config| config.walls = Walls::default());
+        - "does not fall": of_config(|config| config.gravity = [0.0; 2]);
+    Must "F-1a" "a force acts in its step, once, at the position of its point";
+        - "applies forces one step late": change::after_others(|before, now| now.copy_from_slice(before));
+        - "keeps a tenth of a force for the next step": change::after_others(|before, now| {
+            for (now, before) in now.iter_mut().zip(before) {
+                if before.force != [0.0; 2] {
+                    now.force = [0, 1].map(|i| now.force[i] + 0.1 * before.force[i]);
+                    now.stiffness = now.stiffness.max(before.stiffness);
                 }
-            })
-        })
-        .mutant("applies larger forces to later points", || {
-            Flaw::forces(|_, forces| {
-                if let [_, _, later @ ..] = &mut forces[..] {
-                    change::scale(later, 1.0 + 1e-6);
-                }
-            })
-        })
-        .mutant("exchanges the forces on two points", || {
-            Flaw::forces(|_, forces| {
-                if let [a, b, ..] = &mut forces[..] {
-                    std::mem::swap(a, b);
-                }
-            })
-        })
-        .mutant("has larger forces on the right", || {
-            change::answers(|states, forces| {
-                if states.iter().any(|state| state.position[0] > 0.5) {
-                    change::scale(forces, 1.001);
-                }
-            })
-        }),
-    Clause::random(
-        "L-2a",
-        "limits bound the frequency of contact and the speed, and have the smallest radius",
-    )
-    .mutant("halves what contact adds", || {
-        change::limits(|limits| limits.contact_omega_sq *= 0.5)
-    })
-    .mutant("keeps the last contact frequency", || {
-        let mut touched = false;
-        change::report(move |report| {
-            touched |= report.limits.contact_omega_sq > 0.0;
-            if touched && report.limits.contact_omega_sq == 0.0 {
-                report.limits.contact_omega_sq = 1e-3;
             }
-        })
-    })
-    .mutant("reports half of its speed", || {
-        change::limits(|limits| limits.speed *= 0.5)
-    })
-    .mutant("reports twice its radius", || {
-        change::limits(|limits| limits.radius_min *= 2.0)
-    }),
-    Clause::random("R-1b", "a report counts points, IMPs and sets")
-        .mutant("counts one IMP too many", || {
-            change::report(|report| report.imps += 1)
-        }),
-    Clause::random(
-        "R-3e",
-        "mass, motion, extent and contacts of a group are those of its points",
-    )
-    .mutant("sends its groups in reverse order", || {
-        Flaw::groups(|_, groups| groups.reverse())
-    })
-    .mutant("includes the boxes of points in the extent", || {
-        Flaw::groups(|_, groups| {
-            for group in groups {
-                group.lower = group.lower.map(|x| x - 0.0125);
+        });
+        - "applies larger forces to later points": Flaw::forces(|_, forces| {
+            if let [_, _, later @ ..] = &mut forces[..] {
+                change::scale(later, 1.0 + 1e-6);
             }
-        })
-    })
-    .mutant("counts points that are near as contacts", || {
-        Flaw::groups(|_, groups| {
+        });
+        - "exchanges the forces on two points":
+            Flaw::forces(|_, forces| { if let [a, b, ..] = &mut forces[..] { std::mem::swap(a, b); } });
+        - "has larger forces on the right": change::answers(|states, forces| {
+            if states.iter().any(|state| state.position[0] > 0.5) {
+                change::scale(forces, 1.001);
+            }
+        });
+    Must "L-2a" "limits bound the frequency of contact and the speed, and have the smallest radius";
+        - "halves what contact adds": change::limits(|limits| limits.contact_omega_sq *= 0.5);
+        - "keeps the last contact frequency": {
+            let mut touched = false;
+            Flaw::report(move |report| {
+                touched |= report.limits.contact_omega_sq > 0.0;
+                if touched && report.limits.contact_omega_sq == 0.0 {
+                    report.limits.contact_omega_sq = 1e-3;
+                }
+            })
+        };
+        - "reports half of its speed": change::limits(|limits| limits.speed *= 0.5);
+        - "reports twice its radius": change::limits(|limits| limits.radius_min *= 2.0);
+    Must "R-1b" "a report counts points, IMPs and sets";
+        - "counts one IMP too many": Flaw::report(|report| report.imps += 1);
+    Must "R-3e" "mass, motion, extent and contacts of a group are those of its points";
+        - "sends its groups in reverse order": Flaw::groups(|_, groups| groups.reverse());
+        - "includes the boxes of points in the extent":
+            Flaw::groups(|_, groups| { for group in groups { group.lower = group.lower.map(|x| x - 0.0125); } });
+        - "counts points that are near as contacts": Flaw::groups(|_, groups| {
             for group in groups.iter_mut().filter(|g| g.contacts == 0) {
                 group.contacts = 1;
             }
-        })
-    }),
-    Clause::random("N-1a", "every entry of the ledger is what section 9 says")
-        .mutant("adds to the measured energy", || {
-            change::measured(|report| {
-                if report.next > 2 {
-                    report.ledger.kinetic *= 1.0 + 1e-9;
-                }
-            })
-        })
-        .mutant("adds to the impulse of gravity", || {
-            change::ledger(|ledger| ledger.applied_impulse[1] *= 1.0 + 1e-6)
-        })
-        .mutant("adds to the impulse of contact", || {
-            change::ledger(|ledger| ledger.contact_impulse[0] *= 1.0 + 1e-6)
-        })
-        .mutant("adds to the elastic energy", || {
-            change::ledger(|ledger| ledger.elastic *= 1.01)
-        })
-        .mutant("adds to the potential energy", || {
-            change::ledger(|ledger| ledger.gravity *= 1.0 + 1e-6)
-        })
-        .mutant("loses energy", || {
-            change::ledger(|ledger| ledger.plastic_work = 0.2 * ledger.kinetic)
-        })
-        .mutant("reports twice the stored energy as the work of the stress", || {
-            change::ledger(|ledger| ledger.stress_work = 2.0 * ledger.elastic)
-        }),
-    Clause::random(
-        "R-5a",
-        "with FRAME all points, as they are before the window, before the report",
-    )
-    .mutant("reports all points as of the first group", || {
-        of_points(|point| point.group = 0)
-    })
-    .mutant("reports plastic strain of an elastic material", || {
-        of_points(|point| point.plastic_strain = 1e-3)
-    })
-    .mutant("reverses shear stress", || of_points(|point| point.stress[3] *= -1.0)),
-    Clause::random("D-1a", "all points at the end, in order of their ids, of the next step")
-        .mutant("sends its points in reverse order", || {
-            Flaw::points(|_, points| points.reverse())
-        })
-        .mutant("leaves the step out of the final header", || {
-            Flaw::points(|header, _| header.step = 0)
-        })
-        .mutant("leaves out the last half kick", || {
-            change::each_grant(|grant| {
-                if grant.dt == 0.0 {
-                    grant.dt_before_epoch = 0.0;
-                }
-            })
-        }),
-];
+        });
+    Must "N-1a" "every entry of the ledger is what section 9 says";
+        - "adds to the measured energy":
+            change::measured(|report| { if report.next > 2 { report.ledger.kinetic *= 1.0 + 1e-9; } });
+        - "adds to the impulse of gravity": change::ledger(|ledger| ledger.applied_impulse[1] *= 1.0 + 1e-6);
+        - "adds to the impulse of contact": change::ledger(|ledger| ledger.contact_impulse[0] *= 1.0 + 1e-6);
+        - "adds to the elastic energy": change::ledger(|ledger| ledger.elastic *= 1.01);
+        - "adds to the potential energy": change::ledger(|ledger| ledger.gravity *= 1.0 + 1e-6);
+        - "loses energy": change::ledger(|ledger| ledger.plastic_work = 0.2 * ledger.kinetic);
+        - "reports twice the stored energy as the work of the stress":
+            change::ledger(|ledger| ledger.stress_work = 2.0 * ledger.elastic);
+    Must "R-5a" "with FRAME all points, as they are before the window, before the report";
+        - "reports all points as of the first group": of_points(|point| point.group = 0);
+        - "reports plastic strain of an elastic material": of_points(|point| point.plastic_strain = 1e-3);
+        - "reverses shear stress": of_points(|point| point.stress[3] *= -1.0);
+    Must "D-1a" "all points at the end, in order of their ids, of the next step";
+        - "sends its points in reverse order": Flaw::points(|_, points| points.reverse());
+        - "leaves the step out of the final header": Flaw::points(|header, _| header.step = 0);
+        - "leaves out the last half kick":
+            Flaw::grant(|grant| { if grant.dt == 0.0 { grant.dt_before_epoch = 0.0; } });
+};
 
 fn of_config(change: fn(&mut MpmConfig)) -> Flaw {
     Flaw::config(change)

@@ -9,46 +9,28 @@ use interface::message::wire::{PointState, flags};
 
 use super::scene::{DENSITY, DT, MODULI, SPACING, block, material, scene};
 use crate::bench::{Bench, ContinuumRun};
-use crate::clause::Clause;
+use crate::clause::{Clause, clauses};
 use crate::mutant::Flaw;
 use crate::verdict::{Judgement, Unmet, broken, near, require};
 
-pub const CLAUSES: &[Clause] = &[
-    Clause::must(
-        "R-5d",
-        "plastic strain is finite and not below 0, grows where material flows and never falls",
-        remembered,
-    )
-    .needs(&[PLASTIC_STRAIN, "material:von_mises"])
-    .after(&["G-10a"])
-    .mutant("reports the growth of plastic strain since the last frame", || {
-        let mut before = HashMap::new();
-        strains(move |point| {
-            let now = point.plastic_strain;
-            now - before.insert(point.id, now).unwrap_or_default()
-        })
-    })
-    .mutant("reports negative plastic strain", || {
-        strains(|point| -point.plastic_strain)
-    })
-    .mutant("keeps no plastic strain", || strains(|_| 0.0))
-    .mutant("reports NaN for points that have flowed", || {
-        strains(|point| match point.plastic_strain {
-            0.0 => 0.0,
-            _ => f32::NAN,
-        })
-    }),
-    Clause::must(
-        "R-5e",
-        "the plastic strain of von Mises' material is the equivalent one, whose work is the plastic work",
-        equivalent,
-    )
-    .needs(&[PLASTIC_STRAIN, "material:von_mises"])
-    .after(&["R-5d"])
-    .mutant("reports the plastic shear strain", || {
-        strains(|point| point.plastic_strain * 3.0_f32.sqrt())
-    }),
-];
+pub const CLAUSES: &[Clause] = clauses! {
+    Must "R-5d" "plastic strain is finite and not below 0, grows where material flows and never falls"
+        by remembered, needs: &[PLASTIC_STRAIN, "material:von_mises"], after: &["G-10a"];
+        - "reports the growth of plastic strain since the last frame": {
+            let mut before = HashMap::new();
+            strains(move |point| {
+                let now = point.plastic_strain;
+                now - before.insert(point.id, now).unwrap_or_default()
+            })
+        };
+        - "reports negative plastic strain": strains(|point| -point.plastic_strain);
+        - "keeps no plastic strain": strains(|_| 0.0);
+        - "reports NaN for points that have flowed":
+            strains(|point| match point.plastic_strain { 0.0 => 0.0, _ => f32::NAN, });
+    Must "R-5e" "the plastic strain of von Mises' material is the equivalent one, whose work is the plastic work"
+        by equivalent, needs: &[PLASTIC_STRAIN, "material:von_mises"], after: &["R-5d"];
+        - "reports the plastic shear strain": strains(|point| point.plastic_strain * 3.0_f32.sqrt());
+};
 
 /// Tells another plastic strain of each point.
 fn strains(mut tells: impl FnMut(&PointState) -> f32 + 'static) -> Flaw {

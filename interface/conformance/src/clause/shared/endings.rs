@@ -7,129 +7,67 @@ use interface::message::control::{Notice, Order, Party};
 use interface::transport::raw::{Kind, Message};
 use rustix::process::{Pid, Signal, kill_process};
 
-use super::run::{Run, order};
+use super::run::{Run, failure, order};
 use crate::bench::{Bench, Session, Start};
-use crate::clause::Clause;
+use crate::clause::{Clause, clauses};
 use crate::mutant::{Flaw, change};
 use crate::part::notes;
 use crate::verdict::{Judgement, Unmet, broken, require};
 
-pub const CLAUSES: &[Clause] = &[
-    Clause::must("S-9a", "ends at Abort between windows", |bench| {
-        ends(Run::begun(bench)?.into_lead().aborted()?)
-    })
-    .mutant("ignores Abort", || {
-        change::ignoring(|order| matches!(order, Ok(Order::Abort(_))))
-    }),
-    Clause::must(
-        "S-9b",
-        "ends at Abort while it waits for its peer",
-        |bench| ends(in_a_step(bench)?.into_lead().aborted()?),
-    )
-    .after(&["S-9a"])
-    .mutant("ignores Abort within a step", || {
-        let mut busy = false;
-        Flaw::passing(move |message| {
-            match message.kind() {
-                Kind::Grant => busy = true,
-                Kind::Report => busy = false,
-                _ => {}
-            }
-            match message.as_order() {
-                Ok(Order::Abort(_)) if busy => Vec::new(),
-                _ => vec![message],
-            }
-        })
-    }),
-    Clause::must("S-9c", "says nothing after Abort", silent)
-        .after(&["S-9a", "S-9b"])
-        .mutant("sends a notice after Abort", || {
-            Flaw::passing(|message| match message.as_order() {
-                Ok(Order::Abort(_)) => vec![Message::order(&Order::Close)],
-                _ => vec![message],
+pub const CLAUSES: &[Clause] = clauses! {
+    Must "S-9a" "ends at Abort between windows" by |bench| ends(Run::begun(bench)?.into_lead().aborted()?);
+        - "ignores Abort": change::ignoring(|order| matches!(order, Ok(Order::Abort(_))));
+    Must "S-9b" "ends at Abort while it waits for its peer"
+        by |bench| ends(in_a_step(bench)?.into_lead().aborted()?), after: &["S-9a"];
+        - "ignores Abort within a step": {
+            let mut busy = false;
+            Flaw::passing(move |message| {
+                match message.kind() {
+                    Kind::Grant => busy = true,
+                    Kind::Report => busy = false,
+                    _ => {}
+                }
+                match message.as_order() {
+                    Ok(Order::Abort(_)) if busy => Vec::new(),
+                    _ => vec![message],
+                }
             })
-        }),
-    Clause::must("X-3a", "ends when the coupler is gone", |bench| {
-        orphan(Run::begun(bench)?)
-    })
-    .mutant("does not look whether its coupler lives", || {
-        Flaw::process(|m| m.never_looks_up = true)
-    }),
-    Clause::must(
-        "X-3b",
-        "ends when the coupler is gone, waiting for its peer",
-        |bench| orphan(in_a_step(bench)?),
-    )
-    .after(&["X-3a"])
-    .mutant(
-        "does not look whether its coupler lives within a step",
-        || Flaw::process(|m| m.never_looks_up_in_a_step = true),
-    ),
-    Clause::must(
-        "S-11a",
-        "names the peer that sends nothing, at the deadline",
-        silent_peer,
-    )
-    .mutant("waits for ever", || {
-        Flaw::configure(|configure| configure.deadline = 600.0)
-    })
-    .mutant("does not name the party that sends nothing", || {
-        change::words("dem", "other").with(change::words("mpm", "other"))
-    }),
-    Clause::must(
-        "S-11b",
-        "names the coupler when it sends nothing, at the deadline",
-        silent_coupler,
-    )
-    .after(&["S-11a"])
-    .mutant("waits for the coupler for ever", || {
-        Flaw::process(|m| m.waits_for_ever = true)
-    }),
-    Clause::must("D-2a", "runs until Close", lives_till_close)
-        .mutant("ends after Bye", || Flaw::process(|m| m.goes_at_bye = true)),
-    Clause::must("X-1a", "a failure names clause and step", named)
-        .after(&["G-2a"])
-        .mutant("does not say which clause", || {
-            change::words("G-2", "a clause")
-        }),
-    Clause::must("X-2a", "ends with status 0 after Close", |bench| {
-        status(Run::begun(bench)?.into_lead().closed()?, 0)
-    })
-    .of_processes()
-    .mutant("ends with status 1", || {
-        Flaw::process(|m| m.status_closed = Some(1))
-    }),
-    Clause::must("X-2b", "ends with status 3 after a failure", failed)
-        .of_processes()
-        .mutant("ends with status 0 although it failed", || {
-            Flaw::process(|m| m.status_failed = Some(0))
-        }),
-    Clause::must(
-        "X-2c",
-        "ends with status 2 if it was not told to join",
-        unjoined,
-    )
-    .of_processes()
-    .mutant(
-        "ends with status 0 although there is nothing to join",
-        || Flaw::process(|m| m.status_unjoined = Some(0)),
-    ),
-    Clause::must("X-5a", "continues after Ctrl-C", interrupted)
-        .of_processes()
-        .mutant("ends on Ctrl-C", || {
-            Flaw::process(|m| m.ends_on_interrupt = true)
-        }),
-    Clause::must("O-6a", "removes no file of the run", removes_nothing)
-        .of_processes()
-        .mutant("removes the run's lock", || {
-            Flaw::process(|m| m.removes_the_lock = true)
-        }),
-    Clause::should("O-8a", "holds the lock that notes its part", noted)
-        .of_processes()
-        .mutant("removes its note", || {
-            Flaw::process(|m| m.joins_without_note = true)
-        }),
-];
+        };
+    Must "S-9c" "says nothing after Abort" by silent, after: &["S-9a", "S-9b"];
+        - "sends a notice after Abort": Flaw::passing(|message| match message.as_order() {
+            Ok(Order::Abort(_)) => vec![Message::order(&Order::Close)],
+            _ => vec![message],
+        });
+    Must "X-3a" "ends when the coupler is gone" by |bench| orphan(Run::begun(bench)?);
+        - "does not look whether its coupler lives": Flaw::process(|m| m.never_looks_up = true);
+    Must "X-3b" "ends when the coupler is gone, waiting for its peer" by |bench| orphan(in_a_step(bench)?),
+        after: &["X-3a"];
+        - "does not look whether its coupler lives within a step":
+            Flaw::process(|m| m.never_looks_up_in_a_step = true);
+    Must "S-11a" "names the peer that sends nothing, at the deadline" by silent_peer;
+        - "waits for ever": Flaw::configure(|configure| configure.deadline = 600.0);
+        - "does not name the party that sends nothing":
+            change::words("dem", "other").with(change::words("mpm", "other"));
+    Must "S-11b" "names the coupler when it sends nothing, at the deadline" by silent_coupler, after: &["S-11a"];
+        - "waits for the coupler for ever": Flaw::process(|m| m.waits_for_ever = true);
+    Must "D-2a" "runs until Close" by lives_till_close;
+        - "ends after Bye": Flaw::process(|m| m.goes_at_bye = true);
+    Must "X-1a" "a failure names clause and step" by named, after: &["G-2a"];
+        - "does not say which clause": change::words("G-2", "a clause");
+    Must "X-2a" "ends with status 0 after Close" by |bench| status(Run::begun(bench)?.into_lead().closed()?, 0),
+        of_processes: true;
+        - "ends with status 1": Flaw::process(|m| m.status_closed = Some(1));
+    Must "X-2b" "ends with status 3 after a failure" by failed, of_processes: true;
+        - "ends with status 0 although it failed": Flaw::process(|m| m.status_failed = Some(0));
+    Must "X-2c" "ends with status 2 if it was not told to join" by unjoined, of_processes: true;
+        - "ends with status 0 although there is nothing to join": Flaw::process(|m| m.status_unjoined = Some(0));
+    Must "X-5a" "continues after Ctrl-C" by interrupted, of_processes: true;
+        - "ends on Ctrl-C": Flaw::process(|m| m.ends_on_interrupt = true);
+    Must "O-6a" "removes no file of the run" by removes_nothing, of_processes: true;
+        - "removes the run's lock": Flaw::process(|m| m.removes_the_lock = true);
+    Should "O-8a" "holds the lock that notes its part" by noted, of_processes: true;
+        - "removes its note": Flaw::process(|m| m.joins_without_note = true);
+};
 
 /// A nap of 10 ms, the ordinary end of a process, and much for a machine that is busy.
 const SOON: Duration = Duration::from_secs(2);
@@ -233,11 +171,7 @@ fn lives_till_close(bench: &Bench) -> Judgement {
 }
 
 fn named(bench: &Bench) -> Judgement {
-    let mut run = Run::begun(bench)?;
-    let mut grant = run.next_step();
-    grant.dt = f64::NAN;
-    run.send_grants(&[grant])?;
-    let failure = run.session.failure()?;
+    let failure = failure(bench, Flaw::grant(|grant| grant.dt = f64::NAN))?;
     let said = failure.message.contains("G-2") && failure.step == 1;
     let got = format_args!("step {}: {}", failure.step, failure.message);
     require(said, "clause G-2 and step 1", got)?;

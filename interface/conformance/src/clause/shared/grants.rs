@@ -1,65 +1,19 @@
 //! Section 5, grants: what is out of order or no number is refused.
 
-use interface::message::wire::Grant;
-
-use super::run::Run;
-use crate::bench::Bench;
-use crate::clause::Clause;
+use crate::clause::{Clause, clauses};
 use crate::mutant::{Flaw, change};
-use crate::verdict::Judgement;
 
-pub const CLAUSES: &[Clause] = &[
-    Clause::must("G-1a", "refuses two grants in a message", two).mutant(
-        "uses the first of two grants",
-        || {
-            Flaw::grants(|header, grants| {
-                grants.truncate(1);
-                header.count = 1;
-            })
-        },
-    ),
-    Clause::must("G-2a", "refuses a grant with a NaN", |bench| {
-        wrong(bench, |grant| grant.epoch_start = f64::NAN)
-    })
-    .mutant("uses 0 instead of a NaN", || {
-        change::each_grant(|grant| {
-            if grant.epoch_start.is_nan() {
-                grant.epoch_start = 0.0;
-            }
-        })
-    }),
-    Clause::must("G-3a", "refuses a step that it has done", |bench| {
-        wrong(bench, |grant| grant.first -= 1)
-    })
-    .mutant("accepts an old grant as the next one", || {
-        change::next_grant(u64::max)
-    }),
-    Clause::must("G-3b", "refuses a grant that skips a step", |bench| {
-        wrong(bench, |grant| grant.first += 1)
-    })
-    .mutant("accepts a grant that skips a step", || {
-        change::next_grant(u64::min)
-    }),
-    Clause::must("G-3c", "refuses a grant of no steps", |bench| {
-        wrong(bench, |grant| grant.steps = 0)
-    })
-    .mutant("takes a grant of no steps as one step", || {
-        change::each_grant(|grant| grant.steps = grant.steps.max(1))
-    }),
-];
-
-/// A grant after step 0 that is wrong; the solver shall say Failed.
-fn wrong(bench: &Bench, change: fn(&mut Grant)) -> Judgement {
-    let mut run = Run::begun(bench)?;
-    let mut grant = run.next_step();
-    change(&mut grant);
-    run.send_grants(&[grant])?;
-    Ok(run.session.failure()?.message)
-}
-
-fn two(bench: &Bench) -> Judgement {
-    let mut run = Run::begun(bench)?;
-    let grant = run.next_step();
-    run.send_grants(&[grant, grant])?;
-    Ok(run.session.failure()?.message)
-}
+pub const CLAUSES: &[Clause] = clauses! {
+    Must "G-1a" "refuses two grants in a message"
+        refuses Flaw::grants(|header, grants| { grants.push(grants[0]); header.count = 2; });
+        - "uses the first of two grants": Flaw::grants(|header, grants| { grants.truncate(1); header.count = 1; });
+    Must "G-2a" "refuses a grant with a NaN" refuses Flaw::grant(|grant| grant.epoch_start = f64::NAN);
+        - "uses 0 instead of a NaN":
+            Flaw::grant(|g| g.epoch_start = if g.epoch_start.is_nan() { 0.0 } else { g.epoch_start });
+    Must "G-3a" "refuses a step that it has done" refuses Flaw::grant(|grant| grant.first -= 1);
+        - "accepts an old grant as the next one": change::next_grant(u64::max);
+    Must "G-3b" "refuses a grant that skips a step" refuses Flaw::grant(|grant| grant.first += 1);
+        - "accepts a grant that skips a step": change::next_grant(u64::min);
+    Must "G-3c" "refuses a grant of no steps" refuses Flaw::grant(|grant| grant.steps = 0);
+        - "takes a grant of no steps as one step": Flaw::grant(|grant| grant.steps = grant.steps.max(1));
+};

@@ -3,175 +3,117 @@
 use std::time::Duration;
 
 use interface::message::control::{Notice, Order, PROTOCOL, Party};
-use interface::message::wire::StepHeader;
 use interface::transport::raw::{Kind, Message, Payload};
 use serde_json::{Value, json};
 
-use super::run::{Run, order};
-use crate::bench::{Bench, HASH, Session};
-use crate::clause::Clause;
+use super::run::{Run, names, order};
+use crate::bench::{Bench, HASH};
+use crate::clause::{Clause, clauses};
 use crate::mutant::{Flaw, change};
-use crate::verdict::{Judgement, Unmet, broken, require};
+use crate::verdict::{Judgement, broken, require};
 use interface::config::capability::{FAMILIES, VERBS};
 
-pub const CLAUSES: &[Clause] = &[
-    Clause::must(
-        "S-2a",
-        "says Hello first, as the party of its channels",
-        hello,
-    )
-    .mutant("says that it is the other side", || {
-        change::hello(|hello| {
-            hello.party = hello.party.other_solver().expect("a solver says Hello");
-        })
-    }),
-    Clause::must("V-1a", "speaks this major version", version)
-        .mutant("speaks another major version", || {
-            change::hello(|hello| hello.protocol.0 += 1)
-        }),
-    Clause::must("O-1a", "the process that was started says Hello", pid)
-        .of_processes()
-        .mutant("gives another process's id", || {
-            change::hello(|hello| hello.pid += 1)
-        }),
-    Clause::must(
-        "K-1a",
-        "every capability is a verb or a member of a known family",
-        names,
-    )
-    .mutant("states an unknown capability", || {
-        change::hello(|hello| hello.capabilities.0.push("does everything".into()))
-    }),
-    Clause::must("S-6a", "Ready repeats the scene hash", hash).mutant(
-        "repeats another scene's hash",
-        || {
-            Flaw::notices(|notice| {
-                if let Notice::Ready(ready) = notice {
-                    ready.scene_hash = "deadbeef".into();
-                }
-            })
-        },
-    ),
-    Clause::must(
-        "S-7a",
-        "opens its control channels before Hello, all channels before Ready",
-        opened,
-    )
-    .mutant("opens a channel only after Ready", || {
-        Flaw::process(|m| m.opens_late = true)
-    }),
-    Clause::must(
-        "S-2b",
-        "says Hello, Ready and Bye, once each, and nothing else",
-        notices,
-    )
-    .mutant("says Bye twice", || {
-        Flaw::passing(|message| match message.as_notice() {
+pub const CLAUSES: &[Clause] = clauses! {
+    Must "S-2a" "says Hello first, as the party of its channels" by hello;
+        - "says that it is the other side":
+            change::hello(|hello| { hello.party = hello.party.other_solver().expect("a solver says Hello"); });
+    Must "V-1a" "speaks this major version" by version;
+        - "speaks another major version": change::hello(|hello| hello.protocol.0 += 1);
+    Must "O-1a" "the process that was started says Hello" by pid, of_processes: true;
+        - "gives another process's id": change::hello(|hello| hello.pid += 1);
+    Must "K-1a" "every capability is a verb or a member of a known family" by capabilities;
+        - "states an unknown capability": change::hello(|hello| hello.capabilities.0.push("does everything".into()));
+    Must "S-6a" "Ready repeats the scene hash" by hash;
+        - "repeats another scene's hash": Flaw::notices(|notice| {
+            if let Notice::Ready(ready) = notice {
+                ready.scene_hash = "deadbeef".into();
+            }
+        });
+    Must "S-7a" "opens its control channels before Hello, all channels before Ready" by opened;
+        - "opens a channel only after Ready": Flaw::process(|m| m.opens_late = true);
+    Must "S-2b" "says Hello, Ready and Bye, once each, and nothing else" by notices;
+        - "says Bye twice": Flaw::passing(|message| match message.as_notice() {
             Ok(Notice::Bye) => vec![message.clone(), message],
             _ => vec![message],
-        })
-    }),
-    Clause::must("S-1a", "refuses an order with a byte too many", |bench| {
-        first_order(bench, |bytes| bytes.push(0))
-    })
-    .mutant("ignores bytes after an order", || {
-        change::orders(|bytes| {
-            bytes.pop();
-        })
-    }),
-    Clause::must("M-1a", "refuses an impossible length", |bench| {
-        // The length of the hash, behind the variant's four bytes.
-        first_order(bench, |bytes| {
-            bytes[4..12].copy_from_slice(&u64::MAX.to_le_bytes());
-        })
-    })
-    .mutant("waits for the rest of an order that is too short", || {
-        let absurd = |bytes: &[u8]| bytes.len() > 12 && bytes[4..12] == [0xff; 8];
-        Flaw::passing(move |message| match &message.payload {
-            Payload::Order(bytes) if absurd(bytes) => Vec::new(),
-            _ => vec![message],
-        })
-    }),
-    Clause::must(
-        "S-4a",
-        "refuses a first order other than Configure",
-        no_configuration,
-    )
-    .mutant("ignores orders before Configure", || {
-        let mut configured = false;
-        change::ignoring(move |order| {
-            configured |= matches!(order, Ok(Order::Configure(_) | Order::Abort(_)) | Err(_));
-            !configured
-        })
-    }),
-    Clause::must("S-3a", "refuses a second Configure", |bench| {
-        out_of_turn(bench, &Order::Configure(order(bench)))
-    })
-    .mutant("ignores a second Configure", || {
-        let mut configured = false;
-        change::ignoring(move |order| {
-            let again = configured;
-            configured |= matches!(order, Ok(Order::Configure(_)));
-            again && matches!(order, Ok(Order::Configure(_)))
-        })
-    }),
-    Clause::must("S-3b", "refuses Close before Drain", |bench| {
-        out_of_turn(bench, &Order::Close)
-    })
-    .mutant("ignores Close before Drain", || {
-        let mut drained = false;
-        change::ignoring(move |order| {
-            drained |= matches!(order, Ok(Order::Drain));
-            !drained && matches!(order, Ok(Order::Close))
-        })
-    }),
-    Clause::should("J-1a", "refuses a field that it does not know", |bench| {
-        unfit(bench, |config| config["buoyancy"] = json!(1.0))
-    })
-    .mutant("ignores fields that it does not know", || {
-        change::json_config(|config| {
-            config.remove("buoyancy");
-        })
-    }),
-    Clause::must(
-        "S-5a",
-        "refuses a configuration with a field missing",
-        |bench| {
-            unfit(bench, |config| {
-                config.as_object_mut().map(|fields| fields.remove("skin"));
+        });
+    Must "S-1a" "refuses an order with a byte too many" rejects change::order_bytes(|bytes| bytes.push(0));
+        - "ignores bytes after an order": Flaw::each(|message| {
+            let left_over = message.as_order().is_err_and(|why| why.contains("left over"));
+            if let Payload::Order(bytes) = &mut message.payload {
+                bytes.truncate(bytes.len() - usize::from(left_over));
+            }
+        });
+    // The length of the hash, behind the variant's four bytes.
+    Must "M-1a" "refuses an impossible length" rejects change::order_bytes(|bytes| bytes[4..12].fill(0xff));
+        - "waits for the rest of an order that is too short": {
+            let absurd = |bytes: &[u8]| bytes.len() > 12 && bytes[4..12] == [0xff; 8];
+            Flaw::passing(move |message| match &message.payload {
+                Payload::Order(bytes) if absurd(bytes) => Vec::new(),
+                _ => vec![message],
             })
-        },
-    )
-    .mutant("uses a default for a missing field", || {
-        change::json_config(|config| {
-            config.entry("skin").or_insert(json!(1e-3));
-        })
-    }),
-    Clause::must("S-5b", "refuses a field of the wrong type", |bench| {
-        unfit(bench, |config| config["skin"] = json!("thick"))
-    })
-    .mutant("accepts text as a number", || {
-        change::json_config(|config| {
+        };
+    Must "S-4a" "refuses a first order other than Configure"
+        rejects Flaw::passing(|_| vec![Message::order(&Order::Drain)]);
+        - "ignores orders before Configure": {
+            let mut configured = false;
+            change::ignoring(move |order| {
+                configured |= matches!(order, Ok(Order::Configure(_) | Order::Abort(_)) | Err(_));
+                !configured
+            })
+        };
+    Must "S-3a" "refuses a second Configure" by |bench| out_of_turn(bench, &Order::Configure(order(bench)));
+        - "ignores a second Configure": {
+            let mut configured = false;
+            change::ignoring(move |order| {
+                let again = configured;
+                configured |= matches!(order, Ok(Order::Configure(_)));
+                again && matches!(order, Ok(Order::Configure(_)))
+            })
+        };
+    Must "S-3b" "refuses Close before Drain" by |bench| out_of_turn(bench, &Order::Close);
+        - "ignores Close before Drain": {
+            let mut drained = false;
+            change::ignoring(move |order| {
+                drained |= matches!(order, Ok(Order::Drain));
+                !drained && matches!(order, Ok(Order::Close))
+            })
+        };
+    Should "J-1a" "refuses a field that it does not know" rejects with("buoyancy", json!(1.0));
+        - "ignores fields that it does not know": change::json_config(|config| { config.remove("buoyancy"); });
+    Must "S-5a" "refuses a configuration with a field missing"
+        rejects change::json_config(|config| { config.remove("skin"); });
+        - "uses a default for a missing field":
+            change::json_config(|config| { config.entry("skin").or_insert(json!(1e-3)); });
+    Must "S-5b" "refuses a field of the wrong type" rejects with("skin", json!("thick"));
+        - "accepts text as a number": change::json_config(|config| {
             if config.get("skin").is_some_and(Value::is_string) {
                 config.insert("skin".into(), json!(1e-3));
             }
-        })
-    }),
-    Clause::must(
-        "S-8a",
-        "answers an impossible value with Refused and its key",
-        refused,
-    )
-    .mutant("uses a default instead of 0", || {
-        change::json_config(|config| {
+        });
+    Must "S-8a" "answers an impossible value with Refused and its key" by impossible;
+        - "uses a default instead of 0": change::json_config(|config| {
             for (key, some) in [("threads", json!(1)), ("cell", json!(0.05))] {
                 if config.get(key).and_then(Value::as_f64) == Some(0.0) {
                     config.insert(key.into(), some);
                 }
             }
-        })
-    }),
-];
+        });
+};
+
+/// A configuration with this value.
+fn with(key: &'static str, value: Value) -> Flaw {
+    change::json_config(move |config| {
+        config.insert(key.into(), value.clone());
+    })
+}
+
+fn impossible(bench: &Bench) -> Judgement {
+    let key = match bench.subject.party {
+        Party::Mpm => "cell",
+        _ => "threads",
+    };
+    names(bench, key, with(key, json!(0)))
+}
 
 fn hello(bench: &Bench) -> Judgement {
     let hello = bench.session()?.hello()?;
@@ -195,7 +137,7 @@ fn pid(bench: &Bench) -> Judgement {
     }
 }
 
-fn names(bench: &Bench) -> Judgement {
+fn capabilities(bench: &Bench) -> Judgement {
     let named = bench.session()?.hello()?.capabilities.0;
     let known = |name: &&String| match name.split_once(':') {
         Some((family, member)) => FAMILIES.contains(&family) && !member.is_empty(),
@@ -269,69 +211,8 @@ fn notices(bench: &Bench) -> Judgement {
     Ok("Hello, Ready, Bye".into())
 }
 
-/// Waits for Failed or Refused in answer to what cannot be taken.
-fn rejection(session: &mut Session) -> Judgement {
-    match session.notice()? {
-        Notice::Failed(failure) => Ok(failure.message),
-        Notice::Refused(refusal) => Ok(refusal.to_string()),
-        other => Err(broken("Failed or Refused", format_args!("{other:?}"))),
-    }
-}
-
-/// Sends bytes as the first order.
-fn first_order(bench: &Bench, change: fn(&mut Vec<u8>)) -> Judgement {
-    let mut session = bench.greeted()?;
-    let right = Message::order(&Order::Configure(order(bench)));
-    let Payload::Order(mut bytes) = right.payload else {
-        unreachable!("an order is one");
-    };
-    change(&mut bytes);
-    session.send(&Message::new(StepHeader::default(), Payload::Order(bytes)))?;
-    rejection(&mut session)
-}
-
-fn no_configuration(bench: &Bench) -> Judgement {
-    let mut session = bench.greeted()?;
-    session.order(&Order::Drain)?;
-    rejection(&mut session)
-}
-
 fn out_of_turn(bench: &Bench, order: &Order) -> Judgement {
     let mut run = Run::begun(bench)?;
     run.session.order(order)?;
     Ok(run.session.failure()?.message)
-}
-
-/// Hands over a configuration after `change`.
-fn changed(bench: &Bench, change: fn(&mut Value)) -> Result<Session<'_>, Unmet> {
-    let mut session = bench.greeted()?;
-    let mut order = order(bench);
-    let mut config = serde_json::from_str(&order.config).expect("a configuration is JSON");
-    change(&mut config);
-    order.config = config.to_string();
-    session.order(&Order::Configure(order))?;
-    Ok(session)
-}
-
-fn unfit(bench: &Bench, change: fn(&mut Value)) -> Judgement {
-    rejection(&mut changed(bench, change)?)
-}
-
-fn refused(bench: &Bench) -> Judgement {
-    let (key, change): (_, fn(&mut Value)) = match bench.subject.party {
-        Party::Mpm => ("cell", |config| config["cell"] = json!(0.0)),
-        _ => ("threads", |config| config["threads"] = json!(0)),
-    };
-    match changed(bench, change)?.notice()? {
-        Notice::Refused(refusal) => {
-            let named = refusal.key.contains(key) && !refusal.message.is_empty();
-            require(
-                named,
-                format_args!("the key `{key}` and a message"),
-                &refusal,
-            )?;
-            Ok(refusal.to_string())
-        }
-        other => Err(broken("Refused", format_args!("{other:?}"))),
-    }
 }

@@ -8,62 +8,43 @@ use interface::message::control::Party;
 use interface::message::wire::{ImpForce, ImpInfo, ImpState};
 
 use crate::bench::{Bench, BodiesRun, ContinuumRun, Points, echo};
-use crate::clause::Clause;
 use crate::clause::dem::scene::{RADIUS, SPHERO, held_disc};
 use crate::clause::mpm::scene::{IN_BLOCK, block, scene, single};
+use crate::clause::{Clause, clauses};
 use crate::mutant::{Flaw, nap_for_many};
 use crate::verdict::{Judgement, Unmet, broken, require};
 
-pub const CLAUSES: &[Clause] = &[
-    Clause::must(
-        "X-6b",
-        "its memory grows by at most four times the data that it receives",
-        bounded,
-    )
-    .of_processes()
-    .mutant("leaks 200 kB a step", || {
-        let mut kept = Vec::new();
-        // Written to, because untouched memory is not allocated.
-        Flaw::states(move |_, _| kept.push(vec![1u8; 200_000]))
-    }),
-    Clause::should(
-        "X-6a",
-        "its memory does not grow with the number of steps",
-        flat,
-    )
-    .after(&["X-6b"])
-    .of_processes()
-    .mutant("keeps all messages", || {
-        let mut kept = Vec::new();
-        Flaw::each(move |message| kept.push(message.clone()))
-    }),
-    Clause::should("G-10a", "answers at once, without a sleep", latency)
-        .alone()
-        .mutant("sleeps before it answers many points", || {
-            Flaw::states(|_, states| nap_for_many(states.len()))
-                .with(Flaw::forces(|_, forces| nap_for_many(forces.len())))
-        }),
-];
+pub const CLAUSES: &[Clause] = clauses! {
+    Must "X-6b" "its memory grows by at most four times the data that it receives" by bounded, of_processes: true;
+        - "leaks 200 kB a step": {
+            let mut kept = Vec::new();
+            // Written to, because untouched memory is not allocated.
+            Flaw::states(move |_, _| kept.push(vec![1u8; 200_000]))
+        };
+    Should "X-6a" "its memory does not grow with the number of steps" by flat, after: &["X-6b"], of_processes: true;
+        - "keeps all messages": { let mut kept = Vec::new(); Flaw::each(move |message| kept.push(message.clone())) };
+    Should "G-10a" "answers at once, without a sleep" by latency, alone: true;
+        - "sleeps before it answers many points": Flaw::states(|_, states| nap_for_many(states.len()))
+        .with(Flaw::forces(|_, forces| nap_for_many(forces.len())));
+};
 
 /// That a solver takes no rare naps, which rests on clauses that each side has by itself.
 pub const fn naps(after: &'static [&'static str]) -> Clause {
-    Clause::should(
-        "G-10b",
-        "does not sleep in any of a thousand steps",
-        rare_naps,
-    )
-    .after(after)
-    .alone()
-    .mutant("sleeps for 5 ms in every thousandth step", || {
-        let mut steps = 0;
-        Flaw::states(move |header, _| {
-            steps += u64::from(header.flags == 0);
-            if steps.is_multiple_of(1000) && steps > 0 {
-                interface::transport::wait::nap(Duration::from_millis(5));
-            }
-        })
-    })
+    Clause { after, ..NAPS[0] }
 }
+
+const NAPS: &[Clause] = clauses! {
+    Should "G-10b" "does not sleep in any of a thousand steps" by rare_naps, alone: true;
+        - "sleeps for 5 ms in every thousandth step": {
+            let mut steps = 0;
+            Flaw::states(move |header, _| {
+                steps += u64::from(header.flags == 0);
+                if steps.is_multiple_of(1000) && steps > 0 {
+                    interface::transport::wait::nap(Duration::from_millis(5));
+                }
+            })
+        };
+};
 
 /// Points of a bodies' exchange, and steps of a window.
 const POINTS: usize = 100;

@@ -2,12 +2,14 @@
 
 mod endings;
 mod grants;
+mod halt;
 mod handshake;
 mod machine;
 mod run;
 mod saved;
 
 pub use machine::naps;
+pub use run::{names, refuses, rejects};
 
 use super::row::Clause;
 
@@ -18,4 +20,5 @@ pub const CLAUSES: &[&[Clause]] = &[
     endings::CLAUSES,
     machine::CLAUSES,
     saved::CLAUSES,
+    halt::CLAUSES,
 ];

@@ -8,89 +8,45 @@ use interface::transport::raw::{Message, Payload};
 
 use super::run::{Run, order};
 use crate::bench::{Bench, Reply};
-use crate::clause::Clause;
+use crate::clause::{Clause, clauses};
 use crate::mutant::{Flaw, change};
 use crate::verdict::{Judgement, Unmet, broken, require};
 
 const SAVES: &[&str] = &["save"];
 
-pub const CLAUSES: &[Clause] = &[
-    Clause::must(
-        "K-3a",
-        "sends its state before the report, in pieces with their hash",
-        saves,
-    )
-    .after(&["S-6a"])
-    .needs(SAVES)
-    .mutant("sends another hash", || {
-        pieces(|header, piece| {
-            if header.flags & flags::LAST != 0 {
-                piece[0] ^= 1;
-            }
-        })
-    }),
-    Clause::must("K-4b", "refuses a state that is damaged", damaged)
-        .after(&["K-3a"])
-        .needs(SAVES)
-        .mutant("corrects the hash of a damaged state", corrects_the_hash),
-    Clause::random(
-        "R-1a",
-        "sends one report for each grant, with its epoch and its last step",
-    )
-    .mutant("leaves the epoch out of the report's header", || {
-        Flaw::reports(|header, _| header.epoch = 0)
-    })
-    .mutant("reports on another epoch", || {
-        change::report(|report| report.epoch += 1)
-    }),
-    Clause::random("C-4", "the header counts the records that follow")
-        .mutant("does not count its records", || {
-            Flaw::reports(|header, _| header.count = 0)
-        }),
-    Clause::random("R-2a", "the numbers of a report are finite").mutant("reports a NaN", || {
-        change::limits(|l| l.mobility = f64::NAN)
-    }),
-    Clause::random("L-1a", "limits are finite and not negative")
-        .mutant("has a negative frequency", || {
-            change::limits(|l| l.omega_sq = -1.0)
-        }),
-    Clause::random(
-        "R-3a",
-        "sends a measurement when asked, of the measured step, before the report",
-    )
-    .mutant("measures the next step", || {
-        Flaw::bodies(|header, _| header.step += 1).with(Flaw::groups(|header, _| header.step += 1))
-    }),
-    Clause::random("R-3b", "measures nothing when not asked")
-        .mutant("reports an energy that was not asked for", || {
-            change::report(|report| {
-                if report.measured == 0 {
-                    report.ledger.kinetic = 1e-3;
-                }
-            })
-        })
-        .mutant("reports a measurement that was not asked for", || {
-            change::report(|report| report.measured = 1)
-        }),
-    Clause::random("T-6a", "two runs give the same bits").mutant(
-        "has other bits in every run",
-        || {
+pub const CLAUSES: &[Clause] = clauses! {
+    Must "K-3a" "sends its state before the report, in pieces with their hash" by saves, after: &["S-6a"],
+        needs: SAVES;
+        - "sends another hash": pieces(|header, piece| { if header.flags & flags::LAST != 0 { piece[0] ^= 1; } });
+    Must "K-4b" "refuses a state that is damaged" by damaged, after: &["K-3a"], needs: SAVES;
+        - "corrects the hash of a damaged state": corrects_the_hash();
+    Must "R-1a" "sends one report for each grant, with its epoch and its last step";
+        - "leaves the epoch out of the report's header": Flaw::reports(|header, _| header.epoch = 0);
+        - "reports on another epoch": Flaw::report(|report| report.epoch += 1);
+    Must "C-4" "the header counts the records that follow";
+        - "does not count its records": Flaw::reports(|header, _| header.count = 0);
+    Must "R-2a" "the numbers of a report are finite";
+        - "reports a NaN": change::limits(|l| l.mobility = f64::NAN);
+    Must "L-1a" "limits are finite and not negative";
+        - "has a negative frequency": change::limits(|l| l.omega_sq = -1.0);
+    Must "R-3a" "sends a measurement when asked, of the measured step, before the report";
+        - "measures the next step":
+            Flaw::bodies(|header, _| header.step += 1).with(Flaw::groups(|header, _| header.step += 1));
+    Must "R-3b" "measures nothing when not asked";
+        - "reports an energy that was not asked for":
+            Flaw::report(|report| { if report.measured == 0 { report.ledger.kinetic = 1e-3; } });
+        - "reports a measurement that was not asked for": Flaw::report(|report| report.measured = 1);
+    Must "T-6a" "two runs give the same bits";
+        - "has other bits in every run": {
             let run = change::RUNS.fetch_add(1, Ordering::Relaxed);
             let ulps = 1 + run.wrapping_add(std::process::id()) % 31;
             change::nudges(move |_| ulps)
-        },
-    ),
-    Clause::random("T-6b", "windows of any length give the same bits")
-        .mutant("has other bits in windows of one step", || {
-            change::nudges(|grant| u32::from(grant.steps == 1))
-        }),
-    Clause::random(
-        "K-4a",
-        "after a restore in a new process, continues with the same bits",
-    )
-    .needs(SAVES)
-    .mutant("starts from the beginning", begins_anew),
-];
+        };
+    Must "T-6b" "windows of any length give the same bits";
+        - "has other bits in windows of one step": change::nudges(|grant| u32::from(grant.steps == 1));
+    Must "K-4a" "after a restore in a new process, continues with the same bits", needs: SAVES;
+        - "starts from the beginning": begins_anew();
+};
 
 /// Changes the pieces of a saved state.
 fn pieces(mut change: impl FnMut(&StepHeader, &mut Vec<u8>) + 'static) -> Flaw {
@@ -150,7 +106,7 @@ fn saved(bench: &Bench) -> Result<(Vec<u8>, Run<'_>), Unmet> {
     let mut grant = run.next_step();
     grant.flags |= flags::CHECKPOINT;
     run.send_grants(&[grant])?;
-    run.free_exchange()?;
+    run.exchange()?;
     run.report()?;
     Ok((run.session.saved()?, run))
 }

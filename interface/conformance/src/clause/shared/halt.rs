@@ -1,0 +1,101 @@
+//! Section 5, halting, as far as it is the same for both sides.
+
+use interface::message::wire::flags;
+use interface::transport::raw::Payload;
+
+use super::run::Run;
+use crate::bench::{Bench, Budget, configure};
+use crate::clause::dem::limits::lively;
+use crate::clause::mpm::scene::single;
+use crate::clause::{Clause, clauses};
+use crate::mutant::{Flaw, change};
+use crate::verdict::{Judgement, Unmet, broken};
+use interface::config::MpmConfig;
+use interface::message::control::Party;
+
+pub const CLAUSES: &[Clause] = clauses! {
+    Must "L-5a" "does not halt on the last step of a window" by last_step, needs: &["motion:free"];
+        - "halts on the last step too": change::at_report(|window, message| {
+            let report = change::reported(&message);
+            let last = report.next == window.grant.first + window.grant.steps;
+            change::halts(message, last && report.limits.speed > window.grant.budget_speed)
+        });
+    Must "H-5a" "a halt changes no bit of the later steps" by halt_is_free, needs: &["motion:free"];
+        - "has other bits after a halt": {
+            let mut halted = false;
+            Flaw::outbound(move |mut message| {
+                halted |= change::reported(&message).halted == 1;
+                match &mut message.payload {
+                    Payload::States(states) if halted => states.iter_mut().for_each(|s| change::nudged(s, 1)),
+                    Payload::Forces(forces) if halted => change::next_up(forces),
+                    _ => {}
+                }
+                vec![message]
+            })
+        };
+};
+
+/// Less than what moves in these clauses.
+const SLOW: Budget = Budget {
+    speed: 0.05,
+    ..Budget::ALL
+};
+const DT: f64 = 1e-4;
+
+/// A run in which something moves, with these budgets.
+fn moving(bench: &Bench, budget: Budget) -> Result<Run<'_>, Unmet> {
+    let order = match bench.subject.party {
+        Party::Mpm => configure(&MpmConfig {
+            gravity: [1.0, -9.0],
+            ..single([0.8, 0.3])
+        }),
+        _ => configure(&lively(bench)),
+    };
+    let mut run = Run::from(bench.run_coupled(&order)?);
+    run.budget = budget;
+    Ok(run)
+}
+
+fn last_step(bench: &Bench) -> Judgement {
+    let mut run = moving(bench, SLOW)?;
+    for next in 1..4 {
+        run.grant(DT, 1, false)?;
+        run.exchange()?;
+        run.ends(false, next)?;
+    }
+    Ok("3 windows of 1".into())
+}
+
+fn halt_is_free(bench: &Bench) -> Judgement {
+    let (plain, _) = six_steps(bench, Budget::ALL)?;
+    let (halting, halts) = six_steps(bench, SLOW)?;
+    if let Some(step) = plain.iter().zip(&halting).position(|(a, b)| a != b) {
+        let [a, b] = [&plain[step], &halting[step]].map(|numbers| format!("{numbers:?}"));
+        return Err(broken(a, b).at(step as u64));
+    }
+    Ok(format!("the same bits in 6 steps with {halts} halts"))
+}
+
+/// What the solver answers in each of six steps, and how often it halts.
+fn six_steps(bench: &Bench, budget: Budget) -> Result<(Vec<Vec<f64>>, u64), Unmet> {
+    let mut run = moving(bench, budget)?;
+    let (mut answers, mut halts) = (Vec::new(), 0);
+    while run.next() < 6 {
+        // Within an epoch the same time is start + n dt; every step begins one here, as after a halt.
+        run.begin_epoch(DT);
+        let steps = if budget == SLOW { 6 - run.next() } else { 1 };
+        run.grant(DT, steps, false)?;
+        let end = run.next() + steps;
+        while run.next() < end {
+            let Some((flags, numbers)) = run.answer()? else {
+                break;
+            };
+            answers.push(numbers);
+            if flags & flags::HALT_AFTER != 0 {
+                break;
+            }
+        }
+        halts += run.report()?.report.halted;
+    }
+    Ok((answers, halts))
+}
