@@ -3,7 +3,6 @@
 use std::io::IsTerminal;
 use std::path::Path;
 use std::process::ExitCode;
-use std::sync::Arc;
 use std::time::Duration;
 
 use conformance::bench::{Start, Subject};
@@ -125,11 +124,10 @@ fn subject(args: &ConformanceArgs) -> Result<Subject, String> {
         (None, Some(command)) => (Party::Mpm, command),
         _ => return Err("expected one of --dem COMMAND and --mpm COMMAND".into()),
     };
-    let start = if args.in_process {
-        built_in(party)
-    } else {
-        Start::Command(words(command, party)?)
-    };
+    if args.in_process {
+        return Ok(built_in(party));
+    }
+    let start = Start::Command(words(command, party)?);
     Ok(Subject { party, start })
 }
 
@@ -140,14 +138,11 @@ pub fn words(command: &str, party: Party) -> Result<Vec<String>, String> {
 }
 
 /// The built-in solver, in a thread.
-pub fn built_in(party: Party) -> Start {
-    let solve = match party {
-        Party::Mpm => solvers::mpm_thread,
-        _ => solvers::dem_thread,
-    };
-    Start::Thread(Arc::new(
-        move |domain| if solve(domain).is_ok() { 0 } else { 3 },
-    ))
+pub fn built_in(party: Party) -> Subject {
+    match party {
+        Party::Mpm => Subject::in_thread(party, solvers::mpm_thread),
+        _ => Subject::in_thread(party, solvers::dem_thread),
+    }
 }
 
 fn waivers(args: &ConformanceArgs, party: Party) -> Result<Waivers, String> {

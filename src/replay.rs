@@ -59,13 +59,14 @@ fn subject(args: &ReplayArgs) -> Result<Subject, String> {
         (_, Some(command)) => (Party::Mpm, command),
         _ => return Err("expected one of --dem and --mpm".into()),
     };
-    let start = if args.in_process {
-        built_in(party)
-    } else if let Some(command) = command {
-        Start::Command(words(command, party)?)
-    } else {
-        Start::Command(this_program(party.name())?)
+    if args.in_process {
+        return Ok(built_in(party));
+    }
+    let words = match command {
+        Some(command) => words(command, party)?,
+        None => this_program(party.name())?,
     };
+    let start = Start::Command(words);
     Ok(Subject { party, start })
 }
 

@@ -2,10 +2,9 @@
 //! until then, so no transport can make such a mutant: these are the built-in solvers, wrapped. The kit finds that a run
 //! does not go on to the same bits (K-4a), and nothing else wrong.
 
-use std::sync::Arc;
 use std::time::Duration;
 
-use conformance::bench::{PATIENCE, Start, Subject};
+use conformance::bench::{PATIENCE, Subject};
 use conformance::verdict::Verdict;
 use conformance::{Options, RandomCases, examine};
 use dem_proc::Sdem;
@@ -260,15 +259,10 @@ const SELECTION: [&str; 8] = [
 ];
 
 fn subject(party: Party, wrong: Wrong) -> Subject {
-    let solve = move |domain: &Domain| {
-        let ended = match party {
-            Party::Mpm => serve_mpm(Medium::Threads, domain, &mut Continuum::new(wrong), false),
-            _ => serve_dem(Medium::Threads, domain, &mut Bodies::new(wrong), false),
-        };
-        if ended.is_ok() { 0 } else { 3 }
-    };
-    let start = Start::Thread(Arc::new(solve));
-    Subject { party, start }
+    Subject::in_thread(party, move |domain: &Domain| match party {
+        Party::Mpm => serve_mpm(Medium::Threads, domain, &mut Continuum::new(wrong), false),
+        _ => serve_dem(Medium::Threads, domain, &mut Bodies::new(wrong), false),
+    })
 }
 
 /// Ids of the clauses of the selection that the solver breaks, with what was seen.
@@ -277,11 +271,9 @@ fn broken(party: Party, wrong: Wrong, random: RandomCases) -> Vec<(&'static str,
     let only = SELECTION.into_iter().filter(known).map(String::from);
     let options = Options {
         only: only.collect(),
-        window: 64,
         startup: PATIENCE,
-        trace: false,
-        jobs: 2,
         random,
+        ..Options::default()
     };
     let examination = examine(&subject(party, wrong), &options, |_| ()).unwrap();
     let mut broken = Vec::new();

@@ -15,8 +15,8 @@ use crate::harness::root;
 const ARROWS: &str = "
     interface:
     mechanics: interface
-    mpm-proc: interface mechanics
-    dem-proc: interface mechanics
+    mpm-proc: conformance interface mechanics
+    dem-proc: conformance interface mechanics
     coupler: interface mechanics
     conformance: interface mechanics
     simulation: dem-proc interface mechanics mpm-proc

@@ -60,9 +60,7 @@ fn a_process_that_is_told_to_is_a_mutant() {
 fn options(only: Vec<String>) -> Options {
     Options {
         only,
-        window: 64,
         startup: PATIENCE,
-        trace: false,
         // These tests judge several solvers at the same time.
         jobs: 1,
         random: RandomCases {
@@ -70,6 +68,7 @@ fn options(only: Vec<String>) -> Options {
             shrink: Duration::ZERO,
             ..RandomCases::default()
         },
+        ..Options::default()
     }
 }
 
@@ -456,11 +455,7 @@ fn every_clause_has_its_mutant_and_an_id_is_one_statement() {
         let ids: BTreeSet<_> = clauses.iter().map(|clause| clause.id).collect();
         assert_eq!(ids.len(), clauses.len(), "a clause is there twice");
         for clause in clauses {
-            assert!(
-                clause.mutants.iter().count() > 0,
-                "{} has no mutant",
-                clause.id
-            );
+            assert!(!clause.mutants.is_empty(), "{} has no mutant", clause.id);
             let title = titles.entry(clause.id).or_insert(clause.title);
             assert_eq!(*title, clause.title, "{} says two things", clause.id);
         }

@@ -14,6 +14,7 @@ mod convex_measures;
 mod dynamics;
 mod frame_contacts;
 mod impacts;
+mod kit;
 mod leaving;
 mod limits;
 mod mass_properties;

@@ -242,6 +242,35 @@ pub fn examine(
     })
 }
 
+/// What so many random cases find wrong with a solver that this program serves in a thread, and how many numbers they have
+/// compared: for the solver's own tests.
+///
+/// # Errors
+/// [`ExamineError`] when nothing can be judged.
+pub fn random_cases(subject: &Subject, cases: u64) -> Result<(Vec<String>, u64), ExamineError> {
+    let options = Options {
+        startup: bench::PATIENCE,
+        random: RandomCases {
+            cases,
+            time: Duration::MAX,
+            ..RandomCases::default()
+        },
+        ..Options::default()
+    };
+    let takes = greeting(subject, options.startup)?.capabilities;
+    let all = clause::of(subject.party).into_iter();
+    let random: Vec<_> = all.filter(|c| c.judge.is_none()).map(|c| c.id).collect();
+    let campaign = random::campaign(subject, &options, &takes, &random);
+    let numbers = campaign
+        .compared
+        .values()
+        .map(|compared| compared.count)
+        .sum();
+    let failures = campaign.failure.iter();
+    let found = failures.map(|f| format!("{}: {:#?}", f.difference.clause, f.evidence()));
+    Ok((found.collect(), numbers))
+}
+
 /// Tests clauses of a table whose first one is `first`, several at the same time; calls `tell` with the verdicts in order.
 ///
 /// A clause is blocked where one that it is after is broken, however many are judged at once. Those that measure time come

@@ -20,6 +20,20 @@ pub struct Options {
     pub random: RandomCases,
 }
 
+impl Default for Options {
+    fn default() -> Self {
+        Self {
+            only: Vec::new(),
+            window: 64,
+            // An interpreter may have much to load, and the coupler waits longer (S-11).
+            startup: Duration::from_secs(20),
+            trace: false,
+            jobs: 2,
+            random: RandomCases::default(),
+        }
+    }
+}
+
 /// Which random cases are run.
 #[derive(Debug, Clone, Copy)]
 pub struct RandomCases {

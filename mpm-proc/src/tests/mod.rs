@@ -12,6 +12,7 @@ mod driven_walls;
 mod forcing;
 mod grid_contact;
 mod holds;
+mod kit;
 mod layers;
 mod leaving;
 mod limits;

@@ -5,7 +5,6 @@
 
 mod bodies_run;
 mod continuum_run;
-mod echo;
 mod kit_run;
 mod points;
 mod saved;
@@ -14,8 +13,7 @@ mod subject;
 
 pub use bodies_run::{Answer, BodiesRun};
 pub use continuum_run::{ContinuumRun, Shown, around_all, outline};
-pub use echo::echo;
 pub use kit_run::{Budget, KitRun, RunState, Sent, WindowReport};
 pub use points::Points;
-pub use session::{Bench, HASH, LIMIT, PATIENCE, Reply, STARTUP, Session, configure};
+pub use session::{Bench, HASH, LIMIT, PATIENCE, Reply, Session, configure};
 pub use subject::{Instead, Solve, Start, Subject, Worker};

@@ -16,9 +16,6 @@ use crate::verdict::{Unmet, broken};
 
 /// Longest silence of a solver that is to answer.
 pub const PATIENCE: Duration = Duration::from_secs(2);
-/// Longest wait for Hello and for Ready where nothing else is asked for: an interpreter may have much to load, and the
-/// coupler waits longer (S-11).
-pub const STARTUP: Duration = Duration::from_secs(20);
 /// Longest time that a clause takes in all, start-up left out: a solver that answers every time, but late, does not hold up the kit.
 pub const LIMIT: Duration = Duration::from_secs(20);
 /// Hash of the kit's scenes.

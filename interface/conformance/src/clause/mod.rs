@@ -9,8 +9,8 @@ mod shared;
 use interface::message::control::Party;
 
 pub use row::{Clause, Level};
-use row::{clauses, judged};
-use shared::{names, refuses, rejects};
+pub(crate) use row::{clauses, judged};
+pub(crate) use shared::{names, refuses, rejects};
 
 use crate::mutant::Mutant;
 

@@ -66,7 +66,7 @@ macro_rules! clauses {
         }),*]
     };
 }
-pub(super) use clauses;
+pub(crate) use clauses;
 
 /// The function that judges a row.
 macro_rules! judged {
@@ -80,7 +80,7 @@ macro_rules! judged {
         |bench| $crate::clause::rejects(bench, $sent)
     };
 }
-pub(super) use judged;
+pub(crate) use judged;
 
 impl Clause {
     /// A clause that random cases judge.

@@ -2,7 +2,6 @@
 
 use std::cell::RefCell;
 use std::rc::Rc;
-use std::time::Duration;
 
 use interface::message::control::{Configure, Notice, Order};
 use interface::message::wire::{
@@ -210,14 +209,4 @@ change! {
     contacts, contact: Contacts of ContactState;
     groups, group: Groups of GroupState;
     points, point: Points of PointState;
-}
-
-/// Of how many points on a mutant naps: those of the clause on latency, and of few others.
-const MANY: usize = 100;
-
-/// Sleeps for several naps of B-3 where there are many points.
-pub fn nap_for_many(points: usize) {
-    if points >= MANY {
-        interface::transport::wait::nap(Duration::from_millis(60));
-    }
 }

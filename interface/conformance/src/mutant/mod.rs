@@ -15,7 +15,7 @@ use interface::transport::domain::Domain;
 use interface::transport::iceoryx::{SEND_TIMEOUT, join};
 use interface::transport::raw::Medium;
 
-pub use flaw::{Flaw, Mutant, Pass, ProcessFlaws, nap_for_many};
+pub use flaw::{Flaw, Mutant, Pass, ProcessFlaws};
 
 use crate::part::notes;
 use transport::Flawed;

@@ -1,0 +1,18 @@
+//! The kit's random cases: forces, stiffness, travel, motion, limits, ledger, frames and saved states beside its oracle.
+
+use conformance::bench::Subject;
+use conformance::random_cases;
+use dem_proc::Sdem;
+use interface::message::control::Party;
+use interface::session::serve_dem;
+use interface::transport::raw::Medium;
+
+#[test]
+fn random_cases_agree_with_the_oracle_of_the_kit() {
+    let subject = Subject::in_thread(Party::Dem, |domain| {
+        serve_dem(Medium::Threads, domain, &mut Sdem::default(), false)
+    });
+    let (found, numbers) = random_cases(&subject, 120).unwrap();
+    assert!(found.is_empty(), "{found:#?}");
+    assert!(numbers > 50_000, "{numbers}");
+}

@@ -1,0 +1,19 @@
+//! The kit's random cases: sets, states, motion under forces, limits, ledger, frames and saved states beside its oracle.
+
+use conformance::bench::Subject;
+use conformance::random_cases;
+use interface::message::control::Party;
+use interface::session::serve_mpm;
+use interface::transport::raw::Medium;
+
+use crate::Mpm;
+
+#[test]
+fn random_cases_agree_with_the_oracle_of_the_kit() {
+    let subject = Subject::in_thread(Party::Mpm, |domain| {
+        serve_mpm(Medium::Threads, domain, &mut Mpm::default(), false)
+    });
+    let (found, numbers) = random_cases(&subject, 60).unwrap();
+    assert!(found.is_empty(), "{found:#?}");
+    assert!(numbers > 50_000, "{numbers}");
+}
