@@ -5,11 +5,11 @@ use std::path::Path;
 use std::process::ExitCode;
 use std::time::Duration;
 
-use conformance::bench::{Start, Subject};
 use conformance::profile::{Profile, profiles};
 use conformance::report::{Paint, Rows, badge, html, json, junit, listing, summary, waiver};
 use conformance::waiver::Waivers;
 use conformance::{Examination, ExamineError, Options, RandomCases, clause, examine};
+use conformance::{Start, Subject};
 use interface::files;
 use interface::message::control::Party;
 

@@ -3,8 +3,8 @@
 use std::process::ExitCode;
 use std::time::Duration;
 
-use conformance::bench::{Start, Subject};
 use conformance::replay::{Options, Outcome, ReplayError, replay};
+use conformance::{Start, Subject};
 use interface::message::control::Party;
 use interface::recording::End;
 use interface::transport::remains::sweep;

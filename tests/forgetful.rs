@@ -4,9 +4,8 @@
 
 use std::time::Duration;
 
-use conformance::bench::{PATIENCE, Subject};
-use conformance::verdict::Verdict;
 use conformance::{Options, RandomCases, examine};
+use conformance::{PATIENCE, Subject, Verdict};
 use dem_proc::Sdem;
 use interface::config::capability::Capabilities;
 use interface::config::{DemConfig, MpmConfig};

@@ -2,8 +2,8 @@
 //! of PROTOCOL.md that can be seen from outside. `tandem conformance` is its command, docs/conformance.md its manual.
 //!
 //! [`random`] judges the physics of bodies by random cases beside an oracle; what else is said of a clause here is of the others.
-//! [`mod@bench`] is where a clause is judged: sessions with the solver, time, a peer of mass points. [`clause`] holds the
-//! clauses as data, [`verdict`] what becomes of them, [`report`] how that is shown, [`mutant`] the broken solvers that
+//! `bench` is where a clause is judged: sessions with the solver, time, a peer of mass points. [`clause`] holds the
+//! clauses as data, `verdict` what becomes of them, [`report`] how that is shown, [`mutant`] the broken solvers that
 //! prove that each clause can fail. [`replay`] plays a recorded run to a solver instead and compares what it answers.
 //!
 //! # How to add a clause
@@ -16,10 +16,10 @@
 //!    the first. `after` names clauses without which this one says nothing: keep them few, and design the clause so that
 //!    another broken rule does not break it. The first clause of a side is before all others without being named. `needs`
 //!    names the capabilities without which it cannot be judged; let them be few, by scenes that are made of what the solver
-//!    takes ([`bench::Bench::takes`]): profiles follow from them ([`profile`]).
-//! 3. Write `fn other_halts(bench: &Bench) -> Judgement`: take a [`bench::BodiesRun`] (a coupled run in lockstep) or a bare
-//!    [`bench::Session`], do what shows the clause in as few steps as do, return `Ok(what was measured)` or an
-//!    [`verdict::Unmet`] by [`verdict::require`] or [`verdict::near`], with the numbers. A refused configuration comes
+//!    takes (`Bench::takes`): profiles follow from them ([`profile`]).
+//! 3. Write `fn other_halts(bench: &Bench) -> Judgement`: take a `bench::BodiesRun` (a coupled run in lockstep) or a bare
+//!    `bench::Session`, do what shows the clause in as few steps as do, return `Ok(what was measured)` or an
+//!    `verdict::Unmet` by `verdict::require` or `verdict::near`, with the numbers. A refused configuration comes
 //!    back as *not applicable* by itself. Put many cases in one run (bodies far apart): a run costs milliseconds, a step
 //!    microseconds. State the tolerance with its reason.
 //! 4. A clause that needs a process (exit status, signals, files) says `of_processes: true`.
@@ -38,7 +38,7 @@
     reason = "what a mutant does wrong stands in one line"
 )]
 
-pub mod bench;
+mod bench;
 pub mod clause;
 pub mod mutant;
 pub mod mutant_program;
@@ -48,8 +48,8 @@ pub mod profile;
 mod random;
 pub mod replay;
 pub mod report;
-pub mod trace;
-pub mod verdict;
+mod trace;
+mod verdict;
 pub mod waiver;
 
 use std::collections::{BTreeMap, BTreeSet};
@@ -61,13 +61,15 @@ use interface::config::capability::Capabilities;
 use interface::message::control::{Notice, Party};
 use thiserror::Error;
 
+pub use bench::{PATIENCE, Solve, Start, Subject};
 pub use options::{Options, RandomCases};
+pub use verdict::Verdict;
 
-use bench::{Bench, Subject};
+use bench::Bench;
 use clause::{Clause, Level};
 use profile::Profile;
 use trace::Trace;
-use verdict::{Unmet, Verdict, Why};
+use verdict::{Unmet, Why};
 
 /// The kit cannot begin.
 #[derive(Debug, Error)]
@@ -259,7 +261,7 @@ pub fn random_cases(subject: &Subject, cases: u64) -> Result<(Vec<String>, u64),
     };
     let takes = greeting(subject, options.startup)?.capabilities;
     let all = clause::of(subject.party).into_iter();
-    let random: Vec<_> = all.filter(|c| c.judge.is_none()).map(|c| c.id).collect();
+    let random: Vec<_> = all.filter(|c| c.is_random()).map(|c| c.id).collect();
     let campaign = random::campaign(subject, &options, &takes, &random);
     let numbers = campaign
         .compared

@@ -10,7 +10,7 @@ pub struct Options {
     /// Most steps granted at once.
     pub window: u64,
     /// Longest wait for Hello and for Ready. A solver that has been awaited for so long once is awaited for
-    /// [`crate::bench::PATIENCE`] from then on, so that one that never comes is judged in bounded time.
+    /// [`crate::PATIENCE`] from then on, so that one that never comes is judged in bounded time.
     pub startup: Duration,
     /// Whether the messages of each clause are kept.
     pub trace: bool,

@@ -1,7 +1,6 @@
 //! The kit's random cases: sets, states, motion under forces, limits, ledger, frames and saved states beside its oracle.
 
-use conformance::bench::Subject;
-use conformance::random_cases;
+use conformance::{Subject, random_cases};
 use interface::message::control::Party;
 use interface::session::serve_mpm;
 use interface::transport::raw::Medium;

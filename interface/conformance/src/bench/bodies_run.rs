@@ -4,19 +4,15 @@
 use interface::config::DemConfig;
 use interface::config::needs::missing;
 use interface::message::wire::{EnvelopeVertex, ImpForce, ImpInfo, ImpState, StepHeader, flags};
-use interface::step::Step;
 use interface::transport::raw::{Kind, Message, Payload};
 
 use super::kit_run::{KitRun, WindowReport, is_kit_run, records};
-use super::points::Points;
 use super::session::{Bench, configure};
 use crate::verdict::{Unmet, broken};
 
 /// What the solver answered to the states of a step.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Answer {
-    /// The step.
-    pub step: Step,
     /// Header of the forces.
     pub header: StepHeader,
     /// One for each point of the set.
@@ -43,9 +39,6 @@ impl<'b> From<KitRun<'b>> for BodiesRun<'b> {
 impl Bench {
     /// A coupled run of bodies, configured and ready; [`Unmet::Declined`] when the solver refuses it,
     /// [`Unmet::Lacking`] when it has said that it would.
-    ///
-    /// # Errors
-    /// [`Unmet`].
     pub fn run_bodies(&self, config: &DemConfig) -> Result<BodiesRun<'_>, Unmet> {
         let needs = config.needs();
         let lacking = missing(&needs, &self.capabilities);
@@ -75,9 +68,6 @@ impl BodiesRun<'_> {
     }
 
     /// Sends the states of the next step, with the set if there is a new one.
-    ///
-    /// # Errors
-    /// [`Unmet::Broken`] when the solver takes nothing.
     pub fn send_states(&mut self, states: &[ImpState]) -> Result<(), Unmet> {
         // Before the first states there is always a set (I-6).
         if !self.fresh && self.generation() > 0 {
@@ -95,82 +85,37 @@ impl BodiesRun<'_> {
     }
 
     /// Waits for the forces of the next step, with which it is done.
-    ///
-    /// # Errors
-    /// [`Unmet::Broken`] when nothing comes, or fewer than there are points.
     pub fn forces(&mut self) -> Result<Answer, Unmet> {
-        let step = self.next_step();
+        let step = self.next();
         let (header, forces) = loop {
             let (header, forces) = records!(self.expect(Kind::Forces)?, Forces);
             // A second answer (G-9) is not reported as a late one.
-            if header.step >= step.index {
+            if header.step >= step {
                 break (header, forces);
             }
         };
         if forces.len() < self.imps().len() {
             let expected = format_args!("{} forces", self.imps().len());
-            return Err(broken(expected, forces.len()).at(step.index));
+            return Err(broken(expected, forces.len()).at(step));
         }
         self.done(1);
-        Ok(Answer {
-            step,
-            header,
-            forces,
-        })
+        Ok(Answer { header, forces })
     }
 
     /// One exchange of a granted step: sends states, waits for the forces on them.
-    ///
-    /// # Errors
-    /// [`Unmet::Broken`].
     pub fn exchange(&mut self, states: &[ImpState]) -> Result<Answer, Unmet> {
         self.send_states(states)?;
         self.forces()
     }
 
     /// A window of one measured step.
-    ///
-    /// # Errors
-    /// [`Unmet::Broken`].
     pub fn step(&mut self, dt: f64, states: &[ImpState]) -> Result<(Answer, WindowReport), Unmet> {
         self.grant(dt, 1, true)?;
         let answer = self.exchange(states)?;
         Ok((answer, self.report()?))
     }
 
-    /// `steps` steps of `dt` (s), in windows, with points that the forces move (T-1). `each` sees the points at `t_n`
-    /// and the forces on them. Where the solver halts it is granted the rest.
-    ///
-    /// # Errors
-    /// [`Unmet::Broken`].
-    pub fn run(
-        &mut self,
-        points: &mut Points,
-        dt: f64,
-        steps: u64,
-        mut each: impl FnMut(&Points, &Answer) -> Result<(), Unmet>,
-    ) -> Result<(), Unmet> {
-        let end = self.next() + steps;
-        while self.next() < end {
-            let window = self.window.min(end - self.next());
-            self.grant(dt, window, false)?;
-            for _ in 0..window {
-                let answer = self.exchange(&points.states)?;
-                each(points, &answer)?;
-                points.advance(&answer.step, &answer.forces);
-                if answer.header.flags & flags::HALT_AFTER != 0 {
-                    break;
-                }
-            }
-            self.report()?;
-        }
-        Ok(())
-    }
-
     /// Asks for the outlines of the bodies, before the states of the next step, which has been granted.
-    ///
-    /// # Errors
-    /// [`Unmet::Broken`].
     pub fn envelopes(&mut self) -> Result<(StepHeader, Vec<EnvelopeVertex>), Unmet> {
         self.send(flags::WANT_ENVELOPES, &[])?;
         let message = self.session.expect(Kind::Envelopes)?;
@@ -178,9 +123,6 @@ impl BodiesRun<'_> {
     }
 
     /// The other side stops before the next step (H-1).
-    ///
-    /// # Errors
-    /// [`Unmet::Broken`] when the solver takes nothing.
     pub fn halt_before(&mut self) -> Result<(), Unmet> {
         self.send(flags::HALT_BEFORE, &[])
     }

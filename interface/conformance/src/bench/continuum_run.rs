@@ -77,9 +77,6 @@ pub fn outline(body: u64, reach: f64, vertices: &[[f64; 2]]) -> Vec<EnvelopeVert
 
 impl Bench {
     /// A coupled run of a continuum, ready, all of whose points are IMPs; [`Unmet::Declined`] when it refuses.
-    ///
-    /// # Errors
-    /// [`Unmet`].
     pub fn run_continuum(&self, config: &MpmConfig) -> Result<ContinuumRun<'_>, Unmet> {
         let mut flow = self.flow_by(&configure(config))?;
         flow.outlines = around_all(config);
@@ -87,9 +84,6 @@ impl Bench {
     }
 
     /// A run that is configured just so, without bodies.
-    ///
-    /// # Errors
-    /// [`Unmet`].
     pub fn flow_by(&self, order: &Configure) -> Result<ContinuumRun<'_>, Unmet> {
         self.run_coupled(order).map(ContinuumRun::from)
     }
@@ -106,18 +100,12 @@ impl ContinuumRun<'_> {
     }
 
     /// The next states message, whatever it says.
-    ///
-    /// # Errors
-    /// [`Unmet::Broken`] when nothing comes.
     pub fn next_states(&mut self) -> Result<(StepHeader, Vec<ImpState>), Unmet> {
         let message = self.expect(Kind::States)?;
         Ok(records!(message, States))
     }
 
     /// Sends the outlines, as asked for in the next step.
-    ///
-    /// # Errors
-    /// [`Unmet::Broken`] when the solver takes nothing.
     pub fn send_outlines(&mut self) -> Result<(), Unmet> {
         let header = StepHeader {
             set: 0,
@@ -128,18 +116,12 @@ impl ContinuumRun<'_> {
     }
 
     /// Waits for the states of the next step; outlines are sent when they are asked for.
-    ///
-    /// # Errors
-    /// [`Unmet::Broken`] when nothing comes, or a halt, or fewer than there are points in the set.
     pub fn states(&mut self) -> Result<Shown, Unmet> {
         let halt = broken("states", "HALT_BEFORE").at(self.next());
         self.states_or_halt()?.ok_or(halt)
     }
 
     /// The same, where the solver may halt before the step.
-    ///
-    /// # Errors
-    /// [`Unmet::Broken`].
     pub fn states_or_halt(&mut self) -> Result<Option<Shown>, Unmet> {
         let step = self.next_step();
         let mut asked = Vec::new();
@@ -180,18 +162,12 @@ impl ContinuumRun<'_> {
     }
 
     /// Sends the forces of the next step, with which it is done.
-    ///
-    /// # Errors
-    /// [`Unmet::Broken`] when the solver takes nothing.
     pub fn forces(&mut self, forces: &[ImpForce]) -> Result<(), Unmet> {
         let message = Message::new(self.header(), Payload::Forces(forces.to_vec()));
         self.send_forces(&message)
     }
 
     /// The same of a message just so.
-    ///
-    /// # Errors
-    /// [`Unmet::Broken`] when the solver takes nothing.
     pub fn send_forces(&mut self, message: &Message) -> Result<(), Unmet> {
         self.session.send(message)?;
         self.done(1);
@@ -204,9 +180,6 @@ impl ContinuumRun<'_> {
     }
 
     /// One exchange of a granted step, in which nothing presses.
-    ///
-    /// # Errors
-    /// [`Unmet::Broken`].
     pub fn exchange(&mut self) -> Result<Shown, Unmet> {
         let shown = self.states()?;
         self.forces(&self.no_forces())?;
@@ -229,9 +202,6 @@ impl ContinuumRun<'_> {
     }
 
     /// A window of one measured step with the forces that `press` returns; in an uncoupled run there are none.
-    ///
-    /// # Errors
-    /// [`Unmet::Broken`].
     pub fn step(
         &mut self,
         dt: f64,
@@ -243,9 +213,6 @@ impl ContinuumRun<'_> {
     }
 
     /// A window of one measured step in which nothing presses, of a coupled run.
-    ///
-    /// # Errors
-    /// [`Unmet::Broken`].
     pub fn free_step(&mut self, dt: f64) -> Result<(Shown, WindowReport), Unmet> {
         let (shown, told) = self.step(dt, |flow, _| flow.no_forces())?;
         let shown = shown.ok_or_else(|| broken("a coupled run", "none"))?;
@@ -253,9 +220,6 @@ impl ContinuumRun<'_> {
     }
 
     /// `steps` steps of `dt` (s), in windows, with the forces that `press` returns for the states at `t_n`.
-    ///
-    /// # Errors
-    /// [`Unmet::Broken`], also when the solver halts although nothing limits.
     pub fn run(
         &mut self,
         dt: f64,
@@ -279,17 +243,11 @@ impl ContinuumRun<'_> {
     }
 
     /// `steps` free steps of `dt` (s), in windows.
-    ///
-    /// # Errors
-    /// [`Unmet::Broken`].
     pub fn coast(&mut self, dt: f64, steps: u64) -> Result<(), Unmet> {
         self.run(dt, steps, |flow, _| Ok(flow.no_forces()))
     }
 
     /// Asks for the end; returns the final points with their header. Close is left to the clause.
-    ///
-    /// # Errors
-    /// [`Unmet::Broken`].
     pub fn drain(&mut self) -> Result<(StepHeader, Vec<PointState>), Unmet> {
         self.session.order(&Order::Drain)?;
         let notice = self.session.notice()?;

@@ -65,17 +65,11 @@ pub struct WindowReport {
 
 impl WindowReport {
     /// The bodies.
-    ///
-    /// # Errors
-    /// [`Unmet::Broken`] when they were not sent, or are fewer than `count`.
     pub fn bodies(&self, count: usize) -> Result<&[BodyState], Unmet> {
         at_least(self.bodies.as_ref(), count, "bodies")
     }
 
     /// The groups.
-    ///
-    /// # Errors
-    /// [`Unmet::Broken`] when they were not sent, or are fewer than `count`.
     pub fn groups(&self, count: usize) -> Result<&[GroupState], Unmet> {
         at_least(self.groups.as_ref(), count, "groups")
     }
@@ -141,9 +135,6 @@ pub struct KitRun<'b> {
 
 impl Bench {
     /// A run that is configured just so, and ready.
-    ///
-    /// # Errors
-    /// [`Unmet`]; [`Unmet::Declined`] when the solver refuses it.
     pub fn run_coupled(&self, order: &Configure) -> Result<KitRun<'_>, Unmet> {
         let mut session = self.greeted()?;
         let ready = session.ready(order)?;
@@ -157,9 +148,6 @@ impl Bench {
     }
 
     /// A run that goes on in a fresh solver, from where it stood when `state` was saved.
-    ///
-    /// # Errors
-    /// [`Unmet`].
     pub fn resumed(
         &self,
         order: &Configure,
@@ -193,18 +181,12 @@ impl Bench {
 
 impl<'b> KitRun<'b> {
     /// Ends the run in order.
-    ///
-    /// # Errors
-    /// [`Unmet::Broken`].
     pub fn closed(mut self) -> Result<Session<'b>, Unmet> {
         self.session.close()?;
         Ok(self.session)
     }
 
     /// Ends the run by an Abort.
-    ///
-    /// # Errors
-    /// [`Unmet::Broken`] when the solver takes nothing.
     pub fn aborted(mut self) -> Result<Session<'b>, Unmet> {
         let order = Order::Abort("the kit has seen enough".into());
         self.session.order(&order)?;
@@ -214,11 +196,6 @@ impl<'b> KitRun<'b> {
     /// Number of the step that comes next.
     pub fn next(&self) -> u64 {
         self.at.clock.index()
-    }
-
-    /// Present time in s.
-    pub fn time(&self) -> f64 {
-        self.at.clock.time()
     }
 
     /// The step that comes next.
@@ -279,9 +256,6 @@ impl<'b> KitRun<'b> {
     }
 
     /// Sends any number of grants in one message.
-    ///
-    /// # Errors
-    /// [`Unmet::Broken`] when the solver takes nothing.
     pub fn send_grants(&mut self, grants: &[Grant]) -> Result<(), Unmet> {
         let header = grants.first().map(|grant| StepHeader {
             epoch: grant.epoch,
@@ -294,9 +268,6 @@ impl<'b> KitRun<'b> {
     }
 
     /// Grants `steps` steps of `dt` (s).
-    ///
-    /// # Errors
-    /// [`Unmet::Broken`] when the solver takes nothing.
     pub fn grant(&mut self, dt: f64, steps: u64, measure: bool) -> Result<(), Unmet> {
         let grant = self.next_grant(dt, steps, measure);
         self.send_grants(&[grant])
@@ -319,9 +290,6 @@ impl<'b> KitRun<'b> {
     }
 
     /// Waits for the report on the last grant; what belongs to it was sent before, so it is there.
-    ///
-    /// # Errors
-    /// [`Unmet::Broken`] when nothing comes.
     pub fn report(&mut self) -> Result<WindowReport, Unmet> {
         let message = self.expect(Kind::Report)?;
         let step = self.next();
@@ -352,9 +320,6 @@ impl<'b> KitRun<'b> {
     }
 
     /// Waits for the report on a window that ends before the step `next`, by a halt or not.
-    ///
-    /// # Errors
-    /// [`Unmet::Broken`] when it says anything else.
     pub fn ends(&mut self, halted: bool, next: u64) -> Result<(), Unmet> {
         let report = self.report()?.report;
         let expected = format_args!("halted = {}, next = {next}", u64::from(halted));

@@ -1,9 +1,8 @@
-//! The kit's own continuum: mass points that nothing but contact moves, in the leapfrog of T-1.
+//! The points that a clause of bodies sends.
 
-use interface::message::wire::{ImpForce, ImpInfo, ImpState};
-use interface::step::Step;
+use interface::message::wire::{ImpInfo, ImpState};
 
-/// Mass points. Their states are those that go out in the next step: positions at `t_n`, velocities at `t_{n-1/2}`.
+/// Mass points, and their states in the next step: positions at `t_n`, velocities at `t_{n-1/2}`.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Points {
     /// Who they are, ids rising.
@@ -29,23 +28,5 @@ impl Points {
         });
         self.states.push(ImpState { position, velocity });
         self
-    }
-
-    /// Kick and drift of a step by the forces in it.
-    pub fn advance(&mut self, step: &Step, forces: &[ImpForce]) {
-        for ((state, info), f) in self.states.iter_mut().zip(&self.set).zip(forces) {
-            for i in 0..2 {
-                state.velocity[i] += f.force[i] / info.mass * step.kick();
-                state.position[i] += state.velocity[i] * step.dt;
-            }
-        }
-    }
-
-    /// Sum of `m v` in N s/m.
-    pub fn momentum(&self) -> [f64; 2] {
-        let points = self.states.iter().zip(&self.set);
-        points.fold([0.0; 2], |[x, y], (s, i)| {
-            [x + i.mass * s.velocity[0], y + i.mass * s.velocity[1]]
-        })
     }
 }

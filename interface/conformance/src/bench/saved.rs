@@ -13,9 +13,6 @@ const PIECE: usize = 1 << 20;
 
 impl Session<'_> {
     /// The state that was sent before the report that has come.
-    ///
-    /// # Errors
-    /// [`Unmet::Broken`] when it is not there, or not as K-3 says.
     pub fn saved(&mut self) -> Result<Vec<u8>, Unmet> {
         let mut state = Vec::new();
         loop {
@@ -47,9 +44,6 @@ impl Session<'_> {
 
     /// Hands over a configuration with a state to restore, whose hash `change` may change, and waits for what the solver
     /// says to it.
-    ///
-    /// # Errors
-    /// [`Unmet::Broken`].
     pub fn restore(
         &mut self,
         configure: &Configure,

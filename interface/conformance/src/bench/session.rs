@@ -59,9 +59,6 @@ impl Bench {
     }
 
     /// A run with the solver, which has been started and has said nothing yet.
-    ///
-    /// # Errors
-    /// [`Unmet::Broken`] when it cannot be started.
     pub fn session(&self) -> Result<Session<'_>, Unmet> {
         let raw_run = RawRun::open(self.subject.medium(), self.subject.party)?;
         let worker = self.subject.start(raw_run.domain());
@@ -83,9 +80,6 @@ impl Bench {
     }
 
     /// A run with the solver, which has said Hello.
-    ///
-    /// # Errors
-    /// [`Unmet::Broken`].
     pub fn greeted(&self) -> Result<Session<'_>, Unmet> {
         let mut session = self.session()?;
         session.hello()?;
@@ -142,9 +136,6 @@ pub struct Session<'b> {
 
 impl Session<'_> {
     /// Sends a message as it is, and wakes its receiver.
-    ///
-    /// # Errors
-    /// [`Unmet::Broken`] when the solver takes nothing.
     pub fn send(&mut self, message: &Message) -> Result<(), Unmet> {
         let Some(flaw) = &mut self.flaw else {
             self.note(Direction::ToSolver, message);
@@ -158,26 +149,17 @@ impl Session<'_> {
     }
 
     /// Sends a message as it is, and wakes nobody.
-    ///
-    /// # Errors
-    /// [`Unmet::Broken`] when the solver takes nothing.
     pub fn send_silently(&mut self, message: &Message) -> Result<(), Unmet> {
         self.note(Direction::ToSolver, message);
         Ok(self.raw_run.send_silently(message)?)
     }
 
     /// Sends an order.
-    ///
-    /// # Errors
-    /// [`Unmet::Broken`] when the solver takes nothing.
     pub fn order(&mut self, order: &Order) -> Result<(), Unmet> {
         self.send(&Message::order(order))
     }
 
     /// The next message of this kind, if it is there.
-    ///
-    /// # Errors
-    /// [`Unmet::Broken`] when the channel does not work.
     pub fn take(&mut self, kind: Kind) -> Result<Option<Message>, Unmet> {
         let message = self.raw_run.receive(kind)?;
         if let Some(message) = &message {
@@ -187,9 +169,6 @@ impl Session<'_> {
     }
 
     /// The next message of this kind that comes within `time`, if one does: none is expected.
-    ///
-    /// # Errors
-    /// [`Unmet::Broken`] when the channel does not work.
     pub fn unexpected(&mut self, kind: Kind, time: Duration) -> Result<Option<Message>, Unmet> {
         let start = Instant::now();
         loop {
@@ -202,9 +181,6 @@ impl Session<'_> {
     }
 
     /// Waits for a message of this kind.
-    ///
-    /// # Errors
-    /// [`Unmet::Broken`] when a notice comes instead, the solver ends, or nothing comes.
     pub fn expect(&mut self, kind: Kind) -> Result<Message, Unmet> {
         self.expect_within(kind, PATIENCE.min(self.bench.left()))
     }
@@ -233,9 +209,6 @@ impl Session<'_> {
     }
 
     /// Waits for the next notice.
-    ///
-    /// # Errors
-    /// [`Unmet::Broken`], also when it does not decode (S-1).
     pub fn notice(&mut self) -> Result<Notice, Unmet> {
         self.notice_within(PATIENCE.min(self.bench.left()))
     }
@@ -260,9 +233,6 @@ impl Session<'_> {
     }
 
     /// Waits for Hello.
-    ///
-    /// # Errors
-    /// [`Unmet::Broken`].
     pub fn hello(&mut self) -> Result<Hello, Unmet> {
         match self.starting()? {
             Notice::Hello(hello) => Ok(hello),
@@ -271,9 +241,6 @@ impl Session<'_> {
     }
 
     /// Hands over a configuration and waits for what the solver says to it.
-    ///
-    /// # Errors
-    /// [`Unmet::Broken`].
     pub fn configure(&mut self, configure: &Configure) -> Result<Reply, Unmet> {
         self.order(&Order::Configure(configure.clone()))?;
         self.reply()
@@ -289,9 +256,6 @@ impl Session<'_> {
     }
 
     /// The same, where only Ready will do.
-    ///
-    /// # Errors
-    /// [`Unmet::Declined`] when the solver refuses.
     pub fn ready(&mut self, order: &Configure) -> Result<Ready, Unmet> {
         match self.configure(order)? {
             Reply::Ready(ready) => Ok(ready),
@@ -300,17 +264,11 @@ impl Session<'_> {
     }
 
     /// Waits until the solver says why it cannot go on, whatever it was asked.
-    ///
-    /// # Errors
-    /// [`Unmet::Broken`] when it says something else, or nothing.
     pub fn failure(&mut self) -> Result<Failure, Unmet> {
         self.failure_within(PATIENCE.min(self.bench.left()))
     }
 
     /// The same, where it may take longer than an answer.
-    ///
-    /// # Errors
-    /// [`Unmet::Broken`] when it says something else, or nothing.
     pub fn failure_within(&mut self, deadline: Duration) -> Result<Failure, Unmet> {
         if let Some(failure) = self.failed.take() {
             return Ok(failure);
@@ -322,9 +280,6 @@ impl Session<'_> {
     }
 
     /// Asks for an orderly end: Drain, Bye, Close.
-    ///
-    /// # Errors
-    /// [`Unmet::Broken`].
     pub fn close(&mut self) -> Result<(), Unmet> {
         self.order(&Order::Drain)?;
         match self.notice()? {

@@ -60,10 +60,7 @@ impl Subject {
     }
 
     /// Starts it in a run.
-    ///
-    /// # Errors
-    /// Why it cannot be started.
-    pub fn start(&self, domain: &Domain) -> std::io::Result<Worker> {
+    pub(crate) fn start(&self, domain: &Domain) -> std::io::Result<Worker> {
         match &self.start {
             Start::Command(command) => {
                 process::start(command, self.party, domain, Stdio::inherit()).map(Worker::Process)
@@ -141,9 +138,6 @@ pub enum Worker {
 
 impl Worker {
     /// Waits for a message of this kind on the other ends of its run.
-    ///
-    /// # Errors
-    /// What comes [`Instead`].
     pub fn expect(
         &mut self,
         raw_run: &RawRun,

@@ -46,7 +46,7 @@ pub struct Clause {
     /// Whether it is judged while no other clause is, because it measures time.
     pub alone: bool,
     /// Judges it, in sessions of its own; `None`: random cases do ([`crate::random`]), for all of these clauses at once.
-    pub judge: Option<fn(&Bench) -> Judgement>,
+    pub(crate) judge: Option<fn(&Bench) -> Judgement>,
     /// Solvers that break it and no other clause.
     pub mutants: &'static [Mutant],
 }
@@ -96,6 +96,11 @@ impl Clause {
             judge: None,
             mutants: &[],
         }
+    }
+
+    /// Whether random cases judge it.
+    pub fn is_random(&self) -> bool {
+        self.judge.is_none()
     }
 
     /// The capabilities that it needs and `taken` has not.

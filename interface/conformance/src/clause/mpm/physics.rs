@@ -1,7 +1,6 @@
 //! Sections 3 to 9: what a continuum does and says, judged by random cases beside the oracle ([`crate::random`]).
 
 use interface::config::{MaterialModel, MpmConfig, ShapeFunction, StressUpdate, Transfer, Walls};
-use interface::message::wire::PointState;
 use interface::transport::raw::Payload;
 
 use crate::clause::{Clause, clauses};
@@ -55,10 +54,8 @@ pub const CLAUSES: &[Clause] = clauses! {
         });
         - "drifts in the opening step":
             Flaw::grant(|grant| { if grant.first == 0 && grant.dt == 0.0 { grant.dt = 1e-9; } });
-        - "has one grid for all groups": {
-            // Groups in contact need layers.
-            of_config(|config| config.layers &= !config.group_pairs.is_empty())
-        };
+        // Groups in contact need layers.
+        - "has one grid for all groups": of_config(|config| config.layers &= !config.group_pairs.is_empty());
         - "has FLIP for every transfer": of_config(|config| config.transfer = Transfer::Flip);
         - "has a share of PIC that is a tenth too large": of_config(|config| match &mut config.transfer {
             Transfer::Blend { pic_fraction } => *pic_fraction = (1.1 * *pic_fraction).min(1.0),
@@ -133,12 +130,8 @@ pub const CLAUSES: &[Clause] = clauses! {
     Must "R-3e" "mass, motion, extent and contacts of a group are those of its points";
         - "sends its groups in reverse order": Flaw::groups(|_, groups| groups.reverse());
         - "includes the boxes of points in the extent":
-            Flaw::groups(|_, groups| { for group in groups { group.lower = group.lower.map(|x| x - 0.0125); } });
-        - "counts points that are near as contacts": Flaw::groups(|_, groups| {
-            for group in groups.iter_mut().filter(|g| g.contacts == 0) {
-                group.contacts = 1;
-            }
-        });
+            Flaw::group(|group| group.lower = group.lower.map(|x| x - 0.0125));
+        - "counts points that are near as contacts": Flaw::group(|group| group.contacts = group.contacts.max(1));
     Must "N-1a" "every entry of the ledger is what section 9 says";
         - "adds to the measured energy":
             change::measured(|report| { if report.next > 2 { report.ledger.kinetic *= 1.0 + 1e-9; } });
@@ -150,9 +143,9 @@ pub const CLAUSES: &[Clause] = clauses! {
         - "reports twice the stored energy as the work of the stress":
             change::ledger(|ledger| ledger.stress_work = 2.0 * ledger.elastic);
     Must "R-5a" "with FRAME all points, as they are before the window, before the report";
-        - "reports all points as of the first group": of_points(|point| point.group = 0);
-        - "reports plastic strain of an elastic material": of_points(|point| point.plastic_strain = 1e-3);
-        - "reverses shear stress": of_points(|point| point.stress[3] *= -1.0);
+        - "reports all points as of the first group": Flaw::point(|point| point.group = 0);
+        - "reports plastic strain of an elastic material": Flaw::point(|point| point.plastic_strain = 1e-3);
+        - "reverses shear stress": Flaw::point(|point| point.stress[3] *= -1.0);
     Must "D-1a" "all points at the end, in order of their ids, of the next step";
         - "sends its points in reverse order": Flaw::points(|_, points| points.reverse());
         - "leaves the step out of the final header": Flaw::points(|header, _| header.step = 0);
@@ -162,10 +155,6 @@ pub const CLAUSES: &[Clause] = clauses! {
 
 fn of_config(change: fn(&mut MpmConfig)) -> Flaw {
     Flaw::config(change)
-}
-
-fn of_points(change: fn(&mut PointState)) -> Flaw {
-    Flaw::points(move |_, points| points.iter_mut().for_each(change))
 }
 
 /// The travel that a set allows is less by half a radius, so it is more where radii are small and the skin has the rest.

@@ -104,22 +104,15 @@ impl super::run::Case for Case {
 
 /// A body in words.
 fn of_body(body: &interface::config::BodyConfig) -> String {
-    let shape = serde_json::to_value(&body.shape).ok();
-    let shape = shape.and_then(|value| match value {
-        serde_json::Value::String(name) => Some(name),
-        serde_json::Value::Object(map) => map.keys().next().cloned(),
-        _ => None,
-    });
-    let motion = serde_json::to_value(body.motion).ok();
-    let motion = motion.and_then(|value| match value {
-        serde_json::Value::String(name) => Some(name),
-        serde_json::Value::Object(map) => map.keys().next().cloned(),
-        _ => None,
-    });
+    let name = |value: serde_json::Result<serde_json::Value>| match value {
+        Ok(serde_json::Value::String(name)) => name,
+        Ok(serde_json::Value::Object(map)) => map.keys().next().cloned().unwrap_or_default(),
+        _ => String::new(),
+    };
     let mut words = format!(
         "{}, {}, sphero-radius {} m",
-        shape.unwrap_or_default(),
-        motion.unwrap_or_default(),
+        name(serde_json::to_value(&body.shape)),
+        name(serde_json::to_value(body.motion)),
         Number(body.sphero_radius)
     );
     if body.spin != 0.0 {
