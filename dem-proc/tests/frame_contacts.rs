@@ -2,8 +2,8 @@
 
 use crate::small_scenes::*;
 use dem_proc::Sdem;
-use interface::config::{BodyConfig, BodyShape, DemConfig, GroupPair, Motion, OverlapMeasure};
-use interface::message::wire::{ContactState, ImpInfo};
+use interface::config::{BodyConfig, BodyShape, DemConfig, OverlapMeasure};
+use interface::message::wire::ContactState;
 use interface::solver::DemSolver;
 
 /// A floor, a block askew on it and a disc on the block, with two points that press on block and disc, after some steps: friction
@@ -107,92 +107,4 @@ fn contacts_add_up_to_the_loads_of_each_body() {
         }
         assert!(slides, "{measure:?}: friction acts");
     }
-}
-
-#[test]
-fn without_points_only_contacts_of_bodies_are_reported() {
-    let ball = |y| BodyConfig {
-        position: [0.0, y],
-        ..body(BodyShape::Disc, 0.5)
-    };
-    let mut config = scene(vec![ball(0.0), ball(0.9)], spring(1e4));
-    config.bodies[0].motion = Motion::Fixed;
-    let mut dem = configured(&config);
-    dem.contact(&OPENING, &[], &mut []).unwrap();
-    let contacts = DemSolver::contacts(&dem, &OPENING, &[]);
-    let [contact] = contacts[..] else {
-        panic!("{contacts:?}")
-    };
-    let (a, b) = (contact.body, contact.other);
-    assert!((a, b) == (0, 1) || (a, b) == (1, 0));
-    let up = if a == 1 { 1.0 } else { -1.0 };
-    assert!((contact.force[1] - up * 1000.0).abs() < 1e-9);
-    assert!((contact.position[1] - 0.45).abs() < 1e-12);
-}
-
-/// Points of a group that lie on a floor, and points of another one that slide on them: what is told adds up to the force
-/// on each point. Contacts of two points were left out.
-#[test]
-fn contacts_of_pairs_of_points_add_up_to_the_forces_on_the_points() {
-    let law = frictional(1e4, 5e3, 0.4);
-    let floor = BodyShape::Rectangle {
-        width: 4.0,
-        height: 0.2,
-    };
-    let config = DemConfig {
-        group_pairs: vec![GroupPair {
-            between: [0, 1],
-            law,
-        }],
-        ..scene(vec![fixed(floor, 0.1)], law)
-    };
-    let mut dem = configured(&config);
-    let of_group = |id, group| ImpInfo {
-        group,
-        ..info(id, 0.05, 1.0)
-    };
-    let mut points = Points::new(&[
-        (of_group(7, 0), at(0.01, 0.245)),
-        (of_group(8, 0), at(0.19, 0.245)),
-        (of_group(11, 1), at(0.1, 0.246)),
-        (of_group(12, 1), at(0.03, 0.34)),
-    ]);
-    points.states[3].velocity = [2.0, -0.1];
-    dem.imp_set(&points.set);
-    let mut before = 0.0;
-    for _ in 0..20 {
-        points.step(&mut dem, &step(before, 1e-4));
-        before = 1e-4;
-    }
-    let step = step(1e-4, 1e-4);
-    dem.contact(&step, &points.states, &mut points.forces)
-        .unwrap();
-    let contacts = DemSolver::contacts(&dem, &step, &points.states);
-    let pairs = contacts.iter().filter(|c| c.with == 2);
-    let ids: Vec<_> = pairs.clone().map(|c| [c.body, c.other]).collect();
-    assert_eq!(ids, [[7, 11], [7, 12], [8, 11]], "{contacts:?}");
-    for (info, got) in points.set.iter().zip(&points.forces) {
-        let mut sum = [0.0; 2];
-        for contact in &contacts {
-            let sign = match contact.with {
-                1 | 2 if contact.other == info.id => -1.0,
-                2 if contact.body == info.id => 1.0,
-                _ => continue,
-            };
-            sum = [0, 1].map(|i| sum[i] + sign * contact.force[i]);
-        }
-        for (sum, got) in sum.iter().zip(got.force) {
-            assert!((sum - got).abs() < 1e-10, "{}: {sum} {got}", info.id);
-        }
-    }
-    // It acts between the two, and that of 12 on 7 drags: friction is told too.
-    let sliding = pairs.clone().find(|c| c.other == 12).unwrap();
-    let [p, q] = [0, 3].map(|slot: usize| points.states[slot].position);
-    for i in 0..2 {
-        let middle = 0.5 * (p[i] + q[i]);
-        assert!((sliding.position[i] - middle).abs() < 1e-12);
-    }
-    let across = [q[1] - p[1], p[0] - q[0]];
-    let along = sliding.force[0] * across[0] + sliding.force[1] * across[1];
-    assert!(along.abs() > 0.05, "{sliding:?}");
 }

@@ -4,7 +4,6 @@ use crate::small_scenes::*;
 use dem_proc::Sdem;
 use interface::config::surfaces::ContactPair;
 use interface::config::{BodyConfig, BodyInertia, BodyShape, ContactLaw, DemConfig};
-use interface::message::wire::{ImpForce, ImpInfo};
 use interface::solver::DemSolver;
 use mechanics::generate::wall;
 
@@ -182,38 +181,6 @@ fn kinds_may_differ_from_pair_to_pair() {
     }
 }
 
-/// Points press on a ball by Hertz's law and on a support by a linear one.
-#[test]
-fn points_meet_bodies_by_laws_of_different_kinds() {
-    let disc = |x: f64, surface: &str| BodyConfig {
-        surface: surface.into(),
-        position: [x, 0.0],
-        ..fixed(BodyShape::Disc, 0.1)
-    };
-    let hertz = ContactLaw::HertzMindlin {
-        hertz_constant: 1e6,
-        poisson_ratio: 0.0,
-        friction: 0.0,
-        restitution: 1.0,
-        adhesion: 0.0,
-    };
-    let config = DemConfig {
-        point_surfaces: vec!["beam".into()],
-        contact_pairs: vec![pair("beam", "ball", hertz)],
-        ..scene(vec![disc(0.0, "ball"), disc(1.0, "support")], spring(1e4))
-    };
-    let mut dem = configured(&config);
-    dem.imp_set(&[info(0, 0.01, 1.0), info(1, 0.01, 1.0)]);
-    let mut forces = vec![ImpForce::default(); 2];
-    dem.contact(&OPENING, &[at(0.0, 0.1), at(1.0, 0.1)], &mut forces)
-        .unwrap();
-    // 1 cm deep: K xi^1.5 and 1.5 K xi^0.5, and k xi.
-    for (force, [expected, stiffness]) in forces.iter().zip([[1e3, 1.5e5], [1e2, 1e4]]) {
-        assert!((force.force[1].abs() / expected - 1.0).abs() < 1e-9);
-        assert!((force.stiffness / stiffness - 1.0).abs() < 1e-9);
-    }
-}
-
 /// Linear springs with `zeta` and Hertz springs with a restitution in one table: the larger ratio is declared. A restitution
 /// of 0.6 is a ratio of 0.18086 (Schwager and Poeschel 2007).
 #[test]
@@ -244,43 +211,6 @@ fn a_table_of_different_kinds_declares_its_largest_damping() {
         };
         let declared = forces(&config, 0.01, &[at(0.0, 0.105)]).2.limits.damping;
         assert!((declared - largest).abs() < 1e-5, "{declared} {largest}");
-    }
-}
-
-/// Points of two materials press on two bodies: four pairs, one of them named.
-#[test]
-fn points_have_the_surface_of_their_group() {
-    let disc = |x: f64, surface: &str| BodyConfig {
-        surface: surface.into(),
-        position: [x, 0.0],
-        ..fixed(BodyShape::Disc, 0.1)
-    };
-    let config = DemConfig {
-        point_surfaces: vec!["sand".into(), "clay".into()],
-        contact_pairs: vec![pair("clay", "wood", spring(5e4))],
-        ..scene(vec![disc(0.0, "wood"), disc(1.0, "")], spring(1e4))
-    };
-    let mut dem = configured(&config);
-    let of_group = |id: u64, group: u32| ImpInfo {
-        group,
-        ..info(id, 0.01, 1.0)
-    };
-    dem.imp_set(&[
-        of_group(0, 0),
-        of_group(1, 1),
-        of_group(2, 0),
-        of_group(3, 1),
-    ]);
-    let states = [at(0.0, 0.1), at(0.0, -0.1), at(1.0, 0.1), at(1.0, -0.1)];
-    let mut forces = vec![ImpForce::default(); 4];
-    dem.contact(&OPENING, &states, &mut forces).unwrap();
-    for (slot, k) in [(0, 1e4), (1, 5e4), (2, 1e4), (3, 1e4)] {
-        let force = &forces[slot];
-        assert!(
-            (force.force[1].abs() - k * 0.01).abs() < 1e-9 * k,
-            "slot {slot}"
-        );
-        assert_eq!(force.stiffness, k, "slot {slot}");
     }
 }
 

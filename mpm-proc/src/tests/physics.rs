@@ -2,9 +2,8 @@
 
 use interface::config::{Fill, MaterialModel, ShapeFunction, Spacing, StressUpdate, Transfer};
 use interface::solver::MpmSolver;
-use interface::step::Step;
 
-use super::{BULK, SHEAR, Stepper, bits, block, configured, stand};
+use super::{BULK, SHEAR, Stepper, block, configured, stand};
 
 const SCHEMES: [(ShapeFunction, Transfer); 5] = [
     (ShapeFunction::Ugimp, Transfer::Flip),
@@ -16,31 +15,6 @@ const SCHEMES: [(ShapeFunction, Transfer); 5] = [
         Transfer::Blend { pic_fraction: 0.01 },
     ),
 ];
-
-#[test]
-fn the_opening_step_changes_nothing() {
-    for (shape, transfer) in SCHEMES {
-        let mut config = block();
-        (config.shape, config.transfer) = (shape, transfer);
-        config.groups[0].velocity = [0.5, 0.25];
-        config.gravity = [0.0, -9.81];
-        let mut mpm = configured(&config);
-        let mut stepper = Stepper::new();
-        stepper.run(&mut mpm, 1e-4, 20);
-        let before = bits(&mpm);
-        let opening = Step {
-            index: 0,
-            time: 0.0,
-            dt_before: 0.0,
-            dt: 0.0,
-            measure: true,
-        };
-        let limits = mpm.step(&opening, &[]).expect("a sound step");
-        assert_eq!(bits(&mpm), before);
-        assert!(limits.omega_sq > 0.0);
-        assert!(mpm.measurement().ledger.kinetic > 0.0);
-    }
-}
 
 #[test]
 fn free_flight_is_a_parabola() {

@@ -8,7 +8,6 @@ use mechanics::outline::nearest;
 
 use super::against_reference::everywhere;
 use super::{Random, Stepper, block, configured};
-use crate::Mpm;
 
 #[test]
 fn the_selection_is_that_of_brute_force() {
@@ -69,44 +68,6 @@ fn the_selection_is_that_of_brute_force() {
     assert!(found > 1000);
     assert!(mpm.select_imps(&[]).is_empty());
     assert!(mpm.imp_states().is_empty());
-}
-
-/// The extent of what bodies press on is that of the points with a force, at the time of the force.
-#[test]
-fn a_measurement_has_the_extent_of_the_loaded_points() {
-    let mut mpm = configured(&block());
-    let count = mpm.select_imps(&everywhere()).len();
-    let states = mpm.imp_states().to_vec();
-    let mut stepper = Stepper::new();
-    let zeros = [[0.0; 2]; 2];
-    let loaded = |mpm: &Mpm| {
-        let group = mpm.measurement().groups[0];
-        [group.loaded_lower, group.loaded_upper]
-    };
-    let idle = vec![ImpForce::default(); count];
-    stepper.step(&mut mpm, 2e-4, true, &idle).unwrap();
-    assert_eq!(loaded(&mpm), zeros);
-    // A body that is near has a stiffness, but does not press.
-    let mut forces = idle;
-    forces[0].stiffness = 1e4;
-    let pressed = [count / 3, count / 2, count - 2];
-    for slot in pressed {
-        forces[slot] = ImpForce {
-            force: [1.0, -1.0],
-            stiffness: 1e4,
-        };
-    }
-    // No step yet has moved a point that lay at rest.
-    stepper.step(&mut mpm, 2e-4, true, &forces).unwrap();
-    let x = pressed.map(|slot| states[slot].position);
-    let extent = |pick: fn(f64, f64) -> f64, start: f64| {
-        [0, 1].map(|a| x.iter().map(|x| x[a]).fold(start, pick))
-    };
-    let lower = extent(f64::min, f64::INFINITY);
-    let upper = extent(f64::max, f64::NEG_INFINITY);
-    assert_eq!(loaded(&mpm), [lower, upper]);
-    assert!(lower[0] < upper[0] && lower[1] < upper[1]);
-    assert_eq!(mpm.measurement().groups[0].contacts, 3);
 }
 
 /// A block that flies: mass, extent and centre are those of its points at `t_n`, the velocity is that of the flight, and so are
