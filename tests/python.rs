@@ -313,6 +313,19 @@ fn the_python_solver_ends_when_its_coupler_is_killed() {
     assert!(gone.is_some(), "the solver of a dead coupler lives on");
 }
 
+/// Springs join the points of a region, which no oracle knows: cases of a continuum without a grid list their points.
+#[test]
+fn springs_in_python_pass_the_cases_of_a_continuum() {
+    if !python_can_join() {
+        return;
+    }
+    let springs = root().join("python/examples/springs_mpm.py");
+    let springs = format!("python3 '{}'", springs.display());
+    let only = ["conformance", "--only", "T-1a,F-1a", "--cases", "3"];
+    let kit = [&only[..], &["--mpm", &springs]].concat();
+    Place::new().start(&kit).end().expect(0);
+}
+
 /// A continuum of another kind, points joined by springs, gives the collision of an elastic disc but for its waves.
 #[test]
 fn springs_in_python_take_the_place_of_the_continuum() {

@@ -281,8 +281,9 @@ impl Generator<'_> {
     ) -> GroupConfig {
         let [n, m] = counts.map(f64::from);
         let upper = [corner[0] + n * side, corner[1] + m * side];
-        let listed = self.takes.meets("fill:points")
-            && (self.rng.u32(0..4) > 0 || !self.takes.meets("fill:rectangle"));
+        // Without a grid, points of a region may be joined in some other way.
+        let regions = self.takes.meets("fill:rectangle") && !self.takes.has(NO_GRID);
+        let listed = self.takes.meets("fill:points") && (self.rng.u32(0..4) > 0 || !regions);
         let (fill, spacing) = if listed {
             let mess = if self.often() { 0.2 * side } else { 0.0 };
             let mut positions = Vec::new();
