@@ -48,7 +48,7 @@ impl Threads {
 
     /// Calls `act` for every task of a loop over `len` elements. Each thread takes the next task when it is free.
     #[inline]
-    pub fn each<T>(
+    pub fn each<T: Send>(
         &self,
         len: usize,
         tasks: impl Iterator<Item = T> + Send,

@@ -593,7 +593,8 @@ impl<L: Law> BodySide for BodyContacts<L> {
             }
             self.separations.give_back(separations);
         };
-        loads.fill(PairLoad::default());
+        let parts = loads.chunks_mut(threads.part(loads.len()));
+        threads.each(bodies.len(), parts, |part| part.fill(PairLoad::default()));
         threads.chunks(&mut next, &mut outcomes, evaluate, |outcomes| {
             for ([v, e], [of_vertex, of_edge]) in outcomes.each() {
                 loads[v] += *of_vertex;

@@ -4,6 +4,10 @@
 //! each datum has one task that writes it ([`Threads::each`]), or results are added up in the order of the tasks
 //! ([`Threads::in_order`]). Then any number of threads gives the same bits.
 //!
+//! Each thread has the same part of the tasks in every loop, since what a thread has just written is in its own cache;
+//! when it has none left, it takes the last ones of the others. For the same reason each takes the results of the tasks
+//! that it has run.
+//!
 //! A step has several short loops with little between them. To wake a thread costs as much as such a loop, so after a
 //! loop a thread looks for the next one for a while ([`LOOKS`]), and only then sleeps: until the next step if the solver
 //! waits for other processes in between. And a thread that is asleep, or that other programs keep from running, is
@@ -27,6 +31,12 @@ const LOOKS: usize = 2000;
 /// Number of looks, some 0.7 us in all, for the others before the calling thread begins alone. One that is awake is
 /// there within 0.1 us.
 const FIRST_LOOKS: usize = 30;
+
+/// Number of looks, some 0.1 us in all, that the end of a thread's part takes rayon.
+const LAST_LOOKS: usize = 5;
+
+/// Number of the calling thread.
+const CALLER: usize = 0;
 
 /// How the loops of a solver are run: by the calling thread alone, or together with the threads of a pool.
 #[derive(Debug, Clone, Default)]
@@ -65,11 +75,13 @@ impl Threads {
         }
     }
 
-    /// Calls `act` for every task. Each thread takes the next task when it is free.
+    /// Calls `act` for every task.
     #[inline]
-    pub fn each<T>(&self, tasks: impl Iterator<Item = T> + Send, act: impl Fn(T) + Sync) {
+    pub fn each<T: Send>(&self, tasks: impl Iterator<Item = T> + Send, act: impl Fn(T) + Sync) {
         match &self.0 {
-            Some(pool) if tasks.size_hint().1 != Some(1) => pool.share(tasks, &act),
+            Some(pool) if tasks.size_hint().1 != Some(1) => {
+                pool.share(tasks, &|task, _| act(task), &|_| {});
+            }
             _ => tasks.for_each(act),
         }
     }
@@ -82,32 +94,48 @@ impl Threads {
         act: impl Fn(T, &mut S) + Sync,
         mut take: impl FnMut(&S) + Send,
     ) {
-        if self.0.is_none() {
+        let Some(pool) = &self.0 else {
             for (task, place) in tasks {
                 act(task, place);
                 take(place);
             }
             return;
-        }
+        };
         let places = std::iter::repeat_with(OnceLock::new).take(tasks.len());
-        let done: Vec<OnceLock<&S>> = places.collect();
-        let mut taken = 0;
-        let taking = Mutex::new(move |done: &[OnceLock<&S>]| {
-            while let Some(place) = done.get(taken).and_then(OnceLock::get) {
+        let done: Vec<OnceLock<(&S, usize)>> = places.collect();
+        let taken = AtomicUsize::new(0);
+        let taking = Mutex::new(move |place: &S| take(place));
+        // Takes the places that are next, as long as this thread has run them, or all of them.
+        let take_next = |thread: Option<usize>| {
+            // If another thread takes at present, it or the next one finds these places too.
+            let Ok(mut take) = taking.try_lock() else {
+                return;
+            };
+            let mut next = taken.load(Ordering::Relaxed);
+            while let Some((place, by)) = done.get(next).and_then(OnceLock::get)
+                && thread.is_none_or(|thread| thread == *by)
+            {
                 take(place);
-                taken += 1;
+                next += 1;
             }
-        });
-        self.each(tasks.enumerate(), |(i, (task, place))| {
+            taken.store(next, Ordering::Release);
+        };
+        let run = |(i, (task, place)): (usize, (T, &'a mut S)), thread: usize| {
             act(task, place);
-            assert!(done[i].set(place).is_ok(), "a task ran twice");
-            // If another thread takes at present, it or the next one finds this place too.
-            if let Ok(mut take_done) = taking.try_lock() {
-                take_done(&done);
-            }
-        });
-        let mut take_done = taking.into_inner().expect("a panic ends the loop");
-        take_done(&done);
+            assert!(done[i].set((place, thread)).is_ok(), "a task ran twice");
+            take_next(Some(thread));
+        };
+        let rest = |thread: usize| {
+            let last = done
+                .iter()
+                .rposition(|place| place.get().is_some_and(|(_, by)| *by == thread));
+            within(LOOKS, || {
+                take_next(Some(thread));
+                last.is_none_or(|last| taken.load(Ordering::Acquire) > last)
+            });
+        };
+        pool.share(tasks.enumerate(), &run, &rest);
+        take_next(None);
     }
 }
 
@@ -119,38 +147,65 @@ struct Pool {
 }
 
 impl Pool {
-    /// Runs the tasks on all threads, the caller's among them. Otherwise it would sleep, and to wake it costs as much as
-    /// a small loop.
-    fn share<T>(&self, mut tasks: impl Iterator<Item = T> + Send, act: &(impl Fn(T) + Sync)) {
+    /// Runs the tasks on all threads, the caller's among them, and `rest` on each when it finds no more. Otherwise the
+    /// caller would sleep, and to wake it costs as much as a small loop.
+    fn share<T: Send>(
+        &self,
+        mut tasks: impl Iterator<Item = T> + Send,
+        act: &(impl Fn(T, usize) + Sync),
+        rest: &(impl Fn(usize) + Sync),
+    ) {
         let count = self.calls.call();
+        let mut alone = 0;
         if !within(FIRST_LOOKS, || self.calls.all_have_seen(count)) {
             loop {
-                let Some(task) = tasks.next() else { return };
-                act(task);
+                let Some(task) = tasks.next() else {
+                    return rest(CALLER);
+                };
+                act(task, CALLER);
+                alone += 1;
                 if self.calls.all_have_seen(count) {
                     break;
                 }
             }
         }
-        let tasks = Mutex::new(tasks);
-        let work = || {
-            loop {
-                // The lock is released before the task is done.
-                let task = tasks.lock().expect("no task is made in a panic").next();
-                let Some(task) = task else { return };
-                act(task);
-            }
+        let mut tasks = tasks.collect::<Vec<T>>().into_iter();
+        let (threads, all) = (self.threads.current_num_threads() + 1, alone + tasks.len());
+        let parts = (1..=threads)
+            .map(|t| all * t / threads)
+            .scan(alone, |from, to| {
+                let part = tasks
+                    .by_ref()
+                    .take(to.saturating_sub(*from))
+                    .collect::<Vec<T>>();
+                *from = to.max(*from);
+                Some(Mutex::new(part.into_iter()))
+            });
+        let parts: Vec<_> = parts.collect();
+        let part = |k: usize| parts[k].lock().expect("no task is made in a panic");
+        let next = |thread: usize| {
+            let own = part(thread).next();
+            own.or_else(|| (0..threads).rev().find_map(|other| part(other).next_back()))
         };
-        let working = AtomicUsize::new(self.threads.current_num_threads());
+        // The lock is released before the task is done.
+        let work = |thread: usize| {
+            while let Some(task) = next(thread) {
+                act(task, thread);
+            }
+            rest(thread);
+        };
+        let working = AtomicUsize::new(threads - 1);
         self.threads.in_place_scope(|scope| {
-            scope.spawn_broadcast(|_, _| {
-                work();
+            scope.spawn_broadcast(|_, context| {
+                work(context.index() + 1);
                 working.fetch_sub(1, Ordering::Release);
             });
             self.calls.call();
-            work();
+            work(CALLER);
             // If not all have ended by then, the scope sleeps until they have.
             within(LOOKS, || working.load(Ordering::Acquire) == 0);
+            // Rayon notes the end a little later.
+            within(LAST_LOOKS, || false);
         });
     }
 }
