@@ -74,6 +74,8 @@ pub const CLAUSES: &[Clause] = clauses! {
             }
         });
         - "ignores the laws between surfaces": Flaw::config(|config: &mut DemConfig| config.contact_pairs.clear());
+        - "exchanges the surfaces of two groups of points":
+            Flaw::config(|config: &mut DemConfig| config.point_surfaces.reverse());
         - "halves the force between two points": Flaw::config(|config: &mut DemConfig| {
             for pair in &mut config.group_pairs {
                 if let ContactLaw::Linear { normal_stiffness, .. } = &mut pair.law {

@@ -131,6 +131,7 @@ pub const CLAUSES: &[Clause] = clauses! {
         - "sends its groups in reverse order": Flaw::groups(|_, groups| groups.reverse());
         - "includes the boxes of points in the extent":
             Flaw::group(|group| group.lower = group.lower.map(|x| x - 0.0125));
+        - "ends the extent of loaded points where it begins": Flaw::group(|group| group.loaded_upper = group.loaded_lower);
         - "counts points that are near as contacts": Flaw::group(|group| group.contacts = group.contacts.max(1));
     Must "N-1a" "every entry of the ledger is what section 9 says";
         - "adds to the measured energy":
