@@ -27,6 +27,8 @@ impl Judge<'_> {
             }
             let tolerance = want.blur + 1e-9 * want.force.norm();
             self.near_vector("F-7", of, got.force, want.force, tolerance)?;
+            let of = format_args!("couple on point {} in N", info.id).to_string();
+            self.near("F-7", of, got.couple, want.couple, tolerance * info.radius)?;
             if got.force != [0.0; 2] && got.stiffness <= 0.0 {
                 let of = format_args!("stiffness at point {} in N/m", info.id).to_string();
                 return self.differ(
@@ -54,6 +56,9 @@ impl Judge<'_> {
             } else {
                 self.at_least("F-6", of, got.stiffness, want.stiffness)?;
             }
+            let of = format_args!("tangential stiffness at point {} in N/m", info.id).to_string();
+            let least = (1.0 - 1e-9) * want.tangential;
+            self.at_least("F-6", of, got.tangential, least)?;
         }
         Ok(())
     }

@@ -361,8 +361,14 @@ impl Generator<'_> {
                 } else {
                     [0; 2].map(|_| self.way(0.1 * radius / self.scale.dt))
                 },
+                spin: 0.0,
                 present: self.presence(&changes, steps),
             });
+        }
+        for point in &mut points {
+            if !self.rarely() {
+                point.spin = self.way(0.1 / self.scale.dt);
+            }
         }
         points
     }

@@ -185,6 +185,10 @@ pub struct Touch {
 pub struct OnPoint {
     /// In N/m.
     pub force: Vec2,
+    /// Moment of the force about the point in N.
+    pub couple: f64,
+    /// Tangential stiffness in N/m.
+    pub tangential: f64,
     /// Least stiffness that may be said, in N/m, and whether it is the only one.
     pub stiffness: f64,
     /// Whether every law that counts has a constant stiffness.
@@ -409,14 +413,15 @@ impl Oracle {
         let normal = away / (near.distance.signum() * away.norm());
         let at = x - normal * (info.radius - 0.5 * overlap);
         let r = at - body.center;
+        let turning = left(at - x) * state.spin;
         let moved = match was {
-            Some(was) if step.dt_before > 0.0 => x - was - body.moved(r),
+            Some(was) if step.dt_before > 0.0 => x - was + turning * step.dt_before - body.moved(r),
             _ => Vec2::zeros(),
         };
         let velocity = if step.dt_before > 0.0 {
             moved / step.dt_before
         } else {
-            Vec2::from(state.velocity) - body.velocity_at(r)
+            Vec2::from(state.velocity) + turning - body.velocity_at(r)
         };
         let radius = if a > 0.0 {
             a * info.radius / (a + info.radius)
@@ -451,6 +456,7 @@ impl Oracle {
         let touch = self.touch(&near, step, sums);
         let point = &mut sums.expected.points[slot];
         point.force += touch.force;
+        point.couple += cross(at - x, touch.force);
         point.blur += touch.blur;
         point.touched |= overlap > 0.0;
         let load = &mut sums.expected.loads[b];
@@ -465,6 +471,7 @@ impl Oracle {
             let k_n = near.law.normal_stiffness(overlap);
             let k_t = near.law.tangential_stiffness(k_n);
             point.stiffness += k_n;
+            point.tangential += k_t;
             point.exact &= near.law.is_linear();
             let (lightness, turns) = body.mobility();
             let light = lightness[0].max(lightness[1]);
@@ -495,14 +502,19 @@ impl Oracle {
                 }
                 let normal = away.normalize();
                 let was = [first, second].map(|i| self.previous.get(&i.id));
+                let place = at(q) - normal * (first.radius - 0.5 * overlap);
+                let turning = |slot: usize| left(place - at(slot)) * states[slot].spin;
+                let turned = turning(q) - turning(p);
                 let moved = match was {
-                    [Some(a), Some(b)] if step.dt_before > 0.0 => (at(q) - a) - (at(p) - b),
+                    [Some(a), Some(b)] if step.dt_before > 0.0 => {
+                        (at(q) - a) - (at(p) - b) + turned * step.dt_before
+                    }
                     _ => Vec2::zeros(),
                 };
                 let velocity = if step.dt_before > 0.0 {
                     moved / step.dt_before
                 } else {
-                    Vec2::from(states[q].velocity) - Vec2::from(states[p].velocity)
+                    Vec2::from(states[q].velocity) - Vec2::from(states[p].velocity) + turned
                 };
                 let near = Near {
                     who: Who::Points(first.id, second.id),
@@ -519,22 +531,24 @@ impl Oracle {
                         velocity: along(velocity, normal),
                     },
                     normal,
-                    at: at(q) - normal * (first.radius - 0.5 * overlap),
+                    at: place,
                     blur: BLUR * least,
                     curvature: 1.0 / away.norm(),
                 };
                 let touch = self.touch(&near, step, sums);
                 let k_n = near.law.normal_stiffness(overlap);
-                let k = 2.0 * k_n.max(near.law.tangential_stiffness(k_n));
+                let k_t = near.law.tangential_stiffness(k_n);
                 for (slot, sign) in [(q, 1.0), (p, -1.0)] {
                     let point = &mut sums.expected.points[slot];
                     point.force += touch.force * sign;
+                    point.couple += cross(place - at(slot), touch.force) * sign;
                     point.blur += touch.blur;
                     point.touched |= overlap > 0.0;
                     let gap = overlap + 0.5 * least;
                     point.at_the_edge |= gap.abs() <= near.blur;
                     if gap > 0.0 {
-                        point.stiffness += k;
+                        point.stiffness += 2.0 * k_n.max(k_t);
+                        point.tangential += 2.0 * k_t;
                         point.exact &= near.law.is_linear();
                         sums.expected.damping = sums.expected.damping.max(near.law.damping_ratio());
                     }

@@ -69,8 +69,9 @@ const BODIES: [fn(&mut BodyConfig); 7] = [
 ];
 
 /// Points that are simpler, given the step that fails.
-const POINTS: [fn(&mut Walker, u32); 7] = [
+const POINTS: [fn(&mut Walker, u32); 8] = [
     |point, _| point.noise = [0.0; 2],
+    |point, _| point.spin = 0.0,
     |point, _| point.present = vec![[0, u32::MAX]],
     |point, _| point.group = 0,
     |point, step| point.way = Course(vec![(0, point.way.at(step))]),

@@ -1,7 +1,7 @@
 //! A case: a configuration, outlines of bodies, forces on points, and the steps in which that is looked at.
 
 use interface::config::{
-    Drift, Fill, InitialFields, MpmConfig, ShapeFunction, StressUpdate, Transfer, Walls,
+    Fill, InitialFields, MpmConfig, ShapeFunction, StressUpdate, Transfer, Walls,
 };
 use interface::message::wire::{EnvelopeVertex, ImpForce};
 use serde::{Deserialize, Serialize};
@@ -18,8 +18,12 @@ pub struct Push {
     pub steps: [u32; 2],
     /// In N/m.
     pub force: [f64; 2],
+    /// In N.
+    pub couple: f64,
     /// In N/m.
     pub stiffness: f64,
+    /// In N/m.
+    pub tangential: f64,
 }
 
 /// The outline of a body: vertices in m.
@@ -61,7 +65,9 @@ impl Case {
         let mut sum = ImpForce::default();
         for push in self.pushes.iter().filter(acts) {
             sum.force = [0, 1].map(|a| sum.force[a] + push.force[a]);
+            sum.couple += push.couple;
             sum.stiffness += push.stiffness;
+            sum.tangential += push.tangential;
         }
         sum
     }
@@ -91,7 +97,7 @@ impl Case {
 }
 
 /// Simpler configurations.
-const SIMPLER: [fn(&mut Case); 13] = [
+const SIMPLER: [fn(&mut Case); 14] = [
     |c| c.travel = Course(Vec::new()),
     |c| c.config.gravity = [0.0; 2],
     |c| c.config.walls = Walls::default(),
@@ -99,7 +105,7 @@ const SIMPLER: [fn(&mut Case); 13] = [
     |c| c.config.layers = false,
     |c| c.config.transfer = Transfer::Flip,
     |c| c.config.shape = ShapeFunction::Linear,
-    |c| (c.config.stress_update, c.config.drift) = (StressUpdate::Usf, Drift::Mapped),
+    |c| c.config.stress_update = StressUpdate::Usf,
     |c| c.config.materials.truncate(1),
     |c| c.config.groups.iter_mut().for_each(|g| g.material = 0),
     |c| {
@@ -115,6 +121,11 @@ const SIMPLER: [fn(&mut Case); 13] = [
     |c| {
         for push in &mut c.pushes {
             push.steps = [0, u32::MAX];
+        }
+    },
+    |c| {
+        for push in &mut c.pushes {
+            (push.couple, push.tangential) = (0.0, 0.0);
         }
     },
 ];

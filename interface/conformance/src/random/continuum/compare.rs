@@ -162,6 +162,9 @@ impl Judge<'_> {
             self.near_vector(clause, of, state.position, p.x.into(), tolerance.x)?;
             let of = format!("velocity of point {k} in m/s");
             self.near_vector(clause, of, state.velocity, p.v.into(), tolerance.v)?;
+            let of = format!("spin of point {k} in rad/s");
+            let per_cell = 4.0 / stand.oracle.config.cell;
+            self.near("F-1a", of, state.spin, p.spin, per_cell * tolerance.v)?;
         }
         Ok(())
     }
@@ -329,7 +332,10 @@ impl Judge<'_> {
             limits.contact_omega_sq,
             bound,
         )?;
-        if forces.iter().all(|f| f.stiffness == 0.0) {
+        if forces
+            .iter()
+            .all(|f| f.stiffness == 0.0 && f.tangential == 0.0)
+        {
             let of = "contact_omega_sq in 1/s^2, without stiffness";
             self.near("L-2a", of, limits.contact_omega_sq, 0.0, 0.0)?;
         }

@@ -69,7 +69,7 @@ impl Generator<'_> {
         } else {
             1.0 / self.between(1.2, 3.5)
         } * self.cell;
-        let (shape, stress_update, drift, transfer) = self.scheme(alone);
+        let (shape, stress_update, transfer) = self.scheme(alone);
         let count = 1 + self.rng.usize(0..3);
         let layers = count > 1 && self.takes.has(LAYERS) && self.rarely();
         let pairs = layers && self.takes.has(PAIRS) && self.often();
@@ -94,7 +94,6 @@ impl Generator<'_> {
             shape,
             transfer,
             stress_update,
-            drift,
             plane: Plane::Strain,
             walls,
             materials,
@@ -122,13 +121,17 @@ impl Generator<'_> {
                 (_, Spacing::Counts([n, m])) => (n * m) as usize,
                 _ => 0,
             });
-        let pushes = self.pushes(points.sum(), spacing, steps, drift);
+        let mut pushes = self.pushes(points.sum(), spacing, steps, config.drift());
         let skin = config.skin;
         let travel = (0..self.rng.u32(0..4))
             .map(|k| (8 * k, self.between(0.0, 0.8) * skin))
             .collect();
+        let bodies = self.bodies(config.domain);
+        if !alone {
+            self.rub(&mut pushes, spacing);
+        }
         Case {
-            bodies: self.bodies(config.domain),
+            bodies,
             travel: Course(travel),
             pushes,
             epochs,
@@ -137,7 +140,7 @@ impl Generator<'_> {
     }
 
     /// How points and nodes exchange what they have.
-    fn scheme(&mut self, alone: bool) -> (ShapeFunction, StressUpdate, Drift, Transfer) {
+    fn scheme(&mut self, alone: bool) -> (ShapeFunction, StressUpdate, Transfer) {
         let shape = match self.member(&[
             "shape:quadratic_bspline",
             "shape:cubic_bspline",
@@ -161,13 +164,12 @@ impl Generator<'_> {
             Some("stress_update:usavg") => StressUpdate::Usavg,
             _ => StressUpdate::Usf,
         };
-        let drift = Drift::of(stress_update, None);
         let transfer = if alone {
             Transfer::Flip
         } else {
             self.transfer(shape)
         };
-        (shape, stress_update, drift, transfer)
+        (shape, stress_update, transfer)
     }
 
     fn transfer(&mut self, shape: ShapeFunction) -> Transfer {
@@ -370,10 +372,23 @@ impl Generator<'_> {
                 } else {
                     [0.0; 2]
                 },
+                couple: 0.0,
                 stiffness: self.about(0.01 * mass / (self.dt * self.dt)),
+                tangential: 0.0,
             });
         }
         pushes
+    }
+
+    /// Friction on the surfaces of some of the points that are pushed.
+    fn rub(&mut self, pushes: &mut [Push], side: f64) {
+        for push in pushes {
+            if self.often() {
+                let most = 0.2 * side * push.force[0].hypot(push.force[1]);
+                push.couple = self.way(most);
+                push.tangential = self.between(0.1, 1.0) * push.stiffness;
+            }
+        }
     }
 
     fn bodies(&mut self, [lower, upper]: [[f64; 2]; 2]) -> Vec<Outline> {

@@ -87,13 +87,12 @@ impl super::run::Case for Case {
         let c = &self.config;
         let word = |value: serde_json::Result<String>| value.unwrap_or_default();
         let mut story = vec![format!(
-            "in {} cells of {} m, shape {}, transfer {}, stress_update {}, drift {}, walls {}:",
+            "in {} cells of {} m, shape {}, transfer {}, stress_update {}, walls {}:",
             (c.domain[1][0] - c.domain[0][0]) / c.cell,
             c.cell,
             word(serde_json::to_string(&c.shape)),
             word(serde_json::to_string(&c.transfer)),
             word(serde_json::to_string(&c.stress_update)),
-            word(serde_json::to_string(&c.drift)),
             word(serde_json::to_string(&c.walls)),
         )];
         for (g, group) in c.groups.iter().enumerate() {

@@ -76,6 +76,10 @@ struct Answered {
     forces: Vec<ImpForce>,
 }
 
+fn presses(force: &ImpForce) -> bool {
+    force.force != [0.0; 2] || force.couple != 0.0
+}
+
 /// The steps of a grant, and the report on it.
 pub fn window_of(
     flow: &mut ContinuumRun,
@@ -131,7 +135,7 @@ pub fn window_of(
         flow.travel = case.travel.at(stand.step);
         let granted = flow.coming(window.measured && k == 0);
         flow.forces(&sent)?;
-        stand.pressed |= forces.iter().any(|f| f.force != [0.0; 2]);
+        stand.pressed |= forces.iter().any(presses);
         let expected = stand.oracle.step(&granted, &forces, k + 1 == window.steps);
         stand.bodies = flow.travel;
         stand.fastest = stand.fastest.max(stand.oracle.fastest());
