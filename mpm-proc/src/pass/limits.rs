@@ -15,12 +15,12 @@
 //! `g diag(1, 1, 2)` in the order xx, yy, xy, with `g` the largest value of either axis
 //! ([`Shape::stiffest`]): the bound is `g` times [`crate::material::Material::stiffness_over_density`].
 //!
-//! Sharper bounds from the actual masses of the nodes were tried; they cost more than they save
+//! What is stepped in time is not the motion of the nodes. A scheme that keeps velocities on points has `w = M^-1 S^T m v` at
+//! the nodes, and a force on the nodes reaches the points by the transposed of that map: [`stepped_share`] is how much of
+//! the frequency is left. It is proven for any cloud; measuring the frequency instead would gain less than it costs
 //! (`docs/decisions/0012`).
-//!
-//! A scheme that keeps velocities on points applies `S M^-1 S^T M_p` between steps, whose eigenvalues lie between 0 and
-//! 1, so it can only lower these frequencies.
 
+use interface::config::{Drift, StressUpdate};
 use interface::message::wire::Limits;
 
 use super::images::{gather_sums, spread_values};
@@ -51,14 +51,19 @@ pub fn limits<const W: usize, S: Shape<W>, A: AffineState>(
             x * x + y * y
         })
         .fold(0.0, f64::max);
+    // With USL points move with the velocities after the kick, so contact has the factor of waves (`stepped_share`).
+    let contact = match continuum.stress_update {
+        StressUpdate::Usl => 2.0 * load.omega_sq,
+        StressUpdate::Usf | StressUpdate::Musl | StressUpdate::Usavg => load.omega_sq,
+    };
     Limits {
         omega_sq: elastic_omega_sq(continuum),
-        contact_omega_sq: load.omega_sq,
+        contact_omega_sq: contact,
         damping: 0.0,
         speed: speed_sq.sqrt(),
         radius_min: 0.0, // the session adds it
         mobility: if load.stiffness > 0.0 {
-            load.omega_sq / load.stiffness
+            contact / load.stiffness
         } else {
             0.0
         },
@@ -77,6 +82,7 @@ fn elastic_omega_sq<const W: usize, S: Shape<W>, A: AffineState>(
     {
         return omega_sq_of_points(continuum);
     }
+    let share = stepped_share(continuum);
     continuum
         .clouds
         .iter()
@@ -87,10 +93,51 @@ fn elastic_omega_sq<const W: usize, S: Shape<W>, A: AffineState>(
                 .iter()
                 .map(|r| r.stiffness)
                 .fold(0.0, f64::max);
-            let place = stiffest_place(&cloud.shape) / (cell * cell);
+            let place = share * stiffest_place(&cloud.shape) / (cell * cell);
             with_viscosity(stiffest * place, cloud.material.viscosity() * place)
         })
         .fold(0.0, f64::max)
+}
+
+/// The bound of the squared frequency that the scheme steps, over that of single points on the grid, `g c^2`.
+///
+/// With `Z = M^-1/2 S^T m^1/2`, whose singular values are at most 1, `v = m^1/2 v_p` and `N` the strains of the points by
+/// the velocities of the nodes (times the roots of stiffness and mass), FLIP steps `v' = -Z^T N^T s`, `s' = N Z v`: the
+/// eigenvalues of `Z^T N^T N Z`. Gradients of shape functions sum to zero, so a point is strained by how the velocities of
+/// its nodes differ from their mean alone: `|N u|^2 <= g c^2 sum_p m_p (sum_I S u^2 - (sum_I S u)^2)`, that is
+/// `N^T N <= g c^2 (1 - Z Z^T)`. What the grid shows well it strains little, and what it strains much the points hardly
+/// see:
+///
+/// ```text
+/// USF, MUSL, USAVG     Z^T N^T N Z <= g c^2 x (1 - x),   x = Z^T Z from 0 to 1: at most 1/4
+/// with smoothing       v <- Q v - dt Z^T N^T s,  Q = 1 - alpha (1 - x) at least: dt^2 g c^2 x (1 - x) <= 2 (1 + Q),
+///                      which is 4 if dt^2 g c^2 = 4 (1 + sqrt(1 - alpha/2))^2
+/// USL                  s <- s + dt N (Z v - dt Z Z^T N^T s) - dt^2 N (1 - Z Z^T) N^T s: dt^2 N (2 - Z Z^T) N^T <= 4, so 2;
+///                      with an affine part 4/3 (all is passed on by the nodes: dt^2 N^T N <= 2 (1 + Z Z^T))
+/// ```
+///
+/// (a smoothing, and with USL the last term, is a dashpot that acts a step late.) Walls, supports and images project the
+/// velocities of the nodes, which replaces `Z` by another such map; the spin of a group changes the motion that strains
+/// nothing. Affine parts show the nodes what single points do not:
+/// a lone point with one has two thirds of `g c^2` (quadratic splines), and all of it is taken. With contact on the grid
+/// the forces that the points take are not those that the strains belong to. And uGIMP with USF keeps the step of the grid: it
+/// creates energy where points cross cells, sixty times as much with twice the step (a soft disc that rings in flight).
+fn stepped_share<const W: usize, S: Shape<W>, A: AffineState>(c: &Continuum<W, S, A>) -> f64 {
+    if c.stress_update == StressUpdate::Usl {
+        return if A::PRESENT && !c.transfer.increment {
+            4.0 / 3.0
+        } else {
+            2.0
+        };
+    }
+    // Only splines are mirrored; linear hats have a bound of their own.
+    let creates = c.stress_update == StressUpdate::Usf && !S::MIRRORED;
+    if A::PRESENT || c.drift == Drift::Nodal || creates {
+        return 1.0;
+    }
+    let of_filter = c.transfer.filter.map_or(0.0, |filter| filter.share());
+    let smooths = c.transfer.pic_fraction().max(of_filter);
+    (1.0 + (1.0 - 0.5 * smooths).sqrt()).powi(-2)
 }
 
 /// The bound for linear hats, from the masses that the nodes get from the present positions.
