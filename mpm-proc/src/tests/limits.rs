@@ -1,6 +1,6 @@
 //! The step limits against eigenvalues of dense matrices.
 
-use interface::config::{Drift, Fill, MpmConfig, ShapeFunction, Spacing, StressUpdate, Transfer};
+use interface::config::{Fill, MpmConfig, ShapeFunction, Spacing, StressUpdate, Transfer};
 use interface::message::wire::{ImpForce, Limits, PointState};
 use interface::solver::MpmSolver;
 use interface::step::Step;
@@ -378,7 +378,6 @@ fn growth(config: &MpmConfig, share: f64, forces: &dyn Fn(&Mpm) -> Vec<ImpForce>
 
 fn strained(config: &mut MpmConfig, update: StressUpdate) {
     config.stress_update = update;
-    config.drift = Drift::of(update, None);
     config.groups[0].spacing = Spacing::Distance(0.025);
 }
 
@@ -448,7 +447,11 @@ fn contact_is_stable_within_its_limit_with_every_stress_update() {
                     let now: PointState = now;
                     let stiffness = if i % every == 0 { 1e5 } else { 0.0 };
                     let force = [0, 1].map(|a| stiffness * (start.position[a] - now.position[a]));
-                    ImpForce { force, stiffness }
+                    ImpForce {
+                        force,
+                        stiffness,
+                        ..ImpForce::default()
+                    }
                 };
                 pairs.map(spring).collect()
             };
