@@ -45,6 +45,12 @@ fn disc_dem() -> String {
     format!("python3 '{}'", example().display())
 }
 
+/// The command of a continuum of another kind.
+fn springs() -> String {
+    let program = root().join("python/examples/springs_mpm.py");
+    format!("python3 '{}'", program.display())
+}
+
 #[test]
 fn records_in_python_are_laid_out_as_in_rust() {
     if !Need::Python.is_met(python(&["-c", "pass"]), "there is no python3") {
@@ -319,8 +325,7 @@ fn springs_in_python_pass_the_cases_of_a_continuum() {
     if !python_can_join() {
         return;
     }
-    let springs = root().join("python/examples/springs_mpm.py");
-    let springs = format!("python3 '{}'", springs.display());
+    let springs = springs();
     let only = ["conformance", "--only", "T-1a,F-1a", "--cases", "3"];
     let kit = [&only[..], &["--mpm", &springs]].concat();
     Place::new().start(&kit).end().expect(0);
@@ -332,8 +337,7 @@ fn springs_in_python_take_the_place_of_the_continuum() {
     if !python_can_join() {
         return;
     }
-    let springs = root().join("python/examples/springs_mpm.py");
-    let springs = format!("python3 '{}'", springs.display());
+    let springs = springs();
     let elastic = "mpm.material.0.model.linear_elastic.shear_modulus=3e6";
     let coarse = [
         "--variant",
@@ -369,8 +373,7 @@ fn python_solvers_go_on_from_a_checkpoint_to_the_same_bits() {
     if !python_can_join() {
         return;
     }
-    let springs = root().join("python/examples/springs_mpm.py");
-    let springs = format!("python3 '{}'", springs.display());
+    let springs = springs();
     let coarse = [
         "mpm.material.0.model.linear_elastic.shear_modulus=3e6",
         "mpm.points.0.spacing.per_cell=4",

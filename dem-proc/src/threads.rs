@@ -46,7 +46,7 @@ impl Threads {
         }
     }
 
-    /// Calls `act` for every task of a loop over `len` elements. Each thread takes the next task when it is free.
+    /// Calls `act` for every task of a loop over `len` elements.
     #[inline]
     pub fn each<T: Send>(
         &self,

@@ -593,8 +593,11 @@ impl<L: Law> BodySide for BodyContacts<L> {
             }
             self.separations.give_back(separations);
         };
-        let parts = loads.chunks_mut(threads.part(loads.len()));
-        threads.each(bodies.len(), parts, |part| part.fill(PairLoad::default()));
+        // By parts, since the thread that clears a load is the one that kicks by it and mostly the one that adds to it.
+        let (count, part) = (loads.len(), threads.part(loads.len()));
+        threads.each(count, loads.chunks_mut(part), |loads| {
+            loads.fill(PairLoad::default());
+        });
         threads.chunks(&mut next, &mut outcomes, evaluate, |outcomes| {
             for ([v, e], [of_vertex, of_edge]) in outcomes.each() {
                 loads[v] += *of_vertex;

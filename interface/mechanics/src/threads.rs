@@ -32,7 +32,7 @@ const LOOKS: usize = 2000;
 /// there within 0.1 us.
 const FIRST_LOOKS: usize = 30;
 
-/// Number of looks, some 0.1 us in all, that the end of a thread's part takes rayon.
+/// Number of looks, some 0.1 us in all: rayon counts a thread as done a little after its last task.
 const LAST_LOOKS: usize = 5;
 
 /// Number of the calling thread.
@@ -104,7 +104,7 @@ impl Threads {
         let places = std::iter::repeat_with(OnceLock::new).take(tasks.len());
         let done: Vec<OnceLock<(&S, usize)>> = places.collect();
         let taken = AtomicUsize::new(0);
-        let taking = Mutex::new(move |place: &S| take(place));
+        let taking = Mutex::new(take);
         // Takes the places that are next, as long as this thread has run them, or all of them.
         let take_next = |thread: Option<usize>| {
             // If another thread takes at present, it or the next one finds these places too.
@@ -169,19 +169,17 @@ impl Pool {
                 }
             }
         }
-        let mut tasks = tasks.collect::<Vec<T>>().into_iter();
-        let (threads, all) = (self.threads.current_num_threads() + 1, alone + tasks.len());
-        let parts = (1..=threads)
-            .map(|t| all * t / threads)
-            .scan(alone, |from, to| {
-                let part = tasks
-                    .by_ref()
-                    .take(to.saturating_sub(*from))
-                    .collect::<Vec<T>>();
-                *from = to.max(*from);
-                Some(Mutex::new(part.into_iter()))
-            });
-        let parts: Vec<_> = parts.collect();
+        let mut rest_of_tasks: Vec<T> = tasks.collect();
+        let threads = self.threads.current_num_threads() + 1;
+        let all = alone + rest_of_tasks.len();
+        let mut parts: Vec<_> = (0..threads)
+            .rev()
+            .map(|thread| {
+                let from = (all * thread / threads).saturating_sub(alone);
+                Mutex::new(rest_of_tasks.split_off(from).into_iter())
+            })
+            .collect();
+        parts.reverse();
         let part = |k: usize| parts[k].lock().expect("no task is made in a panic");
         let next = |thread: usize| {
             let own = part(thread).next();
@@ -204,7 +202,7 @@ impl Pool {
             work(CALLER);
             // If not all have ended by then, the scope sleeps until they have.
             within(LOOKS, || working.load(Ordering::Acquire) == 0);
-            // Rayon notes the end a little later.
+            // Without these the scope would sleep although all have ended.
             within(LAST_LOOKS, || false);
         });
     }
