@@ -210,6 +210,9 @@ pub struct HowArgs {
     /// How long to wait for a solver that is stopped, such as by SIGSTOP or in a paused container.
     #[arg(long, value_name = "SECONDS", default_value_t = 600.0, value_parser = seconds)]
     pub patience: f64,
+    /// Write a timeline of the processes (compute, exchange, wait) that Perfetto shows.
+    #[arg(long, value_name = "FILE", conflicts_with = "in_process")]
+    pub trace: Option<PathBuf>,
     /// Start the programs that the scene names as solvers; without it a scene that names any is refused.
     #[arg(long)]
     pub trust: bool,

@@ -15,6 +15,7 @@ use coupler::run::killed::Killed;
 use coupler::run::resources;
 use coupler::run::{Finished, Resumed, RunOptions, Solvers, run as run_scene};
 use coupler::scene::{Scene, refuse_points_within_bodies, solver_override};
+use interface::trace;
 use interface::transport::remains::sweep;
 use signal_hook::consts::SIGUSR1;
 
@@ -351,6 +352,11 @@ pub fn options(args: &HowArgs, record: bool, scene: &Scene) -> Result<RunOptions
             dem: process(scene.solvers.dem.as_ref(), "dem")?,
         }
     };
+    let trace = args.trace.as_ref().map(|path| {
+        trace::begin(path)?;
+        std::path::absolute(path)
+    });
+    let trace = trace.transpose().map_err(|e| format!("--trace: {e}"))?;
     // In this thread there is nobody to wait for: a solver that hangs hears nothing.
     let asked = interrupt(!args.in_process)?;
     Ok(RunOptions {
@@ -358,6 +364,7 @@ pub fn options(args: &HowArgs, record: bool, scene: &Scene) -> Result<RunOptions
         threads: args.threads.into(),
         window: args.window,
         record,
+        trace,
         progress: args.log == LogFormat::Text,
         screen: Some(terminal::screen().clone()),
         patience: Duration::from_secs_f64(args.patience),

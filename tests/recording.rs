@@ -1,4 +1,4 @@
-//! `tandem run --record`: what crossed is kept, whatever becomes of the run, and keeping it changes nothing.
+//! `tandem run --record`: what crossed is kept, whatever becomes of the run, and keeping it changes nothing. And `--trace`.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -140,4 +140,54 @@ fn a_recording_that_cannot_be_written_ends_the_run_with_the_reason() {
     assert!(told.contains("cannot write the recording"), "{told}");
     assert!(told.contains("run without --record"), "{told}");
     assert!(place.temporary().is_empty());
+}
+
+/// The timeline has what each process did, and as long as the summary says; and it changes no bit.
+#[test]
+fn a_timeline_has_the_times_of_the_summary() {
+    let place = Place::new();
+    let trace = place.path("trace.json");
+    let more = ["--trace", trace.to_str().unwrap()];
+    let save = ["--set", "output.checkpoint.time=2e-3"];
+    place
+        .run("plain", &scene(HARD), &[&QUICK[..], &save].concat())
+        .expect(0);
+    place
+        .run("out", &scene(HARD), &[&QUICK[..], &save, &more].concat())
+        .expect(0);
+    let [plain, run] = ["plain", "out"].map(|out| RunFiles::read(&place.path(out)));
+    assert_eq!(plain.text("state_hash"), run.text("state_hash"));
+
+    let events: serde_json::Value = serde_json::from_slice(&fs::read(&trace).unwrap()).unwrap();
+    let events = events.as_array().unwrap();
+    let named = |name: &'static str| events.iter().filter(move |event| event["name"] == name);
+    assert_eq!(named("process_name").count(), 3);
+    let (sets, epochs) = (run.number("rebuilds"), run.number("epochs"));
+    assert_eq!(named("new set").count() as f64, sets);
+    assert_eq!(named("epoch").count() as f64, epochs);
+    assert!(named("checkpoint").count() >= 2);
+    for party in ["mpm", "dem"] {
+        let process = named("process_name").find(|event| event["args"]["name"] == party);
+        let process = &process.unwrap()["pid"];
+        for what in ["compute", "exchange", "wait"] {
+            let spans = named(what).filter(|event| &event["pid"] == process);
+            let lengths = spans.map(|event| event["dur"].as_f64().unwrap());
+            let (count, all) = lengths.fold((0, 0.0), |(n, sum), us| (n + 1, sum + us * 1e-6));
+            let summary = run.summary["wall_by_part"][party][what].as_f64().unwrap();
+            assert!(count > 100, "{party} {what}: {count}");
+            // The last report is sent before the spans of the end.
+            assert!(
+                all >= summary * 0.999,
+                "{party} {what}: {all} s, {summary} s"
+            );
+            assert!(
+                all <= summary + 0.5 * run.number("wall_s"),
+                "{party} {what}: {all} s, {summary} s"
+            );
+        }
+    }
+    let nowhere = place.path("no/such/folder.json");
+    let more = ["--trace", nowhere.to_str().unwrap()];
+    let refused = place.run("out", &scene(HARD), &[&QUICK[..], &more].concat());
+    refused.expect(2).says(&["--trace"]);
 }

@@ -364,6 +364,14 @@ pub fn make_named(path: &Path) -> io::Result<File> {
     Ok(file)
 }
 
+/// Opens a file that the user names, to add to its end.
+///
+/// # Errors
+/// As [`open_named`].
+pub fn append_named(path: &Path) -> io::Result<File> {
+    named(path, OFlags::WRONLY | OFlags::APPEND)
+}
+
 /// Writes a file that the user names.
 ///
 /// # Errors

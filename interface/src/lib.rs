@@ -13,7 +13,7 @@
 //! | [`step`] | one time step, and the clock |
 //! | [`transport`] | how messages cross: shared memory, direct calls, and the names and waits of a run |
 //! | [`session`] | the protocol: the three parties of a session, over any transport; a solver as a program |
-//! | [`recording`] | every message of a run in a file |
+//! | [`recording`], [`trace`] | every message of a run in a file; what each party does when |
 //! | [`processor`] | the check of the processor at the start of a program |
 //! | [`saved`] | the bytes of a saved state |
 //!
@@ -34,6 +34,7 @@ pub mod session;
 pub mod solver;
 pub mod step;
 pub mod text;
+pub mod trace;
 pub mod transport;
 
 /// A vector in the plane.

@@ -152,6 +152,7 @@ fn options() -> RunOptions {
         threads: 1,
         window: None,
         record: false,
+        trace: None,
         progress: false,
         patience: Duration::from_mins(1),
         stepping: None,

@@ -35,6 +35,7 @@ use interface::recording::{About, Recorder, RecordingSink, Tap};
 use interface::session::together::Together;
 use interface::session::{Clocked, Session, SessionError, Supervisor, drive};
 use interface::solver::{DemSolver, MpmSolver};
+use interface::trace;
 use interface::transport::Transport;
 use interface::transport::direct::Direct;
 use interface::transport::domain::OwnedDomain;
@@ -251,6 +252,11 @@ fn processes(
         Some(sink) => Box::new(Recorded::new(coupler, sink, noted)),
         None => coupler,
     };
+    if let Some(path) = &run.options.trace
+        && let Err(e) = names.note_trace(path)
+    {
+        tracing::warn!("no timeline in {}: {e}", path.display());
+    }
     let mut start = |&party: &Party| {
         let processes = &mut run.resources.processes;
         processes.start(party, commands[&party], names)
@@ -261,7 +267,7 @@ fn processes(
         .map_err(RunError::from);
     if verdict.is_ok() {
         let session = Session::coupler(&parties, &mut *run, &mut *transport);
-        verdict = drive(session).map_err(caused);
+        verdict = drive(session.traced(names, Party::Coupler)).map_err(caused);
     }
     // The messages that are still in the channels between the solvers are recorded before their senders end (D-2).
     tap.take();
@@ -270,6 +276,11 @@ fn processes(
         domain.release();
     }
     run.resources.processes.end_all();
+    if let Some(path) = &run.options.trace
+        && let Err(e) = trace::end(path)
+    {
+        tracing::warn!("the timeline has no end: {e}");
+    }
     verdict
 }
 

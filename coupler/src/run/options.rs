@@ -1,5 +1,6 @@
 //! Options of a run. None of them changes a bit of the result.
 
+use std::path::PathBuf;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 use std::time::Duration;
@@ -19,6 +20,8 @@ pub struct RunOptions {
     pub window: Option<u32>,
     /// Whether all messages are recorded in the run directory.
     pub record: bool,
+    /// File for a timeline of the processes, an absolute path.
+    pub trace: Option<PathBuf>,
     /// Whether a bar is wanted on a terminal.
     pub progress: bool,
     /// Shows that bar and the output of the solvers on standard error. Without it, solvers write there themselves.

@@ -58,7 +58,7 @@ const STANDSTILL: Epoch = Epoch {
 /// A run in progress.
 pub(crate) struct Run<'a> {
     scene: &'a Scene,
-    options: &'a RunOptions,
+    pub(crate) options: &'a RunOptions,
     account: &'a mut Account,
     dir: &'a RunDir,
     parties: Vec<Party>,

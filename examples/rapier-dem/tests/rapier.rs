@@ -51,6 +51,7 @@ fn show(name: &str, variant: &str, set: &[&str], dem: fn() -> Box<dyn DemSolver>
         threads: 1,
         window: None,
         record: false,
+        trace: None,
         progress: false,
         screen: None,
         interrupt: Arc::default(),

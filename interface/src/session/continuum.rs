@@ -37,6 +37,7 @@ impl<'a> Continuum<'a> {
 
     /// E-1 to E-3, I-2: chooses a new set of IMPs by the envelopes of the bodies.
     async fn choose_set(&mut self, to: &mut Connection<'_>) -> Result<(), SessionError> {
+        to.io().mark("new set");
         to.exchange(flags::WANT_ENVELOPES, Records::States(&[]))
             .await?;
         let channel = Channel::of(Party::Mpm, Kind::Envelopes);

@@ -165,6 +165,9 @@ impl<'a> Coupler<'a> {
         self.arriving = false;
         self.supervisor.ready(&self.solvers)?;
         while let Some((grant, budgets)) = self.supervisor.next()? {
+            if grant.epoch != self.solvers.round.grant.epoch {
+                self.io.mark("epoch");
+            }
             self.solvers.grant(grant, &budgets)?;
             self.grant().await?;
             for i in 0..self.solvers.each.len() {

@@ -136,7 +136,14 @@ impl<'a> Io<'a> {
 
     /// Adds the time since the last lap to `activity`.
     pub fn lap(&self, activity: Activity) {
-        self.watch.borrow_mut().lap(activity);
+        self.watch.borrow_mut().lap(activity, self.step.get());
+    }
+
+    /// Notes in the timeline, if there is one, that this begins.
+    pub fn mark(&self, what: &str) {
+        if let Some(trace) = &mut self.watch().trace {
+            trace.mark(what, self.step.get());
+        }
     }
 
     /// The party's time so far.

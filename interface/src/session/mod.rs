@@ -37,7 +37,9 @@ use self::io::{Io, Signal};
 use self::stopwatch::Stopwatch;
 use crate::message::control::Party;
 use crate::solver::{DemSolver, MpmSolver};
+use crate::trace::Trace;
 use crate::transport::Transport;
+use crate::transport::domain::Domain;
 use crate::transport::wait::{Awaited, Spin, wait};
 
 pub use coupler::{Next, Stop, Supervisor};
@@ -113,6 +115,15 @@ impl<'a> Session<'a> {
             io,
             verdict: None,
         }
+    }
+
+    /// Adds what it does to the timeline of the run, if there is one.
+    #[must_use]
+    pub fn traced(self, domain: &Domain, party: Party) -> Self {
+        if let Some(trace) = Trace::of(domain, party) {
+            self.io.watch().trace(trace);
+        }
+        self
     }
 
     /// Goes on until a message has been sent or received, or until there is nothing to do before one arrives.

@@ -34,7 +34,8 @@ pub fn serve_mpm(
         check_side(domain, hello(Party::Mpm, solver.identity(), capabilities))?;
     }
     let mut transport = iceoryx::join(medium, domain, Party::Mpm, &[], SEND_TIMEOUT)?;
-    drive(Session::mpm(solver, &mut *transport, clocked(own_process)))
+    let session = Session::mpm(solver, &mut *transport, clocked(own_process));
+    drive(session.traced(domain, Party::Mpm))
 }
 
 /// Joins the run of `domain` as the bodies and serves until the session is closed.
@@ -52,7 +53,8 @@ pub fn serve_dem(
         check_side(domain, hello(Party::Dem, solver.identity(), capabilities))?;
     }
     let mut transport = iceoryx::join(medium, domain, Party::Dem, &[], SEND_TIMEOUT)?;
-    drive(Session::dem(solver, &mut *transport, clocked(own_process)))
+    let session = Session::dem(solver, &mut *transport, clocked(own_process));
+    drive(session.traced(domain, Party::Dem))
 }
 
 fn clocked(own_process: bool) -> Clocked {

@@ -166,6 +166,7 @@ async fn window(
         to.send(Records::Points(&points)).await?;
     }
     if asked & flags::CHECKPOINT != 0 {
+        to.io().mark("checkpoint");
         let (state, driver) = side.save().map_err(|f| to.fault(f))?;
         let (set, imps) = (to.set, to.imps);
         let mut saved = Mark {

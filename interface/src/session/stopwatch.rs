@@ -5,6 +5,7 @@ use std::time::{Duration, Instant};
 use rustix::time::{ClockId, clock_gettime};
 
 use crate::message::wire::Report;
+use crate::trace::Trace;
 
 /// Whose CPU time a report has.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -32,6 +33,7 @@ pub(crate) struct Stopwatch {
     compute_ns: u64,
     exchange_ns: u64,
     wait_ns: u64,
+    pub(crate) trace: Option<Trace>,
 }
 
 impl Stopwatch {
@@ -42,21 +44,32 @@ impl Stopwatch {
             compute_ns: 0,
             exchange_ns: 0,
             wait_ns: 0,
+            trace: None,
         }
     }
 
-    /// Adds the time since the last lap to `activity`.
-    pub(crate) fn lap(&mut self, activity: Activity) {
+    /// From now on every lap is an event of a timeline.
+    pub(crate) fn trace(&mut self, trace: Trace) {
+        self.mark = Some(Instant::now());
+        self.trace = Some(trace);
+    }
+
+    /// Adds the time since the last lap to `activity`, in this step.
+    pub(crate) fn lap(&mut self, activity: Activity, step: u64) {
         let Some(mark) = &mut self.mark else {
             return;
         };
         let now = Instant::now();
         let spent = now.duration_since(*mark).as_nanos() as u64;
-        *mark = now;
-        match activity {
-            Activity::Compute => self.compute_ns += spent,
-            Activity::Exchange => self.exchange_ns += spent,
-            Activity::Wait => self.wait_ns += spent,
+        let from = std::mem::replace(mark, now);
+        let (sum, name) = match activity {
+            Activity::Compute => (&mut self.compute_ns, "compute"),
+            Activity::Exchange => (&mut self.exchange_ns, "exchange"),
+            Activity::Wait => (&mut self.wait_ns, "wait"),
+        };
+        *sum += spent;
+        if let Some(trace) = &mut self.trace {
+            trace.span(name, step, [from, now]);
         }
     }
 

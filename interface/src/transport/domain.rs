@@ -7,8 +7,10 @@
 
 #![allow(clippy::disallowed_methods, reason = "the private directory of a run")]
 
+use std::ffi::OsString;
 use std::fs::{self, DirBuilder, File, OpenOptions, Permissions, TryLockError};
 use std::io;
+use std::os::unix::ffi::{OsStrExt, OsStringExt};
 use std::os::unix::fs::{DirBuilderExt, OpenOptionsExt, PermissionsExt};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -21,8 +23,8 @@ use thiserror::Error;
 use crate::message::control::Party;
 use crate::transport::liveness::{Hold, hold_of};
 use crate::transport::names::{
-    JOINED_PREFIX, LOCK, PROCESS_PREFIX, WAITS_FOR_DISK, draft_of, fresh_id, root_of, segments_of,
-    shared_memory_prefix,
+    JOINED_PREFIX, LOCK, PROCESS_PREFIX, TRACE, WAITS_FOR_DISK, draft_of, fresh_id, root_of,
+    segments_of, shared_memory_prefix,
 };
 use crate::transport::remains::remove;
 
@@ -169,6 +171,20 @@ impl Domain {
     /// Where the process of a party is noted.
     fn process_file(&self, party: Party) -> PathBuf {
         self.root.join(format!("{PROCESS_PREFIX}{}", party.name()))
+    }
+
+    /// Lets all parties write a timeline to this file ([`crate::trace`]).
+    ///
+    /// # Errors
+    /// Those of the system.
+    pub fn note_trace(&self, path: &Path) -> io::Result<()> {
+        fs::write(self.root.join(TRACE), path.as_os_str().as_bytes())
+    }
+
+    /// The file of the timeline, if there is one.
+    pub(crate) fn trace(&self) -> Option<PathBuf> {
+        let path = fs::read(self.root.join(TRACE)).ok()?;
+        Some(OsString::from_vec(path).into())
     }
 
     /// To the others the coupler waits for its disk until this is dropped, and its silence does not count (clause O-7).

@@ -14,6 +14,8 @@ pub(super) const PROCESS_PREFIX: &str = "pid-";
 pub(super) const JOINED_PREFIX: &str = "joined-";
 /// There while the coupler waits for its disk (clause O-7).
 pub(super) const WAITS_FOR_DISK: &str = "waits-coupler";
+/// There in a run with a timeline: the path of its file.
+pub(super) const TRACE: &str = "trace";
 /// The file of the wake-ups between the parties (clause B-1).
 pub(super) const WAKES: &str = "wakes";
 
