@@ -206,9 +206,9 @@ fn heap(threads: usize) -> Vec<f64> {
         looseness: 0.01 / largest - 1.0,
         seed: 1,
     };
-    let mut bodies = open_box(1.0, 3.0, 0.01);
-    let discs = packing(Grain::Disc, 0.01).rows(3000, 1.0);
-    let mut pentagons = packing(Grain::PENTAGON, 0.005).rows(3000, 1.0);
+    let mut bodies = open_box(1.0, 4.0, 0.01);
+    let discs = packing(Grain::Disc, 0.01).rows(4200, 1.0);
+    let mut pentagons = packing(Grain::PENTAGON, 0.005).rows(4200, 1.0);
     for pentagon in &mut pentagons {
         pentagon.position[1] += 0.02 / 3.0_f64.sqrt(); // into the holes between three discs, which are too small for it
     }

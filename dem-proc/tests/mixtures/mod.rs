@@ -303,8 +303,8 @@ impl Cloud {
     pub fn in_gaps() -> Self {
         let mut random = Random(13);
         let mut cloud = Self::default();
-        for i in 0..39 * 39_u32 {
-            let place = [i % 39, i / 39].map(|k| CROWDED * (f64::from(k) + 0.5));
+        for i in 0..(SIDE - 1) * (SIDE - 1) {
+            let place = [i % (SIDE - 1), i / (SIDE - 1)].map(|k| CROWDED * (k as f64 + 0.5));
             let velocity = [random.between(-0.1, 0.1), random.between(-0.1, 0.1)];
             cloud.add(0.0055, place, velocity);
         }
@@ -411,6 +411,8 @@ impl TestRun {
 
 /// Distance of neighbours in the [`crowd`] in m.
 const CROWDED: f64 = 0.0215;
+/// Discs along each side of it.
+const SIDE: usize = 76;
 
 /// More contacts between bodies, and with points in the gaps, than one thread does alone. Many are as far apart as the list
 /// reaches, so that no two lists are alike.
@@ -421,7 +423,7 @@ pub fn crowd() -> DemConfig {
         shape: BodyShape::Disc,
         sphero_radius: 0.01,
         inertia: BodyInertia::Density(500.0),
-        position: [(i % 40) as f64, (i / 40) as f64]
+        position: [(i % SIDE) as f64, (i / SIDE) as f64]
             .map(|x| CROWDED * x + random.between(-7e-4, 7e-4)),
         angle: 0.0,
         velocity: [random.between(-1.0, 1.0), random.between(-1.0, 1.0)],
@@ -431,7 +433,7 @@ pub fn crowd() -> DemConfig {
     };
     DemConfig {
         gravity: [0.0, -9.81],
-        bodies: (0..1600).map(&mut disc).collect(),
+        bodies: (0..SIDE * SIDE).map(&mut disc).collect(),
         point_contact: LINEAR,
         body_contact: Some(LINEAR),
         skin: 0.002,
