@@ -7,7 +7,7 @@ use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
 
 use conformance::clause::{self, Clause, NamedMutant};
-use conformance::mutant::{Flaw, Host, Pass, ProcessFlaws, change, serve};
+use conformance::mutant::{Flaw, Host, ProcessFlaws, change, serve};
 use conformance::mutant_program;
 use conformance::profile::{Profile, profiles};
 
@@ -118,33 +118,14 @@ fn judge(subject: &Subject, only: Vec<String>) -> Examination {
     examine(subject, &options(only), |_| ()).expect("a kit that starts")
 }
 
-/// The direction in which a message passes.
-#[derive(Clone, Copy)]
-enum Direction {
-    In,
-    Out,
-}
-
 /// What passed without a flaw in one session, in order.
-type MessageLog = Arc<Mutex<Vec<(Direction, Message)>>>;
+type MessageLog = Arc<Mutex<Vec<Message>>>;
 
 /// Changes nothing and adds what passes to a log of its own.
 fn listening(logs: &Mutex<Vec<MessageLog>>) -> Flaw {
     let log = MessageLog::default();
     logs.lock().expect("no panic").push(log.clone());
-    let note = |log: MessageLog, direction: Direction| -> Pass {
-        Box::new(move |message| {
-            log.lock()
-                .expect("no panic")
-                .push((direction, message.clone()));
-            vec![message]
-        })
-    };
-    Flaw {
-        inbound: note(log.clone(), Direction::In),
-        outbound: note(log, Direction::Out),
-        ..Flaw::none()
-    }
+    Flaw::each(move |message| log.lock().expect("no panic").push(message.clone()))
 }
 
 /// Longer than to pass a message on takes, less than the nap of a mutant that is slow on purpose.
@@ -163,19 +144,12 @@ impl Kept {
     fn is_touched_by(&self, mutant: &NamedMutant) -> bool {
         self.sessions.iter().any(|log| {
             let mut flaw = (mutant.mutant.flaw)();
+            let log = log.lock().expect("no panic");
             flaw.process != ProcessFlaws::default()
-                || log
-                    .lock()
-                    .expect("no panic")
-                    .iter()
-                    .any(|(direction, message)| {
-                        let pass = match direction {
-                            Direction::In => &mut flaw.inbound,
-                            Direction::Out => &mut flaw.outbound,
-                        };
-                        let start = Instant::now();
-                        pass(message.clone()) != [message.clone()] || start.elapsed() > A_WHILE
-                    })
+                || log.iter().any(|message| {
+                    let start = Instant::now();
+                    (flaw.pass)(message.clone()) != [message.clone()] || start.elapsed() > A_WHILE
+                })
         })
     }
 }

@@ -79,9 +79,9 @@ fn what_is_damaged_or_different_is_named() {
     replay(&place, &file, &["--dem", "no-such-program"])
         .expect(3)
         .says(&["cannot start the dem solver"]);
-    replay(&place, &file, &["--dem", "false"])
-        .expect(3)
-        .says(&["the dem solver at step 0: ended with exit status 1"]);
+    replay(&place, &file, &["--dem", "false"]).expect(3).says(&[
+        "the dem solver at step 0: expected Notice, got a solver that ended with exit status 1",
+    ]);
 
     // 1e-9 more stiffness: told where it first shows, and within a tolerance of 1e-6 it is the same.
     let stiffer = ["--set", "contact.linear.normal_stiffness=60000.00006"];

@@ -58,7 +58,7 @@ use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::time::{Duration, Instant};
 
 use interface::config::capability::Capabilities;
-use interface::message::control::{Notice, Party};
+use interface::message::control::Party;
 use thiserror::Error;
 
 pub use bench::{PATIENCE, Solve, Start, Subject};
@@ -82,12 +82,9 @@ pub enum ExamineError {
         /// The side.
         party: Party,
     },
-    /// The run's channels cannot be made.
-    #[error(transparent)]
-    Channel(#[from] interface::transport::raw::ChannelError),
-    /// The command cannot be started.
-    #[error("cannot start the solver: {0}")]
-    Start(std::io::Error),
+    /// The solver cannot be started.
+    #[error("{0}")]
+    Start(String),
 }
 
 /// A clause with its verdict.
@@ -223,7 +220,7 @@ pub fn examine(
             party: subject.party,
         });
     }
-    let greeting = greeting(subject, options.startup)?;
+    let greeting = greeting(subject, options)?;
     let first = all.first().map(|clause| clause.id);
     let asked =
         |clause: &&Clause| options.only.is_empty() || options.only.iter().any(|id| id == clause.id);
@@ -242,35 +239,6 @@ pub fn examine(
         whole: options.only.is_empty(),
         wall: start.elapsed(),
     })
-}
-
-/// What so many random cases find wrong with a solver that this program serves in a thread, and how many numbers they have
-/// compared: for the solver's own tests.
-///
-/// # Errors
-/// [`ExamineError`] when nothing can be judged.
-pub fn random_cases(subject: &Subject, cases: u64) -> Result<(Vec<String>, u64), ExamineError> {
-    let options = Options {
-        startup: bench::PATIENCE,
-        random: RandomCases {
-            cases,
-            time: Duration::MAX,
-            ..RandomCases::default()
-        },
-        ..Options::default()
-    };
-    let takes = greeting(subject, options.startup)?.capabilities;
-    let all = clause::of(subject.party).into_iter();
-    let random: Vec<_> = all.filter(|c| c.is_random()).map(|c| c.id).collect();
-    let campaign = random::campaign(subject, &options, &takes, &random);
-    let numbers = campaign
-        .compared
-        .values()
-        .map(|compared| compared.count)
-        .sum();
-    let failures = campaign.failure.iter();
-    let found = failures.map(|f| format!("{}: {:#?}", f.difference.clause, f.evidence()));
-    Ok((found.collect(), numbers))
 }
 
 /// Tests clauses of a table whose first one is `first`, several at the same time; calls `tell` with the verdicts in order.
@@ -296,9 +264,13 @@ fn judge_all(
         let broken = broken.lock().expect("no panic holds it");
         needs.find_map(|id| broken.get(id).copied())
     };
+    let breaks = |clause: &Clause, by: &'static str| {
+        let mut broken = broken.lock().expect("no panic holds it");
+        broken.insert(clause.id, by);
+    };
     let judge = |clause: &'static Clause| {
-        if blocked(clause).is_some() {
-            return None;
+        if let Some(by) = blocked(clause) {
+            return Judged::blocked(clause, by);
         }
         let mut options = options.clone();
         if impatient.load(Ordering::Relaxed) {
@@ -307,30 +279,20 @@ fn judge_all(
         let (judged, awaited) = judge(subject, &options, &greeting.capabilities, clause);
         impatient.fetch_or(awaited, Ordering::Relaxed);
         if judged.failed() {
-            broken
-                .lock()
-                .expect("no panic holds it")
-                .insert(clause.id, clause.id);
+            breaks(clause, clause.id);
         }
-        Some(judged)
+        judged
     };
     let mut done: Vec<Judged> = Vec::new();
     let mut waiting = BTreeMap::new();
-    let mut take = |place: usize, judged: Option<Judged>| {
+    let mut take = |place: usize, judged: Judged| {
         waiting.insert(place, judged);
-        while let Some(judged) = waiting.remove(&done.len()) {
-            let clause = clauses[done.len()];
-            let by = blocked(clause);
-            if let Some(by) = by {
-                broken
-                    .lock()
-                    .expect("no panic holds it")
-                    .insert(clause.id, by);
+        while let Some(mut judged) = waiting.remove(&done.len()) {
+            let clause = judged.clause;
+            if let Some(by) = blocked(clause) {
+                breaks(clause, by);
+                judged = Judged::blocked(clause, by);
             }
-            let judged = match (by, judged) {
-                (None, Some(judged)) => judged,
-                (by, _) => Judged::blocked(clause, by.unwrap_or(clause.id)),
-            };
             tell(&judged);
             done.push(judged);
         }
@@ -356,9 +318,9 @@ fn judge_all(
             });
         }
         drop(sender);
-        receiver
-            .iter()
-            .for_each(|(place, judged)| take(place, judged));
+        for (place, judged) in receiver {
+            take(place, judged);
+        }
     });
     done
 }
@@ -386,24 +348,24 @@ fn judge_at_random(
         let asked: Vec<&str> = clauses.iter().map(|clause| clause.id).collect();
         campaign = random::campaign(subject, options, takes, &asked);
     }
-    let verdict = |clause: &'static Clause| match (root, &campaign.failure) {
-        (Some(root), _) => Verdict::Blocked { by: root.clause.id },
-        (None, Some(failure)) if failure.difference.clause == clause.id => {
-            Verdict::Fail(failure.evidence())
+    let failure = campaign.failure.as_ref();
+    let judged = clauses.iter().map(|&clause| {
+        let own = failure.filter(|failure| failure.clause == clause.id);
+        let by = root
+            .map(|root| root.clause.id)
+            .or(failure.map(|failure| failure.clause));
+        let verdict = match (own, by) {
+            (Some(failure), _) => Verdict::Fail(failure.evidence.clone()),
+            (None, Some(by)) => Verdict::Blocked { by },
+            (None, None) => campaign.verdict(clause, takes),
+        };
+        Judged {
+            clause,
+            verdict,
+            wall: start.elapsed(),
+            trace: Trace::default(),
+            case: own.map(|failure| (failure.seed, failure.case.clone())),
         }
-        (None, Some(failure)) => Verdict::Blocked {
-            by: failure.difference.clause,
-        },
-        (None, None) => campaign.verdict(clause, takes),
-    };
-    let judged = clauses.iter().map(|&clause| Judged {
-        clause,
-        verdict: verdict(clause),
-        wall: start.elapsed(),
-        trace: Trace::default(),
-        case: (campaign.failure.as_ref())
-            .filter(|failure| failure.difference.clause == clause.id)
-            .map(|failure| (failure.seed, failure.case.clone())),
     });
     judged.collect()
 }
@@ -416,21 +378,14 @@ fn judge(
     clause: &'static Clause,
 ) -> (Judged, bool) {
     let start = Instant::now();
-    let trace = if options.trace {
-        Trace::kept()
-    } else {
-        Trace::default()
-    };
-    let bench = Bench::new(subject.clone(), options, hello, trace);
+    let bench = Bench::new(subject.clone(), options, hello);
     let lacks = clause.lacks(hello);
-    let judgement = if clause.of_processes && !subject.is_process() {
-        Err(Unmet::OutOfSight("it can be seen of a process only"))
-    } else if !lacks.is_empty() {
-        Err(Unmet::Lacking(lacks))
-    } else {
-        clause
-            .judge
-            .map_or(Ok(String::new()), |judge| judge(&bench))
+    let judgement = match clause.judge {
+        _ if clause.of_processes && !subject.is_process() => {
+            Err(Unmet::OutOfSight("it can be seen of a process only"))
+        }
+        _ if !lacks.is_empty() => Err(Unmet::Lacking(lacks)),
+        judge => judge.map_or(Ok(String::new()), |judge| judge(&bench)),
     };
     let verdict = match judgement {
         Ok(measured) => Verdict::Pass { measured },
@@ -448,7 +403,6 @@ fn judge(
 }
 
 /// What a solver says first.
-#[derive(Default)]
 struct Greeting {
     /// What it is called, empty when it does not say.
     identity: String,
@@ -457,31 +411,18 @@ struct Greeting {
     came: bool,
 }
 
-/// Starts the solver once, to learn whether it can be started and what it says within `startup`.
-fn greeting(subject: &Subject, startup: Duration) -> Result<Greeting, ExamineError> {
-    let raw_run = interface::transport::raw::RawRun::open(subject.medium(), subject.party)?;
-    let mut worker = subject
-        .start(raw_run.domain())
-        .map_err(ExamineError::Start)?;
-    let start = Instant::now();
-    let mut greeting = Greeting::default();
-    while start.elapsed() < startup && !greeting.came {
-        if let Some(message) = raw_run.receive(interface::transport::raw::Kind::Notice)? {
-            if let Ok(Notice::Hello(hello)) = message.as_notice() {
-                greeting.identity = hello.identity;
-                greeting.capabilities = hello.capabilities;
-            }
-            greeting.came = true;
-        } else if worker.ended().is_some() {
-            greeting.came = true;
-        } else {
-            raw_run.sleep(
-                interface::transport::raw::Kind::Notice,
-                Duration::from_millis(2),
-            );
-        }
-    }
-    raw_run.release();
-    worker.dismiss();
-    Ok(greeting)
+/// Starts the solver once, to learn whether it can be started and what it says first.
+fn greeting(subject: &Subject, options: &Options) -> Result<Greeting, ExamineError> {
+    let bench = Bench::new(subject.clone(), options, &Capabilities::default());
+    let session = bench.session();
+    let mut session = session.map_err(|why| ExamineError::Start(why.to_string()))?;
+    let hello = session.hello().ok();
+    let (identity, capabilities) = hello
+        .map(|h| (h.identity, h.capabilities))
+        .unwrap_or_default();
+    Ok(Greeting {
+        identity,
+        capabilities,
+        came: !bench.was_kept_waiting(),
+    })
 }

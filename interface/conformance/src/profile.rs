@@ -3,9 +3,7 @@
 //! A clause says what it needs ([`crate::clause::Clause::needs`]), so a profile's core follows from the rows: the
 //! clauses that need nothing beyond it. Within a clause, scenes are made of what the solver takes.
 
-use interface::config::capability::{
-    CONTACTS, Capabilities, LAYERS, PAIRS, PLASTIC_STRAIN, SAVE, SEGMENTS, STRESS_WORK,
-};
+use interface::config::capability::Capabilities;
 use interface::message::control::Party;
 
 use crate::clause::{Clause, of};
@@ -18,59 +16,41 @@ pub struct Profile {
     /// Whose.
     pub party: Party,
     /// What a solver of this profile takes, at least, beyond the profile before it on its side.
-    adds: &'static [&'static str],
+    adds: &'static str,
 }
 
-const fn of_bodies(name: &'static str, adds: &'static [&'static str]) -> Profile {
+const fn of_bodies(name: &'static str, adds: &'static str) -> Profile {
     let party = Party::Dem;
     Profile { name, party, adds }
 }
 
-const fn of_continua(name: &'static str, adds: &'static [&'static str]) -> Profile {
+const fn of_continua(name: &'static str, adds: &'static str) -> Profile {
     let party = Party::Mpm;
     Profile { name, party, adds }
 }
 
 /// From the least to the most, side by side: each is judged by all clauses of those before it on its side.
 pub const PROFILES: &[Profile] = &[
-    of_bodies("held", &["shape:disc", "law:linear", "motion:fixed"]),
-    of_bodies("discs", &["motion:free"]),
-    of_bodies("discs+friction", &["feature:friction"]),
-    of_bodies(
-        "polygons",
-        &["shape:segment", "shape:rectangle", "shape:polygon"],
-    ),
+    of_bodies("held", "shape:disc law:linear motion:fixed"),
+    of_bodies("discs", "motion:free"),
+    of_bodies("discs+friction", "feature:friction"),
+    of_bodies("polygons", "shape:segment shape:rectangle shape:polygon"),
     of_bodies(
         "full",
-        &[
-            "motion:driven",
-            "motion:guided",
-            "motion:pushed",
-            "feature:damping",
-            "feature:body_contact",
-        ],
+        "motion:driven motion:guided motion:pushed feature:damping feature:body_contact",
     ),
-    of_bodies("full+save", &[SAVE]),
-    of_bodies(
-        "full+save+laws",
-        &["law:area", "law:granular", "feature:adhesion"],
-    ),
-    of_bodies("full+save+laws+contacts", &[CONTACTS]),
-    of_bodies("all", &[PAIRS, SEGMENTS]),
-    of_continua("elastic", &["material:linear_elastic"]),
+    of_bodies("full+save", "save"),
+    of_bodies("full+save+laws", "law:area law:granular feature:adhesion"),
+    of_bodies("full+save+laws+contacts", "contacts"),
+    of_bodies("all", "pairs segments"),
+    of_continua("elastic", "material:linear_elastic"),
     of_continua(
         "full",
-        &[
-            "shape:linear",
-            "transfer:flip",
-            "wall:open",
-            "feature:fields",
-            STRESS_WORK,
-        ],
+        "shape:linear transfer:flip wall:open feature:fields stress_work",
     ),
-    of_continua("full+save", &[SAVE]),
-    of_continua("full+save+layers", &[LAYERS, PAIRS]),
-    of_continua("all", &[PLASTIC_STRAIN, "material:von_mises"]),
+    of_continua("full+save", "save"),
+    of_continua("full+save+layers", "layers pairs"),
+    of_continua("all", "plastic_strain material:von_mises"),
 ];
 
 /// The profiles of a side, from the least to the most.
@@ -87,7 +67,7 @@ impl Profile {
         let mut last = false;
         let up_to_it = profiles(self.party)
             .take_while(move |profile| !std::mem::replace(&mut last, profile.name == name));
-        up_to_it.flat_map(|profile| profile.adds).copied()
+        up_to_it.flat_map(|profile| profile.adds.split(' '))
     }
 
     /// What such a solver says in Hello.

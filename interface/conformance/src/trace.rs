@@ -3,6 +3,7 @@
 use std::fmt::Write as _;
 use std::time::Duration;
 
+use interface::message::wire::StepHeader;
 use interface::transport::raw::{Kind, Message, Payload};
 use serde::Serialize;
 
@@ -28,12 +29,8 @@ struct Line {
     time: f64,
     way: Direction,
     kind: Kind,
-    epoch: u64,
-    step: u64,
-    count: u64,
-    flags: u64,
-    travel: f64,
-    set: u64,
+    #[serde(flatten)]
+    header: StepHeader,
     /// The records or the control message, decoded.
     decoded: String,
     /// The bytes of a control message.
@@ -42,9 +39,9 @@ struct Line {
 }
 
 impl Trace {
-    /// A recorder that keeps all entries.
-    pub fn kept() -> Self {
-        Self(Some(Vec::new()))
+    /// Of no messages yet; it keeps those to come or not.
+    pub fn new(kept: bool) -> Self {
+        Self(kept.then(Vec::new))
     }
 
     /// Takes note of a message.
@@ -52,19 +49,13 @@ impl Trace {
         let Some(lines) = &mut self.0 else {
             return;
         };
-        let header = &message.header;
         let (decoded, bytes) = decoded(message);
         lines.push(Line {
             run,
             time: time.as_secs_f64(),
             way: direction,
             kind: message.kind(),
-            epoch: header.epoch,
-            step: header.step,
-            count: header.count,
-            flags: header.flags,
-            travel: header.travel,
-            set: header.set,
+            header: message.header,
             decoded,
             bytes,
         });
@@ -89,24 +80,11 @@ fn decoded(message: &Message) -> (String, String) {
         })
     };
     match &message.payload {
-        Payload::Order(bytes) => (either(message.as_order()), hex(bytes)),
-        Payload::Notice(bytes) => (either(message.as_notice()), hex(bytes)),
+        Payload::Order(bytes) => (format!("{:?}", message.as_order()), hex(bytes)),
+        Payload::Notice(bytes) => (format!("{:?}", message.as_notice()), hex(bytes)),
         Payload::Saved(bytes) | Payload::Restore(bytes) => {
             (format!("{} bytes", bytes.len()), hex(bytes))
         }
-        Payload::Contacts(records) => (format!("{records:?}"), String::new()),
-        Payload::Grant(records) => (format!("{records:?}"), String::new()),
-        Payload::Report(records) => (format!("{records:?}"), String::new()),
-        Payload::Groups(records) => (format!("{records:?}"), String::new()),
-        Payload::Points(records) => (format!("{records:?}"), String::new()),
-        Payload::Bodies(records) => (format!("{records:?}"), String::new()),
-        Payload::Set(records) => (format!("{records:?}"), String::new()),
-        Payload::States(records) => (format!("{records:?}"), String::new()),
-        Payload::Forces(records) => (format!("{records:?}"), String::new()),
-        Payload::Envelopes(records) => (format!("{records:?}"), String::new()),
+        records => (format!("{records:?}"), String::new()),
     }
-}
-
-fn either<T: core::fmt::Debug>(message: Result<T, String>) -> String {
-    message.map_or_else(|e| e, |message| format!("{message:?}"))
 }

@@ -93,6 +93,17 @@ impl Unmet {
     }
 }
 
+impl Display for Unmet {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Broken(evidence) => evidence.fmt(f),
+            Self::Declined(refusal) => write!(f, "refuses {refusal}"),
+            Self::Lacking(names) => write!(f, "does not take {}", names.join(", ")),
+            Self::OutOfSight(reason) => f.write_str(reason),
+        }
+    }
+}
+
 impl From<ChannelError> for Unmet {
     fn from(error: ChannelError) -> Self {
         broken("a solver that takes its messages", error)
@@ -101,21 +112,14 @@ impl From<ChannelError> for Unmet {
 
 impl From<Unmet> for Verdict {
     fn from(unmet: Unmet) -> Self {
-        match unmet {
-            Unmet::Broken(evidence) => Self::Fail(evidence),
-            Unmet::Declined(refusal) => Self::NotApplicable {
-                reason: format!("refuses {refusal}"),
-                why: Why::Refused,
-            },
-            Unmet::Lacking(names) => Self::NotApplicable {
-                reason: format!("does not take {}", names.join(", ")),
-                why: Why::NotTaken,
-            },
-            Unmet::OutOfSight(reason) => Self::NotApplicable {
-                reason: reason.into(),
-                why: Why::OutOfSight,
-            },
-        }
+        let reason = unmet.to_string();
+        let why = match unmet {
+            Unmet::Broken(evidence) => return Self::Fail(evidence),
+            Unmet::Declined(_) => Why::Refused,
+            Unmet::Lacking(_) => Why::NotTaken,
+            Unmet::OutOfSight(_) => Why::OutOfSight,
+        };
+        Self::NotApplicable { reason, why }
     }
 }
 
@@ -151,34 +155,4 @@ pub fn near(what: &str, got: f64, expected: f64, tolerance: f64) -> Result<(), U
         format_args!("{what} {expected:.17e} within {tolerance:.1e}"),
         format_args!("{got:.17e}, off by {:.3e}", got - expected),
     )
-}
-
-/// The largest of what has been measured, for the words of a pass.
-#[derive(Debug, Clone, Copy, Default)]
-pub struct Largest(f64);
-
-impl Largest {
-    /// The clause is broken unless `got` is `expected` but for `tolerance`; the difference is taken note of, as a share
-    /// of `scale`.
-    ///
-    /// # Errors
-    /// [`Unmet::Broken`].
-    pub fn near(
-        &mut self,
-        what: &str,
-        got: f64,
-        expected: f64,
-        tolerance: f64,
-        scale: f64,
-    ) -> Result<(), Unmet> {
-        near(what, got, expected, tolerance)?;
-        self.0 = self.0.max((got - expected).abs() / scale);
-        Ok(())
-    }
-}
-
-impl Display for Largest {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{:.1e}", self.0)
-    }
 }

@@ -252,6 +252,15 @@ macro_rules! define {
                 match self { $(Self::$kind(records) => check_all(records)),* }
             }
 
+            /// Shows every number with the slot of its record and the name of its field, in the order of the layout.
+            pub fn visit(&self, see: &mut dyn FnMut(usize, &'static str, wire::Number)) {
+                match self {
+                    $(Self::$kind(records) => (0..).zip(*records).for_each(|(slot, record)| {
+                        record.visit(&mut |name, number| see(slot, name, number));
+                    })),*
+                }
+            }
+
             /// Appends their bytes, as on the wire, to `bytes`.
             pub fn write(&self, bytes: &mut Vec<u8>) {
                 match self { $(Self::$kind(records) => bytes.extend_from_slice(bytes_of(records))),* }

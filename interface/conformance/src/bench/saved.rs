@@ -4,7 +4,7 @@ use interface::message::control::{Configure, Order};
 use interface::message::wire::{StepHeader, flags};
 use interface::transport::raw::{Kind, Message, Payload};
 
-use super::kit_run::records;
+use super::run::records;
 use super::session::{Reply, Session};
 use crate::verdict::{Unmet, broken};
 

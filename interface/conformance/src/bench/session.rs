@@ -40,13 +40,13 @@ pub struct Bench {
 
 impl Bench {
     /// A bench whose clock starts now.
-    pub fn new(subject: Subject, options: &Options, hello: &Capabilities, trace: Trace) -> Self {
+    pub fn new(subject: Subject, options: &Options, hello: &Capabilities) -> Self {
         Self {
             subject,
             window: options.window.max(1),
             startup: options.startup,
             capabilities: hello.clone(),
-            trace: RefCell::new(trace),
+            trace: RefCell::new(Trace::new(options.trace)),
             started: Instant::now(),
             starting: Cell::new(Duration::ZERO),
             sessions: Cell::new(0),
@@ -130,7 +130,7 @@ pub struct Session<'b> {
     pub flaw: Option<Flaw>,
     worker: Worker,
     /// What the solver said instead of a message.
-    failed: Option<Failure>,
+    pub failed: Option<Failure>,
     number: u32,
 }
 
@@ -141,7 +141,7 @@ impl Session<'_> {
             self.note(Direction::ToSolver, message);
             return Ok(self.raw_run.send(message)?);
         };
-        for changed in (flaw.inbound)(message.clone()) {
+        for changed in (flaw.pass)(message.clone()) {
             self.note(Direction::ToSolver, &changed);
             self.raw_run.send(&changed)?;
         }
@@ -185,7 +185,8 @@ impl Session<'_> {
         self.expect_within(kind, PATIENCE.min(self.bench.left()))
     }
 
-    fn expect_within(&mut self, kind: Kind, deadline: Duration) -> Result<Message, Unmet> {
+    /// The same, for this long.
+    pub fn expect_within(&mut self, kind: Kind, deadline: Duration) -> Result<Message, Unmet> {
         let message = self.worker.expect(&self.raw_run, kind, deadline);
         let message = message.map_err(|instead| {
             let expected = format!("{kind:?}");
@@ -279,13 +280,19 @@ impl Session<'_> {
         }
     }
 
-    /// Asks for an orderly end: Drain, Bye, Close.
-    pub fn close(&mut self) -> Result<(), Unmet> {
+    /// Asks for an orderly end: Drain, then Bye; Close is left to the clause.
+    pub fn bye(&mut self) -> Result<(), Unmet> {
         self.order(&Order::Drain)?;
         match self.notice()? {
-            Notice::Bye => self.order(&Order::Close),
+            Notice::Bye => Ok(()),
             other => Err(broken("Bye", format_args!("{other:?}"))),
         }
+    }
+
+    /// The same, and Close.
+    pub fn close(&mut self) -> Result<(), Unmet> {
+        self.bye()?;
+        self.order(&Order::Close)
     }
 
     /// Waits for the end of the solver for `within` at most; returns how it ended.

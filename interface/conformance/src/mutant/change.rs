@@ -197,18 +197,6 @@ pub fn answers(mut change: impl FnMut(&[ImpState], &mut [ImpForce]) + 'static) -
     })
 }
 
-/// Changes the forces that press on points whose speed (m/s) `which` picks.
-pub fn moving(which: fn(f64) -> bool, change: fn(&mut ImpForce)) -> Flaw {
-    answers(move |states, forces| {
-        for (force, state) in forces.iter_mut().zip(states) {
-            let [x, y] = state.velocity;
-            if force.force != [0.0; 2] && which(x.hypot(y)) {
-                change(force);
-            }
-        }
-    })
-}
-
 /// Changes the reports on measured steps.
 pub fn measured(mut change: impl FnMut(&mut Report) + 'static) -> Flaw {
     Flaw::report(move |report| {
@@ -252,7 +240,7 @@ pub fn after_others(mut change: impl FnMut(&[ImpForce], &mut [ImpForce]) + 'stat
 /// Moves numbers of states and forces that go out by so many places, given the grant that they belong to.
 pub fn nudges(ulps: impl Fn(&Grant) -> u32 + 'static) -> Flaw {
     let (grant, of) = shared(Grant::default());
-    let nudge = Flaw::outbound(move |mut message| {
+    let nudge = Flaw::passing(move |mut message| {
         let ulps = ulps(&of.get());
         match &mut message.payload {
             Payload::States(states) => states.iter_mut().for_each(|state| nudged(state, ulps)),

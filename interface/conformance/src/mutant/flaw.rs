@@ -1,8 +1,5 @@
 //! What a mutant does wrong.
 
-use std::cell::RefCell;
-use std::rc::Rc;
-
 use interface::message::control::{Configure, Notice, Order};
 use interface::message::wire::{
     BodyState, ContactState, EnvelopeVertex, Grant, GroupState, ImpForce, ImpInfo, ImpState,
@@ -26,10 +23,8 @@ pub type Pass = Box<dyn FnMut(Message) -> Vec<Message>>;
 
 /// What a mutant does wrong.
 pub struct Flaw {
-    /// To what comes from coupler and peer.
-    pub inbound: Pass,
-    /// To what goes to them.
-    pub outbound: Pass,
+    /// To what passes, whichever way: a kind of message goes one way only.
+    pub pass: Pass,
     /// Outside the messages.
     pub process: ProcessFlaws,
 }
@@ -72,36 +67,13 @@ pub struct ProcessFlaws {
 impl Flaw {
     /// None: what passes is not changed.
     pub fn none() -> Self {
-        Self {
-            inbound: Box::new(|message| vec![message]),
-            outbound: Box::new(|message| vec![message]),
-            process: ProcessFlaws::default(),
-        }
+        Self::passing(|message| vec![message])
     }
 
-    /// Changes what comes in.
-    pub fn inbound(pass: impl FnMut(Message) -> Vec<Message> + 'static) -> Self {
-        Self {
-            inbound: Box::new(pass),
-            ..Self::none()
-        }
-    }
-
-    /// Changes what goes out.
-    pub fn outbound(pass: impl FnMut(Message) -> Vec<Message> + 'static) -> Self {
-        Self {
-            outbound: Box::new(pass),
-            ..Self::none()
-        }
-    }
-
-    /// Changes what passes, whichever way: a kind of message goes one way only.
+    /// Changes what passes.
     pub fn passing(pass: impl FnMut(Message) -> Vec<Message> + 'static) -> Self {
-        let pass = Rc::new(RefCell::new(pass));
-        let other = Rc::clone(&pass);
         Self {
-            inbound: Box::new(move |message| pass.borrow_mut()(message)),
-            outbound: Box::new(move |message| other.borrow_mut()(message)),
+            pass: Box::new(pass),
             process: ProcessFlaws::default(),
         }
     }
@@ -124,23 +96,16 @@ impl Flaw {
     /// This one, and then another one.
     #[must_use]
     pub fn with(self, other: Self) -> Self {
-        let then = |mut first: Pass, mut second: Pass| -> Pass {
-            Box::new(move |message| first(message).into_iter().flat_map(&mut second).collect())
-        };
+        let (mut first, mut then) = (self.pass, other.pass);
         Self {
-            inbound: then(self.inbound, other.inbound),
-            outbound: then(self.outbound, other.outbound),
-            process: if other.process == ProcessFlaws::default() {
-                self.process
-            } else {
-                other.process
-            },
+            pass: Box::new(move |message| first(message).into_iter().flat_map(&mut then).collect()),
+            process: self.process,
         }
     }
 
     /// Changes notices.
     pub fn notices(mut change: impl FnMut(&mut Notice) + 'static) -> Self {
-        Self::outbound(move |message| match message.as_notice() {
+        Self::passing(move |message| match message.as_notice() {
             Ok(mut notice) => {
                 change(&mut notice);
                 vec![Message::notice(message.header.step, &notice)]
@@ -151,7 +116,7 @@ impl Flaw {
 
     /// Changes the Configure that the solver gets to see.
     pub fn configure(mut change: impl FnMut(&mut Configure) + 'static) -> Self {
-        Self::inbound(move |message| match message.as_order() {
+        Self::passing(move |message| match message.as_order() {
             Ok(Order::Configure(mut configure)) => {
                 change(&mut configure);
                 vec![Message::order(&Order::Configure(configure))]

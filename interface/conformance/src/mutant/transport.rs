@@ -70,7 +70,7 @@ impl Flawed {
             }
             for message in taken.into_iter().rev() {
                 self.in_step |= message.kind() == Kind::Grant;
-                for message in (self.flaw.inbound)(message) {
+                for message in (self.flaw.pass)(message) {
                     self.coming[message.kind() as usize].push_back(message);
                 }
             }
@@ -88,7 +88,7 @@ impl Flawed {
 
     /// Sends what the flaw makes of a message, with its wake-ups.
     fn pass_on(&mut self, message: Message) -> Result<(), TransportError> {
-        for message in (self.flaw.outbound)(message) {
+        for message in (self.flaw.pass)(message) {
             let channel = Channel::of(self.party, message.kind());
             let records = message.payload.records();
             self.inner.send(channel, &message.header, records)?;

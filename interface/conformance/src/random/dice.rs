@@ -6,59 +6,84 @@ use interface::config::capability::Capabilities;
 use super::plan::Epoch;
 
 /// A source of numbers, for a solver that takes something.
-pub trait Dice {
+pub struct Dice<'a, S> {
     /// The source.
-    fn rng(&mut self) -> &mut Rng;
+    pub rng: Rng,
     /// What the solver takes.
-    fn takes(&self) -> &Capabilities;
+    pub takes: &'a Capabilities,
     /// Longest step in s.
-    fn dt(&self) -> f64;
+    pub dt: f64,
+    /// What else the numbers of a case have in common.
+    pub scale: S,
+}
 
+/// A number from decades: 10 to a power between two.
+pub fn decades(rng: &mut Rng, from: f64, to: f64) -> f64 {
+    10f64.powf(from + (to - from) * rng.f64())
+}
+
+impl<S> Dice<'_, S> {
     /// One in four.
-    fn rarely(&mut self) -> bool {
-        self.rng().u32(0..4) == 0
+    pub fn rarely(&mut self) -> bool {
+        self.rng.u32(0..4) == 0
     }
 
     /// One in two.
-    fn often(&mut self) -> bool {
-        self.rng().bool()
+    pub fn often(&mut self) -> bool {
+        self.rng.bool()
     }
 
     /// Between two numbers.
-    fn between(&mut self, from: f64, to: f64) -> f64 {
-        from + (to - from) * self.rng().f64()
+    pub fn between(&mut self, from: f64, to: f64) -> f64 {
+        from + (to - from) * self.rng.f64()
     }
 
     /// From minus `most` to `most`.
-    fn way(&mut self, most: f64) -> f64 {
+    pub fn way(&mut self, most: f64) -> f64 {
         self.between(-most, most)
     }
 
     /// About this large, within a factor of 3 either way.
-    fn about(&mut self, typical: f64) -> f64 {
+    pub fn about(&mut self, typical: f64) -> f64 {
         typical * 3f64.powf(self.way(1.0))
     }
 
     /// One of those that the solver takes.
-    fn member(&mut self, of: &[&'static str]) -> Option<&'static str> {
-        let count = of.iter().filter(|name| self.takes().meets(name)).count();
-        let drawn = (count > 0).then(|| self.rng().usize(0..count))?;
-        Some(
-            of.iter()
-                .filter(|name| self.takes().meets(name))
-                .nth(drawn)?,
-        )
+    pub fn member<T: Clone>(&mut self, of: &[(&str, T)]) -> Option<T> {
+        let taken: Vec<_> = of
+            .iter()
+            .filter(|(name, _)| self.takes.meets(name))
+            .collect();
+        let drawn = (!taken.is_empty()).then(|| self.rng.usize(0..taken.len()))?;
+        Some(taken[drawn].1.clone())
+    }
+
+    /// A star around a middle (m) with corners as far from it as `reach` says, which is simple.
+    pub fn star(
+        &mut self,
+        corners: u32,
+        [x, y]: [f64; 2],
+        mut reach: impl FnMut(&mut Self) -> f64,
+    ) -> Vec<[f64; 2]> {
+        let mut vertices = Vec::new();
+        for k in 0..corners {
+            let turn = f64::from(k) + self.between(0.0, 0.4);
+            let angle = turn * std::f64::consts::TAU / f64::from(corners);
+            let r = reach(self);
+            vertices.push([x + r * angle.cos(), y + r * angle.sin()]);
+        }
+        vertices
     }
 
     /// Steps, with opening and closing ones, and with frames if a solver of this side sends them.
-    fn epochs(&mut self, frames: bool) -> Vec<Epoch> {
-        let saves = self.takes().has("save") && self.rarely();
-        let count = self.rng().u32(1..7);
+    pub fn epochs(&mut self, frames: bool) -> Vec<Epoch> {
+        let saves = self.takes.has("save") && self.rarely();
+        let count = self.rng.u32(1..7);
         let mut epochs = Vec::new();
-        let mut dt = self.dt() * self.between(0.3, 1.0);
+        let mut dt = self.dt * self.between(0.3, 1.0);
         for k in 0..count {
-            let windows = (0..self.rng().u32(1..4))
-                .map(|_| self.rng().u32(1..9))
+            let windows = (0..self.rng.u32(1..4))
+                .map(|_| self.rng.u32(1..9))
                 .collect();
             epochs.push(Epoch {
                 dt,
@@ -71,7 +96,7 @@ pub trait Dice {
             dt = if self.often() {
                 dt
             } else {
-                self.dt().min(dt * self.between(0.4, 1.1))
+                self.dt.min(dt * self.between(0.4, 1.1))
             };
         }
         let still = |epoch: &Epoch| Epoch {

@@ -3,8 +3,7 @@
 use std::collections::BTreeMap;
 use std::fmt::{Debug, Display};
 
-use interface::Vec2;
-use interface::message::wire::Ledger;
+use interface::message::wire::{Ledger, Number, Record};
 
 /// Where a solver differs from the oracle.
 #[derive(Debug, Clone, PartialEq)]
@@ -13,9 +12,7 @@ pub struct Difference {
     pub clause: &'static str,
     /// The step.
     pub step: u32,
-    /// What differs, of whom: "force on point 3".
-    pub what: String,
-    /// What PROTOCOL.md asks for.
+    /// What PROTOCOL.md asks for, of whom: "force on point 3: 12".
     pub expected: String,
     /// What the solver said.
     pub got: String,
@@ -75,8 +72,7 @@ impl<'a> Judge<'a> {
         Err(Box::new(Difference {
             clause,
             step: self.step,
-            what: what.to_string(),
-            expected: expected.to_string(),
+            expected: format!("{what}: {expected}"),
             got: got.to_string(),
         }))
     }
@@ -97,12 +93,7 @@ impl<'a> Judge<'a> {
             self.count(clause, 0.0);
             return Ok(());
         }
-        self.differ(
-            clause,
-            what,
-            format_args!("{want:?}"),
-            format_args!("{got:?}"),
-        )
+        self.differ(clause, what, format!("{want:?}"), format!("{got:?}"))
     }
 
     /// Counts a number that is as far off as this share of what is allowed.
@@ -112,58 +103,72 @@ impl<'a> Judge<'a> {
         compared.largest = compared.largest.max(share);
     }
 
-    /// A number within a tolerance.
+    /// Numbers within a tolerance: their distance.
     pub fn near(
         &mut self,
         clause: &'static str,
         what: impl Display,
-        got: f64,
-        want: f64,
+        got: &[f64],
+        want: &[f64],
         tolerance: f64,
     ) -> Result {
-        let off = (got - want).abs();
+        let pairs = got.iter().zip(want);
+        let off = pairs.fold(0.0, |off: f64, (got, want)| off.hypot(got - want));
         if off <= tolerance {
             self.count(clause, off / tolerance.max(f64::MIN_POSITIVE));
             return Ok(());
         }
-        let got = format_args!("{}, {} off", Number(got), Number(off)).to_string();
-        self.differ(clause, what, Number(want), got)
+        let got = format!("{}, {} off", show(got), show(&[off]));
+        self.differ(clause, what, show(want), got)
     }
 
-    /// Two numbers within a tolerance.
-    pub fn near_vector(
+    /// Fields of a record, in this order: each with its clause, its name and how far off it may be.
+    pub fn fields<T: Record>(
         &mut self,
-        clause: &'static str,
-        what: impl Display,
-        got: [f64; 2],
-        want: Vec2,
-        tolerance: f64,
+        whom: &str,
+        records: [&T; 2],
+        rows: &[(&'static str, &'static str, f64)],
     ) -> Result {
-        let off = (Vec2::from(got) - want).norm();
-        if off <= tolerance {
-            self.count(clause, off / tolerance.max(f64::MIN_POSITIVE));
-            return Ok(());
+        let [got, want] = records.map(|record| {
+            let mut numbers = BTreeMap::<_, Vec<f64>>::new();
+            record.visit(&mut |name, number| {
+                numbers.entry(name).or_default().push(match number {
+                    Number::Count(count) => count as f64,
+                    Number::Real(x) => x,
+                });
+            });
+            numbers
+        });
+        for &(clause, name, tolerance) in rows {
+            let what = format_args!("{name}{whom}");
+            self.near(clause, what, &got[name], &want[name], tolerance)?;
         }
-        let got = format_args!("{}, {} off", Vector(got), Number(off)).to_string();
-        self.differ(clause, what, Vector(want.into()), got)
+        Ok(())
     }
 
-    /// The impulses of two ledgers within `impulse` (N s/m), their contact forces within `force` (N/m), and the same number of
-    /// contacts.
-    pub fn near_impulses(
+    /// What both sides may have in their ledgers: energies within `energy` (J/m), impulses within `impulse` (N s/m), contact
+    /// forces within `force` (N/m), and the same number of contacts.
+    pub fn ledgers(
         &mut self,
         clause: &'static str,
-        [got, want]: [&Ledger; 2],
-        impulse: f64,
-        force: f64,
+        ledgers: [&Ledger; 2],
+        [energy, impulse, force]: [f64; 3],
     ) -> Result {
-        for ((what, want), (_, got)) in impulses(want).into_iter().zip(impulses(got)) {
-            self.near_vector(clause, what, got, want.into(), impulse)?;
-        }
-        let [at, to] = [got, want].map(|ledger| ledger.contact_force);
-        self.near_vector(clause, "contact_force in N/m", at, to.into(), force)?;
-        let [got, want] = [got, want].map(|ledger| ledger.contacts as f64);
-        self.near(clause, "contacts", got, want, 0.0)
+        let energies = [
+            "kinetic",
+            "kinetic_rotation",
+            "elastic",
+            "gravity",
+            "contact",
+            "friction_work",
+            "plastic_work",
+            "driven_work",
+        ];
+        let impulses = ["momentum", "applied_impulse", "contact_impulse"];
+        let rows = energies.map(|name| (clause, name, energy)).into_iter();
+        let rows = rows.chain(impulses.map(|name| (clause, name, impulse)));
+        let rows = rows.chain([(clause, "contact_force", force), (clause, "contacts", 0.0)]);
+        self.fields("", ledgers, &rows.collect::<Vec<_>>())
     }
 
     /// A number that is a bound.
@@ -178,62 +183,27 @@ impl<'a> Judge<'a> {
             self.count(clause, if got > 0.0 { least / got } else { 0.0 });
             return Ok(());
         }
-        self.differ(
-            clause,
-            what,
-            format_args!("at least {}", Number(least)),
-            Number(got),
-        )
+        let least = format!("at least {}", show(&[least]));
+        self.differ(clause, what, least, show(&[got]))
     }
 }
 
-/// The energies of a ledger in J/m that both sides may have, by name.
-pub fn energies(l: &Ledger) -> [(&'static str, f64); 8] {
-    [
-        ("kinetic in J/m", l.kinetic),
-        ("kinetic_rotation in J/m", l.kinetic_rotation),
-        ("elastic in J/m", l.elastic),
-        ("gravity in J/m", l.gravity),
-        ("contact in J/m", l.contact),
-        ("friction_work in J/m", l.friction_work),
-        ("plastic_work in J/m", l.plastic_work),
-        ("driven_work in J/m", l.driven_work),
-    ]
-}
-
-/// Its impulses in N s/m, by name.
-fn impulses(l: &Ledger) -> [(&'static str, [f64; 2]); 3] {
-    [
-        ("momentum in N s/m", l.momentum),
-        ("applied_impulse in N s/m", l.applied_impulse),
-        ("contact_impulse in N s/m", l.contact_impulse),
-    ]
-}
-
-/// A number for people: six digits.
-pub struct Number(pub f64);
-
-impl Display for Number {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        let magnitude = self.0.abs();
-        if self.0 == 0.0 || (1e-3..1e5).contains(&magnitude) {
-            let digits = if magnitude > 0.0 {
-                (5.0 - magnitude.log10().floor()).clamp(0.0, 9.0)
-            } else {
-                0.0
-            };
-            write!(f, "{:.*}", digits as usize, self.0)
+/// Numbers for people: six digits of each.
+pub fn show(numbers: &[f64]) -> String {
+    let each = |x: &f64| {
+        let magnitude = x.abs();
+        if *x == 0.0 {
+            "0".to_owned()
+        } else if (1e-3..1e5).contains(&magnitude) {
+            let digits = (5.0 - magnitude.log10().floor()).clamp(0.0, 9.0);
+            format!("{x:.*}", digits as usize)
         } else {
-            write!(f, "{:.5e}", self.0)
+            format!("{x:.5e}")
         }
-    }
-}
-
-/// Two numbers for people.
-pub struct Vector(pub [f64; 2]);
-
-impl Display for Vector {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        write!(f, "({}, {})", Number(self.0[0]), Number(self.0[1]))
+    };
+    let numbers: Vec<String> = numbers.iter().map(each).collect();
+    match &numbers[..] {
+        [one] => one.clone(),
+        several => format!("({})", several.join(", ")),
     }
 }

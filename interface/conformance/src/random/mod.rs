@@ -8,6 +8,7 @@ mod dice;
 mod judge;
 mod plan;
 mod run;
+mod shrink;
 
 use std::collections::BTreeMap;
 use std::sync::Mutex;
@@ -16,12 +17,12 @@ use std::time::{Duration, Instant};
 
 use interface::config::capability::Capabilities;
 use interface::message::control::Party;
+use interface::solver::Refusal;
 
 use crate::bench::{Bench, Subject};
 use crate::clause::Clause;
 use crate::options::Options;
-use crate::trace::Trace;
-use crate::verdict::{Evidence, Unmet, Verdict, Why};
+use crate::verdict::{Evidence, Unmet, Verdict};
 use judge::{Compared, Difference, Judge};
 use run::{Case, Outcome, run, run_in_all_ways};
 
@@ -37,21 +38,21 @@ pub struct Failure {
     pub seed: u64,
     /// The small case, as a file.
     pub case: String,
-    /// The same for people, line by line.
-    story: Vec<String>,
-    /// What differs in it.
-    pub difference: Difference,
+    /// The clause that is broken.
+    pub clause: &'static str,
+    /// What it asks for, what the solver said, and the case.
+    pub evidence: Evidence,
 }
 
 /// What random cases have shown.
 #[derive(Debug, Default)]
 pub struct Campaign {
     /// Cases that were run.
-    pub cases: u64,
-    /// Those that the solver refused, with the last key.
-    pub refused: (u64, Option<String>),
+    cases: u64,
+    /// Those that the solver refused, with the last refusal.
+    refused: (u64, Option<Refusal>),
     /// What was compared, by clause.
-    pub compared: BTreeMap<&'static str, Compared>,
+    compared: BTreeMap<&'static str, Compared>,
     /// The failure of the least seed.
     pub failure: Option<Failure>,
 }
@@ -62,19 +63,15 @@ impl Campaign {
         let compared = self.compared.get(clause.id).copied();
         let Compared { count, largest } = compared.unwrap_or_default();
         let lacks = clause.lacks(takes);
-        if !lacks.is_empty() {
-            return Unmet::Lacking(lacks).into();
-        }
-        match (&self.refused.1, count) {
-            (Some(refusal), 0) => Verdict::NotApplicable {
-                reason: format!("refuses {refusal}"),
-                why: Why::Refused,
-            },
-            (None, 0) => Unmet::Lacking(vec!["what shows it".into()]).into(),
+        let (cases, (refused, refusal)) = (self.cases, &self.refused);
+        match refusal {
+            _ if !lacks.is_empty() => Unmet::Lacking(lacks).into(),
+            Some(refusal) if count == 0 => Unmet::Declined(refusal.clone()).into(),
+            None if count == 0 => Unmet::Lacking(vec!["what shows it".into()]).into(),
             _ => Verdict::Pass {
                 measured: format!(
                     "{count} numbers in {} random cases, within {largest:.0e} of the tolerance",
-                    self.cases - self.refused.0
+                    cases - refused
                 ),
             },
         }
@@ -100,18 +97,15 @@ fn campaign_of<C: Case>(
     takes: &Capabilities,
     asked: &[&str],
 ) -> Campaign {
-    let start = Instant::now();
-    let plan = options.random;
-    let (next, first_failing) = (AtomicU64::new(0), AtomicU64::new(u64::MAX));
+    let (start, plan) = (Instant::now(), options.random);
+    // Cases from this one on are not run.
+    let (next, end) = (AtomicU64::new(0), AtomicU64::new(plan.cases));
     let found = Mutex::new((Campaign::default(), None::<(u64, C, Difference)>));
-    let bench = || Bench::new(subject.clone(), options, takes, Trace::default());
+    let bench = || Bench::new(subject.clone(), options, takes);
     let worker = || {
         loop {
             let k = next.fetch_add(1, Ordering::Relaxed);
-            if k >= plan.cases
-                || start.elapsed() >= plan.time
-                || k > first_failing.load(Ordering::Relaxed)
-            {
+            if k >= end.load(Ordering::Relaxed) || start.elapsed() >= plan.time {
                 return;
             }
             let seed = plan.seed + k;
@@ -119,18 +113,11 @@ fn campaign_of<C: Case>(
                 continue;
             };
             let mut judge = Judge::new(asked);
-            let outcome = if k % IN_ALL_WAYS == 0 {
-                run_in_all_ways(&bench(), &case, &mut judge)
-            } else {
-                run(&bench(), &case, &mut judge)
-            };
-            let mut found = found.lock().expect("no panic holds it");
-            let campaign = &mut found.0;
+            let in_all_ways = k % IN_ALL_WAYS == 0;
+            let run = if in_all_ways { run_in_all_ways } else { run };
+            let outcome = run(&bench(), &case, &mut judge);
+            let (campaign, failing) = &mut *found.lock().expect("no panic holds it");
             campaign.cases += 1;
-            if campaign.refused.0 >= REFUSED && campaign.refused.0 + 1 == campaign.cases {
-                // It takes nothing.
-                first_failing.store(0, Ordering::Relaxed);
-            }
             for (clause, one) in judge.compared {
                 let sum = campaign.compared.entry(clause).or_default();
                 sum.count += one.count;
@@ -139,12 +126,16 @@ fn campaign_of<C: Case>(
             match outcome {
                 Outcome::Same => {}
                 Outcome::Refused(refusal) => {
-                    campaign.refused = (campaign.refused.0 + 1, Some(refusal.to_string()));
+                    campaign.refused = (campaign.refused.0 + 1, Some(refusal));
+                    if campaign.refused.0 > REFUSED && campaign.refused.0 == campaign.cases {
+                        // It takes nothing.
+                        end.store(0, Ordering::Relaxed);
+                    }
                 }
                 Outcome::Differs(difference) => {
-                    first_failing.fetch_min(k, Ordering::Relaxed);
-                    if found.1.as_ref().is_none_or(|(least, ..)| seed < *least) {
-                        found.1 = Some((seed, case, difference));
+                    end.fetch_min(k, Ordering::Relaxed);
+                    if failing.as_ref().is_none_or(|(least, ..)| seed < *least) {
+                        *failing = Some((seed, case, difference));
                     }
                 }
             }
@@ -158,11 +149,19 @@ fn campaign_of<C: Case>(
     let (mut campaign, failing) = found.into_inner().expect("no panic holds it");
     campaign.failure = failing.map(|(seed, case, difference)| {
         let (case, difference) = smallest(bench, asked, plan.shrink, case, difference);
+        let clause = difference.clause;
+        let mut story = shrink::story(&case);
+        story.push(format!("again: --only {clause} --seed {seed} --cases 1"));
         Failure {
             seed,
             case: serde_json::to_string_pretty(&case).expect("a case has string keys only"),
-            story: case.story(difference.step),
-            difference,
+            clause,
+            evidence: Evidence {
+                step: Some(difference.step.into()),
+                expected: difference.expected,
+                got: difference.got,
+                story,
+            },
         }
     });
     campaign
@@ -197,80 +196,41 @@ fn smallest<C: Case>(
         }
     };
     let mut fresh = case.clone();
-    fresh
-        .epochs()
-        .iter_mut()
-        .for_each(|epoch| epoch.resumed = false);
+    for epoch in fresh.epochs() {
+        epoch.resumed = false;
+    }
     if asked.contains(&"K-4a") && fresh != case && fails(&fresh, asked).is_none() {
-        let clause = "K-4a";
-        return (
-            case,
-            Difference {
-                clause,
-                ..difference
-            },
-        );
+        difference.clause = "K-4a";
+        return (case, difference);
     }
     // Measured in every step, the first difference is nearest to its cause: wrong motions and forces make everything else
     // wrong, and not the other way round.
     let measured = |case: &C| case.with(plan::measured(case.clone().epochs()));
     let causes = C::CAUSES.iter().copied();
+    let (all, mut asked) = (asked.to_vec(), asked.to_vec());
     let causes: Vec<&str> = causes.filter(|id| asked.contains(id)).collect();
-    let found = [
-        (measured(&case.barer()), &causes[..]),
+    for (nearer, causes) in [
+        (measured(&case.barer()), &causes),
         (measured(&case), &causes),
         (case.clone(), &causes),
-        (measured(&case), asked),
-    ]
-    .into_iter()
-    .find_map(|(case, asked)| {
-        let failure = fails(&case, asked)?;
-        Some((case, asked.to_vec(), failure))
-    });
-    let asked = if let Some((of_cause, causes, cause)) = found {
-        (case, difference) = (of_cause, cause);
-        causes
-    } else {
-        asked.to_vec()
-    };
-    let (mut next, mut tried) = (0, 0);
-    while start.elapsed() < time {
-        let mut smaller = run::smaller(&case, difference.step);
-        if tried >= smaller.len() {
+        (measured(&case), &all),
+    ] {
+        if let Some(cause) = fails(&nearer, causes) {
+            (case, difference, asked) = (nearer, cause, causes.clone());
             break;
         }
-        let smaller = smaller.swap_remove(next % smaller.len());
-        if let Some(other) =
-            fails(&smaller, &asked).filter(|other| other.clause == difference.clause)
-        {
-            (case, difference, tried) = (smaller, other, 0);
-        } else {
-            (next, tried) = (next + 1, tried + 1);
+    }
+    let mut smaller = shrink::smaller(&case, difference.step);
+    let (mut next, mut tried) = (0, 0);
+    while start.elapsed() < time && tried < smaller.len() {
+        let other = &smaller[next % smaller.len()];
+        match fails(other, &asked) {
+            Some(differs) if differs.clause == difference.clause => {
+                (case, difference, tried) = (other.clone(), differs, 0);
+                smaller = shrink::smaller(&case, difference.step);
+            }
+            _ => (next, tried) = (next + 1, tried + 1),
         }
     }
     (case, difference)
-}
-
-impl Failure {
-    /// What the clause asks for, what the solver said, and the case.
-    pub fn evidence(&self) -> Evidence {
-        let Difference {
-            clause,
-            step,
-            what,
-            expected,
-            got,
-        } = &self.difference;
-        let mut story = self.story.clone();
-        story.push(format!(
-            "again: --only {clause} --seed {} --cases 1",
-            self.seed
-        ));
-        Evidence {
-            step: Some(u64::from(*step)),
-            expected: format!("{what}: {expected}"),
-            got: got.clone(),
-            story,
-        }
-    }
 }

@@ -1,8 +1,6 @@
-//! The steps of a case, whichever side it is of, and what makes any case smaller.
+//! The steps of a case, whichever side it is of.
 
-use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
-use serde_json::Value;
 
 /// A number that changes with the steps: linear between its values at some of them, constant beyond.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -94,27 +92,4 @@ pub fn simpler(epochs: &[Epoch], step: u32) -> Vec<Vec<Epoch>> {
         simpler.push(other);
     }
     simpler
-}
-
-/// Every number with few digits.
-pub fn rounded<C: Serialize + DeserializeOwned>(case: &C, digits: i32) -> Option<C> {
-    let mut text = serde_json::to_value(case).ok()?;
-    shorten(&mut text, digits);
-    serde_json::from_value(text).ok()
-}
-
-/// The same of JSON; whole numbers are counts and stay.
-fn shorten(value: &mut Value, digits: i32) {
-    match value {
-        Value::Number(number) if number.is_f64() => {
-            let x = number.as_f64().unwrap_or_default();
-            if x != 0.0 {
-                let unit = 10f64.powi(x.abs().log10().floor() as i32 + 1 - digits);
-                *value = Value::from((x / unit).round() * unit);
-            }
-        }
-        Value::Array(values) => values.iter_mut().for_each(|value| shorten(value, digits)),
-        Value::Object(fields) => fields.values_mut().for_each(|value| shorten(value, digits)),
-        _ => {}
-    }
 }

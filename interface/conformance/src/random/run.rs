@@ -1,7 +1,5 @@
 //! A case run: the kit is the coupler and the other side, and compares every answer with the oracle.
 
-use std::ops::DerefMut;
-
 use interface::config::capability::Capabilities;
 use interface::message::control::Configure;
 use interface::message::wire::{Ledger, Record, flags};
@@ -10,14 +8,12 @@ use serde::Serialize;
 use serde::de::DeserializeOwned;
 
 use super::judge::{Difference, Judge};
-use super::plan::{self, Epoch};
-use crate::bench::{Bench, KitRun, WindowReport};
+use super::plan::Epoch;
+use crate::bench::{Bench, Run, WindowReport};
 use crate::verdict::{Evidence, Unmet};
 
 /// A case of one side. A case is data, so it can be made smaller, kept in a file and run again.
 pub trait Case: Clone + PartialEq + Serialize + DeserializeOwned + Send {
-    /// A run that plays it.
-    type Run<'b>: From<KitRun<'b>> + DerefMut<Target = KitRun<'b>>;
     /// What is expected, and where the run stands.
     type Stand: Clone;
     /// The clauses whose breach is the cause where others are broken too.
@@ -36,19 +32,17 @@ pub trait Case: Clone + PartialEq + Serialize + DeserializeOwned + Send {
     /// The steps of a grant, and the report on it.
     fn window(
         &self,
-        run: &mut Self::Run<'_>,
+        run: &mut Run,
         stand: &mut Self::Stand,
         window: Window,
         judge: &mut Judge,
     ) -> Result<(), Stop>;
     /// The end of the run, after all steps.
-    fn end(&self, run: Self::Run<'_>, stand: Self::Stand, judge: &mut Judge) -> Result<(), Stop>;
+    fn end(&self, run: Run, stand: Self::Stand, judge: &mut Judge) -> Result<(), Stop>;
     /// The same without what hides a cause.
     fn barer(&self) -> Self;
-    /// Smaller cases, to be tried where `step` fails, the boldest first; steps and digits are not their matter.
-    fn smaller(&self, step: u32) -> Vec<Self>;
-    /// The case for people, line by line.
-    fn story(&self, step: u32) -> Vec<String>;
+    /// The same from a later step on, as if it were the first, where that can be.
+    fn later(&self, first: u32) -> Option<Self>;
 
     /// The same with other steps.
     fn with(&self, epochs: Vec<Epoch>) -> Self {
@@ -59,7 +53,7 @@ pub trait Case: Clone + PartialEq + Serialize + DeserializeOwned + Send {
 }
 
 /// A run and where it stands.
-pub type Begun<'b, C> = (<C as Case>::Run<'b>, <C as Case>::Stand);
+pub type Begun<'b, C> = (Run<'b>, <C as Case>::Stand);
 
 /// What a window is.
 #[derive(Clone, Copy)]
@@ -126,12 +120,11 @@ pub fn run<C: Case>(bench: &Bench, case: &C, judge: &mut Judge) -> Outcome {
 fn not_answered(unmet: Unmet, step: u32, causes: &[&'static str]) -> Difference {
     let (expected, got) = match unmet {
         Unmet::Broken(Evidence { expected, got, .. }) => (expected, got),
-        other => ("an answer".to_owned(), format!("{other:?}")),
+        other => ("an answer".to_owned(), other.to_string()),
     };
     Difference {
         clause: causes[0],
         step,
-        what: "answer".into(),
         expected,
         got,
     }
@@ -166,11 +159,9 @@ pub fn run_in_all_ways<C: Case>(bench: &Bench, case: &C, judge: &mut Judge) -> O
             continue;
         }
         let mut again = Judge::new(&[]);
-        if let Outcome::Differs(difference) = run(bench, &other, &mut again) {
-            return Outcome::Differs(Difference {
-                clause,
-                ..difference
-            });
+        if let Outcome::Differs(mut difference) = run(bench, &other, &mut again) {
+            difference.clause = clause;
+            return Outcome::Differs(difference);
         }
         let place = judge.bits.iter().zip(&again.bits).position(|(a, b)| a != b);
         let place = place.or((judge.bits.len() != again.bits.len()).then_some(judge.bits.len()));
@@ -178,8 +169,9 @@ pub fn run_in_all_ways<C: Case>(bench: &Bench, case: &C, judge: &mut Judge) -> O
             return Outcome::Differs(Difference {
                 clause,
                 step: 0,
-                what: format!("number {place} of what is answered, in another run of these steps"),
-                expected: "the bits of the run that went on in these windows".into(),
+                expected: format!(
+                    "the bits of number {place} of the run that went on in these windows"
+                ),
                 got: "others".into(),
             });
         }
@@ -209,16 +201,16 @@ fn steps<C: Case>(bench: &Bench, case: &mut C, judge: &mut Judge) -> Result<(), 
                 .filter(|(on, _)| *on)
                 .map(|(_, flag)| flag)
                 .sum::<u64>();
-            play.send_grants(&[grant])?;
+            play.send_grant(grant)?;
             case.window(&mut play, &mut stand, window, judge)?;
             if let Some((run, begun, bits)) = from {
                 judge.bits.truncate(bits);
                 let state = play.session.saved()?;
-                play = C::Run::from(bench.resumed(&case.order(), &state, &run)?);
+                play = bench.resumed(&case.order(), &state, &run)?;
                 stand = begun;
                 grant.flags &= !flags::CHECKPOINT;
                 let _ = play.next_grant(epoch.dt, u64::from(steps), first);
-                play.send_grants(&[grant])?;
+                play.send_grant(grant)?;
                 case.window(&mut play, &mut stand, window, judge)?;
             }
         }
@@ -228,7 +220,7 @@ fn steps<C: Case>(bench: &Bench, case: &mut C, judge: &mut Judge) -> Result<(), 
 
 /// The report on a grant whose first step is `first`, and whether it is one.
 pub fn report(
-    run: &mut KitRun,
+    run: &mut Run,
     first: u64,
     window: Window,
     judge: &mut Judge,
@@ -275,20 +267,4 @@ pub fn report(
         judge.same("R-3b", of, said, (0, true, None, false))?;
     }
     Ok(told)
-}
-
-/// The smaller cases to try for a case, the boldest first.
-pub fn smaller<C: Case>(case: &C, step: u32) -> Vec<C> {
-    let epochs = case.clone().epochs().clone();
-    let mut steps = plan::simpler(&epochs, step).into_iter();
-    let mut smaller: Vec<C> = steps.next().map(|cut| case.with(cut)).into_iter().collect();
-    smaller.extend(case.smaller(step));
-    smaller.extend(steps.map(|epochs| case.with(epochs)));
-    smaller.extend(
-        [1, 2, 3]
-            .into_iter()
-            .filter_map(|digits| plan::rounded(case, digits)),
-    );
-    smaller.retain(|other| other != case);
-    smaller
 }

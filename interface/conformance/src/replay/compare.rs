@@ -1,6 +1,6 @@
 //! What was answered then and now, number by number.
 
-use core::fmt::{self, Display};
+use core::fmt::Display;
 use std::collections::BTreeMap;
 
 use interface::message::control::{Party, Ready};
@@ -42,8 +42,8 @@ pub struct Comparison {
     pub numbers: u64,
     /// How many of them differ.
     pub differing: u64,
-    /// The first difference.
-    pub first: Option<Difference>,
+    /// The first difference: step, channel, record and field, what was recorded and what was replayed.
+    pub first: Option<String>,
     /// The largest difference of all numbers that are not counts, relative to the largest of its unit so far.
     pub largest: f64,
     scales: BTreeMap<&'static str, f64>,
@@ -57,81 +57,8 @@ impl Default for Comparison {
     }
 }
 
-/// Two answers that differ.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Difference {
-    /// In which step, or before which.
-    pub step: u64,
-    /// Where: channel, record, field.
-    pub place: String,
-    /// As recorded.
-    pub recorded: String,
-    /// As replayed.
-    pub replayed: String,
-    /// How far apart they are, of numbers.
-    pub apart: Option<Apart>,
-}
-
-/// A number of a record.
-#[derive(Clone, Copy)]
-struct Field {
-    kind: Kind,
-    name: &'static str,
-    component: usize,
-}
-
-impl Display for Field {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let y = if self.component == 1 { ", y" } else { "" };
-        write!(f, "`{}`{y}", self.name)
-    }
-}
-
-/// How far apart two numbers are.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Apart {
-    /// Relative to the larger one.
-    pub relative: f64,
-    /// Numbers of f64 from one to the other.
-    pub ulps: u64,
-}
-
-impl Display for Difference {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let (recorded, replayed) = (&self.recorded, &self.replayed);
-        write!(f, "step {}, {}: ", self.step, self.place)?;
-        write!(f, "recorded {recorded}, replayed {replayed}")?;
-        if let Some(Apart { relative, ulps }) = self.apart {
-            write!(f, " ({relative:.1e} relative, {ulps} ulp)")?;
-        }
-        Ok(())
-    }
-}
-
-impl Apart {
-    fn between(a: f64, b: f64) -> Self {
-        let larger = a.abs().max(b.abs());
-        let relative = if larger > 0.0 {
-            (a - b).abs() / larger
-        } else {
-            0.0
-        };
-        // Maps bits to integers in the order of the numbers, with -0 next to +0.
-        let place = |x: f64| {
-            let bits = i128::from(x.to_bits() & (u64::MAX >> 1));
-            if x.is_sign_negative() {
-                -1 - bits
-            } else {
-                bits
-            }
-        };
-        let ulps = (place(a) - place(b)).unsigned_abs();
-        Self {
-            relative,
-            ulps: u64::try_from(ulps).unwrap_or(u64::MAX),
-        }
-    }
-}
+/// A field of the header, or of the record in a slot.
+type Field = (Option<usize>, &'static str, Number);
 
 impl Comparison {
     pub(super) fn new(party: Party, tolerance: f64) -> Self {
@@ -154,165 +81,152 @@ impl Comparison {
         }
     }
 
-    /// Two answers in words that differ.
-    pub(super) fn words(&mut self, step: u64, recorded: String, replayed: String) {
+    fn differ(&mut self, step: u64, place: impl Display, then: impl Display, now: impl Display) {
         self.differing += 1;
-        let place = Channel::of(self.party, Kind::Notice).name().to_string();
-        self.first.get_or_insert(Difference {
-            step,
-            place,
-            recorded,
-            replayed,
-            apart: None,
+        self.first.get_or_insert_with(|| {
+            format!("step {step}, {place}: recorded {then}, replayed {now}")
         });
+    }
+
+    /// Two answers in words that differ.
+    pub(super) fn words(&mut self, step: u64, then: &str, now: &str) {
+        self.differ(
+            step,
+            Channel::of(self.party, Kind::Notice).name(),
+            then,
+            now,
+        );
     }
 
     /// Two configurations taken. Identity, notes and bytes are the program's own affair.
     pub(super) fn ready(&mut self, recorded: &Ready, replayed: &Ready) {
         if recorded.scene_hash != replayed.scene_hash {
-            let (then, now) = (&recorded.scene_hash, &replayed.scene_hash);
-            self.words(0, then.clone(), now.clone());
+            self.words(0, &recorded.scene_hash, &replayed.scene_hash);
         }
-        let (then, now) = (&recorded.readiness, &replayed.readiness);
-        let real = |then, now| (Number::Real(then), Number::Real(now));
-        let numbers = [
-            (
-                "items",
-                (Number::Count(then.items), Number::Count(now.items)),
-            ),
-            ("courant_time", real(then.courant_time, now.courant_time)),
-            ("mass_min", real(then.mass_min, now.mass_min)),
-            ("stiffness_max", real(then.stiffness_max, now.stiffness_max)),
-        ];
-        for (name, pair) in numbers {
-            let field = Field {
-                kind: Kind::Notice,
-                name,
-                component: 0,
-            };
-            self.number(0, field, pair, |_| String::new());
+        let [then, now] = [recorded, replayed].map(|ready| {
+            let r = &ready.readiness;
+            [
+                ("items", Number::Count(r.items)),
+                ("courant_time", Number::Real(r.courant_time)),
+                ("mass_min", Number::Real(r.mass_min)),
+                ("stiffness_max", Number::Real(r.stiffness_max)),
+            ]
+        });
+        for ((name, then), (_, now)) in then.into_iter().zip(now) {
+            self.number(0, Kind::Notice, name, (then, now), || format!("`{name}`"));
         }
     }
 
     /// Two messages of one kind.
     pub(super) fn messages(&mut self, step: u64, recorded: &Message, replayed: &Message) {
-        let (kind, then, now) = (recorded.kind(), &recorded.header, &replayed.header);
-        self.record(step, kind, then, now, |_| "header ".into());
-        match (&recorded.payload, &replayed.payload) {
-            (Payload::Report(a), Payload::Report(b)) => self.records(step, kind, a, b, |_, _| None),
-            (Payload::Groups(a), Payload::Groups(b)) => {
-                self.records(step, kind, a, b, |_, slot| Some(("group", slot as u64)));
+        let kind = recorded.kind();
+        self.take_set(recorded);
+        let [then, now] = [recorded, replayed].map(|message| {
+            let mut fields: Vec<Field> = Vec::new();
+            let header = &message.header;
+            header.visit(&mut |name, number| fields.push((None, name, number)));
+            let records = message.payload.records();
+            records.visit(&mut |slot, name, number| fields.push((Some(slot), name, number)));
+            fields
+        });
+        let set = std::mem::take(&mut self.set);
+        let (mut last, mut component, mut id) = ("", 0, 0);
+        for ((slot, name, then), (.., now)) in then.into_iter().zip(now) {
+            component = if name == last { component + 1 } else { 0 };
+            last = name;
+            if let ("id" | "body", Number::Count(count)) = (name, then) {
+                id = count;
             }
-            (Payload::Points(a), Payload::Points(b)) => {
-                self.records(step, kind, a, b, |_, slot| Some(("point", a[slot].id)));
+            if OF_THE_MACHINE.contains(&name) {
+                continue;
             }
-            (Payload::Bodies(a), Payload::Bodies(b)) => {
-                self.records(step, kind, a, b, |_, slot| Some(("body", slot as u64)));
-            }
-            (Payload::Set(a), Payload::Set(b)) => {
-                self.take_set(recorded);
-                self.records(step, kind, a, b, |_, slot| Some(("point", a[slot].id)));
-            }
-            (Payload::States(a), Payload::States(b)) => self.records(step, kind, a, b, Self::imp),
-            (Payload::Forces(a), Payload::Forces(b)) => self.records(step, kind, a, b, Self::imp),
-            (Payload::Envelopes(a), Payload::Envelopes(b)) => {
-                self.records(step, kind, a, b, |_, slot| Some(("body", a[slot].body)));
-            }
-            _ => {}
-        }
-    }
-
-    fn imp(&self, slot: usize) -> Option<(&'static str, u64)> {
-        self.set.get(slot).map(|id| ("point", *id))
-    }
-
-    fn records<T: Record>(
-        &mut self,
-        step: u64,
-        kind: Kind,
-        recorded: &[T],
-        replayed: &[T],
-        who: impl Fn(&Self, usize) -> Option<(&'static str, u64)>,
-    ) {
-        for (slot, (then, now)) in recorded.iter().zip(replayed).enumerate() {
-            self.record(step, kind, then, now, |this| match who(this, slot) {
-                Some((what, id)) => format!("record {slot} ({what} {id}) "),
-                None => String::new(),
+            self.number(step, kind, name, (then, now), || {
+                let y = if component == 1 { ", y" } else { "" };
+                let Some(slot) = slot else {
+                    return format!("header `{name}`{y}");
+                };
+                let who = match kind {
+                    Kind::States | Kind::Forces => set.get(slot).map(|id| ("point", *id)),
+                    Kind::Set | Kind::Points => Some(("point", id)),
+                    Kind::Envelopes => Some(("body", id)),
+                    Kind::Groups => Some(("group", slot as u64)),
+                    Kind::Bodies => Some(("body", slot as u64)),
+                    _ => None,
+                };
+                match who {
+                    Some((what, id)) => format!("record {slot} ({what} {id}) `{name}`{y}"),
+                    None => format!("`{name}`{y}"),
+                }
             });
         }
-    }
-
-    fn record<T: Record>(
-        &mut self,
-        step: u64,
-        kind: Kind,
-        recorded: &T,
-        replayed: &T,
-        place: impl Fn(&Self) -> String,
-    ) {
-        let mut now = Vec::with_capacity(40);
-        replayed.visit(&mut |_, number| now.push(number));
-        let (mut slot, mut last, mut component) = (0, "", 0);
-        recorded.visit(&mut |name, then| {
-            component = if name == last { component + 1 } else { 0 };
-            (last, slot) = (name, slot + 1);
-            if !OF_THE_MACHINE.contains(&name) {
-                let field = Field {
-                    kind,
-                    name,
-                    component,
-                };
-                self.number(step, field, (then, now[slot - 1]), &place);
-            }
-        });
+        self.set = set;
     }
 
     fn number(
         &mut self,
         step: u64,
-        field: Field,
-        (then, now): (Number, Number),
-        place: impl Fn(&Self) -> String,
+        kind: Kind,
+        name: &'static str,
+        numbers: (Number, Number),
+        place: impl Fn() -> String,
     ) {
-        let Field { kind, name, .. } = field;
         self.numbers += 1;
-        let apart = match (then, now) {
-            (Number::Real(then), Number::Real(now)) => {
-                let scale = self.scales.entry(unit_of(name)).or_default();
-                *scale = scale.max(then.abs()).max(least_scale(name));
-                // Travel is an upper bound (F-9), so a larger one is correct too.
-                let wider = kind == Kind::Forces && name == "travel" && now > then;
-                if then.to_bits() == now.to_bits() || (wider && now.is_finite()) {
-                    return;
-                }
-                let difference = (then - now).abs();
-                if difference > 0.0 {
-                    self.largest = self.largest.max(difference / *scale);
-                }
-                if self.tolerance > 0.0 && difference <= self.tolerance * *scale {
-                    return;
-                }
-                Some(Apart::between(then, now))
-            }
+        let channel = Channel::of(self.party, kind).name();
+        let (then, now) = match numbers {
+            (Number::Real(then), Number::Real(now)) => (then, now),
             (then, now) if then == now => return,
-            _ => None,
+            (then, now) => {
+                let [then, now] = [then, now].map(|number| match number {
+                    Number::Count(count) => count.to_string(),
+                    Number::Real(x) => format!("{x:e}"),
+                });
+                return self.differ(step, format_args!("{channel}, {}", place()), then, now);
+            }
         };
-        self.differing += 1;
-        if self.first.is_none() {
-            let show = |number| match number {
-                Number::Count(n) => n.to_string(),
-                Number::Real(x) => format!("{x:e}"),
-            };
-            let channel = Channel::of(self.party, kind).name();
-            self.first = Some(Difference {
-                step,
-                place: format!("{channel}, {}{field}", place(self)),
-                recorded: show(then),
-                replayed: show(now),
-                apart,
-            });
+        let scale = self.scales.entry(unit_of(name)).or_default();
+        *scale = scale.max(then.abs()).max(least_scale(name));
+        // Travel is an upper bound (F-9), so a larger one is correct too.
+        let wider = kind == Kind::Forces && name == "travel" && now > then;
+        if then.to_bits() == now.to_bits() || (wider && now.is_finite()) {
+            return;
         }
+        let difference = (then - now).abs();
+        if difference > 0.0 {
+            self.largest = self.largest.max(difference / *scale);
+        }
+        if self.tolerance > 0.0 && difference <= self.tolerance * *scale {
+            return;
+        }
+        let place = format_args!("{channel}, {}", place()).to_string();
+        let apart = apart(then, now);
+        self.differ(
+            step,
+            place,
+            format_args!("{then:e}"),
+            format_args!("{now:e} ({apart})"),
+        );
     }
+}
+
+/// How far apart two numbers are: relative to the larger one, and in numbers of f64.
+fn apart(a: f64, b: f64) -> String {
+    let larger = a.abs().max(b.abs());
+    let relative = if larger > 0.0 {
+        (a - b).abs() / larger
+    } else {
+        0.0
+    };
+    // Maps bits to integers in the order of the numbers, with -0 next to +0.
+    let place = |x: f64| {
+        let bits = i128::from(x.to_bits() & (u64::MAX >> 1));
+        if x.is_sign_negative() {
+            -1 - bits
+        } else {
+            bits
+        }
+    };
+    let ulps = (place(a) - place(b)).unsigned_abs();
+    format!("{relative:.1e} relative, {ulps} ulp")
 }
 
 #[cfg(test)]
@@ -348,7 +262,7 @@ mod tests {
         assert_eq!(comparison.numbers, 2 * 3 + 6);
         comparison.messages(7, &forces(1.0), &forces(1.0 + f64::EPSILON));
         comparison.messages(8, &forces(1.0), &forces(2.0));
-        let first = comparison.first.unwrap().to_string();
+        let first = comparison.first.unwrap();
         assert_eq!(
             first,
             "step 7, imp/forces, record 1 (point 9) `force`, y: recorded 1e0, replayed 1.0000000000000002e0 (2.2e-16 relative, 1 ulp)"
@@ -362,7 +276,7 @@ mod tests {
         comparison.messages(0, &forces(0.0), &forces(0.9e-3));
         assert_eq!(comparison.first, None);
         comparison.messages(1, &forces(0.0), &forces(1.1e-3));
-        assert_eq!(comparison.first.unwrap().step, 1);
+        assert!(comparison.first.unwrap().starts_with("step 1, "));
         let mut nan = Comparison::new(Party::Dem, 1e-6);
         nan.messages(0, &forces(0.0), &forces(f64::NAN));
         assert_eq!(nan.differing, 1);
@@ -372,10 +286,8 @@ mod tests {
     fn bits_count_where_no_tolerance_is_given() {
         let mut comparison = Comparison::new(Party::Dem, 0.0);
         comparison.messages(0, &forces(0.0), &forces(-0.0));
-        let first = comparison.first.unwrap();
-        assert_eq!(first.apart.unwrap().ulps, 1);
-        assert_eq!(Apart::between(-1.0, 1.0).relative, 2.0);
-        assert!(Apart::between(-1.0, 1.0).ulps > 1 << 62);
+        assert!(comparison.first.unwrap().ends_with("(NaN relative, 1 ulp)"));
+        assert_eq!(apart(-1.0, 1.0), "2.0e0 relative, 9214364837600034817 ulp");
     }
 
     #[test]
@@ -395,7 +307,7 @@ mod tests {
         other.header.flags = 2;
         let mut comparison = Comparison::new(Party::Dem, 0.5);
         comparison.messages(3, &forces(1.0), &other);
-        let first = comparison.first.unwrap().to_string();
+        let first = comparison.first.unwrap();
         assert!(
             first.starts_with("step 3, imp/forces, header `flags`: recorded 0"),
             "{first}"

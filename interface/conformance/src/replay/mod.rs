@@ -5,29 +5,25 @@
 //! and a solver can be stepped through in a debugger without the rest of the run.
 
 mod compare;
-mod error;
 mod script;
 
 use std::path::Path;
 use std::time::Duration;
 
-use interface::message::control::{Configure, Notice, Order, Party};
+use interface::config::capability::Capabilities;
+use interface::message::control::{Configure, Failure, Notice, Order, Party};
 use interface::message::wire::{Grant, flags};
 use interface::recording::{End, Playback};
-use interface::transport::raw::{Kind, Message, Payload, RawRun};
-use interface::transport::wait::{Awaited, Spin, wait};
+use interface::transport::raw::{ChannelError, Kind, Message, Payload};
+use thiserror::Error;
 
-pub use compare::{Comparison, Difference};
-pub use error::ReplayError;
-use error::Stop;
-use script::Script;
+pub use compare::Comparison;
+use script::{Script, ScriptError};
 
-use crate::bench::{Instead, Subject, Worker};
+use crate::bench::{Bench, Session, Subject};
 
-/// Longest wait for Hello, and for the end after Close.
-const ARRIVAL: Duration = Duration::from_secs(30);
-/// Longest wait for Ready and Bye.
-const CONFIGURATION: Duration = Duration::from_mins(2);
+/// Longest wait for Hello, Ready, Bye, and for the end after Close.
+const CONTROL: Duration = Duration::from_mins(2);
 
 /// What a replay has shown.
 #[derive(Debug)]
@@ -52,25 +48,69 @@ pub struct Options {
     pub set: Vec<String>,
 }
 
+/// A recording could not be replayed.
+#[derive(Debug, Error)]
+pub enum ReplayError {
+    /// The recording cannot be read, is not of such a run, or inconsistent.
+    #[error(transparent)]
+    Script(#[from] ScriptError),
+    /// A value for the configuration has no place in it.
+    #[error("--set {0}")]
+    Override(String),
+    /// The solver could not be started.
+    #[error("cannot start the {0} solver: {1}")]
+    Start(Party, String),
+    /// The channels do not work.
+    #[error(transparent)]
+    Channel(#[from] ChannelError),
+    /// The solver ended, failed or fell silent, and had not when it was recorded.
+    #[error("the {party} solver at step {step}: {how}")]
+    Solver {
+        /// Its side.
+        party: Party,
+        /// First step that was not replayed.
+        step: u64,
+        /// What it did.
+        how: String,
+    },
+}
+
+/// Why the play is over before the recorded session is closed.
+enum Stop {
+    /// The recording has no more of what comes next.
+    Over,
+    /// The answers are so different that the rest of the recording does not fit them.
+    Diverged,
+    /// The solver failed, with the same words as then.
+    FailedAsRecorded(String),
+    Error(ReplayError),
+}
+
+impl<E: Into<ReplayError>> From<E> for Stop {
+    fn from(error: E) -> Self {
+        Self::Error(error.into())
+    }
+}
+
 /// Plays the recording at `path` to `subject`.
 ///
 /// # Errors
 /// [`ReplayError`].
 pub fn replay(path: &Path, subject: &Subject, options: &Options) -> Result<Outcome, ReplayError> {
     // All of it is read once before anything is started.
-    let end = Playback::verify(path)?;
+    let end = Playback::verify(path).map_err(ScriptError::from)?;
     let party = subject.party;
     let script = Script::open(path, party)?;
-    let raw_run = RawRun::open(subject.medium(), party)?;
-    let worker = subject.start(raw_run.domain());
+    let (how, none) = (crate::Options::default(), Capabilities::default());
+    let bench = Bench::new(subject.clone(), &how, &none);
+    let session = bench.session();
     let mut replay = Replay {
         party,
         set: &options.set,
         script,
-        raw_run,
-        worker: worker.map_err(|e| ReplayError::Start(party, e))?,
+        session: session.map_err(|why| ReplayError::Start(party, why.to_string()))?,
         comparison: Comparison::new(party, options.tolerance),
-        patience: ARRIVAL,
+        patience: CONTROL,
         coupled: false,
         step: 0,
     };
@@ -79,9 +119,8 @@ pub fn replay(path: &Path, subject: &Subject, options: &Options) -> Result<Outco
         Err(Stop::FailedAsRecorded(words)) => Some(words),
         Err(Stop::Error(error)) => return Err(error),
     };
-    let steps = replay.step;
     Ok(Outcome {
-        steps,
+        steps: replay.step,
         comparison: std::mem::take(&mut replay.comparison),
         end,
         failed_as_recorded,
@@ -92,10 +131,9 @@ struct Replay<'a> {
     party: Party,
     set: &'a [String],
     script: Script,
-    raw_run: RawRun,
-    worker: Worker,
+    session: Session<'a>,
     comparison: Comparison,
-    /// Longest wait for an answer within a step.
+    /// Longest wait for an answer.
     patience: Duration,
     coupled: bool,
     /// First step that is not replayed.
@@ -104,7 +142,7 @@ struct Replay<'a> {
 
 impl Replay<'_> {
     fn run(&mut self) -> Result<(), Stop> {
-        let hello = self.await_notice(ARRIVAL)?;
+        let hello = self.notice()?;
         if !matches!(hello, Notice::Hello(_)) {
             return Err(self.solver(format!("{hello:?} instead of Hello")));
         }
@@ -114,27 +152,37 @@ impl Replay<'_> {
             match &message.payload {
                 Payload::Grant(grants) => {
                     let [grant] = grants[..] else {
-                        return Err(senseless("a message of several grants"));
+                        let several = "a message of several grants".into();
+                        return Err(ScriptError::Senseless(several).into());
                     };
                     // The states that the run saved are not needed.
                     let unsaved = Grant {
                         flags: grant.flags & !flags::CHECKPOINT,
                         ..grant
                     };
-                    let header = message.header;
-                    self.raw_run
-                        .send(&Message::new(header, Payload::Grant(vec![unsaved])))?;
+                    let unsaved = Message::new(message.header, Payload::Grant(vec![unsaved]));
+                    self.send(&unsaved)?;
                     self.window(&grant)?;
                 }
-                _ => match message.as_order().map_err(|e| senseless(&e))? {
+                _ => match message.as_order().map_err(ScriptError::Senseless)? {
                     Order::Configure(order) => self.configure(order)?,
-                    Order::Drain => self.drain(&message)?,
+                    Order::Drain => {
+                        self.send(&message)?;
+                        self.patience = CONTROL;
+                        self.compare_notice()?;
+                        if self.party == Party::Mpm {
+                            self.compare_sent(Kind::Points)?;
+                        }
+                    }
                     Order::Close => {
-                        self.raw_run.send(&message)?;
-                        return self.await_end();
+                        self.send(&message)?;
+                        let end = self.session.end(CONTROL);
+                        let end = end.unwrap_or_else(|| "has not ended after Close".into());
+                        let right = end.ends_with("exit status 0");
+                        return if right { Ok(()) } else { Err(self.solver(end)) };
                     }
                     // The recorded run ended here, because of the other side or of the coupler.
-                    Order::Abort(_) => return self.epilogue(),
+                    Order::Abort(_) => return Err(self.over()),
                 },
             }
         }
@@ -146,33 +194,20 @@ impl Replay<'_> {
                 .map_err(|why| ReplayError::Override(format!("{set}: {why}")))?;
         }
         self.coupled = order.coupled;
-        // As long as the coupler waits for a party that waits for another one (S-11).
         let deadline = order.longest_wait();
-        let deadline =
-            deadline.ok_or_else(|| senseless(&format!("a deadline of {} s", order.deadline)))?;
-        self.patience = deadline + Duration::from_secs(1);
-        let restores = order.restore;
-        let order = Message::order(&Order::Configure(order));
-        self.raw_run.send(&order)?;
+        let absurd = || ScriptError::Senseless(format!("a deadline of {} s", order.deadline));
+        let deadline = deadline.ok_or_else(absurd)?;
         // The run began with the state of another one.
-        let mut more = restores;
+        let mut more = order.restore;
+        self.send(&Message::order(&Order::Configure(order)))?;
         while more {
             let piece = self.recorded(Kind::Restore)?;
-            self.raw_run.send(&piece)?;
+            self.send(&piece)?;
             more = piece.header.flags & flags::LAST == 0;
         }
-        let reply = self.await_notice(CONFIGURATION)?;
-        let recorded = self.recorded(Kind::Notice)?;
-        let recorded = recorded.as_notice().map_err(|e| senseless(&e))?;
-        match (&recorded, &reply) {
-            (Notice::Ready(then), Notice::Ready(now)) => self.comparison.ready(then, now),
-            (then, now) if then == now => {}
-            (then, now) => {
-                self.comparison
-                    .words(0, format!("{then:?}"), format!("{now:?}"));
-                return Err(Stop::Diverged);
-            }
-        }
+        self.compare_notice()?;
+        // As long as the coupler waits for a party that waits for another one (S-11).
+        self.patience = deadline + Duration::from_secs(1);
         Ok(())
     }
 
@@ -193,26 +228,27 @@ impl Replay<'_> {
             }
         }
         let report = self.recorded(Kind::Report)?;
-        if let Payload::Report(reports) = &report.payload
-            && let Some(told) = reports.first()
-            && torn
-            && (told.halted == 1 || grant.first + done < told.next)
-        {
+        let told = match &report.payload {
+            Payload::Report(reports) => reports.first().copied().unwrap_or_default(),
+            _ => unreachable!("a channel carries one kind of records"),
+        };
+        if torn && (told.halted == 1 || grant.first + done < told.next) {
             // Messages between the solvers are recorded a little later than reports, so the last ones are missing here.
             return Err(Stop::Over);
         }
-        let replayed = self.await_message(Kind::Report, self.patience)?;
+        let replayed = self.message(Kind::Report)?;
+        let of_points = self.party == Party::Mpm;
         if grant.flags & flags::MEASURE != 0 {
-            self.compare_sent(self.measurement())?;
+            self.compare_sent(if of_points {
+                Kind::Groups
+            } else {
+                Kind::Bodies
+            })?;
         }
-        if grant.flags & flags::FRAME != 0 && self.party == Party::Mpm {
+        if grant.flags & flags::FRAME != 0 && of_points {
             self.compare_sent(Kind::Points)?;
         }
-        if let Payload::Report(reports) = &report.payload
-            && let [report] = reports[..]
-        {
-            self.step = report.next;
-        }
+        self.step = told.next;
         self.compare(&report, &replayed)
     }
 
@@ -233,100 +269,93 @@ impl Replay<'_> {
             if set {
                 let set = self.recorded(Kind::Set)?;
                 self.comparison.take_set(&set);
-                self.raw_run.send(&set)?;
+                self.send(&set)?;
             }
-            self.raw_run.send(&states)?;
+            self.send(&states)?;
             if let Some(kind) = answer {
                 let recorded = self.recorded(kind)?;
-                let replayed = self.await_message(kind, self.patience)?;
+                let replayed = self.message(kind)?;
                 self.compare(&recorded, &replayed)?;
             }
         } else {
-            let replayed = self.await_message(Kind::States, self.patience)?;
+            let replayed = self.message(Kind::States)?;
             if set && replayed.header.flags == states.header.flags {
                 self.compare_sent(Kind::Set)?;
             }
             self.compare(&states, &replayed)?;
             if let Some(kind) = answer {
                 let recorded = self.recorded(kind)?;
-                self.raw_run.send(&recorded)?;
+                self.send(&recorded)?;
             }
         }
         Ok(answer == Some(Kind::Forces))
     }
 
-    fn drain(&mut self, order: &Message) -> Result<(), Stop> {
-        self.raw_run.send(order)?;
-        let recorded = self.recorded(Kind::Notice)?;
-        let bye = self.await_notice(CONFIGURATION)?;
-        if recorded.as_notice().as_ref() != Ok(&bye) {
-            let recorded = format!("{:?}", recorded.as_notice());
-            self.comparison
-                .words(self.step, recorded, format!("{bye:?}"));
-            return Err(Stop::Diverged);
-        }
-        if self.party == Party::Mpm {
-            self.compare_sent(Kind::Points)?;
-        }
-        Ok(())
-    }
-
-    fn measurement(&self) -> Kind {
-        if self.party == Party::Mpm {
-            Kind::Groups
-        } else {
-            Kind::Bodies
-        }
+    fn send(&mut self, message: &Message) -> Result<(), Stop> {
+        Ok(self.session.raw_run.send(message)?)
     }
 
     /// The next recorded message of a kind, or what the recording ends with instead.
     fn recorded(&mut self, kind: Kind) -> Result<Message, Stop> {
-        match self.script.next(kind)? {
-            Some(message) => Ok(message),
-            None => Err(self.epilogue().err().unwrap_or(Stop::Over)),
-        }
+        let message = self.script.next(kind)?;
+        message.ok_or_else(|| self.over())
     }
 
     /// The recording has nothing more for the solver: if that is because the solver failed, it fails again.
-    fn epilogue(&mut self) -> Result<(), Stop> {
-        let Some(message) = self.script.next(Kind::Notice)? else {
-            return Err(Stop::Over);
-        };
-        match message.as_notice() {
-            Ok(Notice::Failed(_)) => {
-                let replayed = self.await_notice(self.patience)?;
-                Err(self.failed(Some(&message), &replayed))
-            }
-            _ => Err(Stop::Over),
+    fn over(&mut self) -> Stop {
+        let last = self.script.peek(Kind::Notice);
+        let last = last.map(|message| message.map(Message::as_notice));
+        match last {
+            Ok(Some(Ok(Notice::Failed(_)))) => match self.session.failure_within(self.patience) {
+                Ok(failure) => self.failed(failure),
+                Err(why) => self.solver(why.to_string()),
+            },
+            Ok(_) => Stop::Over,
+            Err(error) => error.into(),
         }
     }
 
     /// The solver has failed: as it was recorded, or otherwise.
-    fn failed(&mut self, recorded: Option<&Message>, replayed: &Notice) -> Stop {
-        let (then, Notice::Failed(now)) = (recorded.and_then(|m| m.as_notice().ok()), replayed)
-        else {
-            return self.solver(format!("{replayed:?}"));
+    fn failed(&mut self, now: Failure) -> Stop {
+        let then = match self.script.next(Kind::Notice) {
+            Ok(message) => message.and_then(|message| message.as_notice().ok()),
+            Err(error) => return error.into(),
         };
-        match then {
-            Some(Notice::Failed(then)) if then == *now => {
-                self.step = now.step;
-                Stop::FailedAsRecorded(now.message.clone())
-            }
-            Some(Notice::Failed(then)) => {
-                let of = |failure: &interface::message::control::Failure| {
-                    format!("failed at step {}: {}", failure.step, failure.message)
-                };
-                self.comparison.words(now.step, of(&then), of(now));
-                Stop::Diverged
-            }
-            _ => self.solver(now.message.clone()),
+        let Some(Notice::Failed(then)) = then else {
+            return self.solver(now.message);
+        };
+        if then == now {
+            self.step = now.step;
+            return Stop::FailedAsRecorded(now.message);
         }
+        let of = |f: &Failure| format!("failed at step {}: {}", f.step, f.message);
+        self.comparison.words(now.step, &of(&then), &of(&now));
+        Stop::Diverged
+    }
+
+    /// Ready, Refused or Bye.
+    fn compare_notice(&mut self) -> Result<(), Stop> {
+        let replayed = self.notice()?;
+        let recorded = self
+            .recorded(Kind::Notice)?
+            .as_notice()
+            .map_err(ScriptError::Senseless)?;
+        match (&recorded, &replayed) {
+            (Notice::Ready(then), Notice::Ready(now)) => self.comparison.ready(then, now),
+            (then, now) if then == now => {}
+            (then, now) => {
+                let [then, now] = [then, now].map(|notice| format!("{notice:?}"));
+                self.comparison.words(self.step, &then, &now);
+                return Err(Stop::Diverged);
+            }
+        }
+        Ok(())
     }
 
     /// A message that has been sent before another one that has arrived.
     fn compare_sent(&mut self, kind: Kind) -> Result<(), Stop> {
         let recorded = self.recorded(kind)?;
-        let Some(replayed) = self.raw_run.receive(kind)? else {
+        let Some(replayed) = self.session.raw_run.receive(kind)? else {
             return Err(self.solver(format!("no {kind:?} before what follows them")));
         };
         self.compare(&recorded, &replayed)
@@ -340,50 +369,21 @@ impl Replay<'_> {
         if fits { Ok(()) } else { Err(Stop::Diverged) }
     }
 
-    fn await_notice(&mut self, patience: Duration) -> Result<Notice, Stop> {
-        let message = self.await_message(Kind::Notice, patience)?;
-        message
-            .as_notice()
-            .map_err(|e| self.solver(format!("a notice that does not decode: {e}")))
-    }
-
-    fn await_message(&mut self, kind: Kind, patience: Duration) -> Result<Message, Stop> {
-        match self.worker.expect(&self.raw_run, kind, patience) {
-            Ok(message) => Ok(message),
-            Err(Instead::Channel(error)) => Err(error.into()),
-            Err(Instead::End(how)) => Err(self.solver(how)),
-            Err(Instead::Silence(waited)) => {
-                let waited = waited.as_secs_f64();
-                let how = format!("says nothing for {waited:.1} s, {kind:?} expected");
-                Err(self.solver(how))
-            }
-            Err(Instead::Notice(message)) => {
-                let replayed = message
-                    .as_notice()
-                    .map_err(|e| self.solver(format!("a notice that does not decode: {e}")))?;
-                let recorded = self.script.next(Kind::Notice)?;
-                Err(match (recorded, replayed) {
-                    // It fails where it did not: what the recording has instead says more than its words alone.
-                    (None, Notice::Failed(now)) => {
-                        self.solver(format!("{} ({kind:?} expected of it)", now.message))
-                    }
-                    (recorded, replayed) => self.failed(recorded.as_ref(), &replayed),
-                })
-            }
+    fn notice(&mut self) -> Result<Notice, Stop> {
+        let message = self.message(Kind::Notice)?;
+        let notice = message.as_notice();
+        match notice.map_err(|e| self.solver(format!("a notice that does not decode: {e}")))? {
+            Notice::Failed(failure) => Err(self.failed(failure)),
+            other => Ok(other),
         }
     }
 
-    /// After Close.
-    fn await_end(&mut self) -> Result<(), Stop> {
-        let how = wait(&mut Exit(&mut self.worker), &mut Spin::default(), ARRIVAL);
-        let how = how.unwrap_or_else(|waited| {
-            format!("has not ended {:.0} s after Close", waited.as_secs_f64())
-        });
-        if how.ends_with("exit status 0") {
-            Ok(())
-        } else {
-            Err(self.solver(how))
-        }
+    fn message(&mut self, kind: Kind) -> Result<Message, Stop> {
+        let message = self.session.expect_within(kind, self.patience);
+        message.map_err(|why| match self.session.failed.take() {
+            Some(failure) => self.failed(failure),
+            None => self.solver(why.to_string()),
+        })
     }
 
     fn solver(&self, how: String) -> Stop {
@@ -393,37 +393,6 @@ impl Replay<'_> {
             how,
         })
     }
-}
-
-/// The end of a solver.
-struct Exit<'a>(&'a mut Worker);
-
-impl Awaited for Exit<'_> {
-    type Found = String;
-
-    fn look(&mut self) -> Option<String> {
-        self.0.ended()
-    }
-
-    fn block(&mut self, at_most: Duration) {
-        interface::transport::wait::nap(at_most);
-    }
-}
-
-impl Drop for Replay<'_> {
-    fn drop(&mut self) {
-        // A solver that still runs gets an Abort; one that does not read it sees that the coupler is gone.
-        let over = Order::Abort("the replay is over".into());
-        if self.worker.ended().is_none() {
-            let _ = self.raw_run.send(&Message::order(&over));
-        }
-        self.raw_run.release();
-        self.worker.dismiss();
-    }
-}
-
-fn senseless(why: &str) -> Stop {
-    ReplayError::Senseless(why.into()).into()
 }
 
 /// A JSON object with another value at a dotted key.

@@ -4,10 +4,23 @@ use std::collections::{BTreeMap, VecDeque};
 use std::path::Path;
 
 use interface::message::control::Party;
-use interface::recording::Playback;
+use interface::recording::{Playback, RecordingError};
 use interface::transport::raw::{Kind, Message, Payload};
+use thiserror::Error;
 
-use super::error::{ReplayError, Stop};
+/// A recording that is not of such a run.
+#[derive(Debug, Error)]
+pub enum ScriptError {
+    /// It cannot be read.
+    #[error(transparent)]
+    Recording(#[from] RecordingError),
+    /// The solver is not in it.
+    #[error("the recording has no {0}: nothing to replay it against")]
+    Absent(Party),
+    /// A message is not what its channel carries, or comes in an impossible order.
+    #[error("the recording is inconsistent: {0}")]
+    Senseless(String),
+}
 
 /// The part of a recording that one solver has in it, read as far as it is asked for.
 pub(super) struct Script {
@@ -21,7 +34,7 @@ pub(super) struct Script {
 
 impl Script {
     /// Of `party`'s part in the recording.
-    pub(super) fn open(path: &Path, party: Party) -> Result<Self, ReplayError> {
+    pub(super) fn open(path: &Path, party: Party) -> Result<Self, ScriptError> {
         let mut script = Self {
             playback: Playback::open(path)?,
             party,
@@ -30,32 +43,32 @@ impl Script {
         };
         while script.lead.is_empty() {
             if !script.read()? {
-                return Err(ReplayError::Absent(party));
+                return Err(ScriptError::Absent(party));
             }
         }
         Ok(script)
     }
 
     /// The next order or grant.
-    pub(super) fn lead(&mut self) -> Result<Option<Message>, Stop> {
+    pub(super) fn lead(&mut self) -> Result<Option<Message>, ScriptError> {
         while self.lead.is_empty() && self.read()? {}
         Ok(self.lead.pop_front())
     }
 
     /// The next message of another kind.
-    pub(super) fn next(&mut self, kind: Kind) -> Result<Option<Message>, Stop> {
+    pub(super) fn next(&mut self, kind: Kind) -> Result<Option<Message>, ScriptError> {
         self.peek(kind)?;
         Ok(self.others.get_mut(&kind).and_then(VecDeque::pop_front))
     }
 
     /// The same, which stays the next.
-    pub(super) fn peek(&mut self, kind: Kind) -> Result<Option<&Message>, Stop> {
+    pub(super) fn peek(&mut self, kind: Kind) -> Result<Option<&Message>, ScriptError> {
         while self.others.get(&kind).is_none_or(VecDeque::is_empty) && self.read()? {}
         Ok(self.others.get(&kind).and_then(VecDeque::front))
     }
 
     /// Reads one message of the solver's channels; false at the end.
-    fn read(&mut self) -> Result<bool, ReplayError> {
+    fn read(&mut self) -> Result<bool, ScriptError> {
         while let Some(recorded) = self.playback.message()? {
             let channel = recorded.channel;
             if !channel.is_of(self.party) {
@@ -63,7 +76,7 @@ impl Script {
             }
             let kind = channel.kind;
             let payload = Payload::read(kind, &recorded.payload).ok_or_else(|| {
-                ReplayError::Senseless(format!("a part of a record on {}", channel.name()))
+                ScriptError::Senseless(format!("a part of a record on {}", channel.name()))
             })?;
             let message = Message {
                 header: recorded.header,

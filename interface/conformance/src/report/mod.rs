@@ -81,47 +81,19 @@ pub fn waiver<'a>(judged: &Judged, waivers: &'a Waivers) -> Option<&'a str> {
         .map(|w| w.reason.as_str())
 }
 
-/// How a clause has come out, in a word.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Word {
-    Pass,
-    Waived,
-    Fail,
-    NotApplicable,
-    Blocked,
-}
-
-impl Word {
-    /// In a column of 7.
-    fn text(self) -> &'static str {
-        match self {
-            Self::Pass => "pass   ",
-            Self::Waived => "waived ",
-            Self::Fail => "FAIL   ",
-            Self::NotApplicable => "n/a    ",
-            Self::Blocked => "blocked",
-        }
-    }
-
-    /// Its class in a page.
-    fn class(self) -> &'static str {
-        match self {
-            Self::Pass => "pass",
-            Self::Waived => "waived",
-            Self::Fail => "fail",
-            Self::NotApplicable => "n-a",
-            Self::Blocked => "blocked",
-        }
-    }
-}
-
-/// How a clause has come out, and what is said beside that; the evidence of a broken one is told apart.
-fn shown(judged: &Judged, waivers: &Waivers) -> (Word, String) {
+/// How a clause has come out, in a word, and what is said beside that; the evidence of a broken one is told apart.
+fn shown(judged: &Judged, waivers: &Waivers) -> (&'static str, String) {
     match &judged.verdict {
-        Verdict::Pass { measured } => (Word::Pass, measured.clone()),
-        Verdict::Fail(_) if waiver(judged, waivers).is_some() => (Word::Waived, String::new()),
-        Verdict::Fail(_) => (Word::Fail, String::new()),
-        Verdict::NotApplicable { reason, .. } => (Word::NotApplicable, reason.clone()),
-        Verdict::Blocked { by } => (Word::Blocked, format!("by {by}")),
+        Verdict::Pass { measured } => ("pass", measured.clone()),
+        Verdict::Fail(_) if waiver(judged, waivers).is_some() => ("waived", String::new()),
+        Verdict::Fail(_) => ("FAIL", String::new()),
+        Verdict::NotApplicable { reason, .. } => ("n/a", reason.clone()),
+        Verdict::Blocked { by } => ("blocked", format!("by {by}")),
     }
+}
+
+/// How many have come out so.
+fn count(examination: &Examination, waivers: &Waivers, word: &str) -> usize {
+    let judged = examination.judged.iter();
+    judged.filter(|j| shown(j, waivers).0 == word).count()
 }

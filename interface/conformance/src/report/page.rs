@@ -4,7 +4,7 @@ use core::fmt::Write as _;
 
 use quick_xml::escape::escape;
 
-use super::{Word, shown, waiver};
+use super::{count, shown, waiver};
 use crate::Examination;
 use crate::report::summary;
 use crate::verdict::Verdict;
@@ -47,8 +47,8 @@ pub fn html(examination: &Examination, waivers: &Waivers, kept: bool) -> String 
             "<tr><td>{}<td>{}<td class=\"{}\">{}<td>{}",
             clause.id,
             clause.level,
-            word.class(),
-            word.text().trim_end(),
+            word.to_lowercase().replace('/', "-"),
+            word,
             escape(clause.title),
         );
         if !said.is_empty() {
@@ -67,16 +67,10 @@ pub fn html(examination: &Examination, waivers: &Waivers, kept: bool) -> String 
 
 /// The verdict of the whole as an SVG of 20 pixels' height: the profile and how many clauses pass, or how many are broken.
 pub fn badge(examination: &Examination, waivers: &Waivers, kept: bool) -> String {
-    let judged = &examination.judged;
-    let count = |word| {
-        judged
-            .iter()
-            .filter(|j| shown(j, waivers).0 == word)
-            .count()
-    };
-    let (failed, passed) = (count(Word::Fail), count(Word::Pass));
+    let [failed, passed] = ["FAIL", "pass"].map(|word| count(examination, waivers, word));
+    let all = examination.judged.len();
     let said = match examination.profile() {
-        _ if failed > 0 => format!("{failed} of {} clauses broken", judged.len()),
+        _ if failed > 0 => format!("{failed} of {all} clauses broken"),
         _ if !kept => "not all judged".to_owned(),
         Some(profile) if examination.whole => format!("{}, {passed} clauses", profile.name),
         _ => format!("{passed} clauses"),

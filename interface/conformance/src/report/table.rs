@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 
 use interface::message::control::Party;
 
-use super::{Word, shown, waiver};
+use super::{count, shown, waiver};
 use crate::clause::{Clause, NOT_CHECKED, common, of, own};
 use crate::verdict::Verdict;
 use crate::waiver::Waivers;
@@ -59,12 +59,12 @@ impl<'a> Rows<'a> {
         let waived = waiver(judged, self.waivers);
         let (word, said) = shown(judged, self.waivers);
         let colour = match word {
-            Word::Pass => GREEN,
-            Word::Fail => RED,
-            Word::Waived | Word::Blocked => YELLOW,
-            Word::NotApplicable => GREY,
+            "pass" => GREEN,
+            "FAIL" => RED,
+            "n/a" => GREY,
+            _ => YELLOW,
         };
-        let word = self.paint.word(word.text(), colour);
+        let word = self.paint.word(&format!("{word:<7}"), colour);
         let mut text = format!(
             "  {:<6} {:<6} {word} {}",
             clause.id, clause.level, clause.title
@@ -81,76 +81,63 @@ impl<'a> Rows<'a> {
             return text;
         }
         self.causes.insert(cause(&evidence.got), (clause.id, 0));
-        if let Some(step) = evidence.step {
-            let _ = write!(text, "\n{:24}step      {step}", "");
-        }
-        let _ = write!(text, "\n{:24}expected  {}", "", evidence.expected);
-        let _ = write!(text, "\n{:24}got       {}", "", evidence.got);
-        for line in &evidence.story {
+        let mut lines: Vec<String> = evidence
+            .step
+            .map(|n| format!("step      {n}"))
+            .into_iter()
+            .collect();
+        lines.push(format!("expected  {}", evidence.expected));
+        lines.push(format!("got       {}", evidence.got));
+        lines.extend(evidence.story.iter().cloned());
+        lines.extend(waived.map(|reason| format!("waived    {reason}")));
+        for line in lines {
             let _ = write!(text, "\n{:24}{line}", "");
-        }
-        if let Some(reason) = waived {
-            let _ = write!(text, "\n{:24}waived    {reason}", "");
         }
         text
     }
 
     /// Which failures have one cause, a line each.
     pub fn common_causes(&self) -> String {
-        let mut text = String::new();
         let mut several: Vec<_> = self
             .causes
             .iter()
             .filter(|(_, (_, more))| *more > 0)
             .collect();
         several.sort_by_key(|(_, (_, more))| core::cmp::Reverse(*more));
-        for (got, (first, more)) in several {
-            let _ = writeln!(
-                text,
-                "{first} fails, and {more} more of the same cause: {got}"
-            );
-        }
-        text
+        let line = |(got, (first, more)): (&String, &(&str, usize))| {
+            format!("{first} fails, and {more} more of the same cause: {got}\n")
+        };
+        several.into_iter().map(line).collect()
     }
 }
 
 /// The last lines: how many of each, what it was judged as, and what was not judged.
 pub fn summary(examination: &Examination, waivers: &Waivers) -> String {
-    let judged = &examination.judged;
-    let count =
-        |what: fn(&Verdict) -> bool| judged.iter().filter(|judged| what(&judged.verdict)).count();
-    let waived = judged
-        .iter()
-        .filter(|judged| waiver(judged, waivers).is_some())
-        .count();
-    let wall = examination.wall.as_secs_f64();
-    let passed = count(|v| matches!(v, Verdict::Pass { .. }));
-    let left_out = judged.iter().filter(|judged| judged.left_out()).count();
-    let mut text = format!(
-        "{} `{}`: {passed} pass, {} fail, {waived} waived, {} not applicable, {} blocked, in {wall:.1} s",
+    let count = |word| count(examination, waivers, word);
+    let (passed, wall) = (count("pass"), examination.wall.as_secs_f64());
+    let text = format!(
+        "{} `{}`: {passed} pass, {} fail, {} waived, {} not applicable, {} blocked, in {wall:.1} s",
         examination.party,
         examination.identity,
-        count(|v| matches!(v, Verdict::Fail(_))) - waived,
-        count(|v| matches!(v, Verdict::NotApplicable { .. })),
-        count(|v| matches!(v, Verdict::Blocked { .. })),
+        count("FAIL"),
+        count("waived"),
+        count("n/a"),
+        count("blocked"),
     );
     if !examination.whole {
         return text;
     }
+    let left_out = examination.judged.iter().filter(|judged| judged.left_out());
+    let all = examination.judged.len() - left_out.count();
     let profile = examination.profile().map_or("none", |profile| profile.name);
-    let not_judged = examination.not_judged();
-    let not_judged: Vec<&str> = not_judged.iter().map(String::as_str).collect();
-    let _ = write!(
-        text,
-        "\n{passed} of {}, profile {profile}; not judged: {}",
-        judged.len() - left_out,
-        if not_judged.is_empty() {
-            "nothing".into()
-        } else {
-            not_judged.join(", ")
-        },
-    );
-    text
+    let not_judged: Vec<String> = examination.not_judged().into_iter().collect();
+    let none = not_judged.is_empty();
+    let not_judged = if none {
+        "nothing".into()
+    } else {
+        not_judged.join(", ")
+    };
+    format!("{text}\n{passed} of {all}, profile {profile}; not judged: {not_judged}")
 }
 
 /// The clauses as the CSV file docs/conformance.csv: those of both sides, then of each.

@@ -3,7 +3,7 @@
 use interface::config::{BodyConfig, DemConfig};
 use interface::message::wire::flags;
 
-use super::scene::{MASS, RADIUS, SPHERO, STIFFNESS, damped, disc, one_disc, pressed, scene};
+use super::scene::{MASS, RADIUS, SPHERO, STIFFNESS, disc, law, one_disc, pressed, scene};
 use crate::bench::Bench;
 use crate::clause::{Clause, clauses};
 use crate::mutant::{Flaw, change};
@@ -28,7 +28,7 @@ fn contact_tight(bench: &Bench) -> Judgement {
     let points = pressed().with([0.0, SPHERO + 0.9 * RADIUS], [0.0; 2], RADIUS, 0.5);
     let mut play = bench.run_bodies(&one_disc(bench))?;
     play.set(&points.set);
-    let (_, told) = play.step(0.0, &points.states)?;
+    let (_, told) = play.measured(0.0, &points.states)?;
     let (got, exact) = (told.report.limits.contact_omega_sq, 3.0 * STIFFNESS / MASS);
     require(
         got <= 4.0 * exact,
@@ -43,7 +43,7 @@ pub fn lively(bench: &Bench) -> DemConfig {
     let damps = bench.takes("feature:damping");
     let mut runner: BodyConfig = disc([0.0; 2]);
     runner.velocity = [0.1, 0.0];
-    scene(vec![runner], damped(if damps { 0.1 } else { 0.0 }))
+    scene(vec![runner], law(0.0, 0.0, if damps { 0.1 } else { 0.0 }))
 }
 
 fn halts(bench: &Bench) -> Judgement {
@@ -60,7 +60,7 @@ fn halts(bench: &Bench) -> Judgement {
             _ => play.budget.damping = 0.0,
         }
         play.grant(1e-5, 5, true)?;
-        let told = play.exchange(&points.states)?.header.flags & flags::HALT_AFTER != 0;
+        let told = play.answer(&points.states)?.header.flags & flags::HALT_AFTER != 0;
         let expected = format_args!("HALT_AFTER beyond the budget of {name}");
         require(told, expected, "forces without it")?;
         play.ends(true, 1)?;
@@ -72,11 +72,11 @@ fn other_halts(bench: &Bench) -> Judgement {
     let (mut play, points) = (bench.run_bodies(&one_disc(bench))?, pressed());
     play.set(&points.set);
     play.grant(1e-5, 5, true)?;
-    play.exchange(&points.states)?;
-    play.exchange(&points.states)?;
+    play.answer(&points.states)?;
+    play.answer(&points.states)?;
     play.halt_before()?;
     play.ends(true, 2)?;
     // The session goes on.
-    play.step(1e-5, &points.states)?;
+    play.measured(1e-5, &points.states)?;
     Ok("halted = 1, and goes on".into())
 }

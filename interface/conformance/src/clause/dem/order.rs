@@ -6,7 +6,7 @@ use interface::message::wire::flags;
 use interface::transport::raw::{Kind, Message, Payload};
 
 use super::scene::{RADIUS, one_disc, pressed};
-use crate::bench::{Answer, Bench, BodiesRun, Points};
+use crate::bench::{Answer, Bench, Points, Run};
 use crate::clause::{Clause, clauses};
 use crate::mutant::{Flaw, change};
 use crate::verdict::{Judgement, Unmet, broken, near, require};
@@ -73,7 +73,7 @@ pub const CLAUSES: &[Clause] = clauses! {
             }))
         };
     Must "G-9a" "answers the states of a step once, also with no points" by once;
-        - "answers twice": Flaw::outbound(|message| match message.kind() {
+        - "answers twice": Flaw::passing(|message| match message.kind() {
             Kind::Forces => vec![message.clone(), message],
             _ => vec![message],
         });
@@ -98,11 +98,11 @@ fn without_set(flags: u64) -> Flaw {
     })
 }
 
-fn begun(bench: &Bench) -> Result<BodiesRun<'_>, Unmet> {
+fn begun(bench: &Bench) -> Result<Run<'_>, Unmet> {
     let mut play = bench.run_bodies(&one_disc(bench))?;
     let points = pressed();
     play.set(&points.set);
-    play.step(0.0, &points.states)?;
+    play.measured(0.0, &points.states)?;
     Ok(play)
 }
 
@@ -111,7 +111,7 @@ fn unused(bench: &Bench) -> Judgement {
         let (mut play, points) = (bench.run_bodies(&one_disc(bench))?, pressed());
         play.session.flaw = said;
         play.set(&points.set);
-        Ok(play.step(0.0, &points.states)?.0)
+        Ok(play.measured(0.0, &points.states)?.0)
     };
     let odd = Flaw::set(|header, set| (header.travel, set[0].next) = (1.0, 7));
     let odd = odd.with(Flaw::states(|header, _| header.travel = 2.0));
@@ -128,7 +128,7 @@ fn once(bench: &Bench) -> Judgement {
     let mut play = begun(bench)?;
     for points in [pressed(), Points::new()] {
         play.set(&points.set);
-        play.step(1e-5, &points.states)?;
+        play.measured(1e-5, &points.states)?;
         if let Some(again) = play
             .session
             .unexpected(Kind::Forces, Duration::from_millis(20))?
@@ -199,7 +199,7 @@ fn numbers(bench: &Bench) -> Judgement {
         });
         play.set(&points.set);
         play.grant(1e-6, 1, false)?;
-        play.exchange(&points.states)?;
+        play.answer(&points.states)?;
         play.report()?;
     }
     Ok(format!("{counts:?}"))

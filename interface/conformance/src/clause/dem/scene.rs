@@ -16,26 +16,20 @@ pub const OVERLAP: f64 = 1e-3;
 /// Mass of bodies in kg/m.
 pub const MASS: f64 = 1.5;
 
-/// A linear law without friction or damping.
-pub fn elastic(normal_stiffness: f64) -> ContactLaw {
-    ContactLaw::Linear {
-        normal_stiffness,
-        tangential_stiffness: 0.0,
-        friction: 0.0,
-        damping_ratio: 0.0,
-        damped_mass: 0.0,
-    }
-}
-
-/// A linear law with friction.
-pub fn frictional(tangential_stiffness: f64, friction: f64) -> ContactLaw {
+/// A linear law of [`STIFFNESS`] with these k_t (N/m), mu and zeta.
+pub fn law(tangential_stiffness: f64, friction: f64, damping_ratio: f64) -> ContactLaw {
     ContactLaw::Linear {
         normal_stiffness: STIFFNESS,
         tangential_stiffness,
         friction,
-        damping_ratio: 0.0,
+        damping_ratio,
         damped_mass: 0.0,
     }
+}
+
+/// The same without friction or damping.
+pub fn elastic() -> ContactLaw {
+    law(0.0, 0.0, 0.0)
 }
 
 /// Bodies that touch points by `law`, and not one another; no gravity.
@@ -70,21 +64,10 @@ pub fn disc(position: [f64; 2]) -> BodyConfig {
     body(BodyShape::Disc, position, Motion::Free)
 }
 
-/// A linear law with a dashpot and without friction.
-pub fn damped(damping_ratio: f64) -> ContactLaw {
-    ContactLaw::Linear {
-        normal_stiffness: STIFFNESS,
-        tangential_stiffness: 0.0,
-        friction: 0.0,
-        damping_ratio,
-        damped_mass: 0.0,
-    }
-}
-
 /// A disc at the origin that nothing moves, without friction.
 pub fn held_disc() -> DemConfig {
     let disc = body(BodyShape::Disc, [0.0; 2], Motion::Fixed);
-    scene(vec![disc], elastic(STIFFNESS))
+    scene(vec![disc], elastic())
 }
 
 /// One disc at the origin, without friction, that forces move where the solver takes such bodies: enough where physics

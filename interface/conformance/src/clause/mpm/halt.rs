@@ -5,7 +5,7 @@ use interface::message::wire::{StepHeader, flags};
 use interface::transport::raw::{Kind, Message, Payload};
 
 use super::scene::{DT, block, push, scene, single};
-use crate::bench::{Bench, Budget, ContinuumRun, configure};
+use crate::bench::{Bench, Budget, Run, configure};
 use crate::clause::{Clause, clauses};
 use crate::mutant::{Flaw, change};
 use crate::verdict::{Judgement, Unmet, require};
@@ -43,7 +43,7 @@ pub const CLAUSES: &[Clause] = clauses! {
     Must "H-4a" "halts without bodies, too" by alone, after: &["H-1a"];
         - "ignores budgets without bodies": {
             let mut alone = false;
-            Flaw::inbound(move |mut message| {
+            Flaw::passing(move |mut message| {
                 if let Ok(Order::Configure(configure)) = message.as_order() {
                     alone = !configure.coupled;
                 }
@@ -65,7 +65,7 @@ const SLOW: Budget = Budget {
 };
 
 /// The next message is HALT_BEFORE of this step, and the report fits it.
-fn halted(flow: &mut ContinuumRun, step: u64) -> Result<(), Unmet> {
+fn halted(flow: &mut Run, step: u64) -> Result<(), Unmet> {
     let (header, states) = flow.next_states()?;
     let told = (header.flags, header.step, states.len());
     require(
@@ -78,7 +78,7 @@ fn halted(flow: &mut ContinuumRun, step: u64) -> Result<(), Unmet> {
 }
 
 /// It continues when it is allowed to.
-fn continues(mut flow: ContinuumRun) -> Judgement {
+fn continues(mut flow: Run) -> Judgement {
     let step = flow.next();
     flow.budget = Budget::ALL;
     flow.begin_epoch(DT);
@@ -104,7 +104,7 @@ fn window(
         } else {
             0
         };
-        flow.exchange()?;
+        flow.free()?;
     }
     flow.flags = 0;
     if halts && bodies_halt.is_none() {
@@ -127,10 +127,10 @@ fn stiff(bench: &Bench) -> Judgement {
     flow.budget.omega_sq = 2.0 * told.report.limits.omega_sq + 1.0;
     let first = flow.next();
     flow.grant(DT, 6, false)?;
-    flow.exchange()?;
+    flow.free()?;
     flow.states()?;
     // Its own stiffness exceeds the budget.
-    flow.forces(&[push([0.0; 2], 1e12)])?;
+    flow.press(&[push([0.0; 2], 1e12)])?;
     halted(&mut flow, first + 2)?;
     continues(flow)
 }
@@ -138,8 +138,10 @@ fn stiff(bench: &Bench) -> Judgement {
 fn alone(bench: &Bench) -> Judgement {
     let mut order = configure(&scene(vec![block([0.4; 2], [0.0; 2])]));
     order.coupled = false;
-    let mut flow = bench.flow_by(&order)?;
-    let omega_sq = flow.step(DT, |_, _| Vec::new())?.1.report.limits.omega_sq;
+    let mut flow = bench.run(&order)?;
+    flow.grant(DT, 1, true)?;
+    flow.done(1);
+    let omega_sq = flow.report()?.report.limits.omega_sq;
     flow.budget.omega_sq = 1e-9 * omega_sq;
     let first = flow.next();
     flow.grant(DT, 4, false)?;

@@ -6,7 +6,7 @@ mod imps;
 mod limits;
 mod physics;
 mod plastic;
-pub(super) mod scene;
+pub(crate) mod scene;
 
 use super::row::Clause;
 use super::shared::naps;

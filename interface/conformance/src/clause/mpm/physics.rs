@@ -169,7 +169,7 @@ fn lazy() -> Flaw {
             }
         }
     });
-    let outbound = Flaw::outbound(|mut message| {
+    let outbound = Flaw::passing(|mut message| {
         match &mut message.payload {
             Payload::Set(set) => set
                 .iter_mut()

@@ -8,7 +8,7 @@ use interface::config::{CriticalState, MaterialConfig, MaterialModel, MpmConfig}
 use interface::message::wire::{PointState, flags};
 
 use super::scene::{DENSITY, DT, MODULI, SPACING, block, material, scene};
-use crate::bench::{Bench, ContinuumRun};
+use crate::bench::{Bench, Run};
 use crate::clause::{Clause, clauses};
 use crate::mutant::Flaw;
 use crate::verdict::{Judgement, Unmet, broken, near, require};
@@ -74,17 +74,22 @@ fn collision(model: MaterialModel) -> MpmConfig {
 /// Materials that keep a plastic strain, as far as the solver says that it takes them.
 fn kept(bench: &Bench) -> Vec<MaterialModel> {
     let [bulk_modulus, shear_modulus] = MODULI;
-    let sand = |separates: bool| Frictional {
+    let critical = Frictional {
         bulk_modulus,
         shear_modulus,
         friction_angle: 30.0,
         dilation_angle: 5.0,
         cohesion: 0.0,
         tensile_strength: 0.0,
-        critical_state: (!separates).then_some(CriticalState::ShearStrain(0.1)),
-        separates,
+        critical_state: Some(CriticalState::ShearStrain(0.1)),
+        separates: false,
     };
-    let grains = MaterialModel::MuI(Inertial {
+    let loose = Frictional {
+        critical_state: None,
+        separates: true,
+        ..critical
+    };
+    let grains = Inertial {
         bulk_modulus,
         shear_modulus,
         static_friction: 0.4,
@@ -93,33 +98,31 @@ fn kept(bench: &Bench) -> Vec<MaterialModel> {
         grain_diameter: 1e-3,
         grain_density: 2.0 * DENSITY,
         volume_rate: 0.0,
+    };
+    let models = [
+        (None, MaterialModel::MuI(grains)),
+        (
+            Some("critical_state"),
+            MaterialModel::DruckerPrager(critical),
+        ),
+        (Some("separates"), MaterialModel::DruckerPrager(loose)),
+        (Some("separates"), MaterialModel::MohrCoulomb(loose)),
+    ];
+    let has = |family: &str, member: &str| bench.capabilities.has(&format!("{family}:{member}"));
+    let taken = models.into_iter().filter(|(feature, model)| {
+        has("material", model.key()) && feature.is_none_or(|feature| has("feature", feature))
     });
-    let names = |family: &str, member: &str| {
-        let mut named = bench.capabilities.members(family);
-        named.any(|name| name == member)
-    };
-    let with = |feature: &str, model: MaterialModel| {
-        let taken = names("material", model.key()) && names("feature", feature);
-        taken.then_some(model)
-    };
-    let mut models = vec![von_mises()];
-    models.extend(names("material", "mu_i").then_some(grains));
-    models.extend(with(
-        "critical_state",
-        MaterialModel::DruckerPrager(sand(false)),
-    ));
-    models.extend(with("separates", MaterialModel::DruckerPrager(sand(true))));
-    models.extend(with("separates", MaterialModel::MohrCoulomb(sand(true))));
-    models
+    let taken = taken.map(|(_, model)| model);
+    [von_mises()].into_iter().chain(taken).collect()
 }
 
 /// A window of steps of `dt` (s) with a frame, and its points.
-fn framed(flow: &mut ContinuumRun, dt: f64, steps: u64) -> Result<Vec<PointState>, Unmet> {
+fn framed(flow: &mut Run, dt: f64, steps: u64) -> Result<Vec<PointState>, Unmet> {
     let mut grant = flow.next_grant(dt, steps, true);
     grant.flags |= flags::FRAME;
-    flow.send_grants(&[grant])?;
+    flow.send_grant(grant)?;
     for _ in 0..steps {
-        flow.exchange()?;
+        flow.free()?;
     }
     let points = flow.report()?.points;
     let points = points.ok_or_else(|| broken("all points before the report", "none"))?;
@@ -127,7 +130,7 @@ fn framed(flow: &mut ContinuumRun, dt: f64, steps: u64) -> Result<Vec<PointState
 }
 
 /// The points of each frame of a run, and those of its end.
-fn course(flow: &mut ContinuumRun) -> Result<Vec<Vec<PointState>>, Unmet> {
+fn course(flow: &mut Run) -> Result<Vec<Vec<PointState>>, Unmet> {
     let mut frames = Vec::new();
     for _ in 0..FRAMES {
         frames.push(framed(flow, DT, BETWEEN)?);
@@ -137,48 +140,28 @@ fn course(flow: &mut ContinuumRun) -> Result<Vec<Vec<PointState>>, Unmet> {
     Ok(frames)
 }
 
-/// Whether points of an elastic material have no plastic strain.
-fn unyielding<'a>(points: impl Iterator<Item = &'a PointState>) -> Result<(), Unmet> {
-    for point in points {
-        let strain = point.plastic_strain;
-        require(
-            strain == 0.0,
-            format_args!("no plastic strain of point {}, which is elastic", point.id),
-            strain,
-        )?;
-    }
-    Ok(())
-}
-
 fn remembered(bench: &Bench) -> Judgement {
-    let models = kept(bench);
     let mut words = Vec::new();
-    for model in &models {
-        let mut flow = bench.run_continuum(&collision(*model))?;
+    for model in kept(bench) {
+        let mut flow = bench.run_continuum(&collision(model))?;
         let mut before = HashMap::new();
-        for points in course(&mut flow)? {
-            let (tested, elastic): (Vec<_>, Vec<_>) = points.iter().partition(|p| p.group == 0);
-            unyielding(elastic.into_iter())?;
-            for point in tested {
-                let strain = point.plastic_strain;
-                let least = before.insert(point.id, strain).unwrap_or_default();
-                require(
-                    strain.is_finite() && strain >= least,
-                    format_args!(
-                        "a plastic strain of point {} of {} that is not below {least}, which it had",
-                        point.id,
-                        model.key()
-                    ),
-                    strain,
-                )?;
-            }
+        for point in course(&mut flow)?.into_iter().flatten() {
+            let (strain, id, key) = (point.plastic_strain, point.id, model.key());
+            let least = before.insert(id, strain).unwrap_or_default();
+            // The second group is elastic.
+            let kept = if point.group == 0 {
+                strain.is_finite() && strain >= least
+            } else {
+                strain == 0.0
+            };
+            let expected = format_args!(
+                "a plastic strain of point {id} beside {key} not below {least}; 0 of an elastic one"
+            );
+            require(kept, expected, strain)?;
         }
         let most = before.into_values().fold(0.0, f32::max);
-        require(
-            most > 1e-3,
-            format_args!("a plastic strain above 0.001 somewhere in {}", model.key()),
-            most,
-        )?;
+        let expected = format_args!("a plastic strain above 0.001 somewhere in {}", model.key());
+        require(most > 1e-3, expected, most)?;
         words.push(format!("{} up to {most:.3}", model.key()));
     }
     Ok(words.join(", "))

@@ -3,22 +3,22 @@
 use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
 
-use interface::message::control::{Notice, Order, Party};
+use interface::message::control::{Order, Party};
 use interface::transport::raw::{Kind, Message};
 use rustix::process::{Pid, Signal, kill_process};
 
-use super::run::{Run, failure, order};
-use crate::bench::{Bench, Session, Start};
+use super::run::{failure, led, order};
+use crate::bench::{Bench, Run, Session, Start};
 use crate::clause::{Clause, clauses};
 use crate::mutant::{Flaw, change};
 use crate::part::notes;
 use crate::verdict::{Judgement, Unmet, broken, require};
 
 pub const CLAUSES: &[Clause] = clauses! {
-    Must "S-9a" "ends at Abort between windows" by |bench| ends(Run::begun(bench)?.into_lead().aborted()?);
+    Must "S-9a" "ends at Abort between windows" by |bench| ends(Run::begun(bench)?.aborted()?);
         - "ignores Abort": change::ignoring(|order| matches!(order, Ok(Order::Abort(_))));
     Must "S-9b" "ends at Abort while it waits for its peer"
-        by |bench| ends(in_a_step(bench)?.into_lead().aborted()?), after: &["S-9a"];
+        by |bench| ends(in_a_step(bench)?.aborted()?), after: &["S-9a"];
         - "ignores Abort within a step": {
             let mut busy = false;
             Flaw::passing(move |message| {
@@ -54,7 +54,7 @@ pub const CLAUSES: &[Clause] = clauses! {
         - "ends after Bye": Flaw::process(|m| m.goes_at_bye = true);
     Must "X-1a" "a failure names clause and step" by named, after: &["G-2a"];
         - "does not say which clause": change::words("G-2", "a clause");
-    Must "X-2a" "ends with status 0 after Close" by |bench| status(Run::begun(bench)?.into_lead().closed()?, 0),
+    Must "X-2a" "ends with status 0 after Close" by |bench| status(Run::begun(bench)?.closed()?, 0),
         of_processes: true;
         - "ends with status 1": Flaw::process(|m| m.status_closed = Some(1));
     Must "X-2b" "ends with status 3 after a failure" by failed, of_processes: true;
@@ -84,31 +84,24 @@ fn ends(mut session: Session) -> Judgement {
     let start = Instant::now();
     let end = session.end(SOON);
     let end = end.ok_or_else(|| broken("its end", format_args!("it lives {SOON:?} later")))?;
-    Ok(format!(
-        "{end}, {:.0} ms later",
-        start.elapsed().as_secs_f64() * 1e3
-    ))
+    Ok(format!("{end}, {:.0?} later", start.elapsed()))
 }
 
 fn silent(bench: &Bench) -> Judgement {
     for run in [Run::begun, in_a_step] {
-        let mut session = run(bench)?.into_lead().aborted()?;
+        let mut session = run(bench)?.aborted()?;
         session.end(SOON);
         for kind in [Kind::Notice, Kind::Report] {
-            if let Some(message) = session.take(kind)? {
-                let got = message.as_notice();
-                return Err(broken(
-                    "nothing after Abort",
-                    format_args!("{kind:?} {got:?}"),
-                ));
-            }
+            let more = session.take(kind)?;
+            let got = format_args!("{more:?}");
+            require(more.is_none(), "nothing after Abort", got)?;
         }
     }
     Ok("between windows and in a step".into())
 }
 
 fn orphan(run: Run) -> Judgement {
-    let session = run.into_lead().session;
+    let session = run.session;
     session.raw_run.release();
     ends(session)
 }
@@ -120,7 +113,7 @@ const DEADLINE: f64 = 0.2;
 fn impatient(bench: &Bench) -> Result<Run<'_>, Unmet> {
     let mut order = order(bench);
     order.deadline = DEADLINE;
-    bench.run_coupled(&order).map(Run::from)
+    led(bench, &order)
 }
 
 /// A failure that comes after `least` and before `most` (s) and names `who`.
@@ -157,17 +150,12 @@ fn silent_coupler(bench: &Bench) -> Judgement {
 
 fn lives_till_close(bench: &Bench) -> Judgement {
     let mut run = Run::begun(bench)?;
-    let session = &mut run.session;
-    session.order(&Order::Drain)?;
-    match session.notice()? {
-        Notice::Bye => {}
-        other => return Err(broken("Bye", format_args!("{other:?}"))),
-    }
-    if let Some(end) = session.end(Duration::from_millis(100)) {
+    run.session.bye()?;
+    if let Some(end) = run.session.end(Duration::from_millis(100)) {
         return Err(broken("a solver that waits for Close", end));
     }
-    session.order(&Order::Close)?;
-    ends(run.into_lead().session)
+    run.session.order(&Order::Close)?;
+    ends(run.session)
 }
 
 fn named(bench: &Bench) -> Judgement {
@@ -199,30 +187,25 @@ fn unjoined(bench: &Bench) -> Judgement {
     let Start::Command(command) = &bench.subject.start else {
         return Err(Unmet::OutOfSight("it can be seen of a process only"));
     };
-    let mut child = Command::new(&command[0])
-        .args(&command[1..])
-        .stdin(Stdio::null())
-        .stdout(Stdio::null())
-        .stderr(Stdio::null())
-        .spawn()
-        .map_err(|e| broken("a solver that starts", e))?;
+    let mut words = Command::new(&command[0]);
+    words.args(&command[1..]).stdin(Stdio::null());
+    let child = words.stdout(Stdio::null()).stderr(Stdio::null()).spawn();
+    let mut child = child.map_err(|e| broken("a solver that starts", e))?;
     let start = Instant::now();
-    loop {
-        match child.try_wait() {
-            Ok(Some(status)) => {
-                let got = interface::session::process::describe(status);
-                require(status.code() == Some(2), "ended with exit status 2", &got)?;
-                return Ok(got);
-            }
-            _ if start.elapsed() > bench.startup => {
-                let _ = child.kill();
-                let _ = child.wait();
-                let got = format_args!("it lives {:?} later", bench.startup);
-                return Err(broken("its end", got));
-            }
-            _ => interface::transport::wait::nap(Duration::from_millis(1)),
+    while start.elapsed() < bench.startup {
+        if let Ok(Some(status)) = child.try_wait() {
+            let got = interface::session::process::describe(status);
+            require(status.code() == Some(2), "ended with exit status 2", &got)?;
+            return Ok(got);
         }
+        interface::transport::wait::nap(Duration::from_millis(1));
     }
+    let _ = child.kill();
+    let _ = child.wait();
+    Err(broken(
+        "its end",
+        format_args!("it lives {:?} later", bench.startup),
+    ))
 }
 
 fn interrupted(bench: &Bench) -> Judgement {
@@ -232,20 +215,19 @@ fn interrupted(bench: &Bench) -> Judgement {
     kill_process(pid, Signal::INT).map_err(|e| broken("a process that takes a signal", e))?;
     interface::transport::wait::nap(Duration::from_millis(20));
     run.step(1e-4)?;
-    run.into_lead().closed()?;
+    run.closed()?;
     Ok("the next step is done".into())
 }
 
 fn removes_nothing(bench: &Bench) -> Judgement {
-    let mut session = Run::begun(bench)?.into_lead().closed()?;
+    let mut session = Run::begun(bench)?.closed()?;
     let run = session.raw_run.domain().directory().to_path_buf();
-    let end = session.end(SOON);
-    end.ok_or_else(|| {
-        broken(
-            "its end after Close",
-            format_args!("it lives {SOON:?} later"),
-        )
-    })?;
+    let ended = session.end(SOON).is_some();
+    require(
+        ended,
+        "its end after Close",
+        format_args!("it lives {SOON:?} later"),
+    )?;
     let there = run.join("lock").is_file();
     require(there, "the run's directory with its lock", "they are gone")?;
     // The channels are still there: what is sent waits for somebody to take it.
@@ -260,11 +242,8 @@ fn noted(bench: &Bench) -> Judgement {
     let notes = notes(run.session.raw_run.domain());
     let held = notes.filter(|note| note.pid != kit && note.is_locked());
     let held: Vec<String> = held.map(|note| note.pid.to_string()).collect();
-    require(
-        !held.is_empty(),
-        "a locked file `joined-PID.X` in the run's directory",
-        "none but the kit's own",
-    )?;
-    run.into_lead().closed()?;
+    let expected = "a locked file `joined-PID.X` in the run's directory";
+    require(!held.is_empty(), expected, "none but the kit's own")?;
+    run.closed()?;
     Ok(format!("locked by process {}", held.join(", ")))
 }

@@ -3,8 +3,8 @@
 use interface::message::wire::flags;
 use interface::transport::raw::Payload;
 
-use super::run::Run;
-use crate::bench::{Bench, Budget, configure};
+use super::run::led;
+use crate::bench::{Bench, Budget, Run, configure};
 use crate::clause::dem::limits::lively;
 use crate::clause::mpm::scene::single;
 use crate::clause::{Clause, clauses};
@@ -23,7 +23,7 @@ pub const CLAUSES: &[Clause] = clauses! {
     Must "H-5a" "a halt changes no bit of the later steps" by halt_is_free, needs: &["motion:free"];
         - "has other bits after a halt": {
             let mut halted = false;
-            Flaw::outbound(move |mut message| {
+            Flaw::passing(move |mut message| {
                 halted |= change::reported(&message).halted == 1;
                 match &mut message.payload {
                     Payload::States(states) if halted => states.iter_mut().for_each(|s| change::nudged(s, 1)),
@@ -51,7 +51,7 @@ fn moving(bench: &Bench, budget: Budget) -> Result<Run<'_>, Unmet> {
         }),
         _ => configure(&lively(bench)),
     };
-    let mut run = Run::from(bench.run_coupled(&order)?);
+    let mut run = led(bench, &order)?;
     run.budget = budget;
     Ok(run)
 }
@@ -87,7 +87,7 @@ fn six_steps(bench: &Bench, budget: Budget) -> Result<(Vec<Vec<f64>>, u64), Unme
         run.grant(DT, steps, false)?;
         let end = run.next() + steps;
         while run.next() < end {
-            let Some((flags, numbers)) = run.answer()? else {
+            let Some((flags, numbers)) = run.exchange_or_halt()? else {
                 break;
             };
             answers.push(numbers);

@@ -6,11 +6,11 @@ use interface::message::control::{Notice, Order, PROTOCOL, Party};
 use interface::transport::raw::{Kind, Message, Payload};
 use serde_json::{Value, json};
 
-use super::run::{Run, names, order};
-use crate::bench::{Bench, HASH};
+use super::run::{names, order};
+use crate::bench::{Bench, HASH, Run, Session};
 use crate::clause::{Clause, clauses};
 use crate::mutant::{Flaw, change};
-use crate::verdict::{Judgement, broken, require};
+use crate::verdict::{Judgement, Unmet, broken, require};
 use interface::config::capability::{FAMILIES, VERBS};
 
 pub const CLAUSES: &[Clause] = clauses! {
@@ -144,16 +144,9 @@ fn capabilities(bench: &Bench) -> Judgement {
         None => VERBS.contains(&name.as_str()),
     };
     let unknown = named.iter().find(|name| !known(name));
-    require(
-        unknown.is_none(),
-        "verbs and `family:member`",
-        format_args!("{unknown:?}"),
-    )?;
-    Ok(if named.is_empty() {
-        "none".into()
-    } else {
-        named.join(", ")
-    })
+    let got = format_args!("{unknown:?}");
+    require(unknown.is_none(), "verbs and `family:member`", got)?;
+    Ok(format!("{} capabilities", named.len()))
 }
 
 fn hash(bench: &Bench) -> Judgement {
@@ -169,13 +162,7 @@ fn opened(bench: &Bench) -> Judgement {
         let line = ["orders", "notices", "grants", "reports", "coupler"];
         line.iter().any(|part| name.contains(part))
     };
-    let unopened = session.raw_run.unopened();
-    let missing: Vec<&str> = unopened.into_iter().filter(of_line).collect();
-    require(
-        missing.is_empty(),
-        "its line open at Hello",
-        format_args!("closed: {missing:?}"),
-    )?;
+    closed(&session, of_line, "its line open at Hello")?;
     session.ready(&order(bench))?;
     // Clauses about a capability apply to solvers that have it.
     let asked = |name: &&str| match name.rsplit('/').next() {
@@ -183,14 +170,19 @@ fn opened(bench: &Bench) -> Judgement {
         Some("contacts") => bench.takes("contacts"),
         _ => true,
     };
+    closed(&session, asked, "all open at Ready")?;
+    Ok("all open".into())
+}
+
+/// None of these channels may be closed.
+fn closed(session: &Session, of: impl Fn(&&str) -> bool, expected: &str) -> Result<(), Unmet> {
     let unopened = session.raw_run.unopened();
-    let missing: Vec<&str> = unopened.into_iter().filter(asked).collect();
+    let missing: Vec<&str> = unopened.into_iter().filter(of).collect();
     require(
         missing.is_empty(),
-        "all open at Ready",
+        expected,
         format_args!("closed: {missing:?}"),
-    )?;
-    Ok("all open".into())
+    )
 }
 
 fn notices(bench: &Bench) -> Judgement {
@@ -198,12 +190,9 @@ fn notices(bench: &Bench) -> Judgement {
     // How long the kit waits for messages that must not come.
     let grace = Duration::from_millis(10);
     for close in [true, false] {
-        if let Some(notice) = run.session.unexpected(Kind::Notice, grace)? {
-            return Err(broken(
-                "no notice",
-                format_args!("{:?}", notice.as_notice()),
-            ));
-        }
+        let more = run.session.unexpected(Kind::Notice, grace)?;
+        let got = format_args!("{:?}", more.as_ref().map(Message::as_notice));
+        require(more.is_none(), "no notice", got)?;
         if close {
             run.session.close()?;
         }

@@ -1,25 +1,14 @@
 //! A run of either side, as far as clauses of both sides need one: it is begun, goes on, and waits for its peer.
 
-use core::ops::{Deref, DerefMut};
 use std::time::Duration;
 
 use interface::message::control::{Configure, Failure, Notice, Order, Party};
-use interface::message::wire::Grant;
-use interface::solver::Refusal;
 
-use crate::bench::{Bench, BodiesRun, ContinuumRun, KitRun, around_all, configure};
+use crate::bench::{Bench, Run, around_all, configure};
 use crate::clause::dem::scene::{one_disc, pressed};
 use crate::clause::mpm::scene::{push, single};
 use crate::mutant::Flaw;
 use crate::verdict::{Judgement, Unmet, broken, require};
-
-/// A run of the side under test.
-pub enum Run<'b> {
-    /// Of a bodies' side, pressed by two points.
-    Bodies(Box<BodiesRun<'b>>),
-    /// Of a continuum.
-    Continuum(Box<ContinuumRun<'b>>),
-}
 
 /// The configuration of a run in which physics does not matter: one disc, or one point.
 pub fn order(bench: &Bench) -> Configure {
@@ -29,54 +18,22 @@ pub fn order(bench: &Bench) -> Configure {
     }
 }
 
-impl<'b> Deref for Run<'b> {
-    type Target = KitRun<'b>;
-
-    fn deref(&self) -> &KitRun<'b> {
-        match self {
-            Self::Bodies(play) => &play.lead,
-            Self::Continuum(flow) => &flow.lead,
-        }
+/// A run with this order; what the kit sends in it is two points on a disc, or an outline around all points.
+pub fn led<'b>(bench: &'b Bench, order: &Configure) -> Result<Run<'b>, Unmet> {
+    let mut run = bench.run(order)?;
+    run.outlines = around_all(&single([0.0; 2]));
+    if run.session.is_of_bodies() {
+        run.set(&pressed().set);
     }
-}
-
-impl DerefMut for Run<'_> {
-    fn deref_mut(&mut self) -> &mut Self::Target {
-        match self {
-            Self::Bodies(play) => &mut play.lead,
-            Self::Continuum(flow) => &mut flow.lead,
-        }
-    }
-}
-
-impl<'b> From<KitRun<'b>> for Run<'b> {
-    fn from(lead: KitRun<'b>) -> Self {
-        if lead.session.is_of_bodies() {
-            let mut play = BodiesRun::from(lead);
-            play.set(&pressed().set);
-            Self::Bodies(Box::new(play))
-        } else {
-            let mut flow = ContinuumRun::from(lead);
-            flow.outlines = around_all(&single([0.0; 2]));
-            Self::Continuum(Box::new(flow))
-        }
-    }
+    Ok(run)
 }
 
 impl<'b> Run<'b> {
     /// After a measured opening step.
     pub fn begun(bench: &'b Bench) -> Result<Self, Unmet> {
-        let mut run = Self::from(bench.run_coupled(&order(bench))?);
+        let mut run = led(bench, &order(bench))?;
         run.step(0.0)?;
         Ok(run)
-    }
-
-    /// Ends the run's part in the session.
-    pub fn into_lead(self) -> KitRun<'b> {
-        match self {
-            Self::Bodies(play) => play.lead,
-            Self::Continuum(flow) => flow.lead,
-        }
     }
 
     /// One measured step.
@@ -88,51 +45,33 @@ impl<'b> Run<'b> {
 
     /// The exchange of a granted step.
     pub fn exchange(&mut self) -> Result<(), Unmet> {
-        match self {
-            Self::Bodies(play) => play.exchange(&pressed().states).map(|_| ()),
-            Self::Continuum(flow) => flow.exchange().map(|_| ()),
-        }
+        let halt = broken("states", "HALT_BEFORE").at(self.next());
+        self.exchange_or_halt()?.ok_or(halt).map(|_| ())
     }
 
     /// The same, with the flags and numbers that the solver sends in it; nothing where it halts before it.
-    pub fn answer(&mut self) -> Result<Option<(u64, Vec<f64>)>, Unmet> {
-        match self {
-            Self::Bodies(play) => {
-                let answer = play.exchange(&pressed().states)?;
-                let numbers = answer
-                    .forces
-                    .iter()
-                    .flat_map(|f| [f.force[0], f.force[1], f.stiffness]);
-                Ok(Some((answer.header.flags, numbers.collect())))
-            }
-            Self::Continuum(flow) => {
-                let Some(shown) = flow.states_or_halt()? else {
-                    return Ok(None);
-                };
-                flow.forces(&flow.no_forces())?;
-                let numbers = shown
-                    .states
-                    .iter()
-                    .flat_map(|s| [s.position, s.velocity])
-                    .flatten();
-                Ok(Some((shown.header.flags, numbers.collect())))
-            }
+    pub fn exchange_or_halt(&mut self) -> Result<Option<(u64, Vec<f64>)>, Unmet> {
+        if self.session.is_of_bodies() {
+            let answer = self.answer(&pressed().states)?;
+            let numbers = answer.forces.iter();
+            let numbers = numbers.flat_map(|f| [f.force[0], f.force[1], f.stiffness]);
+            return Ok(Some((answer.header.flags, numbers.collect())));
         }
-    }
-
-    /// The next grant, of one step.
-    pub fn next_step(&mut self) -> Grant {
-        self.next_grant(1e-4, 1, false)
+        let Some(shown) = self.states_or_halt()? else {
+            return Ok(None);
+        };
+        self.press(&self.no_forces())?;
+        let numbers = shown.states.iter().flat_map(|s| [s.position, s.velocity]);
+        Ok(Some((shown.header.flags, numbers.flatten().collect())))
     }
 
     /// Grants a step and leaves the solver where it waits for its peer.
     pub fn wait_for_peer(&mut self) -> Result<(), Unmet> {
         self.grant(1e-4, 1, false)?;
-        match self {
-            Self::Bodies(_) => interface::transport::wait::nap(Duration::from_millis(20)),
-            Self::Continuum(flow) => {
-                flow.states()?;
-            }
+        if self.session.is_of_bodies() {
+            interface::transport::wait::nap(Duration::from_millis(20));
+        } else {
+            self.states()?;
         }
         Ok(())
     }
@@ -140,16 +79,13 @@ impl<'b> Run<'b> {
     /// Sends all that belongs to a step, a new set or new outlines and a force included.
     fn whole_step(&mut self) -> Result<(), Unmet> {
         self.grant(1e-4, 2, false)?;
-        match self {
-            Self::Bodies(play) => {
-                play.set(&pressed().set);
-                play.exchange(&pressed().states)?;
-            }
-            Self::Continuum(flow) => {
-                flow.states()?;
-                flow.forces(&[push([0.0, 1e-3], 10.0)])?;
-                flow.states()?;
-            }
+        if self.session.is_of_bodies() {
+            self.set(&pressed().set);
+            self.answer(&pressed().states)?;
+        } else {
+            self.states()?;
+            self.press(&[push([0.0, 1e-3], 10.0)])?;
+            self.states()?;
         }
         Ok(())
     }
@@ -157,10 +93,10 @@ impl<'b> Run<'b> {
 
 /// What the solver says to a step in which the kit says something wrong.
 pub fn failure(bench: &Bench, said: Flaw) -> Result<Failure, Unmet> {
-    let mut run = Run::from(bench.run_coupled(&order(bench))?);
-    if let Run::Continuum(flow) = &mut run {
+    let mut run = led(bench, &order(bench))?;
+    if !run.session.is_of_bodies() {
         // So far that it asks for outlines again.
-        flow.travel = 1.0;
+        run.travel = 1.0;
     }
     run.step(0.0)?;
     run.session.flaw = Some(said);
@@ -193,20 +129,11 @@ pub fn rejects(bench: &Bench, sent: Flaw) -> Judgement {
 
 /// The solver refuses a configuration and names what is wrong in it: a key with `key` in it.
 pub fn names(bench: &Bench, key: &str, sent: Flaw) -> Judgement {
-    let refusal = match answer(bench, sent)? {
-        Notice::Refused(refusal) => refusal,
-        other => return Err(broken("Refused", format_args!("{other:?}"))),
+    let notice = answer(bench, sent)?;
+    let Notice::Refused(refusal) = &notice else {
+        return Err(broken("Refused", format_args!("{notice:?}")));
     };
-    let Refusal {
-        key: named,
-        message,
-        ..
-    } = &refusal;
-    let said = named.contains(key) && !named.is_empty() && !message.is_empty();
-    require(
-        said,
-        format_args!("the key `{key}` and a message"),
-        &refusal,
-    )?;
+    let said = refusal.key.contains(key) && !refusal.key.is_empty() && !refusal.message.is_empty();
+    require(said, format_args!("the key `{key}` and a message"), refusal)?;
     Ok(refusal.to_string())
 }

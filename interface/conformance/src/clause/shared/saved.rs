@@ -6,8 +6,8 @@ use interface::message::control::{Configure, Order};
 use interface::message::wire::{StepHeader, flags};
 use interface::transport::raw::{Message, Payload};
 
-use super::run::{Run, order};
-use crate::bench::{Bench, Reply};
+use super::run::order;
+use crate::bench::{Bench, Reply, Run};
 use crate::clause::{Clause, clauses};
 use crate::mutant::{Flaw, change};
 use crate::verdict::{Judgement, Unmet, broken, require};
@@ -103,9 +103,9 @@ fn corrects_the_hash() -> Flaw {
 /// The state before a step of a run, and the run after it.
 fn saved(bench: &Bench) -> Result<(Vec<u8>, Run<'_>), Unmet> {
     let mut run = Run::begun(bench)?;
-    let mut grant = run.next_step();
+    let mut grant = run.next_grant(1e-4, 1, false);
     grant.flags |= flags::CHECKPOINT;
-    run.send_grants(&[grant])?;
+    run.send_grant(grant)?;
     run.exchange()?;
     run.report()?;
     Ok((run.session.saved()?, run))

@@ -113,11 +113,7 @@ pub fn typical(case: &Case) -> (f64, f64) {
         mass,
         radius: length,
     };
-    let stiffness = Law {
-        law: &case.config.point_contact,
-        pair,
-    }
-    .normal_stiffness(length);
+    let stiffness = Law::of(&case.config.point_contact, pair).normal_stiffness(length);
     (
         stiffness * length * length,
         (stiffness * mass).sqrt() * length,

@@ -6,7 +6,7 @@ use interface::config::DemConfig;
 use interface::message::wire::{ImpInfo, ImpState};
 use serde::{Deserialize, Serialize};
 
-use super::super::plan::{Course, Epoch};
+use super::super::plan::{self, Course, Epoch};
 use super::oracle::Oracle;
 
 /// What a point moves along.
@@ -75,6 +75,24 @@ pub struct Case {
 }
 
 impl Case {
+    /// The same from a later step on, as if it were the first.
+    pub fn begun_in(&self, first: u32) -> Self {
+        let mut case = self.clone();
+        [_, case.epochs] = plan::parts(&self.epochs, first);
+        for point in &mut case.points {
+            for course in [&mut point.way, &mut point.overlap] {
+                let start = (0, course.at(first));
+                course.0.retain(|(step, _)| *step > first);
+                course.0.iter_mut().for_each(|(step, _)| *step -= first);
+                course.0.insert(0, start);
+            }
+            for range in &mut point.present {
+                *range = range.map(|step| step.saturating_sub(first));
+            }
+        }
+        case
+    }
+
     /// The set in a step.
     pub fn set(&self, step: u32) -> Vec<ImpInfo> {
         let present = self.points.iter().filter(|point| point.is_present(step));

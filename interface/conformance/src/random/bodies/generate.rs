@@ -8,7 +8,7 @@ use interface::config::{
     BodyConfig, BodyInertia, BodyShape, ContactLaw, DemConfig, GroupPair, Motion, OverlapMeasure,
 };
 
-use super::super::dice::Dice;
+use super::super::dice::{Dice, decades};
 use super::super::plan::Course;
 use super::case::{Along, Case, Walker};
 
@@ -20,48 +20,31 @@ struct Scale {
     stiffness: f64,
     /// Typical mass in kg/m.
     mass: f64,
-    /// Longest step in s.
-    dt: f64,
-}
-
-/// A generator of cases.
-struct Generator<'a> {
-    rng: Rng,
-    takes: &'a Capabilities,
-    scale: Scale,
-}
-
-impl Dice for Generator<'_> {
-    fn rng(&mut self) -> &mut Rng {
-        &mut self.rng
-    }
-
-    fn takes(&self) -> &Capabilities {
-        self.takes
-    }
-
-    fn dt(&self) -> f64 {
-        self.scale.dt
-    }
 }
 
 /// The case of a seed, for a solver of bodies that says that it takes this.
 pub fn case(seed: u64, takes: &Capabilities) -> Case {
     let mut rng = Rng::with_seed(seed);
-    let mut decades = |from: f64, to: f64| 10f64.powf(from + (to - from) * rng.f64());
-    let (radius, stiffness, mass) = (decades(-3.0, 0.0), decades(3.0, 7.0), decades(-1.0, 2.0));
+    let radius = decades(&mut rng, -3.0, 0.0);
+    let stiffness = decades(&mut rng, 3.0, 7.0);
+    let mass = decades(&mut rng, -1.0, 2.0);
     // A body on a dozen stiff contacts, with a lever arm: omega dt stays well below 2.
-    let dt = decades(-2.0, -0.8) * (mass / (40.0 * stiffness)).sqrt();
+    let dt = decades(&mut rng, -2.0, -0.8) * (mass / (40.0 * stiffness)).sqrt();
     let scale = Scale {
         radius,
         stiffness,
         mass,
-        dt,
     };
-    Generator { rng, takes, scale }.case()
+    let mut dice = Dice {
+        rng,
+        takes,
+        dt,
+        scale,
+    };
+    dice.case()
 }
 
-impl Generator<'_> {
+impl Dice<'_, Scale> {
     fn case(&mut self) -> Case {
         let springs = !self.takes.has("feature:impulses");
         let touching = springs && self.takes.meets("feature:body_contact") && self.often();
@@ -136,41 +119,41 @@ impl Generator<'_> {
         } else {
             0.0
         };
-        match self.member(&[
-            "law:linear",
-            "law:granular",
-            "law:hertz_mindlin",
-            "law:area",
-        ]) {
-            Some("law:granular") => ContactLaw::Granular {
-                normal_stiffness: k,
-                tangential_stiffness,
-                friction,
-                damping_ratio,
-                damped_mass,
-                adhesion,
-                rolling_friction: 0.0,
-            },
-            Some("law:hertz_mindlin") => ContactLaw::HertzMindlin {
-                hertz_constant: k / self.scale.radius.sqrt(),
-                poisson_ratio: self.between(0.0, 0.5),
-                friction,
-                restitution: if damps { self.between(0.3, 1.0) } else { 1.0 },
-                adhesion,
-            },
-            Some("law:area") => ContactLaw::Area {
-                area_stiffness: k / self.scale.radius,
-                tangential_stiffness,
-                friction,
-            },
-            _ => ContactLaw::Linear {
-                normal_stiffness: k,
-                tangential_stiffness,
-                friction,
-                damping_ratio,
-                damped_mass,
-            },
-        }
+        let linear = ContactLaw::Linear {
+            normal_stiffness: k,
+            tangential_stiffness,
+            friction,
+            damping_ratio,
+            damped_mass,
+        };
+        let granular = ContactLaw::Granular {
+            normal_stiffness: k,
+            tangential_stiffness,
+            friction,
+            damping_ratio,
+            damped_mass,
+            adhesion,
+            rolling_friction: 0.0,
+        };
+        let area = ContactLaw::Area {
+            area_stiffness: k / self.scale.radius,
+            tangential_stiffness,
+            friction,
+        };
+        let laws = [
+            ("law:linear", Some(linear)),
+            ("law:granular", Some(granular)),
+            ("law:hertz_mindlin", None),
+            ("law:area", Some(area)),
+        ];
+        let drawn = self.member(&laws).unwrap_or(Some(linear));
+        drawn.unwrap_or_else(|| ContactLaw::HertzMindlin {
+            hertz_constant: k / self.scale.radius.sqrt(),
+            poisson_ratio: self.between(0.0, 0.5),
+            friction,
+            restitution: if damps { self.between(0.3, 1.0) } else { 1.0 },
+            adhesion,
+        })
     }
 
     /// A law, or the other one where a solver takes only laws of one kind in a scene.
@@ -185,76 +168,88 @@ impl Generator<'_> {
 
     fn shape(&mut self) -> BodyShape {
         let size = self.about(4.0 * self.scale.radius);
+        // Those whose numbers are drawn have none yet.
+        let rectangle = BodyShape::Rectangle {
+            width: 2.0 * size,
+            height: size,
+        };
         let shapes = [
-            "shape:disc",
-            "shape:segment",
-            "shape:rectangle",
-            "shape:polygon",
-            "shape:cluster",
-        ];
-        match self.member(&shapes) {
-            Some("shape:segment") => BodyShape::Segment {
-                ends: [[-size, 0.1 * size], [size, 0.0]],
-            },
-            Some("shape:rectangle") => BodyShape::Rectangle {
-                width: 2.0 * size,
-                height: self.between(0.5, 2.0) * size,
-            },
-            Some("shape:polygon") => {
-                // A star around the origin is simple; one in four has notches.
-                let n = self.rng.u32(3..8);
-                let low = if self.rarely() { 0.6 } else { 1.0 };
-                let vertex = |i: u32| {
-                    let angle = (f64::from(i) + self.between(0.0, 0.4)) * std::f64::consts::TAU
-                        / f64::from(n);
-                    let r = size * self.between(low, 1.0);
-                    [r * angle.cos(), r * angle.sin()]
-                };
+            ("shape:disc", BodyShape::Disc),
+            (
+                "shape:segment",
+                BodyShape::Segment {
+                    ends: [[-size, 0.1 * size], [size, 0.0]],
+                },
+            ),
+            ("shape:rectangle", rectangle),
+            (
+                "shape:polygon",
                 BodyShape::Polygon {
-                    vertices: (0..n).map(vertex).collect(),
-                }
+                    vertices: Vec::new(),
+                },
+            ),
+            (
+                "shape:cluster",
+                BodyShape::Cluster {
+                    centers: vec![[0.0; 2], [0.7 * size, 0.2 * size]],
+                    radii: Vec::new(),
+                },
+            ),
+        ];
+        let mut shape = self.member(&shapes).unwrap_or(BodyShape::Disc);
+        match &mut shape {
+            BodyShape::Rectangle { height, .. } => *height *= self.between(0.5, 2.0),
+            BodyShape::Polygon { vertices } => {
+                // One in four has notches.
+                let corners = self.rng.u32(3..8);
+                let low = if self.rarely() { 0.6 } else { 1.0 };
+                *vertices = self.star(corners, [0.0; 2], |dice| size * dice.between(low, 1.0));
             }
-            Some("shape:cluster") => BodyShape::Cluster {
-                centers: vec![[0.0; 2], [0.7 * size, 0.2 * size]],
-                radii: Vec::new(),
-            },
-            _ => BodyShape::Disc,
+            _ => {}
         }
+        shape
     }
 
     fn motion(&mut self) -> Motion {
+        let guided = Motion::Guided {
+            hold_x: false,
+            hold_y: false,
+            hold_angle: false,
+        };
+        let pushed = Motion::Pushed {
+            force: [0.0; 2],
+            torque: 0.0,
+            ramp: 0.0,
+            until: None,
+        };
         let motions = [
-            "motion:free",
-            "motion:free",
-            "motion:fixed",
-            "motion:driven",
-            "motion:guided",
-            "motion:pushed",
+            ("motion:free", Motion::Free),
+            ("motion:free", Motion::Free),
+            ("motion:fixed", Motion::Fixed),
+            ("motion:driven", Motion::Driven),
+            ("motion:guided", guided),
+            ("motion:pushed", pushed),
         ];
-        match self.member(&motions) {
-            Some("motion:free") => Motion::Free,
-            Some("motion:driven") => Motion::Driven,
-            Some("motion:guided") => Motion::Guided {
+        match self.member(&motions).unwrap_or(Motion::Fixed) {
+            Motion::Guided { .. } => Motion::Guided {
                 hold_x: self.often(),
                 hold_y: self.often(),
                 hold_angle: self.often(),
             },
-            Some("motion:pushed") => {
+            Motion::Pushed { .. } => {
                 let force = self.scale.stiffness * self.scale.radius * 0.1;
                 Motion::Pushed {
                     force: [self.way(force), self.way(force)],
                     torque: self.way(force * self.scale.radius),
                     ramp: if self.often() {
-                        self.scale.dt * self.between(0.0, 40.0)
+                        self.dt * self.between(0.0, 40.0)
                     } else {
                         0.0
                     },
-                    until: self
-                        .rarely()
-                        .then(|| self.scale.dt * self.between(5.0, 40.0)),
+                    until: self.rarely().then(|| self.dt * self.between(5.0, 40.0)),
                 }
             }
-            _ => Motion::Fixed,
+            other => other,
         }
     }
 
@@ -298,11 +293,8 @@ impl Generator<'_> {
                 inertia: self.inertia(extent),
                 position: [far + x * heading.cos(), x * heading.sin()],
                 angle: self.way(3.0),
-                velocity: [
-                    self.way(shift) / self.scale.dt,
-                    self.way(shift) / self.scale.dt,
-                ],
-                spin: self.way(turn) / self.scale.dt,
+                velocity: [self.way(shift) / self.dt, self.way(shift) / self.dt],
+                spin: self.way(turn) / self.dt,
                 motion,
                 surface: String::new(),
             });
@@ -313,10 +305,10 @@ impl Generator<'_> {
 
     fn inertia(&mut self, extent: f64) -> BodyInertia {
         let mass = self.about(self.scale.mass);
-        match self.member(&["inertia:mass", "inertia:density"]) {
-            Some("inertia:density") => BodyInertia::Density(mass / (extent * extent)),
-            _ => BodyInertia::Mass(mass),
-        }
+        let whole = BodyInertia::Mass(mass);
+        let density = BodyInertia::Density(mass / (extent * extent));
+        let either = [("inertia:mass", whole), ("inertia:density", density)];
+        self.member(&either).unwrap_or(whole)
     }
 
     fn points(&mut self, config: &DemConfig, steps: u32) -> Vec<Walker> {
@@ -359,7 +351,7 @@ impl Generator<'_> {
                 noise: if self.often() {
                     [0.0; 2]
                 } else {
-                    [0; 2].map(|_| self.way(0.1 * radius / self.scale.dt))
+                    [0; 2].map(|_| self.way(0.1 * radius / self.dt))
                 },
                 present: self.presence(&changes, steps),
             });

@@ -1,9 +1,11 @@
 //! The contact laws of a configuration, as docs/physics.md ("The laws") defines them: what one contact exerts.
 
+use std::collections::BTreeMap;
+
 use interface::config::{ContactLaw, ratio_of_restitution};
 
 /// What a law takes of the two that touch.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, Default)]
 pub struct Pair {
     /// Reduced mass in kg/m.
     pub mass: f64,
@@ -50,149 +52,103 @@ pub struct Exerted {
     pub sensitivity: [f64; 2],
 }
 
-/// Numbers of a law for one pair.
-#[derive(Debug, Clone, Copy)]
-pub struct Law<'a> {
-    /// The law.
-    pub law: &'a ContactLaw,
-    /// The two that touch.
-    pub pair: Pair,
+/// A law for one pair. A number that a law has not is 0.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Law {
+    pair: Pair,
+    /// Stiffness of the springs along N and T in N/m.
+    linear: [f64; 2],
+    /// `k_H` in N/m^1.5, and `k_t` over `k_n`.
+    hertz: [f64; 2],
+    /// `k_A` in N/m^2.
+    area: f64,
+    friction: f64,
+    /// Damping ratio of the contact.
+    pub damping_ratio: f64,
+    /// Mass in kg/m that the dashpots damp.
+    damped: f64,
+    /// In Pa.
+    adhesion: f64,
 }
 
-impl Law<'_> {
+impl Law {
+    /// Of a configuration, for two that touch.
+    pub fn of(law: &ContactLaw, pair: Pair) -> Self {
+        let numbers: BTreeMap<&str, f64> = law.numbers().map(|(p, x)| (p.name, x)).collect();
+        let number = |name: &str| numbers.get(name).copied().unwrap_or(0.0);
+        let (nu, other) = (number("poisson_ratio"), number("damped_mass"));
+        let hertz = number("hertz_constant");
+        Self {
+            pair,
+            linear: [number("normal_stiffness"), number("tangential_stiffness")],
+            hertz: [hertz, 2.0 * (1.0 - nu) / (2.0 - nu)],
+            area: number("area_stiffness"),
+            friction: number("friction"),
+            damping_ratio: if hertz > 0.0 {
+                ratio_of_restitution(number("restitution"))
+            } else {
+                number("damping_ratio")
+            },
+            damped: if other > 0.0 { other } else { pair.mass },
+            adhesion: number("adhesion"),
+        }
+    }
+
     /// `k_n` in N/m at an overlap (m).
     pub fn normal_stiffness(&self, overlap: f64) -> f64 {
         let xi = overlap.max(0.0);
-        match *self.law {
-            ContactLaw::Linear {
-                normal_stiffness, ..
-            }
-            | ContactLaw::Granular {
-                normal_stiffness, ..
-            } => normal_stiffness,
-            ContactLaw::HertzMindlin { hertz_constant, .. } => 1.5 * hertz_constant * xi.sqrt(),
-            ContactLaw::Area { area_stiffness, .. } => {
-                let xi = xi.min(self.pair.radius);
-                2.0 * area_stiffness * (xi * (2.0 * self.pair.radius - xi)).sqrt()
-            }
-        }
+        let (r, within) = (self.pair.radius, xi.min(self.pair.radius));
+        let chord = 2.0 * (within * (2.0 * r - within)).sqrt();
+        self.linear[0] + 1.5 * self.hertz[0] * xi.sqrt() + self.area * chord
     }
 
     /// Whether the stiffness is the same at every overlap.
     pub fn is_linear(&self) -> bool {
-        matches!(
-            self.law,
-            ContactLaw::Linear { .. } | ContactLaw::Granular { .. }
-        )
+        self.hertz[0] == 0.0 && self.area == 0.0
     }
 
     /// `k_t` in N/m where `k_n` is this (N/m).
     pub fn tangential_stiffness(&self, k_n: f64) -> f64 {
-        match *self.law {
-            _ if self.friction() == 0.0 => 0.0,
-            ContactLaw::Linear {
-                tangential_stiffness,
-                ..
-            }
-            | ContactLaw::Granular {
-                tangential_stiffness,
-                ..
-            }
-            | ContactLaw::Area {
-                tangential_stiffness,
-                ..
-            } => tangential_stiffness,
-            ContactLaw::HertzMindlin { poisson_ratio, .. } => {
-                k_n * 2.0 * (1.0 - poisson_ratio) / (2.0 - poisson_ratio)
-            }
-        }
-    }
-
-    fn friction(&self) -> f64 {
-        match *self.law {
-            ContactLaw::Linear { friction, .. }
-            | ContactLaw::Granular { friction, .. }
-            | ContactLaw::HertzMindlin { friction, .. }
-            | ContactLaw::Area { friction, .. } => friction,
+        match self.hertz {
+            _ if self.friction == 0.0 => 0.0,
+            [0.0, _] => self.linear[1],
+            [_, share] => k_n * share,
         }
     }
 
     /// Force of the normal spring in N/m, and its energy in J/m.
     fn spring(&self, xi: f64) -> (f64, f64) {
-        match *self.law {
-            ContactLaw::Linear {
-                normal_stiffness: k,
-                ..
-            }
-            | ContactLaw::Granular {
-                normal_stiffness: k,
-                ..
-            } => (k * xi, 0.5 * k * xi * xi),
-            ContactLaw::HertzMindlin {
-                hertz_constant: k, ..
-            } => (k * xi.powf(1.5), 0.4 * k * xi.powf(2.5)),
-            ContactLaw::Area {
-                area_stiffness: k, ..
-            } => {
-                // The segment of height xi of a disc of radius R*, at most all of it, and its integral over xi.
-                let r = self.pair.radius;
-                let height = xi.min(2.0 * r);
-                let chord = (height * (2.0 * r - height)).sqrt();
-                let area = r * r * chord.atan2(r - height) - (r - height) * chord;
-                let within = 2.0 / 3.0 * chord.powi(3) + (height - r) * area;
-                (k * area, k * (within + area * (xi - height)))
-            }
+        let ([k, _], [hertz, _]) = (self.linear, self.hertz);
+        let (mut force, mut energy) = (k * xi, 0.5 * k * xi * xi);
+        force += hertz * xi.powf(1.5);
+        energy += 0.4 * hertz * xi.powf(2.5);
+        if self.area > 0.0 {
+            // The segment of height xi of a disc of radius R*, at most all of it, and its integral over xi.
+            let r = self.pair.radius;
+            let height = xi.min(2.0 * r);
+            let chord = (height * (2.0 * r - height)).sqrt();
+            let area = r * r * chord.atan2(r - height) - (r - height) * chord;
+            let within = 2.0 / 3.0 * chord.powi(3) + (height - r) * area;
+            force += self.area * area;
+            energy += self.area * (within + area * (xi - height));
         }
+        (force, energy)
     }
 
     /// Adhesion in N/m at an overlap (m), and its energy in J/m.
     fn pull(&self, xi: f64) -> (f64, f64) {
-        let adhesion = match *self.law {
-            ContactLaw::Granular { adhesion, .. } | ContactLaw::HertzMindlin { adhesion, .. } => {
-                adhesion
-            }
-            _ => 0.0,
-        };
-        let force = adhesion * 2.0 * (2.0 * self.pair.radius * xi).sqrt();
+        let force = self.adhesion * 2.0 * (2.0 * self.pair.radius * xi).sqrt();
         (force, 2.0 / 3.0 * force * xi)
     }
 
     /// c along N and T in N s/m, where the stiffnesses (N/m) are these.
     pub fn dashpots(&self, stiffness: [f64; 2]) -> [f64; 2] {
-        let (factor, mass) = match *self.law {
-            ContactLaw::Linear {
-                damping_ratio,
-                damped_mass,
-                ..
-            }
-            | ContactLaw::Granular {
-                damping_ratio,
-                damped_mass,
-                ..
-            } => {
-                let other = damped_mass > 0.0;
-                (
-                    damping_ratio,
-                    if other { damped_mass } else { self.pair.mass },
-                )
-            }
-            ContactLaw::HertzMindlin { restitution, .. } => {
-                let ratio = ratio_of_restitution(restitution);
-                ((5.0_f64 / 6.0).sqrt() * ratio, self.pair.mass)
-            }
-            ContactLaw::Area { .. } => (0.0, 0.0),
+        let share = if self.hertz[0] > 0.0 {
+            5.0_f64 / 6.0
+        } else {
+            1.0
         };
-        stiffness.map(|k| 2.0 * factor * (k * mass).sqrt())
-    }
-
-    /// Damping ratio of the contact.
-    pub fn damping_ratio(&self) -> f64 {
-        match *self.law {
-            ContactLaw::Linear { damping_ratio, .. }
-            | ContactLaw::Granular { damping_ratio, .. } => damping_ratio,
-            ContactLaw::HertzMindlin { restitution, .. } => ratio_of_restitution(restitution),
-            ContactLaw::Area { .. } => 0.0,
-        }
+        stiffness.map(|k| 2.0 * share.sqrt() * self.damping_ratio * (k * self.damped).sqrt())
     }
 
     /// The contact at `t_n`, given its history.
@@ -208,7 +164,7 @@ impl Law<'_> {
         // F_n = max(0, spring - c_n u_N), less the pull.
         let pressing = (spring - c[0] * motion.velocity[0]).max(0.0);
         // The tangential spring, which gives way where the contact unloads, then Coulomb's limit.
-        let limit = self.friction() * pressing;
+        let limit = self.friction * pressing;
         let kept = if k_t < before.stiffness {
             k_t / before.stiffness
         } else {

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 
 use interface::Vec2;
 use interface::config::{BodyConfig, BodyShape, ContactLaw, DemConfig, Motion as Drive};
-use interface::message::wire::{BodyState, ImpInfo, ImpState, Ledger};
+use interface::message::wire::{BodyState, ContactState, ImpInfo, ImpState, Ledger};
 use interface::step::Step;
 use mechanics::mass::{cross, swept, union_of_discs};
 use mechanics::outline::{nearest, nearest_on_edge};
@@ -109,10 +109,20 @@ impl Body {
         self.drive.yielding()
     }
 
-    /// `1/m` and `1/I`, 0 in directions in which forces do not move it.
-    fn mobility(&self) -> ([f64; 2], f64) {
+    /// `1/m` along x and y, and `1/I`; 0 in directions in which forces do not move it.
+    fn mobility(&self) -> [f64; 3] {
         let [x, y, turn] = self.yields();
-        ([x / self.mass, y / self.mass], turn / self.inertia)
+        [x / self.mass, y / self.mass, turn / self.inertia]
+    }
+
+    /// The larger of `1/m` along x and y.
+    fn lightness(&self) -> f64 {
+        self.mobility()[0].max(self.mobility()[1])
+    }
+
+    /// What a contact at `r` (m) from the centre of mass takes of it.
+    fn side(&self, r: Vec2) -> Side {
+        (self.lightness(), Some(self.moved(r)), self.velocity_at(r))
     }
 
     /// Displacement in m, in the last drift, of the material that is now at `r` (m) from the centre of mass.
@@ -178,6 +188,24 @@ pub struct Touch {
     pub moved: f64,
     /// How far the force may be off by rounding, in N/m.
     pub blur: f64,
+}
+
+impl Touch {
+    /// The same as in a frame, with the force on the body, the first body or the first point.
+    pub fn state(&self) -> ContactState {
+        let (with, body, other, sign) = match self.who {
+            Who::Point(id, b, _) => (1, b as u64, id, -1.0),
+            Who::Bodies(i, _, j, _) => (0, i as u64, j as u64, 1.0),
+            Who::Points(p, q) => (2, p, q, 1.0),
+        };
+        ContactState {
+            body,
+            other,
+            with,
+            position: self.at.into(),
+            force: (self.force * sign).into(),
+        }
+    }
 }
 
 /// What a point feels.
@@ -258,6 +286,7 @@ pub struct Oracle {
 }
 
 /// What a step adds up while it looks at contacts.
+#[derive(Default)]
 struct Sums {
     expected: Expected,
     history: BTreeMap<Who, History>,
@@ -269,17 +298,47 @@ struct Sums {
 /// A normal spring: the body with the vertex and the arm in m, that with the edge, the normal, and the stiffness in N/m.
 type Spring = (usize, Vec2, usize, Vec2, Vec2, f64);
 
-/// Two that may touch in a step.
-struct Near<'a> {
-    who: Who,
-    law: Law<'a>,
-    motion: Motion,
+/// One of two that may touch: 1/m in m/kg, and where they touch the displacement over the last step in m, if it is known, and
+/// the velocity in m/s.
+type Side = (f64, Option<Vec2>, Vec2);
+
+/// Where two may touch.
+#[derive(Clone, Copy)]
+struct Place {
+    overlap: f64,
+    /// From the second to the first.
     normal: Vec2,
     at: Vec2,
+    /// R* in m.
+    radius: f64,
     /// Below this (m) nothing is told apart.
     blur: f64,
     /// How much the normal turns (rad) by a shift of a metre.
     curvature: f64,
+}
+
+impl Sums {
+    /// A contact presses on the point in a slot, this way, with a stiffness (N/m). The smallest radius of the two is `least`
+    /// (m); F-6 counts what is within half of it.
+    fn press(
+        &mut self,
+        slot: usize,
+        (touch, sign): (&Touch, f64),
+        (law, stiffness): (&Law, f64),
+        (least, blur): (f64, f64),
+    ) {
+        let point = &mut self.expected.points[slot];
+        point.force += touch.force * sign;
+        point.blur += touch.blur;
+        point.touched |= touch.overlap > 0.0;
+        let gap = touch.overlap + 0.5 * least;
+        point.at_the_edge |= gap.abs() <= blur;
+        if gap > 0.0 {
+            point.stiffness += stiffness;
+            point.exact &= law.is_linear();
+            self.expected.damping = self.expected.damping.max(law.damping_ratio);
+        }
+    }
 }
 
 impl Oracle {
@@ -319,44 +378,29 @@ impl Oracle {
 
     /// Computes a step and takes it.
     pub fn step(&mut self, step: &Step, set: &[ImpInfo], states: &[ImpState]) -> Expected {
-        let mut sums = Sums {
-            expected: Expected {
-                points: vec![
-                    OnPoint {
-                        exact: true,
-                        ..OnPoint::default()
-                    };
-                    set.len()
-                ],
-                loads: vec![OnBody::default(); self.bodies.len()],
-                ..Expected::default()
-            },
-            history: BTreeMap::new(),
-            stored: 0.0,
-            friction: 0.0,
-            viscous: [0.0; 2],
+        let mut sums = Sums::default();
+        let exact = OnPoint {
+            exact: true,
+            ..OnPoint::default()
         };
+        sums.expected.points = vec![exact; set.len()];
+        sums.expected.loads = vec![OnBody::default(); self.bodies.len()];
         self.points_and_bodies(step, set, states, &mut sums);
         self.pairs_of_points(step, set, states, &mut sums);
         self.bodies_and_bodies(step, &mut sums);
         self.kick(step, &mut sums);
-        let expected = sums.expected;
+        let mut expected = sums.expected;
         if step.dt_before > 0.0 || step.dt > 0.0 {
             self.history = sums.history;
-            self.previous = set
-                .iter()
-                .map(|i| i.id)
-                .zip(states.iter().map(|s| s.position.into()))
-                .collect();
+            let places = set.iter().zip(states);
+            self.previous = places.map(|(i, s)| (i.id, s.position.into())).collect();
             for body in &mut self.bodies {
                 body.last = (body.velocity * step.dt, body.spin * step.dt);
                 body.center += body.last.0;
                 body.angle += body.last.1;
             }
         }
-        let mut expected = expected;
-        let poses = self.published.as_ref();
-        expected.travel = poses.map(|poses| {
+        expected.travel = self.published.as_ref().map(|poses| {
             let gone = self
                 .bodies
                 .iter()
@@ -395,7 +439,6 @@ impl Oracle {
         sums: &mut Sums,
     ) {
         let (x, body) = (Vec2::from(state.position), &self.bodies[b]);
-        let was = self.previous.get(&info.id);
         let near = nearest(outline, x);
         let overlap = a + info.radius - near.distance;
         if overlap < -2.0 * info.radius {
@@ -409,69 +452,41 @@ impl Oracle {
         let normal = away / (near.distance.signum() * away.norm());
         let at = x - normal * (info.radius - 0.5 * overlap);
         let r = at - body.center;
-        let moved = match was {
-            Some(was) if step.dt_before > 0.0 => x - was - body.moved(r),
-            _ => Vec2::zeros(),
-        };
-        let velocity = if step.dt_before > 0.0 {
-            moved / step.dt_before
-        } else {
-            Vec2::from(state.velocity) - body.velocity_at(r)
-        };
-        let radius = if a > 0.0 {
-            a * info.radius / (a + info.radius)
-        } else {
-            info.radius
-        };
-        let [ix, iy] = body.mobility().0;
-        let point = self
-            .config
-            .point_surfaces
-            .get(info.group as usize)
-            .map_or("", String::as_str);
-        let near = Near {
-            who: Who::Point(info.id, b, part),
-            law: Law {
-                law: self.law([point, &body.surface], &self.config.point_contact),
-                pair: Pair {
-                    mass: 1.0 / (1.0 / info.mass + ix.max(iy)),
-                    radius,
-                },
-            },
-            motion: Motion {
-                overlap,
-                moved: along(moved, normal),
-                velocity: along(velocity, normal),
-            },
+        let both = a * info.radius / (a + info.radius);
+        let place = Place {
+            overlap,
             normal,
             at,
+            radius: if a > 0.0 { both } else { info.radius },
             blur,
             curvature: 1.0 / near.distance.abs().max(blur),
         };
-        let touch = self.touch(&near, step, sums);
-        let point = &mut sums.expected.points[slot];
-        point.force += touch.force;
-        point.blur += touch.blur;
-        point.touched |= overlap > 0.0;
+        let surfaces = &self.config.point_surfaces;
+        let surface = surfaces.get(info.group as usize).map_or("", String::as_str);
+        let law = self.law([surface, &body.surface], &self.config.point_contact);
+        let sides = [self.point(info, state), body.side(r)];
+        let who = Who::Point(info.id, b, part);
+        let (touch, law) = self.touch(step, (who, law), sides, place, sums);
+        let k_n = law.normal_stiffness(overlap);
+        sums.press(slot, (&touch, 1.0), (&law, k_n), (info.radius, blur));
         let load = &mut sums.expected.loads[b];
         load.points.0 -= touch.force;
         load.points.1 -= cross(r, touch.force);
         load.contacts += u64::from(overlap > 0.0);
         load.blur += touch.blur;
-        // F-6 and L-2 count what is within half a radius.
-        let gap = overlap + 0.5 * info.radius;
-        point.at_the_edge |= gap.abs() <= blur;
-        if gap > 0.0 {
-            let k_n = near.law.normal_stiffness(overlap);
-            let k_t = near.law.tangential_stiffness(k_n);
-            point.stiffness += k_n;
-            point.exact &= near.law.is_linear();
-            let (lightness, turns) = body.mobility();
-            let light = lightness[0].max(lightness[1]);
+        // L-2 counts what is within half a radius, as F-6 does.
+        if overlap + 0.5 * info.radius > 0.0 {
+            let k_t = law.tangential_stiffness(k_n);
+            let (light, turns) = (body.lightness(), body.mobility()[2]);
             let (n, t) = (cross(r, normal), cross(r, left(normal)));
             load.rate += k_n * (light + n * n * turns) + k_t * (light + t * t * turns);
-            sums.expected.damping = sums.expected.damping.max(near.law.damping_ratio());
         }
+    }
+
+    fn point(&self, info: &ImpInfo, state: &ImpState) -> Side {
+        let was = self.previous.get(&info.id);
+        let moved = was.map(|was| Vec2::from(state.position) - was);
+        (1.0 / info.mass, moved, state.velocity.into())
     }
 
     /// Section 7: the points of two groups that touch.
@@ -481,11 +496,13 @@ impl Oracle {
                 // The first point of a pair is the one in the lower slot; N goes to it.
                 let (first, second) = (&set[q], &set[p]);
                 let groups = [first.group as usize, second.group as usize];
-                let touching = self.config.group_pairs.iter().find(|pair| {
+                let pairs = &mut self.config.group_pairs.iter();
+                let Some(pair) = pairs.find(|pair| {
                     let [a, b] = pair.between;
                     [a, b] == groups || [b, a] == groups
-                });
-                let Some(touching) = touching else { continue };
+                }) else {
+                    continue;
+                };
                 let at = |slot: usize| Vec2::from(states[slot].position);
                 let (away, reach) = (at(q) - at(p), first.radius + second.radius);
                 let overlap = reach - away.norm();
@@ -494,50 +511,21 @@ impl Oracle {
                     continue;
                 }
                 let normal = away.normalize();
-                let was = [first, second].map(|i| self.previous.get(&i.id));
-                let moved = match was {
-                    [Some(a), Some(b)] if step.dt_before > 0.0 => (at(q) - a) - (at(p) - b),
-                    _ => Vec2::zeros(),
-                };
-                let velocity = if step.dt_before > 0.0 {
-                    moved / step.dt_before
-                } else {
-                    Vec2::from(states[q].velocity) - Vec2::from(states[p].velocity)
-                };
-                let near = Near {
-                    who: Who::Points(first.id, second.id),
-                    law: Law {
-                        law: &touching.law,
-                        pair: Pair {
-                            mass: 1.0 / (1.0 / first.mass + 1.0 / second.mass),
-                            radius: first.radius * second.radius / reach,
-                        },
-                    },
-                    motion: Motion {
-                        overlap,
-                        moved: along(moved, normal),
-                        velocity: along(velocity, normal),
-                    },
+                let place = Place {
+                    overlap,
                     normal,
                     at: at(q) - normal * (first.radius - 0.5 * overlap),
+                    radius: first.radius * second.radius / reach,
                     blur: BLUR * least,
                     curvature: 1.0 / away.norm(),
                 };
-                let touch = self.touch(&near, step, sums);
-                let k_n = near.law.normal_stiffness(overlap);
-                let k = 2.0 * k_n.max(near.law.tangential_stiffness(k_n));
+                let sides = [(first, q), (second, p)].map(|(info, k)| self.point(info, &states[k]));
+                let who = Who::Points(first.id, second.id);
+                let (touch, law) = self.touch(step, (who, &pair.law), sides, place, sums);
+                let k_n = law.normal_stiffness(overlap);
+                let k = 2.0 * k_n.max(law.tangential_stiffness(k_n));
                 for (slot, sign) in [(q, 1.0), (p, -1.0)] {
-                    let point = &mut sums.expected.points[slot];
-                    point.force += touch.force * sign;
-                    point.blur += touch.blur;
-                    point.touched |= overlap > 0.0;
-                    let gap = overlap + 0.5 * least;
-                    point.at_the_edge |= gap.abs() <= near.blur;
-                    if gap > 0.0 {
-                        point.stiffness += k;
-                        point.exact &= near.law.is_linear();
-                        sums.expected.damping = sums.expected.damping.max(near.law.damping_ratio());
-                    }
+                    sums.press(slot, (&touch, sign), (&law, k), (least, place.blur));
                 }
             }
         }
@@ -603,45 +591,22 @@ impl Oracle {
         let normal = away.normalize();
         let at = x - normal * (a - 0.5 * overlap);
         let (r, s) = (at - one.center, at - other.center);
-        let moved = if step.dt_before > 0.0 {
-            one.moved(r) - other.moved(s)
-        } else {
-            Vec2::zeros()
-        };
-        let velocity = if step.dt_before > 0.0 {
-            moved / step.dt_before
-        } else {
-            one.velocity_at(r) - other.velocity_at(s)
-        };
-        let light = |b: &Body| b.mobility().0[0].max(b.mobility().0[1]);
-        let near = Near {
-            who: Who::Bodies(i, v, j, e),
-            law: Law {
-                law: self.law([&one.surface, &other.surface], common),
-                pair: Pair {
-                    mass: if light(one) + light(other) > 0.0 {
-                        1.0 / (light(one) + light(other))
-                    } else {
-                        0.0
-                    },
-                    radius: if a > 0.0 && b > 0.0 {
-                        a * b / (a + b)
-                    } else {
-                        0.0
-                    },
-                },
-            },
-            motion: Motion {
-                overlap,
-                moved: along(moved, normal),
-                velocity: along(velocity, normal),
-            },
+        let place = Place {
+            overlap,
             normal,
             at,
+            radius: if a > 0.0 && b > 0.0 {
+                a * b / (a + b)
+            } else {
+                0.0
+            },
             blur,
             curvature: 1.0 / away.norm(),
         };
-        let touch = self.touch(&near, step, sums);
+        let law = self.law([&one.surface, &other.surface], common);
+        let who = Who::Bodies(i, v, j, e);
+        let sides = [one.side(r), other.side(s)];
+        let (touch, law) = self.touch(step, (who, law), sides, place, sums);
         for (b, sign, r) in [(i, 1.0, r), (j, -1.0, s)] {
             let load = &mut sums.expected.loads[b];
             load.bodies.0 += touch.force * sign;
@@ -651,82 +616,99 @@ impl Oracle {
         if overlap <= 0.0 {
             return None;
         }
-        sums.expected.damping = sums.expected.damping.max(near.law.damping_ratio());
-        Some((i, r, j, s, normal, near.law.normal_stiffness(overlap)))
+        sums.expected.damping = sums.expected.damping.max(law.damping_ratio);
+        Some((i, r, j, s, normal, law.normal_stiffness(overlap)))
     }
 
     /// The largest squared frequency in 1/s^2 of the bodies on their normal springs: a Rayleigh quotient, so never above it.
     fn frequency(&self, springs: &[Spring]) -> f64 {
         // Unknowns are sqrt(m) u, sqrt(m) v, sqrt(I) theta of each body, begun with what presses one spring.
-        let roots: Vec<[f64; 3]> = (self.bodies.iter())
-            .map(|b| {
-                let ([x, y], turn) = b.mobility();
-                [x.sqrt(), y.sqrt(), turn.sqrt()]
-            })
-            .collect();
         let row = |&(i, r, j, s, n, _): &Spring| {
-            let of = |b: usize, r: Vec2, sign: f64| {
-                let [x, y, turn] = roots[b];
-                [sign * n.x * x, sign * n.y * y, sign * cross(r, n) * turn]
-            };
-            [(i, of(i, r, 1.0)), (j, of(j, s, -1.0))]
+            let mut row = vec![0.0; 3 * self.bodies.len()];
+            for (b, arm, sign) in [(i, r, 1.0), (j, s, -1.0)] {
+                let stretch = [n.x, n.y, cross(arm, n)];
+                for (k, mobility) in self.bodies[b].mobility().into_iter().enumerate() {
+                    row[3 * b + k] = sign * stretch[k] * mobility.sqrt();
+                }
+            }
+            row
         };
-        let rows: Vec<_> = springs.iter().map(row).collect();
-        let dot = |row: &[(usize, [f64; 3]); 2], q: &[[f64; 3]]| -> f64 {
-            row.iter()
-                .map(|(b, w)| (0..3).map(|k| w[k] * q[*b][k]).sum::<f64>())
-                .sum()
-        };
+        let rows: Vec<Vec<f64>> = springs.iter().map(row).collect();
+        let dot = |a: &[f64], b: &[f64]| -> f64 { a.iter().zip(b).map(|(a, b)| a * b).sum() };
         let mut best = 0.0_f64;
         for start in &rows {
-            let mut q = vec![[0.0; 3]; self.bodies.len()];
-            for (b, w) in start {
-                q[*b] = *w;
-            }
+            let mut q = start.clone();
             for _ in 0..40 {
-                let norm = q.iter().flatten().map(|x| x * x).sum::<f64>().sqrt();
-                if norm == 0.0 {
+                let square = dot(&q, &q);
+                if square == 0.0 {
                     break;
                 }
-                q.iter_mut().flatten().for_each(|x| *x /= norm);
-                let mut next = vec![[0.0; 3]; self.bodies.len()];
-                let mut quotient = 0.0;
+                let (mut next, mut energy) = (vec![0.0; q.len()], 0.0);
                 for (row, spring) in rows.iter().zip(springs) {
-                    let stretch = dot(row, &q);
-                    quotient += spring.5 * stretch * stretch;
-                    for (b, w) in row {
-                        for k in 0..3 {
-                            next[*b][k] += spring.5 * stretch * w[k];
-                        }
-                    }
+                    let stretch = dot(row, &q) / square.sqrt();
+                    energy += spring.5 * stretch * stretch;
+                    let pull = next.iter_mut().zip(row);
+                    pull.for_each(|(next, w)| *next += spring.5 * stretch * w);
                 }
-                best = best.max(quotient);
+                best = best.max(energy);
                 q = next;
             }
         }
         best
     }
 
-    /// What a contact exerts, booked.
-    fn touch(&self, near: &Near, step: &Step, sums: &mut Sums) -> Touch {
-        let before = self.history.get(&near.who).copied().unwrap_or_default();
-        let exerted = near.law.exert(&near.motion, &before);
-        let [f_n, f_t] = exerted.force;
-        let [by_place, by_speed] = exerted.sensitivity;
+    /// What a contact exerts, booked, and its law.
+    fn touch(
+        &self,
+        step: &Step,
+        (who, law): (Who, &ContactLaw),
+        [(light, gone, fast), (other_light, other_gone, other_fast)]: [Side; 2],
+        place: Place,
+        sums: &mut Sums,
+    ) -> (Touch, Law) {
+        let Place {
+            overlap,
+            normal,
+            at,
+            radius,
+            ..
+        } = place;
+        let lightness = light + other_light;
+        let mass = if lightness > 0.0 {
+            1.0 / lightness
+        } else {
+            0.0
+        };
+        let law = Law::of(law, Pair { mass, radius });
         let per_dt = if step.dt_before > 0.0 {
             1.0 / step.dt_before
         } else {
             0.0
         };
-        let force = near.normal * f_n + left(near.normal) * f_t;
-        let blur = near.blur * (by_place + by_speed * per_dt + near.curvature * force.norm());
+        let moved = match (gone, other_gone) {
+            (Some(gone), Some(other)) if per_dt > 0.0 => gone - other,
+            _ => Vec2::zeros(),
+        };
+        let velocity = if per_dt > 0.0 {
+            moved * per_dt
+        } else {
+            fast - other_fast
+        };
+        let motion = Motion {
+            overlap,
+            moved: along(moved, normal),
+            velocity: along(velocity, normal),
+        };
+        let before = self.history.get(&who).copied().unwrap_or_default();
+        let exerted = law.exert(&motion, &before);
+        let [f_n, f_t] = exerted.force;
+        let [by_place, by_speed] = exerted.sensitivity;
+        let force = normal * f_n + left(normal) * f_t;
+        let steep = by_place + by_speed * per_dt + place.curvature * force.norm();
         // Where contact begins, what is not a spring begins at once.
-        let jumps = near.law.dashpots([1.0; 2]) != [0.0; 2] || before != History::default();
-        if near.motion.overlap.abs() <= near.blur && jumps {
+        let jumps = law.dashpots([1.0; 2]) != [0.0; 2] || before != History::default();
+        if overlap.abs() <= place.blur && jumps {
             sums.expected.doubtful = Some("a contact that just begins or ends");
-        }
-        if near.motion.overlap > 0.0 {
-            sums.history.insert(near.who, exerted.history);
         }
         sums.stored += exerted.stored;
         sums.friction += exerted.friction;
@@ -734,17 +716,18 @@ impl Oracle {
             sums.viscous[k] += exerted.viscous[k];
         }
         let touch = Touch {
-            who: near.who,
-            overlap: near.motion.overlap,
-            at: near.at,
+            who,
+            overlap,
+            at,
             force,
-            moved: near.motion.moved[0].hypot(near.motion.moved[1]),
-            blur,
+            moved: moved.norm(),
+            blur: place.blur * steep,
         };
-        if touch.overlap > 0.0 {
+        if overlap > 0.0 {
+            sums.history.insert(who, exerted.history);
             sums.expected.touches.push(touch);
         }
-        touch
+        (touch, law)
     }
 
     /// T-1's kick, and what is measured of it (section 9).
@@ -780,7 +763,7 @@ impl Oracle {
             let inner = load.points.0 + load.bodies.0;
             let total = inner + weight + push;
             let torque = load.points.1 + load.bodies.1 + push_torque;
-            let ([x, y], turns) = body.mobility();
+            let [x, y, turns] = body.mobility();
             let velocity = body.velocity + Vec2::new(total.x * x, total.y * y) * kick;
             let spin = body.spin + torque * turns * kick;
             // What supports and guides take up.

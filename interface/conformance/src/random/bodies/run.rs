@@ -8,7 +8,7 @@ use super::super::run::{Stop, Window, report};
 use super::admit;
 use super::case::Case;
 use super::oracle::{BLUR, Expected, Oracle};
-use crate::bench::{Answer, BodiesRun};
+use crate::bench::{Answer, Run, at_least};
 
 /// Where a run stands.
 #[derive(Clone)]
@@ -46,7 +46,7 @@ struct Answered {
 
 /// A step: its exchange, and what the oracle expects of it. It is the `first` of its window or not.
 fn stepped(
-    play: &mut BodiesRun,
+    play: &mut Run,
     case: &Case,
     stand: &mut Stand,
     (window, first): (Window, bool),
@@ -75,7 +75,7 @@ fn stepped(
         play.set(&set);
     }
     let own = play.header();
-    let answer = play.exchange(&states)?;
+    let answer = play.answer(&states)?;
     let header = answer.header;
     let (said, want) = ([header.step, header.epoch], [own.step, own.epoch]);
     judge.same("F-2", "step and epoch of forces", said, want)?;
@@ -104,7 +104,7 @@ fn stepped(
 
 /// The steps of a grant, and the report on it.
 pub fn window_of(
-    play: &mut BodiesRun,
+    play: &mut Run,
     case: &Case,
     stand: &mut Stand,
     window: Window,
@@ -118,7 +118,7 @@ pub fn window_of(
     for k in 0..window.steps {
         answered.push(stepped(play, case, stand, (window, k == 0), judge)?);
     }
-    let report = report(&mut play.lead, number, window, judge)?;
+    let report = report(play, number, window, judge)?;
     let count = case.config.bodies.len();
     let dt = if longest > 0.0 { longest } else { 1.0 };
     // In the order in which one thing causes another, so that the first difference is the cause.
@@ -135,7 +135,11 @@ pub fn window_of(
         judge.step = first + k as u32;
         let measured = window.measured && k == 0;
         if measured {
-            judge.poses(expected, report.bodies(count)?, BLUR * smallest)?;
+            judge.poses(
+                expected,
+                at_least(report.bodies.as_ref(), count, "bodies")?,
+                BLUR * smallest,
+            )?;
         }
         judge.forces(expected, set, &answer.forces)?;
         judge.travel(expected, answer.header.travel)?;
@@ -148,7 +152,11 @@ pub fn window_of(
             )?;
         }
         if measured {
-            judge.bodies(expected, report.bodies(count)?, (BLUR * smallest, longest))?;
+            judge.bodies(
+                expected,
+                at_least(report.bodies.as_ref(), count, "bodies")?,
+                (BLUR * smallest, longest),
+            )?;
             judge.ledger(expected, &report.report.ledger, admit::typical(case))?;
             if let Some((_, contacts)) = &report.contacts {
                 judge.contacts(expected, contacts)?;

@@ -1,8 +1,6 @@
 //! A case: a configuration, outlines of bodies, forces on points, and the steps in which that is looked at.
 
-use interface::config::{
-    Drift, Fill, InitialFields, MpmConfig, ShapeFunction, StressUpdate, Transfer, Walls,
-};
+use interface::config::MpmConfig;
 use interface::message::wire::{EnvelopeVertex, ImpForce};
 use serde::{Deserialize, Serialize};
 
@@ -65,83 +63,4 @@ impl Case {
         }
         sum
     }
-
-    /// Leaves out a point of a group that lists its points.
-    fn without_point(&mut self, gone: usize) {
-        let mut first = 0;
-        for (g, group) in self.config.groups.iter_mut().enumerate() {
-            let Fill::Points { positions } = &mut group.fill else {
-                return;
-            };
-            if (first..first + positions.len()).contains(&gone) {
-                positions.remove(gone - first);
-                if positions.is_empty() {
-                    self.config.groups.remove(g);
-                    self.config.group_pairs.clear();
-                }
-                break;
-            }
-            first += positions.len();
-        }
-        self.pushes.retain(|push| push.point != gone);
-        for push in self.pushes.iter_mut().filter(|push| push.point > gone) {
-            push.point -= 1;
-        }
-    }
-}
-
-/// Simpler configurations.
-const SIMPLER: [fn(&mut Case); 13] = [
-    |c| c.travel = Course(Vec::new()),
-    |c| c.config.gravity = [0.0; 2],
-    |c| c.config.walls = Walls::default(),
-    |c| c.config.group_pairs.clear(),
-    |c| c.config.layers = false,
-    |c| c.config.transfer = Transfer::Flip,
-    |c| c.config.shape = ShapeFunction::Linear,
-    |c| (c.config.stress_update, c.config.drift) = (StressUpdate::Usf, Drift::Mapped),
-    |c| c.config.materials.truncate(1),
-    |c| c.config.groups.iter_mut().for_each(|g| g.material = 0),
-    |c| {
-        for group in &mut c.config.groups {
-            group.velocity = [0.0; 2];
-        }
-    },
-    |c| {
-        for group in &mut c.config.groups {
-            group.fields = InitialFields::default();
-        }
-    },
-    |c| {
-        for push in &mut c.pushes {
-            push.steps = [0, u32::MAX];
-        }
-    },
-];
-
-/// The smaller cases to try for a case, the boldest first.
-pub fn smaller(case: &Case) -> Vec<Case> {
-    let with = |change: &dyn Fn(&mut Case)| {
-        let mut other = case.clone();
-        change(&mut other);
-        other
-    };
-    let points = case.config.groups.iter().map(|group| match &group.fill {
-        Fill::Points { positions } => positions.len(),
-        _ => 0,
-    });
-    let mut smaller = vec![with(&|c| c.pushes.clear()), with(&|c| c.bodies.clear())];
-    smaller.extend((0..case.pushes.len()).map(|k| {
-        with(&|c| {
-            c.pushes.remove(k);
-        })
-    }));
-    smaller.extend((0..case.bodies.len()).map(|k| {
-        with(&|c| {
-            c.bodies.remove(k);
-        })
-    }));
-    smaller.extend((0..points.sum()).map(|k| with(&|c| c.without_point(k))));
-    smaller.extend(SIMPLER.iter().map(|change| with(change)));
-    smaller
 }

@@ -3,12 +3,12 @@
 use interface::Vec2;
 use interface::config::Transfer;
 use interface::message::wire::{
-    GroupState, ImpForce, ImpInfo, Ledger, Limits, PointState, Report, StepHeader, flags,
+    GroupState, ImpForce, ImpInfo, ImpState, Ledger, Limits, PointState, Report, StepHeader, flags,
 };
 use interface::solver::Readiness;
 use mechanics::outline::nearest;
 
-use super::super::judge::{Judge, Number, Result, Vector, energies};
+use super::super::judge::{Judge, Result, show};
 use super::case::Case;
 use super::oracle::{Expected, Oracle};
 use super::run::Stand;
@@ -77,17 +77,15 @@ impl Judge<'_> {
     pub fn readiness(&mut self, oracle: &Oracle, ready: &Readiness) -> Result {
         self.same("S-2c", "items", ready.items, oracle.points.len() as u64)?;
         let time = oracle.config.cell / oracle.wave;
-        let of = "courant_time in s";
-        self.near("S-2c", of, ready.courant_time, time, 1e-12 * time)?;
         let masses = oracle.all().into_iter().map(|p| p.mass);
         let least = masses.fold(f64::INFINITY, f64::min);
-        self.near(
-            "S-2c",
-            "mass_min in kg/m",
-            ready.mass_min,
-            least,
-            1e-12 * least,
-        )
+        for (of, got, want) in [
+            ("courant_time in s", ready.courant_time, time),
+            ("mass_min in kg/m", ready.mass_min, least),
+        ] {
+            self.near("S-2c", of, &[got], &[want], 1e-12 * want)?;
+        }
+        Ok(())
     }
 
     /// The set, if there is a new one, and whether one was due.
@@ -121,16 +119,22 @@ impl Judge<'_> {
             };
             let (radius, mass) = (stand.oracle.points[k].radius, stand.oracle.point(k).mass);
             self.same("I-2g", of("radius in m"), info.radius, radius)?;
-            self.near("I-2g", of("mass in kg/m"), info.mass, mass, 1e-12 * mass)?;
+            self.near(
+                "I-2g",
+                of("mass in kg/m"),
+                &[info.mass],
+                &[mass],
+                1e-12 * mass,
+            )?;
             stand.set.push(k);
         }
         for k in 0..stand.oracle.points.len() {
             let (out, is_in) = (beyond(k, &stand.oracle, case), stand.set.contains(&k));
             if out.abs() > tiny {
-                let (at, out) = (Vector(stand.oracle.point(k).x), Number(out));
+                let (at, far) = (show(&stand.oracle.point(k).x), show(&[out]));
                 let of =
-                    format!("whether the point at {at} m, {out} m beyond reach, is in the set");
-                self.same("I-7a", of, is_in, out.0 < 0.0)?;
+                    format!("whether the point at {at} m, {far} m beyond reach, is in the set");
+                self.same("I-7a", of, is_in, out < 0.0)?;
             }
         }
         stand.chosen = stand.oracle.all().iter().map(|p| p.x).collect();
@@ -158,10 +162,15 @@ impl Judge<'_> {
         let clause = if stand.pressed { "F-1a" } else { "T-1a" };
         for (k, state) in stand.set.iter().zip(&shown.states) {
             let p = stand.oracle.point(*k);
-            let of = format!("position of point {k} in m");
-            self.near_vector(clause, of, state.position, p.x.into(), tolerance.x)?;
-            let of = format!("velocity of point {k} in m/s");
-            self.near_vector(clause, of, state.velocity, p.v.into(), tolerance.v)?;
+            let want = ImpState {
+                position: p.x,
+                velocity: p.v,
+            };
+            let rows = [
+                (clause, "position", tolerance.x),
+                (clause, "velocity", tolerance.v),
+            ];
+            self.fields(&format!(" of point {k}"), [state, &want], &rows)?;
         }
         Ok(())
     }
@@ -191,29 +200,29 @@ impl Judge<'_> {
         let rise = points.windows(2).all(|pair| pair[0].id < pair[1].id);
         self.same(clause, "whether ids rise", rise, true)?;
         for got in points {
-            let of = |what: &str| format!("{what} of point {}", got.id);
+            let of = format!(" of point {}", got.id);
             let Some(k) = stand.named(got.id, got.group, got.position) else {
-                self.same(clause, of("group"), Some(got.group), None)?;
+                self.same(clause, format_args!("group{of}"), Some(got.group), None)?;
                 continue;
             };
             let p = *stand.oracle.point(k);
-            self.near_vector(clause, of("position in m"), got.position, p.x.into(), t.x)?;
-            self.near_vector(clause, of("velocity in m/s"), got.velocity, p.v.into(), t.v)?;
-            let volume = p.volume * p.ratio;
-            let stiff = 10.0 * blur * (p.bulk + p.shear);
-            let [xx, yy, zz, xy] = got.stress;
-            let [pxx, pyy, pzz, pxy] = p.stress;
-            for (what, got, want, tolerance) in [
-                ("mass in kg/m", got.mass, p.mass, 1e-12 * p.mass),
-                ("volume in m^2", got.volume, volume, 10.0 * blur * volume),
-                ("stress xx in Pa", xx, pxx, stiff),
-                ("stress yy in Pa", yy, pyy, stiff),
-                ("stress zz in Pa", zz, pzz, stiff),
-                ("stress xy in Pa", xy, pxy, stiff),
-                ("plastic_strain", got.plastic_strain.into(), 0.0, 0.0),
-            ] {
-                self.near(clause, of(what), got, want, tolerance)?;
-            }
+            let want = PointState {
+                position: p.x,
+                velocity: p.v,
+                mass: p.mass,
+                volume: p.volume * p.ratio,
+                stress: p.stress,
+                ..PointState::default()
+            };
+            let rows = [
+                (clause, "position", t.x),
+                (clause, "velocity", t.v),
+                (clause, "mass", 1e-12 * p.mass),
+                (clause, "volume", 10.0 * blur * want.volume),
+                (clause, "stress", 10.0 * blur * (p.bulk + p.shear)),
+                (clause, "plastic_strain", 0.0),
+            ];
+            self.fields(&of, [got, &want], &rows)?;
         }
         Ok(())
     }
@@ -222,55 +231,21 @@ impl Judge<'_> {
     pub fn groups(&mut self, expected: &Expected, groups: &[GroupState], stand: &Stand) -> Result {
         let t = Tolerance::of(stand);
         for (g, (want, got)) in expected.groups.iter().zip(groups).enumerate() {
-            let of = |what: &str| format!("{what} of group {g}");
             let force = 1e-12 * Vec2::from(want.contact_force).norm();
-            self.near(
-                "R-3e",
-                of("mass in kg/m"),
-                got.mass,
-                want.mass,
-                1e-12 * want.mass,
-            )?;
-            self.near(
-                "R-3e",
-                of("kinetic in J/m"),
-                got.kinetic,
-                want.kinetic,
-                t.energy,
-            )?;
-            self.near(
-                "R-3e",
-                of("contacts"),
-                got.contacts as f64,
-                want.contacts as f64,
-                0.0,
-            )?;
-            for (what, got, want, tolerance) in [
-                ("position in m", got.position, want.position, t.x),
-                ("velocity in m/s", got.velocity, want.velocity, t.v),
-                (
-                    "contact_force in N/m",
-                    got.contact_force,
-                    want.contact_force,
-                    force,
-                ),
-                ("lower in m", got.lower, want.lower, t.x),
-                ("upper in m", got.upper, want.upper, t.x),
-                (
-                    "loaded_lower in m",
-                    got.loaded_lower,
-                    want.loaded_lower,
-                    t.x,
-                ),
-                (
-                    "loaded_upper in m",
-                    got.loaded_upper,
-                    want.loaded_upper,
-                    t.x,
-                ),
-            ] {
-                self.near_vector("R-3e", of(what), got, want.into(), tolerance)?;
-            }
+            let rows = [
+                ("mass", 1e-12 * want.mass),
+                ("kinetic", t.energy),
+                ("contacts", 0.0),
+                ("position", t.x),
+                ("velocity", t.v),
+                ("contact_force", force),
+                ("lower", t.x),
+                ("upper", t.x),
+                ("loaded_lower", t.x),
+                ("loaded_upper", t.x),
+            ];
+            let rows = rows.map(|(name, tolerance)| ("R-3e", name, tolerance));
+            self.fields(&format!(" of group {g}"), [got, want], &rows)?;
         }
         Ok(())
     }
@@ -279,39 +254,26 @@ impl Judge<'_> {
     pub fn books(&mut self, expected: &Expected, got: &Ledger, stand: &Stand) -> Result {
         let (t, want) = (Tolerance::of(stand), &expected.ledger);
         let config = &stand.oracle.config;
-        self.near(
-            "N-1a",
-            "kinetic in J/m",
-            got.kinetic,
-            want.kinetic,
-            t.energy,
-        )?;
         // Strains of a few percent are worked up by a quadrature of the step.
         let works = 0.02 * want.stress_work.abs() + t.stored.max(1e-6 * want.kinetic);
-        let stored = if stand.works { t.stored } else { works };
-        if stand.works {
-            self.near(
-                "N-1a",
-                "stress_work in J/m",
-                got.stress_work,
-                want.stress_work,
-                works,
-            )?;
-        }
-        if config.transfer == Transfer::Flip {
-            self.near("N-1a", "transfer_work in J/m", got.transfer_work, 0.0, 0.0)?;
-        }
+        let flip = config.transfer == Transfer::Flip;
+        let rows = [
+            (true, "kinetic", t.energy),
+            (stand.works, "stress_work", works),
+            (flip, "transfer_work", 0.0),
+        ];
+        let asked = rows.into_iter().filter(|(asked, ..)| *asked);
+        let rows: Vec<_> = asked.map(|(_, name, most)| ("N-1a", name, most)).collect();
+        self.fields("", [got, want], &rows)?;
         let fall = t.impulse / t.v * t.x * Vec2::from(config.gravity).norm();
-        let tolerance = stored + fall + 1e-13 * want.gravity.abs();
-        for ((what, want), (_, got)) in energies(want).into_iter().zip(energies(got)) {
-            self.near("N-1a", what, got, want, tolerance)?;
-        }
-        let force = expected
+        let stored = if stand.works { t.stored } else { works };
+        let energy = stored + fall + 1e-13 * want.gravity.abs();
+        let forces = expected
             .groups
             .iter()
             .map(|g| Vec2::from(g.contact_force).norm());
-        let force = 1e-12 * force.sum::<f64>();
-        self.near_impulses("N-1a", [got, want], t.impulse, force)
+        let force = 1e-12 * forces.sum::<f64>();
+        self.ledgers("N-1a", [got, want], [energy, t.impulse, force])
     }
 
     /// The limits that were said after a step with these forces on all points.
@@ -322,32 +284,27 @@ impl Judge<'_> {
         forces: &[ImpForce],
         stand: &Stand,
     ) -> Result {
-        let bound = expected.contact_omega_sq;
-        self.at_least(
-            "L-2a",
-            "contact_omega_sq in 1/s^2",
-            limits.contact_omega_sq,
-            bound,
-        )?;
+        let (of, said) = ("contact_omega_sq in 1/s^2", limits.contact_omega_sq);
+        self.at_least("L-2a", of, said, expected.contact_omega_sq)?;
         if forces.iter().all(|f| f.stiffness == 0.0) {
-            let of = "contact_omega_sq in 1/s^2, without stiffness";
-            self.near("L-2a", of, limits.contact_omega_sq, 0.0, 0.0)?;
+            self.same("L-2a", "contact_omega_sq without stiffness", said, 0.0)?;
         }
         let speeds = stand.set.iter().map(|k| stand.oracle.point(*k).v);
         let fastest = speeds.map(|v| v[0].hypot(v[1])).fold(0.0, f64::max);
         let least = fastest - Tolerance::of(stand).v;
         self.at_least("L-2a", "speed in m/s", limits.speed, least)?;
-        let least = |radii: &mut dyn Iterator<Item = f64>| radii.fold(f64::INFINITY, f64::min);
-        let all = least(&mut stand.oracle.points.iter().map(|p| p.radius));
-        let of_set = least(&mut stand.set.iter().map(|k| stand.oracle.points[*k].radius));
-        if ![all, of_set].contains(&limits.radius_min) {
-            return self.differ(
-                "L-2a",
-                "radius_min in m",
-                Number(all),
-                Number(limits.radius_min),
-            );
-        }
-        Ok(())
+        let radius = |k: usize| stand.oracle.points[k].radius;
+        let all = (0..stand.oracle.points.len())
+            .map(radius)
+            .fold(f64::INFINITY, f64::min);
+        let of_set = stand
+            .set
+            .iter()
+            .map(|k| radius(*k))
+            .fold(f64::INFINITY, f64::min);
+        // Of all points, or of those of the set.
+        let said = limits.radius_min;
+        let want = if said == of_set { of_set } else { all };
+        self.same("L-2a", "radius_min in m", said, want)
     }
 }

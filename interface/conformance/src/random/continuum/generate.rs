@@ -4,71 +4,57 @@
 use fastrand::Rng;
 use interface::config::capability::{Capabilities, LAYERS, PAIRS};
 use interface::config::{
-    ContactForceScheme, Drift, Fill, Forcing, GroupConfig, InitialFields, Interface, Lattice,
-    Leaving, MaterialConfig, MaterialModel, MpmConfig, Plane, ShapeFunction, Spacing, StressUpdate,
-    Transfer, Wall, Walls,
+    Drift, Fill, GroupConfig, InitialFields, MaterialConfig, MpmConfig, ShapeFunction, Spacing,
+    StressUpdate, Transfer, Wall, Walls,
 };
 
-use super::super::dice::Dice;
+use super::super::dice::{Dice, decades};
 use super::super::plan::{self, Course};
 use super::case::{Case, Outline, Push};
+use crate::clause::mpm::scene;
 
 /// A continuum whose points do not meet on a grid.
 pub const NO_GRID: &str = "feature:no_grid";
 
-/// A generator of cases.
-struct Generator<'a> {
-    rng: Rng,
-    takes: &'a Capabilities,
+/// What the numbers of a case have in common.
+struct Scale {
     /// In m.
     cell: f64,
     /// Of pressure waves in m/s.
     wave: f64,
     /// In kg/m^3.
     density: f64,
-    /// Longest step in s.
-    dt: f64,
-}
-
-impl Dice for Generator<'_> {
-    fn rng(&mut self) -> &mut Rng {
-        &mut self.rng
-    }
-
-    fn takes(&self) -> &Capabilities {
-        self.takes
-    }
-
-    fn dt(&self) -> f64 {
-        self.dt
-    }
 }
 
 /// The case of a seed, for a continuum that says that it takes this.
 pub fn case(seed: u64, takes: &Capabilities) -> Case {
     let mut rng = Rng::with_seed(seed);
-    let mut decades = |from: f64, to: f64| 10f64.powf(from + (to - from) * rng.f64());
-    let (cell, wave, density) = (decades(-2.0, 0.5), decades(0.0, 3.0), decades(1.0, 4.0));
-    let dt = decades(-1.7, -0.7) * cell / wave;
-    let generator = Generator {
-        rng,
-        takes,
+    let cell = decades(&mut rng, -2.0, 0.5);
+    let wave = decades(&mut rng, 0.0, 3.0);
+    let density = decades(&mut rng, 1.0, 4.0);
+    let dt = decades(&mut rng, -1.7, -0.7) * cell / wave;
+    let scale = Scale {
         cell,
         wave,
         density,
-        dt,
     };
-    generator.case()
+    let dice = Dice {
+        rng,
+        takes,
+        dt,
+        scale,
+    };
+    dice.case()
 }
 
-impl Generator<'_> {
+impl Dice<'_, Scale> {
     fn case(mut self) -> Case {
         let alone = self.takes.has(NO_GRID);
         let spacing = if alone {
             8.0
         } else {
             1.0 / self.between(1.2, 3.5)
-        } * self.cell;
+        } * self.scale.cell;
         let (shape, stress_update, drift, transfer) = self.scheme(alone);
         let count = 1 + self.rng.usize(0..3);
         let layers = count > 1 && self.takes.has(LAYERS) && self.rarely();
@@ -82,35 +68,25 @@ impl Generator<'_> {
         let groups = self.groups(count, spacing, layers && !pairs, transfer.is_affine());
         let domain = self.domain(&groups, &walls);
         let gravity = if self.often() {
-            let most = 1e-3 * self.wave / self.dt;
+            let most = 1e-3 * self.scale.wave / self.dt;
             [self.way(most), self.way(most)]
         } else {
             [0.0; 2]
         };
         let config = MpmConfig {
             domain,
-            cell: self.cell,
+            cell: self.scale.cell,
             gravity,
             shape,
             transfer,
             stress_update,
             drift,
-            plane: Plane::Strain,
             walls,
             materials,
-            contact_force: ContactForceScheme::Point,
-            forcing: Forcing::default(),
-            constants: std::collections::BTreeMap::new(),
-            leaving: Leaving::Stop,
-            grid_contact: None,
             layers,
             group_pairs: if pairs { vec![[0, 1]] } else { Vec::new() },
-            interface: Interface::Points,
-            chains: Vec::new(),
-            skin: self.between(0.05, 1.0) * self.cell,
-            probes: Vec::new(),
-            threads: 1,
-            groups,
+            skin: self.between(0.05, 1.0) * self.scale.cell,
+            ..scene::scene(groups)
         };
         let epochs = self.epochs(true);
         let steps = plan::steps(&epochs);
@@ -138,28 +114,23 @@ impl Generator<'_> {
 
     /// How points and nodes exchange what they have.
     fn scheme(&mut self, alone: bool) -> (ShapeFunction, StressUpdate, Drift, Transfer) {
-        let shape = match self.member(&[
-            "shape:quadratic_bspline",
-            "shape:cubic_bspline",
-            "shape:ugimp",
-            "shape:linear",
-        ]) {
-            _ if alone => ShapeFunction::Linear,
-            Some("shape:quadratic_bspline") => ShapeFunction::QuadraticBspline,
-            Some("shape:cubic_bspline") => ShapeFunction::CubicBspline,
-            Some("shape:ugimp") => ShapeFunction::Ugimp,
-            _ => ShapeFunction::Linear,
-        };
-        let stress_update = match self.member(&[
-            "stress_update:usf",
-            "stress_update:usl",
-            "stress_update:musl",
-            "stress_update:usavg",
-        ]) {
-            Some("stress_update:usl") if shape != ShapeFunction::Linear => StressUpdate::Usl,
-            Some("stress_update:musl") => StressUpdate::Musl,
-            Some("stress_update:usavg") => StressUpdate::Usavg,
-            _ => StressUpdate::Usf,
+        let shapes = [
+            ("shape:quadratic_bspline", ShapeFunction::QuadraticBspline),
+            ("shape:cubic_bspline", ShapeFunction::CubicBspline),
+            ("shape:ugimp", ShapeFunction::Ugimp),
+            ("shape:linear", ShapeFunction::Linear),
+        ];
+        let shape = self.member(&shapes).filter(|_| !alone);
+        let shape = shape.unwrap_or(ShapeFunction::Linear);
+        let updates = [
+            ("stress_update:usf", StressUpdate::Usf),
+            ("stress_update:usl", StressUpdate::Usl),
+            ("stress_update:musl", StressUpdate::Musl),
+            ("stress_update:usavg", StressUpdate::Usavg),
+        ];
+        let stress_update = match self.member(&updates) {
+            Some(StressUpdate::Usl) if shape == ShapeFunction::Linear => StressUpdate::Usf,
+            drawn => drawn.unwrap_or(StressUpdate::Usf),
         };
         let drift = Drift::of(stress_update, None);
         let transfer = if alone {
@@ -174,47 +145,34 @@ impl Generator<'_> {
         let order = self.rng.u32(1..4);
         let pic_rate = self.between(0.0, 0.5) / self.dt;
         let pic_fraction = self.rng.f64();
-        let names = [
-            "transfer:flip",
-            "transfer:pic",
-            "transfer:blend",
-            "transfer:xpic",
-            "transfer:flip_pic",
-            "transfer:flip_xpic",
-            "transfer:apic",
-            "transfer:aflip",
+        let transfers = [
+            ("transfer:flip", Transfer::Flip),
+            ("transfer:pic", Transfer::Pic),
+            ("transfer:blend", Transfer::Blend { pic_fraction }),
+            ("transfer:xpic", Transfer::Xpic { order }),
+            ("transfer:flip_pic", Transfer::FlipPic { pic_rate }),
+            ("transfer:flip_xpic", Transfer::FlipXpic { order, pic_rate }),
+            ("transfer:apic", Transfer::Apic),
+            ("transfer:aflip", Transfer::Aflip { pic_rate }),
         ];
         let splines = matches!(
             shape,
             ShapeFunction::QuadraticBspline | ShapeFunction::CubicBspline
         );
         // The last two need a spline.
-        let names = if splines { &names[..] } else { &names[..6] };
-        match self.member(names) {
-            Some("transfer:pic") => Transfer::Pic,
-            Some("transfer:blend") => Transfer::Blend { pic_fraction },
-            Some("transfer:xpic") => Transfer::Xpic { order },
-            Some("transfer:flip_pic") => Transfer::FlipPic { pic_rate },
-            Some("transfer:flip_xpic") => Transfer::FlipXpic { order, pic_rate },
-            Some("transfer:apic") => Transfer::Apic,
-            Some("transfer:aflip") => Transfer::Aflip { pic_rate },
-            _ => Transfer::Flip,
-        }
+        let count = if splines { 8 } else { 6 };
+        self.member(&transfers[..count]).unwrap_or(Transfer::Flip)
     }
 
     fn walls(&mut self) -> Walls {
-        let mut wall = || match self.member(&[
-            "wall:open",
-            "wall:open",
-            "wall:fixed",
-            "wall:slip",
-            "wall:tangential",
-        ]) {
-            Some("wall:fixed") => Wall::Fixed,
-            Some("wall:slip") => Wall::Slip,
-            Some("wall:tangential") => Wall::Tangential,
-            _ => Wall::Open,
-        };
+        let walls = [
+            ("wall:open", Wall::Open),
+            ("wall:open", Wall::Open),
+            ("wall:fixed", Wall::Fixed),
+            ("wall:slip", Wall::Slip),
+            ("wall:tangential", Wall::Tangential),
+        ];
+        let mut wall = || self.member(&walls).unwrap_or(Wall::Open);
         Walls {
             left: wall(),
             right: wall(),
@@ -230,17 +188,10 @@ impl Generator<'_> {
         } else {
             self.between(0.5, 5.0)
         };
-        let density = self.about(self.density);
-        let shear_modulus =
-            density * self.wave * self.wave * self.between(0.3, 1.0) / (ratio + 4.0 / 3.0);
-        MaterialConfig {
-            name: "elastic".into(),
-            density,
-            model: MaterialModel::LinearElastic {
-                bulk_modulus: ratio * shear_modulus,
-                shear_modulus,
-            },
-        }
+        let density = self.about(self.scale.density);
+        let shear_modulus = density * self.scale.wave * self.scale.wave * self.between(0.3, 1.0)
+            / (ratio + 4.0 / 3.0);
+        scene::material(density, [ratio * shear_modulus, shear_modulus])
     }
 
     /// Groups side by side, or on one another where they are `apart`: on layers and without contact.
@@ -251,8 +202,12 @@ impl Generator<'_> {
         apart: bool,
         affine: bool,
     ) -> Vec<GroupConfig> {
-        let far = if self.rarely() { 1e3 * self.cell } else { 0.0 };
-        let corner = [0; 2].map(|_| far + self.way(5.0) * self.cell);
+        let far = if self.rarely() {
+            1e3 * self.scale.cell
+        } else {
+            0.0
+        };
+        let corner = [0; 2].map(|_| far + self.way(5.0) * self.scale.cell);
         let mut groups = Vec::new();
         let mut left = corner[0];
         for g in 0..count {
@@ -296,29 +251,29 @@ impl Generator<'_> {
             let lower = corner;
             (Fill::Rectangle { lower, upper }, Spacing::Counts(counts))
         };
-        let speed = 0.03 * self.wave;
+        let speed = 0.03 * self.scale.wave;
         // The affine velocities that points of such a transfer begin with are their solver's own.
         let velocity = (self.takes.meets("feature:fields") && !affine && self.often()).then(|| {
             let mut field = || {
-                let (a, b) = (self.way(speed / self.cell), self.way(speed / self.cell));
+                let (a, b) = (
+                    self.way(speed / self.scale.cell),
+                    self.way(speed / self.scale.cell),
+                );
                 format!("({a})*(x - ({}))+({b})*(y - ({}))", corner[0], corner[1])
             };
             [field(), field()]
         });
-        let pressure = 0.01 * self.density * self.wave * self.wave;
+        let pressure = 0.01 * self.scale.density * self.scale.wave * self.scale.wave;
         let stress = (self.takes.meets("feature:fields") && self.rarely())
             .then(|| [0; 4].map(|_| format!("{}", self.way(pressure))));
         GroupConfig {
             name: format!("group{number}"),
             material: number,
-            fill,
             spacing,
-            lattice: Lattice::default(),
             velocity: [self.way(speed), self.way(speed)],
             fields: InitialFields { velocity, stress },
-            contact_radius: Some(self.between(0.05, 0.5) * side.min(self.cell)),
-            rigid: false,
-            keeps_spin: false,
+            contact_radius: Some(self.between(0.05, 0.5) * side.min(self.scale.cell)),
+            ..scene::group(fill)
         }
     }
 
@@ -339,9 +294,11 @@ impl Generator<'_> {
                 _ => self.between(0.05, 1.0),
             };
             let (below, above) = (room(ends[0]), room(ends[1]));
-            let cells = ((high - low) / self.cell + below + above).ceil().max(4.0);
-            domain[0][a] = low - below * self.cell;
-            domain[1][a] = domain[0][a] + cells * self.cell;
+            let cells = ((high - low) / self.scale.cell + below + above)
+                .ceil()
+                .max(4.0);
+            domain[0][a] = low - below * self.scale.cell;
+            domain[1][a] = domain[0][a] + cells * self.scale.cell;
         }
         domain
     }
@@ -357,8 +314,8 @@ impl Generator<'_> {
         for _ in 0..count {
             let from = self.rng.u32(0..steps.max(2));
             let to = from + self.rng.u32(1..12);
-            let mass = self.density * side.min(self.cell).powi(2);
-            let most = mass * 0.01 * self.wave / self.dt;
+            let mass = self.scale.density * side.min(self.scale.cell).powi(2);
+            let most = mass * 0.01 * self.scale.wave / self.dt;
             // Whether a point that bodies are near to, but do not press on, moves with the mapped velocities, is its
             // solver's own affair.
             let touches = drift == Drift::Mapped || self.rng.u32(0..4) > 0;
@@ -393,18 +350,14 @@ impl Generator<'_> {
             let n = self.rng.u32(1..6);
             let middle = [0, 1].map(|a| lower[a] + size[a] * self.rng.f64());
             let extent = self.between(0.1, 0.5) * size[0].min(size[1]);
-            let mut vertices = Vec::new();
-            for k in 0..n {
-                // A star around its middle is simple; one in four has notches.
-                let r = extent * if self.rarely() { 0.5 } else { 1.0 };
-                let angle =
-                    (f64::from(k) + self.between(0.0, 0.4)) * std::f64::consts::TAU / f64::from(n);
-                vertices.push([middle[0] + r * angle.cos(), middle[1] + r * angle.sin()]);
-            }
+            // One in four has notches.
+            let mut vertices = self.star(n, middle, |dice| {
+                extent * if dice.rarely() { 0.5 } else { 1.0 }
+            });
             if self.often() {
                 vertices.reverse();
             }
-            let reach = self.between(0.0, 1.0) * self.cell;
+            let reach = self.between(0.0, 1.0) * self.scale.cell;
             bodies.push(Outline { vertices, reach });
         }
         bodies

@@ -1,12 +1,11 @@
-//! A coupled run with a bodies' side under test: the kit is the coupler and the continuum, whose states a clause writes
-//! down.
+//! A run with a bodies' side under test: the kit is the continuum, whose states a clause writes down.
 
 use interface::config::DemConfig;
 use interface::config::needs::missing;
 use interface::message::wire::{EnvelopeVertex, ImpForce, ImpInfo, ImpState, StepHeader, flags};
-use interface::transport::raw::{Kind, Message, Payload};
+use interface::transport::raw::{Kind, Payload};
 
-use super::kit_run::{KitRun, WindowReport, is_kit_run, records};
+use super::run::{Run, WindowReport, records};
 use super::session::{Bench, configure};
 use crate::verdict::{Unmet, broken};
 
@@ -19,38 +18,21 @@ pub struct Answer {
     pub forces: Vec<ImpForce>,
 }
 
-/// A coupled run with a bodies' side under test.
-pub struct BodiesRun<'b> {
-    /// What is the same whichever side is under test.
-    pub lead: KitRun<'b>,
-    /// The set has not been sent.
-    fresh: bool,
-}
-
-is_kit_run!(BodiesRun);
-
-impl<'b> From<KitRun<'b>> for BodiesRun<'b> {
-    fn from(lead: KitRun<'b>) -> Self {
-        let fresh = false;
-        Self { lead, fresh }
-    }
-}
-
 impl Bench {
     /// A coupled run of bodies, configured and ready; [`Unmet::Declined`] when the solver refuses it,
     /// [`Unmet::Lacking`] when it has said that it would.
-    pub fn run_bodies(&self, config: &DemConfig) -> Result<BodiesRun<'_>, Unmet> {
+    pub fn run_bodies(&self, config: &DemConfig) -> Result<Run<'_>, Unmet> {
         let needs = config.needs();
         let lacking = missing(&needs, &self.capabilities);
         if !lacking.is_empty() {
             let names = lacking.iter().map(|need| need.capability.clone());
             return Err(Unmet::Lacking(names.collect()));
         }
-        self.run_coupled(&configure(config)).map(BodiesRun::from)
+        self.run(&configure(config))
     }
 }
 
-impl BodiesRun<'_> {
+impl Run<'_> {
     /// Announces a new IMP set with the next states.
     pub fn set(&mut self, set: &[ImpInfo]) {
         self.at.set = set.to_vec();
@@ -58,20 +40,19 @@ impl BodiesRun<'_> {
     }
 
     /// Sends states of the next step with these flags.
-    fn send(&mut self, flags: u64, states: &[ImpState]) -> Result<(), Unmet> {
+    fn send_flagged(&mut self, flags: u64, states: &[ImpState]) -> Result<(), Unmet> {
         let header = StepHeader {
             flags,
             ..self.header()
         };
-        let states = Payload::States(states.to_vec());
-        self.session.send(&Message::new(header, states))
+        self.send(header, Payload::States(states.to_vec()))
     }
 
     /// Sends the states of the next step, with the set if there is a new one.
     pub fn send_states(&mut self, states: &[ImpState]) -> Result<(), Unmet> {
         // Before the first states there is always a set (I-6).
         if !self.fresh && self.generation() > 0 {
-            return self.send(0, states);
+            return self.send_flagged(0, states);
         }
         self.fresh = false;
         self.at.generation += 1;
@@ -79,9 +60,8 @@ impl BodiesRun<'_> {
             flags: flags::NEW_SET,
             ..self.header()
         };
-        let set = Payload::Set(self.imps().to_vec());
-        self.session.send(&Message::new(header, set))?;
-        self.send(flags::NEW_SET, states)
+        self.send(header, Payload::Set(self.imps().to_vec()))?;
+        self.send_flagged(flags::NEW_SET, states)
     }
 
     /// Waits for the forces of the next step, with which it is done.
@@ -103,27 +83,31 @@ impl BodiesRun<'_> {
     }
 
     /// One exchange of a granted step: sends states, waits for the forces on them.
-    pub fn exchange(&mut self, states: &[ImpState]) -> Result<Answer, Unmet> {
+    pub fn answer(&mut self, states: &[ImpState]) -> Result<Answer, Unmet> {
         self.send_states(states)?;
         self.forces()
     }
 
     /// A window of one measured step.
-    pub fn step(&mut self, dt: f64, states: &[ImpState]) -> Result<(Answer, WindowReport), Unmet> {
+    pub fn measured(
+        &mut self,
+        dt: f64,
+        states: &[ImpState],
+    ) -> Result<(Answer, WindowReport), Unmet> {
         self.grant(dt, 1, true)?;
-        let answer = self.exchange(states)?;
+        let answer = self.answer(states)?;
         Ok((answer, self.report()?))
     }
 
     /// Asks for the outlines of the bodies, before the states of the next step, which has been granted.
     pub fn envelopes(&mut self) -> Result<(StepHeader, Vec<EnvelopeVertex>), Unmet> {
-        self.send(flags::WANT_ENVELOPES, &[])?;
+        self.send_flagged(flags::WANT_ENVELOPES, &[])?;
         let message = self.session.expect(Kind::Envelopes)?;
         Ok(records!(message, Envelopes))
     }
 
     /// The other side stops before the next step (H-1).
     pub fn halt_before(&mut self) -> Result<(), Unmet> {
-        self.send(flags::HALT_BEFORE, &[])
+        self.send_flagged(flags::HALT_BEFORE, &[])
     }
 }

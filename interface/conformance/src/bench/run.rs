@@ -1,9 +1,10 @@
-//! A run in the order of section 5, as far as it is the same whichever side is under test: the kit is the coupler. It
+//! A run in the order of section 5: the kit is the coupler and the other side, whose messages a clause writes down. It
 //! grants, keeps time, counts sets, and judges nothing but that an answer comes.
 
 use interface::message::control::{Configure, Order, Ready};
 use interface::message::wire::{
-    BodyState, ContactState, Grant, GroupState, ImpInfo, PointState, Report, StepHeader, flags,
+    BodyState, ContactState, EnvelopeVertex, Grant, GroupState, ImpInfo, PointState, Report,
+    StepHeader, flags,
 };
 use interface::step::{Clock, Step};
 use interface::transport::raw::{Kind, Message, Payload};
@@ -34,7 +35,7 @@ impl Budget {
 /// Where a run stands, as far as the kit knows.
 #[derive(Debug, Clone)]
 pub struct RunState {
-    pub(super) clock: Clock,
+    clock: Clock,
     /// The epoch that it is in; 0 before the first.
     epoch: u64,
     /// Generation of the IMP set.
@@ -47,7 +48,7 @@ pub struct RunState {
 pub type Sent<T> = Option<(StepHeader, Vec<T>)>;
 
 /// What the solver reported on a window.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Default)]
 pub struct WindowReport {
     /// Its header.
     pub header: StepHeader,
@@ -63,24 +64,13 @@ pub struct WindowReport {
     pub contacts: Sent<ContactState>,
 }
 
-impl WindowReport {
-    /// The bodies.
-    pub fn bodies(&self, count: usize) -> Result<&[BodyState], Unmet> {
-        at_least(self.bodies.as_ref(), count, "bodies")
-    }
-
-    /// The groups.
-    pub fn groups(&self, count: usize) -> Result<&[GroupState], Unmet> {
-        at_least(self.groups.as_ref(), count, "groups")
-    }
-}
-
-fn at_least<'a, T>(
-    records: Option<&'a (StepHeader, Vec<T>)>,
+/// The records that were sent before a report, `count` of them at least.
+pub fn at_least<'a, T>(
+    sent: Option<&'a (StepHeader, Vec<T>)>,
     count: usize,
     what: &str,
 ) -> Result<&'a [T], Unmet> {
-    match records {
+    match sent {
         Some((_, records)) if records.len() >= count => Ok(records),
         Some((_, records)) => Err(broken(format_args!("{count} {what}"), records.len())),
         None => Err(broken(format_args!("{what} before the report"), "none")),
@@ -99,28 +89,8 @@ macro_rules! records {
 }
 pub(super) use records;
 
-/// What a run of one side has from its [`KitRun`].
-macro_rules! is_kit_run {
-    ($run:ident) => {
-        impl<'b> core::ops::Deref for $run<'b> {
-            type Target = KitRun<'b>;
-
-            fn deref(&self) -> &KitRun<'b> {
-                &self.lead
-            }
-        }
-
-        impl core::ops::DerefMut for $run<'_> {
-            fn deref_mut(&mut self) -> &mut Self::Target {
-                &mut self.lead
-            }
-        }
-    };
-}
-pub(super) use is_kit_run;
-
 /// A run that the kit leads.
-pub struct KitRun<'b> {
+pub struct Run<'b> {
     /// The session with the solver.
     pub session: Session<'b>,
     /// What the solver said of itself.
@@ -129,13 +99,21 @@ pub struct KitRun<'b> {
     pub window: u64,
     /// Of the grants to come.
     pub budget: Budget,
+    /// Outlines of the bodies that the kit is, answered when they are asked for.
+    pub outlines: Vec<EnvelopeVertex>,
+    /// Of their forces to come (F-9).
+    pub travel: f64,
+    /// Flags of their forces to come.
+    pub flags: u64,
     pub(super) at: RunState,
     pub(super) coupled: bool,
+    /// The set of the continuum that the kit is has not been sent.
+    pub(super) fresh: bool,
 }
 
 impl Bench {
-    /// A run that is configured just so, and ready.
-    pub fn run_coupled(&self, order: &Configure) -> Result<KitRun<'_>, Unmet> {
+    /// A run that is configured just so, and ready; [`Unmet::Declined`] when the solver refuses it.
+    pub fn run(&self, order: &Configure) -> Result<Run<'_>, Unmet> {
         let mut session = self.greeted()?;
         let ready = session.ready(order)?;
         let start = RunState {
@@ -153,7 +131,7 @@ impl Bench {
         order: &Configure,
         state: &[u8],
         stand: &RunState,
-    ) -> Result<KitRun<'_>, Unmet> {
+    ) -> Result<Run<'_>, Unmet> {
         let mut session = self.greeted()?;
         match session.restore(order, state, |_| {})? {
             Reply::Ready(ready) => Ok(self.led(session, ready, order, stand.clone())),
@@ -167,19 +145,23 @@ impl Bench {
         ready: Ready,
         order: &Configure,
         at: RunState,
-    ) -> KitRun<'b> {
-        KitRun {
+    ) -> Run<'b> {
+        Run {
             session,
             ready,
             window: self.window,
             budget: Budget::ALL,
+            outlines: Vec::new(),
+            travel: 0.0,
+            flags: 0,
             at,
             coupled: order.coupled,
+            fresh: false,
         }
     }
 }
 
-impl<'b> KitRun<'b> {
+impl<'b> Run<'b> {
     /// Ends the run in order.
     pub fn closed(mut self) -> Result<Session<'b>, Unmet> {
         self.session.close()?;
@@ -198,12 +180,7 @@ impl<'b> KitRun<'b> {
         self.at.clock.index()
     }
 
-    /// The step that comes next.
-    pub(super) fn next_step(&self) -> Step {
-        self.at.clock.step(false)
-    }
-
-    /// The same, as a solver sees it.
+    /// The step that comes next, as a solver sees it.
     pub fn coming(&self, measure: bool) -> Step {
         self.at.clock.step(measure)
     }
@@ -255,22 +232,21 @@ impl<'b> KitRun<'b> {
         }
     }
 
-    /// Sends any number of grants in one message.
-    pub fn send_grants(&mut self, grants: &[Grant]) -> Result<(), Unmet> {
-        let header = grants.first().map(|grant| StepHeader {
+    /// Sends a grant.
+    pub fn send_grant(&mut self, grant: Grant) -> Result<(), Unmet> {
+        let header = StepHeader {
             epoch: grant.epoch,
             step: grant.first,
             ..StepHeader::default()
-        });
-        let grants = Payload::Grant(grants.to_vec());
-        self.session
-            .send(&Message::new(header.unwrap_or_default(), grants))
+        };
+        let grant = Payload::Grant(vec![grant]);
+        self.session.send(&Message::new(header, grant))
     }
 
     /// Grants `steps` steps of `dt` (s).
     pub fn grant(&mut self, dt: f64, steps: u64, measure: bool) -> Result<(), Unmet> {
         let grant = self.next_grant(dt, steps, measure);
-        self.send_grants(&[grant])
+        self.send_grant(grant)
     }
 
     /// Header of a message of the kit in the next step.
@@ -279,8 +255,15 @@ impl<'b> KitRun<'b> {
             epoch: self.at.epoch,
             step: self.next(),
             set: self.at.generation,
+            flags: self.flags,
+            travel: self.travel,
             ..StepHeader::default()
         }
+    }
+
+    /// Sends what belongs to the next step.
+    pub(super) fn send(&mut self, header: StepHeader, payload: Payload) -> Result<(), Unmet> {
+        self.session.send(&Message::new(header, payload))
     }
 
     /// Waits for a message of the next step.
@@ -300,21 +283,19 @@ impl<'b> KitRun<'b> {
         let mut told = WindowReport {
             header,
             report,
-            bodies: None,
-            groups: None,
-            points: None,
-            contacts: None,
+            ..WindowReport::default()
         };
+        macro_rules! take {
+            ($kind:ident) => {
+                self.session
+                    .take(Kind::$kind)?
+                    .map(|message| records!(message, $kind))
+            };
+        }
         if self.session.is_of_bodies() {
-            let bodies = self.session.take(Kind::Bodies)?;
-            told.bodies = bodies.map(|message| records!(message, Bodies));
-            let contacts = self.session.take(Kind::Contacts)?;
-            told.contacts = contacts.map(|message| records!(message, Contacts));
+            (told.bodies, told.contacts) = (take!(Bodies), take!(Contacts));
         } else {
-            let groups = self.session.take(Kind::Groups)?;
-            told.groups = groups.map(|message| records!(message, Groups));
-            let points = self.session.take(Kind::Points)?;
-            told.points = points.map(|message| records!(message, Points));
+            (told.groups, told.points) = (take!(Groups), take!(Points));
         }
         Ok(told)
     }

@@ -2,12 +2,11 @@
 //! down.
 
 use interface::config::MpmConfig;
-use interface::message::control::{Configure, Notice, Order};
 use interface::message::wire::{EnvelopeVertex, ImpForce, ImpState, PointState, StepHeader, flags};
 use interface::step::Step;
-use interface::transport::raw::{Kind, Message, Payload};
+use interface::transport::raw::{Kind, Payload};
 
-use super::kit_run::{KitRun, WindowReport, is_kit_run, records};
+use super::run::{Run, WindowReport, records};
 use super::session::{Bench, configure};
 use crate::verdict::{Unmet, broken};
 
@@ -24,32 +23,6 @@ pub struct Shown {
     pub asked: Vec<StepHeader>,
     /// Header of the set that came with them.
     pub new_set: Option<StepHeader>,
-}
-
-/// A run with a continuum under test.
-pub struct ContinuumRun<'b> {
-    /// What is the same whichever side is under test.
-    pub lead: KitRun<'b>,
-    /// Outlines of the bodies, answered when they are asked for.
-    pub outlines: Vec<EnvelopeVertex>,
-    /// Of the forces to come (F-9).
-    pub travel: f64,
-    /// Flags of the forces to come.
-    pub flags: u64,
-}
-
-is_kit_run!(ContinuumRun);
-
-impl<'b> From<KitRun<'b>> for ContinuumRun<'b> {
-    /// A run without bodies.
-    fn from(lead: KitRun<'b>) -> Self {
-        Self {
-            lead,
-            outlines: Vec::new(),
-            travel: 0.0,
-            flags: 0,
-        }
-    }
 }
 
 /// An outline around everything: all points are IMPs, and their states are seen in every step.
@@ -77,28 +50,14 @@ pub fn outline(body: u64, reach: f64, vertices: &[[f64; 2]]) -> Vec<EnvelopeVert
 
 impl Bench {
     /// A coupled run of a continuum, ready, all of whose points are IMPs; [`Unmet::Declined`] when it refuses.
-    pub fn run_continuum(&self, config: &MpmConfig) -> Result<ContinuumRun<'_>, Unmet> {
-        let mut flow = self.flow_by(&configure(config))?;
-        flow.outlines = around_all(config);
-        Ok(flow)
-    }
-
-    /// A run that is configured just so, without bodies.
-    pub fn flow_by(&self, order: &Configure) -> Result<ContinuumRun<'_>, Unmet> {
-        self.run_coupled(order).map(ContinuumRun::from)
+    pub fn run_continuum(&self, config: &MpmConfig) -> Result<Run<'_>, Unmet> {
+        let mut run = self.run(&configure(config))?;
+        run.outlines = around_all(config);
+        Ok(run)
     }
 }
 
-impl ContinuumRun<'_> {
-    /// Header of a message of the bodies in the next step.
-    pub fn header(&self) -> StepHeader {
-        StepHeader {
-            flags: self.flags,
-            travel: self.travel,
-            ..self.lead.header()
-        }
-    }
-
+impl Run<'_> {
     /// The next states message, whatever it says.
     pub fn next_states(&mut self) -> Result<(StepHeader, Vec<ImpState>), Unmet> {
         let message = self.expect(Kind::States)?;
@@ -109,10 +68,11 @@ impl ContinuumRun<'_> {
     pub fn send_outlines(&mut self) -> Result<(), Unmet> {
         let header = StepHeader {
             set: 0,
-            ..self.lead.header()
+            flags: 0,
+            travel: 0.0,
+            ..self.header()
         };
-        let outlines = Payload::Envelopes(self.outlines.clone());
-        self.session.send(&Message::new(header, outlines))
+        self.send(header, Payload::Envelopes(self.outlines.clone()))
     }
 
     /// Waits for the states of the next step; outlines are sent when they are asked for.
@@ -123,7 +83,7 @@ impl ContinuumRun<'_> {
 
     /// The same, where the solver may halt before the step.
     pub fn states_or_halt(&mut self) -> Result<Option<Shown>, Unmet> {
-        let step = self.next_step();
+        let step = self.coming(false);
         let mut asked = Vec::new();
         let (header, states) = loop {
             let (header, states) = self.next_states()?;
@@ -162,14 +122,8 @@ impl ContinuumRun<'_> {
     }
 
     /// Sends the forces of the next step, with which it is done.
-    pub fn forces(&mut self, forces: &[ImpForce]) -> Result<(), Unmet> {
-        let message = Message::new(self.header(), Payload::Forces(forces.to_vec()));
-        self.send_forces(&message)
-    }
-
-    /// The same of a message just so.
-    pub fn send_forces(&mut self, message: &Message) -> Result<(), Unmet> {
-        self.session.send(message)?;
+    pub fn press(&mut self, forces: &[ImpForce]) -> Result<(), Unmet> {
+        self.send(self.header(), Payload::Forces(forces.to_vec()))?;
         self.done(1);
         Ok(())
     }
@@ -180,80 +134,40 @@ impl ContinuumRun<'_> {
     }
 
     /// One exchange of a granted step, in which nothing presses.
-    pub fn exchange(&mut self) -> Result<Shown, Unmet> {
+    pub fn free(&mut self) -> Result<Shown, Unmet> {
         let shown = self.states()?;
-        self.forces(&self.no_forces())?;
+        self.press(&self.no_forces())?;
         Ok(shown)
     }
 
-    /// A granted step with the forces that `press` returns; in an uncoupled run there is nothing to exchange.
-    fn pressed(
-        &mut self,
-        press: impl FnOnce(&Self, &Shown) -> Result<Vec<ImpForce>, Unmet>,
-    ) -> Result<Option<Shown>, Unmet> {
-        if !self.coupled {
-            self.done(1);
-            return Ok(None);
-        }
-        let shown = self.states()?;
-        let forces = press(self, &shown)?;
-        self.forces(&forces)?;
-        Ok(Some(shown))
-    }
-
-    /// A window of one measured step with the forces that `press` returns; in an uncoupled run there are none.
-    pub fn step(
-        &mut self,
-        dt: f64,
-        press: impl FnOnce(&Self, &Shown) -> Vec<ImpForce>,
-    ) -> Result<(Option<Shown>, WindowReport), Unmet> {
+    /// A window of one measured step in which nothing presses.
+    pub fn free_step(&mut self, dt: f64) -> Result<(Shown, WindowReport), Unmet> {
         self.grant(dt, 1, true)?;
-        let shown = self.pressed(|flow, shown| Ok(press(flow, shown)))?;
+        let shown = self.free()?;
         Ok((shown, self.report()?))
     }
 
-    /// A window of one measured step in which nothing presses, of a coupled run.
-    pub fn free_step(&mut self, dt: f64) -> Result<(Shown, WindowReport), Unmet> {
-        let (shown, told) = self.step(dt, |flow, _| flow.no_forces())?;
-        let shown = shown.ok_or_else(|| broken("a coupled run", "none"))?;
-        Ok((shown, told))
-    }
-
-    /// `steps` steps of `dt` (s), in windows, with the forces that `press` returns for the states at `t_n`.
-    pub fn run(
-        &mut self,
-        dt: f64,
-        steps: u64,
-        mut press: impl FnMut(&Self, &Shown) -> Result<Vec<ImpForce>, Unmet>,
-    ) -> Result<(), Unmet> {
+    /// `steps` steps of `dt` (s), in windows, in which nothing presses.
+    pub fn coast(&mut self, dt: f64, steps: u64) -> Result<(), Unmet> {
         let end = self.next() + steps;
         while self.next() < end {
             let window = self.window.min(end - self.next());
             self.grant(dt, window, false)?;
             for _ in 0..window {
-                self.pressed(&mut press)?;
+                if self.coupled {
+                    self.free()?;
+                } else {
+                    self.done(1);
+                }
             }
-            let report = self.report()?.report;
-            if report.halted != 0 || report.next != self.next() {
-                let got = format_args!("a halt before step {}", report.next);
-                return Err(broken("a whole window", got).at(self.next()));
-            }
+            self.ends(false, self.next())?;
         }
         Ok(())
     }
 
-    /// `steps` free steps of `dt` (s), in windows.
-    pub fn coast(&mut self, dt: f64, steps: u64) -> Result<(), Unmet> {
-        self.run(dt, steps, |flow, _| Ok(flow.no_forces()))
-    }
-
     /// Asks for the end; returns the final points with their header. Close is left to the clause.
     pub fn drain(&mut self) -> Result<(StepHeader, Vec<PointState>), Unmet> {
-        self.session.order(&Order::Drain)?;
-        let notice = self.session.notice()?;
-        if notice != Notice::Bye {
-            return Err(broken("Bye", format_args!("{notice:?}")));
-        }
+        self.session.bye()?;
         match self.session.take(Kind::Points)? {
             Some(message) => Ok(records!(message, Points)),
             None => Err(broken("all points before Bye", "none")),

@@ -1,0 +1,221 @@
+//! Makes a case that fails smaller, whichever side it is of, and tells it: a case is data, of which parts are left out.
+
+use serde_json::{Value, json};
+
+use super::judge::show;
+use super::plan;
+use super::run::Case;
+
+/// What is simple, by the key that has it.
+fn plain() -> Vec<(&'static str, Value)> {
+    let none = json!([0.0, 0.0]);
+    let walls = json!({"left": "open", "right": "open", "bottom": "open", "top": "open"});
+    vec![
+        ("gravity", none.clone()),
+        ("body_contact", Value::Null),
+        ("contact_pair", json!([])),
+        ("group_pair", json!([])),
+        ("pushes", json!([])),
+        ("walls", walls),
+        ("layers", json!(false)),
+        ("transfer", json!("flip")),
+        ("shape", json!("linear")),
+        ("shape", json!("disc")),
+        ("stress_update", json!("usf")),
+        ("travel", json!([])),
+        ("friction", json!(0.0)),
+        ("damping_ratio", json!(0.0)),
+        ("restitution", json!(1.0)),
+        ("adhesion", json!(0.0)),
+        ("damped_mass", json!(0.0)),
+        ("spin", json!(0.0)),
+        ("velocity", none.clone()),
+        ("fields", json!({"velocity": null, "stress": null})),
+        ("motion", json!("fixed")),
+        ("motion", json!("free")),
+        ("angle", json!(0.0)),
+        ("position", none.clone()),
+        ("noise", none),
+        ("present", json!([[0, u32::MAX]])),
+        ("steps", json!([0, u32::MAX])),
+        ("group", json!(0)),
+        ("material", json!(0)),
+        ("way", json!([[0, 0.0]])),
+    ]
+}
+
+/// The smaller cases to try for a case that fails in a step, the boldest first.
+pub fn smaller<C: Case>(case: &C, step: u32) -> Vec<C> {
+    let epochs = case.clone().epochs().clone();
+    let mut steps = plan::simpler(&epochs, step).into_iter();
+    let mut smaller: Vec<C> = steps.next().map(|cut| case.with(cut)).into_iter().collect();
+    let whole = serde_json::to_value(case).expect("a case has string keys only");
+    let mut others = Vec::new();
+    let mut lists = Vec::new();
+    walk(&whole, &mut |at, key, value| {
+        if let Value::Array(entries) = value
+            && !["epochs", "windows"].contains(&key)
+        {
+            lists.push((at.to_owned(), key.to_owned(), entries.len()));
+        }
+    });
+    for (at, key, count) in &lists {
+        let half = count / 2;
+        let halves = [(0, half), (half, *count)];
+        let ones = (0..*count).map(|k| (k, k + 1));
+        for (from, to) in halves.into_iter().filter(|_| half > 1).chain(ones) {
+            others.extend(without(&whole, (at, key), from, to));
+        }
+    }
+    smaller.extend(
+        others
+            .drain(..)
+            .filter_map(|other| serde_json::from_value(other).ok()),
+    );
+    smaller.extend(
+        [step, step / 2, 1]
+            .into_iter()
+            .filter_map(|first| case.later(first)),
+    );
+    for (key, simple) in plain() {
+        walk(&whole, &mut |at, named, value| {
+            if named == key && *value != simple {
+                let mut other = whole.clone();
+                *other.pointer_mut(at).expect("it is there") = simple.clone();
+                others.push(other);
+            }
+        });
+    }
+    smaller.extend(
+        others
+            .drain(..)
+            .filter_map(|other| serde_json::from_value(other).ok()),
+    );
+    smaller.extend(steps.map(|epochs| case.with(epochs)));
+    for digits in [1, 2, 3] {
+        let mut other = whole.clone();
+        shorten(&mut other, digits);
+        smaller.extend(serde_json::from_value(other));
+    }
+    smaller.retain(|other| other != case);
+    smaller
+}
+
+/// Shows every value with its place and the last key in it.
+fn walk(whole: &Value, see: &mut dyn FnMut(&str, &str, &Value)) {
+    fn within(at: &str, key: &str, value: &Value, see: &mut dyn FnMut(&str, &str, &Value)) {
+        see(at, key, value);
+        match value {
+            Value::Object(fields) => {
+                for (key, value) in fields {
+                    within(&format!("{at}/{key}"), key, value, see);
+                }
+            }
+            Value::Array(entries) => {
+                for (k, value) in entries.iter().enumerate() {
+                    within(&format!("{at}/{k}"), "", value, see);
+                }
+            }
+            _ => {}
+        }
+    }
+    within("", "", whole, see);
+}
+
+/// Without some entries of a list; those behind them get other numbers, by which others call them: a body or a point.
+/// `None` where one that is left out is called.
+fn without(whole: &Value, (at, list): (&str, &str), from: usize, to: usize) -> Option<Value> {
+    let mut other = whole.clone();
+    let entries = other.pointer_mut(at)?.as_array_mut()?;
+    entries.drain(from..to);
+    let caller = match list {
+        "body" | "bodies" => "body",
+        "points" => "point",
+        _ => return Some(other),
+    };
+    let mut called = Vec::new();
+    walk(&other, &mut |at, key, value| {
+        let number = value.as_u64().filter(|_| key == caller);
+        called.extend(number.map(|number| (at.to_owned(), number as usize)));
+    });
+    for (at, number) in called.into_iter().filter(|(_, number)| *number >= from) {
+        let left = number.checked_sub(to - from).filter(|_| number >= to)?;
+        *other.pointer_mut(&at)? = left.into();
+    }
+    Some(other)
+}
+
+/// Every number with few digits; whole numbers are counts and stay.
+fn shorten(value: &mut Value, digits: i32) {
+    match value {
+        Value::Number(number) if number.is_f64() => {
+            let x = number.as_f64().unwrap_or_default();
+            if x != 0.0 {
+                let unit = 10f64.powi(x.abs().log10().floor() as i32 + 1 - digits);
+                *value = Value::from((x / unit).round() * unit);
+            }
+        }
+        Value::Array(values) => values.iter_mut().for_each(|value| shorten(value, digits)),
+        Value::Object(fields) => fields.values_mut().for_each(|value| shorten(value, digits)),
+        _ => {}
+    }
+}
+
+/// Of a case nobody is told these: steps, and what is the same in each.
+const UNTOLD: [&str; 5] = ["config", "epochs", "interface", "overlap", "threads"];
+
+/// A case for people, line by line: what is not 0 of it.
+pub fn story<C: Case>(case: &C) -> Vec<String> {
+    let mut story = Vec::new();
+    let mut rest = Vec::new();
+    let whole = serde_json::to_value(case).expect("a case has string keys only");
+    for part in [&whole["config"], &whole] {
+        let fields = part.as_object().into_iter().flatten();
+        for (key, value) in fields.filter(|(key, _)| !UNTOLD.contains(&key.as_str())) {
+            match value {
+                Value::Array(entries) if entries.iter().any(Value::is_object) => {
+                    let each = entries.iter().enumerate();
+                    story.extend(each.map(|(k, entry)| format!("{key} {k}: {}", words(entry))));
+                }
+                _ if !words(value).is_empty() => {
+                    rest.push(format!("{key}: {}", words(value)));
+                }
+                _ => {}
+            }
+        }
+    }
+    story.extend(rest);
+    story
+}
+
+/// A value in words; nothing of what is 0, false or empty.
+fn words(value: &Value) -> String {
+    match value {
+        Value::Null | Value::Bool(false) => String::new(),
+        Value::Bool(true) => "yes".to_owned(),
+        Value::Number(number) => match number.as_f64() {
+            _ if number.is_u64() => number.to_string(),
+            Some(0.0) => String::new(),
+            x => show(&[x.unwrap_or_default()]),
+        },
+        Value::String(text) => text.clone(),
+        Value::Array(entries) => {
+            let said: Vec<String> = entries.iter().map(words).collect();
+            let or_0 = said
+                .iter()
+                .map(|word| if word.is_empty() { "0" } else { word });
+            let or_0: Vec<&str> = or_0.collect();
+            if said.iter().all(String::is_empty) {
+                String::new()
+            } else {
+                format!("({})", or_0.join(", "))
+            }
+        }
+        Value::Object(fields) => {
+            let said = fields.iter().map(|(key, value)| (key, words(value)));
+            let said = said.filter(|(_, words)| !words.is_empty());
+            let said: Vec<String> = said.map(|(key, words)| format!("{key} {words}")).collect();
+            said.join(", ")
+        }
+    }
+}
