@@ -1,9 +1,12 @@
 //! Bodies: their constants (checked configuration) and their state in the leapfrog.
 
+use std::cell::OnceCell;
+
 use interface::Vec2;
 use interface::config::{BodyConfig, DemConfig, Motion};
 use interface::solver::Refusal;
 use serde::{Deserialize, Serialize};
+use wide::f64x4;
 
 use crate::body::frame::{Frame, LastMove};
 use crate::body::shape::Shape;
@@ -108,11 +111,17 @@ impl Rigid {
     /// Vertices in world coordinates (m), from those in the body's frame and its angle.
     #[inline]
     fn place_outline(&self, world: &mut [Vec2], local: &[Vec2]) {
+        self.place_turned(world, local, || sines([self.angle; 4])[0]);
+    }
+
+    /// The same, if sine and cosine of the angle are known.
+    #[inline]
+    fn place_turned(&self, world: &mut [Vec2], local: &[Vec2], turn: impl FnOnce() -> [f64; 2]) {
         if let [only] = world {
             *only = self.center; // a disc looks the same at every angle
             return;
         }
-        let (sin, cos) = self.angle.sin_cos();
+        let [sin, cos] = turn();
         for (world, v) in world.iter_mut().zip(local) {
             *world = self.center + Vec2::new(cos * v.x - sin * v.y, sin * v.x + cos * v.y);
         }
@@ -123,6 +132,14 @@ impl Rigid {
     pub fn velocity_at(&self, r: Vec2) -> Vec2 {
         self.velocity + Vec2::new(-r.y, r.x) * self.spin
     }
+}
+
+/// Sine and cosine of four angles in rad. What one angle has does not depend on the others.
+#[inline]
+fn sines(angles: [f64; 4]) -> [[f64; 2]; 4] {
+    let (sin, cos) = f64x4::new(angles).sin_cos();
+    let (sin, cos) = (sin.to_array(), cos.to_array());
+    [0, 1, 2, 3].map(|k| [sin[k], cos[k]])
 }
 
 /// All bodies.
@@ -265,21 +282,30 @@ impl Bodies {
             count,
             parts,
             |(state, frames, kicked, mut world, mut local)| {
-                for ((state, frame), &(velocity, spin)) in state.iter_mut().zip(frames).zip(kicked)
-                {
-                    let own;
-                    (own, world) =
-                        std::mem::take(&mut world).split_at_mut(state.vertices[1] as usize);
-                    let shape;
-                    (shape, local) = local.split_at(own.len());
-                    if state.falls == 0.0 && velocity == Vec2::zeros() && spin == 0.0 {
-                        continue;
+                let four = state.chunks_mut(4).zip(frames.chunks_mut(4));
+                for ((four, frames), kicked) in four.zip(kicked.chunks(4)) {
+                    let mut angles = [0.0; 4];
+                    for (angle, (state, (_, spin))) in
+                        angles.iter_mut().zip(four.iter().zip(kicked))
+                    {
+                        *angle = state.angle + spin * dt;
                     }
-                    (state.velocity, state.spin) = (velocity, spin);
-                    frame.advance(velocity * dt, spin * dt);
-                    state.center = frame.center;
-                    state.angle += spin * dt;
-                    state.place_outline(own, shape);
+                    let turns = OnceCell::new();
+                    for (k, (state, frame)) in four.iter_mut().zip(frames).enumerate() {
+                        let (own, shape);
+                        let count = state.vertices[1] as usize;
+                        (own, world) = std::mem::take(&mut world).split_at_mut(count);
+                        (shape, local) = local.split_at(count);
+                        let (velocity, spin) = kicked[k];
+                        if state.falls == 0.0 && velocity == Vec2::zeros() && spin == 0.0 {
+                            continue;
+                        }
+                        (state.velocity, state.spin) = (velocity, spin);
+                        frame.advance(velocity * dt, spin * dt);
+                        state.center = frame.center;
+                        state.angle = angles[k];
+                        state.place_turned(own, shape, || turns.get_or_init(|| sines(angles))[k]);
+                    }
                 }
             },
         );
