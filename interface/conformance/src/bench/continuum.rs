@@ -3,7 +3,6 @@
 
 use interface::config::MpmConfig;
 use interface::message::wire::{EnvelopeVertex, ImpForce, ImpState, PointState, StepHeader, flags};
-use interface::step::Step;
 use interface::transport::raw::{Kind, Payload};
 
 use super::run::{Run, WindowReport, records};
@@ -13,8 +12,6 @@ use crate::verdict::{Unmet, broken};
 /// The states that the continuum sent in a step.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Shown {
-    /// The step.
-    pub step: Step,
     /// Their header.
     pub header: StepHeader,
     /// One for each point of the set.
@@ -83,7 +80,7 @@ impl Run<'_> {
 
     /// The same, where the solver may halt before the step.
     pub fn states_or_halt(&mut self) -> Result<Option<Shown>, Unmet> {
-        let step = self.coming(false);
+        let step = self.next();
         let mut asked = Vec::new();
         let (header, states) = loop {
             let (header, states) = self.next_states()?;
@@ -101,7 +98,7 @@ impl Run<'_> {
             // Sent before the states, so it is there.
             let Some(message) = self.session.take(Kind::Set)? else {
                 let expected = "a set before the states that announce it";
-                return Err(broken(expected, "none").at(step.index));
+                return Err(broken(expected, "none").at(step));
             };
             let (of_set, set) = records!(message, Set);
             new_set = Some(of_set);
@@ -110,10 +107,9 @@ impl Run<'_> {
         }
         if states.len() < self.imps().len() {
             let expected = format_args!("{} states", self.imps().len());
-            return Err(broken(expected, states.len()).at(step.index));
+            return Err(broken(expected, states.len()).at(step));
         }
         Ok(Some(Shown {
-            step,
             header,
             states,
             asked,

@@ -15,5 +15,5 @@ pub use bodies::Answer;
 pub use continuum::{Shown, around_all, outline};
 pub use points::Points;
 pub use run::{Budget, Run, WindowReport, at_least};
-pub use session::{Bench, HASH, PATIENCE, Reply, Session, configure};
+pub use session::{Bench, HASH, PATIENCE, Session, configure};
 pub use subject::{Solve, Start, Subject};

@@ -9,7 +9,7 @@ use interface::message::wire::{
 use interface::step::{Clock, Step};
 use interface::transport::raw::{Kind, Message, Payload};
 
-use super::session::{Bench, Reply, Session};
+use super::session::{Bench, Session};
 use crate::verdict::{Unmet, broken, require};
 
 /// What a grant allows the solver's limits to be.
@@ -133,9 +133,9 @@ impl Bench {
         stand: &RunState,
     ) -> Result<Run<'_>, Unmet> {
         let mut session = self.greeted()?;
-        match session.restore(order, state, |_| {})? {
-            Reply::Ready(ready) => Ok(self.led(session, ready, order, stand.clone())),
-            Reply::Refused(refusal) => Err(broken("Ready after the restored state", refusal)),
+        match session.restore(order, state, |_| {}) {
+            Err(Unmet::Declined(why)) => Err(broken("Ready after the restored state", why)),
+            ready => Ok(self.led(session, ready?, order, stand.clone())),
         }
     }
 

@@ -1,11 +1,11 @@
 //! States that a solver has saved (clauses K-3, K-4): taken in pieces, handed to a fresh solver.
 
-use interface::message::control::{Configure, Order};
+use interface::message::control::{Configure, Order, Ready};
 use interface::message::wire::{StepHeader, flags};
 use interface::transport::raw::{Kind, Message, Payload};
 
 use super::run::records;
-use super::session::{Reply, Session};
+use super::session::Session;
 use crate::verdict::{Unmet, broken};
 
 /// Bytes of a piece, at most.
@@ -49,7 +49,7 @@ impl Session<'_> {
         configure: &Configure,
         state: &[u8],
         change: impl FnOnce(&mut [u8; 32]),
-    ) -> Result<Reply, Unmet> {
+    ) -> Result<Ready, Unmet> {
         self.order(&Order::Configure(Configure {
             restore: true,
             ..configure.clone()

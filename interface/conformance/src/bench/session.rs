@@ -5,10 +5,10 @@ use std::time::{Duration, Instant};
 
 use interface::config::capability::Capabilities;
 use interface::message::control::{Configure, Failure, Hello, Notice, Order, Party, Ready};
-use interface::solver::Refusal;
 use interface::transport::raw::{Kind, Message, RawRun};
+use interface::transport::wait::{Awaited, Spin, wait};
 
-use super::subject::{Instead, Subject, Worker};
+use super::subject::{Subject, Worker};
 use crate::mutant::Flaw;
 use crate::options::Options;
 use crate::trace::{Direction, Trace};
@@ -70,6 +70,8 @@ impl Bench {
             flaw: None,
             worker,
             failed: None,
+            awaited: Kind::Notice,
+            ended: None,
             number: self.sessions.get(),
         })
     }
@@ -112,15 +114,6 @@ pub fn configure<C: serde::Serialize>(config: &C) -> Configure {
     }
 }
 
-/// What a solver says to its configuration.
-#[derive(Debug, Clone, PartialEq)]
-pub enum Reply {
-    /// It takes it.
-    Ready(Ready),
-    /// It does not.
-    Refused(Refusal),
-}
-
 /// One run with the solver under test. Dropping it ends the solver.
 pub struct Session<'b> {
     bench: &'b Bench,
@@ -131,6 +124,10 @@ pub struct Session<'b> {
     worker: Worker,
     /// What the solver said instead of a message.
     pub failed: Option<Failure>,
+    /// What is awaited.
+    awaited: Kind,
+    /// The solver's end. It is reported at the second look, because what was sent before it is looked for in between.
+    ended: Option<String>,
     number: u32,
 }
 
@@ -187,24 +184,12 @@ impl Session<'_> {
 
     /// The same, for this long.
     pub fn expect_within(&mut self, kind: Kind, deadline: Duration) -> Result<Message, Unmet> {
-        let message = self.worker.expect(&self.raw_run, kind, deadline);
-        let message = message.map_err(|instead| {
-            let expected = format!("{kind:?}");
-            match instead {
-                Instead::Notice(notice) => {
-                    if let Ok(Notice::Failed(failure)) = notice.as_notice() {
-                        self.failed = Some(failure);
-                    }
-                    broken(expected, words(&notice))
-                }
-                Instead::End(end) => broken(expected, format_args!("a solver that {end}")),
-                Instead::Silence(waited) => {
-                    let waited = waited.as_secs_f64();
-                    broken(expected, format_args!("nothing for {waited:.1} s"))
-                }
-                Instead::Channel(error) => error.into(),
-            }
-        })?;
+        (self.awaited, self.ended) = (kind, None);
+        let message = wait(self, &mut Spin::default(), deadline);
+        let message = message.map_err(|waited| {
+            let got = format_args!("nothing for {:.1} s", waited.as_secs_f64());
+            broken(format_args!("{kind:?}"), got)
+        })??;
         self.note(Direction::FromSolver, &message);
         Ok(message)
     }
@@ -216,12 +201,8 @@ impl Session<'_> {
 
     fn notice_within(&mut self, deadline: Duration) -> Result<Notice, Unmet> {
         let message = self.expect_within(Kind::Notice, deadline)?;
-        message.as_notice().map_err(|e| {
-            broken(
-                "a notice as section 3 says",
-                format_args!("{e}: {}", words(&message)),
-            )
-        })
+        let notice = message.as_notice();
+        notice.map_err(|_| broken("a notice as section 3 says", words(&message)))
     }
 
     /// Waits for what a solver says while it starts, whose time is not counted.
@@ -241,27 +222,19 @@ impl Session<'_> {
         }
     }
 
-    /// Hands over a configuration and waits for what the solver says to it.
-    pub fn configure(&mut self, configure: &Configure) -> Result<Reply, Unmet> {
-        self.order(&Order::Configure(configure.clone()))?;
-        self.reply()
-    }
-
     /// What the solver says to its configuration.
-    pub(super) fn reply(&mut self) -> Result<Reply, Unmet> {
+    pub(super) fn reply(&mut self) -> Result<Ready, Unmet> {
         match self.starting()? {
-            Notice::Ready(ready) => Ok(Reply::Ready(ready)),
-            Notice::Refused(refusal) => Ok(Reply::Refused(refusal)),
+            Notice::Ready(ready) => Ok(ready),
+            Notice::Refused(refusal) => Err(Unmet::Declined(refusal)),
             other => Err(broken("Ready or Refused", format_args!("{other:?}"))),
         }
     }
 
-    /// The same, where only Ready will do.
-    pub fn ready(&mut self, order: &Configure) -> Result<Ready, Unmet> {
-        match self.configure(order)? {
-            Reply::Ready(ready) => Ok(ready),
-            Reply::Refused(refusal) => Err(Unmet::Declined(refusal)),
-        }
+    /// Hands over a configuration and waits for Ready.
+    pub fn ready(&mut self, configure: &Configure) -> Result<Ready, Unmet> {
+        self.order(&Order::Configure(configure.clone()))?;
+        self.reply()
     }
 
     /// Waits until the solver says why it cannot go on, whatever it was asked.
@@ -333,6 +306,44 @@ impl Drop for Session<'_> {
             self.raw_run.release();
         }
         self.worker.dismiss();
+    }
+}
+
+impl Awaited for Session<'_> {
+    type Found = Result<Message, Unmet>;
+
+    /// Short, because many clauses wait for the end of a solver.
+    const NAP: Duration = Duration::from_micros(500);
+
+    fn look(&mut self) -> Option<Self::Found> {
+        let message = self.raw_run.receive(self.awaited);
+        message.map_err(Unmet::from).transpose()
+    }
+
+    fn block(&mut self, at_most: Duration) {
+        self.raw_run.sleep(self.awaited, at_most);
+    }
+
+    fn interruption(&mut self, _: Duration) -> Option<Self::Found> {
+        let awaited = self.awaited;
+        let instead = |got: String| Some(Err(broken(format_args!("{awaited:?}"), got)));
+        if awaited != Kind::Notice {
+            match self.raw_run.receive(Kind::Notice) {
+                Ok(None) => {}
+                Ok(Some(notice)) => {
+                    if let Ok(Notice::Failed(failure)) = notice.as_notice() {
+                        self.failed = Some(failure);
+                    }
+                    return instead(words(&notice));
+                }
+                Err(error) => return Some(Err(error.into())),
+            }
+        }
+        if let Some(end) = self.ended.take() {
+            return instead(format!("a solver that {end}"));
+        }
+        self.ended = self.worker.ended();
+        None
     }
 }
 

@@ -8,8 +8,7 @@ use std::time::{Duration, Instant};
 use interface::message::control::Party;
 use interface::session::process;
 use interface::transport::domain::Domain;
-use interface::transport::raw::{ChannelError, Kind, Medium, Message, RawRun};
-use interface::transport::wait::{Awaited, Spin, wait};
+use interface::transport::raw::Medium;
 
 /// Longest wait for a thread to end once its coupler is gone; one that is stuck ends with the program.
 const GRACE: Duration = Duration::from_secs(2);
@@ -76,58 +75,6 @@ impl Subject {
     }
 }
 
-/// What comes instead of a message that is waited for.
-pub enum Instead {
-    /// A notice.
-    Notice(Message),
-    /// The end of the solver, in words.
-    End(String),
-    /// Nothing for so long.
-    Silence(Duration),
-    /// The channel does not work.
-    Channel(ChannelError),
-}
-
-/// A message of the solver under test.
-struct Expected<'a> {
-    worker: &'a mut Worker,
-    raw_run: &'a RawRun,
-    kind: Kind,
-    /// Its end. It is reported at the second look, because what was sent before it is looked for in between.
-    ended: Option<String>,
-}
-
-impl Awaited for Expected<'_> {
-    type Found = Result<Message, Instead>;
-
-    /// Short, because many clauses wait for the end of a solver.
-    const NAP: Duration = Duration::from_micros(500);
-
-    fn look(&mut self) -> Option<Self::Found> {
-        let message = self.raw_run.receive(self.kind);
-        message.map_err(Instead::Channel).transpose()
-    }
-
-    fn block(&mut self, at_most: Duration) {
-        self.raw_run.sleep(self.kind, at_most);
-    }
-
-    fn interruption(&mut self, _: Duration) -> Option<Self::Found> {
-        if self.kind != Kind::Notice {
-            match self.raw_run.receive(Kind::Notice) {
-                Ok(None) => {}
-                Ok(Some(notice)) => return Some(Err(Instead::Notice(notice))),
-                Err(error) => return Some(Err(Instead::Channel(error))),
-            }
-        }
-        if let Some(end) = self.ended.take() {
-            return Some(Err(Instead::End(end)));
-        }
-        self.ended = self.worker.ended();
-        None
-    }
-}
-
 /// The solver under test at work.
 pub enum Worker {
     /// In a process.
@@ -137,22 +84,6 @@ pub enum Worker {
 }
 
 impl Worker {
-    /// Waits for a message of this kind on the other ends of its run.
-    pub fn expect(
-        &mut self,
-        raw_run: &RawRun,
-        kind: Kind,
-        deadline: Duration,
-    ) -> Result<Message, Instead> {
-        let mut message = Expected {
-            worker: self,
-            raw_run,
-            kind,
-            ended: None,
-        };
-        wait(&mut message, &mut Spin::default(), deadline).map_err(Instead::Silence)?
-    }
-
     /// How it ended, if it has.
     pub fn ended(&mut self) -> Option<String> {
         match self {

@@ -43,6 +43,22 @@ impl<S> Dice<'_, S> {
         self.between(-most, most)
     }
 
+    /// Two of these.
+    pub fn vector(&mut self, most: f64) -> [f64; 2] {
+        [self.way(most), self.way(most)]
+    }
+
+    /// What is drawn if this is so; otherwise nothing is, and it is 0.
+    pub fn when<T: Default>(&mut self, so: bool, draw: impl FnOnce(&mut Self) -> T) -> T {
+        if so { draw(self) } else { T::default() }
+    }
+
+    /// The same in one of two.
+    pub fn perhaps<T: Default>(&mut self, draw: impl FnOnce(&mut Self) -> T) -> T {
+        let so = self.often();
+        self.when(so, draw)
+    }
+
     /// About this large, within a factor of 3 either way.
     pub fn about(&mut self, typical: f64) -> f64 {
         typical * 3f64.powf(self.way(1.0))

@@ -129,16 +129,7 @@ impl<'a> Judge<'a> {
         records: [&T; 2],
         rows: &[(&'static str, &'static str, f64)],
     ) -> Result {
-        let [got, want] = records.map(|record| {
-            let mut numbers = BTreeMap::<_, Vec<f64>>::new();
-            record.visit(&mut |name, number| {
-                numbers.entry(name).or_default().push(match number {
-                    Number::Count(count) => count as f64,
-                    Number::Real(x) => x,
-                });
-            });
-            numbers
-        });
+        let [got, want] = records.map(numbers);
         for &(clause, name, tolerance) in rows {
             let what = format_args!("{name}{whom}");
             self.near(clause, what, &got[name], &want[name], tolerance)?;
@@ -154,18 +145,8 @@ impl<'a> Judge<'a> {
         ledgers: [&Ledger; 2],
         [energy, impulse, force]: [f64; 3],
     ) -> Result {
-        let energies = [
-            "kinetic",
-            "kinetic_rotation",
-            "elastic",
-            "gravity",
-            "contact",
-            "friction_work",
-            "plastic_work",
-            "driven_work",
-        ];
         let impulses = ["momentum", "applied_impulse", "contact_impulse"];
-        let rows = energies.map(|name| (clause, name, energy)).into_iter();
+        let rows = ENERGIES.map(|name| (clause, name, energy)).into_iter();
         let rows = rows.chain(impulses.map(|name| (clause, name, impulse)));
         let rows = rows.chain([(clause, "contact_force", force), (clause, "contacts", 0.0)]);
         self.fields("", ledgers, &rows.collect::<Vec<_>>())
@@ -186,6 +167,36 @@ impl<'a> Judge<'a> {
         let least = format!("at least {}", show(&[least]));
         self.differ(clause, what, least, show(&[got]))
     }
+}
+
+/// The numbers of a record by their names.
+fn numbers<T: Record>(record: &T) -> BTreeMap<&'static str, Vec<f64>> {
+    let mut numbers = BTreeMap::<_, Vec<f64>>::new();
+    record.visit(&mut |name, number| {
+        numbers.entry(name).or_default().push(match number {
+            Number::Count(count) => count as f64,
+            Number::Real(x) => x,
+        });
+    });
+    numbers
+}
+
+/// The energies that both sides may have in their ledgers.
+const ENERGIES: [&str; 8] = [
+    "kinetic",
+    "kinetic_rotation",
+    "elastic",
+    "gravity",
+    "contact",
+    "friction_work",
+    "plastic_work",
+    "driven_work",
+];
+
+/// The sum of their magnitudes in J/m.
+pub fn energies(ledger: &Ledger) -> f64 {
+    let numbers = numbers(ledger);
+    ENERGIES.map(|name| numbers[name][0].abs()).iter().sum()
 }
 
 /// Numbers for people: six digits of each.

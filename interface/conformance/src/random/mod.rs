@@ -17,14 +17,13 @@ use std::time::{Duration, Instant};
 
 use interface::config::capability::Capabilities;
 use interface::message::control::Party;
-use interface::solver::Refusal;
 
 use crate::bench::{Bench, Subject};
 use crate::clause::Clause;
 use crate::options::Options;
 use crate::verdict::{Evidence, Unmet, Verdict};
 use judge::{Compared, Difference, Judge};
-use run::{Case, Outcome, run, run_in_all_ways};
+use run::{Case, Stop, run, run_in_all_ways};
 
 /// One in so many cases is run in all ways that shall give the same bits.
 const IN_ALL_WAYS: u64 = 4;
@@ -50,7 +49,7 @@ pub struct Campaign {
     /// Cases that were run.
     cases: u64,
     /// Those that the solver refused, with the last refusal.
-    refused: (u64, Option<Refusal>),
+    refused: (u64, Option<Unmet>),
     /// What was compared, by clause.
     compared: BTreeMap<&'static str, Compared>,
     /// The failure of the least seed.
@@ -66,7 +65,7 @@ impl Campaign {
         let (cases, (refused, refusal)) = (self.cases, &self.refused);
         match refusal {
             _ if !lacks.is_empty() => Unmet::Lacking(lacks).into(),
-            Some(refusal) if count == 0 => Unmet::Declined(refusal.clone()).into(),
+            Some(refusal) if count == 0 => refusal.clone().into(),
             None if count == 0 => Unmet::Lacking(vec!["what shows it".into()]).into(),
             _ => Verdict::Pass {
                 measured: format!(
@@ -124,18 +123,18 @@ fn campaign_of<C: Case>(
                 sum.largest = sum.largest.max(one.largest);
             }
             match outcome {
-                Outcome::Same => {}
-                Outcome::Refused(refusal) => {
+                Ok(()) | Err(Stop::Doubtful) => {}
+                Err(Stop::Unmet(refusal)) => {
                     campaign.refused = (campaign.refused.0 + 1, Some(refusal));
                     if campaign.refused.0 > REFUSED && campaign.refused.0 == campaign.cases {
                         // It takes nothing.
                         end.store(0, Ordering::Relaxed);
                     }
                 }
-                Outcome::Differs(difference) => {
+                Err(Stop::Differs(difference)) => {
                     end.fetch_min(k, Ordering::Relaxed);
                     if failing.as_ref().is_none_or(|(least, ..)| seed < *least) {
-                        *failing = Some((seed, case, difference));
+                        *failing = Some((seed, case, *difference));
                     }
                 }
             }
@@ -191,7 +190,7 @@ fn smallest<C: Case>(
             return None;
         }
         match run_in_all_ways(&bench(), case, &mut Judge::new(asked)) {
-            Outcome::Differs(other) => Some(other),
+            Err(Stop::Differs(other)) => Some(*other),
             _ => None,
         }
     };
@@ -210,7 +209,7 @@ fn smallest<C: Case>(
     let (all, mut asked) = (asked.to_vec(), asked.to_vec());
     let causes: Vec<&str> = causes.filter(|id| asked.contains(id)).collect();
     for (nearer, causes) in [
-        (measured(&case.barer()), &causes),
+        (measured(&shrink::unpushed(&case)), &causes),
         (measured(&case), &causes),
         (case.clone(), &causes),
         (measured(&case), &all),

@@ -3,14 +3,13 @@
 use interface::config::capability::Capabilities;
 use interface::message::control::Configure;
 use interface::message::wire::{Ledger, Record, flags};
-use interface::solver::Refusal;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 
 use super::judge::{Difference, Judge};
 use super::plan::Epoch;
 use crate::bench::{Bench, Run, WindowReport};
-use crate::verdict::{Evidence, Unmet};
+use crate::verdict::Unmet;
 
 /// A case of one side. A case is data, so it can be made smaller, kept in a file and run again.
 pub trait Case: Clone + PartialEq + Serialize + DeserializeOwned + Send {
@@ -39,10 +38,10 @@ pub trait Case: Clone + PartialEq + Serialize + DeserializeOwned + Send {
     ) -> Result<(), Stop>;
     /// The end of the run, after all steps.
     fn end(&self, run: Run, stand: Self::Stand, judge: &mut Judge) -> Result<(), Stop>;
-    /// The same without what hides a cause.
-    fn barer(&self) -> Self;
     /// The same from a later step on, as if it were the first, where that can be.
-    fn later(&self, first: u32) -> Option<Self>;
+    fn later(&self, _first: u32) -> Option<Self> {
+        None
+    }
 
     /// The same with other steps.
     fn with(&self, epochs: Vec<Epoch>) -> Self {
@@ -70,17 +69,6 @@ pub struct Window {
     pub frame: bool,
 }
 
-/// How a case ended.
-#[derive(Debug)]
-pub enum Outcome {
-    /// Nothing differed.
-    Same,
-    /// Something did.
-    Differs(Difference),
-    /// The solver refused the configuration.
-    Refused(Refusal),
-}
-
 /// A run that does not go on.
 pub enum Stop {
     /// An answer differs.
@@ -103,30 +91,18 @@ impl From<Box<Difference>> for Stop {
     }
 }
 
-/// Runs a case.
-pub fn run<C: Case>(bench: &Bench, case: &C, judge: &mut Judge) -> Outcome {
+/// Runs a case; stops where something differs, or where the solver does not take it.
+pub fn run<C: Case>(bench: &Bench, case: &C, judge: &mut Judge) -> Result<(), Stop> {
     match steps(bench, &mut case.clone(), judge) {
-        Ok(()) | Err(Stop::Doubtful) => Outcome::Same,
-        Err(Stop::Differs(difference)) => Outcome::Differs(*difference),
-        Err(Stop::Unmet(Unmet::Declined(refusal))) => Outcome::Refused(refusal),
-        Err(Stop::Unmet(Unmet::Lacking(names))) => {
-            Outcome::Refused(Refusal::new("capabilities", names.join(", ")))
-        }
-        Err(Stop::Unmet(unmet)) => Outcome::Differs(not_answered(unmet, judge.step, C::CAUSES)),
-    }
-}
-
-/// A missing answer is told as a breach of the first of the causes.
-fn not_answered(unmet: Unmet, step: u32, causes: &[&'static str]) -> Difference {
-    let (expected, got) = match unmet {
-        Unmet::Broken(Evidence { expected, got, .. }) => (expected, got),
-        other => ("an answer".to_owned(), other.to_string()),
-    };
-    Difference {
-        clause: causes[0],
-        step,
-        expected,
-        got,
+        Err(Stop::Doubtful) => Ok(()),
+        // A missing answer is told as a breach of the first of the causes.
+        Err(Stop::Unmet(Unmet::Broken(evidence))) => Err(Stop::Differs(Box::new(Difference {
+            clause: C::CAUSES[0],
+            step: judge.step,
+            expected: evidence.expected,
+            got: evidence.got,
+        }))),
+        outcome => outcome,
     }
 }
 
@@ -149,35 +125,26 @@ pub fn ways<C: Case>(case: &C, saves: bool) -> Vec<(&'static str, C)> {
 }
 
 /// Runs a case, and if nothing differs also in those other ways whose clauses are asked for.
-pub fn run_in_all_ways<C: Case>(bench: &Bench, case: &C, judge: &mut Judge) -> Outcome {
-    let outcome = run(bench, case, judge);
-    if !matches!(outcome, Outcome::Same) {
-        return outcome;
-    }
-    for (clause, other) in ways(case, bench.takes("save")) {
-        if !judge.asked.contains(&clause) {
-            continue;
-        }
+pub fn run_in_all_ways<C: Case>(bench: &Bench, case: &C, judge: &mut Judge) -> Result<(), Stop> {
+    run(bench, case, judge)?;
+    let ways = ways(case, bench.takes("save")).into_iter();
+    for (clause, other) in ways.filter(|(clause, _)| judge.asked.contains(clause)) {
         let mut again = Judge::new(&[]);
-        if let Outcome::Differs(mut difference) = run(bench, &other, &mut again) {
-            difference.clause = clause;
-            return Outcome::Differs(difference);
+        match run(bench, &other, &mut again) {
+            Err(Stop::Differs(mut difference)) => {
+                difference.clause = clause;
+                return Err(difference.into());
+            }
+            outcome => outcome?,
         }
         let place = judge.bits.iter().zip(&again.bits).position(|(a, b)| a != b);
-        let place = place.or((judge.bits.len() != again.bits.len()).then_some(judge.bits.len()));
-        if let Some(place) = place {
-            return Outcome::Differs(Difference {
-                clause,
-                step: 0,
-                expected: format!(
-                    "the bits of number {place} of the run that went on in these windows"
-                ),
-                got: "others".into(),
-            });
-        }
-        judge.count(clause, 0.0);
+        let counts = [judge.bits.len(), again.bits.len()];
+        let place = place.or((counts[0] != counts[1]).then_some(counts[0]));
+        let of = "the first number that is another one in another run of these steps";
+        judge.step = 0;
+        judge.same(clause, of, place, None)?;
     }
-    outcome
+    Ok(())
 }
 
 fn steps<C: Case>(bench: &Bench, case: &mut C, judge: &mut Judge) -> Result<(), Stop> {
@@ -195,12 +162,8 @@ fn steps<C: Case>(bench: &Bench, case: &mut C, judge: &mut Judge) -> Result<(), 
             };
             let from = saves.then(|| (play.stand(), stand.clone(), judge.bits.len()));
             let mut grant = play.next_grant(epoch.dt, u64::from(steps), first);
-            let said = [(window.frame, flags::FRAME), (saves, flags::CHECKPOINT)];
-            grant.flags |= said
-                .iter()
-                .filter(|(on, _)| *on)
-                .map(|(_, flag)| flag)
-                .sum::<u64>();
+            grant.flags |= u64::from(window.frame) * flags::FRAME;
+            grant.flags |= u64::from(saves) * flags::CHECKPOINT;
             play.send_grant(grant)?;
             case.window(&mut play, &mut stand, window, judge)?;
             if let Some((run, begun, bits)) = from {
@@ -228,38 +191,22 @@ pub fn report(
     let told = run.report()?;
     let (report, header, own) = (&told.report, told.header, run.header());
     judge.same("C-4", "count in the header of a report", header.count, 1)?;
-    let said = [
-        report.epoch,
-        report.next,
-        report.halted,
-        header.epoch,
-        header.step,
-    ];
-    let want = [own.epoch, own.step, 0, own.epoch, own.step];
-    let of = "epoch, next and halted, and epoch and step of the header";
-    judge.same("R-1a", of, said, want)?;
-    let limits = report.limits;
-    let least = [
-        limits.omega_sq,
-        limits.contact_omega_sq,
-        limits.damping,
-        limits.speed,
-    ]
-    .into_iter()
-    .fold(0.0, f64::min);
+    let said = (report.epoch, report.next, report.halted);
+    let want = (own.epoch, own.step, 0);
+    judge.same("R-1a", "epoch, next and halted of a report", said, want)?;
+    let (said, want) = ([header.epoch, header.step], [own.epoch, own.step]);
+    judge.same("R-1a", "epoch and step of its header", said, want)?;
+    let l = report.limits;
+    let limits = [l.omega_sq, l.contact_omega_sq, l.damping, l.speed];
+    let least = limits.into_iter().fold(0.0, f64::min);
     judge.same("L-1a", "the least limit, if it is below 0", least, 0.0)?;
     let wrong = report.check().err().map(|fault| format!("{fault:?}"));
     judge.same("R-2a", "what is not finite", wrong, None)?;
     let sent = told.bodies.as_ref().map(|(header, _)| header.step);
     let sent = sent.or(told.groups.as_ref().map(|(header, _)| header.step));
     if window.measured {
-        let said = (report.measured, sent);
-        judge.same(
-            "R-3a",
-            "measured, and the measured step",
-            said,
-            (1, Some(first)),
-        )?;
+        let (said, want) = ((report.measured, sent), (1, Some(first)));
+        judge.same("R-3a", "measured, and the measured step", said, want)?;
     } else {
         let ledger = report.ledger == Ledger::default();
         let said = (report.measured, ledger, sent, told.points.is_some());

@@ -101,6 +101,15 @@ pub fn smaller<C: Case>(case: &C, step: u32) -> Vec<C> {
     smaller
 }
 
+/// The case without what its other side pushes.
+pub fn unpushed<C: Case>(case: &C) -> C {
+    let mut other = serde_json::to_value(case).expect("a case has string keys only");
+    if let Some(pushes) = other.get_mut("pushes") {
+        *pushes = json!([]);
+    }
+    serde_json::from_value(other).unwrap_or_else(|_| case.clone())
+}
+
 /// Shows every value with its place and the last key in it.
 fn walk(whole: &Value, see: &mut dyn FnMut(&str, &str, &Value)) {
     fn within(at: &str, key: &str, value: &Value, see: &mut dyn FnMut(&str, &str, &Value)) {

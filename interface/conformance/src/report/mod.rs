@@ -8,7 +8,7 @@ use std::collections::BTreeSet;
 
 use serde::Serialize;
 
-use crate::clause::NOT_CHECKED;
+use crate::clause::not_checked;
 use crate::verdict::Verdict;
 use crate::waiver::Waivers;
 use crate::{Examination, Judged};
@@ -58,7 +58,6 @@ pub fn json(examination: &Examination, waivers: &Waivers) -> String {
         waived: waiver(judged, waivers),
         wall_s: judged.wall.as_secs_f64(),
     });
-    let not_checked = NOT_CHECKED.iter();
     let document = Document {
         protocol: interface::message::control::PROTOCOL,
         party: examination.party.name(),
@@ -66,8 +65,8 @@ pub fn json(examination: &Examination, waivers: &Waivers) -> String {
         profile: examination.profile().map(|profile| profile.name),
         not_judged: examination.not_judged(),
         clauses: clauses.collect(),
-        not_checked: not_checked
-            .map(|&(clause, reason)| Unchecked { clause, reason })
+        not_checked: not_checked()
+            .map(|(clause, reason)| Unchecked { clause, reason })
             .collect(),
     };
     serde_json::to_string_pretty(&document).expect("a document has string keys only")

@@ -6,7 +6,7 @@ use std::collections::BTreeMap;
 use interface::message::control::Party;
 
 use super::{count, shown, waiver};
-use crate::clause::{Clause, NOT_CHECKED, common, of, own};
+use crate::clause::{Clause, common, not_checked, of, own};
 use crate::verdict::Verdict;
 use crate::waiver::Waivers;
 use crate::{Examination, Judged};
@@ -180,7 +180,7 @@ pub fn listing(party: Party) -> String {
         );
     }
     let _ = writeln!(text, "not checked:");
-    for (clause, reason) in NOT_CHECKED {
+    for (clause, reason) in not_checked() {
         let _ = writeln!(text, "  {clause:<10} {reason}");
     }
     text

@@ -30,11 +30,8 @@ fn contact_tight(bench: &Bench) -> Judgement {
     play.set(&points.set);
     let (_, told) = play.measured(0.0, &points.states)?;
     let (got, exact) = (told.report.limits.contact_omega_sq, 3.0 * STIFFNESS / MASS);
-    require(
-        got <= 4.0 * exact,
-        format_args!("at most four times {exact:.3e} 1/s^2"),
-        format_args!("{got:.3e}"),
-    )?;
+    let expected = format_args!("at most four times {exact:.3e} 1/s^2");
+    require(got <= 4.0 * exact, expected, format_args!("{got:.3e}"))?;
     Ok("half the step that is possible, or more".into())
 }
 
@@ -47,14 +44,12 @@ pub fn lively(bench: &Bench) -> DemConfig {
 }
 
 fn halts(bench: &Bench) -> Judgement {
+    let names = ["omega_sq", "speed", "damping"];
     let damps = bench.takes("feature:damping");
-    for name in ["omega_sq", "speed", "damping"]
-        .into_iter()
-        .take(if damps { 3 } else { 2 })
-    {
+    for name in &names[..2 + usize::from(damps)] {
         let (mut play, points) = (bench.run_bodies(&lively(bench))?, pressed());
         play.set(&points.set);
-        match name {
+        match *name {
             "omega_sq" => play.budget.omega_sq = 0.0,
             "speed" => play.budget.speed = 0.0,
             _ => play.budget.damping = 0.0,

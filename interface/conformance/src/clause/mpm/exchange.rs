@@ -73,14 +73,9 @@ fn once(bench: &Bench) -> Judgement {
     flow.outlines.clear();
     flow.grant(DT, 8, false)?;
     for _ in 0..8 {
-        let shown = flow.free()?;
-        let step = shown.step.index;
-        require(
-            shown.header.step == step,
-            format_args!("states of step {step}"),
-            format_args!("states of step {}", shown.header.step),
-        )
-        .map_err(|e| e.at(step))?;
+        let (step, said) = (flow.next(), flow.free()?.header.step);
+        let expected = format_args!("states of step {step}");
+        require(said == step, expected, format_args!("of step {said}")).map_err(|e| e.at(step))?;
     }
     flow.report()?;
     let more = flow.session.take(Kind::States)?;

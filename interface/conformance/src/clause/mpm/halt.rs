@@ -67,13 +67,9 @@ const SLOW: Budget = Budget {
 /// The next message is HALT_BEFORE of this step, and the report fits it.
 fn halted(flow: &mut Run, step: u64) -> Result<(), Unmet> {
     let (header, states) = flow.next_states()?;
-    let told = (header.flags, header.step, states.len());
-    require(
-        told == (flags::HALT_BEFORE, step, 0),
-        format_args!("HALT_BEFORE of step {step}, without states"),
-        format_args!("flags {}, step {}, {} states", told.0, told.1, told.2),
-    )
-    .map_err(|e| e.at(step))?;
+    let told = (header.flags, header.step, states.len()) == (flags::HALT_BEFORE, step, 0);
+    let expected = format_args!("HALT_BEFORE of step {step}, without states");
+    require(told, expected, format_args!("{header:?}")).map_err(|e| e.at(step))?;
     flow.ends(true, step)
 }
 
@@ -99,11 +95,7 @@ fn window(
     flow.budget = budget;
     flow.grant(DT, steps, false)?;
     for step in 0..end {
-        flow.flags = if bodies_halt == Some(step) {
-            flags::HALT_AFTER
-        } else {
-            0
-        };
+        flow.flags = u64::from(bodies_halt == Some(step)) * flags::HALT_AFTER;
         flow.free()?;
     }
     flow.flags = 0;

@@ -27,9 +27,10 @@ fn seldom(bench: &Bench) -> Judgement {
     flow.coast(DT, steps)?;
     let needed = steps as f64 * DT / ALLOWED;
     let sets = flow.generation();
+    let most = (1.0 + 2.0 * needed).floor();
     require(
-        sets as f64 <= 1.0 + 2.0 * needed,
-        format_args!("at most {:.0} sets", 1.0 + 2.0 * needed),
+        sets as f64 <= most,
+        format_args!("at most {most} sets"),
         sets,
     )?;
     Ok(format!("{sets} sets, {:.0} needed", 1.0 + needed.floor()))
@@ -46,11 +47,8 @@ fn many(bench: &Bench) -> Judgement {
     let start = flow.free_step(DT)?.0;
     flow.coast(DT, 2)?;
     let end = flow.free_step(DT)?.0;
-    require(
-        end.states.len() == 10_000,
-        "10 000 states",
-        end.states.len(),
-    )?;
+    let count = end.states.len();
+    require(count == 10_000, "10 000 states", count)?;
     for (a, b) in start.states.iter().zip(&end.states) {
         let x = a.position[0] + 3.0 * DT * 0.5;
         near("position in m", b.position[0], x, 1e-9).map_err(|e| e.at(3))?;

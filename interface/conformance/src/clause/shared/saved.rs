@@ -7,10 +7,10 @@ use interface::message::wire::{StepHeader, flags};
 use interface::transport::raw::{Message, Payload};
 
 use super::run::order;
-use crate::bench::{Bench, Reply, Run};
+use crate::bench::{Bench, Run};
 use crate::clause::{Clause, clauses};
 use crate::mutant::{Flaw, change};
-use crate::verdict::{Judgement, Unmet, broken, require};
+use crate::verdict::{Judgement, Unmet, require};
 
 const SAVES: &[&str] = &["save"];
 
@@ -123,8 +123,7 @@ fn saves(bench: &Bench) -> Judgement {
 fn damaged(bench: &Bench) -> Judgement {
     let (state, _) = saved(bench)?;
     let mut session = bench.greeted()?;
-    match session.restore(&order(bench), &state, |hash| hash[5] ^= 0x10) {
-        Err(_) | Ok(Reply::Refused(_)) => Ok("refused".into()),
-        Ok(Reply::Ready(_)) => Err(broken("a refusal of the damaged state", "Ready")),
-    }
+    let reply = session.restore(&order(bench), &state, |hash| hash[5] ^= 0x10);
+    require(reply.is_err(), "a refusal of the damaged state", "Ready")?;
+    Ok("refused".into())
 }

@@ -36,8 +36,7 @@ pub fn steps(case: &Case) -> u32 {
             let passes = before
                 .as_deref()
                 .is_some_and(|before| passes(case, &oracle, &now, before));
-            let poses: Vec<(Vec2, f64)> =
-                oracle.bodies.iter().map(|b| (b.center, b.angle)).collect();
+            let poses: Vec<_> = oracle.bodies.iter().map(|b| b.pose).collect();
             let expected = oracle.step(&clock.step(true), &set, &states);
             let too_deep = expected.touches.iter().any(|touch| match touch.who {
                 Who::Point(id, ..) => touch.overlap > DEEP * radius(case, id),
@@ -48,24 +47,15 @@ pub fn steps(case: &Case) -> u32 {
                     touch.overlap > DEEP_BODIES * both || touch.moved > 0.2 * both
                 }
             });
-            let moves = oracle.bodies.iter().zip(&poses);
-            let turns = moves
-                .clone()
-                .any(|(b, (_, angle))| (b.angle - angle).abs() > TURNS);
             // Points that keep near a body move with it, so only what bodies do to one another is left.
-            let least = case
-                .points
-                .iter()
-                .map(|p| p.radius)
-                .fold(f64::INFINITY, f64::min);
-            let runs = moves
-                .clone()
-                .any(|(b, (center, _))| (b.center - center).norm() > MOVES * least);
-            let finite = oracle
-                .bodies
-                .iter()
-                .all(|b| b.center.norm().is_finite() && b.angle.is_finite());
-            if too_deep || turns || runs || passes || !finite {
+            let radii = case.points.iter().map(|p| p.radius);
+            let most = MOVES * radii.fold(f64::INFINITY, f64::min);
+            let moves = oracle.bodies.iter().zip(&poses);
+            let too_far = moves.map(|(b, pose)| b.pose - pose).any(|moved| {
+                let finite = moved.norm().is_finite();
+                !finite || moved.z.abs() > TURNS || moved.xy().norm() > most
+            });
+            if too_deep || too_far || passes {
                 return step;
             }
             before = Some(now);
@@ -81,7 +71,7 @@ fn passes(case: &Case, oracle: &Oracle, now: &[Vec2], before: &[Vec2]) -> bool {
     let walkers = case.points.iter().zip(now).zip(before);
     walkers.into_iter().any(|((point, now), before)| {
         oracle.bodies.iter().any(|body| {
-            let moved = now - before - body.moved(now - body.center);
+            let moved = now - before - body.moved(now - body.pose.xy());
             let far = |(outline, a): &(Vec<Vec2>, f64)| {
                 nearest(outline, *now).distance > a + 3.0 * point.radius
             };
@@ -93,36 +83,22 @@ fn passes(case: &Case, oracle: &Oracle, now: &[Vec2], before: &[Vec2]) -> bool {
 /// The smallest length of a case in m: of what is smaller by far, nothing is told.
 pub fn smallest(case: &Case) -> f64 {
     let points = case.points.iter().map(|p| p.radius);
-    let bodies = case
-        .config
-        .bodies
-        .iter()
-        .map(|b| b.sphero_radius)
-        .filter(|a| *a > 0.0);
-    let least = points.chain(bodies).fold(f64::INFINITY, f64::min);
-    if least.is_finite() { least } else { 1.0 }
+    let bodies = case.config.bodies.iter().map(|b| b.sphero_radius);
+    let lengths = points.chain(bodies.filter(|a| *a > 0.0));
+    lengths.reduce(f64::min).unwrap_or(1.0)
 }
 
 /// Energy in J/m and impulse in N s/m that a contact of a case has if it is as deep as the smallest length.
 pub fn typical(case: &Case) -> (f64, f64) {
-    let (length, mass) = (
-        smallest(case),
-        case.points.first().map_or(1.0, |point| point.mass),
-    );
-    let pair = Pair {
-        mass,
-        radius: length,
-    };
-    let stiffness = Law::of(&case.config.point_contact, pair).normal_stiffness(length);
-    (
-        stiffness * length * length,
-        (stiffness * mass).sqrt() * length,
-    )
+    let radius = smallest(case);
+    let mass = case.points.first().map_or(1.0, |point| point.mass);
+    let law = Law::of(&case.config.point_contact, Pair { mass, radius });
+    let stiffness = law.normal_stiffness(radius);
+    let impulse = (stiffness * mass).sqrt() * radius;
+    (stiffness * radius * radius, impulse)
 }
 
 fn radius(case: &Case, id: u64) -> f64 {
-    case.points
-        .iter()
-        .find(|p| p.id == id)
-        .map_or(0.0, |p| p.radius)
+    let point = case.points.iter().find(|p| p.id == id);
+    point.map_or(0.0, |p| p.radius)
 }

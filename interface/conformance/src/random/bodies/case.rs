@@ -109,7 +109,7 @@ impl Case {
                     let body = &oracle.bodies[b];
                     // Of a cluster it goes around the first disc.
                     let (outline, a) = body.parts().swap_remove(0);
-                    let (place, normal) = around(&outline, a + point.radius, way, body.angle);
+                    let (place, normal) = around(&outline, a + point.radius, way, body.pose.z);
                     place + normal * (a + point.radius - overlap)
                 }
                 Along::Axis => Vec2::new(way, 0.0),

@@ -6,7 +6,7 @@ use interface::message::wire::{
 };
 use mechanics::outline::nearest;
 
-use super::super::judge::{Judge, Result, show};
+use super::super::judge::{Judge, Result, energies, show};
 use super::oracle::{BLUR, Expected, Oracle};
 
 impl Judge<'_> {
@@ -16,22 +16,14 @@ impl Judge<'_> {
         for ((want, info), got) in points() {
             let of = format!("force on point {} in N/m", info.id);
             if !want.touched && want.blur == 0.0 {
-                self.same(
-                    "F-8",
-                    format_args!("{of}, that nothing touches"),
-                    got.force,
-                    [0.0; 2],
-                )?;
+                let of = format_args!("{of}, that nothing touches");
+                self.same("F-8", of, got.force, [0.0; 2])?;
             }
             let tolerance = want.blur + 1e-9 * want.force.norm();
             self.near("F-7", &of, &got.force, want.force.as_slice(), tolerance)?;
             let stiff = got.force == [0.0; 2] || got.stiffness > 0.0;
-            self.same(
-                "F-5",
-                format_args!("whether there is stiffness beside the {of}"),
-                stiff,
-                true,
-            )?;
+            let of = format_args!("whether there is stiffness beside the {of}");
+            self.same("F-5", of, stiff, true)?;
         }
         for ((want, info), got) in points().filter(|((want, _), _)| !want.at_the_edge) {
             let of = format_args!("stiffness at point {} in N/m", info.id);
@@ -47,9 +39,8 @@ impl Judge<'_> {
 
     /// `travel` of the header of forces.
     pub fn travel(&mut self, expected: &Expected, travel: f64) -> Result {
-        expected.travel.map_or(Ok(()), |least| {
-            self.at_least("F-9", "travel in m", travel, least)
-        })
+        let least = expected.travel.unwrap_or(0.0);
+        self.at_least("F-9", "travel in m", travel, least)
     }
 
     /// Outlines.
@@ -63,19 +54,14 @@ impl Judge<'_> {
             let of = format!("whether body {b} has an outline and one reach");
             self.same("E-4", of, (some, one), (true, true))?;
             let outline: Vec<Vec2> = own().map(|v| v.position.into()).collect();
-            let surface = body.parts().into_iter().flat_map(|(part, a)| {
-                let around = (0..8).map(|k| f64::from(k) * std::f64::consts::FRAC_PI_4);
-                let around: Vec<_> = around
-                    .map(|way| Vec2::new(way.cos(), way.sin()) * a)
-                    .collect();
-                part.into_iter()
-                    .flat_map(move |v| around.clone().into_iter().map(move |arm| (v + arm, a)))
-            });
+            let around = (0..8).map(|k| f64::from(k) * std::f64::consts::FRAC_PI_4);
+            let around: Vec<_> = around.map(|way| Vec2::new(way.cos(), way.sin())).collect();
+            let vertices = body.outline().collect::<Vec<_>>().into_iter();
+            let surface = vertices.flat_map(|(v, a)| around.iter().map(move |n| (v + n * a, a)));
             for (at, a) in surface.take_while(|_| some) {
                 let out = nearest(&outline, at).distance - reach;
                 let within = out <= BLUR * (a + reach) + 1e-12 * at.norm();
-                let of =
-                    format_args!("whether the envelope of body {b} holds its surface at {at:?}");
+                let of = format_args!("whether envelope {b} holds the surface at {at:?}");
                 self.same("E-4", of, within, true)?;
             }
         }
@@ -172,38 +158,19 @@ impl Judge<'_> {
         (energy, impulse): (f64, f64),
     ) -> Result {
         let (want, most) = (&expected.ledger, expected.viscous_most);
-        // What comes and goes between these entries is exact to the sum of them.
-        let sum = [
-            want.kinetic,
-            want.kinetic_rotation,
-            want.elastic,
-            want.gravity,
-            want.contact,
-            want.friction_work,
-            want.plastic_work,
-            want.driven_work,
-            most,
-        ];
         let touches = expected.touches.iter();
         let blur: f64 = touches.map(|touch| touch.blur * touch.overlap.abs()).sum();
-        let scale: f64 = sum.iter().map(|e| e.abs()).sum();
-        let tolerance = 1e-6 * scale + blur + 1e-9 * energy;
+        // What comes and goes between these entries is exact to the sum of them.
+        let tolerance = 1e-6 * (energies(want) + most.abs()) + blur + 1e-9 * energy;
         let momenta = [want.momentum, want.applied_impulse, want.contact_impulse];
         let momentum: f64 = momenta.map(|p| Vec2::from(p).norm()).iter().sum();
         let slack = expected.loads.iter().map(|load| load.blur).sum::<f64>();
         let slack = slack + 1e-9 * Vec2::from(want.contact_force).norm();
         let impulse = 1e-6 * momentum + 1e-9 * impulse;
         self.ledgers("N-1", [got, want], [tolerance, impulse, slack])?;
-        let nearest = got
-            .viscous_work
-            .clamp(want.viscous_work, most.max(want.viscous_work));
-        self.near(
-            "N-1",
-            "viscous_work",
-            &[got.viscous_work],
-            &[nearest],
-            tolerance,
-        )
+        let (said, least) = (got.viscous_work, want.viscous_work);
+        let nearest = said.clamp(least, most.max(least));
+        self.near("N-1", "viscous_work", &[said], &[nearest], tolerance)
     }
 
     /// The contacts of a frame. Those that have only just begun may be missing.
@@ -218,21 +185,16 @@ impl Judge<'_> {
                 ..want
             };
             // Of a body and a point the body is the first, of two alike either is.
-            let ways = if want.with == 1 {
-                [want; 2]
-            } else {
-                [want, turned]
-            };
+            let ways = [want, if want.with == 1 { want } else { turned }];
             let slack = touch.blur + 1e-9 * touch.force.norm();
             let place = 1e-6 * touch.overlap.abs() + 1e-9 * touch.at.norm();
             let names = |c: &ContactState| (c.with, c.body, c.other);
-            let near =
-                |a: [f64; 2], b: [f64; 2], most| (Vec2::from(a) - Vec2::from(b)).norm() <= most;
+            let off = |a: [f64; 2], b: [f64; 2]| (Vec2::from(a) - Vec2::from(b)).norm();
             let same = |got: &ContactState| {
                 ways.iter().any(|want| {
-                    names(got) == names(want)
-                        && near(got.force, want.force, slack)
-                        && near(got.position, want.position, place)
+                    let near = off(got.force, want.force) <= slack;
+                    let there = off(got.position, want.position) <= place;
+                    names(got) == names(want) && near && there
                 })
             };
             if let Some(k) = left.iter().position(same) {
@@ -247,11 +209,7 @@ impl Judge<'_> {
             let what = format!("contact between {:?}", touch.who);
             return self.differ("R-6", what, told(&want), got.unwrap_or("none".into()));
         }
-        self.same(
-            "R-6",
-            "contacts of a frame that do not overlap",
-            left,
-            Vec::new(),
-        )
+        let of = "contacts of a frame that do not overlap";
+        self.same("R-6", of, left, Vec::new())
     }
 }

@@ -55,11 +55,7 @@ impl Dice<'_, Scale> {
         let laws = [0; 3].map(|_| self.law(true));
         let between = self.law(false);
         let mut config = DemConfig {
-            gravity: if self.often() {
-                [self.way(9.81), self.way(9.81)]
-            } else {
-                [0.0; 2]
-            },
+            gravity: self.perhaps(|dice| dice.vector(9.81)),
             bodies,
             point_contact: laws[0],
             body_contact: touching.then_some(between),
@@ -100,25 +96,13 @@ impl Dice<'_, Scale> {
         let rubs = self.takes.meets("feature:friction") && self.rng.u32(0..3) > 0;
         let damps = self.takes.meets("feature:damping") && self.rarely();
         let sticks = self.takes.meets("feature:adhesion") && self.rarely();
-        let friction = if rubs { self.between(0.05, 1.2) } else { 0.0 };
-        let tangential_stiffness = if rubs {
-            k * self.between(0.1, 1.0)
-        } else {
-            0.0
-        };
-        let damping_ratio = if damps { self.between(0.01, 0.5) } else { 0.0 };
+        let friction = self.when(rubs, |dice| dice.between(0.05, 1.2));
+        let tangential_stiffness = self.when(rubs, |dice| k * dice.between(0.1, 1.0));
+        let damping_ratio = self.when(damps, |dice| dice.between(0.01, 0.5));
         let other_mass =
             of_points && damps && self.takes.meets("feature:damped_mass") && self.rarely();
-        let damped_mass = if other_mass {
-            self.about(self.scale.mass)
-        } else {
-            0.0
-        };
-        let adhesion = if sticks {
-            k * self.between(0.001, 0.02)
-        } else {
-            0.0
-        };
+        let damped_mass = self.when(other_mass, |dice| dice.about(dice.scale.mass));
+        let adhesion = self.when(sticks, |dice| k * dice.between(0.001, 0.02));
         let linear = ContactLaw::Linear {
             normal_stiffness: k,
             tangential_stiffness,
@@ -239,13 +223,9 @@ impl Dice<'_, Scale> {
             Motion::Pushed { .. } => {
                 let force = self.scale.stiffness * self.scale.radius * 0.1;
                 Motion::Pushed {
-                    force: [self.way(force), self.way(force)],
+                    force: self.vector(force),
                     torque: self.way(force * self.scale.radius),
-                    ramp: if self.often() {
-                        self.dt * self.between(0.0, 40.0)
-                    } else {
-                        0.0
-                    },
+                    ramp: self.perhaps(|dice| dice.dt * dice.between(0.0, 40.0)),
                     until: self.rarely().then(|| self.dt * self.between(5.0, 40.0)),
                 }
             }
@@ -255,11 +235,8 @@ impl Dice<'_, Scale> {
 
     /// Bodies in a row, so near to one another that a point between two touches both, or that they touch.
     fn bodies(&mut self, count: usize, touching: bool) -> Vec<BodyConfig> {
-        let far = if self.rarely() {
-            1e4 * self.scale.radius
-        } else {
-            0.0
-        };
+        let far = self.rarely();
+        let far = self.when(far, |dice| 1e4 * dice.scale.radius);
         let (mut x, heading) = (0.0, self.between(0.0, std::f64::consts::TAU));
         let mut bodies = Vec::new();
         for k in 0..count {
@@ -270,22 +247,13 @@ impl Dice<'_, Scale> {
                 _ if disc => self.about(3.0 * self.scale.radius),
                 _ => self.about(0.5 * self.scale.radius),
             };
-            let extent = shape
-                .vertices()
-                .iter()
-                .map(|[x, y]| x.hypot(*y))
-                .fold(0.0, f64::max)
-                + sphero_radius;
+            let corners = shape.vertices().into_iter().map(|[x, y]| x.hypot(y));
+            let extent = corners.fold(0.0, f64::max) + sphero_radius;
             let widest = if touching { 0.3 } else { 1.5 };
             let gap = self.scale.radius * self.between(-0.3, widest);
             x += if k > 0 { extent + gap } else { 0.0 };
             let motion = self.motion();
-            let moves = motion != Motion::Fixed && self.often();
-            let (shift, turn) = if moves {
-                (0.05 * self.scale.radius, 0.1)
-            } else {
-                (0.0, 0.0)
-            };
+            let moves = f64::from(u8::from(motion != Motion::Fixed && self.often()));
             bodies.push(BodyConfig {
                 name: format!("body{k}"),
                 shape,
@@ -293,8 +261,8 @@ impl Dice<'_, Scale> {
                 inertia: self.inertia(extent),
                 position: [far + x * heading.cos(), x * heading.sin()],
                 angle: self.way(3.0),
-                velocity: [self.way(shift) / self.dt, self.way(shift) / self.dt],
-                spin: self.way(turn) / self.dt,
+                velocity: self.vector(moves * 0.05 * self.scale.radius / self.dt),
+                spin: self.way(moves * 0.1 / self.dt),
                 motion,
                 surface: String::new(),
             });
@@ -319,9 +287,8 @@ impl Dice<'_, Scale> {
         };
         let in_pairs = !config.group_pairs.is_empty();
         // The set changes in a few steps, so that some points come, go and change their slots.
-        let changes: Vec<u32> = (0..self.rng.u32(0..3))
-            .map(|_| self.rng.u32(1..steps.max(2)))
-            .collect();
+        let changes = 0..self.rng.u32(0..3);
+        let changes: Vec<u32> = changes.map(|_| self.rng.u32(1..steps.max(2))).collect();
         let mut id = 0;
         let mut points: Vec<Walker> = Vec::new();
         for k in 0..count as usize {
@@ -348,10 +315,9 @@ impl Dice<'_, Scale> {
                 along,
                 way,
                 overlap,
-                noise: if self.often() {
-                    [0.0; 2]
-                } else {
-                    [0; 2].map(|_| self.way(0.1 * radius / self.dt))
+                noise: {
+                    let exact = self.often();
+                    self.when(!exact, |dice| dice.vector(0.1 * radius / dice.dt))
                 },
                 present: self.presence(&changes, steps),
             });

@@ -9,37 +9,35 @@ use interface::message::wire::{BodyState, ContactState, ImpInfo, ImpState, Ledge
 use interface::step::Step;
 use mechanics::mass::{cross, swept, union_of_discs};
 use mechanics::outline::{nearest, nearest_on_edge};
+use nalgebra::Vector3;
 
 use super::law::{History, Law, Motion, Pair};
 
 /// Distances (m) below this share of a point's radius are not told apart: rounding, and its growth over a run.
 pub const BLUR: f64 = 1e-8;
 
+/// Along x and y, and about the centre of mass.
+type Vec3 = Vector3<f64>;
+
 /// A body at `t_n`, with the velocities of `t_{n-1/2}`.
 #[derive(Debug, Clone)]
 pub struct Body {
-    /// In kg/m.
-    pub mass: f64,
-    /// In kg m.
-    pub inertia: f64,
+    /// Mass twice in kg/m, and moment of inertia in kg m.
+    inertia: Vec3,
+    /// 1 where forces move it, 0 where they do not.
+    yields: Vec3,
     drive: Drive,
     surface: String,
-    /// Vertices from the centre of mass at an angle of 0, in m.
-    vertices: Vec<Vec2>,
-    /// Sphero-radius of each vertex in m.
-    radii: Vec<f64>,
+    /// Vertices from the centre of mass at an angle of 0 in m, and the sphero-radius of each in m.
+    vertices: Vec<(Vec2, f64)>,
     /// A cluster: every vertex is a disc of its own.
     cluster: bool,
-    /// Centre of mass in m.
-    pub center: Vec2,
-    /// In rad.
-    pub angle: f64,
-    /// In m/s.
-    pub velocity: Vec2,
-    /// In rad/s.
-    pub spin: f64,
+    /// Centre of mass in m, and angle.
+    pub pose: Vec3,
+    /// In m/s and rad/s.
+    velocity: Vec3,
     /// Translation (m) and rotation (rad) of the last drift.
-    last: (Vec2, f64),
+    last: Vec3,
 }
 
 fn turned(v: Vec2, angle: f64) -> Vec2 {
@@ -51,114 +49,114 @@ fn left(v: Vec2) -> Vec2 {
     Vec2::new(-v.y, v.x)
 }
 
+/// The edges of an outline.
+fn edges(outline: &[Vec2]) -> impl Iterator<Item = [Vec2; 2]> {
+    let n = outline.len();
+    (0..n - usize::from(n == 2)).map(move |e| [outline[e], outline[(e + 1) % n]])
+}
+
 impl Body {
     fn new(config: &BodyConfig) -> Self {
         let mut vertices: Vec<Vec2> = config.shape.vertices().iter().map(|&v| v.into()).collect();
+        let mut radii = vec![config.sphero_radius; vertices.len()];
         let first = vertices[0];
         let corner = |w: &[Vec2]| cross(w[0] - first, w[1] - first);
-        let cluster = matches!(config.shape, BodyShape::Cluster { .. });
-        if !cluster && vertices.windows(2).map(corner).sum::<f64>() < 0.0 {
-            vertices.reverse();
-        }
-        let mut radii = vec![config.sphero_radius; vertices.len()];
-        if let BodyShape::Cluster { radii: own, .. } = &config.shape
-            && !own.is_empty()
-        {
-            radii.clone_from(own);
-        }
-        let moments = if cluster {
+        let own = match &config.shape {
+            BodyShape::Cluster { radii, .. } => Some(radii),
+            _ => None,
+        };
+        let moments = if let Some(own) = own {
+            radii[..own.len()].copy_from_slice(own);
             union_of_discs(&vertices, &radii)
         } else {
+            if vertices.windows(2).map(corner).sum::<f64>() < 0.0 {
+                vertices.reverse();
+            }
             swept(&vertices, config.sphero_radius)
         };
         let (mass, inertia) = moments.mass(config.inertia);
+        let place = Vec2::from(config.position) + turned(moments.centroid, config.angle);
+        let vertices = vertices.iter().map(|v| v - moments.centroid).zip(radii);
         Self {
-            mass,
-            inertia,
+            inertia: Vec3::new(mass, mass, inertia),
+            yields: config.motion.yielding().into(),
             drive: config.motion,
             surface: config.surface.clone(),
-            vertices: vertices.iter().map(|v| v - moments.centroid).collect(),
-            radii,
-            cluster,
-            center: Vec2::from(config.position) + turned(moments.centroid, config.angle),
-            angle: config.angle,
-            velocity: config.velocity.into(),
-            spin: config.spin,
-            last: (Vec2::zeros(), 0.0),
+            vertices: vertices.collect(),
+            cluster: own.is_some(),
+            pose: place.push(config.angle),
+            velocity: Vec2::from(config.velocity).push(config.spin),
+            last: Vec3::zeros(),
         }
     }
 
-    /// The outline in m.
-    pub fn outline(&self) -> Vec<Vec2> {
-        let at = |v: &Vec2| self.center + turned(*v, self.angle);
-        self.vertices.iter().map(at).collect()
+    /// Where a place of its frame (m) is.
+    fn at(&self, place: Vec2) -> Vec2 {
+        self.pose.xy() + turned(place, self.pose.z)
+    }
+
+    /// The outline in m, with sphero-radii.
+    pub fn outline(&self) -> impl Iterator<Item = (Vec2, f64)> {
+        self.vertices.iter().map(|(v, a)| (self.at(*v), *a))
     }
 
     /// The outlines that a point touches one by one, each with its sphero-radius: one, or the discs of a cluster.
     pub fn parts(&self) -> Vec<(Vec<Vec2>, f64)> {
-        let outline = self.outline();
         if self.cluster {
-            let discs = outline.into_iter().zip(&self.radii);
-            discs.map(|(v, a)| (vec![v], *a)).collect()
-        } else {
-            vec![(outline, self.radii[0])]
+            return self.outline().map(|(v, a)| (vec![v], a)).collect();
         }
+        let outline = self.outline().map(|(v, _)| v);
+        vec![(outline.collect(), self.vertices[0].1)]
     }
 
-    fn yields(&self) -> [f64; 3] {
-        self.drive.yielding()
+    /// Whether it is a disc, or several.
+    fn is_round(&self) -> bool {
+        self.cluster || self.vertices.len() == 1
+    }
+
+    fn is_moved_by_forces(&self) -> bool {
+        self.yields != Vec3::zeros()
     }
 
     /// `1/m` along x and y, and `1/I`; 0 in directions in which forces do not move it.
-    fn mobility(&self) -> [f64; 3] {
-        let [x, y, turn] = self.yields();
-        [x / self.mass, y / self.mass, turn / self.inertia]
-    }
-
-    /// The larger of `1/m` along x and y.
-    fn lightness(&self) -> f64 {
-        self.mobility()[0].max(self.mobility()[1])
+    fn mobility(&self) -> Vec3 {
+        self.yields.component_div(&self.inertia)
     }
 
     /// What a contact at `r` (m) from the centre of mass takes of it.
     fn side(&self, r: Vec2) -> Side {
-        (self.lightness(), Some(self.moved(r)), self.velocity_at(r))
+        let light = self.mobility().xy().max();
+        let fast = self.velocity.xy() + left(r) * self.velocity.z;
+        (light, Some(self.moved(r)), fast)
     }
 
     /// Displacement in m, in the last drift, of the material that is now at `r` (m) from the centre of mass.
     pub fn moved(&self, r: Vec2) -> Vec2 {
-        self.last.0 + r - turned(r, -self.last.1)
+        self.last.xy() + r - turned(r, -self.last.z)
     }
 
-    /// Velocity in m/s at `r` (m) from the centre of mass.
-    fn velocity_at(&self, r: Vec2) -> Vec2 {
-        self.velocity + left(r) * self.spin
-    }
-
-    /// The fastest point of the surface in m/s.
-    pub fn speed(&self) -> f64 {
-        let corners = self.vertices.iter().zip(&self.radii);
-        let speed = |(v, a): (&Vec2, &f64)| {
-            self.velocity_at(turned(*v, self.angle)).norm() + a * self.spin.abs()
+    /// The fastest point of the surface in m/s at this velocity.
+    fn speed(&self, velocity: Vec3) -> f64 {
+        let speed = |(v, a): &(Vec2, f64)| {
+            let around = left(turned(*v, self.pose.z)) * velocity.z;
+            (velocity.xy() + around).norm() + a * velocity.z.abs()
         };
-        corners.map(speed).fold(0.0, f64::max)
+        self.vertices.iter().map(speed).fold(0.0, f64::max)
     }
 
-    /// Displacement in m of the point of the surface that has gone farthest since `then`, as far as 16 directions around
-    /// every vertex show it.
-    fn gone_since(&self, (center, angle): (Vec2, f64)) -> f64 {
-        let mut gone = 0.0_f64;
-        for (v, a) in self.vertices.iter().zip(&self.radii) {
-            for k in 0..16 {
-                let way = f64::from(k) * std::f64::consts::TAU / 16.0;
-                let at = v + Vec2::new(way.cos(), way.sin()) * *a;
-                let now = self.center + turned(at, self.angle);
-                // Less what rounding makes of a body that does not move.
-                let rounding = 1e-14 * (now.norm() + at.norm());
-                gone = gone.max((now - center - turned(at, angle)).norm() - rounding);
-            }
-        }
-        gone
+    /// Displacement in m of the point of the surface that has gone farthest since the pose `then`, as far as 16 directions
+    /// around every vertex show it.
+    fn gone_since(&self, then: &Vec3) -> f64 {
+        let surface = self.vertices.iter().flat_map(|(v, a)| {
+            let around = (0..16).map(|k| f64::from(k) * std::f64::consts::TAU / 16.0);
+            around.map(move |way| v + Vec2::new(way.cos(), way.sin()) * *a)
+        });
+        let gone = surface.map(|at| {
+            let (now, before) = (self.at(at), then.xy() + turned(at, then.z));
+            // Less what rounding makes of a body that does not move.
+            (now - before).norm() - 1e-14 * (now.norm() + at.norm())
+        });
+        gone.fold(0.0, f64::max)
     }
 }
 
@@ -229,9 +227,9 @@ pub struct OnPoint {
 #[derive(Debug, Clone, Copy, Default)]
 pub struct OnBody {
     /// Of points, in N/m and N.
-    pub points: (Vec2, f64),
+    points: Vec3,
     /// Of bodies.
-    pub bodies: (Vec2, f64),
+    bodies: Vec3,
     /// Points that press.
     pub contacts: u64,
     /// `sum k (1/m + (r x n)^2 / I)` in 1/s^2, L-2.
@@ -277,7 +275,7 @@ pub struct Oracle {
     /// Position in m of each point one step before.
     previous: BTreeMap<u64, Vec2>,
     /// Poses at the last envelopes.
-    published: Option<Vec<(Vec2, f64)>>,
+    published: Option<Vec<Vec3>>,
     friction: f64,
     viscous: [f64; 2],
     driven: f64,
@@ -295,8 +293,8 @@ struct Sums {
     viscous: [f64; 2],
 }
 
-/// A normal spring: the body with the vertex and the arm in m, that with the edge, the normal, and the stiffness in N/m.
-type Spring = (usize, Vec2, usize, Vec2, Vec2, f64);
+/// A normal spring: its stiffness in N/m, and by how much sqrt(m) u, sqrt(m) v, sqrt(I) theta of each body stretch it.
+type Spring = (f64, Vec<f64>);
 
 /// One of two that may touch: 1/m in m/kg, and where they touch the displacement over the last step in m, if it is known, and
 /// the velocity in m/s.
@@ -372,8 +370,7 @@ impl Oracle {
 
     /// The outlines have been asked for.
     pub fn publish(&mut self) {
-        let poses = self.bodies.iter().map(|b| (b.center, b.angle));
-        self.published = Some(poses.collect());
+        self.published = Some(self.bodies.iter().map(|b| b.pose).collect());
     }
 
     /// Computes a step and takes it.
@@ -395,9 +392,8 @@ impl Oracle {
             let places = set.iter().zip(states);
             self.previous = places.map(|(i, s)| (i.id, s.position.into())).collect();
             for body in &mut self.bodies {
-                body.last = (body.velocity * step.dt, body.spin * step.dt);
-                body.center += body.last.0;
-                body.angle += body.last.1;
+                body.last = body.velocity * step.dt;
+                body.pose += body.last;
             }
         }
         expected.travel = self.published.as_ref().map(|poses| {
@@ -405,7 +401,7 @@ impl Oracle {
                 .bodies
                 .iter()
                 .zip(poses)
-                .map(|(b, then)| b.gone_since(*then));
+                .map(|(b, then)| b.gone_since(then));
             gone.fold(0.0, f64::max)
         });
         expected
@@ -451,7 +447,7 @@ impl Oracle {
         let away = x - near.point;
         let normal = away / (near.distance.signum() * away.norm());
         let at = x - normal * (info.radius - 0.5 * overlap);
-        let r = at - body.center;
+        let r = at - body.pose.xy();
         let both = a * info.radius / (a + info.radius);
         let place = Place {
             overlap,
@@ -470,14 +466,13 @@ impl Oracle {
         let k_n = law.normal_stiffness(overlap);
         sums.press(slot, (&touch, 1.0), (&law, k_n), (info.radius, blur));
         let load = &mut sums.expected.loads[b];
-        load.points.0 -= touch.force;
-        load.points.1 -= cross(r, touch.force);
+        load.points -= touch.force.push(cross(r, touch.force));
         load.contacts += u64::from(overlap > 0.0);
         load.blur += touch.blur;
         // L-2 counts what is within half a radius, as F-6 does.
         if overlap + 0.5 * info.radius > 0.0 {
             let k_t = law.tangential_stiffness(k_n);
-            let (light, turns) = (body.lightness(), body.mobility()[2]);
+            let (light, turns) = (sides[1].0, body.mobility().z);
             let (n, t) = (cross(r, normal), cross(r, left(normal)));
             load.rate += k_n * (light + n * n * turns) + k_t * (light + t * t * turns);
         }
@@ -539,35 +534,28 @@ impl Oracle {
         let mut springs = Vec::new();
         for (i, one) in self.bodies.iter().enumerate() {
             for (j, other) in self.bodies.iter().enumerate() {
-                let free = |b: &Body| b.yields() != [0.0; 3];
-                if i == j || !(free(one) || free(other)) {
+                // A corner and a disc are an end of the disc at an edge.
+                let again = other.is_round() && (i > j || !one.is_round());
+                let moves = one.is_moved_by_forces() || other.is_moved_by_forces();
+                if i == j || again || !moves {
                     continue;
                 }
-                let (vertices, edges) = (one.outline(), other.outline());
-                let n = if other.cluster { 1 } else { edges.len() };
-                let discs = |b: &Body| b.cluster || b.vertices.len() == 1;
-                if discs(one) && discs(other) && i > j || discs(other) && !discs(one) {
-                    continue;
-                }
-                for (v, x) in vertices.iter().enumerate() {
-                    let count = match edges.len() {
-                        _ if discs(other) => edges.len(),
-                        2 => 1,
-                        n => n,
+                let outline: Vec<Vec2> = other.outline().map(|(v, _)| v).collect();
+                for (v, (x, _)) in one.outline().enumerate() {
+                    let nearest = |[a, b]: [Vec2; 2]| nearest_on_edge(a, b, x, 0, 1).0;
+                    let places = if other.is_round() {
+                        outline.clone()
+                    } else {
+                        edges(&outline).map(nearest).collect()
                     };
-                    for e in 0..count {
-                        let y = if discs(other) {
-                            edges[e]
-                        } else {
-                            nearest_on_edge(edges[e], edges[(e + 1) % n], *x, 0, 1).0
-                        };
-                        let spring = self.vertex_and_edge(step, [(i, v), (j, e)], *x, y, sums);
+                    for (e, y) in places.into_iter().enumerate() {
+                        let spring = self.vertex_and_edge(step, [(i, v), (j, e)], x, y, sums);
                         springs.extend(spring);
                     }
                 }
             }
         }
-        sums.expected.own_omega_sq = self.frequency(&springs);
+        sums.expected.own_omega_sq = frequency(&springs);
     }
 
     /// A vertex of one body at `x`, and the place `y` of an edge of another one that is nearest to it. Returns the spring.
@@ -581,7 +569,7 @@ impl Oracle {
     ) -> Option<Spring> {
         let common = self.config.body_contact.as_ref()?;
         let (one, other) = (&self.bodies[i], &self.bodies[j]);
-        let (a, b) = (one.radii[v], other.radii[e]);
+        let (a, b) = (one.vertices[v].1, other.vertices[e].1);
         let away = x - y;
         let overlap = a + b - away.norm();
         let blur = BLUR * (a + b);
@@ -590,7 +578,7 @@ impl Oracle {
         }
         let normal = away.normalize();
         let at = x - normal * (a - 0.5 * overlap);
-        let (r, s) = (at - one.center, at - other.center);
+        let (r, s) = (at - one.pose.xy(), at - other.pose.xy());
         let place = Place {
             overlap,
             normal,
@@ -607,54 +595,20 @@ impl Oracle {
         let who = Who::Bodies(i, v, j, e);
         let sides = [one.side(r), other.side(s)];
         let (touch, law) = self.touch(step, (who, law), sides, place, sums);
+        let mut row = vec![0.0; 3 * self.bodies.len()];
         for (b, sign, r) in [(i, 1.0, r), (j, -1.0, s)] {
             let load = &mut sums.expected.loads[b];
-            load.bodies.0 += touch.force * sign;
-            load.bodies.1 += cross(r, touch.force) * sign;
+            load.bodies += touch.force.push(cross(r, touch.force)) * sign;
             load.blur += touch.blur;
+            let roots = self.bodies[b].mobility().map(f64::sqrt);
+            let stretch = normal.push(cross(r, normal)).component_mul(&roots) * sign;
+            row[3 * b..][..3].copy_from_slice(stretch.as_slice());
         }
         if overlap <= 0.0 {
             return None;
         }
         sums.expected.damping = sums.expected.damping.max(law.damping_ratio);
-        Some((i, r, j, s, normal, law.normal_stiffness(overlap)))
-    }
-
-    /// The largest squared frequency in 1/s^2 of the bodies on their normal springs: a Rayleigh quotient, so never above it.
-    fn frequency(&self, springs: &[Spring]) -> f64 {
-        // Unknowns are sqrt(m) u, sqrt(m) v, sqrt(I) theta of each body, begun with what presses one spring.
-        let row = |&(i, r, j, s, n, _): &Spring| {
-            let mut row = vec![0.0; 3 * self.bodies.len()];
-            for (b, arm, sign) in [(i, r, 1.0), (j, s, -1.0)] {
-                let stretch = [n.x, n.y, cross(arm, n)];
-                for (k, mobility) in self.bodies[b].mobility().into_iter().enumerate() {
-                    row[3 * b + k] = sign * stretch[k] * mobility.sqrt();
-                }
-            }
-            row
-        };
-        let rows: Vec<Vec<f64>> = springs.iter().map(row).collect();
-        let dot = |a: &[f64], b: &[f64]| -> f64 { a.iter().zip(b).map(|(a, b)| a * b).sum() };
-        let mut best = 0.0_f64;
-        for start in &rows {
-            let mut q = start.clone();
-            for _ in 0..40 {
-                let square = dot(&q, &q);
-                if square == 0.0 {
-                    break;
-                }
-                let (mut next, mut energy) = (vec![0.0; q.len()], 0.0);
-                for (row, spring) in rows.iter().zip(springs) {
-                    let stretch = dot(row, &q) / square.sqrt();
-                    energy += spring.5 * stretch * stretch;
-                    let pull = next.iter_mut().zip(row);
-                    pull.for_each(|(next, w)| *next += spring.5 * stretch * w);
-                }
-                best = best.max(energy);
-                q = next;
-            }
-        }
-        best
+        Some((law.normal_stiffness(overlap), row))
     }
 
     /// What a contact exerts, booked, and its law.
@@ -740,109 +694,96 @@ impl Oracle {
         } else {
             0.0
         };
-        let friction = self.friction + sums.friction;
         let viscous = [0, 1].map(|k| self.viscous[k] + sums.viscous[k]);
-        let (mut driven, mut applied, mut contact) = (0.0, Vec2::zeros(), Vec2::zeros());
+        let (mut driven, mut applied, mut contact) = (0.0, self.applied, self.contact);
+        let (mut momentum, mut pressing) = (Vec2::zeros(), Vec2::zeros());
         let expected = &mut sums.expected;
         let mut ledger = Ledger {
             contact: sums.stored,
-            friction_work: friction,
+            friction_work: self.friction + sums.friction,
             viscous_work: viscous[0],
             ..Ledger::default()
         };
-        let mut kicked = Vec::new();
-        for (body, load) in self.bodies.iter().zip(&expected.loads) {
-            let yields = body.yields();
-            let moves = yields != [0.0; 3];
-            let weight = if moves {
-                gravity * body.mass
-            } else {
-                Vec2::zeros()
-            };
-            let (push, push_torque) = body.drive.push(step.time);
-            let inner = load.points.0 + load.bodies.0;
-            let total = inner + weight + push;
-            let torque = load.points.1 + load.bodies.1 + push_torque;
-            let [x, y, turns] = body.mobility();
-            let velocity = body.velocity + Vec2::new(total.x * x, total.y * y) * kick;
-            let spin = body.spin + torque * turns * kick;
+        for (body, load) in self.bodies.iter_mut().zip(&expected.loads) {
+            let free = f64::from(u8::from(body.is_moved_by_forces()));
+            let weight = (gravity * body.inertia.x * free).push(0.0);
+            let (push, torque) = body.drive.push(step.time);
+            let push = push.push(torque);
+            let total = load.points + load.bodies + weight + push;
+            let before = body.velocity;
+            let after = before + total.component_mul(&body.mobility()) * kick;
             // What supports and guides take up.
-            let guide = -Vec2::new(total.x * (1.0 - yields[0]), total.y * (1.0 - yields[1]));
-            let guide_torque = -torque * (1.0 - yields[2]);
-            let (mean, mean_spin) = ((body.velocity + velocity) * 0.5, 0.5 * (body.spin + spin));
-            driven += ((push + guide).dot(&mean) + (push_torque + guide_torque) * mean_spin) * kick;
-            applied += (weight + push + guide) * kick;
-            contact += load.points.0 * kick;
-            let state = enter(&mut ledger, (gravity, w), body, load, (velocity, spin));
-            expected.bodies.push(state);
-            kicked.push((velocity, spin));
+            let guide = total.component_mul(&body.yields) - total;
+            driven += (push + guide).dot(&(before + after)) * 0.5 * kick;
+            applied += (weight + push + guide).xy() * kick;
+            contact += load.points.xy() * kick;
+            let squares =
+                before.component_mul(&before) * (1.0 - w) + after.component_mul(&after) * w;
+            let kinetic = squares.component_mul(&body.inertia) * 0.5 * free;
+            ledger.kinetic += kinetic.x + kinetic.y;
+            ledger.kinetic_rotation += kinetic.z;
+            ledger.gravity -= weight.dot(&body.pose);
+            ledger.contacts += u64::from(load.contacts > 0);
+            momentum += after.xy() * body.inertia.x * free;
+            pressing += load.points.xy();
+            let velocity = before * (1.0 - w) + after * w;
+            expected.bodies.push(BodyState {
+                position: body.pose.xy().into(),
+                velocity: velocity.xy().into(),
+                angle: body.pose.z,
+                spin: velocity.z,
+                mass: body.inertia.x,
+                inertia: body.inertia.z,
+                point_force: load.points.xy().into(),
+                point_torque: load.points.z,
+                body_force: load.bodies.xy().into(),
+                body_torque: load.bodies.z,
+                contacts: load.contacts,
+            });
+            expected.speed = expected.speed.max(body.speed(after));
+            if keeps {
+                body.velocity = after;
+            }
         }
         ledger.driven_work = self.driven + share * driven;
-        ledger.applied_impulse = (self.applied + applied).into();
-        ledger.contact_impulse = (self.contact + contact).into();
+        ledger.applied_impulse = applied.into();
+        ledger.contact_impulse = contact.into();
+        ledger.momentum = momentum.into();
+        ledger.contact_force = pressing.into();
         expected.ledger = ledger;
         expected.viscous_most = viscous[1];
-        let speeds = self
-            .bodies
-            .iter()
-            .zip(&kicked)
-            .map(|(body, &(velocity, spin))| {
-                let after = Body {
-                    velocity,
-                    spin,
-                    ..body.clone()
-                };
-                after.speed()
-            });
-        expected.speed = speeds.fold(0.0, f64::max);
         if keeps {
-            (self.friction, self.viscous) = (friction, viscous);
+            (self.friction, self.viscous) = (ledger.friction_work, viscous);
+            (self.applied, self.contact) = (applied, contact);
             self.driven += driven;
-            self.applied += applied;
-            self.contact += contact;
-            for (body, (velocity, spin)) in self.bodies.iter_mut().zip(kicked) {
-                (body.velocity, body.spin) = (velocity, spin);
-            }
         }
     }
 }
 
-/// Puts a body into the ledger (section 9), given gravity, the centring and its velocities after the kick; returns its state.
-fn enter(
-    ledger: &mut Ledger,
-    (gravity, w): (Vec2, f64),
-    body: &Body,
-    load: &OnBody,
-    (velocity, spin): (Vec2, f64),
-) -> BodyState {
-    let centred = |a: f64, b: f64| (1.0 - w) * a + w * b;
-    if body.yields() != [0.0; 3] {
-        let squares = centred(body.velocity.norm_squared(), velocity.norm_squared());
-        ledger.kinetic += 0.5 * body.mass * squares;
-        let squares = centred(body.spin.powi(2), spin.powi(2));
-        ledger.kinetic_rotation += 0.5 * body.inertia * squares;
-        ledger.gravity -= body.mass * gravity.dot(&body.center);
-        for k in 0..2 {
-            ledger.momentum[k] += body.mass * velocity[k];
+/// The largest squared frequency in 1/s^2 of the bodies on their normal springs: a Rayleigh quotient, so never above it.
+fn frequency(springs: &[Spring]) -> f64 {
+    let dot = |a: &[f64], b: &[f64]| -> f64 { a.iter().zip(b).map(|(a, b)| a * b).sum() };
+    let mut best = 0.0_f64;
+    // Begun with what presses one spring.
+    for (_, start) in springs {
+        let mut q = start.clone();
+        for _ in 0..40 {
+            let square = dot(&q, &q);
+            if square == 0.0 {
+                break;
+            }
+            let (mut next, mut energy) = (vec![0.0; q.len()], 0.0);
+            for (stiffness, row) in springs {
+                let stretch = dot(row, &q) / square.sqrt();
+                energy += stiffness * stretch * stretch;
+                let pull = next.iter_mut().zip(row);
+                pull.for_each(|(next, w)| *next += stiffness * stretch * w);
+            }
+            best = best.max(energy);
+            q = next;
         }
     }
-    for k in 0..2 {
-        ledger.contact_force[k] += load.points.0[k];
-    }
-    ledger.contacts += u64::from(load.contacts > 0);
-    BodyState {
-        position: body.center.into(),
-        velocity: (body.velocity * (1.0 - w) + velocity * w).into(),
-        angle: body.angle,
-        spin: centred(body.spin, spin),
-        mass: body.mass,
-        inertia: body.inertia,
-        point_force: load.points.0.into(),
-        point_torque: load.points.1,
-        body_force: load.bodies.0.into(),
-        body_torque: load.bodies.1,
-        contacts: load.contacts,
-    }
+    best
 }
 
 /// Parts along N and T.
@@ -853,19 +794,12 @@ fn along(v: Vec2, normal: Vec2) -> [f64; 2] {
 /// Whether two places of an outline, more than a little apart, are both nearest to `x` within `blur` (m): then rounding
 /// decides which way a point is pushed. `distance` is that of the nearest (m).
 fn has_two_normals(outline: &[Vec2], x: Vec2, distance: f64, blur: f64) -> bool {
-    let n = outline.len();
-    if n == 1 {
+    if outline.len() == 1 {
         return distance <= blur;
     }
-    let edges = if n == 2 { 1 } else { n };
-    let feet = (0..edges).map(|e| nearest_on_edge(outline[e], outline[(e + 1) % n], x, 0, 1).0);
-    let nearest: Vec<Vec2> = feet
-        .filter(|y| (x - y).norm() - distance.abs() <= 2.0 * blur)
-        .collect();
-    let apart = |a: &Vec2| {
-        nearest
-            .iter()
-            .any(|b| (a - b).norm() > 1e-3 * blur.sqrt() * 1e-1)
-    };
-    distance.abs() <= blur || nearest.iter().any(apart)
+    let feet = edges(outline).map(|[a, b]| nearest_on_edge(a, b, x, 0, 1).0);
+    let near = |y: &Vec2| (x - y).norm() - distance.abs() <= 2.0 * blur;
+    let nearest: Vec<Vec2> = feet.filter(near).collect();
+    let apart = |a: &Vec2, b: &Vec2| (a - b).norm() > 1e-4 * blur.sqrt();
+    distance.abs() <= blur || nearest.iter().any(|a| nearest.iter().any(|b| apart(a, b)))
 }

@@ -1,14 +1,19 @@
 //! The steps of a case of bodies: the kit is the points.
 
+use std::time::Duration;
+
 use interface::Vec2;
+use interface::config::capability::Capabilities;
+use interface::message::control::Configure;
 use interface::message::wire::{ImpInfo, Limits};
 
 use super::super::judge::Judge;
-use super::super::run::{Stop, Window, report};
-use super::admit;
+use super::super::plan::Epoch;
+use super::super::run::{self, Begun, Stop, Window, report};
 use super::case::Case;
 use super::oracle::{BLUR, Expected, Oracle};
-use crate::bench::{Answer, Run, at_least};
+use super::{admit, generate};
+use crate::bench::{Answer, Bench, Run, at_least, configure};
 
 /// Where a run stands.
 #[derive(Clone)]
@@ -65,11 +70,8 @@ fn stepped(
     }
     let now = case.positions(step, &stand.oracle);
     let granted = play.coming(first && window.measured);
-    let before = stand
-        .before
-        .as_deref()
-        .map(|before| (before, granted.dt_before));
-    let states = case.states(step, &now, before);
+    let before = stand.before.as_deref();
+    let states = case.states(step, &now, before.map(|before| (before, granted.dt_before)));
     let set = case.set(step);
     if step == 0 || play.imps() != set {
         play.set(&set);
@@ -82,10 +84,8 @@ fn stepped(
     let generation = play.generation();
     let (said, want) = ([header.set, header.count], [generation, set.len() as u64]);
     judge.same("F-3", "set and count of forces", said, want)?;
-    let numbers = answer
-        .forces
-        .iter()
-        .flat_map(|f| [f.force[0], f.force[1], f.stiffness]);
+    let forces = answer.forces.iter();
+    let numbers = forces.flat_map(|f| [f.force[0], f.force[1], f.stiffness]);
     judge.keep(numbers.chain([answer.header.travel]));
     let expected = stand.oracle.step(&granted, &set, &states);
     if expected.doubtful.is_some() {
@@ -102,68 +102,84 @@ fn stepped(
     })
 }
 
-/// The steps of a grant, and the report on it.
-pub fn window_of(
-    play: &mut Run,
-    case: &Case,
-    stand: &mut Stand,
-    window: Window,
-    judge: &mut Judge,
-) -> Result<(), Stop> {
-    let (first, number) = (stand.step, play.next());
-    let smallest = admit::smallest(case);
-    stand.longest = stand.longest.max(window.dt);
-    let longest = stand.longest;
-    let mut answered = Vec::new();
-    for k in 0..window.steps {
-        answered.push(stepped(play, case, stand, (window, k == 0), judge)?);
+impl run::Case for Case {
+    type Stand = Stand;
+    const CAUSES: &'static [&'static str] = &["T-1", "J-1", "F-8", "F-7", "F-5", "F-6"];
+
+    fn of_seed(seed: u64, takes: &Capabilities) -> Self {
+        generate::case(seed, takes)
     }
-    let report = report(play, number, window, judge)?;
-    let count = case.config.bodies.len();
-    let dt = if longest > 0.0 { longest } else { 1.0 };
-    // In the order in which one thing causes another, so that the first difference is the cause.
-    for (
-        k,
-        Answered {
-            set,
-            answer,
-            expected,
-            moves,
-        },
-    ) in answered.iter().enumerate()
-    {
-        judge.step = first + k as u32;
-        let measured = window.measured && k == 0;
-        if measured {
-            judge.poses(
-                expected,
-                at_least(report.bodies.as_ref(), count, "bodies")?,
-                BLUR * smallest,
-            )?;
+
+    fn epochs(&mut self) -> &mut Vec<Epoch> {
+        &mut self.epochs
+    }
+
+    fn possible(&self) -> u32 {
+        admit::steps(self)
+    }
+
+    fn order(&self) -> Configure {
+        configure(&self.config)
+    }
+
+    fn begun<'b>(&self, bench: &'b Bench, _: &mut Judge) -> Result<Begun<'b, Self>, Stop> {
+        Ok((bench.run_bodies(&self.config)?, Stand::new(self)))
+    }
+
+    fn window(
+        &self,
+        play: &mut Run,
+        stand: &mut Stand,
+        window: Window,
+        judge: &mut Judge,
+    ) -> Result<(), Stop> {
+        let (first, number) = (stand.step, play.next());
+        let smallest = admit::smallest(self);
+        stand.longest = stand.longest.max(window.dt);
+        let longest = stand.longest;
+        let mut answered = Vec::new();
+        for k in 0..window.steps {
+            answered.push(stepped(play, self, stand, (window, k == 0), judge)?);
         }
-        judge.forces(expected, set, &answer.forces)?;
-        judge.travel(expected, answer.header.travel)?;
-        if let Some((before, limits)) = stand.limits.take() {
-            judge.limits(
-                &limits,
-                &before,
-                moves.then_some(expected),
-                (smallest / dt, dt),
-            )?;
-        }
-        if measured {
-            judge.bodies(
-                expected,
-                at_least(report.bodies.as_ref(), count, "bodies")?,
-                (BLUR * smallest, longest),
-            )?;
-            judge.ledger(expected, &report.report.ledger, admit::typical(case))?;
-            if let Some((_, contacts)) = &report.contacts {
-                judge.contacts(expected, contacts)?;
+        let report = report(play, number, window, judge)?;
+        let count = usize::from(window.measured) * self.config.bodies.len();
+        let bodies = match count {
+            0 => &[],
+            count => at_least(report.bodies.as_ref(), count, "bodies")?,
+        };
+        let dt = if longest > 0.0 { longest } else { 1.0 };
+        // In the order in which one thing causes another, so that the first difference is the cause.
+        for (k, step) in answered.iter().enumerate() {
+            judge.step = first + k as u32;
+            let (measured, expected) = (window.measured && k == 0, &step.expected);
+            if measured {
+                judge.poses(expected, bodies, BLUR * smallest)?;
+            }
+            judge.forces(expected, &step.set, &step.answer.forces)?;
+            judge.travel(expected, step.answer.header.travel)?;
+            if let Some((before, limits)) = stand.limits.take() {
+                let now = step.moves.then_some(expected);
+                judge.limits(&limits, &before, now, (smallest / dt, dt))?;
+            }
+            if measured {
+                judge.bodies(expected, bodies, (BLUR * smallest, longest))?;
+                judge.ledger(expected, &report.report.ledger, admit::typical(self))?;
+                if let Some((_, contacts)) = &report.contacts {
+                    judge.contacts(expected, contacts)?;
+                }
             }
         }
+        let last = answered.pop().map(|answered| answered.expected);
+        stand.limits = last.map(|last| (last, report.report.limits));
+        Ok(())
     }
-    let last = answered.pop().map(|answered| answered.expected);
-    stand.limits = last.map(|last| (last, report.report.limits));
-    Ok(())
+
+    fn end(&self, run: Run, _: Stand, _: &mut Judge) -> Result<(), Stop> {
+        run.closed()?.end(Duration::from_millis(500));
+        Ok(())
+    }
+
+    fn later(&self, first: u32) -> Option<Self> {
+        Some(self.begun_in(first))
+    }
 }

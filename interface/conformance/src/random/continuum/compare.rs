@@ -18,11 +18,8 @@ use crate::bench::Shown;
 /// farther the cell is from the origin.
 fn blur(oracle: &Oracle) -> f64 {
     let c = &oracle.config;
-    let far = c
-        .domain
-        .as_flattened()
-        .iter()
-        .fold(0.0_f64, |far, x| far.max(x.abs()));
+    let places = c.domain.as_flattened().iter();
+    let far = places.fold(0.0_f64, |far, x| far.max(x.abs()));
     1e-12 + 1e-14 * far / c.cell
 }
 
@@ -64,11 +61,11 @@ fn beyond(k: usize, oracle: &Oracle, case: &Case) -> f64 {
         pairs.iter().any(|p| *p == pair || *p == [pair[1], pair[0]])
     };
     let others = oracle.points.iter().enumerate();
-    let of_points = others
-        .filter(|(_, other)| touch(other.group))
-        .map(|(o, other)| {
-            (Vec2::from(oracle.point(o).x) - x).norm() - own.radius - other.radius - skin
-        });
+    let of_points = others.filter(|(_, other)| touch(other.group));
+    let of_points = of_points.map(|(o, other)| {
+        let apart = (Vec2::from(oracle.point(o).x) - x).norm();
+        apart - own.radius - other.radius - skin
+    });
     of_bodies.chain(of_points).fold(f64::INFINITY, f64::min)
 }
 
@@ -99,11 +96,9 @@ impl Judge<'_> {
         let (tiny, header) = (Tolerance::of(stand).x, &shown.header);
         stand.sets += u64::from(shown.new_set.is_some());
         let flag = shown.new_set.map_or(0, |_| flags::NEW_SET);
-        let of_set = shown
-            .new_set
-            .map_or((stand.sets, flag), |h| (h.set, h.flags));
-        let of = "generation and flags of the set and of its states";
         let due = (stand.sets, flag);
+        let of_set = shown.new_set.map_or(due, |h| (h.set, h.flags));
+        let of = "generation and flags of the set and of its states";
         self.same("I-8a", of, [of_set, (header.set, header.flags)], [due; 2])?;
         if shown.new_set.is_none() {
             return self.no_set(stand, tiny);
@@ -112,28 +107,27 @@ impl Judge<'_> {
         self.same("I-2g", "whether ids rise", rise, true)?;
         stand.set.clear();
         for (info, state) in set.iter().zip(&shown.states) {
-            let of = |what| format!("{what} of point {}", info.id);
+            let of = format!(" of point {}", info.id);
             let Some(k) = stand.named(info.id, info.group, state.position) else {
-                self.same("I-2g", of("group"), Some(info.group), None)?;
+                let what = format_args!("group{of}");
+                self.same("I-2g", what, Some(info.group), None)?;
                 continue;
             };
-            let (radius, mass) = (stand.oracle.points[k].radius, stand.oracle.point(k).mass);
-            self.same("I-2g", of("radius in m"), info.radius, radius)?;
-            self.near(
-                "I-2g",
-                of("mass in kg/m"),
-                &[info.mass],
-                &[mass],
-                1e-12 * mass,
-            )?;
+            let mass = stand.oracle.point(k).mass;
+            let want = ImpInfo {
+                radius: stand.oracle.points[k].radius,
+                mass,
+                ..*info
+            };
+            let rows = [("I-2g", "radius", 0.0), ("I-2g", "mass", 1e-12 * mass)];
+            self.fields(&of, [info, &want], &rows)?;
             stand.set.push(k);
         }
         for k in 0..stand.oracle.points.len() {
             let (out, is_in) = (beyond(k, &stand.oracle, case), stand.set.contains(&k));
             if out.abs() > tiny {
                 let (at, far) = (show(&stand.oracle.point(k).x), show(&[out]));
-                let of =
-                    format!("whether the point at {at} m, {far} m beyond reach, is in the set");
+                let of = format!("whether the point at {at} m, {far} m beyond reach, is in");
                 self.same("I-7a", of, is_in, out < 0.0)?;
             }
         }

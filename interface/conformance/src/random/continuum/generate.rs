@@ -67,12 +67,8 @@ impl Dice<'_, Scale> {
         let materials = (0..count).map(|_| self.material(alone)).collect();
         let groups = self.groups(count, spacing, layers && !pairs, transfer.is_affine());
         let domain = self.domain(&groups, &walls);
-        let gravity = if self.often() {
-            let most = 1e-3 * self.scale.wave / self.dt;
-            [self.way(most), self.way(most)]
-        } else {
-            [0.0; 2]
-        };
+        let most = 1e-3 * self.scale.wave / self.dt;
+        let gravity = self.perhaps(|dice| dice.vector(most));
         let config = MpmConfig {
             domain,
             cell: self.scale.cell,
@@ -202,11 +198,8 @@ impl Dice<'_, Scale> {
         apart: bool,
         affine: bool,
     ) -> Vec<GroupConfig> {
-        let far = if self.rarely() {
-            1e3 * self.scale.cell
-        } else {
-            0.0
-        };
+        let far = self.rarely();
+        let far = self.when(far, |dice| 1e3 * dice.scale.cell);
         let corner = [0; 2].map(|_| far + self.way(5.0) * self.scale.cell);
         let mut groups = Vec::new();
         let mut left = corner[0];
@@ -270,7 +263,7 @@ impl Dice<'_, Scale> {
             name: format!("group{number}"),
             material: number,
             spacing,
-            velocity: [self.way(speed), self.way(speed)],
+            velocity: self.vector(speed),
             fields: InitialFields { velocity, stress },
             contact_radius: Some(self.between(0.05, 0.5) * side.min(self.scale.cell)),
             ..scene::group(fill)
@@ -322,11 +315,7 @@ impl Dice<'_, Scale> {
             pushes.push(Push {
                 point: self.rng.usize(0..points.max(1)),
                 steps: [from, to],
-                force: if touches {
-                    [self.way(most), self.way(most)]
-                } else {
-                    [0.0; 2]
-                },
+                force: self.when(touches, |dice| dice.vector(most)),
                 stiffness: self.about(0.01 * mass / (self.dt * self.dt)),
             });
         }

@@ -1,14 +1,19 @@
 //! The steps of a case of a continuum: the kit is the bodies.
 
 use std::collections::BTreeMap;
+use std::time::Duration;
 
+use interface::config::capability::{Capabilities, STRESS_WORK};
+use interface::message::control::{Configure, Order};
 use interface::message::wire::{ImpForce, Limits, flags};
 
 use super::super::judge::Judge;
-use super::super::run::{Stop, Window, report};
+use super::super::plan::{self, Epoch};
+use super::super::run::{self, Begun, Stop, Window, report};
 use super::case::Case;
+use super::generate;
 use super::oracle::{Expected, Oracle};
-use crate::bench::{Run, at_least};
+use crate::bench::{Bench, Run, at_least, configure};
 
 /// Where a run stands.
 #[derive(Clone)]
@@ -76,84 +81,122 @@ struct Answered {
     forces: Vec<ImpForce>,
 }
 
-/// The steps of a grant, and the report on it.
-pub fn window_of(
-    flow: &mut Run,
-    case: &Case,
-    stand: &mut Stand,
-    window: Window,
-    judge: &mut Judge,
-) -> Result<(), Stop> {
-    let (first, next) = (stand.step, flow.next());
-    flow.outlines = case.outlines();
-    let before = stand.clone();
-    let mut answered: Vec<Answered> = Vec::new();
-    for k in 0..window.steps {
-        judge.step = stand.step;
-        if !stand.oracle.is_sound(window.dt) {
-            return Err(Stop::Doubtful);
+impl run::Case for Case {
+    type Stand = Stand;
+    const CAUSES: &'static [&'static str] = &["T-1a", "F-1a", "I-2g", "I-7a", "I-6a"];
+
+    fn of_seed(seed: u64, takes: &Capabilities) -> Self {
+        generate::case(seed, takes)
+    }
+
+    fn epochs(&mut self) -> &mut Vec<Epoch> {
+        &mut self.epochs
+    }
+
+    fn possible(&self) -> u32 {
+        let drawn = self.bodies.iter().all(|body| !body.vertices.is_empty());
+        let sound = self.config.faults().is_empty() && !self.config.groups.is_empty();
+        let known = drawn && sound && Oracle::new(&self.config).is_some();
+        u32::from(known) * plan::steps(&self.epochs)
+    }
+
+    fn order(&self) -> Configure {
+        configure(&self.config)
+    }
+
+    fn begun<'b>(&self, bench: &'b Bench, judge: &mut Judge) -> Result<Begun<'b, Self>, Stop> {
+        let oracle = Oracle::new(&self.config).ok_or(Stop::Doubtful)?;
+        let run = bench.run_continuum(&self.config)?;
+        judge.readiness(&oracle, &run.ready.readiness)?;
+        Ok((run, Stand::new(oracle, bench.takes(STRESS_WORK))))
+    }
+
+    fn window(
+        &self,
+        flow: &mut Run,
+        stand: &mut Stand,
+        window: Window,
+        judge: &mut Judge,
+    ) -> Result<(), Stop> {
+        let (first, next) = (stand.step, flow.next());
+        flow.outlines = self.outlines();
+        let before = stand.clone();
+        let mut answered: Vec<Answered> = Vec::new();
+        for k in 0..window.steps {
+            judge.step = stand.step;
+            if !stand.oracle.is_sound(window.dt) {
+                return Err(Stop::Doubtful);
+            }
+            let own = flow.header();
+            let shown = flow.states()?;
+            let asked = shown
+                .asked
+                .iter()
+                .map(|h| (h.step, h.epoch, h.count, h.flags));
+            let wanted = shown
+                .asked
+                .iter()
+                .map(|_| (own.step, own.epoch, 0, flags::WANT_ENVELOPES));
+            let of = "step, epoch, count and flags of what asks for envelopes";
+            judge.same("I-1c", of, asked.collect::<Vec<_>>(), wanted.collect())?;
+            let said = [shown.header.step, shown.header.epoch, shown.header.count];
+            let want = [own.step, own.epoch, shown.states.len() as u64];
+            judge.same("I-1c", "step, epoch and count of states", said, want)?;
+            let numbers = shown.states.iter().flat_map(|s| [s.position, s.velocity]);
+            judge.keep(numbers.flatten());
+            judge.set(&shown, flow.imps(), stand, self)?;
+            judge.states(&shown, stand)?;
+            let mut forces = vec![ImpForce::default(); stand.oracle.points.len()];
+            for point in &stand.set {
+                forces[*point] = self.push(stand.step, *point);
+            }
+            let sent: Vec<ImpForce> = stand.set.iter().map(|point| forces[*point]).collect();
+            flow.travel = self.travel.at(stand.step);
+            let granted = flow.coming(window.measured && k == 0);
+            flow.press(&sent)?;
+            stand.pressed |= forces.iter().any(|f| f.force != [0.0; 2]);
+            let expected = stand.oracle.step(&granted, &forces, k + 1 == window.steps);
+            stand.bodies = flow.travel;
+            stand.fastest = stand.fastest.max(stand.oracle.fastest());
+            stand.step += 1;
+            answered.push(Answered { expected, forces });
         }
-        let own = flow.header();
-        let shown = flow.states()?;
-        let asked = shown
-            .asked
-            .iter()
-            .map(|h| (h.step, h.epoch, h.count, h.flags));
-        let wanted = shown
-            .asked
-            .iter()
-            .map(|_| (own.step, own.epoch, 0, flags::WANT_ENVELOPES));
-        let of = "step, epoch, count and flags of what asks for envelopes";
-        judge.same("I-1c", of, asked.collect::<Vec<_>>(), wanted.collect())?;
-        let said = [shown.header.step, shown.header.epoch, shown.header.count];
-        let want = [own.step, own.epoch, shown.states.len() as u64];
-        judge.same("I-1c", "step, epoch and count of states", said, want)?;
-        let numbers = shown.states.iter().flat_map(|s| [s.position, s.velocity]);
-        judge.keep(numbers.flatten());
-        judge.set(&shown, flow.imps(), stand, case)?;
-        judge.states(&shown, stand)?;
-        let mut forces = vec![ImpForce::default(); stand.oracle.points.len()];
-        for point in &stand.set {
-            forces[*point] = case.push(stand.step, *point);
+        judge.step = first;
+        let told = report(flow, next, window, judge)?;
+        judge.counts(&told.report, stand)?;
+        if window.frame && told.points.is_none() {
+            judge.differ("R-5a", "frame", "all points", "none")?;
         }
-        let sent: Vec<ImpForce> = stand.set.iter().map(|point| forces[*point]).collect();
-        flow.travel = case.travel.at(stand.step);
-        let granted = flow.coming(window.measured && k == 0);
-        flow.press(&sent)?;
-        stand.pressed |= forces.iter().any(|f| f.force != [0.0; 2]);
-        let expected = stand.oracle.step(&granted, &forces, k + 1 == window.steps);
-        stand.bodies = flow.travel;
-        stand.fastest = stand.fastest.max(stand.oracle.fastest());
-        stand.step += 1;
-        answered.push(Answered { expected, forces });
+        if let Some((header, points)) = &told.points {
+            let mut then = Stand {
+                ids: stand.ids.clone(),
+                ..before
+            };
+            judge.all_points("R-5a", (next, *header), points, &mut then)?;
+            stand.ids = then.ids;
+        }
+        if window.measured {
+            let expected = &answered[0].expected;
+            judge.groups(
+                expected,
+                at_least(told.groups.as_ref(), expected.groups.len(), "groups")?,
+                stand,
+            )?;
+            judge.books(expected, &told.report.ledger, stand)?;
+        }
+        if let Some(Answered { expected, forces }) = answered.pop() {
+            judge.step = stand.step - 1;
+            let limits: Limits = told.report.limits;
+            judge.bounds(&limits, &expected, &forces, stand)?;
+        }
+        Ok(())
     }
-    judge.step = first;
-    let told = report(flow, next, window, judge)?;
-    judge.counts(&told.report, stand)?;
-    if window.frame && told.points.is_none() {
-        judge.differ("R-5a", "frame", "all points", "none")?;
+
+    fn end(&self, mut run: Run, mut stand: Stand, judge: &mut Judge) -> Result<(), Stop> {
+        let (header, points) = run.drain()?;
+        judge.all_points("D-1a", (run.next(), header), &points, &mut stand)?;
+        run.session.order(&Order::Close)?;
+        run.session.end(Duration::from_millis(500));
+        Ok(())
     }
-    if let Some((header, points)) = &told.points {
-        let mut then = Stand {
-            ids: stand.ids.clone(),
-            ..before
-        };
-        judge.all_points("R-5a", (next, *header), points, &mut then)?;
-        stand.ids = then.ids;
-    }
-    if window.measured {
-        let expected = &answered[0].expected;
-        judge.groups(
-            expected,
-            at_least(told.groups.as_ref(), expected.groups.len(), "groups")?,
-            stand,
-        )?;
-        judge.books(expected, &told.report.ledger, stand)?;
-    }
-    if let Some(Answered { expected, forces }) = answered.pop() {
-        judge.step = stand.step - 1;
-        let limits: Limits = told.report.limits;
-        judge.bounds(&limits, &expected, &forces, stand)?;
-    }
-    Ok(())
 }
