@@ -163,28 +163,21 @@ impl Examination {
     /// they need. Such a solver is less than the profile.
     pub fn missing(&self, profile: &Profile) -> Vec<&Judged> {
         let core: Vec<&str> = profile.core().map(|clause| clause.id).collect();
-        let judged = self.judged.iter();
-        judged
-            .filter(|j| j.left_out() && core.contains(&j.clause.id))
-            .collect()
+        let missing = |j: &&Judged| j.left_out() && core.contains(&j.clause.id);
+        self.judged.iter().filter(missing).collect()
     }
 
     /// The core that counts where none is asked for: that of the least profile of the side, and what the solver says in
     /// Hello that it takes and then refuses.
     pub fn unkept(&self) -> Vec<&Judged> {
         let least = profile::profiles(self.party).next();
-        let mut missing = least.map_or(Vec::new(), |least| self.missing(least));
+        let core = least.into_iter().flat_map(Profile::core);
+        let core: Vec<&str> = core.map(|clause| clause.id).collect();
         let named = !self.capabilities.0.is_empty();
-        for judged in &self.judged {
-            let promised = named && judged.clause.lacks(&self.capabilities).is_empty();
-            let known = missing
-                .iter()
-                .any(|known| known.clause.id == judged.clause.id);
-            if promised && judged.left_out() && !known {
-                missing.push(judged);
-            }
-        }
-        missing
+        let promised = |clause: &Clause| named && clause.lacks(&self.capabilities).is_empty();
+        let counts = |clause: &Clause| core.contains(&clause.id) || promised(clause);
+        let unkept = |j: &&Judged| j.left_out() && counts(j.clause);
+        self.judged.iter().filter(unkept).collect()
     }
 
     /// What is not judged: what clauses need that the solver does not take, and keys that it refused.

@@ -10,7 +10,6 @@ mod transport;
 use interface::message::control::Party;
 use interface::session::{Clocked, Session, SessionError, drive};
 use interface::solver::{DemSolver, MpmSolver};
-use interface::transport::Transport;
 use interface::transport::domain::Domain;
 use interface::transport::iceoryx::{SEND_TIMEOUT, join};
 use interface::transport::raw::Medium;
@@ -33,20 +32,7 @@ pub enum Host {
 /// status.
 pub fn serve(medium: Medium, domain: &Domain, host: Host, flaw: Flaw) -> u8 {
     let process = flaw.process;
-    let served = match host {
-        Host::Mpm(make) => {
-            let mut solver = make();
-            through(medium, domain, Party::Mpm, flaw, |transport| {
-                drive(Session::mpm(&mut *solver, transport, Clocked::Thread))
-            })
-        }
-        Host::Dem(make) => {
-            let mut solver = make();
-            through(medium, domain, Party::Dem, flaw, |transport| {
-                drive(Session::dem(&mut *solver, transport, Clocked::Thread))
-            })
-        }
-    };
+    let served = served(medium, domain, host, flaw);
     if process.removes_the_lock {
         let _ = std::fs::remove_file(domain.directory().join("lock"));
     }
@@ -56,18 +42,20 @@ pub fn serve(medium: Medium, domain: &Domain, host: Host, flaw: Flaw) -> u8 {
     }
 }
 
-fn through(
-    medium: Medium,
-    domain: &Domain,
-    party: Party,
-    flaw: Flaw,
-    serve: impl FnOnce(&mut dyn Transport) -> Result<(), SessionError>,
-) -> Result<(), SessionError> {
+fn served(medium: Medium, domain: &Domain, host: Host, flaw: Flaw) -> Result<(), SessionError> {
+    let party = match host {
+        Host::Mpm(_) => Party::Mpm,
+        Host::Dem(_) => Party::Dem,
+    };
     let ends = join(medium, domain, party, &[], SEND_TIMEOUT)?;
     if flaw.process.joins_without_note {
         for note in notes(domain).filter(|note| note.pid == std::process::id()) {
             let _ = std::fs::remove_file(note.path);
         }
     }
-    serve(&mut Flawed::new(ends, party, flaw))
+    let mut flawed = Flawed::new(ends, party, flaw);
+    match host {
+        Host::Mpm(make) => drive(Session::mpm(&mut *make(), &mut flawed, Clocked::Thread)),
+        Host::Dem(make) => drive(Session::dem(&mut *make(), &mut flawed, Clocked::Thread)),
+    }
 }

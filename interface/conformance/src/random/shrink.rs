@@ -11,6 +11,7 @@ fn plain() -> Vec<(&'static str, Value)> {
     let none = json!([0.0, 0.0]);
     let walls = json!({"left": "open", "right": "open", "bottom": "open", "top": "open"});
     vec![
+        ("noise", none.clone()),
         ("gravity", none.clone()),
         ("body_contact", Value::Null),
         ("contact_pair", json!([])),
@@ -34,8 +35,7 @@ fn plain() -> Vec<(&'static str, Value)> {
         ("motion", json!("fixed")),
         ("motion", json!("free")),
         ("angle", json!(0.0)),
-        ("position", none.clone()),
-        ("noise", none),
+        ("position", none),
         ("present", json!([[0, u32::MAX]])),
         ("steps", json!([0, u32::MAX])),
         ("group", json!(0)),
@@ -49,54 +49,56 @@ pub fn smaller<C: Case>(case: &C, step: u32) -> Vec<C> {
     let epochs = case.clone().epochs().clone();
     let mut steps = plan::simpler(&epochs, step).into_iter();
     let mut smaller: Vec<C> = steps.next().map(|cut| case.with(cut)).into_iter().collect();
-    let whole = serde_json::to_value(case).expect("a case has string keys only");
-    let mut others = Vec::new();
-    let mut lists = Vec::new();
-    walk(&whole, &mut |at, key, value| {
-        if let Value::Array(entries) = value
-            && !["epochs", "windows"].contains(&key)
-        {
-            lists.push((at.to_owned(), key.to_owned(), entries.len()));
-        }
-    });
-    for (at, key, count) in &lists {
-        let half = count / 2;
-        let halves = [(0, half), (half, *count)];
-        let ones = (0..*count).map(|k| (k, k + 1));
-        for (from, to) in halves.into_iter().filter(|_| half > 1).chain(ones) {
-            others.extend(without(&whole, (at, key), from, to));
-        }
-    }
-    smaller.extend(
-        others
-            .drain(..)
-            .filter_map(|other| serde_json::from_value(other).ok()),
-    );
     smaller.extend(
         [step, step / 2, 1]
             .into_iter()
             .filter_map(|first| case.later(first)),
     );
+    let whole = serde_json::to_value(case).expect("a case has string keys only");
+    let [mut halves, mut entries, mut bold, mut timid] = [const { Vec::new() }; 4];
+    walk(&whole, &mut |at, key, value| {
+        let Value::Array(list) = value else { return };
+        if ["epochs", "windows"].contains(&key) {
+            return;
+        }
+        let (count, half) = (list.len(), list.len() / 2);
+        let without = |from, to| without(&whole, (at, key), from, to);
+        if half > 1 {
+            halves.extend([without(0, half), without(half, count)]);
+        }
+        let records = list.iter().any(Value::is_object);
+        let ones = if records { &mut entries } else { &mut timid };
+        ones.extend((0..count).map(|k| without(k, k + 1)));
+    });
     for (key, simple) in plain() {
+        let mut places = Vec::new();
         walk(&whole, &mut |at, named, value| {
             if named == key && *value != simple {
-                let mut other = whole.clone();
-                *other.pointer_mut(at).expect("it is there") = simple.clone();
-                others.push(other);
+                places.push(at.to_owned());
             }
         });
+        let set = |places: &[String]| {
+            let mut other = whole.clone();
+            for at in places {
+                *other.pointer_mut(at)? = simple.clone();
+            }
+            Some(other)
+        };
+        bold.push(set(&places));
+        timid.extend(places.iter().map(|at| set(std::slice::from_ref(at))));
     }
-    smaller.extend(
-        others
-            .drain(..)
-            .filter_map(|other| serde_json::from_value(other).ok()),
-    );
+    let cases = |others: Vec<Option<Value>>| {
+        let others = others.into_iter().flatten();
+        others.filter_map(|other| serde_json::from_value(other).ok())
+    };
+    smaller.extend(cases(halves).chain(cases(entries)).chain(cases(bold)));
     smaller.extend(steps.map(|epochs| case.with(epochs)));
     for digits in [1, 2, 3] {
         let mut other = whole.clone();
         shorten(&mut other, digits);
         smaller.extend(serde_json::from_value(other));
     }
+    smaller.extend(cases(timid));
     smaller.retain(|other| other != case);
     smaller
 }

@@ -48,7 +48,7 @@ pub fn steps(case: &Case) -> u32 {
                 }
             });
             // Points that keep near a body move with it, so only what bodies do to one another is left.
-            let radii = case.points.iter().map(|p| p.radius);
+            let radii = case.points.iter().map(|p| p.info.radius);
             let most = MOVES * radii.fold(f64::INFINITY, f64::min);
             let moves = oracle.bodies.iter().zip(&poses);
             let too_far = moves.map(|(b, pose)| b.pose - pose).any(|moved| {
@@ -73,16 +73,16 @@ fn passes(case: &Case, oracle: &Oracle, now: &[Vec2], before: &[Vec2]) -> bool {
         oracle.bodies.iter().any(|body| {
             let moved = now - before - body.moved(now - body.pose.xy());
             let far = |(outline, a): &(Vec<Vec2>, f64)| {
-                nearest(outline, *now).distance > a + 3.0 * point.radius
+                nearest(outline, *now).distance > a + 3.0 * point.info.radius
             };
-            moved.norm() > MOVES * point.radius && !body.parts().iter().all(far)
+            moved.norm() > MOVES * point.info.radius && !body.parts().iter().all(far)
         })
     })
 }
 
 /// The smallest length of a case in m: of what is smaller by far, nothing is told.
 pub fn smallest(case: &Case) -> f64 {
-    let points = case.points.iter().map(|p| p.radius);
+    let points = case.points.iter().map(|p| p.info.radius);
     let bodies = case.config.bodies.iter().map(|b| b.sphero_radius);
     let lengths = points.chain(bodies.filter(|a| *a > 0.0));
     lengths.reduce(f64::min).unwrap_or(1.0)
@@ -91,7 +91,7 @@ pub fn smallest(case: &Case) -> f64 {
 /// Energy in J/m and impulse in N s/m that a contact of a case has if it is as deep as the smallest length.
 pub fn typical(case: &Case) -> (f64, f64) {
     let radius = smallest(case);
-    let mass = case.points.first().map_or(1.0, |point| point.mass);
+    let mass = case.points.first().map_or(1.0, |point| point.info.mass);
     let law = Law::of(&case.config.point_contact, Pair { mass, radius });
     let stiffness = law.normal_stiffness(radius);
     let impulse = (stiffness * mass).sqrt() * radius;
@@ -99,6 +99,6 @@ pub fn typical(case: &Case) -> (f64, f64) {
 }
 
 fn radius(case: &Case, id: u64) -> f64 {
-    let point = case.points.iter().find(|p| p.id == id);
-    point.map_or(0.0, |p| p.radius)
+    let point = case.points.iter().find(|p| p.info.id == id);
+    point.map_or(0.0, |p| p.info.radius)
 }

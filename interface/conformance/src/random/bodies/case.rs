@@ -24,14 +24,9 @@ pub enum Along {
 /// A point that moves along a surface as the kit says, whatever the forces are.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Walker {
-    /// Its id.
-    pub id: u64,
-    /// Contact radius in m.
-    pub radius: f64,
-    /// In kg/m.
-    pub mass: f64,
-    /// Its group.
-    pub group: u32,
+    /// Who it is.
+    #[serde(flatten)]
+    pub info: ImpInfo,
     /// What it moves along.
     pub along: Along,
     /// Way along the outline in m.
@@ -47,19 +42,8 @@ pub struct Walker {
 impl Walker {
     /// Whether it is in the set.
     pub fn is_present(&self, step: u32) -> bool {
-        self.present
-            .iter()
-            .any(|[from, to]| (*from..*to).contains(&step))
-    }
-
-    fn info(&self) -> ImpInfo {
-        ImpInfo {
-            id: self.id,
-            radius: self.radius,
-            mass: self.mass,
-            group: self.group,
-            next: 0,
-        }
+        let mut ranges = self.present.iter();
+        ranges.any(|[from, to]| (*from..*to).contains(&step))
     }
 }
 
@@ -96,7 +80,7 @@ impl Case {
     /// The set in a step.
     pub fn set(&self, step: u32) -> Vec<ImpInfo> {
         let present = self.points.iter().filter(|point| point.is_present(step));
-        present.map(Walker::info).collect()
+        present.map(|point| point.info).collect()
     }
 
     /// Positions of all points in a step, those included that are not in the set.
@@ -109,12 +93,12 @@ impl Case {
                     let body = &oracle.bodies[b];
                     // Of a cluster it goes around the first disc.
                     let (outline, a) = body.parts().swap_remove(0);
-                    let (place, normal) = around(&outline, a + point.radius, way, body.pose.z);
-                    place + normal * (a + point.radius - overlap)
+                    let (place, normal) = around(&outline, a + point.info.radius, way, body.pose.z);
+                    place + normal * (a + point.info.radius - overlap)
                 }
                 Along::Axis => Vec2::new(way, 0.0),
                 Along::Point(k) => {
-                    let reach = self.points[k].radius + point.radius;
+                    let reach = self.points[k].info.radius + point.info.radius;
                     let angle = way / reach;
                     positions[k] + Vec2::new(angle.cos(), angle.sin()) * (reach - overlap)
                 }

@@ -7,6 +7,7 @@ use interface::config::surfaces::ContactPair;
 use interface::config::{
     BodyConfig, BodyInertia, BodyShape, ContactLaw, DemConfig, GroupPair, Motion, OverlapMeasure,
 };
+use interface::message::wire::ImpInfo;
 
 use super::super::dice::{Dice, decades};
 use super::super::plan::Course;
@@ -43,6 +44,9 @@ pub fn case(seed: u64, takes: &Capabilities) -> Case {
     };
     dice.case()
 }
+
+/// What a solver may take, and what draws one of a size (m).
+type Member<'a, T> = (&'static str, fn(&mut Dice<'a, Scale>, f64) -> T);
 
 impl Dice<'_, Scale> {
     fn case(&mut self) -> Case {
@@ -152,85 +156,56 @@ impl Dice<'_, Scale> {
 
     fn shape(&mut self) -> BodyShape {
         let size = self.about(4.0 * self.scale.radius);
-        // Those whose numbers are drawn have none yet.
-        let rectangle = BodyShape::Rectangle {
-            width: 2.0 * size,
-            height: size,
-        };
-        let shapes = [
-            ("shape:disc", BodyShape::Disc),
-            (
-                "shape:segment",
-                BodyShape::Segment {
-                    ends: [[-size, 0.1 * size], [size, 0.0]],
-                },
-            ),
-            ("shape:rectangle", rectangle),
-            (
-                "shape:polygon",
-                BodyShape::Polygon {
-                    vertices: Vec::new(),
-                },
-            ),
-            (
-                "shape:cluster",
-                BodyShape::Cluster {
-                    centers: vec![[0.0; 2], [0.7 * size, 0.2 * size]],
-                    radii: Vec::new(),
-                },
-            ),
-        ];
-        let mut shape = self.member(&shapes).unwrap_or(BodyShape::Disc);
-        match &mut shape {
-            BodyShape::Rectangle { height, .. } => *height *= self.between(0.5, 2.0),
-            BodyShape::Polygon { vertices } => {
+        let shapes: [Member<BodyShape>; 5] = [
+            ("shape:disc", |_, _| BodyShape::Disc),
+            ("shape:segment", |_, size| BodyShape::Segment {
+                ends: [[-size, 0.1 * size], [size, 0.0]],
+            }),
+            ("shape:rectangle", |dice, size| BodyShape::Rectangle {
+                width: 2.0 * size,
+                height: dice.between(0.5, 2.0) * size,
+            }),
+            ("shape:polygon", |dice, size| {
                 // One in four has notches.
-                let corners = self.rng.u32(3..8);
-                let low = if self.rarely() { 0.6 } else { 1.0 };
-                *vertices = self.star(corners, [0.0; 2], |dice| size * dice.between(low, 1.0));
-            }
-            _ => {}
-        }
-        shape
+                let corners = dice.rng.u32(3..8);
+                let low = if dice.rarely() { 0.6 } else { 1.0 };
+                let reach = |dice: &mut Self| size * dice.between(low, 1.0);
+                BodyShape::Polygon {
+                    vertices: dice.star(corners, [0.0; 2], reach),
+                }
+            }),
+            ("shape:cluster", |_, size| BodyShape::Cluster {
+                centers: vec![[0.0; 2], [0.7 * size, 0.2 * size]],
+                radii: Vec::new(),
+            }),
+        ];
+        let drawn = self.member(&shapes);
+        drawn.map_or(BodyShape::Disc, |draw| draw(self, size))
     }
 
     fn motion(&mut self) -> Motion {
-        let guided = Motion::Guided {
-            hold_x: false,
-            hold_y: false,
-            hold_angle: false,
-        };
-        let pushed = Motion::Pushed {
-            force: [0.0; 2],
-            torque: 0.0,
-            ramp: 0.0,
-            until: None,
-        };
-        let motions = [
-            ("motion:free", Motion::Free),
-            ("motion:free", Motion::Free),
-            ("motion:fixed", Motion::Fixed),
-            ("motion:driven", Motion::Driven),
-            ("motion:guided", guided),
-            ("motion:pushed", pushed),
-        ];
-        match self.member(&motions).unwrap_or(Motion::Fixed) {
-            Motion::Guided { .. } => Motion::Guided {
-                hold_x: self.often(),
-                hold_y: self.often(),
-                hold_angle: self.often(),
-            },
-            Motion::Pushed { .. } => {
-                let force = self.scale.stiffness * self.scale.radius * 0.1;
+        let motions: [Member<Motion>; 6] = [
+            ("motion:free", |_, _| Motion::Free),
+            ("motion:free", |_, _| Motion::Free),
+            ("motion:fixed", |_, _| Motion::Fixed),
+            ("motion:driven", |_, _| Motion::Driven),
+            ("motion:guided", |dice, _| Motion::Guided {
+                hold_x: dice.often(),
+                hold_y: dice.often(),
+                hold_angle: dice.often(),
+            }),
+            ("motion:pushed", |dice, _| {
+                let force = dice.scale.stiffness * dice.scale.radius * 0.1;
                 Motion::Pushed {
-                    force: self.vector(force),
-                    torque: self.way(force * self.scale.radius),
-                    ramp: self.perhaps(|dice| dice.dt * dice.between(0.0, 40.0)),
-                    until: self.rarely().then(|| self.dt * self.between(5.0, 40.0)),
+                    force: dice.vector(force),
+                    torque: dice.way(force * dice.scale.radius),
+                    ramp: dice.perhaps(|dice| dice.dt * dice.between(0.0, 40.0)),
+                    until: dice.rarely().then(|| dice.dt * dice.between(5.0, 40.0)),
                 }
-            }
-            other => other,
-        }
+            }),
+        ];
+        let drawn = self.member(&motions);
+        drawn.map_or(Motion::Fixed, |draw| draw(self, 0.0))
     }
 
     /// Bodies in a row, so near to one another that a point between two touches both, or that they touch.
@@ -303,15 +278,19 @@ impl Dice<'_, Scale> {
                 Along::Body(self.rng.usize(0..config.bodies.len()))
             };
             let group = match along {
-                Along::Point(other) => 1 - points[other].group,
+                Along::Point(other) => 1 - points[other].info.group,
                 Along::Body(_) | Along::Axis => self.rng.u32(0..2),
             };
             let (way, overlap) = self.walk(radius, steps);
+            let mass = self.about(self.scale.mass);
             points.push(Walker {
-                id,
-                radius,
-                mass: self.about(self.scale.mass),
-                group,
+                info: ImpInfo {
+                    id,
+                    radius,
+                    mass,
+                    group,
+                    next: 0,
+                },
                 along,
                 way,
                 overlap,
