@@ -102,7 +102,7 @@ impl System {
         let ahead = Ahead::new(step.kick(), step.dt, self.constants.outer_acceleration);
         self.update_lists(&ahead, imps); //               Verlet lists of bodies and of points
         self.body_contact(step, &ahead); //               eqs. 38 to 41, 43
-        self.point_contact(step, imps, forces); //        eqs. 44, 46, 49, 50
+        self.point_contact(step, &ahead, imps, forces); //  eqs. 44, 46, 49, 50
     }
 
     /// The response of the bodies to these forces. It changes no state: until [`Self::commit`] it may be evaluated
@@ -140,7 +140,13 @@ impl System {
         }
     }
 
-    fn point_contact(&mut self, step: &Step, imps: &[ImpState], forces: &mut [ImpForce]) {
+    fn point_contact(
+        &mut self,
+        step: &Step,
+        ahead: &Ahead,
+        imps: &[ImpState],
+        forces: &mut [ImpForce],
+    ) {
         if imps.is_empty() && !self.loads.any_by_points {
             return; // nothing to add, and nothing remains of the step before
         }
@@ -153,6 +159,13 @@ impl System {
         let interval = |approach: f64| Interval {
             last_step: LastStep::new(step.dt_before),
             closing: 1.5 * approach * step.dt.max(step.dt_before),
+            impacts: Impacts {
+                ahead: *ahead,
+                speed: approach,
+                outer: self.constants.outer_acceleration,
+                count: self.constants.per_resolution_sq[1],
+                ..Impacts::default()
+            },
         };
         let with_bodies = interval(self.state.speed + fastest);
         self.points.evaluate(
@@ -301,10 +314,11 @@ impl System {
                 ahead: Ahead::new(step.kick(), step.dt, self.constants.outer_acceleration),
                 speed,
                 outer: self.constants.outer_acceleration,
+                count: self.constants.per_resolution_sq[0],
             };
             let [stiff, impact] =
                 pairs.omega_sq(&self.bodies, &self.kicked.motions, &impacts, &self.threads);
-            let stiff = stiff.max(self.constants.per_resolution_sq * impact).sqrt();
+            let stiff = stiff.max(impacts.count * impact).sqrt();
             let omega = pairs.crossing(&self.bodies, kicked, speed, stiff);
             omega_sq = omega * omega;
             let moves = speed > 0.0 || self.constants.outer_acceleration > 0.0;

@@ -105,8 +105,8 @@ pub(crate) struct LimitConstants {
     pub outer_acceleration: f64,
     /// Bound of the squared frequency of two bodies in contact, at any contact point, in 1/s^2.
     pub first_contact: f64,
-    /// `(2 / r)^2` with the resolution `r` of impacts.
-    pub per_resolution_sq: f64,
+    /// `(2 / r)^2` with the resolutions `r` of impacts between bodies and of points.
+    pub per_resolution_sq: [f64; 2],
 }
 
 impl Default for System {
@@ -138,7 +138,7 @@ impl Default for System {
             constants: LimitConstants {
                 outer_acceleration: 0.0,
                 first_contact: 0.0,
-                per_resolution_sq: 1.0,
+                per_resolution_sq: [1.0; 2],
             },
             state: State::default(),
             skin: 0.0,

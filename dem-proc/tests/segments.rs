@@ -158,6 +158,30 @@ fn a_maximum_without_a_minimum_beside_it_counts_in_the_stiffness() {
     assert_eq!(stiffness, [K, 2.0 * K, 2.0 * K]);
 }
 
+#[test]
+fn the_chain_counts_four_times_for_a_disc_that_touches_it_within_two_steps() {
+    let (gap, dt) = (1e-3, 1e-3);
+    for (speed, count) in [(0.9 * gap / (2.1 * dt), 1.0), (1.1 * gap / (2.1 * dt), 4.0)] {
+        let falling = BodyConfig {
+            velocity: [0.0, -speed],
+            ..disc([0.5, A + R + gap])
+        };
+        let mut dem = configured(&DemConfig {
+            contact_resolution: None,
+            ..on_segments(vec![falling], spring(K))
+        });
+        let mut chain = floor(&[1.0, 0.0]);
+        dem.imp_set(&chain.set);
+        let answer = chain.contact(&mut dem, &step(0.0, dt)).unwrap();
+        let share = 0.5 + 0.5 * R;
+        let stiffness = chain.forces.iter().map(|f| f.stiffness);
+        let most = stiffness.fold(0.0, f64::max);
+        assert!((most / (count * K * share) - 1.0).abs() < 1e-9, "{most}");
+        let rate = answer.limits.contact_omega_sq;
+        assert!((rate / (count * K) - 1.0).abs() < 1e-9, "{rate}");
+    }
+}
+
 /// `k_n (1/m + (r x n)^2 / I) + k_t (1/m + (r x t)^2 / I)`, and `1/m + (r x n)^2 / I`: the lower of two discs of a cluster.
 #[test]
 fn a_disc_off_the_centre_on_a_chain_declares_its_rate_and_mobility() {

@@ -132,7 +132,8 @@ fn impacts(scene: &Scene, ready: &Readiness) -> Option<Impacts> {
     // A stiffness that grows with the overlap is not known in advance.
     let stiffness = dem.body_laws().filter_map(|law| law.constant_stiffness());
     let omega = (stiffness.fold(0.0, f64::max) / ready.mass_min).sqrt();
-    let angle = scene.time.safety * scene.time.step_factor * dem.resolution();
+    let [resolution, _] = dem.resolutions();
+    let angle = scene.time.safety * scene.time.step_factor * resolution;
     let cap = scene.time.max_step.unwrap_or(f64::INFINITY);
     let step = (angle / omega).min(cap);
     // Number of steps in half a period of an elastic contact.

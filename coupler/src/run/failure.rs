@@ -99,7 +99,7 @@ impl RunError {
                 "find the cause of the small limit: a tiny mass or cell, a very stiff contact, a state that diverges"
             }
             Self::BlowUp { stable: true, .. } => {
-                "resolve it: lower dem.contact_resolution (contact between bodies) or time.safety (contact with points), or use finer cells"
+                "resolve it: lower dem.contact_resolution (contacts that open and close) or time.safety, or use finer cells"
             }
             Self::BlowUp { stable: false, .. } => {
                 "lower time.safety or time.max_step, and prefer criterion = \"composed\""

@@ -107,7 +107,7 @@ fn names(problems: &mut Problems, written: &DemWritten) {
 
 /// Refuses points and bodies without a law, and warns of what has no effect.
 fn contact(problems: &mut Problems, written: &DemWritten, scene: &SceneWritten) {
-    if written.contact_resolution.is_some() && scene.body_contact.is_none() {
+    if written.contact_resolution.is_some() && scene.body_contact.is_none() && scene.mpm.is_none() {
         problems.warn("`dem.contact_resolution` has no effect: there is no `[body_contact]`");
     }
     let some = !written.body.is_empty() || !written.fill.is_empty();

@@ -1,9 +1,9 @@
 //! Finds the contacts that open or close, which the step has to resolve.
 //!
 //! With a step at the limit of stability, `omega dt` of 1.55, a bounce has two steps: whether the first of them falls
-//! early or late in the contact changes the energy by up to 30 %, of either sign. So while two bodies come into contact
+//! early or late in the contact changes the energy by up to 30 %, of either sign. So while two surfaces come into contact
 //! or separate, their frequency counts `2 / r` times, with the resolution `r` of
-//! [`interface::config::DemConfig::contact_resolution`]. A contact that stays closed is a spring, for which leapfrog
+//! [`interface::config::DemConfig::resolutions`]. A contact that stays closed is a spring, for which leapfrog
 //! conserves an energy at any phase: the limit of stability is enough.
 //!
 //! A closed contact oscillates about the overlap at which its force balances the other accelerations of the pair. With
@@ -21,6 +21,9 @@
 //! The third case is that of most contacts, and a bound shows it without the geometry of the contact: the amplitude is
 //! at most that of the bodies' relative motion ([`SurfaceMotion`]). Only pairs above this bound are examined, four at a
 //! time.
+//!
+//! Of a point only the velocity is known, so its amplitude is taken to be `omega u`. In the middle of an impact that is
+//! too little, but the step stays what it was when the contact closed: it is lengthened only after an epoch, by a tenth.
 
 #![expect(clippy::inline_always, reason = "so that lanes stay in registers")]
 
@@ -49,8 +52,21 @@ pub struct Pressing<N> {
     pub width: N,
 }
 
+impl Pressing<f64> {
+    /// Four of the same.
+    #[inline]
+    fn of_four(&self) -> Pressing<Lanes> {
+        Pressing {
+            overlap: Lanes::splat(self.overlap),
+            force: Lanes::splat(self.force),
+            stiffness: Lanes::splat(self.stiffness),
+            width: Lanes::splat(self.width),
+        }
+    }
+}
+
 /// The data to recognise impacts in a step.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, Default)]
 pub struct Impacts<'a> {
     /// Velocities and spins at `t_{n+1/2}`; those at `t_{n-1/2}` are in [`Bodies::state`].
     pub kicked: &'a [(Vec2, f64)],
@@ -62,6 +78,21 @@ pub struct Impacts<'a> {
     pub speed: f64,
     /// Largest acceleration of any surface by gravity and external forces, in m/s^2.
     pub outer: f64,
+    /// How many times the squared frequency of an impact counts.
+    pub count: f64,
+}
+
+/// The relative motion of four pairs along their normals, positive if they separate.
+#[derive(Debug, Clone, Copy)]
+struct Along {
+    /// In 1/kg.
+    mobility: Lanes,
+    /// In m/s.
+    velocity: Lanes,
+    /// In m/s^2.
+    acceleration: Lanes,
+    /// Additional acceleration in m/s^2 and velocity in m/s by which pairs that do not touch may approach by rotation.
+    turning: [Lanes; 2],
 }
 
 /// How a body moves after the kick, and its share in the frequency of its contacts: the numbers of a bound for all of
@@ -216,13 +247,7 @@ impl Impacts<'_> {
             normal: all(near.normal),
             point: all(near.point),
         };
-        let pressing = Pressing {
-            overlap: Lanes::splat(pressing.overlap),
-            force: Lanes::splat(pressing.force),
-            stiffness: Lanes::splat(pressing.stiffness),
-            width: Lanes::splat(pressing.width),
-        };
-        self.among(bodies, &nears, &pressing) != 0
+        self.among(bodies, &nears, &pressing.of_four()) != 0
     }
 
     /// Which of the contacts of four pairs open or close, as bits.
@@ -246,7 +271,46 @@ impl Impacts<'_> {
         } else {
             zero
         };
-        let mobility = own.mobility + other.mobility;
+        let along = Along {
+            mobility: own.mobility + other.mobility,
+            velocity,
+            acceleration,
+            turning: [
+                own.bend() + other.bend(),
+                (own.spin - other.spin).abs() * pressing.width,
+            ],
+        };
+        self.open_or_close(&along, pressing)
+    }
+
+    /// How many times the stiffness of a contact of points counts.
+    #[inline]
+    pub fn count(&self, velocity: f64, mobility: f64, pressing: &Pressing<f64>) -> f64 {
+        if self.count == 1.0 || velocity.abs() <= NEGLIGIBLE * self.speed {
+            return 1.0;
+        }
+        let along = Along {
+            mobility: Lanes::splat(mobility),
+            velocity: Lanes::splat(velocity),
+            acceleration: Lanes::ZERO,
+            turning: [Lanes::ZERO; 2],
+        };
+        if self.open_or_close(&along, &pressing.of_four()) == 0 {
+            1.0
+        } else {
+            self.count
+        }
+    }
+
+    #[inline(always)]
+    fn open_or_close(&self, along: &Along, pressing: &Pressing<Lanes>) -> u32 {
+        let zero = Lanes::ZERO;
+        let Along {
+            mobility,
+            velocity,
+            acceleration,
+            turning: [bend, turning],
+        } = *along;
         let omega_sq = pressing.stiffness * mobility;
         let omega = omega_sq.sqrt();
         let negligible = Lanes::splat(self.outer) + omega * Lanes::splat(NEGLIGIBLE * self.speed);
@@ -258,8 +322,7 @@ impl Impacts<'_> {
             return opens;
         }
         let time = Lanes::splat(self.ahead.time());
-        let drawn = (-acceleration).fast_max(zero) + (own.bend() + other.bend());
-        let turning = (own.spin - other.spin).abs() * pressing.width;
+        let drawn = (-acceleration).fast_max(zero) + bend;
         let closing = (turning - velocity).fast_max(zero);
         let way = closing * time + Lanes::HALF * drawn * time * time;
         let speed = closing + drawn * time;
@@ -327,6 +390,7 @@ pub(super) mod tests {
                     ahead: Ahead::new(kick, kick, 9.81),
                     speed: 0.0,
                     outer: 9.81,
+                    count: 1.0,
                 };
                 let near = Near {
                     bodies: [0, 1],
@@ -396,6 +460,7 @@ pub(super) mod tests {
                     ahead: Ahead::new(kick, kick, outer),
                     speed,
                     outer,
+                    count: 1.0,
                 };
                 let pressing = Pressing {
                     overlap: 1e-2,

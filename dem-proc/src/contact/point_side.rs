@@ -8,6 +8,7 @@ use interface::solver::Refusal;
 
 use crate::body::bodies::Bodies;
 use crate::body::load::Load;
+use crate::contact::impact::Impacts;
 use crate::contact::passage::Passed;
 use crate::law::{LastStep, Loss};
 use crate::threads::Threads;
@@ -20,6 +21,8 @@ pub struct Interval {
     /// Distance in m by which a point and a surface can approach in the interval after. A law whose stiffness grows
     /// with the overlap declares the stiffness that it may then have.
     pub closing: f64,
+    /// How contacts that open or close count.
+    pub impacts: Impacts<'static>,
 }
 
 /// What a step needs from contacts of points, for any law.

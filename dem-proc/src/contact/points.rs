@@ -16,6 +16,7 @@ use serde::{Deserialize, Serialize};
 use crate::body::bodies::Bodies;
 use crate::body::displacement::Displacement;
 use crate::body::load::Load;
+use crate::contact::impact::{Impacts, Pressing};
 use crate::contact::passage::Passed;
 use crate::contact::point_side::{Interval, PointSide};
 use crate::contact::versions::Versions;
@@ -165,7 +166,8 @@ struct Sets {
 struct Kept<G: Geometry, L: Law> {
     state: State<L::History>,
     list: G::List,
-    constants: Vec<L::Pair>,
+    /// Mobility of a pair as masses of its own, in 1/kg, and its constants.
+    constants: Vec<(f64, L::Pair)>,
     /// Smallest reduced mass of a pair in kg/m; infinite if there is none.
     lightest: f64,
 }
@@ -219,7 +221,7 @@ impl<G: Geometry, L: Law> Kept<G, L> {
 
     fn bytes(&self) -> usize {
         G::bytes(&self.list)
-            + self.constants.capacity() * size_of::<L::Pair>()
+            + self.constants.capacity() * size_of::<(f64, L::Pair)>()
             + self.state.history.capacity() * size_of::<L::History>()
             + (self.state.previous.capacity() + self.state.built_at.capacity()) * size_of::<Vec2>()
     }
@@ -284,7 +286,8 @@ impl<G: Geometry, L: Law> PointContacts<G, L> {
         for &pair in G::pairs(&fresh.list) {
             let properties = self.geometry.properties(bodies, set, pair);
             fresh.lightest = fresh.lightest.min(properties.mass);
-            fresh.constants.push(self.law.pair(&properties));
+            let constants = self.law.pair(&properties);
+            fresh.constants.push((1.0 / properties.mass, constants));
         }
     }
 }
@@ -300,7 +303,11 @@ impl<G: Geometry, L: Law> View<'_, G, L> {
     /// Evaluates one pair: geometry, law, contact point. `None` if it is out of reach.
     #[inline]
     fn pair(&self, interval: Interval, k: usize) -> Option<(Outcome<G::Effect>, L::History)> {
-        let Interval { last_step, closing } = interval;
+        let Interval {
+            last_step,
+            closing,
+            impacts,
+        } = interval;
         let (on, now) = (&self.on, self.now);
         let pair = G::pairs(&now.list)[k];
         let (overlap, normal) = G::overlap(on, pair);
@@ -324,8 +331,7 @@ impl<G: Geometry, L: Law> View<'_, G, L> {
             let velocity = G::velocity(on, pair, &arms);
             kinematics.velocity = [velocity.dot(&normal), velocity.dot(&tangent)];
         }
-        let (constants, before) = (&now.constants[k], &now.state.history[k]);
-        let stiffness = self.law.stiffness(constants, overlap + closing);
+        let ((mobility, constants), before) = (&now.constants[k], &now.state.history[k]);
         let (force, loss, history) = if overlap > 0.0 {
             let response = self.law.response(constants, &kinematics, before);
             let force = [response.normal, response.tangential];
@@ -334,12 +340,20 @@ impl<G: Geometry, L: Law> View<'_, G, L> {
             let loss = self.law.separate(constants, &kinematics, before);
             ([0.0; 2], loss, L::History::default())
         };
+        let stiffness = self.law.stiffness(constants, overlap + closing);
+        let pressing = Pressing {
+            overlap,
+            force: force[0],
+            stiffness: stiffness.normal,
+            width: 0.0,
+        };
+        let count = impacts.count(kinematics.velocity[0], *mobility, &pressing);
         let outcome = Outcome {
             pair: k as u32,
             deep: G::is_deep(on, pair, overlap),
             overlap,
             force: normal * force[0] + tangent * force[1],
-            effect: G::effect(on, pair, &arms, stiffness, force),
+            effect: G::effect(on, pair, &arms, stiffness.times(count), force),
             loss,
         };
         Some((outcome, history))
@@ -443,7 +457,7 @@ impl<G: Geometry, L: Law> PointSide for PointContacts<G, L> {
         let energy = |(k, &pair): (usize, &G::Pair)| {
             let (overlap, _) = G::overlap(&view.on, pair);
             if overlap > 0.0 {
-                (self.law).energy(&view.now.constants[k], overlap, &self.next[k])
+                (self.law).energy(&view.now.constants[k].1, overlap, &self.next[k])
             } else {
                 0.0
             }
@@ -459,10 +473,11 @@ impl<G: Geometry, L: Law> PointSide for PointContacts<G, L> {
         found: &mut Vec<ContactState>,
     ) {
         let view = self.view(bodies, states);
-        // The closing distance of the next step affects only the stiffness, not the force.
+        // The next step affects only the stiffness, not the force.
         let interval = Interval {
             last_step,
             closing: 0.0,
+            impacts: Impacts::default(),
         };
         for (k, &pair) in G::pairs(view.on.list).iter().enumerate() {
             let in_reach = view.pair(interval, k);

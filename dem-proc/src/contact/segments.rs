@@ -19,6 +19,7 @@ use crate::body::bodies::Bodies;
 use crate::body::load::Load;
 use crate::contact::chain::{Extremum, Foot, Links, came_through, extrema, shares_within};
 use crate::contact::frame_contacts::POINT;
+use crate::contact::impact::Pressing;
 use crate::contact::near::{Near, NearSegments};
 use crate::contact::passage::{Passage, Passed, admissible_depth};
 use crate::contact::point_side::{Interval, PointSide};
@@ -256,9 +257,33 @@ impl<L: Law> SegmentContacts<L> {
         let properties = self.pair_properties(bodies, near, e.foot.slots[0] as usize);
         let constants = self.law.pair(&properties);
         to.sums.lightest = to.sums.lightest.min(properties.mass);
-        let k = self
-            .law
-            .stiffness(&constants, overlap + on.interval.closing);
+        let elastic = if overlap > 0.0 {
+            self.law.normal(&constants, overlap)
+        } else {
+            [0.0; 2]
+        };
+        let place = Place {
+            e: *e,
+            overlap,
+            normal,
+            tangent,
+            r,
+            center: rigid.center,
+            arms: [r_n, r_t],
+            constants,
+            elastic,
+        };
+        let k = (self.law).stiffness(&place.constants, overlap + on.interval.closing);
+        let mut kinematics = Kinematics::default();
+        self.add_motion(on, body, &place, 1.0, &mut kinematics);
+        let pressing = Pressing {
+            overlap,
+            force: elastic[0],
+            stiffness: k.normal,
+            width: 0.0,
+        };
+        let mobility = 1.0 / properties.mass;
+        let k = k.times((on.interval.impacts).count(kinematics.velocity[0], mobility, &pressing));
         if e.least || e.alone {
             let way = 0.5 * info.radius;
             shares_within(&self.links, &self.positions, &e.foot, way, |slot, share| {
@@ -272,22 +297,7 @@ impl<L: Law> SegmentContacts<L> {
             load.rate += k.normal * mobility + k.tangential * (m + i * r_t * r_t);
             load.mobility += mobility;
         }
-        let elastic = if overlap > 0.0 {
-            self.law.normal(&constants, overlap)
-        } else {
-            [0.0; 2]
-        };
-        Place {
-            e: *e,
-            overlap,
-            normal,
-            tangent,
-            r,
-            center: rigid.center,
-            arms: [r_n, r_t],
-            constants,
-            elastic,
-        }
+        place
     }
 
     /// Evaluates the contact of a disc with a span of the chain whose extrema are `places`, and adds the results

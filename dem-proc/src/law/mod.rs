@@ -120,6 +120,19 @@ pub struct Stiffness {
     pub rolling: f64,
 }
 
+impl Stiffness {
+    /// All of it `count` times.
+    #[inline]
+    #[must_use]
+    pub fn times(self, count: f64) -> Self {
+        Self {
+            normal: count * self.normal,
+            tangential: count * self.tangential,
+            rolling: count * self.rolling,
+        }
+    }
+}
+
 /// Energy that a contact dissipated over the last step, in J/m.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct Loss {

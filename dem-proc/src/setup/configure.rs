@@ -184,7 +184,7 @@ pub fn configure(config: &DemConfig) -> Result<(System, Readiness), Refusal> {
         constants: LimitConstants {
             outer_acceleration: outer_acceleration(&bodies, config.gravity.into()),
             first_contact: first_contact(&bodies, body_stiffness),
-            per_resolution_sq: (2.0 / config.resolution()).powi(2),
+            per_resolution_sq: config.resolutions().map(|r| (2.0 / r).powi(2)),
         },
         skin: config.skin,
         bodies,

@@ -31,10 +31,10 @@ pub struct DemConfig {
     /// Laws between the points of two groups (Chen 2023; capability `pairs`). There may be no bodies then.
     #[serde(rename = "group_pair")]
     pub group_pairs: Vec<GroupPair>,
-    /// How finely impacts between bodies are resolved: `omega dt` of a contact that opens or closes is at most this
-    /// times the coupler's safety factor, above 0 and at most 2, which is the limit of stability (capability
-    /// `feature:contact_resolution`). Null: as the solver chooses; the built-in one takes 0.04, and 0.2 where every
-    /// contact between bodies has a damping ratio of 0.01 or more.
+    /// How finely impacts are resolved: `omega dt` of a contact between bodies that opens or closes is at most this
+    /// times the coupler's safety factor, and that of a contact of points [`RESOLUTION_OF_POINTS`] times as much. Above 0
+    /// and at most 2, which is the limit of stability (capability `feature:contact_resolution`). Null: as the solver
+    /// chooses; the built-in one takes 0.04, and 0.2 where every contact has a damping ratio of 0.01 or more.
     pub contact_resolution: Option<f64>,
     /// What the bodies are in contact with.
     pub interface: Interface,
@@ -44,27 +44,39 @@ pub struct DemConfig {
     pub threads: usize,
 }
 
-/// [`DemConfig::resolution`] if a contact between bodies is elastic: a thousand impacts conserve the energy within 1 %.
+/// [`DemConfig::resolutions`] if a contact between bodies is elastic: a thousand impacts conserve the energy within 1 %.
 pub const ELASTIC_RESOLUTION: f64 = 0.04;
 
-/// [`DemConfig::resolution`] if all contacts are damped: the energy of an impact is dissipated within a few bounces,
+/// [`DemConfig::resolutions`] if all contacts are damped: the energy of an impact is dissipated within a few bounces,
 /// and the errors of these few stay within 1 %.
 pub const DAMPED_RESOLUTION: f64 = 0.2;
 
 /// Fraction of critical damping from which a contact counts as damped: it loses 6 % of the energy in an impact.
 const DAMPED: f64 = 0.01;
 
+/// How much coarser contacts of points are resolved: an impact of a point has less than a 300th of the energy in play, an
+/// impact of a body may have all of it (docs/stability.md).
+pub const RESOLUTION_OF_POINTS: f64 = 25.0;
+
 impl DemConfig {
-    /// How finely impacts between bodies are resolved: the value of the scene, else one that depends on the damping of
-    /// the contacts (docs/stability.md).
-    pub fn resolution(&self) -> f64 {
-        self.contact_resolution.unwrap_or_else(|| {
-            if self.body_laws().all(|law| law.damping_ratio() >= DAMPED) {
+    /// The largest `omega dt` of an impact between bodies and of one of points, without the safety factor: from the value
+    /// of the scene, else from one that depends on the damping of the contacts (docs/stability.md).
+    pub fn resolutions(&self) -> [f64; 2] {
+        let damped = |law: ContactLaw| law.damping_ratio() >= DAMPED;
+        let of = |damped: bool| {
+            let default = if damped {
                 DAMPED_RESOLUTION
             } else {
                 ELASTIC_RESOLUTION
-            }
-        })
+            };
+            self.contact_resolution.unwrap_or(default)
+        };
+        let of_pairs = self.group_pairs.iter().map(|pair| pair.law);
+        let of_points = of(self.point_laws().chain(of_pairs).all(damped));
+        [
+            of(self.body_laws().all(damped)),
+            (RESOLUTION_OF_POINTS * of_points).min(2.0),
+        ]
     }
 }
 

@@ -67,6 +67,8 @@ impl Dice<'_, Scale> {
             point_surfaces: vec![String::new(); 2],
             skin: self.scale.radius * self.between(0.05, 0.5),
             threads: 1,
+            // Stiffness as it is, so that it can be compared (F-6).
+            contact_resolution: (self.takes.meets("feature:contact_resolution")).then_some(2.0),
             ..DemConfig::default()
         };
         if self.takes.meets("feature:contact_pairs") && self.rarely() {
