@@ -110,6 +110,7 @@ pub fn options(record: bool, interrupt: bool) -> RunOptions {
         threads: 1,
         window: None,
         record,
+        trace: None,
         progress: false,
         patience: Duration::from_secs(1),
         stepping: None,
