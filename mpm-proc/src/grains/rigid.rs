@@ -166,6 +166,7 @@ fn place<const W: usize, S: Shape<W>, A: AffineState>(
     let (sin, cos) = motion.state.angle.sin_cos();
     let turn = splat(motion.state.spin * cell);
     let slopes = [[ZERO, turn], [ZERO - turn, ZERO]];
+    cloud.forget_sums();
     for (tile, report) in cloud.tiles.iter().zip(&mut cloud.reports) {
         *report = TileReport {
             lower: [f64::INFINITY; 2],

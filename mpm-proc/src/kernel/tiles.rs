@@ -4,7 +4,7 @@
 //! *window* of [`pitch`] x [`pitch`] nodes: one more on the low side and `W` more on the high side. That is where the
 //! points of the tile reach, and still reach when each has moved by up to one cell since they were last sorted.
 
-use crate::kernel::lanes::{LANES, Lanes, ZERO, indices, splat};
+use crate::kernel::lanes::{INDEX_LIMIT, LANES, Lanes, ZERO, indices, splat};
 
 /// Nodes along the side of a tile.
 pub const TILE: usize = 8;
@@ -130,12 +130,9 @@ pub struct Frame {
 #[derive(Debug, Clone, Copy)]
 pub struct Place {
     /// Number of the base node in the window, row by row.
-    pub base: [usize; LANES],
+    base: [u8; LANES],
     /// Distance from the base node in cells.
     pub d: [Lanes; 2],
-    /// Whether all four have the same base node, as is likely after sorting. Then their contributions to a node are
-    /// summed first.
-    pub shared: bool,
 }
 
 impl Place {
@@ -143,8 +140,30 @@ impl Place {
     pub const NOWHERE: Self = Self {
         base: [0; LANES],
         d: [ZERO; 2],
-        shared: true,
     };
+
+    /// At these base nodes, and this far from them in cells.
+    #[inline(always)]
+    pub fn new(base: [usize; LANES], d: [Lanes; 2]) -> Self {
+        Self {
+            base: base.map(|node| node as u8),
+            d,
+        }
+    }
+
+    /// Number of the base node of point `k` in the window. The mask tells the compiler the range.
+    #[inline(always)]
+    pub fn base(&self, k: usize) -> usize {
+        usize::from(self.base[k]) & (INDEX_LIMIT - 1)
+    }
+
+    /// Whether all four have the same base node, as is likely after sorting. Then their contributions to a node are
+    /// summed first.
+    #[inline(always)]
+    pub fn shared(&self) -> bool {
+        let all = u32::from_le_bytes(self.base);
+        all == all.rotate_left(u8::BITS)
+    }
 }
 
 impl Frame {
@@ -161,11 +180,7 @@ impl Frame {
         };
         let ((base_x, dx), (base_y, dy)) = (along(0), along(1));
         let base = indices(base_y.mul_add(splat(pitch as f64), base_x));
-        Place {
-            base,
-            d: [dx, dy],
-            shared: (base[0] ^ base[1]) | (base[0] ^ base[2]) | (base[0] ^ base[3]) == 0,
-        }
+        Place::new(base, [dx, dy])
     }
 }
 
@@ -200,7 +215,8 @@ mod tests {
         let (tile, within) = grid.tile_of(x, offset);
         assert_eq!((tile, within), ([2, 2], TILE + 2));
         let place = grid.frame(tile, offset).locate(&x.map(splat), 12);
-        assert_eq!(place.base, [(1 + MARGIN) * 12 + 2 + MARGIN; 4]);
+        assert!(place.shared());
+        assert_eq!(place.base(3), (1 + MARGIN) * 12 + 2 + MARGIN);
         assert!((place.d[0].to_array()[0] - 1.3).abs() < 1e-13);
         assert!((place.d[1].to_array()[3] - 0.7).abs() < 1e-13);
         // Outside the domain on the low side: floor, not truncation.

@@ -72,8 +72,8 @@ pub fn gather_row<const W: usize>(
     j: usize,
 ) -> [[Lanes; 2]; W] {
     let mut row = [[ZERO; 2]; W];
-    if place.shared {
-        let at = 2 * (place.base[0] + j * pitch(W));
+    if place.shared() {
+        let at = 2 * (place.base(0) + j * pitch(W));
         for i in 0..W {
             row[i] = [window.0[at + 2 * i], window.0[at + 2 * i + 1]].map(splat);
         }
@@ -83,10 +83,10 @@ pub fn gather_row<const W: usize>(
     while i < W {
         let at = 2 * (j * pitch(W) + i);
         let [x, y, next_x, next_y] = Lanes::transpose([
-            load(window, 2 * place.base[0] + at),
-            load(window, 2 * place.base[1] + at),
-            load(window, 2 * place.base[2] + at),
-            load(window, 2 * place.base[3] + at),
+            load(window, 2 * place.base(0) + at),
+            load(window, 2 * place.base(1) + at),
+            load(window, 2 * place.base(2) + at),
+            load(window, 2 * place.base(3) + at),
         ]);
         row[i] = [x, y];
         if i + 1 < W {
@@ -108,16 +108,21 @@ pub fn scatter_row<const W: usize>(
     j: usize,
     row: &[[Lanes; 2]; W],
 ) {
-    if place.shared {
-        let at = 2 * (place.base[0] + j * pitch(W));
+    if place.shared() {
+        let at = 2 * (place.base(0) + j * pitch(W));
         let mut i = 0;
         while i < W {
-            let next = if i + 1 < W { row[i + 1] } else { [ZERO; 2] };
-            let [a, b, c, d] = Lanes::transpose([row[i][0], row[i][1], next[0], next[1]]);
-            let [x, y, next_x, next_y] = ((a + b) + (c + d)).to_array();
-            add_vector(window, at + 2 * i, [x, y]);
+            let [x, y, x_far, y_far] = pair_sums(row[i]).to_array();
             if i + 1 < W {
+                let [next_x, next_y, next_x_far, next_y_far] = pair_sums(row[i + 1]).to_array();
+                let near = Lanes::new([x, y, next_x, next_y]);
+                let far = Lanes::new([x_far, y_far, next_x_far, next_y_far]);
+                let [x, y, next_x, next_y] = (near + far).to_array();
+                add_vector(window, at + 2 * i, [x, y]);
                 add_vector(window, at + 2 * i + 2, [next_x, next_y]);
+            } else {
+                let sum = f64x2::new([x, y]) + f64x2::new([x_far, y_far]);
+                add_vector(window, at + 2 * i, sum.to_array());
             }
             i += 2;
         }
@@ -126,10 +131,17 @@ pub fn scatter_row<const W: usize>(
     for (i, [x, y]) in row.iter().enumerate() {
         let (x, y) = (x.to_array(), y.to_array());
         for k in 0..LANES {
-            let at = 2 * (place.base[k] + j * pitch(W) + i);
+            let at = 2 * (place.base(k) + j * pitch(W) + i);
             add_vector(window, at, [x[k], y[k]]);
         }
     }
+}
+
+/// The sums of the first two and of the last two of the four points: `x y x y`.
+#[inline(always)]
+fn pair_sums([x, y]: [Lanes; 2]) -> Lanes {
+    let ([a, b, c, d], [e, f, g, h]) = (x.to_array(), y.to_array());
+    Lanes::new([a, e, c, g]) + Lanes::new([b, f, d, h])
 }
 
 /// Adds a vector to the node whose numbers begin at `at`.

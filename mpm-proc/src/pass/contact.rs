@@ -116,7 +116,7 @@ fn touch<const W: usize, S: Shape<W>, A: AffineState>(
         for i in 0..W {
             let gather = s[0][i] * s[1][j];
             let scatter = t[0][i] * t[1][j];
-            let (tile, node) = owner::<W>(tile, place.base[k] + j * pitch(W) + i);
+            let (tile, node) = owner::<W>(tile, place.base(k) + j * pitch(W) + i);
             let at = NodeAt {
                 tile: tile as u32,
                 node: node as u32,

@@ -1,8 +1,5 @@
 //! Grid to points: velocities, affine part, and the move to `t_{n+1}` (Jiang 2020 eqs. 26 to 28 and 31).
 
-use crate::kernel::point_tile::Which;
-use crate::kernel::window::fill_window;
-use crate::state::nodes::{MappedTile, NodeTile};
 use interface::config::{Drift, StressUpdate};
 use interface::solver::Fault;
 
@@ -10,18 +7,15 @@ use super::check_points::check_points;
 use super::drift::find_near_loads;
 use super::holds::hold_mapped;
 use super::markers::move_markers;
+use super::measure::sum_stress_ahead;
 use super::points_to_grid::map_velocities;
-use super::stress::Velocity;
-use crate::kernel::lanes::{Lanes, ZERO, largest, smallest, splat, sum};
+use super::stress::{PositionsAt, Strain};
+use super::sweep::{Sweep, Velocity, kicks, sweep};
+use super::velocities::Carry;
+use crate::kernel::point_tile::Which;
 use crate::kernel::shape::Shape;
-use crate::kernel::threads::{PerBlock, PerTile, over_tiles};
-use crate::kernel::tiles::{Place, pitch};
-use crate::kernel::transfer::{AffineState, Transfer};
-use crate::kernel::window::{NO_VECTORS, VectorWindow, gather_row};
+use crate::kernel::transfer::AffineState;
 use crate::state::continuum::Continuum;
-use crate::state::points::{Cloud, Motion, TileReport};
-use crate::state::settling::Settling;
-use mechanics::threads::Threads;
 
 /// Velocities and positions of all points after the kick, by the scheme's choice of the velocity with which points move.
 ///
@@ -35,19 +29,32 @@ pub fn grid_to_points<const W: usize, S: Shape<W>, A: AffineState>(
     match continuum.stress_update {
         // The velocities were gathered, and mapped to the field that strains the points.
         StressUpdate::Musl | StressUpdate::Usavg => {
-            transfer_pass::<W, false, true, S, A>(continuum, Which::All, dt);
+            sweep(continuum, &moves(continuum, Which::All, dt));
         }
         StressUpdate::Usf if mapped => {
             find_near_loads(continuum);
-            transfer_pass::<W, true, false, S, A>(continuum, Which::NearLoad, 0.0);
+            sweep(continuum, &kicks(continuum, Which::NearLoad));
             map_velocities(continuum, Which::NearLoad);
             hold_mapped(continuum);
             continuum.grid.complete_mapped();
-            transfer_pass::<W, false, true, S, A>(continuum, Which::NearLoad, dt);
-            transfer_pass::<W, true, true, S, A>(continuum, Which::Elsewhere, dt);
+            sweep(continuum, &moves(continuum, Which::NearLoad, dt));
+            sweep(continuum, &kicks_and_moves(continuum, Which::Elsewhere, dt));
         }
-        StressUpdate::Usf | StressUpdate::Usl => {
-            transfer_pass::<W, true, true, S, A>(continuum, Which::All, dt);
+        StressUpdate::Usf => {
+            sweep(continuum, &kicks_and_moves(continuum, Which::All, dt));
+        }
+        // The stress at t_{n+1} comes from the same velocities, and its forces are those of the next step.
+        StressUpdate::Usl => {
+            let what = Sweep {
+                strain: Some(Strain {
+                    dt,
+                    positions_at: PositionsAt::Start,
+                }),
+                load: true,
+                ..kicks_and_moves(continuum, Which::All, dt)
+            };
+            sweep(continuum, &what);
+            sum_stress_ahead(continuum);
         }
     }
     if continuum.imps.markers.is_some() {
@@ -56,273 +63,31 @@ pub fn grid_to_points<const W: usize, S: Shape<W>, A: AffineState>(
     check_points(continuum, dt)
 }
 
-/// Gives all points in `which` tiles their velocities if `KICK`, and moves them over `dt` (s) if `DRIFT`.
-pub fn transfer_pass<
-    const W: usize,
-    const KICK: bool,
-    const DRIFT: bool,
-    S: Shape<W>,
-    A: AffineState,
->(
-    continuum: &mut Continuum<W, S, A>,
+/// Points take velocities and move over `dt` (s) with them.
+fn kicks_and_moves<const W: usize, S: Shape<W>, A: AffineState>(
+    continuum: &Continuum<W, S, A>,
     which: Which,
     dt: f64,
-) {
-    let kept = continuum
-        .damping_of_points()
-        .map_or(1.0, |damping| damping.kept);
-    let way = Way {
+) -> Sweep {
+    let mut what = kicks(continuum, which);
+    what.carry = what.carry.map(|how| Carry {
+        drift: true,
         dt,
-        settling: continuum.settling,
-        by: if KICK || continuum.moves_by_kicked() {
-            Velocity::After
-        } else {
-            Velocity::Before
-        },
-    };
-    let threads = &continuum.threads;
-    let (clouds, grid, transfer) = (&mut continuum.clouds, &continuum.grid, continuum.transfer);
-    for cloud in clouds {
-        if KICK && transfer.increment {
-            transfer_cloud::<W, KICK, true, DRIFT, S, A>(
-                threads,
-                cloud,
-                which,
-                (&grid.tiles, &grid.mapped),
-                (transfer, kept),
-                way,
-            );
-        } else {
-            transfer_cloud::<W, KICK, false, DRIFT, S, A>(
-                threads,
-                cloud,
-                which,
-                (&grid.tiles, &grid.mapped),
-                (transfer, kept),
-                way,
-            );
-        }
-    }
+        ..how
+    });
+    what
 }
 
-/// How points move.
-#[derive(Debug, Clone, Copy)]
-struct Way {
-    /// Length of the step in s.
-    dt: f64,
-    settling: Settling,
-    /// The velocity of the nodes that moves them.
-    by: Velocity,
-}
-
-/// [`transfer_pass`] of one cloud, with the velocities of the nodes; and with their increment if `INCREMENT`. Damping leaves
-/// `kept` of the velocities before.
-#[allow(clippy::too_many_lines)] // one loop over points with its sums; parts of it would need their names told to one another
-fn transfer_cloud<
-    const W: usize,
-    const KICK: bool,
-    const INCREMENT: bool,
-    const DRIFT: bool,
-    S: Shape<W>,
-    A: AffineState,
->(
-    threads: &Threads,
-    cloud: &mut Cloud<W, S, A>,
+/// Points that have their velocities move over `dt` (s).
+fn moves<const W: usize, S: Shape<W>, A: AffineState>(
+    continuum: &Continuum<W, S, A>,
     which: Which,
-    (nodes, mapped): (&[NodeTile], &[MappedTile]),
-    (transfer, kept): (Transfer, f64),
-    way: Way,
-) {
-    let (shape, aside) = (cloud.shape, &cloud.aside);
-    let filtered = transfer.filter.is_some();
-    // FLIP alone takes nothing.
-    let takes = KICK && (!INCREMENT || A::PRESENT || filtered || transfer.pic_fraction() > 0.0);
-    let dt = splat(way.dt);
-    let per_dt = splat(if way.dt > 0.0 { 1.0 / way.dt } else { 0.0 });
-    let settles = way.settling.settles();
-    let [past, ahead] = [way.settling.past, way.settling.ahead].map(splat);
-    let per_kept = splat(1.0 / kept);
-    let pic = splat(transfer.pic_fraction());
-    let flip = splat(1.0 - transfer.pic_fraction());
-    let own = splat(kept);
-    let share = (
-        PerBlock(&mut cloud.state.x[..]),
-        PerBlock(&mut cloud.state.motion[..]),
-        (
-            PerBlock(&mut cloud.state.unsettled[..]),
-            PerTile::one(&mut cloud.reports[..]),
-        ),
-    );
-    over_tiles(
-        threads,
-        &cloud.tiles,
-        share,
-        || [NO_VECTORS; 2],
-        &|tile, part, windows: &mut [VectorWindow; 2]| {
-            if !which.has(tile) {
-                return;
-            }
-            let (x, motion, (unsettled, report)) = part;
-            let [velocity, increment] = windows;
-            fill_window::<W, _>(velocity, nodes, tile, |t| match way.by {
-                _ if !KICK && tile.near_load && mapped[t.index].moves != 0 => {
-                    &mapped[t.index].velocity
-                }
-                Velocity::Before => &t.before,
-                Velocity::After => &t.after,
-            });
-            if INCREMENT || takes {
-                fill_window::<W, _>(increment, nodes, tile, |t| &t.before);
-                for (b, a) in increment.0.iter_mut().zip(&velocity.0) {
-                    *b = a - kept * *b;
-                }
-            }
-            let mut speed_sq = ZERO;
-            let mut total = ZERO;
-            let mut taken = ZERO;
-            let mut lower = x.0[0];
-            let mut upper = x.0[0];
-            let blocks = x.0.iter_mut().zip(motion.0.iter_mut());
-            for (b, (x, motion)) in blocks.enumerate() {
-                let place = tile.frame.locate(x, pitch(W));
-                let s = [shape.weights(0, place.d[0]), shape.weights(1, place.d[1])];
-                let (v, affine) = interpolate::<W, S, A>(velocity, &place, &s);
-                let old = *motion;
-                let mut gain = Motion {
-                    v: [ZERO; 2],
-                    affine: A::default(),
-                };
-                if takes {
-                    (gain.v, gain.affine) = interpolate::<W, S, A>(increment, &place, &s);
-                } else if INCREMENT {
-                    (gain.v, ()) = interpolate::<W, S, ()>(increment, &place, &s);
-                }
-                if !KICK {
-                } else if INCREMENT {
-                    for a in 0..2 {
-                        motion.v[a] = pic * v[a] + flip * own.mul_add(motion.v[a], gain.v[a]);
-                    }
-                } else {
-                    motion.v = v;
-                }
-                if KICK {
-                    motion.affine = affine;
-                }
-                if takes {
-                    let mut old = old;
-                    if filtered {
-                        old.v = aside[tile.first + b];
-                    }
-                    let of_block = taken_by_transfer::<W, S, A>(old, own, gain, motion);
-                    taken = tile.live(b).mul_add(of_block, taken);
-                }
-                let mut moves = v;
-                if settles {
-                    let unsettled = &mut unsettled.0[b];
-                    for a in 0..2 {
-                        if KICK {
-                            // The kick and the share that damping leaves make the velocity after it out of the one before.
-                            let before = (v[a] - gain.v[a]) * per_kept;
-                            unsettled[a] = way.settling.correction(past * before, unsettled[a]);
-                        }
-                        if DRIFT {
-                            moves[a] = unsettled[a].mul_add(per_dt, v[a]);
-                            unsettled[a] = ahead * v[a];
-                        }
-                    }
-                }
-                for a in 0..2 {
-                    if DRIFT {
-                        x[a] = moves[a].mul_add(dt, x[a]);
-                    }
-                    lower[a] = lower[a].fast_min(x[a]);
-                    upper[a] = upper[a].fast_max(x[a]);
-                    total = motion.v[a].mul_add(motion.v[a], total);
-                }
-                speed_sq = speed_sq.fast_max(moves[0] * moves[0] + moves[1] * moves[1]);
-            }
-            let report = &mut report.items[0];
-            *report = TileReport {
-                speed_sq: largest(speed_sq),
-                sum: sum(total),
-                lower: lower.map(smallest),
-                upper: upper.map(largest),
-                omega_sq: 0.0,
-                taken: if KICK { sum(taken) } else { report.taken },
-            };
-        },
-    );
-}
-
-/// What a transfer takes of the kinetic energy of four points in a kick, twice and per mass, in m^2/s^2.
-///
-/// Without the transfer's smoothing a point would have gained what the grid has. The velocity that it lacks acts as a
-/// force would, so its work is that of a force in leapfrog: its impulse times the mean of the velocities before and
-/// after the kick. `old` is from before XPIC's filter; damping leaves the share `own` of it.
-#[inline(always)]
-fn taken_by_transfer<const W: usize, S: Shape<W>, A: AffineState>(
-    old: Motion<A>,
-    own: Lanes,
-    gain: Motion<A>,
-    new: &Motion<A>,
-) -> Lanes {
-    let mut taken = ZERO;
-    for a in 0..2 {
-        let lacks = own.mul_add(old.v[a], gain.v[a]) - new.v[a];
-        taken = lacks.mul_add(old.v[a] + new.v[a], taken);
+    dt: f64,
+) -> Sweep {
+    let mut what = kicks_and_moves(continuum, which, dt);
+    what.carry = what.carry.map(|how| Carry { kick: false, ..how });
+    if !continuum.moves_by_kicked() {
+        what.by = Velocity::Before;
     }
-    if A::PRESENT {
-        let mut of_affine = ZERO;
-        let [old, gain, new] = [&old, &gain, new].map(|motion| motion.affine.slopes());
-        for i in 0..2 {
-            for a in 0..2 {
-                let lacks = own.mul_add(old[i][a], gain[i][a]) - new[i][a];
-                of_affine = lacks.mul_add(old[i][a] + new[i][a], of_affine);
-            }
-        }
-        // The slopes are C L, and D = L^2 / S::INVERSE_INERTIA.
-        let inertia = splat(1.0 / S::INVERSE_INERTIA.unwrap_or(1.0));
-        taken = of_affine.mul_add(inertia, taken);
-    }
-    taken
-}
-
-/// `sum_I S_Ip v_I` of four points and, if wanted, `B_p D_p^-1 L = L D_p^-1 sum_I S_Ip v_I (x_I - x_p)`.
-#[inline(always)]
-fn interpolate<const W: usize, S: Shape<W>, A: AffineState>(
-    velocity: &VectorWindow,
-    place: &Place,
-    s: &[[Lanes; W]; 2],
-) -> ([Lanes; 2], A) {
-    // S_Ip (x_I - x_p) L D^-1 along each axis.
-    let inverse_inertia = splat(S::INVERSE_INERTIA.unwrap_or(0.0));
-    let mut moment = [[ZERO; W]; 2];
-    if A::PRESENT {
-        for a in 0..2 {
-            for i in 0..W {
-                moment[a][i] = s[a][i] * ((splat(i as f64) - place.d[a]) * inverse_inertia);
-            }
-        }
-    }
-    let (mut v, mut slopes) = ([ZERO; 2], [[ZERO; 2]; 2]);
-    for j in 0..W {
-        let nodes = gather_row::<W>(velocity, place, j);
-        let (mut row, mut row_moment) = ([ZERO; 2], [ZERO; 2]);
-        for i in 0..W {
-            for a in 0..2 {
-                row[a] = s[0][i].mul_add(nodes[i][a], row[a]);
-                if A::PRESENT {
-                    row_moment[a] = moment[0][i].mul_add(nodes[i][a], row_moment[a]);
-                }
-            }
-        }
-        for a in 0..2 {
-            v[a] = s[1][j].mul_add(row[a], v[a]);
-            if A::PRESENT {
-                slopes[0][a] = s[1][j].mul_add(row_moment[a], slopes[0][a]);
-                slopes[1][a] = moment[1][j].mul_add(row[a], slopes[1][a]);
-            }
-        }
-    }
-    (v, A::from_slopes(slopes))
+    what
 }

@@ -170,7 +170,7 @@ fn omega_sq_of_points<const W: usize, S: Shape<W>, A: AffineState>(
         let scale = mass * per_area;
         let share = PerTile::one(&mut cloud.force[..]);
         over_tiles(threads, &cloud.tiles, share, || (), &|tile, window, ()| {
-            let window = &mut window.items[0];
+            let window = window.items[0].others();
             clear::<W, 2>(&mut window.0);
             let stiffness = splat(scale * reports[tile.index].stiffness);
             let mass = splat(mass);
@@ -194,7 +194,7 @@ fn omega_sq_of_points<const W: usize, S: Shape<W>, A: AffineState>(
         *loads = [[0.0; 2]; NODES];
         for o in tile.overlapping(&grid.overlaps) {
             let window = &clouds[o.cloud as usize].force[o.tile as usize];
-            add_window::<W, 2>(loads, &window.0, o.run);
+            add_window::<W, 2>(loads, &window.nodes.0, o.run);
         }
     }
     divide_by_mass(loads_of_nodes, &grid.images);

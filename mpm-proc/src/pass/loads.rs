@@ -93,7 +93,7 @@ fn apply<const W: usize, S: Shape<W>, A: AffineState>(
         share,
         || NO_VECTORS,
         &|tile, (lasts, force, report), velocity| {
-            let force = &mut force.items[0];
+            let force = force.items[0].others();
             if by_field.is_some() {
                 fill_window::<W, _>(velocity, nodes, tile, |t| &t.before);
             }

@@ -21,6 +21,8 @@ pub mod sort;
 pub mod spin;
 pub mod stress;
 pub mod stress_schemes;
+pub mod sweep;
 pub mod update_grid;
+pub mod velocities;
 pub mod volumes;
 pub mod xpic;

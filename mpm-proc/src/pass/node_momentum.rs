@@ -32,15 +32,15 @@ pub fn sum_momentum<const W: usize, S: Shape<W>, A: AffineState>(
         let mut sum = [[0.0; 4]; NODES];
         for o in tile.overlapping(overlaps) {
             let window = &clouds[o.cloud as usize].mass_momentum[o.tile as usize];
-            add_window::<W, 4>(&mut sum, &window.0, o.run);
+            add_window::<W, 4>(&mut sum, &window.nodes.0, o.run);
         }
         tile.wall = WallContribution::default();
         tile.friction_work = 0.0;
         tile.damping_work = 0.0;
         tile.smoothing_work = 0.0;
         for (i, sum) in sum.iter().enumerate() {
-            tile.mass[i] = sum[0];
-            tile.before[i] = [sum[1], sum[2]];
+            tile.mass[i] = sum[2];
+            tile.before[i] = [sum[0], sum[1]];
         }
         if !tile.imaged {
             tile.divide_momentum(walls, pic_fraction);
@@ -72,10 +72,10 @@ pub fn divide_mapped<const W: usize, S: Shape<W>, A: AffineState>(
         let mut sum = [[0.0; 4]; NODES];
         for o in tile.overlapping(overlaps) {
             let window = &clouds[o.cloud as usize].mass_momentum[o.tile as usize];
-            add_window::<W, 4>(&mut sum, &window.0, o.run);
+            add_window::<W, 4>(&mut sum, &window.nodes.0, o.run);
         }
         for (v, sum) in mapped.velocity.iter_mut().zip(&sum) {
-            *v = [sum[1], sum[2]];
+            *v = [sum[0], sum[1]];
         }
         mapped.wall = WallContribution::default();
         if !tile.imaged {

@@ -5,14 +5,14 @@ use super::images::spread_before;
 use super::node_momentum::{divide_mapped, sum_momentum};
 use super::spin::spin;
 use crate::kernel::lanes::{LANES, Lanes, ZERO, splat};
-use crate::kernel::point_tile::Which;
+use crate::kernel::point_tile::{Tile, Which};
 use crate::kernel::shape::Shape;
-use crate::kernel::threads::{PerTile, over_tiles};
+use crate::kernel::threads::{PerBlock, PerTile, over_tiles};
 use crate::kernel::tiles::{Place, pitch};
-use crate::kernel::transfer::AffineState;
+use crate::kernel::transfer::{AffineState, Slopes};
 use crate::kernel::window::{NodalWindow, add_numbers, add_product, clear};
 use crate::state::continuum::Continuum;
-use crate::state::points::Cloud;
+use crate::state::points::{Cloud, Motion};
 use mechanics::threads::Threads;
 
 /// Maps mass and momentum of all points to the nodes, and divides them: velocities of the nodes before the kick.
@@ -45,8 +45,8 @@ pub fn map_velocities<const W: usize, S: Shape<W>, A: AffineState>(
     divide_mapped(grid, threads, clouds);
 }
 
-/// Sums mass and momentum of a cloud's points into the windows of their tiles, of `which`; with the group's spin at the nodes
-/// where it is kept.
+/// Sums mass and momentum of a cloud's points into the windows of their tiles, of `which`, where the sweep before has not; with
+/// the group's spin at the nodes where it is kept.
 fn map_cloud<const W: usize, S: Shape<W>, A: AffineState>(
     threads: &Threads,
     cloud: &mut Cloud<W, S, A>,
@@ -54,49 +54,62 @@ fn map_cloud<const W: usize, S: Shape<W>, A: AffineState>(
     cell: f64,
 ) {
     if cloud.spin.is_some() {
-        let turn = spin(cloud);
-        cloud.spin = Some(turn);
-        // The change of velocity from one node to the next along x, and along y.
-        let [none, over_cell] = [ZERO, splat(turn * cell)];
-        let slopes = [[none, over_cell], [-over_cell, none]];
-        fill_windows::<W, true, S, A>(threads, cloud, which, slopes);
-    } else {
-        fill_windows::<W, false, S, A>(threads, cloud, which, [[ZERO; 2]; 2]);
+        cloud.spin = Some(spin(cloud));
     }
-}
-
-/// Sums mass and momentum of a cloud's points into the windows of their tiles, of `which`. Points have affine parts of their
-/// own, or all have those `of_group` if `SPIN`.
-fn fill_windows<const W: usize, const SPIN: bool, S: Shape<W>, A: AffineState>(
-    threads: &Threads,
-    cloud: &mut Cloud<W, S, A>,
-    which: Which,
-    of_group: [[Lanes; 2]; 2],
-) {
+    // The change of velocity from one node to the next along x, and along y.
+    let of_group = cloud.spin.map(|turn| {
+        let [none, over_cell] = [ZERO, splat(turn * cell)];
+        [[none, over_cell], [-over_cell, none]]
+    });
     let (shape, x, motion, mass) = (cloud.shape, &cloud.state.x, &cloud.state.motion, cloud.mass);
-    let share = PerTile::one(&mut cloud.mass_momentum[..]);
-    over_tiles(threads, &cloud.tiles, share, || (), &|tile, window, ()| {
-        if !which.has(tile) {
-            return;
-        }
-        let nodes = &mut window.items[0];
-        clear::<W, 4>(&mut nodes.0);
-        for b in 0..tile.blocks {
-            let block = tile.first + b;
-            let place = tile.frame.locate(&x[block], pitch(W));
-            let s = [shape.weights(0, place.d[0]), shape.weights(1, place.d[1])];
-            let mass = splat(mass) * tile.live(b);
-            let v = motion[block].v;
-            if SPIN {
-                add_momentum::<W, true>(nodes, &place, &s, (v, of_group), mass);
-            } else if A::PRESENT {
-                let slopes = motion[block].affine.slopes();
-                add_momentum::<W, true>(nodes, &place, &s, (v, slopes), mass);
-            } else {
-                add_momentum::<W, false>(nodes, &place, &s, (v, of_group), mass);
-            }
+    let share = (
+        PerBlock(&mut cloud.places[..]),
+        PerTile::one(&mut cloud.mass_momentum[..]),
+    );
+    let spins = of_group.is_some();
+    over_tiles(threads, &cloud.tiles, share, || (), &|tile, part, ()| {
+        let (places, window) = part;
+        let window = &mut window.items[0];
+        if which.has(tile) && !window.current {
+            let blocks = tile.first..tile.first + tile.blocks;
+            let points = (&x[blocks.clone()], &motion[blocks]);
+            clear::<W, 4>(&mut window.nodes.0);
+            map_blocks(
+                (tile, 0),
+                shape,
+                points,
+                (mass, of_group),
+                places.0,
+                &mut window.nodes,
+            );
+            window.current = !spins;
         }
     });
+}
+
+/// Finds blocks of a tile from number `first` on, and adds their mass and momentum to its window: eqs. 18, 19 and 30. Points
+/// have affine parts of their own, or all have those `of_group`.
+pub fn map_blocks<const W: usize, S: Shape<W>, A: AffineState>(
+    (tile, first): (&Tile, usize),
+    shape: S,
+    (x, motion): (&[[Lanes; 2]], &[Motion<A>]),
+    (mass, of_group): (f64, Option<Slopes>),
+    places: &mut [Place],
+    nodes: &mut NodalWindow,
+) {
+    let blocks = x.iter().zip(motion).zip(places);
+    for (b, ((x, motion), place)) in blocks.enumerate() {
+        *place = tile.frame.locate(x, pitch(W));
+        let s = [shape.weights(0, place.d[0]), shape.weights(1, place.d[1])];
+        let mass = splat(mass) * tile.live(first + b);
+        if let Some(slopes) = of_group {
+            add_momentum::<W, true>(nodes, place, &s, (motion.v, slopes), mass);
+        } else if A::PRESENT {
+            add_momentum::<W, true>(nodes, place, &s, (motion.v, motion.affine.slopes()), mass);
+        } else {
+            add_momentum::<W, false>(nodes, place, &s, (motion.v, [[ZERO; 2]; 2]), mass);
+        }
+    }
 }
 
 /// `m_I += m_p S_Ip`, `p_I += m_p S_Ip (v_p + B_p D_p^-1 (x_I - x_p))` for four points, the second part if `AFFINE`: their
@@ -109,69 +122,104 @@ fn add_momentum<const W: usize, const AFFINE: bool>(
     (velocity, [along, across]): ([Lanes; 2], [[Lanes; 2]; 2]),
     mass: Lanes,
 ) {
-    // (m, p_x, p_y, 0) of each point at its base node, and the change by one node along x and along y.
     let mut v = velocity;
-    let mut change = [[ZERO; LANES]; 2];
     if AFFINE {
         for a in 0..2 {
             v[a] -= along[a] * place.d[0] + across[a] * place.d[1];
         }
-        change = [
-            Lanes::transpose([ZERO, mass * along[0], mass * along[1], ZERO]),
-            Lanes::transpose([ZERO, mass * across[0], mass * across[1], ZERO]),
-        ];
     }
-    let at_base = Lanes::transpose([mass, mass * v[0], mass * v[1], ZERO]);
-    // Point by point from here, a node's four numbers in one register.
+    // Point by point from here, a node's four numbers in one register. Either way has its own numbers, and no loop over the
+    // four points: they stay in registers.
+    let turned = || Turned::new(mass, v, [along, across]);
     let [mut sx, mut sy] = [[[0.0; LANES]; W]; 2];
     for i in 0..W {
         sx[i] = s[0][i].to_array();
         sy[i] = s[1][i].to_array();
     }
-    if place.shared {
+    if place.shared() {
         // What the four add to a node is summed before it goes there.
-        let mut rows = at_base;
-        for j in 0..W {
-            let (mut value, mut step) = ([ZERO; LANES], [ZERO; LANES]);
-            for k in 0..LANES {
+        let points = turned();
+        let mut sums = [[ZERO; W]; W];
+        for k in 0..LANES {
+            let mut row = points.at_base[k];
+            for j in 0..W {
                 let weight = splat(sy[j][k]);
-                value[k] = weight * rows[k];
-                if AFFINE {
-                    step[k] = weight * change[0][k];
-                    rows[k] += change[1][k];
-                }
-            }
-            for i in 0..W {
-                let mut sum = splat(sx[i][0]) * value[0];
-                for k in 1..LANES {
-                    sum = splat(sx[i][k]).mul_add(value[k], sum);
-                }
-                add_numbers(nodes, 4 * (place.base[0] + j * pitch(W) + i), sum);
-                if AFFINE {
-                    for k in 0..LANES {
-                        value[k] += step[k];
+                let mut value = weight * row;
+                let step = weight * points.along[k];
+                for i in 0..W {
+                    let weight = splat(sx[i][k]);
+                    sums[j][i] = if k == 0 {
+                        weight * value
+                    } else {
+                        weight.mul_add(value, sums[j][i])
+                    };
+                    if AFFINE {
+                        value += step;
                     }
                 }
+                if AFFINE {
+                    row += points.across[k];
+                }
+            }
+        }
+        for j in 0..W {
+            for i in 0..W {
+                add_numbers(nodes, 4 * (place.base(0) + j * pitch(W) + i), sums[j][i]);
             }
         }
         return;
     }
-    for k in 0..LANES {
-        let mut row = at_base[k];
+    let points = turned();
+    let mut add = |k: usize| {
+        let mut row = points.at_base[k];
         for j in 0..W {
             let weight = splat(sy[j][k]);
             let mut value = weight * row;
-            let step = weight * change[0][k];
+            let step = weight * points.along[k];
             for i in 0..W {
-                let at = 4 * (place.base[k] + j * pitch(W) + i);
+                let at = 4 * (place.base(k) + j * pitch(W) + i);
                 add_product(nodes, at, splat(sx[i][k]), value);
                 if AFFINE {
                     value += step;
                 }
             }
             if AFFINE {
-                row += change[1][k];
+                row += points.across[k];
             }
+        }
+    };
+    add(0);
+    add(1);
+    add(2);
+    add(3);
+}
+
+/// `(p_x, p_y, m)` of four points, one after the other.
+struct Turned {
+    /// At their base nodes.
+    at_base: [Lanes; LANES],
+    /// Its change from one node to the next along x.
+    along: [Lanes; LANES],
+    /// Along y.
+    across: [Lanes; LANES],
+}
+
+impl Turned {
+    #[inline(always)]
+    fn new(mass: Lanes, v: [Lanes; 2], [along, across]: Slopes) -> Self {
+        let at_base = Lanes::transpose([mass * v[0], mass * v[1], mass, mass]);
+        let change = [along[0], along[1], across[0], across[1]].map(|c| mass * c);
+        let change = Lanes::transpose(change);
+        let (mut of_x, mut of_y) = (change, change);
+        for k in 0..LANES {
+            let [xx, xy, yx, yy] = change[k].to_array();
+            of_x[k] = Lanes::new([xx, xy, 0.0, 0.0]);
+            of_y[k] = Lanes::new([yx, yy, 0.0, 0.0]);
+        }
+        Self {
+            at_base,
+            along: of_x,
+            across: of_y,
         }
     }
 }

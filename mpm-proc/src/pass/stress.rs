@@ -1,30 +1,11 @@
-//! Strain and spin rate, stress, and internal force (Jiang 2020 eqs. 13 and 21 to 25): one pass over the points.
+//! Strain and spin rate, and internal force (Jiang 2020 eqs. 13, 21 and 22), of a batch of points.
 
-use super::volumes::{shares, swelling};
+use super::volumes::swelling;
 use crate::kernel::lanes::{Lanes, ZERO, splat};
-use crate::kernel::point_tile::Tile;
 use crate::kernel::shape::Shape;
-use crate::kernel::threads::{PerBlock, PerTile, RowsPerBlock, over_tiles};
-use crate::kernel::tiles::{Frame, Place, pitch};
-use crate::kernel::transfer::AffineState;
-use crate::kernel::window::{
-    NO_VECTORS, VectorWindow, clear, fill_window, gather_row, scatter_row,
-};
-use crate::material::{Deformation, Straining, Stress, Stressed, Sums};
-use crate::state::continuum::Continuum;
-use crate::state::grid::Grid;
-use crate::state::points::{Cloud, StressReport};
-use crate::state::volumes::VolumeNodes;
-use mechanics::threads::Threads;
-
-/// A velocity of the nodes.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Velocity {
-    /// `v_I^{n-1/2}`.
-    Before,
-    /// `v_I^{n+1/2}`.
-    After,
-}
+use crate::kernel::tiles::Place;
+use crate::kernel::window::{VectorWindow, gather_row, scatter_row};
+use crate::material::{Deformation, Stress, Stressed};
 
 /// The end of the strained interval to which the positions of the points belong.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -35,189 +16,95 @@ pub enum PositionsAt {
     End,
 }
 
-/// Updates the stress of all points over `dt` (s) if `strain`, and sums their internal forces if `load`.
-pub fn stress_pass<const W: usize, S: Shape<W>, A: AffineState>(
-    continuum: &mut Continuum<W, S, A>,
-    dt: f64,
-    by: (Velocity, PositionsAt),
-    strain: bool,
-    load: bool,
-) {
-    let (clouds, grid) = (&mut continuum.clouds, &continuum.grid);
-    for cloud in clouds {
-        stress_cloud(&continuum.threads, cloud, grid, (dt, by), [strain, load]);
-    }
+/// How points are strained.
+#[derive(Debug, Clone, Copy)]
+pub struct Strain {
+    /// Length of the interval in s.
+    pub dt: f64,
+    /// To which of its ends the positions of the points belong.
+    pub positions_at: PositionsAt,
 }
 
-/// [`stress_pass`] of one cloud.
-fn stress_cloud<const W: usize, S: Shape<W>, A: AffineState>(
-    threads: &Threads,
-    cloud: &mut Cloud<W, S, A>,
-    grid: &Grid,
-    (dt, (velocity, positions_at)): (f64, (Velocity, PositionsAt)),
-    [strain, loads]: [bool; 2],
-) {
-    let (shape, model, x) = (cloud.shape, &*cloud.material, &cloud.state.x);
-    let rows = model.rows();
-    let per_cell = 1.0 / grid.geometry.cell;
-    let rate = model.sharing_rate();
-    let volumes = (strain && rate > 0.0).then(|| (&grid.volumes[..], shares(rate, dt)));
-    let scale = splat(dt * per_cell);
-    let per_dt = if dt > 0.0 { 1.0 / dt } else { 0.0 };
-    let half = splat(match positions_at {
-        PositionsAt::Start => -0.5,
-        PositionsAt::End => 0.5,
-    });
-    let load = -cloud.volume * per_cell;
-    let stresses = &mut cloud.state.stresses;
-    let share = (
-        PerBlock(&mut stresses.points[..]),
-        RowsPerBlock {
-            items: &mut stresses.rows[..],
-            count: rows,
-        },
-        (
-            PerTile::one(&mut cloud.force[..]),
-            PerTile::one(&mut cloud.state.stress_reports[..]),
-        ),
-    );
-    over_tiles(
-        threads,
-        &cloud.tiles,
-        share,
-        Memory::<W>::new,
-        &|tile, (points, of_model, (force, report)), memory| {
-            fill_window::<W, _>(
-                &mut memory.velocity,
-                &grid.tiles,
-                tile,
-                |t| match velocity {
-                    Velocity::Before => &t.before,
-                    Velocity::After => &t.after,
-                },
-            );
-            memory.take_ratios(volumes.map(|(nodes, _)| nodes), tile);
-            let (force, mut sums) = (&mut force.items[0], Sums::default());
-            if loads {
-                clear::<W, 2>(&mut force.0);
-            }
-            for first in (0..tile.blocks).step_by(BATCH) {
-                let batch = first..tile.blocks.min(first + BATCH);
-                let x = &x[tile.first..][batch.clone()];
-                let points = &mut points.0[batch.clone()];
-                let of_model = &mut of_model.items[batch.start * rows..batch.end * rows];
-                for (live, b) in memory.live.iter_mut().zip(batch) {
-                    *live = tile.live(b);
-                }
-                memory.locate(&tile.frame, &shape, x);
-                if strain {
-                    memory.strains(x.len(), (scale, half));
-                    let swell = volumes.map(|(_, shares)| memory.swellings(points, shares));
-                    let by = Straining {
-                        by: &memory.by,
-                        swell: swell.as_ref().map(|swell| &swell[..]),
-                        live: &memory.live,
-                        per_dt,
-                    };
-                    model.strain(points, of_model, &by, &mut sums);
-                }
-                model.stiffen(points, of_model, &mut sums);
-                if loads {
-                    for ((point, at), live) in points.iter().zip(&memory.at).zip(&memory.live) {
-                        let volume = point.volume * splat(load) * *live;
-                        add_internal_force(force, at, &point.stress, volume);
-                    }
-                }
-            }
-            write(&mut report.items[0], &sums, strain);
-        },
-    );
-}
-
-/// Writes the sums into the report of a tile.
-fn write(report: &mut StressReport, sums: &Sums, strained: bool) {
-    report.stiffness = sums.stiffest();
-    if strained {
-        let [plastic, viscous, work] = sums.works();
-        (report.lost, report.work) = ([plastic, viscous], work);
-    }
-}
-
-/// Blocks that go through the pass together, one stage after the other: the processor then has several independent
+/// Blocks that go through a sweep together, one stage after the other: the processor then has several independent
 /// blocks to work on while one waits for a division or a root.
-const BATCH: usize = 16;
+pub const BATCH: usize = 16;
 
 /// Where four points are: `S` and `L dS/dx` along both axes.
 #[derive(Clone, Copy)]
-struct At<const W: usize> {
+pub struct At<const W: usize> {
     place: Place,
     s: [[Lanes; W]; 2],
     g: [[Lanes; W]; 2],
 }
 
-/// The working memory of a thread.
-struct Memory<const W: usize> {
-    velocity: VectorWindow,
-    at: [At<W>; BATCH],
-    by: [Deformation; BATCH],
-    live: [Lanes; BATCH],
-    ratio: VectorWindow,
+impl<const W: usize> At<W> {
+    /// At the first node.
+    pub const NOWHERE: Self = Self {
+        place: Place::NOWHERE,
+        s: [[ZERO; W]; 2],
+        g: [[ZERO; W]; 2],
+    };
+
+    /// With what `shape` gives there.
+    #[inline(always)]
+    fn new<S: Shape<W>>(shape: &S, place: &Place) -> Self {
+        Self {
+            s: [0, 1].map(|a| shape.weights(a, place.d[a])),
+            g: [0, 1].map(|a| shape.gradients(a, place.d[a])),
+            place: *place,
+        }
+    }
 }
 
-impl<const W: usize> Memory<W> {
-    /// The volumes at the nodes around a tile, where there are any.
-    fn take_ratios(&mut self, nodes: Option<&[VolumeNodes]>, tile: &Tile) {
-        if let Some(nodes) = nodes {
-            fill_window::<W, _>(&mut self.ratio, nodes, tile, |t| &t.ratio);
-        }
+/// Computes what `shape` gives to the points of a batch.
+pub fn weigh<const W: usize, S: Shape<W>>(shape: S, places: &[Place], at: &mut [At<W>; BATCH]) {
+    for (place, at) in places.iter().zip(at) {
+        *at = At::new(&shape, place);
     }
+}
 
-    /// Finds the points of a batch.
-    #[inline(always)]
-    fn locate<S: Shape<W>>(&mut self, frame: &Frame, shape: &S, x: &[[Lanes; 2]]) {
-        for (x, at) in x.iter().zip(&mut self.at) {
-            let place = frame.locate(x, pitch(W));
-            *at = At {
-                s: [shape.weights(0, place.d[0]), shape.weights(1, place.d[1])],
-                g: [
-                    shape.gradients(0, place.d[0]),
-                    shape.gradients(1, place.d[1]),
-                ],
-                place,
-            };
-        }
+/// The deformations of the points of a batch over an interval, by velocities of the nodes: eqs. 21 and 22.
+pub fn deform<const W: usize>(
+    velocity: &VectorWindow,
+    at: &[At<W>],
+    (strain, per_cell): (Strain, f64),
+    by: &mut [Deformation; BATCH],
+) {
+    let scale = splat(strain.dt * per_cell);
+    let half = splat(match strain.positions_at {
+        PositionsAt::Start => -0.5,
+        PositionsAt::End => 0.5,
+    });
+    for (at, by) in at.iter().zip(by) {
+        *by = deformation(velocity, at, scale).in_the_middle(half);
     }
+}
 
-    /// The deformations of a batch of so many.
-    #[inline(always)]
-    fn strains(&mut self, count: usize, (scale, half): (Lanes, Lanes)) {
-        for (at, by) in self.at[..count].iter().zip(&mut self.by) {
-            *by = deformation(&self.velocity, at, scale).in_the_middle(half);
-        }
+/// The changes of `ln J` by which points of a batch share their volumes.
+pub fn swell<const W: usize>(
+    ratio: &VectorWindow,
+    at: &[At<W>],
+    points: &[Stressed],
+    shares: [f64; 2],
+) -> [Lanes; BATCH] {
+    let mut swell = [ZERO; BATCH];
+    for (swell, (point, at)) in swell.iter_mut().zip(points.iter().zip(at)) {
+        *swell = swelling(ratio, &at.place, &at.s, point.volume, shares);
     }
+    swell
+}
 
-    /// The change of `ln J` of the points of a batch.
-    #[inline(always)]
-    fn swellings(&self, points: &[Stressed], shares: [f64; 2]) -> [Lanes; BATCH] {
-        let mut swell = [ZERO; BATCH];
-        for (swell, (point, at)) in swell.iter_mut().zip(points.iter().zip(&self.at)) {
-            *swell = swelling(&self.ratio, &at.place, &at.s, point.volume, shares);
-        }
-        swell
-    }
-
-    fn new() -> Self {
-        Self {
-            velocity: NO_VECTORS,
-            at: [At {
-                place: Place::NOWHERE,
-                s: [[ZERO; W]; 2],
-                g: [[ZERO; W]; 2],
-            }; BATCH],
-            by: [Deformation::NOTHING; BATCH],
-            live: [ZERO; BATCH],
-            ratio: NO_VECTORS,
-        }
+/// Adds the internal forces of the points of a batch to the window: eq. 13. `load` is `-V_p / L` before any strain.
+pub fn press<const W: usize>(
+    at: &[At<W>],
+    points: &[Stressed],
+    live: &[Lanes; BATCH],
+    load: f64,
+    force: &mut VectorWindow,
+) {
+    for ((point, at), live) in points.iter().zip(at).zip(live) {
+        let volume = point.volume * splat(load) * *live;
+        add_internal_force(force, at, &point.stress, volume);
     }
 }
 

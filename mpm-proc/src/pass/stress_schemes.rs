@@ -2,10 +2,10 @@
 
 use interface::config::StressUpdate;
 
-use super::grid_to_points::transfer_pass;
 use super::measure::sum_stress_ahead;
 use super::points_to_grid::points_to_grid;
-use super::stress::{PositionsAt, Velocity, stress_pass};
+use super::stress::{PositionsAt, Strain};
+use super::sweep::{Sweep, Velocity, kicks, sweep};
 use super::volumes::map_volumes;
 use crate::kernel::point_tile::Which;
 use crate::kernel::shape::Shape;
@@ -23,19 +23,18 @@ pub fn update_stress_first<const W: usize, S: Shape<W>, A: AffineState>(
         StressUpdate::Usavg => Some(0.5 * dt),
         StressUpdate::Usl | StressUpdate::Musl => None,
     };
-    let positions_at = match strained {
-        Some(_) => PositionsAt::End,
-        None => PositionsAt::Start, // as when its strain was computed
-    };
     map_volumes(continuum);
-    let by = (Velocity::Before, positions_at);
-    stress_pass(
-        continuum,
-        strained.unwrap_or(dt),
-        by,
-        strained.is_some(),
-        true,
-    );
+    let what = Sweep {
+        which: Which::All,
+        by: Velocity::Before,
+        strain: strained.map(|dt| Strain {
+            dt,
+            positions_at: PositionsAt::End,
+        }),
+        carry: None,
+        load: true,
+    };
+    sweep(continuum, &what);
 }
 
 /// The stress at `t_{n+1}`, from velocities after the kick: those of the nodes (USL), or those of the points, mapped to
@@ -44,16 +43,23 @@ pub fn update_stress_last<const W: usize, S: Shape<W>, A: AffineState>(
     continuum: &mut Continuum<W, S, A>,
     dt: f64,
 ) {
-    let (velocity, dt) = match continuum.stress_update {
-        StressUpdate::Usf => return,
-        StressUpdate::Usl => (Velocity::After, dt),
-        StressUpdate::Musl => (Velocity::Before, dt),
-        StressUpdate::Usavg => (Velocity::Before, 0.5 * dt),
+    let dt = match continuum.stress_update {
+        StressUpdate::Usf | StressUpdate::Usl => return,
+        StressUpdate::Musl => dt,
+        StressUpdate::Usavg => 0.5 * dt,
     };
-    if velocity == Velocity::Before {
-        transfer_pass::<W, true, false, S, A>(continuum, Which::All, 0.0);
-        points_to_grid(continuum);
-    }
-    stress_pass(continuum, dt, (velocity, PositionsAt::Start), true, false);
+    sweep(continuum, &kicks(continuum, Which::All));
+    points_to_grid(continuum);
+    let what = Sweep {
+        which: Which::All,
+        by: Velocity::Before,
+        strain: Some(Strain {
+            dt,
+            positions_at: PositionsAt::Start,
+        }),
+        carry: None,
+        load: false,
+    };
+    sweep(continuum, &what);
     sum_stress_ahead(continuum);
 }

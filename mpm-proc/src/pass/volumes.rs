@@ -66,7 +66,7 @@ pub fn map_volumes<const W: usize, S: Shape<W>, A: AffineState>(
         let points = &cloud.state.stresses.points;
         let share = PerTile::one(&mut cloud.force[..]);
         over_tiles(threads, &cloud.tiles, share, || (), &|tile, window, ()| {
-            let window = &mut window.items[0];
+            let window = window.items[0].others();
             clear::<W, 2>(&mut window.0);
             for b in 0..tile.blocks {
                 let block = tile.first + b;
@@ -87,7 +87,7 @@ pub fn map_volumes<const W: usize, S: Shape<W>, A: AffineState>(
         for o in tiles[nodes.tile].overlapping(overlaps) {
             let cloud = &clouds[o.cloud as usize];
             if cloud.material.sharing_rate() > 0.0 {
-                add_window::<W, 2>(&mut nodes.sum, &cloud.force[o.tile as usize].0, o.run);
+                add_window::<W, 2>(&mut nodes.sum, &cloud.force[o.tile as usize].nodes.0, o.run);
             }
         }
     });

@@ -76,6 +76,7 @@ fn subtract<const W: usize, S: Shape<W>, A: AffineState>(continuum: &mut Continu
     let threads = &continuum.threads;
     let (clouds, grid) = (&mut continuum.clouds, &continuum.grid);
     for cloud in clouds {
+        cloud.forget_sums();
         let (shape, x) = (cloud.shape, &cloud.state.x);
         let share = PerBlock(&mut cloud.state.motion[..]);
         over_tiles(

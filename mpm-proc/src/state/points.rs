@@ -10,7 +10,7 @@ use crate::kernel::blocks::{LaneCopy, reorder, reorder_rows};
 use crate::kernel::lanes::{LANES, Lanes, ZERO};
 use crate::kernel::point_tile::Tile;
 use crate::kernel::shape::Shape;
-use crate::kernel::tiles::Geometry;
+use crate::kernel::tiles::{Geometry, Place};
 use crate::kernel::transfer::AffineState;
 use crate::kernel::window::{NO_MOMENTUM, NO_VECTORS, NodalWindow, VectorWindow};
 use crate::material::{Constitutive, Stressed, Stresses};
@@ -28,6 +28,16 @@ pub struct Motion<A> {
     pub v: [Lanes; 2],
     /// Affine part.
     pub affine: A,
+}
+
+impl<A: AffineState> Motion<A> {
+    /// None.
+    pub fn at_rest() -> Self {
+        Self {
+            v: [ZERO; 2],
+            affine: A::default(),
+        }
+    }
 }
 
 impl<A: AffineState> LaneCopy for Motion<A> {
@@ -53,6 +63,32 @@ pub struct TileReport {
     pub omega_sq: f64,
     /// What the transfer has taken of kinetic energy in this kick, twice and per mass, summed over points, in m^2/s^2.
     pub taken: f64,
+}
+
+/// Sums over a tile's points at the nodes of its window.
+#[derive(Debug, Clone)]
+pub struct Summed<T> {
+    /// The sums.
+    pub nodes: T,
+    /// Whether they are those of the points as these are now: a sweep that moves points sums at their new positions, for the
+    /// step that follows. Not a part of the state: where it is false, a sweep of its own sums first.
+    pub current: bool,
+}
+
+impl<T> Summed<T> {
+    /// Not summed yet.
+    pub const fn new(nodes: T) -> Self {
+        Self {
+            nodes,
+            current: false,
+        }
+    }
+
+    /// The nodes, for other numbers than sums over the points as they are.
+    pub fn others(&mut self) -> &mut T {
+        self.current = false;
+        &mut self.nodes
+    }
 }
 
 /// What the stress pass reports of a tile.
@@ -109,9 +145,11 @@ pub struct Cloud<const W: usize, S: Shape<W>, A: AffineState> {
     /// Tiles with points: those of the state, with their places.
     pub tiles: Vec<Tile>,
     /// `(m_I, p_I, 0)` in each tile's window, of this cloud's points alone.
-    pub mass_momentum: Vec<NodalWindow>,
+    pub mass_momentum: Vec<Summed<NodalWindow>>,
     /// `f_I^int` likewise, in N/m ([`crate::kernel::window`]).
-    pub force: Vec<VectorWindow>,
+    pub force: Vec<Summed<VectorWindow>>,
+    /// Where the points were in the windows when they were mapped last.
+    pub places: Vec<Place>,
     /// Report of each tile.
     pub reports: Vec<TileReport>,
     scratch: Scratch<A>,
@@ -206,6 +244,7 @@ impl<const W: usize, S: Shape<W>, A: AffineState> Cloud<W, S, A> {
             tiles: Vec::new(),
             mass_momentum: Vec::new(),
             force: Vec::new(),
+            places: Vec::new(),
             reports: Vec::new(),
             scratch: Scratch {
                 x: Vec::new(),
@@ -338,11 +377,24 @@ impl<const W: usize, S: Shape<W>, A: AffineState> Cloud<W, S, A> {
             self.tiles.push(tile);
         }
         self.find_lanes();
-        self.mass_momentum.resize(self.tiles.len(), NO_MOMENTUM);
-        self.force.resize(self.tiles.len(), NO_VECTORS);
+        let tiles = self.tiles.len();
+        self.mass_momentum.resize(tiles, Summed::new(NO_MOMENTUM));
+        self.force.resize(tiles, Summed::new(NO_VECTORS));
+        self.forget_sums();
+        self.places.resize(self.state.ids.len(), Place::NOWHERE);
         self.reports.resize(self.tiles.len(), TileReport::default());
         let reports = &mut self.state.stress_reports;
         reports.resize(self.tiles.len(), StressReport::default());
+    }
+
+    /// Says that the points are no longer those whose sums the windows hold.
+    pub fn forget_sums(&mut self) {
+        for window in &mut self.mass_momentum {
+            window.current = false;
+        }
+        for window in &mut self.force {
+            window.current = false;
+        }
     }
 
     /// Fills in [`Self::lane_of`] from the identities.
@@ -362,8 +414,9 @@ impl<const W: usize, S: Shape<W>, A: AffineState> Cloud<W, S, A> {
             + self.state.ids.capacity() * size_of::<[u32; LANES]>()
             + self.lane_of.capacity() * 8
             + self.scratch.keys.capacity() * 16
-            + self.mass_momentum.capacity() * size_of::<NodalWindow>()
-            + self.force.capacity() * size_of::<VectorWindow>()
+            + self.mass_momentum.capacity() * size_of::<Summed<NodalWindow>>()
+            + self.force.capacity() * size_of::<Summed<VectorWindow>>()
+            + self.places.capacity() * size_of::<Place>()
             + self.tiles.capacity() * size_of::<Tile>()
             + self.state.stresses.points.capacity() * size_of::<Stressed>() * 2
             + self.state.stresses.rows.capacity() * size_of::<Lanes>() * 2
