@@ -155,6 +155,11 @@ impl<const W: usize, S: Shape<W>, A: AffineState> Scheme for Layers<W, S, A> {
     }
 
     #[cfg(test)]
+    fn forget_sums(&mut self) {
+        self.all.iter_mut().for_each(Scheme::forget_sums);
+    }
+
+    #[cfg(test)]
     fn sort_now(&mut self) {
         self.all.iter_mut().for_each(sort);
     }

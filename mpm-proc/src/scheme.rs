@@ -52,6 +52,10 @@ pub trait Scheme: Send {
     /// A [`Refusal`] if the bytes are not a state of this configuration; the scheme can then not be used any more.
     fn restore(&mut self, mark: &ConfigurationMark, saved: &[u8]) -> Result<(), Refusal>;
 
+    /// Lets the next step sum over the points in sweeps of its own, as after sorting.
+    #[cfg(test)]
+    fn forget_sums(&mut self);
+
     /// Sorts the points whether they need it or not.
     #[cfg(test)]
     fn sort_now(&mut self);
@@ -130,6 +134,11 @@ impl<const W: usize, S: Shape<W>, A: AffineState> Scheme for Continuum<W, S, A> 
 
     fn restore(&mut self, mark: &ConfigurationMark, saved: &[u8]) -> Result<(), Refusal> {
         self.take_over(mark.open(FORMAT, saved)?)
+    }
+
+    #[cfg(test)]
+    fn forget_sums(&mut self) {
+        self.clouds.iter_mut().for_each(Cloud::forget_sums);
     }
 
     #[cfg(test)]

@@ -237,6 +237,11 @@ impl<const W: usize, S: Shape<W>, A: AffineState> Scheme for Grains<W, S, A> {
     }
 
     #[cfg(test)]
+    fn forget_sums(&mut self) {
+        self.all.iter_mut().for_each(|g| g.continuum.forget_sums());
+    }
+
+    #[cfg(test)]
     fn sort_now(&mut self) {
         self.all.iter_mut().for_each(|g| sort(&mut g.continuum));
     }

@@ -219,6 +219,7 @@ fn copy<const N: usize>(to: &mut [f64], from: &[f64], at: usize) {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::kernel::lanes::first;
 
     /// What four points of one base node read and add is the same, whether the node is known to be shared or not.
     #[test]
@@ -228,19 +229,20 @@ mod tests {
             for (i, x) in window.0.iter_mut().enumerate() {
                 *x = (i as f64).sin();
             }
-            let place = |shared| Place {
-                base: [17; LANES],
-                d: [ZERO; 2],
-                shared,
-            };
-            let [shared, apart] = [true, false].map(place);
+            // All at one node, or one of them elsewhere.
+            let shared = Place::new([17; LANES], [ZERO; 2]);
+            let apart = [[17, 17, 17, 40], [40, 40, 40, 17]].map(|b| Place::new(b, [ZERO; 2]));
+            assert!(shared.shared() && !apart[0].shared() && !apart[1].shared());
             for j in 0..W {
-                let a = gather_row::<W>(&window, &shared, j);
-                let b = gather_row::<W>(&window, &apart, j);
-                assert_eq!(
-                    a.map(|r| r.map(Lanes::to_array)),
-                    b.map(|r| r.map(Lanes::to_array))
-                );
+                let at_once = gather_row::<W>(&window, &shared, j);
+                let [three, last] = [0, 1].map(|i| gather_row::<W>(&window, &apart[i], j));
+                for i in 0..W {
+                    for a in 0..2 {
+                        let [x, y, z, _] = three[i][a].to_array();
+                        let last = last[i][a].to_array()[3];
+                        assert_eq!(at_once[i][a].to_array(), [x, y, z, last]);
+                    }
+                }
                 let (mut one, mut other) = (window.clone(), window.clone());
                 let row = core::array::from_fn(|i| {
                     let x = 0.3 + (i + j) as f64;
@@ -250,7 +252,10 @@ mod tests {
                     ]
                 });
                 scatter_row::<W>(&mut one, &shared, j, &row);
-                scatter_row::<W>(&mut other, &apart, j, &row);
+                for (place, own) in apart.iter().zip([first(3), splat(1.0) - first(3)]) {
+                    let own = row.map(|node: [Lanes; 2]| node.map(|x| x * own));
+                    scatter_row::<W>(&mut other, place, j, &own);
+                }
                 let changed = one.0.iter().zip(&window.0).filter(|(a, b)| a != b).count();
                 assert_eq!(changed, 2 * W);
                 for (a, b) in one.0.iter().zip(&other.0) {

@@ -93,6 +93,9 @@ fn sweep_cloud<const W: usize, S: Shape<W>, A: AffineState>(
     let per_dt = if dt > 0.0 { 1.0 / dt } else { 0.0 };
     let load = -cloud.volume * per_cell;
     let only_loads = what.strain.is_none() && what.carry.is_none();
+    // The spin of a group is known when all its points have moved: then a sweep of its own has to sum.
+    let sums_ahead = what.carry.is_some() && !spins;
+    let loads = what.load && (sums_ahead || what.carry.is_none());
     let stresses = &mut cloud.state.stresses;
     let share = (
         (
@@ -136,10 +139,10 @@ fn sweep_cloud<const W: usize, S: Shape<W>, A: AffineState>(
             if let Some((nodes, _)) = volumes {
                 fill_window::<W, _>(&mut memory.ratio, nodes, tile, |t| &t.ratio);
             }
-            if what.carry.is_some() {
+            if sums_ahead {
                 clear::<W, 4>(&mut momentum.nodes.0);
             }
-            if what.load {
+            if loads {
                 clear::<W, 2>(&mut force.nodes.0);
             }
             let (mut sums, mut course) = (Sums::default(), Course::from(x.0[0]));
@@ -187,7 +190,7 @@ fn sweep_cloud<const W: usize, S: Shape<W>, A: AffineState>(
                     };
                     let nodes = [&memory.velocity, &memory.increment];
                     carry(shape, nodes, how, carried, &mut course);
-                    if !spins {
+                    if sums_ahead {
                         map_blocks(
                             (tile, first),
                             shape,
@@ -196,12 +199,12 @@ fn sweep_cloud<const W: usize, S: Shape<W>, A: AffineState>(
                             places,
                             &mut momentum.nodes,
                         );
-                        if what.load {
+                        if loads {
                             weigh(shape, places, &mut memory.at);
                         }
                     }
                 }
-                if what.load {
+                if loads {
                     press(
                         &memory.at[..count],
                         points,
@@ -213,12 +216,12 @@ fn sweep_cloud<const W: usize, S: Shape<W>, A: AffineState>(
             }
             if let Some(how) = &what.carry {
                 course.write(&mut report.items[0], how.kick);
-                momentum.current = !spins;
+                momentum.current = sums_ahead;
             }
             if what.strain.is_some() || what.load {
                 write(&mut stress_report.items[0], &sums, what.strain.is_some());
             }
-            force.current = what.load;
+            force.current = loads;
         },
     );
 }

@@ -25,6 +25,7 @@ mod refusals;
 mod saved;
 mod selection;
 mod spin;
+mod sweeps;
 mod volumes;
 
 use interface::config::{
