@@ -1,4 +1,8 @@
 //! The step, as the paper has it (Jiang 2020 section 2.2 and eqs. 46 to 48; docs/physics.md section 3).
+//!
+//! The sweep over the points that moves them ([`crate::pass::sweep`]) also sums mass and momentum at their new positions
+//! (18, 19, 30), and with USL the internal forces (13): the next step begins there. The functions that a step begins with sum
+//! themselves only where points are no longer those of that sweep: after sorting, say, or a restored state.
 
 use interface::message::wire::{ImpForce, Limits};
 use interface::solver::Fault;
@@ -34,7 +38,7 @@ pub fn predict<const W: usize, S: Shape<W>, A: AffineState>(
 ) -> Result<(), Fault> {
     c.damping = begin_stage(&c.stages, &mut c.transfer, step);
     c.settling = Settling::of(c.stress_update, c.drift, step);
-    points_to_grid(c); //                       m_I, p_I^{n-1/2}, v_I^{n-1/2}        (18) (19) (20) (30)
+    points_to_grid(c); //                       v_I^{n-1/2}                          (20)
     update_stress_first(c, step.dt_before); //  D, W, sigma^n, f_I^int               (21) ... (25), (13)
     apply_loads(c, step)?; //                   f_I^ext                              (14)
     Ok(())
@@ -80,8 +84,10 @@ pub fn move_points<const W: usize, S: Shape<W>, A: AffineState>(
     update_ledger(c, step); //                     impulses; energies if the step is measured
     if step.dt_before + step.dt > 0.0 {
         filter_velocities(c); //                with XPIC only
-        update_stress_last(c, step.dt); //      with USL, MUSL and USAVG only
+        update_stress_last(c, step.dt); //      with MUSL and USAVG only
         grid_to_points(c, step.dt)?; //         v_p^{n+1/2}, B_p, x_p^{n+1}          (26) ... (28), (31)
+        //                                      and m_I, p_I of the next step        (18) (19) (30)
+        //                                      with USL sigma^{n+1}, f_I^int too    (21) ... (25), (13)
     } // The opening step moves no points: a transfer without a kick would still smooth the velocities.
     close_ledger(c, step);
     let limits = limits(c, load);

@@ -24,7 +24,7 @@ pub struct Aligned<const N: usize>(pub [f64; N]);
 /// A vector field over the window of a tile, two numbers a node.
 pub type VectorWindow = Aligned<{ 2 * (INDEX_LIMIT + REACH) }>;
 
-/// Mass and momentum over the window of a tile, four numbers a node: `m, p_x, p_y` and nothing.
+/// Mass and momentum over the window of a tile, four numbers a node: `p_x, p_y, m`, and `m` again.
 pub type NodalWindow = Aligned<{ 4 * (INDEX_LIMIT + REACH) }>;
 
 /// Zero everywhere.

@@ -15,7 +15,8 @@ use crate::state::continuum::Continuum;
 use crate::state::points::{Cloud, Motion};
 use mechanics::threads::Threads;
 
-/// Maps mass and momentum of all points to the nodes, and divides them: velocities of the nodes before the kick.
+/// Sums mass and momentum of all points at the nodes, where the sweep before has not, and divides them: velocities of the nodes
+/// before the kick.
 pub fn points_to_grid<const W: usize, S: Shape<W>, A: AffineState>(
     continuum: &mut Continuum<W, S, A>,
 ) {
@@ -128,8 +129,8 @@ fn add_momentum<const W: usize, const AFFINE: bool>(
             v[a] -= along[a] * place.d[0] + across[a] * place.d[1];
         }
     }
-    // Point by point from here, a node's four numbers in one register. Either way has its own numbers, and no loop over the
-    // four points: they stay in registers.
+    // Point by point from here, a node's four numbers in one register. Either way turns them for itself, and neither has a
+    // loop over the four points that is kept: so they stay in registers.
     let turned = || Turned::new(mass, v, [along, across]);
     let [mut sx, mut sy] = [[[0.0; LANES]; W]; 2];
     for i in 0..W {

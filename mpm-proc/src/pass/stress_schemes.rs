@@ -13,7 +13,7 @@ use crate::kernel::transfer::AffineState;
 use crate::state::continuum::Continuum;
 
 /// The stress at `t_n`, from the interval of `dt` (s) before it, and its internal forces. Schemes that update the stress
-/// last have it already, so only the forces are summed.
+/// last have it already, so only the forces are summed, where the sweep before has not.
 pub fn update_stress_first<const W: usize, S: Shape<W>, A: AffineState>(
     continuum: &mut Continuum<W, S, A>,
     dt: f64,
@@ -37,8 +37,8 @@ pub fn update_stress_first<const W: usize, S: Shape<W>, A: AffineState>(
     sweep(continuum, &what);
 }
 
-/// The stress at `t_{n+1}`, from velocities after the kick: those of the nodes (USL), or those of the points, mapped to
-/// the nodes once more (MUSL; and USAVG, which updates up to the middle of the step).
+/// The stress at `t_{n+1}`, from the velocities of the points after the kick, mapped to the nodes once more (MUSL; and USAVG, which
+/// updates up to the middle of the step). With USL it comes from those of the nodes, in the sweep that moves the points.
 pub fn update_stress_last<const W: usize, S: Shape<W>, A: AffineState>(
     continuum: &mut Continuum<W, S, A>,
     dt: f64,

@@ -144,7 +144,7 @@ pub struct Cloud<const W: usize, S: Shape<W>, A: AffineState> {
     pub removed: usize,
     /// Tiles with points: those of the state, with their places.
     pub tiles: Vec<Tile>,
-    /// `(m_I, p_I, 0)` in each tile's window, of this cloud's points alone.
+    /// `p_I` and `m_I` in each tile's window, of this cloud's points alone.
     pub mass_momentum: Vec<Summed<NodalWindow>>,
     /// `f_I^int` likewise, in N/m ([`crate::kernel::window`]).
     pub force: Vec<Summed<VectorWindow>>,
