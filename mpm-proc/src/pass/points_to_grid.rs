@@ -4,10 +4,11 @@ use super::holds::hold_before;
 use super::images::spread_before;
 use super::node_momentum::{divide_mapped, sum_momentum};
 use super::spin::spin;
+use super::stress::BATCH;
 use crate::kernel::lanes::{LANES, Lanes, ZERO, splat};
 use crate::kernel::point_tile::{Tile, Which};
 use crate::kernel::shape::Shape;
-use crate::kernel::threads::{PerBlock, PerTile, over_tiles};
+use crate::kernel::threads::{PerTile, over_tiles};
 use crate::kernel::tiles::{Place, pitch};
 use crate::kernel::transfer::{AffineState, Slopes};
 use crate::kernel::window::{NodalWindow, add_numbers, add_product, clear};
@@ -63,32 +64,38 @@ fn map_cloud<const W: usize, S: Shape<W>, A: AffineState>(
         [[none, over_cell], [-over_cell, none]]
     });
     let (shape, x, motion, mass) = (cloud.shape, &cloud.state.x, &cloud.state.motion, cloud.mass);
-    let share = (
-        PerBlock(&mut cloud.places[..]),
-        PerTile::one(&mut cloud.mass_momentum[..]),
-    );
+    let share = PerTile::one(&mut cloud.mass_momentum[..]);
     let spins = of_group.is_some();
-    over_tiles(threads, &cloud.tiles, share, || (), &|tile, part, ()| {
-        let (places, window) = part;
-        let window = &mut window.items[0];
-        if which.has(tile) && !window.current {
-            let blocks = tile.first..tile.first + tile.blocks;
-            let points = (&x[blocks.clone()], &motion[blocks]);
+    let memory = || [Place::NOWHERE; BATCH];
+    over_tiles(
+        threads,
+        &cloud.tiles,
+        share,
+        memory,
+        &|tile, window, places| {
+            let window = &mut window.items[0];
+            if !which.has(tile) || window.current {
+                return;
+            }
             clear::<W, 4>(&mut window.nodes.0);
-            map_blocks(
-                (tile, 0),
-                shape,
-                points,
-                (mass, of_group),
-                places.0,
-                &mut window.nodes,
-            );
+            for first in (0..tile.blocks).step_by(BATCH) {
+                let batch = first..tile.blocks.min(first + BATCH);
+                let (x, motion) = (&x[tile.first..], &motion[tile.first..]);
+                map_blocks(
+                    (tile, first),
+                    shape,
+                    (&x[batch.clone()], &motion[batch]),
+                    (mass, of_group),
+                    places,
+                    &mut window.nodes,
+                );
+            }
             window.current = !spins;
-        }
-    });
+        },
+    );
 }
 
-/// Finds blocks of a tile from number `first` on, and adds their mass and momentum to its window: eqs. 18, 19 and 30. Points
+/// Finds the `places` of blocks of a tile from number `first` on, and adds their mass and momentum to its window: eqs. 18, 19 and 30. Points
 /// have affine parts of their own, or all have those `of_group`.
 pub fn map_blocks<const W: usize, S: Shape<W>, A: AffineState>(
     (tile, first): (&Tile, usize),

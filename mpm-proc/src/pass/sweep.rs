@@ -9,12 +9,13 @@ use crate::kernel::lanes::{Lanes, ZERO};
 use crate::kernel::point_tile::{Tile, Which};
 use crate::kernel::shape::Shape;
 use crate::kernel::threads::{PerBlock, PerTile, RowsPerBlock, over_tiles};
+use crate::kernel::tiles::{Place, pitch};
 use crate::kernel::transfer::AffineState;
 use crate::kernel::window::{NO_VECTORS, VectorWindow, clear, fill_window};
 use crate::material::{Deformation, Straining, Sums};
 use crate::state::continuum::Continuum;
 use crate::state::grid::Grid;
-use crate::state::points::{Cloud, Motion, StressReport};
+use crate::state::points::{Cloud, StressReport};
 use mechanics::threads::Threads;
 
 /// A velocity of the nodes.
@@ -104,7 +105,6 @@ fn sweep_cloud<const W: usize, S: Shape<W>, A: AffineState>(
             PerBlock(&mut cloud.state.unsettled[..]),
         ),
         (
-            PerBlock(&mut cloud.places[..]),
             PerBlock(&mut stresses.points[..]),
             RowsPerBlock {
                 items: &mut stresses.rows[..],
@@ -124,18 +124,18 @@ fn sweep_cloud<const W: usize, S: Shape<W>, A: AffineState>(
         threads,
         &cloud.tiles,
         share,
-        Memory::<W, A>::new,
+        Memory::<W>::new,
         &|tile, part, memory| {
             if !what.which.has(tile) {
                 return;
             }
-            let ((x, motion, unsettled), (places, points, of_model), windows) = part;
+            let ((x, motion, unsettled), (points, of_model), windows) = part;
             let (momentum, force, (report, stress_report)) = windows;
             let (momentum, force) = (&mut momentum.items[0], &mut force.items[0]);
             if only_loads && force.current {
                 return;
             }
-            memory.fill(grid, tile, what);
+            memory.fill::<A>(grid, tile, what);
             if let Some((nodes, _)) = volumes {
                 fill_window::<W, _>(&mut memory.ratio, nodes, tile, |t| &t.ratio);
             }
@@ -152,7 +152,11 @@ fn sweep_cloud<const W: usize, S: Shape<W>, A: AffineState>(
                 for (live, b) in memory.live.iter_mut().zip(batch.clone()) {
                     *live = tile.live(b);
                 }
-                let places = &mut places.0[batch.clone()];
+                let x = &mut x.0[batch.clone()];
+                let places = &mut memory.places[..count];
+                for (place, x) in places.iter_mut().zip(&*x) {
+                    *place = tile.frame.locate(x, pitch(W));
+                }
                 let points = &mut points.0[batch.clone()];
                 let of_model = &mut of_model.items[batch.start * rows..batch.end * rows];
                 if what.strain.is_some() || what.load {
@@ -174,7 +178,7 @@ fn sweep_cloud<const W: usize, S: Shape<W>, A: AffineState>(
                     model.stiffen(points, of_model, &mut sums);
                 }
                 if let Some(how) = &what.carry {
-                    let (x, motion) = (&mut x.0[batch.clone()], &mut motion.0[batch.clone()]);
+                    let motion = &mut motion.0[batch.clone()];
                     let carried = Carried {
                         x,
                         motion,
@@ -185,7 +189,6 @@ fn sweep_cloud<const W: usize, S: Shape<W>, A: AffineState>(
                             &[]
                         },
                         places,
-                        at_nodes: &mut memory.at_nodes,
                         live: &memory.live,
                     };
                     let nodes = [&memory.velocity, &memory.increment];
@@ -236,31 +239,31 @@ fn write(report: &mut StressReport, sums: &Sums, strained: bool) {
 }
 
 /// The working memory of a thread.
-struct Memory<const W: usize, A> {
+struct Memory<const W: usize> {
     velocity: VectorWindow,
     increment: VectorWindow,
     ratio: VectorWindow,
     at: [At<W>; BATCH],
-    at_nodes: [[Motion<A>; BATCH]; 2],
+    places: [Place; BATCH],
     by: [Deformation; BATCH],
     live: [Lanes; BATCH],
 }
 
-impl<const W: usize, A: AffineState> Memory<W, A> {
+impl<const W: usize> Memory<W> {
     fn new() -> Self {
         Self {
             velocity: NO_VECTORS,
             increment: NO_VECTORS,
             ratio: NO_VECTORS,
             at: [At::NOWHERE; BATCH],
-            at_nodes: [[Motion::at_rest(); BATCH]; 2],
+            places: [Place::NOWHERE; BATCH],
             by: [Deformation::NOTHING; BATCH],
             live: [ZERO; BATCH],
         }
     }
 
     /// Takes the velocities of the nodes around a tile, and their increments where they are needed.
-    fn fill(&mut self, grid: &Grid, tile: &Tile, what: &Sweep) {
+    fn fill<A: AffineState>(&mut self, grid: &Grid, tile: &Tile, what: &Sweep) {
         let nodes = &grid.tiles;
         let mapped = tile.near_load && what.carry.is_some_and(|how| !how.kick);
         fill_window::<W, _>(&mut self.velocity, nodes, tile, |t| match what.by {

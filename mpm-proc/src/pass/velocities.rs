@@ -5,7 +5,6 @@ use crate::kernel::shape::Shape;
 use crate::kernel::tiles::Place;
 use crate::kernel::transfer::{AffineState, Transfer};
 use crate::kernel::window::{VectorWindow, gather_row};
-use crate::pass::stress::BATCH;
 use crate::state::points::{Motion, TileReport};
 use crate::state::settling::Settling;
 
@@ -56,8 +55,6 @@ pub struct Carried<'a, A> {
     pub aside: &'a [[Lanes; 2]],
     /// Where the points were.
     pub places: &'a [Place],
-    /// Room for the velocities of the nodes and their increments at the points.
-    pub at_nodes: &'a mut [[Motion<A>; BATCH]; 2],
     /// One in lanes with a point, zero in others.
     pub live: &'a [Lanes],
 }
@@ -148,17 +145,19 @@ fn blocks<
     let flip = splat(1.0 - how.transfer.pic_fraction());
     let own = splat(how.kept);
     let mut to = *course;
-    let [news, gains] = points.at_nodes;
-    interpolate::<W, S, A>(shape, velocity, points.places, news);
-    if takes {
-        interpolate::<W, S, A>(shape, increment, points.places, gains);
-    } else if INCREMENT {
-        interpolate_velocities(shape, increment, points.places, gains);
-    }
-    let each = points.x.iter_mut().zip(points.motion).zip(points.unsettled);
-    for (b, (((x, motion), unsettled), live)) in each.zip(points.live).enumerate() {
-        let (old, gain) = (*motion, gains[b]);
-        let Motion { v, affine } = news[b];
+    let each = points.x.iter_mut().zip(points.motion);
+    let each = each.zip(points.unsettled).enumerate();
+    for (b, ((x, motion), unsettled)) in each {
+        let (place, live) = (&points.places[b], points.live[b]);
+        let s = [shape.weights(0, place.d[0]), shape.weights(1, place.d[1])];
+        let (v, affine) = interpolate::<W, S, A>(velocity, place, &s);
+        let old = *motion;
+        let mut gain = Motion::at_rest();
+        if takes {
+            (gain.v, gain.affine) = interpolate::<W, S, A>(increment, place, &s);
+        } else if INCREMENT {
+            (gain.v, ()) = interpolate::<W, S, ()>(increment, place, &s);
+        }
         if KICK && INCREMENT {
             for a in 0..2 {
                 motion.v[a] = pic * v[a] + flip * own.mul_add(motion.v[a], gain.v[a]);
@@ -239,72 +238,42 @@ fn taken_by_transfer<const W: usize, S: Shape<W>, A: AffineState>(
     taken
 }
 
-/// `sum_I S_Ip v_I` of the points of a batch and, if they have one, the affine part `B_p D_p^-1 L = L D_p^-1 sum_I S_Ip v_I (x_I -
-/// x_p)`.
+/// `sum_I S_Ip v_I` of four points and, if wanted, `B_p D_p^-1 L = L D_p^-1 sum_I S_Ip v_I (x_I - x_p)`.
+#[inline(always)]
 fn interpolate<const W: usize, S: Shape<W>, A: AffineState>(
-    shape: S,
     velocity: &VectorWindow,
-    places: &[Place],
-    to: &mut [Motion<A>; BATCH],
-) {
-    if !A::PRESENT {
-        return interpolate_velocities(shape, velocity, places, to);
-    }
+    place: &Place,
+    s: &[[Lanes; W]; 2],
+) -> ([Lanes; 2], A) {
+    // S_Ip (x_I - x_p) L D^-1 along each axis.
     let inverse_inertia = splat(S::INVERSE_INERTIA.unwrap_or(0.0));
-    for (place, to) in places.iter().zip(to) {
-        let s = [0, 1].map(|a| shape.weights(a, place.d[a]));
-        // S_Ip (x_I - x_p) L D^-1 along each axis.
-        let mut moment = [[ZERO; W]; 2];
+    let mut moment = [[ZERO; W]; 2];
+    if A::PRESENT {
         for a in 0..2 {
             for i in 0..W {
                 moment[a][i] = s[a][i] * ((splat(i as f64) - place.d[a]) * inverse_inertia);
             }
         }
-        let (mut v, mut slopes) = ([ZERO; 2], [[ZERO; 2]; 2]);
-        for j in 0..W {
-            let nodes = gather_row::<W>(velocity, place, j);
-            let (mut row, mut row_moment) = ([ZERO; 2], [ZERO; 2]);
-            for i in 0..W {
-                for a in 0..2 {
-                    row[a] = s[0][i].mul_add(nodes[i][a], row[a]);
+    }
+    let (mut v, mut slopes) = ([ZERO; 2], [[ZERO; 2]; 2]);
+    for j in 0..W {
+        let nodes = gather_row::<W>(velocity, place, j);
+        let (mut row, mut row_moment) = ([ZERO; 2], [ZERO; 2]);
+        for i in 0..W {
+            for a in 0..2 {
+                row[a] = s[0][i].mul_add(nodes[i][a], row[a]);
+                if A::PRESENT {
                     row_moment[a] = moment[0][i].mul_add(nodes[i][a], row_moment[a]);
                 }
             }
-            for a in 0..2 {
-                v[a] = s[1][j].mul_add(row[a], v[a]);
+        }
+        for a in 0..2 {
+            v[a] = s[1][j].mul_add(row[a], v[a]);
+            if A::PRESENT {
                 slopes[0][a] = s[1][j].mul_add(row_moment[a], slopes[0][a]);
                 slopes[1][a] = moment[1][j].mul_add(row[a], slopes[1][a]);
             }
         }
-        *to = Motion {
-            v,
-            affine: A::from_slopes(slopes),
-        };
     }
-}
-
-/// The same without an affine part.
-fn interpolate_velocities<const W: usize, S: Shape<W>, A: AffineState>(
-    shape: S,
-    velocity: &VectorWindow,
-    places: &[Place],
-    to: &mut [Motion<A>; BATCH],
-) {
-    for (place, to) in places.iter().zip(to) {
-        let s = [0, 1].map(|a| shape.weights(a, place.d[a]));
-        let mut v = [ZERO; 2];
-        for j in 0..W {
-            let nodes = gather_row::<W>(velocity, place, j);
-            let mut row = [ZERO; 2];
-            for i in 0..W {
-                for a in 0..2 {
-                    row[a] = s[0][i].mul_add(nodes[i][a], row[a]);
-                }
-            }
-            for a in 0..2 {
-                v[a] = s[1][j].mul_add(row[a], v[a]);
-            }
-        }
-        to.v = v;
-    }
+    (v, A::from_slopes(slopes))
 }

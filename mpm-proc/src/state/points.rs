@@ -10,7 +10,7 @@ use crate::kernel::blocks::{LaneCopy, reorder, reorder_rows};
 use crate::kernel::lanes::{LANES, Lanes, ZERO};
 use crate::kernel::point_tile::Tile;
 use crate::kernel::shape::Shape;
-use crate::kernel::tiles::{Geometry, Place};
+use crate::kernel::tiles::Geometry;
 use crate::kernel::transfer::AffineState;
 use crate::kernel::window::{NO_MOMENTUM, NO_VECTORS, NodalWindow, VectorWindow};
 use crate::material::{Constitutive, Stressed, Stresses};
@@ -148,8 +148,6 @@ pub struct Cloud<const W: usize, S: Shape<W>, A: AffineState> {
     pub mass_momentum: Vec<Summed<NodalWindow>>,
     /// `f_I^int` likewise, in N/m ([`crate::kernel::window`]).
     pub force: Vec<Summed<VectorWindow>>,
-    /// Where the points were in the windows when they were mapped last.
-    pub places: Vec<Place>,
     /// Report of each tile.
     pub reports: Vec<TileReport>,
     scratch: Scratch<A>,
@@ -244,7 +242,6 @@ impl<const W: usize, S: Shape<W>, A: AffineState> Cloud<W, S, A> {
             tiles: Vec::new(),
             mass_momentum: Vec::new(),
             force: Vec::new(),
-            places: Vec::new(),
             reports: Vec::new(),
             scratch: Scratch {
                 x: Vec::new(),
@@ -381,7 +378,6 @@ impl<const W: usize, S: Shape<W>, A: AffineState> Cloud<W, S, A> {
         self.mass_momentum.resize(tiles, Summed::new(NO_MOMENTUM));
         self.force.resize(tiles, Summed::new(NO_VECTORS));
         self.forget_sums();
-        self.places.resize(self.state.ids.len(), Place::NOWHERE);
         self.reports.resize(self.tiles.len(), TileReport::default());
         let reports = &mut self.state.stress_reports;
         reports.resize(self.tiles.len(), StressReport::default());
@@ -416,7 +412,6 @@ impl<const W: usize, S: Shape<W>, A: AffineState> Cloud<W, S, A> {
             + self.scratch.keys.capacity() * 16
             + self.mass_momentum.capacity() * size_of::<Summed<NodalWindow>>()
             + self.force.capacity() * size_of::<Summed<VectorWindow>>()
-            + self.places.capacity() * size_of::<Place>()
             + self.tiles.capacity() * size_of::<Tile>()
             + self.state.stresses.points.capacity() * size_of::<Stressed>() * 2
             + self.state.stresses.rows.capacity() * size_of::<Lanes>() * 2
