@@ -99,6 +99,6 @@ fn a_step_does_not_depend_on_who_has_summed() {
             upper: [0.6, 0.23],
         };
         c.groups.push(floor);
-        c.grid_contact = Some(GridContact { friction: 0.3 });
+        (c.grid_contact, c.drift) = (Some(GridContact { friction: 0.3 }), Drift::Nodal);
     });
 }
