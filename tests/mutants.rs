@@ -98,7 +98,13 @@ impl Of {
         let Some(profile) = self.profile else {
             return flaw;
         };
-        let modest = change::hello(move |hello| hello.capabilities = profile.capabilities());
+        let mut modest = change::hello(move |hello| hello.capabilities = profile.capabilities());
+        if self.party == Party::Dem && !profile.capabilities().meets("feature:contact_resolution") {
+            // It resolves no contacts, which the built-in solver would do.
+            modest = modest.with(change::json_config(|config| {
+                config.insert("contact_resolution".into(), 2.0.into());
+            }));
+        }
         Flaw {
             process: flaw.process,
             ..modest.with(flaw)

@@ -286,7 +286,12 @@ mod tests {
     fn bits_count_where_no_tolerance_is_given() {
         let mut comparison = Comparison::new(Party::Dem, 0.0);
         comparison.messages(0, &forces(0.0), &forces(-0.0));
-        assert!(comparison.first.unwrap().ends_with("(0.0e0 relative, 1 ulp)"));
+        assert!(
+            comparison
+                .first
+                .unwrap()
+                .ends_with("(0.0e0 relative, 1 ulp)")
+        );
         assert_eq!(apart(-1.0, 1.0), "2.0e0 relative, 9214364837600034817 ulp");
     }
 
