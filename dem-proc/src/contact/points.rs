@@ -477,7 +477,10 @@ impl<G: Geometry, L: Law> PointSide for PointContacts<G, L> {
         let interval = Interval {
             last_step,
             closing: 0.0,
-            impacts: Impacts::default(),
+            impacts: Impacts {
+                count: 1.0,
+                ..Impacts::default()
+            },
         };
         for (k, &pair) in G::pairs(view.on.list).iter().enumerate() {
             let in_reach = view.pair(interval, k);

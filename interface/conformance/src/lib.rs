@@ -17,7 +17,7 @@
 //!    another broken rule does not break it. The first clause of a side is before all others without being named. `needs`
 //!    names the capabilities without which it cannot be judged; let them be few, by scenes that are made of what the solver
 //!    takes (`Bench::takes`): profiles follow from them ([`profile`]).
-//! 3. Write `fn other_halts(bench: &Bench) -> Judgement`: take a `bench::BodiesRun` (a coupled run in lockstep) or a bare
+//! 3. Write `fn other_halts(bench: &Bench) -> Judgement`: take a `bench::Run` (a coupled run in lockstep) or a bare
 //!    `bench::Session`, do what shows the clause in as few steps as do, return `Ok(what was measured)` or an
 //!    `verdict::Unmet` by `verdict::require` or `verdict::near`, with the numbers. A refused configuration comes
 //!    back as *not applicable* by itself. Put many cases in one run (bodies far apart): a run costs milliseconds, a step
@@ -232,6 +232,37 @@ pub fn examine(
         whole: options.only.is_empty(),
         wall: start.elapsed(),
     })
+}
+
+/// What so many random cases show of a solver that this program serves in a thread: the clauses that do not pass, and how
+/// many numbers were compared. For the solver's own tests.
+///
+/// # Errors
+/// [`ExamineError`] when nothing can be judged.
+pub fn random_cases(subject: &Subject, cases: u64) -> Result<(Vec<String>, u64), ExamineError> {
+    let random = RandomCases {
+        cases,
+        time: Duration::MAX,
+        ..RandomCases::default()
+    };
+    let options = Options {
+        random,
+        ..Options::default()
+    };
+    let takes = greeting(subject, &options)?.capabilities;
+    let all = clause::of(subject.party).into_iter();
+    let clauses: Vec<_> = all.filter(|clause| clause.is_random()).collect();
+    let asked: Vec<_> = clauses.iter().map(|clause| clause.id).collect();
+    let campaign = random::campaign(subject, &options, &takes, &asked);
+    let unmet = |clause: &&Clause| match campaign.verdict(clause, &takes) {
+        Verdict::Pass { .. } => None,
+        verdict => Some(format!("{}: {verdict:#?}", clause.id)),
+    };
+    let found = match &campaign.failure {
+        Some(failure) => vec![format!("{}: {:#?}", failure.clause, failure.evidence)],
+        None => clauses.iter().filter_map(unmet).collect(),
+    };
+    Ok((found, campaign.numbers()))
 }
 
 /// Tests clauses of a table whose first one is `first`, several at the same time; calls `tell` with the verdicts in order.

@@ -57,6 +57,11 @@ pub struct Campaign {
 }
 
 impl Campaign {
+    /// How many numbers were compared.
+    pub fn numbers(&self) -> u64 {
+        self.compared.values().map(|compared| compared.count).sum()
+    }
+
     /// What is said of a clause where nothing failed.
     pub fn verdict(&self, clause: &Clause, takes: &Capabilities) -> Verdict {
         let compared = self.compared.get(clause.id).copied();
