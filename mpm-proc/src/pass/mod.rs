@@ -4,6 +4,7 @@ pub mod check_points;
 pub mod contact;
 pub mod damping;
 pub mod drift;
+pub mod gaps;
 pub mod grid_to_points;
 pub mod holds;
 pub mod images;

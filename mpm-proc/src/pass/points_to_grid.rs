@@ -1,5 +1,6 @@
 //! Points to grid: mass and momentum (Jiang 2020 eqs. 18, 19, 30).
 
+use super::gaps::measure_gaps;
 use super::holds::hold_before;
 use super::images::spread_before;
 use super::node_momentum::{divide_mapped, sum_momentum};
@@ -19,6 +20,7 @@ use mechanics::threads::Threads;
 pub fn points_to_grid<const W: usize, S: Shape<W>, A: AffineState>(
     continuum: &mut Continuum<W, S, A>,
 ) {
+    measure_gaps(continuum);
     let threads = &continuum.threads;
     let pic_fraction = continuum.transfer.pic_fraction();
     let (clouds, grid) = (&mut continuum.clouds, &mut continuum.grid);

@@ -23,6 +23,7 @@ use crate::material::{
     Constitutive, DruckerPrager, Elastic, Fluid, GrainLaw, Granular, Jaumann, Material, Moduli,
     MohrCoulomb, MuI, NeoHookean, PlaneStrain, PlaneStress, Rigid, Stresses, VonMises,
 };
+use crate::pass::gaps::touching;
 use crate::pass::limits::stiffest_place;
 use crate::pass::sort::sort;
 use crate::scheme::Scheme;
@@ -194,12 +195,15 @@ impl<'a> Parts<'a> {
             };
             let mut stresses = Stresses::new(&*model, blocks);
             fields.prestress(&*model, &mut stresses, &points.positions)?;
+            let shape = shape(points);
             let mut cloud = Cloud::new(
-                shape(points),
+                shape,
                 (model, stresses),
                 &Kind {
                     mass: material.density * points.box_area(),
                     radius: group.contact_radius.unwrap_or_else(|| half_spacing(points)),
+                    touching: [0, 1]
+                        .map(|a| touching(&shape, a, points.sides[a] / self.geometry.cell)),
                     sides: points.sides,
                     keeps_spin: group.keeps_spin,
                 },

@@ -73,6 +73,8 @@ pub struct Kind {
     pub mass: f64,
     /// Contact radius in m.
     pub radius: f64,
+    /// [`crate::pass::gaps::touching`] along x and y.
+    pub touching: [f64; 2],
     /// Sides of a point's box in m.
     pub sides: [f64; 2],
     /// Whether the nodes are given the spin of the group.
@@ -93,6 +95,8 @@ pub struct Cloud<const W: usize, S: Shape<W>, A: AffineState> {
     pub volume: f64,
     /// Contact radius in m.
     pub radius: f64,
+    /// Mean distance in cells of its mass from walls that it touches, along x and y ([`crate::pass::gaps`]).
+    pub touching: [f64; 2],
     /// Spin of the group at the last map to the grid in rad/s, where the nodes are given it.
     pub spin: Option<f64>,
     /// Identity of the first point; the others follow.
@@ -175,6 +179,7 @@ impl<const W: usize, S: Shape<W>, A: AffineState> Cloud<W, S, A> {
             mass: kind.mass,
             volume: kind.sides[0] * kind.sides[1],
             radius: kind.radius,
+            touching: kind.touching,
             spin: kind.keeps_spin.then_some(0.0),
             first_id,
             state: CloudState {

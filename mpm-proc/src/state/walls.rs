@@ -7,8 +7,8 @@
 //! stress there (held along itself it has no strain along itself, so no strain through the wall either). Nodes beyond
 //! the wall are then images of those within ([`crate::state::images`]), and a field that is linear up to the wall stays
 //! so. Holding them instead, as for the other shape functions, which hardly reach them, would hold a part of the first
-//! cell and shorten the body by it. A wall with friction can separate, so it is not a mirror; nodes beyond it are held
-//! like those on it.
+//! cell and shorten the body by it. A wall with friction can separate, so it is not a mirror; it acts where the surface of
+//! the material is at it ([`crate::pass::gaps`]), on nodes beyond it like on those on it.
 //!
 //! A driven wall is a fixed wall in the frame that moves with it. In that frame it does no work, so in the frame at
 //! rest its work is its velocity times its impulse, for every shape function and transfer.
@@ -29,14 +29,20 @@ enum Hold {
 }
 
 /// The walls, as conditions on nodes.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone)]
 pub struct WallNodes {
     cells: [i64; 2],
     /// Along x and y: at the low end, at the high end.
     hold: [[Hold; 2]; 2],
     /// Likewise, what stands beyond.
     beyond: [[Beyond; 2]; 2],
+    /// Likewise, for each node of a wall with friction from [`REACH`] before the first on, whether material is apart from it:
+    /// the sum that is above 0 then ([`crate::pass::gaps`]). Empty for other walls.
+    pub apart: [[Vec<f64>; 2]; 2],
 }
+
+/// How many nodes beyond the domain points within it reach at most.
+pub const REACH: i64 = 4;
 
 /// What is beyond a wall.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -74,9 +80,15 @@ impl WallNodes {
             _ => Beyond::Nodes,
         };
         let ends = [[walls.left, walls.right], [walls.bottom, walls.top]];
+        let hold = [0, 1].map(|a| ends[a].map(|wall| hold(wall, a)));
+        let apart = |a: usize, hold| match hold {
+            Hold::Into(_) => vec![0.0; (cells[1 - a] + 2 * REACH + 1) as usize],
+            _ => Vec::new(),
+        };
         Self {
             cells,
-            hold: [0, 1].map(|a| ends[a].map(|wall| hold(wall, a))),
+            hold,
+            apart: [0, 1].map(|a| hold[a].map(|hold| apart(a, hold))),
             beyond: [0, 1].map(|a| ends[a].map(|wall| beyond(wall, a))),
         }
     }
@@ -166,13 +178,18 @@ impl WallNodes {
 
     /// The condition that acts on `node` along `axis`, and the sign of the way out of the domain there.
     fn at(&self, node: [i64; 2], axis: usize) -> (Hold, f64) {
-        if node[axis] <= 0 {
-            (self.hold[axis][0], -1.0)
+        let (end, out) = if node[axis] <= 0 {
+            (0, -1.0)
         } else if node[axis] >= self.cells[axis] {
-            (self.hold[axis][1], 1.0)
+            (1, 1.0)
         } else {
-            (Hold::Nothing, 0.0)
+            return (Hold::Nothing, 0.0);
+        };
+        let apart = self.apart[axis][end].get((node[1 - axis] + REACH) as usize);
+        if apart.is_some_and(|&apart| apart > 0.0) {
+            return (Hold::Nothing, out);
         }
+        (self.hold[axis][end], out)
     }
 
     /// The velocity of `node` after the walls have acted, without friction.

@@ -1,6 +1,8 @@
 //! Motion against closed forms.
 
-use interface::config::{Fill, MaterialModel, ShapeFunction, Spacing, StressUpdate, Transfer};
+use interface::config::{
+    Fill, MaterialModel, ShapeFunction, Spacing, StressUpdate, Transfer, Wall,
+};
 use interface::solver::MpmSolver;
 
 use super::{BULK, SHEAR, Stepper, block, configured, stand};
@@ -219,4 +221,37 @@ fn a_ringing_block_keeps_its_energy() {
             && ledger.momentum[0].abs() < 1e-12
             && ledger.momentum[1].abs() < 1e-12
     );
+}
+
+/// A wall with friction begins to act when the surface is at it, not where the mass at its nodes begins.
+#[test]
+fn a_block_flies_freely_until_it_is_at_a_wall_with_friction() {
+    for (shape, transfer) in SCHEMES {
+        let mut config = block();
+        (config.shape, config.transfer) = (shape, transfer);
+        let bottom = config.domain[0][1];
+        config.walls.bottom = Wall::Friction { coefficient: 0.5 };
+        config.groups[0].velocity = [0.5, -1.0];
+        // Half a cell above, so it is there after 0.025 s.
+        config.groups[0].fill = Fill::Rectangle {
+            lower: [0.1, bottom + 0.025],
+            upper: [0.4, bottom + 0.225],
+        };
+        let mut mpm = configured(&config);
+        let mut stepper = Stepper::new();
+        let mut impulse = |steps| {
+            stepper.run(&mut mpm, 1e-4, steps);
+            stepper
+                .step(&mut mpm, 0.0, true, &[])
+                .expect("a sound step");
+            mpm.measurement().ledger.applied_impulse
+        };
+        assert_eq!(impulse(245), [0.0; 2], "{shape:?} {transfer:?}");
+        let [along, up] = impulse(20);
+        assert!(up > 0.0, "{shape:?} {transfer:?}: {up} N s/m");
+        assert!(
+            along < 0.0 && along >= -0.5 * up * (1.0 + 1e-12),
+            "{along} {up}"
+        );
+    }
 }
