@@ -12,7 +12,7 @@
 use crate::kernel::tiles::{NODES, first_node, node};
 use crate::state::grid::Grid;
 use crate::state::images::Images;
-use crate::state::nodes::{NodeAt, NodeTile};
+use crate::state::nodes::{NodeAt, NodeTile, bits};
 use crate::state::walls::WallNodes;
 
 /// The gradient of a grain's density at the nodes of a tile, up to a factor that is the same for all grains.
@@ -47,15 +47,6 @@ pub struct Shared {
     pub met: u64,
     /// Gradient of the grain's density at those.
     pub gradient: Gradients,
-}
-
-/// The numbers of the bits that are set.
-pub fn bits(mut set: u64) -> impl Iterator<Item = usize> {
-    core::iter::from_fn(move || {
-        let next = (set != 0).then(|| set.trailing_zeros() as usize)?;
-        set &= set - 1;
-        Some(next)
-    })
 }
 
 /// One grain at one node.
@@ -148,11 +139,9 @@ impl SharedNodes {
         for &slot in self.slots[grain].iter().filter(|&&slot| slot != ALONE) {
             let shared = &mut self.shared[slot as usize];
             let origin = first_node([shared.at[1], shared.at[0]]);
-            if walls.touch(origin) {
-                for (i, gradient) in shared.gradient.iter_mut().enumerate() {
-                    let free = walls.free(node(origin, i));
-                    *gradient = [gradient[0] * free[0], gradient[1] * free[1]];
-                }
+            for i in bits(shared.met) {
+                let (free, gradient) = (walls.free(node(origin, i)), &mut shared.gradient[i]);
+                *gradient = [gradient[0] * free[0], gradient[1] * free[1]];
             }
         }
     }

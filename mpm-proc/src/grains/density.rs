@@ -14,7 +14,7 @@
 //! A node beyond a periodic wall is an image ([`crate::state::images`]): its contributions go to its original, which
 //! has the contacts.
 
-use super::contact::{SharedNodes, bits};
+use super::contact::SharedNodes;
 use crate::kernel::lanes::LANES;
 use crate::kernel::point_tile::Tile;
 use crate::kernel::shape::Shape;
@@ -23,7 +23,7 @@ use crate::kernel::transfer::AffineState;
 use crate::state::continuum::Continuum;
 use crate::state::grid::Grid;
 use crate::state::images::Images;
-use crate::state::nodes::NodeAt;
+use crate::state::nodes::{NodeAt, bits};
 
 impl SharedNodes {
     /// Adds the gradients of grain `number` at the nodes where others have mass too.

@@ -148,29 +148,28 @@ pub fn add_window<const W: usize, const N: usize>(
     window: &[f64],
     run: [u8; 2],
 ) {
-    let (window, _) = window.as_chunks::<N>();
     let y = runs(W)[usize::from(run[1])];
     for row in 0..y.length {
-        let from = &window[(y.window + row) * pitch(W)..][..pitch(W)];
-        let to = &mut sum[(y.own + row) * TILE..][..TILE];
+        let from = &window[N * (y.window + row) * pitch(W)..][..N * pitch(W)];
+        let to = sum[(y.own + row) * TILE..][..TILE].as_flattened_mut();
         // Lengths known to the compiler: a few vector additions each, no loops.
         match run[0] {
-            0 => add::<MARGIN, N>(&mut to[TILE - MARGIN..], from),
-            1 => add::<TILE, N>(to, &from[MARGIN..]),
-            _ => {
-                for i in 0..W {
-                    add::<1, N>(&mut to[i..], &from[MARGIN + TILE + i..]);
-                }
-            }
+            0 => add::<N>(&mut to[N * (TILE - MARGIN)..], &from[..N * MARGIN]),
+            1 => add::<N>(to, &from[N * MARGIN..][..N * TILE]),
+            _ => add::<N>(to, &from[N * (MARGIN + TILE)..]),
         }
     }
 }
 
+/// Adds the numbers of nodes, `N` each, to those of the first ones of `to`; one node at a time, as [`scatter_row`] does.
 #[inline(always)]
-fn add<const LENGTH: usize, const N: usize>(to: &mut [[f64; N]], from: &[[f64; N]]) {
-    for (to, from) in to[..LENGTH].iter_mut().zip(&from[..LENGTH]) {
-        for n in 0..N {
-            to[n] += from[n];
+fn add<const N: usize>(to: &mut [f64], from: &[f64]) {
+    for (to, from) in to.chunks_exact_mut(N).zip(from.chunks_exact(N)) {
+        if let (Ok(old), Ok(more)) = ((&*to).try_into(), from.try_into()) {
+            to.copy_from_slice((Lanes::new(old) + Lanes::new(more)).as_array());
+        } else {
+            let [old, more] = [&*to, from].map(|two| f64x2::new([two[0], two[1]]));
+            to.copy_from_slice((old + more).as_array());
         }
     }
 }

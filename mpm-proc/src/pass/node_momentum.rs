@@ -8,7 +8,7 @@ use crate::kernel::tiles::{NODES, first_node, node};
 use crate::kernel::transfer::AffineState;
 use crate::kernel::window::add_window;
 use crate::state::grid::Grid;
-use crate::state::nodes::{MappedTile, NodeTile, WallContribution};
+use crate::state::nodes::{MappedTile, NodeTile, WallContribution, bits};
 use crate::state::points::Cloud;
 use crate::state::walls::WallNodes;
 use mechanics::threads::Threads;
@@ -97,9 +97,12 @@ pub fn divide_mapped<const W: usize, S: Shape<W>, A: AffineState>(
 impl MappedTile {
     /// Turns momenta into velocities, with walls.
     fn divide_momentum(&mut self, tile: &NodeTile, walls: &WallNodes) {
+        for (v, per_mass) in self.velocity.iter_mut().zip(&tile.per_mass) {
+            *v = [v[0] * per_mass, v[1] * per_mass];
+        }
         let origin = first_node(tile.at);
-        for i in 0..NODES {
-            let free = self.velocity[i].map(|p| p * tile.per_mass[i]);
+        for i in bits(tile.walled) {
+            let free = self.velocity[i];
             let held = walls.hold(node(origin, i), free);
             self.wall.work += walls.drive(node(origin, i), tile.mass[i], free, held);
             for a in 0..2 {
@@ -119,19 +122,17 @@ impl NodeTile {
         for (v, per_mass) in self.before.iter_mut().zip(&self.per_mass) {
             *v = [v[0] * per_mass, v[1] * per_mass];
         }
-        if self.walled {
-            let origin = first_node(self.at);
-            for i in 0..NODES {
-                let held = walls.hold(node(origin, i), self.before[i]);
-                let felt = pic_fraction * self.mass[i];
-                let work = walls.drive(node(origin, i), felt, self.before[i], held);
-                self.wall.work += work;
-                self.smoothing_work += work;
-                for a in 0..2 {
-                    self.wall.impulse[a] += felt * (held[a] - self.before[i][a]);
-                }
-                self.before[i] = held;
+        let origin = first_node(self.at);
+        for i in bits(self.walled) {
+            let held = walls.hold(node(origin, i), self.before[i]);
+            let felt = pic_fraction * self.mass[i];
+            let work = walls.drive(node(origin, i), felt, self.before[i], held);
+            self.wall.work += work;
+            self.smoothing_work += work;
+            for a in 0..2 {
+                self.wall.impulse[a] += felt * (held[a] - self.before[i][a]);
             }
+            self.before[i] = held;
         }
     }
 }

@@ -9,7 +9,7 @@ use crate::kernel::transfer::AffineState;
 use crate::kernel::window::add_window;
 use crate::state::continuum::Continuum;
 use crate::state::grid::Grid;
-use crate::state::nodes::NodeTile;
+use crate::state::nodes::{NodeTile, bits};
 use crate::state::points::Cloud;
 use crate::state::stages::Damping;
 use crate::state::walls::WallNodes;
@@ -94,19 +94,17 @@ impl NodeTile {
             }
         }
         let damped = act.damping.map(|d| d.act(self));
-        if self.walled {
-            let (origin, walls) = (first_node(self.at), act.walls);
-            for i in 0..NODES {
-                let free = self.after[i];
-                let held = walls.hold_after_kick(node(origin, i), free);
-                let slid = walls.slid(node(origin, i), self.before[i], free, held);
-                self.friction_work += self.mass[i] * slid;
-                self.wall.work += walls.drive(node(origin, i), self.mass[i], free, held);
-                for a in 0..2 {
-                    self.wall.impulse[a] += self.mass[i] * (held[a] - free[a]);
-                }
-                self.after[i] = held;
+        let (origin, walls) = (first_node(self.at), act.walls);
+        for i in bits(self.walled) {
+            let free = self.after[i];
+            let held = walls.hold_after_kick(node(origin, i), free);
+            let slid = walls.slid(node(origin, i), self.before[i], free, held);
+            self.friction_work += self.mass[i] * slid;
+            self.wall.work += walls.drive(node(origin, i), self.mass[i], free, held);
+            for a in 0..2 {
+                self.wall.impulse[a] += self.mass[i] * (held[a] - free[a]);
             }
+            self.after[i] = held;
         }
         if let Some(impulse) = &damped {
             Damping::count(impulse, self);

@@ -94,7 +94,7 @@ impl Grid {
                 index: self.tiles.len(),
                 first: self.overlaps.len() as u32,
                 count: group.len() as u32,
-                walled: self.walls.touch(first_node(at)),
+                walled: self.walls.acts_on(first_node(at), W),
                 imaged: false,
                 mass: [0.0; NODES],
                 per_mass: [0.0; NODES],

@@ -21,10 +21,7 @@
 
 use super::nodes::{NodeAt, NodeTile, WallContribution};
 use super::walls::WallNodes;
-use crate::kernel::tiles::{MARGIN, NODES, TILE, first_node, node};
-
-/// Largest distance in cells beyond a wall at which a point may be: one, and the margin of a tile's window.
-const BEYOND: i64 = 1 + MARGIN as i64;
+use crate::kernel::tiles::{NODES, TILE, first_node, node};
 
 /// An image.
 #[derive(Debug, Clone, Copy)]
@@ -100,6 +97,7 @@ impl Images {
                     .binary_search_by_key(&[place[1], place[0]], |t| [t.at[1], t.at[0]])
                     .expect("the tiles were completed");
                 tiles[tile].imaged = true;
+                tiles[tile].walled &= !(1 << n); // it follows its original
                 tiles[holder].imaged = true;
                 self.0.push(Image {
                     at: NodeAt {
@@ -155,10 +153,6 @@ impl Image {
 
 /// The original of a node, if it is an image that points of `w` nodes can reach.
 fn original(walls: &WallNodes, w: usize, node: [i64; 2]) -> Option<([i64; 2], [f64; 2], bool)> {
-    let reached = |a: usize| (-BEYOND..=walls.cells()[a] + w as i64).contains(&node[a]);
-    if reached(0) && reached(1) {
-        walls.original(node)
-    } else {
-        None
-    }
+    let reached = (0..2).all(|a| walls.reached(node, a, w));
+    reached.then(|| walls.original(node)).flatten()
 }

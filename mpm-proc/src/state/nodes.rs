@@ -6,6 +6,15 @@ use crate::kernel::tiles::NODES;
 pub const ALL_NODES: u64 = u64::MAX;
 const _: () = assert!(NODES == u64::BITS as usize);
 
+/// The numbers of the bits that are set.
+pub fn bits(mut set: u64) -> impl Iterator<Item = usize> {
+    core::iter::from_fn(move || {
+        let next = (set != 0).then(|| set.trailing_zeros() as usize)?;
+        set &= set - 1;
+        Some(next)
+    })
+}
+
 /// A tile of nodes.
 #[derive(Debug, Clone)]
 pub struct NodeTile {
@@ -17,8 +26,8 @@ pub struct NodeTile {
     pub first: u32,
     /// How many do.
     pub count: u32,
-    /// Whether a condition of a wall acts on one of its nodes.
-    pub walled: bool,
+    /// Its nodes on which a wall acts and that are no images, a bit for each.
+    pub walled: u64,
     /// Whether one of its nodes is an image, or has one ([`crate::state::images`]).
     pub imaged: bool,
     /// `m_I` in kg/m.

@@ -13,7 +13,11 @@
 //! A driven wall is a fixed wall in the frame that moves with it. In that frame it does no work, so in the frame at
 //! rest its work is its velocity times its impulse, for every shape function and transfer.
 
+use crate::kernel::tiles::{MARGIN, NODES, node};
 use interface::config::{Wall, Walls};
+
+/// Largest distance in cells beyond a wall at which a point may be: one, and the margin of a tile's window.
+const BEYOND: i64 = 1 + MARGIN as i64;
 
 /// What a wall does to the velocity of a node.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -167,13 +171,20 @@ impl WallNodes {
         (of != node).then_some((of, sign, periodic))
     }
 
-    /// Whether a wall acts on one of the nodes of the tile that begins at `origin`.
-    pub fn touch(&self, origin: [i64; 2]) -> bool {
-        let last = origin.map(|i| i + crate::kernel::tiles::TILE as i64 - 1);
-        (0..2).any(|a| {
-            (origin[a] <= 0 && self.hold[a][0] != Hold::Nothing)
-                || (last[a] >= self.cells[a] && self.hold[a][1] != Hold::Nothing)
-        })
+    /// The nodes of the tile that begins at `origin` on which a wall acts and which points of `w` nodes can reach, a bit for each.
+    pub fn acts_on(&self, origin: [i64; 2], w: usize) -> u64 {
+        let held = |node: [i64; 2], a: usize| {
+            let low = node[a] <= 0 && self.hold[a][0] != Hold::Nothing;
+            let high = node[a] >= self.cells[a] && self.hold[a][1] != Hold::Nothing;
+            (low || high) && self.reached(node, a, w)
+        };
+        let bit = |i: usize| u64::from((0..2).any(|a| held(node(origin, i), a))) << i;
+        (0..NODES).map(bit).sum()
+    }
+
+    /// Whether points of `w` nodes that a wall across `axis` stops can reach `node`.
+    pub fn reached(&self, node: [i64; 2], axis: usize, w: usize) -> bool {
+        (-BEYOND..=self.cells[axis] + w as i64).contains(&node[axis])
     }
 
     /// The condition that acts on `node` along `axis`, and the sign of the way out of the domain there.
@@ -308,7 +319,9 @@ mod tests {
         assert_eq!(walls.hold([-1, 1], v), [0.0, 2.0]);
         assert_eq!(walls.hold([5, 0], v), [0.0, 0.0]);
         assert_eq!(walls.hold([10, 20], v), v);
-        assert!(walls.touch([0, 8]) && walls.touch([-8, 8]) && !walls.touch([8, 16]));
+        assert_eq!(walls.acts_on([0, 8], 3), 0x0101_0101_0101_0101);
+        assert_eq!(walls.acts_on([-8, 8], 3), 0xc0c0_c0c0_c0c0_c0c0);
+        assert_eq!(walls.acts_on([8, 16], 3), 0);
     }
 
     #[test]
