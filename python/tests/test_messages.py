@@ -10,7 +10,7 @@ from tandem_solver import blake3, control, wire
 
 class Control(unittest.TestCase):
     def test_the_bytes_of_the_protocol_page(self):
-        hello = "00000000 05000000 00000000 02000000 0800000000000000 6469736320302e31 67120000"
+        hello = "00000000 06000000 00000000 02000000 0800000000000000 6469736320302e31 67120000"
         capabilities = "0100000000000000 0400000000000000 73617665"
         self.assertEqual(control.hello("dem", "disc 0.1", 4711, ["save"]), bytes.fromhex(hello + capabilities))
         order = control.decode_order(bytes.fromhex(
@@ -100,7 +100,7 @@ class Records(unittest.TestCase):
 
     def test_the_layout_is_that_of_ctypes(self):
         self.assertEqual(wire.layout_lines(), wire.LAYOUT.splitlines())
-        self.assertEqual(ctypes.sizeof(wire.Report), 296)
+        self.assertEqual(ctypes.sizeof(wire.Report), 320)
         self.assertTrue(all(ctypes.alignment(record) == 8 for record in wire.RECORDS.values()))
 
 

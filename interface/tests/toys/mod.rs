@@ -277,7 +277,6 @@ pub fn mpm_config() -> MpmConfig {
         shape: ShapeFunction::Linear,
         transfer: Transfer::Flip,
         stress_update: StressUpdate::Usf,
-        drift: interface::config::Drift::Mapped,
         plane: Plane::Strain,
         walls: Walls::default(),
         materials: Vec::new(),

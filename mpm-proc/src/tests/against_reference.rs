@@ -1,7 +1,7 @@
 //! The whole step against the oracle, on random clouds under random contact forces.
 
 use interface::config::{
-    Drift, Fill, MpmConfig, ShapeFunction, Spacing, StressUpdate, Transfer, Wall, Walls,
+    Fill, MpmConfig, ShapeFunction, Spacing, StressUpdate, Transfer, Wall, Walls,
 };
 use interface::message::wire::{EnvelopeVertex, ImpForce};
 use interface::solver::MpmSolver;
@@ -71,7 +71,7 @@ fn oracle(config: &MpmConfig, positions: &[[f64; 2]], side: f64) -> Reference {
         gravity: config.gravity,
         walls: config.walls,
         stress_update: config.stress_update,
-        drift: config.drift,
+        drift: config.drift(),
         wall_impulse: [0.0; 2],
         elastic: 0.0,
     }
@@ -91,7 +91,6 @@ fn compare_at(
     config.shape = shape;
     config.transfer = transfer;
     config.stress_update = stress_update;
-    config.drift = Drift::of(stress_update, None);
     config.gravity = [1.0, -9.81];
     config.walls = walls;
     let [low, high] = within;

@@ -299,9 +299,6 @@ fn chains_go_on_from_a_saved_state() {
         let mut config = super::saved::flying();
         config.interface = Interface::Segments;
         config.stress_update = serde_json::from_value(update.into()).expect("a choice");
-        if update == "usl" {
-            config.drift = interface::config::Drift::Nodal;
-        }
         config.chains = (0..config.groups.len())
             .map(|group| {
                 let [lower, upper] = config.groups[group].fill.bounds();

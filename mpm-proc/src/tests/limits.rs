@@ -1,6 +1,6 @@
 //! The step limits against eigenvalues of dense matrices.
 
-use interface::config::{Drift, Fill, MpmConfig, ShapeFunction, Spacing, StressUpdate, Transfer};
+use interface::config::{Fill, MpmConfig, ShapeFunction, Spacing, StressUpdate, Transfer};
 use interface::message::wire::{ImpForce, Limits, PointState};
 use interface::solver::MpmSolver;
 use interface::step::Step;
@@ -304,7 +304,6 @@ fn growth(config: &MpmConfig, share: f64, forces: &dyn Fn(&Mpm) -> Vec<ImpForce>
 
 fn strained(config: &mut MpmConfig, update: StressUpdate) {
     config.stress_update = update;
-    config.drift = Drift::of(update, None);
     config.groups[0].spacing = Spacing::Distance(0.025);
 }
 

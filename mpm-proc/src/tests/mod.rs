@@ -69,7 +69,6 @@ pub fn block() -> MpmConfig {
         shape: ShapeFunction::QuadraticBspline,
         transfer: Transfer::Apic,
         stress_update: StressUpdate::Usf,
-        drift: interface::config::Drift::Mapped,
         plane: Plane::Strain,
         walls: Walls::default(),
         materials: vec![MaterialConfig {

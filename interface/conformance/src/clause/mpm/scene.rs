@@ -45,7 +45,6 @@ pub fn scene(groups: Vec<GroupConfig>) -> MpmConfig {
         shape: ShapeFunction::Linear,
         transfer: Transfer::Flip,
         stress_update: StressUpdate::Usf,
-        drift: interface::config::Drift::default(),
         plane: Plane::Strain,
         walls: Walls::default(),
         materials: vec![material(DENSITY, MODULI)],

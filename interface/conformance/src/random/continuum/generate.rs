@@ -55,7 +55,7 @@ impl Dice<'_, Scale> {
         } else {
             1.0 / self.between(1.2, 3.5)
         } * self.scale.cell;
-        let (shape, stress_update, drift, transfer) = self.scheme(alone);
+        let (shape, stress_update, transfer) = self.scheme(alone);
         let count = 1 + self.rng.usize(0..3);
         let layers = count > 1 && self.takes.has(LAYERS) && self.rarely();
         let pairs = layers && self.takes.has(PAIRS) && self.often();
@@ -76,7 +76,6 @@ impl Dice<'_, Scale> {
             shape,
             transfer,
             stress_update,
-            drift,
             walls,
             materials,
             layers,
@@ -94,7 +93,7 @@ impl Dice<'_, Scale> {
                 (_, Spacing::Counts([n, m])) => (n * m) as usize,
                 _ => 0,
             });
-        let pushes = self.pushes(points.sum(), spacing, steps, drift);
+        let pushes = self.pushes(points.sum(), spacing, steps, config.drift());
         let skin = config.skin;
         let travel = (0..self.rng.u32(0..4))
             .map(|k| (8 * k, self.between(0.0, 0.8) * skin))
@@ -109,7 +108,7 @@ impl Dice<'_, Scale> {
     }
 
     /// How points and nodes exchange what they have.
-    fn scheme(&mut self, alone: bool) -> (ShapeFunction, StressUpdate, Drift, Transfer) {
+    fn scheme(&mut self, alone: bool) -> (ShapeFunction, StressUpdate, Transfer) {
         let shapes = [
             ("shape:quadratic_bspline", ShapeFunction::QuadraticBspline),
             ("shape:cubic_bspline", ShapeFunction::CubicBspline),
@@ -128,13 +127,12 @@ impl Dice<'_, Scale> {
             Some(StressUpdate::Usl) if shape == ShapeFunction::Linear => StressUpdate::Usf,
             drawn => drawn.unwrap_or(StressUpdate::Usf),
         };
-        let drift = Drift::of(stress_update, None);
         let transfer = if alone {
             Transfer::Flip
         } else {
             self.transfer(shape)
         };
-        (shape, stress_update, drift, transfer)
+        (shape, stress_update, transfer)
     }
 
     fn transfer(&mut self, shape: ShapeFunction) -> Transfer {

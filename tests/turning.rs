@@ -1,0 +1,137 @@
+//! Angular momentum of all parties, and what walls, holds, weights and fixed bodies take of it.
+
+use crate::harness::{Place, RunFiles};
+
+/// The largest error of the angular momentum in a scene with these lines, of which the momentum is kept to rounding.
+fn error(name: &str, scene: &str) -> f64 {
+    let place = Place::new();
+    let scene = format!("version = 1\nname = \"{name}\"\n{scene}\n[output]\nevery = 1e-3\n");
+    let scene = place.write("scene.toml", &scene);
+    let scene = scene.display().to_string();
+    place.run("out", &scene, &["--in-process"]).expect(0);
+    let files = RunFiles::read(&place.path("out"));
+    assert!(files.number("momentum_error") < 1e-12, "{name}");
+    files.number("angular_momentum_error")
+}
+
+/// A disc of points strikes a free block beside its centre and sets it turning.
+fn strike(transfer: &str, stress_update: &str, friction: f64) -> f64 {
+    let scene = format!(
+        r#"
+time = {{ end = 0.012, max_step = 1e-5 }}
+[mpm]
+cell = 0.003
+domain = [[-0.18, -0.18], [0.18, 0.18]]
+shape = "quadratic_bspline"
+transfer = "{transfer}"
+stress_update = "{stress_update}"
+[[mpm.material]]
+name = "rubber"
+density = 2000.0
+model.linear_elastic = {{ bulk_modulus = 5e6, shear_modulus = 3.7e6 }}
+[[mpm.points]]
+name = "disc"
+material = "rubber"
+fill.disc = {{ center = [-0.027, 0.008], radius = 0.0146 }}
+spacing.per_cell = 4
+velocity = [2.0, 0.0]
+[[dem.body]]
+name = "block"
+shape.rectangle = {{ width = 0.012, height = 0.042 }}
+sphero_radius = 0.004
+density = 2000.0
+[contact]
+linear = {{ normal_stiffness = 6e4, tangential_stiffness = 3e4, friction = {friction} }}
+"#
+    );
+    error("strike", &scene)
+}
+
+#[test]
+fn a_strike_without_friction_keeps_angular_momentum() {
+    let [smooth, rough] = [0.0, 0.5].map(|friction| strike("apic", "usl", friction));
+    assert!(smooth < 1e-13, "{smooth:e}");
+    // Friction acts at the centre of a point and at the surface of the body (docs/energy.md, "Friction turns a point").
+    assert!((1e-4..1e-2).contains(&rough), "{rough:e}");
+    // Points that do not move with the velocity that they take change it a little, and FLIP by itself ("Spin").
+    for (transfer, of) in [("apic", 1e-10..1e-7), ("flip", 1e-5..1e-2)] {
+        let smooth = strike(transfer, "usf", 0.0);
+        assert!(of.contains(&smooth), "{transfer}: {smooth:e}");
+    }
+}
+
+/// An elastic block under its weight meets walls, or is held: nodes on a wall, images beyond it and points that are held get
+/// impulses, which have moments.
+#[test]
+fn walls_and_holds_tell_what_they_turn() {
+    let block = |walls: &str, more: &str| {
+        let scene = format!(
+            r#"
+gravity = [3.0, -9.0]
+time = {{ end = 0.05 }}
+[mpm]
+cell = 0.01
+domain = [[-0.1, 0.0], [0.2, 0.3]]
+shape = "quadratic_bspline"
+transfer = "apic"
+stress_update = "usl"
+walls = {{ bottom = {walls} }}
+[[mpm.material]]
+name = "rubber"
+density = 1000.0
+model.linear_elastic = {{ bulk_modulus = 1e5, shear_modulus = 5e4 }}
+[[mpm.points]]
+name = "block"
+material = "rubber"
+fill.rectangle = {{ lower = [0.0, 0.0], upper = [0.05, 0.1] }}
+spacing.per_cell = 4
+velocity = [0.3, -0.2]
+{more}
+"#
+        );
+        error("block", &scene)
+    };
+    let rough = "{ friction = { coefficient = 0.3 } }";
+    for walls in ["\"fixed\"", "\"slip\"", rough] {
+        let left = block(walls, "");
+        assert!(left < 1e-12, "{walls}: {left:e}");
+    }
+    let held = "[[mpm.hold]]\nname = \"foot\"\npoints = \"block\"\nwithin = [[-0.01, -0.01], [0.06, 0.01]]\nhold_x = true\nhold_y = true\n";
+    let left = block("\"open\"", held);
+    assert!(left < 1e-12, "held: {left:e}");
+}
+
+/// Bodies that fall on fixed ones and rub: to rounding.
+#[test]
+fn bodies_keep_angular_momentum_to_rounding() {
+    let left = error(
+        "bodies",
+        r#"
+gravity = [1.0, -9.81]
+time = { end = 0.2 }
+[[dem.body]]
+name = "floor"
+shape.segment = { ends = [[-1.0, -0.03], [1.0, 0.01]] }
+sphero_radius = 0.02
+motion = "fixed"
+[[dem.body]]
+name = "block"
+shape.rectangle = { width = 0.1, height = 0.06 }
+sphero_radius = 0.01
+density = 1000.0
+position = [0.3, 0.1]
+angle = 0.4
+spin = 5.0
+[[dem.body]]
+name = "disc"
+shape = "disc"
+sphero_radius = 0.05
+density = 2000.0
+position = [0.2, 0.2]
+velocity = [0.5, -1.0]
+[body_contact]
+linear = { normal_stiffness = 1e5, tangential_stiffness = 5e4, friction = 0.4, damping_ratio = 0.1 }
+"#,
+    );
+    assert!(left < 1e-12, "{left:e}");
+}
