@@ -17,8 +17,6 @@ use crate::kernel::shape::Shape;
 use crate::kernel::transfer::AffineState;
 use crate::pass::select_imps::select_imps;
 use crate::pass::select_pairs::near_one_another;
-#[cfg(test)]
-use crate::pass::sort::sort;
 use crate::scheme::Scheme;
 use crate::several;
 use crate::state::continuum::{Continuum, SavedContinuum};
@@ -152,15 +150,5 @@ impl<const W: usize, S: Shape<W>, A: AffineState> Scheme for Layers<W, S, A> {
         }
         self.write_infos();
         Ok(())
-    }
-
-    #[cfg(test)]
-    fn sort_now(&mut self) {
-        self.all.iter_mut().for_each(sort);
-    }
-
-    #[cfg(test)]
-    fn just_sorted(&self) -> bool {
-        self.all.iter().any(Continuum::just_sorted)
     }
 }

@@ -65,6 +65,3 @@ mod state;
 mod step;
 
 pub use solver::Mpm;
-
-#[cfg(test)]
-mod tests;

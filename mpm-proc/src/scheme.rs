@@ -9,8 +9,6 @@ use crate::kernel::shape::Shape;
 use crate::kernel::transfer::AffineState;
 use crate::pass::select_imps::select_imps;
 use crate::pass::select_markers::select_markers;
-#[cfg(test)]
-use crate::pass::sort::sort;
 use crate::state::continuum::Continuum;
 use crate::state::nodes::NodeTile;
 use crate::state::points::{Cloud, NO_POINT};
@@ -51,14 +49,6 @@ pub trait Scheme: Send {
     /// # Errors
     /// A [`Refusal`] if the bytes are not a state of this configuration; the scheme can then not be used any more.
     fn restore(&mut self, mark: &ConfigurationMark, saved: &[u8]) -> Result<(), Refusal>;
-
-    /// Sorts the points whether they need it or not.
-    #[cfg(test)]
-    fn sort_now(&mut self);
-
-    /// Whether points were sorted at the end of the last step.
-    #[cfg(test)]
-    fn just_sorted(&self) -> bool;
 }
 
 impl<const W: usize, S: Shape<W>, A: AffineState> Scheme for Continuum<W, S, A> {
@@ -130,15 +120,5 @@ impl<const W: usize, S: Shape<W>, A: AffineState> Scheme for Continuum<W, S, A> 
 
     fn restore(&mut self, mark: &ConfigurationMark, saved: &[u8]) -> Result<(), Refusal> {
         self.take_over(mark.open(FORMAT, saved)?)
-    }
-
-    #[cfg(test)]
-    fn sort_now(&mut self) {
-        sort(self);
-    }
-
-    #[cfg(test)]
-    fn just_sorted(&self) -> bool {
-        self.state.moved == 0.0
     }
 }

@@ -32,18 +32,6 @@ impl Mpm {
         self.scheme.as_ref().map_or(0, |s| s.bytes())
     }
 
-    /// The scheme, for tests that look into it.
-    #[cfg(test)]
-    pub(crate) fn scheme(&mut self) -> &mut dyn Scheme {
-        &mut **self.scheme.as_mut().expect("configured")
-    }
-
-    /// The mark of saved states, for tests.
-    #[cfg(test)]
-    pub(crate) fn mark(&self) -> &ConfigurationMark {
-        &self.mark
-    }
-
     fn configured(&mut self) -> Result<&mut dyn Scheme, Fault> {
         match &mut self.scheme {
             Some(scheme) => Ok(&mut **scheme),

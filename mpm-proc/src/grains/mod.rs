@@ -21,8 +21,6 @@ use crate::kernel::shape::Shape;
 use crate::kernel::threads::over_items;
 use crate::kernel::transfer::AffineState;
 use crate::pass::images::follow;
-#[cfg(test)]
-use crate::pass::sort::sort;
 use crate::scheme::Scheme;
 use crate::several;
 use crate::state::contact::ContactLoad;
@@ -234,15 +232,5 @@ impl<const W: usize, S: Shape<W>, A: AffineState> Scheme for Grains<W, S, A> {
             }
         }
         Ok(())
-    }
-
-    #[cfg(test)]
-    fn sort_now(&mut self) {
-        self.all.iter_mut().for_each(|g| sort(&mut g.continuum));
-    }
-
-    #[cfg(test)]
-    fn just_sorted(&self) -> bool {
-        self.all.iter().any(|g| g.continuum.just_sorted())
     }
 }

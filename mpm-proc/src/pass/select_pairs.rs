@@ -96,15 +96,14 @@ fn bin(x: [f64; 2], side: f64) -> [i64; 2] {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::tests::Random;
 
     /// Against a comparison of all pairs, with bins narrower and wider than 1 m.
     #[test]
     fn bins_find_the_points_within_the_distance() {
-        let mut random = Random::new(5);
+        let mut random = fastrand::Rng::with_seed(5);
         for distance in [0.3, 1.0, 4.0] {
             let mut cloud = |count: u32| -> Vec<Point> {
-                let mut any = || distance * random.between(-4.0, 4.0);
+                let mut any = || distance * (8.0 * random.f64() - 4.0);
                 (0..count).map(|local| (local, [any(), any()])).collect()
             };
             let [a, b] = [cloud(60), cloud(20)];

@@ -151,3 +151,16 @@ pub fn swelling<const W: usize>(
     }
     splat(of_room).mul_add((fits / mean).ln(), splat(of_mean) * (mean / volume).ln())
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn shares_belong_to_time() {
+        let kept = |dt| shares(700.0, dt).map(|share| 1.0 - share);
+        let ([a, b], [c, d], [e, f]) = (kept(1e-3), kept(3e-3), kept(4e-3));
+        assert!((a * c - e).abs() < 1e-15 && (b * d - f).abs() < 1e-15);
+        assert!((f.ln() * 100.0 / e.ln() - 1.0).abs() < 1e-12);
+    }
+}

@@ -42,3 +42,35 @@ pub fn room(walls: &WallNodes, node: [i64; 2]) -> f64 {
     }
     room
 }
+
+#[cfg(test)]
+mod tests {
+    use interface::config::{Wall, Walls};
+
+    use super::*;
+
+    /// Nodes on a wall that is a mirror have half a cell; beyond a periodic wall the domain goes on, and at an open one too.
+    #[test]
+    fn a_node_on_a_wall_has_half_of_the_room() {
+        let walls = Walls {
+            left: Wall::Slip,
+            right: Wall::Slip,
+            bottom: Wall::Fixed,
+            top: Wall::Open,
+        };
+        let nodes = WallNodes::new(&walls, [4, 6], true);
+        let of = |node| room(&nodes, node);
+        assert_eq!(
+            [[0, 0], [4, 0], [2, 0], [0, 3]].map(of),
+            [0.25, 0.25, 0.5, 0.5]
+        );
+        assert_eq!([[2, 3], [2, 6], [2, 7]].map(of), [1.0; 3]);
+        let around = Walls {
+            left: Wall::Periodic,
+            right: Wall::Periodic,
+            ..walls
+        };
+        let nodes = WallNodes::new(&around, [4, 6], true);
+        assert!((room(&nodes, [0, 3]) - 1.0).abs() < 1e-15);
+    }
+}

@@ -5,7 +5,7 @@ use interface::config::{
 };
 use interface::solver::MpmSolver;
 
-use super::{BULK, SHEAR, Stepper, block, configured, stand};
+use crate::{BULK, SHEAR, Stepper, block, configured, stand};
 
 const SCHEMES: [(ShapeFunction, Transfer); 5] = [
     (ShapeFunction::Ugimp, Transfer::Flip),
@@ -194,7 +194,7 @@ fn a_ringing_block_keeps_its_energy() {
     config.groups.push(other);
     let mut mpm = configured(&config);
     let mut stepper = Stepper::new();
-    let total = |mpm: &crate::Mpm| {
+    let total = |mpm: &mpm_proc::Mpm| {
         let l = mpm.measurement().ledger;
         l.kinetic + l.elastic
     };

@@ -4,8 +4,8 @@ use interface::config::{Fill, MpmConfig, ShapeFunction, Spacing, Transfer, Wall,
 use interface::message::wire::ImpForce;
 use interface::solver::{Fault, MpmSolver};
 
-use super::against_reference::everywhere;
-use super::{Stepper, bits, block, configured};
+use crate::against_reference::everywhere;
+use crate::{Stepper, bits, block, configured};
 
 const AROUND: Walls = Walls {
     left: Wall::Periodic,

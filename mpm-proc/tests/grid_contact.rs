@@ -7,8 +7,8 @@ use interface::config::{
 use interface::message::wire::PointState;
 use interface::solver::MpmSolver;
 
-use super::{Stepper, bits, block, configured};
-use crate::Mpm;
+use crate::{Stepper, bits, block, configured};
+use mpm_proc::Mpm;
 
 /// Two blocks side by side, 0.1 apart, the left one on its way to the right at 1 m/s.
 fn pair(rigid: [bool; 2]) -> MpmConfig {

@@ -9,9 +9,9 @@ use interface::config::{
 use interface::message::wire::{EnvelopeVertex, ImpForce};
 use interface::solver::MpmSolver;
 
-use super::saved::flying;
-use super::{Stepper, bits, block, configured};
-use crate::Mpm;
+use crate::saved::flying;
+use crate::{Stepper, bits, block, configured};
+use mpm_proc::Mpm;
 
 fn hold(within: [[f64; 2]; 2], [hold_x, hold_y]: [bool; 2]) -> Hold {
     Hold {

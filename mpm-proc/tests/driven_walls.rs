@@ -7,8 +7,8 @@ use interface::config::{
 use interface::message::wire::Ledger;
 use interface::solver::MpmSolver;
 
-use super::{BULK, SHEAR, Stepper, block, configured};
-use crate::Mpm;
+use crate::{BULK, SHEAR, Stepper, block, configured};
+use mpm_proc::Mpm;
 
 const HEIGHT: f64 = 0.8;
 const LENGTH: f64 = 1.0;

@@ -4,8 +4,8 @@ use interface::config::{MaterialModel, ShapeFunction, StressUpdate, Transfer};
 use interface::message::wire::ImpForce;
 use interface::solver::MpmSolver;
 
-use super::against_reference::everywhere;
-use super::{BULK, SHEAR, Stepper, block, configured};
+use crate::against_reference::everywhere;
+use crate::{BULK, SHEAR, Stepper, block, configured};
 
 /// Where the wall is, on the left of the block, in m.
 const WALL: f64 = 0.1;

@@ -6,7 +6,7 @@ use interface::config::{
 use interface::message::wire::Ledger;
 use interface::solver::MpmSolver;
 
-use super::{BULK, SHEAR, Stepper, block, configured};
+use crate::{BULK, SHEAR, Stepper, block, configured};
 
 /// Every transfer, with smoothing that is felt.
 const TRANSFERS: [Transfer; 9] = [
@@ -124,7 +124,7 @@ fn the_balance_closes_with_every_transfer_as_with_flip() {
 
 /// Time that a wave takes through a cell in s.
 fn configured_time(config: &MpmConfig) -> f64 {
-    let ready = crate::Mpm::new()
+    let ready = mpm_proc::Mpm::new()
         .configure(config)
         .expect("a good configuration");
     ready.courant_time

@@ -5,7 +5,7 @@ use interface::message::control::Party;
 use interface::session::serve_mpm;
 use interface::transport::raw::Medium;
 
-use crate::Mpm;
+use mpm_proc::Mpm;
 
 #[test]
 fn random_cases_agree_with_the_oracle_of_the_kit() {

@@ -4,8 +4,8 @@ use interface::config::{MaterialModel, MpmConfig, StressUpdate, Transfer};
 use interface::message::wire::ImpForce;
 use interface::solver::MpmSolver;
 
-use super::against_reference::everywhere;
-use super::{BULK, SHEAR, Stepper, block, configured};
+use crate::against_reference::everywhere;
+use crate::{BULK, SHEAR, Stepper, block, configured};
 
 /// A block that swings by two per cent of its size and moves through half a cell in the time in which a wave crosses two.
 fn swinging(transfer: Transfer, update: StressUpdate) -> MpmConfig {
@@ -122,7 +122,7 @@ fn the_centre_of_mass_obeys_its_theorem() {
             let (dt, stiffness) = (2e-4, 1e5);
             let mut stepper = Stepper::new();
             let mean =
-                |mpm: &crate::Mpm, of: fn(&interface::message::wire::PointState) -> [f64; 2]| {
+                |mpm: &mpm_proc::Mpm, of: fn(&interface::message::wire::PointState) -> [f64; 2]| {
                     let points = mpm.points();
                     let n = points.len() as f64;
                     let sum = points.iter().map(of);

@@ -5,8 +5,8 @@ use interface::config::{
 };
 use interface::solver::{Fault, MpmSolver};
 
-use super::{BULK, SHEAR, Stepper, bits, block, configured, stand};
-use crate::Mpm;
+use crate::{BULK, SHEAR, Stepper, bits, block, configured, stand};
+use mpm_proc::Mpm;
 
 fn texts<const N: usize>(sources: [&str; N]) -> [String; N] {
     sources.map(Into::into)

@@ -5,9 +5,9 @@ use interface::message::wire::ImpForce;
 use interface::solver::MpmSolver;
 use nalgebra::{DMatrix, DVector};
 
-use super::against_reference::everywhere;
-use super::limits::{largest_eigenvalue, matrices, opening};
-use super::{Random, Stepper, block, configured};
+use crate::against_reference::everywhere;
+use crate::limits::{largest_eigenvalue, matrices, opening};
+use crate::{Random, Stepper, block, configured};
 use mechanics::reference::Kernel;
 
 const SCHEMES: [ContactForceScheme; 3] = [
@@ -185,7 +185,7 @@ fn both(
     let build = |k: Kernel| {
         DMatrix::from_fn(positions.len(), nodes.len(), |p, n| {
             let d =
-                [0, 1].map(|a| (positions[p][a] - lower[a]) / super::limits::CELL - nodes[n][a]);
+                [0, 1].map(|a| (positions[p][a] - lower[a]) / crate::limits::CELL - nodes[n][a]);
             k.value(d[0]) * k.value(d[1])
         })
     };
@@ -202,7 +202,7 @@ fn a_traction_needs_boxes_within_a_cell() {
     let mut config = block();
     config.contact_force = ContactForceScheme::Traction;
     config.groups[0].spacing = Spacing::Distance(0.06);
-    let refusal = crate::Mpm::new()
+    let refusal = mpm_proc::Mpm::new()
         .configure(&config)
         .expect_err("too far apart");
     assert_eq!(refusal.key, "mpm.points.0.spacing");

@@ -3,8 +3,8 @@
 use interface::config::{Leaving, MpmConfig, Spacing};
 use interface::solver::MpmSolver;
 
-use super::against_reference::everywhere;
-use super::{Stepper, bits, block, configured};
+use crate::against_reference::everywhere;
+use crate::{Stepper, bits, block, configured};
 
 /// The block flies through the open left wall, spinning, under gravity.
 fn flying() -> MpmConfig {

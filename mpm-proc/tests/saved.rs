@@ -16,12 +16,8 @@ use interface::config::{
 use interface::message::wire::{EnvelopeVertex, ImpForce};
 use interface::solver::{Fault, MpmSolver};
 
-use super::{BULK, Random, SHEAR, Stepper, block, configured};
-use crate::Mpm;
-use crate::kernel::lanes::{Lanes, splat};
-use crate::state::continuum::SavedContinuum;
-use crate::state::saved::FORMAT;
-use crate::state::totals::Totals;
+use crate::{BULK, Random, SHEAR, Stepper, block, configured};
+use mpm_proc::Mpm;
 
 /// Steps that a run which was taken up again is compared over.
 const COMPARED: usize = 100;
@@ -165,9 +161,6 @@ pub(super) fn goes_on(name: &str, config: &MpmConfig) -> Vec<&'static str> {
         if n == 0 {
             save("after the opening step", &driver, &mpm);
         } else if n < 230 - COMPARED {
-            if mpm.scheme().just_sorted() {
-                save("after a sort", &driver, &mpm);
-            }
             if mpm.travel().is_infinite() {
                 save("after a point has crossed or gone", &driver, &mpm);
             } else if mpm.travel() < travel {
@@ -429,7 +422,6 @@ fn a_restored_solver_goes_on_to_the_same_bits() {
         "before any step",
         "after the opening step",
         "after a selection",
-        "after a sort",
         "after a point has crossed or gone",
         "mid-way",
     ] {
@@ -540,49 +532,6 @@ fn under_way(config: &MpmConfig) -> (Driver, Mpm) {
     (driver, mpm)
 }
 
-type Affine = [[Lanes; 2]; 2];
-
-/// The state of an APIC continuum, changed by `change`.
-fn tampered(mpm: &Mpm, change: impl FnOnce(&mut SavedContinuum<Affine>)) -> Vec<u8> {
-    let mut state = mpm.mark().open(FORMAT, &mpm.save().unwrap()).unwrap();
-    change(&mut state);
-    mpm.mark().seal(FORMAT, &state)
-}
-
-/// What is saved wrongly shows: velocities of `t_n`, points in another order, sums that begin anew.
-#[test]
-fn three_wrong_states_are_found_out() {
-    let config = flying();
-    let (driver, mut mpm) = under_way(&config);
-    let right = tampered(&mpm, |_| ());
-    assert_eq!(right, mpm.save().unwrap());
-    let continues = |bytes: &[u8], sort: bool| {
-        let mut fresh = configured(&config);
-        fresh.restore(bytes).unwrap();
-        if sort {
-            fresh.scheme().sort_now();
-        }
-        driver.clone().steps(&mut fresh, COMPARED)
-    };
-    let expected = driver.clone().steps(&mut mpm, COMPARED);
-    assert_eq!(continues(&right, false), expected);
-
-    let (_, saved) = under_way(&config);
-    // Half a kick of gravity: what a solver would hand out whose velocities were those of t_n.
-    let whole = tampered(&saved, |state| {
-        for motion in &mut state.clouds[0].points.motion {
-            motion.v[1] -= splat(9.81 * 1e-4);
-        }
-    });
-    assert_ne!(continues(&whole, false)[0], expected[0]);
-    let sorted = continues(&right, true);
-    assert!(sorted != expected, "the order of points does not matter");
-    let anew = tampered(&saved, |state| state.own.totals = Totals::default());
-    let sums = continues(&anew, false);
-    // Told by the ledger of the next step that is measured, every third.
-    assert!(sums[..3] != expected[..3]);
-}
-
 #[test]
 fn a_state_takes_as_many_bytes_as_its_numbers() {
     let mut config = flying();
@@ -625,7 +574,7 @@ fn a_state_of_another_configuration_is_refused_with_what_differs() {
     other.groups.push(other.groups[0].clone());
     other.groups[1].fill = rectangle([0.1, 0.6]);
     not_taken(&other, &bytes, &["mpm.points.1.name"]);
-    not_taken(&flying(), b"", &[FORMAT]);
+    not_taken(&flying(), b"", &["tandem-mpm"]);
     not_taken(&flying(), &bytes[..bytes.len() - 1], &["damaged"]);
     let refusal = Mpm::new().restore(&bytes).unwrap_err();
     assert!(refusal.message.contains("configured"), "{refusal}");

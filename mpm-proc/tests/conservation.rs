@@ -4,9 +4,9 @@ use interface::config::{Fill, ShapeFunction, Spacing, Transfer};
 use interface::message::wire::ImpForce;
 use interface::solver::MpmSolver;
 
-use super::against_reference::everywhere;
-use super::{Random, Stepper, bits, block, configured};
-use crate::Mpm;
+use crate::against_reference::everywhere;
+use crate::{Random, Stepper, bits, block, configured};
+use mpm_proc::Mpm;
 
 fn random_cloud(shape: ShapeFunction, transfer: Transfer, threads: usize) -> (Mpm, Random) {
     let mut random = Random::new(7);

@@ -35,7 +35,7 @@ use interface::message::wire::{ImpForce, Limits};
 use interface::solver::{Fault, MpmSolver};
 use interface::step::Step;
 
-use crate::Mpm;
+use mpm_proc::Mpm;
 
 /// Numbers in [0, 1) that are the same in every run (xorshift64*).
 pub struct Random(u64);

@@ -5,12 +5,12 @@ use interface::message::wire::{EnvelopeVertex, ImpForce};
 use interface::solver::{Fault, MpmSolver};
 use nalgebra::DMatrix;
 
-use super::against_reference::everywhere;
-use super::limits::{largest_eigenvalue, matrices, opening};
-use super::saved::goes_on;
-use super::{Random, Stepper, block, configured};
-use crate::Mpm;
+use crate::against_reference::everywhere;
+use crate::limits::{largest_eigenvalue, matrices, opening};
+use crate::saved::goes_on;
+use crate::{Random, Stepper, block, configured};
 use mechanics::reference::Kernel;
+use mpm_proc::Mpm;
 
 const DENSITY: f64 = 1000.0;
 const CELL: f64 = 0.05;
@@ -296,7 +296,7 @@ fn a_marker_without_material_is_named() {
 #[test]
 fn chains_go_on_from_a_saved_state() {
     for update in ["usf", "musl", "usl"] {
-        let mut config = super::saved::flying();
+        let mut config = crate::saved::flying();
         config.interface = Interface::Segments;
         config.stress_update = serde_json::from_value(update.into()).expect("a choice");
         config.chains = (0..config.groups.len())

@@ -1,12 +1,12 @@
 //! After it has warmed up, a step allocates nothing.
 
-use crate::Mpm;
 use interface::config::{MpmConfig, Transfer, Wall};
 use interface::message::wire::{EnvelopeVertex, ImpForce};
 use interface::solver::MpmSolver;
 use interface::step::Step;
+use mpm_proc::Mpm;
 
-#[path = "../../benches/column.rs"]
+#[path = "../benches/column.rs"]
 mod column;
 
 fn allocates_nothing(what: &str, config: &MpmConfig) {

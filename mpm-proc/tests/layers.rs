@@ -3,7 +3,7 @@
 use interface::config::{Fill, GridContact, MpmConfig, ShapeFunction, Transfer};
 use interface::solver::MpmSolver;
 
-use super::{Stepper, bits, block, configured};
+use crate::{Stepper, bits, block, configured};
 
 /// Two blocks that overlap, on layers, on their way through one another.
 fn crossing() -> MpmConfig {
@@ -57,7 +57,7 @@ fn what_does_not_go_with_layers_is_refused() {
             upper: [0.5, 0.5],
         };
         change(&mut config);
-        let refusal = crate::Mpm::new().configure(&config).unwrap_err();
+        let refusal = mpm_proc::Mpm::new().configure(&config).unwrap_err();
         assert!(refusal.key.starts_with(key), "{refusal:?}");
     };
     refused(&|c| c.group_pairs = vec![[0, 2]], "group_pair.0");

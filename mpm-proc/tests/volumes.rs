@@ -1,4 +1,4 @@
-//! Volumes that points share ([`crate::pass::volumes`]).
+//! Volumes that points share ([`mpm_proc::pass::volumes`]).
 
 use interface::config::material::Inertial;
 use interface::config::{
@@ -6,10 +6,7 @@ use interface::config::{
 };
 use interface::solver::MpmSolver;
 
-use super::{Random, Stepper, block, configured};
-use crate::pass::volumes::shares;
-use crate::state::volumes::room;
-use crate::state::walls::WallNodes;
+use crate::{Random, Stepper, block, configured};
 
 const CELL: f64 = 2e-3;
 const HEIGHT: f64 = 8.0 * CELL;
@@ -76,7 +73,7 @@ fn layer(volume_rate: f64) -> MpmConfig {
 /// Mean speed along the slope over the steady one, and mean height over that of the start, after 0.3 s: a shear of 12.
 fn after_shear(volume_rate: f64) -> [f64; 2] {
     let mut mpm = configured(&layer(volume_rate));
-    let mean = |of: &dyn Fn(&interface::message::wire::PointState) -> f64, mpm: &crate::Mpm| {
+    let mean = |of: &dyn Fn(&interface::message::wire::PointState) -> f64, mpm: &mpm_proc::Mpm| {
         let points = mpm.points();
         points.iter().map(of).sum::<f64>() / points.len() as f64
     };
@@ -101,37 +98,4 @@ fn a_sheared_layer_keeps_its_speed() {
     assert!(own[0] > 1.12, "{own:?}");
     assert!((shared[0] - 1.0).abs() < 0.07, "{shared:?}");
     assert!((shared[1] - 1.0).abs() < 0.04, "{shared:?}");
-}
-
-#[test]
-fn shares_belong_to_time() {
-    let kept = |dt| shares(700.0, dt).map(|share| 1.0 - share);
-    let ([a, b], [c, d], [e, f]) = (kept(1e-3), kept(3e-3), kept(4e-3));
-    assert!((a * c - e).abs() < 1e-15 && (b * d - f).abs() < 1e-15);
-    assert!((f.ln() * 100.0 / e.ln() - 1.0).abs() < 1e-12);
-}
-
-/// Nodes on a wall that is a mirror have half a cell; beyond a periodic wall the domain goes on, and at an open one too.
-#[test]
-fn a_node_on_a_wall_has_half_of_the_room() {
-    let walls = Walls {
-        left: Wall::Slip,
-        right: Wall::Slip,
-        bottom: Wall::Fixed,
-        top: Wall::Open,
-    };
-    let nodes = WallNodes::new(&walls, [4, 6], true);
-    let of = |node| room(&nodes, node);
-    assert_eq!(
-        [[0, 0], [4, 0], [2, 0], [0, 3]].map(of),
-        [0.25, 0.25, 0.5, 0.5]
-    );
-    assert_eq!([[2, 3], [2, 6], [2, 7]].map(of), [1.0; 3]);
-    let around = Walls {
-        left: Wall::Periodic,
-        right: Wall::Periodic,
-        ..walls
-    };
-    let nodes = WallNodes::new(&around, [4, 6], true);
-    assert!((room(&nodes, [0, 3]) - 1.0).abs() < 1e-15);
 }

@@ -6,10 +6,10 @@ use interface::solver::MpmSolver;
 use interface::step::Step;
 use nalgebra::{DMatrix, DVector};
 
-use super::against_reference::everywhere;
-use super::{BULK, Random, SHEAR, Stepper, block, configured};
-use crate::Mpm;
+use crate::against_reference::everywhere;
+use crate::{BULK, Random, SHEAR, Stepper, block, configured};
 use mechanics::reference::Kernel;
+use mpm_proc::Mpm;
 
 pub const CELL: f64 = 0.05;
 

@@ -6,8 +6,8 @@ use interface::message::wire::{EnvelopeVertex, ImpForce};
 use interface::solver::MpmSolver;
 use mechanics::outline::nearest;
 
-use super::against_reference::everywhere;
-use super::{Random, Stepper, block, configured};
+use crate::against_reference::everywhere;
+use crate::{Random, Stepper, block, configured};
 
 #[test]
 fn the_selection_is_that_of_brute_force() {

@@ -7,9 +7,9 @@ use interface::config::{
 use interface::message::wire::ImpForce;
 use interface::solver::{Fault, MpmSolver};
 
-use super::against_reference::everywhere;
-use super::{Stepper, block, configured};
-use crate::Mpm;
+use crate::against_reference::everywhere;
+use crate::{Stepper, block, configured};
+use mpm_proc::Mpm;
 
 /// The configuration itself knows what is wrong, so that a scene reader can say it, and the solver says the first of it.
 fn refused(change: impl Fn(&mut MpmConfig), key: &str, says: &str) {
