@@ -307,7 +307,7 @@ fn an_incomplete_saved_state_breaks_only_that_clause() {
         // The first case in which a set that is chosen anew is another one may be beyond those of a short examination.
         let random = RandomCases {
             cases: 10_000,
-            time: Duration::from_mins(3),
+            time: Duration::from_mins(30),
             ..RandomCases::default()
         };
         let broken = broken(party, flaw, random);

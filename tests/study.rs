@@ -299,6 +299,24 @@ sphero_radius = 0.1
 density = 1000.0
 position = [0.0, 1.0]
 velocity = [2.0, 2.0]
+[[check]]
+name = "height"
+value = "body.ball.y"
+reference = -2.0
+tolerance = 0.05
+source = "1 + vy + g/2"
+[[check]]
+name = "above"
+value = "body.ball.y"
+at_least = -1.5
+source = "a bound that the mean does not meet"
+[[check]]
+name = "distance"
+value = "body.ball.y"
+reference = -2.0
+tolerance = 10.0
+when = "max_error"
+source = "the largest distance has no mean to be compared"
 "#;
 
 /// A study of the thrown ball with 40 drawn runs.
@@ -306,7 +324,8 @@ fn draw(place: &Place, rest: &str) -> String {
     fs::write(place.path("thrown.toml"), THROWN).unwrap();
     let over = "--over 'dem.body.0.velocity.0=uniform(1,3),gravity.1=uniform(-11,-9)' \
                 --over 'dem.body.0.velocity.1=uniform(1,3)'";
-    let line = format!("study thrown.toml --in-process --sample 40 {over} {rest}");
+    let values = "--value y --value xy --value x --value height --value above --value distance";
+    let line = format!("study thrown.toml --in-process --sample 40 {over} {values} {rest}");
     tandem(place, &line).expect(0).stdout
 }
 
@@ -365,9 +384,15 @@ fn a_sample_has_the_statistics_of_a_known_law() {
         (4.0f64 / 3.0 + 5.0 / 3.0 + 5.0 / 36.0).sqrt(),
         0.15,
     );
+    // Most runs are outside of the tolerance within which their mean is.
+    let judged = |k: usize| [&*found[k]["reference"], &*found[k]["mean passes"]];
+    assert_eq!(judged(2), ["", "-"]);
+    assert_eq!(judged(3), ["-2", "yes"]);
+    assert_eq!(judged(4), ["-1.5", "no"]);
+    assert_eq!(judged(5), ["", "-"]);
     let figure = well_formed(&place.path("own/study.svg"));
     // A panel for each result over each key, and a dot for each run.
-    assert!(figure.matches("<circle").count() >= 9 * 40, "{figure}");
+    assert!(figure.matches("<circle").count() >= 18 * 40, "{figure}");
 }
 
 #[test]

@@ -166,6 +166,47 @@ pub struct Meant {
 }
 
 impl Meant {
+    /// The verdict on a value that has this distance from the reference. Without a reference the distance does not count.
+    #[must_use]
+    pub fn judge(&self, value: f64, distance: f64) -> Judged {
+        let number = |meant: Option<f64>| meant.unwrap_or(f64::NAN);
+        let (reference, error, tolerance, bounds);
+        if let Some(ends) = self.between {
+            let [lower, upper] = ends.map(number);
+            reference = 0.5 * (lower + upper);
+            (error, tolerance) = (beyond(lower - value) + beyond(value - upper), 0.0);
+            bounds = lower.is_finite() && upper.is_finite();
+        } else if let Some(bound) = self.at_least.or(self.at_most) {
+            let excess = if self.at_least.is_some() {
+                bound - value
+            } else {
+                value - bound
+            };
+            (reference, error, tolerance) = (bound, beyond(excess), 0.0);
+            bounds = bound.is_finite();
+        } else {
+            reference = number(self.reference);
+            let unit = if self.relative_tolerance.is_some() {
+                reference.abs()
+            } else {
+                self.scale.map_or(1.0, f64::abs)
+            };
+            (error, tolerance) = (
+                distance / unit,
+                number(self.relative_tolerance.or(self.tolerance)),
+            );
+            bounds = self.scale.is_none_or(f64::is_finite);
+        }
+        Judged {
+            reference,
+            error,
+            tolerance,
+            // False for NaN.
+            pass: error <= tolerance && value.is_finite() && bounds,
+            finite: bounds,
+        }
+    }
+
     /// The same as it is read from the summary, in which JSON has null for numbers that are not finite.
     #[must_use]
     pub fn finite(self) -> Self {
@@ -180,6 +221,21 @@ impl Meant {
             scale: finite(self.scale),
         }
     }
+}
+
+/// How a value compares with what is expected.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Judged {
+    /// As in [`CheckResult::reference`].
+    pub reference: f64,
+    /// As in [`CheckResult::error`].
+    pub error: f64,
+    /// As in [`CheckResult::tolerance`].
+    pub tolerance: f64,
+    /// Whether it passes. A NaN never does.
+    pub pass: bool,
+    /// Whether what is expected is finite. An infinite bound or scale would pass for any run.
+    finite: bool,
 }
 
 /// Takes samples; returns rows of the history and verdicts.
@@ -547,46 +603,13 @@ fn judge(check: &Check, progress: &Progress, slots: &[f64]) -> CheckResult {
         });
         return result;
     }
-    let meant = result.expected;
-    let number = |meant: Option<f64>| meant.unwrap_or(f64::NAN);
-    // An infinite bound or scale would pass for any run.
-    let mut bounds = Vec::new();
-    match &check.expected {
-        Expected::AtLeast(_) => {
-            result.reference = number(meant.at_least);
-            result.error = beyond(result.reference - value);
-            bounds.push(result.reference);
-        }
-        Expected::AtMost(_) => {
-            result.reference = number(meant.at_most);
-            result.error = beyond(value - result.reference);
-            bounds.push(result.reference);
-        }
-        Expected::Between(..) => {
-            let [lower, upper] = meant.between.unwrap_or_default().map(number);
-            result.reference = 0.5 * (lower + upper);
-            result.error = beyond(lower - value) + beyond(value - upper);
-            bounds.extend([lower, upper]);
-        }
-        Expected::Near {
-            tolerance, measure, ..
-        } => {
-            result.reference = reference;
-            result.tolerance = *tolerance;
-            result.error = match measure {
-                Measure::Absolute => distance,
-                Measure::Relative => distance / reference.abs(),
-                Measure::Scale(_) => distance / number(meant.scale).abs(),
-            };
-            bounds.extend(meant.scale);
-        }
-    }
-    let finite = bounds.into_iter().all(f64::is_finite);
-    // False for NaN.
-    result.pass = result.error <= result.tolerance && value.is_finite() && finite;
+    let judged = result.expected.judge(value, distance);
+    (result.reference, result.error, result.tolerance) =
+        (judged.reference, judged.error, judged.tolerance);
+    result.pass = judged.pass;
     if !value.is_finite() {
         result.reason = Some("the value is not a finite number".to_owned());
-    } else if !finite {
+    } else if !judged.finite {
         result.reason = Some("the expected value is not a finite number".to_owned());
     }
     result

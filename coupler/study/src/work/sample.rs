@@ -3,6 +3,8 @@
 use std::fmt;
 use std::path::Path;
 
+use coupler::record::check::Judged;
+
 use super::row::count;
 use super::sweep::SweepReport;
 use crate::StudyError;
@@ -37,6 +39,13 @@ impl SampleReport {
             line.push(cell(found.map(|found| found.deviation)));
             let quantiles = (0..SHARES.len()).map(|k| cell(found.map(|found| found.quantiles[k])));
             line.extend(quantiles);
+            let judged = found.and_then(|found| self.judged(name, found.mean));
+            line.push(cell(judged.map(|judged| judged.reference)));
+            line.push(
+                judged
+                    .map_or("-", |judged| if judged.pass { "yes" } else { "no" })
+                    .into(),
+            );
             line
         };
         self.runs.values.iter().enumerate().map(line).collect()
@@ -45,7 +54,29 @@ impl SampleReport {
     fn header() -> Vec<String> {
         let names = ["result", "runs", "mean", "standard deviation"];
         let shares = SHARES.map(|share| format!("{:.0} %", 100.0 * share));
-        names.into_iter().map(String::from).chain(shares).collect()
+        let names = names.into_iter().map(String::from).chain(shares);
+        names
+            .chain(["reference", "mean passes"].map(String::from))
+            .collect()
+    }
+
+    /// The verdict of a check on the mean of its values, if all runs are compared with the same and by their value alone
+    /// (`max_error` and `rms_error` are not).
+    fn judged(&self, name: &str, mean: f64) -> Option<Judged> {
+        let rows = self.runs.rows.iter().filter(|row| row.outcome().whole());
+        let mut verdicts = rows.filter_map(|row| row.outcome().check(name)).peekable();
+        let expected = verdicts.peek()?.expected;
+        let judge = |value: f64| {
+            let distance = expected
+                .reference
+                .map_or(0.0, |reference| (value - reference).abs());
+            expected.judge(value, distance)
+        };
+        verdicts
+            .all(|verdict| {
+                verdict.expected == expected && judge(verdict.value).error == verdict.error
+            })
+            .then(|| judge(mean))
     }
 
     /// Writes the runs to `path`, and beside it `statistics.csv`.
@@ -98,7 +129,7 @@ impl fmt::Display for SampleReport {
         for line in lines {
             write!(f, "{:<wide$} {:>6}", line[0], line[1])?;
             for cell in &line[2..] {
-                write!(f, " {cell:>12}")?;
+                write!(f, " {cell:>11}")?;
             }
             writeln!(f)?;
         }
