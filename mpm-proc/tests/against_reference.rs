@@ -8,7 +8,7 @@ use interface::solver::MpmSolver;
 
 use mechanics::reference::{Kernel, RefPoint, Reference};
 
-use crate::{BULK, Random, SHEAR, Stepper, block, configured};
+use crate::blocks::{BULK, Random, SHEAR, Stepper, block, configured};
 
 /// An outline so large that every point is an IMP.
 pub fn everywhere() -> Vec<EnvelopeVertex> {

@@ -6,9 +6,9 @@ use interface::solver::{Fault, MpmSolver};
 use nalgebra::DMatrix;
 
 use crate::against_reference::everywhere;
+use crate::blocks::{Random, Stepper, block, configured};
 use crate::limits::{largest_eigenvalue, matrices, opening};
 use crate::saved::goes_on;
-use crate::{Random, Stepper, block, configured};
 use mechanics::reference::Kernel;
 use mpm_proc::Mpm;
 

@@ -8,7 +8,7 @@ use interface::config::{
 };
 use interface::solver::MpmSolver;
 
-use crate::{Stepper, block, configured, stand};
+use crate::blocks::{Stepper, block, configured, stand};
 use mpm_proc::Mpm;
 
 /// chen2023/wave_1d: a bar of 1 m, E 1e5, nu 0, rho 1000, both ends fixed, v0 = x (1 - x).

@@ -5,7 +5,7 @@ use interface::message::wire::ImpForce;
 use interface::solver::MpmSolver;
 
 use crate::against_reference::everywhere;
-use crate::{Random, Stepper, bits, block, configured};
+use crate::blocks::{Random, Stepper, bits, block, configured};
 use mpm_proc::Mpm;
 
 fn random_cloud(shape: ShapeFunction, transfer: Transfer, threads: usize) -> (Mpm, Random) {

@@ -6,8 +6,8 @@ use interface::solver::MpmSolver;
 use nalgebra::{DMatrix, DVector};
 
 use crate::against_reference::everywhere;
+use crate::blocks::{Random, Stepper, block, configured};
 use crate::limits::{largest_eigenvalue, matrices, opening};
-use crate::{Random, Stepper, block, configured};
 use mechanics::reference::Kernel;
 
 const SCHEMES: [ContactForceScheme; 3] = [

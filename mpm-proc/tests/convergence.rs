@@ -5,7 +5,7 @@ use interface::config::{
 };
 use interface::solver::MpmSolver;
 
-use crate::{Stepper, block, configured};
+use crate::blocks::{Stepper, block, configured};
 
 /// Steps of equal length to `end`, `per_cell` of them while the wave crosses a cell.
 fn run(config: &MpmConfig, speed: f64, end: f64, per_cell: f64) -> Vec<[[f64; 2]; 2]> {

@@ -6,7 +6,7 @@ use interface::config::{
 use interface::message::wire::Ledger;
 use interface::solver::MpmSolver;
 
-use crate::{BULK, SHEAR, Stepper, block, configured};
+use crate::blocks::{BULK, SHEAR, Stepper, block, configured};
 
 /// Every transfer, with smoothing that is felt.
 const TRANSFERS: [Transfer; 9] = [

@@ -5,7 +5,7 @@ use interface::message::wire::ImpForce;
 use interface::solver::MpmSolver;
 
 use crate::against_reference::everywhere;
-use crate::{BULK, SHEAR, Stepper, block, configured};
+use crate::blocks::{BULK, SHEAR, Stepper, block, configured};
 
 /// Where the wall is, on the left of the block, in m.
 const WALL: f64 = 0.1;

@@ -7,7 +7,7 @@ use interface::config::{
 use interface::message::wire::Ledger;
 use interface::solver::MpmSolver;
 
-use crate::{BULK, SHEAR, Stepper, block, configured};
+use crate::blocks::{BULK, SHEAR, Stepper, block, configured};
 use mpm_proc::Mpm;
 
 const HEIGHT: f64 = 0.8;

@@ -5,7 +5,7 @@ use interface::config::{
 };
 use interface::solver::{Fault, MpmSolver};
 
-use crate::{BULK, SHEAR, Stepper, bits, block, configured, stand};
+use crate::blocks::{BULK, SHEAR, Stepper, bits, block, configured, stand};
 use mpm_proc::Mpm;
 
 fn texts<const N: usize>(sources: [&str; N]) -> [String; N] {

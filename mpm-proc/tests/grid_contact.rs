@@ -7,7 +7,7 @@ use interface::config::{
 use interface::message::wire::PointState;
 use interface::solver::MpmSolver;
 
-use crate::{Stepper, bits, block, configured};
+use crate::blocks::{Stepper, bits, block, configured};
 use mpm_proc::Mpm;
 
 /// Two blocks side by side, 0.1 apart, the left one on its way to the right at 1 m/s.

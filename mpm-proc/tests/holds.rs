@@ -9,8 +9,8 @@ use interface::config::{
 use interface::message::wire::{EnvelopeVertex, ImpForce};
 use interface::solver::MpmSolver;
 
+use crate::blocks::{Stepper, bits, block, configured};
 use crate::saved::flying;
-use crate::{Stepper, bits, block, configured};
 use mpm_proc::Mpm;
 
 fn hold(within: [[f64; 2]; 2], [hold_x, hold_y]: [bool; 2]) -> Hold {

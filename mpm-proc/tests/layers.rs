@@ -3,7 +3,7 @@
 use interface::config::{Fill, GridContact, MpmConfig, ShapeFunction, Transfer};
 use interface::solver::MpmSolver;
 
-use crate::{Stepper, bits, block, configured};
+use crate::blocks::{Stepper, bits, block, configured};
 
 /// Two blocks that overlap, on layers, on their way through one another.
 fn crossing() -> MpmConfig {

@@ -4,7 +4,7 @@ use interface::config::{Leaving, MpmConfig, Spacing};
 use interface::solver::MpmSolver;
 
 use crate::against_reference::everywhere;
-use crate::{Stepper, bits, block, configured};
+use crate::blocks::{Stepper, bits, block, configured};
 
 /// The block flies through the open left wall, spinning, under gravity.
 fn flying() -> MpmConfig {

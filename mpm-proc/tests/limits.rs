@@ -7,7 +7,7 @@ use interface::step::Step;
 use nalgebra::{DMatrix, DVector};
 
 use crate::against_reference::everywhere;
-use crate::{BULK, Random, SHEAR, Stepper, block, configured};
+use crate::blocks::{BULK, Random, SHEAR, Stepper, block, configured};
 use mechanics::reference::Kernel;
 use mpm_proc::Mpm;
 

@@ -5,7 +5,7 @@ use interface::message::wire::ImpForce;
 use interface::solver::MpmSolver;
 
 use crate::against_reference::everywhere;
-use crate::{BULK, SHEAR, Stepper, block, configured};
+use crate::blocks::{BULK, SHEAR, Stepper, block, configured};
 
 /// A block that swings by two per cent of its size and moves through half a cell in the time in which a wave crosses two.
 fn swinging(transfer: Transfer, update: StressUpdate) -> MpmConfig {

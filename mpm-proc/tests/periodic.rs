@@ -5,7 +5,7 @@ use interface::message::wire::ImpForce;
 use interface::solver::{Fault, MpmSolver};
 
 use crate::against_reference::everywhere;
-use crate::{Stepper, bits, block, configured};
+use crate::blocks::{Stepper, bits, block, configured};
 
 const AROUND: Walls = Walls {
     left: Wall::Periodic,

@@ -5,7 +5,7 @@ use interface::config::{
 };
 use interface::solver::MpmSolver;
 
-use crate::{BULK, SHEAR, Stepper, block, configured, stand};
+use crate::blocks::{BULK, SHEAR, Stepper, block, configured, stand};
 
 const SCHEMES: [(ShapeFunction, Transfer); 5] = [
     (ShapeFunction::Ugimp, Transfer::Flip),

@@ -6,7 +6,7 @@ use interface::config::{
 use interface::solver::MpmSolver;
 use nalgebra::{DMatrix, DVector};
 
-use crate::{Stepper, block, configured};
+use crate::blocks::{Stepper, block, configured};
 
 /// Cells of the box, along which everything varies.
 const CELLS: usize = 8;

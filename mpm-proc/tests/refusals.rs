@@ -8,7 +8,7 @@ use interface::message::wire::ImpForce;
 use interface::solver::{Fault, MpmSolver};
 
 use crate::against_reference::everywhere;
-use crate::{Stepper, block, configured};
+use crate::blocks::{Stepper, block, configured};
 use mpm_proc::Mpm;
 
 /// The configuration itself knows what is wrong, so that a scene reader can say it, and the solver says the first of it.

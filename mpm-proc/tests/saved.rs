@@ -16,7 +16,7 @@ use interface::config::{
 use interface::message::wire::{EnvelopeVertex, ImpForce};
 use interface::solver::{Fault, MpmSolver};
 
-use crate::{BULK, Random, SHEAR, Stepper, block, configured};
+use crate::blocks::{BULK, Random, SHEAR, Stepper, block, configured};
 use mpm_proc::Mpm;
 
 /// Steps that a run which was taken up again is compared over.

@@ -7,7 +7,7 @@ use interface::solver::MpmSolver;
 use mechanics::outline::nearest;
 
 use crate::against_reference::everywhere;
-use crate::{Random, Stepper, block, configured};
+use crate::blocks::{Random, Stepper, block, configured};
 
 #[test]
 fn the_selection_is_that_of_brute_force() {

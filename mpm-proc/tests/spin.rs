@@ -5,7 +5,7 @@ use interface::config::{
 };
 use interface::solver::MpmSolver;
 
-use crate::{Stepper, block, configured};
+use crate::blocks::{Stepper, block, configured};
 use mpm_proc::Mpm;
 
 /// A disc that turns at 20 rad/s about a centre that flies at (0.3, 0.1) m/s.
@@ -118,7 +118,7 @@ fn any_number_of_threads_gives_the_same_bits() {
         config.threads = threads;
         let mut mpm = configured(&config);
         Stepper::new().run(&mut mpm, 2e-4, 50);
-        crate::bits(&mpm)
+        crate::blocks::bits(&mpm)
     };
     assert_eq!(run(1), run(3));
 }

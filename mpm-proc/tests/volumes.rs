@@ -6,7 +6,7 @@ use interface::config::{
 };
 use interface::solver::MpmSolver;
 
-use crate::{Random, Stepper, block, configured};
+use crate::blocks::{Random, Stepper, block, configured};
 
 const CELL: f64 = 2e-3;
 const HEIGHT: f64 = 8.0 * CELL;
