@@ -61,7 +61,7 @@ impl SampleReport {
     }
 
     /// The verdict of a check on the mean of its values, if all runs are compared with the same and by their value alone
-    /// (`max_error` and `rms_error` are not).
+    /// (`rms_error` is not).
     fn judged(&self, name: &str, mean: f64) -> Option<Judged> {
         let rows = self.runs.rows.iter().filter(|row| row.outcome().whole());
         let mut verdicts = rows.filter_map(|row| row.outcome().check(name)).peekable();

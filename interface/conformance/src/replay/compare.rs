@@ -20,7 +20,8 @@ fn unit_of(name: &'static str) -> &'static str {
         | "viscous_work" | "plastic_work" | "driven_work" | "stress_work" | "transfer_work" => {
             "energy"
         }
-        "momentum" | "applied_impulse" | "contact_impulse" => "impulse",
+        "momentum" | "applied_impulse" | "contact_impulse" | "angular_momentum"
+        | "applied_moment" | "contact_moment" => "impulse",
         "force" | "contact_force" | "point_force" | "body_force" | "point_torque"
         | "body_torque" => "force",
         "omega_sq" | "contact_omega_sq" => "frequency",
