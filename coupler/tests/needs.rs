@@ -152,25 +152,17 @@ fn laws_and_their_numbers_are_reported_by_the_scenes_sections() {
 
 #[test]
 fn the_continuum_is_reported_by_its_keys() {
-    let said = continuum(&[
-        "transfer:flip",
-        "wall:open",
-        "material:fluid",
-        "fill:disc",
-        "drift:nodal",
-    ])
-    .unwrap();
+    let said = continuum(&["transfer:flip", "wall:open", "material:fluid", "fill:disc"]).unwrap();
     for phrase in [
         "`mpm.transfer` needs blend, and the solver of the continuum, `toy 1`, takes only flip",
         "`mpm.walls.bottom` needs slip",
         "needs.toml:11:20  (mpm.walls.bottom)",
         "`mpm.material.0.model` needs linear_elastic",
         "`mpm.points.0.fill` needs rectangle",
-        "`mpm.drift`, which is not in the scene and has this value by default, needs mapped",
     ] {
         assert!(said.contains(phrase), "{phrase}: {said}");
     }
-    assert_eq!(said.matches("error:").count(), 5, "{said}");
+    assert_eq!(said.matches("error:").count(), 4, "{said}");
 }
 
 #[test]

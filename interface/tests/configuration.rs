@@ -3,10 +3,9 @@
 use interface::config::surfaces::ContactPair;
 use interface::config::{
     BodyConfig, BodyInertia, BodyShape, ContactForceScheme, ContactLaw, CriticalState, DemConfig,
-    Drift, Fill, Forcing, Frictional, GridContact, GroupConfig, GroupPair, Hold, Inertial,
-    InitialFields, Interface, Lattice, Leaving, MaterialConfig, MaterialModel, Motion, MpmConfig,
-    OverlapMeasure, Plane, Probe, ShapeFunction, Spacing, Stage, StressUpdate, Traction, Transfer,
-    Wall, Walls,
+    Fill, Forcing, Frictional, GridContact, GroupConfig, GroupPair, Hold, Inertial, InitialFields,
+    Interface, Lattice, Leaving, MaterialConfig, MaterialModel, Motion, MpmConfig, OverlapMeasure,
+    Plane, Probe, ShapeFunction, Spacing, Stage, StressUpdate, Traction, Transfer, Wall, Walls,
 };
 use proptest::prelude::*;
 use serde::Serialize;
@@ -449,22 +448,14 @@ fn scheme() -> impl Strategy<Value = MpmConfig> {
         ContactForceScheme::Traction,
     ];
     let contact_force = prop::sample::select(forces.to_vec());
-    let twofold = any::<[bool; 4]>();
+    let twofold = any::<[bool; 3]>();
     (shape, transfer, update, contact_force, twofold, interface()).prop_map(
-        |(
-            shape,
-            transfer,
-            stress_update,
-            contact_force,
-            [nodal, stress, remove, layers],
-            interface,
-        )| {
+        |(shape, transfer, stress_update, contact_force, [stress, remove, layers], interface)| {
             MpmConfig {
                 shape,
                 transfer,
                 stress_update,
                 contact_force,
-                drift: if nodal { Drift::Nodal } else { Drift::Mapped },
                 plane: if stress { Plane::Stress } else { Plane::Strain },
                 leaving: if remove {
                     Leaving::Remove

@@ -27,7 +27,6 @@ fn a_plain_continuum_needs_its_scheme_and_its_walls() {
             ("shape:ugimp", "mpm.shape", 1),
             ("transfer:flip", "mpm.transfer", 1),
             ("stress_update:usf", "mpm.stress_update", 1),
-            ("drift:mapped", "mpm.drift", 1),
             ("plane:strain", "mpm.plane", 1),
             ("wall:open", "mpm.walls.left", 4),
             ("material:linear_elastic", "mpm.material.0.model", 1),

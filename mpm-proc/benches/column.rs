@@ -41,7 +41,6 @@ pub fn column(points: usize, threads: usize, model: MaterialModel) -> MpmConfig 
         shape: ShapeFunction::QuadraticBspline,
         transfer: Transfer::Apic,
         stress_update: StressUpdate::Usf,
-        drift: interface::config::Drift::Mapped,
         plane: Plane::Strain,
         walls: Walls {
             left: Wall::Slip,

@@ -5,7 +5,7 @@
 
 use std::time::{Duration, Instant};
 
-use interface::config::{Drift, MpmConfig, ShapeFunction, Transfer};
+use interface::config::{MpmConfig, ShapeFunction, Transfer};
 use interface::solver::MpmSolver;
 use interface::step::Step;
 use mpm_proc::Mpm;
@@ -39,9 +39,6 @@ fn main() {
             config.shape = shape.unwrap_or(config.shape);
             if matches!(config.shape, ShapeFunction::Linear | ShapeFunction::Ugimp) {
                 config.transfer = Transfer::Flip;
-            }
-            if update.is_some() {
-                config.drift = Drift::of(config.stress_update, None);
             }
             config
         });

@@ -34,7 +34,7 @@ BODY = (
     " motion:any surface:text"
 )
 MPM = (
-    "domain:list cell:number gravity:pair shape:any transfer:any stress_update:text drift:text plane:text walls:any"
+    "domain:list cell:number gravity:pair shape:any transfer:any stress_update:text plane:text walls:any"
     " material:list points:list contact_force:text forcing:any constants:any leaving:text grid_contact:any layers:flag"
     " group_pair:list interface:text chain:list skin:number probe:list threads:count"
 )

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use interface::config::{
-    ConfigFault, Drift, GroupConfig, GroupPair, InitialFields, MaterialConfig, MpmConfig,
+    ConfigFault, GroupConfig, GroupPair, InitialFields, MaterialConfig, MpmConfig,
 };
 
 use super::chains::chains;
@@ -62,7 +62,6 @@ pub(super) fn continuum(
         shape: written.shape,
         transfer: written.transfer,
         stress_update: written.stress_update,
-        drift: Drift::of(written.stress_update, written.grid_contact),
         plane: written.plane,
         walls: written.walls,
         materials: configured,

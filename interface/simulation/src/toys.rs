@@ -43,7 +43,7 @@ static CONFIGS: LazyLock<[String; 2]> = LazyLock::new(|| {
         "velocity": [0, 0], "contact_radius": 0.01, "lattice": "grid", "fields": {}, "rigid": false, "keeps_spin": false}"#;
     let mpm = format!(
         r#"{{"domain": [[0, 0], [1, 1]], "cell": 0.1, "gravity": [0, 0], "shape": "linear", "transfer": "flip",
-        "stress_update": "usf", "drift": "mapped", "contact_force": "point",
+        "stress_update": "usf", "contact_force": "point",
         "forcing": {{"traction": [], "hold": [], "stage": []}}, "constants": {{}}, "leaving": "stop", "layers": false,
         "group_pair": [], "interface": "points", "chain": [], "probe": [], "plane": "strain", "walls": {{}}, "material": [], "points": [{group}], "skin": {SKIN},
         "threads": 1}}"#
@@ -127,6 +127,7 @@ impl MpmSolver for Points {
         self.states.extend(state.set.iter().map(|&i| ImpState {
             position: [state.x[i as usize], 0.0],
             velocity: [state.v[i as usize], 0.0],
+            ..ImpState::default()
         }));
         &self.states
     }

@@ -17,7 +17,7 @@ const BUILT_IN: SolverPair = SolverPair {
             "lattice": "grid", "fields": {}, "rigid": false, "keeps_spin": false}"#;
         let mpm = format!(
             r#"{{"domain": [[0, 0], [1, 1]], "cell": 0.1, "gravity": [0, -9.81], "shape": "linear", "transfer": "flip",
-            "stress_update": "usf", "drift": "mapped", "contact_force": "point",
+            "stress_update": "usf", "contact_force": "point",
             "forcing": {{"traction": [], "hold": [], "stage": []}}, "constants": {{}}, "leaving": "stop", "layers": false,
             "group_pair": [], "interface": "points", "chain": [], "probe": [], "plane": "strain", "walls": {{}}, "material": [{material}], "points": [{block}],
             "skin": 0.02, "threads": 1}}"#

@@ -34,7 +34,7 @@ pub const VERBS: [&str; 7] = [
     PLASTIC_STRAIN,
 ];
 /// All families (clause K-1), of either side.
-pub const FAMILIES: [&str; 15] = [
+pub const FAMILIES: [&str; 14] = [
     "shape",
     "law",
     "motion",
@@ -43,7 +43,6 @@ pub const FAMILIES: [&str; 15] = [
     "feature",
     "transfer",
     "stress_update",
-    "drift",
     "plane",
     "wall",
     "material",

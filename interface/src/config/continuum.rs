@@ -21,10 +21,6 @@ pub struct MpmConfig {
     pub transfer: Transfer,
     /// When stresses are updated within the step.
     pub stress_update: StressUpdate,
-    /// The velocity with which points move.
-    ///
-    /// `mapped` is refused with `usl` or contact on the grid.
-    pub drift: Drift,
     /// Plane strain or plane stress.
     pub plane: Plane,
     /// Conditions on the four walls of the domain.
@@ -272,15 +268,13 @@ pub enum StressUpdate {
     Usavg,
 }
 
-/// The velocity with which points move to their new positions.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "snake_case")]
+/// The velocity with which points move to their new positions ([`MpmConfig::drift`]).
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Drift {
     /// That of the nodes after the kick, `sum_I S_Ip v_I^{n+1/2}`: with `usl`, and with contact on the grid.
     Nodal,
     /// The field that strains the points: the nodal velocities that follow from the points' new velocities. Positions are
     /// then of second order in the step, and contact neither creates nor loses energy in first order (docs/energy.md).
-    #[default]
     Mapped,
 }
 

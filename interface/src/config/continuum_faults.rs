@@ -154,13 +154,6 @@ impl MpmConfig {
             let wrong = format!("{:?}", self.stress_update).to_lowercase();
             found.add("mpm.stress_update", format!("\"{wrong}\""), "\"usf\"", help);
         }
-        let drift = Drift::of(self.stress_update, self.grid_contact);
-        if self.drift != drift {
-            let [wrong, right] = [self.drift, drift].map(|of| format!("\"{of:?}\"").to_lowercase());
-            let help = "points move with the field that strains them: mapped; nodal with usl, which strains by the nodal \
-                        velocities after the kick, and with grid_contact, whose forces act on nodes and not on points";
-            found.add("mpm.drift", wrong, right, help);
-        }
         if self.contact_force == ContactForceScheme::Traction && self.shape == ShapeFunction::Linear
         {
             let help = "traction spreads a force over the point's box, which reaches nodes that get no mass from a linear \
@@ -573,14 +566,14 @@ fn region_faults(found: &mut Faults, path: &str, within: [[f64; 2]; 2]) {
     }
 }
 
-impl Drift {
-    /// The one that fits the rest of the scheme. If strains are computed from the velocities of the nodes after the
-    /// kick, points have to move with the same velocities. Contact on the grid acts on nodes and not on single points.
-    pub fn of(stress_update: StressUpdate, grid_contact: Option<GridContact>) -> Self {
-        if stress_update == StressUpdate::Usl || grid_contact.is_some() {
-            Self::Nodal
+impl MpmConfig {
+    /// The velocity with which points move. If strains are computed from the velocities of the nodes after the kick, points have
+    /// to move with the same velocities. Contact on the grid acts on nodes and not on single points.
+    pub fn drift(&self) -> Drift {
+        if self.stress_update == StressUpdate::Usl || self.grid_contact.is_some() {
+            Drift::Nodal
         } else {
-            Self::Mapped
+            Drift::Mapped
         }
     }
 }

@@ -49,7 +49,7 @@ pub fn missing<'a>(needs: &'a [Need], capabilities: &Capabilities) -> Vec<&'a Ne
 impl MpmConfig {
     /// The capabilities that it needs from the continuum's solver, each once.
     ///
-    /// Single words: `layers`, `pairs`, `segments`. Families: `shape`, `transfer`, `stress_update`, `drift`, `plane`,
+    /// Single words: `layers`, `pairs`, `segments`. Families: `shape`, `transfer`, `stress_update`, `plane`,
     /// `wall`, `material`, `fill`, `lattice` (where it is not the default), `contact_force`, whose members are the
     /// words of the configuration, and `feature`: `probes`, `holds`.
     pub fn needs(&self) -> Vec<Need> {
@@ -73,7 +73,6 @@ impl MpmConfig {
             &self.stress_update,
             "mpm.stress_update",
         ));
-        needs.push(one("drift", &self.drift, "mpm.drift"));
         needs.push(one("plane", &self.plane, "mpm.plane"));
         let w = &self.walls;
         let names = ["left", "right", "bottom", "top"];

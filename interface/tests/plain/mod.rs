@@ -3,9 +3,9 @@
 use std::collections::BTreeMap;
 
 use interface::config::{
-    BodyConfig, BodyInertia, BodyShape, ContactForceScheme, DemConfig, Drift, Fill, Forcing,
-    GroupConfig, InitialFields, Interface, Lattice, Leaving, MaterialConfig, MaterialModel, Motion,
-    MpmConfig, Plane, ShapeFunction, Spacing, StressUpdate, Transfer, Walls,
+    BodyConfig, BodyInertia, BodyShape, ContactForceScheme, DemConfig, Fill, Forcing, GroupConfig,
+    InitialFields, Interface, Lattice, Leaving, MaterialConfig, MaterialModel, Motion, MpmConfig,
+    Plane, ShapeFunction, Spacing, StressUpdate, Transfer, Walls,
 };
 
 /// A disc at rest.
@@ -17,7 +17,6 @@ pub fn plain_continuum() -> MpmConfig {
         shape: ShapeFunction::Ugimp,
         transfer: Transfer::Flip,
         stress_update: StressUpdate::Usf,
-        drift: Drift::Mapped,
         plane: Plane::Strain,
         walls: Walls::default(),
         materials: vec![MaterialConfig {

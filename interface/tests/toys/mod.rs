@@ -118,6 +118,7 @@ impl MpmSolver for Points {
         let state = |(&x, &v)| ImpState {
             position: [x, 0.0],
             velocity: [v, 0.0],
+            ..ImpState::default()
         };
         self.states = self.x.iter().zip(&self.v).map(state).collect();
         &self.states
@@ -277,7 +278,6 @@ pub fn mpm_config() -> MpmConfig {
         shape: ShapeFunction::Linear,
         transfer: Transfer::Flip,
         stress_update: StressUpdate::Usf,
-        drift: interface::config::Drift::Mapped,
         plane: Plane::Strain,
         walls: Walls::default(),
         materials: Vec::new(),

@@ -6,7 +6,7 @@ use interface::config::capability::{
 
 /// Families of a configuration with the members that the solver accepts, by their names there.
 /// [`crate::setup::configure`] decides which of them can be combined.
-const TAKES: [(&str, &[&str]); 11] = [
+const TAKES: [(&str, &[&str]); 10] = [
     (
         "shape",
         &["linear", "ugimp", "quadratic_bspline", "cubic_bspline"],
@@ -25,7 +25,6 @@ const TAKES: [(&str, &[&str]); 11] = [
         ],
     ),
     ("stress_update", &["usf", "usl", "musl", "usavg"]),
-    ("drift", &["nodal", "mapped"]),
     ("plane", &["strain", "stress"]),
     (
         "wall",
@@ -90,8 +89,8 @@ mod tests {
     use std::collections::BTreeSet;
 
     use interface::config::{
-        ContactForceScheme, Drift, Fill, Lattice, MaterialModel, Plane, ShapeFunction,
-        StressUpdate, Transfer, Wall,
+        ContactForceScheme, Fill, Lattice, MaterialModel, Plane, ShapeFunction, StressUpdate,
+        Transfer, Wall,
     };
     use schemars::{JsonSchema, schema_for};
     use serde_json::Value;
@@ -124,7 +123,6 @@ mod tests {
             ("shape", variants::<ShapeFunction>()),
             ("transfer", variants::<Transfer>()),
             ("stress_update", variants::<StressUpdate>()),
-            ("drift", variants::<Drift>()),
             ("plane", variants::<Plane>()),
             ("wall", variants::<Wall>()),
             ("material", variants::<MaterialModel>()),

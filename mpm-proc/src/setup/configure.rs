@@ -233,7 +233,7 @@ impl<'a> Parts<'a> {
             spread: self.spread.of(groups.clone()),
             outside: Outside::new(self.config.leaving),
             stress_update: self.config.stress_update,
-            drift: self.config.drift,
+            drift: self.config.drift(),
             settling: Settling::default(),
             loads_of_nodes: Vec::new(),
             stages: self.stages.clone(),

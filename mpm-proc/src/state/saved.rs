@@ -18,7 +18,7 @@ use interface::saved::ConfigurationMark;
 pub use interface::saved::refusal;
 
 /// Name of the format; the number rises with every change of what is saved.
-pub const FORMAT: &str = "tandem-mpm 7";
+pub const FORMAT: &str = "tandem-mpm 8";
 
 /// What the numbers of a state of `config` depend on.
 pub fn mark(config: &MpmConfig) -> ConfigurationMark {
@@ -29,7 +29,6 @@ pub fn mark(config: &MpmConfig) -> ConfigurationMark {
         shape,
         transfer,
         stress_update,
-        drift,
         plane,
         walls,
         materials,
@@ -53,7 +52,6 @@ pub fn mark(config: &MpmConfig) -> ConfigurationMark {
     mark.add("mpm.shape", shape);
     mark.add("mpm.transfer", transfer);
     mark.add("mpm.stress_update", stress_update);
-    mark.add("mpm.drift", drift);
     mark.add("mpm.plane", plane);
     let periodic = [walls.left, walls.bottom].map(|wall| wall == Wall::Periodic);
     mark.add("mpm.walls.periodic", &periodic);

@@ -3,8 +3,8 @@
 use std::f64::consts::PI;
 
 use interface::config::{
-    Drift, Fill, Forcing, MaterialModel, MpmConfig, ShapeFunction, Spacing, StressUpdate, Transfer,
-    Wall, Walls,
+    Fill, Forcing, MaterialModel, MpmConfig, ShapeFunction, Spacing, StressUpdate, Transfer, Wall,
+    Walls,
 };
 use interface::solver::MpmSolver;
 
@@ -43,7 +43,6 @@ fn bar(cells: usize, shape: ShapeFunction, transfer: Transfer) -> MpmConfig {
 fn wave_error(cells: usize, shape: ShapeFunction, transfer: Transfer, update: StressUpdate) -> f64 {
     let mut config = bar(cells, shape, transfer);
     config.stress_update = update;
-    config.drift = Drift::of(update, None);
     let mut mpm = configured(&config);
     let start = mpm.points();
     let c = 10.0;

@@ -1,8 +1,7 @@
 //! What a transfer takes of the motion stands in the ledger, so that the balance closes with every transfer as with FLIP.
 
 use interface::config::{
-    Drift, Fill, MaterialModel, MpmConfig, ShapeFunction, Spacing, StressUpdate, Transfer, Wall,
-    Walls,
+    Fill, MaterialModel, MpmConfig, ShapeFunction, Spacing, StressUpdate, Transfer, Wall, Walls,
 };
 use interface::message::wire::Ledger;
 use interface::solver::MpmSolver;
@@ -37,7 +36,6 @@ fn swinging(transfer: Transfer, stress_update: StressUpdate, stiffness: f64) -> 
     let mut config = block();
     (config.shape, config.transfer) = (ShapeFunction::QuadraticBspline, transfer);
     config.stress_update = stress_update;
-    config.drift = Drift::of(stress_update, None);
     config.domain = [[0.0, 0.0], [1.2, 1.2]];
     config.walls = Walls {
         left: Wall::Slip,

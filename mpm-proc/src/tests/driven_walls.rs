@@ -1,8 +1,8 @@
 //! Walls that move along themselves.
 
 use interface::config::{
-    Drift, Fill, InitialFields, MaterialModel, MpmConfig, ShapeFunction, StressUpdate, Transfer,
-    Wall, Walls,
+    Fill, InitialFields, MaterialModel, MpmConfig, ShapeFunction, StressUpdate, Transfer, Wall,
+    Walls,
 };
 use interface::message::wire::Ledger;
 use interface::solver::MpmSolver;
@@ -104,7 +104,6 @@ fn a_driven_wall_is_a_fixed_one_in_its_own_frame() {
             }
             let mut above = slab(shape, transfer);
             above.stress_update = stress_update;
-            above.drift = Drift::of(stress_update, None);
             // From rest: a shock runs into the slab.
             let mut below = above.clone();
             below.groups[0].velocity = [-SPEED, 0.0];

@@ -1,8 +1,8 @@
 //! Bodies of points that touch on the grid (Bardenhagen 2000; Jiang 2020 section 5.4).
 
 use interface::config::{
-    Drift, Fill, GridContact, GroupConfig, MpmConfig, ShapeFunction, Spacing, StressUpdate,
-    Transfer, Wall, Walls,
+    Fill, GridContact, GroupConfig, MpmConfig, ShapeFunction, Spacing, StressUpdate, Transfer,
+    Wall, Walls,
 };
 use interface::message::wire::PointState;
 use interface::solver::MpmSolver;
@@ -14,7 +14,6 @@ use crate::Mpm;
 fn pair(rigid: [bool; 2]) -> MpmConfig {
     let mut config = block();
     config.transfer = Transfer::Flip;
-    config.drift = Drift::Nodal;
     config.grid_contact = Some(GridContact { friction: 0.3 });
     config.groups = [("left", 0.0, 1.0), ("right", 0.3, 0.0)]
         .into_iter()
@@ -153,7 +152,6 @@ fn a_rigid_grain_falls() {
 fn discs(shape: ShapeFunction, transfer: Transfer, [x, y]: [f64; 2]) -> MpmConfig {
     let mut config = block();
     (config.shape, config.transfer) = (shape, transfer);
-    config.drift = Drift::Nodal;
     config.grid_contact = Some(GridContact { friction: 0.3 });
     let around = Wall::Periodic;
     config.walls = Walls {

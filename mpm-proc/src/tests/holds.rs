@@ -280,7 +280,6 @@ fn a_probe_is_the_mean_of_its_points() {
         let mut forces = Vec::new();
         if grains {
             config.grid_contact = Some(GridContact { friction: 0.0 });
-            config.drift = interface::config::Drift::Nodal;
         }
         let mut mpm = configured(&config);
         let start = mpm.points();
@@ -342,6 +341,7 @@ fn pressed(mpm: &mut Mpm) -> Vec<ImpForce> {
                 [0.0; 2]
             },
             stiffness: 0.0,
+            ..ImpForce::default()
         })
         .collect()
 }

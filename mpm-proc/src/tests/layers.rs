@@ -73,7 +73,6 @@ fn what_does_not_go_with_layers_is_refused() {
     refused(
         &|c| {
             c.grid_contact = Some(GridContact { friction: 0.0 });
-            c.drift = interface::config::Drift::Nodal;
         },
         "mpm.layers",
     );

@@ -6,6 +6,7 @@ mod closed_forms;
 mod conservation;
 mod contact_schemes;
 mod convergence;
+mod couples;
 mod dissipation;
 mod drift;
 mod driven_walls;
@@ -69,7 +70,6 @@ pub fn block() -> MpmConfig {
         shape: ShapeFunction::QuadraticBspline,
         transfer: Transfer::Apic,
         stress_update: StressUpdate::Usf,
-        drift: interface::config::Drift::Mapped,
         plane: Plane::Strain,
         walls: Walls::default(),
         materials: vec![MaterialConfig {

@@ -1,6 +1,6 @@
 //! Orders in time, and the centre of mass: points move with the field that strains them.
 
-use interface::config::{Drift, MaterialModel, MpmConfig, StressUpdate, Transfer};
+use interface::config::{MaterialModel, MpmConfig, StressUpdate, Transfer};
 use interface::message::wire::ImpForce;
 use interface::solver::MpmSolver;
 
@@ -11,7 +11,6 @@ use super::{BULK, SHEAR, Stepper, block, configured};
 fn swinging(transfer: Transfer, update: StressUpdate) -> MpmConfig {
     let mut config = block();
     (config.transfer, config.stress_update) = (transfer, update);
-    config.drift = Drift::of(update, None);
     config.materials[0].model = MaterialModel::NeoHookean {
         bulk_modulus: BULK,
         shear_modulus: SHEAR,
@@ -117,7 +116,6 @@ fn the_centre_of_mass_obeys_its_theorem() {
         for transfer in [Transfer::Flip, Transfer::Apic] {
             let mut config = block();
             (config.transfer, config.stress_update) = (transfer, update);
-            config.drift = Drift::of(update, None);
             config.groups[0].velocity = [-1.0, 0.2];
             let mut mpm = configured(&config);
             mpm.select_imps(&everywhere());
@@ -143,6 +141,7 @@ fn the_centre_of_mass_obeys_its_theorem() {
                         ImpForce {
                             force: [stiffness * overlap, 0.0],
                             stiffness: if overlap > 0.0 { stiffness } else { 0.0 },
+                            ..ImpForce::default()
                         }
                     })
                     .collect();

@@ -1,7 +1,7 @@
 //! What is refused, and that it is told where and why; and what stops a run.
 
 use interface::config::{
-    Drift, Fill, GridContact, MaterialModel, MpmConfig, Plane, ShapeFunction, Spacing, Stage,
+    Fill, GridContact, MaterialModel, MpmConfig, Plane, ShapeFunction, Spacing, Stage,
     StressUpdate, Traction, Transfer, Wall,
 };
 use interface::message::wire::ImpForce;
@@ -93,21 +93,6 @@ fn bad_configurations_are_refused_with_key_and_reason() {
     );
     refused(|c| c.skin = -1.0, "coupling.skin", "0 or more");
     refused(
-        |c| c.stress_update = StressUpdate::Usl,
-        "mpm.drift",
-        "nodal with usl",
-    );
-    refused(
-        |c| c.grid_contact = Some(GridContact { friction: 0.0 }),
-        "mpm.drift",
-        "with grid_contact",
-    );
-    refused(
-        |c| c.drift = Drift::Nodal,
-        "mpm.drift",
-        "points move with the field that strains them",
-    );
-    refused(
         |c| {
             c.shape = ShapeFunction::Ugimp;
             c.grid_contact = Some(GridContact { friction: 0.0 });
@@ -152,7 +137,6 @@ fn bad_configurations_are_refused_with_key_and_reason() {
         "only on the grid",
     );
     let touching = |c: &mut MpmConfig, friction| {
-        c.drift = Drift::Nodal;
         c.grid_contact = Some(GridContact { friction });
     };
     refused(
@@ -273,7 +257,6 @@ fn bad_configurations_are_refused_with_key_and_reason() {
             c.shape = ShapeFunction::Linear;
             c.transfer = Transfer::Flip;
             c.stress_update = interface::config::StressUpdate::Usl;
-            c.drift = interface::config::Drift::Nodal;
         },
         "mpm.stress_update",
         "usavg",
@@ -366,28 +349,6 @@ fn a_radius_that_was_filled_in_is_not_noted_as_out_of_range() {
     let default = config.groups[0].default_contact_radius(config.cell);
     assert!(!noted(None) && !noted(Some(default)));
     assert!(noted(Some(0.9 * default)) && !noted(Some(2.0 * default)));
-}
-
-/// The coupler and the configuration have one rule for the velocity with which points move.
-#[test]
-fn the_default_drift_goes_with_every_scheme() {
-    let touching = Some(GridContact { friction: 0.0 });
-    for stress_update in [
-        StressUpdate::Usf,
-        StressUpdate::Usl,
-        StressUpdate::Musl,
-        StressUpdate::Usavg,
-    ] {
-        for grid_contact in [None, touching] {
-            let config = MpmConfig {
-                stress_update,
-                grid_contact,
-                drift: Drift::of(stress_update, grid_contact),
-                ..block()
-            };
-            assert_eq!(config.faults(), []);
-        }
-    }
 }
 
 #[test]

@@ -10,9 +10,8 @@ use std::hash::Hasher;
 
 use interface::config::material::{CriticalState, Frictional, Inertial};
 use interface::config::{
-    ContactForceScheme, Drift, Fill, Forcing, GridContact, GroupConfig, Hold, Leaving,
-    MaterialModel, MpmConfig, Plane, ShapeFunction, Spacing, Stage, StressUpdate, Traction,
-    Transfer, Wall, Walls,
+    ContactForceScheme, Fill, Forcing, GridContact, GroupConfig, Hold, Leaving, MaterialModel,
+    MpmConfig, Plane, ShapeFunction, Spacing, Stage, StressUpdate, Traction, Transfer, Wall, Walls,
 };
 use interface::message::wire::{EnvelopeVertex, ImpForce};
 use interface::solver::{Fault, MpmSolver};
@@ -82,7 +81,9 @@ impl Driver {
                 forces.push(if pressed {
                     ImpForce {
                         force: [20.0 * numbers[1], 20.0 * numbers[2]],
+                        couple: 0.1 * numbers[2],
                         stiffness: 1e4 * (1.0 + numbers[3]),
+                        tangential: 4e3 * (1.0 + numbers[3]),
                     }
                 } else {
                     ImpForce::default()
@@ -374,7 +375,6 @@ fn covering() -> Vec<(String, MpmConfig)> {
                 let mut config = flying();
                 (config.shape, config.transfer) = (shape, transfer);
                 config.stress_update = update;
-                config.drift = Drift::of(update, None);
                 let model = models()[(n + n / 9) % 9];
                 config.materials[0].model = model;
                 if n % 12 == 0 {
@@ -467,7 +467,6 @@ fn every_model_goes_on_in_every_surrounding() {
 fn grains(rigid: [bool; 2]) -> MpmConfig {
     let mut config = flying();
     config.transfer = Transfer::Flip;
-    config.drift = Drift::Nodal;
     config.grid_contact = Some(GridContact { friction: 0.3 });
     config.groups[0].fields.velocity = None;
     config.groups = [("left", [0.0, 0.33], 3.0), ("right", [0.32, 0.3], 0.0)]

@@ -45,7 +45,6 @@ pub fn scene(groups: Vec<GroupConfig>) -> MpmConfig {
         shape: ShapeFunction::Linear,
         transfer: Transfer::Flip,
         stress_update: StressUpdate::Usf,
-        drift: interface::config::Drift::default(),
         plane: Plane::Strain,
         walls: Walls::default(),
         materials: vec![material(DENSITY, MODULI)],
@@ -111,5 +110,9 @@ pub const IN_BLOCK: u64 = 64;
 
 /// One force, and the stiffness behind it.
 pub fn push(force: [f64; 2], stiffness: f64) -> ImpForce {
-    ImpForce { force, stiffness }
+    ImpForce {
+        force,
+        stiffness,
+        ..ImpForce::default()
+    }
 }

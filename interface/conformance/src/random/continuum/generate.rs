@@ -55,7 +55,7 @@ impl Dice<'_, Scale> {
         } else {
             1.0 / self.between(1.2, 3.5)
         } * self.scale.cell;
-        let (shape, stress_update, drift, transfer) = self.scheme(alone);
+        let (shape, stress_update, transfer) = self.scheme(alone);
         let count = 1 + self.rng.usize(0..3);
         let layers = count > 1 && self.takes.has(LAYERS) && self.rarely();
         let pairs = layers && self.takes.has(PAIRS) && self.often();
@@ -76,7 +76,6 @@ impl Dice<'_, Scale> {
             shape,
             transfer,
             stress_update,
-            drift,
             walls,
             materials,
             layers,
@@ -94,13 +93,17 @@ impl Dice<'_, Scale> {
                 (_, Spacing::Counts([n, m])) => (n * m) as usize,
                 _ => 0,
             });
-        let pushes = self.pushes(points.sum(), spacing, steps, drift);
+        let mut pushes = self.pushes(points.sum(), spacing, steps, config.drift());
         let skin = config.skin;
         let travel = (0..self.rng.u32(0..4))
             .map(|k| (8 * k, self.between(0.0, 0.8) * skin))
             .collect();
+        let bodies = self.bodies(config.domain);
+        if !alone {
+            self.rub(&mut pushes, spacing);
+        }
         Case {
-            bodies: self.bodies(config.domain),
+            bodies,
             travel: Course(travel),
             pushes,
             epochs,
@@ -109,7 +112,7 @@ impl Dice<'_, Scale> {
     }
 
     /// How points and nodes exchange what they have.
-    fn scheme(&mut self, alone: bool) -> (ShapeFunction, StressUpdate, Drift, Transfer) {
+    fn scheme(&mut self, alone: bool) -> (ShapeFunction, StressUpdate, Transfer) {
         let shapes = [
             ("shape:quadratic_bspline", ShapeFunction::QuadraticBspline),
             ("shape:cubic_bspline", ShapeFunction::CubicBspline),
@@ -128,13 +131,12 @@ impl Dice<'_, Scale> {
             Some(StressUpdate::Usl) if shape == ShapeFunction::Linear => StressUpdate::Usf,
             drawn => drawn.unwrap_or(StressUpdate::Usf),
         };
-        let drift = Drift::of(stress_update, None);
         let transfer = if alone {
             Transfer::Flip
         } else {
             self.transfer(shape)
         };
-        (shape, stress_update, drift, transfer)
+        (shape, stress_update, transfer)
     }
 
     fn transfer(&mut self, shape: ShapeFunction) -> Transfer {
@@ -316,10 +318,23 @@ impl Dice<'_, Scale> {
                 point: self.rng.usize(0..points.max(1)),
                 steps: [from, to],
                 force: self.when(touches, |dice| dice.vector(most)),
+                couple: 0.0,
                 stiffness: self.about(0.01 * mass / (self.dt * self.dt)),
+                tangential: 0.0,
             });
         }
         pushes
+    }
+
+    /// Friction on the surfaces of some of the points that are pushed.
+    fn rub(&mut self, pushes: &mut [Push], side: f64) {
+        for push in pushes {
+            if self.often() {
+                let most = 0.2 * side * push.force[0].hypot(push.force[1]);
+                push.couple = self.way(most);
+                push.tangential = self.between(0.1, 1.0) * push.stiffness;
+            }
+        }
     }
 
     fn bodies(&mut self, [lower, upper]: [[f64; 2]; 2]) -> Vec<Outline> {

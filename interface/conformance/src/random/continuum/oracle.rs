@@ -38,7 +38,7 @@ pub struct Oracle {
 /// What is expected of a step.
 #[derive(Debug, Clone, Default)]
 pub struct Expected {
-    /// `lambda_max(S k S^T M^-1)` in 1/s^2, from below; not computed where it is not asked for.
+    /// Largest squared frequency of contact in 1/s^2, from below; not computed where it is not asked for.
     pub contact_omega_sq: f64,
     /// The ledger, if the step is measured.
     pub ledger: Ledger,
@@ -98,7 +98,7 @@ impl Oracle {
             gravity: c.gravity,
             walls: c.walls,
             stress_update: c.stress_update,
-            drift: c.drift,
+            drift: c.drift(),
             wall_impulse: [0.0; 2],
             elastic: 0.0,
         };
@@ -126,6 +126,7 @@ impl Oracle {
                     mass: material.density * region.box_area(),
                     volume: region.box_area(),
                     unsettled: [0.0; 2],
+                    spin: 0.0,
                     bulk,
                     shear,
                 });
@@ -203,17 +204,16 @@ impl Oracle {
                 .iter()
                 .zip(forces)
                 .filter(|(id, _)| id.layer == number);
-            let own: Vec<ImpForce> = own.map(|(_, force)| *force).collect();
+            let (radii, own): (Vec<f64>, Vec<ImpForce>) =
+                own.map(|(id, force)| (id.radius, *force)).unzip();
             let layer = &mut self.layers[number];
             if bounds {
-                let stiffness: Vec<f64> = own.iter().map(|f| f.stiffness).collect();
-                contact_omega_sq = contact_omega_sq.max(layer.contact_omega_sq(&stiffness));
+                contact_omega_sq = contact_omega_sq.max(layer.contact_omega_sq(&own, &radii));
             }
             if step.is_opening() {
                 elastic += layer.points.iter().map(RefPoint::stored).sum::<f64>();
                 continue;
             }
-            let own: Vec<[f64; 2]> = own.iter().map(|f| f.force).collect();
             layer.step(step.dt_before, step.dt, &own);
             elastic += layer.elastic;
             for a in 0..2 {
