@@ -36,13 +36,14 @@ pub fn show(summary: &Summary, scene: &Scene) {
         format!(", taken by the transfer {}", relative(transfer))
     };
     say(format_args!(
-        "{}: {} steps to t = {:.6} s in {:.2} s; step limited by: {}; momentum error {}, energy residual {}{transfer}{}",
+        "{}: {} steps to t = {:.6} s in {:.2} s; step limited by: {}; momentum error {}, angular {}, energy residual {}{transfer}{}",
         summary.scene,
         summary.steps,
         summary.time,
         summary.wall_s,
         bound.join(", "),
         relative(summary.momentum_error),
+        summary.angular_momentum_error.map_or("none".to_owned(), relative),
         relative(summary.energy.residual_max),
         gap.unwrap_or_default()
     ));

@@ -33,6 +33,7 @@ mod resume;
 mod rundir;
 mod scenes;
 mod study;
+mod turning;
 mod tutorial;
 mod unread;
 mod watch;

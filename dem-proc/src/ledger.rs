@@ -8,7 +8,7 @@ use interface::message::wire::{BodyState, ImpState};
 use interface::solver::DemMeasurement;
 use interface::step::Step;
 
-use crate::body::bodies::Bodies;
+use crate::body::bodies::{Bodies, Rigid};
 use crate::body::load::{Load, PairLoad};
 use crate::law::Loss;
 use crate::system::System;
@@ -48,9 +48,15 @@ impl Kick<'_> {
         }
         if self.coupled {
             let by_points: Vec2 = self.point_loads.iter().map(|load| load.force).sum();
-            after.contact_impulse += by_points * self.length;
+            let loads = self.point_loads.iter().zip(&self.bodies.state);
+            let moment = |(load, state): (&Load, &Rigid)| state.center.perp(&load.force) + load.torque;
+            let moment: f64 = loads.map(moment).sum();
+            after.contact_impulse += [by_points.x, by_points.y, moment].map(|of| of * self.length);
         }
-        after.applied_impulse += self.gravity * self.bodies.free_mass * self.length;
+        let fall = self.gravity * self.bodies.free_mass * self.length;
+        let place: Vec2 = self.bodies.free().map(|(mass, center)| center * mass).sum();
+        let moment = place.perp(&(self.gravity * self.length));
+        after.applied_impulse += [fall.x, fall.y, moment];
         for &b in self.bodies.held.iter().chain(&self.bodies.special) {
             let b = b as usize;
             let push = self.bodies.properties[b].motion.push(self.time);

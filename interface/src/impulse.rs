@@ -7,11 +7,12 @@ use serde::{Deserialize, Serialize};
 
 use crate::Vec2;
 
-/// Sum of impulses in N s/m, compensated (Neumaier 1974): its error does not grow with the number of terms.
+/// Sum of impulses in N s/m with their moments about the origin in N s, compensated (Neumaier 1974): its error does not grow with
+/// the number of terms.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 pub struct Impulse {
-    sum: [f64; 2],
-    lost: [f64; 2],
+    sum: [f64; 3],
+    lost: [f64; 3],
 }
 
 impl Impulse {
@@ -19,10 +20,15 @@ impl Impulse {
     pub fn value(&self) -> [f64; 2] {
         [self.sum[0] + self.lost[0], self.sum[1] + self.lost[1]]
     }
+
+    /// The moment in N s.
+    pub fn moment(&self) -> f64 {
+        self.sum[2] + self.lost[2]
+    }
 }
 
-impl AddAssign<[f64; 2]> for Impulse {
-    fn add_assign(&mut self, term: [f64; 2]) {
+impl AddAssign<[f64; 3]> for Impulse {
+    fn add_assign(&mut self, term: [f64; 3]) {
         for (i, x) in term.into_iter().enumerate() {
             let sum = self.sum[i] + x;
             let (large, small) = if self.sum[i].abs() >= x.abs() {
@@ -36,10 +42,10 @@ impl AddAssign<[f64; 2]> for Impulse {
     }
 }
 
-impl AddAssign<Vec2> for Impulse {
-    fn add_assign(&mut self, term: Vec2) {
-        *self += [term.x, term.y];
-    }
+/// An impulse (N s/m), or a force, at a place (m), with its moment about the origin.
+pub fn at(place: impl Into<Vec2>, impulse: impl Into<Vec2>) -> [f64; 3] {
+    let (place, impulse) = (place.into(), impulse.into());
+    [impulse.x, impulse.y, place.perp(&impulse)]
 }
 
 #[cfg(test)]
@@ -49,10 +55,10 @@ mod tests {
     #[test]
     fn a_million_small_terms_keep_their_digits() {
         let (mut impulse, mut plain) = (Impulse::default(), 0.0);
-        impulse += [1e3, 0.0];
+        impulse += [1e3, 0.0, 0.0];
         plain += 1e3;
         for _ in 0..1_000_000 {
-            impulse += [1e-4 / 3.0, 1.0];
+            impulse += [1e-4 / 3.0, 1.0, -1.0];
             plain += 1e-4 / 3.0;
         }
         let exact = 1e3 + 1e2 / 3.0;
@@ -65,6 +71,6 @@ mod tests {
             (plain - exact).abs() > 1e-12,
             "the plain sum would have done"
         );
-        assert_eq!(impulse.value()[1], 1e6);
+        assert_eq!((impulse.value()[1], impulse.moment()), (1e6, -1e6));
     }
 }

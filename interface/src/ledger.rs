@@ -12,7 +12,7 @@
 use serde::{Deserialize, Serialize};
 
 use crate::Vec2;
-use crate::impulse::Impulse;
+use crate::impulse::{Impulse, at};
 use crate::message::wire::{BodyState, Ledger};
 use crate::solver::DemMeasurement;
 use crate::step::Step;
@@ -37,8 +37,9 @@ impl Entry {
     }
 
     /// External force (N/m) on the body: its weight if forces move it, in `gravity` (m/s^2), a push (N/m and N), and
-    /// the force that guides or holds it. Also the power (W/m) over the kick of all of these except the weight.
-    fn outside_force(&self, gravity: Vec2, (push, torque): (Vec2, f64)) -> (Vec2, f64) {
+    /// the force that guides or holds it, with the moment about the origin. Also the power (W/m) over the kick of all of these
+    /// except the weight.
+    fn outside_force(&self, gravity: Vec2, (push, torque): (Vec2, f64)) -> ([f64; 3], f64) {
         let b = &self.body;
         let weight = gravity * if self.yields() { b.mass } else { 0.0 };
         let held = self.yielding.map(|yields| 1.0 - yields);
@@ -49,7 +50,8 @@ impl Entry {
         let velocity = (Vec2::from(b.velocity) + Vec2::from(self.velocity)) * 0.5;
         let spin = 0.5 * (b.spin + self.spin);
         let power = (push + guide).dot(&velocity) + (torque + guide_torque) * spin;
-        (weight + push + guide, power)
+        let [x, y, moment] = at(b.position, weight + push + guide);
+        ([x, y, moment + torque + guide_torque], power)
     }
 
     /// Puts the body into a ledger at `t_n`, where `w` is [`Step::centring`]; returns its record.
@@ -65,6 +67,8 @@ impl Entry {
             ledger.gravity -= b.mass * gravity.dot(&Vec2::from(b.position));
             ledger.momentum[0] += b.mass * after.x;
             ledger.momentum[1] += b.mass * after.y;
+            let of_centre = Vec2::from(b.position).perp(&after);
+            ledger.angular_momentum += b.mass * of_centre + b.inertia * self.spin;
         }
         ledger.contact_force[0] += b.point_force[0];
         ledger.contact_force[1] += b.point_force[1];
@@ -94,14 +98,15 @@ impl Totals {
     /// Adds the impulse and the work for a body in a kick of `length` (s), in `gravity` (m/s^2), with a push (N/m and
     /// N).
     pub fn add(&mut self, entry: &Entry, gravity: Vec2, push: (Vec2, f64), length: f64) {
-        self.contact_impulse += Vec2::from(entry.body.point_force) * length;
+        let [x, y, moment] = at(entry.body.position, entry.body.point_force);
+        self.contact_impulse += [x, y, moment + entry.body.point_torque].map(|of| of * length);
         self.add_outside(entry, gravity, push, length);
     }
 
     /// The same without the impulse of the points, for a solver that sums it in another way.
     pub fn add_outside(&mut self, entry: &Entry, gravity: Vec2, push: (Vec2, f64), length: f64) {
         let (force, power) = entry.outside_force(gravity, push);
-        self.applied_impulse += force * length;
+        self.applied_impulse += force.map(|of| of * length);
         self.driven_work += power * length;
     }
 }
@@ -128,6 +133,8 @@ pub fn measure(
         driven_work: before.driven_work + share * (after.driven_work - before.driven_work),
         applied_impulse: after.applied_impulse.value(),
         contact_impulse: after.contact_impulse.value(),
+        applied_moment: after.applied_impulse.moment(),
+        contact_moment: after.contact_impulse.moment(),
         ..Ledger::default()
     };
     let w = step.centring();

@@ -56,6 +56,9 @@ fn add(sum: &mut Ledger, of: &Ledger) {
     sum.driven_work += of.driven_work;
     sum.transfer_work += of.transfer_work;
     sum.contacts += of.contacts;
+    sum.angular_momentum += of.angular_momentum;
+    sum.applied_moment += of.applied_moment;
+    sum.contact_moment += of.contact_moment;
     for a in 0..2 {
         sum.momentum[a] += of.momentum[a];
         sum.applied_impulse[a] += of.applied_impulse[a];

@@ -91,7 +91,7 @@ class Springs:
             stiffness[j] += k
         # Gershgorin: a row of K has 2 k of each spring.
         self.omega_sq = max(2.0 * k / m for k, m in zip(stiffness, self.mass))
-        self.selected, self.travelled, self.impulse, self.fallen = [], 0.0, [0.0, 0.0], 0.0
+        self.selected, self.travelled, self.impulse, self.fallen = [], 0.0, [0.0] * 4, 0.0
         notes = [
             "no grid: cell is for spacing only; shape, transfer and stress_update are not used; one thread",
             "points do not turn: friction acts at their centres, so angular momentum changes by its couples",
@@ -167,6 +167,9 @@ class Springs:
             for (vx, vy), (fx, fy), m in zip(self.v, force, self.mass)
         ]
         push = [sum(f[axis] for _, f in taken) for axis in range(2)]
+        # The moments about the origin of the bodies' forces, and of the weights.
+        push.append(sum(self.x[i][0] * f[1] - self.x[i][1] * f[0] for i, f in taken))
+        push.append(sum(m * (x * gy - y * gx) for (x, y), m in zip(self.x, self.mass)))
         impulse = [before + kick * f for before, f in zip(self.impulse, push)]
         fallen = self.fallen + kick
         if step.measure:
@@ -187,13 +190,15 @@ class Springs:
         return Limits(omega_sq=self.omega_sq, contact_omega_sq=rate, speed=fastest, mobility=mobility)
 
     def measure(self, w, kicked, elastic, taken, push, impulse, fallen):
-        ledger, groups = Ledger(elastic=elastic, contact_force=tuple(push), contact_impulse=tuple(impulse)), []
+        ledger, groups = Ledger(elastic=elastic, contact_force=tuple(push[:2]), contact_impulse=tuple(impulse[:2])), []
+        ledger.contact_moment, ledger.applied_moment = impulse[2:]
         ledger.contacts = sum((fx, fy) != (0.0, 0.0) for _, (fx, fy, *_) in taken)
         for g in range(self.count):
             state = GroupState(lower=(math.inf,) * 2, upper=(-math.inf,) * 2)
             for i in (i for i, group in enumerate(self.group) if group == g):
                 m, x, before, after = self.mass[i], self.x[i], self.v[i], kicked[i]
                 state.mass += m
+                ledger.angular_momentum += m * (x[0] * after[1] - x[1] * after[0])
                 for axis in range(2):
                     state.position[axis] += m * x[axis]
                     state.velocity[axis] += m * ((1.0 - w) * before[axis] + w * after[axis])

@@ -117,8 +117,8 @@ class BodyLedger:
         self.yielding = [_yielding(kind) for kind in self.kinds]
         # Of each body, when its envelope was last asked for: place and angle; how far its surface reaches.
         self.published, self.extents = motions, [0.0] * len(motions)
-        # So far: friction, dashpots, driven bodies (J/m); applied impulse and that of the points (N s/m).
-        self.totals, self.measured = [0.0] * 7, None
+        # So far: friction, dashpots, driven bodies (J/m); applied impulse (N s/m) with its moment (N s), that of the points.
+        self.totals, self.measured = [0.0] * 9, None
 
     def forces(self, points):
         return Forces(points, self.motions, self.yielding)
@@ -172,14 +172,17 @@ class BodyLedger:
         for axis, ((v0, v1), free) in enumerate(zip(velocities, yields)):
             guide = -(inner[axis] + push[axis]) * (1.0 - free)
             totals[2] += step.kick * (push[axis] + guide) * 0.5 * (v0 + v1)
-            if axis < 2:
-                totals[3 + axis] += step.kick * (weight * self.gravity[axis] + push[axis] + guide)
-                totals[5 + axis] += step.kick * (load.fx, load.fy)[axis]
+            fall = weight * self.gravity[axis] if axis < 2 else 0.0
+            # Along x and y, then about the centre: of all, and of the points.
+            for k, force in ((3, fall + push[axis] + guide), (6, (load.fx, load.fy, load.torque)[axis])):
+                totals[k + axis] += step.kick * force
+                totals[k + 2] += step.kick * force * (-before.y, before.x, 0.0)[axis]
 
     def _measure(self, step, totals, driven, forces, rows):
         w = step.centring
         ledger = wire.Ledger(contact=forces.stored, friction_work=totals[0], viscous_work=totals[1], driven_work=driven)
-        ledger.applied_impulse[:], ledger.contact_impulse[:] = totals[3:5], totals[5:7]
+        ledger.applied_impulse[:], ledger.contact_impulse[:] = totals[3:5], totals[6:8]
+        ledger.applied_moment, ledger.contact_moment = totals[5], totals[8]
         bodies = []
         for before, after, load, yields, _ in rows:
             mean = [(1.0 - w) * p + w * q for p, q in zip(before[3:6], after[3:6])]
@@ -190,6 +193,8 @@ class BodyLedger:
                 ledger.gravity -= before.mass * (self.gravity[0] * before.x + self.gravity[1] * before.y)
                 ledger.momentum[0] += before.mass * after.vx
                 ledger.momentum[1] += before.mass * after.vy
+                turning = before.mass * (before.x * after.vy - before.y * after.vx)
+                ledger.angular_momentum += turning + before.inertia * after.spin
             ledger.contact_force[0] += load.fx
             ledger.contact_force[1] += load.fy
             ledger.contacts += load.contacts > 0

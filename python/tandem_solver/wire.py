@@ -19,11 +19,11 @@ EnvelopeVertex:32{body:u64@0;position:[f64; 2]@8;reach:f64@24;}
 Grant:88{epoch:u64@0;first:u64@8;steps:u64@16;flags:u64@24;epoch_start:f64@32;steps_in_epoch:u64@40;\
 dt_before_epoch:f64@48;dt:f64@56;budget_omega_sq:f64@64;budget_speed:f64@72;budget_damping:f64@80;}
 Limits:48{omega_sq:f64@0;contact_omega_sq:f64@8;damping:f64@16;speed:f64@24;radius_min:f64@32;mobility:f64@40;}
-Ledger:160{kinetic:f64@0;kinetic_rotation:f64@8;elastic:f64@16;gravity:f64@24;contact:f64@32;friction_work:f64@40;\
+Ledger:184{kinetic:f64@0;kinetic_rotation:f64@8;elastic:f64@16;gravity:f64@24;contact:f64@32;friction_work:f64@40;\
 viscous_work:f64@48;plastic_work:f64@56;driven_work:f64@64;momentum:[f64; 2]@72;applied_impulse:[f64; 2]@88;\
 contact_impulse:[f64; 2]@104;contact_force:[f64; 2]@120;contacts:u64@136;stress_work:f64@144;\
-transfer_work:f64@152;}
-Report:296{epoch:u64@0;next:u64@8;halted:u64@16;measured:u64@24;items:u64@32;imps:u64@40;rebuilds:u64@48;\
+transfer_work:f64@152;angular_momentum:f64@160;applied_moment:f64@168;contact_moment:f64@176;}
+Report:320{epoch:u64@0;next:u64@8;halted:u64@16;measured:u64@24;items:u64@32;imps:u64@40;rebuilds:u64@48;\
 compute_ns:u64@56;exchange_ns:u64@64;wait_ns:u64@72;cpu_ns:u64@80;limits:Limits@88;ledger:Ledger@136;}
 GroupState:136{mass:f64@0;position:[f64; 2]@8;velocity:[f64; 2]@24;kinetic:f64@40;contact_force:[f64; 2]@48;\
 lower:[f64; 2]@64;upper:[f64; 2]@80;contacts:u64@96;loaded_lower:[f64; 2]@104;loaded_upper:[f64; 2]@120;}

@@ -462,6 +462,9 @@ fn figures(records: &[Record]) -> Vec<Figure> {
             so_far::items(record, "dem").map(count)
         }),
         of("Momentum error, relative", &|s| share(s.momentum_error)),
+        of("Angular momentum error, relative", &|s| {
+            s.angular_momentum_error.map_or("–".to_owned(), share)
+        }),
         of("Energy created, relative", &|s| {
             share(s.energy.residual_max)
         }),

@@ -1,6 +1,6 @@
 //! The energy ledger and the momentum balance of both sides together (docs/physics.md section 7).
 
-use interface::message::wire::Ledger;
+use interface::message::wire::{BodyState, GroupState, Ledger};
 use serde::{Deserialize, Serialize};
 
 /// Energies of both sides at one time in J/m, as `summary.json` has them.
@@ -97,6 +97,11 @@ fn total(side: &Ledger) -> f64 {
         - side.driven_work
 }
 
+/// `part` over `whole`, 0 of nothing.
+fn share(part: f64, whole: f64) -> f64 {
+    if part == 0.0 { 0.0 } else { part / whole }
+}
+
 /// Created energy above this share of the energy in play is told.
 pub const TOLD: f64 = 0.01;
 
@@ -113,9 +118,11 @@ pub fn created_words(created: f64) -> Option<String> {
 /// The balance so far.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 pub struct Balance {
-    start: Option<(Energies, [f64; 2])>,
+    start: Option<(Energies, [f64; 3])>,
     /// Whether the continuum keeps the work of its stress (capability `stress_work`).
     pub keeps_stress_work: bool,
+    /// Whether points go round through periodic walls, so that no angular momentum is kept.
+    pub goes_round: bool,
     /// Energies at the last measurement.
     pub now: Energies,
     /// Total minus the total at the start in J/m.
@@ -134,35 +141,99 @@ pub struct Balance {
     pub momentum_error: f64,
     /// Largest of these so far.
     pub momentum_error_max: f64,
+    /// Largest angular momentum so far in N s, about the centre of mass: the sum over all groups and bodies, or that of a side, or
+    /// the moment of contact or from outside.
+    angular_momentum_scale: f64,
+    /// As [`Self::momentum_error`], of the angular momentum.
+    angular_momentum_error: f64,
+    /// Largest of these so far.
+    angular_momentum_error_max: f64,
+}
+
+/// How all groups and bodies move.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Moving {
+    /// Sum of the magnitudes of their momenta in N s/m.
+    pub momentum: f64,
+    /// Sum of the magnitudes of their angular momenta about [`Self::centre`] in N s, of groups that of their centres.
+    pub angular_momentum: f64,
+    /// Centre of mass in m.
+    pub centre: [f64; 2],
+}
+
+impl Moving {
+    /// Of these groups and bodies.
+    pub fn of(groups: &[GroupState], bodies: &[BodyState]) -> Self {
+        let groups = groups.iter().map(|g| (g.mass, g.position, g.velocity, 0.0));
+        let bodies = bodies.iter();
+        let bodies = bodies.map(|b| (b.mass, b.position, b.velocity, b.inertia * b.spin));
+        let all = groups.chain(bodies);
+        let mass: f64 = all.clone().map(|(mass, ..)| mass).sum();
+        let centre = [0, 1].map(|a| {
+            let sum: f64 = all.clone().map(|(mass, x, ..)| mass * x[a]).sum();
+            sum / mass.max(f64::MIN_POSITIVE)
+        });
+        let mut moving = Self {
+            centre,
+            ..Self::default()
+        };
+        for (mass, x, v, turning) in all {
+            let momentum = mass * v[0].hypot(v[1]);
+            let arm = (x[0] - centre[0]).hypot(x[1] - centre[1]);
+            moving.momentum += momentum;
+            moving.angular_momentum += momentum * arm + turning.abs();
+        }
+        moving
+    }
+
+    /// The moment about the centre in N s of an impulse (N s/m) that has the moment `of` about the origin.
+    fn moment(&self, of: f64, [x, y]: [f64; 2]) -> f64 {
+        of - (self.centre[0] * y - self.centre[1] * x)
+    }
 }
 
 impl Balance {
-    /// Takes a measurement of both sides, of the same step. `moving` is the sum of the magnitudes of the momenta of all
-    /// groups and bodies in N s/m.
-    pub fn take(&mut self, mpm: &Ledger, dem: &Ledger, moving: f64) {
+    /// Takes a measurement of both sides, of the same step.
+    pub fn take(&mut self, mpm: &Ledger, dem: &Ledger, moving: &Moving) {
         self.now = Energies::of(mpm, dem);
-        let unbalanced: [f64; 2] = std::array::from_fn(|i| {
+        let [x, y] = std::array::from_fn(|i| {
             mpm.momentum[i] + dem.momentum[i] - mpm.applied_impulse[i] - dem.applied_impulse[i]
         });
+        let turning = mpm.angular_momentum + dem.angular_momentum;
+        let unbalanced = [x, y, turning - mpm.applied_moment - dem.applied_moment];
         let (start, unbalanced_start) = *self.start.get_or_insert((self.now, unbalanced));
         self.residual = self.now.total - start.total;
         self.scale = self.scale.max(self.now.in_play(&start));
         self.residual_max = self.residual_max.max(self.residual_relative());
         self.created = self.created.max(self.residual);
-        self.momentum_scale = self.momentum_scale.max(moving);
+        self.momentum_scale = self.momentum_scale.max(moving.momentum);
+        self.angular_momentum_scale = self.angular_momentum_scale.max(moving.angular_momentum);
         for side in [mpm, dem] {
-            for seen in [side.momentum, side.applied_impulse, side.contact_impulse] {
+            for (seen, moment) in [
+                (side.momentum, side.angular_momentum),
+                (side.applied_impulse, side.applied_moment),
+                (side.contact_impulse, side.contact_moment),
+            ] {
                 self.momentum_scale = self.momentum_scale.max(seen[0].hypot(seen[1]));
+                let about_centre = moving.moment(moment, seen).abs();
+                self.angular_momentum_scale = self.angular_momentum_scale.max(about_centre);
             }
         }
         let error =
             (unbalanced[0] - unbalanced_start[0]).hypot(unbalanced[1] - unbalanced_start[1]);
-        self.momentum_error = if error == 0.0 {
-            0.0
-        } else {
-            error / self.momentum_scale
-        };
+        self.momentum_error = share(error, self.momentum_scale);
         self.momentum_error_max = self.momentum_error_max.max(self.momentum_error);
+        let error = (unbalanced[2] - unbalanced_start[2]).abs();
+        self.angular_momentum_error = share(error, self.angular_momentum_scale);
+        let most = self.angular_momentum_error_max;
+        self.angular_momentum_error_max = most.max(self.angular_momentum_error);
+    }
+
+    /// Change of the angular momentum at the last measurement, minus the moments from outside, relative to the largest angular
+    /// momentum so far, and the largest of these so far; `None` if points go round.
+    pub fn angular_momentum_error(&self) -> Option<[f64; 2]> {
+        let errors = [self.angular_momentum_error, self.angular_momentum_error_max];
+        (!self.goes_round).then_some(errors)
     }
 
     /// Energies at the first measurement.
@@ -181,36 +252,23 @@ impl Balance {
 
     /// The same relative to the largest energy in play so far.
     pub fn work_gap_relative(&self) -> Option<f64> {
-        let relative = |gap| if gap == 0.0 { 0.0 } else { gap / self.scale };
-        self.work_gap().map(relative)
+        self.work_gap().map(|gap| share(gap, self.scale))
     }
 
     /// The most that was created relative to the largest energy in play: by the end of a run that begins with nothing, also
     /// what its first rows divide by hardly any energy is small.
     pub fn created_relative(&self) -> f64 {
-        if self.created == 0.0 {
-            0.0
-        } else {
-            self.created / self.scale
-        }
+        share(self.created, self.scale)
     }
 
     /// What the transfer has taken relative to the largest energy in play so far.
     pub fn transfer_relative(&self) -> f64 {
-        if self.now.transfer == 0.0 {
-            0.0
-        } else {
-            self.now.transfer / self.scale
-        }
+        share(self.now.transfer, self.scale)
     }
 
     /// The residual relative to the largest energy in play so far.
     pub fn residual_relative(&self) -> f64 {
-        if self.residual == 0.0 {
-            0.0
-        } else {
-            self.residual / self.scale
-        }
+        share(self.residual, self.scale)
     }
 }
 
@@ -227,9 +285,9 @@ pub enum Since {
     Here([Sums; 2]),
 }
 
-/// The sums of a side: work of friction, viscosity, plastic flow, drives, stress and transfer in J/m, then the two
-/// impulses.
-type Sums = ([f64; 6], [[f64; 2]; 2]);
+/// The sums of a side: work of friction, viscosity, plastic flow, drives, stress and transfer in J/m and the two moments, then the
+/// two impulses.
+type Sums = ([f64; 8], [[f64; 2]; 2]);
 
 impl Since {
     /// The ledgers of both sides with their sums since then.
@@ -243,6 +301,8 @@ impl Since {
                     side.driven_work,
                     side.stress_work,
                     side.transfer_work,
+                    side.applied_moment,
+                    side.contact_moment,
                 ];
                 (work, [side.applied_impulse, side.contact_impulse])
             }));
@@ -255,6 +315,8 @@ impl Since {
                 side.driven_work -= work[3];
                 side.stress_work -= work[4];
                 side.transfer_work -= work[5];
+                side.applied_moment -= work[6];
+                side.contact_moment -= work[7];
                 let sums = [&mut side.applied_impulse, &mut side.contact_impulse];
                 for (sum, before) in sums.into_iter().zip(impulses) {
                     *sum = [sum[0] - before[0], sum[1] - before[1]];
@@ -269,6 +331,13 @@ impl Since {
 mod tests {
     use super::*;
 
+    fn moving(momentum: f64) -> Moving {
+        Moving {
+            momentum,
+            ..Moving::default()
+        }
+    }
+
     #[test]
     fn the_origin_of_gravity_does_not_matter() {
         let fall = |offset: f64| {
@@ -279,7 +348,7 @@ mod tests {
                     ..Ledger::default()
                 },
                 &Ledger::default(),
-                0.0,
+                &Moving::default(),
             );
             balance.take(
                 &Ledger {
@@ -288,7 +357,7 @@ mod tests {
                     ..Ledger::default()
                 },
                 &Ledger::default(),
-                0.0,
+                &Moving::default(),
             );
             balance.residual_relative()
         };
@@ -305,7 +374,7 @@ mod tests {
         };
         let mut balance = Balance::default();
         for (kinetic, taken, residual) in [(4.0, 0.0, 0.0), (3.0, 1.0, 0.0), (5.0, -1.0, 1.0)] {
-            balance.take(&point(kinetic, taken), &Ledger::default(), 0.0);
+            balance.take(&point(kinetic, taken), &Ledger::default(), &Moving::default());
             assert_eq!(balance.residual, residual);
             assert_eq!(balance.now.transfer, taken);
         }
@@ -342,21 +411,28 @@ mod tests {
     #[test]
     fn momentum_that_an_impulse_explains_is_no_error() {
         let mut balance = Balance::default();
-        balance.take(&Ledger::default(), &Ledger::default(), 0.0);
+        balance.take(&Ledger::default(), &Ledger::default(), &Moving::default());
         let given = Ledger {
             momentum: [3.0, 4.0],
             applied_impulse: [3.0, 4.0],
+            angular_momentum: 8.0,
+            applied_moment: 8.0,
             ..Ledger::default()
         };
-        balance.take(&given, &Ledger::default(), 0.0);
+        balance.take(&given, &Ledger::default(), &Moving::default());
         assert_eq!(balance.momentum_error, 0.0);
         let lost = Ledger {
             momentum: [3.0, 3.0],
+            angular_momentum: 6.0,
             ..given
         };
-        balance.take(&lost, &Ledger::default(), 0.0);
+        assert_eq!(balance.angular_momentum_error(), Some([0.0; 2]));
+        balance.take(&lost, &Ledger::default(), &Moving::default());
         assert_eq!(balance.momentum_error, 0.2);
         assert_eq!(balance.momentum_error_max, 0.2);
+        assert_eq!(balance.angular_momentum_error(), Some([0.25; 2]));
+        balance.goes_round = true;
+        assert_eq!(balance.angular_momentum_error(), None);
     }
 
     /// Two equal bodies fly apart or together. The momentum of their side is only rounding, and so is its change.
@@ -367,11 +443,11 @@ mod tests {
             ..Ledger::default()
         };
         let mut balance = Balance::default();
-        balance.take(&Ledger::default(), &bodies(1e-16), 2.0 * 3.0);
-        balance.take(&Ledger::default(), &bodies(-4e-16), 2.0 * 3.0);
+        balance.take(&Ledger::default(), &bodies(1e-16), &moving(2.0 * 3.0));
+        balance.take(&Ledger::default(), &bodies(-4e-16), &moving(2.0 * 3.0));
         assert!(balance.momentum_error_max < 1e-16);
         // Energy that is really lost is still found.
-        balance.take(&Ledger::default(), &bodies(6e-3), 2.0 * 3.0);
+        balance.take(&Ledger::default(), &bodies(6e-3), &moving(2.0 * 3.0));
         assert!((balance.momentum_error - 1e-3).abs() < 1e-15);
     }
 
@@ -385,8 +461,8 @@ mod tests {
             ..Ledger::default()
         };
         let mut balance = Balance::default();
-        balance.take(&side(0.0, 0.0), &side(0.0, 0.0), 0.0);
-        balance.take(&side(1e3, 1e-13), &side(-1e3, 0.0), 1e-13);
+        balance.take(&side(0.0, 0.0), &side(0.0, 0.0), &Moving::default());
+        balance.take(&side(1e3, 1e-13), &side(-1e3, 0.0), &moving(1e-13));
         assert!(balance.momentum_error_max < 1e-15);
     }
 
@@ -403,8 +479,8 @@ mod tests {
             keeps_stress_work: true,
             ..Balance::default()
         };
-        balance.take(&ledger(5.0, 0.0, 0.0), &Ledger::default(), 0.0);
-        balance.take(&ledger(3.0, -3.0, 3.0), &Ledger::default(), 0.0);
+        balance.take(&ledger(5.0, 0.0, 0.0), &Ledger::default(), &Moving::default());
+        balance.take(&ledger(3.0, -3.0, 3.0), &Ledger::default(), &Moving::default());
         assert_eq!(balance.work_gap(), Some(-1.0));
         assert_eq!(balance.work_gap_relative(), Some(-1.0 / 6.0));
         // Energy that the law creates is in the residual too.
@@ -422,7 +498,7 @@ mod tests {
                 ..Ledger::default()
             },
             &Ledger::default(),
-            0.0,
+            &Moving::default(),
         );
         let after = Ledger {
             kinetic: 2.0,
@@ -435,7 +511,7 @@ mod tests {
                 contact: 0.5,
                 ..Ledger::default()
             },
-            0.0,
+            &Moving::default(),
         );
         assert_eq!(balance.residual, 0.0);
     }

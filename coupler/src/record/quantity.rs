@@ -201,6 +201,18 @@ const OF_RUN: &[Row<Ledgers>] = &[
         "change of momentum minus the applied impulses, relative to the largest momentum so far: of all groups and bodies one by one, or handed over by contact or from outside",
         |m| m.balance.momentum_error,
     ),
+    row(
+        "angular_momentum",
+        "N s",
+        "angular momentum of points and bodies about the origin, with the velocities of `momentum.x`",
+        |m| m.mpm.angular_momentum + m.dem.angular_momentum,
+    ),
+    row(
+        "angular_momentum_error",
+        "1",
+        "change of angular momentum minus the moments of the applied impulses, relative to the largest angular momentum about the centre of mass so far: of all groups and bodies, of a side, or handed over by contact or from outside; NaN with periodic walls",
+        |m| m.balance.angular_momentum_error().map_or(f64::NAN, |[now, _]| now),
+    ),
     row("contact.force.x", "N/m", "force of bodies on points", |m| {
         m.mpm.contact_force[0]
     }),

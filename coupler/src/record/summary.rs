@@ -171,6 +171,9 @@ pub struct Summary {
     /// Largest momentum error relative to the largest momentum seen.
     #[serde(deserialize_with = "number")]
     pub momentum_error: f64,
+    /// The same of angular momentum; `null` with periodic walls.
+    #[serde(default)]
+    pub angular_momentum_error: Option<f64>,
     /// The energy ledger.
     pub energy: EnergyLedger,
     /// BLAKE3 over all positions and velocities, in order of ids; absent if the end was not reached.
@@ -247,6 +250,8 @@ impl Summary {
     /// Takes the ledger into the summary.
     pub fn set_balance(&mut self, balance: &Balance) {
         self.momentum_error = balance.momentum_error_max;
+        let most = balance.angular_momentum_error().map(|[_, most]| most);
+        self.angular_momentum_error = most;
         self.energy = EnergyLedger {
             start: balance.start(),
             end: balance.now,

@@ -400,6 +400,7 @@ impl Account {
             imps_max: self.imps_max,
             bodies: items(Party::Dem),
             momentum_error: 0.0,
+            angular_momentum_error: None,
             energy: EnergyLedger::default(),
             state_hash: self.state_hash.clone(),
             checks,

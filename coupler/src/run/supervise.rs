@@ -8,8 +8,9 @@ use std::sync::atomic::Ordering;
 use std::time::{Duration, Instant};
 
 use interface::config::capability::STRESS_WORK;
+use interface::config::{Wall, Walls};
 use interface::message::control::{Hello, Party};
-use interface::message::wire::{BodyState, Grant, GroupState, Ledger, flags};
+use interface::message::wire::{BodyState, Grant, Ledger, flags};
 use interface::recording::RecordingSink;
 use interface::session::{self, Next, Part, Round, SessionError, StartDeadlines, Stop, Supervisor};
 use interface::transport::vanished;
@@ -17,7 +18,7 @@ use interface::transport::vanished;
 use self::outputs::Outputs;
 use crate::record::background::Mark;
 use crate::record::frames::{Instant as FrameInstant, Listed, ReportedFields};
-use crate::record::ledger::created_words;
+use crate::record::ledger::{Moving, created_words};
 use crate::record::progress;
 use crate::record::quantity::{Ledgers, Measured, Sample};
 use crate::record::rundir::{RunDir, RunDirError};
@@ -305,6 +306,9 @@ impl<'a> Run<'a> {
             }
         }
         self.account.balance.keeps_stress_work = solvers.can(Party::Mpm, STRESS_WORK);
+        let walls = self.scene.mpm.as_ref().map(|mpm| mpm.walls);
+        let periodic = |walls: Walls| [walls.left, walls.bottom].contains(&Wall::Periodic);
+        self.account.balance.goes_round = walls.is_some_and(periodic);
         self.outputs.reported = ReportedFields::by(self.scene.mpm.as_ref(), |party, capability| {
             solvers.can(party, capability)
         });
@@ -527,9 +531,8 @@ impl<'a> Run<'a> {
         };
         let [mpm, dem] = [Party::Mpm, Party::Dem].map(ledger);
         let [mpm, dem] = account.since.count([mpm, dem]);
-        account
-            .balance
-            .take(&mpm, &dem, moving(&round.groups[..groups], &round.bodies));
+        let moving = Moving::of(&round.groups[..groups], &round.bodies);
+        account.balance.take(&mpm, &dem, &moving);
         let measured = Measured {
             ledgers: Ledgers {
                 time,
@@ -725,12 +728,4 @@ impl Supervisor for Run<'_> {
         self.failure = Some(failure);
         Some(Stop("interrupted".into()))
     }
-}
-
-/// Sum of the magnitudes of the momenta of all groups and bodies in N s/m.
-fn moving(groups: &[GroupState], bodies: &[BodyState]) -> f64 {
-    let groups = groups.iter().map(|g| (g.mass, g.velocity));
-    let bodies = bodies.iter().map(|b| (b.mass, b.velocity));
-    let all = groups.chain(bodies);
-    all.map(|(mass, [x, y])| mass * x.hypot(y)).sum()
 }

@@ -233,6 +233,13 @@ impl Bodies {
         self.properties.is_empty()
     }
 
+    /// Mass (kg/m) and centre (m) of each free body, except those in `special`.
+    pub fn free(&self) -> impl Iterator<Item = (f64, Vec2)> {
+        let bodies = self.properties.iter().zip(&self.state);
+        let free = bodies.filter(|(body, _)| body.motion == Motion::Free);
+        free.map(|(body, state)| (body.mass, state.center))
+    }
+
     /// Outline of body `b` in world coordinates in m.
     #[inline]
     pub fn outline_of(&self, b: usize) -> &[Vec2] {

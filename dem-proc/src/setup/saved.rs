@@ -15,7 +15,7 @@ use crate::body::load::{Load, PairLoad};
 use crate::system::{State, System};
 
 /// Name of the format of the bytes.
-pub const FORMAT: &str = "tandem-dem 7";
+pub const FORMAT: &str = "tandem-dem 8";
 
 /// The state before a step.
 #[derive(Serialize, Deserialize)]

@@ -9,6 +9,7 @@ use interface::Vec2;
 use interface::config::capability::Capabilities;
 use interface::config::{ContactLaw, DemConfig, Motion};
 use interface::forces::{Forces, Points};
+use interface::impulse::at;
 use interface::ledger::{self, Totals};
 use interface::message::wire::{BodyState, EnvelopeVertex, Limits};
 use interface::solver::{Answer, DemMeasurement, DemSolver, Fault, Readiness, Refusal};
@@ -218,7 +219,9 @@ impl Rapier {
                 // What fixed bodies do to free ones comes from outside; what free ones do to each other adds up to
                 // nothing, and is not booked where there are no others, so that it shows.
                 let taken = (Vec2::from(velocity) - Vec2::from(kicked.0)) * b.entry.body.mass;
-                self.totals.applied_impulse += taken;
+                let [x, y, moment] = at(b.entry.body.position, taken);
+                let turned = (spin - kicked.1) * b.entry.body.inertia;
+                self.totals.applied_impulse += [x, y, moment + turned];
             }
         }
     }

@@ -317,7 +317,7 @@ record! {
 
 record! {
     /// Energies, momenta and impulses of one side at `t_n` of a measured step, per metre of thickness.
-    Ledger, "tandem/Ledger", 160 {
+    Ledger, "tandem/Ledger", 184 {
         /// Kinetic energy in J/m (points: with the affine part; bodies: translation).
         kinetic: f64 = 0,
         /// Kinetic energy of rotation in J/m (bodies).
@@ -354,12 +354,18 @@ record! {
         /// Taken from the motion so far by the transfer between points and nodes in J/m (points); below zero if it has
         /// given more than it took.
         transfer_work: f64 = 152,
+        /// Angular momentum about the origin in N s, with the velocities of `momentum` and the places at the end of the step.
+        angular_momentum: f64 = 160,
+        /// Moment of `applied_impulse` about the origin in N s.
+        applied_moment: f64 = 168,
+        /// Moment of `contact_impulse` about the origin in N s.
+        contact_moment: f64 = 176,
     }
 }
 
 record! {
     /// What a side says when its window is done or it halted.
-    Report, "tandem/Report", 296 {
+    Report, "tandem/Report", 320 {
         /// Epoch of the grant.
         epoch: u64 = 0,
         /// Number of the next step: all before it are done.
@@ -578,7 +584,7 @@ mod tests {
         assert_eq!(records_of::<Report>(&bytes[1..]), None);
         let mut names = Vec::new();
         report.visit(&mut |name, _| names.push(name));
-        assert_eq!(names.len(), 296 / 8);
+        assert_eq!(names.len(), 320 / 8);
         assert_eq!((names[0], names[36]), ("epoch", "transfer_work"));
     }
 

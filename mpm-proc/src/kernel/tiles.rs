@@ -92,6 +92,11 @@ impl Geometry {
         })
     }
 
+    /// Position of a node in m.
+    pub fn place(&self, node: [i64; 2]) -> [f64; 2] {
+        [0, 1].map(|a| self.lower[a] + node[a] as f64 * self.cell)
+    }
+
     /// The tile of the base node of a point at `x` (m), for a shape function with this offset, and the base node's
     /// number in the tile.
     pub fn tile_of(&self, x: [f64; 2], offset: [f64; 2]) -> ([i32; 2], usize) {

@@ -24,11 +24,12 @@
 //! every step that no point sees (a body at rest needs the forces to vanish at its points, not at its nodes), and its
 //! damping is no loss of the points.
 
+use interface::impulse::at;
 use interface::step::Step;
 
 use crate::kernel::lanes::{ZERO, splat, sum};
 use crate::kernel::shape::Shape;
-use crate::kernel::tiles::NODES;
+use crate::kernel::tiles::{Geometry, NODES, first_node, node};
 use crate::kernel::transfer::{AffineState, Transfer};
 use crate::state::grid::Grid;
 use crate::state::nodes::NodeTile;
@@ -64,10 +65,11 @@ impl Damping {
 
     /// Counts impulse and dissipation of a tile, after the walls have acted: a kick changes the kinetic energy of a
     /// node by its impulse times the mean of the velocities before and after.
-    pub fn count(impulse: &[[f64; 2]; NODES], tile: &mut NodeTile) {
+    pub fn count(impulse: &[[f64; 2]; NODES], tile: &mut NodeTile, geometry: &Geometry) {
+        let origin = first_node(tile.at);
         for i in 0..NODES {
+            (tile.wall).count(geometry.place(node(origin, i)), impulse[i]);
             for a in 0..2 {
-                tile.wall.impulse[a] += impulse[i][a];
                 let mean = 0.5 * (tile.before[i][a] + tile.after[i][a]);
                 tile.damping_work -= impulse[i][a] * mean;
             }
@@ -80,13 +82,18 @@ impl Damping {
         &self,
         clouds: &[Cloud<W, S, A>],
         grid: &Grid,
-    ) -> [f64; 2] {
-        let mut momentum = [0.0; 2];
-        for p in clouds.iter().map(|cloud| cloud.motions().momentum) {
-            momentum = [momentum[0] + p[0], momentum[1] + p[1]];
+    ) -> [f64; 3] {
+        let geometry = &grid.geometry;
+        let mut momentum = [0.0; 3];
+        let mut add = |sign: f64, p: [f64; 3]| {
+            momentum = [0, 1, 2].map(|a| momentum[a] + sign * p[a]);
+        };
+        for cloud in clouds {
+            let (motions, turning) = (cloud.motions(), cloud.angular_momentum(geometry.cell));
+            add(1.0, [motions.momentum[0], motions.momentum[1], turning]);
         }
-        for p in grid.tiles.iter().map(NodeTile::momentum_before) {
-            momentum = [momentum[0] - p[0], momentum[1] - p[1]];
+        for tile in &grid.tiles {
+            add(-1.0, tile.momentum_before(geometry));
         }
         // Points that reach an image feel its velocity, though its mass is at the original.
         for image in &grid.images.0 {
@@ -94,7 +101,9 @@ impl Damping {
                 let (tile, n) = at.split();
                 grid.tiles[tile].before[n]
             });
-            momentum = [0, 1].map(|a| momentum[a] - image.mass * (own[a] - original[a]));
+            let [here, there] = image.places;
+            add(-image.mass, at(here, own));
+            add(image.mass, at(there, original));
         }
         momentum.map(|p| (self.kept - 1.0) * p)
     }

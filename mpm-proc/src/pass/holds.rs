@@ -1,5 +1,7 @@
 //! Held points: their nodes get the impulses that keep them in place ([`crate::state::holds`]).
 
+use interface::impulse::at;
+
 use super::images::spread_vectors;
 use crate::kernel::lanes::LANES;
 use crate::kernel::point_tile::owner;
@@ -20,7 +22,7 @@ pub fn hold_before<const W: usize, S: Shape<W>, A: AffineState>(
         return;
     }
     find_rows(continuum);
-    continuum.holds.impulse = [0.0; 2];
+    continuum.holds.impulse = [0.0; 3];
     for hold in &mut continuum.holds.all {
         hold.impulse = [0.0; 2];
     }
@@ -114,13 +116,18 @@ fn hold_nodes<const W: usize, S: Shape<W>, A: AffineState>(
     share: f64,
     velocities: impl Fn(&mut NodeTile) -> &mut [[f64; 2]; NODES],
 ) {
-    let (holds, tiles) = (&mut continuum.holds, &mut continuum.grid.tiles);
+    let (holds, grid) = (&mut continuum.holds, &mut continuum.grid);
+    let (tiles, geometry) = (&mut grid.tiles, grid.geometry);
     for a in 0..2 {
         project(holds, a, tiles, &velocities);
         let mut impulses = core::mem::take(&mut holds.axes[a].velocity);
         for (held, gain) in holds.nodes.iter().zip(&mut impulses) {
             let (tile, n) = held.at.split();
             *gain *= share * tiles[tile].mass[n];
+            let mut impulse = [0.0; 2];
+            impulse[a] = *gain;
+            let place = geometry.place(node(first_node(tiles[tile].at), n));
+            holds.impulse[2] += at(place, impulse)[2];
         }
         holds.impulse[a] += impulses.iter().sum::<f64>();
         holds.share(a, &impulses);

@@ -67,11 +67,8 @@ pub fn spread_vectors(images: &Images, tiles: &mut [impl Momenta], share: f64) {
         let (tile, n) = image.of.split();
         let (velocity, wall) = tiles[tile].vectors();
         let (v, free) = (velocity[n], image.free_momentum());
-        let taken = [0, 1].map(|a| {
-            let felt = image.mass * v[a] + free[a];
-            share * (1.0 - image.sign[a]) * felt
-        });
-        image.count(taken.map(|i| -i), wall);
+        let own = [0, 1].map(|a| share * (image.sign[a] * image.mass * v[a] - free[a]));
+        image.count(own, wall);
         let (tile, n) = image.at.split();
         tiles[tile].vectors().0[n] = image.velocity(v);
     }
@@ -103,11 +100,11 @@ pub fn spread_after(images: &Images, tiles: &mut [NodeTile], kick: f64) {
         let (tile, n) = image.of.split();
         let original = &mut tiles[tile];
         let v = original.after[n];
-        let taken = [0, 1].map(|a| {
-            let felt = image.mass * (v[a] - original.before[n][a]) + kick * image.force[a];
-            (1.0 - image.sign[a]) * felt
+        let own = [0, 1].map(|a| {
+            let gain = image.mass * (v[a] - original.before[n][a]);
+            image.sign[a] * gain - kick * image.force[a]
         });
-        image.count(taken.map(|i| -i), &mut original.wall);
+        image.count(own, &mut original.wall);
         let (tile, n) = image.at.split();
         tiles[tile].after[n] = image.velocity(v);
     }

@@ -24,7 +24,7 @@ pub fn remove_left<const W: usize, S: Shape<W>, A: AffineState>(
     if continuum.outside.gone.is_empty() {
         return;
     }
-    let gravity = continuum.grid.gravity;
+    let (gravity, cell) = (continuum.grid.gravity, continuum.grid.geometry.cell);
     for &(number, lane) in &continuum.outside.gone {
         let cloud = &mut continuum.clouds[number];
         let [x, v] = [cloud.position(lane), cloud.velocity(lane)];
@@ -32,7 +32,8 @@ pub fn remove_left<const W: usize, S: Shape<W>, A: AffineState>(
         let held =
             cloud.kinetic_of(lane) + elastic - cloud.mass * (gravity[0] * x[0] + gravity[1] * x[1]);
         let work = cloud.loads.as_ref().map_or(0.0, |l| l.last_work(lane, x));
-        continuum.state.totals.applied_impulse += v.map(|v| -cloud.mass * v);
+        let turning = cloud.angular_momentum_of(lane, cell);
+        continuum.state.totals.applied_impulse += [-cloud.mass * v[0], -cloud.mass * v[1], -turning];
         continuum.state.totals.driven_work += work - held;
         continuum.state.totals.stress_work -= elastic;
         let local = cloud.remove(lane);

@@ -44,10 +44,11 @@ pub fn apply_loads<const W: usize, S: Shape<W>, A: AffineState>(
         let Some(loads) = &cloud.loads else {
             continue;
         };
-        let mut force = [0.0; 2];
+        let mut force = [0.0; 3];
         for report in &loads.reports {
-            force[0] += report.force[0];
-            force[1] += report.force[1];
+            for (sum, of) in force.iter_mut().zip(report.force) {
+                *sum += of;
+            }
             continuum.state.totals.driven_work += report.work;
         }
         if !(force[0] + force[1]).is_finite() {
@@ -97,7 +98,7 @@ fn apply<const W: usize, S: Shape<W>, A: AffineState>(
             if by_field.is_some() {
                 fill_window::<W, _>(velocity, nodes, tile, |t| &t.before);
             }
-            let (mut total, mut work) = ([ZERO; 2], ZERO);
+            let (mut total, mut work) = ([ZERO; 3], ZERO);
             for (b, last) in lasts.0.iter_mut().enumerate() {
                 let load = &points[tile.first + b];
                 let (x, live) = (&x[tile.first + b], tile.live(b));
@@ -128,6 +129,7 @@ fn apply<const W: usize, S: Shape<W>, A: AffineState>(
                     work += live * mean * of_field.map_or(way, |way| way[a]);
                     total[a] += f[a];
                 }
+                total[2] += x[0] * f[1] - x[1] * f[0];
                 *last = LastLoad { x: *x, force: f };
                 for j in 0..W {
                     let row: [[Lanes; 2]; W] = core::array::from_fn(|i| {

@@ -1,6 +1,7 @@
 //! Energies, momenta and impulses (docs/physics.md section 7). Impulses are counted in every step, the rest only where a step
 //! is measured.
 
+use interface::impulse::at;
 use interface::message::wire::GroupState;
 use interface::solver::MpmMeasurement;
 use interface::step::Step;
@@ -35,7 +36,13 @@ pub fn update_ledger<const W: usize, S: Shape<W>, A: AffineState>(
     continuum.kick = KickWork::default();
     if step.dt_before + step.dt > 0.0 {
         let mass: f64 = continuum.clouds.iter().map(Cloud::total_mass).sum();
-        continuum.state.totals.applied_impulse += continuum.grid.gravity.map(|g| kick * mass * g);
+        let (gravity, mut moment) = (continuum.grid.gravity, 0.0);
+        if gravity != [0.0; 2] {
+            let sums = continuum.clouds.iter().map(Cloud::mass_times_place);
+            moment = sums.map(|sum| at(sum, gravity)[2]).sum();
+        }
+        let [x, y] = gravity.map(|g| kick * mass * g);
+        continuum.state.totals.applied_impulse += [x, y, kick * moment];
         for tile in &continuum.grid.tiles {
             continuum.state.totals.applied_impulse += tile.wall.impulse;
             continuum.kick.driven += tile.wall.work;
@@ -58,13 +65,16 @@ pub fn update_ledger<const W: usize, S: Shape<W>, A: AffineState>(
         continuum.state.totals.viscous_work += viscous;
         continuum.state.totals.stress_work += work - plastic - viscous;
     }
-    let mut contact_force = [0.0; 2];
-    for f in &continuum.imps.forces {
+    let (mut contact_force, mut moment) = ([0.0; 2], 0.0);
+    for (m, f) in (continuum.imps.state.members.iter()).zip(&continuum.imps.forces) {
         for a in 0..2 {
             contact_force[a] += f.force[a];
         }
+        let place = continuum.imps.position(*m, &continuum.clouds);
+        moment += at(place, f.force)[2] + f.couple;
     }
-    continuum.state.totals.contact_impulse += contact_force.map(|f| kick * f);
+    let [x, y] = contact_force;
+    continuum.state.totals.contact_impulse += [x, y, moment].map(|f| kick * f);
     add_shift(continuum, kick);
     if step.measure {
         measure(continuum, contact_force, 1.0 - step.centring());
@@ -109,6 +119,7 @@ pub fn close_ledger<const W: usize, S: Shape<W>, A: AffineState>(
         // At t_n the kick counts with the same share as the velocities.
         let ledger = &mut continuum.measurement.ledger;
         ledger.applied_impulse = continuum.state.totals.applied_impulse.value();
+        ledger.applied_moment = continuum.state.totals.applied_impulse.moment();
         ledger.friction_work += step.centring() * kick.friction;
         ledger.viscous_work += step.centring() * kick.damping;
         ledger.driven_work += step.centring() * kick.driven;
@@ -135,11 +146,13 @@ fn close_measurement<const W: usize, S: Shape<W>, A: AffineState>(
             state.velocity[a] += after * velocity[a];
         }
     }
-    ledger.momentum = [0.0; 2];
+    (ledger.momentum, ledger.angular_momentum) = ([0.0; 2], 0.0);
+    let cell = continuum.grid.geometry.cell;
     for (cloud, group) in continuum.clouds.iter().zip(groups) {
         let motions = cloud.motions();
         let kinetic = after * motions.kinetic;
         group.kinetic += kinetic;
+        ledger.angular_momentum += cloud.angular_momentum(cell);
         ledger.kinetic += kinetic;
         for a in 0..2 {
             let mass = group.mass.max(f64::MIN_POSITIVE);
@@ -165,6 +178,8 @@ fn measure<const W: usize, S: Shape<W>, A: AffineState>(
         transfer_work: continuum.state.totals.transfer_work,
         applied_impulse: continuum.state.totals.applied_impulse.value(),
         contact_impulse: continuum.state.totals.contact_impulse.value(),
+        applied_moment: continuum.state.totals.applied_impulse.moment(),
+        contact_moment: continuum.state.totals.contact_impulse.moment(),
         contact_force,
         ..Default::default()
     };
@@ -331,6 +346,30 @@ impl<const W: usize, S: Shape<W>, A: AffineState> Cloud<W, S, A> {
             momentum: p.map(|p| self.mass * sum(p)),
             kinetic: 0.5 * self.mass * sum(twice),
         }
+    }
+
+    /// Angular momentum about the origin in N s, with that of the affine part: `m (x x v + B_yx - B_xy)`, on cells of `cell` (m).
+    pub fn angular_momentum(&self, cell: f64) -> f64 {
+        let blocks = self.tiles.iter().flat_map(|tile| {
+            (0..tile.blocks).map(|b| {
+                tile.live(b) * self.angular_momentum_of_block(tile.first + b, cell)
+            })
+        });
+        sum(blocks.fold(ZERO, |sum, of| sum + of))
+    }
+
+    /// `sum m_p x_p` in kg.
+    fn mass_times_place(&self) -> [f64; 2] {
+        let mut total = [ZERO; 2];
+        for tile in &self.tiles {
+            for b in 0..tile.blocks {
+                let x = &self.state.x[tile.first + b];
+                for a in 0..2 {
+                    total[a] = tile.live(b).mul_add(x[a], total[a]);
+                }
+            }
+        }
+        total.map(|x| self.mass * sum(x))
     }
 
     /// Elastic energy in J/m of the points of `tile`.

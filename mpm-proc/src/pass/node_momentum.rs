@@ -4,7 +4,7 @@
 use super::images::{gather_momentum, gather_vectors, spread_vectors};
 use crate::kernel::shape::Shape;
 use crate::kernel::threads::over_items;
-use crate::kernel::tiles::{NODES, first_node, node};
+use crate::kernel::tiles::{Geometry, NODES, first_node, node};
 use crate::kernel::transfer::AffineState;
 use crate::kernel::window::add_window;
 use crate::state::grid::Grid;
@@ -27,7 +27,7 @@ pub fn sum_momentum<const W: usize, S: Shape<W>, A: AffineState>(
     clouds: &[Cloud<W, S, A>],
     pic_fraction: f64,
 ) {
-    let (walls, overlaps) = (&grid.walls, &grid.overlaps);
+    let (walls, overlaps, geometry) = (&grid.walls, &grid.overlaps, grid.geometry);
     over_items(threads, &mut grid.tiles, &|tile: &mut NodeTile| {
         let mut sum = [[0.0; 4]; NODES];
         for o in tile.overlapping(overlaps) {
@@ -43,14 +43,14 @@ pub fn sum_momentum<const W: usize, S: Shape<W>, A: AffineState>(
             tile.before[i] = [sum[1], sum[2]];
         }
         if !tile.imaged {
-            tile.divide_momentum(walls, pic_fraction);
+            tile.divide_momentum(walls, &geometry, pic_fraction);
         }
     });
     if !grid.images.is_empty() {
         gather_momentum(&mut grid.images, &mut grid.tiles);
         over_items(threads, &mut grid.tiles, &|tile: &mut NodeTile| {
             if tile.imaged {
-                tile.divide_momentum(walls, pic_fraction);
+                tile.divide_momentum(walls, &geometry, pic_fraction);
             }
         });
     }
@@ -64,6 +64,7 @@ pub fn divide_mapped<const W: usize, S: Shape<W>, A: AffineState>(
     clouds: &[Cloud<W, S, A>],
 ) {
     let (walls, overlaps, tiles) = (&grid.walls, &grid.overlaps, &grid.tiles);
+    let geometry = grid.geometry;
     over_items(threads, &mut grid.mapped, &|mapped: &mut MappedTile| {
         if mapped.wanted == 0 {
             return;
@@ -79,7 +80,7 @@ pub fn divide_mapped<const W: usize, S: Shape<W>, A: AffineState>(
         }
         mapped.wall = WallContribution::default();
         if !tile.imaged {
-            mapped.divide_momentum(tile, walls);
+            mapped.divide_momentum(tile, walls, &geometry);
         }
     });
     if !grid.images.is_empty() {
@@ -87,7 +88,7 @@ pub fn divide_mapped<const W: usize, S: Shape<W>, A: AffineState>(
         over_items(threads, &mut grid.mapped, &|mapped: &mut MappedTile| {
             let tile = &tiles[mapped.tile as usize];
             if tile.imaged && mapped.wanted != 0 {
-                mapped.divide_momentum(tile, walls);
+                mapped.divide_momentum(tile, walls, &geometry);
             }
         });
         spread_vectors(&grid.images, &mut grid.mapped, 1.0);
@@ -96,15 +97,14 @@ pub fn divide_mapped<const W: usize, S: Shape<W>, A: AffineState>(
 
 impl MappedTile {
     /// Turns momenta into velocities, with walls.
-    fn divide_momentum(&mut self, tile: &NodeTile, walls: &WallNodes) {
+    fn divide_momentum(&mut self, tile: &NodeTile, walls: &WallNodes, geometry: &Geometry) {
         let origin = first_node(tile.at);
         for i in 0..NODES {
             let free = self.velocity[i].map(|p| p * tile.per_mass[i]);
             let held = walls.hold(node(origin, i), free);
             self.wall.work += walls.drive(node(origin, i), tile.mass[i], free, held);
-            for a in 0..2 {
-                self.wall.impulse[a] += tile.mass[i] * (held[a] - free[a]);
-            }
+            let impulse = [0, 1].map(|a| tile.mass[i] * (held[a] - free[a]));
+            self.wall.count(geometry.place(node(origin, i)), impulse);
             self.velocity[i] = held;
         }
     }
@@ -112,7 +112,7 @@ impl MappedTile {
 
 impl NodeTile {
     /// Turns the momenta in [`Self::before`] into velocities, with walls.
-    fn divide_momentum(&mut self, walls: &WallNodes, pic_fraction: f64) {
+    fn divide_momentum(&mut self, walls: &WallNodes, geometry: &Geometry, pic_fraction: f64) {
         for (per_mass, mass) in self.per_mass.iter_mut().zip(&self.mass) {
             *per_mass = if *mass > EMPTY { 1.0 / mass } else { 0.0 };
         }
@@ -127,9 +127,8 @@ impl NodeTile {
                 let work = walls.drive(node(origin, i), felt, self.before[i], held);
                 self.wall.work += work;
                 self.smoothing_work += work;
-                for a in 0..2 {
-                    self.wall.impulse[a] += felt * (held[a] - self.before[i][a]);
-                }
+                let impulse = [0, 1].map(|a| felt * (held[a] - self.before[i][a]));
+                self.wall.count(geometry.place(node(origin, i)), impulse);
                 self.before[i] = held;
             }
         }

@@ -4,7 +4,7 @@ use super::holds::hold_after;
 use super::images::{gather_force, spread_after};
 use crate::kernel::shape::Shape;
 use crate::kernel::threads::over_items;
-use crate::kernel::tiles::{NODES, first_node, node};
+use crate::kernel::tiles::{Geometry, NODES, first_node, node};
 use crate::kernel::transfer::AffineState;
 use crate::kernel::window::add_window;
 use crate::state::continuum::Continuum;
@@ -42,6 +42,7 @@ fn kick_nodes<const W: usize, S: Shape<W>, A: AffineState>(
         gravity,
         damping,
         walls: &grid.walls,
+        geometry: grid.geometry,
     };
     over_items(threads, &mut grid.tiles, &|tile: &mut NodeTile| {
         let mut force = [[0.0; 2]; NODES];
@@ -79,6 +80,7 @@ struct Kick<'a> {
     gravity: [f64; 2],
     damping: Option<Damping>,
     walls: &'a WallNodes,
+    geometry: Geometry,
 }
 
 impl NodeTile {
@@ -102,14 +104,13 @@ impl NodeTile {
                 let slid = walls.slid(node(origin, i), self.before[i], free, held);
                 self.friction_work += self.mass[i] * slid;
                 self.wall.work += walls.drive(node(origin, i), self.mass[i], free, held);
-                for a in 0..2 {
-                    self.wall.impulse[a] += self.mass[i] * (held[a] - free[a]);
-                }
+                let impulse = [0, 1].map(|a| self.mass[i] * (held[a] - free[a]));
+                self.wall.count(act.geometry.place(node(origin, i)), impulse);
                 self.after[i] = held;
             }
         }
         if let Some(impulse) = &damped {
-            Damping::count(impulse, self);
+            Damping::count(impulse, self, &act.geometry);
         }
     }
 }

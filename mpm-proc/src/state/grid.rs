@@ -107,7 +107,7 @@ impl Grid {
             });
             self.overlaps.extend(group.iter().map(|(_, o)| *o));
         }
-        self.images.find(&self.walls, W, &mut self.tiles);
+        (self.images).find(&self.geometry, &self.walls, W, &mut self.tiles);
         if !self.contact.is_empty() {
             self.contact.clear();
             self.make_room_for_contact();

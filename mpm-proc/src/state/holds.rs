@@ -44,8 +44,8 @@ pub struct Holds {
     groups: Vec<Group>,
     /// Weights and directions for which `nodes`, `groups` and the independent rows were found.
     found_for: (Vec<Weight>, Vec<[f64; 2]>),
-    /// Impulse of the supports on the nodes in the present step, as points feel it, in N s/m.
-    pub impulse: [f64; 2],
+    /// Impulse of the supports on the nodes in the present step, as points feel it, in N s/m, and its moment about the origin in N s.
+    pub impulse: [f64; 3],
     /// The constraints along x, and along y.
     pub axes: [Axis; 2],
 }

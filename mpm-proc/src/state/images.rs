@@ -19,9 +19,11 @@
 //! over the originals do not contain: `-2 (m_image dv + (f_image + m_image g) kick)` in a kick, and `-2 (m_image v +
 //! p_image)` where velocities are computed from momenta.
 
+use interface::impulse::at;
+
 use super::nodes::{NodeAt, NodeTile, WallContribution};
 use super::walls::WallNodes;
-use crate::kernel::tiles::{MARGIN, NODES, TILE, first_node, node};
+use crate::kernel::tiles::{Geometry, MARGIN, NODES, TILE, first_node, node};
 
 /// Largest distance in cells beyond a wall at which a point may be: one, and the margin of a tile's window.
 const BEYOND: i64 = 1 + MARGIN as i64;
@@ -33,6 +35,8 @@ pub struct Image {
     pub at: NodeAt,
     /// Its original.
     pub of: NodeAt,
+    /// Where it and its original are, in m.
+    pub places: [[f64; 2]; 2],
     /// Velocity over that of the original.
     pub sign: [f64; 2],
     /// Whether it stands beyond a periodic wall.
@@ -83,7 +87,7 @@ impl Images {
     }
 
     /// Finds the images among the nodes of `tiles`, which are ordered by row and column.
-    pub fn find(&mut self, walls: &WallNodes, w: usize, tiles: &mut [NodeTile]) {
+    pub fn find(&mut self, geometry: &Geometry, walls: &WallNodes, w: usize, tiles: &mut [NodeTile]) {
         self.0.clear();
         for tile in 0..tiles.len() {
             let first = first_node(tiles[tile].at);
@@ -110,6 +114,7 @@ impl Images {
                         tile: holder as u32,
                         node: y * TILE as u32 + x,
                     },
+                    places: [node(first, n), of].map(|node| geometry.place(node)),
                     sign,
                     periodic,
                     driven: walls.driven(node(first, n)),
@@ -142,10 +147,15 @@ impl Image {
         }
     }
 
-    /// Counts an impulse (N s/m) of the wall at the image.
-    pub fn count(&self, impulse: [f64; 2], wall: &mut WallContribution) {
-        for a in 0..2 {
-            wall.impulse[a] += impulse[a];
+    /// Counts what the wall gives: an impulse (N s/m) to the points of the image, and its negative, mirrored, to those of the
+    /// original.
+    pub fn count(&self, own: [f64; 2], wall: &mut WallContribution) {
+        let impulse = [0, 1].map(|a| (1.0 - self.sign[a]) * own[a]);
+        let back = [0, 1].map(|a| -self.sign[a] * own[a]);
+        let [here, there] = self.places;
+        let moment = at(here, own)[2] + at(there, back)[2];
+        for (sum, of) in (wall.impulse.iter_mut()).zip([impulse[0], impulse[1], moment]) {
+            *sum += of;
         }
         if let Some(velocity) = self.driven {
             wall.work += velocity[0] * impulse[0] + velocity[1] * impulse[1];

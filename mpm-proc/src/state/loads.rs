@@ -64,8 +64,8 @@ impl LaneCopy for LastLoad {
 /// Sums over the points of a tile.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct LoadReport {
-    /// `sum f_p^n` in N/m.
-    pub force: [f64; 2],
+    /// `sum f_p^n` in N/m, and its moment about the origin in N.
+    pub force: [f64; 3],
     /// Work over the interval behind in J/m.
     pub work: f64,
 }

@@ -1,6 +1,8 @@
 //! Node tiles: the data of the nodes.
 
-use crate::kernel::tiles::NODES;
+use interface::impulse::at;
+
+use crate::kernel::tiles::{Geometry, NODES, first_node, node};
 
 /// [`MappedTile::wanted`] if all nodes of the tile are needed.
 pub const ALL_NODES: u64 = u64::MAX;
@@ -40,10 +42,15 @@ pub struct NodeTile {
 }
 
 impl NodeTile {
-    /// Momentum of the nodes before the kick in N s/m.
-    pub fn momentum_before(&self) -> [f64; 2] {
-        let nodes = self.mass.iter().zip(&self.before);
-        nodes.fold([0.0; 2], |p, (m, v)| [p[0] + m * v[0], p[1] + m * v[1]])
+    /// Momentum of the nodes before the kick in N s/m, and their angular momentum in N s.
+    pub fn momentum_before(&self, geometry: &Geometry) -> [f64; 3] {
+        let origin = first_node(self.at);
+        let mut sum = [0.0; 3];
+        for (i, (m, v)) in self.mass.iter().zip(&self.before).enumerate() {
+            let of = at(geometry.place(node(origin, i)), *v);
+            sum = [0, 1, 2].map(|a| sum[a] + m * of[a]);
+        }
+        sum
     }
 }
 
@@ -76,10 +83,19 @@ pub struct MappedTile {
 /// What walls give to the nodes of a tile.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct WallContribution {
-    /// Impulse in N s/m, as the points feel it.
-    pub impulse: [f64; 2],
+    /// Impulse in N s/m, as the points feel it, and its moment about the origin in N s.
+    pub impulse: [f64; 3],
     /// Work of driven walls in J/m.
     pub work: f64,
+}
+
+impl WallContribution {
+    /// Counts an impulse (N s/m) at a place (m).
+    pub fn count(&mut self, place: [f64; 2], impulse: [f64; 2]) {
+        for (sum, of) in self.impulse.iter_mut().zip(at(place, impulse)) {
+            *sum += of;
+        }
+    }
 }
 
 /// Contact of bodies with the nodes of a tile.

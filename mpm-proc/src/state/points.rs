@@ -253,6 +253,23 @@ impl<const W: usize, S: Shape<W>, A: AffineState> Cloud<W, S, A> {
         0.5 * self.mass * twice
     }
 
+    /// Angular momentum of a lane's point about the origin in N s, with that of its affine part, on cells of `cell` (m).
+    pub fn angular_momentum_of(&self, lane: usize, cell: f64) -> f64 {
+        self.angular_momentum_of_block(lane / LANES, cell).as_array()[lane % LANES]
+    }
+
+    /// The same of the points of a block.
+    pub fn angular_momentum_of_block(&self, block: usize, cell: f64) -> Lanes {
+        let (x, motion) = (&self.state.x[block], &self.state.motion[block]);
+        let mut turning = x[0] * motion.v[1] - x[1] * motion.v[0];
+        if A::PRESENT {
+            let [along_x, along_y] = motion.affine.slopes();
+            let inertia = cell / S::INVERSE_INERTIA.unwrap_or(1.0);
+            turning += (along_x[1] - along_y[0]) * splat(inertia);
+        }
+        turning * splat(self.mass)
+    }
+
     /// Elastic energy per initial volume of a lane's point in Pa.
     pub fn energy_of(&self, lane: usize) -> f64 {
         self.energies(lane / LANES).as_array()[lane % LANES]

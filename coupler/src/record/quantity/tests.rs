@@ -1,9 +1,10 @@
 //! Tests of the quantities.
 
 use super::*;
+use crate::record::ledger::Moving;
 
 /// Values of some quantities of the measurement below.
-const EXPECTED: [(&str, f64); 41] = [
+const EXPECTED: [(&str, f64); 43] = [
     ("time", 0.25),
     ("t", 0.25),
     ("energy.kinetic", 11.0),
@@ -18,6 +19,8 @@ const EXPECTED: [(&str, f64); 41] = [
     ("energy.work_gap_relative", 0.25 / 75.0),
     ("momentum.y", 4.0),
     ("momentum_error", 0.5),
+    ("angular_momentum", 5.0),
+    ("angular_momentum_error", 0.5),
     ("contact.force.x", 3.0),
     ("points.disc.vx", 7.0),
     ("points.disc.xmax", 9.0),
@@ -61,6 +64,7 @@ fn with_measured(act: impl FnOnce(&Quantities, &Measured, &[f64])) {
         elastic: 2.0,
         contact_force: [3.0, 4.0],
         momentum: [3.0, 4.0],
+        angular_momentum: 5.0,
         driven_work: 0.5,
         stress_work: 2.25,
         transfer_work: 1.5,
@@ -111,8 +115,13 @@ fn with_measured(act: impl FnOnce(&Quantities, &Measured, &[f64])) {
     };
     let mut balance = Balance::default();
     balance.keeps_stress_work = true;
-    balance.take(&Ledger::default(), &Ledger::default(), 0.0);
-    balance.take(&mpm, &dem, 10.0);
+    let moving = Moving {
+        momentum: 10.0,
+        angular_momentum: 10.0,
+        ..Moving::default()
+    };
+    balance.take(&Ledger::default(), &Ledger::default(), &Moving::default());
+    balance.take(&mpm, &dem, &moving);
     let measured = Measured {
         ledgers: Ledgers {
             time: 0.25,

@@ -161,6 +161,9 @@ pub const CLAUSES: &[Clause] = clauses! {
             change::ledger(|l| l.applied_impulse = l.applied_impulse.map(|p| 2.0 * p));
         - "leaves out the rotation": change::ledger(|l| l.kinetic_rotation = 0.0);
         - "measures the kinetic energy half a step late": change::ledger(|l| l.kinetic *= 1.001);
+        - "leaves out its angular momentum": change::ledger(|l| l.angular_momentum = 0.0);
+        - "counts the moment of gravity twice": change::ledger(|l| l.applied_moment *= 2.0);
+        - "leaves out the moment of the points": change::ledger(|l| l.contact_moment = 0.0);
     Must "R-6" "a frame has every contact, with its force and its place", needs: &[CONTACTS];
         - "leaves out the last contact":
             Flaw::contacts(|header, contacts| { contacts.pop(); header.count = contacts.len() as u64; });

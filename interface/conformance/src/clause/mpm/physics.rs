@@ -146,6 +146,9 @@ pub const CLAUSES: &[Clause] = clauses! {
         - "loses energy": change::ledger(|ledger| ledger.plastic_work = 0.2 * ledger.kinetic);
         - "reports twice the stored energy as the work of the stress":
             change::ledger(|ledger| ledger.stress_work = 2.0 * ledger.elastic);
+        - "adds to the angular momentum": change::ledger(|ledger| ledger.angular_momentum *= 1.0 + 1e-6);
+        - "adds to the moment of gravity": change::ledger(|ledger| ledger.applied_moment *= 1.0 + 1e-6);
+        - "adds to the moment of contact": change::ledger(|ledger| ledger.contact_moment *= 1.0 + 1e-6);
     Must "R-5a" "with FRAME all points, as they are before the window, before the report";
         - "reports all points as of the first group": Flaw::point(|point| point.group = 0);
         - "reports plastic strain of an elastic material": Flaw::point(|point| point.plastic_strain = 1e-3);

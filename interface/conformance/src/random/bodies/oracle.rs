@@ -283,8 +283,8 @@ pub struct Oracle {
     friction: f64,
     viscous: [f64; 2],
     driven: f64,
-    applied: Vec2,
-    contact: Vec2,
+    applied: Vec3,
+    contact: Vec3,
 }
 
 /// What a step adds up while it looks at contacts.
@@ -356,8 +356,8 @@ impl Oracle {
             friction: 0.0,
             viscous: [0.0; 2],
             driven: 0.0,
-            applied: Vec2::zeros(),
-            contact: Vec2::zeros(),
+            applied: Vec3::zeros(),
+            contact: Vec3::zeros(),
         }
     }
 
@@ -715,6 +715,7 @@ impl Oracle {
         };
         let viscous = [0, 1].map(|k| self.viscous[k] + sums.viscous[k]);
         let (mut driven, mut applied, mut contact) = (0.0, self.applied, self.contact);
+        let mut turning = 0.0;
         let (mut momentum, mut pressing) = (Vec2::zeros(), Vec2::zeros());
         let expected = &mut sums.expected;
         let mut ledger = Ledger {
@@ -734,8 +735,11 @@ impl Oracle {
             // What supports and guides take up.
             let guide = total.component_mul(&body.yields) - total;
             driven += (push + guide).dot(&(before + after)) * 0.5 * kick;
-            applied += (weight + push + guide).xy() * kick;
-            contact += load.points.xy() * kick;
+            let place = body.pose.xy();
+            let about_origin = |of: Vec3| of.xy().push(cross(place, of.xy()) + of.z);
+            applied += about_origin(weight + push + guide) * kick;
+            contact += about_origin(load.points) * kick;
+            turning += about_origin(after.component_mul(&body.inertia)).z * free;
             let squares =
                 before.component_mul(&before) * (1.0 - w) + after.component_mul(&after) * w;
             let kinetic = squares.component_mul(&body.inertia) * 0.5 * free;
@@ -765,8 +769,10 @@ impl Oracle {
             }
         }
         ledger.driven_work = self.driven + share * driven;
-        ledger.applied_impulse = applied.into();
-        ledger.contact_impulse = contact.into();
+        ledger.applied_impulse = applied.xy().into();
+        ledger.contact_impulse = contact.xy().into();
+        (ledger.applied_moment, ledger.contact_moment) = (applied.z, contact.z);
+        ledger.angular_momentum = turning;
         ledger.momentum = momentum.into();
         ledger.contact_force = pressing.into();
         expected.ledger = ledger;

@@ -1,7 +1,7 @@
 //! What a continuum answers beside what the oracle expects.
 
 use interface::Vec2;
-use interface::config::Transfer;
+use interface::config::{Transfer, Walls};
 use interface::message::wire::{
     GroupState, ImpForce, ImpInfo, ImpState, Ledger, Limits, PointState, Report, StepHeader, flags,
 };
@@ -254,10 +254,16 @@ impl Judge<'_> {
         // Strains of a few percent are worked up by a quadrature of the step.
         let works = 0.02 * want.stress_work.abs() + t.stored.max(1e-6 * want.kinetic);
         let flip = config.transfer == Transfer::Flip;
+        let corners = config.domain.iter().map(|[x, y]| x.hypot(*y));
+        let moment = t.impulse * corners.fold(config.cell, f64::max);
         let rows = [
             (true, "kinetic", t.energy),
             (stand.works, "stress_work", works),
             (flip, "transfer_work", 0.0),
+            (true, "angular_momentum", moment),
+            (true, "contact_moment", moment),
+            // What walls turn is not told apart from what the transfer does.
+            (config.walls == Walls::default(), "applied_moment", moment),
         ];
         let asked = rows.into_iter().filter(|(asked, ..)| *asked);
         let rows: Vec<_> = asked.map(|(_, name, most)| ("N-1a", name, most)).collect();

@@ -2,6 +2,7 @@
 //! what section 9 of PROTOCOL.md says of them.
 
 use interface::config::{MaterialModel, MpmConfig, ShapeFunction};
+use interface::impulse::at;
 use interface::message::wire::{GroupState, ImpForce, Ledger};
 use interface::step::Step;
 use mechanics::expression::Expression;
@@ -33,6 +34,8 @@ pub struct Oracle {
     start: f64,
     applied: [f64; 2],
     contact: [f64; 2],
+    /// Moments about the origin of weights, and of the forces, so far in N s.
+    moments: [f64; 2],
 }
 
 /// What is expected of a step.
@@ -152,6 +155,7 @@ impl Oracle {
             start: 0.0,
             applied: [0.0; 2],
             contact: [0.0; 2],
+            moments: [0.0; 2],
         };
         oracle.start = oracle.all().iter().map(RefPoint::stored).sum();
         Some(oracle)
@@ -234,6 +238,12 @@ impl Oracle {
         }
         ledger.applied_impulse = self.applied;
         ledger.contact_impulse = self.contact;
+        for (p, f) in before.iter().zip(forces) {
+            let weight = self.config.gravity.map(|g| p.mass * g);
+            self.moments[0] += kick * at(p.x, weight)[2];
+            self.moments[1] += kick * (at(p.x, f.force)[2] + f.couple);
+        }
+        [ledger.applied_moment, ledger.contact_moment] = self.moments;
         Expected {
             contact_omega_sq,
             ledger,
@@ -282,6 +292,8 @@ impl Oracle {
                 ledger.contact_force[a] += f.force[a];
             }
         }
+        let turning = |p: &RefPoint| p.mass * (at(p.x, p.v)[2] + p.b[1][0] - p.b[0][1]);
+        ledger.angular_momentum = done.iter().map(turning).sum();
         for group in &mut groups {
             group.position = group.position.map(|x| x / group.mass);
             group.velocity = group.velocity.map(|p| p / group.mass);
