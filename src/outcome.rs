@@ -43,7 +43,9 @@ pub fn show(summary: &Summary, scene: &Scene) {
         summary.wall_s,
         bound.join(", "),
         relative(summary.momentum_error),
-        summary.angular_momentum_error.map_or("none".to_owned(), relative),
+        summary
+            .angular_momentum_error
+            .map_or("none".to_owned(), relative),
         relative(summary.energy.residual_max),
         gap.unwrap_or_default()
     ));

@@ -49,7 +49,8 @@ impl Kick<'_> {
         if self.coupled {
             let by_points: Vec2 = self.point_loads.iter().map(|load| load.force).sum();
             let loads = self.point_loads.iter().zip(&self.bodies.state);
-            let moment = |(load, state): (&Load, &Rigid)| state.center.perp(&load.force) + load.torque;
+            let moment =
+                |(load, state): (&Load, &Rigid)| state.center.perp(&load.force) + load.torque;
             let moment: f64 = loads.map(moment).sum();
             after.contact_impulse += [by_points.x, by_points.y, moment].map(|of| of * self.length);
         }

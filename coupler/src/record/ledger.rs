@@ -374,7 +374,11 @@ mod tests {
         };
         let mut balance = Balance::default();
         for (kinetic, taken, residual) in [(4.0, 0.0, 0.0), (3.0, 1.0, 0.0), (5.0, -1.0, 1.0)] {
-            balance.take(&point(kinetic, taken), &Ledger::default(), &Moving::default());
+            balance.take(
+                &point(kinetic, taken),
+                &Ledger::default(),
+                &Moving::default(),
+            );
             assert_eq!(balance.residual, residual);
             assert_eq!(balance.now.transfer, taken);
         }
@@ -479,8 +483,16 @@ mod tests {
             keeps_stress_work: true,
             ..Balance::default()
         };
-        balance.take(&ledger(5.0, 0.0, 0.0), &Ledger::default(), &Moving::default());
-        balance.take(&ledger(3.0, -3.0, 3.0), &Ledger::default(), &Moving::default());
+        balance.take(
+            &ledger(5.0, 0.0, 0.0),
+            &Ledger::default(),
+            &Moving::default(),
+        );
+        balance.take(
+            &ledger(3.0, -3.0, 3.0),
+            &Ledger::default(),
+            &Moving::default(),
+        );
         assert_eq!(balance.work_gap(), Some(-1.0));
         assert_eq!(balance.work_gap_relative(), Some(-1.0 / 6.0));
         // Energy that the law creates is in the residual too.

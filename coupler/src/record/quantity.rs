@@ -211,7 +211,11 @@ const OF_RUN: &[Row<Ledgers>] = &[
         "angular_momentum_error",
         "1",
         "change of angular momentum minus the moments of the applied impulses, relative to the largest angular momentum about the centre of mass so far: of all groups and bodies, of a side, or handed over by contact or from outside; NaN with periodic walls",
-        |m| m.balance.angular_momentum_error().map_or(f64::NAN, |[now, _]| now),
+        |m| {
+            m.balance
+                .angular_momentum_error()
+                .map_or(f64::NAN, |[now, _]| now)
+        },
     ),
     row("contact.force.x", "N/m", "force of bodies on points", |m| {
         m.mpm.contact_force[0]

@@ -31,7 +31,13 @@ pub(super) fn constants(
 ) -> BTreeMap<String, f64> {
     let mut known: BTreeMap<String, f64> = BTreeMap::new();
     let mut pending: Vec<(&String, &String)> = Vec::new();
-    let mut taken = BTreeSet::from(["t", "time", "momentum_error", "angular_momentum", "angular_momentum_error"]);
+    let mut taken = BTreeSet::from([
+        "t",
+        "time",
+        "momentum_error",
+        "angular_momentum",
+        "angular_momentum_error",
+    ]);
     taken.extend(reserved_names());
     for (name, value) in written {
         constant_name(problems, name, &taken);

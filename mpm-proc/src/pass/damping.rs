@@ -102,8 +102,11 @@ impl Damping {
                 grid.tiles[tile].before[n]
             });
             let [here, there] = image.places;
-            add(-image.mass, at(here, own));
-            add(image.mass, at(there, original));
+            let moment = at(here, own)[2] - at(there, original)[2];
+            add(
+                -image.mass,
+                [own[0] - original[0], own[1] - original[1], moment],
+            );
         }
         momentum.map(|p| (self.kept - 1.0) * p)
     }

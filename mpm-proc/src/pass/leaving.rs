@@ -33,7 +33,8 @@ pub fn remove_left<const W: usize, S: Shape<W>, A: AffineState>(
             cloud.kinetic_of(lane) + elastic - cloud.mass * (gravity[0] * x[0] + gravity[1] * x[1]);
         let work = cloud.loads.as_ref().map_or(0.0, |l| l.last_work(lane, x));
         let turning = cloud.angular_momentum_of(lane, cell);
-        continuum.state.totals.applied_impulse += [-cloud.mass * v[0], -cloud.mass * v[1], -turning];
+        continuum.state.totals.applied_impulse +=
+            [-cloud.mass * v[0], -cloud.mass * v[1], -turning];
         continuum.state.totals.driven_work += work - held;
         continuum.state.totals.stress_work -= elastic;
         let local = cloud.remove(lane);

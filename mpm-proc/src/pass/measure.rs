@@ -351,9 +351,8 @@ impl<const W: usize, S: Shape<W>, A: AffineState> Cloud<W, S, A> {
     /// Angular momentum about the origin in N s, with that of the affine part: `m (x x v + B_yx - B_xy)`, on cells of `cell` (m).
     pub fn angular_momentum(&self, cell: f64) -> f64 {
         let blocks = self.tiles.iter().flat_map(|tile| {
-            (0..tile.blocks).map(|b| {
-                tile.live(b) * self.angular_momentum_of_block(tile.first + b, cell)
-            })
+            (0..tile.blocks)
+                .map(|b| tile.live(b) * self.angular_momentum_of_block(tile.first + b, cell))
         });
         sum(blocks.fold(ZERO, |sum, of| sum + of))
     }

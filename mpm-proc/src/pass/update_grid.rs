@@ -105,7 +105,8 @@ impl NodeTile {
                 self.friction_work += self.mass[i] * slid;
                 self.wall.work += walls.drive(node(origin, i), self.mass[i], free, held);
                 let impulse = [0, 1].map(|a| self.mass[i] * (held[a] - free[a]));
-                self.wall.count(act.geometry.place(node(origin, i)), impulse);
+                self.wall
+                    .count(act.geometry.place(node(origin, i)), impulse);
                 self.after[i] = held;
             }
         }

@@ -87,7 +87,13 @@ impl Images {
     }
 
     /// Finds the images among the nodes of `tiles`, which are ordered by row and column.
-    pub fn find(&mut self, geometry: &Geometry, walls: &WallNodes, w: usize, tiles: &mut [NodeTile]) {
+    pub fn find(
+        &mut self,
+        geometry: &Geometry,
+        walls: &WallNodes,
+        w: usize,
+        tiles: &mut [NodeTile],
+    ) {
         self.0.clear();
         for tile in 0..tiles.len() {
             let first = first_node(tiles[tile].at);

@@ -7,7 +7,7 @@ use interface::solver::Refusal;
 use serde::{Deserialize, Serialize};
 
 use crate::kernel::blocks::{LaneCopy, reorder, reorder_rows};
-use crate::kernel::lanes::{LANES, Lanes, ZERO};
+use crate::kernel::lanes::{LANES, Lanes, ZERO, splat};
 use crate::kernel::point_tile::Tile;
 use crate::kernel::shape::Shape;
 use crate::kernel::tiles::Geometry;
@@ -255,7 +255,8 @@ impl<const W: usize, S: Shape<W>, A: AffineState> Cloud<W, S, A> {
 
     /// Angular momentum of a lane's point about the origin in N s, with that of its affine part, on cells of `cell` (m).
     pub fn angular_momentum_of(&self, lane: usize, cell: f64) -> f64 {
-        self.angular_momentum_of_block(lane / LANES, cell).as_array()[lane % LANES]
+        self.angular_momentum_of_block(lane / LANES, cell)
+            .as_array()[lane % LANES]
     }
 
     /// The same of the points of a block.

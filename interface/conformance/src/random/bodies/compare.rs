@@ -175,8 +175,15 @@ impl Judge<'_> {
         let impulse = 1e-6 * momentum + 1e-9 * impulse;
         self.ledgers("N-1", [got, want], [tolerance, impulse, slack])?;
         let far = expected.touches.iter().map(|touch| touch.at.norm());
-        let places = expected.bodies.iter().map(|b| Vec2::from(b.position).norm());
-        let moments = [want.angular_momentum, want.applied_moment, want.contact_moment];
+        let places = expected
+            .bodies
+            .iter()
+            .map(|b| Vec2::from(b.position).norm());
+        let moments = [
+            want.angular_momentum,
+            want.applied_moment,
+            want.contact_moment,
+        ];
         let moment = 1e-6 * moments.map(f64::abs).iter().sum::<f64>();
         let moment = moment + impulse * places.chain(far).fold(0.0, f64::max);
         let rows = ["angular_momentum", "applied_moment", "contact_moment"];

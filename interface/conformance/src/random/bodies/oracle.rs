@@ -534,12 +534,7 @@ impl Oracle {
                 for (slot, sign) in [(q, 1.0), (p, -1.0)] {
                     let point = &mut sums.expected.points[slot];
                     point.couple += cross(place.at - at(slot), touch.force) * sign;
-                    sums.press(
-                        slot,
-                        (&touch, sign),
-                        (&law, stiffness),
-                        (least, place.blur),
-                    );
+                    sums.press(slot, (&touch, sign), (&law, stiffness), (least, place.blur));
                 }
             }
         }
