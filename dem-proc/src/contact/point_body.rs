@@ -200,7 +200,7 @@ impl Geometry for PointBody {
             slot: pair.slot,
             body: pair.body,
             torque: -(arms.normal * normal + arms.tangent * tangential),
-            couple: -arms.surface * tangential,
+            couple: if crate::contact::points::toggle(1) { 0.0 } else { -arms.surface * tangential },
             stiffness,
             rate: stiffness.normal * mobility + stiffness.tangential * along,
             mobility,

@@ -306,7 +306,7 @@ impl Dice<'_, Scale> {
         }
         for point in &mut points {
             if !self.rarely() {
-                point.spin = self.way(0.1 / self.scale.dt);
+                point.spin = self.way(0.1 / self.dt);
             }
         }
         points
