@@ -1,0 +1,156 @@
+//! Blocks of points, steps, and numbers from a seed.
+
+use interface::config::{
+    Fill, GroupConfig, MaterialConfig, MaterialModel, MpmConfig, Plane, ShapeFunction, Spacing,
+    StressUpdate, Transfer, Wall, Walls,
+};
+use interface::message::wire::{ImpForce, Limits};
+use interface::solver::{Fault, MpmSolver};
+use interface::step::Step;
+
+use mpm_proc::Mpm;
+
+/// Numbers in [0, 1) that are the same in every run (xorshift64*).
+pub struct Random(pub u64);
+
+impl Random {
+    pub fn new(seed: u64) -> Self {
+        Self(seed.wrapping_mul(0x9e37_79b9_7f4a_7c15) | 1)
+    }
+
+    pub fn unit(&mut self) -> f64 {
+        self.0 ^= self.0 >> 12;
+        self.0 ^= self.0 << 25;
+        self.0 ^= self.0 >> 27;
+        (self.0.wrapping_mul(0x2545_f491_4f6c_dd1d) >> 11) as f64 / (1_u64 << 53) as f64
+    }
+
+    pub fn between(&mut self, low: f64, high: f64) -> f64 {
+        low + (high - low) * self.unit()
+    }
+}
+
+pub const BULK: f64 = 5.0e5;
+pub const SHEAR: f64 = 3.0e5;
+
+/// An elastic block of 0.3 x 0.2 in a domain of 1 x 0.8, cells of 0.05, nothing held.
+pub fn block() -> MpmConfig {
+    MpmConfig {
+        domain: [[-0.2, 0.1], [0.8, 0.9]],
+        cell: 0.05,
+        gravity: [0.0, 0.0],
+        shape: ShapeFunction::QuadraticBspline,
+        transfer: Transfer::Apic,
+        stress_update: StressUpdate::Usf,
+        plane: Plane::Strain,
+        walls: Walls::default(),
+        materials: vec![MaterialConfig {
+            name: "rubber".into(),
+            density: 1000.0,
+            model: MaterialModel::LinearElastic {
+                bulk_modulus: BULK,
+                shear_modulus: SHEAR,
+            },
+        }],
+        groups: vec![GroupConfig {
+            name: "block".into(),
+            material: 0,
+            fill: Fill::Rectangle {
+                lower: [0.1, 0.3],
+                upper: [0.4, 0.5],
+            },
+            spacing: Spacing::PerCell(4),
+            lattice: interface::config::Lattice::default(),
+            velocity: [0.0, 0.0],
+            fields: interface::config::InitialFields::default(),
+            contact_radius: None,
+            rigid: false,
+            keeps_spin: false,
+        }],
+        contact_force: interface::config::ContactForceScheme::default(),
+        forcing: interface::config::Forcing::default(),
+        constants: std::collections::BTreeMap::new(),
+        leaving: interface::config::Leaving::default(),
+        grid_contact: None,
+        layers: false,
+        group_pairs: Vec::new(),
+        interface: interface::config::Interface::Points,
+        chains: Vec::new(),
+        skin: 0.01,
+        probes: Vec::new(),
+        threads: 1,
+    }
+}
+
+/// Makes the group a column 0.2 wide that stands on a fixed floor between slip walls, with `room` from floor to top.
+pub fn stand(config: &mut MpmConfig, height: f64, room: f64) {
+    config.domain = [[0.0, 0.0], [0.2, room]];
+    config.walls = Walls {
+        left: Wall::Slip,
+        right: Wall::Slip,
+        bottom: Wall::Fixed,
+        top: Wall::Open,
+    };
+    config.groups[0].fill = Fill::Rectangle {
+        lower: [0.0, 0.0],
+        upper: [0.2, height],
+    };
+}
+
+pub fn configured(config: &MpmConfig) -> Mpm {
+    let mut mpm = Mpm::new();
+    mpm.configure(config).expect("a good configuration");
+    mpm
+}
+
+/// Steps of equal length, first and closing half kicks included where a caller asks for them.
+pub struct Stepper {
+    pub index: u64,
+    pub time: f64,
+    pub before: f64,
+}
+
+impl Stepper {
+    pub fn new() -> Self {
+        Self {
+            index: 0,
+            time: 0.0,
+            before: 0.0,
+        }
+    }
+
+    pub fn step(
+        &mut self,
+        mpm: &mut Mpm,
+        dt: f64,
+        measure: bool,
+        forces: &[ImpForce],
+    ) -> Result<Limits, Fault> {
+        let step = Step {
+            index: self.index,
+            time: self.time,
+            dt_before: self.before,
+            dt,
+            measure,
+        };
+        self.index += 1;
+        self.time += dt;
+        self.before = dt;
+        mpm.step(&step, forces)
+    }
+
+    pub fn run(&mut self, mpm: &mut Mpm, dt: f64, steps: usize) {
+        for _ in 0..steps {
+            self.step(mpm, dt, false, &[]).expect("a sound step");
+        }
+    }
+}
+
+/// Every position and velocity, bit by bit.
+pub fn bits(mpm: &Mpm) -> Vec<u64> {
+    mpm.points()
+        .iter()
+        .flat_map(|p| [p.position, p.velocity].concat())
+        .map(f64::to_bits)
+        .collect()
+}
