@@ -1,6 +1,6 @@
-//! The bits of every scene and variant are those of `tests/hashes/baseline.csv`, which the commit named there has left,
-//! however a run is made. [`determinism.rs`](determinism.rs) compares a run with other runs of the same binary; this
-//! compares it with another binary, so that a change of the structure is seen to have changed no number.
+//! The bits of every scene and variant are those of `tests/hashes/baseline.csv`, however a run is made.
+//! [`determinism.rs`](determinism.rs) compares a run with other runs of the same binary; this compares it with another
+//! binary, so that a change of the structure is seen to have changed no number.
 //!
 //! The normal command runs every row that is quick in one way, the ways taking turns. All rows take about an hour in the
 //! same manner; with another number each row has another way:
@@ -13,7 +13,7 @@
 //!     TANDEM_RETAKE=rows.csv cargo test --release --test tandem-tests -- --ignored every_row
 //!
 //! Another compiler or C library may change last bits too (ARCHITECTURE.md, "Where determinism comes from"): where the
-//! build of the commit that the file names does not give its hashes, that build takes them again first.
+//! build that took a row does not give its hashes, that build takes it again first.
 //!
 //! Environment: `TANDEM_BINARY` is the program to run, absolute or relative to the workspace's root, instead of the one
 //! that was built with this test. For the two commands above, `TANDEM_SCENES="silo d2cm"` leaves out rows without
