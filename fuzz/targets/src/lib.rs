@@ -5,7 +5,7 @@
 //! the limits of a scene justify. Where a file has checksums the target makes them, so that what is behind them is reached.
 //!
 //! Two programs run the targets: `cargo fuzz` (`fuzz/README.md`), which looks for inputs that reach new code, and on a
-//! stable compiler the example `fuzz` of this crate and its test, which change the seeds at random from a number.
+//! stable compiler the test of this crate, which changes the seeds at random from a number.
 //!
 //! | file | what is read |
 //! | --- | --- |

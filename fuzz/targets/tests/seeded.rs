@@ -1,9 +1,12 @@
-//! A few thousand changed seeds for each target: no panic, no hang, no more memory than there is reason for. Much more of
-//! it: `cargo run --release -p fuzzing --example fuzz`.
+//! Changed seeds for each target: no panic, no hang, no more memory than there is reason for. A few seconds of each, or what
+//! the environment says (`fuzz/README.md`): `FUZZ_SECONDS`, `FUZZ_SEED`, `FUZZ_INPUT` (a file that is run by itself) and
+//! `FUZZ_EXPORT` (a folder that the seeds are written to, for `cargo fuzz`).
 
 use std::cell::RefCell;
+use std::env;
+use std::fs;
 use std::panic::catch_unwind;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::mpsc::{RecvTimeoutError, channel};
 use std::time::{Duration, Instant};
 
@@ -18,10 +21,27 @@ thread_local! {
     static SAID: RefCell<Option<String>> = const { RefCell::new(None) };
 }
 
-/// Runs a target on its seeds, on what is kept in the tree, and on changed ones for `seconds`.
+/// Runs a target on its seeds, on what is kept in the tree, and on changed ones for `seconds`. An input that fails is kept.
 #[track_caller]
 fn holds(name: &str, seconds: f64) {
     let target = target(name).expect("a target of this name");
+    let fuzz = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
+    if let Ok(path) = env::var("FUZZ_INPUT") {
+        let input = fs::read(&path).expect("the input");
+        assert_eq!(wrong(target, &input), None, "{name}: {path}");
+        return;
+    }
+    let kept = fs::read_dir(fuzz.join("corpus").join(name));
+    let kept = kept.into_iter().flatten().flatten();
+    let mut seeds: Vec<Vec<u8>> = kept.map(|e| fs::read(e.path()).unwrap()).collect();
+    seeds.extend((target.seeds)());
+    if let Ok(folder) = env::var("FUZZ_EXPORT") {
+        for seed in seeds {
+            keep(&Path::new(&folder).join(name), &seed);
+        }
+        return;
+    }
+    let seconds = number("FUZZ_SECONDS").unwrap_or(seconds);
     let (tell, told) = channel();
     let worker = std::thread::spawn(move || {
         std::panic::set_hook(Box::new(|info| {
@@ -31,13 +51,7 @@ fn holds(name: &str, seconds: f64) {
                 eprintln!("{info}");
             }
         }));
-        let folder = Path::new(env!("CARGO_MANIFEST_DIR"))
-            .join("../corpus")
-            .join(target.name);
-        let kept = std::fs::read_dir(folder).into_iter().flatten().flatten();
-        let mut seeds: Vec<Vec<u8>> = kept.map(|e| std::fs::read(e.path()).unwrap()).collect();
-        seeds.extend((target.seeds)());
-        let mut changer = Changer::new(15);
+        let mut changer = Changer::new(number("FUZZ_SEED").unwrap_or(15.0) as u64);
         let mut done = 0;
         let end = Instant::now() + Duration::from_secs_f64(seconds);
         while done < seeds.len() || Instant::now() < end {
@@ -57,20 +71,36 @@ fn holds(name: &str, seconds: f64) {
     });
     let mut last = Vec::new();
     let mut done = 0;
-    loop {
+    let failed = loop {
         match told.recv_timeout(PATIENCE) {
             Ok(Ok(input)) => (last, done) = (input, done + 1),
-            Ok(Err(wrong)) => panic!("{name}: {wrong}\n{}", String::from_utf8_lossy(&last)),
-            Err(RecvTimeoutError::Disconnected) => break,
-            Err(RecvTimeoutError::Timeout) => {
-                panic!("{name}: hangs\n{}", String::from_utf8_lossy(&last))
-            }
+            Ok(Err(wrong)) => break Some(wrong),
+            Err(RecvTimeoutError::Disconnected) => break None,
+            Err(RecvTimeoutError::Timeout) => break Some("it hangs".into()),
         }
+    };
+    if let Some(wrong) = failed {
+        let path = keep(&fuzz.join("artifacts").join(name), &last);
+        panic!("{name}: {wrong}; FUZZ_INPUT={}", path.display());
     }
     worker.join().expect("the worker itself does not panic");
+    println!("{name}: {done} inputs in {seconds} s");
     assert!(done > 10, "{name}: only {done} inputs in {seconds} s");
 }
 
+fn number(name: &str) -> Option<f64> {
+    let text = env::var(name).ok()?;
+    Some(text.parse().expect("a number"))
+}
+
+fn keep(folder: &Path, input: &[u8]) -> PathBuf {
+    let path = folder.join(&blake3::hash(input).to_hex()[..16]);
+    let kept = fs::create_dir_all(folder).and_then(|()| fs::write(&path, input));
+    kept.expect("room for an input");
+    path
+}
+
+/// What is wrong with what the target does of this input.
 fn wrong(target: Target, input: &[u8]) -> Option<String> {
     SAID.set(None);
     let came = catch_unwind(|| target.too_much(input));
