@@ -422,8 +422,8 @@ pub struct StabilityArgs {
     #[arg(long, value_name = "KEY", default_value = study::stability::STEP_FACTOR)]
     pub edge: String,
     /// Range of the search: stable at the first value, unstable at the second.
-    #[arg(long, value_name = "LOW,HIGH", default_value = "0.5,8")]
-    pub between: String,
+    #[arg(long, value_name = "LOW,HIGH", default_value = "0.5,8", value_parser = numbers::<2>)]
+    pub between: [f64; 2],
     /// Values of the grid along a column, before bisection.
     #[arg(long, value_name = "N", default_value_t = 5, value_parser = clap::value_parser!(u16).range(2..))]
     pub grid: u16,

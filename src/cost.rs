@@ -42,7 +42,7 @@ pub fn measure(scene: &Scene, options: RunOptions, stepping: Duration) -> Result
         progress: false,
         ..options
     };
-    let began = branch.as_ref().map_or(0.0, Branch::time);
+    let began = branch.as_ref().map_or(0.0, |branch| branch.begin);
     let summary = run(&scene, &options, &dir, branch).summary;
     let whole = match summary.status {
         Status::Done | Status::CheckFailed => true,

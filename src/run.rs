@@ -135,15 +135,15 @@ pub fn resume(args: &ResumeArgs) -> ExitCode {
     };
     logging::of_run(&log, args.how.log);
     begin(&scene, &args.how, &args.dir);
-    for damaged in resumed.passed_over() {
+    for damaged in &resumed.passed_over {
         tracing::warn!("{damaged}: passed over");
     }
-    for table in resumed.aside() {
+    for table in &resumed.aside {
         tracing::warn!("{table}");
     }
     let about = resumed.about();
     tracing::info!(
-        checkpoint = %resumed.path().display(),
+        checkpoint = %resumed.path.display(),
         step = about.step,
         time = about.time,
         "resumed"

@@ -266,20 +266,10 @@ fn source(args: &StabilityArgs, path: PathBuf) -> Result<Source, StudyError> {
 
 fn search(args: &StabilityArgs) -> Result<Search, StudyError> {
     let wrong = |what: &str, help: &str| Err(StudyError::Asked(what.into(), help.into()));
-    let numbers: Option<Vec<f64>> = args
-        .between
-        .split(',')
-        .map(|n| n.trim().parse().ok())
-        .collect();
-    let Some([low, high]) = numbers.as_deref() else {
+    let [low, high] = args.between;
+    if !(low > 0.0 && high > low && high.is_finite()) {
         return wrong(
-            &format!("--between {}: not two numbers", args.between),
-            "write `--between 0.5,8`",
-        );
-    };
-    if !(*low > 0.0 && high > low && high.is_finite()) {
-        return wrong(
-            &format!("--between {}: the search is logarithmic", args.between),
+            &format!("--between {low},{high}: the search is logarithmic"),
             "give two numbers above 0, the smaller first",
         );
     }
@@ -287,7 +277,7 @@ fn search(args: &StabilityArgs) -> Result<Search, StudyError> {
         return wrong(&format!("--ratio {}", args.ratio), "a ratio is above 1");
     }
     Ok(Search {
-        range: [*low, *high],
+        range: args.between,
         grid: args.grid.into(),
         ratio: args.ratio,
     })

@@ -300,11 +300,11 @@ fn no_circle_of_files() {
             PathBuf::from(package["manifest_path"].as_str().unwrap()).with_file_name("src");
         let roots = ["lib.rs", "main.rs"].map(|name| folder.join(name));
         let mut files = BTreeMap::new();
-        add(
-            &mut files,
-            roots.iter().find(|path| path.exists()).expect("a root"),
-            &[],
-        );
+        // `simulation` is a program of tests.
+        let Some(root) = roots.iter().find(|path| path.exists()) else {
+            continue;
+        };
+        add(&mut files, root, &[]);
         let ahead = |from: &Module| -> BTreeSet<&Module> {
             let named = files[from].named.iter();
             named

@@ -74,7 +74,7 @@ fn a_table_that_was_changed_before_the_checkpoint_is_named_and_not_continued() {
             .expect(2);
         ended.says(&[
             name,
-            "it was changed between byte 0 and byte",
+            "bytes, which it had at the checkpoint, were changed",
             "starts the run again",
         ]);
         assert!(

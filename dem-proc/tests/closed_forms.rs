@@ -7,7 +7,7 @@ use interface::config::{
     BodyConfig, BodyInertia, BodyShape, ContactLaw, DemConfig, Motion, ratio_of_restitution,
 };
 use interface::solver::DemSolver;
-use mechanics::generate::{open_box, stack, wall};
+use mechanics::generate::{open_box, wall};
 
 /// Does `n` steps of `dt`; the first is the first step of a run.
 fn run(dem: &mut Sdem, n: usize, dt: f64) {
@@ -291,9 +291,22 @@ fn a_tall_block_tips_at_the_right_angle() {
     assert!(falls < -0.3, "{falls}");
 }
 
+/// Five rounded squares one on another on a floor, which touch without overlap.
 fn stack_rests(steps: usize) {
     let mut bodies = vec![wall("floor", [-1.0, -0.1], [1.0, -0.1], 0.1)];
-    bodies.extend(stack(5, 0.1, 0.01, 2000.0));
+    let (side, radius) = (0.1, 0.01);
+    let core = side - 2.0 * radius;
+    bodies.extend((0..5).map(|i| BodyConfig {
+        inertia: BodyInertia::Density(2000.0),
+        position: [0.0, (f64::from(i) + 0.5) * side],
+        ..body(
+            BodyShape::Rectangle {
+                width: core,
+                height: core,
+            },
+            radius,
+        )
+    }));
     let mut config = scene(bodies, viscous(2e6, 0.5, 0.2));
     config.gravity = [0.0, -9.81];
     let mut dem = configured(&config);

@@ -8,6 +8,7 @@ use crate::alone::Alone;
 use crate::small_scenes::{body, fixed, scene};
 use dem_proc::contact::approach::thickness;
 use interface::Vec2;
+use interface::config::capability::word;
 use interface::config::{
     BodyConfig, BodyInertia, BodyShape, ContactLaw, DemConfig, OverlapMeasure,
 };
@@ -250,7 +251,7 @@ fn odd_ones(
             for seed in seeds.clone() {
                 let end = run(&make(seed, measure, share * stiff(measure)), 1.5);
                 if !expected(&end) {
-                    odd.push(format!("{name} {} {seed}: {end:?}", measure.name()));
+                    odd.push(format!("{name} {} {seed}: {end:?}", word(&measure)));
                 }
             }
         }

@@ -115,7 +115,7 @@ fn computing(imps: usize, steps: u64) -> Duration {
         .expect("a toy takes all");
     wall.configure(&toys::dem_config())
         .expect("a toy takes all");
-    points.select_imps(&[]);
+    wall.imp_set(points.select_imps(&[]));
     let mut forces = Forces::default();
     let step = interface::step::Step {
         index: 1,

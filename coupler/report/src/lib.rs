@@ -2,7 +2,7 @@
 //!
 //! | room | what is in it |
 //! | --- | --- |
-//! | [`record`], [`log`], [`so_far`] | what a run has left in its directory, read as far as it can be |
+//! | [`record`], [`so_far`] | what a run has left in its directory, read as far as it can be |
 //! | [`motion`], [`field`] | its frames, and what colours can say of them |
 //! | [`thin`], [`pack`] | as much of that as a page has room for, in few bytes |
 //! | [`chart`], [`verdict`], [`words`] | curves, checks and numbers as people read them |
@@ -17,7 +17,6 @@ pub mod chart;
 mod error;
 pub mod field;
 pub mod live;
-pub mod log;
 pub mod motion;
 pub mod pack;
 pub mod page;

@@ -4,13 +4,14 @@ use std::path::Path;
 
 use askama::Template;
 use coupler::record::Summary;
+use coupler::record::log::Line;
 use coupler::record::summary::Status;
+use coupler::scene::Scene;
 use coupler::scene::plan::LeftOut;
 use serde::Serialize;
 
 use crate::chart::{Charts, charts};
 use crate::error::ReportError;
-use crate::log::Line;
 use crate::motion::{Motion, load};
 use crate::record::Record;
 use crate::so_far;
@@ -60,7 +61,7 @@ struct OfRun<'a> {
 )]
 struct Page<'a> {
     title: String,
-    about: String,
+    about: &'a str,
     style: &'a str,
     script: &'a str,
     /// The page follows its run: it may ask where it came from for news.
@@ -70,7 +71,7 @@ struct Page<'a> {
     many: bool,
     has_motion: bool,
     has_history: bool,
-    runs: Vec<Run>,
+    runs: Vec<Run<'a>>,
     figures: Vec<Figure>,
     checks: Vec<verdict::Row>,
     version: &'a str,
@@ -86,30 +87,25 @@ struct Figure {
 
 /// A run as the template shows it.
 #[derive(Debug)]
-struct Run {
-    label: String,
+struct Run<'a> {
+    label: &'a str,
+    record: &'a Record,
+    charts: &'a Charts,
+    motion: Option<&'a Motion>,
+    /// Why there is no motion; empty if there is one.
+    fault: &'a str,
     status: String,
     /// `good`, `bad` or `open`.
     tone: &'static str,
-    warnings: Vec<String>,
-    reason: Option<String>,
+    reason: Option<&'a str>,
     last_words: Vec<String>,
-    has_motion: bool,
-    packed: String,
-    motion_notes: Vec<String>,
-    has_energy: bool,
-    energy_notes: Vec<String>,
-    has_steps: bool,
-    step_notes: Vec<String>,
-    history_notes: Vec<String>,
     parts: Vec<Part>,
     log_title: String,
     log: Vec<LogRow>,
-    scene: String,
+    scene: &'a str,
     scene_note: Option<String>,
     left_out: Vec<LeftOut>,
     details: Vec<Detail>,
-    faults: Vec<String>,
 }
 
 #[derive(Debug)]
@@ -137,7 +133,7 @@ struct Detail {
     value: String,
 }
 
-impl Run {
+impl Run<'_> {
     fn failed(&self) -> bool {
         self.tone == "bad"
     }
@@ -158,22 +154,22 @@ impl Run {
 pub fn page(records: &[Record], live: bool) -> Result<String, ReportError> {
     let labels = labels(records);
     let charts: Vec<Charts> = records.iter().map(charts).collect();
-    let none: Vec<Option<Motion>> = records.iter().map(|_| None).collect();
+    let none: Vec<_> = records.iter().map(|_| Err(String::new())).collect();
     // The space for motions is known when everything else is there.
-    let rest = render(records, &labels, &charts, none, &[], live)?.len();
+    let rest = render(records, &labels, &charts, &none, live)?.len();
     let room = LARGEST.saturating_sub(rest) as f64 * (1.0 - RESERVE) / records.len().max(1) as f64;
-    let mut faults = Vec::new();
-    let motions = records.iter().map(|record| {
-        let (motion, fault) = motion(record, room as usize);
-        faults.push(fault);
-        motion
-    });
-    let motions: Vec<Option<Motion>> = motions.collect();
-    render(records, &labels, &charts, motions, &faults, live)
+    let motions = records.iter().map(|record| motion(record, room as usize));
+    render(
+        records,
+        &labels,
+        &charts,
+        &motions.collect::<Vec<_>>(),
+        live,
+    )
 }
 
-/// The motion of a run, and why there is none.
-fn motion(record: &Record, room: usize) -> (Option<Motion>, String) {
+/// The motion of a run, or why there is none.
+fn motion(record: &Record, room: usize) -> Result<Motion, String> {
     let none = "This run has kept no frames, so there is no motion to show. Give the scene `output.report = true` or \
                 `output.frames`, or run it with `--report`.";
     match load(&record.path, room) {
@@ -184,11 +180,11 @@ fn motion(record: &Record, room: usize) -> (Option<Motion>, String) {
                 let [[left, bottom], [right, top]] = mpm.domain;
                 [left, bottom, right, top]
             });
-            (Some(motion), String::new())
+            Ok(motion)
         }
-        Ok(Some(loaded)) => (None, loaded.faults.join(" ")),
-        Ok(None) => (None, none.to_owned()),
-        Err(error) => (None, format!("The frames cannot be read: {error}.")),
+        Ok(Some(loaded)) => Err(loaded.faults.join(" ")),
+        Ok(None) => Err(none.to_owned()),
+        Err(error) => Err(format!("The frames cannot be read: {error}.")),
     }
 }
 
@@ -196,28 +192,25 @@ fn render(
     records: &[Record],
     labels: &[String],
     charts: &[Charts],
-    motions: Vec<Option<Motion>>,
-    faults: &[String],
+    motions: &[Result<Motion, String>],
     live: bool,
 ) -> Result<String, ReportError> {
-    let of_runs = labels.iter().zip(&motions).zip(charts);
+    let of_runs = labels.iter().zip(motions).zip(charts);
     let data = Data {
         runs: of_runs
             .map(|((label, motion), charts)| OfRun {
                 label,
-                motion: motion.as_ref(),
+                motion: motion.as_ref().ok(),
                 charts,
             })
             .collect(),
     };
     let data = in_script(&data)?;
-    let has_motion = motions.iter().any(Option::is_some);
+    let has_motion = motions.iter().any(Result::is_ok);
     let all = records.iter().zip(labels).zip(charts.iter().zip(motions));
     let runs: Vec<Run> = all
-        .enumerate()
-        .map(|(k, ((record, label), (charts, motion)))| {
-            let fault = faults.get(k).map_or("", String::as_str);
-            let mut run = run(record, label, charts, motion, fault);
+        .map(|((record, label), (charts, motion))| {
+            let mut run = run(record, label, charts, motion);
             if live {
                 run.status = under_way(record);
             }
@@ -238,8 +231,8 @@ fn render(
         _ => format!("{} runs", names.len()),
     };
     let about = match (records, one) {
-        ([first, ..], true) => text(first, "about"),
-        _ => String::new(),
+        ([first, ..], true) => first.scene.as_ref().map_or("", |scene| &scene.about),
+        _ => "",
     };
     let page = Page {
         title,
@@ -291,62 +284,45 @@ fn labels(records: &[Record]) -> Vec<String> {
     .collect()
 }
 
-fn text(record: &Record, key: &str) -> String {
-    let value = record.written.get(key).and_then(toml::Value::as_str);
-    value.unwrap_or_default().to_owned()
-}
-
 fn name(record: &Record) -> String {
     let of_summary = record.summary.as_ref().map(|summary| summary.scene.clone());
     of_summary
         .filter(|name| !name.is_empty())
-        .or_else(|| Some(text(record, "name")).filter(|name| !name.is_empty()))
+        .or_else(|| Some(record.scene.as_ref()?.name.clone()))
         .unwrap_or_else(|| "A run".to_owned())
 }
 
-fn run(record: &Record, label: &str, charts: &Charts, motion: Option<Motion>, fault: &str) -> Run {
+fn run<'a>(
+    record: &'a Record,
+    label: &'a str,
+    charts: &'a Charts,
+    motion: &'a Result<Motion, String>,
+) -> Run<'a> {
     let (status, tone) = status(record);
-    let reason = record.summary.as_ref().and_then(|s| s.reason.clone());
-    let mut motion_notes = vec![fault.to_owned()];
-    motion_notes.retain(|note| !note.is_empty());
-    let (has_motion, packed) = match motion {
-        Some(motion) => {
-            motion_notes.extend(motion.notes);
-            (true, motion.packed)
-        }
-        None => (false, String::new()),
-    };
+    let reason = record.summary.as_ref().and_then(|s| s.reason.as_deref());
     let (scene, scene_note) = scene(record);
+    let plan = record.scene.as_ref().map(Scene::plan);
     Run {
-        label: label.to_owned(),
+        label,
+        record,
+        charts,
+        motion: motion.as_ref().ok(),
+        fault: motion.as_ref().err().map_or("", String::as_str),
         status,
         tone,
         last_words: if reason.is_some() || tone == "bad" {
-            last_words(record, reason.as_deref())
+            last_words(record, reason)
         } else {
             Vec::new()
         },
-        warnings: (record.summary.as_ref()).map_or_else(Vec::new, |s| s.warnings.clone()),
         reason,
-        has_motion,
-        packed,
-        motion_notes,
-        has_energy: charts.energy.is_some(),
-        energy_notes: charts.notes.energy.clone(),
-        has_steps: charts.steps.is_some(),
-        step_notes: charts.notes.steps.clone(),
-        history_notes: charts.notes.history.clone(),
         parts: parts(record),
         log_title: log_title(&record.log),
         log: log_rows(&record.log),
         scene,
         scene_note,
-        left_out: record
-            .scene
-            .as_ref()
-            .map_or(Vec::new(), |s| s.plan().left_out),
+        left_out: plan.map_or(Vec::new(), |plan| plan.left_out),
         details: details(record),
-        faults: record.faults.clone(),
     }
 }
 
@@ -391,8 +367,7 @@ fn ended(record: &Record) -> (String, &'static str) {
 
 /// How far a run has come that goes on.
 fn under_way(record: &Record) -> String {
-    let times = record.history.as_ref().and_then(|h| h.columns.first());
-    let time = times.and_then(|times| times.values.last().copied());
+    let time = so_far::time(record);
     let end = record.scene.as_ref().map(|scene| scene.time.end);
     match (time, end) {
         (Some(time), Some(end)) => {
@@ -405,12 +380,11 @@ fn under_way(record: &Record) -> String {
 
 /// The last warnings and errors, but for what is the reason itself.
 fn last_words(record: &Record, reason: Option<&str>) -> Vec<String> {
-    let loud = |line: &&Line| line.level == "ERROR" || line.level == "WARN";
     let mut words: Vec<String> = record
         .log
         .iter()
         .rev()
-        .filter(loud)
+        .filter(|line| line.is_loud())
         .map(Line::text)
         .filter(|text| !text.is_empty() && Some(text.as_str()) != reason)
         .take(3)
@@ -556,15 +530,15 @@ fn log_rows(log: &[Line]) -> Vec<LogRow> {
 }
 
 /// The text of the scene, and what is left out of it.
-fn scene(record: &Record) -> (String, Option<String>) {
+fn scene(record: &Record) -> (&str, Option<String>) {
     let Some(text) = &record.scene_text else {
         return (
-            String::new(),
+            "",
             Some("There is no scene.toml in the run directory.".to_owned()),
         );
     };
     if text.len() <= SCENE {
-        return (text.clone(), None);
+        return (text, None);
     }
     let end = (0..=SCENE).rev().find(|&end| text.is_char_boundary(end));
     let note = format!(
@@ -572,7 +546,7 @@ fn scene(record: &Record) -> (String, Option<String>) {
         size(SCENE as u64),
         size(text.len() as u64)
     );
-    (text[..end.unwrap_or(0)].to_owned(), Some(note))
+    (&text[..end.unwrap_or(0)], Some(note))
 }
 
 /// Where and how it was run: from the log, which says it since there are reports.

@@ -4,12 +4,13 @@ use std::io;
 use std::path::{Path, PathBuf};
 
 use coupler::record::course::COURSE;
+use coupler::record::log::{self, Line};
 use coupler::record::{Summary, Table};
 use coupler::scene::Scene;
+use coupler::scene::diagnostic::SceneErrors;
 use interface::files::{self, TABLE};
 
 use crate::ReportError;
-use crate::log::{self, Line};
 
 /// What a run has left.
 #[derive(Debug)]
@@ -20,8 +21,6 @@ pub struct Record {
     pub summary: Option<Summary>,
     /// The scene as resolved, as it was written.
     pub scene_text: Option<String>,
-    /// The same as a tree; empty where it cannot be read.
-    pub written: toml::Table,
     /// The same as checked; `None` where this build refuses it.
     pub scene: Option<Scene>,
     /// What the scene asks for over time.
@@ -60,11 +59,10 @@ impl Record {
             let read = Summary::parse(text.as_bytes());
             read.map_err(|e| faults.push(format!("{e}."))).ok()
         });
-        let written = scene_text.as_deref().map(str::parse::<toml::Table>);
-        let written = written.transpose().unwrap_or_else(|error| {
-            let words = error.message();
-            faults.push(format!("scene.toml cannot be read: {words}."));
-            None
+        let scene = scene_text.as_ref().and_then(|_| {
+            let read = Scene::of_run(dir);
+            let told = |e: &SceneErrors| format!("scene.toml cannot be read: {}.", e.0[0].message);
+            read.map_err(|errors| faults.push(told(&errors))).ok()
         });
         let history = table("history.csv", history, &mut faults);
         let course = table(COURSE, text(dir, COURSE)?, &mut faults);
@@ -75,9 +73,8 @@ impl Record {
         Ok(Self {
             path: dir.to_path_buf(),
             summary,
-            scene: Scene::of_run(dir).ok(),
+            scene,
             scene_text,
-            written: written.unwrap_or_default(),
             history,
             course,
             log,

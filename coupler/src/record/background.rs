@@ -10,10 +10,11 @@ use std::sync::{Arc, Mutex};
 use std::thread::{self, JoinHandle};
 use std::time::Duration;
 
+use interface::files::How;
 use interface::transport::wait::until_there;
 
 use super::error::{RunDirError, fail};
-use super::rundir::RunDir;
+use super::rundir::{LOG, RunDir};
 
 /// Time between two looks of a thread that waits for a writer.
 const LOOK: Duration = Duration::from_millis(1);
@@ -168,7 +169,9 @@ impl LogFile {
     /// # Errors
     /// [`RunDirError`].
     pub fn of(dir: &RunDir, append: bool) -> Result<Self, RunDirError> {
-        let (file, path) = dir.log(append)?;
+        let how = if append { How::Append } else { How::Replace };
+        // Messages name it where it will be when the run has begun.
+        let (file, path) = (dir.open(LOG, how)?.0, dir.path().join(LOG));
         let bytes = file.metadata().map_or(0, |file| file.len());
         Ok(Self(Arc::new(appends(file, path, bytes).into())))
     }

@@ -6,6 +6,7 @@
 //! let results = recorder.finish();               // for summary.json
 //! ```
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Deserializer, Serialize};
 
 use crate::record::quantity::Sample;
@@ -39,29 +40,49 @@ pub struct Check {
     pub source: String,
 }
 
-/// How a value's history becomes one number.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum When {
+/// How the value's history becomes one number.
+#[derive(Debug, Clone, Copy, PartialEq, Default, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case", deny_unknown_fields)]
+pub enum When<Time = f64> {
     /// The last value of the window.
+    #[default]
     End,
-    /// The value at this time in s, interpolated between samples.
-    At(f64),
-    /// The largest value.
+    /// The value at this time in s, interpolated between history outputs.
+    At(Time),
+    /// The largest value of the window.
     Max,
-    /// The smallest value.
+    /// The smallest value of the window.
     Min,
-    /// The largest rise above the least value before.
+    /// The largest rise above the least value before it in the window.
     Rise,
-    /// The time of the largest value.
+    /// The time in s at which the value is largest in the window.
     TimeOfMax,
-    /// The mean over time.
+    /// The mean over the window's time.
     Mean,
-    /// The root of the mean square over time.
+    /// The root of the mean square over the window's time.
     Rms,
-    /// The largest distance from the reference.
+    /// The largest distance from the reference, which may depend on time.
     MaxError,
-    /// The root mean square distance from the reference.
+    /// The root mean square distance from the reference, which may depend on time.
     RmsError,
+}
+
+impl<Time> When<Time> {
+    /// The same with another form of the time.
+    pub(crate) fn map<T>(&self, time: impl FnOnce(&Time) -> T) -> When<T> {
+        match self {
+            Self::End => When::End,
+            Self::At(at) => When::At(time(at)),
+            Self::Max => When::Max,
+            Self::Min => When::Min,
+            Self::Rise => When::Rise,
+            Self::TimeOfMax => When::TimeOfMax,
+            Self::Mean => When::Mean,
+            Self::Rms => When::Rms,
+            Self::MaxError => When::MaxError,
+            Self::RmsError => When::RmsError,
+        }
+    }
 }
 
 /// What the number must be. Bounds and scales depend on nothing but constants and initial quantities.
@@ -523,6 +544,23 @@ impl Progress {
 }
 
 impl Expected {
+    /// As the scene says it; `told` is a number in words.
+    pub fn in_words(&self, told: impl Fn(f64) -> String) -> String {
+        let words = |expression: &Expression| {
+            let number = expression.as_number().map(&told);
+            number.unwrap_or_else(|| expression.source().to_owned())
+        };
+        match self {
+            Self::AtLeast(least) => format!("at least {}", words(least)),
+            Self::AtMost(most) => format!("at most {}", words(most)),
+            Self::Between(least, most) => [least, most].map(words).join(" to "),
+            Self::Near { reference, .. } => match reference {
+                Reference::Expression(reference) => words(reference),
+                Reference::Table(_) => "a table over time".to_owned(),
+            },
+        }
+    }
+
     /// The reference at a time; NaN if there is a bound instead.
     fn reference(&self, slots: &[f64], time: f64) -> f64 {
         match self {

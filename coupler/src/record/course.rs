@@ -101,15 +101,7 @@ mod tests {
         let dir = tempfile::tempdir().unwrap();
         let run = RunDir::create(dir.path(), "").unwrap();
         let mut course = Course::begin(&run).unwrap();
-        let plan = crate::scene::TimePlan {
-            end: 1.0,
-            max_step: None,
-            min_step: 1e-12,
-            safety: 0.9,
-            step_factor: 1.0,
-            created_energy: 0.1,
-            criterion: crate::scene::Criterion::Composed,
-        };
+        let plan = crate::scene::TimePlan::until(1.0);
         let energies = Energies {
             kinetic: 3.0,
             total: 3.0,

@@ -281,41 +281,39 @@ pub enum Since {
     Here([Sums; 2]),
 }
 
-/// The sums of a side: work of friction, viscosity, plastic flow, drives, stress and transfer in J/m and the two moments, then the
-/// two impulses.
-type Sums = ([f64; 8], [[f64; 2]; 2]);
+/// The sums of a side: work of friction, viscosity, plastic flow, drives, stress and transfer in J/m, then moments and impulses
+/// from outside and of contact.
+type Sums = [f64; 12];
+
+fn sums(side: &mut Ledger) -> [&mut f64; 12] {
+    let [outside_x, outside_y] = &mut side.applied_impulse;
+    let [contact_x, contact_y] = &mut side.contact_impulse;
+    [
+        &mut side.friction_work,
+        &mut side.viscous_work,
+        &mut side.plastic_work,
+        &mut side.driven_work,
+        &mut side.stress_work,
+        &mut side.transfer_work,
+        &mut side.applied_moment,
+        &mut side.contact_moment,
+        outside_x,
+        outside_y,
+        contact_x,
+        contact_y,
+    ]
+}
 
 impl Since {
     /// The ledgers of both sides with their sums since then.
     pub fn count(&mut self, mut sides: [Ledger; 2]) -> [Ledger; 2] {
         if *self == Self::Next {
-            *self = Self::Here(sides.map(|side| {
-                let work = [
-                    side.friction_work,
-                    side.viscous_work,
-                    side.plastic_work,
-                    side.driven_work,
-                    side.stress_work,
-                    side.transfer_work,
-                    side.applied_moment,
-                    side.contact_moment,
-                ];
-                (work, [side.applied_impulse, side.contact_impulse])
-            }));
+            *self = Self::Here(sides.map(|mut side| sums(&mut side).map(|sum| *sum)));
         }
-        if let Self::Here(sums) = self {
-            for (side, (work, impulses)) in sides.iter_mut().zip(sums) {
-                side.friction_work -= work[0];
-                side.viscous_work -= work[1];
-                side.plastic_work -= work[2];
-                side.driven_work -= work[3];
-                side.stress_work -= work[4];
-                side.transfer_work -= work[5];
-                side.applied_moment -= work[6];
-                side.contact_moment -= work[7];
-                let sums = [&mut side.applied_impulse, &mut side.contact_impulse];
-                for (sum, before) in sums.into_iter().zip(impulses) {
-                    *sum = [sum[0] - before[0], sum[1] - before[1]];
+        if let Self::Here(before) = self {
+            for (side, before) in sides.iter_mut().zip(before) {
+                for (sum, before) in sums(side).into_iter().zip(before) {
+                    *sum -= *before;
                 }
             }
         }

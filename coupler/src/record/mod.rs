@@ -5,7 +5,7 @@
 //! | [`quantity`] | the quantities that columns and checks may name |
 //! | [`ledger`] | energies and momenta of both sides together |
 //! | [`check`] | columns of the history, and the checks of the scene |
-//! | [`rundir`], [`history`], [`frames`], [`summary`] | the run directory and its files |
+//! | [`rundir`], [`history`], [`frames`], [`summary`], [`log`] | the run directory and its files |
 //! | [`background`], [`screen`] | threads that write to files and to standard error, so that no step waits for them |
 //! | [`progress`] | the progress bar |
 
@@ -16,6 +16,7 @@ mod error;
 pub mod frames;
 pub mod history;
 pub mod ledger;
+pub mod log;
 pub mod progress;
 pub mod quantity;
 pub mod rundir;

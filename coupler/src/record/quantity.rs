@@ -24,7 +24,7 @@ struct Row<T: ?Sized> {
 ///
 /// # Panics
 /// For a unit that no row has.
-pub fn slice_unit(unit: &str) -> Option<&'static str> {
+fn slice_unit(unit: &str) -> Option<&'static str> {
     match unit {
         "kg/m" => Some("kg"),
         "N/m" => Some("N"),
@@ -38,9 +38,8 @@ pub fn slice_unit(unit: &str) -> Option<&'static str> {
     }
 }
 
-/// Unit of a quantity of any scene, per metre of thickness, by its name, also after `initial.`. `None` if it is not the
-/// name of a quantity.
-pub fn unit_of(name: &str) -> Option<&'static str> {
+/// Unit of a quantity of any scene, per metre of thickness, by its name.
+fn unit_per_metre(name: &str) -> Option<&'static str> {
     fn find<T: ?Sized>(rows: &[Row<T>], name: &str) -> Option<&'static str> {
         let row = rows.iter().find(|row| row.name == name);
         row.map(|row| row.unit)
@@ -49,7 +48,6 @@ pub fn unit_of(name: &str) -> Option<&'static str> {
     if !name.chars().all(in_name) {
         return None; // an expression
     }
-    let name = name.strip_prefix("initial.").unwrap_or(name);
     find(OF_RUN, whole_name(name)).or_else(|| {
         let (kind, rest) = name.split_once('.')?;
         let (_, of_it) = rest.rsplit_once('.')?;
@@ -464,8 +462,8 @@ pub struct Quantities {
     fills: Vec<usize>,
     /// Indices of the values that are those of the slice, if it is not 1 m thick.
     sliced: Vec<usize>,
-    /// Its thickness in m.
-    thickness: f64,
+    /// Its thickness in m; `None`: the values are per metre.
+    thickness: Option<f64>,
 }
 
 /// The values of all quantities at one time, in the order of their registry.
@@ -483,10 +481,7 @@ impl Quantities {
         bodies: impl IntoIterator<Item = &'a str>,
         fills: impl IntoIterator<Item = (&'a str, u32)>,
     ) -> Self {
-        let mut registry = Self {
-            thickness: 1.0,
-            ..Self::default()
-        };
+        let mut registry = Self::default();
         registry.add("", OF_RUN);
         for group in groups {
             registry.groups += 1;
@@ -526,11 +521,18 @@ impl Quantities {
         self.names.extend(names);
     }
 
-    /// The same for a slice of this thickness (m): masses, forces, momenta and energies are those of the slice and not
-    /// of a metre.
+    /// The same for a slice of this thickness (m), if the scene has one: masses, forces, momenta and energies are those of the
+    /// slice and not of a metre.
     #[must_use]
-    pub fn of_slice(self, thickness: f64) -> Self {
+    pub fn of_slice(self, thickness: Option<f64>) -> Self {
         Self { thickness, ..self }
+    }
+
+    /// Unit of a quantity by its name, also after `initial.`. `None` if it is not the name of a quantity.
+    pub fn unit_of(&self, name: &str) -> Option<&'static str> {
+        let unit = unit_per_metre(name.strip_prefix("initial.").unwrap_or(name))?;
+        let of_slice = self.thickness.and(slice_unit(unit));
+        Some(of_slice.unwrap_or(unit))
     }
 
     /// Number of values in a [`Sample`].
@@ -602,9 +604,9 @@ impl Quantities {
             sample.add(OF_FILL, fill);
             filled = others;
         }
-        if self.thickness != 1.0 {
+        if let Some(thickness) = self.thickness {
             for &place in &self.sliced {
-                sample.values[place] *= self.thickness;
+                sample.values[place] *= thickness;
             }
         }
     }

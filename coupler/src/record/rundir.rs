@@ -35,7 +35,7 @@ pub const REPORT: &str = "report.html";
 /// ParaView's list of the frames.
 pub const FRAME_LIST: &str = "frames/frames.pvd";
 const BODIES: &str = "bodies.csv";
-const RECORDING: &str = "recording.tandem";
+pub(crate) const RECORDING: &str = "recording.tandem";
 /// The files that a resumed run goes on with.
 const GROWING: [&str; 6] = [HISTORY, "course.csv", LOG, RECORDING, "mpm.log", "dem.log"];
 /// Folder of a new run, while the files of an earlier one are still there.
@@ -185,30 +185,12 @@ impl RunDir {
         Ok((file, path))
     }
 
-    /// The recording of all messages, if one is asked for: a new one, or one that is continued.
-    ///
-    /// # Errors
-    /// [`RunDirError`].
-    pub(crate) fn recording(&self, resumed: bool) -> Result<(File, PathBuf), RunDirError> {
-        let how = if resumed { How::Change } else { How::Replace };
-        self.open(RECORDING, how)
-    }
-
     /// Notes that this run writes its page.
     ///
     /// # Errors
     /// [`RunDirError`].
     pub fn report(&self) -> Result<(), RunDirError> {
         self.claim(REPORT).map(|_| ())
-    }
-
-    /// Opens the log, empty or to append; returns the file and its path.
-    ///
-    /// # Errors
-    /// [`RunDirError`].
-    pub(crate) fn log(&self, append: bool) -> Result<(File, PathBuf), RunDirError> {
-        let how = if append { How::Append } else { How::Replace };
-        Ok((self.open(LOG, how)?.0, self.root.join(LOG)))
     }
 
     /// The run has started. It replaces the earlier one, whose files are removed. Files that others have put into the
@@ -339,12 +321,13 @@ impl RunDir {
         self.replace(name, bytes, false)
     }
 
-    /// The same, and the file is on the disk when this returns.
-    pub(crate) fn write_durably(&self, name: &str, bytes: &[u8]) -> Result<(), RunDirError> {
-        self.replace(name, bytes, true)
-    }
-
-    fn replace(&self, name: &str, bytes: &[u8], durably: bool) -> Result<(), RunDirError> {
+    /// The same; with `durably` the file is on the disk when this returns.
+    pub(crate) fn replace(
+        &self,
+        name: &str,
+        bytes: &[u8],
+        durably: bool,
+    ) -> Result<(), RunDirError> {
         let (name, path) = self.claim(name)?;
         files::replace(&self.root, name, bytes, durably).map_err(fail("write", &path))
     }

@@ -1,4 +1,4 @@
-//! Marks of what a table has at a checkpoint, by which a change before it is found when the run goes on.
+//! The seal of what a table has at a checkpoint, by which a change before it is found when the run goes on.
 
 use std::io::{self, ErrorKind, Read as _};
 use std::path::Path;
@@ -6,57 +6,34 @@ use std::path::Path;
 use interface::files::{self, How};
 use serde::{Deserialize, Serialize};
 
-/// Bytes of a piece, each of which has a mark.
-const PIECE: usize = 64 << 10;
-
 /// The content of a table, as it was written.
 #[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, Deserialize)]
 pub(crate) struct Sealed {
     /// Its length in bytes.
     pub bytes: u64,
-    /// First 8 bytes of the BLAKE3 hash of each piece, the last of which may be shorter.
-    marks: Vec<[u8; 8]>,
+    /// BLAKE3 of these.
+    hash: [u8; 32],
 }
 
-/// Marks a table while it is written.
+/// Seals a table while it is written.
 #[derive(Debug, Default)]
 pub(crate) struct Seal {
     bytes: u64,
-    whole: Vec<[u8; 8]>,
-    /// The piece that is not whole yet.
-    rest: blake3::Hasher,
-}
-
-fn mark(piece: &blake3::Hasher) -> [u8; 8] {
-    let hash = piece.finalize();
-    hash.as_bytes()[..8].try_into().expect("8 of 32 bytes")
+    hasher: blake3::Hasher,
 }
 
 impl Seal {
     /// Takes what is added to the table.
-    pub fn take(&mut self, mut added: &[u8]) {
-        while !added.is_empty() {
-            let room = PIECE - (self.bytes % PIECE as u64) as usize;
-            let (now, later) = added.split_at(room.min(added.len()));
-            self.rest.update(now);
-            self.bytes += now.len() as u64;
-            if now.len() == room {
-                self.whole.push(mark(&self.rest));
-                self.rest.reset();
-            }
-            added = later;
-        }
+    pub fn take(&mut self, added: &[u8]) {
+        self.hasher.update(added);
+        self.bytes += added.len() as u64;
     }
 
-    /// The marks of what was taken so far.
+    /// What was taken so far.
     pub fn sealed(&self) -> Sealed {
-        let mut marks = self.whole.clone();
-        if !self.bytes.is_multiple_of(PIECE as u64) {
-            marks.push(mark(&self.rest));
-        }
         Sealed {
             bytes: self.bytes,
-            marks,
+            hash: self.hasher.finalize().into(),
         }
     }
 }
@@ -65,38 +42,25 @@ impl Sealed {
     /// Compares the beginning of the table `name` of a run directory with what was written; returns its seal.
     ///
     /// # Errors
-    /// It cannot be read, is shorter, or differs; the message says where.
+    /// It cannot be read, is shorter, or differs.
     pub fn compare(&self, dir: &Path, name: &str) -> io::Result<Seal> {
         let mut file = files::open(dir, name, How::Read)?.take(self.bytes);
-        let (mut seal, mut piece) = (Seal::default(), Vec::with_capacity(PIECE));
+        let (mut seal, mut piece) = (Seal::default(), vec![0; 64 << 10]);
         loop {
-            piece.clear();
-            if file.by_ref().take(PIECE as u64).read_to_end(&mut piece)? == 0 {
-                break;
-            }
-            seal.take(&piece);
-        }
-        if seal.bytes < self.bytes {
-            let what = format!(
-                "it has {} bytes, and had {} at the checkpoint",
-                seal.bytes, self.bytes
-            );
-            return Err(io::Error::new(ErrorKind::InvalidData, what));
-        }
-        let found = seal.sealed().marks;
-        let pairs = found.iter().zip(&self.marks);
-        match pairs
-            .enumerate()
-            .find(|(_, (found, written))| found != written)
-        {
-            None => Ok(seal),
-            Some((piece, _)) => {
-                let from = (piece * PIECE) as u64;
-                let to = self.bytes.min(from + PIECE as u64);
-                let what = format!("it was changed between byte {from} and byte {to}");
-                Err(io::Error::new(ErrorKind::InvalidData, what))
+            match file.read(&mut piece)? {
+                0 => break,
+                read => seal.take(&piece[..read]),
             }
         }
+        let (found, bytes) = (seal.bytes, self.bytes);
+        let what = if found < bytes {
+            format!("it has {found} bytes, and had {bytes} at the checkpoint")
+        } else if bytes > 0 && seal.sealed() != *self {
+            format!("its first {bytes} bytes, which it had at the checkpoint, were changed")
+        } else {
+            return Ok(seal);
+        };
+        Err(io::Error::new(ErrorKind::InvalidData, what))
     }
 }
 
@@ -108,7 +72,7 @@ mod tests {
     #[test]
     fn a_changed_byte_before_the_checkpoint_is_found_and_none_behind_it() {
         let dir = tempfile::tempdir().unwrap();
-        let table: Vec<u8> = (0..3 * PIECE + 17).map(|k| (k % 251) as u8).collect();
+        let table: Vec<u8> = (0..200_017).map(|k| (k % 251) as u8).collect();
         let mut seal = Seal::default();
         for part in table.chunks(1000) {
             seal.take(part);
@@ -124,17 +88,15 @@ mod tests {
         assert_eq!(compare(&table), Ok(sealed.clone()));
         let longer = [&table[..], b"rows of later"].concat();
         assert_eq!(compare(&longer), Ok(sealed.clone()));
-        for at in [0, PIECE - 1, PIECE, 3 * PIECE, 3 * PIECE + 16] {
+        for at in [0, 1000, table.len() - 1] {
             let mut changed = longer.clone();
             changed[at] ^= 1;
-            let from = at / PIECE * PIECE;
-            let words = format!("it was changed between byte {from} and byte ");
             let told = compare(&changed).unwrap_err();
-            assert!(told.starts_with(&words), "{at}: {told}");
+            assert!(told.contains("were changed"), "{at}: {told}");
         }
         let told = compare(&table[..table.len() - 1]).unwrap_err();
         assert!(told.contains("bytes, and had"), "{told}");
-        let none = Seal::default().sealed();
+        let none = Sealed::default();
         assert!(none.compare(dir.path(), "t").is_ok());
     }
 }

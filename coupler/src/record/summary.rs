@@ -95,22 +95,18 @@ pub struct EnergyLedger {
 }
 
 /// Steps in s that several criteria would allow, for comparison. They include safety factors, and leave out the scene's
-/// `step_factor`, cap and outputs. `None` if nothing limits the step.
+/// `step_factor`, cap and outputs; `null` if nothing limits the step.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 pub struct Criteria {
     /// Shortest step of the composed criterion (docs/physics.md section 4) in the run.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub composed: Option<f64>,
     /// Jiang 2020 eq. 51, the scene's own factors or those of the paper's scenes.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub jiang2020: Option<f64>,
     /// `min(kappa_1 L/c, 2 kappa sqrt(m_p/k_n))` with the mass of the lightest point and the safety factor kappa: the
     /// choice of someone who knows that a point is the lightest partner in its contact.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub lightest_point: Option<f64>,
     /// `sqrt(m/k_n)` without a factor. m is the mass of the lightest point, or of the lightest free body if there are
     /// no points. It ignores waves and has no safety factor; it is half the limit of one mass on one spring.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub contact_alone: Option<f64>,
 }
 

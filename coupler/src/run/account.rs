@@ -52,17 +52,22 @@ const MOST: u64 = 1 << 62;
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub(crate) struct Kept {
     recorded: Recorded,
-    balance: Balance,
     so_far: SoFar,
-    /// The values of [`Criteria`], which leaves out missing ones.
-    criteria: [Option<f64>; 4],
-    clock: Clock,
-    imps_max: u64,
-    grants: u64,
-    /// Number of epochs so far, and before the run began.
-    epochs: [u64; 2],
-    since: Since,
+    tally: Tally,
     spent: Spent,
+}
+
+/// What a run has counted and measured so far.
+#[derive(Debug, Clone, Copy, Serialize, Deserialize)]
+pub(crate) struct Tally {
+    pub since: Since,
+    pub balance: Balance,
+    pub criteria: Criteria,
+    pub clock: Clock,
+    pub imps_max: u64,
+    pub grants: u64,
+    pub epochs: u64,
+    epochs_before: u64,
 }
 
 impl Kept {
@@ -73,13 +78,19 @@ impl Kept {
 
     /// Whether a run can have counted this: epochs before it are among all, and no count overflows soon.
     pub fn is_countable(&self) -> bool {
-        let [epochs, before] = self.epochs;
+        let Tally {
+            clock,
+            imps_max,
+            grants,
+            epochs,
+            epochs_before,
+            ..
+        } = self.tally;
         let outputs = self.so_far.outputs();
         let steps = self.so_far.bound_by.values();
         let steps = steps.fold(0, |sum: u64, &steps| sum.saturating_add(steps));
-        let index = self.clock.index();
-        let counts = [index, steps, outputs, self.imps_max, self.grants, epochs];
-        before <= epochs && counts.iter().all(|&count| count <= MOST)
+        let counts = [clock.index(), steps, outputs, imps_max, grants, epochs];
+        epochs_before <= epochs && counts.iter().all(|&count| count <= MOST)
     }
 }
 
@@ -89,18 +100,11 @@ pub(crate) struct Account {
     pub scene_hash: String,
     start: Option<[String; 2]>,
     pub recorder: Recorder,
-    pub since: Since,
-    pub balance: Balance,
+    pub tally: Tally,
     /// The share of created energy that the scene takes.
     created_energy: f64,
     pub pace: Pace,
-    pub criteria: Criteria,
-    pub clock: Clock,
     pub reports: BTreeMap<Party, Report>,
-    pub imps_max: u64,
-    pub grants: u64,
-    pub epochs: u64,
-    epochs_before: u64,
     pub waited: Duration,
     pub cpu_at_start: Duration,
     pub state_hash: Option<String>,
@@ -125,17 +129,19 @@ impl Account {
             scene_hash: scene.hash.clone(),
             start: scene.begins_with(),
             recorder: Recorder::new(&scene.output.columns, &scene.checks, scene.time.end),
-            since: Since::default(),
-            balance: Balance::default(),
+            tally: Tally {
+                since: Since::default(),
+                balance: Balance::default(),
+                criteria: Criteria::default(),
+                clock: Clock::new(0.0),
+                imps_max: 0,
+                grants: 0,
+                epochs: 0,
+                epochs_before: 0,
+            },
             created_energy: scene.time.created_energy,
             pace: Pace::new(scene.time, scene.output.every),
-            criteria: Criteria::default(),
-            clock: Clock::new(0.0),
             reports: BTreeMap::new(),
-            imps_max: 0,
-            grants: 0,
-            epochs: 0,
-            epochs_before: 0,
             waited: Duration::ZERO,
             cpu_at_start: interface::session::cpu_time(),
             state_hash: None,
@@ -207,22 +213,10 @@ impl Account {
 
     /// The part that continues in another process.
     pub fn keep(&self) -> Kept {
-        let criteria = self.criteria;
         Kept {
             recorded: self.recorder.so_far(),
-            balance: self.balance,
             so_far: self.pace.so_far().clone(),
-            criteria: [
-                criteria.composed,
-                criteria.jiang2020,
-                criteria.lightest_point,
-                criteria.contact_alone,
-            ],
-            clock: self.clock,
-            imps_max: self.imps_max,
-            grants: self.grants,
-            epochs: [self.epochs, self.epochs_before],
-            since: self.since,
+            tally: self.tally,
             spent: self.spent(self.started.elapsed()),
         }
     }
@@ -230,20 +224,8 @@ impl Account {
     /// Continues the account of another process. Returns whether that account belongs to this scene, which has so many
     /// quantities.
     pub fn resume(&mut self, kept: Kept, quantities: usize) -> bool {
-        let [composed, jiang2020, lightest_point, contact_alone] = kept.criteria;
-        self.criteria = Criteria {
-            composed,
-            jiang2020,
-            lightest_point,
-            contact_alone,
-        };
-        self.balance = kept.balance;
+        self.tally = kept.tally;
         self.pace.resume(kept.so_far);
-        self.clock = kept.clock;
-        self.imps_max = kept.imps_max;
-        self.grants = kept.grants;
-        [self.epochs, self.epochs_before] = kept.epochs;
-        self.since = kept.since;
         self.earlier = kept.spent;
         self.recorder.resume(kept.recorded, quantities)
     }
@@ -251,14 +233,16 @@ impl Account {
     /// Begins with the account of a run of another scene. The clock shows 0 if `from_zero`. The numbers of epochs and
     /// steps continue, as the solvers expect.
     pub fn branch(&mut self, kept: &Kept, from_zero: bool) {
-        self.clock = kept.clock;
+        let mut clock = kept.tally.clock;
         if from_zero {
-            let (index, before) = (kept.clock.index(), kept.clock.interval_behind());
-            self.clock = Clock::within_epoch(index, 0.0, 0, before, 0.0);
+            let (index, before) = (clock.index(), clock.interval_behind());
+            clock = Clock::within_epoch(index, 0.0, 0, before, 0.0);
         }
-        self.pace.branch(&kept.so_far, self.clock.time());
-        (self.epochs, self.epochs_before) = (kept.epochs[0], kept.epochs[0]);
-        self.since = Since::Next;
+        self.pace.branch(&kept.so_far, clock.time());
+        let tally = &mut self.tally;
+        (tally.clock, tally.since) = (clock, Since::Next);
+        tally.epochs = kept.tally.epochs;
+        tally.epochs_before = tally.epochs;
     }
 
     /// Whether the run can be within this epoch with so many steps done: the clock is in it, and it ends at an output if
@@ -266,7 +250,7 @@ impl Account {
     pub fn can_go_on(&self, epoch: &Epoch, done: u64) -> bool {
         let left = epoch.steps.saturating_sub(done);
         let landing = epoch.lands.then(|| (self.pace.next_output(), left));
-        self.clock.can_go_on(epoch.dt, done, landing)
+        self.tally.clock.can_go_on(epoch.dt, done, landing)
     }
 
     /// Wall time of this process so far.
@@ -323,9 +307,9 @@ impl Account {
         let checks = if whole {
             self.recorder.finish()
         } else {
-            self.recorder.so_far_at(self.clock.time())
+            self.recorder.so_far_at(self.tally.clock.time())
         };
-        let created = self.balance.created_relative();
+        let created = self.tally.balance.created_relative();
         let too_much = created > self.created_energy;
         let warnings = created_words(created).map(|words| {
             if too_much {
@@ -345,9 +329,10 @@ impl Account {
         };
         let reason = match ended {
             Err(error) => Some(self.reason(error)),
-            Ok(()) if self.interrupted => {
-                Some(format!("interrupted at t = {:.6e} s", self.clock.time()))
-            }
+            Ok(()) if self.interrupted => Some(format!(
+                "interrupted at t = {:.6e} s",
+                self.tally.clock.time()
+            )),
             Ok(()) => None,
         };
         let spent = self.spent(wall);
@@ -383,13 +368,13 @@ impl Account {
             status,
             reason,
             steps: laid_out.bound_by.values().sum(),
-            time: self.clock.time(),
+            time: self.tally.clock.time(),
             dt_min: laid_out.range.map(|(low, _)| low),
             dt_max: laid_out.range.map(|(_, high)| high),
             dt_bound_by: bound_by.collect(),
-            criteria: self.criteria,
-            grants: self.grants,
-            epochs: self.epochs - self.epochs_before,
+            criteria: self.tally.criteria,
+            grants: self.tally.grants,
+            epochs: self.tally.epochs - self.tally.epochs_before,
             rebuilds: report(Party::Mpm).map_or(0, |report| report.rebuilds),
             wall_s: spent.wall,
             wall_by_part,
@@ -397,7 +382,7 @@ impl Account {
             stepping_wall_s: spent.stepping.wall,
             stepping_cpu_s: by_name(&spent.stepping.cpu),
             points: items(Party::Mpm),
-            imps_max: self.imps_max,
+            imps_max: self.tally.imps_max,
             bodies: items(Party::Dem),
             momentum_error: 0.0,
             angular_momentum_error: None,
@@ -405,7 +390,7 @@ impl Account {
             state_hash: self.state_hash.clone(),
             checks,
         };
-        summary.set_balance(&self.balance);
+        summary.set_balance(&self.tally.balance);
         summary
     }
 }

@@ -5,7 +5,9 @@ use std::path::Path;
 use std::time::Duration;
 
 use interface::files::{self, TABLE};
+use serde_json::Value;
 
+use crate::record::log;
 use crate::record::rundir::{HISTORY, LOG, RunDir, RunDirError, SCENE, in_use};
 use crate::record::summary::{SUMMARY, Status, Summary};
 use crate::run::account::Account;
@@ -43,16 +45,12 @@ impl Killed {
             last_message: None,
         };
         let log = files::read_text(dir, LOG, TABLE).unwrap_or_default();
-        for line in log.lines() {
-            let Ok(line) = serde_json::from_str::<serde_json::Value>(line) else {
-                continue;
-            };
-            let fields = &line["fields"];
-            if let Some(steps) = fields["step"].as_u64() {
+        for line in log::parse(&log).0 {
+            if let Some(steps) = line.fields.get("step").and_then(Value::as_u64) {
                 killed.steps = killed.steps.max(steps);
             }
-            if matches!(line["level"].as_str(), Some("WARN" | "ERROR")) {
-                killed.last_message = fields["message"].as_str().map(str::to_owned);
+            if line.is_loud() {
+                killed.last_message = Some(line.message().to_owned());
             }
         }
         killed

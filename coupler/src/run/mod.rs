@@ -26,9 +26,10 @@ mod supervise;
 
 use std::collections::BTreeMap;
 use std::panic::{AssertUnwindSafe, catch_unwind};
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::time::Instant;
 
+use interface::files::How;
 use interface::message::control::Party;
 use interface::message::{Channel, Kind};
 use interface::recording::{About, Recorder, RecordingSink, Tap};
@@ -42,7 +43,7 @@ use interface::transport::domain::OwnedDomain;
 use interface::transport::iceoryx::{self, Medium, SEND_TIMEOUT};
 use interface::transport::recorded::Recorded;
 
-use crate::record::rundir::{RunDir, RunDirError};
+use crate::record::rundir::{RECORDING, RunDir, RunDirError};
 use crate::record::summary::Summary;
 use crate::run::account::Account;
 use crate::run::checkpoint::branch::Branch;
@@ -80,10 +81,13 @@ pub fn run(scene: &Scene, options: &RunOptions, dir: &RunDir, branch: Option<Bra
 /// A run that continues from the newest usable checkpoint of its directory.
 #[derive(Debug)]
 pub struct Resumed {
-    path: PathBuf,
+    /// Path of the checkpoint.
+    pub path: PathBuf,
     checkpoint: Checkpoint,
-    passed_over: Vec<CheckpointError>,
-    aside: Vec<String>,
+    /// The errors of newer checkpoints.
+    pub passed_over: Vec<CheckpointError>,
+    /// The tables that are put aside, with the reasons.
+    pub aside: Vec<String>,
 }
 
 impl Resumed {
@@ -103,24 +107,9 @@ impl Resumed {
         })
     }
 
-    /// Path of the checkpoint.
-    pub fn path(&self) -> &Path {
-        &self.path
-    }
-
     /// The description of the checkpoint.
     pub fn about(&self) -> &file::About {
         &self.checkpoint.about
-    }
-
-    /// The errors of newer checkpoints.
-    pub fn passed_over(&self) -> &[CheckpointError] {
-        &self.passed_over
-    }
-
-    /// The tables that are put aside, with the reasons.
-    pub fn aside(&self) -> &[String] {
-        &self.aside
     }
 
     /// Continues the run.
@@ -188,7 +177,7 @@ fn recorder(
         let Some(length) = checkpoint.state.recording else {
             return Ok(None);
         };
-        let resumed = dir.recording(true).map_err(RunError::from);
+        let resumed = dir.open(RECORDING, How::Change).map_err(RunError::from);
         let recorder = resumed.and_then(|(file, path)| {
             let recorder = Recorder::resume(file, &path, &about, length);
             recorder.map_err(|error| SessionError::from(error).into())
@@ -201,7 +190,7 @@ fn recorder(
     if !options.record {
         return Ok(None);
     }
-    let (file, path) = dir.recording(false)?;
+    let (file, path) = dir.open(RECORDING, How::Replace)?;
     let recorder = Recorder::create(file, &path, &about).map_err(SessionError::from)?;
     Ok(Some(recorder))
 }

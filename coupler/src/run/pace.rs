@@ -149,7 +149,7 @@ impl Pace {
             (dt, bound) = (GROWTH * last, Bound::Growth);
             steps = EPOCH_WHILE_GROWING;
         }
-        if dt.is_nan() || dt < self.plan.min_step {
+        if dt.is_nan() || dt < self.plan.shortest() {
             return Err(Collapsed { dt, bound });
         }
         let left = self.next_output() - time;
@@ -190,18 +190,13 @@ impl Pace {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::Criterion;
     use interface::message::wire::Limits;
 
     fn pace(end: f64, every: f64) -> Pace {
         let plan = TimePlan {
-            end,
-            max_step: None,
-            min_step: 1e-12,
             safety: 1.0,
-            step_factor: 1.0,
-            created_energy: 0.1,
-            criterion: Criterion::Composed,
+            min_step: Some(1e-12),
+            ..TimePlan::until(end)
         };
         Pace::new(plan, every)
     }

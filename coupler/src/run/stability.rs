@@ -15,6 +15,10 @@ use serde::{Deserialize, Serialize};
 use crate::record::summary::Criteria;
 use crate::scene::{Criterion, TimePlan};
 
+/// Factors of Jiang 2020 eq. 51 as the scenes of the paper have them here: of `L/c`, and of `2 pi sqrt(m_min/k_n)`.
+const KAPPA_1: f64 = 0.8;
+const KAPPA_2: f64 = 0.1;
+
 /// The limit that determines the step.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 pub enum Bound {
@@ -129,10 +133,6 @@ pub struct StepLimit {
 impl Stability {
     /// The criterion of a scene, with what the solvers reported as ready.
     pub fn new(plan: &TimePlan, mpm: Option<&Readiness>, dem: Option<&Readiness>) -> Self {
-        let eq_51 = match plan.criterion {
-            Criterion::Composed => Criterion::EQ_51,
-            own @ Criterion::Jiang2020 { .. } => own,
-        };
         let stiffness = dem.map_or(0.0, |dem| dem.stiffness_max);
         let period = |side: Option<&Readiness>| match side {
             Some(side) if stiffness > 0.0 && side.mass_min > 0.0 => {
@@ -140,18 +140,13 @@ impl Stability {
             }
             _ => f64::INFINITY,
         };
-        let (mut jiang2020, mut lightest_point) = (f64::INFINITY, f64::INFINITY);
-        if let Criterion::Jiang2020 { kappa_1, kappa_2 } = eq_51 {
-            let waves = mpm.map_or(f64::INFINITY, |mpm| kappa_1 * mpm.courant_time);
-            jiang2020 = waves.min(TAU * kappa_2 * period(dem));
-            lightest_point = waves.min(2.0 * plan.safety * period(mpm));
-        }
+        let waves = mpm.map_or(f64::INFINITY, |mpm| KAPPA_1 * mpm.courant_time);
         Self {
             safety: plan.safety,
             factor: plan.step_factor,
             criterion: plan.criterion,
-            jiang2020,
-            lightest_point,
+            jiang2020: waves.min(TAU * KAPPA_2 * period(dem)),
+            lightest_point: waves.min(2.0 * plan.safety * period(mpm)),
             contact_alone: period(mpm.or(dem)),
         }
     }
@@ -183,7 +178,7 @@ impl Stability {
     pub fn limit(&self, sides: &Sides) -> StepLimit {
         let mut stable = match self.criterion {
             Criterion::Composed => self.composed(sides),
-            Criterion::Jiang2020 { .. } => StepLimit {
+            Criterion::Jiang2020 => StepLimit {
                 dt: self.jiang2020,
                 bound: Bound::Jiang2020,
             },
@@ -298,13 +293,9 @@ mod tests {
 
     fn plan(safety: f64, criterion: Criterion) -> TimePlan {
         TimePlan {
-            end: 1.0,
-            max_step: None,
-            min_step: 1e-12,
             safety,
-            step_factor: 1.0,
-            created_energy: 0.1,
             criterion,
+            ..TimePlan::until(1.0)
         }
     }
 
@@ -383,11 +374,7 @@ mod tests {
             stiffness_max: 6e4,
             ..Readiness::default()
         };
-        let criterion = Criterion::Jiang2020 {
-            kappa_1: 0.8,
-            kappa_2: 0.1,
-        };
-        let plan = plan(0.8, criterion);
+        let plan = plan(0.8, Criterion::Jiang2020);
         let limit = Stability::new(&plan, Some(&mpm), Some(&dem)).limit(&sides());
         assert_eq!((limit.dt, limit.bound), (0.8 * 4e-5, Bound::Jiang2020));
         let soft = Readiness {

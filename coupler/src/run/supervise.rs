@@ -8,7 +8,6 @@ use std::sync::atomic::Ordering;
 use std::time::{Duration, Instant};
 
 use interface::config::capability::STRESS_WORK;
-use interface::config::{Wall, Walls};
 use interface::message::control::{Hello, Party};
 use interface::message::wire::{BodyState, Grant, Ledger, flags};
 use interface::recording::RecordingSink;
@@ -17,7 +16,7 @@ use interface::transport::vanished;
 
 use self::outputs::Outputs;
 use crate::record::background::Mark;
-use crate::record::frames::{Instant as FrameInstant, Listed, ReportedFields};
+use crate::record::frames::{Instant as FrameInstant, ReportedFields};
 use crate::record::ledger::{Moving, created_words};
 use crate::record::progress;
 use crate::record::quantity::{Ledgers, Measured, Sample};
@@ -145,7 +144,7 @@ impl<'a> Run<'a> {
             Origin::Itself(checkpoint) => (*checkpoint, None),
             Origin::Another(branch) => (branch.checkpoint, Some(branch.as_before)),
             Origin::Scene => {
-                let outputs = Outputs::begin(scene, options, dir, account, Listed::default())?;
+                let outputs = Outputs::begin(scene, options, dir, account, &[])?;
                 return Ok(Self::at_start(scene, options, dir, account, outputs));
             }
         };
@@ -156,7 +155,7 @@ impl<'a> Run<'a> {
         if branch.is_some() {
             let from_zero = scene.start.as_ref().is_some_and(|start| start.from_zero);
             account.branch(&state.account, from_zero);
-        } else if !account.resume(state.account, scene.quantities.len()) {
+        } else if !account.resume(state.account.clone(), scene.quantities.len()) {
             return refused("it has another number of checks or quantities");
         }
         // A branch has a last epoch of its own, and its own first one unless it continues as that run would.
@@ -168,14 +167,9 @@ impl<'a> Run<'a> {
             return refused("its clock is not in its epoch");
         }
         let outputs = if branch.is_some() {
-            let listed = Listed {
-                start: state.origin.clone(),
-                ..Listed::default()
-            };
-            Outputs::begin(scene, options, dir, account, listed)?
+            Outputs::begin(scene, options, dir, account, &state.origin)?
         } else {
-            let written = [&state.history, &state.course];
-            Outputs::resume(scene, options, dir, account, written, state.frames)?
+            Outputs::resume(scene, options, dir, account, &state)?
         };
         let mut run = Self::at_start(scene, options, dir, account, outputs);
         run.latest.sides = state.sides;
@@ -305,10 +299,10 @@ impl<'a> Run<'a> {
                 tracing::info!(%party, "{note}");
             }
         }
-        self.account.balance.keeps_stress_work = solvers.can(Party::Mpm, STRESS_WORK);
-        let walls = self.scene.mpm.as_ref().map(|mpm| mpm.walls);
-        let periodic = |walls: Walls| [walls.left, walls.bottom].contains(&Wall::Periodic);
-        self.account.balance.goes_round = walls.is_some_and(periodic);
+        self.account.tally.balance.keeps_stress_work = solvers.can(Party::Mpm, STRESS_WORK);
+        let mpm = self.scene.mpm.as_ref();
+        let goes_round = mpm.is_some_and(|mpm| mpm.walls.periodic().contains(&true));
+        self.account.tally.balance.goes_round = goes_round;
         self.outputs.reported = ReportedFields::by(self.scene.mpm.as_ref(), |party, capability| {
             solvers.can(party, capability)
         });
@@ -348,10 +342,10 @@ impl<'a> Run<'a> {
         };
         let checkpoint = self.checkpoint(&under_way)?;
         let window = self.window().min(under_way.epoch.steps - under_way.done);
-        let (epoch_start, steps_in_epoch, dt_before_epoch) = self.account.clock.epoch();
+        let (epoch_start, steps_in_epoch, dt_before_epoch) = self.account.tally.clock.epoch();
         let grant = Grant {
-            epoch: self.account.epochs,
-            first: self.account.clock.index(),
+            epoch: self.account.tally.epochs,
+            first: self.account.tally.clock.index(),
             steps: window,
             flags: self.schedule.asked | checkpoint | std::mem::take(&mut self.schedule.touches),
             epoch_start,
@@ -370,14 +364,14 @@ impl<'a> Run<'a> {
             [budget.omega_sq, budget.speed, budget.damping]
         };
         let budgets = self.parties.iter().map(budget).collect();
-        self.account.grants += 1;
+        self.account.tally.grants += 1;
         self.schedule.granted = Instant::now();
         Ok(Some((grant, budgets)))
     }
 
     fn begin(&mut self, epoch: Epoch) -> UnderWay {
-        self.account.clock.begin_epoch(epoch.dt);
-        self.account.epochs += 1;
+        self.account.tally.clock.begin_epoch(epoch.dt);
+        self.account.tally.epochs += 1;
         let under_way = UnderWay {
             budgets: self.stability().budgets(&self.latest.sides, epoch.dt),
             epoch,
@@ -390,10 +384,10 @@ impl<'a> Run<'a> {
     /// The next epoch, if there is one.
     fn next_epoch(&mut self) -> Result<Option<Epoch>, RunError> {
         if self.schedule.phase == Phase::Stepping {
-            let time = self.account.clock.time();
+            let time = self.account.tally.clock.time();
             if time < self.scene.time.end && !self.ends_early() {
                 let stability = *self.stability();
-                stability.compare(&self.latest.sides, &mut self.account.criteria);
+                stability.compare(&self.latest.sides, &mut self.account.tally.criteria);
                 let epoch = self
                     .account
                     .pace
@@ -446,7 +440,7 @@ impl<'a> Run<'a> {
     /// Number of steps that fit into the time of a window; one, as long as the time of a step is not known.
     fn window(&self) -> u64 {
         let most = self.options.window.unwrap_or(self.scene.coupling.window);
-        let time = WINDOW_TIME.min(self.scene.coupling.deadline / 4);
+        let time = WINDOW_TIME.min(self.scene.coupling.deadline() / 4);
         match self.schedule.step_time {
             Some(t) => (time.as_nanos() / t.as_nanos().max(1)).clamp(1, most.into()) as u64,
             None => 1,
@@ -464,7 +458,7 @@ impl<'a> Run<'a> {
                 Party::Dem => self.latest.sides.dem = report.limits,
                 Party::Coupler => unreachable!("the coupler reports to nobody"),
             }
-            self.account.imps_max = self.account.imps_max.max(report.imps);
+            self.account.tally.imps_max = self.account.tally.imps_max.max(report.imps);
             self.account.reports.insert(party, report);
         }
         self.account.reported();
@@ -472,13 +466,13 @@ impl<'a> Run<'a> {
         let mut under_way = self.schedule.under_way.take().expect("a grant was given");
         let epoch = under_way.epoch;
         let asked = std::mem::take(&mut self.schedule.asked);
-        let at = self.account.clock.step(asked != 0);
+        let at = self.account.tally.clock.step(asked != 0);
         // Before the steps of the window count: a run that stops here has done those before the measurement, in any window.
         if asked != 0 {
             self.outputs.course.before(&self.account.pace);
             self.record(at.time, &epoch, asked & flags::FRAME != 0, round)?;
         }
-        self.account.clock.advance_by(round.steps);
+        self.account.tally.clock.advance_by(round.steps);
         under_way.done += round.steps;
         if epoch.dt > 0.0 {
             self.account.pace.book(&epoch, round.steps);
@@ -499,12 +493,15 @@ impl<'a> Run<'a> {
 
     /// The epoch has ended on an output.
     fn land(&mut self) {
-        self.account.clock.land_on(self.account.pace.next_output());
+        self.account
+            .tally
+            .clock
+            .land_on(self.account.pace.next_output());
         self.account.pace.output_done();
         // At the end the closing step is measured instead.
         let every = self.scene.output.frames;
         let due = every.is_some_and(|rows| self.account.pace.outputs().is_multiple_of(rows));
-        if self.account.clock.time() < self.scene.time.end {
+        if self.account.tally.clock.time() < self.scene.time.end {
             self.schedule.asked = self.asked_at_output(due);
         }
     }
@@ -530,15 +527,15 @@ impl<'a> Run<'a> {
                 .map_or_else(Ledger::default, |report| report.ledger)
         };
         let [mpm, dem] = [Party::Mpm, Party::Dem].map(ledger);
-        let [mpm, dem] = account.since.count([mpm, dem]);
+        let [mpm, dem] = account.tally.since.count([mpm, dem]);
         let moving = Moving::of(&round.groups[..groups], &round.bodies);
-        account.balance.take(&mpm, &dem, &moving);
+        account.tally.balance.take(&mpm, &dem, &moving);
         let measured = Measured {
             ledgers: Ledgers {
                 time,
                 mpm,
                 dem,
-                balance: account.balance,
+                balance: account.tally.balance,
             },
             groups: &round.groups,
             bodies: &round.bodies,
@@ -549,7 +546,7 @@ impl<'a> Run<'a> {
             .fill(&mut self.latest.sample, &measured, first);
         account.recorder.record(&self.latest.sample);
         self.outputs.history.row(account.recorder.row())?;
-        self.outputs.course.row(time, &account.balance.now)?;
+        self.outputs.course.row(time, &account.tally.balance.now)?;
         if frame && let Some(frames) = &mut self.outputs.frames {
             frames.take(FrameInstant {
                 time,
@@ -563,14 +560,14 @@ impl<'a> Run<'a> {
                     .then(|| round.contacts.clone()),
             })?;
         }
-        let residual = account.balance.residual_relative();
+        let residual = account.tally.balance.residual_relative();
         // A sum of finite numbers can still be infinite.
         if residual > BLOW_UP || !residual.is_finite() {
             // The opening and the closing step have no length, so the last step with a length is the cause.
             let (dt, bound) = account.pace.last().unwrap_or((epoch.dt, epoch.bound));
             return Err(RunError::BlowUp {
                 time,
-                step: account.clock.index(),
+                step: account.tally.clock.index(),
                 percent: 100.0 * residual,
                 dt,
                 bound: bound.name(),
@@ -612,8 +609,8 @@ impl<'a> Run<'a> {
 
     fn show(&mut self, epoch: &Epoch) {
         let state = progress::State {
-            step: self.account.clock.index(),
-            time: self.account.clock.time(),
+            step: self.account.tally.clock.index(),
+            time: self.account.tally.clock.time(),
             dt: epoch.dt,
             bound: epoch.bound.name(),
         };
@@ -622,11 +619,11 @@ impl<'a> Run<'a> {
 
     fn collapsed(&self, collapsed: Collapsed) -> RunError {
         RunError::Collapsed {
-            time: self.account.clock.time(),
-            step: self.account.clock.index(),
+            time: self.account.tally.clock.time(),
+            step: self.account.tally.clock.index(),
             bound: collapsed.bound,
             dt: collapsed.dt,
-            min_step: self.scene.time.min_step,
+            min_step: self.scene.time.shortest(),
         }
     }
 
@@ -679,7 +676,7 @@ impl Supervisor for Run<'_> {
     }
 
     fn deadlines(&self) -> StartDeadlines {
-        self.scene.coupling.start
+        self.scene.coupling.start()
     }
 
     fn joined(&mut self, hello: &Hello) {

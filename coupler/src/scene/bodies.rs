@@ -1,11 +1,10 @@
 //! The bodies' part of a scene: outlines, masses, motion, contact laws.
 
 use interface::config::{
-    BodyConfig, BodyInertia, BodyShape, DemConfig, GroupPair, Motion, MpmConfig, polygon,
+    BodyConfig, BodyInertia, DemConfig, GroupPair, Motion, MpmConfig, polygon,
 };
 use mechanics::generate::{Arrangement, BodyFill, Grain};
 
-use super::needs::body_or_set;
 use super::problems::Problems;
 use super::written::{BodyWritten, DemWritten, SceneWritten};
 
@@ -43,11 +42,7 @@ pub(super) fn bodies(
         group_pairs: group_pairs.to_vec(),
         ..config(written, scene)
     };
-    for fault in config.faults() {
-        let path = body_or_set(&fault.key, problems.document);
-        let message = format!("`{path}` is {}, expected {}", fault.value, fault.expected);
-        problems.impossible(&path, &message, fault.help);
-    }
+    problems.config_faults(config.faults());
     (!problems.any()).then_some(config)
 }
 
@@ -75,13 +70,10 @@ fn config(written: &DemWritten, scene: &SceneWritten) -> DemConfig {
     }
 }
 
-/// Refuses names that two bodies or two sets have.
+/// Refuses names that cannot be part of a quantity, and those that two bodies or two sets have.
 fn names(problems: &mut Problems, written: &DemWritten) {
-    let named = written.body.iter().enumerate();
-    problems.distinct(
-        "bodies",
-        named.map(|(i, b)| (format!("dem.body.{i}.name"), b.name.as_str())),
-    );
+    let bodies = written.body.iter().map(|body| body.name.as_str());
+    problems.names("dem.body", "bodies", bodies);
     for (i, fill) in written.fill.iter().enumerate() {
         for (k, body) in written.body.iter().enumerate() {
             let number = body
@@ -98,11 +90,8 @@ fn names(problems: &mut Problems, written: &DemWritten) {
             }
         }
     }
-    let sets = written.fill.iter().enumerate();
-    problems.distinct(
-        "sets of bodies",
-        sets.map(|(i, f)| (format!("dem.fill.{i}.name"), f.name.as_str())),
-    );
+    let sets = written.fill.iter().map(|fill| fill.name.as_str());
+    problems.names("dem.fill", "sets of bodies", sets);
 }
 
 /// Refuses points and bodies without a law, and warns of what has no effect.
@@ -145,7 +134,6 @@ fn all_bodies(written: &DemWritten) -> Vec<BodyConfig> {
 const BODIES_LIMIT: u32 = 1_000_000;
 
 fn fill(problems: &mut Problems, path: &str, fill: &BodyFill) {
-    problems.name(&format!("{path}.name"), &fill.name);
     let below = |key: &str| format!("{path}.{key}");
     let sound = (1..=BODIES_LIMIT).contains(&fill.count);
     let count = f64::from(fill.count);
@@ -204,7 +192,6 @@ fn fill(problems: &mut Problems, path: &str, fill: &BodyFill) {
 }
 
 fn body(problems: &mut Problems, path: &str, body: &BodyWritten) {
-    problems.name(&format!("{path}.name"), &body.name);
     match (body.density, body.mass, body.motion) {
         (Some(_), Some(_), _) => problems.refuse_key(
             &format!("{path}.mass"),
@@ -257,12 +244,8 @@ pub(super) fn default_skin(mpm: Option<&MpmConfig>, dem: Option<&DemConfig>) -> 
     }
     let size = |body: &BodyConfig| {
         let [lower, upper] = polygon::bounds(&body.shape.vertices());
-        let radius = match &body.shape {
-            BodyShape::Cluster { radii, .. } if !radii.is_empty() => {
-                radii.iter().copied().fold(f64::INFINITY, f64::min)
-            }
-            _ => body.sphero_radius,
-        };
+        let radii = (0..body.shape.vertices().len()).map(|k| body.radius_at(k));
+        let radius = radii.fold(f64::INFINITY, f64::min);
         (upper[0] - lower[0]).hypot(upper[1] - lower[1]) + 2.0 * radius
     };
     let smallest = dem

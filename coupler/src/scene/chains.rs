@@ -2,11 +2,11 @@
 
 use std::f64::consts::TAU;
 
-use interface::config::{Chain, Fill, GroupConfig, Interface};
+use interface::config::{Chain, Fill, GroupConfig, Interface, polygon};
 
-use super::forcing::group_named;
 use super::problems::Problems;
 use super::written::{ChainWritten, MpmWritten};
+use crate::scene::diagnostic::suggestion;
 
 /// The chains of a scene whose bodies are in contact with segments; empty if they are in contact with points.
 pub(super) fn chains(
@@ -15,10 +15,17 @@ pub(super) fn chains(
     groups: &[GroupConfig],
 ) -> Vec<Chain> {
     let names = written.chain.iter().map(|chain| chain.name.as_str());
-    super::forcing::names(problems, "chain", "chains", names);
+    problems.names("mpm.chain", "chains", names);
     let chains = written.chain.iter().enumerate().map(|(i, chain)| {
         let path = format!("mpm.chain.{i}");
-        let group = group_named(problems, written, &path, &chain.points);
+        let names = written.points.iter().map(|group| group.name.as_str());
+        let found = names.clone().position(|name| name == chain.points);
+        if found.is_none() {
+            let message = format!("no group of points \"{}\"", chain.points);
+            let help = suggestion(&chain.points, "groups of this scene", names);
+            problems.refuse(&format!("{path}.points"), message, help);
+        }
+        let group = found.unwrap_or(0);
         let (markers, closed) = match groups.get(group) {
             Some(of) => markers(problems, &path, chain, (of, written.cell)),
             None => (Vec::new(), false),
@@ -98,7 +105,7 @@ fn markers(
         }
     };
     match shrunk(&polygon, shift) {
-        Some(outline) if parts(perimeter(&outline), spacing) > MARKERS_LIMIT => {
+        Some(outline) if parts(polygon::perimeter(&outline), spacing) > MARKERS_LIMIT => {
             refuse("spacing", too_many(spacing), COARSER)
         }
         Some(outline) => (cut(&outline, spacing), true),
@@ -130,7 +137,7 @@ fn parts(length: f64, spacing: f64) -> usize {
 
 fn counter_clockwise(vertices: &[[f64; 2]]) -> Vec<[f64; 2]> {
     let mut vertices = vertices.to_vec();
-    if interface::config::polygon::area(&vertices) < 0.0 {
+    if polygon::area(&vertices) < 0.0 {
         vertices.reverse();
     }
     vertices
@@ -163,12 +170,6 @@ fn shrunk(outline: &[[f64; 2]], shift: f64) -> Option<Vec<[f64; 2]>> {
         was[0] * is[0] + was[1] * is[1] > 0.0
     };
     (0..n).all(keeps).then_some(moved)
-}
-
-fn perimeter(outline: &[[f64; 2]]) -> f64 {
-    let next = outline.iter().cycle().skip(1);
-    let edges = outline.iter().zip(next);
-    edges.map(|(a, b)| (b[0] - a[0]).hypot(b[1] - a[1])).sum()
 }
 
 /// The outline with its edges cut into parts of at most `spacing`, each edge into equal ones.

@@ -30,17 +30,10 @@ pub(super) fn continuum(
     let configured =
         materials.map(|(i, written)| material(problems, &format!("mpm.material.{i}"), written));
     let configured = configured.collect();
-    let name_of = |list: &str, i: usize| format!("mpm.{list}.{i}.name");
-    let materials = written.material.iter().enumerate();
-    problems.distinct(
-        "materials",
-        materials.map(|(i, m)| (name_of("material", i), m.name.as_str())),
-    );
-    let groups = written.points.iter().enumerate();
-    problems.distinct(
-        "groups of points",
-        groups.map(|(i, g)| (name_of("points", i), g.name.as_str())),
-    );
+    let materials = written.material.iter().map(|m| m.name.as_str());
+    problems.names("mpm.material", "materials", materials);
+    let groups = written.points.iter().map(|g| g.name.as_str());
+    problems.names("mpm.points", "groups of points", groups);
     let groups = written.points.iter().enumerate();
     let groups: Vec<GroupConfig> = groups
         .map(|(i, points)| {
@@ -79,7 +72,7 @@ pub(super) fn continuum(
         probes: written.probe.clone(),
         threads: 1,
     };
-    problems.config_faults(&faults(&config));
+    problems.config_faults(config.faults());
     if problems.any() {
         return None;
     }
@@ -89,15 +82,7 @@ pub(super) fn continuum(
     Some(config)
 }
 
-/// The faults, except those of pairs of groups, which are reported with their laws.
-fn faults(config: &MpmConfig) -> Vec<ConfigFault> {
-    let mut faults = config.faults();
-    faults.retain(|fault| !fault.key.starts_with("group_pair."));
-    faults
-}
-
 fn material(problems: &mut Problems, path: &str, written: &MaterialWritten) -> MaterialConfig {
-    problems.name(&format!("{path}.name"), &written.name);
     let mut material = MaterialConfig {
         name: written.name.clone(),
         density: written.density,
@@ -116,11 +101,11 @@ fn material(problems: &mut Problems, path: &str, written: &MaterialWritten) -> M
     // Faults of the numbers are reported when all numbers are known.
     if let Some(test) = written
         .friction_test
-        .filter(|_| written.model.impossible().is_empty())
+        .filter(|_| written.model.faults("").is_empty())
     {
         match written.model.measured(test) {
             Ok(model) => material.model = model,
-            Err(fault) => problems.config_faults(&[ConfigFault {
+            Err(fault) => problems.config_faults(vec![ConfigFault {
                 key: format!("{path}.{}", fault.key),
                 ..fault
             }]),
@@ -135,7 +120,6 @@ fn group(
     written: &PointsWritten,
     mpm: &MpmWritten,
 ) -> GroupConfig {
-    problems.name(&format!("{path}.name"), &written.name);
     let known = mpm.material.iter().map(|m| m.name.as_str());
     let material = known.clone().position(|name| name == written.material);
     if material.is_none() {

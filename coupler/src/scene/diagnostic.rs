@@ -29,8 +29,6 @@ pub struct Diagnostic {
     pub message: String,
     /// Dotted key, such as `mpm.points.0.spacing`; empty for the file as a whole.
     pub key: String,
-    /// The value as written; empty where there is none.
-    pub value: String,
     /// Its position.
     pub place: Place,
     /// What to do about it.
@@ -270,7 +268,6 @@ mod tests {
         let diagnostic = Diagnostic {
             message: "unknown key `cel`".into(),
             key: "mpm.cel".into(),
-            value: String::new(),
             place: Place::in_text("x.toml", text, &(6..9)),
             help: Some("did you mean `cell`?".into()),
         };

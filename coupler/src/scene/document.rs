@@ -178,16 +178,10 @@ impl Document {
     /// It is not TOML.
     pub fn parse(file: String, text: &Arc<str>) -> Result<Self, SceneErrors> {
         if text.len() > TEXT_MAX {
-            return Err(SceneErrors(vec![Diagnostic {
-                message: format!("the scene has {} bytes, expected at most {TEXT_MAX}", text.len()),
-                key: String::new(),
-                value: String::new(),
-                place: Place::File { file },
-                help: Some(
-                    "values of a series are read from a file: `reference = { csv = ... }`; a `[[dem.fill]]` makes many bodies"
-                        .to_owned(),
-                ),
-            }]));
+            let help = "values of a series are read from a file: `reference = { csv = ... }`; a `[[dem.fill]]` makes many bodies";
+            let length = text.len();
+            let message = format!("the scene has {length} bytes, expected at most {TEXT_MAX}");
+            return Err(of_file(&file, message, help));
         }
         let (spanned, mut faults) = DeTable::parse_recoverable(text);
         let places = Places {
@@ -244,7 +238,6 @@ impl Document {
         Diagnostic {
             message: format!("not TOML: {}", fault.message().trim_end()),
             key: String::new(),
-            value: String::new(),
             place: match span {
                 Some(span) => Place::in_text(&self.file, &self.text, &span),
                 None => self.whole_file(),
@@ -306,7 +299,6 @@ impl Document {
         Diagnostic {
             message: format!("no variant `{name}`"),
             key: format!("variant.{name}"),
-            value: String::new(),
             place: self.whole_file(),
             help: Some(help),
         }
@@ -345,7 +337,6 @@ impl Document {
         let fault = |message: String, help: String, key: &str| Diagnostic {
             message,
             key: key.to_owned(),
-            value: String::new(),
             place: Place::Set {
                 argument: argument.to_owned(),
             },
@@ -370,19 +361,16 @@ impl Document {
     /// must exist or be the next one.
     fn put(&mut self, path: &str, value: Value, origin: Origin) -> Result<(), (String, String)> {
         let segments: Vec<&str> = path.split('.').collect();
-        let (last, parents) = segments
-            .split_last()
-            .expect("split yields one part at least");
         if segments.iter().any(|s| s.is_empty()) || segments[0] == "variant" {
             let help = "a key is dotted, such as `mpm.cell` or `mpm.points.0.velocity`";
             return Err((format!("`{path}` is not a key of a scene"), help.to_owned()));
         }
-        let mut at = Container::Table(&mut self.root);
-        for (depth, segment) in parents.iter().enumerate() {
-            let here = segments[..depth].join(".");
-            at = at.enter(segment, &here)?;
+        let mut tree = Value::Table(std::mem::take(&mut self.root));
+        let put = put(&mut tree, &segments, value);
+        if let Value::Table(root) = tree {
+            self.root = root;
         }
-        at.put(last, value, &parents.join("."))?;
+        put?;
         let below = format!("{path}.");
         let after = self.origins.range(below.clone()..);
         let there: Vec<String> = after
@@ -497,7 +485,6 @@ impl Document {
         Diagnostic {
             message: message.to_owned(),
             key: path.to_owned(),
-            value: self.as_written(path),
             place: self.place(path, part),
             help,
         }
@@ -529,76 +516,40 @@ impl Document {
     }
 }
 
-/// A table or an array on a dotted path.
-enum Container<'a> {
-    Table(&'a mut Table),
-    Array(&'a mut Vec<Value>),
-}
-
-impl Container<'_> {
-    fn enter(self, segment: &str, here: &str) -> Result<Self, (String, String)> {
-        let next = match self {
-            Self::Table(table) => table
-                .entry(segment)
+/// Sets the value at a path of a tree; if it cannot be, what is wrong and what to do.
+fn put(tree: &mut Value, path: &[&str], value: Value) -> Result<(), (String, String)> {
+    let mut at = tree;
+    for (depth, segment) in path.iter().enumerate() {
+        let here = path[..depth].join(".");
+        // An enumeration written as a word, such as `transfer = "flip"`, may become a table.
+        if at.is_str() {
+            *at = Value::Table(Table::new());
+        }
+        at = match at {
+            Value::Table(table) => table
+                .entry(*segment)
                 .or_insert_with(|| Value::Table(Table::new())),
-            Self::Array(array) => {
+            Value::Array(array) => {
                 let length = array.len();
-                let index = index(segment, length, here)?;
-                array
-                    .get_mut(index)
-                    .ok_or_else(|| past_the_end(segment, length, here))?
+                let help = || format!("elements count from 0; `{here}` has {length}");
+                let index: usize = segment.parse().map_err(|_| {
+                    let what = "is not a number of an element";
+                    (format!("`{here}` is a list and `{segment}` {what}"), help())
+                })?;
+                if index == length && depth + 1 == path.len() {
+                    array.push(Value::Boolean(false));
+                }
+                let none = || (format!("`{here}` has no element {segment}"), help());
+                array.get_mut(index).ok_or_else(none)?
+            }
+            _ => {
+                let help = "give the key of the value itself".to_owned();
+                return Err((format!("`{here}` is a plain value and holds no keys"), help));
             }
         };
-        match next {
-            Value::Table(table) => Ok(Self::Table(table)),
-            Value::Array(array) => Ok(Self::Array(array)),
-            // An enumeration written as a word, such as `transfer = "flip"`, may become a table.
-            other @ Value::String(_) => {
-                *other = Value::Table(Table::new());
-                match other {
-                    Value::Table(table) => Ok(Self::Table(table)),
-                    _ => unreachable!("it was just made a table"),
-                }
-            }
-            _ => Err((
-                format!("`{segment}` in `{here}` is a plain value and holds no keys"),
-                "give the key of the value itself".to_owned(),
-            )),
-        }
     }
-
-    fn put(self, segment: &str, value: Value, here: &str) -> Result<(), (String, String)> {
-        match self {
-            Self::Table(table) => {
-                table.insert(segment.to_owned(), value);
-            }
-            Self::Array(array) => {
-                let length = array.len();
-                match index(segment, length, here)? {
-                    i if i < length => array[i] = value,
-                    i if i == length => array.push(value),
-                    _ => return Err(past_the_end(segment, length, here)),
-                }
-            }
-        }
-        Ok(())
-    }
-}
-
-fn index(segment: &str, length: usize, here: &str) -> Result<usize, (String, String)> {
-    segment.parse().map_err(|_| {
-        (
-            format!("`{here}` is a list and `{segment}` is not a number of an element"),
-            format!("elements count from 0; `{here}` has {length}"),
-        )
-    })
-}
-
-fn past_the_end(segment: &str, length: usize, here: &str) -> (String, String) {
-    (
-        format!("`{here}` has no element {segment}"),
-        format!("elements count from 0; `{here}` has {length}"),
-    )
+    *at = value;
+    Ok(())
 }
 
 /// The value of a `--set` argument: TOML if it is valid, else the text itself, because shells remove quotes.
@@ -610,19 +561,21 @@ fn argument_value(written: &str) -> Value {
         .unwrap_or_else(|| Value::String(written.to_owned()))
 }
 
+/// What is wrong with a file as a whole.
+fn of_file(file: &str, message: String, help: &str) -> SceneErrors {
+    SceneErrors(vec![Diagnostic {
+        message,
+        key: String::new(),
+        place: Place::File {
+            file: file.to_owned(),
+        },
+        help: Some(help.to_owned()),
+    }])
+}
+
 /// The text of a scene file, from its bytes.
 fn text(bytes: io::Result<Vec<u8>>, file: &str) -> Result<String, SceneErrors> {
-    let fault = |message: String, help: &str| {
-        SceneErrors(vec![Diagnostic {
-            message,
-            key: String::new(),
-            value: String::new(),
-            place: Place::File {
-                file: file.to_owned(),
-            },
-            help: Some(help.to_owned()),
-        }])
-    };
+    let fault = |message: String, help| of_file(file, message, help);
     let bytes = bytes.map_err(|error| {
         let help = match error.kind() {
             io::ErrorKind::NotFound => {

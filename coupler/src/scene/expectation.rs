@@ -1,7 +1,23 @@
 //! How the run of a scene is known to end, beside how it has ended.
 
-use super::written::Expectation;
+use schemars::JsonSchema;
+use serde::Deserialize;
+
 use crate::record::summary::Status;
+
+/// How the run of a scene is known to end: `passes`, `fails: WHY` or `stops: WHY`.
+#[derive(Debug, Clone, PartialEq, Eq, Default, Deserialize, JsonSchema)]
+#[serde(try_from = "String")]
+#[schemars(with = "String", extend("pattern" = "^(passes|(fails|stops): .+)$"))]
+pub enum Expectation {
+    /// It reaches its end, and every check holds.
+    #[default]
+    Passes,
+    /// It reaches its end, and a check does not hold; the text says why.
+    Fails(String),
+    /// It is stopped before its end; the text says why.
+    Stops(String),
+}
 
 impl TryFrom<String> for Expectation {
     type Error = &'static str;

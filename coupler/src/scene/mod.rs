@@ -42,6 +42,7 @@ use std::path::{Path, PathBuf};
 use crate::record::rundir::SCENE;
 use crate::scene::diagnostic::SceneErrors;
 
+pub use expectation::Expectation;
 pub use model::{
     CheckpointPlan, Coupling, Criterion, Measurand, Output, Scene, Solvers, Start, Study, TimePlan,
 };
@@ -49,7 +50,7 @@ pub use needs::{refused, unmet};
 pub use placement::{pressing, refuse_points_within_bodies};
 pub use schema::schema;
 pub use solvers::solver_override;
-pub use written::{Expectation, VERSION};
+pub use written::VERSION;
 
 /// A scene file that has been read once, to make several of its variants.
 #[derive(Debug)]

@@ -1,6 +1,6 @@
 //! A scene as checked values in SI units.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeMap;
 use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::Duration;
@@ -8,9 +8,11 @@ use std::time::Duration;
 use interface::config::{DemConfig, MpmConfig};
 use interface::message::control::Party;
 use interface::session::StartDeadlines;
+use schemars::JsonSchema;
+use serde::Deserialize;
 
 use super::document;
-use super::written::Expectation;
+use super::expectation::Expectation;
 use crate::record::check::{Check, Column};
 use crate::record::frames::Content;
 use crate::record::quantity::Quantities;
@@ -96,26 +98,62 @@ impl Start {
     }
 }
 
-/// Duration and step. Times in s.
-#[derive(Debug, Clone, Copy, PartialEq)]
+/// Duration and step.
+#[derive(Debug, Clone, Copy, PartialEq, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
 pub struct TimePlan {
-    /// End of the run, which begins at 0 or where [`Scene::start`] says.
+    /// End of the run in s; it begins at 0, or at the time that `start` gives.
     pub end: f64,
-    /// The longest step that the scene allows.
+    /// Longest step in s, in addition to the stability limits.
     pub max_step: Option<f64>,
-    /// A step below this stops the run.
-    pub min_step: f64,
-    /// kappa of docs/physics.md section 4, in (0, 1].
+    /// A step below this (s) stops the run; 1e-9 of `end` by default.
+    pub min_step: Option<f64>,
+    /// Safety factor kappa of the composed limit, above 0 and at most 1; 0.8 by default.
+    #[serde(default = "safety")]
     pub safety: f64,
-    /// The step is this multiple of what the criterion allows: 1, except in experiments with instability.
+    /// Forces the step to this multiple of what the criterion allows, to find the limit of stability by experiment; 1
+    /// by default.
+    #[serde(default = "step_factor")]
     pub step_factor: f64,
-    /// A run that creates more than this share of the energy in play fails.
+    /// A run that creates numerically more than this share of the energy in play fails; 0.1 by default.
+    #[serde(default = "created_energy")]
     pub created_energy: f64,
     /// How the step limit is computed.
+    #[serde(default)]
     pub criterion: Criterion,
 }
 
+fn safety() -> f64 {
+    0.8
+}
+
+fn step_factor() -> f64 {
+    1.0
+}
+
+fn created_energy() -> f64 {
+    0.1
+}
+
 impl TimePlan {
+    /// The plan of a scene that gives nothing but its end (s).
+    pub fn until(end: f64) -> Self {
+        Self {
+            end,
+            max_step: None,
+            min_step: None,
+            safety: safety(),
+            step_factor: step_factor(),
+            created_energy: created_energy(),
+            criterion: Criterion::Composed,
+        }
+    }
+
+    /// A step below this (s) stops the run.
+    pub fn shortest(&self) -> f64 {
+        self.min_step.unwrap_or(1e-9 * self.end)
+    }
+
     /// Whether every step is within the limit of stability, as far as the composed criterion covers it.
     pub fn is_stable(&self) -> bool {
         self.criterion == Criterion::Composed && self.safety * self.step_factor <= 1.0
@@ -123,25 +161,14 @@ impl TimePlan {
 }
 
 /// How the step limit is computed.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
 pub enum Criterion {
-    /// From the stiffness and mobility of both sides (docs/physics.md section 4).
+    /// From the stiffness and mobility of both sides together.
+    #[default]
     Composed,
-    /// Jiang 2020 eq. 51 as printed, for comparison.
-    Jiang2020 {
-        /// Fraction of `L/c`.
-        kappa_1: f64,
-        /// Fraction of `2 pi sqrt(m_min/k_n)`.
-        kappa_2: f64,
-    },
-}
-
-impl Criterion {
-    /// Eq. 51 with the factors that the scenes of the paper have here, unless a scene has others.
-    pub const EQ_51: Self = Self::Jiang2020 {
-        kappa_1: 0.8,
-        kappa_2: 0.1,
-    };
+    /// Jiang 2020 eq. 51 as printed, for comparison: not safe in general.
+    Jiang2020,
 }
 
 /// Programs and their arguments that replace the built-in solvers; `--join RUN` is added to them.
@@ -154,16 +181,47 @@ pub struct Solvers {
 }
 
 /// The exchange between the processes.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
 pub struct Coupling {
-    /// Verlet skin `V_d` in m; also in both configurations.
-    pub skin: f64,
-    /// Longest wait for another process.
-    pub deadline: Duration,
-    /// Longest waits for a solver before the first step.
-    pub start: StartDeadlines,
-    /// Most steps granted at once, at least 1.
+    /// Verlet skin V_d in m beyond contact distance; twice the largest contact radius by default.
+    pub skin: Option<f64>,
+    /// Longest wait for another process in s; 30 by default.
+    pub deadline: f64,
+    /// Longest wait in s for a solver to start and send Hello; 30 by default.
+    pub hello_deadline: f64,
+    /// Longest wait in s for a solver to take its configuration and be ready; 120 by default.
+    pub ready_deadline: f64,
+    /// Largest number of steps granted at once; 64 by default. 1 is the strict mode, with the same result to the bit.
     pub window: u32,
+}
+
+impl Default for Coupling {
+    fn default() -> Self {
+        let start = StartDeadlines::default();
+        Self {
+            skin: None,
+            deadline: 30.0,
+            hello_deadline: start.hello.as_secs_f64(),
+            ready_deadline: start.ready.as_secs_f64(),
+            window: 64,
+        }
+    }
+}
+
+impl Coupling {
+    /// Longest wait for another process.
+    pub fn deadline(&self) -> Duration {
+        Duration::from_secs_f64(self.deadline)
+    }
+
+    /// Longest waits for a solver before the first step.
+    pub fn start(&self) -> StartDeadlines {
+        StartDeadlines {
+            hello: Duration::from_secs_f64(self.hello_deadline),
+            ready: Duration::from_secs_f64(self.ready_deadline),
+        }
+    }
 }
 
 /// What `tandem study` does with a scene: which runs, and what their error is.
@@ -205,16 +263,19 @@ pub struct Output {
     pub columns: Vec<Column>,
 }
 
-/// When a run saves its state by itself.
-#[derive(Debug, Clone, Default, PartialEq)]
+/// When a run saves its state: at the times of all of these keys.
+#[derive(Debug, Clone, Default, PartialEq, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
 pub struct CheckpointPlan {
-    /// Wall time between checkpoints.
-    pub wall: Option<Duration>,
+    /// Wall time between checkpoints in s.
+    pub wall: Option<f64>,
     /// Simulated time between checkpoints in s.
     pub time: Option<f64>,
-    /// Numbers of the outputs, counted from t = 0, at which a checkpoint is kept for other runs.
-    pub at: BTreeSet<u64>,
-    /// Whether a checkpoint at the end is kept too.
+    /// Simulated times in s of checkpoints that are kept, for other scenes to start from. Multiples of `output.every`.
+    #[serde(default)]
+    pub at: Vec<f64>,
+    /// Whether the state at the end is kept too; false by default.
+    #[serde(default)]
     pub end: bool,
 }
 

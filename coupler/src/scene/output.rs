@@ -16,7 +16,6 @@ use mechanics::expression::{Expression, ExpressionError, Meaning, reserved_names
 use super::problems::Problems;
 use super::written::{
     CheckWritten, ColumnWritten, NumberOrExpression, OutputWritten, ReferenceWritten, TableWritten,
-    WhenWritten,
 };
 
 /// Largest table of a reference in bytes.
@@ -381,21 +380,14 @@ impl Context<'_> {
         })
     }
 
-    fn when(&self, problems: &mut Problems, path: &str, written: &WhenWritten) -> When {
-        match written {
-            WhenWritten::End => When::End,
-            WhenWritten::At(time) => {
-                When::At(self.time(problems, &format!("{path}.when.at"), Some(time), self.end))
-            }
-            WhenWritten::Max => When::Max,
-            WhenWritten::Min => When::Min,
-            WhenWritten::Rise => When::Rise,
-            WhenWritten::TimeOfMax => When::TimeOfMax,
-            WhenWritten::Mean => When::Mean,
-            WhenWritten::Rms => When::Rms,
-            WhenWritten::MaxError => When::MaxError,
-            WhenWritten::RmsError => When::RmsError,
-        }
+    fn when(
+        &self,
+        problems: &mut Problems,
+        path: &str,
+        written: &When<NumberOrExpression>,
+    ) -> When {
+        let path = format!("{path}.when.at");
+        written.map(|time| self.time(problems, &path, Some(time), self.end))
     }
 
     fn expected(

@@ -3,10 +3,8 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 use std::sync::{Arc, LazyLock};
-use std::time::Duration;
 
 use interface::config::Interface;
-use interface::session::StartDeadlines;
 use serde::Deserialize;
 use toml::Value;
 
@@ -15,13 +13,10 @@ use super::doubts::doubts;
 use super::output::{self, Context};
 use super::problems::Problems;
 use super::schema::checked_schema;
-use super::written::{
-    CouplingWritten, CriterionWritten, DemWritten, OutputWritten, SceneWritten, TimeWritten,
-    VERSION,
-};
+use super::written::{DemWritten, OutputWritten, SceneWritten, VERSION};
 use super::{
-    Coupling, Criterion, Output, Scene, TimePlan, bodies, continuum, group_pairs, moduli, slice,
-    solvers, start, structure, study,
+    Coupling, Output, Scene, TimePlan, bodies, continuum, group_pairs, moduli, slice, solvers,
+    start, structure, study,
 };
 use crate::record::check::{Check, Expected, Reference};
 use crate::record::frames::Content;
@@ -34,8 +29,6 @@ const ROWS_LIMIT: f64 = 1e7;
 const SHORTEST: f64 = 1e-100;
 /// Number of frames of a run whose page needs some, if the scene asks for none.
 const FRAMES_OF_REPORT: f64 = 100.0;
-/// Longest wait for a process, unless the scene has another one.
-const DEADLINE: Duration = Duration::from_secs(30);
 
 /// The scene of a document. Paths of CSV files and of solvers are relative to `directory`.
 pub(super) fn scene(mut document: Document, directory: &Path) -> Result<Scene, SceneErrors> {
@@ -123,7 +116,7 @@ fn checked(problems: &mut Problems, written: &SceneWritten, directory: &Path) ->
     }
     scene_name(problems, &written.name);
     let start = start::start(problems, written.start.as_ref(), directory);
-    let time = time_plan(problems, &written.time);
+    time(problems, &written.time);
     let constants = output::constants(problems, &written.constants);
     let group_pairs = group_pairs::group_pairs(problems, written);
     let no_bodies = DemWritten::default();
@@ -137,17 +130,19 @@ fn checked(problems: &mut Problems, written: &SceneWritten, directory: &Path) ->
     sides(problems, written, bodies_written.is_some());
     let present = [written.mpm.is_some(), bodies_written.is_some()];
     let solvers = solvers::solvers(problems, &written.solvers, present, directory);
-    let coupling = coupling(problems, &written.coupling, mpm.as_ref(), dem.as_ref());
+    coupling(problems, &written.coupling);
+    let skin = || bodies::default_skin(mpm.as_ref(), dem.as_ref());
+    let skin = written.coupling.skin.unwrap_or_else(skin);
     if let Some(mpm) = &mut mpm {
-        mpm.skin = coupling.skin;
+        mpm.skin = skin;
     }
     if let Some(dem) = &mut dem {
-        dem.skin = coupling.skin;
+        dem.skin = skin;
     }
     let context = Context {
         constants: &constants,
         quantities: &quantities,
-        end: time.end,
+        end: written.time.end,
         directory,
     };
     let output = output(problems, &written.output, &context);
@@ -164,11 +159,11 @@ fn checked(problems: &mut Problems, written: &SceneWritten, directory: &Path) ->
         about: written.about.clone(),
         expect: written.expect.clone(),
         start,
-        time,
+        time: written.time,
         mpm,
         dem,
         solvers,
-        coupling,
+        coupling: written.coupling,
         output,
         checks,
         constants,
@@ -201,7 +196,7 @@ fn quantities(written: &SceneWritten, bodies_written: Option<&DemWritten>) -> Qu
         body_list.iter().map(|body| body.name.as_str()),
         fills.iter().map(|fill| (fill.name.as_str(), fill.count)),
     )
-    .of_slice(written.thickness.unwrap_or(1.0))
+    .of_slice(written.thickness)
 }
 
 /// The outputs of the run.
@@ -216,11 +211,8 @@ fn output(problems: &mut Problems, written: &OutputWritten, context: &Context) -
     for (i, column) in written.column.iter().enumerate() {
         columns.extend(context.column(problems, &format!("output.column.{i}"), column));
     }
-    let names = written.column.iter().enumerate();
-    problems.distinct(
-        "columns",
-        names.map(|(i, c)| (format!("output.column.{i}.name"), c.name.as_str())),
-    );
+    let names = written.column.iter().map(|column| column.name.as_str());
+    problems.distinct("output.column", "columns", names);
     Output {
         every,
         frames,
@@ -240,11 +232,8 @@ fn checks(problems: &mut Problems, written: &SceneWritten, context: &Context) ->
     for (i, check) in written.check.iter().enumerate() {
         checks.extend(context.check(problems, &format!("check.{i}"), check));
     }
-    let names = written.check.iter().enumerate();
-    problems.distinct(
-        "checks",
-        names.map(|(i, c)| (format!("check.{i}.name"), c.name.as_str())),
-    );
+    let names = written.check.iter().map(|check| check.name.as_str());
+    problems.distinct("check", "checks", names);
     if written.check.is_empty() {
         problems.warn("the scene has no checks, so its run cannot fail");
     }
@@ -282,75 +271,34 @@ fn scene_name(problems: &mut Problems, name: &str) {
     }
 }
 
-fn time_plan(problems: &mut Problems, written: &TimeWritten) -> TimePlan {
-    problems.above_zero("time.end", written.end, "a time");
-    let long_enough = written.end <= 0.0 || written.end >= SHORTEST;
+fn time(problems: &mut Problems, time: &TimePlan) {
+    problems.above_zero("time.end", time.end, "a time");
+    let long_enough = time.end <= 0.0 || time.end >= SHORTEST;
     let expected = format!("a time of at least {SHORTEST:e} s");
-    problems.number("time.end", written.end, long_enough, &expected);
-    if let Some(step) = written.max_step {
+    problems.number("time.end", time.end, long_enough, &expected);
+    if let Some(step) = time.max_step {
         problems.above_zero("time.max_step", step, "a time");
     }
-    let min_step = written.min_step.unwrap_or(1e-9 * written.end);
-    problems.not_negative("time.min_step", written.min_step.unwrap_or(0.0), "a time");
-    if written.max_step.is_some_and(|most| most < min_step) {
+    problems.not_negative("time.min_step", time.min_step.unwrap_or(0.0), "a time");
+    let shortest = time.shortest();
+    if time.max_step.is_some_and(|most| most < shortest) {
         problems.refuse(
             "time.max_step",
-            format!("`time.max_step` is below `time.min_step` ({min_step} s)"),
+            format!("`time.max_step` is below `time.min_step` ({shortest} s)"),
             "no step would be allowed; `time.min_step` is 1e-9 of `time.end` by default",
         );
     }
-    let safety = written.safety.unwrap_or(0.8);
-    let sound = safety > 0.0 && safety <= 1.0;
-    problems.number(
-        "time.safety",
-        safety,
-        sound,
-        "a factor above 0 and at most 1",
-    );
-    let step_factor = written.step_factor.unwrap_or(1.0);
-    problems.above_zero("time.step_factor", step_factor, "a factor");
-    if step_factor > 1.0 {
+    let sound = time.safety > 0.0 && time.safety <= 1.0;
+    let expected = "a factor above 0 and at most 1";
+    problems.number("time.safety", time.safety, sound, expected);
+    problems.above_zero("time.step_factor", time.step_factor, "a factor");
+    if time.step_factor > 1.0 {
+        let factor = time.step_factor;
         problems.warn(format!(
-            "`time.step_factor` forces the step to {step_factor} times what the criterion allows"
+            "`time.step_factor` forces the step to {factor} times what the criterion allows"
         ));
     }
-    let created_energy = written.created_energy.unwrap_or(0.1);
-    problems.above_zero("time.created_energy", created_energy, "a share");
-    let criterion = match written.criterion {
-        CriterionWritten::Jiang2020 => eq_51(problems, written),
-        CriterionWritten::Composed => {
-            for (key, value) in [("kappa_1", written.kappa_1), ("kappa_2", written.kappa_2)] {
-                if value.is_some() {
-                    problems.refuse_key(
-                        &format!("time.{key}"),
-                        format!("`{key}` has no effect on the composed criterion"),
-                        "set `time.safety`, or `time.criterion = \"jiang2020\"`",
-                    );
-                }
-            }
-            Criterion::Composed
-        }
-    };
-    TimePlan {
-        end: written.end,
-        max_step: written.max_step,
-        min_step,
-        safety,
-        step_factor,
-        created_energy,
-        criterion,
-    }
-}
-
-fn eq_51(problems: &mut Problems, written: &TimeWritten) -> Criterion {
-    let mut criterion = Criterion::EQ_51;
-    if let Criterion::Jiang2020 { kappa_1, kappa_2 } = &mut criterion {
-        *kappa_1 = written.kappa_1.unwrap_or(*kappa_1);
-        *kappa_2 = written.kappa_2.unwrap_or(*kappa_2);
-        problems.above_zero("time.kappa_1", *kappa_1, "a factor");
-        problems.above_zero("time.kappa_2", *kappa_2, "a factor");
-    }
-    criterion
+    problems.above_zero("time.created_energy", time.created_energy, "a share");
 }
 
 fn history_interval(problems: &mut Problems, every: f64, end: f64) -> f64 {
@@ -393,53 +341,21 @@ fn frame_interval(problems: &mut Problems, written: Option<f64>, every: f64) -> 
     Some(rows as u64)
 }
 
-fn coupling(
-    problems: &mut Problems,
-    written: &CouplingWritten,
-    mpm: Option<&interface::config::MpmConfig>,
-    dem: Option<&interface::config::DemConfig>,
-) -> Coupling {
-    let window = written.window.unwrap_or(64);
-    let at_least_one = window >= 1;
-    problems.number(
-        "coupling.window",
-        f64::from(window),
-        at_least_one,
-        "1 step or more",
-    );
-    let limits = StartDeadlines::default();
-    let mut wait = |key: &str, seconds: Option<f64>, default: Duration| {
-        let Some(seconds) = seconds else {
-            return default;
-        };
+fn coupling(problems: &mut Problems, coupling: &Coupling) {
+    let window = f64::from(coupling.window);
+    problems.number("coupling.window", window, window >= 1.0, "1 step or more");
+    for (key, seconds) in [
+        ("deadline", coupling.deadline),
+        ("hello_deadline", coupling.hello_deadline),
+        ("ready_deadline", coupling.ready_deadline),
+    ] {
         // At most a day: longer waits are not useful, and Duration overflows for much longer ones.
         let sound = seconds > 0.0 && seconds <= 86_400.0;
-        problems.number(key, seconds, sound, "a time above 0 and at most 86400 s");
-        Duration::from_secs_f64(if sound { seconds } else { 0.0 })
-    };
-    let deadline = wait("coupling.deadline", written.deadline, DEADLINE);
-    let start = StartDeadlines {
-        hello: wait(
-            "coupling.hello_deadline",
-            written.hello_deadline,
-            limits.hello,
-        ),
-        ready: wait(
-            "coupling.ready_deadline",
-            written.ready_deadline,
-            limits.ready,
-        ),
-    };
-    if let Some(skin) = written.skin {
-        problems.above_zero("coupling.skin", skin, "a length");
+        let expected = "a time above 0 and at most 86400 s";
+        problems.number(&format!("coupling.{key}"), seconds, sound, expected);
     }
-    Coupling {
-        skin: written
-            .skin
-            .unwrap_or_else(|| bodies::default_skin(mpm, dem)),
-        deadline,
-        start,
-        window,
+    if let Some(skin) = coupling.skin {
+        problems.above_zero("coupling.skin", skin, "a length");
     }
 }
 

@@ -27,18 +27,9 @@ struct Solid {
 
 impl Solid {
     fn of(body: &BodyConfig) -> Self {
-        let (sin, cos) = body.angle.sin_cos();
-        let placed = |[x, y]: [f64; 2]| {
-            Vec2::from(body.position) + Vec2::new(cos * x - sin * y, sin * x + cos * y)
-        };
-        let outline: Vec<Vec2> = body.shape.vertices().into_iter().map(placed).collect();
-        let own = match &body.shape {
-            BodyShape::Cluster { radii, .. } => radii.as_slice(),
-            _ => &[],
-        };
-        let radius = |k: usize| own.get(k).copied().unwrap_or(body.sphero_radius);
+        let outline: Vec<Vec2> = body.placed().into_iter().map(Vec2::from).collect();
         Self {
-            radii: (0..outline.len()).map(radius).collect(),
+            radii: (0..outline.len()).map(|k| body.radius_at(k)).collect(),
             outline,
             is_cluster: matches!(body.shape, BodyShape::Cluster { .. }),
         }

@@ -145,9 +145,7 @@ fn runs(scene: &Scene) -> Vec<String> {
             "step: composed of both sides' limits, safety {}, in windows of up to {} steps",
             scene.time.safety, scene.coupling.window
         ),
-        Criterion::Jiang2020 { kappa_1, kappa_2 } => format!(
-            "step: Jiang 2020 eq. 51 with kappa_1 {kappa_1}, kappa_2 {kappa_2}: NOT SAFE in general"
-        ),
+        Criterion::Jiang2020 => "step: Jiang 2020 eq. 51: NOT SAFE in general".to_owned(),
     });
     if let Some(start) = &scene.start {
         runs.push(format!("begins with the state of {}", start.from()));
@@ -183,11 +181,9 @@ fn friction_in_words(material: &MaterialConfig) -> Option<String> {
 /// When the run saves its state.
 fn checkpoints(scene: &Scene) -> Option<String> {
     let plan = scene.output.checkpoint.as_ref()?;
-    let wall = plan.wall.map(|wall| format!("every {wall:?} of wall time"));
+    let wall = plan.wall.map(|wall| format!("every {wall} s of wall time"));
     let time = plan.time.map(|time| format!("every {time} s"));
-    let every = scene.output.every;
-    let at = plan.at.iter();
-    let kept = at.map(|&outputs| format!("at {} s", outputs as f64 * every));
+    let kept = plan.at.iter().map(|at| format!("at {at} s"));
     let end = plan.end.then(|| "at the end".to_owned());
     let all: Vec<String> = time
         .into_iter()
@@ -287,10 +283,10 @@ impl List {
             "plastic state of points",
             "no material flows plastically",
         );
-        let w = mpm.walls;
-        let walls = [w.left, w.right, w.bottom, w.top];
+        let walls = mpm.walls.by_axis();
+        let is_open = |(_, wall): &(_, Wall)| *wall == Wall::Open;
         self.add(
-            walls.iter().all(|w| *w == Wall::Open),
+            walls.as_flattened().iter().all(is_open),
             "conditions on the domain's walls",
             "all four are open",
         );

@@ -8,6 +8,7 @@ use interface::config::ConfigFault;
 use crate::scene::diagnostic::{Diagnostic, FAULTS_LIMIT, SceneErrors};
 
 use super::document::{Document, Part};
+use super::needs::body_or_set;
 
 /// The faults and warnings found so far in a document.
 pub(super) struct Problems<'a> {
@@ -72,14 +73,6 @@ impl<'a> Problems<'a> {
         self.push(|document| document.diagnostic(path, Part::Value, message.as_ref(), help));
     }
 
-    /// Refuses a value that a configuration cannot have, unless its key was refused before; `help` may be empty.
-    pub fn impossible(&mut self, path: &str, message: &str, help: String) {
-        let help = Some(help).filter(|help| !help.is_empty());
-        if self.errors.iter().all(|known| known.key != path) {
-            self.push(|document| document.diagnostic(path, Part::Value, message, help));
-        }
-    }
-
     /// Refuses a key that is missing or not allowed.
     pub fn refuse_key(&mut self, path: &str, message: impl AsRef<str>, help: impl Into<String>) {
         let help = Some(help.into());
@@ -118,17 +111,19 @@ impl<'a> Problems<'a> {
 
     /// Reports the faults that the rules of the configuration find, with the values of the scene, unless their keys were
     /// refused before.
-    pub fn config_faults(&mut self, faults: &[ConfigFault]) {
-        let before: Vec<String> = self.errors.iter().map(|e| e.key.clone()).collect();
-        for fault in faults.iter().filter(|fault| !before.contains(&fault.key)) {
-            let key = &fault.key;
-            let written = self.document.as_written(key);
+    pub fn config_faults(&mut self, faults: Vec<ConfigFault>) {
+        for fault in faults {
+            let key = body_or_set(&fault.key, self.document);
+            if self.errors.iter().any(|known| known.key == key) {
+                continue;
+            }
+            let written = self.document.as_written(&key);
             // A number is shown as written in the scene, such as 1e-3.
             let is_number = fault.value.parse::<f64>().is_ok() && !written.is_empty();
             let value = if is_number { &written } else { &fault.value };
             let message = format!("`{key}` is {value}, expected {}", fault.expected);
-            let help = Some(fault.help.clone()).filter(|help| !help.is_empty());
-            self.push(|document| document.diagnostic(key, Part::Value, &message, help));
+            let help = Some(fault.help).filter(|help| !help.is_empty());
+            self.push(|document| document.diagnostic(&key, Part::Value, &message, help));
         }
     }
 
@@ -140,29 +135,44 @@ impl<'a> Problems<'a> {
         self.number(path, value, value >= 0.0, &format!("{what} of 0 or more"));
     }
 
+    /// Refuses names of the elements of the list `key` that cannot be part of an expression, or that occur twice; `what` are
+    /// the elements.
+    pub fn names<'b>(
+        &mut self,
+        key: &str,
+        what: &str,
+        names: impl Iterator<Item = &'b str> + Clone,
+    ) {
+        for (i, name) in names.clone().enumerate() {
+            self.name(&format!("{key}.{i}.name"), name);
+        }
+        self.distinct(key, what, names);
+    }
+
     /// Refuses a name that cannot be part of an expression.
     pub fn name(&mut self, path: &str, name: &str) {
         let mut letters = name.chars();
         let good = letters.next().is_some_and(|c| c.is_ascii_alphabetic())
             && letters.all(|c| c.is_ascii_alphanumeric() || c == '_');
         if !good {
-            self.refuse(
-                path,
-                format!("`{path}` is \"{name}\", expected a letter, then letters, digits or `_`"),
-                "quantities are named after it, as in `body.NAME.vx`",
-            );
+            let message =
+                format!("`{path}` is \"{name}\", expected a letter, then letters, digits or `_`");
+            let help = "quantities are named after it, as in `body.NAME.vx`";
+            self.refuse(path, message, help);
         }
     }
 
-    /// Refuses names that occur twice; `paths` are the paths of their keys.
-    pub fn distinct<'b>(&mut self, what: &str, names: impl Iterator<Item = (String, &'b str)>) {
-        let mut seen: BTreeMap<&str, String> = BTreeMap::new();
-        for (path, name) in names {
+    /// Refuses names of the elements of the list `key` that occur twice.
+    pub fn distinct<'b>(&mut self, key: &str, what: &str, names: impl Iterator<Item = &'b str>) {
+        let mut seen: BTreeMap<&str, usize> = BTreeMap::new();
+        for (i, name) in names.enumerate() {
             if let Some(first) = seen.get(name) {
+                let first = format!("{key}.{first}.name");
                 let help = format!("`{first}` has it already; give each of {what} its own name");
-                self.refuse(&path, format!("two of {what} are named \"{name}\""), help);
+                let message = format!("two of {what} are named \"{name}\"");
+                self.refuse(&format!("{key}.{i}.name"), message, help);
             } else {
-                seen.insert(name, path);
+                seen.insert(name, i);
             }
         }
     }

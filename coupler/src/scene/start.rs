@@ -1,13 +1,11 @@
 //! `[start]` and `output.checkpoint`: the initial state of a scene, and the states that its run saves for others.
 
-use std::collections::BTreeSet;
 use std::path::{Path, absolute};
-use std::time::Duration;
 
 use toml::Value;
 
 use super::problems::Problems;
-use super::written::{CheckpointWritten, StartWritten};
+use super::written::StartWritten;
 use super::{CheckpointPlan, Start};
 
 /// The start as written; paths are relative to `directory`.
@@ -54,15 +52,16 @@ pub(super) fn resolved(start: Option<&Start>) -> Option<(&'static str, Value)> {
 /// The times at which the run saves its state, if it has an output every `every` s up to `end` (s).
 pub(super) fn checkpoint(
     problems: &mut Problems,
-    written: Option<&CheckpointWritten>,
+    written: Option<&CheckpointPlan>,
     [every, end]: [f64; 2],
 ) -> Option<CheckpointPlan> {
-    let CheckpointWritten {
+    let plan = written?;
+    let CheckpointPlan {
         wall,
         time,
         at,
         end: at_end,
-    } = written?;
+    } = plan;
     for (key, interval) in [("wall", wall), ("time", time)] {
         if let Some(interval) = interval {
             problems.above_zero(&format!("output.checkpoint.{key}"), *interval, "a time");
@@ -76,11 +75,8 @@ pub(super) fn checkpoint(
         );
     }
     let mut plan = CheckpointPlan {
-        // Values that are not times were refused before.
-        wall: wall.map(|s| Duration::try_from_secs_f64(s).unwrap_or(Duration::MAX)),
-        time: *time,
-        at: BTreeSet::new(),
-        end: *at_end,
+        at: Vec::new(),
+        ..plan.clone()
     };
     for (i, &at) in at.iter().enumerate() {
         let path = format!("output.checkpoint.at.{i}");
@@ -102,7 +98,7 @@ pub(super) fn checkpoint(
                 ),
             );
         } else {
-            plan.at.insert(outputs as u64);
+            plan.at.push(at);
         }
     }
     Some(plan)

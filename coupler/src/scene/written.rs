@@ -1,19 +1,23 @@
 //! The scene as written: what TOML may say, key by key. The doc comments are the descriptions in the JSON Schema.
 
-use crate::record::frames::Field;
-use crate::record::frames::vtu::Precision;
 use std::collections::BTreeMap;
 
 use interface::config::friction::FrictionTest;
 use interface::config::surfaces::ContactPair;
 use interface::config::{
-    BodyShape, ContactForceScheme, ContactLaw, Fill, GridContact, Hold, Interface, Lattice,
-    Leaving, MaterialModel, Motion, OverlapMeasure, Plane, Probe, ShapeFunction, Spacing, Stage,
-    StressUpdate, Traction, Transfer, Walls,
+    BodyShape, ContactForceScheme, ContactLaw, Fill, GridContact, GroupPair, Hold, Interface,
+    Lattice, Leaving, MaterialModel, Motion, OverlapMeasure, Plane, Probe, ShapeFunction, Spacing,
+    Stage, StressUpdate, Traction, Transfer, Walls,
 };
 use mechanics::generate::BodyFill;
 use schemars::JsonSchema;
 use serde::Deserialize;
+
+use super::expectation::Expectation;
+use super::{CheckpointPlan, Coupling, TimePlan};
+use crate::record::check::When;
+use crate::record::frames::Field;
+use crate::record::frames::vtu::Precision;
 
 /// Version of the scene format that is understood.
 pub const VERSION: u32 = 1;
@@ -44,7 +48,7 @@ pub(crate) struct SceneWritten {
     /// Another run whose state the scene begins with; by default the scene describes its own initial state.
     pub start: Option<StartWritten>,
     /// Duration and step.
-    pub time: TimeWritten,
+    pub time: TimePlan,
     /// The continuum; absent: no MPM process.
     pub mpm: Option<MpmWritten>,
     /// The bodies; absent: no DEM process.
@@ -59,13 +63,13 @@ pub(crate) struct SceneWritten {
     /// Laws between the points of two groups, each on its own grid layer (Chen 2023). The process of the bodies
     /// computes them, even if there is no body.
     #[serde(default)]
-    pub group_pair: Vec<GroupPairWritten>,
+    pub group_pair: Vec<GroupPair<String>>,
     /// Programs that replace the built-in solvers.
     #[serde(default)]
     pub solvers: SolversWritten,
     /// The exchange between the processes.
     #[serde(default)]
-    pub coupling: CouplingWritten,
+    pub coupling: Coupling,
     /// What is recorded.
     pub output: OutputWritten,
     /// Conditions that the run must meet.
@@ -82,20 +86,6 @@ pub(crate) struct SceneWritten {
     pub variant: BTreeMap<String, BTreeMap<String, serde_json::Value>>,
 }
 
-/// How the run of a scene is known to end: `passes`, `fails: WHY` or `stops: WHY`.
-#[derive(Debug, Clone, PartialEq, Eq, Default, Deserialize, JsonSchema)]
-#[serde(try_from = "String")]
-#[schemars(with = "String", extend("pattern" = "^(passes|(fails|stops): .+)$"))]
-pub enum Expectation {
-    /// It reaches its end, and every check holds.
-    #[default]
-    Passes,
-    /// It reaches its end, and a check does not hold; the text says why.
-    Fails(String),
-    /// It is stopped before its end; the text says why.
-    Stops(String),
-}
-
 /// A number, or an expression in the scene's constants.
 #[derive(Debug, Clone, Deserialize, JsonSchema)]
 #[serde(untagged)]
@@ -104,16 +94,6 @@ pub(crate) enum NumberOrExpression {
     Number(f64),
     /// An expression.
     Expression(String),
-}
-
-/// Contact between the points of two groups, which are circles of their contact radius.
-#[derive(Debug, Clone, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub(crate) struct GroupPairWritten {
-    /// Names of the two groups, in either order.
-    pub between: [String; 2],
-    /// Law between their points.
-    pub law: ContactLaw,
 }
 
 /// Another run whose state the scene begins with.
@@ -127,43 +107,6 @@ pub(crate) struct StartWritten {
     pub time: Option<f64>,
     /// Hash of that state; a run writes it into its own scene.toml.
     pub state: Option<String>,
-}
-
-/// Duration and step.
-#[derive(Debug, Clone, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub(crate) struct TimeWritten {
-    /// End of the run in s; it begins at 0, or at the time that `start` gives.
-    pub end: f64,
-    /// Longest step in s, in addition to the stability limits.
-    pub max_step: Option<f64>,
-    /// A step below this (s) stops the run; 1e-9 of `end` by default.
-    pub min_step: Option<f64>,
-    /// Safety factor kappa of the composed limit, above 0 and at most 1; 0.8 by default.
-    pub safety: Option<f64>,
-    /// Forces the step to this multiple of what the criterion allows, to find the limit of stability by experiment; 1
-    /// by default.
-    pub step_factor: Option<f64>,
-    /// A run that creates numerically more than this share of the energy in play fails; 0.1 by default.
-    pub created_energy: Option<f64>,
-    /// How the step limit is computed.
-    #[serde(default)]
-    pub criterion: CriterionWritten,
-    /// kappa_1 of Jiang 2020 eq. 51, for that criterion only; 0.8 by default.
-    pub kappa_1: Option<f64>,
-    /// kappa_2 of Jiang 2020 eq. 51, for that criterion only; 0.1 by default.
-    pub kappa_2: Option<f64>,
-}
-
-/// How the step limit is computed.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize, JsonSchema)]
-#[serde(rename_all = "snake_case")]
-pub(crate) enum CriterionWritten {
-    /// From the stiffness and mobility of both sides together.
-    #[default]
-    Composed,
-    /// Jiang 2020 eq. 51 as printed, for comparison: not safe in general.
-    Jiang2020,
 }
 
 /// The continuum.
@@ -371,22 +314,6 @@ pub(crate) struct SolversWritten {
     pub dem: Option<String>,
 }
 
-/// The exchange between the processes.
-#[derive(Debug, Clone, Default, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub(crate) struct CouplingWritten {
-    /// Verlet skin V_d in m beyond contact distance; twice the largest contact radius by default.
-    pub skin: Option<f64>,
-    /// Longest wait for another process in s; 30 by default.
-    pub deadline: Option<f64>,
-    /// Longest wait in s for a solver to start and send Hello; 30 by default.
-    pub hello_deadline: Option<f64>,
-    /// Longest wait in s for a solver to take its configuration and be ready; 120 by default.
-    pub ready_deadline: Option<f64>,
-    /// Largest number of steps granted at once; 64 by default. 1 is the strict mode, with the same result to the bit.
-    pub window: Option<u32>,
-}
-
 /// What is recorded.
 #[derive(Debug, Clone, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
@@ -402,7 +329,7 @@ pub(crate) struct OutputWritten {
     #[serde(default)]
     pub precision: Precision,
     /// When the run saves its state, so that `tandem resume` can continue from there; never by default.
-    pub checkpoint: Option<CheckpointWritten>,
+    pub checkpoint: Option<CheckpointPlan>,
     /// Whether the run writes report.html at its end, a page with its results; false by default. A scene without
     /// `frames` then takes about a hundred.
     #[serde(default)]
@@ -410,22 +337,6 @@ pub(crate) struct OutputWritten {
     /// Columns of history.csv after the time.
     #[serde(default)]
     pub column: Vec<ColumnWritten>,
-}
-
-/// When a run saves its state: at the times of all of these keys.
-#[derive(Debug, Clone, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub(crate) struct CheckpointWritten {
-    /// Wall time between checkpoints in s.
-    pub wall: Option<f64>,
-    /// Simulated time between checkpoints in s.
-    pub time: Option<f64>,
-    /// Simulated times in s of checkpoints that are kept, for other scenes to start from. Multiples of `output.every`.
-    #[serde(default)]
-    pub at: Vec<f64>,
-    /// Whether the state at the end is kept too; false by default.
-    #[serde(default)]
-    pub end: bool,
 }
 
 /// A column of history.csv.
@@ -450,7 +361,7 @@ pub(crate) struct CheckWritten {
     pub value: String,
     /// How the value's history becomes one number; at the end by default.
     #[serde(default)]
-    pub when: WhenWritten,
+    pub when: When<NumberOrExpression>,
     /// Start of the time interval in s; 0 by default.
     pub from: Option<NumberOrExpression>,
     /// End of the time interval in s; the end of the run by default.
@@ -491,33 +402,6 @@ pub(crate) struct StudyWritten {
     #[serde(default)]
     #[schemars(with = "BTreeMap<String, Vec<serde_json::Value>>")]
     pub vary: BTreeMap<String, Vec<toml::Value>>,
-}
-
-/// How the value's history becomes one number.
-#[derive(Debug, Clone, Default, Deserialize, JsonSchema)]
-#[serde(rename_all = "snake_case", deny_unknown_fields)]
-pub(crate) enum WhenWritten {
-    /// The last value of the window.
-    #[default]
-    End,
-    /// The value at this time in s, interpolated between history outputs.
-    At(NumberOrExpression),
-    /// The largest value of the window.
-    Max,
-    /// The smallest value of the window.
-    Min,
-    /// The largest rise above the least value before it in the window.
-    Rise,
-    /// The time in s at which the value is largest in the window.
-    TimeOfMax,
-    /// The mean over the window's time.
-    Mean,
-    /// The root of the mean square over the window's time.
-    Rms,
-    /// The largest distance from the reference, which may depend on time.
-    MaxError,
-    /// The root mean square distance from the reference, which may depend on time.
-    RmsError,
 }
 
 /// What a value must be.

@@ -28,6 +28,12 @@ pub struct Case {
 }
 
 impl Source {
+    /// Title of the scene and its variant.
+    pub fn title(&self) -> String {
+        let variant = self.variant.as_deref().map(|v| format!(" ({v})"));
+        scene_title(&self.path) + &variant.unwrap_or_default()
+    }
+
     /// The scene with these settings.
     ///
     /// # Errors

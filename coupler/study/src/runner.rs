@@ -9,9 +9,9 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::time::{Duration, Instant};
 
-use coupler::record::Summary;
 use coupler::record::rundir::in_use;
 use coupler::record::summary::Status;
+use coupler::record::{Summary, log};
 use interface::files::{self, SMALL, STATE};
 use interface::transport::wait::{until, until_there};
 
@@ -466,18 +466,15 @@ impl Runner {
     }
 }
 
-/// What a line of a run's log says.
-fn message_of(line: &str) -> String {
-    let event: Option<serde_json::Value> = serde_json::from_str(line).ok();
-    let message = event.and_then(|event| Some(event["fields"]["message"].as_str()?.to_owned()));
-    message.unwrap_or_else(|| line.to_owned())
-}
-
 /// A run that left no summary, with its last words.
 fn lost(start: &Start) -> Summary {
     let said = files::read_named_text(&start.log, SMALL).unwrap_or_default();
     let last = said.lines().rev().find(|line| !line.trim().is_empty());
-    let said = last.map_or("it said nothing".into(), message_of);
+    let event = last.and_then(|line| log::parse(line).0.pop());
+    let said = match (&event, last) {
+        (Some(event), _) => event.message(),
+        (None, last) => last.unwrap_or("it said nothing"),
+    };
     Summary {
         reason: Some(format!("the run left no summary, {TRIES} times; {said}")),
         ..Summary::default()

@@ -49,7 +49,7 @@ fn change_first_part(changer: &mut Changer, input: &mut Vec<u8>, _seeds: &[Vec<u
     input.extend(rest);
 }
 
-const MAGIC: &[u8] = b"tandem checkpoint 1\n";
+const MAGIC: &[u8] = b"tandem checkpoint 2\n";
 
 fn sealed(input: &[u8]) -> Vec<u8> {
     let Some((form, rest)) = input.split_first() else {
@@ -59,7 +59,7 @@ fn sealed(input: &[u8]) -> Vec<u8> {
     if form % 2 == 0 {
         file.extend(rest);
     } else {
-        let mut rest = rest;
+        let (mut rest, mut about, mut states) = (rest, Vec::new(), Vec::new());
         for part in 0..4 {
             let (length, more) = rest.split_at(rest.len().min(4));
             let length = length.try_into().map_or(0, u32::from_le_bytes) as usize;
@@ -67,14 +67,21 @@ fn sealed(input: &[u8]) -> Vec<u8> {
             rest = more;
             if part > 0 {
                 let packed = lz4_flex::block::compress_prepend_size(bytes);
-                file.extend(1_u64.to_le_bytes());
-                file.extend((packed.len() as u64).to_le_bytes());
-                file.extend(packed);
+                states.extend(1_u64.to_le_bytes());
+                states.extend((packed.len() as u64).to_le_bytes());
+                states.extend(packed);
             } else {
-                file.extend((bytes.len() as u64).to_le_bytes());
-                file.extend(bytes);
+                about.extend(bytes);
             }
         }
+        // The length of the states stands in it.
+        if let Ok(mut told) = serde_json::from_slice::<serde_json::Map<_, _>>(&about) {
+            told.insert("bytes".into(), states.len().into());
+            about = serde_json::to_vec(&told).expect("a map of texts");
+        }
+        file.extend((about.len() as u64).to_le_bytes());
+        file.extend(about);
+        file.extend(states);
     }
     let hash = blake3::hash(&file);
     file.extend(hash.as_bytes());

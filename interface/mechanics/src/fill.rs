@@ -6,7 +6,7 @@
 //! ([`Following`]) fills discs, and rectangles that are turned, exactly.
 
 use interface::Vec2;
-use interface::config::{Fill, Following, GroupConfig, Spacing, points_of_ring};
+use interface::config::{Fill, Following, GroupConfig, Spacing, points_of_ring, polygon};
 use interface::solver::Refusal;
 
 use crate::outline::crosses_ray;
@@ -39,19 +39,17 @@ pub fn fill(group: &GroupConfig, cell: f64, key: &str) -> Result<FilledRegion, R
         Spacing::Distance(distance) => distance,
         Spacing::Counts(_) => 0.0, // only with a rectangle, which has its own counts
     };
+    let round = |center, radius, inner| match group.following(side) {
+        Some(following) => concentric(center, radius, &following),
+        None => disc(center, radius, inner, side),
+    };
     let region = match &group.fill {
-        Fill::Disc { center, radius } => match group.following(side) {
-            Some(following) => concentric(*center, *radius, &following),
-            None => disc(*center, *radius, 0.0, side),
-        },
+        Fill::Disc { center, radius } => round(*center, *radius, 0.0),
         Fill::Ring {
             center,
             radius,
             inner,
-        } => match group.following(side) {
-            Some(following) => concentric(*center, *radius, &following),
-            None => disc(*center, *radius, *inner, side),
-        },
+        } => round(*center, *radius, *inner),
         Fill::Rectangle { lower, upper } => {
             let size = [upper[0] - lower[0], upper[1] - lower[1]];
             let counts = match group.spacing {
@@ -62,7 +60,7 @@ pub fn fill(group: &GroupConfig, cell: f64, key: &str) -> Result<FilledRegion, R
         }
         Fill::Polygon { vertices } => match group.following(side) {
             Some(following @ Following::Rows { .. }) => rows(vertices, &following),
-            _ => polygon(vertices, side),
+            _ => along_the_grid(vertices, side),
         },
         Fill::Points { positions } => FilledRegion {
             positions: positions.clone(),
@@ -174,7 +172,7 @@ fn rows(vertices: &[[f64; 2]], lattice: &Following) -> FilledRegion {
     FilledRegion {
         positions,
         sides: [lattice.side(); 2],
-        area: Some(outline.area()),
+        area: Some(polygon::area(vertices).abs()),
     }
 }
 
@@ -195,15 +193,10 @@ impl Outline {
         self.edges()
             .fold(false, |inside, (a, b)| inside ^ crosses_ray(a, b, p))
     }
-
-    /// In m^2.
-    fn area(&self) -> f64 {
-        0.5 * self.edges().map(|(a, b)| a.perp(&b)).sum::<f64>().abs()
-    }
 }
 
 /// The lattice begins at the lower left corner of the polygon's bounds.
-fn polygon(vertices: &[[f64; 2]], side: f64) -> FilledRegion {
+fn along_the_grid(vertices: &[[f64; 2]], side: f64) -> FilledRegion {
     let outline = Outline::new(vertices);
     let lower = outline.0.iter().fold(outline.0[0], |a, b| a.inf(b));
     let upper = outline.0.iter().fold(outline.0[0], |a, b| a.sup(b));
@@ -221,7 +214,7 @@ fn polygon(vertices: &[[f64; 2]], side: f64) -> FilledRegion {
     FilledRegion {
         positions,
         sides: [side; 2],
-        area: Some(outline.area()),
+        area: Some(polygon::area(vertices).abs()),
     }
 }
 
@@ -424,9 +417,10 @@ mod tests {
     fn no_point_lies_outside_of_a_polygon_with_slanted_edges() {
         let vertices = vec![[0.0, 0.0], [3.0, 1.0], [2.5, 2.5], [1.0, 1.2]];
         let outline = Outline::new(&vertices);
+        let expected = polygon::area(&vertices);
         let region = filled(Fill::Polygon { vertices }, 0.07, Lattice::Outline);
         assert!(region.positions.iter().all(|&p| outline.holds(p.into())));
         let area = region.positions.len() as f64 * region.box_area();
-        assert!((area / outline.area() - 1.0).abs() < 0.02);
+        assert!((area / expected - 1.0).abs() < 0.02);
     }
 }

@@ -253,29 +253,6 @@ impl Packing {
     }
 }
 
-/// `count` rounded squares of outer side `side` (m) one on another, the lowest resting on y = 0 at x = 0, sharing
-/// their left and right faces. They touch without overlap.
-pub fn stack(count: usize, side: f64, sphero_radius: f64, density: f64) -> Vec<BodyConfig> {
-    let core = side - 2.0 * sphero_radius;
-    (0..count)
-        .map(|i| BodyConfig {
-            name: format!("block {i}"),
-            shape: BodyShape::Rectangle {
-                width: core,
-                height: core,
-            },
-            sphero_radius,
-            inertia: BodyInertia::Density(density),
-            position: [0.0, (i as f64 + 0.5) * side],
-            angle: 0.0,
-            velocity: [0.0, 0.0],
-            spin: 0.0,
-            motion: Motion::Free,
-            surface: String::new(),
-        })
-        .collect()
-}
-
 /// A set of bodies of one kind, as a scene asks for it.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]

@@ -423,7 +423,7 @@ impl Reference {
             Kernel::Cubic => 3,
         };
         // Near loads at the other end too.
-        let closed = [self.walls.left, self.walls.bottom].contains(&Wall::Periodic);
+        let closed = self.walls.periodic().contains(&true);
         if closed && !loaded.is_empty() {
             return places().collect();
         }

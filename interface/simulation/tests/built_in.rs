@@ -2,10 +2,10 @@
 //!
 //! More of them: `cargo test --release -p simulation -- --ignored`.
 
+use crate::scenario::{Outcome, Scenario};
+use crate::session::SolverPair;
 use dem_proc::Sdem;
 use mpm_proc::Mpm;
-use simulation::scenario::{Outcome, Scenario};
-use simulation::session::SolverPair;
 
 /// Soft enough that the plan's step of 1 ms is a twentieth of the stable one, fast enough that it meets the disc.
 const BUILT_IN: SolverPair = SolverPair {

@@ -80,12 +80,12 @@ impl DemConfig {
     }
 }
 
-/// Contact between the points of two groups.
+/// Contact between the points of two groups, which are circles of their contact radius.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-pub struct GroupPair {
-    /// Indices of the two groups.
-    pub between: [usize; 2],
+pub struct GroupPair<Group = usize> {
+    /// The two groups, in either order: their indices, in a scene their names.
+    pub between: [Group; 2],
     /// Law between their points.
     pub law: ContactLaw,
 }
@@ -102,17 +102,6 @@ pub enum OverlapMeasure {
     /// The common area of two convex polygons without sphero-radius, divided by a length (Chen 2023; Feng and Owen
     /// 2004).
     Area,
-}
-
-impl OverlapMeasure {
-    /// Its name in a scene.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::EachEdge => "each_edge",
-            Self::NearestEdge => "nearest_edge",
-            Self::Area => "area",
-        }
-    }
 }
 
 /// A spheropolygon body.
@@ -189,6 +178,24 @@ impl BodyShape {
                 vec![[-x, -y], [x, -y], [x, y], [-x, y]]
             }
         }
+    }
+}
+
+impl BodyConfig {
+    /// Radius in m of the disc around vertex `k` of its shape.
+    pub fn radius_at(&self, k: usize) -> f64 {
+        match &self.shape {
+            BodyShape::Cluster { radii, .. } => radii.get(k).copied(),
+            _ => None,
+        }
+        .unwrap_or(self.sphero_radius)
+    }
+
+    /// The vertices of its shape where it is placed, in m.
+    pub fn placed(&self) -> Vec<[f64; 2]> {
+        let ((sin, cos), [px, py]) = (self.angle.sin_cos(), self.position);
+        let place = |[x, y]: [f64; 2]| [px + cos * x - sin * y, py + sin * x + cos * y];
+        self.shape.vertices().into_iter().map(place).collect()
     }
 }
 

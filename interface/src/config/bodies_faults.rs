@@ -1,28 +1,10 @@
 //! The faults of a configuration of the bodies. The coupler's scene reader and the solver both call this, so that
 //! `tandem check` refuses what `tandem run` would refuse.
 
+use super::capability::word;
 use super::fault::{ConfigFault, Faults};
-use super::laws::{Between, LawFault};
+use super::laws::Between;
 use super::{BodyConfig, BodyInertia, BodyShape, ContactLaw, DemConfig, Motion, OverlapMeasure};
-
-impl Faults {
-    pub(super) fn law(&mut self, key: &str, law: &ContactLaw, between: Between) {
-        for fault in law.faults(between) {
-            let LawFault {
-                name,
-                value,
-                expected,
-                help,
-            } = fault;
-            self.add(
-                format!("{key}.{}.{name}", law.name()),
-                value,
-                expected,
-                help,
-            );
-        }
-    }
-}
 
 impl DemConfig {
     /// All values that no bodies' solver could accept, in the order of the configuration.
@@ -34,10 +16,12 @@ impl DemConfig {
         }
         let points = Between::PointsAndBodies;
         if self.has_point_law() {
-            faults.law("contact", &self.point_contact, points);
+            faults
+                .0
+                .extend(self.point_contact.faults("contact", points));
         }
         if let Some(law) = &self.body_contact {
-            faults.law("body_contact", law, Between::Bodies);
+            faults.0.extend(law.faults("body_contact", Between::Bodies));
         }
         self.group_pair_faults(&mut faults);
         self.overlap_faults(&mut faults);
@@ -47,14 +31,14 @@ impl DemConfig {
         if sound {
             let key = |i: usize| format!("contact_pair.{i}.law");
             for (i, pair) in self.body_pairs() {
-                faults.law(&key(i), &pair.law, Between::Bodies);
+                faults.0.extend(pair.law.faults(&key(i), Between::Bodies));
             }
             for (i, pair) in self.point_pairs() {
                 // A pair of both kinds has been checked above by the stricter rules for bodies. It is reported only
                 // once.
                 let of_bodies = self.body_pairs().any(|(k, _)| k == i);
-                if !of_bodies || pair.law.faults(Between::Bodies).is_empty() {
-                    faults.law(&key(i), &pair.law, points);
+                if !of_bodies || pair.law.faults("", Between::Bodies).is_empty() {
+                    faults.0.extend(pair.law.faults(&key(i), points));
                 }
             }
         }
@@ -80,7 +64,7 @@ impl DemConfig {
     /// Finds bodies and laws for which the measure of overlap is not defined.
     fn overlap_faults(&self, faults: &mut Faults) {
         let measure = self.overlap;
-        let name = measure.name();
+        let name = word(&measure);
         if measure == OverlapMeasure::EachEdge {
             self.bare_faults(faults);
             return;
@@ -135,12 +119,8 @@ impl DemConfig {
 impl BodyConfig {
     /// The sphero-radius in m; of a cluster, the largest radius of its discs.
     pub fn largest_radius(&self) -> f64 {
-        match &self.shape {
-            BodyShape::Cluster { radii, .. } if !radii.is_empty() => {
-                radii.iter().copied().fold(0.0, f64::max)
-            }
-            _ => self.sphero_radius,
-        }
+        let radii = (0..self.shape.vertices().len()).map(|k| self.radius_at(k));
+        radii.fold(0.0, f64::max)
     }
 
     /// The impossible values of the body; `path` is its key.

@@ -90,6 +90,15 @@ impl Capabilities {
     }
 }
 
+/// The name of a choice in the configuration, without its values (clause J-1: `"flip"`, `{"blend": {...}}`).
+pub fn word(choice: &impl Serialize) -> String {
+    match serde_json::to_value(choice) {
+        Ok(serde_json::Value::String(word)) => word,
+        Ok(serde_json::Value::Object(tagged)) => tagged.keys().next().cloned().unwrap_or_default(),
+        other => unreachable!("a choice is a word or has a tag, not {other:?}"),
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -1,7 +1,7 @@
 //! The faults of the chains of a configuration with segments.
 
 use super::fault::Faults;
-use super::{Chain, ContactForceScheme, Fill, Interface, MpmConfig, Wall};
+use super::{Chain, ContactForceScheme, Fill, Interface, MpmConfig};
 
 impl MpmConfig {
     /// Refuses chains without segments, and segments in a configuration in which bodies cannot meet them.
@@ -33,8 +33,7 @@ impl MpmConfig {
                 "segments cannot be combined with grid layers of groups",
             );
         }
-        let walls = [self.walls.left, self.walls.bottom];
-        if walls.contains(&Wall::Periodic) {
+        if self.walls.periodic().contains(&true) {
             refuse("mpm.walls", "a chain cannot cross a periodic wall");
         }
         if self.contact_force != ContactForceScheme::Point {

@@ -303,6 +303,21 @@ pub struct Walls {
     pub top: Wall,
 }
 
+impl Walls {
+    /// The walls across x and those across y, with their names.
+    pub fn by_axis(&self) -> [[(&'static str, Wall); 2]; 2] {
+        [
+            [("left", self.left), ("right", self.right)],
+            [("bottom", self.bottom), ("top", self.top)],
+        ]
+    }
+
+    /// Whether points go round along x and along y.
+    pub fn periodic(&self) -> [bool; 2] {
+        [self.left, self.bottom].map(|wall| wall == Wall::Periodic)
+    }
+}
+
 /// Condition on one wall.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case", deny_unknown_fields)]

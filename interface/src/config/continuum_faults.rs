@@ -37,10 +37,7 @@ impl MpmConfig {
 
     /// Checks the cell and the domain; returns whether both can be used.
     fn grid_faults(&self, found: &mut Faults) -> bool {
-        if !self.gravity.iter().all(|g| g.is_finite()) {
-            let value = format!("{:?} m/s^2", self.gravity);
-            found.add("gravity", value, "finite numbers", "");
-        }
+        found.finite("gravity", &self.gravity);
         found.number(
             "coupling.skin",
             self.skin,
@@ -182,44 +179,37 @@ impl MpmConfig {
     }
 
     fn wall_faults(&self, found: &mut Faults) {
-        let w = &self.walls;
-        for (name, wall) in [
-            ("left", w.left),
-            ("right", w.right),
-            ("bottom", w.bottom),
-            ("top", w.top),
-        ] {
-            if let Wall::Friction { coefficient: mu } = wall {
+        let walls = self.walls.by_axis();
+        for (name, wall) in walls.as_flattened() {
+            if let Wall::Friction { coefficient: mu } = *wall {
                 let key = format!("mpm.walls.{name}.friction.coefficient");
                 found.number(key, mu, mu >= 0.0, "a coefficient of 0 or more");
             }
         }
-        self.driven_faults(found, [w.left, w.right], 0);
-        self.driven_faults(found, [w.bottom, w.top], 1);
-        for (a, b, names) in [
-            (w.left, w.right, ["left", "right"]),
-            (w.bottom, w.top, ["bottom", "top"]),
-        ] {
-            if (a == Wall::Periodic) != (b == Wall::Periodic) {
-                let other = usize::from(a == Wall::Periodic);
+        for axis in 0..2 {
+            self.driven_faults(found, walls[axis], walls[1 - axis], axis);
+        }
+        for [(one, a), (two, b)] in walls {
+            let periodic = [a, b].map(|wall| wall == Wall::Periodic);
+            if periodic[0] != periodic[1] {
                 let help = format!(
-                    "only one of the walls {} and {} is periodic; make both periodic or neither",
-                    names[0], names[1]
+                    "only one of the walls {one} and {two} is periodic; make both periodic or neither"
                 );
-                let key = format!("mpm.walls.{}", names[other]);
+                let key = format!("mpm.walls.{}", if periodic[0] { two } else { one });
                 found.add(key, "not periodic", "the same as the opposite wall", help);
             }
         }
     }
 
-    /// Refuses what cannot be combined with walls across `axis` that move along themselves.
-    fn driven_faults(&self, found: &mut Faults, ends: [Wall; 2], axis: usize) {
-        let w = &self.walls;
-        let (names, across) = match axis {
-            0 => (["left", "right"], [("bottom", w.bottom), ("top", w.top)]),
-            _ => (["bottom", "top"], [("left", w.left), ("right", w.right)]),
-        };
-        for (name, wall) in names.into_iter().zip(ends) {
+    /// Refuses what cannot be combined with walls at both ends of `axis` that move along themselves.
+    fn driven_faults(
+        &self,
+        found: &mut Faults,
+        ends: [(&str, Wall); 2],
+        across: [(&str, Wall); 2],
+        axis: usize,
+    ) {
+        for (name, wall) in ends {
             let Wall::Driven { speed } = wall else {
                 continue;
             };
@@ -261,11 +251,9 @@ impl MpmConfig {
                 density > 0.0,
                 "a density above 0",
             );
-            let model = material.model.key();
-            for number in material.model.impossible() {
-                let key = format!("{path}.model.{model}.{}", number.key);
-                found.number(key, number.value, false, number.expected);
-            }
+            found
+                .0
+                .extend(material.model.faults(&format!("{path}.model")));
         }
     }
 
@@ -282,10 +270,7 @@ impl MpmConfig {
                 help,
             );
         }
-        if !group.velocity.iter().all(|v| v.is_finite()) {
-            let value = format!("{:?} m/s", group.velocity);
-            found.add(format!("{path}.velocity"), value, "finite numbers", "");
-        }
+        found.finite(format!("{path}.velocity"), &group.velocity);
         if let Some(r) = group.contact_radius {
             found.number(
                 format!("{path}.contact_radius"),
@@ -311,8 +296,6 @@ impl MpmConfig {
         if !group.keeps_spin {
             return;
         }
-        let walls = &self.walls;
-        let periodic = walls.left == Wall::Periodic || walls.bottom == Wall::Periodic;
         let help = match self.transfer {
             Transfer::Apic | Transfer::Aflip { .. } => {
                 "apic already transfers the spin of each point: leave it out"
@@ -321,7 +304,7 @@ impl MpmConfig {
                 "xpic filters velocities: use transfer = \"flip\""
             }
             _ if group.rigid => "a rigid group keeps its spin anyway: leave it out",
-            _ if periodic => {
+            _ if self.walls.periodic().contains(&true) => {
                 "a group that crosses periodic walls has no centre of rotation: leave it out"
             }
             _ => return,
@@ -342,7 +325,7 @@ impl MpmConfig {
                 help,
             );
         }
-        if self.walls.left == Wall::Periodic || self.walls.bottom == Wall::Periodic {
+        if self.walls.periodic().contains(&true) {
             let help =
                 "a group that crosses periodic walls has no centre of rotation: leave it out";
             found.add(format!("{path}.rigid"), "true", "false", help);
@@ -366,7 +349,7 @@ impl MpmConfig {
     fn outside_faults(&self, found: &mut Faults, group: &GroupConfig, path: &str) {
         let [lower, upper] = group.fill.bounds();
         let [low, high] = self.domain;
-        let periodic = [self.walls.left, self.walls.bottom].map(|wall| wall == Wall::Periodic);
+        let periodic = self.walls.periodic();
         let outside = |a: usize| {
             let size = high[a] - low[a];
             if periodic[a] {
@@ -439,10 +422,7 @@ impl MpmConfig {
     fn forcing_faults(&self, found: &mut Faults) {
         for (i, traction) in self.forcing.tractions.iter().enumerate() {
             let path = format!("mpm.traction.{i}");
-            if !traction.force.iter().all(|f| f.is_finite()) {
-                let value = format!("{:?} N/m", traction.force);
-                found.add(format!("{path}.force"), value, "finite numbers", "");
-            }
+            found.finite(format!("{path}.force"), &traction.force);
             self.set_faults(found, &path, &traction.points, traction.within);
         }
         self.hold_faults(found);
@@ -624,30 +604,16 @@ impl GroupConfig {
         let finite = |points: &[[f64; 2]]| points.as_flattened().iter().all(|x| x.is_finite());
         match &self.fill {
             Fill::Disc { center, radius } => {
-                if !finite(&[*center]) {
-                    found.add(
-                        key("disc.center"),
-                        format!("{center:?} m"),
-                        "finite numbers",
-                        "",
-                    );
-                }
-                found.number(
-                    key("disc.radius"),
-                    *radius,
-                    *radius > 0.0,
-                    "a length above 0",
-                );
+                found.finite(key("disc.center"), center);
+                let sound = *radius > 0.0;
+                found.number(key("disc.radius"), *radius, sound, "a length above 0");
             }
             Fill::Ring {
                 center,
                 radius,
                 inner,
             } => {
-                if !finite(&[*center]) {
-                    let value = format!("{center:?} m");
-                    found.add(key("ring.center"), value, "finite numbers", "");
-                }
+                found.finite(key("ring.center"), center);
                 let sound = *radius > 0.0 && radius.is_finite();
                 found.number(key("ring.radius"), *radius, sound, "a length above 0");
                 let hole = *inner > 0.0 && inner < radius;

@@ -96,7 +96,7 @@ impl MaterialModel {
             _ => {
                 return Err(ConfigFault {
                     key: "friction_test".into(),
-                    value: self.key().into(),
+                    value: self.key(),
                     expected: "drucker_prager or mohr_coulomb".into(),
                     help: "only these have a friction angle".into(),
                 });

@@ -4,6 +4,7 @@
 //! A new law is a variant of [`ContactLaw`], whose doc comments explain its parameters, a row here, and a type in the
 //! solver.
 
+use super::fault::{ConfigFault, Faults};
 use super::law::{ContactLaw, ratio_of_restitution};
 
 /// One parameter of a contact law.
@@ -23,6 +24,13 @@ pub struct Parameter {
     pub feature: Option<&'static str>,
     /// The only kind of contact for which it may differ from 0; `None` if it may for both.
     pub only: Option<Between>,
+}
+
+impl Parameter {
+    /// Whether it is in proportion to the thickness. Stresses, ratios and coefficients are not.
+    pub fn is_per_metre(&self) -> bool {
+        !["", "Pa"].contains(&self.unit)
+    }
 }
 
 /// One contact law.
@@ -166,70 +174,64 @@ pub enum Between {
     Bodies,
 }
 
-/// An impossible value of a parameter.
-#[derive(Debug, Clone, PartialEq)]
-pub struct LawFault {
-    /// The parameter's key.
-    pub name: &'static str,
-    /// Its value, with its unit.
-    pub value: String,
-    /// What it may be.
-    pub expected: String,
-    /// What to write instead; empty where `expected` says it all.
-    pub help: &'static str,
-}
-
 impl ContactLaw {
-    /// Index of the law's row in [`LAWS`], and its numbers in the order of the row's parameters.
-    fn entry(&self) -> (usize, Vec<f64>) {
-        match *self {
+    /// The law's row in [`LAWS`], and its numbers in the order of the row's parameters.
+    fn entry(&mut self) -> (&'static LawRow, Vec<&mut f64>) {
+        let (row, numbers) = match self {
             Self::Linear {
                 normal_stiffness: k_n,
                 tangential_stiffness: k_t,
-                friction,
-                damping_ratio,
-                damped_mass,
-            } => (0, vec![k_n, k_t, friction, damping_ratio, damped_mass]),
+                friction: mu,
+                damping_ratio: zeta,
+                damped_mass: m,
+            } => (0, vec![k_n, k_t, mu, zeta, m]),
             Self::Granular {
                 normal_stiffness: k_n,
                 tangential_stiffness: k_t,
-                friction,
-                damping_ratio,
-                damped_mass,
+                friction: mu,
+                damping_ratio: zeta,
+                damped_mass: m,
                 adhesion,
-                rolling_friction,
-            } => {
-                let more = [adhesion, rolling_friction];
-                let linear = [k_n, k_t, friction, damping_ratio, damped_mass];
-                (1, [&linear[..], &more].concat())
-            }
+                rolling_friction: mu_r,
+            } => (1, vec![k_n, k_t, mu, zeta, m, adhesion, mu_r]),
             Self::HertzMindlin {
-                hertz_constant,
-                poisson_ratio,
-                friction,
-                restitution,
+                hertz_constant: k,
+                poisson_ratio: nu,
+                friction: mu,
+                restitution: e,
                 adhesion,
-            } => {
-                let rest = [poisson_ratio, friction, restitution, adhesion];
-                (2, [&[hertz_constant][..], &rest].concat())
-            }
+            } => (2, vec![k, nu, mu, e, adhesion]),
             Self::Area {
-                area_stiffness,
-                tangential_stiffness,
-                friction,
-            } => (3, vec![area_stiffness, tangential_stiffness, friction]),
-        }
+                area_stiffness: k_a,
+                tangential_stiffness: k_t,
+                friction: mu,
+            } => (3, vec![k_a, k_t, mu]),
+        };
+        (&LAWS[row], numbers)
     }
 
     /// The law's row in [`LAWS`].
-    pub fn row(&self) -> &'static LawRow {
-        &LAWS[self.entry().0]
+    pub fn row(mut self) -> &'static LawRow {
+        self.entry().0
     }
 
     /// Its parameters with their values.
-    pub fn numbers(&self) -> impl Iterator<Item = (&'static Parameter, f64)> {
+    pub fn numbers(mut self) -> impl Iterator<Item = (&'static Parameter, f64)> {
         let (row, values) = self.entry();
-        LAWS[row].parameters.iter().zip(values)
+        let values: Vec<f64> = values.into_iter().map(|value| *value).collect();
+        row.parameters.iter().zip(values)
+    }
+
+    /// The law of a metre of thickness whose law this is of `thickness` (m).
+    #[must_use]
+    pub fn per_metre(mut self, thickness: f64) -> Self {
+        let (row, values) = self.entry();
+        for (parameter, value) in row.parameters.iter().zip(values) {
+            if parameter.is_per_metre() {
+                *value /= thickness;
+            }
+        }
+        self
     }
 
     /// Its name in a scene.
@@ -294,23 +296,18 @@ impl ContactLaw {
             .map(|[normal, tangential]| normal.max(tangential))
     }
 
-    /// The impossible values, in the order of the row. The default law between points and bodies has no stiffness. It
+    /// The impossible values, in the order of the row; `path` is the key of the law. The default law between points and bodies has no stiffness. It
     /// means no contact and has no fault.
-    pub fn faults(&self, between: Between) -> Vec<LawFault> {
+    pub fn faults(&self, path: &str, between: Between) -> Vec<ConfigFault> {
         let of_points = between == Between::PointsAndBodies;
         if of_points && *self == Self::default() {
             return Vec::new();
         }
-        let mut faults = Vec::new();
+        let (mut faults, law) = (Faults::default(), self.name());
         for (p, value) in self.numbers() {
             let mut refuse = |expected: &str, help| {
                 let value = format!("{value} {}", p.unit).trim_end().to_owned();
-                faults.push(LawFault {
-                    name: p.name,
-                    value,
-                    expected: expected.to_owned(),
-                    help,
-                });
+                faults.add(format!("{path}.{law}.{}", p.name), value, expected, help);
             };
             if !(value.is_finite() && (p.allows)(value)) {
                 refuse(p.expected, "");
@@ -340,7 +337,7 @@ impl ContactLaw {
                 }
             }
         }
-        faults
+        faults.0
     }
 }
 
@@ -393,6 +390,11 @@ mod tests {
             let values: Vec<f64> = law.numbers().map(|(_, value)| value).collect();
             let expected: Vec<f64> = (2..).map(f64::from).take(values.len()).collect();
             assert_eq!(values, expected, "{}", row.name);
+            for ((p, after), before) in law.per_metre(0.5).numbers().zip(values) {
+                let of_thickness = p.unit.contains("N/m") || p.unit.contains("kg/m");
+                let factor = if of_thickness { 2.0 } else { 1.0 };
+                assert_eq!(after, factor * before, "{}", p.name);
+            }
             for p in row.parameters {
                 assert!(
                     p.default.is_none_or(|value| (p.allows)(value)),
@@ -405,8 +407,10 @@ mod tests {
 
     #[test]
     fn every_number_is_held_to_its_row() {
-        let names = |law: ContactLaw, between| -> Vec<&str> {
-            law.faults(between).iter().map(|fault| fault.name).collect()
+        let names = |law: ContactLaw, between| -> Vec<String> {
+            let path = format!("law.{}.", law.name());
+            let name = |fault: ConfigFault| fault.key.strip_prefix(&path).unwrap().to_owned();
+            law.faults("law", between).into_iter().map(name).collect()
         };
         assert_eq!(names(HERTZ_MINDLIN, Between::Bodies), ["restitution"]);
         let [k_t, zeta] = ["tangential_stiffness", "damping_ratio"];
@@ -415,7 +419,7 @@ mod tests {
         let of_points = [k_t, zeta, "adhesion", "rolling_friction"];
         assert_eq!(names(rolling(0.1), Between::PointsAndBodies), of_points);
         let none = ContactLaw::default();
-        assert!(none.faults(Between::PointsAndBodies).is_empty());
+        assert!(none.faults("law", Between::PointsAndBodies).is_empty());
         assert_eq!(names(none, Between::Bodies), ["normal_stiffness"]);
     }
 

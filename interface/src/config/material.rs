@@ -3,6 +3,9 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use super::capability::word;
+use super::fault::{ConfigFault, Faults};
+
 /// A material of the continuum.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
@@ -137,30 +140,10 @@ pub struct Inertial {
     pub volume_rate: f64,
 }
 
-/// An impossible number of a material.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Impossible {
-    /// Key below the model's own.
-    pub key: &'static str,
-    /// Its value.
-    pub value: f64,
-    /// What is allowed, such as "a modulus above 0".
-    pub expected: &'static str,
-}
-
 impl MaterialModel {
     /// Key of the model in a configuration.
-    pub fn key(&self) -> &'static str {
-        match self {
-            Self::LinearElastic { .. } => "linear_elastic",
-            Self::Hypoelastic { .. } => "hypoelastic",
-            Self::DruckerPrager(_) => "drucker_prager",
-            Self::MohrCoulomb(_) => "mohr_coulomb",
-            Self::NeoHookean { .. } => "neo_hookean",
-            Self::Fluid { .. } => "fluid",
-            Self::MuI(_) => "mu_i",
-            Self::VonMises { .. } => "von_mises",
-        }
+    pub fn key(&self) -> String {
+        word(self)
     }
 
     /// K and G in Pa; a fluid has no G.
@@ -206,92 +189,66 @@ impl MaterialModel {
         )
     }
 
-    /// The numbers of granular models: key, value, whether it is allowed, and what is allowed. Empty for other models.
-    fn of_grains(&self) -> Vec<(&'static str, f64, bool, &'static str)> {
+    /// The impossible numbers, in the order of the configuration; `path` is the key above the model's own.
+    pub fn faults(&self, path: &str) -> Vec<ConfigFault> {
         const ANGLE: &str = "0 to below 90 degrees";
         const STRESS: &str = "a stress of 0 or more";
-        match *self {
-            Self::DruckerPrager(m) | Self::MohrCoulomb(m) => {
-                let (phi, psi) = (m.friction_angle, m.dilation_angle);
-                let (c, tension) = (m.cohesion, m.tensile_strength);
-                // More dilation than friction would create energy.
-                let less = (0.0..=phi.max(0.0)).contains(&psi);
-                let mut numbers = vec![
-                    ("friction_angle", phi, (0.0..90.0).contains(&phi), ANGLE),
-                    ("dilation_angle", psi, less, "0 to the friction angle"),
-                    ("cohesion", c, c >= 0.0, STRESS),
-                    ("tensile_strength", tension, tension >= 0.0, STRESS),
-                ];
-                if m.separates {
-                    numbers.push(("cohesion", c, c <= 0.0, "0 where it separates"));
-                }
-                let cone = matches!(self, Self::DruckerPrager(_));
-                numbers.extend(m.critical_state.map(|state| match state {
-                    CriticalState::ShearStrain(of) | CriticalState::Volume(of) if !cone => {
-                        let expected = "none: drucker_prager alone has it";
-                        ("critical_state", of, false, expected)
-                    }
-                    CriticalState::ShearStrain(of) => {
-                        let key = "critical_state.shear_strain";
-                        (key, of, of > 0.0, "a strain above 0")
-                    }
-                    CriticalState::Volume(of) => {
-                        let key = "critical_state.volume";
-                        (key, of, of > 1.0, "a volume above 1, the initial one")
-                    }
-                }));
-                numbers
-            }
-            Self::MuI(m) => {
-                let (least, most) = (m.static_friction, m.limit_friction);
-                let (number, d, rho) = (m.inertial_number, m.grain_diameter, m.grain_density);
-                let coefficient = "a coefficient of 0 or more";
-                vec![
-                    ("static_friction", least, least >= 0.0, coefficient),
-                    (
-                        "limit_friction",
-                        most,
-                        most > least,
-                        "above static_friction",
-                    ),
-                    ("inertial_number", number, number > 0.0, "a number above 0"),
-                    ("grain_diameter", d, d > 0.0, "a length above 0"),
-                    ("grain_density", rho, rho > 0.0, "a density above 0"),
-                    (
-                        "volume_rate",
-                        m.volume_rate,
-                        m.volume_rate >= 0.0,
-                        "a rate of 0 or more",
-                    ),
-                ]
-            }
-            _ => Vec::new(),
-        }
-    }
-
-    /// The impossible numbers, in the order of the configuration.
-    pub fn impossible(&self) -> Vec<Impossible> {
-        let (bulk, shear) = self.moduli();
-        let mut found = Vec::new();
-        let mut check = |key, value: f64, holds, expected| {
-            if !(value.is_finite() && holds) {
-                found.push(Impossible {
-                    key,
-                    value,
-                    expected,
-                });
-            }
+        let (mut found, model) = (Faults::default(), self.key());
+        let mut check = |key: &str, value: f64, holds: bool, expected: &str| {
+            found.number(format!("{path}.{model}.{key}"), value, holds, expected);
         };
+        let (bulk, shear) = self.moduli();
         check("bulk_modulus", bulk, bulk > 0.0, "a modulus above 0");
         if !matches!(self, Self::Fluid { .. }) {
             check("shear_modulus", shear, shear > 0.0, "a modulus above 0");
         }
         match *self {
             Self::LinearElastic { .. } | Self::Hypoelastic { .. } | Self::NeoHookean { .. } => {}
-            Self::DruckerPrager(_) | Self::MohrCoulomb(_) | Self::MuI(_) => {
-                for (key, value, holds, expected) in self.of_grains() {
-                    check(key, value, holds, expected);
+            Self::DruckerPrager(m) | Self::MohrCoulomb(m) => {
+                let (phi, psi) = (m.friction_angle, m.dilation_angle);
+                let (c, tension) = (m.cohesion, m.tensile_strength);
+                check("friction_angle", phi, (0.0..90.0).contains(&phi), ANGLE);
+                // More dilation than friction would create energy.
+                let less = (0.0..=phi.max(0.0)).contains(&psi);
+                check("dilation_angle", psi, less, "0 to the friction angle");
+                check("cohesion", c, c >= 0.0, STRESS);
+                check("tensile_strength", tension, tension >= 0.0, STRESS);
+                if m.separates {
+                    check("cohesion", c, c <= 0.0, "0 where it separates");
                 }
+                let cone = matches!(self, Self::DruckerPrager(_));
+                match m.critical_state {
+                    None => {}
+                    Some(CriticalState::ShearStrain(of) | CriticalState::Volume(of)) if !cone => {
+                        let expected = "none: drucker_prager alone has it";
+                        check("critical_state", of, false, expected);
+                    }
+                    Some(CriticalState::ShearStrain(of)) => {
+                        let key = "critical_state.shear_strain";
+                        check(key, of, of > 0.0, "a strain above 0");
+                    }
+                    Some(CriticalState::Volume(of)) => {
+                        let expected = "a volume above 1, the initial one";
+                        check("critical_state.volume", of, of > 1.0, expected);
+                    }
+                }
+            }
+            Self::MuI(m) => {
+                let (least, most) = (m.static_friction, m.limit_friction);
+                let (number, d, rho) = (m.inertial_number, m.grain_diameter, m.grain_density);
+                let coefficient = "a coefficient of 0 or more";
+                check("static_friction", least, least >= 0.0, coefficient);
+                check(
+                    "limit_friction",
+                    most,
+                    most > least,
+                    "above static_friction",
+                );
+                check("inertial_number", number, number > 0.0, "a number above 0");
+                check("grain_diameter", d, d > 0.0, "a length above 0");
+                check("grain_density", rho, rho > 0.0, "a density above 0");
+                let rate = m.volume_rate;
+                check("volume_rate", rate, rate >= 0.0, "a rate of 0 or more");
             }
             Self::Fluid {
                 exponent,
@@ -313,7 +270,7 @@ impl MaterialModel {
                 check("hardening_modulus", h, h >= 0.0, "a modulus of 0 or more");
             }
         }
-        found
+        found.0
     }
 }
 
@@ -347,7 +304,12 @@ mod tests {
 
     #[test]
     fn every_number_is_held_to_its_bounds() {
-        assert!(MaterialModel::MohrCoulomb(SAND).impossible().is_empty());
+        let keys = |model: MaterialModel| -> Vec<String> {
+            let path = format!("m.{}.", model.key());
+            let of = |fault: ConfigFault| fault.key.strip_prefix(&path).unwrap().to_owned();
+            model.faults("m").into_iter().map(of).collect()
+        };
+        assert!(MaterialModel::MohrCoulomb(SAND).faults("m").is_empty());
         let wrong = Frictional {
             bulk_modulus: f64::NAN,
             shear_modulus: 0.0,
@@ -358,13 +320,8 @@ mod tests {
             critical_state: None,
             separates: false,
         };
-        let keys: Vec<_> = MaterialModel::DruckerPrager(wrong)
-            .impossible()
-            .iter()
-            .map(|i| i.key)
-            .collect();
         assert_eq!(
-            keys,
+            keys(MaterialModel::DruckerPrager(wrong)),
             [
                 "bulk_modulus",
                 "shear_modulus",
@@ -379,12 +336,8 @@ mod tests {
             exponent,
             viscosity,
         };
-        assert!(fluid(3e4, 1.0, 0.0).impossible().is_empty());
-        assert_eq!(fluid(0.0, 0.9, -1e-3).impossible().len(), 3);
-        let keys = |model: MaterialModel| -> Vec<_> {
-            let found = model.impossible();
-            found.into_iter().map(|i| i.key).collect()
-        };
+        assert!(fluid(3e4, 1.0, 0.0).faults("m").is_empty());
+        assert_eq!(fluid(0.0, 0.9, -1e-3).faults("m").len(), 3);
         let sticky = Frictional {
             cohesion: 1.0,
             separates: true,
@@ -419,6 +372,6 @@ mod tests {
             yield_stress: 0.0,
             hardening_modulus: -1.0,
         };
-        assert_eq!(metal.impossible().len(), 2);
+        assert_eq!(metal.faults("m").len(), 2);
     }
 }

@@ -8,10 +8,10 @@ use std::mem::{Discriminant, discriminant};
 
 use serde::Serialize;
 
-use crate::config::capability::{Capabilities, LAYERS, PAIRS, SEGMENTS};
+use crate::config::capability::{Capabilities, LAYERS, PAIRS, SEGMENTS, word};
 use crate::config::{
-    ContactLaw, DemConfig, Frictional, Interface, Lattice, MaterialConfig, MaterialModel,
-    MpmConfig, OverlapMeasure,
+    ContactLaw, DemConfig, Frictional, Interface, Lattice, MaterialModel, MpmConfig,
+    OverlapMeasure, Wall,
 };
 
 /// A capability that a configuration needs.
@@ -32,6 +32,18 @@ impl Need {
             key: key.into(),
             places: 1,
         }
+    }
+
+    /// The need of these keys, if there are any.
+    fn of_all(
+        capability: impl Into<String>,
+        mut keys: impl Iterator<Item = String>,
+    ) -> Option<Self> {
+        let first = Self::once(capability, keys.next()?);
+        Some(Self {
+            places: 1 + keys.count(),
+            ..first
+        })
     }
 
     /// Whether a solver with these capabilities meets this need.
@@ -57,61 +69,34 @@ impl MpmConfig {
         if self.layers {
             needs.push(Need::once(LAYERS, "mpm.layers"));
         }
-        if !self.group_pairs.is_empty() {
-            needs.push(Need {
-                places: self.group_pairs.len(),
-                ..Need::once(PAIRS, "group_pair.0")
-            });
-        }
+        needs.extend(pairs(self.group_pairs.len()));
         if self.interface == Interface::Segments {
             needs.push(Need::once(SEGMENTS, "mpm.interface"));
         }
         needs.push(one("shape", &self.shape, "mpm.shape"));
         needs.push(one("transfer", &self.transfer, "mpm.transfer"));
-        needs.push(one(
-            "stress_update",
-            &self.stress_update,
-            "mpm.stress_update",
-        ));
+        let update = &self.stress_update;
+        needs.push(one("stress_update", update, "mpm.stress_update"));
         needs.push(one("plane", &self.plane, "mpm.plane"));
-        let w = &self.walls;
-        let names = ["left", "right", "bottom", "top"];
-        let walls = [&w.left, &w.right, &w.bottom, &w.top].into_iter();
-        needs.extend(each("wall", walls, |i| format!("mpm.walls.{}", names[i])));
+        let walls = self.walls.by_axis();
+        let (names, walls): (Vec<&str>, Vec<Wall>) = walls.as_flattened().iter().copied().unzip();
+        let key = |i: usize| format!("mpm.walls.{}", names[i]);
+        needs.extend(each("wall", walls.iter(), key));
         let models = self.materials.iter().map(|material| &material.model);
         let key = |i| format!("mpm.material.{i}.model");
         needs.extend(each("material", models, key));
         let fills = self.groups.iter().map(|group| &group.fill);
         needs.extend(each("fill", fills, |i| format!("mpm.points.{i}.fill")));
-        let lattices = self.groups.iter().map(|group| group.lattice);
-        if let Some(g) = lattices
-            .clone()
-            .position(|lattice| lattice != Lattice::default())
-        {
-            let places = lattices
-                .filter(|lattice| *lattice != Lattice::default())
-                .count();
-            let need = one(
-                "lattice",
-                &self.groups[g].lattice,
-                &format!("mpm.points.{g}.lattice"),
-            );
-            needs.push(Need { places, ..need });
-        }
-        needs.push(one(
-            "contact_force",
-            &self.contact_force,
-            "mpm.contact_force",
-        ));
-        for (feature, places, key) in [
-            ("probes", self.probes.len(), "mpm.probe.0"),
-            ("holds", self.forcing.holds.len(), "mpm.hold.0"),
-        ] {
-            if places > 0 {
-                let need = Need::once(format!("feature:{feature}"), key);
-                needs.push(Need { places, ..need });
-            }
-        }
+        let groups = self.groups.iter().enumerate();
+        let along = groups.filter(|(_, group)| group.lattice == Lattice::Outline);
+        let lattices = along.map(|(g, _)| format!("mpm.points.{g}.lattice"));
+        needs.extend(Need::of_all("lattice:outline", lattices));
+        let force = &self.contact_force;
+        needs.push(one("contact_force", force, "mpm.contact_force"));
+        let probes = (0..self.probes.len()).map(|i| format!("mpm.probe.{i}"));
+        needs.extend(Need::of_all("feature:probes", probes));
+        let holds = (0..self.forcing.holds.len()).map(|i| format!("mpm.hold.{i}"));
+        needs.extend(Need::of_all("feature:holds", holds));
         needs.extend(self.needs_of_sand());
         needs
     }
@@ -137,13 +122,11 @@ impl MpmConfig {
                 |m| matches!(m, MaterialModel::MuI(m) if m.volume_rate > 0.0),
             ),
         ];
-        let asks = |asks: Asks| move |material: &MaterialConfig| asks(&material.model);
-        features.into_iter().filter_map(move |(feature, of)| {
-            let places = self.materials.iter().filter(|m| asks(of)(m)).count();
-            let first = self.materials.iter().position(asks(of))?;
-            let key = format!("mpm.material.{first}.model");
-            let need = Need::once(format!("feature:{feature}"), key);
-            Some(Need { places, ..need })
+        features.into_iter().filter_map(|(feature, asks)| {
+            let materials = self.materials.iter().enumerate();
+            let those = materials.filter(|(_, material)| asks(&material.model));
+            let keys = those.map(|(i, _)| format!("mpm.material.{i}.model"));
+            Need::of_all(format!("feature:{feature}"), keys)
         })
     }
 }
@@ -160,12 +143,7 @@ impl DemConfig {
         if self.interface == Interface::Segments {
             needs.push(Need::once(SEGMENTS, "mpm.interface"));
         }
-        if !self.group_pairs.is_empty() {
-            needs.push(Need {
-                places: self.group_pairs.len(),
-                ..Need::once(PAIRS, "group_pair.0")
-            });
-        }
+        needs.extend(pairs(self.group_pairs.len()));
         let shapes = self.bodies.iter().map(|body| &body.shape);
         needs.extend(each("shape", shapes, |i| format!("dem.body.{i}.shape")));
         let motions = self.bodies.iter().map(|body| &body.motion);
@@ -184,18 +162,12 @@ impl DemConfig {
             let key = "dem.contact_resolution";
             needs.push(Need::once("feature:contact_resolution", key));
         }
-        if !self.contact_pairs.is_empty() {
-            needs.push(Need {
-                places: self.contact_pairs.len(),
-                ..Need::once("feature:contact_pairs", "contact_pair.0")
-            });
-        }
-        if let Some(first) = self.mixed_pairs().min() {
-            needs.push(Need {
-                places: self.mixed_pairs().count(),
-                ..Need::once("feature:mixed_kinds", format!("contact_pair.{first}.law"))
-            });
-        }
+        let table = (0..self.contact_pairs.len()).map(|i| format!("contact_pair.{i}"));
+        needs.extend(Need::of_all("feature:contact_pairs", table));
+        let mut mixed: Vec<usize> = self.mixed_pairs().collect();
+        mixed.sort_unstable();
+        let mixed = mixed.iter().map(|i| format!("contact_pair.{i}.law"));
+        needs.extend(Need::of_all("feature:mixed_kinds", mixed));
         needs
     }
 
@@ -217,6 +189,11 @@ impl DemConfig {
         }
         laws
     }
+}
+
+/// The need of so many pairs of groups that touch.
+fn pairs(count: usize) -> Option<Need> {
+    Need::of_all(PAIRS, (0..count).map(|i| format!("group_pair.{i}")))
 }
 
 /// The capabilities that the numbers of laws need besides a spring.
@@ -255,13 +232,4 @@ fn each<'a, T: Serialize + 'a>(
         }
     }
     found.into_iter().map(|(_, need)| need).collect()
-}
-
-/// The name of a choice in the configuration, without its values (clause J-1: `"flip"`, `{"blend": {...}}`).
-fn word(choice: &impl Serialize) -> String {
-    match serde_json::to_value(choice) {
-        Ok(serde_json::Value::String(word)) => word,
-        Ok(serde_json::Value::Object(tagged)) => tagged.keys().next().cloned().unwrap_or_default(),
-        other => unreachable!("a choice is a word or has a tag, not {other:?}"),
-    }
 }

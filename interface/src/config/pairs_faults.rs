@@ -31,7 +31,9 @@ impl DemConfig {
         between_faults(found, pairs, None);
         for (i, pair) in self.group_pairs.iter().enumerate() {
             let key = format!("group_pair.{i}.law");
-            found.law(&key, &pair.law, Between::PointsAndBodies);
+            found
+                .0
+                .extend(pair.law.faults(&key, Between::PointsAndBodies));
         }
         if !self.group_pairs.is_empty() && self.interface == Interface::Segments {
             let help = "markers of a boundary have no mass: use `points`";

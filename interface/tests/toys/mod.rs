@@ -1,8 +1,9 @@
-//! Two toy solvers: points that move freely along x, and a fixed wall that repels them.
+//! Two toy solvers that compute next to nothing, exactly: points that move along x, and a wall that repels them. They have all
+//! that a session can be about: sets that change, springs that remember, limits that fall, a state that can be saved.
 
 #![allow(dead_code, reason = "tests and benches use different parts")]
 
-use interface::config::capability::{Capabilities, PLASTIC_STRAIN};
+use interface::config::capability::{Capabilities, PLASTIC_STRAIN, SAVE};
 use interface::config::{
     ContactLaw, DemConfig, MpmConfig, Plane, ShapeFunction, StressUpdate, Transfer, Walls,
 };
@@ -12,22 +13,32 @@ use interface::message::wire::{
     BodyState, EnvelopeVertex, Grant, GroupState, ImpForce, ImpInfo, ImpState, Ledger, Limits,
     PointState, Report, flags,
 };
+use interface::saved;
 use interface::session::{Next, Part, Solvers, Stop, Supervisor};
 use interface::solver::{
     Answer, DemMeasurement, DemSolver, Fault, MpmMeasurement, MpmSolver, Readiness, Refusal,
 };
 use interface::step::{Clock, Step};
+use serde::{Deserialize, Serialize};
+
+/// Contact radius of a point in m.
+pub const RADIUS: f64 = 0.01;
+/// Stiffness of the wall in N/m.
+pub const STIFFNESS: f64 = 1e4;
+const POINTS_FORMAT: &str = "toy points 1";
+const WALL_FORMAT: &str = "toy wall 1";
 
 /// Points of mass 1 kg/m that move freely along x, and the faults that a test can ask for.
 pub struct Points {
-    pub x: Vec<f64>,
-    pub v: Vec<f64>,
-    pub travel: f64,
-    pub set: Vec<ImpInfo>,
+    pub state: PointsState,
     pub states: Vec<ImpState>,
     pub measurement: MpmMeasurement,
     /// How many there are.
     pub count: usize,
+    /// Position in m and velocity in m/s of a point at the start.
+    pub start: fn(usize) -> [f64; 2],
+    /// Points whose discs are nearer to the wall than this (m) are in the set.
+    pub skin: f64,
     /// Fails in this step.
     pub fail_at: Option<u64>,
     /// Reports this squared frequency from this step on.
@@ -42,17 +53,25 @@ pub struct Points {
     pub plastic_strain: Option<f64>,
 }
 
+/// What is saved of points.
+#[derive(Debug, Default, Clone, Serialize, Deserialize)]
+pub struct PointsState {
+    pub x: Vec<f64>,
+    pub v: Vec<f64>,
+    pub travel: f64,
+    pub set: Vec<ImpInfo>,
+}
+
 impl Points {
-    /// This many points, without a fault.
+    /// This many, without a fault, which are always in the set.
     pub fn new(count: usize) -> Self {
         Self {
-            x: Vec::new(),
-            v: Vec::new(),
-            travel: 0.0,
-            set: Vec::new(),
+            state: PointsState::default(),
             states: Vec::new(),
             measurement: MpmMeasurement::default(),
             count,
+            start: |i| [0.1 + 0.05 * i as f64, -1.0],
+            skin: f64::INFINITY,
             fail_at: None,
             limit_at: None,
             pause: None,
@@ -75,8 +94,10 @@ impl MpmSolver for Points {
     }
 
     fn capabilities(&self) -> Capabilities {
-        let told = self.plastic_strain.map(|_| PLASTIC_STRAIN);
-        Capabilities::of(told.as_slice())
+        match self.plastic_strain {
+            Some(_) => Capabilities::of(&[SAVE, PLASTIC_STRAIN]),
+            None => Capabilities::of(&[SAVE]),
+        }
     }
 
     fn configure(&mut self, config: &MpmConfig) -> Result<Readiness, Refusal> {
@@ -86,8 +107,8 @@ impl MpmSolver for Points {
                 format!("{} is not to the toy's taste", config.cell),
             ));
         }
-        self.x = (0..self.count).map(|i| 0.1 + 0.05 * i as f64).collect();
-        self.v = vec![-1.0; self.count];
+        let start = (0..self.count).map(self.start);
+        (self.state.x, self.state.v) = start.map(|[x, v]| (x, v)).unzip();
         if let Some(said) = &self.says {
             return Ok(said.clone());
         }
@@ -98,28 +119,33 @@ impl MpmSolver for Points {
         })
     }
 
-    fn select_imps(&mut self, _: &[EnvelopeVertex]) -> &[ImpInfo] {
-        self.travel = 0.0;
-        let info = |id| ImpInfo {
+    fn select_imps(&mut self, envelopes: &[EnvelopeVertex]) -> &[ImpInfo] {
+        let state = &mut self.state;
+        state.travel = 0.0;
+        let wall = envelopes.first().map_or(0.0, |vertex| vertex.position[0]);
+        let near = |&(_, x): &(u64, &f64)| x - wall <= RADIUS + self.skin;
+        let near = (0..).zip(&state.x).filter(near);
+        let info = |(id, _)| ImpInfo {
             id,
-            radius: 0.01,
+            radius: RADIUS,
             mass: 1.0,
             ..ImpInfo::default()
         };
-        self.set = (0..self.x.len() as u64).map(info).collect();
-        &self.set
+        state.set = near.map(info).collect();
+        &state.set
     }
 
     fn travel(&self) -> f64 {
-        self.travel
+        self.state.travel
     }
 
     fn imp_states(&mut self) -> &[ImpState] {
-        let state = |(&x, &v)| ImpState {
-            position: [x, 0.0],
-            velocity: [v, 0.0],
-        };
-        self.states = self.x.iter().zip(&self.v).map(state).collect();
+        let PointsState { x, v, set, .. } = &self.state;
+        self.states.clear();
+        self.states.extend(set.iter().map(|imp| ImpState {
+            position: [x[imp.id as usize], 0.0],
+            velocity: [v[imp.id as usize], 0.0],
+        }));
         &self.states
     }
 
@@ -137,22 +163,25 @@ impl MpmSolver for Points {
     }
 
     fn correct(&mut self, step: &Step, forces: &[ImpForce]) -> Result<Limits, Fault> {
+        let state = &mut self.state;
         let kinetic = |v: &[f64]| 0.5 * v.iter().map(|v| v * v).sum::<f64>();
-        let before = kinetic(&self.v);
-        for (i, (x, v)) in self.x.iter_mut().zip(&mut self.v).enumerate() {
-            *v += step.kick() * forces.get(i).map_or(0.0, |f| f.force[0]);
-            *x += step.dt * *v;
+        let before = kinetic(&state.v);
+        for (imp, force) in state.set.iter().zip(forces) {
+            state.v[imp.id as usize] += step.kick() * force.force[0];
         }
-        self.travel += step.dt * self.v.iter().fold(0.0, |m: f64, v| m.max(v.abs()));
+        for (x, v) in state.x.iter_mut().zip(&state.v) {
+            *x += step.dt * v;
+        }
+        let fastest = state.v.iter().fold(0.0, |m: f64, v| m.max(v.abs()));
+        state.travel += step.dt * fastest;
         if step.measure {
             let w = step.centring();
-            let kinetic = (1.0 - w) * before + w * kinetic(&self.v);
             self.measurement.ledger = Ledger {
-                kinetic,
+                kinetic: (1.0 - w) * before + w * kinetic(&state.v),
                 ..Ledger::default()
             };
             self.measurement.groups = vec![GroupState {
-                mass: 2.0,
+                mass: self.count as f64,
                 ..GroupState::default()
             }];
         }
@@ -160,12 +189,11 @@ impl MpmSolver for Points {
             Some((at, omega_sq)) if step.index >= at => omega_sq,
             _ => 1.0,
         };
-        let contact_omega_sq = forces.iter().fold(0.0, |m: f64, f| m.max(f.stiffness));
         Ok(Limits {
             omega_sq,
-            contact_omega_sq,
-            radius_min: 0.01,
-            speed: 1.0,
+            contact_omega_sq: forces.iter().fold(0.0, |m: f64, f| m.max(f.stiffness)),
+            radius_min: RADIUS,
+            speed: fastest,
             ..Limits::default()
         })
     }
@@ -182,22 +210,52 @@ impl MpmSolver for Points {
             plastic_strain: self.plastic_strain.unwrap_or_default() as f32,
             ..PointState::default()
         };
-        (0..).zip(self.x.iter().zip(&self.v)).map(state).collect()
+        let pairs = self.state.x.iter().zip(&self.state.v);
+        (0..).zip(pairs).map(state).collect()
+    }
+
+    fn save(&self) -> Result<Vec<u8>, Fault> {
+        Ok(saved::pack(POINTS_FORMAT, &self.state))
+    }
+
+    fn restore(&mut self, bytes: &[u8]) -> Result<(), Refusal> {
+        self.state = saved::unpack(POINTS_FORMAT, bytes)?;
+        Ok(())
     }
 }
 
-/// A fixed wall at x <= 0, and the faults that a test can ask for.
+/// A wall at x <= 0, which may come closer, and the faults that a test can ask for.
 #[derive(Default)]
 pub struct HalfPlane {
-    pub stiffness: f64,
+    pub state: WallState,
+    /// Overlaps that each point has had, after the step that has been evaluated.
+    pub next: Vec<(u64, f64)>,
     pub envelope: Vec<EnvelopeVertex>,
     pub measurement: DemMeasurement,
+    /// Its velocity in m/s.
+    pub speed: f64,
+    /// How much stiffer a contact becomes with the sum of its overlaps, in 1/m: a history.
+    pub stiffening: f64,
     /// Answers NaN in this step.
     pub nan_at: Option<u64>,
     /// Reports a surface that is too fast from this step on.
     pub fast_at: Option<u64>,
+    /// Reports a larger damping ratio from this step on.
+    pub damps_at: Option<u64>,
     /// Time that it needs to take its configuration.
     pub configures_for: std::time::Duration,
+}
+
+/// What is saved of a wall.
+#[derive(Debug, Default, Clone, Serialize, Deserialize)]
+pub struct WallState {
+    x: f64,
+    /// Where the envelope was published.
+    published: f64,
+    /// Identity of each IMP.
+    set: Vec<u64>,
+    /// Sum of the overlaps that each point has had, by identity; it survives new sets.
+    history: Vec<(u64, f64)>,
 }
 
 impl DemSolver for HalfPlane {
@@ -205,19 +263,30 @@ impl DemSolver for HalfPlane {
         "toy wall".into()
     }
 
+    fn capabilities(&self) -> Capabilities {
+        Capabilities::of(&[SAVE])
+    }
+
     fn configure(&mut self, _: &DemConfig) -> Result<Readiness, Refusal> {
         std::thread::sleep(self.configures_for);
-        self.stiffness = 1e4;
         Ok(Readiness {
             items: 1,
-            stiffness_max: self.stiffness,
+            stiffness_max: STIFFNESS,
             ..Readiness::default()
         })
     }
 
     fn envelopes(&mut self) -> &[EnvelopeVertex] {
-        self.envelope = vec![EnvelopeVertex::default()];
+        self.state.published = self.state.x;
+        self.envelope = vec![EnvelopeVertex {
+            position: [self.state.x, 0.0],
+            ..EnvelopeVertex::default()
+        }];
         &self.envelope
+    }
+
+    fn imp_set(&mut self, set: &[ImpInfo]) {
+        self.state.set = set.iter().map(|imp| imp.id).collect();
     }
 
     fn contact(
@@ -226,13 +295,22 @@ impl DemSolver for HalfPlane {
         points: &interface::forces::Points<'_>,
         forces: &mut Forces,
     ) -> Result<Answer, Fault> {
+        let state = &self.state;
+        self.next.clear();
         let mut energy = 0.0;
-        for (imp, force) in points.states.iter().zip(forces.on_points_mut()) {
-            let overlap = 0.01 - imp.position[0];
-            if overlap > -0.005 {
-                force.stiffness = self.stiffness;
-                force.force[0] = self.stiffness * overlap.max(0.0);
-                energy += 0.5 * self.stiffness * overlap.max(0.0).powi(2);
+        let pairs = points.states.iter().zip(forces.on_points_mut());
+        for ((imp, force), &id) in pairs.zip(&state.set) {
+            let overlap = RADIUS - (imp.position[0] - state.x);
+            if overlap > -0.5 * RADIUS {
+                let pressed = overlap.max(0.0);
+                let known = state.history.iter().find(|(known, _)| *known == id);
+                let sum = known.map_or(0.0, |(_, sum)| *sum) + pressed;
+                force.stiffness = STIFFNESS;
+                force.force[0] = STIFFNESS * pressed * (1.0 + self.stiffening * sum);
+                if overlap > 0.0 {
+                    self.next.push((id, sum));
+                }
+                energy += 0.5 * STIFFNESS * pressed.powi(2);
             }
             if self.nan_at == Some(step.index) {
                 force.force[1] = f64::NAN;
@@ -243,28 +321,46 @@ impl DemSolver for HalfPlane {
                 contact: energy,
                 ..Ledger::default()
             };
-            self.measurement.bodies = vec![BodyState::default()];
+            self.measurement.bodies = vec![BodyState {
+                position: [state.x, 0.0],
+                velocity: [self.speed, 0.0],
+                ..BodyState::default()
+            }];
         }
-        let speed = if self.fast_at.is_some_and(|at| step.index >= at) {
+        let reached = |at: Option<u64>| at.is_some_and(|at| step.index >= at);
+        let speed = if reached(self.fast_at) {
             1e3
         } else {
-            0.0
+            self.speed
         };
+        let damping = if reached(self.damps_at) { 0.1 } else { 0.0 };
         Ok(Answer {
             limits: Limits {
                 speed,
+                damping,
                 ..Limits::default()
             },
-            travel: Some(0.0),
+            travel: Some(state.x + self.speed * step.dt - state.published),
         })
     }
 
-    fn advance(&mut self, _: &Step) -> Result<(), Fault> {
+    fn advance(&mut self, step: &Step) -> Result<(), Fault> {
+        self.state.x += self.speed * step.dt;
+        core::mem::swap(&mut self.state.history, &mut self.next);
         Ok(())
     }
 
     fn measurement(&self) -> Option<&DemMeasurement> {
         Some(&self.measurement)
+    }
+
+    fn save(&self) -> Result<Vec<u8>, Fault> {
+        Ok(saved::pack(WALL_FORMAT, &self.state))
+    }
+
+    fn restore(&mut self, bytes: &[u8]) -> Result<(), Refusal> {
+        self.state = saved::unpack(WALL_FORMAT, bytes)?;
+        Ok(())
     }
 }
 

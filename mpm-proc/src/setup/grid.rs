@@ -1,6 +1,6 @@
 //! The grid of a configuration.
 
-use interface::config::{MpmConfig, Wall};
+use interface::config::MpmConfig;
 
 use crate::kernel::tiles::Geometry;
 
@@ -13,6 +13,6 @@ pub fn geometry(config: &MpmConfig) -> Geometry {
         // The quotient of two decimals of a scene is an integer only up to rounding.
         cells: [0, 1].map(|a| ((upper[a] - lower[a]) / config.cell).round() as i64),
         cell: config.cell,
-        periodic: [config.walls.left, config.walls.bottom].map(|w| w == Wall::Periodic),
+        periodic: config.walls.periodic(),
     }
 }

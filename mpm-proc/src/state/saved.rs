@@ -12,7 +12,7 @@
 //! off another one. Of points that are given one by one only the number is compared. Whether bytes are damaged is decided
 //! by the hash of the file in which they stand; here only what does not decode is refused.
 
-use interface::config::{Fill, GroupConfig, MaterialConfig, MpmConfig, Wall};
+use interface::config::{Fill, GroupConfig, MaterialConfig, MpmConfig};
 use interface::saved::ConfigurationMark;
 
 pub use interface::saved::refusal;
@@ -53,7 +53,7 @@ pub fn mark(config: &MpmConfig) -> ConfigurationMark {
     mark.add("mpm.transfer", transfer);
     mark.add("mpm.stress_update", stress_update);
     mark.add("mpm.plane", plane);
-    let periodic = [walls.left, walls.bottom].map(|wall| wall == Wall::Periodic);
+    let periodic = walls.periodic();
     mark.add("mpm.walls.periodic", &periodic);
     for (i, material) in materials.iter().enumerate() {
         mark_material(&mut mark, i, material);

@@ -25,7 +25,6 @@ fn array<T, const N: usize>(name: &str, of: &[T], numbers: impl Fn(&T) -> [f64; 
 pub(super) fn points(instant: &Instant, content: &Content) -> Mesh {
     let points = &instant.points;
     let mut mesh = Mesh {
-        cell: Cell::Vertex,
         points: points.iter().map(|p| p.position).collect(),
         ends: (1..=points.len()).collect(),
         of_points: content.keep([
@@ -51,8 +50,7 @@ pub(super) fn points(instant: &Instant, content: &Content) -> Mesh {
             (Some(Field::Volume), array("volume", points, |p| [p.volume])),
             (Some(Field::Mass), array("mass", points, |p| [p.mass])),
         ]),
-        of_cells: Vec::new(),
-        names: Vec::new(),
+        ..Mesh::default()
     };
     if let Some(of_groups) = &instant.plastic_strain {
         let strain = points.iter().map(|p| of_groups[p.group as usize].of(p));
@@ -72,11 +70,8 @@ pub(super) fn bodies(
 ) -> Mesh {
     let mut mesh = Mesh {
         cell: Cell::Polygon,
-        points: Vec::new(),
-        ends: Vec::new(),
-        of_points: Vec::new(),
-        of_cells: Vec::new(),
         names: outlined.iter().map(|body| body.name.clone()).collect(),
+        ..Mesh::default()
     };
     let mut owners: Vec<(usize, &BodyState)> = Vec::new();
     let moved = outlined.iter().zip(start.iter().zip(now)).enumerate();
@@ -145,7 +140,6 @@ pub(super) fn contacts(told: &[ContactState], instant: &Instant, outlined: &[Out
         cell: Cell::Line,
         points: ends.flatten().collect(),
         ends: (1..=told.len()).map(|k| 2 * k).collect(),
-        of_points: Vec::new(),
         of_cells: vec![
             whole("body", |c| c.body),
             whole("other", |c| c.other),
@@ -153,6 +147,6 @@ pub(super) fn contacts(told: &[ContactState], instant: &Instant, outlined: &[Out
             vector("position", |c| c.position),
             vector("force", |c| c.force),
         ],
-        names: Vec::new(),
+        ..Mesh::default()
     }
 }

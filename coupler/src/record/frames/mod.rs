@@ -11,6 +11,7 @@ pub mod vtu;
 
 use std::collections::BTreeSet;
 use std::ffi::OsStr;
+use std::io;
 use std::path::{Path, PathBuf};
 
 use interface::config::{DemConfig, Motion};
@@ -37,9 +38,6 @@ const WAITING: u64 = 4;
 pub struct Listed {
     /// Their times in s.
     pub times: Vec<f64>,
-    /// The bodies at the positions of the scene. In a run that begins with its scene, these are those of its first
-    /// frame.
-    pub start: Vec<BodyState>,
     /// Whether there are contacts in them.
     #[serde(default)]
     pub contacts: bool,
@@ -55,7 +53,8 @@ pub struct Frames {
 }
 
 impl Frames {
-    /// The frames of a run that continues: those that are `listed` are kept, later ones are removed.
+    /// The frames of a run that continues: those that are `listed` are kept, later ones are removed. `start` are the bodies at
+    /// the positions of the scene; empty if the first frame has them.
     ///
     /// # Errors
     /// [`RunDirError`], also if a listed frame is missing.
@@ -65,6 +64,7 @@ impl Frames {
         dem: Option<&DemConfig>,
         content: &Content,
         listed: Listed,
+        start: &[BodyState],
     ) -> Result<Self, RunDirError> {
         let bodies = dem.iter().flat_map(|dem| &dem.bodies);
         let outlines = bodies.map(|body| Outlined {
@@ -78,7 +78,7 @@ impl Frames {
             content: content.clone(),
             has: [has_points, dem.is_some(), listed.contacts],
             outlines,
-            start: listed.start.clone(),
+            start: start.to_vec(),
             times: listed.times.clone(),
         };
         series.keep_listed()?;
@@ -100,9 +100,6 @@ impl Frames {
             instant.contacts = None;
         }
         self.listed.contacts |= instant.contacts.is_some();
-        if self.listed.start.is_empty() {
-            self.listed.start.clone_from(&instant.bodies);
-        }
         self.listed.times.push(instant.time);
         self.writer.give(instant, 1)
     }
@@ -261,27 +258,31 @@ pub struct FrameError {
     what: String,
 }
 
+/// The list of the frames of a run directory, and its path.
+fn list(run: &Path) -> (PathBuf, io::Result<Vec<Entry>>) {
+    let text = files::read_text(run, FRAME_LIST, SMALL);
+    let entries = text.and_then(|text| entries(&text).map_err(io::Error::other));
+    (run.join(FRAME_LIST), entries)
+}
+
 /// The times in s of the frames of a run directory; empty if it has no frames.
 ///
 /// # Errors
 /// [`FrameError`]: their list is there and cannot be read.
 pub fn times(run: &Path) -> Result<Vec<f64>, FrameError> {
-    let list = run.join(FRAME_LIST);
-    let fail = |what: String| FrameError {
-        path: list.clone(),
-        what,
-    };
-    let text = match files::read_text(run, FRAME_LIST, SMALL) {
-        Err(error) if error.kind() == std::io::ErrorKind::NotFound => return Ok(Vec::new()),
-        text => text.map_err(|e| fail(e.to_string()))?,
-    };
-    let mut times: Vec<f64> = entries(&text)
-        .map_err(fail)?
-        .into_iter()
-        .map(|entry| entry.time)
-        .collect();
-    times.dedup();
-    Ok(times)
+    let (path, entries) = list(run);
+    match entries {
+        Err(error) if error.kind() == io::ErrorKind::NotFound => Ok(Vec::new()),
+        Err(error) => Err(FrameError {
+            path,
+            what: error.to_string(),
+        }),
+        Ok(entries) => {
+            let mut times: Vec<f64> = entries.iter().map(|entry| entry.time).collect();
+            times.dedup();
+            Ok(times)
+        }
+    }
 }
 
 impl Frame {
@@ -290,18 +291,15 @@ impl Frame {
     /// # Errors
     /// [`FrameError`]: there is none, or it cannot be read.
     pub fn read(run: &Path, time: f64) -> Result<Self, FrameError> {
-        let list = run.join(FRAME_LIST);
         let bad = |path: &Path, what: String| FrameError {
             path: path.to_path_buf(),
             what,
         };
-        let text = files::read_text(run, FRAME_LIST, SMALL).map_err(|e| {
-            bad(
-                &list,
-                format!("{e}; only a run with `output.frames` has frames"),
-            )
+        let (list, entries) = list(run);
+        let entries = entries.map_err(|e| {
+            let what = format!("{e}; only a run with `output.frames` has frames");
+            bad(&list, what)
         })?;
-        let entries = entries(&text).map_err(|what| bad(&list, what))?;
         let away = |entry: &&Entry| (entry.time - time).abs();
         let nearest = entries.iter().min_by(|a, b| away(a).total_cmp(&away(b)));
         let last = entries.last().map_or(0.0, |entry| entry.time);

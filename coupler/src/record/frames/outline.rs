@@ -10,19 +10,12 @@ const EDGES_A_TURN: f64 = 48.0;
 /// The closed outlines of a body, counter-clockwise, in the scene's coordinates (m) at the start: one for a
 /// spheropolygon, one for each disc of a cluster.
 pub(super) fn outlines(body: &BodyConfig) -> Vec<Vec<[f64; 2]>> {
-    let (sin, cos) = body.angle.sin_cos();
-    let place = |[x, y]: [f64; 2]| {
-        let [px, py] = body.position;
-        [px + cos * x - sin * y, py + sin * x + cos * y]
-    };
-    let vertices: Vec<[f64; 2]> = body.shape.vertices().into_iter().map(place).collect();
+    let vertices = body.placed();
     match &body.shape {
-        BodyShape::Cluster { radii, .. } => {
-            let radius = |i| radii.get(i).copied().unwrap_or(body.sphero_radius);
+        BodyShape::Cluster { .. } => {
             let discs = vertices.iter().enumerate();
-            discs
-                .map(|(i, &center)| swept(&[center], radius(i)))
-                .collect()
+            let disc = |(i, &center)| swept(&[center], body.radius_at(i));
+            discs.map(disc).collect()
         }
         _ => vec![swept(&vertices, body.sphero_radius)],
     }

@@ -33,9 +33,10 @@ pub enum Precision {
 }
 
 /// What the cells of a mesh are.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Cell {
     /// Points.
+    #[default]
     Vertex,
     /// Lines between two points.
     Line,
@@ -99,7 +100,7 @@ impl Array {
 }
 
 /// Cells of one kind, each of points of its own, in the plane.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Default)]
 pub struct Mesh {
     /// What the cells are.
     pub cell: Cell,
@@ -220,14 +221,7 @@ impl Mesh {
     /// # Errors
     /// What is wrong with it.
     pub fn from_file(file: &[u8]) -> Result<Self, String> {
-        let mut mesh = Self {
-            cell: Cell::Vertex,
-            points: Vec::new(),
-            ends: Vec::new(),
-            of_points: Vec::new(),
-            of_cells: Vec::new(),
-            names: Vec::new(),
-        };
+        let mut mesh = Self::default();
         let appended = file.windows(APPENDED.len()).position(|w| w == APPENDED);
         let appended = appended.ok_or("it has no compressed arrays")?;
         let (head, rest) = file.split_at(appended);
@@ -513,14 +507,7 @@ mod tests {
         assert_eq!(read_back(&mesh), Ok(mesh.clone()));
         let lengths: Vec<usize> = mesh.cells().map(<[_]>::len).collect();
         assert_eq!(lengths, [3, 1]);
-        let empty = Mesh {
-            cell: Cell::Vertex,
-            points: Vec::new(),
-            ends: Vec::new(),
-            of_points: Vec::new(),
-            of_cells: Vec::new(),
-            names: Vec::new(),
-        };
+        let empty = Mesh::default();
         assert_eq!(read_back(&empty), Ok(empty));
         let mut short = mesh.clone();
         short.of_cells[0].values.pop();
@@ -556,12 +543,10 @@ mod tests {
             let values: Vec<f64> = (0..length).map(|k| (k as f64).sin()).collect();
             let points = values.iter().map(|&x| [x, 0.0]).collect();
             let mesh = Mesh {
-                cell: Cell::Vertex,
                 points,
                 ends: (1..=length).collect(),
                 of_points: vec![array("x", Kind::Real, 1, &values)],
-                of_cells: Vec::new(),
-                names: Vec::new(),
+                ..Mesh::default()
             };
             assert_eq!(read_back(&mesh), Ok(mesh), "{length}");
         }

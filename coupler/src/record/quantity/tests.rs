@@ -173,7 +173,7 @@ fn a_slice_has_its_share_of_what_is_counted() {
         let mut sample = Sample::default();
         quantities.fill(&mut sample, measured, first);
         // A slice of half a metre has half of every extensive quantity, and the same positions, speeds and ratios.
-        let half = quantities.clone().of_slice(0.5);
+        let half = quantities.clone().of_slice(Some(0.5));
         let whole = sample.values().to_vec();
         half.fill(&mut sample, measured, first);
         for name in ["energy.total", "momentum.y", "contact.force.x"]

@@ -16,15 +16,11 @@ pub struct Branch {
     /// are first brought to the time of the positions, under the scene's own laws, which gives its first energies and
     /// its first step.
     pub(crate) as_before: bool,
-    begin: f64,
+    /// Time in s at which the clock of the scene begins.
+    pub begin: f64,
 }
 
 impl Branch {
-    /// Time in s at which the clock of the scene begins.
-    pub fn time(&self) -> f64 {
-        self.begin
-    }
-
     /// Finds the state with which `scene` begins, and notes it in the scene. `None` if the scene describes its own
     /// initial state.
     ///
@@ -94,7 +90,7 @@ impl Branch {
 fn goes_on(scene: &Scene, parent: &Scene, checkpoint: &Checkpoint) -> bool {
     let rules = |scene: &Scene| {
         let mut time = scene.time;
-        (time.end, time.min_step) = (0.0, 0.0);
+        (time.end, time.min_step) = (0.0, None);
         (time, scene.output.every)
     };
     let next_output = |scene: &Scene| {

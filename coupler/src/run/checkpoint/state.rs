@@ -63,7 +63,7 @@ impl CouplerState {
         let other_bodies = |list: &[BodyState]| !list.is_empty() && list.len() != bodies;
         if !measures.contains(&self.asked) {
             Some("it asks for what no grant can")
-        } else if other_bodies(&self.bodies) || other_bodies(&self.frames.start) {
+        } else if other_bodies(&self.bodies) || other_bodies(&self.origin) {
             Some("it has another number of bodies")
         } else if !(dt.is_finite() && dt >= 0.0) || self.under_way.done >= steps {
             Some("its epoch is none")

@@ -54,7 +54,7 @@ impl CheckpointWriter {
     /// Whether a checkpoint has to be taken at the simulated time `time` (s). While one is being written, none is.
     pub fn is_due(&self, time: f64) -> bool {
         let (when, at) = self.last;
-        let wall = self.plan.wall.is_some_and(|wall| when.elapsed() >= wall);
+        let wall = (self.plan.wall).is_some_and(|wall| when.elapsed().as_secs_f64() >= wall);
         let simulated = self.plan.time.is_some_and(|interval| time - at >= interval);
         (wall || simulated) && self.writer.behind() == 0
     }
@@ -126,7 +126,7 @@ impl WriterThread {
     fn write_file(&self, checkpoint: &Checkpoint) -> Result<(), RunDirError> {
         let bytes = file::write(checkpoint);
         let name = file::name(&checkpoint.about);
-        self.dir.write_durably(&name, &bytes)?;
+        self.dir.replace(&name, &bytes, true)?;
         tracing::debug!(
             step = checkpoint.about.step,
             time = checkpoint.about.time,

@@ -25,7 +25,7 @@ impl Run<'_> {
         self.checkpoints.writer = Some(CheckpointWriter::begin(
             self.scene.output.checkpoint.clone().unwrap_or_default(),
             self.dir,
-            self.account.clock.time(),
+            self.account.tally.clock.time(),
             self.outputs.sink.clone(),
         ));
     }
@@ -36,9 +36,11 @@ impl Run<'_> {
         plan.is_some_and(|plan| match self.schedule.phase {
             Phase::Stepping => {
                 let on_output = self.schedule.asked & flags::MEASURE != 0;
-                on_output && plan.at.contains(&self.account.pace.outputs())
+                let now = self.account.pace.outputs();
+                let is_now = |at: &f64| (at / self.scene.output.every).round() as u64 == now;
+                on_output && plan.at.iter().any(is_now)
             }
-            Phase::Done => plan.end && self.account.clock.time() >= self.scene.time.end,
+            Phase::Done => plan.end && self.account.tally.clock.time() >= self.scene.time.end,
             Phase::Arriving | Phase::Opening | Phase::Closing => false,
         })
     }
@@ -52,7 +54,7 @@ impl Run<'_> {
         if self.schedule.phase == Phase::Stepping {
             let last = self.account.interrupted && !self.checkpoints.last_asked;
             let wanted = self.options.save.swap(false, Ordering::Relaxed);
-            let due = writer.is_due(self.account.clock.time());
+            let due = writer.is_due(self.account.tally.clock.time());
             if !(last || wanted || due || self.checkpoints.kept) {
                 return Ok(0);
             }
@@ -100,8 +102,8 @@ impl Run<'_> {
         });
         let states: Vec<_> = states.collect();
         let mut about = About::of(self.scene);
-        about.step = self.account.clock.index();
-        about.time = self.account.clock.time();
+        about.step = self.account.tally.clock.index();
+        about.time = self.account.tally.clock.time();
         about.kept = self.checkpoints.kept;
         let checkpoint = Checkpoint {
             about,

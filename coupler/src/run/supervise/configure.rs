@@ -51,7 +51,7 @@ impl Run<'_> {
                 scene_hash: self.scene.hash.clone(),
                 config,
                 coupled: self.parties.len() == 2,
-                deadline: self.scene.coupling.deadline.as_secs_f64(),
+                deadline: self.scene.coupling.deadline,
                 restore: false,
             },
             measured,

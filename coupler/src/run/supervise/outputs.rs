@@ -1,8 +1,8 @@
 //! The files that grow during a run, and its recording.
 
+use interface::message::wire::BodyState;
 use interface::recording::RecordingSink;
 
-use crate::record::Sealed;
 use crate::record::background::Mark;
 use crate::record::course::Course;
 use crate::record::frames::{Frames, Listed, ReportedFields};
@@ -10,6 +10,7 @@ use crate::record::history::History;
 use crate::record::progress::Progress;
 use crate::record::rundir::{HISTORY, RunDir, RunDirError};
 use crate::run::account::Account;
+use crate::run::checkpoint::CouplerState;
 use crate::run::options::RunOptions;
 use crate::scene::Scene;
 
@@ -30,7 +31,7 @@ pub(crate) struct Outputs {
 }
 
 impl Outputs {
-    /// New files. `listed` are the frames that the run has already.
+    /// New files. `start` are the bodies at their initial positions, if they are known.
     ///
     /// # Errors
     /// [`RunDirError`].
@@ -39,13 +40,14 @@ impl Outputs {
         options: &RunOptions,
         dir: &RunDir,
         account: &Account,
-        listed: Listed,
+        start: &[BodyState],
     ) -> Result<Self, RunDirError> {
         let history = History::begin(dir, &account.recorder.header())?;
-        Self::new(scene, options, dir, (history, Course::begin(dir)?), listed)
+        let tables = (history, Course::begin(dir)?);
+        Self::new(scene, options, dir, tables, Listed::default(), start)
     }
 
-    /// Files that exist: history and course have what they had at the checkpoint, and the frames are `listed`.
+    /// Files that exist, as they were at a checkpoint.
     ///
     /// # Errors
     /// [`RunDirError`].
@@ -54,12 +56,13 @@ impl Outputs {
         options: &RunOptions,
         dir: &RunDir,
         account: &Account,
-        [history, course]: [&Sealed; 2],
-        listed: Listed,
+        state: &CouplerState,
     ) -> Result<Self, RunDirError> {
-        let history = History::resume(dir, HISTORY, &account.recorder.header(), history)?;
-        let course = Course::resume(dir, course)?;
-        Self::new(scene, options, dir, (history, course), listed)
+        let header = account.recorder.header();
+        let history = History::resume(dir, HISTORY, &header, &state.history)?;
+        let tables = (history, Course::resume(dir, &state.course)?);
+        let listed = state.frames.clone();
+        Self::new(scene, options, dir, tables, listed, &state.origin)
     }
 
     fn new(
@@ -68,9 +71,10 @@ impl Outputs {
         dir: &RunDir,
         (history, course): (History, Course),
         listed: Listed,
+        start: &[BodyState],
     ) -> Result<Self, RunDirError> {
         let (mpm, dem) = (scene.mpm.is_some(), scene.dem.as_ref());
-        let frames = || Frames::resume(dir, mpm, dem, &scene.output.content, listed);
+        let frames = || Frames::resume(dir, mpm, dem, &scene.output.content, listed, start);
         Ok(Self {
             history,
             course,

@@ -6,7 +6,7 @@ use std::path::Path;
 use super::edge::{Edge, Search};
 use super::{STEP_FACTOR, Trial, freed, setting, usable};
 use crate::StudyError;
-use crate::case::{Source, scene_title};
+use crate::case::Source;
 use crate::figure::axis::Scale;
 use crate::figure::chart::{Chart, Mark, Panel, Series};
 use crate::output::{number, write_table};
@@ -70,23 +70,15 @@ pub fn maps(
                 "for values that are no numbers make a map each",
             ));
         };
-        let (source, scene) = freed(&options.source)?;
-        let title = match &options.source.variant {
-            Some(variant) => format!("{} ({variant})", scene_title(&options.source.path)),
-            None => scene_title(&options.source.path),
-        };
-        tracing::info!(
-            "{title}: {} columns over {}",
-            values.len(),
-            options.column.key
-        );
+        let source = freed(&options.source)?;
+        let (title, key) = (options.source.title(), &options.column.key);
+        tracing::info!("{title}: {} columns over {key}", values.len());
         for at in values {
             let first = setting(&options.along, options.search.range[0]);
             // Every key is known and every value allowed before anything is started.
             source.case(&[setting(&options.column.key, at), first])?;
             tasks.push((k, at, source.clone()));
         }
-        drop(scene);
     }
     let runner = Runner::new(runner, out)?;
     let columns = runner.each(&tasks, |(k, at, source)| {
@@ -95,10 +87,7 @@ pub fn maps(
     let mut reports: Vec<MapReport> = wanted
         .iter()
         .map(|options| MapReport {
-            title: match &options.source.variant {
-                Some(variant) => format!("{} ({variant})", scene_title(&options.source.path)),
-                None => scene_title(&options.source.path),
-            },
+            title: options.source.title(),
             options: options.clone(),
             columns: Vec::new(),
         })

@@ -10,7 +10,6 @@ mod table;
 
 use coupler::record::Summary;
 use coupler::record::summary::Status;
-use coupler::scene::Scene;
 
 use crate::StudyError;
 use crate::case::{Case, Source};
@@ -26,14 +25,12 @@ pub const STEP_FACTOR: &str = "time.step_factor";
 const OUTPUTS: f64 = 20.0;
 
 /// A scene whose step nothing but the criterion makes.
-fn freed(source: &Source) -> Result<(Source, Scene), StudyError> {
-    let scene = source.case(&[])?.scene;
+fn freed(source: &Source) -> Result<Source, StudyError> {
+    let end = source.case(&[])?.scene.time.end;
     let mut freed = source.clone();
-    freed.set.push(format!("time.max_step={}", scene.time.end));
-    freed
-        .set
-        .push(format!("output.every={}", scene.time.end / OUTPUTS));
-    Ok((freed, scene))
+    freed.set.push(format!("time.max_step={end}"));
+    freed.set.push(format!("output.every={}", end / OUTPUTS));
+    Ok(freed)
 }
 
 /// A run of a map or table.

@@ -8,7 +8,7 @@ use coupler::record::summary::Status;
 use super::edge::{Edge, Search};
 use super::{STEP_FACTOR, Trial, freed, setting};
 use crate::StudyError;
-use crate::case::{Source, scene_title};
+use crate::case::Source;
 use crate::output::{number, write, write_table};
 use crate::runner::{Runner, RunnerOptions};
 
@@ -55,10 +55,7 @@ pub fn table(
     runner: RunnerOptions,
     out: &Path,
 ) -> Result<TableReport, StudyError> {
-    let mut freed_sources = Vec::new();
-    for source in sources {
-        freed_sources.push(freed(source)?.0);
-    }
+    let freed_sources: Vec<Source> = sources.iter().map(freed).collect::<Result<_, _>>()?;
     let runner = Runner::new(runner, out)?;
     let tried = runner.each(&freed_sources, |source| {
         line(source, search, residual, &runner)
@@ -70,7 +67,7 @@ pub fn table(
     for (source, tried) in freed_sources.iter().zip(tried) {
         match tried {
             Tried::Line(line) => report.lines.push(*line),
-            Tried::Stops(reason) => report.left_out.push((title(source), reason)),
+            Tried::Stops(reason) => report.left_out.push((source.title(), reason)),
         }
     }
     write_table(&out.join("stability.csv"), &report.rows())?;
@@ -83,11 +80,6 @@ enum Tried {
     Line(Box<Line>),
     /// It stops by itself, for this reason: there is no edge to look for.
     Stops(String),
-}
-
-fn title(source: &Source) -> String {
-    let variant = source.variant.as_deref().map(|v| format!(" ({v})"));
-    scene_title(&source.path) + &variant.unwrap_or_default()
 }
 
 fn line(
@@ -119,7 +111,7 @@ fn line(
     })?;
     let held = held(&composed, &edge, &steps);
     let line = Line {
-        title: title(source),
+        title: source.title(),
         composed,
         jiang2020,
         contact_alone,

@@ -110,7 +110,7 @@ fn kept(bench: &Bench) -> Vec<MaterialModel> {
     ];
     let has = |family: &str, member: &str| bench.capabilities.has(&format!("{family}:{member}"));
     let taken = models.into_iter().filter(|(feature, model)| {
-        has("material", model.key()) && feature.is_none_or(|feature| has("feature", feature))
+        has("material", &model.key()) && feature.is_none_or(|feature| has("feature", feature))
     });
     let taken = taken.map(|(_, model)| model);
     [von_mises()].into_iter().chain(taken).collect()

@@ -22,6 +22,11 @@ impl Line {
         message.and_then(Value::as_str).unwrap_or_default()
     }
 
+    /// Whether something is wrong.
+    pub fn is_loud(&self) -> bool {
+        self.level == "ERROR" || self.level == "WARN"
+    }
+
     /// The value of this name as text.
     pub fn value(&self, name: &str) -> Option<String> {
         self.fields.get(name).map(|value| match value {
