@@ -193,7 +193,7 @@ fn lists_and_trees_never_miss_a_contact() {
             // overlap from the start, and their sums must be correct there too.
             loop {
                 dem.system.meet(&step, &states, &mut got);
-                let Some(Passed::Body { id, .. }) = dem.system.points.passed() else {
+                let Some(Passed::Body { id, .. }) = dem.system.sides.points.sums().passed else {
                     break;
                 };
                 let mut anywhere = || random.between(-2.0, 2.0);

@@ -30,10 +30,8 @@ impl Sdem {
 
     /// Vertex-edge pairs of bodies that pressed on one another in the last step.
     pub fn contacts(&self) -> usize {
-        self.system
-            .pairs
-            .as_ref()
-            .map_or(0, |pairs| pairs.contacts())
+        let bodies = self.system.sides.bodies.as_ref();
+        bodies.map_or(0, |bodies| bodies.sums().presses)
     }
 
     /// One evaluation, for a caller that has no session.
@@ -78,10 +76,8 @@ impl DemSolver for Sdem {
     }
 
     fn imp_set(&mut self, set: &[ImpInfo]) {
-        self.system.points.imp_set(set);
-        if let Some(pairs) = &mut self.system.point_pairs {
-            pairs.imp_set(set);
-        }
+        self.system.state.sets.replace(set);
+        (self.system.sides.all_mut()).for_each(|side| side.imp_set(set));
     }
 
     fn contact(

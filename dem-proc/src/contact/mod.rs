@@ -4,6 +4,7 @@
 pub mod approach;
 pub mod chain;
 pub mod convex;
+pub mod engine;
 mod frame_contacts;
 pub mod impact;
 mod near;
@@ -14,9 +15,8 @@ pub mod pairs;
 pub mod passage;
 pub mod point_body;
 pub mod point_pairs;
-pub mod point_side;
 pub mod points;
 mod release;
 pub mod segments;
+pub mod side;
 mod span;
-mod versions;

@@ -82,7 +82,7 @@ impl Passage {
 const ADVICE: &str = "a contact force would push it to the wrong side; write a stiffer contact, a slower drive or a \
                       shorter time.max_step";
 
-/// A point that is too deep.
+/// Two whose overlap is too large.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Passed {
     /// In a body.
@@ -107,6 +107,8 @@ pub enum Passed {
         /// In m.
         contact_distance: f64,
     },
+    /// Two bodies.
+    Bodies(PassedBodies),
 }
 
 impl Passed {
@@ -134,6 +136,17 @@ impl Passed {
                  quarters of their contact distance of {contact_distance:.3e} m: they would pass through one another; \
                  write a stiffer contact or larger contact radii"
             ),
+            Self::Bodies(PassedBodies {
+                bodies: [one, other],
+                passage,
+                overlap,
+            }) => {
+                let [own, its] = [one, other].map(|b| &bodies.properties[b as usize].name);
+                let how = passage.words();
+                format!(
+                    "body {one} ({own}) {how} body {other} ({its}) with an overlap of {overlap:.3e} m: {ADVICE}"
+                )
+            }
         })
     }
 }
@@ -150,16 +163,6 @@ pub struct PassedBodies {
 }
 
 impl PassedBodies {
-    /// The message for the user.
-    pub fn fault(&self, bodies: &Bodies) -> Fault {
-        let [one, other] = self.bodies;
-        let [own, its] = self.bodies.map(|b| &bodies.properties[b as usize].name);
-        let (how, overlap) = (self.passage.words(), self.overlap);
-        Fault::Other(format!(
-            "body {one} ({own}) {how} body {other} ({its}) with an overlap of {overlap:.3e} m: {ADVICE}"
-        ))
-    }
-
     /// The message for the user before anything has moved.
     pub fn refusal(&self, bodies: &Bodies) -> Refusal {
         let [first, second] = [

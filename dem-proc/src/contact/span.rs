@@ -75,11 +75,6 @@ impl<H> Memory<H> {
         self.held.clear();
         self.springs.clear();
     }
-
-    /// Bytes of memory.
-    pub fn bytes(&self) -> usize {
-        self.held.capacity() * size_of::<Held>() + self.springs.capacity() * size_of::<H>()
-    }
 }
 
 /// An extremum of the distance from a disc, with the data for the contact law.

@@ -15,6 +15,8 @@ pub const TANGENT: u32 = 1;
 pub const DASHPOT: u32 = 2;
 /// The rolling part.
 pub const ROLLING: u32 = 3;
+/// What the geometry of a pair remembers.
+pub const GEOMETRY: u32 = 4;
 
 /// The history of a law as numbers, for a saved state.
 pub trait Numbers: Plain + Default {
@@ -49,6 +51,21 @@ where
     }
     fn take(numbers: &mut impl Iterator<Item = f64>) -> Self {
         std::array::from_fn(|_| numbers.next().unwrap_or(0.0))
+    }
+}
+
+/// The history of a law, and what the geometry remembers.
+impl<L: Numbers, G: Numbers> Numbers for (L, G) {
+    const COUNT: usize = L::COUNT + G::COUNT;
+    fn parts(which: u32) -> Vec<Part> {
+        [L::parts(which), G::parts(GEOMETRY)].concat()
+    }
+    fn put(&self, numbers: &mut Vec<f64>) {
+        self.0.put(numbers);
+        self.1.put(numbers);
+    }
+    fn take(numbers: &mut impl Iterator<Item = f64>) -> Self {
+        (L::take(numbers), G::take(numbers))
     }
 }
 

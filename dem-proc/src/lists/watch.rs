@@ -39,6 +39,18 @@ impl Ahead {
     }
 }
 
+/// Which pairs of a list an evaluation looks at.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub enum Look {
+    /// At all.
+    #[default]
+    All,
+    /// At those whose surfaces are within this distance in m.
+    Within(f64),
+    /// At the same pairs as the evaluation before.
+    Same,
+}
+
 /// The rule for rebuilding a list of pairs, and the margins of the list.
 ///
 /// Each body may use up half of the skin, less its displacement in the next two steps. If the fastest body moves
@@ -52,6 +64,13 @@ pub struct Watch {
     /// Margin of each body in m; empty if all margins are `limit`.
     margins: Vec<f64>,
     displacement: Displacement,
+    /// How far two surfaces may approach one another before a pair that the last evaluation did not look at may come
+    /// into reach, in m; `None` if it looked at all.
+    #[serde(skip)]
+    slack: Option<f64>,
+    /// How many of the two versions of the histories may have one of a pair that is not looked at.
+    #[serde(skip)]
+    stale: u32,
 }
 
 impl Watch {
@@ -63,15 +82,14 @@ impl Watch {
         }
     }
 
-    /// The skin in m.
-    pub fn skin(&self) -> f64 {
-        self.skin
-    }
-
     /// Whether the list still holds all pairs that may meet within two steps, with surfaces up to `speed` (m/s).
     pub fn holds(&mut self, bodies: &Bodies, ahead: &Ahead, speed: f64) -> bool {
         let left = self.limit - ahead.way(speed);
-        left > 0.0 && self.displacement.stays_below(left, bodies)
+        let holds = left > 0.0 && self.displacement.stays_below(left, bodies);
+        if !holds {
+            self.slack = None; // the next evaluation looks at the pairs of another list
+        }
+        holds
     }
 
     /// Makes the present poses the reference of a new list.
@@ -89,6 +107,36 @@ impl Watch {
             self.margins.extend(speed.map(|v| half + ahead.way(v)));
         }
         self.displacement.reset(bodies);
+        self.slack = None;
+    }
+
+    /// Which pairs the next evaluation looks at, if pairs within `closing` (m) count. A list has several times as many
+    /// pairs as there are in reach, and most come no nearer than some distance for many steps.
+    pub fn look(&mut self, closing: f64) -> Look {
+        if self.slack.is_some_and(|slack| slack > closing) {
+            return Look::Same;
+        }
+        self.stale = 2;
+        // Surfaces approach by half of `closing` in a step, or less.
+        let more = (20.0 * closing).min(0.25 * self.skin);
+        let margin = closing + more;
+        let (look, slack) = if more > 2.0 * closing {
+            (Look::Within(margin), Some(0.999 * margin)) // a little less, for rounding
+        } else {
+            (Look::All, None)
+        };
+        self.slack = slack;
+        look
+    }
+
+    /// Whether there may be a history of a pair that is not looked at.
+    pub fn is_stale(&self) -> bool {
+        self.stale > 0
+    }
+
+    /// The evaluation became the history.
+    pub fn commit(&mut self) {
+        self.stale = self.stale.saturating_sub(1);
     }
 
     /// Margin of a body beyond contact in m: a pair is listed if its distance is below the sum of both margins.
@@ -97,14 +145,18 @@ impl Watch {
         self.margins.get(body).copied().unwrap_or(self.limit)
     }
 
-    /// Largest distance in m at which two bodies can meet within two steps; `None` unless each body has its own margin.
+    /// Largest distance in m at which two bodies can meet within two steps; `closing` (m) unless each body has its own
+    /// margin.
     #[inline]
-    pub fn closing(&self, [a, b]: [u32; 2]) -> Option<f64> {
+    pub fn closing(&self, [a, b]: [u32; 2], closing: f64) -> f64 {
         let own = |b: u32| self.margins.get(b as usize);
-        Some(own(a)? + own(b)? - self.skin)
+        match (own(a), own(b)) {
+            (Some(a), Some(b)) => a + b - self.skin,
+            _ => closing,
+        }
     }
 
-    /// Whether [`Self::closing`] returns a distance.
+    /// Whether each body has its own margin.
     pub fn is_by_body(&self) -> bool {
         !self.margins.is_empty()
     }
@@ -112,6 +164,7 @@ impl Watch {
     /// The bodies move with surface speeds up to `speed` (m/s) for `dt` (s).
     pub fn advance(&mut self, speed: f64, dt: f64) {
         self.displacement.advance(speed, dt);
+        self.slack = self.slack.map(|slack| slack - 2.0 * speed * dt);
     }
 
     /// The bodies in the poses at which the list was built; `None` if there is no list yet.
