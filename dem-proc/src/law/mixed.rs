@@ -129,58 +129,6 @@ fn remembering<H>(
     }
 }
 
-/// Force of a contact of any kind. Several contacts count as one if their normal springs together press with `spring`
-/// (N/m).
-#[inline]
-fn exert(
-    pair: &AnyPair,
-    spring: Option<f64>,
-    kinematics: &Kinematics,
-    before: &AnyMemory,
-) -> Response<AnyMemory> {
-    match pair {
-        AnyPair::Grains(law, pair) => remembering(
-            of_kind(law, pair, spring, kinematics, &before.of_grains()),
-            |h| AnyMemory {
-                elongation: h.law.tangent,
-                dashpot: h.law.dashpot,
-                rolled: [h.moment, h.stiffness],
-                ..AnyMemory::default()
-            },
-        ),
-        AnyPair::Spheres(law, pair) => remembering(
-            of_kind(law, pair, spring, kinematics, &before.of_spheres()),
-            |h| AnyMemory {
-                sheared: h.tangent,
-                dashpot: h.dashpot,
-                ..AnyMemory::default()
-            },
-        ),
-        AnyPair::Areas(law, pair) => remembering(
-            of_kind(law, pair, spring, kinematics, &before.of_areas()),
-            |h| AnyMemory {
-                elongation: h.tangent,
-                ..AnyMemory::default()
-            },
-        ),
-    }
-}
-
-/// The same for one kind.
-#[inline]
-fn of_kind<L: Law>(
-    law: &L,
-    pair: &L::Pair,
-    spring: Option<f64>,
-    kinematics: &Kinematics,
-    before: &L::History,
-) -> Response<L::History> {
-    match spring {
-        Some(spring) => law.response_to_spring(pair, spring, kinematics, before),
-        None => law.response(pair, kinematics, before),
-    }
-}
-
 /// A law for every pair of surfaces, each of its own kind.
 #[derive(Debug, Clone)]
 pub struct Mixed(pub Table<AnyLaw>);
@@ -229,16 +177,32 @@ impl Law for Mixed {
         kinematics: &Kinematics,
         before: &AnyMemory,
     ) -> Response<AnyMemory> {
-        exert(pair, Some(spring), kinematics, before)
-    }
-    #[inline]
-    fn response(
-        &self,
-        pair: &AnyPair,
-        kinematics: &Kinematics,
-        before: &AnyMemory,
-    ) -> Response<AnyMemory> {
-        exert(pair, None, kinematics, before)
+        match pair {
+            AnyPair::Grains(law, pair) => remembering(
+                law.response_to_spring(pair, spring, kinematics, &before.of_grains()),
+                |h| AnyMemory {
+                    elongation: h.law.tangent,
+                    dashpot: h.law.dashpot,
+                    rolled: [h.moment, h.stiffness],
+                    ..AnyMemory::default()
+                },
+            ),
+            AnyPair::Spheres(law, pair) => remembering(
+                law.response_to_spring(pair, spring, kinematics, &before.of_spheres()),
+                |h| AnyMemory {
+                    sheared: h.tangent,
+                    dashpot: h.dashpot,
+                    ..AnyMemory::default()
+                },
+            ),
+            AnyPair::Areas(law, pair) => remembering(
+                law.response_to_spring(pair, spring, kinematics, &before.of_areas()),
+                |h| AnyMemory {
+                    elongation: h.tangent,
+                    ..AnyMemory::default()
+                },
+            ),
+        }
     }
     #[inline]
     fn separate(&self, pair: &AnyPair, kinematics: &Kinematics, before: &AnyMemory) -> Loss {

@@ -60,44 +60,6 @@ impl<H: Numbers> Numbers for Rolled<H> {
     }
 }
 
-impl<L: Law> Rolling<L> {
-    /// Adds the moment to the response of the law for the forces.
-    #[inline]
-    fn with_moment(
-        &self,
-        pair: &<Self as Law>::Pair,
-        kinematics: &Kinematics,
-        before: &Rolled<L::History>,
-        response: Response<L::History>,
-    ) -> Response<Rolled<L::History>> {
-        let stiffness = self.stiffness(pair, kinematics.overlap).rolling;
-        let kept = if stiffness < before.stiffness {
-            stiffness / before.stiffness
-        } else {
-            1.0
-        };
-        let cap = pair.1 * response.normal.max(0.0);
-        let moment = within(before.moment * kept - stiffness * kinematics.rolled, cap);
-        let history = Rolled {
-            law: response.history,
-            moment,
-            stiffness,
-        };
-        let work = -0.5 * (before.moment + moment) * kinematics.rolled;
-        let loss = Loss {
-            friction: response.loss.friction + work - (history.energy() - before.energy()),
-            ..response.loss
-        };
-        Response {
-            normal: response.normal,
-            tangential: response.tangential,
-            moment,
-            history,
-            loss,
-        }
-    }
-}
-
 impl<L: Law> Law for Rolling<L> {
     type History = Rolled<L::History>;
     /// Constants of the law for the forces, and `mu_r R*`.
@@ -129,20 +91,32 @@ impl<L: Law> Law for Rolling<L> {
         kinematics: &Kinematics,
         before: &Self::History,
     ) -> Response<Self::History> {
-        let response = self
-            .law
-            .response_to_spring(&pair.0, spring, kinematics, &before.law);
-        self.with_moment(pair, kinematics, before, response)
-    }
-    #[inline]
-    fn response(
-        &self,
-        pair: &Self::Pair,
-        kinematics: &Kinematics,
-        before: &Self::History,
-    ) -> Response<Self::History> {
-        let response = self.law.response(&pair.0, kinematics, &before.law);
-        self.with_moment(pair, kinematics, before, response)
+        let response = (self.law).response_to_spring(&pair.0, spring, kinematics, &before.law);
+        let stiffness = self.stiffness(pair, kinematics.overlap).rolling;
+        let kept = if stiffness < before.stiffness {
+            stiffness / before.stiffness
+        } else {
+            1.0
+        };
+        let cap = pair.1 * response.normal.max(0.0);
+        let moment = within(before.moment * kept - stiffness * kinematics.rolled, cap);
+        let history = Rolled {
+            law: response.history,
+            moment,
+            stiffness,
+        };
+        let work = -0.5 * (before.moment + moment) * kinematics.rolled;
+        let loss = Loss {
+            friction: response.loss.friction + work - (history.energy() - before.energy()),
+            ..response.loss
+        };
+        Response {
+            normal: response.normal,
+            tangential: response.tangential,
+            moment,
+            history,
+            loss,
+        }
     }
     #[inline]
     fn separate(&self, pair: &Self::Pair, kinematics: &Kinematics, before: &Self::History) -> Loss {
