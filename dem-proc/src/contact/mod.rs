@@ -19,4 +19,4 @@ pub mod points;
 mod release;
 pub mod segments;
 pub mod side;
-mod span;
+pub mod span;

@@ -147,39 +147,3 @@ fn places(saved: &[Part], own: &[Part]) -> Vec<Option<usize>> {
     }
     places
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::law::contact::Memory;
-
-    type Two = Memory<[f64; 1], [f64; 2]>;
-
-    fn two(spring: f64, drag: [f64; 2]) -> Two {
-        Memory {
-            tangent: [spring],
-            dashpot: drag,
-        }
-    }
-
-    #[derive(Serialize, Deserialize)]
-    #[serde(bound = "H: Numbers")]
-    struct Histories<H>(#[serde(with = "super")] Vec<H>);
-
-    #[test]
-    fn what_two_laws_both_remember_goes_over() {
-        fn restored<H: Numbers>() -> Vec<H> {
-            let saved = Histories(vec![two(0.0, [0.0; 2]), two(3.0, [4.0, 5.0])]);
-            let bytes = interface::saved::pack("histories", &saved);
-            let Histories(back) = interface::saved::unpack("histories", &bytes).unwrap();
-            back
-        }
-        assert_eq!(restored::<Two>()[1], two(3.0, [4.0, 5.0]));
-        assert_eq!(restored::<Memory<[f64; 1], ()>>()[1].tangent, [3.0]);
-        assert_eq!(restored::<Memory<(), [f64; 2]>>()[1].dashpot, [4.0, 5.0]);
-        // A tangential spring with two numbers belongs to another law.
-        let other = restored::<Memory<[f64; 2], [f64; 2]>>();
-        assert_eq!((other[1].tangent, other[1].dashpot), ([0.0; 2], [4.0, 5.0]));
-        assert_eq!(restored::<()>().len(), 2);
-    }
-}

@@ -173,20 +173,3 @@ impl Watch {
         (!poses.is_empty()).then(|| bodies.placed(poses.iter().copied()))
     }
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn the_displacement_ahead_is_two_steps_of_free_fall() {
-        // From rest: half a kick, a step, a kick, and a step that is a tenth longer.
-        let (dt, g) = (1e-3, 10.0);
-        let first = 0.5 * dt * g;
-        let second = first + g * 0.5 * (dt + 1.1 * dt);
-        let way = first * dt + second * 1.1 * dt;
-        let ahead = Ahead::new(0.5 * dt, dt, g);
-        assert!((ahead.way(0.0) / way - 1.0).abs() < 1e-12);
-        assert!((ahead.way(3.0) - way - 3.0 * 2.1 * dt).abs() < 1e-15);
-    }
-}
