@@ -1,9 +1,9 @@
 //! Springs, friction and what laws remember, one contact at a time.
 
 use dem_proc::body::surfaces::Surfaces;
-use dem_proc::law::contact::{Contact, Memory};
+use dem_proc::law::contact::Contact;
 use dem_proc::law::dashpot::Viscous;
-use dem_proc::law::history::Numbers;
+use dem_proc::law::history::{DASHPOT, Numbers, Part, TANGENT};
 use dem_proc::law::mixed::{AnyLaw, AnyMemory, Mixed};
 use dem_proc::law::normal::{Adhesive, Area, Hertz, Linear, Normal};
 use dem_proc::law::rolling::Rolling;
@@ -165,14 +165,7 @@ fn a_contact_that_has_slid_and_rolled_loses_its_springs_when_it_opens() {
     assert_eq!(loss.viscous, 0.0);
 }
 
-type Two = Memory<[f64; 1], [f64; 2]>;
-
-fn two(spring: f64, drag: [f64; 2]) -> Two {
-    Memory {
-        tangent: [spring],
-        dashpot: drag,
-    }
-}
+type Two = (Part<TANGENT, 1>, Part<DASHPOT, 2>);
 
 #[derive(Serialize, Deserialize)]
 #[serde(bound = "H: Numbers")]
@@ -181,16 +174,16 @@ struct Histories<H>(#[serde(with = "dem_proc::law::history")] Vec<H>);
 #[test]
 fn what_two_laws_both_remember_goes_over() {
     fn restored<H: Numbers>() -> Vec<H> {
-        let saved = Histories(vec![two(0.0, [0.0; 2]), two(3.0, [4.0, 5.0])]);
-        let bytes = interface::saved::pack("histories", &saved);
+        let histories: Vec<Two> = vec![Two::default(), (Part([3.0]), Part([4.0, 5.0]))];
+        let bytes = interface::saved::pack("histories", &Histories(histories));
         let Histories(back) = interface::saved::unpack("histories", &bytes).unwrap();
         back
     }
-    assert_eq!(restored::<Two>()[1], two(3.0, [4.0, 5.0]));
-    assert_eq!(restored::<Memory<[f64; 1], ()>>()[1].tangent, [3.0]);
-    assert_eq!(restored::<Memory<(), [f64; 2]>>()[1].dashpot, [4.0, 5.0]);
+    assert_eq!(restored::<Two>()[1], (Part([3.0]), Part([4.0, 5.0])));
+    assert_eq!(restored::<(Part<TANGENT, 1>, ())>()[1].0, Part([3.0]));
+    assert_eq!(restored::<((), Part<DASHPOT, 2>)>()[1].1, Part([4.0, 5.0]));
     // A tangential spring with two numbers belongs to another law.
-    let other = restored::<Memory<[f64; 2], [f64; 2]>>();
-    assert_eq!((other[1].tangent, other[1].dashpot), ([0.0; 2], [4.0, 5.0]));
+    let other = restored::<(Part<TANGENT, 2>, Part<DASHPOT, 2>)>();
+    assert_eq!(other[1], (Part([0.0; 2]), Part([4.0, 5.0])));
     assert_eq!(restored::<()>().len(), 2);
 }

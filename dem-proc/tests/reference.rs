@@ -166,7 +166,13 @@ fn crowd(random: &mut Random, skin: f64) -> (DemConfig, Vec<ImpInfo>, Vec<ImpSta
 /// A body that lies in another one, if any does, in a solver that gets this configuration.
 fn overlapping(dem: &mut Sdem, config: &DemConfig) -> Option<usize> {
     if let Err(refusal) = dem.configure(config) {
-        let number = |key: &str| key.strip_prefix("dem.body.")?.split('.').next()?.parse().ok();
+        let number = |key: &str| {
+            key.strip_prefix("dem.body.")?
+                .split('.')
+                .next()?
+                .parse()
+                .ok()
+        };
         let body: Option<usize> = number(&refusal.key);
         return Some(body.unwrap_or_else(|| panic!("{refusal:?}")));
     }

@@ -1,7 +1,7 @@
 //! Springs that part and join along a chain.
 
 use dem_proc::contact::span::{Held, Transferred};
-use dem_proc::law::history::Numbers;
+use dem_proc::law::history::{Numbers, Part};
 use dem_proc::law::tangent::{Coulomb, Elongation, Mindlin, Sheared, Tangent};
 
 fn transfer<H: Numbers>(
@@ -29,24 +29,25 @@ fn held(spring: u32, force: f64) -> Held {
 #[test]
 fn a_spring_that_continues_alone_is_the_same_to_the_bit() {
     let minima = [held(0, 3.0), held(0, 0.1), held(1, 7.0)];
-    let springs = [Elongation(0.1), Elongation(-0.7)];
+    let springs: [Elongation; 2] = [Part([0.1]), Part([-0.7])];
     // One minimum of the first spring has disappeared.
     let transferred = transfer(&minima, &springs, &[Some(2), None, Some(0)], 3);
-    let expected = [-0.7, 0.0, 0.1].map(Elongation);
+    let expected = [-0.7, 0.0, 0.1].map(|e| Part([e]));
     assert_eq!(transferred.histories, expected);
     assert!(transferred.ended.is_empty() && transferred.begun.is_empty());
     // All minima of the second spring have disappeared.
     let transferred = transfer(&minima, &springs, &[Some(0), Some(0), None], 1);
-    assert_eq!(transferred.histories, [Elongation(0.1)]);
-    assert_eq!(transferred.ended, [(2, Elongation(-0.7))]);
+    assert_eq!(transferred.histories, [Part([0.1])]);
+    assert_eq!(transferred.ended, [(2, Part([-0.7]))]);
     assert!(transferred.begun.is_empty());
 }
 
 #[test]
 fn a_spring_that_parts_keeps_its_force() {
     let minima = [held(0, 3.0), held(0, 1.0)];
-    let transferred = transfer(&minima, &[Elongation(0.8)], &[Some(0), Some(1)], 2);
-    let found = transferred.histories.iter().map(|e| e.0);
+    let spring: Elongation = Part([0.8]);
+    let transferred = transfer(&minima, &[spring], &[Some(0), Some(1)], 2);
+    let found = transferred.histories.iter().map(|e| e.0[0]);
     assert!(found.zip([0.6, 0.2]).all(|(a, b)| (a - b).abs() < 1e-15));
     assert_eq!((transferred.ended.len(), transferred.begun.len()), (1, 2));
 }
@@ -80,12 +81,9 @@ fn no_transfer_gives_energy() {
             .map(|_| Some((random() * 4.0) as usize).filter(|&s| s < 3))
             .collect();
         let n = spring as usize + 1;
-        let a: Vec<Elongation> = (0..n).map(|_| Elongation(random() - 0.5)).collect();
+        let a: Vec<Elongation> = (0..n).map(|_| Part([random() - 0.5])).collect();
         let b: Vec<Sheared> = (0..n)
-            .map(|_| Sheared {
-                force: random() - 0.5,
-                stiffness: 0.1 + random(),
-            })
+            .map(|_| Part([random() - 0.5, 0.1 + random()]))
             .collect();
         let (after_a, after_b) = (
             transfer(&minima, &a, &successors, 3),

@@ -24,6 +24,7 @@ use crate::contact::impact::Pressing;
 use crate::contact::pairs::pair_properties;
 use crate::contact::passage::{Passage, Passed, PassedBodies, TURN};
 use crate::contact::side::{AfterKick, Now, Sums, Targets};
+use crate::law::history::{GEOMETRY, Part};
 use crate::law::{Kinematics, LastStep, Law, Loss, PairProperties};
 use crate::lists::neighbours::close_pairs;
 use crate::lists::watch::Watch;
@@ -117,7 +118,7 @@ impl<M: Measure> PairKind for Convex<M> {
     type List = Vec<Candidate>;
     type Watch = Watch;
     /// The normal of the last step, zero where there was no contact.
-    type Memory = [f64; 2];
+    type Memory = Part<GEOMETRY, 2>;
     type Found = Vec<Met>;
     type Room = M;
 
@@ -154,7 +155,7 @@ impl<M: Measure> PairKind for Convex<M> {
     fn evaluate<L: Law>(
         chunk: &Chunk<Self, L>,
         measure: &mut M,
-        next: &mut [(L::History, [f64; 2])],
+        next: &mut [(L::History, Part<GEOMETRY, 2>)],
         found: &mut Vec<Met>,
     ) {
         let On {
@@ -202,7 +203,7 @@ impl<M: Measure> PairKind for Convex<M> {
             };
             if spot.depth > 0.0 {
                 let response = chunk.law.response(constants, &kinematics, before);
-                let turned = frames[1].turned((*was).into()).dot(&spot.normal) < TURN;
+                let turned = frames[1].turned(was.0.into()).dot(&spot.normal) < TURN;
                 let passage = M::passage(bodies, *candidate, &spot, turned);
                 met.passed = passage.map(|passage| PassedBodies {
                     bodies: pair,
@@ -218,7 +219,7 @@ impl<M: Measure> PairKind for Convex<M> {
                     met.loads[i].torque = sign * (cross(arms[i], force) + response.moment);
                 }
                 met.loss = response.loss;
-                next[k] = (response.history, spot.normal.into());
+                next[k] = (response.history, Part(spot.normal.into()));
             } else {
                 met.loss = chunk.law.separate(constants, &kinematics, before);
             }

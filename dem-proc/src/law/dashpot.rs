@@ -1,6 +1,6 @@
 //! Dashpots: the viscous part of a law.
 
-use super::history::{Numbers, Plain};
+use super::history::{DASHPOT, Numbers, Part, Plain};
 
 /// Viscous part of a law.
 pub trait Dashpot: Plain {
@@ -19,6 +19,9 @@ pub trait Dashpot: Plain {
     /// from the forces `exerted` at the end of the step.
     fn remember(exerted: [f64; 2], moved: [f64; 2], before: &Self::State) -> (f64, Self::State);
 }
+
+/// Forces along `N` and `T` at the last step in N/m.
+pub type Drag = Part<DASHPOT, 2>;
 
 /// No dashpot.
 #[derive(Debug, Clone, Copy)]
@@ -56,7 +59,7 @@ pub struct Viscous {
 }
 
 impl Dashpot for Viscous {
-    type State = [f64; 2];
+    type State = Drag;
     type Pair = [f64; 2];
     /// If the dashpots are those of a larger mass, their ratio for the pair is larger by the root: `2 zeta sqrt(k M) =
     /// 2 zeta sqrt(M/m) sqrt(k m)`.
@@ -73,7 +76,7 @@ impl Dashpot for Viscous {
         [-c[0] * velocity[0], -c[1] * velocity[1]]
     }
     #[inline]
-    fn remember(exerted: [f64; 2], moved: [f64; 2], before: &[f64; 2]) -> (f64, [f64; 2]) {
+    fn remember(exerted: [f64; 2], moved: [f64; 2], before: &Drag) -> (f64, Drag) {
         trapezoid(exerted, moved, before)
     }
 }
@@ -88,7 +91,7 @@ pub struct Tsuji {
 }
 
 impl Dashpot for Tsuji {
-    type State = [f64; 2];
+    type State = Drag;
     /// Reduced mass in kg/m.
     type Pair = f64;
     fn ratio(&self, _: f64) -> f64 {
@@ -107,7 +110,7 @@ impl Dashpot for Tsuji {
         ]
     }
     #[inline]
-    fn remember(exerted: [f64; 2], moved: [f64; 2], before: &[f64; 2]) -> (f64, [f64; 2]) {
+    fn remember(exerted: [f64; 2], moved: [f64; 2], before: &Drag) -> (f64, Drag) {
         trapezoid(exerted, moved, before)
     }
 }
@@ -115,7 +118,7 @@ impl Dashpot for Tsuji {
 /// Trapezoidal rule over the step: second order, and by summation by parts exactly the work that the leapfrog's kicks
 /// remove from the kinetic energy.
 #[inline]
-fn trapezoid(exerted: [f64; 2], moved: [f64; 2], before: &[f64; 2]) -> (f64, [f64; 2]) {
-    let work = (exerted[0] + before[0]) * moved[0] + (exerted[1] + before[1]) * moved[1];
-    (-0.5 * work, exerted)
+fn trapezoid(exerted: [f64; 2], moved: [f64; 2], before: &Drag) -> (f64, Drag) {
+    let work = (exerted[0] + before.0[0]) * moved[0] + (exerted[1] + before.0[1]) * moved[1];
+    (-0.5 * work, Part(exerted))
 }

@@ -3,9 +3,9 @@
 //! A contact stores the kind of its pair, and the loops branch on it. A table of one kind ([`super::table`]) does not,
 //! so only scenes that mix kinds have this cost.
 
-use super::contact::{Contact, Memory};
-use super::dashpot::{Elastic, Tsuji, Viscous};
-use super::history::{DASHPOT, Numbers, Part, ROLLING, TANGENT};
+use super::contact::Contact;
+use super::dashpot::{Drag, Elastic, Tsuji, Viscous};
+use super::history::Part;
 use super::normal::{Adhesive, Area, Hertz, Linear};
 use super::rolling::{Rolled, Rolling};
 use super::table::Table;
@@ -41,78 +41,20 @@ pub enum AnyPair {
     Areas(OfAreas, <OfAreas as Law>::Pair),
 }
 
-/// The history of a contact of any kind; parts that its kind does not use are zero.
-#[derive(Debug, Clone, Copy, Default, PartialEq)]
-pub struct AnyMemory {
-    /// Of a spring with constant stiffness.
-    elongation: Elongation,
-    /// Of a spring that stiffens.
-    sheared: Sheared,
-    /// Of dashpots.
-    dashpot: [f64; 2],
-    /// Moment in N and stiffness in N of rolling.
-    rolled: [f64; 2],
+/// The history of a contact of any kind: of a tangential spring with constant stiffness and of one that stiffens, of
+/// dashpots and of rolling. Parts that its kind does not use are zero.
+pub type AnyMemory = ((Elongation, Sheared), (Drag, Rolled));
+
+fn of_grains(&((elongation, _), (drag, rolled)): &AnyMemory) -> <OfGrains as Law>::History {
+    ((elongation, drag), rolled)
 }
 
-impl Numbers for AnyMemory {
-    const COUNT: usize = Elongation::COUNT + Sheared::COUNT + 4;
-    fn parts(_: u32) -> Vec<Part> {
-        [
-            Elongation::parts(TANGENT),
-            Sheared::parts(TANGENT),
-            <[f64; 2]>::parts(DASHPOT),
-            <[f64; 2]>::parts(ROLLING),
-        ]
-        .concat()
-    }
-    fn put(&self, numbers: &mut Vec<f64>) {
-        let Self {
-            elongation,
-            sheared,
-            dashpot,
-            rolled,
-        } = self;
-        elongation.put(numbers);
-        sheared.put(numbers);
-        dashpot.put(numbers);
-        rolled.put(numbers);
-    }
-    fn take(numbers: &mut impl Iterator<Item = f64>) -> Self {
-        Self {
-            elongation: Elongation::take(numbers),
-            sheared: Sheared::take(numbers),
-            dashpot: Numbers::take(numbers),
-            rolled: Numbers::take(numbers),
-        }
-    }
+fn of_spheres(&((_, sheared), (drag, _)): &AnyMemory) -> <OfSpheres as Law>::History {
+    (sheared, drag)
 }
 
-impl AnyMemory {
-    fn of_grains(&self) -> <OfGrains as Law>::History {
-        let [moment, stiffness] = self.rolled;
-        Rolled {
-            law: Memory {
-                tangent: self.elongation,
-                dashpot: self.dashpot,
-            },
-            moment,
-            stiffness,
-        }
-    }
-
-    fn of_spheres(&self) -> <OfSpheres as Law>::History {
-        Memory {
-            tangent: self.sheared,
-            dashpot: self.dashpot,
-        }
-    }
-
-    fn of_areas(&self) -> <OfAreas as Law>::History {
-        Memory {
-            tangent: self.elongation,
-            dashpot: (),
-        }
-    }
+fn of_areas(&((elongation, _), _): &AnyMemory) -> <OfAreas as Law>::History {
+    (elongation, ())
 }
 
 /// Turns the history `H` of a response into the history of any law.
@@ -179,44 +121,32 @@ impl Law for Mixed {
     ) -> Response<AnyMemory> {
         match pair {
             AnyPair::Grains(law, pair) => remembering(
-                law.response_to_spring(pair, spring, kinematics, &before.of_grains()),
-                |h| AnyMemory {
-                    elongation: h.law.tangent,
-                    dashpot: h.law.dashpot,
-                    rolled: [h.moment, h.stiffness],
-                    ..AnyMemory::default()
-                },
+                law.response_to_spring(pair, spring, kinematics, &of_grains(before)),
+                |((elongation, drag), rolled)| ((elongation, Part::default()), (drag, rolled)),
             ),
             AnyPair::Spheres(law, pair) => remembering(
-                law.response_to_spring(pair, spring, kinematics, &before.of_spheres()),
-                |h| AnyMemory {
-                    sheared: h.tangent,
-                    dashpot: h.dashpot,
-                    ..AnyMemory::default()
-                },
+                law.response_to_spring(pair, spring, kinematics, &of_spheres(before)),
+                |(sheared, drag)| ((Part::default(), sheared), (drag, Part::default())),
             ),
             AnyPair::Areas(law, pair) => remembering(
-                law.response_to_spring(pair, spring, kinematics, &before.of_areas()),
-                |h| AnyMemory {
-                    elongation: h.tangent,
-                    ..AnyMemory::default()
-                },
+                law.response_to_spring(pair, spring, kinematics, &of_areas(before)),
+                |(elongation, ())| ((elongation, Part::default()), Default::default()),
             ),
         }
     }
     #[inline]
     fn separate(&self, pair: &AnyPair, kinematics: &Kinematics, before: &AnyMemory) -> Loss {
         match pair {
-            AnyPair::Grains(law, pair) => law.separate(pair, kinematics, &before.of_grains()),
-            AnyPair::Spheres(law, pair) => law.separate(pair, kinematics, &before.of_spheres()),
-            AnyPair::Areas(law, pair) => law.separate(pair, kinematics, &before.of_areas()),
+            AnyPair::Grains(law, pair) => law.separate(pair, kinematics, &of_grains(before)),
+            AnyPair::Spheres(law, pair) => law.separate(pair, kinematics, &of_spheres(before)),
+            AnyPair::Areas(law, pair) => law.separate(pair, kinematics, &of_areas(before)),
         }
     }
     fn energy(&self, pair: &AnyPair, overlap: f64, history: &AnyMemory) -> f64 {
         match pair {
-            AnyPair::Grains(law, pair) => law.energy(pair, overlap, &history.of_grains()),
-            AnyPair::Spheres(law, pair) => law.energy(pair, overlap, &history.of_spheres()),
-            AnyPair::Areas(law, pair) => law.energy(pair, overlap, &history.of_areas()),
+            AnyPair::Grains(law, pair) => law.energy(pair, overlap, &of_grains(history)),
+            AnyPair::Spheres(law, pair) => law.energy(pair, overlap, &of_spheres(history)),
+            AnyPair::Areas(law, pair) => law.energy(pair, overlap, &of_areas(history)),
         }
     }
 }
