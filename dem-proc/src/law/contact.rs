@@ -1,6 +1,7 @@
 //! A law that combines a normal spring, a tangential part and a dashpot.
 
-use super::dashpot::Dashpot;
+use super::dashpot::{Dashpot, Drag, dissipated};
+use super::history::Part;
 use super::normal::Normal;
 use super::tangent::Tangent;
 use super::{Kinematics, Law, Loss, PairProperties, Response, Stiffness};
@@ -20,7 +21,7 @@ pub struct Contact<N, T, D> {
 
 impl<N: Normal, T: Tangent, D: Dashpot> Law for Contact<N, T, D> {
     /// Of the tangential part, and of the dashpot.
-    type History = (T::State, D::State);
+    type History = (T::State, Drag);
     type Pair = (N::Pair, D::Pair);
 
     fn pair(&self, properties: &PairProperties) -> Self::Pair {
@@ -74,16 +75,15 @@ impl<N: Normal, T: Tangent, D: Dashpot> Law for Contact<N, T, D> {
             .slide(k_t, pressing, viscous_t, kinematics.moved[1], &before.0);
         // Without damping the limit of friction leaves the rounding of the spring's force, which is no work of a dashpot.
         let dashpot = if viscous_t == 0.0 { 0.0 } else { slide.dashpot };
-        let exerted = [pressing - spring, dashpot];
-        let (viscous, dashpot) = D::remember(exerted, kinematics.moved, &before.1);
+        let drag = Part([pressing - spring, dashpot]);
         Response {
             normal: pressing,
             tangential: slide.spring + slide.dashpot,
             moment: 0.0,
-            history: (slide.state, dashpot),
+            history: (slide.state, drag),
             loss: Loss {
                 friction: slide.loss,
-                viscous,
+                viscous: dissipated(kinematics.moved, &before.1, &drag),
             },
         }
     }
@@ -93,10 +93,9 @@ impl<N: Normal, T: Tangent, D: Dashpot> Law for Contact<N, T, D> {
         // When the contact opens, the force of the dashpot ends. Motion after that dissipates nothing (docs/energy.md).
         let held = kinematics.share_in_contact();
         let way = kinematics.moved.map(|u| u * held);
-        let (viscous, _) = D::remember([0.0; 2], way, &before.1);
         Loss {
             friction: self.tangent.separate(kinematics.moved[1], &before.0),
-            viscous,
+            viscous: dissipated(way, &before.1, &Drag::default()),
         }
     }
 

@@ -4,7 +4,7 @@
 //! so only scenes that mix kinds have this cost.
 
 use super::contact::Contact;
-use super::dashpot::{Drag, Elastic, Tsuji, Viscous};
+use super::dashpot::{Drag, Tsuji, Viscous};
 use super::history::Part;
 use super::normal::{Adhesive, Area, Hertz, Linear};
 use super::rolling::{Rolled, Rolling};
@@ -17,7 +17,7 @@ pub type OfGrains = Rolling<Contact<Adhesive<Linear>, Coulomb, Viscous>>;
 /// `hertz_mindlin`, with all optional parts.
 pub type OfSpheres = Contact<Adhesive<Hertz>, Mindlin, Tsuji>;
 /// `area`.
-pub type OfAreas = Contact<Area, Coulomb, Elastic>;
+pub type OfAreas = Contact<Area, Coulomb, Viscous>;
 
 /// A law of any kind.
 #[derive(Debug, Clone, Copy)]
@@ -53,8 +53,8 @@ fn of_spheres(&((_, sheared), (drag, _)): &AnyMemory) -> <OfSpheres as Law>::His
     (sheared, drag)
 }
 
-fn of_areas(&((elongation, _), _): &AnyMemory) -> <OfAreas as Law>::History {
-    (elongation, ())
+fn of_areas(&((elongation, _), (drag, _)): &AnyMemory) -> <OfAreas as Law>::History {
+    (elongation, drag)
 }
 
 /// Turns the history `H` of a response into the history of any law.
@@ -130,7 +130,7 @@ impl Law for Mixed {
             ),
             AnyPair::Areas(law, pair) => remembering(
                 law.response_to_spring(pair, spring, kinematics, &of_areas(before)),
-                |(elongation, ())| ((elongation, Part::default()), Default::default()),
+                |(elongation, drag)| ((elongation, Part::default()), (drag, Part::default())),
             ),
         }
     }
