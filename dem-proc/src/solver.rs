@@ -10,16 +10,29 @@ use interface::step::Step;
 
 use crate::body::bodies::Bodies;
 use crate::setup::capabilities::capabilities;
-use crate::setup::configure::configure;
+use crate::setup::configure::{build, configure};
 use crate::setup::saved::{FORMAT, Saved, mark};
 use crate::system::System;
 
 /// The spheropolygon solver. It has no bodies until it is configured.
-#[derive(Debug, Default)]
+#[derive(Debug)]
 pub struct Sdem {
     pub(crate) system: System,
     /// Of the configuration, for saved states.
     mark: ConfigurationMark,
+}
+
+impl Default for Sdem {
+    fn default() -> Self {
+        let nothing = DemConfig {
+            threads: 1,
+            ..DemConfig::default()
+        };
+        Self {
+            system: build(&nothing).expect("nothing in it is refused").0,
+            mark: ConfigurationMark::default(),
+        }
+    }
 }
 
 impl Sdem {

@@ -7,10 +7,10 @@ use interface::step::Step;
 
 use crate::contact::impact::{Impacts, SurfaceMotion};
 use crate::contact::passage::{Passed, PassedBodies};
-use crate::contact::side::{AfterKick, Interval, Now, Targets};
+use crate::contact::side::{AfterKick, Interval, Targets};
 use crate::law::LastStep;
 use crate::ledger::measure;
-use crate::lists::watch::Ahead;
+use crate::lists::now::{Ahead, Now};
 use crate::system::System;
 
 /// Whether this is an opening step: it computes forces, limits and a measurement, and leaves the state unchanged.

@@ -9,16 +9,9 @@ use serde::{Deserialize, Serialize};
 use crate::body::bodies::{Bodies, Body, Rigid};
 use crate::body::displacement::Displacement;
 use crate::body::load::{Load, PairLoad};
-use crate::contact::engine::Contacts;
 use crate::contact::impact::SurfaceMotion;
-use crate::contact::point_body::PointBody;
-use crate::contact::points::OfPoints;
-use crate::contact::side::{Now, Sets, Side};
-use crate::law::contact::Contact;
-use crate::law::dashpot::Viscous;
-use crate::law::normal::Linear;
-use crate::law::tangent::Coulomb;
-use crate::lists::watch::Ahead;
+use crate::contact::side::Side;
+use crate::lists::now::{Ahead, Now, Sets};
 use crate::parry::BoxTree;
 use crate::threads::Threads;
 
@@ -148,47 +141,6 @@ pub(crate) struct LimitConstants {
     pub first_contact: f64,
     /// `(2 / r)^2` with the resolutions `r` of impacts between bodies and of points.
     pub per_resolution_sq: [f64; 2],
-}
-
-impl Default for System {
-    /// No bodies.
-    fn default() -> Self {
-        let law = Contact {
-            normal: Linear { stiffness: 0.0 },
-            tangent: Coulomb::SMOOTH,
-            dashpot: Viscous {
-                ratio: 0.0,
-                mass: 0.0,
-            },
-        };
-        Self {
-            gravity: Vec2::zeros(),
-            bodies: Bodies::default(),
-            sides: Sides {
-                points: Box::new(Contacts::new(
-                    law,
-                    OfPoints(PointBody {
-                        surfaces: Vec::new(),
-                    }),
-                    0.0,
-                )),
-                point_pairs: None,
-                bodies: None,
-            },
-            threads: Threads::default(),
-            loads: Loads::default(),
-            kicked: Kicked::default(),
-            constants: LimitConstants {
-                outer_acceleration: 0.0,
-                first_contact: 0.0,
-                per_resolution_sq: [1.0; 2],
-            },
-            state: State::default(),
-            skin: 0.0,
-            envelopes: Vec::new(),
-            measurement: DemMeasurement::default(),
-        }
-    }
 }
 
 impl System {

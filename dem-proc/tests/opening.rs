@@ -4,7 +4,7 @@ use dem_proc::body::bodies::Bodies;
 use dem_proc::contact::approach::Near;
 use dem_proc::contact::impact::{Impacts, Pressing, Relative, SurfaceMotion};
 use dem_proc::contact::pair_geometry::LANES;
-use dem_proc::lists::watch::Ahead;
+use dem_proc::lists::now::Ahead;
 use interface::Vec2;
 use interface::config::{BodyConfig, BodyInertia, BodyShape, DemConfig, Motion};
 use mechanics::generate::Random;

@@ -3,7 +3,7 @@
 use dem_proc::body::bodies::Bodies;
 use dem_proc::contact::approach::{outer_acceleration, thickness};
 use dem_proc::contact::passage::goes_through;
-use dem_proc::lists::watch::Ahead;
+use dem_proc::lists::now::Ahead;
 use interface::Vec2;
 use interface::config::{BodyConfig, BodyShape, DemConfig, Motion};
 

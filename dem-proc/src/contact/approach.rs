@@ -7,7 +7,7 @@
 //! - *Contacts count before they close.* The limits after step `n` apply to step `n + 1`, which ends at `t_{n+2}`. A
 //!   contact found there is kicked by half of that step, so it must have limited it. So two bodies count as in contact
 //!   if they can meet within two steps, where the second may be a tenth longer (the largest growth of a step,
-//!   docs/physics.md section 4): [`crate::lists::watch::Ahead`]. The lists have the same margin:
+//!   docs/physics.md section 4): [`crate::lists::now::Ahead`]. The lists have the same margin:
 //!   [`crate::lists::watch::Watch`].
 //! - *No body passes through another in one step.* In a step the distance of a pair in reach may decrease by half the
 //!   length in which its force has the right sign ([`crate::contact::passage`]). This corresponds to half the radius of

@@ -23,10 +23,11 @@ use crate::contact::frame_contacts::between_bodies;
 use crate::contact::impact::Pressing;
 use crate::contact::pairs::pair_properties;
 use crate::contact::passage::{Passage, Passed, PassedBodies, TURN};
-use crate::contact::side::{AfterKick, Now, Sums, Targets};
+use crate::contact::side::{AfterKick, Sums, Targets};
 use crate::law::history::{GEOMETRY, Part};
 use crate::law::{Kinematics, LastStep, Law, Loss, PairProperties};
 use crate::lists::neighbours::close_pairs;
+use crate::lists::now::Now;
 use crate::lists::watch::Watch;
 use mechanics::mass::cross;
 
@@ -123,7 +124,7 @@ impl<M: Measure> PairKind for Convex<M> {
     type Room = M;
 
     fn holds(watch: &mut Watch, now: &Now) -> bool {
-        watch.holds(now.bodies, &now.ahead, now.speed)
+        watch.holds(now)
     }
 
     fn list(&self, bodies: &Bodies, _: &[ImpInfo], watch: &Watch, list: &mut Vec<Candidate>) {
@@ -163,7 +164,7 @@ impl<M: Measure> PairKind for Convex<M> {
             watch,
             interval,
             ..
-        } = *chunk.on;
+        } = chunk.on;
         found.clear();
         next.fill(Default::default());
         for (k, candidate) in chunk.pairs.iter().enumerate() {

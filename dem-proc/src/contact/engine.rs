@@ -10,16 +10,16 @@ use std::sync::Mutex;
 use interface::message::wire::{ContactState, ImpInfo, ImpState};
 use interface::saved::{pack, unpack};
 use interface::solver::Refusal;
-use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 
 use crate::body::bodies::Bodies;
 use crate::contact::approach::{Near, crossing_rate};
 use crate::contact::pair_geometry::Moves;
-use crate::contact::side::{AfterKick, Interval, Now, Sets, Side, Sums, Targets};
+use crate::contact::side::{AfterKick, Interval, Side, Sums, Targets};
 use crate::law::history::Numbers;
 use crate::law::{LastStep, Law, PairProperties};
-use crate::lists::watch::Look;
+use crate::lists::now::{Now, Sets, Slots};
+use crate::lists::watch::{Look, Watching};
 use crate::saved::one_for_each;
 use crate::threads::{CHUNK, Spare, Threads};
 
@@ -96,56 +96,6 @@ pub trait PairKind: Debug + Send + Sync + Sized + 'static {
     }
 }
 
-/// Where pairs were when their list was built.
-pub trait Watching: Debug + Send + Sync + Serialize + DeserializeOwned {
-    /// No list yet; with a skin in m.
-    fn new(skin: f64) -> Self;
-    /// Makes the present places the reference of a new list that replaces the one of `old`.
-    fn begin(&mut self, old: &Self, now: &Now, slots: &Slots);
-    /// Which pairs the next evaluation looks at, if pairs within `closing` (m) count.
-    fn look(&mut self, _closing: f64) -> Look {
-        Look::default()
-    }
-    /// The evaluation became the history.
-    fn commit(&mut self) {}
-    /// The bodies move with surface speeds up to `speed` (m/s) for `dt` (s).
-    fn advance(&mut self, speed: f64, dt: f64);
-    /// The bodies in the poses at which the list was built; `None` if there is no list yet.
-    fn bodies_then(&self, bodies: &Bodies) -> Option<Bodies>;
-}
-
-/// In which slots the points of the present set were before.
-#[derive(Debug)]
-pub struct Slots<'a> {
-    set: &'a [ImpInfo],
-    /// Ids and slots of the set that was replaced, if one was.
-    before: Option<Vec<(u64, u32)>>,
-}
-
-impl<'a> Slots<'a> {
-    fn of(sets: &'a Sets) -> Self {
-        let by_id = |old: &Vec<ImpInfo>| {
-            let mut ids: Vec<_> = old.iter().map(|info| info.id).zip(0..).collect();
-            ids.sort_unstable();
-            ids
-        };
-        Self {
-            set: &sets.now,
-            before: sets.replaced.as_ref().map(by_id),
-        }
-    }
-
-    /// The slot before; `None` for a new point.
-    pub fn before(&self, slot: u32) -> Option<u32> {
-        let Some(before) = &self.before else {
-            return Some(slot);
-        };
-        let id = self.set[slot as usize].id;
-        let found = before.binary_search_by_key(&id, |&(id, _)| id);
-        found.ok().map(|i| before[i].1)
-    }
-}
-
 /// What an evaluation reads.
 #[derive(Debug)]
 pub struct On<'a, K: PairKind> {
@@ -169,11 +119,19 @@ pub struct On<'a, K: PairKind> {
     pub look: Look,
 }
 
+impl<K: PairKind> Clone for On<'_, K> {
+    fn clone(&self) -> Self {
+        *self
+    }
+}
+
+impl<K: PairKind> Copy for On<'_, K> {}
+
 /// Some pairs of a list, and the data that their evaluation needs.
 #[derive(Debug)]
 pub struct Chunk<'a, K: PairKind, L: Law> {
-    /// What all chunks read.
-    pub on: &'a On<'a, K>,
+    /// What all chunks read. It is a copy, so that loops have it in registers.
+    pub on: On<'a, K>,
     /// The law.
     pub law: &'a L,
     /// Number of the chunk.
@@ -327,7 +285,7 @@ impl<K: PairKind, L: Law> Contacts<K, L> {
         }
     }
 
-    fn chunk<'a>(&'a self, on: &'a On<'a, K>, number: usize) -> Chunk<'a, K, L> {
+    fn chunk<'a>(&'a self, on: On<'a, K>, number: usize) -> Chunk<'a, K, L> {
         let now = self.current();
         let from = number * CHUNK;
         let here = from..now.history.len().min(from + CHUNK);
@@ -379,7 +337,7 @@ impl<K: PairKind, L: Law> Side for Contacts<K, L> {
         let on = self.on(now, interval, (moves, look));
         let evaluate = |i: usize, next: &mut [_], found: &mut K::Found| {
             let mut room = self.rooms.take();
-            K::evaluate(&self.chunk(&on, i), &mut room, next, found);
+            K::evaluate(&self.chunk(on, i), &mut room, next, found);
             self.rooms.give_back(room);
         };
         let mut sums = Sums::default();
@@ -424,7 +382,7 @@ impl<K: PairKind, L: Law> Side for Contacts<K, L> {
         // The next step affects only the stiffness, not the force.
         let on = self.on(now, Interval::after(last_step), (moves, Look::default()));
         for number in 0..self.current().history.len().div_ceil(CHUNK) {
-            K::contacts(&self.chunk(&on, number), self.found.get(number), contacts);
+            K::contacts(&self.chunk(on, number), self.found.get(number), contacts);
         }
     }
 

@@ -34,7 +34,7 @@ use crate::contact::approach::Near;
 use crate::contact::pair_geometry::{
     LANES, LaneVec, Lanes, cross, dot, each, gather, gather_vec, sub,
 };
-use crate::lists::watch::Ahead;
+use crate::lists::now::Ahead;
 
 /// Speeds below this share of the fastest surface's speed are ignored: their energy is a millionth.
 const NEGLIGIBLE: f64 = 1e-3;

@@ -15,7 +15,7 @@ use crate::body::bodies::Bodies;
 use crate::body::edge::vertex_edge;
 use crate::body::load::PairLoad;
 use crate::contact::approach::Near;
-use crate::contact::engine::{Chunk, On, PairKind, Slots, Watching};
+use crate::contact::engine::{Chunk, On, PairKind};
 use crate::contact::frame_contacts::between_bodies;
 use crate::contact::impact::{Nears, Pressing, Relative};
 use crate::contact::pair_geometry::{
@@ -23,9 +23,10 @@ use crate::contact::pair_geometry::{
     gather_vec,
 };
 use crate::contact::passage::{Passage, Passed, PassedBodies};
-use crate::contact::side::{AfterKick, Now, Sums, Targets};
+use crate::contact::side::{AfterKick, Sums, Targets};
 use crate::law::{Law, Loss, PairProperties, reduced};
 use crate::lists::neighbours::{BodyList, VertexEdge};
+use crate::lists::now::Now;
 use crate::lists::watch::{Look, Watch};
 use crate::threads::CHUNK;
 use mechanics::outline::contact_point;
@@ -33,32 +34,6 @@ use mechanics::outline::contact_point;
 /// Pairs of a vertex and an edge.
 #[derive(Debug)]
 pub struct VertexEdges;
-
-impl Watching for Watch {
-    fn new(skin: f64) -> Self {
-        Self::new(skin)
-    }
-
-    fn begin(&mut self, _: &Self, now: &Now, _: &Slots) {
-        self.begin(now.bodies, &now.ahead, now.speed);
-    }
-
-    fn look(&mut self, closing: f64) -> Look {
-        self.look(closing)
-    }
-
-    fn commit(&mut self) {
-        self.commit();
-    }
-
-    fn advance(&mut self, speed: f64, dt: f64) {
-        self.advance(speed, dt);
-    }
-
-    fn bodies_then(&self, bodies: &Bodies) -> Option<Bodies> {
-        self.bodies_then(bodies)
-    }
-}
 
 /// The constants of two bodies for a law, with these radii of curvature (m) at their contact. The reduced mass is 0,
 /// which makes no dashpot, if both can only rotate.
@@ -233,7 +208,7 @@ impl<L: Law> Chunk<'_, VertexEdges, L> {
             interval,
             look,
             ..
-        } = *self.on;
+        } = self.on;
         let closing = interval.closing;
         match look {
             Look::All => outcomes.looked_at.fill(self.pairs.len()),
@@ -352,7 +327,7 @@ impl PairKind for VertexEdges {
     type Room = Box<Separations>;
 
     fn holds(watch: &mut Watch, now: &Now) -> bool {
-        watch.holds(now.bodies, &now.ahead, now.speed)
+        watch.holds(now)
     }
 
     fn list(&self, bodies: &Bodies, _: &[ImpInfo], watch: &Watch, list: &mut BodyList) {
@@ -392,9 +367,10 @@ impl PairKind for VertexEdges {
 
     #[inline(always)]
     fn add(_: &On<Self>, found: &Outcomes, to: &mut Targets, sums: &mut Sums) {
+        let loads = &mut *to.by_bodies;
         for ([v, e], [of_vertex, of_edge]) in found.each() {
-            to.by_bodies[v] += *of_vertex;
-            to.by_bodies[e] += *of_edge;
+            loads[v] += *of_vertex;
+            loads[e] += *of_edge;
         }
         let [friction, viscous] = found.loss.map(Lanes::reduce_add);
         sums.loss += Loss { friction, viscous };

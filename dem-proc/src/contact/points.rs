@@ -10,11 +10,13 @@ use serde::{Deserialize, Serialize};
 use crate::body::bodies::Bodies;
 use crate::body::displacement::Displacement;
 use crate::body::load::Load;
-use crate::contact::engine::{self, Chunk, PairKind, Slots, Watching};
+use crate::contact::engine::{self, Chunk, PairKind};
 use crate::contact::impact::Pressing;
 use crate::contact::passage::Passed;
-use crate::contact::side::{Now, Sums, Targets};
+use crate::contact::side::{Sums, Targets};
 use crate::law::{Kinematics, Law, Loss, PairProperties, Stiffness};
+use crate::lists::now::{Now, Slots};
+use crate::lists::watch::Watching;
 use crate::threads::CHUNK;
 
 /// A kind of pairs of which at least one side is a point: which are near, where they touch, and on what their force acts.
@@ -175,7 +177,7 @@ impl<G: Geometry> OfPoints<G> {
     /// Evaluates one pair of a chunk: geometry, law, contact point. `None` if it is out of reach.
     #[inline]
     fn pair<L: Law>(chunk: &Chunk<Self, L>, k: usize) -> Option<(Outcome<G::Effect>, L::History)> {
-        let (on, law, pair) = (chunk.on, chunk.law, chunk.pairs[k]);
+        let (on, law, pair) = (&chunk.on, chunk.law, chunk.pairs[k]);
         let last_step = on.interval.last_step;
         let (overlap, normal) = G::overlap(on, pair);
         if overlap <= -G::reach(on, pair) {
@@ -291,8 +293,9 @@ impl<G: Geometry> PairKind for OfPoints<G> {
 
     #[inline]
     fn add(on: &On<G>, found: &Self::Found, to: &mut Targets, sums: &mut Sums) {
+        let (forces, loads) = (&mut *to.forces, &mut *to.by_points);
         for outcome in found {
-            G::add(outcome, to.forces, to.by_points);
+            G::add(outcome, forces, loads);
             sums.loss += outcome.loss;
             if outcome.deep && sums.passed.is_none() {
                 let pair = G::pairs(on.list)[outcome.pair as usize];
@@ -310,8 +313,8 @@ impl<G: Geometry> PairKind for OfPoints<G> {
         for (k, &pair) in chunk.pairs.iter().enumerate() {
             let in_reach = Self::pair(chunk, k);
             if let Some((outcome, _)) = in_reach.filter(|(outcome, _)| outcome.overlap > 0.0) {
-                let at = G::overlap(chunk.on, pair);
-                contacts.push(G::contact_state(chunk.on, pair, at, outcome.force));
+                let at = G::overlap(&chunk.on, pair);
+                contacts.push(G::contact_state(&chunk.on, pair, at, outcome.force));
             }
         }
     }

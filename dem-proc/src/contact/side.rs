@@ -3,51 +3,16 @@
 
 use std::fmt::Debug;
 
-use interface::message::wire::{ContactState, ImpForce, ImpInfo, ImpState};
+use interface::message::wire::{ContactState, ImpForce, ImpInfo};
 use interface::solver::Refusal;
-use serde::{Deserialize, Serialize};
 
 use crate::body::bodies::Bodies;
 use crate::body::load::{Load, PairLoad};
 use crate::contact::impact::{Impacts, SurfaceMotion};
 use crate::contact::passage::Passed;
 use crate::law::{LastStep, Loss};
-use crate::lists::watch::Ahead;
+use crate::lists::now::{Now, Sets};
 use crate::threads::Threads;
-
-/// The sets of points.
-#[derive(Debug, Clone, Default, Serialize, Deserialize)]
-pub struct Sets {
-    /// The present one.
-    #[serde(with = "crate::saved")]
-    pub now: Vec<ImpInfo>,
-    /// The set to which lists and histories belong, if it was replaced since.
-    #[serde(with = "crate::saved")]
-    pub replaced: Option<Vec<ImpInfo>>,
-}
-
-impl Sets {
-    /// Replaces the set. Lists and histories have the order of the set before the first of several replacements.
-    pub fn replace(&mut self, set: &[ImpInfo]) {
-        let old = std::mem::replace(&mut self.now, set.to_vec());
-        self.replaced.get_or_insert(old);
-    }
-}
-
-/// Bodies and points at `t_n`.
-#[derive(Debug, Clone, Copy)]
-pub struct Now<'a> {
-    /// The bodies.
-    pub bodies: &'a Bodies,
-    /// The sets of points.
-    pub sets: &'a Sets,
-    /// The points of the present set.
-    pub states: &'a [ImpState],
-    /// The largest displacement of surfaces in the next two steps.
-    pub ahead: Ahead,
-    /// Largest speed of the surface of a body in m/s.
-    pub speed: f64,
-}
 
 /// The intervals before and after `t_n`, as far as contact needs them.
 #[derive(Debug, Clone, Copy)]

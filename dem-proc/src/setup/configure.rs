@@ -3,7 +3,7 @@
 use interface::Vec2;
 use interface::config::surfaces::ContactPair;
 use interface::config::{BodyConfig, BodyShape, ContactLaw, DemConfig, Interface, OverlapMeasure};
-use interface::solver::{Readiness, Refusal};
+use interface::solver::{DemMeasurement, Readiness, Refusal};
 
 use crate::body::bodies::{Bodies, Body};
 use crate::body::surfaces::Surfaces;
@@ -116,6 +116,14 @@ pub fn configure(config: &DemConfig) -> Result<(System, Readiness), Refusal> {
         return Err(Refusal::new(&fault.key, fault.to_string()));
     }
     refuse_unbuilt(config)?;
+    build(config)
+}
+
+/// The same without checks of numbers.
+///
+/// # Errors
+/// A refusal that names the key.
+pub fn build(config: &DemConfig) -> Result<(System, Readiness), Refusal> {
     let bodies = Bodies::new(config)?;
     let threads = Threads::new(config.threads)
         .map_err(|e| Refusal::new("dem.threads", format!("{}: {e}", config.threads)))?;
@@ -161,7 +169,8 @@ pub fn configure(config: &DemConfig) -> Result<(System, Readiness), Refusal> {
         },
         skin: config.skin,
         bodies,
-        ..System::default()
+        envelopes: Vec::new(),
+        measurement: DemMeasurement::default(),
     };
     let readiness = Readiness {
         items: n as u64,
