@@ -12,7 +12,7 @@ use crate::body::bodies::{Bodies, Rigid};
 use crate::body::load::{Load, PairLoad};
 use crate::contact::side::Side;
 use crate::law::Loss;
-use crate::system::{Sides, System};
+use crate::system::System;
 
 /// The contribution of one kick.
 #[derive(Debug, Clone, Copy)]
@@ -97,21 +97,14 @@ impl System {
     /// Energy in all contact springs of the last evaluation in J/m.
     pub(crate) fn contact_energy(&self, imps: &[ImpState]) -> f64 {
         let now = self.now(imps);
-        let of = |side: &Option<Box<dyn Side>>| side.as_ref().map_or(0.0, |s| s.energy(&now));
-        let Sides {
-            points,
-            point_pairs,
-            bodies,
-        } = &self.sides;
-        points.energy(&now) + of(point_pairs) + of(bodies)
+        let of = |side: Option<&dyn Side>| side.map_or(0.0, |side| side.energy(&now));
+        let sides = &self.sides;
+        sides.points.energy(&now) + of(sides.point_pairs.as_deref()) + of(sides.bodies.as_deref())
     }
 
     /// The kick of this step as the ledger needs it.
     pub(crate) fn kick_of(&self, step: &Step) -> Kick<'_> {
-        let loss = |side: &Option<Box<dyn Side>>| {
-            side.as_ref()
-                .map_or_else(Loss::default, |side| side.sums().loss)
-        };
+        let loss = |side: Option<&dyn Side>| side.map_or_else(Loss::default, |s| s.sums().loss);
         let sides = &self.sides;
         Kick {
             length: step.kick(),
@@ -124,8 +117,8 @@ impl System {
             body_loads: &self.loads.by_bodies,
             losses: [
                 sides.points.sums().loss,
-                loss(&sides.point_pairs),
-                loss(&sides.bodies),
+                loss(sides.point_pairs.as_deref()),
+                loss(sides.bodies.as_deref()),
             ],
         }
     }

@@ -68,15 +68,15 @@ pub(crate) struct Sides {
 
 impl Sides {
     /// All that the scene has: of bodies, of points with bodies, and of pairs of points.
-    pub fn all(&self) -> impl Iterator<Item = &Box<dyn Side>> {
+    pub fn all(&self) -> impl Iterator<Item = &(dyn Side + 'static)> {
         let of_points = std::iter::once(&self.points).chain(&self.point_pairs);
-        self.bodies.iter().chain(of_points)
+        self.bodies.iter().chain(of_points).map(|side| &**side)
     }
 
     /// The same.
-    pub fn all_mut(&mut self) -> impl Iterator<Item = &mut Box<dyn Side>> {
+    pub fn all_mut(&mut self) -> impl Iterator<Item = &mut (dyn Side + 'static)> {
         let of_points = std::iter::once(&mut self.points).chain(&mut self.point_pairs);
-        self.bodies.iter_mut().chain(of_points)
+        (self.bodies.iter_mut().chain(of_points)).map(|side| &mut **side)
     }
 }
 
