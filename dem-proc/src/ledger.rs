@@ -10,6 +10,7 @@ use interface::step::Step;
 
 use crate::body::bodies::{Bodies, Rigid};
 use crate::body::load::{Load, PairLoad};
+use crate::contact::side::Side;
 use crate::law::Loss;
 use crate::system::System;
 
@@ -95,16 +96,16 @@ impl Kick<'_> {
 impl System {
     /// Energy in all contact springs of the last evaluation in J/m.
     pub(crate) fn contact_energy(&self, imps: &[ImpState]) -> f64 {
-        let of_points = self.point_pairs.as_ref();
-        let of_bodies = self.pairs.as_ref();
-        self.points.energy(&self.bodies, imps)
-            + of_points.map_or(0.0, |pairs| pairs.energy(&self.bodies, imps))
-            + of_bodies.map_or(0.0, |pairs| pairs.energy(&self.bodies))
+        let now = self.now(imps);
+        let of = |side: Option<&dyn Side>| side.map_or(0.0, |side| side.energy(&now));
+        let sides = &self.sides;
+        sides.points.energy(&now) + of(sides.point_pairs.as_deref()) + of(sides.bodies.as_deref())
     }
 
     /// The kick of this step as the ledger needs it.
     pub(crate) fn kick_of(&self, step: &Step) -> Kick<'_> {
-        let pairs = self.pairs.as_ref();
+        let loss = |side: Option<&dyn Side>| side.map_or_else(Loss::default, |s| s.sums().loss);
+        let sides = &self.sides;
         Kick {
             length: step.kick(),
             time: step.time,
@@ -115,9 +116,9 @@ impl System {
             point_loads: &self.loads.by_points,
             body_loads: &self.loads.by_bodies,
             losses: [
-                self.points.loss(),
-                (self.point_pairs.as_ref()).map_or_else(Default::default, |pairs| pairs.loss()),
-                pairs.map_or_else(Default::default, |pairs| pairs.loss()),
+                sides.points.sums().loss,
+                loss(sides.point_pairs.as_deref()),
+                loss(sides.bodies.as_deref()),
             ],
         }
     }

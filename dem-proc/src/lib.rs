@@ -37,7 +37,7 @@
 //! - The distance of a vertex from an edge has no sign, as in the paper; a point inside an outline is pushed back out.
 //!   If a point or a body has passed through a body, or nearly so, the run ends ([`contact::passage`]).
 #![forbid(unsafe_code)]
-#![cfg_attr(not(test), warn(clippy::disallowed_methods))]
+#![warn(clippy::disallowed_methods)]
 
 pub mod body;
 pub mod contact;
@@ -45,8 +45,6 @@ pub mod law;
 mod ledger;
 pub mod lists;
 pub mod parry;
-#[cfg(test)]
-mod reference;
 mod saved;
 mod setup;
 mod solver;

@@ -10,16 +10,29 @@ use interface::step::Step;
 
 use crate::body::bodies::Bodies;
 use crate::setup::capabilities::capabilities;
-use crate::setup::configure::configure;
+use crate::setup::configure::{build, configure};
 use crate::setup::saved::{FORMAT, Saved, mark};
 use crate::system::System;
 
 /// The spheropolygon solver. It has no bodies until it is configured.
-#[derive(Debug, Default)]
+#[derive(Debug)]
 pub struct Sdem {
     pub(crate) system: System,
     /// Of the configuration, for saved states.
     mark: ConfigurationMark,
+}
+
+impl Default for Sdem {
+    fn default() -> Self {
+        let nothing = DemConfig {
+            threads: 1,
+            ..DemConfig::default()
+        };
+        Self {
+            system: build(&nothing).expect("nothing in it is refused").0,
+            mark: ConfigurationMark::default(),
+        }
+    }
 }
 
 impl Sdem {
@@ -30,10 +43,8 @@ impl Sdem {
 
     /// Vertex-edge pairs of bodies that pressed on one another in the last step.
     pub fn contacts(&self) -> usize {
-        self.system
-            .pairs
-            .as_ref()
-            .map_or(0, |pairs| pairs.contacts())
+        let bodies = self.system.sides.bodies.as_ref();
+        bodies.map_or(0, |bodies| bodies.sums().presses)
     }
 
     /// One evaluation, for a caller that has no session.
@@ -78,10 +89,8 @@ impl DemSolver for Sdem {
     }
 
     fn imp_set(&mut self, set: &[ImpInfo]) {
-        self.system.points.imp_set(set);
-        if let Some(pairs) = &mut self.system.point_pairs {
-            pairs.imp_set(set);
-        }
+        self.system.state.sets.replace(set);
+        (self.system.sides.all_mut()).for_each(|side| side.imp_set(set));
     }
 
     fn contact(

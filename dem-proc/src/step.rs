@@ -5,13 +5,12 @@ use interface::message::wire::{ContactState, EnvelopeVertex, ImpForce, ImpState,
 use interface::solver::{Answer, Fault};
 use interface::step::Step;
 
-use crate::body::load::Load;
 use crate::contact::impact::{Impacts, SurfaceMotion};
-use crate::contact::passage::PassedBodies;
-use crate::contact::point_side::Interval;
+use crate::contact::passage::{Passed, PassedBodies};
+use crate::contact::side::{AfterKick, Interval, Targets};
 use crate::law::LastStep;
 use crate::ledger::measure;
-use crate::lists::watch::Ahead;
+use crate::lists::now::{Ahead, Now};
 use crate::system::System;
 
 /// Whether this is an opening step: it computes forces, limits and a measurement, and leaves the state unchanged.
@@ -27,7 +26,7 @@ impl System {
         imps: &[ImpState],
         forces: &mut [ImpForce],
     ) -> Result<Answer, Fault> {
-        let set = self.points.set().len();
+        let set = self.state.sets.now.len();
         assert!(
             imps.len() == set && forces.len() == set,
             "{} states and {} forces for a set of {set} IMPs",
@@ -50,7 +49,7 @@ impl System {
 
     /// Two bodies of which one is on the wrong side of the other before anything has moved.
     pub(crate) fn passed_at_the_start(&mut self) -> Option<PassedBodies> {
-        self.pairs.as_ref()?;
+        self.sides.bodies.as_ref()?;
         let opening = Step {
             index: 0,
             time: 0.0,
@@ -59,24 +58,25 @@ impl System {
             measure: false,
         };
         self.meet(&opening, &[], &mut []);
-        self.pairs.as_ref()?.passed(&self.bodies)
+        match self.sides.bodies.as_ref()?.sums().passed {
+            Some(Passed::Bodies(passed)) => Some(passed),
+            _ => None,
+        }
     }
 
     /// The contacts that press in the evaluation of this step: of bodies, of points with bodies, and of pairs of
     /// points, each in the order of its list.
     pub(crate) fn frame_contacts(&self, step: &Step, imps: &[ImpState]) -> Vec<ContactState> {
         let mut found = Vec::new();
-        if let Some(pairs) = &self.pairs {
-            pairs.collect_contacts(&self.bodies, &mut found);
-        }
+        let (now, last_step) = (self.now(imps), LastStep::new(step.dt_before));
         // Without points nothing was evaluated, and the list may belong to earlier points.
-        if !imps.is_empty() {
-            let last_step = LastStep::new(step.dt_before);
-            self.points
-                .collect_contacts(&self.bodies, imps, last_step, &mut found);
-            if let Some(pairs) = &self.point_pairs {
-                pairs.collect_contacts(&self.bodies, imps, last_step, &mut found);
-            }
+        let evaluated = if imps.is_empty() {
+            usize::from(self.sides.bodies.is_some())
+        } else {
+            3
+        };
+        for side in self.sides.all().take(evaluated) {
+            side.collect_contacts(&now, last_step, &mut found);
         }
         found
     }
@@ -99,10 +99,55 @@ impl System {
 
     /// Contact forces at `t_n` between bodies, and between bodies and points.
     pub(crate) fn meet(&mut self, step: &Step, imps: &[ImpState], forces: &mut [ImpForce]) {
-        let ahead = Ahead::new(step.kick(), step.dt, self.constants.outer_acceleration);
-        self.update_lists(&ahead, imps); //               Verlet lists of bodies and of points
-        self.body_contact(step, &ahead); //               eqs. 38 to 41, 43
-        self.point_contact(step, &ahead, imps, forces); //  eqs. 44, 46, 49, 50
+        let (sides, speed) = (&mut self.sides, self.state.speed);
+        let outer = self.constants.outer_acceleration;
+        let now = Now {
+            bodies: &self.bodies,
+            sets: &self.state.sets,
+            states: imps,
+            ahead: Ahead::new(step.kick(), step.dt, outer),
+            speed,
+        };
+        for side in sides.all_mut() {
+            side.update_list(&now); //                    Verlet lists of bodies and of points
+        }
+        let any_points = self.loads.clear(&self.threads, forces, !imps.is_empty());
+        let mut to = Targets {
+            forces,
+            by_points: &mut self.loads.by_points,
+            by_bodies: &mut self.loads.by_bodies,
+        };
+        let last_step = LastStep::new(step.dt_before);
+        if let Some(bodies) = &mut sides.bodies {
+            // Contacts that have opened since the last step, which may have been longer, have dissipated energy.
+            let way = now.ahead.way(speed).max(speed * step.dt_before);
+            let interval = Interval {
+                closing: 2.0 * way,
+                ..Interval::after(last_step)
+            };
+            bodies.evaluate(&now, interval, &self.threads, &mut to); // eqs. 38 to 41, 43
+        }
+        if !any_points {
+            return;
+        }
+        let fastest = imps.iter().map(|s| Vec2::from(s.velocity).norm_squared());
+        let fastest = fastest.fold(0.0, f64::max).sqrt();
+        let interval = |approach: f64| Interval {
+            last_step,
+            closing: 1.5 * approach * step.dt.max(step.dt_before),
+            impacts: Impacts {
+                ahead: now.ahead,
+                speed: approach,
+                outer,
+                count: self.constants.per_resolution_sq[1],
+                ..Impacts::default()
+            },
+        };
+        let with_bodies = interval(speed + fastest);
+        (sides.points).evaluate(&now, with_bodies, &self.threads, &mut to); // eqs. 44, 46, 49, 50
+        if let Some(pairs) = &mut sides.point_pairs {
+            pairs.evaluate(&now, interval(2.0 * fastest), &self.threads, &mut to);
+        }
     }
 
     /// The response of the bodies to these forces. It changes no state: until [`Self::commit`] it may be evaluated
@@ -115,82 +160,10 @@ impl System {
         Ok(self.answer(step, imps)) //                    docs/physics.md section 4
     }
 
-    fn update_lists(&mut self, ahead: &Ahead, imps: &[ImpState]) {
-        if let Some(pairs) = &mut self.pairs {
-            pairs.update_list(&self.bodies, ahead, self.state.speed);
-        }
-        self.points.update_list(&self.bodies, imps);
-        if let Some(pairs) = &mut self.point_pairs {
-            pairs.update_list(&self.bodies, imps);
-        }
-    }
-
-    fn body_contact(&mut self, step: &Step, ahead: &Ahead) {
-        if let Some(pairs) = &mut self.pairs {
-            // Contacts that have opened since the last step, which may have been longer, have dissipated energy.
-            let way = ahead.way(self.state.speed);
-            let way = way.max(self.state.speed * step.dt_before);
-            pairs.evaluate(
-                &self.bodies,
-                LastStep::new(step.dt_before),
-                2.0 * way,
-                &self.threads,
-                &mut self.loads.by_bodies,
-            );
-        }
-    }
-
-    fn point_contact(
-        &mut self,
-        step: &Step,
-        ahead: &Ahead,
-        imps: &[ImpState],
-        forces: &mut [ImpForce],
-    ) {
-        if imps.is_empty() && !self.loads.any_by_points {
-            return; // nothing to add, and nothing remains of the step before
-        }
-        self.loads.any_by_points = !imps.is_empty();
-        self.loads.by_points.fill(Load::default());
-        forces.fill(ImpForce::default());
-        let loads = &mut self.loads.by_points;
-        let fastest = imps.iter().map(|s| Vec2::from(s.velocity).norm_squared());
-        let fastest = fastest.fold(0.0, f64::max).sqrt();
-        let interval = |approach: f64| Interval {
-            last_step: LastStep::new(step.dt_before),
-            closing: 1.5 * approach * step.dt.max(step.dt_before),
-            impacts: Impacts {
-                ahead: *ahead,
-                speed: approach,
-                outer: self.constants.outer_acceleration,
-                count: self.constants.per_resolution_sq[1],
-                ..Impacts::default()
-            },
-        };
-        let with_bodies = interval(self.state.speed + fastest);
-        self.points.evaluate(
-            &self.bodies,
-            imps,
-            with_bodies,
-            &self.threads,
-            forces,
-            loads,
-        );
-        if let Some(pairs) = &mut self.point_pairs {
-            let interval = interval(2.0 * fastest);
-            pairs.evaluate(&self.bodies, imps, interval, &self.threads, forces, loads);
-        }
-    }
-
     /// Refuses a step in which a point or a body is on the wrong side of a body.
     fn none_passed(&self) -> Result<(), Fault> {
-        let bodies = &self.bodies;
-        if let Some(passed) = self.pairs.as_ref().and_then(|pairs| pairs.passed(bodies)) {
-            return Err(passed.fault(bodies));
-        }
-        let of_points = || self.point_pairs.as_ref().and_then(|pairs| pairs.passed());
-        match self.points.passed().or_else(of_points) {
-            Some(passed) => Err(passed.fault(bodies)),
+        match self.sides.all().find_map(|side| side.sums().passed) {
+            Some(passed) => Err(passed.fault(&self.bodies)),
             None => Ok(()),
         }
     }
@@ -297,48 +270,47 @@ impl System {
     /// The limits for the next step, and the displacement of the surfaces at its end.
     fn answer(&mut self, step: &Step, imps: &[ImpState]) -> Answer {
         let (mut rate, mut mobility): (f64, f64) = (0.0, 0.0);
-        if !self.points.set().is_empty() {
+        if !self.state.sets.now.is_empty() {
             // Bodies that forces do not move have no rate.
             for load in &self.loads.by_points {
                 rate = rate.max(load.rate);
                 mobility = mobility.max(load.mobility);
             }
         }
-        let (mut damping, mut omega_sq) = (0.0, 0.0);
-        if let Some(pairs) = &self.pairs {
-            damping = pairs.damping_ratio();
-            let (kicked, speed) = (&self.kicked.velocities, self.kicked.speed);
-            let impacts = Impacts {
-                kicked,
-                kick: step.kick(),
-                ahead: Ahead::new(step.kick(), step.dt, self.constants.outer_acceleration),
-                speed,
-                outer: self.constants.outer_acceleration,
-                count: self.constants.per_resolution_sq[0],
+        let mut omega_sq = 0.0;
+        if let Some(bodies) = &self.sides.bodies {
+            let outer = self.constants.outer_acceleration;
+            let after = AfterKick {
+                bodies: &self.bodies,
+                motions: &self.kicked.motions,
+                impacts: Impacts {
+                    kicked: &self.kicked.velocities,
+                    kick: step.kick(),
+                    ahead: Ahead::new(step.kick(), step.dt, outer),
+                    speed: self.kicked.speed,
+                    outer,
+                    count: self.constants.per_resolution_sq[0],
+                },
             };
-            let [stiff, impact] =
-                pairs.omega_sq(&self.bodies, &self.kicked.motions, &impacts, &self.threads);
-            let stiff = stiff.max(impacts.count * impact).sqrt();
-            let omega = pairs.crossing(&self.bodies, kicked, speed, stiff);
+            let [stiff, impact] = bodies.omega_sq(&after, &self.threads);
+            let stiff = stiff.max(after.impacts.count * impact).sqrt();
+            let omega = bodies.crossing(&after, stiff);
             omega_sq = omega * omega;
-            let moves = speed > 0.0 || self.constants.outer_acceleration > 0.0;
-            if opening(step) && moves {
+            if opening(step) && (self.kicked.speed > 0.0 || outer > 0.0) {
                 omega_sq = omega_sq.max(self.constants.first_contact);
             }
-        }
-        if let Some(pairs) = &self.point_pairs {
-            damping = f64::max(damping, pairs.damping_ratio());
         }
         if opening(step) {
             omega_sq = omega_sq.max(self.release(step, imps));
         }
+        let damping = self.sides.all().map(|side| side.damping_ratio());
         // While the displacement is below a quarter of the skin, nothing is rebuilt, so a coarse bound is enough.
         let gone = self.state.published.bound(0.25 * self.skin, &self.bodies);
         Answer {
             limits: Limits {
                 omega_sq,
                 contact_omega_sq: rate,
-                damping: f64::max(damping, self.points.damping_ratio()),
+                damping: damping.fold(0.0, f64::max),
                 speed: self.kicked.speed,
                 radius_min: 0.0,
                 mobility,
@@ -349,26 +321,15 @@ impl System {
 
     /// Keeps the lists of the last evaluation even if nothing moves, because the next step would build the same lists.
     fn keep_lists(&mut self) {
-        self.points.keep_list();
-        if let Some(pairs) = &mut self.point_pairs {
-            pairs.keep_list();
-        }
-        if let Some(pairs) = &mut self.pairs {
-            pairs.keep_list();
-        }
+        self.sides.all_mut().for_each(|side| side.keep_list());
+        self.state.sets.replaced = None;
     }
 
     /// Commits the result of the last evaluation, except the velocities, which the drift commits.
     fn commit(&mut self, step: &Step) {
         self.state.totals = self.kick_of(step).after(&self.state.totals);
         self.state.speed = self.kicked.speed;
-        self.points.commit();
-        if let Some(pairs) = &mut self.point_pairs {
-            pairs.commit();
-        }
-        if let Some(pairs) = &mut self.pairs {
-            pairs.commit();
-        }
+        self.sides.all_mut().for_each(|side| side.commit());
     }
 
     /// Moves velocities to `t_{n+1/2}` and positions to `t_{n+1}`.
@@ -376,9 +337,7 @@ impl System {
         self.bodies
             .drift(dt, &self.kicked.velocities, &self.threads);
         self.state.published.advance(self.state.speed, dt);
-        self.points.advance(self.state.speed, dt);
-        if let Some(pairs) = &mut self.pairs {
-            pairs.advance(self.state.speed, dt);
-        }
+        let speed = self.state.speed;
+        (self.sides.all_mut()).for_each(|side| side.advance(speed, dt));
     }
 }

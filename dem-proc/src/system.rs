@@ -2,7 +2,7 @@
 
 use interface::Vec2;
 use interface::ledger::Totals;
-use interface::message::wire::EnvelopeVertex;
+use interface::message::wire::{EnvelopeVertex, ImpForce, ImpState};
 use interface::solver::DemMeasurement;
 use serde::{Deserialize, Serialize};
 
@@ -10,14 +10,8 @@ use crate::body::bodies::{Bodies, Body, Rigid};
 use crate::body::displacement::Displacement;
 use crate::body::load::{Load, PairLoad};
 use crate::contact::impact::SurfaceMotion;
-use crate::contact::pairs::BodySide;
-use crate::contact::point_body::PointBody;
-use crate::contact::point_side::PointSide;
-use crate::contact::points::PointContacts;
-use crate::law::contact::Contact;
-use crate::law::dashpot::Viscous;
-use crate::law::normal::Linear;
-use crate::law::tangent::Coulomb;
+use crate::contact::side::Side;
+use crate::lists::now::{Ahead, Now, Sets};
 use crate::parry::BoxTree;
 use crate::threads::Threads;
 
@@ -30,6 +24,8 @@ pub(crate) struct State {
     pub published: Displacement,
     /// Sums over the run.
     pub totals: Totals,
+    /// The sets of points.
+    pub sets: Sets,
 }
 
 /// A configured solver.
@@ -39,12 +35,8 @@ pub struct System {
     pub(crate) gravity: Vec2,
     /// The bodies.
     pub(crate) bodies: Bodies,
-    /// Contact with points.
-    pub(crate) points: Box<dyn PointSide>,
-    /// Contact between the points of two groups, if the scene has a law for it.
-    pub(crate) point_pairs: Option<Box<dyn PointSide>>,
-    /// Contact between bodies, if the scene has a law for it and a body that forces can move.
-    pub(crate) pairs: Option<Box<dyn BodySide>>,
+    /// Contacts of every kind.
+    pub(crate) sides: Sides,
     /// How loops are run.
     pub(crate) threads: Threads,
     /// Contact loads on the bodies.
@@ -61,6 +53,31 @@ pub struct System {
     pub(crate) envelopes: Vec<EnvelopeVertex>,
     /// The last measurement.
     pub(crate) measurement: DemMeasurement,
+}
+
+/// Contacts of every kind.
+#[derive(Debug)]
+pub(crate) struct Sides {
+    /// Contact with points.
+    pub points: Box<dyn Side>,
+    /// Contact between the points of two groups, if the scene has a law for it.
+    pub point_pairs: Option<Box<dyn Side>>,
+    /// Contact between bodies, if the scene has a law for it and a body that forces can move.
+    pub bodies: Option<Box<dyn Side>>,
+}
+
+impl Sides {
+    /// All that the scene has: of bodies, of points with bodies, and of pairs of points.
+    pub fn all(&self) -> impl Iterator<Item = &(dyn Side + 'static)> {
+        let of_points = std::iter::once(&self.points).chain(&self.point_pairs);
+        self.bodies.iter().chain(of_points).map(|side| &**side)
+    }
+
+    /// The same.
+    pub fn all_mut(&mut self) -> impl Iterator<Item = &mut (dyn Side + 'static)> {
+        let of_points = std::iter::once(&mut self.points).chain(&mut self.point_pairs);
+        (self.bodies.iter_mut().chain(of_points)).map(|side| &mut **side)
+    }
 }
 
 /// Contact loads on each body.
@@ -82,6 +99,23 @@ impl Loads {
             by_bodies: vec![PairLoad::default(); n],
             any_by_points: false,
         }
+    }
+
+    /// Makes them zero, and the `forces` on points. Returns whether contacts of points have to be evaluated: if there
+    /// are none, and were none in the step before, there is nothing to add.
+    pub fn clear(&mut self, threads: &Threads, forces: &mut [ImpForce], points: bool) -> bool {
+        // By parts, since the thread that clears a load is the one that kicks by it and mostly the one that adds to it.
+        let (count, part) = (self.by_bodies.len(), threads.part(self.by_bodies.len()));
+        threads.each(count, self.by_bodies.chunks_mut(part), |loads| {
+            loads.fill(PairLoad::default());
+        });
+        let evaluate = points || self.any_by_points;
+        if evaluate {
+            self.by_points.fill(Load::default());
+            forces.fill(ImpForce::default());
+        }
+        self.any_by_points = points;
+        evaluate
     }
 }
 
@@ -109,59 +143,25 @@ pub(crate) struct LimitConstants {
     pub per_resolution_sq: [f64; 2],
 }
 
-impl Default for System {
-    /// No bodies.
-    fn default() -> Self {
-        let law = Contact {
-            normal: Linear { stiffness: 0.0 },
-            tangent: Coulomb::SMOOTH,
-            dashpot: Viscous {
-                ratio: 0.0,
-                mass: 0.0,
-            },
-        };
-        Self {
-            gravity: Vec2::zeros(),
-            bodies: Bodies::default(),
-            points: Box::new(PointContacts::new(
-                law,
-                PointBody {
-                    surfaces: Vec::new(),
-                },
-                0.0,
-            )),
-            point_pairs: None,
-            pairs: None,
-            threads: Threads::default(),
-            loads: Loads::default(),
-            kicked: Kicked::default(),
-            constants: LimitConstants {
-                outer_acceleration: 0.0,
-                first_contact: 0.0,
-                per_resolution_sq: [1.0; 2],
-            },
-            state: State::default(),
-            skin: 0.0,
-            envelopes: Vec::new(),
-            measurement: DemMeasurement::default(),
+impl System {
+    /// Bodies and points, for whoever does not ask what may touch in the next steps.
+    pub(crate) fn now<'a>(&'a self, imps: &'a [ImpState]) -> Now<'a> {
+        Now {
+            bodies: &self.bodies,
+            sets: &self.state.sets,
+            states: imps,
+            ahead: Ahead::default(),
+            speed: self.state.speed,
         }
     }
-}
 
-impl System {
-    /// Bytes of memory in use.
+    /// Bytes of memory in use before the first step, when contacts have no lists yet.
     pub fn bytes(&self) -> usize {
-        let trees = self
-            .bodies
-            .properties
-            .iter()
-            .filter_map(|b| b.shape.edges.as_ref());
+        let bodies = self.bodies.properties.iter();
+        let trees = bodies.filter_map(|b| b.shape.edges.as_ref());
         let body = size_of::<Body>() + size_of::<Rigid>() + 2 * size_of::<Load>();
         self.bodies.len() * body
             + self.bodies.outline.len() * 2 * size_of::<Vec2>()
             + trees.map(BoxTree::bytes).sum::<usize>()
-            + self.points.bytes()
-            + self.point_pairs.as_ref().map_or(0, |p| p.bytes())
-            + self.pairs.as_ref().map_or(0, |p| p.bytes())
     }
 }

@@ -253,12 +253,6 @@ impl Bodies {
         self.radii[(self.state[b].vertices[0] + part) as usize]
     }
 
-    /// Reduced mass of two bodies in kg/m; 0, which makes no dashpot, for two that can only rotate.
-    pub fn reduced_mass(&self, pair: [u32; 2]) -> f64 {
-        let [a, b] = pair.map(|b| self.state[b as usize].inverse_mass);
-        if a + b > 0.0 { 1.0 / (a + b) } else { 0.0 }
-    }
-
     /// `p` (m) in the frame of body `b`.
     pub fn into_frame(&self, b: usize, p: Vec2) -> Vec2 {
         let state = &self.state[b];

@@ -6,35 +6,13 @@ use serde::{Deserialize, Serialize};
 
 use crate::body::bodies::Bodies;
 
-/// Poses of the bodies at a reference time, to measure the displacement of their surfaces since then.
-#[derive(Debug, Clone, Default, Serialize, Deserialize)]
-struct Reference(#[serde(with = "crate::saved")] Vec<(Vec2, f64)>);
-
-impl Reference {
-    /// Stores the present poses.
-    fn set(&mut self, bodies: &Bodies) {
-        self.0.clear();
-        self.0
-            .extend(bodies.state.iter().map(|s| (s.center, s.angle)));
-    }
-
-    /// Upper bound of the displacement of any body's surface since the reference time, in m: `|c - c_ref| + R |theta -
-    /// theta_ref|`.
-    fn travelled(&self, bodies: &Bodies) -> f64 {
-        let moved = bodies.state.iter().zip(&self.0);
-        moved
-            .map(|(state, (center, angle))| {
-                (state.center - center).norm() + state.extent * (state.angle - angle).abs()
-            })
-            .fold(0.0, f64::max)
-    }
-}
-
 /// The displacement of surfaces since a reference time: a cheap upper bound, and the exact value if the bound is too
 /// coarse.
 #[derive(Debug, Clone, Default, Serialize, Deserialize)]
 pub struct Displacement {
-    start: Reference,
+    /// Poses of the bodies at the reference time.
+    #[serde(with = "crate::saved")]
+    start: Vec<(Vec2, f64)>,
     /// Upper bound of the largest displacement since `start` in m: the sum of largest speed times step. It is replaced
     /// by the exact value when the sum is too coarse.
     bound: f64,
@@ -47,7 +25,8 @@ pub struct Displacement {
 impl Displacement {
     /// Makes the present poses the reference.
     pub fn reset(&mut self, bodies: &Bodies) {
-        self.start.set(bodies);
+        self.start.clear();
+        (self.start).extend(bodies.state.iter().map(|s| (s.center, s.angle)));
         (self.bound, self.found) = (0.0, None);
     }
 
@@ -61,11 +40,16 @@ impl Displacement {
         self.bound(limit, bodies) < limit
     }
 
-    /// Upper bound in m of the displacement, exact where it is above `coarse` (m).
+    /// Upper bound in m of the displacement; where it is above `coarse` (m), the largest `|c - c_ref| + R |theta -
+    /// theta_ref|` of a body.
     pub fn bound(&mut self, coarse: f64, bodies: &Bodies) -> f64 {
         let mut bound = self.bound;
         if bound >= coarse {
-            bound = self.start.travelled(bodies);
+            let moved = bodies.state.iter().zip(&self.start);
+            let moved = moved.map(|(state, (center, angle))| {
+                (state.center - center).norm() + state.extent * (state.angle - angle).abs()
+            });
+            bound = moved.fold(0.0, f64::max);
         }
         self.found = Some(bound);
         bound
@@ -73,6 +57,6 @@ impl Displacement {
 
     /// Reference poses of the bodies; empty if there is no reference yet.
     pub fn start(&self) -> &[(Vec2, f64)] {
-        &self.start.0
+        &self.start
     }
 }

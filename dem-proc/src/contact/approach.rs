@@ -7,7 +7,7 @@
 //! - *Contacts count before they close.* The limits after step `n` apply to step `n + 1`, which ends at `t_{n+2}`. A
 //!   contact found there is kicked by half of that step, so it must have limited it. So two bodies count as in contact
 //!   if they can meet within two steps, where the second may be a tenth longer (the largest growth of a step,
-//!   docs/physics.md section 4): [`crate::lists::watch::Ahead`]. The lists have the same margin:
+//!   docs/physics.md section 4): [`crate::lists::now::Ahead`]. The lists have the same margin:
 //!   [`crate::lists::watch::Watch`].
 //! - *No body passes through another in one step.* In a step the distance of a pair in reach may decrease by half the
 //!   length in which its force has the right sign ([`crate::contact::passage`]). This corresponds to half the radius of
@@ -107,45 +107,4 @@ pub fn thickness(outline: &[Vec2]) -> f64 {
         heights.fold(0.0, f64::max) / edge.norm()
     };
     (0..n).map(width).fold(f64::INFINITY, f64::min)
-}
-
-#[cfg(test)]
-mod tests {
-    use interface::config::{BodyConfig, BodyShape, DemConfig};
-
-    use super::*;
-    use crate::contact::impact::tests::body;
-
-    #[test]
-    fn the_smallest_width_is_that_of_the_plate() {
-        let v = |x: f64, y: f64| Vec2::new(x, y);
-        let plate = [v(-1.0, 0.0), v(1.0, 0.0), v(1.0, 0.02), v(-1.0, 0.02)];
-        assert!((thickness(&plate) - 0.02).abs() < 1e-15);
-        assert_eq!(thickness(&plate[..2]), 0.0);
-        // Equilateral: its height.
-        let triangle = [v(0.0, 0.0), v(1.0, 0.0), v(0.5, 0.75_f64.sqrt())];
-        assert!((thickness(&triangle) - 0.75_f64.sqrt()).abs() < 1e-15);
-    }
-
-    /// Gravity, a push of 5 N and a moment of 0.3 N that turns the surface of a disc of 0.1 m and 1 kg/m.
-    #[test]
-    fn what_pushes_and_turns_a_body_adds_up_at_its_surface() {
-        let pushed = BodyConfig {
-            motion: Motion::Pushed {
-                force: [3.0, -4.0],
-                torque: -0.3,
-                ramp: 0.0,
-                until: None,
-            },
-            ..body(BodyShape::Disc, [0.0; 2])
-        };
-        let config = DemConfig {
-            bodies: vec![pushed, body(BodyShape::Disc, [1.0, 0.0])],
-            ..DemConfig::default()
-        };
-        let bodies = Bodies::new(&config).expect("two bodies");
-        let found = outer_acceleration(&bodies, Vec2::new(0.0, -9.81));
-        let expected = 9.81 + 5.0 + 0.3 * 0.1 / (0.5 * 0.1 * 0.1);
-        assert!((found - expected).abs() < 1e-12, "{found}");
-    }
 }

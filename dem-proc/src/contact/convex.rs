@@ -6,40 +6,40 @@
 //! by the gain. So for every measure the force is the gradient of the law's energy. The tangential force has the same
 //! factor, which preserves Coulomb's limit.
 //!
-//! Contacts are evaluated one after another in one thread: these measures are for scenes of hundreds of bodies, and for
-//! comparison.
+//! Contacts are evaluated one by one: these measures are for scenes of hundreds of bodies, and for comparison.
 
 use std::fmt::Debug;
+use std::marker::PhantomData;
 
 use interface::Vec2;
-use interface::message::wire::ContactState;
-use interface::saved::{pack, unpack};
-use interface::solver::Refusal;
-use serde::{Deserialize, Serialize};
+use interface::message::wire::{ContactState, ImpInfo};
 
 use crate::body::bodies::Bodies;
 use crate::body::frame::Frame;
 use crate::body::load::PairLoad;
-use crate::contact::approach::{Near, crossing_rate};
+use crate::contact::approach::Near;
+use crate::contact::engine::{Chunk, On, PairKind};
 use crate::contact::frame_contacts::between_bodies;
-use crate::contact::impact::{Impacts, Pressing, SurfaceMotion};
-use crate::contact::pairs::BodySide;
-use crate::contact::passage::{Passage, PassedBodies, TURN};
-use crate::contact::versions::Versions;
-use crate::law::history::Numbers;
-use crate::law::{Kinematics, LastStep, Law, Loss, PairProperties, Response, reduced};
-use crate::lists::watch::{Ahead, Watch};
-use crate::saved::one_for_each;
-use crate::threads::Threads;
+use crate::contact::impact::Pressing;
+use crate::contact::pairs::pair_properties;
+use crate::contact::passage::{Passage, Passed, PassedBodies, TURN};
+use crate::contact::side::{AfterKick, Sums, Targets};
+use crate::law::history::{GEOMETRY, Part};
+use crate::law::{Kinematics, LastStep, Law, Loss, PairProperties};
+use crate::lists::neighbours::close_pairs;
+use crate::lists::now::Now;
+use crate::lists::watch::Watch;
 use mechanics::mass::cross;
 
-/// A possible contact: a part of one body, and another body. Candidates are sorted by the fields in this order.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+/// A possible contact: a part of one body, and another body.
+#[derive(Debug, Clone, Copy)]
 pub struct Candidate {
     /// The body that `N` points to, then the other one.
     pub bodies: [u32; 2],
     /// Vertex of the first body in [`Bodies::outline`]; 0 if the candidate is the whole body.
     pub vertex: u32,
+    /// Largest overlap at which its force has the right sign, in m.
+    pub length: f64,
 }
 
 /// Position, depth and direction of a contact.
@@ -58,146 +58,31 @@ pub struct Spot {
 }
 
 /// A measure of contact.
-pub trait Measure: Debug + Send + Sync {
+pub trait Measure: Debug + Default + Send + Sync + 'static {
     /// Bound of `(d^2 E / du^2) / (d^2 E / dxi^2)` along `N`, for springs no softer than linear ones.
     const STIFFENS: f64;
     /// Appends the parts of the two bodies that could come within `margin` (m).
-    fn list(&self, bodies: &Bodies, pair: [u32; 2], margin: f64, candidates: &mut Vec<Candidate>);
-    /// Largest overlap of a candidate at which its force has the right sign, in m.
-    fn length(&self, bodies: &Bodies, candidate: Candidate) -> f64;
+    fn list(bodies: &Bodies, pair: [u32; 2], margin: f64, candidates: &mut Vec<Candidate>);
     /// The contact of a candidate; `None` if its distance is above `closing` (m).
     fn meet(&mut self, bodies: &Bodies, candidate: Candidate, closing: f64) -> Option<Spot>;
     /// The criterion by which a candidate that presses has gone too far ([`crate::contact::passage`]). `turned`: its
     /// normal has rotated since the last step, in the frame of the second body.
-    fn passage(
-        &self,
-        bodies: &Bodies,
-        candidate: Candidate,
-        spot: &Spot,
-        turned: bool,
-    ) -> Option<Passage>;
+    fn passage(bodies: &Bodies, candidate: Candidate, spot: &Spot, turned: bool)
+    -> Option<Passage>;
 }
 
-/// The state of the contacts of a list. The list follows from the poses of the bodies at which it was built.
-#[derive(Debug, Serialize, Deserialize)]
-#[serde(bound = "H: Numbers")]
-struct State<H> {
-    watch: Watch,
-    #[serde(with = "crate::law::history")]
-    history: Vec<H>,
-    /// Normals of the last step, zero where there was no contact.
-    #[serde(with = "crate::saved")]
-    normals: Vec<Vec2>,
-}
+/// Pairs of convex bodies, measured by `M`.
+#[derive(Debug, Default)]
+pub struct Convex<M>(PhantomData<M>);
 
-/// What is kept from one step to the next.
+/// A contact in reach.
 #[derive(Debug)]
-struct Kept<L: Law> {
-    state: State<L::History>,
-    list: Vec<Candidate>,
-    /// [`Measure::length`] of each.
-    lengths: Vec<f64>,
-    constants: Vec<L::Pair>,
-}
-
-impl<L: Law> Kept<L> {
-    fn new(skin: f64) -> Self {
-        Self::of(State {
-            watch: Watch::new(skin),
-            history: Vec::new(),
-            normals: Vec::new(),
-        })
-    }
-
-    /// This state without its list.
-    fn of(state: State<L::History>) -> Self {
-        Self {
-            state,
-            list: Vec::new(),
-            lengths: Vec::new(),
-            constants: Vec::new(),
-        }
-    }
-
-    /// Builds the list for the positions of bodies and the margins of `watch`.
-    fn build(&mut self, law: &L, measure: &impl Measure, bodies: &Bodies) {
-        let list = &mut self.list;
-        list.clear();
-        crate::lists::neighbours::close_pairs(bodies, &self.state.watch, |pair, margin| {
-            measure.list(bodies, pair, margin, list);
-        });
-        list.sort_unstable();
-        let length = |candidate: &Candidate| measure.length(bodies, *candidate);
-        self.lengths.clear();
-        self.lengths.extend(list.iter().map(length));
-        self.constants.clear();
-        self.constants.extend(list.iter().map(|candidate| {
-            let [v, e] = candidate.bodies.map(|b| &bodies.state[b as usize]);
-            law.pair(&PairProperties {
-                mass: bodies.reduced_mass(candidate.bodies),
-                radius: reduced(v.radius, e.radius),
-                surfaces: candidate
-                    .bodies
-                    .map(|b| bodies.properties[b as usize].surface),
-            })
-        }));
-    }
-
-    /// Takes histories and normals from an `old` list.
-    fn carry(&mut self, old: &Self) {
-        let carried = self.list.iter().map(|candidate| {
-            let was = old.list.binary_search(candidate);
-            let was = was.map(|i| (old.state.history[i], old.state.normals[i]));
-            was.unwrap_or((L::History::default(), Vec2::zeros()))
-        });
-        (self.state.history, self.state.normals) = carried.unzip();
-    }
-}
-
-/// Contact between convex bodies by the law `L`, measured by `M`. As in [`crate::contact::points`], an evaluation does
-/// not change the history; `commit` does.
-#[derive(Debug)]
-pub struct ConvexContacts<L: Law, M> {
-    law: L,
-    measure: M,
-    lists: Versions<Kept<L>>,
-    next: Vec<L::History>,
-    next_normals: Vec<Vec2>,
-    /// Depths of the last evaluation in m, 0 where there is no contact.
-    depths: Vec<f64>,
-    /// The candidates in reach in the last evaluation.
-    in_reach: Vec<Near>,
-    /// Force and stiffness of each candidate in reach.
-    pressing: Vec<Pressing<f64>>,
-    /// The contacts that press, for frames.
-    contact_states: Vec<ContactState>,
-    passed: Option<PassedBodies>,
-    presses: usize,
+pub struct Met {
+    near: Near,
+    pressing: Pressing<f64>,
+    loads: [PairLoad; 2],
     loss: Loss,
-}
-
-impl<L: Law, M: Measure> ConvexContacts<L, M> {
-    /// No list yet.
-    pub fn new(law: L, measure: M, skin: f64) -> Self {
-        Self {
-            law,
-            measure,
-            lists: Versions {
-                kept: Kept::new(skin),
-                fresh: Kept::new(skin),
-                rebuilt: false,
-            },
-            next: Vec::new(),
-            next_normals: Vec::new(),
-            depths: Vec::new(),
-            in_reach: Vec::new(),
-            pressing: Vec::new(),
-            contact_states: Vec::new(),
-            passed: None,
-            presses: 0,
-            loss: Loss::default(),
-        }
-    }
+    passed: Option<PassedBodies>,
 }
 
 /// The motion of the surfaces at a contact, for the law.
@@ -227,219 +112,176 @@ fn kinematics(
     kinematics
 }
 
-impl<L: Law, M: Measure> BodySide for ConvexContacts<L, M> {
-    fn update_list(&mut self, bodies: &Bodies, ahead: &Ahead, speed: f64) {
-        self.lists.rebuilt = !self.lists.kept.state.watch.holds(bodies, ahead, speed);
-        if self.lists.rebuilt {
-            self.lists.fresh.state.watch.begin(bodies, ahead, speed);
-            self.lists.fresh.build(&self.law, &self.measure, bodies);
-            self.lists.fresh.carry(&self.lists.kept);
-        }
+impl<M: Measure> PairKind for Convex<M> {
+    const OF_POINTS: bool = false;
+    type Pair = Candidate;
+    type Key = ([u32; 2], u32);
+    type List = Vec<Candidate>;
+    type Watch = Watch;
+    /// The normal of the last step, zero where there was no contact.
+    type Memory = Part<GEOMETRY, 2>;
+    type Found = Vec<Met>;
+    type Room = M;
+
+    fn holds(watch: &mut Watch, now: &Now) -> bool {
+        watch.holds(now)
     }
 
-    fn evaluate(
-        &mut self,
-        bodies: &Bodies,
-        last_step: LastStep,
-        closing: f64,
-        _: &Threads,
-        loads: &mut [PairLoad],
+    fn list(&self, bodies: &Bodies, _: &[ImpInfo], watch: &Watch, list: &mut Vec<Candidate>) {
+        list.clear();
+        close_pairs(bodies, watch, |pair, margin| {
+            M::list(bodies, pair, margin, list);
+        });
+        list.sort_unstable_by_key(|candidate| (candidate.bodies, candidate.vertex));
+    }
+
+    fn pairs(list: &Vec<Candidate>) -> &[Candidate] {
+        list
+    }
+
+    fn key(candidate: Candidate, _: impl Fn(u32) -> Option<u32>) -> Option<Self::Key> {
+        Some((candidate.bodies, candidate.vertex))
+    }
+
+    fn properties(&self, bodies: &Bodies, _: &[ImpInfo], candidate: Candidate) -> PairProperties {
+        let radii = candidate.bodies.map(|b| bodies.state[b as usize].radius);
+        pair_properties(bodies, candidate.bodies, radii)
+    }
+
+    fn depth(on: &On<Self>, candidate: Candidate, measure: &mut M) -> f64 {
+        let spot = measure.meet(on.bodies, candidate, 0.0);
+        spot.map_or(0.0, |spot| spot.depth)
+    }
+
+    fn evaluate<L: Law>(
+        chunk: &Chunk<Self, L>,
+        measure: &mut M,
+        next: &mut [(L::History, Part<GEOMETRY, 2>)],
+        found: &mut Vec<Met>,
     ) {
-        loads.fill(PairLoad::default());
-        self.in_reach.clear();
-        self.pressing.clear();
-        self.contact_states.clear();
-        self.presses = 0;
-        self.passed = None;
-        self.loss = Loss::default();
-        let now = self.lists.current();
-        let pairs = now.list.len();
-        refill(&mut self.next, pairs, L::History::default());
-        refill(&mut self.next_normals, pairs, Vec2::zeros());
-        refill(&mut self.depths, pairs, 0.0);
-        for (k, candidate) in now.list.iter().enumerate() {
+        let On {
+            bodies,
+            watch,
+            interval,
+            ..
+        } = chunk.on;
+        found.clear();
+        next.fill(Default::default());
+        for (k, candidate) in chunk.pairs.iter().enumerate() {
             let pair = candidate.bodies;
-            let closing = now.state.watch.closing(pair).unwrap_or(closing);
-            let Some(spot) = self.measure.meet(bodies, *candidate, closing) else {
+            let closing = watch.closing(pair, interval.closing);
+            let Some(spot) = measure.meet(bodies, *candidate, closing) else {
                 continue;
             };
-            self.in_reach.push(Near {
-                bodies: pair,
-                normal: spot.normal,
-                point: spot.point,
-                length: now.lengths[k],
-            });
             let frames = pair.map(|b| &bodies.frames[b as usize]);
             let arms = frames.map(|frame| spot.point - frame.center);
-            let kinematics = kinematics(bodies, last_step, &spot, pair, arms);
-            let (constants, before) = (&now.constants[k], &now.state.history[k]);
-            let stiffness = self.law.stiffness(constants, spot.depth + closing);
+            let kinematics = kinematics(bodies, interval.last_step, &spot, pair, arms);
+            let (constants, (before, was)) = (&chunk.constants[k], &chunk.history[k]);
+            let stiffness = chunk.law.stiffness(constants, spot.depth + closing);
             let [normal, tangential] = [stiffness.normal * M::STIFFENS, stiffness.tangential];
-            for i in 0..2 {
-                let load = &mut loads[pair[i] as usize];
-                load.rate += rate(frames[i], arms[i], &spot, normal, tangential);
-                load.rate += frames[i].inverse_inertia * stiffness.rolling;
-            }
-            self.pressing.push(Pressing {
-                overlap: spot.depth,
-                force: 0.0,
-                stiffness: stiffness.normal,
-                // The contact point may move from one end of the smaller body to the other.
-                width: 2.0 * spot.half_width,
+            let loads = [0, 1].map(|i| PairLoad {
+                rate: rate(frames[i], arms[i], &spot, normal, tangential)
+                    + frames[i].inverse_inertia * stiffness.rolling,
+                ..PairLoad::default()
             });
-            if spot.depth <= 0.0 {
-                self.loss += self.law.separate(constants, &kinematics, before);
-                continue;
-            }
-            let turned = frames[1].turned(now.state.normals[k]).dot(&spot.normal) < TURN;
-            self.next_normals[k] = spot.normal;
-            if self.passed.is_none() {
-                let passage = self.measure.passage(bodies, *candidate, &spot, turned);
-                self.passed = passage.map(|passage| PassedBodies {
+            let mut met = Met {
+                near: Near {
+                    bodies: pair,
+                    normal: spot.normal,
+                    point: spot.point,
+                    length: candidate.length,
+                },
+                pressing: Pressing {
+                    overlap: spot.depth,
+                    force: 0.0,
+                    stiffness: stiffness.normal,
+                    // The contact point may move from one end of the smaller body to the other.
+                    width: 2.0 * spot.half_width,
+                },
+                loads,
+                loss: Loss::default(),
+                passed: None,
+            };
+            if spot.depth > 0.0 {
+                let response = chunk.law.response(constants, &kinematics, before);
+                let turned = frames[1].turned(was.0.into()).dot(&spot.normal) < TURN;
+                let passage = M::passage(bodies, *candidate, &spot, turned);
+                met.passed = passage.map(|passage| PassedBodies {
                     bodies: pair,
                     passage,
                     overlap: spot.depth,
                 });
+                met.pressing.force = spot.gain * response.normal;
+                let tangent = Vec2::new(-spot.normal.y, spot.normal.x);
+                let along = tangent * (spot.gain * response.tangential);
+                let force = spot.normal * met.pressing.force + along;
+                for (i, sign) in [(0, 1.0), (1, -1.0)] {
+                    met.loads[i].force = force * sign;
+                    met.loads[i].torque = sign * (cross(arms[i], force) + response.moment);
+                }
+                met.loss = response.loss;
+                next[k] = (response.history, Part(spot.normal.into()));
+            } else {
+                met.loss = chunk.law.separate(constants, &kinematics, before);
             }
-            let response = self.law.response(constants, &kinematics, before);
-            if let Some(pressing) = self.pressing.last_mut() {
-                pressing.force = spot.gain * response.normal;
-            }
-            let force = push(loads, pair, arms, &spot, &response);
-            self.contact_states
-                .push(between_bodies(pair, spot.point, force));
-            self.loss += response.loss;
-            self.presses += 1;
-            self.depths[k] = spot.depth;
-            self.next[k] = response.history;
+            found.push(met);
         }
     }
 
-    /// As for pairs of vertices and edges: see [`crate::contact::pairs`].
-    fn omega_sq(
-        &self,
-        bodies: &Bodies,
-        motions: &[SurfaceMotion],
-        impacts: &Impacts,
-        _: &Threads,
+    fn add(_: &On<Self>, found: &Vec<Met>, to: &mut Targets, sums: &mut Sums) {
+        for met in found {
+            for (b, load) in met.near.bodies.into_iter().zip(met.loads) {
+                to.by_bodies[b as usize] += load;
+            }
+            sums.loss += met.loss;
+            sums.presses += usize::from(met.pressing.overlap > 0.0);
+            sums.passed = sums.passed.or(met.passed.map(Passed::Bodies));
+        }
+        sums.in_reach += found.len();
+    }
+
+    fn contacts<L: Law>(
+        _: &Chunk<Self, L>,
+        found: Option<&Vec<Met>>,
+        contacts: &mut Vec<ContactState>,
+    ) {
+        let pressing = found.into_iter().flatten();
+        let pressing = pressing.filter(|met| met.pressing.overlap > 0.0);
+        contacts.extend(pressing.map(|Met { near, loads, .. }| {
+            between_bodies(near.bodies, near.point, loads[0].force)
+        }));
+    }
+
+    fn rates(
+        found: &Vec<Met>,
+        _: &[Candidate],
+        [mut largest, mut of_impact]: [f64; 2],
+        after: &AfterKick,
+        _: f64,
     ) -> [f64; 2] {
-        let (mut largest, mut of_impact): (f64, f64) = (0.0, 0.0);
-        for (near, pressing) in self.in_reach.iter().zip(&self.pressing) {
-            let [a, b] = near.bodies.map(|b| motions[b as usize].rate());
+        for Met { near, pressing, .. } in found {
+            let [a, b] = near.bodies.map(|b| after.motions[b as usize].rate());
             largest = largest.max(a + b);
-            if a + b > of_impact && impacts.is_one(bodies, near, pressing) {
+            if a + b > of_impact && after.impacts.is_one(after.bodies, near, pressing) {
                 of_impact = a + b;
             }
         }
         [largest, of_impact]
     }
 
-    fn crossing(&self, bodies: &Bodies, kicked: &[(Vec2, f64)], _: f64, known: f64) -> f64 {
-        let rates = self.in_reach.iter();
-        let rates = rates.map(|near| crossing_rate(bodies, kicked, near));
-        rates.fold(known, f64::max)
+    fn fastest_crossing(_: &Vec<Candidate>, _: f64) -> f64 {
+        f64::INFINITY
     }
 
-    fn passed(&self, _: &Bodies) -> Option<PassedBodies> {
-        self.passed
+    fn each_near(
+        found: &Vec<Met>,
+        _: &[Candidate],
+        _: &Bodies,
+        _: (&Watch, f64),
+        act: impl FnMut(&Near),
+    ) {
+        found.iter().map(|met| &met.near).for_each(act);
     }
-
-    fn loss(&self) -> Loss {
-        self.loss
-    }
-
-    /// The energy at the positions of the last evaluation, which are those of the measurement.
-    fn energy(&self, _: &Bodies) -> f64 {
-        let contacts = self
-            .depths
-            .iter()
-            .zip(&self.lists.current().constants)
-            .zip(&self.next);
-        let pressing = contacts.filter(|((depth, _), _)| **depth > 0.0);
-        let energy = pressing
-            .map(|((depth, constants), history)| self.law.energy(constants, *depth, history));
-        energy.sum()
-    }
-
-    fn collect_contacts(&self, _: &Bodies, found: &mut Vec<ContactState>) {
-        found.extend_from_slice(&self.contact_states);
-    }
-
-    fn keep_list(&mut self) {
-        self.lists.keep();
-    }
-
-    fn commit(&mut self) {
-        self.keep_list();
-        std::mem::swap(&mut self.lists.kept.state.history, &mut self.next);
-        std::mem::swap(&mut self.lists.kept.state.normals, &mut self.next_normals);
-    }
-
-    fn damping_ratio(&self) -> f64 {
-        if self.in_reach.is_empty() {
-            0.0
-        } else {
-            // `damped_mass` is for contacts of points only.
-            self.law.damping_ratio(f64::INFINITY)
-        }
-    }
-
-    fn contacts(&self) -> usize {
-        self.presses
-    }
-
-    fn advance(&mut self, speed: f64, dt: f64) {
-        self.lists.kept.state.watch.advance(speed, dt);
-    }
-
-    fn bytes(&self) -> usize {
-        let listed = |kept: &Kept<L>| {
-            kept.list.capacity() * (size_of::<Candidate>() + size_of::<f64>() + size_of::<Vec2>())
-                + kept.constants.capacity() * size_of::<L::Pair>()
-                + kept.state.history.capacity() * size_of::<L::History>()
-        };
-        let each = size_of::<L::History>() + size_of::<Vec2>() + size_of::<f64>();
-        listed(&self.lists.kept) + listed(&self.lists.fresh) + self.next.capacity() * each
-    }
-
-    fn save(&self) -> Vec<u8> {
-        pack("pairs", &self.lists.kept.state)
-    }
-
-    fn restore(&mut self, saved: &[u8], bodies: &Bodies) -> Result<(), Refusal> {
-        let mut kept = Kept::of(unpack("pairs", saved)?);
-        if let Some(then) = kept.state.watch.bodies_then(bodies) {
-            kept.build(&self.law, &self.measure, &then);
-        }
-        one_for_each(&kept.state.history, kept.list.len())?;
-        (self.lists.kept, self.lists.rebuilt) = (kept, false);
-        Ok(())
-    }
-}
-
-/// Adds force and moment of a contact that presses to the loads of its two bodies.
-fn push<H>(
-    loads: &mut [PairLoad],
-    pair: [u32; 2],
-    arms: [Vec2; 2],
-    spot: &Spot,
-    response: &Response<H>,
-) -> Vec2 {
-    let (f_n, f_t) = (spot.gain * response.normal, spot.gain * response.tangential);
-    let tangent = Vec2::new(-spot.normal.y, spot.normal.x);
-    let force = spot.normal * f_n + tangent * f_t;
-    for (i, sign) in [(0, 1.0), (1, -1.0)] {
-        let load = &mut loads[pair[i] as usize];
-        load.force += force * sign;
-        load.torque += sign * (cross(arms[i], force) + response.moment);
-    }
-    force
-}
-
-/// `count` times `value`.
-fn refill<T: Clone>(kept: &mut Vec<T>, count: usize, value: T) {
-    kept.clear();
-    kept.resize(count, value);
 }
 
 /// Contribution of a contact to a body's `Load::rate`, for a force anywhere on the width of the contact and a gain of

@@ -136,13 +136,4 @@ impl NearSegments {
         let [first, count] = near.segments.map(|n| n as usize);
         &self.segments[first..first + count]
     }
-
-    /// Bytes of memory.
-    pub fn bytes(&self) -> usize {
-        let room: usize = self.room.iter().map(Vec::capacity).sum();
-        self.segments.capacity() * size_of::<u32>()
-            + self.discs.capacity() * size_of::<Near>()
-            + self.built_at.capacity() * size_of::<Vec2>()
-            + room * size_of::<Segment>()
-    }
 }

@@ -13,13 +13,13 @@ use crate::contact::convex::{Candidate, Measure, Spot};
 use crate::contact::passage::{Passage, TIP, admissible_depth, goes_through};
 
 /// Measures a contact by the distance of a vertex from the nearest edge.
-#[derive(Debug, Clone, Copy, Default)]
+#[derive(Debug, Default)]
 pub struct NearestEdge;
 
 impl Measure for NearestEdge {
     const STIFFENS: f64 = 1.0;
 
-    fn list(&self, bodies: &Bodies, pair: [u32; 2], margin: f64, candidates: &mut Vec<Candidate>) {
+    fn list(bodies: &Bodies, pair: [u32; 2], margin: f64, candidates: &mut Vec<Candidate>) {
         let edges = |b: u32| bodies.properties[b as usize].shape.has_edges;
         let [i, j] = pair;
         for [v, e] in [[i, j], [j, i]] {
@@ -30,23 +30,19 @@ impl Measure for NearestEdge {
             let [vertices, outline] = [v, e].map(|b| bodies.outline_of(b as usize));
             let radii = [v, e].map(|b| bodies.state[b as usize].radius);
             let first = bodies.properties[v as usize].first_vertex as u32;
+            // The depth at the middle of the body that has the edges.
+            let length = radii[0] + radii[1] + 0.5 * thickness(outline);
             for (k, p) in (first..).zip(vertices) {
                 let seen = see(outline, 0..edge_count(outline.len()), *p);
                 if seen.distance <= radii[0] + radii[1] + margin {
                     candidates.push(Candidate {
                         bodies: [v, e],
                         vertex: k,
+                        length,
                     });
                 }
             }
         }
-    }
-
-    /// The depth at the middle of the body that has the edges.
-    fn length(&self, bodies: &Bodies, candidate: Candidate) -> f64 {
-        let [v, e] = candidate.bodies.map(|b| b as usize);
-        let outline = bodies.outline_of(e);
-        bodies.state[v].radius + bodies.state[e].radius + 0.5 * thickness(outline)
     }
 
     fn meet(&mut self, bodies: &Bodies, candidate: Candidate, closing: f64) -> Option<Spot> {
@@ -65,7 +61,6 @@ impl Measure for NearestEdge {
     }
 
     fn passage(
-        &self,
         bodies: &Bodies,
         candidate: Candidate,
         spot: &Spot,

@@ -25,7 +25,7 @@ const NARROW: f64 = 0.2;
 type Corner = (Vec2, bool);
 
 /// Measures a contact by the area of the overlap.
-#[derive(Debug, Clone, Default)]
+#[derive(Debug, Default)]
 pub struct OverlapArea {
     corners: Vec<Corner>,
     spare: Vec<Corner>,
@@ -123,18 +123,14 @@ impl Measure for OverlapArea {
     /// `d^2(A^2/2)/du^2 <= 1.5 A'^2`.
     const STIFFENS: f64 = 1.5;
 
-    fn list(&self, _: &Bodies, pair: [u32; 2], _: f64, candidates: &mut Vec<Candidate>) {
+    fn list(bodies: &Bodies, pair: [u32; 2], _: f64, candidates: &mut Vec<Candidate>) {
+        let [a, b] = pair.map(|b| thickness(bodies.outline_of(b as usize)));
         candidates.push(Candidate {
             bodies: pair,
             vertex: 0,
+            // The depth at which the overlap reaches through the thinner body.
+            length: a.min(b),
         });
-    }
-
-    /// The depth at which the overlap reaches through the thinner body.
-    fn length(&self, bodies: &Bodies, candidate: Candidate) -> f64 {
-        let [a, b] = candidate.bodies;
-        let [a, b] = [a, b].map(|b| thickness(bodies.outline_of(b as usize)));
-        a.min(b)
     }
 
     fn meet(&mut self, bodies: &Bodies, candidate: Candidate, closing: f64) -> Option<Spot> {
@@ -182,7 +178,6 @@ impl Measure for OverlapArea {
     }
 
     fn passage(
-        &self,
         bodies: &Bodies,
         candidate: Candidate,
         spot: &Spot,

@@ -82,7 +82,7 @@ impl Passage {
 const ADVICE: &str = "a contact force would push it to the wrong side; write a stiffer contact, a slower drive or a \
                       shorter time.max_step";
 
-/// A point that is too deep.
+/// Two whose overlap is too large.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Passed {
     /// In a body.
@@ -107,6 +107,8 @@ pub enum Passed {
         /// In m.
         contact_distance: f64,
     },
+    /// Two bodies.
+    Bodies(PassedBodies),
 }
 
 impl Passed {
@@ -134,6 +136,17 @@ impl Passed {
                  quarters of their contact distance of {contact_distance:.3e} m: they would pass through one another; \
                  write a stiffer contact or larger contact radii"
             ),
+            Self::Bodies(PassedBodies {
+                bodies: [one, other],
+                passage,
+                overlap,
+            }) => {
+                let [own, its] = [one, other].map(|b| &bodies.properties[b as usize].name);
+                let how = passage.words();
+                format!(
+                    "body {one} ({own}) {how} body {other} ({its}) with an overlap of {overlap:.3e} m: {ADVICE}"
+                )
+            }
         })
     }
 }
@@ -150,16 +163,6 @@ pub struct PassedBodies {
 }
 
 impl PassedBodies {
-    /// The message for the user.
-    pub fn fault(&self, bodies: &Bodies) -> Fault {
-        let [one, other] = self.bodies;
-        let [own, its] = self.bodies.map(|b| &bodies.properties[b as usize].name);
-        let (how, overlap) = (self.passage.words(), self.overlap);
-        Fault::Other(format!(
-            "body {one} ({own}) {how} body {other} ({its}) with an overlap of {overlap:.3e} m: {ADVICE}"
-        ))
-    }
-
     /// The message for the user before anything has moved.
     pub fn refusal(&self, bodies: &Bodies) -> Refusal {
         let [first, second] = [
@@ -221,44 +224,4 @@ fn leap(outline: &[Vec2], seen: &[Nearest; 2]) -> f64 {
     let all = before(n); // a segment counts both ways
     let along = if n == 2 { a + b } else { (a - b).abs() };
     along.min(all - along)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    fn v(x: f64, y: f64) -> Vec2 {
-        Vec2::new(x, y)
-    }
-
-    #[test]
-    fn a_way_leads_through_a_segment_a_plate_and_a_spike_but_not_a_notch_or_a_tip() {
-        let through = |outline: &[Vec2], from, to| goes_through(outline, from, to, 0.1);
-        let segment = [v(-1.0, 0.0), v(1.0, 0.0)];
-        assert!(through(&segment, v(0.3, 0.1), v(0.2, -0.1)));
-        assert!(through(&segment, v(0.3, 0.0), v(0.2, -0.1)));
-        assert!(through(&segment, v(-0.9, 0.01), v(-0.9, -0.01)));
-        assert!(!through(&segment, v(-0.96, 0.01), v(-0.96, -0.01)));
-        assert!(!through(&segment, v(1.05, 0.1), v(1.05, -0.1)));
-        let plate = [v(-1.0, -0.01), v(1.0, -0.01), v(1.0, 0.01), v(-1.0, 0.01)];
-        assert!(through(&plate, v(0.3, 0.1), v(0.2, -0.1)));
-        assert!(through(&plate, v(0.3, 0.005), v(0.2, -0.005)));
-        assert!(!through(&plate, v(1.05, 0.1), v(1.05, -0.1)));
-        // A spike that points to the right, with an angle of 23 degrees: across its middle, and across its tip.
-        let spike = [v(0.0, -0.2), v(1.0, 0.0), v(0.0, 0.2)];
-        assert!(through(&spike, v(0.5, 0.01), v(0.5, -0.01)));
-        assert!(!through(&spike, v(0.97, 0.001), v(0.97, -0.001)));
-        // A narrow notch, open at the top: from one of its walls to the other.
-        let notched = [
-            v(-1.0, -1.0),
-            v(1.0, -1.0),
-            v(1.0, 1.0),
-            v(0.2, 1.0),
-            v(0.0, 0.0),
-            v(-0.2, 1.0),
-            v(-1.0, 1.0),
-        ];
-        assert!(!through(&notched, v(-0.02, 0.5), v(0.02, 0.5)));
-        assert!(through(&notched, v(-0.02, 0.5), v(0.02, -0.5)));
-    }
 }

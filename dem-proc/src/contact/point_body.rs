@@ -113,10 +113,6 @@ impl Geometry for PointBody {
         &list.pairs
     }
 
-    fn bytes(list: &PointList) -> usize {
-        list.pairs.capacity() * size_of::<PointPair>() + list.edges.capacity() * size_of::<u32>()
-    }
-
     fn key(pair: PointPair, slot: impl Fn(u32) -> Option<u32>) -> Option<[u32; 3]> {
         Some([slot(pair.slot)?, pair.body, pair.part])
     }

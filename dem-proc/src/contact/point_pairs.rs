@@ -118,10 +118,6 @@ impl Geometry for PointPairs {
         list
     }
 
-    fn bytes(list: &Vec<Pair>) -> usize {
-        list.capacity() * size_of::<Pair>()
-    }
-
     fn key([a, b]: Pair, slot: impl Fn(u32) -> Option<u32>) -> Option<[u32; 3]> {
         let [a, b] = [slot(a)?, slot(b)?];
         Some([a.min(b), a.max(b), 0])

@@ -51,7 +51,7 @@ impl System {
     }
 
     fn opening_contacts(&self, contacts: &[ContactState], imps: &[ImpState]) -> Opening {
-        let set = self.points.set().iter().zip(imps);
+        let set = self.state.sets.now.iter().zip(imps);
         let points: BTreeMap<u64, _> = set
             .map(|(info, state)| (info.id, (1.0 / info.mass, Vec2::from(state.velocity))))
             .collect();

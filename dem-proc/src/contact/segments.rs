@@ -6,7 +6,7 @@
 //! the work of the forces on the markers equals that of the force on the foot. The history of a contact belongs to the
 //! span of the chain that presses ([`crate::contact::span`]), and moves with it.
 //!
-//! An evaluation does not change what is kept: [`PointSide::commit`] takes over `next` and `positions`. The list of
+//! An evaluation does not change what is kept: [`Side::commit`] takes over `next` and `positions`. The list of
 //! segments near each disc has no effect on the results. It is rebuilt when it is needed, and is not saved.
 
 use interface::Vec2;
@@ -22,23 +22,23 @@ use crate::contact::frame_contacts::POINT;
 use crate::contact::impact::Pressing;
 use crate::contact::near::{Near, NearSegments};
 use crate::contact::passage::{Passage, Passed, admissible_depth};
-use crate::contact::point_side::{Interval, PointSide};
+use crate::contact::side::{Interval, Side, Sums, Targets};
 use crate::contact::span::{Held, Memory, Place, Transferred};
 use crate::law::history::Numbers;
 use crate::law::{Kinematics, LastStep, Law, Loss, PairProperties};
 use crate::lists::neighbours::REACH;
+use crate::lists::now::{Now, Sets};
 use crate::threads::Threads;
 use mechanics::mass::cross;
 use mechanics::outline::contact_point;
 
 /// What an evaluation finds.
 #[derive(Debug, Default)]
-struct Sums {
-    loss: Loss,
+struct Results {
+    sums: Sums,
     energy: f64,
     /// Smallest reduced mass of a pair in reach in kg/m; infinite if there is none.
     lightest: f64,
-    passed: Option<Passed>,
     /// The contacts that press, for frames; the force at a maximum of the distance is negated.
     pressing: Vec<ContactState>,
 }
@@ -66,7 +66,7 @@ pub struct SegmentContacts<L: Law> {
     next: Memory<L::History>,
     positions: Vec<Vec2>,
     near: NearSegments,
-    sums: Sums,
+    results: Results,
     room: Room<L>,
 }
 
@@ -106,7 +106,7 @@ impl<L: Law> SegmentContacts<L> {
             next: Memory::default(),
             positions: Vec::new(),
             near: NearSegments::new(skin),
-            sums: Sums::default(),
+            results: Results::default(),
             room: Room::default(),
         }
     }
@@ -157,7 +157,7 @@ impl<L: Law> SegmentContacts<L> {
 
     /// Computes the histories with which the spans of a disc continue. Energy of springs that end, part or join,
     /// and that no span takes over, is lost to friction.
-    fn continue_springs(&self, bodies: &Bodies, near: &Near, room: &mut Room<L>, sums: &mut Sums) {
+    fn continue_springs(&self, bodies: &Bodies, near: &Near, room: &mut Room<L>, to: &mut Results) {
         let held = self.held_by(near);
         let Room {
             found,
@@ -181,7 +181,7 @@ impl<L: Law> SegmentContacts<L> {
             };
             let constants = self.law.pair(&self.pair_properties(bodies, near, slot));
             let kinematics = Kinematics::default();
-            sums.add_loss(sign, self.law.separate(&constants, &kinematics, history));
+            to.add_loss(sign, self.law.separate(&constants, &kinematics, history));
         }
     }
 
@@ -245,7 +245,7 @@ impl<L: Law> SegmentContacts<L> {
     }
 
     /// The geometry and the constants of an extremum. Also adds the stiffness that it may have until the next exchange.
-    fn seen(&self, on: &Evaluation, near: &Near, e: &Extremum, to: &mut Targets) -> Place<L::Pair> {
+    fn seen(&self, on: &Evaluation, near: &Near, e: &Extremum, to: &mut Target) -> Place<L::Pair> {
         let (bodies, body) = (on.bodies, near.body as usize);
         let info = &self.state.set[e.foot.slots[0] as usize];
         let overlap = self.overlap(bodies, near, e);
@@ -256,7 +256,7 @@ impl<L: Law> SegmentContacts<L> {
         let (r_n, r_t) = (cross(r, normal), cross(r, tangent));
         let properties = self.pair_properties(bodies, near, e.foot.slots[0] as usize);
         let constants = self.law.pair(&properties);
-        to.sums.lightest = to.sums.lightest.min(properties.mass);
+        to.results.lightest = to.results.lightest.min(properties.mass);
         let elastic = if overlap > 0.0 {
             self.law.normal(&constants, overlap)
         } else {
@@ -307,7 +307,7 @@ impl<L: Law> SegmentContacts<L> {
         on: &Evaluation,
         near: &Near,
         (places, history): (&[Place<L::Pair>], &L::History),
-        (to, next): (&mut Targets, &mut Memory<L::History>),
+        (to, next): (&mut Target, &mut Memory<L::History>),
     ) {
         let body = near.body as usize;
         let minima = || places.iter().filter(|p| p.e.least);
@@ -318,7 +318,7 @@ impl<L: Law> SegmentContacts<L> {
                 let [spring, pull] = place.elastic;
                 self.exert(near, place, [pull - spring, 0.0], to);
                 let none = L::History::default();
-                to.sums.energy -= self.law.energy(&place.constants, place.overlap, &none);
+                to.results.energy -= self.law.energy(&place.constants, place.overlap, &none);
             }
             return;
         };
@@ -329,7 +329,7 @@ impl<L: Law> SegmentContacts<L> {
         if deepest.overlap <= 0.0 {
             self.add_motion(on, body, deepest, 1.0, &mut kinematics);
             let loss = self.law.separate(&deepest.constants, &kinematics, history);
-            to.sums.add_loss(1.0, loss);
+            to.results.add_loss(1.0, loss);
             return;
         }
         let all: f64 = minima().map(|p| p.elastic[0]).sum();
@@ -365,13 +365,13 @@ impl<L: Law> SegmentContacts<L> {
                 L::History::default()
             };
             let energy = self.law.energy(&place.constants, place.overlap, &own);
-            to.sums.energy += sign * energy;
+            to.results.energy += sign * energy;
             if place.e.least {
                 let spring = next.springs.len() as u32;
                 next.held.push(self.held(near, place, spring));
             }
         }
-        to.sums.add_loss(1.0, response.loss);
+        to.results.add_loss(1.0, response.loss);
         next.springs.push(response.history);
     }
 
@@ -390,7 +390,7 @@ impl<L: Law> SegmentContacts<L> {
 
     /// Divides a force (N/m, along the normal and the tangent) between the markers of a foot, and applies the reaction
     /// to the body.
-    fn exert(&self, near: &Near, place: &Place<L::Pair>, [n, t]: [f64; 2], to: &mut Targets) {
+    fn exert(&self, near: &Near, place: &Place<L::Pair>, [n, t]: [f64; 2], to: &mut Target) {
         let force = place.normal * n + place.tangent * t;
         let load = &mut to.loads[near.body as usize];
         let ([r_n, r_t], foot) = (place.arms, &place.e.foot);
@@ -402,7 +402,7 @@ impl<L: Law> SegmentContacts<L> {
             load.force -= part;
         }
         let nearer = foot.slots[usize::from(foot.s > 0.5)];
-        to.sums.pressing.push(ContactState {
+        to.results.pressing.push(ContactState {
             body: near.body.into(),
             other: self.state.set[nearer as usize].id,
             with: POINT,
@@ -417,7 +417,7 @@ impl<L: Law> SegmentContacts<L> {
         on: &Evaluation,
         near: &Near,
         room: &mut Room<L>,
-        to: &mut Targets,
+        to: &mut Target,
         next: &mut Memory<L::History>,
     ) {
         let body = near.body as usize;
@@ -437,8 +437,8 @@ impl<L: Law> SegmentContacts<L> {
             let own = self.state.set[e.foot.slots[0] as usize].radius;
             let through = came_through(e, own);
             let deep = e.outside && of_disc - e.distance > depth;
-            if (through || deep) && to.sums.passed.is_none() {
-                to.sums.passed = Some(Passed::Body {
+            if (through || deep) && to.results.sums.passed.is_none() {
+                to.results.sums.passed = Some(Passed::Body {
                     id: self.state.set[e.foot.slots[0] as usize].id,
                     body,
                     passage: if through {
@@ -451,7 +451,7 @@ impl<L: Law> SegmentContacts<L> {
             }
         }
         found.retain(|e| e.outside && e.distance > 0.0);
-        self.continue_springs(on.bodies, near, room, &mut to.sums);
+        self.continue_springs(on.bodies, near, room, &mut to.results);
         let Room {
             found,
             transferred,
@@ -474,22 +474,22 @@ struct Evaluation<'a> {
 }
 
 /// Where an evaluation adds its results.
-struct Targets<'a> {
+struct Target<'a> {
     forces: &'a mut [ImpForce],
     loads: &'a mut [Load],
-    sums: Sums,
+    results: Results,
 }
 
-impl Sums {
+impl Results {
     fn add_loss(&mut self, sign: f64, loss: Loss) {
-        self.loss += Loss {
+        self.sums.loss += Loss {
             friction: sign * loss.friction,
             viscous: sign * loss.viscous,
         };
     }
 }
 
-impl<L: Law> PointSide for SegmentContacts<L> {
+impl<L: Law> Side for SegmentContacts<L> {
     fn imp_set(&mut self, set: &[ImpInfo]) {
         let was = |id: u64| {
             let slot = self
@@ -505,41 +505,29 @@ impl<L: Law> PointSide for SegmentContacts<L> {
         self.near.forget();
     }
 
-    fn set(&self) -> &[ImpInfo] {
-        &self.state.set
-    }
-
-    fn update_list(&mut self, bodies: &Bodies, states: &[ImpState]) {
+    fn update_list(&mut self, now: &Now) {
         self.positions.clear();
-        self.positions
-            .extend(states.iter().map(|s| Vec2::from(s.position)));
+        let positions = now.states.iter().map(|s| Vec2::from(s.position));
+        self.positions.extend(positions);
         let (set, links) = (&self.state.set, &self.links);
-        self.near.update(bodies, set, links, &self.positions);
+        self.near.update(now.bodies, set, links, &self.positions);
     }
 
-    fn evaluate(
-        &mut self,
-        bodies: &Bodies,
-        states: &[ImpState],
-        interval: Interval,
-        _: &Threads,
-        forces: &mut [ImpForce],
-        loads: &mut [Load],
-    ) {
+    fn evaluate(&mut self, now: &Now, interval: Interval, _: &Threads, to: &mut Targets) {
         let on = Evaluation {
-            bodies,
-            states,
+            bodies: now.bodies,
+            states: now.states,
             interval,
         };
-        let mut pressing = std::mem::take(&mut self.sums.pressing);
+        let mut pressing = std::mem::take(&mut self.results.pressing);
         pressing.clear();
-        let mut to = Targets {
-            forces,
-            loads,
-            sums: Sums {
+        let mut to = Target {
+            forces: &mut *to.forces,
+            loads: &mut *to.by_points,
+            results: Results {
                 lightest: f64::INFINITY,
                 pressing,
-                ..Sums::default()
+                ..Results::default()
             },
         };
         let (mut next, mut room) = (
@@ -550,30 +538,20 @@ impl<L: Law> PointSide for SegmentContacts<L> {
         for near in self.near.discs() {
             self.disc(&on, near, &mut room, &mut to, &mut next);
         }
-        let sums = to.sums;
-        (self.next, self.room, self.sums) = (next, room, sums);
+        let results = to.results;
+        (self.next, self.room, self.results) = (next, room, results);
     }
 
-    fn passed(&self) -> Option<Passed> {
-        self.sums.passed
+    fn sums(&self) -> &Sums {
+        &self.results.sums
     }
 
-    fn loss(&self) -> Loss {
-        self.sums.loss
+    fn energy(&self, _: &Now) -> f64 {
+        self.results.energy
     }
 
-    fn energy(&self, _: &Bodies, _: &[ImpState]) -> f64 {
-        self.sums.energy
-    }
-
-    fn collect_contacts(
-        &self,
-        _: &Bodies,
-        _: &[ImpState],
-        _: LastStep,
-        found: &mut Vec<ContactState>,
-    ) {
-        found.extend_from_slice(&self.sums.pressing);
+    fn collect_contacts(&self, _: &Now, _: LastStep, found: &mut Vec<ContactState>) {
+        found.extend_from_slice(&self.results.pressing);
     }
 
     fn keep_list(&mut self) {}
@@ -588,8 +566,8 @@ impl<L: Law> PointSide for SegmentContacts<L> {
     }
 
     fn damping_ratio(&self) -> f64 {
-        if self.sums.lightest < f64::INFINITY {
-            self.law.damping_ratio(self.sums.lightest)
+        if self.results.lightest < f64::INFINITY {
+            self.law.damping_ratio(self.results.lightest)
         } else {
             0.0
         }
@@ -599,20 +577,11 @@ impl<L: Law> PointSide for SegmentContacts<L> {
         self.near.advance(speed, dt);
     }
 
-    fn bytes(&self) -> usize {
-        self.near.bytes()
-            + self.state.memory.bytes()
-            + self.next.bytes()
-            + self.positions.capacity() * size_of::<Vec2>()
-            + self.state.previous.capacity() * size_of::<Option<Vec2>>()
-            + self.state.set.capacity() * (size_of::<ImpInfo>() + 2 * size_of::<Option<u32>>())
-    }
-
     fn save(&self) -> Vec<u8> {
         pack("segments", &self.state)
     }
 
-    fn restore(&mut self, saved: &[u8], _: &Bodies) -> Result<(), Refusal> {
+    fn restore(&mut self, saved: &[u8], _: &Bodies, _: &Sets) -> Result<(), Refusal> {
         self.state = unpack("segments", saved)?;
         self.links = Links::of(&self.state.set);
         self.near.forget();

@@ -5,7 +5,7 @@ use interface::config::{ContactLaw, ratio_of_restitution};
 
 use super::Law;
 use super::contact::Contact;
-use super::dashpot::{Elastic, Tsuji, Viscous};
+use super::dashpot::{Tsuji, Viscous};
 use super::mixed::{AnyLaw, Mixed, OfAreas, OfGrains, OfSpheres};
 use super::normal::{Adhesive, Area, Hertz, Linear};
 use super::rolling::Rolling;
@@ -189,7 +189,10 @@ fn areas(law: &ContactLaw) -> OfAreas {
             stiffness: area_stiffness,
         },
         tangent: coulomb(tangential_stiffness, friction),
-        dashpot: Elastic,
+        dashpot: Viscous {
+            ratio: 0.0,
+            mass: 0.0,
+        },
     }
 }
 

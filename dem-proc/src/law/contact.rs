@@ -1,37 +1,10 @@
 //! A law that combines a normal spring, a tangential part and a dashpot.
 
-use super::dashpot::Dashpot;
-use super::history::{DASHPOT, Numbers, Part, TANGENT};
+use super::dashpot::{Dashpot, Drag, dissipated};
+use super::history::Part;
 use super::normal::Normal;
 use super::tangent::Tangent;
 use super::{Kinematics, Law, Loss, PairProperties, Response, Stiffness};
-
-/// Memory of a [`Contact`].
-#[derive(Debug, Clone, Copy, Default, PartialEq)]
-pub struct Memory<S, D> {
-    /// Tangential part.
-    pub tangent: S,
-    /// Viscous part.
-    pub dashpot: D,
-}
-
-impl<S: Numbers, D: Numbers> Numbers for Memory<S, D> {
-    const COUNT: usize = S::COUNT + D::COUNT;
-    fn parts(_: u32) -> Vec<Part> {
-        [S::parts(TANGENT), D::parts(DASHPOT)].concat()
-    }
-    fn put(&self, numbers: &mut Vec<f64>) {
-        let Self { tangent, dashpot } = self;
-        tangent.put(numbers);
-        dashpot.put(numbers);
-    }
-    fn take(numbers: &mut impl Iterator<Item = f64>) -> Self {
-        Self {
-            tangent: S::take(numbers),
-            dashpot: D::take(numbers),
-        }
-    }
-}
 
 /// A normal spring `N` with a tangential part `T` and a dashpot `D`. The dashpot never pulls: if it would make the
 /// normal force negative, that force is zero. Coulomb's limit uses the pressing part of the normal force, so adhesion
@@ -47,7 +20,8 @@ pub struct Contact<N, T, D> {
 }
 
 impl<N: Normal, T: Tangent, D: Dashpot> Law for Contact<N, T, D> {
-    type History = Memory<T::State, D::State>;
+    /// Of the tangential part, and of the dashpot.
+    type History = (T::State, Drag);
     type Pair = (N::Pair, D::Pair);
 
     fn pair(&self, properties: &PairProperties) -> Self::Pair {
@@ -96,28 +70,20 @@ impl<N: Normal, T: Tangent, D: Dashpot> Law for Contact<N, T, D> {
         let [viscous_n, viscous_t] = self.dashpot.drag(&pair.1, [k_n, k_t], kinematics.velocity);
         let pushed = spring + viscous_n;
         let pressing = if pushed > 0.0 { pushed } else { 0.0 };
-        let slide = self.tangent.slide(
-            k_t,
-            pressing,
-            viscous_t,
-            kinematics.moved[1],
-            &before.tangent,
-        );
+        let slide = self
+            .tangent
+            .slide(k_t, pressing, viscous_t, kinematics.moved[1], &before.0);
         // Without damping the limit of friction leaves the rounding of the spring's force, which is no work of a dashpot.
         let dashpot = if viscous_t == 0.0 { 0.0 } else { slide.dashpot };
-        let exerted = [pressing - spring, dashpot];
-        let (viscous, dashpot) = D::remember(exerted, kinematics.moved, &before.dashpot);
+        let drag = Part([pressing - spring, dashpot]);
         Response {
             normal: pressing,
             tangential: slide.spring + slide.dashpot,
             moment: 0.0,
-            history: Memory {
-                tangent: slide.state,
-                dashpot,
-            },
+            history: (slide.state, drag),
             loss: Loss {
                 friction: slide.loss,
-                viscous,
+                viscous: dissipated(kinematics.moved, &before.1, &drag),
             },
         }
     }
@@ -127,14 +93,13 @@ impl<N: Normal, T: Tangent, D: Dashpot> Law for Contact<N, T, D> {
         // When the contact opens, the force of the dashpot ends. Motion after that dissipates nothing (docs/energy.md).
         let held = kinematics.share_in_contact();
         let way = kinematics.moved.map(|u| u * held);
-        let (viscous, _) = D::remember([0.0; 2], way, &before.dashpot);
         Loss {
-            friction: self.tangent.separate(kinematics.moved[1], &before.tangent),
-            viscous,
+            friction: self.tangent.separate(kinematics.moved[1], &before.0),
+            viscous: dissipated(way, &before.1, &Drag::default()),
         }
     }
 
     fn energy(&self, pair: &Self::Pair, overlap: f64, history: &Self::History) -> f64 {
-        self.normal.energy(&pair.0, overlap) + self.tangent.energy(&history.tangent)
+        self.normal.energy(&pair.0, overlap) + self.tangent.energy(&history.0)
     }
 }

@@ -1,11 +1,9 @@
 //! Dashpots: the viscous part of a law.
 
-use super::history::{Numbers, Plain};
+use super::history::{DASHPOT, Part, Plain};
 
 /// Viscous part of a law.
 pub trait Dashpot: Plain {
-    /// History: the forces along `N` and `T` at the last step, if there are any.
-    type State: Numbers;
     /// The constants of a pair.
     type Pair: Plain;
     /// Fraction of critical damping of a pair of reduced mass `mass` (kg/m), for the step limit.
@@ -15,31 +13,10 @@ pub trait Dashpot: Plain {
     fn pair(&self, stiffness: [f64; 2], mass: f64) -> Self::Pair;
     /// Force in N/m for a relative velocity in m/s at the present stiffness.
     fn drag(&self, pair: &Self::Pair, stiffness: [f64; 2], velocity: [f64; 2]) -> [f64; 2];
-    /// Energy dissipated over the last step in J/m, in which the surfaces `moved`, and the history for the next step,
-    /// from the forces `exerted` at the end of the step.
-    fn remember(exerted: [f64; 2], moved: [f64; 2], before: &Self::State) -> (f64, Self::State);
 }
 
-/// No dashpot.
-#[derive(Debug, Clone, Copy)]
-pub struct Elastic;
-
-impl Dashpot for Elastic {
-    type State = ();
-    type Pair = ();
-    fn ratio(&self, _: f64) -> f64 {
-        0.0
-    }
-    fn pair(&self, _: [f64; 2], _: f64) {}
-    #[inline]
-    fn drag(&self, (): &(), _: [f64; 2], _: [f64; 2]) -> [f64; 2] {
-        [0.0; 2]
-    }
-    #[inline]
-    fn remember(_: [f64; 2], _: [f64; 2], (): &()) -> (f64, ()) {
-        (0.0, ())
-    }
-}
+/// Forces along `N` and `T` at the last step in N/m.
+pub type Drag = Part<DASHPOT, 2>;
 
 /// Dashpots in both directions, each a fraction of the critical damping `2 sqrt(k m)` with the spring of that direction
 /// and the mass of the pair, or another mass.
@@ -56,7 +33,6 @@ pub struct Viscous {
 }
 
 impl Dashpot for Viscous {
-    type State = [f64; 2];
     type Pair = [f64; 2];
     /// If the dashpots are those of a larger mass, their ratio for the pair is larger by the root: `2 zeta sqrt(k M) =
     /// 2 zeta sqrt(M/m) sqrt(k m)`.
@@ -72,10 +48,6 @@ impl Dashpot for Viscous {
     fn drag(&self, c: &[f64; 2], _: [f64; 2], velocity: [f64; 2]) -> [f64; 2] {
         [-c[0] * velocity[0], -c[1] * velocity[1]]
     }
-    #[inline]
-    fn remember(exerted: [f64; 2], moved: [f64; 2], before: &[f64; 2]) -> (f64, [f64; 2]) {
-        trapezoid(exerted, moved, before)
-    }
 }
 
 /// Dashpots that follow the stiffness of a Hertz contact, `c = 2 sqrt(5/6) beta sqrt(k m)` with `beta` the ratio of
@@ -88,7 +60,6 @@ pub struct Tsuji {
 }
 
 impl Dashpot for Tsuji {
-    type State = [f64; 2];
     /// Reduced mass in kg/m.
     type Pair = f64;
     fn ratio(&self, _: f64) -> f64 {
@@ -106,16 +77,12 @@ impl Dashpot for Tsuji {
             drag(stiffness[1], velocity[1]),
         ]
     }
-    #[inline]
-    fn remember(exerted: [f64; 2], moved: [f64; 2], before: &[f64; 2]) -> (f64, [f64; 2]) {
-        trapezoid(exerted, moved, before)
-    }
 }
 
-/// Trapezoidal rule over the step: second order, and by summation by parts exactly the work that the leapfrog's kicks
-/// remove from the kinetic energy.
+/// Energy dissipated over the last step in J/m, in which the surfaces `moved`, from the forces at its beginning and at
+/// its end. Trapezoidal rule: second order, and by summation by parts exactly the work that the leapfrog's kicks remove
+/// from the kinetic energy.
 #[inline]
-fn trapezoid(exerted: [f64; 2], moved: [f64; 2], before: &[f64; 2]) -> (f64, [f64; 2]) {
-    let work = (exerted[0] + before[0]) * moved[0] + (exerted[1] + before[1]) * moved[1];
-    (-0.5 * work, exerted)
+pub fn dissipated(moved: [f64; 2], &Part(before): &Drag, &Part(after): &Drag) -> f64 {
+    -0.5 * ((after[0] + before[0]) * moved[0] + (after[1] + before[1]) * moved[1])
 }

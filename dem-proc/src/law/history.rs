@@ -6,8 +6,9 @@ use serde::{Deserialize, Deserializer, Serialize, Serializer};
 pub trait Plain: Copy + Send + Sync + std::fmt::Debug + 'static {}
 impl<T: Copy + Send + Sync + std::fmt::Debug + 'static> Plain for T {}
 
-/// A part of the history of a law, and the number of its values.
-pub type Part = (u32, u32);
+/// What a part of a law remembers of a contact, as numbers. `OF` says which part it is.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Part<const OF: u32, const N: usize>(pub [f64; N]);
 
 /// The tangential part of a law.
 pub const TANGENT: u32 = 1;
@@ -15,15 +16,21 @@ pub const TANGENT: u32 = 1;
 pub const DASHPOT: u32 = 2;
 /// The rolling part.
 pub const ROLLING: u32 = 3;
+/// What the geometry of a pair remembers.
+pub const GEOMETRY: u32 = 4;
 
-/// The history of a law as numbers, for a saved state.
+impl<const OF: u32, const N: usize> Default for Part<OF, N> {
+    fn default() -> Self {
+        Self([0.0; N])
+    }
+}
+
+/// The history of a contact as numbers, for a saved state. Histories of several parts are pairs of histories.
 pub trait Numbers: Plain + Default {
     /// Number of values.
     const COUNT: usize;
-    /// The parts of the history in their order. `which` is the part to which plain numbers belong.
-    fn parts(which: u32) -> Vec<Part> {
-        vec![(which, Self::COUNT as u32)]
-    }
+    /// The parts of the history in their order, each with its number of values.
+    fn parts() -> Vec<(u32, u32)>;
     /// Appends the values.
     fn put(&self, numbers: &mut Vec<f64>);
     /// Reads the numbers; missing ones are zero.
@@ -32,23 +39,37 @@ pub trait Numbers: Plain + Default {
 
 impl Numbers for () {
     const COUNT: usize = 0;
-    fn parts(_: u32) -> Vec<Part> {
+    fn parts() -> Vec<(u32, u32)> {
         Vec::new()
     }
     fn put(&self, _: &mut Vec<f64>) {}
     fn take(_: &mut impl Iterator<Item = f64>) {}
 }
 
-impl<const N: usize> Numbers for [f64; N]
-where
-    Self: Default,
-{
+impl<const OF: u32, const N: usize> Numbers for Part<OF, N> {
     const COUNT: usize = N;
+    fn parts() -> Vec<(u32, u32)> {
+        vec![(OF, N as u32)]
+    }
     fn put(&self, numbers: &mut Vec<f64>) {
-        numbers.extend(self);
+        numbers.extend(self.0);
     }
     fn take(numbers: &mut impl Iterator<Item = f64>) -> Self {
-        std::array::from_fn(|_| numbers.next().unwrap_or(0.0))
+        Self(std::array::from_fn(|_| numbers.next().unwrap_or(0.0)))
+    }
+}
+
+impl<A: Numbers, B: Numbers> Numbers for (A, B) {
+    const COUNT: usize = A::COUNT + B::COUNT;
+    fn parts() -> Vec<(u32, u32)> {
+        [A::parts(), B::parts()].concat()
+    }
+    fn put(&self, numbers: &mut Vec<f64>) {
+        self.0.put(numbers);
+        self.1.put(numbers);
+    }
+    fn take(numbers: &mut impl Iterator<Item = f64>) -> Self {
+        (A::take(numbers), B::take(numbers))
     }
 }
 
@@ -58,7 +79,7 @@ struct Sparse {
     /// Length of the list.
     pairs: usize,
     /// The parts to which the numbers of each pair belong.
-    parts: Vec<Part>,
+    parts: Vec<(u32, u32)>,
     /// Pairs with a history, ascending.
     at: Vec<u32>,
     /// Their histories, one after another.
@@ -72,7 +93,7 @@ struct Sparse {
 pub fn serialize<H: Numbers, S: Serializer>(histories: &[H], to: S) -> Result<S::Ok, S::Error> {
     let mut saved = Sparse {
         pairs: histories.len(),
-        parts: H::parts(0),
+        parts: H::parts(),
         at: Vec::new(),
         numbers: Vec::new(),
     };
@@ -105,7 +126,7 @@ pub fn deserialize<'a, H: Numbers, D: Deserializer<'a>>(from: D) -> Result<Vec<H
         .iter()
         .map(|(_, count)| *count as usize)
         .sum::<usize>();
-    let places = places(&parts, &H::parts(0));
+    let places = places(&parts, &H::parts());
     let mut histories = vec![H::default(); pairs];
     for (&k, numbers) in at.iter().zip(numbers.chunks_exact(of_a_pair.max(1))) {
         let number = |place: &Option<usize>| place.map_or(0.0, |place| numbers[place]);
@@ -117,7 +138,7 @@ pub fn deserialize<'a, H: Numbers, D: Deserializer<'a>>(from: D) -> Result<Vec<H
 }
 
 /// The index among the `saved` numbers of each number of the `own` parts; `None` if it is not there.
-fn places(saved: &[Part], own: &[Part]) -> Vec<Option<usize>> {
+fn places(saved: &[(u32, u32)], own: &[(u32, u32)]) -> Vec<Option<usize>> {
     let mut places = Vec::new();
     for part in own {
         let mut first = 0;
@@ -129,40 +150,4 @@ fn places(saved: &[Part], own: &[Part]) -> Vec<Option<usize>> {
         places.extend((0..part.1 as usize).map(|k| found.map(|first| first + k)));
     }
     places
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::law::contact::Memory;
-
-    type Two = Memory<[f64; 1], [f64; 2]>;
-
-    fn two(spring: f64, drag: [f64; 2]) -> Two {
-        Memory {
-            tangent: [spring],
-            dashpot: drag,
-        }
-    }
-
-    #[derive(Serialize, Deserialize)]
-    #[serde(bound = "H: Numbers")]
-    struct Histories<H>(#[serde(with = "super")] Vec<H>);
-
-    #[test]
-    fn what_two_laws_both_remember_goes_over() {
-        fn restored<H: Numbers>() -> Vec<H> {
-            let saved = Histories(vec![two(0.0, [0.0; 2]), two(3.0, [4.0, 5.0])]);
-            let bytes = interface::saved::pack("histories", &saved);
-            let Histories(back) = interface::saved::unpack("histories", &bytes).unwrap();
-            back
-        }
-        assert_eq!(restored::<Two>()[1], two(3.0, [4.0, 5.0]));
-        assert_eq!(restored::<Memory<[f64; 1], ()>>()[1].tangent, [3.0]);
-        assert_eq!(restored::<Memory<(), [f64; 2]>>()[1].dashpot, [4.0, 5.0]);
-        // A tangential spring with two numbers belongs to another law.
-        let other = restored::<Memory<[f64; 2], [f64; 2]>>();
-        assert_eq!((other[1].tangent, other[1].dashpot), ([0.0; 2], [4.0, 5.0]));
-        assert_eq!(restored::<()>().len(), 2);
-    }
 }

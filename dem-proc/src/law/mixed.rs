@@ -3,9 +3,9 @@
 //! A contact stores the kind of its pair, and the loops branch on it. A table of one kind ([`super::table`]) does not,
 //! so only scenes that mix kinds have this cost.
 
-use super::contact::{Contact, Memory};
-use super::dashpot::{Elastic, Tsuji, Viscous};
-use super::history::{DASHPOT, Numbers, Part, ROLLING, TANGENT};
+use super::contact::Contact;
+use super::dashpot::{Drag, Tsuji, Viscous};
+use super::history::Part;
 use super::normal::{Adhesive, Area, Hertz, Linear};
 use super::rolling::{Rolled, Rolling};
 use super::table::Table;
@@ -17,7 +17,7 @@ pub type OfGrains = Rolling<Contact<Adhesive<Linear>, Coulomb, Viscous>>;
 /// `hertz_mindlin`, with all optional parts.
 pub type OfSpheres = Contact<Adhesive<Hertz>, Mindlin, Tsuji>;
 /// `area`.
-pub type OfAreas = Contact<Area, Coulomb, Elastic>;
+pub type OfAreas = Contact<Area, Coulomb, Viscous>;
 
 /// A law of any kind.
 #[derive(Debug, Clone, Copy)]
@@ -41,78 +41,20 @@ pub enum AnyPair {
     Areas(OfAreas, <OfAreas as Law>::Pair),
 }
 
-/// The history of a contact of any kind; parts that its kind does not use are zero.
-#[derive(Debug, Clone, Copy, Default, PartialEq)]
-pub struct AnyMemory {
-    /// Of a spring with constant stiffness.
-    elongation: Elongation,
-    /// Of a spring that stiffens.
-    sheared: Sheared,
-    /// Of dashpots.
-    dashpot: [f64; 2],
-    /// Moment in N and stiffness in N of rolling.
-    rolled: [f64; 2],
+/// The history of a contact of any kind: of a tangential spring with constant stiffness and of one that stiffens, of
+/// dashpots and of rolling. Parts that its kind does not use are zero.
+pub type AnyMemory = ((Elongation, Sheared), (Drag, Rolled));
+
+fn of_grains(&((elongation, _), (drag, rolled)): &AnyMemory) -> <OfGrains as Law>::History {
+    ((elongation, drag), rolled)
 }
 
-impl Numbers for AnyMemory {
-    const COUNT: usize = Elongation::COUNT + Sheared::COUNT + 4;
-    fn parts(_: u32) -> Vec<Part> {
-        [
-            Elongation::parts(TANGENT),
-            Sheared::parts(TANGENT),
-            <[f64; 2]>::parts(DASHPOT),
-            <[f64; 2]>::parts(ROLLING),
-        ]
-        .concat()
-    }
-    fn put(&self, numbers: &mut Vec<f64>) {
-        let Self {
-            elongation,
-            sheared,
-            dashpot,
-            rolled,
-        } = self;
-        elongation.put(numbers);
-        sheared.put(numbers);
-        dashpot.put(numbers);
-        rolled.put(numbers);
-    }
-    fn take(numbers: &mut impl Iterator<Item = f64>) -> Self {
-        Self {
-            elongation: Elongation::take(numbers),
-            sheared: Sheared::take(numbers),
-            dashpot: Numbers::take(numbers),
-            rolled: Numbers::take(numbers),
-        }
-    }
+fn of_spheres(&((_, sheared), (drag, _)): &AnyMemory) -> <OfSpheres as Law>::History {
+    (sheared, drag)
 }
 
-impl AnyMemory {
-    fn of_grains(&self) -> <OfGrains as Law>::History {
-        let [moment, stiffness] = self.rolled;
-        Rolled {
-            law: Memory {
-                tangent: self.elongation,
-                dashpot: self.dashpot,
-            },
-            moment,
-            stiffness,
-        }
-    }
-
-    fn of_spheres(&self) -> <OfSpheres as Law>::History {
-        Memory {
-            tangent: self.sheared,
-            dashpot: self.dashpot,
-        }
-    }
-
-    fn of_areas(&self) -> <OfAreas as Law>::History {
-        Memory {
-            tangent: self.elongation,
-            dashpot: (),
-        }
-    }
+fn of_areas(&((elongation, _), (drag, _)): &AnyMemory) -> <OfAreas as Law>::History {
+    (elongation, drag)
 }
 
 /// Turns the history `H` of a response into the history of any law.
@@ -126,58 +68,6 @@ fn remembering<H>(
         moment: response.moment,
         history: memory(response.history),
         loss: response.loss,
-    }
-}
-
-/// Force of a contact of any kind. Several contacts count as one if their normal springs together press with `spring`
-/// (N/m).
-#[inline]
-fn exert(
-    pair: &AnyPair,
-    spring: Option<f64>,
-    kinematics: &Kinematics,
-    before: &AnyMemory,
-) -> Response<AnyMemory> {
-    match pair {
-        AnyPair::Grains(law, pair) => remembering(
-            of_kind(law, pair, spring, kinematics, &before.of_grains()),
-            |h| AnyMemory {
-                elongation: h.law.tangent,
-                dashpot: h.law.dashpot,
-                rolled: [h.moment, h.stiffness],
-                ..AnyMemory::default()
-            },
-        ),
-        AnyPair::Spheres(law, pair) => remembering(
-            of_kind(law, pair, spring, kinematics, &before.of_spheres()),
-            |h| AnyMemory {
-                sheared: h.tangent,
-                dashpot: h.dashpot,
-                ..AnyMemory::default()
-            },
-        ),
-        AnyPair::Areas(law, pair) => remembering(
-            of_kind(law, pair, spring, kinematics, &before.of_areas()),
-            |h| AnyMemory {
-                elongation: h.tangent,
-                ..AnyMemory::default()
-            },
-        ),
-    }
-}
-
-/// The same for one kind.
-#[inline]
-fn of_kind<L: Law>(
-    law: &L,
-    pair: &L::Pair,
-    spring: Option<f64>,
-    kinematics: &Kinematics,
-    before: &L::History,
-) -> Response<L::History> {
-    match spring {
-        Some(spring) => law.response_to_spring(pair, spring, kinematics, before),
-        None => law.response(pair, kinematics, before),
     }
 }
 
@@ -229,94 +119,34 @@ impl Law for Mixed {
         kinematics: &Kinematics,
         before: &AnyMemory,
     ) -> Response<AnyMemory> {
-        exert(pair, Some(spring), kinematics, before)
-    }
-    #[inline]
-    fn response(
-        &self,
-        pair: &AnyPair,
-        kinematics: &Kinematics,
-        before: &AnyMemory,
-    ) -> Response<AnyMemory> {
-        exert(pair, None, kinematics, before)
+        match pair {
+            AnyPair::Grains(law, pair) => remembering(
+                law.response_to_spring(pair, spring, kinematics, &of_grains(before)),
+                |((elongation, drag), rolled)| ((elongation, Part::default()), (drag, rolled)),
+            ),
+            AnyPair::Spheres(law, pair) => remembering(
+                law.response_to_spring(pair, spring, kinematics, &of_spheres(before)),
+                |(sheared, drag)| ((Part::default(), sheared), (drag, Part::default())),
+            ),
+            AnyPair::Areas(law, pair) => remembering(
+                law.response_to_spring(pair, spring, kinematics, &of_areas(before)),
+                |(elongation, drag)| ((elongation, Part::default()), (drag, Part::default())),
+            ),
+        }
     }
     #[inline]
     fn separate(&self, pair: &AnyPair, kinematics: &Kinematics, before: &AnyMemory) -> Loss {
         match pair {
-            AnyPair::Grains(law, pair) => law.separate(pair, kinematics, &before.of_grains()),
-            AnyPair::Spheres(law, pair) => law.separate(pair, kinematics, &before.of_spheres()),
-            AnyPair::Areas(law, pair) => law.separate(pair, kinematics, &before.of_areas()),
+            AnyPair::Grains(law, pair) => law.separate(pair, kinematics, &of_grains(before)),
+            AnyPair::Spheres(law, pair) => law.separate(pair, kinematics, &of_spheres(before)),
+            AnyPair::Areas(law, pair) => law.separate(pair, kinematics, &of_areas(before)),
         }
     }
     fn energy(&self, pair: &AnyPair, overlap: f64, history: &AnyMemory) -> f64 {
         match pair {
-            AnyPair::Grains(law, pair) => law.energy(pair, overlap, &history.of_grains()),
-            AnyPair::Spheres(law, pair) => law.energy(pair, overlap, &history.of_spheres()),
-            AnyPair::Areas(law, pair) => law.energy(pair, overlap, &history.of_areas()),
+            AnyPair::Grains(law, pair) => law.energy(pair, overlap, &of_grains(history)),
+            AnyPair::Spheres(law, pair) => law.energy(pair, overlap, &of_spheres(history)),
+            AnyPair::Areas(law, pair) => law.energy(pair, overlap, &of_areas(history)),
         }
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use interface::config::DemConfig;
-
-    use super::super::tangent::Coulomb;
-    use super::*;
-    use crate::body::surfaces::Surfaces;
-
-    /// A contact of grains that has slid by `u` and rolled by `theta` holds `k_t u^2 / 2 + k_r theta^2 / 2` beside the normal
-    /// spring. If it opens while the moment still does the work `M / 2` times the last angle, the rest is lost.
-    #[test]
-    fn a_contact_that_has_slid_and_rolled_loses_its_springs_when_it_opens() {
-        let (k_n, k_t, mu_r, radius) = (1e5, 5e4, 0.2, 0.1);
-        let law = Rolling {
-            law: Contact {
-                normal: Adhesive {
-                    spring: Linear { stiffness: k_n },
-                    stress: 0.0,
-                },
-                tangent: Coulomb::new(k_t, 0.5),
-                dashpot: Viscous {
-                    ratio: 0.0,
-                    mass: 0.0,
-                },
-            },
-            friction: mu_r,
-        };
-        let config = DemConfig::default();
-        let surfaces = Surfaces::new(&config);
-        let mixed = Mixed(Table::new(&surfaces, &config.point_contact, &[], |_| {
-            AnyLaw::Grains(law)
-        }));
-        let pair = mixed.pair(&PairProperties {
-            mass: 1.0,
-            radius,
-            surfaces: [0; 2],
-        });
-        let (overlap, u, theta, last) = (1e-3, 1e-5, 1e-3, 4e-4);
-        let pressed = Kinematics {
-            overlap,
-            moved: [0.0, u],
-            rolled: theta,
-            ..Kinematics::default()
-        };
-        let response = mixed.response(&pair, &pressed, &AnyMemory::default());
-        let k_r = 2.25 * k_n * (mu_r * radius) * (mu_r * radius);
-        let held = 0.5 * k_t * u * u + 0.5 * k_r * theta * theta;
-        let near = |a: f64, b: f64| assert!((a - b).abs() < 1e-12 * b.abs(), "{a} {b}");
-        near(response.moment, -k_r * theta);
-        assert!(response.loss.friction.abs() < 1e-12 * held);
-        let energy = mixed.energy(&pair, overlap, &response.history);
-        near(energy, 0.5 * k_n * overlap * overlap + held);
-        let opened = Kinematics {
-            overlap: -1e-6,
-            moved: [1e-3, 0.0],
-            rolled: last,
-            ..Kinematics::default()
-        };
-        let loss = mixed.separate(&pair, &opened, &response.history);
-        near(loss.friction, held + 0.5 * k_r * theta * last);
-        assert_eq!(loss.viscous, 0.0);
     }
 }

@@ -1,6 +1,6 @@
 //! Rolling resistance: a moment on top of any law.
 
-use super::history::{Numbers, Part, ROLLING};
+use super::history::{Part, ROLLING};
 use super::tangent::within;
 use super::{Kinematics, Law, Loss, PairProperties, Response, Stiffness};
 
@@ -14,92 +14,20 @@ pub struct Rolling<L> {
     pub friction: f64,
 }
 
-/// History of [`Rolling`].
-#[derive(Debug, Clone, Copy, Default, PartialEq)]
-pub struct Rolled<H> {
-    /// History of the law for the forces.
-    pub law: H,
-    /// Moment at the last step in N.
-    pub moment: f64,
-    /// `k_r` at the last step in N.
-    pub stiffness: f64,
-}
+/// Moment and `k_r` at the last step, both in N.
+pub type Rolled = Part<ROLLING, 2>;
 
-impl<H> Rolled<H> {
-    fn energy(&self) -> f64 {
-        if self.stiffness > 0.0 {
-            0.5 * self.moment * self.moment / self.stiffness
-        } else {
-            0.0
-        }
-    }
-}
-
-impl<H: Numbers> Numbers for Rolled<H> {
-    const COUNT: usize = H::COUNT + 2;
-    fn parts(which: u32) -> Vec<Part> {
-        [H::parts(which), <[f64; 2]>::parts(ROLLING)].concat()
-    }
-    fn put(&self, numbers: &mut Vec<f64>) {
-        let Self {
-            law,
-            moment,
-            stiffness,
-        } = self;
-        law.put(numbers);
-        [*moment, *stiffness].put(numbers);
-    }
-    fn take(numbers: &mut impl Iterator<Item = f64>) -> Self {
-        let law = H::take(numbers);
-        let [moment, stiffness] = Numbers::take(numbers);
-        Self {
-            law,
-            moment,
-            stiffness,
-        }
-    }
-}
-
-impl<L: Law> Rolling<L> {
-    /// Adds the moment to the response of the law for the forces.
-    #[inline]
-    fn with_moment(
-        &self,
-        pair: &<Self as Law>::Pair,
-        kinematics: &Kinematics,
-        before: &Rolled<L::History>,
-        response: Response<L::History>,
-    ) -> Response<Rolled<L::History>> {
-        let stiffness = self.stiffness(pair, kinematics.overlap).rolling;
-        let kept = if stiffness < before.stiffness {
-            stiffness / before.stiffness
-        } else {
-            1.0
-        };
-        let cap = pair.1 * response.normal.max(0.0);
-        let moment = within(before.moment * kept - stiffness * kinematics.rolled, cap);
-        let history = Rolled {
-            law: response.history,
-            moment,
-            stiffness,
-        };
-        let work = -0.5 * (before.moment + moment) * kinematics.rolled;
-        let loss = Loss {
-            friction: response.loss.friction + work - (history.energy() - before.energy()),
-            ..response.loss
-        };
-        Response {
-            normal: response.normal,
-            tangential: response.tangential,
-            moment,
-            history,
-            loss,
-        }
+/// Energy of the rolling spring in J/m.
+fn energy(&Part([moment, stiffness]): &Rolled) -> f64 {
+    if stiffness > 0.0 {
+        0.5 * moment * moment / stiffness
+    } else {
+        0.0
     }
 }
 
 impl<L: Law> Law for Rolling<L> {
-    type History = Rolled<L::History>;
+    type History = (L::History, Rolled);
     /// Constants of the law for the forces, and `mu_r R*`.
     type Pair = (L::Pair, f64);
 
@@ -127,32 +55,46 @@ impl<L: Law> Law for Rolling<L> {
         pair: &Self::Pair,
         spring: f64,
         kinematics: &Kinematics,
-        before: &Self::History,
+        (before, rolled): &Self::History,
     ) -> Response<Self::History> {
-        let response = self
-            .law
-            .response_to_spring(&pair.0, spring, kinematics, &before.law);
-        self.with_moment(pair, kinematics, before, response)
+        let response = (self.law).response_to_spring(&pair.0, spring, kinematics, before);
+        let Part([moment_before, stiffness_before]) = *rolled;
+        let stiffness = self.stiffness(pair, kinematics.overlap).rolling;
+        let kept = if stiffness < stiffness_before {
+            stiffness / stiffness_before
+        } else {
+            1.0
+        };
+        let cap = pair.1 * response.normal.max(0.0);
+        let moment = within(moment_before * kept - stiffness * kinematics.rolled, cap);
+        let after = Part([moment, stiffness]);
+        let work = -0.5 * (moment_before + moment) * kinematics.rolled;
+        let loss = Loss {
+            friction: response.loss.friction + work - (energy(&after) - energy(rolled)),
+            ..response.loss
+        };
+        Response {
+            normal: response.normal,
+            tangential: response.tangential,
+            moment,
+            history: (response.history, after),
+            loss,
+        }
     }
     #[inline]
-    fn response(
+    fn separate(
         &self,
         pair: &Self::Pair,
         kinematics: &Kinematics,
-        before: &Self::History,
-    ) -> Response<Self::History> {
-        let response = self.law.response(&pair.0, kinematics, &before.law);
-        self.with_moment(pair, kinematics, before, response)
-    }
-    #[inline]
-    fn separate(&self, pair: &Self::Pair, kinematics: &Kinematics, before: &Self::History) -> Loss {
-        let loss = self.law.separate(&pair.0, kinematics, &before.law);
+        (before, rolled): &Self::History,
+    ) -> Loss {
+        let loss = self.law.separate(&pair.0, kinematics, before);
         Loss {
-            friction: loss.friction + before.energy() - 0.5 * before.moment * kinematics.rolled,
+            friction: loss.friction + energy(rolled) - 0.5 * rolled.0[0] * kinematics.rolled,
             ..loss
         }
     }
     fn energy(&self, pair: &Self::Pair, overlap: f64, history: &Self::History) -> f64 {
-        self.law.energy(&pair.0, overlap, &history.law) + history.energy()
+        self.law.energy(&pair.0, overlap, &history.0) + energy(&history.1)
     }
 }

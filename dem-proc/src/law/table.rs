@@ -79,15 +79,6 @@ impl<L: Law + Copy> Law for Table<L> {
         law.response_to_spring(pair, spring, kinematics, before)
     }
     #[inline]
-    fn response(
-        &self,
-        (law, pair): &Self::Pair,
-        kinematics: &Kinematics,
-        before: &Self::History,
-    ) -> Response<Self::History> {
-        law.response(pair, kinematics, before)
-    }
-    #[inline]
     fn separate(
         &self,
         (law, pair): &Self::Pair,

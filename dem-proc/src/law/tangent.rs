@@ -1,6 +1,6 @@
 //! Friction: the tangential part of a law.
 
-use super::history::{Numbers, Plain};
+use super::history::{Numbers, Part, Plain, TANGENT};
 
 /// Tangential part of a law.
 pub trait Tangent: Plain {
@@ -76,20 +76,7 @@ impl Coulomb {
 
 /// Elongation `xi_t` of the tangential spring along `T` in m. It is a number and not a vector, so it rotates with the
 /// contact frame.
-#[derive(Debug, Clone, Copy, Default, PartialEq)]
-pub struct Elongation(pub f64);
-
-impl Numbers for Elongation {
-    const COUNT: usize = 1;
-    fn put(&self, numbers: &mut Vec<f64>) {
-        let Self(elongation) = *self;
-        [elongation].put(numbers);
-    }
-    fn take(numbers: &mut impl Iterator<Item = f64>) -> Self {
-        let [elongation] = Numbers::take(numbers);
-        Self(elongation)
-    }
-}
+pub type Elongation = Part<TANGENT, 1>;
 
 impl Tangent for Coulomb {
     type State = Elongation;
@@ -111,23 +98,23 @@ impl Tangent for Coulomb {
     ) -> Slide<Elongation> {
         let cap = self.friction * pressing;
         let longest = cap * self.compliance;
-        let before = before.0;
+        let [before] = before.0;
         let now = within(before + moved, longest);
         let spring = -self.stiffness * now;
         let total = within(spring + dashpot, cap);
         Slide {
             spring,
             dashpot: total - spring,
-            state: Elongation(now),
+            state: Part([now]),
             loss: 0.5 * self.stiffness * (now + before) * (moved - (now - before)),
         }
     }
     #[inline]
     fn separate(&self, moved: f64, before: &Elongation) -> f64 {
-        0.5 * self.stiffness * before.0 * (moved + before.0)
+        0.5 * self.stiffness * before.0[0] * (moved + before.0[0])
     }
     fn energy(&self, state: &Elongation) -> f64 {
-        0.5 * self.stiffness * state.0 * state.0
+        0.5 * self.stiffness * state.0[0] * state.0[0]
     }
 }
 
@@ -149,26 +136,8 @@ impl Mindlin {
     };
 }
 
-/// History of [`Mindlin`].
-#[derive(Debug, Clone, Copy, Default, PartialEq)]
-pub struct Sheared {
-    /// Force of the spring in N/m.
-    pub force: f64,
-    /// `k_t` at the last step in N/m.
-    pub stiffness: f64,
-}
-
-impl Numbers for Sheared {
-    const COUNT: usize = 2;
-    fn put(&self, numbers: &mut Vec<f64>) {
-        let Self { force, stiffness } = *self;
-        [force, stiffness].put(numbers);
-    }
-    fn take(numbers: &mut impl Iterator<Item = f64>) -> Self {
-        let [force, stiffness] = Numbers::take(numbers);
-        Self { force, stiffness }
-    }
-}
+/// Force of the spring and `k_t` at the last step, both in N/m.
+pub type Sheared = Part<TANGENT, 2>;
 
 impl Tangent for Mindlin {
     type State = Sheared;
@@ -188,18 +157,16 @@ impl Tangent for Mindlin {
         before: &Sheared,
     ) -> Slide<Sheared> {
         let cap = self.friction * pressing;
-        let kept = if k_t < before.stiffness {
-            k_t / before.stiffness
+        let [force, stiffness] = before.0;
+        let kept = if k_t < stiffness {
+            k_t / stiffness
         } else {
             1.0
         };
-        let spring = within(before.force * kept - k_t * moved, cap);
+        let spring = within(force * kept - k_t * moved, cap);
         let total = within(spring + dashpot, cap);
-        let state = Sheared {
-            force: spring,
-            stiffness: k_t,
-        };
-        let work = -0.5 * (before.force + spring) * moved;
+        let state = Part([spring, k_t]);
+        let work = -0.5 * (force + spring) * moved;
         Slide {
             spring,
             dashpot: total - spring,
@@ -209,59 +176,15 @@ impl Tangent for Mindlin {
     }
     #[inline]
     fn separate(&self, moved: f64, before: &Sheared) -> f64 {
-        self.energy(before) - 0.5 * before.force * moved
+        self.energy(before) - 0.5 * before.0[0] * moved
     }
     #[inline]
     fn energy(&self, state: &Sheared) -> f64 {
-        if state.stiffness > 0.0 {
-            0.5 * state.force * state.force / state.stiffness
+        let [force, stiffness] = state.0;
+        if stiffness > 0.0 {
+            0.5 * force * force / stiffness
         } else {
             0.0
         }
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    /// Forces, losses and energies, with the contact sticking, slipping and separating.
-    #[test]
-    fn both_springs_are_one_at_a_constant_stiffness() {
-        let (k_n, ratio, friction) = (4e4, 0.75, 0.3);
-        let by_force = Mindlin { ratio, friction };
-        let by_length = Coulomb::new(ratio * k_n, friction);
-        let k_t = by_force.stiffness(k_n);
-        assert_eq!(k_t, by_length.stiffness(k_n));
-        let (mut sheared, mut elongation) = (Sheared::default(), Elongation::default());
-        let [mut slips, mut sticks] = [0; 2];
-        for n in 0..200 {
-            let n = f64::from(n);
-            let pressing = 50.0 + 20.0 * (0.11 * n).sin();
-            let (moved, dashpot) = (3e-4 * (0.3 * n).sin(), 2.0 * (0.7 * n).cos());
-            let opened = [
-                by_force.separate(moved, &sheared),
-                by_length.separate(moved, &elongation),
-            ];
-            let a = by_force.slide(k_t, pressing, dashpot, moved, &sheared);
-            let b = by_length.slide(k_t, pressing, dashpot, moved, &elongation);
-            (sheared, elongation) = (a.state, b.state);
-            let stored = [by_force.energy(&sheared), by_length.energy(&elongation)];
-            for ([a, b], size) in [
-                ([a.spring, b.spring], 20.0),
-                ([a.dashpot, b.dashpot], 20.0),
-                ([a.loss, b.loss], 1e-2),
-                (opened, 1e-2),
-                (stored, 1e-2),
-            ] {
-                assert!((a - b).abs() < 1e-13 * size, "{n}: {a} {b}");
-            }
-            if a.loss > 1e-6 {
-                slips += 1;
-            } else {
-                sticks += 1;
-            }
-        }
-        assert!(slips > 20 && sticks > 20, "{slips} {sticks}");
     }
 }

@@ -2,4 +2,5 @@
 
 pub mod cells;
 pub mod neighbours;
+pub mod now;
 pub mod watch;

@@ -14,6 +14,7 @@ use crate::body::edge::vertex_edge;
 use crate::lists::cells::Cells;
 use crate::lists::watch::Watch;
 use crate::parry::{Bounds, BoxTree};
+use crate::threads::CHUNK;
 
 /// A point is "in reach" of a body up to this distance beyond contact, as a fraction of the point's radius. In a step a
 /// point moves at most half its radius relative to a body (the kinematic limit), so every pair that touches in the next
@@ -220,6 +221,8 @@ pub struct BodyList {
     pub pairs: Vec<VertexEdge>,
     /// The smallest contact distance among them in m; infinite if there are none.
     pub smallest_reach: f64,
+    /// Whether all pairs of a chunk are of discs.
+    pub round: Vec<bool>,
     near: Vec<u32>,
     vertices: Vec<u32>,
 }
@@ -239,6 +242,10 @@ impl BodyList {
         });
         let reaches = self.pairs.iter().map(|pair| pair.reach);
         self.smallest_reach = reaches.fold(f64::INFINITY, f64::min);
+        let disc = |b: &u32| bodies.outline_of(*b as usize).len() == 1;
+        let round = |chunk: &[VertexEdge]| chunk.iter().all(|pair| pair.bodies.iter().all(disc));
+        self.round.clear();
+        self.round.extend(self.pairs.chunks(CHUNK).map(round));
     }
 
     /// The vertices of the first body against the edges of the second (one of the two sums of eq. 39).

@@ -3,86 +3,55 @@
 use interface::Vec2;
 use interface::config::surfaces::ContactPair;
 use interface::config::{BodyConfig, BodyShape, ContactLaw, DemConfig, Interface, OverlapMeasure};
-use interface::solver::{Readiness, Refusal};
+use interface::solver::{DemMeasurement, Readiness, Refusal};
 
 use crate::body::bodies::{Bodies, Body};
 use crate::body::surfaces::Surfaces;
 use crate::contact::approach::{first_contact, outer_acceleration};
-use crate::contact::convex::{ConvexContacts, Measure};
+use crate::contact::convex::Convex;
+use crate::contact::engine::{Contacts, PairKind};
 use crate::contact::impact::SurfaceMotion;
 use crate::contact::nearest::NearestEdge;
 use crate::contact::overlap::OverlapArea;
-use crate::contact::pairs::{BodyContacts, BodySide};
+use crate::contact::pairs::VertexEdges;
 use crate::contact::point_body::PointBody;
 use crate::contact::point_pairs::PointPairs;
-use crate::contact::point_side::PointSide;
-use crate::contact::points::PointContacts;
+use crate::contact::points::OfPoints;
 use crate::contact::segments::SegmentContacts;
+use crate::contact::side::Side;
 use crate::law::Law;
 use crate::law::choice::{ForLaw, normal_stiffness, with_laws, with_table};
-use crate::system::{Kicked, LimitConstants, Loads, State, System};
+use crate::system::{Kicked, LimitConstants, Loads, Sides, State, System};
 use crate::threads::Threads;
 
-struct PointsWith {
+/// Contacts in pairs of the kind `K`.
+struct With<K> {
+    kind: K,
+    skin: f64,
+}
+
+impl<K: PairKind> ForLaw for With<K> {
+    type Output = Box<dyn Side>;
+    fn build<L: Law>(self, law: L) -> Self::Output {
+        Box::new(Contacts::new(law, self.kind, self.skin))
+    }
+}
+
+struct SegmentsWith {
     /// Surface of each point group.
     surfaces: Vec<u32>,
     skin: f64,
 }
 
-impl ForLaw for PointsWith {
-    type Output = Box<dyn PointSide>;
-    fn build<L: Law>(self, law: L) -> Self::Output {
-        let surfaces = self.surfaces;
-        Box::new(PointContacts::new(law, PointBody { surfaces }, self.skin))
-    }
-}
-
-struct SegmentsWith(PointsWith);
-
 impl ForLaw for SegmentsWith {
-    type Output = Box<dyn PointSide>;
+    type Output = Box<dyn Side>;
     fn build<L: Law>(self, law: L) -> Self::Output {
-        Box::new(SegmentContacts::new(law, self.0.surfaces, self.0.skin))
-    }
-}
-
-struct EdgesWith {
-    skin: f64,
-}
-
-impl ForLaw for EdgesWith {
-    type Output = Box<dyn BodySide>;
-    fn build<L: Law>(self, law: L) -> Self::Output {
-        Box::new(BodyContacts::new(law, self.skin))
-    }
-}
-
-struct ConvexWith<M> {
-    measure: M,
-    skin: f64,
-}
-
-impl<M: Measure + 'static> ForLaw for ConvexWith<M> {
-    type Output = Box<dyn BodySide>;
-    fn build<L: Law>(self, law: L) -> Self::Output {
-        Box::new(ConvexContacts::new(law, self.measure, self.skin))
-    }
-}
-
-struct PairsWith {
-    geometry: PointPairs,
-    skin: f64,
-}
-
-impl ForLaw for PairsWith {
-    type Output = Box<dyn PointSide>;
-    fn build<L: Law>(self, law: L) -> Self::Output {
-        Box::new(PointContacts::new(law, self.geometry, self.skin))
+        Box::new(SegmentContacts::new(law, self.surfaces, self.skin))
     }
 }
 
 /// Contact between the points of two groups, if there is a law for it.
-fn pair_side(config: &DemConfig) -> Option<Box<dyn PointSide>> {
+fn pair_side(config: &DemConfig) -> Option<Box<dyn Side>> {
     let pairs = &config.group_pairs;
     let law = &pairs.first()?.law;
     // Each group is a surface of its own, named after its number.
@@ -94,8 +63,9 @@ fn pair_side(config: &DemConfig) -> Option<Box<dyn PointSide>> {
         .collect();
     let surfaces = Surfaces::of(&table);
     let groups = pairs.iter().map(|pair| pair.between);
-    let build = PairsWith {
-        geometry: PointPairs::new(groups, |group| surfaces.number(&group.to_string())),
+    let geometry = PointPairs::new(groups, |group| surfaces.number(&group.to_string()));
+    let build = With {
+        kind: OfPoints(geometry),
         skin: config.skin,
     };
     let others = table.iter().filter(|pair| pair.law != *law);
@@ -104,34 +74,35 @@ fn pair_side(config: &DemConfig) -> Option<Box<dyn PointSide>> {
 }
 
 /// Contact between points and bodies.
-fn point_side(config: &DemConfig, surfaces_of: &Surfaces) -> Box<dyn PointSide> {
+fn point_side(config: &DemConfig, surfaces_of: &Surfaces) -> Box<dyn Side> {
     let groups = config.point_surfaces.iter();
-    let build = PointsWith {
-        surfaces: groups.map(|name| surfaces_of.number(name)).collect(),
-        skin: config.skin,
-    };
-    let law = &config.point_contact;
+    let surfaces = groups.map(|name| surfaces_of.number(name)).collect();
+    let (law, skin) = (&config.point_contact, config.skin);
     let table: Vec<&ContactPair> = config.point_pairs().map(|(_, pair)| pair).collect();
     if config.interface == Interface::Segments {
-        return with_table(surfaces_of, law, &table, SegmentsWith(build));
+        return with_table(surfaces_of, law, &table, SegmentsWith { surfaces, skin });
     }
-    with_laws(surfaces_of, law, &table, build)
+    let kind = OfPoints(PointBody { surfaces });
+    with_laws(surfaces_of, law, &table, With { kind, skin })
 }
 
 /// Contact between bodies by `law` and the pairs of the table, with the measure of overlap that the scene chooses.
-fn body_side(config: &DemConfig, surfaces: &Surfaces, law: &ContactLaw) -> Box<dyn BodySide> {
+fn body_side(config: &DemConfig, surfaces: &Surfaces, law: &ContactLaw) -> Box<dyn Side> {
     let table: Vec<&ContactPair> = config.body_pairs().map(|(_, pair)| pair).collect();
     let skin = config.skin;
     match config.overlap {
-        OverlapMeasure::EachEdge => with_laws(surfaces, law, &table, EdgesWith { skin }),
+        OverlapMeasure::EachEdge => {
+            let kind = VertexEdges;
+            with_laws(surfaces, law, &table, With { kind, skin })
+        }
         // The other measures need not be fast.
         OverlapMeasure::NearestEdge => {
-            let measure = NearestEdge;
-            with_table(surfaces, law, &table, ConvexWith { measure, skin })
+            let kind = Convex::<NearestEdge>::default();
+            with_table(surfaces, law, &table, With { kind, skin })
         }
         OverlapMeasure::Area => {
-            let measure = OverlapArea::default();
-            with_table(surfaces, law, &table, ConvexWith { measure, skin })
+            let kind = Convex::<OverlapArea>::default();
+            with_table(surfaces, law, &table, With { kind, skin })
         }
     }
 }
@@ -145,6 +116,14 @@ pub fn configure(config: &DemConfig) -> Result<(System, Readiness), Refusal> {
         return Err(Refusal::new(&fault.key, fault.to_string()));
     }
     refuse_unbuilt(config)?;
+    build(config)
+}
+
+/// The same without checks of numbers.
+///
+/// # Errors
+/// A refusal that names the key.
+pub fn build(config: &DemConfig) -> Result<(System, Readiness), Refusal> {
     let bodies = Bodies::new(config)?;
     let threads = Threads::new(config.threads)
         .map_err(|e| Refusal::new("dem.threads", format!("{}: {e}", config.threads)))?;
@@ -167,9 +146,11 @@ pub fn configure(config: &DemConfig) -> Result<(System, Readiness), Refusal> {
     let lightest = free.map(|b| b.mass).fold(f64::INFINITY, f64::min);
     let system = System {
         gravity: config.gravity.into(),
-        points: point_side(config, &surfaces),
-        point_pairs: pair_side(config),
-        pairs: pairs.map(|law| body_side(config, &surfaces, law)),
+        sides: Sides {
+            points: point_side(config, &surfaces),
+            point_pairs: pair_side(config),
+            bodies: pairs.map(|law| body_side(config, &surfaces, law)),
+        },
         threads,
         loads: Loads::of(n),
         kicked: Kicked {
@@ -188,7 +169,8 @@ pub fn configure(config: &DemConfig) -> Result<(System, Readiness), Refusal> {
         },
         skin: config.skin,
         bodies,
-        ..System::default()
+        envelopes: Vec::new(),
+        measurement: DemMeasurement::default(),
     };
     let readiness = Readiness {
         items: n as u64,

@@ -15,16 +15,15 @@ use crate::body::load::{Load, PairLoad};
 use crate::system::{State, System};
 
 /// Name of the format of the bytes.
-pub const FORMAT: &str = "tandem-dem 8";
+pub const FORMAT: &str = "tandem-dem 9";
 
 /// The state before a step.
 #[derive(Serialize, Deserialize)]
 pub struct Saved {
     bodies: Vec<(Pose, LastMove)>,
     state: State,
-    points: Vec<u8>,
-    point_pairs: Option<Vec<u8>>,
-    pairs: Option<Vec<u8>>,
+    /// Those that the scene has, in their order.
+    sides: Vec<Vec<u8>>,
 }
 
 impl System {
@@ -33,9 +32,7 @@ impl System {
         Saved {
             bodies: self.bodies.save(),
             state: self.state.clone(),
-            points: self.points.save(),
-            point_pairs: self.point_pairs.as_ref().map(|pairs| pairs.save()),
-            pairs: self.pairs.as_ref().map(|pairs| pairs.save()),
+            sides: self.sides.all().map(|side| side.save()).collect(),
         }
     }
 
@@ -48,12 +45,8 @@ impl System {
         self.state = saved.state;
         // Driven bodies may have another speed than in the saved run.
         self.state.speed = self.state.speed.max(self.bodies.initial_speed());
-        self.points.restore(&saved.points, &self.bodies)?;
-        if let (Some(pairs), Some(saved)) = (&mut self.point_pairs, saved.point_pairs) {
-            pairs.restore(&saved, &self.bodies)?;
-        }
-        if let (Some(pairs), Some(saved)) = (&mut self.pairs, saved.pairs) {
-            pairs.restore(&saved, &self.bodies)?;
+        for (side, saved) in self.sides.all_mut().zip(&saved.sides) {
+            side.restore(saved, &self.bodies, &self.state.sets)?;
         }
         self.loads.by_points.fill(Load::default());
         self.loads.by_bodies.fill(PairLoad::default());

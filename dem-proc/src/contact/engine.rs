@@ -1,0 +1,467 @@
+//! Contacts of any [`PairKind`], for any law: lists, histories, chunks, sums and saved state.
+//!
+//! An evaluation does not change what is kept between steps ([`Kept`]). It writes histories to `next`, and a new list
+//! beside the one that is kept. [`Side::commit`] and [`Side::keep_list`] then make them the kept state, so a step can be
+//! evaluated again.
+
+use std::fmt::Debug;
+use std::sync::Mutex;
+
+use interface::message::wire::{ContactState, ImpInfo, ImpState};
+use interface::saved::{pack, unpack};
+use interface::solver::Refusal;
+use serde::{Deserialize, Serialize};
+
+use crate::body::bodies::Bodies;
+use crate::contact::approach::{Near, crossing_rate};
+use crate::contact::pair_geometry::Moves;
+use crate::contact::side::{AfterKick, Interval, Side, Sums, Targets};
+use crate::law::history::Numbers;
+use crate::law::{LastStep, Law, PairProperties};
+use crate::lists::now::{Now, Sets, Slots};
+use crate::lists::watch::{Look, Watching};
+use crate::saved::one_for_each;
+use crate::threads::{CHUNK, Spare, Threads};
+
+/// A kind of pairs: which are near, where they touch, and on what their force acts.
+pub trait PairKind: Debug + Send + Sync + Sized + 'static {
+    /// Whether one of the two is a point. Then nobody needs the results of a chunk after they were added, and a damping
+    /// ratio refers to the lightest pair.
+    const OF_POINTS: bool;
+    /// Two that may touch.
+    type Pair: Copy + Debug + Send + Sync;
+    /// What distinguishes a pair from the others of a list.
+    type Key: Copy + Ord;
+    /// The pairs that may touch, with what belongs to them.
+    type List: Debug + Default + Send + Sync;
+    /// Where the two were when the list was built.
+    type Watch: Watching;
+    /// What the geometry remembers of a pair from step to step.
+    type Memory: Numbers;
+    /// The results of a chunk.
+    type Found: Debug + Default + Send + Sync;
+    /// Working memory for a chunk.
+    type Room: Debug + Default + Send;
+
+    /// Whether a list still holds all pairs that may touch.
+    fn holds(watch: &mut Self::Watch, now: &Now) -> bool;
+    /// Builds the list for the places and margins of `watch`.
+    fn list(&self, bodies: &Bodies, set: &[ImpInfo], watch: &Self::Watch, list: &mut Self::List);
+    /// The pairs, in ascending order of their keys.
+    fn pairs(list: &Self::List) -> &[Self::Pair];
+    /// Key of a pair whose points are in other slots; `None` if one of them is in none.
+    fn key(pair: Self::Pair, slot: impl Fn(u32) -> Option<u32>) -> Option<Self::Key>;
+    /// The constants of a pair for its law.
+    fn properties(&self, bodies: &Bodies, set: &[ImpInfo], pair: Self::Pair) -> PairProperties;
+    /// Overlap in m, for the energy.
+    fn depth(on: &On<Self>, pair: Self::Pair, room: &mut Self::Room) -> f64;
+    /// Evaluates the pairs of a chunk. `next` gets their histories.
+    fn evaluate<L: Law>(
+        chunk: &Chunk<Self, L>,
+        room: &mut Self::Room,
+        next: &mut [(L::History, Self::Memory)],
+        found: &mut Self::Found,
+    );
+    /// Adds the results of a chunk.
+    fn add(on: &On<Self>, found: &Self::Found, to: &mut Targets, sums: &mut Sums);
+    /// Appends the pairs of a chunk that press as frames contain them.
+    fn contacts<L: Law>(
+        chunk: &Chunk<Self, L>,
+        found: Option<&Self::Found>,
+        contacts: &mut Vec<ContactState>,
+    );
+    /// The larger ones of `known` and of the rates of the chunk's pairs in 1/s^2, as [`Side::omega_sq`] has them.
+    /// `stiffest` is the largest stiffness in N/m of a pair that presses.
+    fn rates(
+        _found: &Self::Found,
+        _pairs: &[Self::Pair],
+        known: [f64; 2],
+        _after: &AfterKick,
+        _stiffest: f64,
+    ) -> [f64; 2] {
+        known
+    }
+    /// Upper bound in 1/s of [`crossing_rate`] for surfaces up to `speed` (m/s).
+    fn fastest_crossing(_list: &Self::List, _speed: f64) -> f64 {
+        0.0
+    }
+    /// Calls `act` for the pairs of a chunk that are within `closing` (m) of one another, or as `watch` says.
+    fn each_near(
+        _found: &Self::Found,
+        _pairs: &[Self::Pair],
+        _bodies: &Bodies,
+        _margins: (&Self::Watch, f64),
+        _act: impl FnMut(&Near),
+    ) {
+    }
+}
+
+/// What an evaluation reads.
+#[derive(Debug)]
+pub struct On<'a, K: PairKind> {
+    /// The kind of pairs.
+    pub kind: &'a K,
+    /// The bodies.
+    pub bodies: &'a Bodies,
+    /// The set of points.
+    pub set: &'a [ImpInfo],
+    /// Their states.
+    pub states: &'a [ImpState],
+    /// The list.
+    pub list: &'a K::List,
+    /// Where the two were when it was built.
+    pub watch: &'a K::Watch,
+    /// The intervals before and after.
+    pub interval: Interval,
+    /// How the bodies have moved in the last step.
+    pub moves: Moves<'a>,
+    /// Which pairs are looked at.
+    pub look: Look,
+}
+
+impl<K: PairKind> Clone for On<'_, K> {
+    fn clone(&self) -> Self {
+        *self
+    }
+}
+
+impl<K: PairKind> Copy for On<'_, K> {}
+
+/// Some pairs of a list, and the data that their evaluation needs.
+#[derive(Debug)]
+pub struct Chunk<'a, K: PairKind, L: Law> {
+    /// What all chunks read. It is a copy, so that loops have it in registers.
+    pub on: On<'a, K>,
+    /// The law.
+    pub law: &'a L,
+    /// Number of the chunk.
+    pub number: usize,
+    /// The pairs.
+    pub pairs: &'a [K::Pair],
+    /// Their constants.
+    pub constants: &'a [L::Pair],
+    /// Mobilities of pairs of points in 1/kg, with bodies that do not rotate.
+    pub mobility: &'a [f64],
+    /// Histories.
+    pub history: &'a [(L::History, K::Memory)],
+}
+
+/// The state of the contacts of a list, and the list, which follows from the places of the watch.
+#[derive(Debug, Serialize, Deserialize)]
+#[serde(bound = "")]
+struct Kept<K: PairKind, L: Law> {
+    watch: K::Watch,
+    #[serde(with = "crate::law::history")]
+    history: Vec<(L::History, K::Memory)>,
+    #[serde(skip)]
+    list: K::List,
+    #[serde(skip)]
+    constants: Vec<L::Pair>,
+    /// Mobility of each pair of points in 1/kg, with bodies that do not rotate.
+    #[serde(skip)]
+    mobility: Vec<f64>,
+    /// Smallest reduced mass of a pair in kg/m.
+    #[serde(skip)]
+    lightest: f64,
+}
+
+impl<K: PairKind, L: Law> Kept<K, L> {
+    fn new(skin: f64) -> Self {
+        Self {
+            watch: K::Watch::new(skin),
+            history: Vec::new(),
+            list: K::List::default(),
+            constants: Vec::new(),
+            mobility: Vec::new(),
+            lightest: f64::INFINITY,
+        }
+    }
+
+    fn pairs(&self) -> &[K::Pair] {
+        K::pairs(&self.list)
+    }
+
+    /// Builds the list, with the constants of its pairs.
+    fn build(&mut self, law: &L, kind: &K, bodies: &Bodies, set: &[ImpInfo]) {
+        kind.list(bodies, set, &self.watch, &mut self.list);
+        self.constants.clear();
+        self.mobility.clear();
+        self.lightest = f64::INFINITY;
+        for &pair in K::pairs(&self.list) {
+            let properties = kind.properties(bodies, set, pair);
+            self.constants.push(law.pair(&properties));
+            self.lightest = self.lightest.min(properties.mass);
+            if K::OF_POINTS {
+                self.mobility.push(1.0 / properties.mass);
+            }
+        }
+    }
+
+    /// Takes the histories from an `old` list.
+    fn carry(&mut self, old: &Self, slots: &Slots) {
+        let key = |pair: K::Pair| K::key(pair, Some).expect("every slot is one");
+        let (pairs, mut at) = (old.pairs(), 0);
+        self.history.clear();
+        let history = K::pairs(&self.list).iter().map(|&pair| {
+            let Some(wanted) = K::key(pair, |slot| slots.before(slot)) else {
+                return Default::default();
+            };
+            // Mostly it is the one after the last one.
+            if pairs.get(at).is_none_or(|&next| key(next) != wanted) {
+                at = pairs.partition_point(|&other| key(other) < wanted);
+            }
+            let found = pairs.get(at).is_some_and(|&next| key(next) == wanted);
+            at += usize::from(found);
+            if found {
+                old.history[at - 1]
+            } else {
+                Default::default()
+            }
+        });
+        self.history.extend(history);
+    }
+}
+
+/// Contacts by the law `L` of pairs of the kind `K`.
+#[derive(Debug)]
+pub struct Contacts<K: PairKind, L: Law> {
+    law: L,
+    kind: K,
+    kept: Kept<K, L>,
+    /// Replaces `kept` if the last evaluation built it.
+    fresh: Kept<K, L>,
+    rebuilt: bool,
+    next: Vec<(L::History, K::Memory)>,
+    rooms: Spare<K::Room>,
+    /// The results of each chunk.
+    found: Vec<K::Found>,
+    sums: Sums,
+    /// The argument of the last evaluation.
+    interval: Interval,
+}
+
+impl<K: PairKind, L: Law> Contacts<K, L> {
+    /// No list yet.
+    pub fn new(law: L, kind: K, skin: f64) -> Self {
+        Self {
+            law,
+            kind,
+            kept: Kept::new(skin),
+            fresh: Kept::new(skin),
+            rebuilt: false,
+            next: Vec::new(),
+            rooms: Spare::default(),
+            found: Vec::new(),
+            sums: Sums::default(),
+            interval: Interval::after(LastStep::new(0.0)),
+        }
+    }
+
+    /// The version that the last evaluation used.
+    fn current(&self) -> &Kept<K, L> {
+        if self.rebuilt {
+            &self.fresh
+        } else {
+            &self.kept
+        }
+    }
+
+    fn on<'a>(
+        &'a self,
+        now: &'a Now,
+        interval: Interval,
+        (moves, look): (Moves<'a>, Look),
+    ) -> On<'a, K> {
+        On {
+            kind: &self.kind,
+            bodies: now.bodies,
+            set: &now.sets.now,
+            states: now.states,
+            list: &self.current().list,
+            watch: &self.current().watch,
+            interval,
+            moves,
+            look,
+        }
+    }
+
+    fn chunk<'a>(&'a self, on: On<'a, K>, number: usize) -> Chunk<'a, K, L> {
+        let now = self.current();
+        let from = number * CHUNK;
+        let here = from..now.history.len().min(from + CHUNK);
+        Chunk {
+            on,
+            law: &self.law,
+            number,
+            pairs: &now.pairs()[here.clone()],
+            constants: &now.constants[here.clone()],
+            mobility: if K::OF_POINTS {
+                &now.mobility[here.clone()]
+            } else {
+                &[]
+            },
+            history: &now.history[here],
+        }
+    }
+
+    /// The results of each chunk, and its pairs.
+    fn results(&self) -> impl Iterator<Item = (&K::Found, &[K::Pair])> {
+        self.found.iter().zip(self.current().pairs().chunks(CHUNK))
+    }
+}
+
+impl<K: PairKind, L: Law> Side for Contacts<K, L> {
+    fn update_list(&mut self, now: &Now) {
+        self.rebuilt = !K::holds(&mut self.kept.watch, now);
+        if self.rebuilt {
+            let slots = Slots::of(now.sets);
+            self.fresh.watch.begin(&self.kept.watch, now, &slots);
+            let set = &now.sets.now;
+            self.fresh.build(&self.law, &self.kind, now.bodies, set);
+            self.fresh.carry(&self.kept, &slots);
+        }
+    }
+
+    fn evaluate(&mut self, now: &Now, interval: Interval, threads: &Threads, to: &mut Targets) {
+        let current = if self.rebuilt {
+            &mut self.fresh
+        } else {
+            &mut self.kept
+        };
+        let look = current.watch.look(interval.closing);
+        let mut next = std::mem::take(&mut self.next);
+        let mut found = std::mem::take(&mut self.found);
+        next.resize(self.current().history.len(), Default::default());
+        let opening = Moves::opening(now.bodies, interval.last_step);
+        let moves = Moves::of(now.bodies, interval.last_step, &opening);
+        let on = self.on(now, interval, (moves, look));
+        let evaluate = |i: usize, next: &mut [_], found: &mut K::Found| {
+            let mut room = self.rooms.take();
+            K::evaluate(&self.chunk(on, i), &mut room, next, found);
+            self.rooms.give_back(room);
+        };
+        let mut sums = Sums::default();
+        let add = |found: &K::Found| K::add(&on, found, to, &mut sums);
+        if K::OF_POINTS {
+            threads.chunks_in_passing(&mut next, &mut found, evaluate, add);
+        } else {
+            found.resize_with(next.len().div_ceil(CHUNK), K::Found::default);
+            threads.chunks(&mut next, &mut found, evaluate, add);
+        }
+        (self.next, self.found) = (next, found);
+        (self.sums, self.interval) = (sums, interval);
+    }
+
+    fn sums(&self) -> &Sums {
+        &self.sums
+    }
+
+    fn energy(&self, now: &Now) -> f64 {
+        let moves = Moves::of(now.bodies, self.interval.last_step, &[]);
+        let on = self.on(now, self.interval, (moves, Look::default()));
+        let current = self.current();
+        let pairs = current.pairs().iter().zip(&current.constants);
+        let mut room = self.rooms.take();
+        let energy = pairs
+            .zip(&self.next)
+            .map(|((&pair, constants), (history, _))| {
+                let depth = K::depth(&on, pair, &mut room);
+                if depth > 0.0 {
+                    self.law.energy(constants, depth, history)
+                } else {
+                    0.0
+                }
+            });
+        let energy = energy.sum();
+        self.rooms.give_back(room);
+        energy
+    }
+
+    fn collect_contacts(&self, now: &Now, last_step: LastStep, contacts: &mut Vec<ContactState>) {
+        let moves = Moves::of(now.bodies, last_step, &[]);
+        // The next step affects only the stiffness, not the force.
+        let on = self.on(now, Interval::after(last_step), (moves, Look::default()));
+        for number in 0..self.current().history.len().div_ceil(CHUNK) {
+            K::contacts(&self.chunk(on, number), self.found.get(number), contacts);
+        }
+    }
+
+    /// `max over contacts (Lambda_A + Lambda_B)`, with `Lambda` the trace of each body's own `M^-1 K`. In contact space
+    /// the operator is a sum of positive semidefinite parts, one for each body. The part of body `b` acts on the
+    /// contacts of that body, and its norm is at most `Lambda_b`. So the Rayleigh quotient of a vector `x` is at most
+    /// `sum_b Lambda_b |x on b's contacts|^2 / |x|^2`, and this is at most the largest `Lambda_A + Lambda_B` of one
+    /// contact. The bound is exact for two bodies and one contact.
+    fn omega_sq(&self, after: &AfterKick, threads: &Threads) -> [f64; 2] {
+        let all = Mutex::new([0.0_f64; 2]);
+        let count = self.current().history.len();
+        threads.each(count, self.results(), |(found, pairs)| {
+            let known = || all.lock().expect("nobody panics while he holds it");
+            let before = *known();
+            let now = K::rates(found, pairs, before, after, self.sums.stiffest);
+            // The largest of all does not depend on the order.
+            let mut known = known();
+            *known = [known[0].max(now[0]), known[1].max(now[1])];
+        });
+        all.into_inner().expect("likewise")
+    }
+
+    fn crossing(&self, after: &AfterKick, known: f64) -> f64 {
+        let current = self.current();
+        let most = K::fastest_crossing(&current.list, after.impacts.speed);
+        let mut largest = known;
+        if most <= known || self.sums.in_reach == 0 {
+            return known;
+        }
+        for (found, pairs) in self.results() {
+            let margins = (&current.watch, self.interval.closing);
+            K::each_near(found, pairs, after.bodies, margins, |near| {
+                largest = largest.max(crossing_rate(after.bodies, after.impacts.kicked, near));
+            });
+        }
+        largest
+    }
+
+    fn damping_ratio(&self) -> f64 {
+        if self.sums.in_reach == 0 {
+            return 0.0;
+        }
+        // `damped_mass` is for contacts of points only.
+        let lightest = self.current().lightest;
+        self.law.damping_ratio(if K::OF_POINTS {
+            lightest
+        } else {
+            f64::INFINITY
+        })
+    }
+
+    fn keep_list(&mut self) {
+        if std::mem::replace(&mut self.rebuilt, false) {
+            std::mem::swap(&mut self.kept, &mut self.fresh);
+        }
+    }
+
+    fn commit(&mut self) {
+        self.keep_list();
+        std::mem::swap(&mut self.kept.history, &mut self.next);
+        self.kept.watch.commit();
+    }
+
+    fn advance(&mut self, speed: f64, dt: f64) {
+        self.kept.watch.advance(speed, dt);
+    }
+
+    fn save(&self) -> Vec<u8> {
+        pack("contacts", &self.kept)
+    }
+
+    fn restore(&mut self, saved: &[u8], bodies: &Bodies, sets: &Sets) -> Result<(), Refusal> {
+        let mut kept: Kept<K, L> = unpack("contacts", saved)?;
+        if let Some(then) = kept.watch.bodies_then(bodies) {
+            let set = sets.replaced.as_ref().unwrap_or(&sets.now);
+            kept.build(&self.law, &self.kind, &then, set);
+        }
+        one_for_each(&kept.history, kept.pairs().len())?;
+        (self.kept, self.rebuilt) = (kept, false);
+        Ok(())
+    }
+}

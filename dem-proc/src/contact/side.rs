@@ -1,0 +1,121 @@
+//! What a step needs from contacts of any kind: of bodies with one another, of points with bodies or with one another
+//! ([`super::engine`]), or of the segments between the markers of a boundary with bodies ([`super::segments`]).
+
+use std::fmt::Debug;
+
+use interface::message::wire::{ContactState, ImpForce, ImpInfo};
+use interface::solver::Refusal;
+
+use crate::body::bodies::Bodies;
+use crate::body::load::{Load, PairLoad};
+use crate::contact::impact::{Impacts, SurfaceMotion};
+use crate::contact::passage::Passed;
+use crate::law::{LastStep, Loss};
+use crate::lists::now::{Now, Sets};
+use crate::threads::Threads;
+
+/// The intervals before and after `t_n`, as far as contact needs them.
+#[derive(Debug, Clone, Copy)]
+pub struct Interval {
+    /// The interval before.
+    pub last_step: LastStep,
+    /// Distance in m by which two surfaces can approach in the interval after: of bodies, in two steps. Two bodies
+    /// within it count in the step limit. A law whose stiffness grows with the overlap declares the stiffness that it
+    /// may then have.
+    pub closing: f64,
+    /// How contacts of points that open or close count.
+    pub impacts: Impacts<'static>,
+}
+
+impl Interval {
+    /// After `last_step`, for code that does not ask for a step limit.
+    pub fn after(last_step: LastStep) -> Self {
+        Self {
+            last_step,
+            closing: 0.0,
+            impacts: Impacts {
+                count: 1.0,
+                ..Impacts::default()
+            },
+        }
+    }
+}
+
+/// The sums to which an evaluation adds.
+#[derive(Debug)]
+pub struct Targets<'a> {
+    /// Forces on points, slot by slot.
+    pub forces: &'a mut [ImpForce],
+    /// Loads on bodies by points.
+    pub by_points: &'a mut [Load],
+    /// Loads on bodies by bodies.
+    pub by_bodies: &'a mut [PairLoad],
+}
+
+/// What an evaluation finds, over all contacts.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Sums {
+    /// Dissipated over the last step.
+    pub loss: Loss,
+    /// Pairs in reach.
+    pub in_reach: usize,
+    /// Pairs of bodies that press.
+    pub presses: usize,
+    /// The largest stiffness in N/m of two bodies that press, if that is needed.
+    pub stiffest: f64,
+    /// The first pair, in the order of the list, whose overlap is too large.
+    pub passed: Option<Passed>,
+}
+
+/// Bodies after the kick, for the step limit.
+#[derive(Debug, Clone, Copy)]
+pub struct AfterKick<'a> {
+    /// The bodies.
+    pub bodies: &'a Bodies,
+    /// Bounds of their motions.
+    pub motions: &'a [SurfaceMotion],
+    /// Their velocities, and the data to recognise impacts.
+    pub impacts: Impacts<'a>,
+}
+
+/// What a step needs from contacts, for any law.
+pub trait Side: Debug + Send + Sync {
+    /// The set was replaced: slots are now in the order of `set`.
+    fn imp_set(&mut self, _set: &[ImpInfo]) {}
+    /// Builds a new list if a pair that is not in the present one could touch: two bodies, within two steps.
+    fn update_list(&mut self, now: &Now);
+    /// Evaluates every pair of the list (eqs. 38 to 41, 43, 44). Adds forces and torques, in the order of the list, to
+    /// the sums of points (eq. 46) and of bodies (eqs. 39, 40, 49, 50).
+    fn evaluate(&mut self, now: &Now, interval: Interval, threads: &Threads, to: &mut Targets);
+    /// What the last evaluation found.
+    fn sums(&self) -> &Sums;
+    /// Energy in the contact springs in J/m.
+    fn energy(&self, now: &Now) -> f64;
+    /// Appends the pairs of the last evaluation that press to `found`, in the order of the list.
+    fn collect_contacts(&self, now: &Now, last_step: LastStep, found: &mut Vec<ContactState>);
+    /// Upper bounds of the squared frequency of bodies in 1/s^2: of all pairs in reach, and of those whose contact
+    /// opens or closes ([`crate::contact::impact`]); 0 if there is none.
+    fn omega_sq(&self, _: &AfterKick, _: &Threads) -> [f64; 2] {
+        [0.0; 2]
+    }
+    /// The largest [`crossing_rate`](crate::contact::approach::crossing_rate) of two bodies in reach in 1/s, or a number
+    /// not above `known` if none is larger than that.
+    fn crossing(&self, _: &AfterKick, known: f64) -> f64 {
+        known
+    }
+    /// Largest damping ratio of a contact in reach; 0 if there is none.
+    fn damping_ratio(&self) -> f64;
+    /// Keeps the list that was evaluated.
+    fn keep_list(&mut self);
+    /// Makes the result of the evaluation the history of the next step, and keeps the list.
+    fn commit(&mut self);
+    /// The bodies move with surface speeds up to `speed` (m/s) for `dt` (s).
+    fn advance(&mut self, speed: f64, dt: f64);
+    /// The bytes of its state.
+    fn save(&self) -> Vec<u8>;
+    /// Restores a saved state, with bodies and sets of the same configuration.
+    ///
+    /// # Errors
+    /// A refusal if the bytes are no state of this configuration.
+    fn restore(&mut self, saved: &[u8], bodies: &Bodies, sets: &Sets) -> Result<(), Refusal>;
+}

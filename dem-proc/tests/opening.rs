@@ -1,0 +1,146 @@
+//! Contacts that open: the bound below which none does, and the amplitude above which one does.
+
+use dem_proc::body::bodies::Bodies;
+use dem_proc::contact::approach::Near;
+use dem_proc::contact::impact::{Impacts, Pressing, Relative, SurfaceMotion};
+use dem_proc::contact::pair_geometry::LANES;
+use dem_proc::lists::now::Ahead;
+use interface::Vec2;
+use interface::config::{BodyConfig, BodyInertia, BodyShape, DemConfig, Motion};
+use mechanics::generate::Random;
+
+/// Of 1 kg/m, with a sphero-radius of 0.1 m.
+pub fn grain(shape: BodyShape, position: [f64; 2]) -> BodyConfig {
+    BodyConfig {
+        name: "grain".into(),
+        shape,
+        sphero_radius: 0.1,
+        inertia: BodyInertia::Mass(1.0),
+        position,
+        angle: 0.3,
+        velocity: [0.0; 2],
+        spin: 0.0,
+        motion: Motion::Free,
+        surface: String::new(),
+    }
+}
+
+#[test]
+fn no_contact_below_the_bound_opens() {
+    let square = BodyShape::Rectangle {
+        width: 0.3,
+        height: 0.2,
+    };
+    let mut random = Random::new(7);
+    let (mut calm_pairs, mut impacts) = (0, 0);
+    for shape in [BodyShape::Disc, square] {
+        let config = DemConfig {
+            bodies: vec![grain(shape.clone(), [0.0; 2]), grain(shape, [0.15, 0.05])],
+            ..DemConfig::default()
+        };
+        let mut bodies = Bodies::new(&config).expect("two bodies");
+        let point = bodies.outline_of(0)[0];
+        let normal = (bodies.state[0].center - bodies.state[1].center).normalize();
+        let (kick, stiffness) = (1e-3, 1e4);
+        for _ in 0..20_000 {
+            let size = 10_f64.powf(random.between(-6.0, 1.0));
+            let mut any = || size * random.between(-1.0, 1.0);
+            let bulk = Vec2::new(any(), any()) * 100.0;
+            let mut motion = || (bulk + Vec2::new(any(), any()), any());
+            let kicked = [motion(), motion()];
+            let before = kicked.map(|(v, spin)| {
+                let mut change = || 10.0 * any() * kick;
+                (v + Vec2::new(change(), change()), spin + change())
+            });
+            for (state, before) in bodies.state.iter_mut().zip(before) {
+                (state.velocity, state.spin) = before;
+            }
+            let impacts_of = Impacts {
+                kicked: &kicked,
+                kick,
+                ahead: Ahead::new(kick, kick, 9.81),
+                speed: 0.0,
+                outer: 9.81,
+                count: 1.0,
+            };
+            let near = Near {
+                bodies: [0, 1],
+                normal,
+                point,
+                length: 0.2,
+            };
+            let pressing = Pressing {
+                overlap: 1e-3,
+                force: 0.0,
+                stiffness,
+                width: 0.0,
+            };
+            let motions = [0, 1].map(|b| {
+                let (now, was) = (kicked[b], before[b]);
+                let accelerated = ((now.0 - was.0) / kick, (now.1 - was.1) / kick);
+                SurfaceMotion::of(&bodies.state[b], now, accelerated, 0.0)
+            });
+            let both = Relative::of(&motions, [[0, 1]; LANES]);
+            let calm = both.calm(stiffness, &impacts_of) != 0;
+            let is_one = impacts_of.is_one(&bodies, &near, &pressing);
+            assert!(!(calm && is_one), "{kicked:?} {before:?}");
+            calm_pairs += usize::from(calm);
+            impacts += usize::from(is_one);
+        }
+    }
+    // Both answers are common, so the bound has something to hide.
+    assert!(
+        calm_pairs > 1000 && impacts > 1000,
+        "{calm_pairs} {impacts}"
+    );
+}
+
+/// The amplitude `sqrt(a^2 + omega^2 u^2)` against the overlap at rest `F w - a` and what is negligible.
+#[test]
+fn a_contact_opens_if_its_amplitude_is_larger_than_its_overlap_at_rest() {
+    let discs = [[0.0; 2], [0.19, 0.0]].map(|x| grain(BodyShape::Disc, x));
+    let config = DemConfig {
+        bodies: discs.into(),
+        ..DemConfig::default()
+    };
+    let mut bodies = Bodies::new(&config).expect("two bodies");
+    let (kick, stiffness, mobility): (f64, f64, f64) = (1e-3, 1e4, 2.0);
+    let omega = (stiffness * mobility).sqrt();
+    let near = Near {
+        bodies: [0, 1],
+        normal: Vec2::new(-1.0, 0.0),
+        point: Vec2::new(0.1, 0.0),
+        length: 0.2,
+    };
+    for (force, acceleration, outer, speed) in [
+        (5.0, 0.0, 0.0, 0.0),
+        (5.0, 2.0, 0.0, 0.0),
+        (0.0, 0.0, 0.5, 0.0),
+        (5.0, 0.0, 0.5, 0.0),
+        (5.0, -2.0, 9.81, 20.0),
+    ] {
+        let least = force * mobility - acceleration + outer + 1e-3 * omega * speed;
+        for share in [0.99, 1.01] {
+            let amplitude: f64 = share * least;
+            let velocity = (amplitude * amplitude - acceleration * acceleration).sqrt() / omega;
+            let kicked = [(near.normal * velocity, 0.0), (Vec2::zeros(), 0.0)];
+            bodies.state[0].velocity = near.normal * (velocity - acceleration * kick);
+            let impacts = Impacts {
+                kicked: &kicked,
+                kick,
+                ahead: Ahead::new(kick, kick, outer),
+                speed,
+                outer,
+                count: 1.0,
+            };
+            let pressing = Pressing {
+                overlap: 1e-2,
+                force,
+                stiffness,
+                width: 0.0,
+            };
+            let opens = impacts.is_one(&bodies, &near, &pressing);
+            assert_eq!(opens, share > 1.0, "{force} {acceleration} {outer} {share}");
+        }
+    }
+}
