@@ -3,16 +3,20 @@
 use std::path::{Path, PathBuf};
 
 use mechanics::expression::{Expression, Meaning};
+use plotters::style::BLACK;
 
 use coupler::record::Table;
 
 use crate::StudyError;
 use crate::figure::axis::Scale;
-use crate::figure::chart::{Chart, Mark, Panel, Series};
-use crate::figure::file::Kind;
+use crate::figure::chart::{CURVE, Chart, DISCS, Panel, Series};
+use crate::figure::file::kind;
+use crate::figure::shape::Form;
 
 /// Points of an expected curve.
 const EXPECTED: usize = 401;
+/// Its dash and gap in pixels: each has others.
+const DASHES: [(f64, f64); 4] = [(8.0, 5.0), (2.0, 4.0), (16.0, 5.0), (5.0, 9.0)];
 
 /// Rows that have the same text, if they were grouped by one, and their points.
 type Group<'a> = (Option<&'a str>, Vec<(f64, f64)>);
@@ -79,7 +83,12 @@ pub struct PlotOptions {
 /// [`StudyError::Asked`]: data cannot be read, a name is no column, or nothing is there to be drawn; [`StudyError::Figure`]
 /// and [`StudyError::File`].
 pub fn plot(options: &PlotOptions, path: &Path) -> Result<(), StudyError> {
-    Kind::of(path)?;
+    if kind(path)? == "gif" {
+        return Err(StudyError::asked(
+            format!("--out {}: one figure is no film", path.display()),
+            "a film is of frames: `--frames all --out FILE.gif`",
+        ));
+    }
     options.assert_sound()?;
     let mut curves: Vec<Series> = Vec::new();
     let mut units: Option<[String; 2]> = None;
@@ -110,14 +119,10 @@ pub fn plot(options: &PlotOptions, path: &Path) -> Result<(), StudyError> {
                         "check the columns, --xlim, --slope, and that what has a logarithmic axis is above 0",
                     ));
                 }
-                let mark = if options.dots {
-                    Mark::Dots
-                } else {
-                    Mark::Line(2.0)
-                };
                 curves.push(Series {
                     label,
-                    mark,
+                    colour: None,
+                    forms: vec![if options.dots { DISCS } else { CURVE }],
                     points: vec![points],
                 });
             }
@@ -128,8 +133,9 @@ pub fn plot(options: &PlotOptions, path: &Path) -> Result<(), StudyError> {
     let across = curves.iter().flat_map(|c| &c.points[0]).map(|p| p.0);
     let none = (f64::INFINITY, f64::NEG_INFINITY);
     let (first, last) = across.fold(none, |(low, high), x| (low.min(x), high.max(x)));
-    for line in &options.expected {
-        curves.push(expected(line, [first, last], options.scales[0])?);
+    for (line, dashes) in options.expected.iter().zip(DASHES.into_iter().cycle()) {
+        let form = Form::Line(1.3, dashes);
+        curves.push(expected(line, [first, last], options.scales[0], form)?);
     }
     let [below, beside] = &options.words;
     let [x_unit, y_unit] = units.unwrap_or_default();
@@ -144,12 +150,12 @@ pub fn plot(options: &PlotOptions, path: &Path) -> Result<(), StudyError> {
     };
     let panel = Panel {
         words: [
+            String::new(),
             below.clone().unwrap_or_else(x),
             beside.clone().unwrap_or_else(y),
         ],
         scales: options.scales.map(Some),
         limits: options.limits,
-        ..Panel::default()
     };
     let chart = Chart {
         title: options.title.clone(),
@@ -286,7 +292,12 @@ fn slope(points: &[(f64, f64)], width: f64, label: &str) -> Result<Vec<(f64, f64
 }
 
 /// An expression of `x` from the first to the last of what is drawn.
-fn expected(line: &Labelled, [first, last]: [f64; 2], scale: Scale) -> Result<Series, StudyError> {
+fn expected(
+    line: &Labelled,
+    [first, last]: [f64; 2],
+    scale: Scale,
+    form: Form,
+) -> Result<Series, StudyError> {
     let help = "an expected curve is an expression of `x`, such as `--expected \"weight=25\"`";
     let is_x = |name: &str| (name == "x").then_some(Meaning::Slot(0));
     let y = compile(&line.what, &is_x, help)?;
@@ -308,7 +319,8 @@ fn expected(line: &Labelled, [first, last]: [f64; 2], scale: Scale) -> Result<Se
     }
     Ok(Series {
         label: line.name().to_owned(),
-        mark: Mark::Expected,
+        colour: Some(BLACK),
+        forms: vec![form],
         points: vec![points],
     })
 }
@@ -353,10 +365,11 @@ mod tests {
 
     #[test]
     fn an_expected_curve_is_drawn_where_it_is_a_number() {
-        let expected = |line: &Labelled, first, last| expected(line, [first, last], Scale::Linear);
+        let expected =
+            |line: &Labelled, first, last| expected(line, [first, last], Scale::Linear, CURVE);
         let line = Labelled::parse("law=sqrt(x-1)");
         let curve = expected(&line, 0.0, 5.0).unwrap();
-        assert_eq!((curve.label.as_str(), curve.mark), ("law", Mark::Expected));
+        assert_eq!((curve.label.as_str(), curve.colour), ("law", Some(BLACK)));
         assert_eq!(curve.points[0].last(), Some(&(5.0, 2.0)));
         assert!(curve.points[0].iter().all(|p| p.0 >= 1.0));
         let weight = expected(&Labelled::parse("25"), 0.0, 1.0).unwrap();

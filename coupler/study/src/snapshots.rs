@@ -5,11 +5,15 @@ use std::path::Path;
 use coupler::record::frames::vtu::Mesh;
 use coupler::record::frames::{Frame, FrameError, times};
 use mechanics::expression::{Expression, Meaning};
+use plotters::style::colors::colormaps::{ColorMap, ViridisRGB};
+use plotters::style::text_anchor::HPos;
+use plotters::style::{BLACK, RGBColor};
 
 use crate::StudyError;
-use crate::figure::axis;
-use crate::figure::file::Kind;
-use crate::figure::panels::{Dot, Force, Layout, Panel, draw, film};
+use crate::figure::axis::{Axis, Scale, label};
+use crate::figure::file::{kind, write};
+use crate::figure::shape::{Form, GAP, NUMBERS, Place, Shape, WHOLE, WORDS};
+use crate::figure::sheet::{Area, MARGIN, Sheet};
 use crate::plot::Labelled;
 
 /// What can be said of a point, and its unit, in the order of [`numbers`].
@@ -33,6 +37,22 @@ const FIELDS: [(&str, &str); 16] = [
 ];
 /// The place in [`FIELDS`] of the only one that not every run has.
 const PLASTIC_STRAIN: usize = FIELDS.len() - 1;
+
+/// Width in pixels of what the pictures of a row have together, without axes.
+const ROW: f64 = 700.0;
+/// Width and height of the colours, and how many there are.
+const BAR: (f64, f64) = (320.0, 14.0);
+const STEPS: u8 = 128;
+/// Side in pixels of the smallest square of a point.
+const LEAST: f64 = 1.5;
+/// Width in pixels of the line of the largest contact force, and of the smallest that is drawn.
+const THICKEST: f64 = 6.0;
+const FAINTEST: f64 = 0.1;
+/// Of force lines; distinct from the colours of points and bodies.
+const FORCES: RGBColor = RGBColor(213, 94, 0);
+const BODIES: RGBColor = RGBColor(225, 225, 225);
+/// Of a point whose value is no number: no colour of Viridis.
+const NO_NUMBER: RGBColor = RGBColor(170, 170, 170);
 
 /// Which frames.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -66,14 +86,31 @@ pub struct SnapshotOptions {
     pub title: String,
 }
 
+/// A frame: points and contact forces with their numbers, and outlines of bodies.
+struct Picture {
+    caption: String,
+    dots: Vec<Dot>,
+    outlines: Vec<Vec<Place>>,
+    /// The centres of the two that touch, and the force in N/m.
+    forces: Vec<([Place; 2], f64)>,
+}
+
+/// A point.
+struct Dot {
+    at: Place,
+    /// Of its square.
+    side: f64,
+    /// What its colour says.
+    value: f64,
+}
+
 /// Draws the frames to `path`.
 ///
 /// # Errors
 /// [`StudyError::Asked`]: a frame cannot be read, or the expression is invalid; [`StudyError::Figure`] and
 /// [`StudyError::File`].
 pub fn snapshots(options: &SnapshotOptions, path: &Path) -> Result<(), StudyError> {
-    let colour = compile(&options.colour.what)?;
-    let kind = Kind::of(path)?;
+    let film = kind(path)? == "gif";
     if !options.between.is_none_or(|[low, high]| low < high) {
         return Err(StudyError::asked("--clim: not in order", "give LOW,HIGH"));
     }
@@ -83,69 +120,150 @@ pub fn snapshots(options: &SnapshotOptions, path: &Path) -> Result<(), StudyErro
             "give a number above 0, of pictures a second",
         ));
     }
-    let mut panels = Vec::new();
-    for run in &options.runs {
-        for time in times_of(Path::new(&run.what), &options.at)? {
-            let frame = Frame::read(Path::new(&run.what), time).map_err(|e| unread(&e))?;
-            let label = run.label.as_ref().map(|label| format!("{label}, "));
-            let caption = format!("{}t = {} s", label.unwrap_or_default(), axis::label(time));
-            if colour.uses(&|slot| slot == PLASTIC_STRAIN) {
-                has_plastic_strain(&run.what, &frame)?;
-            }
-            let mut panel = panel(caption, &frame, &colour)?;
-            if options.forces {
-                panel.forces = forces(&frame)?;
-            }
-            panels.push(panel);
-        }
-    }
-    let dots = || panels.iter().flat_map(|panel| &panel.dots);
-    let between = options
-        .between
-        .unwrap_or_else(|| ends(dots().map(|d| d.value)));
-    let outlines = panels
-        .iter()
-        .flat_map(|panel| panel.outlines.iter().flatten());
-    let places: Vec<[f64; 2]> = dots().map(|d| d.at).chain(outlines.copied()).collect();
-    let window = [0, 1].map(|axis| {
-        let all = ends(places.iter().map(|place| place[axis]));
-        [0, 1].map(|k| options.limits[axis][k].unwrap_or(all[k]))
-    });
-    if let Some([low, high]) = window.into_iter().find(|[low, high]| low >= high) {
+    let pictures = pictures(options)?;
+    let dots = || pictures.iter().flat_map(|picture| &picture.dots);
+    let outlines = || pictures.iter().flat_map(|picture| &picture.outlines);
+    let corners = || outlines().flatten().copied();
+    let places = || dots().map(|dot| dot.at).chain(corners());
+    let x = ends(places().map(|place| place.0), options.limits[0]);
+    let y = ends(places().map(|place| place.1), options.limits[1]);
+    if let Some([low, high]) = [x, y].into_iter().find(|[low, high]| low >= high) {
         return Err(StudyError::asked(
             format!("nothing is shown from {low} to {high} m"),
             "give --xlim LEFT,RIGHT and --ylim BOTTOM,TOP in m where something is",
         ));
     }
-    let window = [[window[0][0], window[1][0]], [window[0][1], window[1][1]]];
-    let legend = match (
-        &options.colour.label,
-        FIELDS.iter().find(|f| f.0 == options.colour.what),
-    ) {
+    let given = options.between.map_or([None; 2], |ends| ends.map(Some));
+    let between = ends(dots().map(|dot| dot.value), given);
+    let forces = pictures.iter().flat_map(|picture| &picture.forces);
+    let largest = forces.map(|(_, force)| *force).fold(0.0, f64::max);
+    let legend = legend(options, dots().any(|dot| dot.value.is_nan()), largest);
+    let at_once = if film { 1 } else { pictures.len() };
+    let columns = options.columns.unwrap_or(at_once.min(2)).max(1);
+    let width = (ROW / columns as f64).round();
+    let scale = width / (x[1] - x[0]);
+    let height = (scale * (y[1] - y[0])).round().max(1.0);
+    let axes = [x, y].map(|range| Axis::over(range, Scale::Linear));
+    let sheet = |pictures: &[Picture]| {
+        let area = |(k, picture): (usize, &Picture)| {
+            // Words stand at the outer pictures only.
+            let outer = [
+                true,
+                k + columns >= pictures.len(),
+                k.is_multiple_of(columns),
+            ];
+            let words = [picture.caption.as_str(), "x [m]", "y [m]"];
+            let words = [0, 1, 2].map(|i| if outer[i] { words[i] } else { "" });
+            Area {
+                size: (width, height),
+                axes,
+                words: words.map(String::from),
+                names: None,
+                shapes: picture.shapes(between, scale, largest),
+            }
+        };
+        let areas: Vec<Area> = pictures.iter().enumerate().map(area).collect();
+        let mut sheet = Sheet::new(&options.title, &areas, columns);
+        bar(&mut sheet, between);
+        sheet.note(&legend, WORDS);
+        sheet.height += MARGIN;
+        sheet
+    };
+    write(path, pictures.chunks(at_once).map(sheet), options.rate)
+}
+
+/// The frames that are asked for.
+fn pictures(options: &SnapshotOptions) -> Result<Vec<Picture>, StudyError> {
+    let colour = compile(&options.colour.what)?;
+    let mut pictures = Vec::new();
+    for run in &options.runs {
+        for time in times_of(Path::new(&run.what), &options.at)? {
+            let frame = Frame::read(Path::new(&run.what), time).map_err(|e| unread(&e))?;
+            if colour.uses(&|slot| slot == PLASTIC_STRAIN) {
+                has_plastic_strain(&run.what, &frame)?;
+            }
+            let of = run.label.as_ref().map(|label| format!("{label}, "));
+            let caption = format!("{}t = {} s", of.unwrap_or_default(), label(time));
+            pictures.push(picture(caption, &frame, &colour, options.forces)?);
+        }
+    }
+    Ok(pictures)
+}
+
+/// What colours say, and lines of contact forces, with the largest in N/m to three digits.
+fn legend(options: &SnapshotOptions, grey: bool, largest: f64) -> String {
+    let named = FIELDS.iter().find(|field| field.0 == options.colour.what);
+    let mut legend = match (&options.colour.label, named) {
         (Some(label), _) => label.clone(),
         (None, Some((name, unit))) if *unit != "1" => format!("{name} [{unit}]"),
         (None, _) => options.colour.what.clone(),
     };
-    let legend = if dots().any(|dot| dot.value.is_nan()) {
-        format!("{legend}; grey: no number")
-    } else {
-        legend
-    };
-    let layout = Layout {
-        title: options.title.clone(),
-        legend,
-        columns: options.columns.unwrap_or_else(|| {
-            let at_once = if kind.moves() { 1 } else { panels.len() };
-            at_once.min(2)
-        }),
-        window,
-        between,
-        largest_force: options.forces.then(|| largest(&panels)),
-    };
-    if kind.moves() {
-        return film(path, &layout, &panels, options.rate);
+    if grey {
+        legend += "; grey: no number";
     }
-    draw(path, &layout, &panels)
+    if options.forces && largest == 0.0 {
+        legend += "; no contact presses";
+    } else if options.forces {
+        let unit = 10_f64.powf(largest.log10().floor() - 2.0);
+        let rounded = label((largest / unit).round() * unit);
+        legend += &format!("; lines: contact forces, the thickest {rounded} N/m");
+    }
+    legend
+}
+
+impl Picture {
+    /// In m, with so many pixels for one, and the force of the thickest line.
+    fn shapes(&self, between: [f64; 2], scale: f64, largest: f64) -> Vec<Shape> {
+        let square = |dot: &Dot| {
+            let ((x, y), half) = (dot.at, 0.5 * dot.side.max(LEAST / scale));
+            let corners = vec![(x - half, y - half), (x + half, y + half)];
+            Shape(corners, shade(dot.value, between), Form::Rectangle)
+        };
+        let mut shapes: Vec<Shape> = self.dots.iter().map(square).collect();
+        for outline in &self.outlines {
+            let closed = [&outline[..], &outline[..1]].concat();
+            shapes.push(Shape(closed.clone(), BODIES, Form::Polygon));
+            shapes.push(Shape(closed, BLACK, Form::Line(1.0, WHOLE)));
+        }
+        for (ends, force) in &self.forces {
+            let width = THICKEST * force / largest;
+            // Thinner lines are not seen.
+            if width >= FAINTEST {
+                let form = Form::Line(width, WHOLE);
+                shapes.push(Shape(ends.to_vec(), FORCES, form));
+            }
+        }
+        shapes
+    }
+}
+
+/// The colours and their numbers.
+fn bar(sheet: &mut Sheet, between: [f64; 2]) {
+    let (left, top) = (4.0 * MARGIN, sheet.height + 0.5 * MARGIN);
+    let bottom = top + BAR.1;
+    for k in 0..STEPS {
+        // Each up to the end, so that there is no gap before the next.
+        let begin = left + f64::from(k) / f64::from(STEPS) * BAR.0;
+        let colour = shade(f64::from(k), [0.0, f64::from(STEPS - 1)]);
+        let rest = vec![(begin, top), (left + BAR.0, bottom)];
+        sheet.shapes.push(Shape(rest, colour, Form::Rectangle));
+    }
+    for (share, number) in Axis::over(between, Scale::Linear).numbers(BAR.0, true) {
+        let x = left + share * BAR.0;
+        sheet.line(&[(x, bottom), (x, bottom + 0.5 * GAP)], BLACK);
+        let below = (x, bottom + GAP);
+        sheet.height = sheet.lines(&[number], NUMBERS, below, HPos::Center);
+    }
+}
+
+/// The colour of a value. One beyond the ends has the colour of the end.
+fn shade(value: f64, [from, to]: [f64; 2]) -> RGBColor {
+    let share = ((value - from) / (to - from)).clamp(0.0, 1.0);
+    if share.is_nan() {
+        return NO_NUMBER;
+    }
+    let steps = f64::from(STEPS - 1);
+    ViridisRGB.get_color((share * steps).round() / steps)
 }
 
 /// The times in s of the frames that are asked for.
@@ -190,27 +308,37 @@ fn compile(text: &str) -> Result<Expression, StudyError> {
     })
 }
 
-/// The smallest and the largest number, apart even where there is only one.
-fn ends(numbers: impl Iterator<Item = f64>) -> [f64; 2] {
+/// The smallest and the largest number, apart even where there is only one, but for the ends that are given.
+fn ends(numbers: impl Iterator<Item = f64>, given: [Option<f64>; 2]) -> [f64; 2] {
     let none = (f64::INFINITY, f64::NEG_INFINITY);
     let (low, high) = numbers.fold(none, |(low, high), n| (low.min(n), high.max(n)));
-    match (low < high, low.is_finite()) {
+    let all = match (low < high, low.is_finite()) {
         (true, _) => [low, high],
         (false, true) => [low, low + low.abs().max(1.0)],
         (false, false) => [0.0, 1.0],
-    }
+    };
+    [0, 1].map(|k| given[k].unwrap_or(all[k]))
 }
 
-fn panel(caption: String, frame: &Frame, colour: &Expression) -> Result<Panel, StudyError> {
+fn picture(
+    caption: String,
+    frame: &Frame,
+    colour: &Expression,
+    with_forces: bool,
+) -> Result<Picture, StudyError> {
+    let points = frame.points.as_ref();
     let bodies = frame.bodies.iter().flat_map(Mesh::cells);
-    Ok(Panel {
+    let outline = |body: &[[f64; 2]]| body.iter().map(|p| (p[0], p[1])).collect();
+    let none = || Ok(Vec::new());
+    Ok(Picture {
         caption,
-        dots: frame
-            .points
-            .as_ref()
-            .map_or(Ok(Vec::new()), |points| dots(points, colour))?,
-        outlines: bodies.map(<[_]>::to_vec).collect(),
-        forces: Vec::new(),
+        dots: points.map_or_else(none, |points| dots(points, colour))?,
+        outlines: bodies.map(outline).collect(),
+        forces: if with_forces {
+            forces(frame)?
+        } else {
+            Vec::new()
+        },
     })
 }
 
@@ -231,7 +359,7 @@ fn has_plastic_strain(run: &str, frame: &Frame) -> Result<(), StudyError> {
 }
 
 /// The contact forces of a frame.
-fn forces(frame: &Frame) -> Result<Vec<Force>, StudyError> {
+fn forces(frame: &Frame) -> Result<Vec<([Place; 2], f64)>, StudyError> {
     let told = frame.contacts.as_ref();
     let contacts = told.ok_or_else(|| {
         StudyError::asked(
@@ -246,19 +374,10 @@ fn forces(frame: &Frame) -> Result<Vec<Force>, StudyError> {
     let lines = contacts.cells().zip(strengths);
     Ok(lines
         .filter_map(|(line, strength)| match *line {
-            [from, to] => Some(Force {
-                between: [from, to],
-                strength,
-            }),
+            [from, to] => Some(([from, to].map(|[x, y]| (x, y)), strength)),
             _ => None,
         })
         .collect())
-}
-
-/// The largest contact force of all panels in N/m.
-fn largest(panels: &[Panel]) -> f64 {
-    let forces = panels.iter().flat_map(|panel| &panel.forces);
-    forces.map(|force| force.strength).fold(0.0, f64::max)
 }
 
 fn dots(points: &Mesh, colour: &Expression) -> Result<Vec<Dot>, StudyError> {
@@ -297,7 +416,7 @@ fn dots(points: &Mesh, colour: &Expression) -> Result<Vec<Dot>, StudyError> {
             plastic.map_or(f64::NAN, |strain| of(strain, 0)),
         ];
         Dot {
-            at: [x, y],
+            at: (x, y),
             side: volume.sqrt(),
             value: colour.evaluate(&row),
         }
@@ -353,5 +472,58 @@ mod tests {
                 .to_string()
                 .contains("stress_xx")
         );
+    }
+
+    #[test]
+    fn a_point_is_a_square_of_its_size_and_colour() {
+        let dot = |value| Dot {
+            at: (0.5, 0.75),
+            side: 0.2,
+            value,
+        };
+        let picture = Picture {
+            caption: String::new(),
+            dots: vec![dot(0.0), dot(9.0), dot(f64::NAN)],
+            outlines: vec![vec![(0.0, 0.0), (1.0, 0.0), (0.0, 1.0)]],
+            forces: vec![
+                ([(0.0, 0.0), (1.0, 1.0)], 6.0),
+                ([(0.0, 0.0), (1.0, 0.0)], 0.01),
+            ],
+        };
+        let shapes = picture.shapes([0.0, 1.0], 100.0, 6.0);
+        let colours = [0, 1, 2].map(|k| shapes[k].1);
+        assert_eq!(
+            colours,
+            [RGBColor(68, 1, 84), RGBColor(254, 232, 37), NO_NUMBER]
+        );
+        assert_eq!(shapes[0].0, [(0.4, 0.65), (0.6, 0.85)]);
+        // The outline closes; the weaker force is not seen.
+        assert_eq!((shapes[3].0.len(), shapes[4].0.len()), (4, 4));
+        assert!(matches!(shapes[5].2, Form::Line(6.0, _)) && shapes.len() == 6);
+    }
+
+    #[test]
+    fn no_words_of_pictures_overlap() {
+        let long =
+            "t = 0.2 s of a run with a name that is longer than its picture is wide, much longer";
+        for columns in [1, 2, 3, 5] {
+            for height in [30.0, 400.0] {
+                for between in [[0.0, 1.0], [1.234_567e-7, 1.234_569e-7], [-3e9, 2e12]] {
+                    let axes = [[0.0, 2.0], between].map(|range| Axis::over(range, Scale::Linear));
+                    let area = |k: usize| Area {
+                        size: ((ROW / columns as f64).round(), height),
+                        axes,
+                        words: [["short", long][k % 2], "x [m]", "y [m]"].map(String::from),
+                        names: None,
+                        shapes: Vec::new(),
+                    };
+                    let areas: Vec<Area> = (0..5).map(area).collect();
+                    let mut sheet = Sheet::new(&long.repeat(2), &areas, columns);
+                    bar(&mut sheet, between);
+                    sheet.note(&format!("a pressure {long}"), WORDS);
+                    assert_eq!(sheet.collisions(), Vec::<String>::new());
+                }
+            }
+        }
     }
 }

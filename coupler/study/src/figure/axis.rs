@@ -1,5 +1,7 @@
 //! Axes, linear and logarithmic, and the round numbers along them.
 
+use super::shape::{GAP, NUMBERS, width};
+
 /// How numbers lie along an axis.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Scale {
@@ -10,173 +12,134 @@ pub enum Scale {
     Log,
 }
 
-/// An axis.
+/// An axis: its scale, and the places of its ends on it.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Axis {
-    scale: Scale,
-    range: [f64; 2],
+pub(crate) struct Axis(Scale, [f64; 2]);
+
+/// The least and the largest, in the wrong order if there are no numbers.
+fn ends(numbers: impl Iterator<Item = f64>) -> [f64; 2] {
+    let numbers = numbers.filter(|n| n.is_finite());
+    let none = [f64::INFINITY, f64::NEG_INFINITY];
+    numbers.fold(none, |[low, high], n| [low.min(n), high.max(n)])
+}
+
+impl Scale {
+    /// Logarithmic for positive numbers of which the largest is at least `many` times the least.
+    pub(super) fn of(numbers: impl Iterator<Item = f64>, many: f64) -> Self {
+        match ends(numbers) {
+            [low, high] if low > 0.0 && high >= many * low => Self::Log,
+            _ => Self::Linear,
+        }
+    }
+
+    fn place(self, n: f64) -> f64 {
+        if self == Self::Log { n.log10() } else { n }
+    }
 }
 
 impl Axis {
     /// Just this range; a logarithmic one is above 0.
     pub fn over(range: [f64; 2], scale: Scale) -> Self {
-        Self { scale, range }
+        Self(scale, range.map(|end| scale.place(end)))
     }
 
     /// A range around numbers with some room on either side, but for the ends that are given.
     pub fn around(
-        numbers: impl IntoIterator<Item = f64>,
+        numbers: impl Iterator<Item = f64>,
         scale: Scale,
-        ends: [Option<f64>; 2],
+        given: [Option<f64>; 2],
     ) -> Self {
-        let none = (f64::INFINITY, f64::NEG_INFINITY);
-        let (low, high) = numbers
-            .into_iter()
-            .filter(|n| scale.has(*n))
-            .fold(none, |(low, high), n| (low.min(n), high.max(n)));
-        let around = match scale {
-            _ if low > high => [0.1, 1.0],
-            Scale::Linear if low == high => {
-                let margin = if low == 0.0 { 1.0 } else { low.abs() };
-                [low - margin, low + margin]
-            }
-            Scale::Linear => {
-                let margin = 0.03 * (high - low);
-                [low - margin, high + margin]
-            }
-            Scale::Log => {
-                // By logarithms: the quotient of the ends may be beyond all numbers.
-                let margin = (0.06 * (high.ln() - low.ln())).exp().max(1.25);
-                [
-                    (low / margin).max(f64::MIN_POSITIVE),
-                    (high * margin).min(f64::MAX),
-                ]
-            }
+        let [low, high] = match ends(numbers.map(|n| scale.place(n))) {
+            [low, high] if low < high => [1.04 * low - 0.04 * high, 1.04 * high - 0.04 * low],
+            [low, _] if low.is_infinite() => [0.0, 1.0],
+            [low, _] if scale == Scale::Log || low == 0.0 => [low - 1.0, low + 1.0],
+            [low, _] => [low - low.abs(), low + low.abs()],
         };
-        let range = [0, 1].map(|k| ends[k].unwrap_or(around[k]));
-        // An end beyond all numbers leaves nothing between.
-        let range = match range {
-            [low, high] if low < high => range,
-            [low, _] if scale == Scale::Log => [low, 10.0 * low],
-            [low, _] => [low, low + low.abs().max(1.0)],
-        };
-        Self { scale, range }
+        let [low, high] =
+            [(0, low), (1, high)].map(|(k, end)| given[k].map_or(end, |given| scale.place(given)));
+        // A given end beyond all numbers leaves nothing between.
+        let beyond = low + low.abs().max(1.0);
+        Self(scale, [low, if low < high { high } else { beyond }])
     }
 
-    /// Share of the axis's length at which a number is.
+    /// Share of the axis's length at which a number is; not finite where it has no place.
     pub fn share(&self, number: f64) -> f64 {
-        let [low, high] = self.range;
-        match self.scale {
-            Scale::Linear => (number - low) / (high - low),
-            Scale::Log => (number.ln() - low.ln()) / (high.ln() - low.ln()),
-        }
+        let Self(scale, [low, high]) = self;
+        (scale.place(number) - low) / (high - low)
     }
 
-    /// Whether a number has a place on such an axis, within its ends or beyond.
-    pub fn has(&self, number: f64) -> bool {
-        self.scale.has(number)
+    /// As many round numbers as have room along this length, beside one another or one above the other, and at which share.
+    pub fn numbers(&self, length: f64, beside: bool) -> Vec<(f64, String)> {
+        let numbers = |most| -> Vec<(f64, String)> {
+            let ticks = self.ticks(most).into_iter();
+            ticks.map(|tick| (self.share(tick), label(tick))).collect()
+        };
+        let long = |text: &str| {
+            if beside {
+                width(text, NUMBERS)
+            } else {
+                NUMBERS
+            }
+        };
+        let fits = |numbers: &Vec<(f64, String)>| {
+            let longest = numbers
+                .iter()
+                .map(|(_, text)| long(text))
+                .fold(0.0, f64::max);
+            let mut pairs = numbers.windows(2);
+            pairs.all(|pair| (pair[1].0 - pair[0].0) * length >= longest + 2.0 * GAP)
+        };
+        let mut choices = (2..10).rev().map(numbers);
+        choices.find(fits).unwrap_or_default()
     }
 
-    /// Round numbers on the axis: no more than `most`, which is at least 4, and two or more.
-    pub fn ticks(&self, most: usize) -> Vec<f64> {
-        let most = most.max(4);
-        let even = even(self.range, most);
-        if self.scale == Scale::Linear {
-            return even;
-        }
-        let decades = decades(self.range, most);
-        // Over less than a decade there may be no power of ten, nor a multiple of one.
-        let [low, high] = self.range;
-        if high < 10.0 * low && decades.len() < 3 {
-            even
-        } else {
-            decades
+    /// Round numbers on the axis, no more than `most`: over a decade or more powers of ten and multiples of them.
+    fn ticks(&self, most: usize) -> Vec<f64> {
+        let Self(scale, [low, high]) = *self;
+        let powers = low.floor() as i32..=high.ceil() as i32;
+        let of = |multiples: &[f64], every: i32| -> Vec<f64> {
+            let powers = powers.clone().filter(|power| power.rem_euclid(every) == 0);
+            let powers = powers.map(|power| 10f64.powi(power));
+            let all = powers.flat_map(|power| multiples.iter().map(move |m| m * power));
+            let within = |n: &f64| (-1e-9..1.0 + 1e-9).contains(&self.share(*n));
+            all.filter(within).collect()
+        };
+        match scale {
+            Scale::Linear => even([low, high], most),
+            Scale::Log if high - low < 1.0 => even([low, high].map(|end| 10f64.powf(end)), most),
+            Scale::Log => {
+                let whole = [1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0, 9.0];
+                let few = [&whole[..], &[1.0, 2.0, 5.0], &[1.0, 3.0]];
+                let few = few.into_iter().map(|multiples| of(multiples, 1));
+                let mut all = few.chain((0..10).map(|k| of(&[1.0], 1 << k)));
+                all.find(|ticks| ticks.len() <= most).unwrap_or_default()
+            }
         }
     }
 }
 
-impl Scale {
-    /// Logarithmic for positive numbers of which the largest is at least `many` times the least.
-    pub fn of(numbers: impl Iterator<Item = f64>, many: f64) -> Self {
-        let none = (f64::INFINITY, f64::NEG_INFINITY);
-        let (low, high) = (numbers.filter(|n| n.is_finite()))
-            .fold(none, |(low, high), n| (low.min(n), high.max(n)));
-        if low > 0.0 && high >= many * low {
-            Self::Log
-        } else {
-            Self::Linear
-        }
-    }
-
-    fn has(self, number: f64) -> bool {
-        number.is_finite() && (self == Self::Linear || number > 0.0)
-    }
-}
-
-/// Multiples of 1, 2, 5 (or, where these leave fewer than two, 2.5) times a power of ten.
+/// Multiples of 1, 2, 2.5, 5 times a power of ten.
 fn even([low, high]: [f64; 2], most: usize) -> Vec<f64> {
     let start = ((high - low) / most as f64).log10().floor() as i32;
-    let of = |step: f64| -> Vec<f64> {
+    let steps = (start..start + 3).map(|power| 10f64.powi(power));
+    let steps = steps.flat_map(|power| [1.0, 2.0, 2.5, 5.0].map(|m| m * power));
+    let mut ticks = steps.map(|step| -> Vec<f64> {
         // Rounding must not take away an end.
-        let slack = 1e-9;
-        let first = (low / step - slack).ceil() as i64;
-        let last = (high / step + slack).floor() as i64;
+        let first = (low / step - 1e-9).ceil() as i64;
+        let last = (high / step + 1e-9).floor() as i64;
         (first..=last).map(|k| k as f64 * step).collect()
-    };
-    let fits = |multiples: &[f64]| {
-        (start..start + 3)
-            .flat_map(|power| multiples.iter().map(move |m| m * 10f64.powi(power)))
-            .map(of)
-            .find(|ticks| ticks.len() <= most)
-            .unwrap_or_default()
-    };
-    let round = fits(&[1.0, 2.0, 5.0]);
-    if round.len() >= 2 {
-        round
-    } else {
-        fits(&[1.0, 2.0, 2.5, 5.0])
-    }
-}
-
-/// Powers of ten, or of some multiples too, as many as fit.
-fn decades([low, high]: [f64; 2], most: usize) -> Vec<f64> {
-    let (first, last) = (low.log10().floor() as i32, high.log10().ceil() as i32);
-    let within = |x: &f64| *x >= low * (1.0 - 1e-9) && *x <= high * (1.0 + 1e-9);
-    let of = |multiples: &[f64], every: i32| -> Vec<f64> {
-        (first..=last)
-            .filter(|exponent| exponent.rem_euclid(every) == 0)
-            .flat_map(|exponent| multiples.iter().map(move |m| m * 10f64.powi(exponent)))
-            .filter(within)
-            .collect()
-    };
-    let fine: Vec<f64> = (2..20).map(|m| f64::from(m) * 0.5).collect();
-    let whole: Vec<f64> = (1..10).map(f64::from).collect();
-    let few: [&[f64]; 4] = [&fine, &whole, &[1.0, 2.0, 5.0], &[1.0, 3.0]];
-    let many = (0..10).map(|k| of(&[1.0], 1 << k));
-    few.into_iter()
-        .map(|multiples| of(multiples, 1))
-        .chain(many)
-        .find(|ticks| ticks.len() <= most)
-        .unwrap_or_default()
+    });
+    ticks.find(|ticks| ticks.len() <= most).unwrap_or_default()
 }
 
 /// A number at a tick: its digits without the rounding that multiples carry.
 pub fn label(number: f64) -> String {
-    if number == 0.0 {
-        return "0".to_owned();
+    let number: f64 = format!("{number:.11e}").parse().expect("it is a number");
+    if number == 0.0 || (1e-3..1e5).contains(&number.abs()) {
+        (number + 0.0).to_string()
+    } else {
+        format!("{number:e}")
     }
-    let text = format!("{number:.11e}");
-    let (mantissa, exponent) = text
-        .split_once('e')
-        .expect("a number in this form has an exponent");
-    let mantissa = mantissa.trim_end_matches('0').trim_end_matches('.');
-    let power: i32 = exponent.parse().expect("an exponent is a whole number");
-    if !(-3..5).contains(&power) {
-        return format!("{mantissa}e{exponent}");
-    }
-    let digits = mantissa.chars().filter(char::is_ascii_digit);
-    let after = digits.fold(-1 - power, |digits, _| digits + 1).max(0) as usize;
-    format!("{number:.after$}")
 }
 
 #[cfg(test)]
@@ -256,10 +219,8 @@ mod tests {
             for axis in [log, linear] {
                 for most in [4, 5, 8, 12] {
                     let ticks = axis.ticks(most);
-                    assert!(
-                        (2..=most).contains(&ticks.len()),
-                        "{axis:?}, {most}: {ticks:?}"
-                    );
+                    let count = ticks.len();
+                    assert!((2..=most).contains(&count), "{axis:?}, {most}: {ticks:?}");
                     let within = |t: &f64| (-1e-6..1.0 + 1e-6).contains(&axis.share(*t));
                     assert!(ticks.iter().all(within), "{axis:?}: {ticks:?}");
                     let mut said: Vec<String> = ticks.iter().copied().map(label).collect();
@@ -274,19 +235,32 @@ mod tests {
 
     #[test]
     fn a_range_has_room_on_both_sides_and_the_ends_that_it_is_given() {
-        let none = [None, None];
-        let log = Axis::around([1.0, f64::NAN, 100.0, 0.0, -1.0], Scale::Log, none);
-        assert!(log.range[0] < 0.81 && log.range[1] > 124.0);
+        let around = |numbers: &[f64], scale, given| {
+            let Axis(_, ends) = Axis::around(numbers.iter().copied(), scale, given);
+            ends
+        };
+        let none = [None; 2];
+        let log = around(&[1.0, f64::NAN, 100.0, 0.0, -1.0], Scale::Log, none);
+        assert!(log[0] < -0.05 && log[1] > 2.05, "{log:?}");
         for scale in [Scale::Linear, Scale::Log] {
-            assert_eq!(Axis::around([], scale, none).range, [0.1, 1.0]);
-            let single = Axis::around([5.0], scale, none).range;
-            assert!(single[0] < 5.0 && single[1] > 5.0);
-            let given = Axis::around([5.0, 7.0], scale, [Some(6.0), None]).range;
-            assert!(given[0] == 6.0 && given[1] > 7.0);
-            let beyond = Axis::around([5.0], scale, [Some(50.0), None]).range;
+            assert_eq!(around(&[], scale, none), [0.0, 1.0]);
+            let five = scale.place(5.0);
+            let single = around(&[5.0], scale, none);
+            assert!(single[0] < five && single[1] > five);
+            let given = around(&[5.0, 7.0], scale, [Some(6.0), None]);
+            assert!(given[0] == scale.place(6.0) && given[1] > scale.place(7.0));
+            let beyond = around(&[5.0], scale, [Some(50.0), None]);
             assert!(beyond[1] > beyond[0]);
         }
-        assert!(Axis::around([0.0], Scale::Linear, none).share(0.0) > 0.0);
+        let zero = around(&[0.0], Scale::Linear, none);
+        assert!(zero[0] < 0.0 && zero[1] > 0.0);
+    }
+
+    #[test]
+    fn numbers_have_room_and_are_as_many_as_have_it() {
+        let axis = Axis::over([0.0, 8.0], Scale::Linear);
+        let count = |length| axis.numbers(length, true).len();
+        assert_eq!((count(600.0), count(150.0), count(50.0)), (9, 5, 2));
     }
 
     #[test]
@@ -300,6 +274,8 @@ mod tests {
             (0.001, "0.001"),
             (1.180_000_000_001, "1.18"),
             (0.0, "0"),
+            (-0.0, "0"),
+            (123_456_789_012.3, "1.23456789012e11"),
         ] {
             assert_eq!(label(number), said);
         }

@@ -1,290 +1,249 @@
-//! What is drawn as a file: SVG, or pixels as PNG and as films, by the name's end.
+//! A figure as a file: SVG, or pixels as PNG and as films, by the name's end.
 
+use std::ffi::OsStr;
 use std::path::Path;
-use std::sync::{Arc, OnceLock};
 
-use resvg::tiny_skia::{Pixmap, Transform};
-use resvg::usvg::{Options, Tree, fontdb};
+use plotters::element::DashedPathElement;
+use plotters::prelude::*;
+use plotters::style::text_anchor::{Pos, VPos};
 
-use super::canvas::Canvas;
+use super::shape::{Form, Place, Shape, Words, letters};
+use super::sheet::Sheet;
 use crate::StudyError;
 use crate::output;
 
-/// Pixels of a picture for one of the sheet: screens have many.
-const FINE: f32 = 2.0;
-/// Faces in the order in which letters of a picture are drawn with them, of those that the machine has.
-const FACES: [&str; 6] = [
-    "DejaVu Sans",
-    "Liberation Sans",
-    "Arial",
-    "Helvetica",
-    "Noto Sans",
-    "Nimbus Sans",
-];
+/// plotters has whole pixels: an SVG is drawn this much larger, and shown in its size.
+const LARGE: u32 = 8;
+/// plotters draws words above a place; so far below it, in sizes, their middle is there.
+const LOWER: f64 = 0.65;
 
-/// What a file is, by the end of its name.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Kind {
-    /// Lines and letters.
-    Svg,
-    /// Pixels.
-    Png,
-    /// Pictures one after another, of 256 colours.
-    Gif,
+/// What a file is, by the end of its name: lines and letters (`svg`), pixels (`png`), or a film of 256 colours (`gif`).
+pub fn kind(path: &Path) -> Result<&'static str, StudyError> {
+    let end = path.extension().and_then(OsStr::to_str).unwrap_or_default();
+    let mut kinds = ["svg", "png", "gif"].into_iter();
+    let kind = kinds.find(|kind| end.eq_ignore_ascii_case(kind));
+    kind.ok_or_else(|| {
+        StudyError::asked(
+            format!("--out {}: no figure is written as this", path.display()),
+            "end its name with .svg or .png; frames also with .gif, as a film",
+        )
+    })
 }
 
-impl Kind {
-    /// Of a path.
-    ///
-    /// # Errors
-    /// [`StudyError::Asked`] for any other end.
-    pub fn of(path: &Path) -> Result<Self, StudyError> {
-        let end = path
-            .extension()
-            .map(|end| end.to_string_lossy().to_lowercase());
-        match end.as_deref() {
-            Some("svg") => Ok(Self::Svg),
-            Some("png") => Ok(Self::Png),
-            Some("gif") => Ok(Self::Gif),
-            _ => Err(StudyError::asked(
-                format!("--out {}: no figure is written as this", path.display()),
-                "end its name with .svg or .png; frames also with .gif, as a film",
-            )),
-        }
-    }
-
-    /// Whether it is a film.
-    pub fn moves(self) -> bool {
-        self == Self::Gif
-    }
-}
-
-/// Writes a sheet.
-pub(super) fn write(path: &Path, canvas: &Canvas) -> Result<(), StudyError> {
-    let bytes = match Kind::of(path)? {
-        Kind::Svg => canvas.svg().into_bytes(),
-        Kind::Png => pixels(canvas, FINE)?.encode_png().map_err(failed)?,
-        Kind::Gif => {
-            return Err(StudyError::asked(
-                format!("--out {}: one figure is no film", path.display()),
-                "a film is of frames: `--frames all --out FILE.gif`",
-            ));
-        }
+/// Writes a sheet, or sheets of one size as a film of so many pictures a second. Each is made and drawn when it is written: all
+/// at once would be gigabytes.
+pub(crate) fn write(
+    path: &Path,
+    mut sheets: impl Iterator<Item = Sheet>,
+    rate: f64,
+) -> Result<(), StudyError> {
+    let first = sheets.next().expect("there is a sheet");
+    let bytes = match kind(path)? {
+        "svg" => svg(&first)?.into_bytes(),
+        "png" => png(&first).map_err(failed)?,
+        _ => gif(first, sheets, rate)?,
     };
     output::write(path, bytes)
 }
 
-/// Writes sheets of one size as a film that begins anew at its end, each shown for so many hundredths of a second. A sheet is
-/// drawn when it is written: all at once would be gigabytes.
-pub(super) fn write_film(
-    path: &Path,
-    sheets: impl Iterator<Item = Result<Canvas, StudyError>>,
-    delay: u16,
-) -> Result<(), StudyError> {
-    let pictures = sheets.map(|sheet| pixels(&sheet?, 1.0));
-    output::write(path, gif(pictures, delay)?)
+pub(super) fn svg(sheet: &Sheet) -> Result<String, StudyError> {
+    let mut text = String::new();
+    let [width, height] = sheet.size();
+    let large = (LARGE * width, LARGE * height);
+    let backend = SVGBackend::with_string(&mut text, large);
+    draw(backend, sheet, f64::from(LARGE)).map_err(failed)?;
+    let drawn = format!("width=\"{}\" height=\"{}\"", large.0, large.1);
+    let shown = format!("width=\"{width}\" height=\"{height}\" stroke-linejoin=\"round\"");
+    Ok(text.replacen(&drawn, &shown, 1))
 }
 
-fn gif(
-    mut pictures: impl Iterator<Item = Result<Pixmap, StudyError>>,
-    delay: u16,
-) -> Result<Vec<u8>, StudyError> {
-    let mut bytes = Vec::new();
-    let Some(first) = pictures.next().transpose()? else {
-        return Ok(bytes);
+/// Twice as many pixels as the sheet has: screens have many.
+fn png(sheet: &Sheet) -> Result<Vec<u8>, Box<dyn std::error::Error>> {
+    let mut file = Vec::new();
+    let [width, height] = sheet.size().map(|side| 2 * side);
+    let mut encoder = png::Encoder::new(&mut file, width, height);
+    encoder.set_color(png::ColorType::Rgb);
+    let pixels = pixels(sheet, 2)?;
+    encoder.write_header()?.write_image_data(&pixels)?;
+    Ok(file)
+}
+
+fn gif(first: Sheet, more: impl Iterator<Item = Sheet>, rate: f64) -> Result<Vec<u8>, StudyError> {
+    let mut file = Vec::new();
+    let [width, height] = first.size().map(u16::try_from);
+    let (Ok(width), Ok(height)) = (width, height) else {
+        return Err(failed("a GIF is at most 65,535 pixels wide and high"));
     };
-    let large = |_| failed("a GIF is at most 65,535 pixels wide and high");
-    let width = u16::try_from(first.width()).map_err(large)?;
-    let height = u16::try_from(first.height()).map_err(large)?;
-    let mut film = gif::Encoder::new(&mut bytes, width, height, &[]).map_err(failed)?;
+    let mut film = gif::Encoder::new(&mut file, width, height, &[]).map_err(failed)?;
     film.set_repeat(gif::Repeat::Infinite).map_err(failed)?;
-    for picture in std::iter::once(Ok(first)).chain(pictures) {
-        let mut all = picture?.data().to_vec();
-        let mut frame = gif::Frame::from_rgba_speed(width, height, &mut all, 10);
-        frame.delay = delay;
+    for sheet in std::iter::once(first).chain(more) {
+        let mut frame = gif::Frame::from_rgb_speed(width, height, &pixels(&sheet, 1)?, 10);
+        frame.delay = (100.0 / rate).round().clamp(1.0, 6e4) as u16;
         film.write_frame(&frame).map_err(failed)?;
     }
     drop(film);
-    Ok(bytes)
+    Ok(file)
 }
 
-fn pixels(canvas: &Canvas, scale: f32) -> Result<Pixmap, StudyError> {
-    let letters = letters().ok_or_else(|| {
-        StudyError::asked(
-            "there is no font on this machine to draw letters with",
-            "write an .svg, or install a font such as DejaVu Sans (Debian: fonts-dejavu-core)",
-        )
-    })?;
-    let options = Options {
-        fontdb: Arc::clone(letters),
-        ..Options::default()
-    };
-    let tree = Tree::from_str(&canvas.svg(), &options).map_err(failed)?;
-    let size = tree.size();
-    let side = |length: f32| (length * scale).ceil() as u32;
-    let mut pixmap = Pixmap::new(side(size.width()), side(size.height()))
-        .ok_or_else(|| failed("it is too large to be drawn as pixels"))?;
-    resvg::render(
-        &tree,
-        Transform::from_scale(scale, scale),
-        &mut pixmap.as_mut(),
-    );
-    Ok(pixmap)
+/// Red, green and blue of each pixel, row by row from above. Each is the mean of four, since plotters draws slanted edges in
+/// steps.
+pub(super) fn pixels(sheet: &Sheet, scale: u32) -> Result<Vec<u8>, StudyError> {
+    let [width, height] = sheet.size().map(|side| 2 * scale * side);
+    let row = 3 * width as usize;
+    let mut fine = vec![0; row * height as usize];
+    let backend = BitMapBackend::with_buffer(&mut fine, (width, height));
+    draw(backend, sheet, f64::from(2 * scale)).map_err(failed)?;
+    let mut colours = Vec::with_capacity(fine.len() / 4);
+    for rows in fine.chunks_exact(2 * row) {
+        let (upper, lower) = rows.split_at(row);
+        for (a, b) in upper.chunks_exact(6).zip(lower.chunks_exact(6)) {
+            let mean = |c: usize| {
+                let four = [a[c], a[c + 3], b[c], b[c + 3]].map(u16::from);
+                ((four.iter().sum::<u16>() + 2) / 4) as u8
+            };
+            colours.extend([0, 1, 2].map(mean));
+        }
+    }
+    Ok(colours)
 }
 
-/// The machine's fonts; nothing where there are none.
-fn letters() -> Option<&'static Arc<fontdb::Database>> {
-    static LETTERS: OnceLock<Option<Arc<fontdb::Database>>> = OnceLock::new();
-    let letters = LETTERS.get_or_init(|| {
-        let mut all = fontdb::Database::new();
-        all.load_system_fonts();
-        let names: Vec<String> = all
-            .faces()
-            .flat_map(|face| face.families.iter().map(|(name, _)| name.clone()))
-            .collect();
-        let known = FACES
-            .iter()
-            .find(|face| names.iter().any(|name| name == *face));
-        let family = known
-            .map(ToString::to_string)
-            .or_else(|| names.first().cloned())?;
-        all.set_sans_serif_family(family);
-        Some(Arc::new(all))
-    });
-    letters.as_ref()
+/// Draws a sheet with so many pixels for one of its own.
+fn draw<D: DrawingBackend>(
+    backend: D,
+    sheet: &Sheet,
+    scale: f64,
+) -> Result<(), DrawingAreaErrorKind<D::ErrorType>> {
+    let root = backend.into_drawing_area();
+    let px = |length: f64| (scale * length).round() as i32;
+    let at = |(x, y): Place| (px(x), px(y));
+    root.fill(&WHITE)?;
+    for Shape(places, colour, form) in &sheet.shapes {
+        let places: Vec<_> = places.iter().copied().map(at).collect();
+        match *form {
+            Form::Line(width, (dash, gap)) => {
+                let style = colour.stroke_width(px(width).max(1) as u32);
+                root.draw(&DashedPathElement::new(places, px(dash), px(gap), style))?;
+            }
+            Form::Polygon => root.draw(&Polygon::new(places, colour))?,
+            Form::Rectangle => {
+                root.draw(&Rectangle::new([places[0], places[1]], colour.filled()))?;
+            }
+            Form::Discs(radius, filled) => {
+                let ring = colour.stroke_width(px(1.0) as u32);
+                let style = if filled { colour.filled() } else { ring };
+                for at in places {
+                    root.draw(&Circle::new(at, px(radius), style))?;
+                }
+            }
+        }
+    }
+    for Words(words, size, (x, y), part) in &sheet.words {
+        let style = TextStyle::from(letters(scale * size));
+        let style = style.pos(Pos::new(*part, VPos::Bottom));
+        let at = at((*x, y + LOWER * size));
+        root.draw(&Text::new(words.as_str(), at, style))?;
+    }
+    root.present()
 }
 
 fn failed(error: impl std::fmt::Display) -> StudyError {
     StudyError::Figure(error.to_string())
 }
 
-/// Boxes of the words as a renderer with the machine's fonts draws them; nothing where there are no fonts.
-#[cfg(test)]
-pub(super) fn boxes_of_words(canvas: &Canvas) -> Option<Vec<[f32; 4]>> {
-    use resvg::usvg::{Group, Node};
-    fn collect(group: &Group, found: &mut Vec<[f32; 4]>) {
-        for node in group.children() {
-            match node {
-                Node::Group(group) => collect(group, found),
-                Node::Text(text) => {
-                    let b = text.abs_bounding_box();
-                    found.push([b.left(), b.top(), b.right(), b.bottom()]);
-                }
-                _ => {}
-            }
-        }
-    }
-    let options = Options {
-        fontdb: Arc::clone(letters()?),
-        ..Options::default()
-    };
-    let tree = Tree::from_str(&canvas.svg(), &options).expect("what is drawn is SVG");
-    let mut found = Vec::new();
-    collect(tree.root(), &mut found);
-    Some(found)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::figure::canvas::{Anchor, Colour, Paint};
-    use std::fs;
+    use crate::figure::shape::width;
+    use plotters::style::text_anchor::HPos;
 
-    fn sheet(colour: Colour) -> Canvas {
-        let mut canvas = Canvas::new(40.0, 20.0);
-        canvas.rectangle((10.0, 5.0), (20.0, 10.0), Paint::Filled(colour));
-        canvas
+    fn sheet(colour: RGBColor) -> Sheet {
+        let mut sheet = Sheet::new("", &[], 1);
+        (sheet.width, sheet.height) = (40.0, 20.0);
+        let corners = vec![(10.0, 5.0), (30.0, 15.0)];
+        sheet.shapes.push(Shape(corners, colour, Form::Rectangle));
+        sheet
     }
 
     #[test]
     fn the_file_extension_selects_the_format() {
-        assert_eq!(Kind::of(Path::new("a.b/c.PNG")).unwrap(), Kind::Png);
-        assert!(Kind::of(Path::new("film.gif")).unwrap().moves());
+        assert_eq!(kind(Path::new("a.b/c.PNG")).unwrap(), "png");
         for refused in ["a", "a.pdf", "svg"] {
-            let said = Kind::of(Path::new(refused)).unwrap_err().to_string();
-            assert!(said.contains(".svg or .png"), "{said}");
+            let message = kind(Path::new(refused)).unwrap_err().to_string();
+            assert!(message.contains(".svg or .png"), "{message}");
         }
-        let said = write(Path::new("a.gif"), &sheet(Colour(0, 0, 0)))
-            .unwrap_err()
-            .to_string();
-        assert!(said.contains("--frames"), "{said}");
+    }
+
+    #[test]
+    fn an_svg_has_the_size_of_its_sheet() {
+        let mut sheet = sheet(RGBColor(0, 0, 0));
+        sheet.note("a < b & c", 14.0);
+        sheet.height = 20.0;
+        let svg = svg(&sheet).unwrap();
+        let head =
+            "<svg width=\"40\" height=\"20\" stroke-linejoin=\"round\" viewBox=\"0 0 320 160\"";
+        assert!(svg.starts_with(head), "{svg}");
+        assert!(svg.contains("\na &lt; b &amp; c\n"), "{svg}");
     }
 
     #[test]
     fn pixels_are_those_of_the_sheet() {
-        if letters().is_none() {
-            return;
-        }
-        let dir = tempfile::tempdir().unwrap();
-        let path = dir.path().join("a.png");
-        write(&path, &sheet(Colour(200, 100, 50))).unwrap();
-        let picture = Pixmap::load_png(&path).unwrap();
-        assert_eq!((picture.width(), picture.height()), (80, 40));
-        let at = |x, y| {
-            let pixel = picture.pixel(x, y).unwrap();
-            [pixel.red(), pixel.green(), pixel.blue()]
-        };
-        assert_eq!(at(5, 5), [255; 3]);
-        assert_eq!(at(40, 20), [200, 100, 50]);
-    }
-
-    /// Points and colour bars are pictures within the sheet; they were missing from PNG and films.
-    #[test]
-    fn a_picture_within_the_sheet_is_drawn() {
-        let mut canvas = Canvas::new(40.0, 20.0);
-        let green = [0, 200, 0];
-        canvas
-            .picture((10.0, 5.0), (20.0, 10.0), [2, 1], &green.repeat(2))
+        let file = png(&sheet(RGBColor(200, 100, 50))).unwrap();
+        let mut picture = png::Decoder::new(std::io::Cursor::new(file))
+            .read_info()
             .unwrap();
-        let picture = pixels(&canvas, 1.0).unwrap();
-        let at = |x, y| {
-            let pixel = picture.pixel(x, y).unwrap();
-            [pixel.red(), pixel.green(), pixel.blue()]
-        };
-        assert_eq!((at(20, 10), at(2, 2)), (green, [255; 3]));
+        let mut colours = vec![0; picture.output_buffer_size().unwrap()];
+        let frame = picture.next_frame(&mut colours).unwrap();
+        assert_eq!((frame.width, frame.height), (80, 40));
+        let at = |x: usize, y: usize| &colours[3 * (80 * y + x)..][..3];
+        assert_eq!(at(75, 35), [255; 3]);
+        assert_eq!(at(40, 25), [200, 100, 50]);
     }
 
     #[test]
     fn a_film_has_all_its_pictures() {
-        if letters().is_none() {
-            return;
-        }
-        let dir = tempfile::tempdir().unwrap();
-        let colours = [Colour(255, 0, 0), Colour(0, 255, 0), Colour(0, 0, 255)];
-        let sheets = colours.into_iter().map(|colour| Ok(sheet(colour)));
-        let path = dir.path().join("a.gif");
-        write_film(&path, sheets, 8).unwrap();
+        let mut colours = [
+            RGBColor(255, 0, 0),
+            RGBColor(0, 255, 0),
+            RGBColor(0, 0, 255),
+        ]
+        .map(sheet)
+        .into_iter();
+        let file = gif(colours.next().unwrap(), colours, 12.5).unwrap();
         let mut options = gif::DecodeOptions::new();
         options.set_color_output(gif::ColorOutput::RGBA);
-        let mut film = options.read_info(fs::File::open(&path).unwrap()).unwrap();
+        let mut film = options.read_info(&file[..]).unwrap();
         let mut seen = Vec::new();
         while let Some(frame) = film.read_next_frame().unwrap() {
-            let middle = 4 * (10 * 40 + 20);
-            seen.push([0, 1, 2].map(|k| frame.buffer[middle + k] > 128));
+            assert_eq!(frame.delay, 8);
+            let middle = 4 * (12 * 40 + 25);
+            seen.push([0, 1, 2].map(|k| u8::from(frame.buffer[middle + k] > 128)));
         }
-        assert_eq!(
-            seen,
-            [
-                [true, false, false],
-                [false, true, false],
-                [false, false, true]
-            ]
-        );
+        assert_eq!(seen, [[1, 0, 0], [0, 1, 0], [0, 0, 1]]);
     }
 
     #[test]
-    fn words_take_no_more_room_than_was_measured() {
-        let mut canvas = Canvas::new(800.0, 60.0);
+    fn words_are_drawn_where_they_were_measured() {
         let words = "Coefficient of restitution [1], 0.123456789e-10 & WMQ (%)";
-        canvas.text(words, 14.0, (5.0, 20.0), Anchor::Start);
-        let Some(boxes) = boxes_of_words(&canvas) else {
-            return;
-        };
-        let width = crate::figure::text::width(words, 14.0);
-        assert!(
-            f64::from(boxes[0][2]) <= 5.0 + 1.01 * width,
-            "{boxes:?}, {width}"
+        let mut sheet = Sheet::new("", &[], 1);
+        (sheet.width, sheet.height) = (500.0, 40.0);
+        sheet
+            .words
+            .push(Words(words.into(), 14.0, (10.0, 20.0), HPos::Left));
+        let pixels = pixels(&sheet, 1).unwrap();
+        let dark = |k: &usize| pixels[3 * k] < 128;
+        let dark: Vec<usize> = (0..500 * 40).filter(dark).collect();
+        let (left, right) = (
+            dark.iter().map(|k| k % 500).min(),
+            dark.iter().map(|k| k % 500).max(),
         );
-        assert!(f64::from(boxes[0][2]) > 5.0 + 0.7 * width);
+        let end = 10.0 + width(words, 14.0);
+        let right = right.unwrap() as f64;
+        assert!((9..12).contains(&left.unwrap()), "{left:?}");
+        assert!(right <= end + 1.0 && right > end - 5.0, "{right} of {end}");
+        let (top, bottom) = (dark[0] / 500, dark[dark.len() - 1] / 500);
+        assert!(
+            (12..16).contains(&top) && (23..28).contains(&bottom),
+            "{top}, {bottom}"
+        );
     }
 }

@@ -1,19 +1,8 @@
-//! Figures: axes with units, a legend in words, colours that the colour-blind tell apart. Words are measured before they are
-//! laid out, so that none overlap.
-//!
-//! | what | where |
-//! | --- | --- |
-//! | figures | [`chart`] (series of numbers), [`panels`] (particles) |
-//! | their parts | `sheet` (areas in rows), `area` (axes around what is drawn), [`axis`], `legend`, `style`, `text` (widths) |
-//! | what they are put on | `canvas`; [`mod@file`] writes it as SVG, PNG or GIF |
+//! Figures of areas with axes, drawn by plotters as lines and letters or as pixels. It has no layout for words: they are measured
+//! with its font in `shape` before `sheet` gives them a place, so that none overlap.
 
-mod area;
 pub mod axis;
-mod canvas;
-pub mod chart;
-pub mod file;
-mod legend;
-pub mod panels;
-mod sheet;
-mod style;
-mod text;
+pub(crate) mod chart;
+pub(crate) mod file;
+pub(crate) mod shape;
+pub(crate) mod sheet;

@@ -3,12 +3,15 @@
 use std::fmt;
 use std::path::Path;
 
+use plotters::style::RGBColor;
+
 use super::edge::{Edge, Search};
 use super::{STEP_FACTOR, Trial, freed, setting, usable};
 use crate::StudyError;
 use crate::case::Source;
 use crate::figure::axis::Scale;
-use crate::figure::chart::{Chart, Mark, Panel, Series};
+use crate::figure::chart::{Chart, DISCS, Panel, Series};
+use crate::figure::shape::{Form, WHOLE};
 use crate::output::{number, write_table};
 use crate::runner::{Runner, RunnerOptions};
 use crate::vary::{Vary, with_unit};
@@ -153,11 +156,14 @@ impl MapReport {
 
     /// Runs that were stable and those that were not; named lines, of which the last is the measured edge.
     fn series(&self) -> [Series; 6] {
-        let series = |label: &str, mark, points| Series {
+        let series = |label: &str, colour, form, points| Series {
             label: label.to_owned(),
-            mark,
+            colour,
+            forms: vec![form],
             points: vec![points],
         };
+        let line_of = |width| Form::Line(width, WHOLE);
+        let grey = |shade| Some(RGBColor(shade, shade, shade));
         let runs = |wanted: bool| {
             let of = |c: &'_ Column| {
                 let runs = c.edge.tried.iter().filter(|(_, stable)| *stable == wanted);
@@ -175,26 +181,30 @@ impl MapReport {
         [
             series(
                 "eq. 51 with the mass of the lightest point",
-                Mark::Line(8.6),
+                None,
+                line_of(8.6),
                 criteria(&|c| c.multiple(|k| k.lightest_point)),
             ),
             series(
                 "Jiang 2020 eq. 51",
-                Mark::Line(6.4),
+                None,
+                line_of(6.4),
                 criteria(&|c| c.multiple(|k| k.jiang2020)),
             ),
             series(
                 "the coupler's criterion (composed, its step is 1)",
-                Mark::Line(4.2),
+                None,
+                line_of(4.2),
                 criteria(&|_| Some(1.0)),
             ),
             series(
                 "measured edge: largest stable value found",
-                Mark::Line(2.0),
+                None,
+                line_of(2.0),
                 line(&|c| c.edge.unstable.and(c.edge.stable)),
             ),
-            series("stable", Mark::Stable, runs(true)),
-            series("unstable", Mark::Unstable, runs(false)),
+            series("stable", grey(90), DISCS, runs(true)),
+            series("unstable", grey(150), Form::Discs(4.0, false), runs(false)),
         ]
     }
 
@@ -205,8 +215,11 @@ impl MapReport {
             with_unit(&self.options.along)
         };
         Panel {
-            caption: self.title.clone(),
-            words: [with_unit(&self.options.column.key), beside],
+            words: [
+                self.title.clone(),
+                with_unit(&self.options.column.key),
+                beside,
+            ],
             scales: [Some(Scale::Log); 2],
             ..Panel::default()
         }

@@ -3,10 +3,13 @@
 use std::fmt;
 use std::path::Path;
 
+use plotters::style::BLACK;
+
 use super::row::{Row, count, curves, write_rows};
 use crate::StudyError;
 use crate::figure::axis::Scale;
-use crate::figure::chart::{Chart, Mark, Panel, Series};
+use crate::figure::chart::{CURVE, Chart, DISCS, Panel, Series};
+use crate::figure::shape::Form;
 use crate::output::number;
 use crate::precision::{order, order_against};
 use crate::vary::with_unit;
@@ -73,16 +76,17 @@ impl WorkReport {
                     rings[k].extend(front.then_some((costs[k], error)));
                 }
             }
-            let mark = Mark::Marked;
             series.push(Series {
                 label,
-                mark,
+                colour: None,
+                forms: vec![CURVE, DISCS],
                 points,
             });
         }
         series.push(Series {
             label: "Pareto front".to_owned(),
-            mark: Mark::Rings,
+            colour: Some(BLACK),
+            forms: vec![Form::Discs(9.0, false)],
             points: rings,
         });
         let shared = if jobs > 1 {
@@ -91,7 +95,11 @@ impl WorkReport {
             String::new()
         };
         let panel = |time: &str| Panel {
-            words: [format!("{time} in s{shared}"), self.error_of.clone()],
+            words: [
+                String::new(),
+                format!("{time} in s{shared}"),
+                self.error_of.clone(),
+            ],
             scales: [Some(Scale::Log); 2],
             ..Panel::default()
         };

@@ -8,7 +8,7 @@ use coupler::record::check::Judged;
 use super::row::count;
 use super::sweep::SweepReport;
 use crate::StudyError;
-use crate::figure::chart::{Chart, Mark, Panel, Series};
+use crate::figure::chart::{Chart, DISCS, Panel, Series};
 use crate::output::{number, write_table};
 use crate::sample::{SHARES, Statistics};
 use crate::vary::with_unit;
@@ -96,14 +96,15 @@ impl SampleReport {
                 let point = |row: &super::Row| Some((row.case.number(key)?, row.values[k]?));
                 points.push(rows.iter().filter_map(point).collect());
                 panels.push(Panel {
-                    words: [with_unit(key), name.clone()],
+                    words: [String::new(), with_unit(key), name.clone()],
                     ..Panel::default()
                 });
             }
         }
         let series = Series {
             label: String::new(),
-            mark: Mark::Markers,
+            colour: None,
+            forms: vec![DISCS],
             points,
         };
         let chart = Chart {

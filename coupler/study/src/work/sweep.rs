@@ -5,7 +5,7 @@ use std::path::Path;
 
 use super::row::{Row, count, curves, write_rows};
 use crate::StudyError;
-use crate::figure::chart::{Chart, Mark, Panel, Series};
+use crate::figure::chart::{CURVE, Chart, DISCS, Panel, Series};
 use crate::output::number;
 use crate::vary::{Vary, with_unit};
 
@@ -39,11 +39,12 @@ impl SweepReport {
         };
         let series = curves(&self.rows).into_iter().map(|(label, rows)| Series {
             label: label.to_owned(),
-            mark: Mark::Marked,
+            colour: None,
+            forms: vec![CURVE, DISCS],
             points: (0..self.values.len()).map(|k| points(&rows, k)).collect(),
         });
         let panel = |value: &String| Panel {
-            words: [with_unit(&self.key), value.clone()],
+            words: [String::new(), with_unit(&self.key), value.clone()],
             ..Panel::default()
         };
         let chart = Chart {
