@@ -234,7 +234,7 @@ fn opening_step(scene: &Scene, (mpm, dem): Solvers) -> Result<(Sides, Option<Str
         states = mpm.imp_states().to_vec();
     }
     let mut forces = Forces::default();
-    forces.clear(set.len(), []);
+    forces.clear(&states, []);
     let mut pressing = None;
     if let Some(dem) = &mut dem {
         let points = Points {

@@ -115,6 +115,20 @@ const BUGS: &[Bug] = &[
     ),
     (
         1,
+        "no couple on points",
+        SUMS,
+        "point[2] += (at[0] - of.x) * fy - (at[1] - of.y) * fx",
+        "pass",
+    ),
+    (
+        1,
+        "slip of the centres of points",
+        LAW,
+        "spun = point.spin * step.dt_before",
+        "spun = 0.0",
+    ),
+    (
+        1,
         "friction that helps",
         LAW,
         "-self.k_t * now\n            forces.slid",

@@ -285,8 +285,8 @@ pub fn searches(known: Option<u64>) -> impl Iterator<Item = (u64, u64)> {
 const LATE: &[(&str, u64)] = &[
     ("F-7/2", 109),
     ("F-7/4", 23),
-    ("F-7/11", 64),
-    ("F-7/15", 28),
+    ("F-7/13", 64),
+    ("F-7/17", 28),
     ("R-3/3", 71),
     ("R-3e/3", 47),
     ("L-2/2", 71),
@@ -336,7 +336,7 @@ fn every_mutant_of_physics_is_found_by_its_clause(of: Of) {
         let also: &[&str] = match own {
             "F-7" => &["F-5", "F-6", "F-8"],
             "T-1" => &["F-7", "N-1"],
-            "T-1a" => &["F-1a", "R-3e", "R-5a", "I-2g", "N-1a"],
+            "T-1a" => &["F-1a", "R-3e", "R-5a", "I-2g", "I-6a", "N-1a"],
             "I-2g" => &["F-1a", "R-5a", "T-1a"],
             "D-1a" => &["R-3e", "R-5a"],
             "I-6a" => &["I-7a"],

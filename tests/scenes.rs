@@ -372,6 +372,24 @@ fn a_check_that_fails_is_exit_1_and_says_so() {
     assert_complete(&files);
 }
 
+/// Below tan 33 = 0.649 nothing holds the block of `sudden_load`, and its check of standing says so.
+#[test]
+fn a_block_that_slides_does_not_pass_for_one_that_stands() {
+    let place = Place::new();
+    let set = [
+        "--variant",
+        "quick",
+        "--set",
+        "contact.linear.friction=0.64",
+    ];
+    let scene = scene("verification/sudden_load");
+    place.run("out", &scene, &set).expect(1);
+    let files = RunFiles::read(&place.path("out"));
+    let stands = "it stands: how far friction under its weight would still slide for its work, over how far it has gone";
+    assert_eq!(files.check(stands)["pass"], false);
+    assert_eq!(files.check("no energy is lost")["pass"], true);
+}
+
 /// The IMPs sit half a point distance inside the end of the bar, and the mass of that end is lumped on the first nodes:
 /// the contact acts on the bar off its end by a share of the cell, which is an error of first order. Measured:
 /// 0.99 to 1.04 for the largest and the rms error.

@@ -1,7 +1,7 @@
 """The exchange between two solvers that compute next to nothing: preCICE over sockets, Tandem over shared memory.
 
-What is timed is a step, which preCICE calls a time window: each side hands over its numbers of all points once, as many as
-Tandem's ImpState (4) and ImpForce (3) have. Tandem's side is `cargo bench -p interface --bench exchange`.
+What is timed is a step, which preCICE calls a time window: each side hands over its numbers of all points once, 4 and 3 a
+point. Tandem's ImpState and ImpForce have 5 each. Tandem's side is `cargo bench -p interface --bench exchange`.
 """
 
 import json

@@ -121,6 +121,7 @@ fn set_up(pentagons: bool, bodies: usize, around: usize) -> (Sdem, Vec<ImpState>
             states.push(ImpState {
                 position: [c[0] + reach * cos, c[1] + reach * sin],
                 velocity: [0.0; 2],
+                ..ImpState::default()
             });
         }
     }

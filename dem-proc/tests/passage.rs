@@ -41,6 +41,7 @@ fn refusal(config: &DemConfig, path: impl IntoIterator<Item = Vec2>) -> Option<(
         let state = ImpState {
             position: p.into(),
             velocity: [0.0; 2],
+            ..ImpState::default()
         };
         if let Err(fault) = dem.contact(&step, &[state], &mut forces) {
             return Some((index, fault.to_string()));
@@ -220,6 +221,7 @@ fn a_new_set_forgets_nothing() {
         let here = ImpState {
             position: p.into(),
             velocity: [0.0; 2],
+            ..ImpState::default()
         };
         let elsewhere = at(-0.5, 0.06);
         let (set, states) = if index % 2 == 0 {

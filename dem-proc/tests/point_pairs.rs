@@ -1,4 +1,5 @@
-//! Points of two groups that touch (Chen 2023), as far as the kit's random cases do not judge it (`kit.rs`): threads, and passage.
+//! Points of two groups that touch (Chen 2023), as far as the kit's random cases do not judge it (`kit.rs`): angular momentum,
+//! threads, and passage.
 
 use dem_proc::Sdem;
 use interface::config::{ContactLaw, DemConfig, GroupPair};
@@ -50,13 +51,31 @@ impl Points {
             group,
             next: 0,
         };
-        let state =
-            |&(_, position, velocity): &(u32, [f64; 2], [f64; 2])| ImpState { position, velocity };
+        let state = |&(_, position, velocity): &(u32, [f64; 2], [f64; 2])| ImpState {
+            position,
+            velocity,
+            ..ImpState::default()
+        };
         Self {
             infos: points.iter().enumerate().map(info).collect(),
             states: points.iter().map(state).collect(),
         }
     }
+
+    /// About the origin, with their spins.
+    fn angular_momentum(&self) -> f64 {
+        let all = self.infos.iter().zip(&self.states);
+        all.map(|(i, s)| {
+            let ([x, y], [u, v]) = (s.position, s.velocity);
+            i.mass * (x * v - y * u) + inertia(i) * s.spin
+        })
+        .sum()
+    }
+}
+
+/// Here points are discs, so that couples turn them.
+fn inertia(info: &ImpInfo) -> f64 {
+    0.5 * info.mass * info.radius * info.radius
 }
 
 /// A solver with points, in a run of equal steps.
@@ -99,6 +118,7 @@ impl TestRun {
                 state.velocity[a] += step.kick() * force.force[a] / info.mass;
                 state.position[a] += step.dt * state.velocity[a];
             }
+            state.spin += step.kick() * force.couple / inertia(info);
         }
         Ok(forces)
     }
@@ -118,6 +138,20 @@ fn heap() -> Points {
         ));
     }
     Points::new(&points)
+}
+
+#[test]
+fn friction_turns_points_and_keeps_their_angular_momentum() {
+    let mut run = TestRun::new(&scene(linear(0.4)), heap(), 2e-5);
+    let angular = run.points.angular_momentum();
+    for _ in 0..15_000 {
+        run.step().unwrap();
+    }
+    let scale = run.points.infos.iter().map(|i| i.mass).sum::<f64>() * 5.0;
+    let error = (run.points.angular_momentum() - angular).abs() / scale;
+    assert!(error < 1e-13, "{error:e}");
+    let turning = run.points.states.iter().filter(|s| s.spin.abs() > 1.0);
+    assert!(turning.count() > 30);
 }
 
 #[test]

@@ -158,6 +158,7 @@ fn crowd(random: &mut Random, skin: f64) -> (DemConfig, Vec<ImpInfo>, Vec<ImpSta
     let mut state = || ImpState {
         position: [random.between(-2.0, 2.0), random.between(-2.0, 2.0)],
         velocity: [random.between(-3.0, 3.0), random.between(-3.0, 3.0)],
+        ..ImpState::default()
     };
     let states = set.iter().map(|_| state()).collect();
     (config, set, states)

@@ -126,8 +126,8 @@ fn computing(imps: usize, steps: u64) -> Duration {
     };
     let start = Instant::now();
     for _ in 0..steps {
-        forces.clear(imps, []);
         let states = points.imp_states();
+        forces.clear(states, []);
         let given = interface::forces::Points { set: &[], states };
         black_box(wall.contact(&step, &given, &mut forces).expect("no fault"));
         black_box(points.step(&step, forces.on_points()).expect("no fault"));

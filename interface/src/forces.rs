@@ -27,7 +27,8 @@ pub struct Contact {
     pub stiffness: f64,
     /// Unit normal. With it the bound of L-2 is exact; without it, one for any normal.
     pub normal: Option<Vec2>,
-    /// Tangential stiffness in N/m; needs the normal.
+    /// Tangential stiffness in N/m; needs the normal. Its spring goes the way of the surface of the point, which turns with
+    /// [`ImpState::spin`].
     pub tangential: f64,
     /// Energy in its springs in J/m; `None`: that of a linear spring with this force.
     pub stored: Option<f64>,
@@ -66,6 +67,8 @@ impl Load {
 /// The forces of a step, zero when the solver gets them.
 #[derive(Debug, Clone, Default)]
 pub struct Forces {
+    /// Where the points are, in m.
+    places: Vec<Vec2>,
     on_points: Vec<ImpForce>,
     on_bodies: Vec<Load>,
     /// Energy in springs at `t_n` in J/m.
@@ -77,11 +80,14 @@ pub struct Forces {
 }
 
 impl Forces {
-    /// None yet, on so many points and on bodies with these loads.
-    pub fn clear(&mut self, points: usize, loads: impl IntoIterator<Item = Load>) {
+    /// None yet, on points in these states and on bodies with these loads.
+    pub fn clear(&mut self, points: &[ImpState], loads: impl IntoIterator<Item = Load>) {
+        self.places.clear();
+        self.places
+            .extend(points.iter().map(|point| Vec2::from(point.position)));
         // Forces must not accumulate from one step to the next (F-8).
         self.on_points.clear();
-        self.on_points.resize(points, ImpForce::default());
+        self.on_points.resize(points.len(), ImpForce::default());
         self.on_bodies.clear();
         self.on_bodies.extend(loads);
         (self.stored, self.slid, self.damped) = (0.0, 0.0, 0.0);
@@ -99,6 +105,10 @@ impl Forces {
         point.force[0] += force.x;
         point.force[1] += force.y;
         point.stiffness += stiffness;
+        point.tangential += contact.tangential;
+        if point.tangential > 0.0 {
+            point.couple += (contact.at - self.places[contact.slot]).perp(&force);
+        }
         let load = &mut self.on_bodies[contact.body];
         let arm = contact.at - load.center;
         let pushes = force != Vec2::zeros();

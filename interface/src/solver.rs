@@ -384,7 +384,7 @@ pub struct Answer {
 /// let states = [ImpState { position: [0.1, 0.0], ..ImpState::default() }];
 /// let step = Step { index: 1, time: 0.0, dt_before: 1e-3, dt: 1e-3, measure: false };
 /// let mut forces = Forces::default();
-/// forces.clear(1, [Default::default()]);
+/// forces.clear(&states, [Default::default()]);
 /// solver.contact(&step, &Points { set: &set, states: &states }, &mut forces)?;
 /// assert!((forces.on_points()[0].force[0] - 100.0).abs() < 1e-9);
 /// # Ok::<(), Fault>(())

@@ -59,6 +59,7 @@ fn oracle(config: &MpmConfig, positions: &[[f64; 2]], side: f64) -> Reference {
                 mass: 1000.0 * volume,
                 volume,
                 unsettled: [0.0; 2],
+                spin: 0.0,
                 bulk: BULK,
                 shear: SHEAR,
             })
@@ -75,6 +76,20 @@ fn oracle(config: &MpmConfig, positions: &[[f64; 2]], side: f64) -> Reference {
         wall_impulse: [0.0; 2],
         elastic: 0.0,
     }
+}
+
+/// A force with a couple on a point at `x` (m), if it is far from periodic walls.
+fn pressed(x: [f64; 2], walls: &Walls, random: &mut Random) -> ImpForce {
+    let force = [random.between(-900.0, 900.0), random.between(-900.0, 900.0)];
+    let free = (walls.left != Wall::Periodic || (0.0..0.45).contains(&x[0]))
+        && (walls.bottom != Wall::Periodic || x[1] > 0.3);
+    let pressed = ImpForce {
+        force,
+        couple: random.between(-9.0, 9.0),
+        tangential: 1e-3,
+        ..ImpForce::default()
+    };
+    if free { pressed } else { ImpForce::default() }
 }
 
 /// Compares a random cloud that fills `within`, at `velocity`. Points near the side walls have no contact forces.
@@ -112,27 +127,25 @@ fn compare_at(
     let mass: f64 = reference.points.iter().map(|p| p.mass).sum();
     for n in 0..12 {
         let dt = random.between(2e-4, 5e-4);
-        let forces: Vec<[f64; 2]> = positions
-            .iter()
-            .map(|x| {
-                let force = [random.between(-900.0, 900.0), random.between(-900.0, 900.0)];
-                let free = (walls.left != Wall::Periodic || (0.0..0.45).contains(&x[0]))
-                    && (walls.bottom != Wall::Periodic || x[1] > 0.3);
-                force.map(|f| if free { f } else { 0.0 })
-            })
-            .collect();
+        let press = |x: &[f64; 2]| pressed(*x, &walls, &mut random);
+        let forces: Vec<ImpForce> = positions.iter().map(press).collect();
         let before = stepper.before;
-        let given = forces.iter().map(|&force| ImpForce {
-            force,
-            stiffness: 0.0,
-        });
         stepper
-            .step(&mut mpm, dt, true, &given.collect::<Vec<_>>())
+            .step(&mut mpm, dt, true, &forces)
             .expect("a sound step");
         reference.step(before, dt, &forces);
         for a in 0..2 {
             impulse[a] +=
                 reference.wall_impulse[a] + 0.5 * (before + dt) * mass * config.gravity[a];
+        }
+        let states = mpm.imp_states().iter().zip(&forces);
+        for ((p, f), r) in states.zip(&reference.points) {
+            assert!(
+                (p.spin - r.spin).abs() < 1e-9 && (f.tangential > 0.0 || p.spin == 0.0),
+                "{shape:?} {transfer:?}: spin {} rad/s, expected {}",
+                p.spin,
+                r.spin
+            );
         }
         for (p, r) in mpm.points().iter().zip(&reference.points) {
             for a in 0..2 {

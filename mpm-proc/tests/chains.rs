@@ -109,6 +109,7 @@ fn the_bound_of_the_step_holds_for_the_eigenvalues_of_random_chains() {
                 .map(|&stiffness| ImpForce {
                     force: [0.0; 2],
                     stiffness,
+                    ..ImpForce::default()
                 })
                 .collect();
             let limits = opening(&config, &forces);
@@ -150,6 +151,7 @@ fn the_floor_bounds_what_a_marker_at_a_nearly_empty_node_costs() {
         let pressed = ImpForce {
             force: [0.0; 2],
             stiffness: 1e4,
+            ..ImpForce::default()
         };
         opening(&config, &[pressed; 2]).contact_omega_sq
     };
@@ -171,6 +173,7 @@ fn a_force_on_a_marker_gives_the_nodes_its_whole_momentum() {
             .map(|_| ImpForce {
                 force: [0, 1].map(|_| random.between(-50.0, 50.0)),
                 stiffness: 1e4,
+                ..ImpForce::default()
             })
             .collect();
         let mut stepper = Stepper::new();

@@ -43,6 +43,7 @@ fn momentum_is_exact_and_a_point_alone_gets_its_force() {
                     .map(|_| ImpForce {
                         force: [random.between(-90.0, 90.0), random.between(-90.0, 90.0)],
                         stiffness: 0.0,
+                        ..ImpForce::default()
                     })
                     .collect();
                 let kick = if n == 0 { 1e-4 } else { 2e-4 };
@@ -136,6 +137,7 @@ fn the_limit_of_each_scheme_bounds_its_operator() {
                 let force = |&stiffness| ImpForce {
                     force: [0.0; 2],
                     stiffness,
+                    ..ImpForce::default()
                 };
                 let forces: Vec<ImpForce> = stiffness.iter().map(force).collect();
                 let limits = opening(&config, &forces);

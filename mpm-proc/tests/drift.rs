@@ -38,6 +38,7 @@ fn imbalance(
         let forces = overlaps.iter().map(|o| ImpForce {
             force: [stiffness * o, 0.0],
             stiffness: if *o > 0.0 { stiffness } else { 0.0 },
+            ..ImpForce::default()
         });
         stepper
             .step(&mut mpm, dt, true, &forces.collect::<Vec<_>>())

@@ -341,6 +341,7 @@ fn pressed(mpm: &mut Mpm) -> Vec<ImpForce> {
                 [0.0; 2]
             },
             stiffness: 0.0,
+            ..ImpForce::default()
         })
         .collect()
 }

@@ -143,6 +143,7 @@ fn both_frequencies_bound_the_eigenvalues_of_random_clouds() {
             let force = |&stiffness: &f64| ImpForce {
                 force: [0.0; 2],
                 stiffness,
+                ..ImpForce::default()
             };
             let forces: Vec<ImpForce> = stiffness.iter().map(force).collect();
             let limits = opening(&config, &forces);
@@ -180,6 +181,78 @@ fn both_frequencies_bound_the_eigenvalues_of_random_clouds() {
         }
         // The bound is reached, near enough, by a cloud whose points lie in the stiffest place.
         assert!(tightest > 0.3, "{shape:?} {transfer:?}: {tightest}");
+    }
+}
+
+/// Points pressed along any normal, with friction on their surfaces.
+#[test]
+fn the_contact_frequency_bounds_that_of_surfaces_with_friction() {
+    for (shape, kernel) in [
+        (ShapeFunction::QuadraticBspline, Kernel::Quadratic),
+        (ShapeFunction::CubicBspline, Kernel::Cubic),
+        (ShapeFunction::Ugimp, Kernel::Ugimp(0.25)),
+        (ShapeFunction::Linear, Kernel::Linear),
+    ] {
+        let (mut tightest, mut beyond) = (0.0_f64, 0.0_f64);
+        for seed in 0..16 {
+            let mut random = Random::new(seed);
+            let mut config = block();
+            (config.shape, config.transfer) = (shape, Transfer::Flip);
+            let radius = 0.025 * [0.5, 1.0, 2.0, 4.0][seed as usize % 4];
+            config.groups[0].contact_radius = Some(radius);
+            let positions = scattered(&mut config, &mut random, [1, 12, 40][seed as usize % 3]);
+            let forces: Vec<ImpForce> = positions
+                .iter()
+                .map(|_| {
+                    let stiffness = random.between(1e4, 1e6);
+                    ImpForce {
+                        stiffness,
+                        tangential: stiffness * random.between(0.0, 1.5),
+                        ..ImpForce::default()
+                    }
+                })
+                .collect();
+            let limits = opening(&config, &forces);
+            let [s, gx, gy] = matrices(&positions, kernel, config.domain[0]);
+            let n = s.ncols();
+            let root = (s.row_sum().transpose() * MASS).map(|m| 1.0 / m.sqrt());
+            // A row for the normal and one for the tangent of each point, with and without its turn.
+            let rows = |arm: f64, random: &mut Random| {
+                let mut rows = DMatrix::zeros(2 * positions.len(), 2 * n);
+                for (p, f) in forces.iter().enumerate() {
+                    let (y, x) = random.between(0.0, 6.3).sin_cos();
+                    for i in 0..n {
+                        let turn = [-0.5 * gy[(p, i)], 0.5 * gx[(p, i)]];
+                        for (a, [along, across]) in [[x, -y], [y, x]].into_iter().enumerate() {
+                            let weight = s[(p, i)];
+                            let surface = weight * across - arm * turn[a];
+                            rows[(2 * p, a * n + i)] =
+                                f.stiffness.sqrt() * weight * along * root[i];
+                            rows[(2 * p + 1, a * n + i)] = f.tangential.sqrt() * surface * root[i];
+                        }
+                    }
+                }
+                largest_eigenvalue(&(&rows * rows.transpose()))
+            };
+            for _ in 0..4 {
+                let exact = rows(radius, &mut random);
+                let share = exact / limits.contact_omega_sq;
+                assert!(share <= 1.0 + 1e-9, "{shape:?} {seed}: {share}");
+                tightest = tightest.max(share);
+            }
+            let centres: Vec<ImpForce> = forces
+                .iter()
+                .map(|f| ImpForce {
+                    stiffness: f.stiffness.max(f.tangential),
+                    ..ImpForce::default()
+                })
+                .collect();
+            let at_centres = opening(&config, &centres).contact_omega_sq;
+            beyond = beyond.max(rows(radius, &mut random) / at_centres);
+        }
+        assert!(tightest > 0.5, "{shape:?}: {tightest}");
+        // What the bound without the turn would miss.
+        assert!(beyond > 1.0, "{shape:?}: {beyond}");
     }
 }
 
@@ -255,6 +328,7 @@ fn contact_force_schemes_pass_on_the_whole_force() {
                 ImpForce {
                     force,
                     stiffness: 1e4,
+                    ..ImpForce::default()
                 }
             })
             .collect();
@@ -373,7 +447,11 @@ fn contact_is_stable_within_its_limit_with_every_stress_update() {
                     let now: PointState = now;
                     let stiffness = if i % every == 0 { 1e5 } else { 0.0 };
                     let force = [0, 1].map(|a| stiffness * (start.position[a] - now.position[a]));
-                    ImpForce { force, stiffness }
+                    ImpForce {
+                        force,
+                        stiffness,
+                        ..ImpForce::default()
+                    }
                 };
                 pairs.map(spring).collect()
             };

@@ -12,6 +12,7 @@ mod closed_forms;
 mod conservation;
 mod contact_schemes;
 mod convergence;
+mod couples;
 mod dissipation;
 mod drift;
 mod driven_walls;

@@ -24,6 +24,7 @@ fn allocates_nothing(what: &str, config: &MpmConfig) {
     let press = ImpForce {
         force: [-1e-3, -1e-3],
         stiffness: 1e3,
+        ..ImpForce::default()
     };
     let forces = vec![press; count];
     let dt = 0.2 * ready.courant_time;

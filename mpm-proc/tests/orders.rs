@@ -141,6 +141,7 @@ fn the_centre_of_mass_obeys_its_theorem() {
                         ImpForce {
                             force: [stiffness * overlap, 0.0],
                             stiffness: if overlap > 0.0 { stiffness } else { 0.0 },
+                            ..ImpForce::default()
                         }
                     })
                     .collect();

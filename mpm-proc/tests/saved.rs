@@ -77,7 +77,9 @@ impl Driver {
                 forces.push(if pressed {
                     ImpForce {
                         force: [20.0 * numbers[1], 20.0 * numbers[2]],
+                        couple: 0.1 * numbers[2],
                         stiffness: 1e4 * (1.0 + numbers[3]),
+                        tangential: 4e3 * (1.0 + numbers[3]),
                     }
                 } else {
                     ImpForce::default()

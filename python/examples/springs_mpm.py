@@ -92,7 +92,10 @@ class Springs:
         # Gershgorin: a row of K has 2 k of each spring.
         self.omega_sq = max(2.0 * k / m for k, m in zip(stiffness, self.mass))
         self.selected, self.travelled, self.impulse, self.fallen = [], 0.0, [0.0] * 4, 0.0
-        notes = ["no grid: cell is for spacing only; shape, transfer and stress_update are not used; one thread"]
+        notes = [
+            "no grid: cell is for spacing only; shape, transfer and stress_update are not used; one thread",
+            "points do not turn: friction acts at their centres, so angular momentum changes by its couples",
+        ]
         return Readiness(items=len(self.x), mass_min=min(self.mass), courant_time=self.courant_time, notes=notes)
 
     def fill(self, index, group, material, cell):
@@ -139,7 +142,7 @@ class Springs:
         return self.travelled
 
     def states(self):
-        return [(*self.x[i], *self.v[i]) for i in self.selected]
+        return [(*self.x[i], *self.v[i], 0.0) for i in self.selected]
 
     def step(self, step, forces):
         force, elastic = [[0.0, 0.0] for _ in self.x], 0.0
@@ -154,10 +157,10 @@ class Springs:
             force[j][1] -= pull * dy
         taken = list(zip(self.selected, forces()))
         rate = 0.0
-        for i, (fx, fy, stiffness) in taken:
+        for i, (fx, fy, _, stiffness, tangential) in taken:
             force[i][0] += fx
             force[i][1] += fy
-            rate = max(rate, stiffness / self.mass[i])
+            rate = max(rate, max(stiffness, tangential) / self.mass[i])
         (gx, gy), kick = self.gravity, step.kick
         kicked = [
             (vx + (fx / m + gx) * kick, vy + (fy / m + gy) * kick)

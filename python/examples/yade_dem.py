@@ -185,17 +185,17 @@ class Yade:
                 # The velocity over the interval behind: what the surfaces really did (section 7).
                 vx, vy = (point.x - was[0]) / step.dt_before, (point.y - was[1]) / step.dt_before
             sphere = O.bodies[self.spheres[point.id]].state
-            sphere.pos, sphere.vel = (point.x, point.y, 0.0), (vx, vy, 0.0)
+            sphere.pos, sphere.vel, sphere.angVel = (point.x, point.y, 0.0), (vx, vy, 0.0), (0.0, 0.0, point.spin)
         self.run(step.dt_before, moving=False)
         for slot, body, _, normal, at in self.bounds.contacts(points, self.bodies()):
             forces.add(slot, body, at, (0.0, 0.0), self.k_n, normal, self.k_t)
-        history = dict(self.pressing(points, forces))
+        history = dict(self.pressing(step, points, forces))
         for key, (_, _, stored) in self.bounds.past[0].items():
             forces.slid += stored if key not in history else 0.0  # was left in the spring of a contact that has opened
         self.bounds.remember(points, self.bodies(), history)
         self.loads = forces.on_bodies
 
-    def pressing(self, points, forces):
+    def pressing(self, step, points, forces):
         """Adds the contacts that YADE has found; for each the force of its tangential spring, and the energy in it."""
         for contact in O.interactions:
             if not contact.isReal:
@@ -216,7 +216,7 @@ class Yade:
                 scale = 1.0 / (1.0 - overlap / (body.shape.radius + point.radius))
                 stored = 0.5 * (rub[0] ** 2 + rub[1] ** 2) / (self.k_t * scale)
                 before_x, before_y, was = self.bounds.past[0].get((point.id, index), (0.0, 0.0, 0.0))
-                ux, uy = self.bounds.slid(point, index, body.motion, at)
+                ux, uy = self.bounds.slid(step, point, index, body.motion, at)
                 forces.slid -= 0.5 * ((rub[0] + before_x) * ux + (rub[1] + before_y) * uy) + stored - was
                 yield (point.id, index), (*rub, stored)
             energy = 0.5 * self.k_n * overlap**2 + stored

@@ -152,23 +152,25 @@ class PointContact:
                     arm = point.radius - 0.5 * overlap
                     yield slot, i, overlap, (nx, ny), (point.x - arm * nx, point.y - arm * ny)
 
-    def slid(self, point, body, motion, at):
-        """What a point has moved over the last step less what the body's material at the place `at` has."""
+    def slid(self, step, point, body, motion, at):
+        """What the surface of a point, which turns with its spin, has moved at the place `at` over the last step, less what
+        the body's material has."""
         was = self.past[1].get(point.id)
         if was is None:
             return 0.0, 0.0
         before = self.past[2][body]
         turn, rx, ry = motion.angle - before[2], at[0] - motion.x, at[1] - motion.y
         sin, versine = math.sin(turn), 2.0 * math.sin(0.5 * turn) ** 2
-        ux = point.x - was[0] - (motion.x - before[0] + versine * rx - sin * ry)
-        return ux, point.y - was[1] - (motion.y - before[1] + sin * rx + versine * ry)
+        spun = point.spin * step.dt_before
+        ux = point.x - was[0] - spun * (at[1] - point.y) - (motion.x - before[0] + versine * rx - sin * ry)
+        return ux, point.y - was[1] + spun * (at[0] - point.x) - (motion.y - before[1] + sin * rx + versine * ry)
 
     def evaluate(self, step, points, motions, forces):
         """Adds all contacts at t_n to the forces. Nothing is remembered before `commit`."""
         history = {}
         for slot, body, overlap, normal, at in self.contacts(points, motions):
             point = points[slot]
-            moved = self.slid(point, body, motions[body], at)
+            moved = self.slid(step, point, body, motions[body], at)
             force, energy = self._law(step, point, body, motions[body], (overlap, normal, at, moved), history, forces)
             forces.add(slot, body, at, force, self.k_n, normal, self.k_t, energy)
         self.remember(points, motions, history)
@@ -208,8 +210,8 @@ class PointContact:
         if step.dt_before > 0.0:
             along = [way / step.dt_before for way in moved]
         else:
-            vx = point.vx - motion.vx + motion.spin * (at[1] - motion.y)
-            vy = point.vy - motion.vy - motion.spin * (at[0] - motion.x)
+            vx = point.vx - point.spin * (at[1] - point.y) - motion.vx + motion.spin * (at[1] - motion.y)
+            vy = point.vy + point.spin * (at[0] - point.x) - motion.vy - motion.spin * (at[0] - motion.x)
             along = (vx * normal[0] + vy * normal[1], vy * normal[0] - vx * normal[1])
         mass = self.damped_mass or pair
         return [-2.0 * self.damping * math.sqrt(k * mass) * v for k, v in zip((self.k_n, self.k_t), along)]

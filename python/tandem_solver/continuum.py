@@ -170,8 +170,9 @@ class _Mpm(Seat):
         forces = list(wire.ImpForce.FLAT.iter_unpack(data))
         if not wire.finite(forces):
             raise self.broken("dem", "F-4", "a force is not finite")
-        for slot, (fx, fy, stiffness) in enumerate(forces):
-            if stiffness < 0.0 or (stiffness == 0.0 and (fx, fy) != (0.0, 0.0)):
+        for slot, (fx, fy, couple, stiffness, tangential) in enumerate(forces):
+            bare = (stiffness == 0.0 and (fx, fy) != (0.0, 0.0)) or (tangential == 0.0 and couple != 0.0)
+            if stiffness < 0.0 or tangential < 0.0 or bare:
                 raise self.broken("dem", "F-5", f"slot {slot}: a force without a stiffness")
         self.bodies_travel, self.halt_after = header.travel, header.flags & wire.HALT_AFTER != 0
         self.watch.lap("exchange")

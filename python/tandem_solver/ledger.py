@@ -19,6 +19,7 @@ class Point(NamedTuple):
     y: float
     vx: float
     vy: float
+    spin: float
 
 
 class Motion(NamedTuple):
@@ -53,7 +54,8 @@ class Forces:
     """The forces of a step. A solver adds each contact of a point with a body, once."""
 
     def __init__(self, points, motions, yielding):
-        self.on_points = [[0.0, 0.0, 0.0] for _ in points]
+        # Force, couple, stiffness, tangential stiffness of each point.
+        self.points, self.on_points = points, [[0.0] * 5 for _ in points]
         self.on_bodies = [Load(motion, yields) for motion, yields in zip(motions, yielding)]
         # Energy in springs at t_n, what sliding and dashpots dissipated over the last step (J/m); largest damping ratio.
         self.stored = self.slid = self.damped = self.damping = 0.0
@@ -62,13 +64,18 @@ class Forces:
         """Force (N/m) of body `body` on the point `slot`, which acts at the place `at`; the body gets the negative (F-7).
 
         `stiffness` (N/m) counts from an overlap of -r_p/2 on, where the force is still (0, 0) (F-6). With the unit normal
-        and the tangential stiffness the bound of L-2 is exact, without the normal it is one for any. The energy in the
-        springs is that of a linear one, unless `stored` (J/m) says another.
+        and the tangential stiffness the bound of L-2 is exact, without the normal it is one for any. Where a point has a
+        tangential stiffness the moment of the force about it counts too (F-7). The energy in the springs is that of a linear
+        one, unless `stored` (J/m) says another.
         """
         (fx, fy), point, load = force, self.on_points[slot], self.on_bodies[body]
         point[0] += fx
         point[1] += fy
-        point[2] += stiffness
+        point[3] += stiffness
+        point[4] += tangential
+        if point[4] > 0.0:
+            of = self.points[slot]
+            point[2] += (at[0] - of.x) * fy - (at[1] - of.y) * fx
         rx, ry = at[0] - load.x, at[1] - load.y
         if stored is None:
             stored = (fx * fx + fy * fy) / (2.0 * stiffness) if fx or fy else 0.0

@@ -445,8 +445,8 @@ class _Dem(Seat):
     def check_forces(self, forces):
         if len(forces) != len(self.set):
             raise self.broken("dem", "F-3", f"{len(forces)} forces for {len(self.set)} IMPs")
-        if not wire.finite(forces) or any(force[2] < 0.0 for force in forces):
-            slot = next(i for i, force in enumerate(forces) if not wire.finite([force]) or force[2] < 0.0)
+        if not wire.finite(forces) or any(min(force[3:]) < 0.0 for force in forces):
+            slot = next(i for i, force in enumerate(forces) if not wire.finite([force]) or min(force[3:]) < 0.0)
             message = f"force {slot} is not finite, or its stiffness negative: {forces[slot]}"
             raise self.broken("dem", "F-4", message)
 

@@ -12,9 +12,9 @@ from itertools import chain
 
 LAYOUT = """\
 StepHeader:48{epoch:u64@0;step:u64@8;count:u64@16;flags:u64@24;travel:f64@32;set:u64@40;}
-ImpState:32{position:[f64; 2]@0;velocity:[f64; 2]@16;}
+ImpState:40{position:[f64; 2]@0;velocity:[f64; 2]@16;spin:f64@32;}
 ImpInfo:32{id:u64@0;radius:f64@8;mass:f64@16;group:u32@24;next:u32@28;}
-ImpForce:24{force:[f64; 2]@0;stiffness:f64@16;}
+ImpForce:40{force:[f64; 2]@0;couple:f64@16;stiffness:f64@24;tangential:f64@32;}
 EnvelopeVertex:32{body:u64@0;position:[f64; 2]@8;reach:f64@24;}
 Grant:88{epoch:u64@0;first:u64@8;steps:u64@16;flags:u64@24;epoch_start:f64@32;steps_in_epoch:u64@40;\
 dt_before_epoch:f64@48;dt:f64@56;budget_omega_sq:f64@64;budget_speed:f64@72;budget_damping:f64@80;}
@@ -34,7 +34,7 @@ group:u32@88;plastic_strain:f32@92;}
 ContactState:56{body:u64@0;other:u64@8;with:u64@16;position:[f64; 2]@24;force:[f64; 2]@40;}"""
 
 # Of the BLAKE3 hash of LAYOUT (clause C-3); a constant because Python's standard library has no BLAKE3.
-LAYOUT_HASH = "f52039878da49e2d"
+LAYOUT_HASH = "06bee19bd6d8039c"
 
 # Bits of StepHeader.flags and Grant.flags.
 HALT_BEFORE, HALT_AFTER, WANT_ENVELOPES, NEW_SET, MEASURE, FRAME, CHECKPOINT, LAST = 1, 2, 4, 8, 16, 32, 64, 128
@@ -42,7 +42,7 @@ HALT_BEFORE, HALT_AFTER, WANT_ENVELOPES, NEW_SET, MEASURE, FRAME, CHECKPOINT, LA
 # Fields that may not be negative (clause W-1).
 _NOT_NEGATIVE = {
     "StepHeader": ("travel",),
-    "ImpForce": ("stiffness",),
+    "ImpForce": ("stiffness", "tangential"),
     "EnvelopeVertex": ("reach",),
     "Grant": ("dt", "dt_before_epoch", "budget_omega_sq", "budget_speed", "budget_damping"),
     "Limits": ("omega_sq", "contact_omega_sq", "damping", "speed", "radius_min", "mobility"),
@@ -56,7 +56,7 @@ class Record(ctypes.LittleEndianStructure):
     """A record of the wire; fields start at zero and may be given by keyword."""
 
     NAME: str
-    # The same bytes as a flat tuple of numbers, for the arrays of a step: `ImpState` is (x, y, vx, vy).
+    # The same bytes as a flat tuple of numbers, for the arrays of a step: `ImpState` is (x, y, vx, vy, spin).
     FLAT: struct.Struct
 
     @classmethod

@@ -61,7 +61,7 @@ class Outlines(unittest.TestCase):
 
 
 class Collision(unittest.TestCase):
-    """A point meets a free body off its centre; the two sides of the ledger have to add up."""
+    """A point with a moment of inertia meets a free body off its centre; the two sides of the ledger have to add up."""
 
     def play(self, law, shape, steps=4000, dt=2e-5):
         config = {"gravity": [0.0, 0.0], "body": [body(**shape)]}
@@ -69,31 +69,38 @@ class Collision(unittest.TestCase):
         motions, contact = [shapes[0].start], PointContact(law, shapes)
         ledger = BodyLedger(config, motions)
         ledger.publish(shapes[0].envelope(0, motions[0]))
-        mass, x, y, vx, vy = 0.5, -0.15, 0.03, 3.0, 1.0
-        kinetic, touched, books = 0.5 * mass * (vx * vx + vy * vy), 0, []
-        start = (kinetic, mass * vx, mass * vy)
+        mass, inertia, x, y, vx, vy, turn = 0.5, 2e-5, -0.15, 0.03, 3.0, 1.0, 5.0
+        touched, books = 0, []
+        start = (0.5 * (mass * (vx * vx + vy * vy) + inertia * turn * turn), mass * vx, mass * vy)
+        angular = []
         for n in range(steps):
             step = Step(n, n * dt, dt if n else 0.0, dt, True)
-            points = [Point(7, 0.01, mass, 0, 0, x, y, vx, vy)]
+            points = [Point(7, 0.01, mass, 0, 0, x, y, vx, vy, turn)]
             forces = ledger.forces(points)
             contact.evaluate(step, points, motions, forces)
             contact.commit()
-            (fx, fy, _), load, m = forces.on_points[0], forces.on_bodies[0], motions[0]
+            (fx, fy, couple, *_), load, m = forces.on_points[0], forces.on_bodies[0], motions[0]
             touched += (fx, fy) != (0.0, 0.0)
             wx, wy = vx + fx / mass * step.kick, vy + fy / mass * step.kick
-            square = (1.0 - step.centring) * (vx * vx + vy * vy) + step.centring * (wx * wx + wy * wy)
-            vx, vy, x, y = wx, wy, x + wx * dt, y + wy * dt
+            now, w = turn + couple / inertia * step.kick, step.centring
+            kinetic = [0.5 * (mass * (u * u + v * v) + inertia * s * s) for u, v, s in ((vx, vy, turn), (wx, wy, now))]
+            square = (1.0 - w) * kinetic[0] + w * kinetic[1]
+            vx, vy, turn, x, y = wx, wy, now, x + wx * dt, y + wy * dt
             bx, by = m.vx + load.fx / m.mass * step.kick, m.vy + load.fy / m.mass * step.kick
             spin = m.spin + load.torque / m.inertia * step.kick
             motions = [m._replace(x=m.x + bx * dt, y=m.y + by * dt, angle=m.angle + spin * dt, vx=bx, vy=by, spin=spin)]
             ledger.moved(step, motions, forces)
-            books.append((0.5 * mass * square, mass * vx, mass * vy, ledger.measured[0]))
+            books.append((square, mass * vx, mass * vy, ledger.measured[0]))
+            m = motions[0]
+            of_body = m.mass * (m.x * m.vy - m.y * m.vx) + m.inertia * m.spin
+            angular.append(mass * (x * vy - y * vx) + inertia * turn + of_body)
         self.assertGreater(touched, 50)
         self.assertLess(touched, steps - 1000)
         worst = max(
             abs(k + b.kinetic + b.kinetic_rotation + b.contact + b.friction_work + b.viscous_work - start[0])
             for k, _, _, b in books
         )
+        self.assertLess(max(angular) - min(angular), 1e-13)
         for _, px, py, b in books:
             self.assertAlmostEqual(px + b.momentum[0], start[1], delta=1e-13)
             self.assertAlmostEqual(py + b.momentum[1], start[2], delta=1e-13)
@@ -122,7 +129,7 @@ class Collision(unittest.TestCase):
         config = {"gravity": [0.0, -9.81], "body": [body(motion="fixed")]}
         shape = Shape(0, config["body"][0])
         ledger = BodyLedger(config, [shape.start])
-        forces = ledger.forces([Point(0, 0.01, 1.0, 0, 0, -0.1, 0.0, 0.0, 0.0)])
+        forces = ledger.forces([Point(0, 0.01, 1.0, 0, 0, -0.1, 0.0, 0.0, 0.0, 0.0)])
         forces.add(0, 0, (-0.1, 0.0), (-300.0, 0.0), 1e4)
         ledger.moved(Step(0, 0.0, 1e-3, 1e-3, True), [shape.start], forces)
         end = ledger.measured[0]
@@ -143,7 +150,7 @@ class Bounds(unittest.TestCase):
             known.add(0, 0, at, (0.0, 0.0), 1e4, (math.cos(turn), math.sin(turn)))
             unknown.add(0, 0, at, (0.0, 0.0), 1e4)
             self.assertLessEqual(known.on_bodies[0].rate, unknown.on_bodies[0].rate)
-        self.assertEqual(known.on_points, [[0.0, 0.0, 1e4]])
+        self.assertEqual(known.on_points, [[0.0, 0.0, 0.0, 1e4, 0.0]])
         self.assertEqual(known.on_bodies[0].contacts, 0)
 
     def test_speed_and_travel_are_those_of_the_surface(self):

@@ -10,7 +10,7 @@ from tandem_solver import blake3, control, wire
 
 class Control(unittest.TestCase):
     def test_the_bytes_of_the_protocol_page(self):
-        hello = "00000000 06000000 00000000 02000000 0800000000000000 6469736320302e31 67120000"
+        hello = "00000000 07000000 00000000 02000000 0800000000000000 6469736320302e31 67120000"
         capabilities = "0100000000000000 0400000000000000 73617665"
         self.assertEqual(control.hello("dem", "disc 0.1", 4711, ["save"]), bytes.fromhex(hello + capabilities))
         order = control.decode_order(bytes.fromhex(
@@ -83,8 +83,8 @@ class Configuration(unittest.TestCase):
 
 class Records(unittest.TestCase):
     def test_flat_tuples_are_the_same_bytes(self):
-        force = wire.ImpForce(force=(1.0, -2.0), stiffness=3.0)
-        self.assertEqual(bytes(force), wire.ImpForce.FLAT.pack(1.0, -2.0, 3.0))
+        force = wire.ImpForce(force=(1.0, -2.0), couple=0.5, stiffness=3.0, tangential=2.0)
+        self.assertEqual(bytes(force), wire.ImpForce.FLAT.pack(1.0, -2.0, 0.5, 3.0, 2.0))
         point = (7, 0.1, 0.2, 0.3, 0.4, 1.0, 2.0, 3.0, 4.0, 1e-4, 0.5, 2)
         self.assertEqual(wire.pack_point(point), wire.PointState.FLAT.pack(*point, 0))
         strained = wire.PointState.from_buffer_copy(wire.pack_point((*point, 0.25)))

@@ -23,10 +23,14 @@ pub struct PointBody {
     pub surfaces: Vec<u32>,
 }
 
-/// The contact point from the centre of the body in m, and its lever arms along normal and tangent.
+/// The contact point from the centre of the body and from that of the point in m, and its lever arms on the body along normal
+/// and tangent.
 #[derive(Debug, Clone, Copy)]
 pub struct Arms {
     r: Vec2,
+    of_point: Vec2,
+    /// Radius in m at which the surface of the point lies: `r_p - xi/2`.
+    surface: f64,
     normal: f64,
     tangent: f64,
 }
@@ -38,8 +42,10 @@ pub struct Effect {
     body: u32,
     /// Torque on the body in N.
     torque: f64,
-    /// `k_n` in N/m.
-    stiffness: f64,
+    /// On the point in N.
+    couple: f64,
+    /// `k_n` and `k_t`.
+    stiffness: Stiffness,
     /// Its contribution to `Load::rate`.
     rate: f64,
     /// Its contribution to `Load::mobility`.
@@ -150,24 +156,28 @@ impl Geometry for PointBody {
     #[inline]
     fn arms(on: &OnBodies, pair: PointPair, (overlap, normal): (f64, Vec2)) -> Arms {
         let x = on.position(pair.slot);
-        let p = contact_point(x, on.radius(pair), overlap, normal);
+        let radius = on.radius(pair);
+        let p = contact_point(x, radius, overlap, normal);
         let r = p - on.bodies.frames[pair.body as usize].center;
         Arms {
             r,
+            of_point: p - x,
+            surface: radius - 0.5 * overlap,
             normal: cross(r, normal),
             tangent: cross(r, Vec2::new(-normal.y, normal.x)),
         }
     }
 
     #[inline]
-    fn moved(on: &OnBodies, pair: PointPair, arms: &Arms) -> Option<Vec2> {
-        let way = on.way(pair.slot)?;
+    fn moved(on: &OnBodies, pair: PointPair, arms: &Arms, dt: f64) -> Option<Vec2> {
+        let way = on.way(pair.slot)? + on.turning(pair.slot, arms.of_point) * dt;
         Some(way - on.bodies.frames[pair.body as usize].displacement(arms.r))
     }
 
     fn velocity(on: &OnBodies, pair: PointPair, arms: &Arms) -> Vec2 {
         let of_body = on.bodies.state[pair.body as usize].velocity_at(arms.r);
-        Vec2::from(on.states[pair.slot as usize].velocity) - of_body
+        let of_point = Vec2::from(on.states[pair.slot as usize].velocity);
+        of_point + on.turning(pair.slot, arms.of_point) - of_body
     }
 
     #[inline]
@@ -186,7 +196,8 @@ impl Geometry for PointBody {
             slot: pair.slot,
             body: pair.body,
             torque: -(arms.normal * normal + arms.tangent * tangential),
-            stiffness: stiffness.normal,
+            couple: -arms.surface * tangential,
+            stiffness,
             rate: stiffness.normal * mobility + stiffness.tangential * along,
             mobility,
         }
@@ -197,7 +208,9 @@ impl Geometry for PointBody {
         let force = &mut forces[outcome.effect.slot as usize];
         force.force[0] += outcome.force.x;
         force.force[1] += outcome.force.y;
-        force.stiffness += outcome.effect.stiffness;
+        force.couple += outcome.effect.couple;
+        force.stiffness += outcome.effect.stiffness.normal;
+        force.tangential += outcome.effect.stiffness.tangential;
         let load = &mut loads[outcome.effect.body as usize];
         load.force -= outcome.force;
         load.torque += outcome.effect.torque;

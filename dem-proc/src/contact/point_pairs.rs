@@ -5,8 +5,8 @@
 //! N = (x_a - x_b) / |x_a - x_b|,   xi = r_a + r_b - |x_a - x_b|,   f_a = F_n N + F_t T,   f_b = -f_a
 //! ```
 //!
-//! The surfaces move as the points do. Points have no rotation, so a rotation of the continuum within a step counts as
-//! motion along the contact, as in the paper.
+//! The surfaces move as the points do and turn with the spin of the field. (In the paper points have no rotation, so a rotation
+//! of the continuum counts as motion along the contact.)
 
 use interface::Vec2;
 use interface::message::wire::{ContactState, ImpForce, ImpInfo};
@@ -61,6 +61,22 @@ impl PointPairs {
 /// Two slots whose points may touch, in ascending order.
 type Pair = [u32; 2];
 
+/// The contact from the centres of both points, and how far their surfaces are from them, in m.
+#[derive(Debug, Clone, Copy)]
+pub struct Arms {
+    of_points: [Vec2; 2],
+    surfaces: [f64; 2],
+}
+
+/// What a contact adds to its points.
+#[derive(Debug, Clone, Copy)]
+pub struct Effect {
+    pair: Pair,
+    stiffness: Stiffness,
+    /// On both points in N.
+    couples: [f64; 2],
+}
+
 type OnPoints<'a> = On<'a, PointPairs>;
 
 impl OnPoints<'_> {
@@ -77,9 +93,8 @@ fn contact_distance([a, b]: [&ImpInfo; 2]) -> f64 {
 impl Geometry for PointPairs {
     type List = Vec<Pair>;
     type Pair = Pair;
-    type Arms = ();
-    /// Stiffness in N/m of the stiffer of the normal and the tangential spring.
-    type Effect = (Pair, f64);
+    type Arms = Arms;
+    type Effect = Effect;
 
     fn list(
         &self,
@@ -157,33 +172,61 @@ impl Geometry for PointPairs {
     }
 
     #[inline]
-    fn arms(_: &OnPoints, _: Pair, _: (f64, Vec2)) {}
-
-    #[inline]
-    fn moved(on: &OnPoints, pair: Pair, (): &()) -> Option<Vec2> {
-        let moved = |slot: u32| on.way(slot);
-        Some(moved(pair[0])? - moved(pair[1])?)
+    fn arms(on: &OnPoints, pair: Pair, (overlap, normal): (f64, Vec2)) -> Arms {
+        let [a, b] = on.infos(pair).map(|info| info.radius - 0.5 * overlap);
+        Arms {
+            of_points: [normal * -a, normal * b],
+            surfaces: [a, b],
+        }
     }
 
-    fn velocity(on: &OnPoints, pair: Pair, (): &()) -> Vec2 {
-        let [a, b] = pair.map(|slot| Vec2::from(on.states[slot as usize].velocity));
+    #[inline]
+    fn moved(on: &OnPoints, pair: Pair, arms: &Arms, dt: f64) -> Option<Vec2> {
+        let turned = |k: usize| on.turning(pair[k], arms.of_points[k]) * dt;
+        let moved = |k: usize| Some(on.way(pair[k])? + turned(k));
+        Some(moved(0)? - moved(1)?)
+    }
+
+    fn velocity(on: &OnPoints, pair: Pair, arms: &Arms) -> Vec2 {
+        let [a, b] = [0, 1].map(|k| {
+            let velocity = Vec2::from(on.states[pair[k] as usize].velocity);
+            velocity + on.turning(pair[k], arms.of_points[k])
+        });
         a - b
     }
 
     #[inline]
-    fn effect(_: &OnPoints, pair: Pair, (): &(), stiffness: Stiffness, _: [f64; 2]) -> (Pair, f64) {
-        (pair, stiffness.normal.max(stiffness.tangential))
+    fn effect(
+        _: &OnPoints,
+        pair: Pair,
+        arms: &Arms,
+        stiffness: Stiffness,
+        [_, tangential]: [f64; 2],
+    ) -> Effect {
+        Effect {
+            pair,
+            stiffness,
+            // The force on the second is the negative, and it lies on the other side of the contact.
+            couples: arms.surfaces.map(|arm| -arm * tangential),
+        }
     }
 
     /// Twice the stiffness at both points (F-6).
     #[inline]
-    fn add(outcome: &Outcome<(Pair, f64)>, forces: &mut [ImpForce], _: &mut [Load]) {
-        let ([a, b], stiffness) = outcome.effect;
-        for (slot, force) in [(a, outcome.force), (b, -outcome.force)] {
-            let sum = &mut forces[slot as usize];
+    fn add(outcome: &Outcome<Effect>, forces: &mut [ImpForce], _: &mut [Load]) {
+        let Effect {
+            pair,
+            stiffness,
+            couples,
+        } = outcome.effect;
+        let most = stiffness.normal.max(stiffness.tangential);
+        for (k, force) in [outcome.force, -outcome.force].into_iter().enumerate() {
+            let sum = &mut forces[pair[k] as usize];
             sum.force[0] += force.x;
             sum.force[1] += force.y;
-            sum.stiffness += 2.0 * stiffness;
+            sum.couple += couples[k];
+            sum.stiffness += 2.0 * most;
+            sum.tangential += 2.0 * stiffness.tangential;
         }
     }
 

@@ -54,8 +54,8 @@ pub trait Geometry: Debug + Send + Sync + Sized + 'static {
     fn overlap(on: &On<Self>, pair: Self::Pair) -> (f64, Vec2);
     /// The lever arms of a contact with this overlap and normal.
     fn arms(on: &On<Self>, pair: Self::Pair, at: (f64, Vec2)) -> Self::Arms;
-    /// Relative displacement of the two surfaces over the last step in m; `None` if there was none.
-    fn moved(on: &On<Self>, pair: Self::Pair, arms: &Self::Arms) -> Option<Vec2>;
+    /// Relative displacement of the two surfaces over the last step (s) in m; `None` if there was none.
+    fn moved(on: &On<Self>, pair: Self::Pair, arms: &Self::Arms, dt: f64) -> Option<Vec2>;
     /// Relative velocity of the two surfaces in m/s, if there was no step.
     fn velocity(on: &On<Self>, pair: Self::Pair, arms: &Self::Arms) -> Vec2;
     /// What a contact of this stiffness adds to sums, for forces (N/m) along the normal and the tangent.
@@ -89,6 +89,12 @@ impl<G: Geometry> On<'_, G> {
     pub fn way(&self, slot: u32) -> Option<Vec2> {
         let was = self.watch.previous.get(slot as usize)?;
         (!was.x.is_nan()).then(|| self.position(slot) - was)
+    }
+
+    /// Velocity in m/s at which the spin of the point of a slot moves what lies at `arm` (m) from it.
+    #[inline]
+    pub fn turning(&self, slot: u32, arm: Vec2) -> Vec2 {
+        Vec2::new(-arm.y, arm.x) * self.states[slot as usize].spin
     }
 
     /// Position of the point of a slot in m.
@@ -193,7 +199,7 @@ impl<G: Geometry> OfPoints<G> {
         // point, and that of the surfaces; a FLIP point's own velocity is noisier. A point that is new to the set
         // has not moved (docs/physics.md).
         if last_step.dt > 0.0 {
-            let moved = G::moved(on, pair, &arms).unwrap_or_default();
+            let moved = G::moved(on, pair, &arms, last_step.dt).unwrap_or_default();
             kinematics.moved = [moved.dot(&normal), moved.dot(&tangent)];
             kinematics.velocity = kinematics.moved.map(|u| u * last_step.per_dt);
         } else {

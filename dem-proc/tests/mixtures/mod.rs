@@ -317,7 +317,11 @@ impl Cloud {
             group: (id % 2) as u32,
             ..info(id, radius, 0.01)
         });
-        self.states.push(ImpState { position, velocity });
+        self.states.push(ImpState {
+            position,
+            velocity,
+            ..ImpState::default()
+        });
     }
 
     /// Leaves out every fifth, others each time, and turns the order round now and then.

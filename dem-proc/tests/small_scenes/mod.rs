@@ -84,6 +84,7 @@ pub fn at(x: f64, y: f64) -> ImpState {
     ImpState {
         position: [x, y],
         velocity: [0.0, 0.0],
+        ..ImpState::default()
     }
 }
 

@@ -57,6 +57,7 @@ fn points(places: [[f64; 2]; 3]) -> [ImpState; 3] {
     places.map(|position| ImpState {
         position,
         velocity: [1.0, 0.0],
+        ..ImpState::default()
     })
 }
 
@@ -72,7 +73,7 @@ fn contact(dem: &mut Rapier, step: &Step, states: &[ImpState; 3]) -> (Forces, An
     let config = scene();
     let bodies = dem.bodies().into_iter().zip(&config.bodies);
     let loads = bodies.map(|(state, body)| Load::none(&state, body.motion.yielding()));
-    forces.clear(3, loads);
+    forces.clear(states, loads);
     let points = Points { set: &set, states };
     let answer = dem.contact(step, &points, &mut forces).unwrap();
     (forces, answer)

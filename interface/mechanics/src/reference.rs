@@ -8,6 +8,7 @@
 use std::collections::HashSet;
 
 use interface::config::{Drift, StressUpdate, Transfer, Wall, Walls};
+use interface::message::wire::ImpForce;
 
 /// A shape function of the distance from a node in cells, and its derivative, as the paper prints them.
 #[derive(Debug, Clone, Copy)]
@@ -76,6 +77,8 @@ pub struct RefPoint {
     pub volume: f64,
     /// How far it has moved by a velocity that is still to be compared with the field of its strains, in m.
     pub unsettled: [f64; 2],
+    /// Spin in rad/s of the field that moved it in the last step, if there was friction.
+    pub spin: f64,
     /// Bulk modulus in Pa.
     pub bulk: f64,
     /// Shear modulus in Pa.
@@ -239,12 +242,18 @@ impl Reference {
         [0, 1].map(|a| self.points.iter().map(|p| p.mass * p.v[a]).sum())
     }
 
+    /// `(-dS/dy, dS/dx) / 2` at a place.
+    fn curl(&self, p: &RefPoint, place: [i64; 2]) -> [f64; 2] {
+        let [x, y] = self.gradient(p, place);
+        [-0.5 * y, 0.5 * x]
+    }
+
     /// One step; `forces` holds a contact force for each point.
     #[expect(
         clippy::too_many_lines,
         reason = "a step from top to bottom, as it is written on paper"
     )]
-    pub fn step(&mut self, dt_before: f64, dt: f64, forces: &[[f64; 2]]) {
+    pub fn step(&mut self, dt_before: f64, dt: f64, forces: &[ImpForce]) {
         let kick = 0.5 * (dt_before + dt);
         let start = self.momentum();
         let alpha = self.pic_fraction(kick);
@@ -279,9 +288,11 @@ impl Reference {
                     let g = self.gradient(p, *place);
                     let s = self.weight(p, *place);
                     let internal = [xx * g[0] + xy * g[1], xy * g[0] + yy * g[1]];
+                    let curl = self.curl(p, *place);
                     for a in 0..2 {
-                        let outer = contact[a] + p.mass * self.gravity[a];
-                        f[a] += sign[a] * (outer * s - v * internal[a]); // (13), (47)
+                        let outer = contact.force[a] + p.mass * self.gravity[a];
+                        let turning = contact.couple * curl[a];
+                        f[a] += sign[a] * (outer * s + turning - v * internal[a]); // (13), (47)
                     }
                 }
             }
@@ -323,26 +334,37 @@ impl Reference {
             .collect();
         let (_, again) = self.map(&nodes, inertia);
         self.strain(&nodes, &again, last * dt, -0.5);
+        let mapped = self.places_near_loads(&nodes, forces);
+        let moving = |n: usize, place: [i64; 2]| {
+            let is_mapped = last > 0.0 || mapped.contains(&place);
+            if self.drift == Drift::Mapped && is_mapped {
+                again[n]
+            } else {
+                after[n]
+            }
+        };
+        let spins: Vec<f64> = (0..self.points.len())
+            .map(|i| match forces[i].tangential {
+                0.0 => 0.0,
+                _ => self.spin(&nodes, i, moving),
+            })
+            .collect();
         if self.drift == Drift::Mapped {
-            let mapped = self.places_near_loads(&nodes, forces);
             for (i, drift) in drift.iter_mut().enumerate() {
-                *drift = self.interpolate(&nodes, i, |n, place| {
-                    if last > 0.0 || mapped.contains(&place) {
-                        again[n]
-                    } else {
-                        after[n]
-                    }
-                });
+                *drift = self.interpolate(&nodes, i, moving);
             }
         }
         // Gravity and contact are known; the rest of the change of momentum is due to the walls.
         let end = self.momentum();
         for a in 0..2 {
             let outer = self.points.iter().zip(forces);
-            let outer: f64 = outer.map(|(p, f)| f[a] + p.mass * self.gravity[a]).sum();
+            let outer: f64 = outer
+                .map(|(p, f)| f.force[a] + p.mass * self.gravity[a])
+                .sum();
             self.wall_impulse[a] = end[a] - start[a] - kick * outer;
         }
-        for (p, v) in self.points.iter_mut().zip(drift) {
+        for ((p, v), spin) in self.points.iter_mut().zip(drift).zip(spins) {
+            p.spin = spin;
             for a in 0..2 {
                 p.x[a] += dt * v[a];
                 if settles {
@@ -368,40 +390,70 @@ impl Reference {
         0.5 * p.mass * (square(p.v) + (square(p.b[0]) + square(p.b[1])) / self.inertia())
     }
 
-    /// `lambda_max(S k S^T M^-1)` in 1/s^2 for these stiffnesses (N/m) of the points, from below: by power iteration.
-    pub fn contact_omega_sq(&self, stiffness: &[f64]) -> f64 {
+    /// The largest squared frequency in 1/s^2 that contact with these forces may have, from below: by power iteration. Each
+    /// point has a stiffness along two directions, the first of which is that of its force; along the second acts its tangential
+    /// stiffness on a surface of these radii (m), and what else there is of the stiffness at its centre.
+    pub fn contact_omega_sq(&self, forces: &[ImpForce], radii: &[f64]) -> f64 {
         let nodes = self.nodes();
         let (mass, _) = self.map(&nodes, self.inertia());
-        let mut largest = 0.0_f64;
-        let stiff = || self.points.iter().zip(stiffness).filter(|(_, k)| **k > 0.0);
-        for a in 0..2 {
-            let at = |p: &RefPoint, node: &Node| -> f64 {
-                let free = self.hold(node.at, [1.0; 2])[a];
-                let places = node.places.iter();
-                let weights = places.map(|(at, sign)| sign[a] * self.weight(p, *at));
-                free * weights.sum::<f64>()
+        let mut rows: Vec<(f64, Vec<[f64; 2]>)> = Vec::new();
+        for ((p, f), radius) in self.points.iter().zip(forces).zip(radii) {
+            let size = f.force[0].hypot(f.force[1]);
+            let normal = match size {
+                0.0 => [1.0, 0.0],
+                _ => f.force.map(|f| f / size),
             };
-            let of_points = stiff().map(|(p, k)| (k, nodes.iter().map(|node| at(p, node))));
-            let rows: Vec<(f64, Vec<f64>)> = of_points.map(|(k, s)| (*k, s.collect())).collect();
-            let mut u: Vec<f64> = nodes.iter().map(|_| 1.0).collect();
-            for _ in 0..20 {
-                let mut f = vec![0.0; nodes.len()];
-                for (k, s) in &rows {
-                    let at: f64 = s.iter().zip(&u).map(|(s, u)| s * u).sum();
-                    f.iter_mut().zip(s).for_each(|(f, s)| *f += k * s * at);
+            let tangent = [-normal[1], normal[0]];
+            for (k, along, radius) in [
+                (f.stiffness, normal, 0.0),
+                (f.stiffness - f.tangential, tangent, 0.0),
+                (f.tangential, tangent, *radius),
+            ] {
+                let at = |node: &Node| -> [f64; 2] {
+                    let free = self.hold(node.at, [1.0; 2]);
+                    let mut row = [0.0; 2];
+                    for (place, sign) in &node.places {
+                        let (s, curl) = (self.weight(p, *place), self.curl(p, *place));
+                        for a in 0..2 {
+                            row[a] += free[a] * sign[a] * (s * along[a] - radius * curl[a]);
+                        }
+                    }
+                    row
+                };
+                if k > 0.0 {
+                    rows.push((k, nodes.iter().map(at).collect()));
                 }
-                let of_nodes = f.iter().zip(&mass).zip(&u);
-                let (work, inert) = of_nodes.fold((0.0, 0.0), |(work, inert), ((f, m), u)| {
-                    (work + f * u, inert + m * u * u)
-                });
+            }
+        }
+        let mut largest = 0.0_f64;
+        for start in [[1.0, 0.0], [0.0, 1.0], [1.0, 1.0]] {
+            let mut u = vec![start; nodes.len()];
+            for _ in 0..20 {
+                let mut f = vec![[0.0; 2]; nodes.len()];
+                for (k, row) in &rows {
+                    let of_node = |(s, u): (&[f64; 2], &[f64; 2])| s[0] * u[0] + s[1] * u[1];
+                    let at: f64 = row.iter().zip(&u).map(of_node).sum();
+                    for (f, s) in f.iter_mut().zip(row) {
+                        *f = [0, 1].map(|a| f[a] + k * s[a] * at);
+                    }
+                }
+                let (mut work, mut inert) = (0.0, 0.0);
+                for ((f, m), u) in f.iter().zip(&mass).zip(&u) {
+                    work += f[0] * u[0] + f[1] * u[1];
+                    inert += m * (u[0] * u[0] + u[1] * u[1]);
+                }
                 if work <= 0.0 {
                     break;
                 }
                 largest = largest.max(work / inert);
-                let by_mass = |(f, m): (&f64, &f64)| if *m > 0.0 { f / m } else { 0.0 };
+                let by_mass =
+                    |(f, m): (&[f64; 2], &f64)| f.map(|f| if *m > 0.0 { f / m } else { 0.0 });
                 u = f.iter().zip(&mass).map(by_mass).collect();
-                let size = u.iter().fold(0.0_f64, |most, u| most.max(u.abs()));
-                for u in &mut u {
+                let size = u
+                    .as_flattened()
+                    .iter()
+                    .fold(0.0_f64, |most, u| most.max(u.abs()));
+                for u in u.as_flattened_mut() {
                     *u /= size;
                 }
             }
@@ -410,9 +462,10 @@ impl Reference {
     }
 
     /// Where nodes are that see forces, or that a point sees which sees one of these.
-    fn places_near_loads(&self, nodes: &[Node], forces: &[[f64; 2]]) -> HashSet<[i64; 2]> {
+    fn places_near_loads(&self, nodes: &[Node], forces: &[ImpForce]) -> HashSet<[i64; 2]> {
         let places = || nodes.iter().flat_map(|node| &node.places).map(|p| p.0);
-        let pressed = || self.points.iter().zip(forces).filter(|p| *p.1 != [0.0; 2]);
+        let presses = |f: &ImpForce| f.force != [0.0; 2] || f.couple != 0.0;
+        let pressed = || self.points.iter().zip(forces).filter(|p| presses(p.1));
         let loaded: HashSet<[i64; 2]> = places()
             .filter(|place| pressed().any(|(p, _)| self.weight(p, *place) != 0.0))
             .collect();
@@ -452,6 +505,26 @@ impl Reference {
             }
         }
         v
+    }
+
+    /// Half the curl of such a velocity at a point.
+    fn spin(
+        &self,
+        nodes: &[Node],
+        point: usize,
+        velocity: impl Fn(usize, [i64; 2]) -> [f64; 2],
+    ) -> f64 {
+        let (p, mut spin) = (&self.points[point], 0.0);
+        for (n, node) in nodes.iter().enumerate() {
+            for (place, sign) in &node.places {
+                let curl = self.curl(p, *place);
+                let of_node = velocity(n, *place);
+                for a in 0..2 {
+                    spin += curl[a] * sign[a] * of_node[a];
+                }
+            }
+        }
+        spin
     }
 
     /// alpha of eq. 28 over a kick.

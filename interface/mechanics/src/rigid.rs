@@ -220,6 +220,7 @@ impl Body {
 #[derive(Debug, Clone, Copy, Default)]
 struct Ways {
     moved: Vec2,
+    spun: f64,
     shift: Vec2,
     turn: f64,
 }
@@ -318,11 +319,17 @@ impl PointContact {
             let new = || (state.position, vec![0.0; bodies.len()]);
             let (was, mut springs) = known.unwrap_or_else(new);
             let moved = (at - Vec2::from(was)) * has_moved;
+            let spun = state.spin * step.dt_before * has_moved;
             for (i, (body, spring)) in bodies.iter().zip(&mut springs).enumerate() {
                 let (center, angle) = self.past.bodies.get(i).unwrap_or(&self.next.bodies[i]);
                 let shift = (body.center() - Vec2::from(*center)) * has_moved;
                 let turn = (body.entry.body.angle - angle) * has_moved;
-                let ways = Ways { moved, shift, turn };
+                let ways = Ways {
+                    moved,
+                    spun,
+                    shift,
+                    turn,
+                };
                 if let Some((contact, slid)) = self.press(body, info.radius, at, &ways, spring) {
                     forces.slid += slid;
                     forces.add(&Contact {
@@ -381,7 +388,9 @@ impl PointContact {
         let p = contact_point(at, radius, overlap, normal);
         let arm = p - body.center();
         let of_body = ways.shift + arm - turned(arm, -ways.turn);
-        let slid = (ways.moved - of_body).dot(&tangent);
+        // The surface of the point lies at `-(r_p - xi/2) N`, so its spin moves it against the tangent.
+        let of_spin = (radius - 0.5 * overlap) * ways.spun;
+        let slid = (ways.moved - of_body).dot(&tangent) - of_spin;
         // In a contact that has opened, the limit of friction shortens the spring to zero.
         let depth = overlap.max(0.0);
         let pressing = self.normal * depth;

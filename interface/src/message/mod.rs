@@ -418,6 +418,7 @@ mod tests {
         let states = [ImpState {
             position: [1.0, -0.0],
             velocity: [2.0, 3.0],
+            ..ImpState::default()
         }];
         let mut payload = Payload::empty(Kind::Bodies);
         payload.copy_from(Records::States(&states));

@@ -207,11 +207,14 @@ pub mod flags {
 
 record! {
     /// State of one IMP: position at `t_n`, velocity at `t_{n-1/2}`. Slots are ordered as the last IMP set.
-    ImpState, "tandem/ImpState", 32 {
+    ImpState, "tandem/ImpState", 40 {
         /// Position in m.
         position: [f64; 2] = 0,
         /// Velocity in m/s.
         velocity: [f64; 2] = 16,
+        /// Spin in rad/s with which its surface has turned in the last step: that of the field that moved it. 0 where the
+        /// last forces had no tangential stiffness.
+        spin: f64 = 32,
     }
 }
 
@@ -234,14 +237,19 @@ record! {
 
 record! {
     /// Contact force on one IMP at `t_n`, summed over bodies.
-    ImpForce, "tandem/ImpForce", 24 {
+    ImpForce, "tandem/ImpForce", 40 {
         /// Force on the point in N/m.
         force: [f64; 2] = 0,
+        /// Its moment about the point in N: friction acts on the surface of the point.
+        couple: f64 = 16,
         /// Stiffness in N/m per m with which bodies press, or may begin to press before the next exchange, on this
         /// point: sum over the bodies within reach; 0 where none is. The continuum's share of the step limit.
-        stiffness: f64 = 16,
+        stiffness: f64 = 24,
+        /// Tangential stiffness of the same contacts in N/m per m, which acts on the surface of the point; 0 where there is
+        /// no friction.
+        tangential: f64 = 32,
     }
-    at least zero: stiffness
+    at least zero: stiffness, tangential
 }
 
 record! {
@@ -538,6 +546,7 @@ mod tests {
         let mut state = ImpState {
             position: [1.0, 2.0],
             velocity: [0.0, 0.0],
+            spin: 0.0,
         };
         assert_eq!(state.check(), Ok(()));
         state.velocity[1] = f64::NAN;

@@ -213,7 +213,7 @@ impl Side for Bodies<'_> {
             };
             let step = to.present();
             let loads = self.follower.iter().flat_map(Follower::loads);
-            self.forces.clear(points.states.len(), loads);
+            self.forces.clear(points.states, loads);
             let answered = self.solver.contact(&step, &points, &mut self.forces);
             let mut answer = answered.map_err(|f| to.fault(f))?;
             if self.lists_contacts && to.is_first() && to.grant.flags & flags::FRAME != 0 {

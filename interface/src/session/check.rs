@@ -90,7 +90,9 @@ pub(crate) fn forces(
 ) -> Result<(), SessionError> {
     numbers(Party::Dem, "F-4", step, Records::Forces(forces))?;
     number(Party::Dem, "F-4", step, header)?;
-    let bare = |f: &ImpForce| f.stiffness == 0.0 && f.force != [0.0; 2];
+    let bare = |f: &ImpForce| {
+        f.stiffness == 0.0 && f.force != [0.0; 2] || f.tangential == 0.0 && f.couple != 0.0
+    };
     if !forces
         .iter()
         .fold(false, |found, force| found | bare(force))

@@ -112,6 +112,7 @@ mod tests {
         let state = |x| ImpState {
             position: [x, 0.0],
             velocity: [0.0; 2],
+            ..ImpState::default()
         };
         let mut into = Payload::empty(Kind::States);
         for step in 0..5 {

@@ -145,6 +145,7 @@ impl MpmSolver for Points {
         self.states.extend(set.iter().map(|imp| ImpState {
             position: [x[imp.id as usize], 0.0],
             velocity: [v[imp.id as usize], 0.0],
+            ..ImpState::default()
         }));
         &self.states
     }

@@ -3,22 +3,35 @@
 use interface::message::wire::ImpForce;
 use interface::solver::Fault;
 
+use super::drift::FieldOfMotion;
 use super::markers::touch_marker;
 use crate::kernel::lanes::LANES;
 use crate::kernel::point_tile::owner;
 use crate::kernel::shape::Shape;
 use crate::kernel::tiles::pitch;
 use crate::kernel::transfer::AffineState;
-use crate::state::contact::{ContactLoad, Touch};
+use crate::state::contact::{ContactLoad, Loaded, Touch};
 use crate::state::continuum::Continuum;
+use crate::state::grid::Grid;
 use crate::state::nodes::NodeAt;
 
-/// Adds `f_I^cont = sum_p f_p T_Ip` to the nodes.
+/// Adds `f_I^cont = sum_p f_p T_Ip + c_p g_Ip` to the nodes, with the couple `c_p` of friction on the surface of a point and
+/// `g_I = (-dS_I/dy, dS_I/dx)/2`: weights sum to one and reproduce `x`, so `sum g_I = 0` and `sum x_I x g_I = 1`. Its work is
+/// that on the spin `w = sum g_I . v_I` of the field (docs/energy.md).
 ///
-/// The frequency where `T = S` is Gershgorin's bound, `G(S) = max_p sum_I S_Ip s_I / m_I` with
+/// The frequency where `T = S` and there is no friction is Gershgorin's bound, `G(S) = max_p sum_I S_Ip s_I / m_I` with
 /// `s_I = sum_q k_q S_Iq` over the points with stiffness (docs/physics.md section 4).
 ///
-/// Otherwise contact adds `M^-1 T K S^T` to the operator of the grid's motion, which is not symmetric, so that
+/// With friction a point has the rows `S_I N` with `k_n` and `S_I T + r g_I` with `k_t`, `r` the radius of its surface. The norm
+/// of the block of two nodes in the sum of their products is at most
+/// `(k - k_t) S_I S_J + k_t A_I A_J`, `A_I = S_I + r |g_I|`, `k` the larger of both stiffnesses: positive rows `S` and `A`.
+/// Of these Gershgorin's bound, weighted by 1 and by `a = sum A_I`, is
+///
+/// ```text
+/// G = max_p max( sum_I S_Ip s_I / m_I, sum_I A_Ip s_I / (a_p m_I) ),   s_I = sum_q (k - k_t)_q S_Iq + k_tq a_q A_Iq
+/// ```
+///
+/// Where `T` is not `S` contact adds `M^-1 T K S^T` to the operator of the grid's motion, which is not symmetric, so that
 /// bounding its own eigenvalues would not bound those of its sum with elasticity. Its norm in the inner product of
 /// the masses does, since norms add:
 ///
@@ -51,35 +64,77 @@ pub fn apply_contact<const W: usize, S: Shape<W>, A: AffineState>(
         touch(continuum, slot)?;
     }
     let mut load = ContactLoad::default();
-    let (mut gather, mut scatter): (f64, f64) = (0.0, 0.0);
-    for (&stiffness, touches) in continuum
+    let mut rows: [f64; 2] = [0.0; 2];
+    for (loaded, touches) in continuum
         .loaded
         .iter()
         .zip(continuum.touches.chunks_exact(W * W))
     {
-        if stiffness > 0.0 {
-            let mut sums = [0.0; 2];
-            for t in touches {
-                let (tile, node) = t.of.split();
-                let mass = continuum.grid.tiles[tile].mass[node];
-                let nodes = &continuum.grid.contact[tile];
-                // A weight so small that the mass underflowed carries nothing.
-                if mass > 0.0 {
-                    sums[0] += t.gather * nodes.stiffness[node] / mass;
-                    sums[1] += t.scatter * nodes.scattered[node] / mass;
-                }
-            }
-            gather = gather.max(sums[0]);
-            scatter = scatter.max(sums[1]);
-            load.stiffness = load.stiffness.max(stiffness);
+        if loaded.stiffness > 0.0 || loaded.tangential > 0.0 {
+            let sums = row_sums(&continuum.grid, loaded, touches);
+            rows = [0, 1].map(|k| rows[k].max(sums[k]));
+            load.stiffness = load.stiffness.max(loaded.stiffness);
         }
     }
     load.omega_sq = if continuum.spread.is_shape() {
-        gather
+        rows[0]
     } else {
-        (gather * scatter).sqrt()
+        (rows[0] * rows[1]).sqrt()
     };
     Ok(load)
+}
+
+/// `sum_I S_Ip s_I / m_I` of a point, and the same with `T`; in place of `S` the larger of `S` and `A / a` where it turns.
+fn row_sums(grid: &Grid, loaded: &Loaded, touches: &[Touch]) -> [f64; 2] {
+    let per_row = 1.0 / turned_sum(loaded, touches);
+    let mut sums = [0.0; 2];
+    for t in touches {
+        let (tile, node) = t.of.split();
+        let mass = grid.tiles[tile].mass[node];
+        let nodes = &grid.contact[tile];
+        // A weight so small that the mass underflowed carries nothing.
+        if mass > 0.0 {
+            let (mut gather, mut scatter) = (t.gather, t.scatter);
+            if loaded.tangential > 0.0 {
+                let turned = t.turned(loaded.radius);
+                gather = gather.max((gather + turned) * per_row);
+                scatter = scatter.max((scatter + turned) * per_row);
+            }
+            sums[0] += gather * nodes.stiffness[node] / mass;
+            sums[1] += scatter * nodes.scattered[node] / mass;
+        }
+    }
+    sums
+}
+
+/// `a = sum_I A_I` of a point; the weights `S` and `T` sum to one.
+fn turned_sum(loaded: &Loaded, touches: &[Touch]) -> f64 {
+    let turned = touches.iter().map(|t| t.turned(loaded.radius));
+    1.0 + turned.sum::<f64>()
+}
+
+/// Counts the stiffness on a point at the nodes that it touches.
+fn add_stiffness(grid: &mut Grid, loaded: &Loaded, touches: &[Touch]) {
+    let Loaded {
+        stiffness,
+        tangential,
+        radius,
+        ..
+    } = *loaded;
+    let per_row = tangential * turned_sum(loaded, touches);
+    let plain = (stiffness - tangential).max(0.0);
+    for t in touches {
+        let (tile, node) = t.of.split();
+        let nodes = &mut grid.contact[tile];
+        if tangential > 0.0 {
+            let turned = t.turned(radius);
+            nodes.stiffness[node] += plain * t.gather + per_row * (t.gather + turned);
+            nodes.scattered[node] += plain * t.scatter + per_row * (t.scatter + turned);
+        } else {
+            nodes.stiffness[node] += t.gather * stiffness;
+            nodes.scattered[node] += t.scatter * stiffness;
+        }
+    }
 }
 
 /// Distributes the force on one slot, if there is one or a body is near enough to press. The stiffness is counted at
@@ -92,15 +147,20 @@ fn touch<const W: usize, S: Shape<W>, A: AffineState>(
     continuum: &mut Continuum<W, S, A>,
     slot: usize,
 ) -> Result<(), Fault> {
-    let ImpForce { force, stiffness } = continuum.imps.forces[slot];
-    if force == [0.0; 2] && stiffness == 0.0 {
+    let ImpForce {
+        force,
+        couple,
+        stiffness,
+        tangential,
+    } = continuum.imps.forces[slot];
+    if force == [0.0; 2] && couple == 0.0 && stiffness == 0.0 && tangential == 0.0 {
+        return Ok(());
+    }
+    if continuum.imps.markers.is_some() {
+        touch_marker(continuum, slot);
         return Ok(());
     }
     let member = continuum.imps.state.members[slot];
-    if continuum.imps.markers.is_some() {
-        touch_marker(continuum, member, &ImpForce { force, stiffness });
-        return Ok(());
-    }
     let cloud = &continuum.clouds[member.cloud as usize];
     let lane = cloud.lane_of[member.local as usize] as usize;
     let tile = cloud.tile_of_lane(lane);
@@ -112,10 +172,24 @@ fn touch<const W: usize, S: Shape<W>, A: AffineState>(
         let d = place.d[a].as_array()[k];
         continuum.spread.weights(number, a, d, s[a])
     });
+    let turns = couple != 0.0 || tangential > 0.0;
+    let half = 0.5 / continuum.grid.geometry.cell;
+    let g = [0, 1].map(|a| {
+        let gradients = turns.then(|| cloud.shape.gradients(a, place.d[a]));
+        gradients.map_or([0.0; W], |g| g.map(|g| half * g.as_array()[k]))
+    });
+    let first = continuum.touches.len();
+    let loaded = Loaded {
+        slot,
+        stiffness,
+        tangential,
+        radius: cloud.radius,
+    };
     for j in 0..W {
         for i in 0..W {
             let gather = s[0][i] * s[1][j];
             let scatter = t[0][i] * t[1][j];
+            let curl = [-s[0][i] * g[1][j], g[0][i] * s[1][j]];
             let (tile, node) = owner::<W>(tile, place.base[k] + j * pitch(W) + i);
             let at = NodeAt {
                 tile: tile as u32,
@@ -131,21 +205,24 @@ fn touch<const W: usize, S: Shape<W>, A: AffineState>(
                 )));
             }
             let of = image.map_or(at, |i| i.of);
+            let of_node = &mut continuum.grid.contact[tile].force[node];
             for a in 0..2 {
-                continuum.grid.contact[tile].force[node][a] += scatter * force[a];
+                of_node[a] += scatter * force[a];
+                if turns {
+                    of_node[a] += couple * curl[a];
+                }
             }
-            let (tile, node) = of.split();
-            continuum.grid.contact[tile].stiffness[node] += gather * stiffness;
-            continuum.grid.contact[tile].scattered[node] += scatter * stiffness;
             continuum.touches.push(Touch {
                 at,
                 of,
                 gather,
                 scatter,
+                curl,
             });
         }
     }
-    continuum.loaded.push(stiffness);
+    add_stiffness(&mut continuum.grid, &loaded, &continuum.touches[first..]);
+    continuum.loaded.push(loaded);
     Ok(())
 }
 
@@ -161,4 +238,32 @@ fn clear_contact<const W: usize, S: Shape<W>, A: AffineState>(continuum: &mut Co
         }
     }
     continuum.loaded.clear();
+}
+
+/// Sets the spins of points with friction to that of the field that moves points in this step: `w = sum_I g_I . v_I`.
+pub fn turn_points<const W: usize, S: Shape<W>, A: AffineState>(
+    continuum: &mut Continuum<W, S, A>,
+) {
+    let by = FieldOfMotion::of(continuum);
+    let Continuum {
+        imps,
+        grid,
+        touches,
+        loaded,
+        ..
+    } = continuum;
+    imps.state.spins.clear();
+    if imps.markers.is_some() {
+        return;
+    }
+    for (loaded, touches) in loaded.iter().zip(touches.chunks_exact(W * W)) {
+        if loaded.tangential > 0.0 {
+            let along = touches.iter().map(|t| {
+                let v = by.at(grid, t.at);
+                t.curl[0] * v[0] + t.curl[1] * v[1]
+            });
+            let member = imps.state.members[loaded.slot];
+            imps.state.spins.push((member, along.sum()));
+        }
+    }
 }

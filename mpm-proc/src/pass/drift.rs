@@ -19,7 +19,37 @@
 use crate::kernel::shape::Shape;
 use crate::kernel::transfer::AffineState;
 use crate::state::continuum::Continuum;
-use crate::state::nodes::ALL_NODES;
+use crate::state::grid::Grid;
+use crate::state::nodes::{ALL_NODES, NodeAt};
+
+/// The velocity of the nodes with which loaded points move.
+#[derive(Debug, Clone, Copy)]
+pub struct FieldOfMotion {
+    kicked: bool,
+    mapped: bool,
+}
+
+impl FieldOfMotion {
+    /// Of this step, once it is known which points are loaded.
+    pub fn of<const W: usize, S: Shape<W>, A: AffineState>(c: &Continuum<W, S, A>) -> Self {
+        Self {
+            kicked: c.moves_by_kicked(),
+            mapped: c.maps_near_loads(),
+        }
+    }
+
+    /// At a node, in m/s.
+    pub fn at(self, grid: &Grid, at: NodeAt) -> [f64; 2] {
+        let (tile, node) = at.split();
+        if !self.kicked {
+            grid.tiles[tile].before[node]
+        } else if self.mapped && grid.mapped[tile].moves != 0 {
+            grid.mapped[tile].velocity[node]
+        } else {
+            grid.tiles[tile].after[node]
+        }
+    }
+}
 
 /// Finds the nodes near loads, and the points that see them.
 pub fn find_near_loads<const W: usize, S: Shape<W>, A: AffineState>(
@@ -45,7 +75,7 @@ pub fn find_near_loads<const W: usize, S: Shape<W>, A: AffineState>(
         return;
     }
     for touch in &continuum.touches {
-        if touch.gather != 0.0 || touch.scatter != 0.0 {
+        if touch.gather != 0.0 || touch.scatter != 0.0 || touch.curl != [0.0; 2] {
             let (tile, node) = touch.at.split();
             grid.mapped[tile].wanted |= 1 << node;
         }

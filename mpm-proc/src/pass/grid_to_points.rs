@@ -3,10 +3,11 @@
 use crate::kernel::point_tile::Which;
 use crate::kernel::window::fill_window;
 use crate::state::nodes::{MappedTile, NodeTile};
-use interface::config::{Drift, StressUpdate};
+use interface::config::StressUpdate;
 use interface::solver::Fault;
 
 use super::check_points::check_points;
+use super::contact::turn_points;
 use super::drift::find_near_loads;
 use super::holds::hold_mapped;
 use super::markers::move_markers;
@@ -31,13 +32,12 @@ pub fn grid_to_points<const W: usize, S: Shape<W>, A: AffineState>(
     continuum: &mut Continuum<W, S, A>,
     dt: f64,
 ) -> Result<(), Fault> {
-    let mapped = continuum.drift == Drift::Mapped && !continuum.loaded.is_empty();
     match continuum.stress_update {
         // The velocities were gathered, and mapped to the field that strains the points.
         StressUpdate::Musl | StressUpdate::Usavg => {
             transfer_pass::<W, false, true, S, A>(continuum, Which::All, dt);
         }
-        StressUpdate::Usf if mapped => {
+        StressUpdate::Usf if continuum.maps_near_loads() => {
             find_near_loads(continuum);
             transfer_pass::<W, true, false, S, A>(continuum, Which::NearLoad, 0.0);
             map_velocities(continuum, Which::NearLoad);
@@ -51,8 +51,9 @@ pub fn grid_to_points<const W: usize, S: Shape<W>, A: AffineState>(
         }
     }
     if continuum.imps.markers.is_some() {
-        move_markers(continuum, mapped, dt)?;
+        move_markers(continuum, dt)?;
     }
+    turn_points(continuum);
     check_points(continuum, dt)
 }
 

@@ -5,13 +5,13 @@ use interface::config::StressUpdate;
 use interface::message::wire::ImpForce;
 use interface::solver::Fault;
 
+use super::drift::FieldOfMotion;
 use crate::kernel::lanes::splat;
 use crate::kernel::shape::Shape;
 use crate::kernel::transfer::AffineState;
-use crate::state::contact::Touch;
+use crate::state::contact::{Loaded, Touch};
 use crate::state::continuum::Continuum;
 use crate::state::grid::Grid;
-use crate::state::imps::Member;
 use crate::state::markers::{Markers, Weight};
 use crate::state::nodes::NodeAt;
 
@@ -110,14 +110,15 @@ fn lost(markers: &Markers, marker: usize) -> Fault {
 /// Spreads the force on the marker of one slot by its weights, if there is any force, or a body near enough to press.
 pub fn touch_marker<const W: usize, S: Shape<W>, A: AffineState>(
     continuum: &mut Continuum<W, S, A>,
-    member: Member,
-    imp: &ImpForce,
+    slot: usize,
 ) {
-    let ImpForce { force, stiffness } = *imp;
+    let ImpForce {
+        force, stiffness, ..
+    } = continuum.imps.forces[slot];
+    let marker = continuum.imps.state.members[slot].local as usize;
     let Some(markers) = &mut continuum.imps.markers else {
         return;
     };
-    let marker = member.local as usize;
     let shift = markers.shift[marker];
     markers.torque[markers.chain_of[marker] as usize] += shift[0] * force[1] - shift[1] * force[0];
     for &Weight { at, of, share } in &markers.weights[marker * W * W..][..W * W] {
@@ -134,43 +135,38 @@ pub fn touch_marker<const W: usize, S: Shape<W>, A: AffineState>(
             of,
             gather: share,
             scatter: share,
+            curl: [0.0; 2],
         });
     }
-    continuum.loaded.push(stiffness);
+    continuum.loaded.push(Loaded {
+        slot,
+        stiffness,
+        tangential: 0.0,
+        radius: 0.0,
+    });
 }
 
-/// Moves all markers over `dt` (s) with the field that strains the points, as [`super::drift`] moves these: `mapped` if bodies
-/// press on any of them. The half of an interval that USAVG strains in the next step is not settled.
+/// Moves all markers over `dt` (s) with the field that strains the points, as [`super::drift`] moves these. The half of an
+/// interval that USAVG strains in the next step is not settled.
 ///
 /// # Errors
 /// [`Fault::NotFinite`] of a marker.
 pub fn move_markers<const W: usize, S: Shape<W>, A: AffineState>(
     continuum: &mut Continuum<W, S, A>,
-    mapped: bool,
     dt: f64,
 ) -> Result<(), Fault> {
-    let (by_kicked, settling) = (continuum.moves_by_kicked(), continuum.settling);
+    let (by, settling) = (FieldOfMotion::of(continuum), continuum.settling);
     let settles = continuum.stress_update == StressUpdate::Usf && settling.settles();
     let Some(markers) = &mut continuum.imps.markers else {
         return Ok(());
     };
     let grid = &continuum.grid;
-    let by_mapped = mapped && continuum.stress_update == StressUpdate::Usf;
-    let velocity = |tile: usize, node: usize| {
-        if !by_kicked {
-            grid.tiles[tile].before[node]
-        } else if by_mapped && grid.mapped[tile].moves != 0 {
-            grid.mapped[tile].velocity[node]
-        } else {
-            grid.tiles[tile].after[node]
-        }
-    };
     let mut fastest: f64 = 0.0;
     for (marker, weights) in markers.weights.chunks_exact(W * W).enumerate() {
         let (mut v, mut strained) = ([0.0; 2], [0.0; 2]);
         for weight in weights.iter().filter(|weight| weight.share > 0.0) {
             let (tile, node) = weight.at.split();
-            let of_node = velocity(tile, node);
+            let of_node = by.at(grid, weight.at);
             for a in 0..2 {
                 v[a] += weight.share * of_node[a];
                 strained[a] += weight.share * grid.tiles[tile].before[node][a];

@@ -71,7 +71,7 @@ pub fn update_ledger<const W: usize, S: Shape<W>, A: AffineState>(
             contact_force[a] += f.force[a];
         }
         let place = continuum.imps.position(*m, &continuum.clouds);
-        moment += at(place, f.force)[2];
+        moment += at(place, f.force)[2] + f.couple;
     }
     let [x, y] = contact_force;
     continuum.state.totals.contact_impulse += [x, y, moment].map(|f| kick * f);

@@ -13,6 +13,28 @@ pub struct Touch {
     pub gather: f64,
     /// `T_Ip`, through which it gives forces ([`crate::kernel::spread`]).
     pub scatter: f64,
+    /// `(-dS_Ip/dy, dS_Ip/dx) / 2` in 1/m, through which it turns and gives couples; 0 where contact has no friction.
+    pub curl: [f64; 2],
+}
+
+impl Touch {
+    /// How much of this node a turn of the surface of a point takes part in, `radius |curl|`, for its radius in m.
+    pub fn turned(&self, radius: f64) -> f64 {
+        radius * self.curl[0].hypot(self.curl[1])
+    }
+}
+
+/// A point that a body presses on, or may press on in the next step.
+#[derive(Debug, Clone, Copy)]
+pub struct Loaded {
+    /// Its slot.
+    pub slot: usize,
+    /// In N/m.
+    pub stiffness: f64,
+    /// Tangential stiffness on the surface of the point in N/m.
+    pub tangential: f64,
+    /// Radius of that surface in m.
+    pub radius: f64,
 }
 
 /// The contribution of contact to the largest squared frequency.

@@ -6,7 +6,7 @@ use interface::solver::{MpmMeasurement, Refusal};
 use mechanics::threads::Threads;
 use serde::{Deserialize, Serialize};
 
-use super::contact::Touch;
+use super::contact::{Loaded, Touch};
 use super::grid::Grid;
 use super::holds::Holds;
 use super::imps::{Imps, ImpsState};
@@ -32,8 +32,8 @@ pub struct Continuum<const W: usize, S: Shape<W>, A: AffineState> {
     pub transfer: Transfer,
     /// The identified material points.
     pub imps: Imps,
-    /// Stiffness in N/m of the contacts of each point that bodies press on in the present step.
-    pub loaded: Vec<f64>,
+    /// The points that bodies press on, or may press on next, in the present step.
+    pub loaded: Vec<Loaded>,
     /// Nodes that they touch, `W^2` each.
     pub touches: Vec<Touch>,
     /// How a contact force reaches the grid.
@@ -97,6 +97,12 @@ impl<const W: usize, S: Shape<W>, A: AffineState> Continuum<W, S, A> {
     pub fn moves_by_kicked(&self) -> bool {
         self.drift == Drift::Nodal
             || matches!(self.stress_update, StressUpdate::Usf | StressUpdate::Usl)
+    }
+
+    /// Whether points near loads move with velocities that are mapped once more for them.
+    pub fn maps_near_loads(&self) -> bool {
+        let mapped = self.drift == Drift::Mapped && !self.loaded.is_empty();
+        mapped && self.stress_update == StressUpdate::Usf
     }
 
     /// The state before the next step.

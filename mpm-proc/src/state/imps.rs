@@ -41,6 +41,8 @@ pub struct ImpsState {
     pub members: Vec<Member>,
     /// Upper bound of the displacement of any point since the last selection in m.
     pub travel: f64,
+    /// Spin in rad/s of the field that moved them, of members with friction, in their order.
+    pub spins: Vec<(Member, f64)>,
 }
 
 impl Imps {
@@ -101,12 +103,15 @@ impl Imps {
                 .extend(members.map(|m| markers.state(m.local as usize)));
             return;
         }
+        let mut spins = self.state.spins.iter().peekable();
         self.states.extend(self.state.members.iter().map(|m| {
             let cloud = &clouds[m.cloud as usize];
             let lane = cloud.lane_of[m.local as usize] as usize;
+            while spins.next_if(|(of, _)| of < m).is_some() {}
             ImpState {
                 position: cloud.position(lane),
                 velocity: cloud.velocity(lane),
+                spin: spins.next_if(|(of, _)| of == m).map_or(0.0, |s| s.1),
             }
         }));
     }

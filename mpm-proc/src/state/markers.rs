@@ -142,6 +142,7 @@ impl Markers {
         ImpState {
             position: self.state.x[marker],
             velocity: self.state.v[marker],
+            spin: 0.0,
         }
     }
 }

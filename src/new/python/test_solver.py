@@ -33,7 +33,7 @@ class Alone(unittest.TestCase):
         made.configure(config)
         step = Step(index=1, time=0.0, dt_before=1e-3, dt=1e-3, measure=False)
         # 0.01 m deep: 100 N.
-        points = [Point(0, 0.01, 1.0, 0, 0, 0.1, 0.0, 0.0, 0.0)]
+        points = [Point(0, 0.01, 1.0, 0, 0, 0.1, 0.0, 0.0, 0.0, 0.0)]
         forces = BodyLedger(config, made.bodies()).forces(points)
         made.contact(step, points, forces)
         made.advance(step)

@@ -48,7 +48,7 @@ fn a_point_is_pushed_away_and_the_disc_the_other_way() {
     let set = [ImpInfo { radius: 0.01, mass: 1.0, ..ImpInfo::default() }];
     let states = [ImpState { position: [0.1, 0.0], ..ImpState::default() }];
     let mut forces = Forces::default();
-    forces.clear(1, solver.bodies().iter().map(|body| Load::none(body, [1.0; 3])));
+    forces.clear(&states, solver.bodies().iter().map(|body| Load::none(body, [1.0; 3])));
     let points = Points { set: &set, states: &states };
     solver.contact(&step, &points, &mut forces).expect("no fault");
     solver.advance(&step).expect("no fault");

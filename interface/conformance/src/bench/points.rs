@@ -26,7 +26,11 @@ impl Points {
             mass,
             ..ImpInfo::default()
         });
-        self.states.push(ImpState { position, velocity });
+        self.states.push(ImpState {
+            position,
+            velocity,
+            ..ImpState::default()
+        });
         self
     }
 }

@@ -5,6 +5,7 @@ use interface::Vec2;
 use interface::config::{BodyConfig, BodyInertia, BodyShape, ContactLaw, Motion};
 use interface::forces::{Contact, Forces, Load};
 use interface::ledger::{Totals, measure};
+use interface::message::wire::ImpState;
 use interface::step::Step;
 
 const MASS: f64 = 1.5;
@@ -52,10 +53,14 @@ fn at(overlap: f64) -> Vec2 {
     Vec2::new(0.1 + RADIUS + POINT - overlap, 0.2)
 }
 
-/// The loads of a disc and the forces on one point, of this contact with it.
+/// The loads of a disc and the forces on one point on its right, of this contact with it.
 fn forces(disc: &Body, contact: &Contact) -> Forces {
     let mut forces = Forces::default();
-    forces.clear(1, [Load::none(&disc.state(), disc.entry.yielding)]);
+    let point = ImpState {
+        position: at(1e-3).into(),
+        ..ImpState::default()
+    };
+    forces.clear(&[point], [Load::none(&disc.state(), disc.entry.yielding)]);
     forces.add(contact);
     forces
 }
@@ -121,6 +126,28 @@ fn friction_is_a_spring_up_to_mu_f_n_and_what_slides_is_lost() {
     let (force, loss, spring) = press(2e-3);
     assert!((force + 30.0).abs() < 1e-10 && (spring - 1.5e-3).abs() < 1e-15);
     assert!((loss - 0.5 * (2.0 + 30.0) * 0.6e-3).abs() < 1e-14, "{loss}");
+}
+
+/// The surface of the point lies 9.5 mm to the left of its centre: there a turn moves it down, and friction turns it.
+#[test]
+fn a_point_that_turns_rubs_as_one_that_slides_and_is_turned_back() {
+    let disc = Body::new(0, &config(BodyShape::Disc, Motion::Fixed)).unwrap();
+    let (law, arm) = (springs(2e4, 0.5), POINT - 0.5e-3);
+    let ways = Ways {
+        spun: 1e-4 / arm,
+        ..Ways::default()
+    };
+    let (contact, _) = law.press(&disc, POINT, at(1e-3), &ways, &mut 0.0).unwrap();
+    assert!((contact.force.y - 2.0).abs() < 1e-10, "{contact:?}");
+    let force = forces(&disc, &contact).on_points()[0];
+    assert!((force.couple + 2.0 * arm).abs() < 1e-12, "{force:?}");
+    assert_eq!(force.tangential, 2e4);
+    let smooth = springs(0.0, 0.0);
+    let (contact, _) = smooth
+        .press(&disc, POINT, at(1e-3), &ways, &mut 0.0)
+        .unwrap();
+    let force = forces(&disc, &contact).on_points()[0];
+    assert_eq!((force.couple, force.tangential), (0.0, 0.0));
 }
 
 #[test]

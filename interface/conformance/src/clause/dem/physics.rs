@@ -61,6 +61,8 @@ pub const CLAUSES: &[Clause] = clauses! {
         - "doubles friction": change::law(|_, _, mu, _| *mu *= 2.0);
         - "has friction although mu is 0":
             change::law(|k, k_t, mu, _| { if *mu == 0.0 { (*k_t, *mu) = (0.5 * *k, 0.1); } });
+        - "leaves out the couple of friction": Flaw::force(|f| f.couple = 0.0);
+        - "does not see points turn": Flaw::state(|s| s.spin = 0.0);
         - "has a stiffer tangential spring": change::law(|_, k_t, _, _| *k_t *= 1.1);
         - "damps half as much": change::law(|_, _, _, zeta| *zeta *= 0.5);
         - "has no adhesion": Flaw::config(|config: &mut DemConfig| {
@@ -127,6 +129,7 @@ pub const CLAUSES: &[Clause] = clauses! {
     Must "F-6" "stiffness is that of all contacts within reach";
         - "gives no stiffness to a point that is not yet pushed": change::stiffness(|force| force.force == [0.0; 2]);
         - "counts half the stiffness": Flaw::force(|f| f.stiffness *= 0.5);
+        - "counts half the tangential stiffness": Flaw::force(|f| f.tangential *= 0.5);
     Must "F-9" "travel bounds the displacement of every surface", needs: &["motion:free"];
         - "reports half its travel": Flaw::forces(|header, _| header.travel *= 0.5);
     Must "E-1" "answers a request with outlines of that step";

@@ -160,6 +160,7 @@ fn handed(bench: &Bench) -> Judgement {
         let moved = |s: &ImpState| ImpState {
             position: [s.position[0] + way, s.position[1]],
             velocity: [WAY / dt, 0.0],
+            ..ImpState::default()
         };
         let states: Vec<ImpState> = points.states.iter().map(moved).collect();
         let (answer, _) = play.measured(dt, &states)?;

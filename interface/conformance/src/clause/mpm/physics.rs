@@ -100,6 +100,8 @@ pub const CLAUSES: &[Clause] = clauses! {
                 }
             }
         });
+        - "ignores couples": Flaw::force(|f| f.couple = 0.0);
+        - "says that points do not turn": Flaw::state(|s| s.spin = 0.0);
         - "applies larger forces to later points": Flaw::forces(|_, forces| {
             if let [_, _, later @ ..] = &mut forces[..] {
                 change::scale(later, 1.0 + 1e-6);
@@ -114,6 +116,7 @@ pub const CLAUSES: &[Clause] = clauses! {
         });
     Must "L-2a" "limits bound the frequency of contact and the speed, and have the smallest radius";
         - "halves what contact adds": change::limits(|limits| limits.contact_omega_sq *= 0.5);
+        - "leaves the surface of points out of the frequency of contact": Flaw::force(|f| f.tangential *= 1e-3);
         - "keeps the last contact frequency": {
             let mut touched = false;
             Flaw::report(move |report| {
@@ -177,9 +180,11 @@ fn lazy() -> Flaw {
             Payload::Set(set) => set
                 .iter_mut()
                 .for_each(|info| info.radius *= change::SHRUNK),
-            Payload::Report(reports) => reports
-                .iter_mut()
-                .for_each(|report| report.limits.radius_min *= change::SHRUNK),
+            Payload::Report(reports) => reports.iter_mut().for_each(|report| {
+                report.limits.radius_min *= change::SHRUNK;
+                // That of surfaces of the right radius is not far above.
+                report.limits.contact_omega_sq *= 16.0;
+            }),
             _ => {}
         }
         vec![message]

@@ -110,5 +110,9 @@ pub const IN_BLOCK: u64 = 64;
 
 /// One force, and the stiffness behind it.
 pub fn push(force: [f64; 2], stiffness: f64) -> ImpForce {
-    ImpForce { force, stiffness }
+    ImpForce {
+        force,
+        stiffness,
+        ..ImpForce::default()
+    }
 }

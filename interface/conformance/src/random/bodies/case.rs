@@ -35,6 +35,8 @@ pub struct Walker {
     pub overlap: Course,
     /// What the velocity that it reports has beyond its displacement over the step, in m/s.
     pub noise: [f64; 2],
+    /// Spin that it reports in rad/s.
+    pub spin: f64,
     /// Steps in which it is in the set: from, and up to but without.
     pub present: Vec<[u32; 2]>,
 }
@@ -119,6 +121,7 @@ impl Case {
                 states.push(ImpState {
                     position: now[k].into(),
                     velocity: (moved + Vec2::from(point.noise)).into(),
+                    spin: point.spin,
                 });
             }
         }

@@ -24,15 +24,21 @@ impl Judge<'_> {
             let stiff = got.force == [0.0; 2] || got.stiffness > 0.0;
             let of = format_args!("whether there is stiffness beside the {of}");
             self.same("F-5", of, stiff, true)?;
+            let of = format_args!("couple on point {} in N", info.id);
+            let tolerance = tolerance * info.radius;
+            self.near("F-7", of, &[got.couple], &[want.couple], tolerance)?;
         }
         for ((want, info), got) in points().filter(|((want, _), _)| !want.at_the_edge) {
             let of = format_args!("stiffness at point {} in N/m", info.id);
-            let (got, least) = (got.stiffness, want.stiffness);
+            let (tangential, got, least) = (got.tangential, got.stiffness, want.stiffness);
             if want.exact {
                 self.near("F-6", of, &[got], &[least], 1e-9 * least)?;
             } else {
                 self.at_least("F-6", of, got, least)?;
             }
+            let of = format_args!("tangential stiffness at point {} in N/m", info.id);
+            let least = (1.0 - 1e-9) * want.tangential;
+            self.at_least("F-6", of, tangential, least)?;
         }
         Ok(())
     }

@@ -300,8 +300,14 @@ impl Dice<'_, Scale> {
                     let exact = self.often();
                     self.when(!exact, |dice| dice.vector(0.1 * radius / dice.dt))
                 },
+                spin: 0.0,
                 present: self.presence(&changes, steps),
             });
+        }
+        for point in &mut points {
+            if !self.rarely() {
+                point.spin = self.way(0.1 / self.dt);
+            }
         }
         points
     }

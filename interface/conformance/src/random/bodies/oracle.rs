@@ -211,6 +211,10 @@ impl Touch {
 pub struct OnPoint {
     /// In N/m.
     pub force: Vec2,
+    /// Moment of the force about the point in N.
+    pub couple: f64,
+    /// Tangential stiffness in N/m.
+    pub tangential: f64,
     /// Least stiffness that may be said, in N/m, and whether it is the only one.
     pub stiffness: f64,
     /// Whether every law that counts has a constant stiffness.
@@ -318,13 +322,13 @@ struct Place {
 }
 
 impl Sums {
-    /// A contact presses on the point in a slot, this way, with a stiffness (N/m). The smallest radius of the two is `least`
+    /// A contact presses on the point in a slot, this way, with stiffnesses (N/m; the second is tangential). The smallest radius of the two is `least`
     /// (m); F-6 counts what is within half of it.
     fn press(
         &mut self,
         slot: usize,
         (touch, sign): (&Touch, f64),
-        (law, stiffness): (&Law, f64),
+        (law, [stiffness, tangential]): (&Law, [f64; 2]),
         (least, blur): (f64, f64),
     ) {
         let point = &mut self.expected.points[slot];
@@ -335,6 +339,7 @@ impl Sums {
         point.at_the_edge |= gap.abs() <= blur;
         if gap > 0.0 {
             point.stiffness += stiffness;
+            point.tangential += tangential;
             point.exact &= law.is_linear();
             self.expected.damping = self.expected.damping.max(law.damping_ratio);
         }
@@ -462,28 +467,33 @@ impl Oracle {
         let surfaces = &self.config.point_surfaces;
         let surface = surfaces.get(info.group as usize).map_or("", String::as_str);
         let law = self.law([surface, &body.surface], &self.config.point_contact);
-        let sides = [self.point(info, state), body.side(r)];
+        let sides = [self.point(step, info, state, at), body.side(r)];
         let who = Who::Point(info.id, b, part);
         let (touch, law) = self.touch(step, (who, law), sides, place, sums);
         let k_n = law.normal_stiffness(overlap);
-        sums.press(slot, (&touch, 1.0), (&law, k_n), (info.radius, blur));
+        let k_t = law.tangential_stiffness(k_n);
+        let point = &mut sums.expected.points[slot];
+        point.couple += cross(at - x, touch.force);
+        let stiffness = [k_n, k_t];
+        sums.press(slot, (&touch, 1.0), (&law, stiffness), (info.radius, blur));
         let load = &mut sums.expected.loads[b];
         load.points -= touch.force.push(cross(r, touch.force));
         load.contacts += u64::from(overlap > 0.0);
         load.blur += touch.blur;
         // L-2 counts what is within half a radius, as F-6 does.
         if overlap + 0.5 * info.radius > 0.0 {
-            let k_t = law.tangential_stiffness(k_n);
             let (light, turns) = (sides[1].0, body.mobility().z);
             let (n, t) = (cross(r, normal), cross(r, left(normal)));
             load.rate += k_n * (light + n * n * turns) + k_t * (light + t * t * turns);
         }
     }
 
-    fn point(&self, info: &ImpInfo, state: &ImpState) -> Side {
-        let was = self.previous.get(&info.id);
-        let moved = was.map(|was| Vec2::from(state.position) - was);
-        (1.0 / info.mass, moved, state.velocity.into())
+    /// What a contact at a place (m) takes of a point: its surface turns with its spin.
+    fn point(&self, step: &Step, info: &ImpInfo, state: &ImpState, at: Vec2) -> Side {
+        let (x, was) = (Vec2::from(state.position), self.previous.get(&info.id));
+        let turning = left(at - x) * state.spin;
+        let moved = was.map(|was| x - was + turning * step.dt_before);
+        (1.0 / info.mass, moved, Vec2::from(state.velocity) + turning)
     }
 
     /// Section 7: the points of two groups that touch.
@@ -516,13 +526,17 @@ impl Oracle {
                     blur: BLUR * least,
                     curvature: 1.0 / away.norm(),
                 };
-                let sides = [(first, q), (second, p)].map(|(info, k)| self.point(info, &states[k]));
+                let sides = [(first, q), (second, p)]
+                    .map(|(info, k)| self.point(step, info, &states[k], place.at));
                 let who = Who::Points(first.id, second.id);
                 let (touch, law) = self.touch(step, (who, &pair.law), sides, place, sums);
                 let k_n = law.normal_stiffness(overlap);
-                let k = 2.0 * k_n.max(law.tangential_stiffness(k_n));
+                let k_t = law.tangential_stiffness(k_n);
+                let stiffness = [2.0 * k_n.max(k_t), 2.0 * k_t];
                 for (slot, sign) in [(q, 1.0), (p, -1.0)] {
-                    sums.press(slot, (&touch, sign), (&law, k), (least, place.blur));
+                    let point = &mut sums.expected.points[slot];
+                    point.couple += cross(place.at - at(slot), touch.force) * sign;
+                    sums.press(slot, (&touch, sign), (&law, stiffness), (least, place.blur));
                 }
             }
         }

@@ -16,8 +16,12 @@ pub struct Push {
     pub steps: [u32; 2],
     /// In N/m.
     pub force: [f64; 2],
+    /// In N.
+    pub couple: f64,
     /// In N/m.
     pub stiffness: f64,
+    /// In N/m.
+    pub tangential: f64,
 }
 
 /// The outline of a body: vertices in m.
@@ -59,7 +63,9 @@ impl Case {
         let mut sum = ImpForce::default();
         for push in self.pushes.iter().filter(acts) {
             sum.force = [0, 1].map(|a| sum.force[a] + push.force[a]);
+            sum.couple += push.couple;
             sum.stiffness += push.stiffness;
+            sum.tangential += push.tangential;
         }
         sum
     }

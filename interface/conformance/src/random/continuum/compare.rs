@@ -159,8 +159,11 @@ impl Judge<'_> {
             let want = ImpState {
                 position: p.x,
                 velocity: p.v,
+                spin: p.spin,
             };
+            let per_cell = 4.0 / stand.oracle.config.cell;
             let rows = [
+                ("F-1a", "spin", per_cell * tolerance.v),
                 (clause, "position", tolerance.x),
                 (clause, "velocity", tolerance.v),
             ];
@@ -286,7 +289,7 @@ impl Judge<'_> {
     ) -> Result {
         let (of, said) = ("contact_omega_sq in 1/s^2", limits.contact_omega_sq);
         self.at_least("L-2a", of, said, expected.contact_omega_sq)?;
-        if forces.iter().all(|f| f.stiffness == 0.0) {
+        if forces.iter().all(|f| f.stiffness + f.tangential == 0.0) {
             self.same("L-2a", "contact_omega_sq without stiffness", said, 0.0)?;
         }
         let speeds = stand.set.iter().map(|k| stand.oracle.point(*k).v);

@@ -93,13 +93,17 @@ impl Dice<'_, Scale> {
                 (_, Spacing::Counts([n, m])) => (n * m) as usize,
                 _ => 0,
             });
-        let pushes = self.pushes(points.sum(), spacing, steps, config.drift());
+        let mut pushes = self.pushes(points.sum(), spacing, steps, config.drift());
         let skin = config.skin;
         let travel = (0..self.rng.u32(0..4))
             .map(|k| (8 * k, self.between(0.0, 0.8) * skin))
             .collect();
+        let bodies = self.bodies(config.domain);
+        if !alone {
+            self.rub(&mut pushes, spacing);
+        }
         Case {
-            bodies: self.bodies(config.domain),
+            bodies,
             travel: Course(travel),
             pushes,
             epochs,
@@ -314,10 +318,23 @@ impl Dice<'_, Scale> {
                 point: self.rng.usize(0..points.max(1)),
                 steps: [from, to],
                 force: self.when(touches, |dice| dice.vector(most)),
+                couple: 0.0,
                 stiffness: self.about(0.01 * mass / (self.dt * self.dt)),
+                tangential: 0.0,
             });
         }
         pushes
+    }
+
+    /// Friction on the surfaces of some of the points that are pushed.
+    fn rub(&mut self, pushes: &mut [Push], side: f64) {
+        for push in pushes {
+            if self.often() {
+                let most = 0.2 * side * push.force[0].hypot(push.force[1]);
+                push.couple = self.way(most);
+                push.tangential = self.between(0.1, 1.0) * push.stiffness;
+            }
+        }
     }
 
     fn bodies(&mut self, [lower, upper]: [[f64; 2]; 2]) -> Vec<Outline> {

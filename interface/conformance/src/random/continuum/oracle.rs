@@ -41,7 +41,7 @@ pub struct Oracle {
 /// What is expected of a step.
 #[derive(Debug, Clone, Default)]
 pub struct Expected {
-    /// `lambda_max(S k S^T M^-1)` in 1/s^2, from below; not computed where it is not asked for.
+    /// Largest squared frequency of contact in 1/s^2, from below; not computed where it is not asked for.
     pub contact_omega_sq: f64,
     /// The ledger, if the step is measured.
     pub ledger: Ledger,
@@ -129,6 +129,7 @@ impl Oracle {
                     mass: material.density * region.box_area(),
                     volume: region.box_area(),
                     unsettled: [0.0; 2],
+                    spin: 0.0,
                     bulk,
                     shear,
                 });
@@ -207,17 +208,16 @@ impl Oracle {
                 .iter()
                 .zip(forces)
                 .filter(|(id, _)| id.layer == number);
-            let own: Vec<ImpForce> = own.map(|(_, force)| *force).collect();
+            let (radii, own): (Vec<f64>, Vec<ImpForce>) =
+                own.map(|(id, force)| (id.radius, *force)).unzip();
             let layer = &mut self.layers[number];
             if bounds {
-                let stiffness: Vec<f64> = own.iter().map(|f| f.stiffness).collect();
-                contact_omega_sq = contact_omega_sq.max(layer.contact_omega_sq(&stiffness));
+                contact_omega_sq = contact_omega_sq.max(layer.contact_omega_sq(&own, &radii));
             }
             if step.is_opening() {
                 elastic += layer.points.iter().map(RefPoint::stored).sum::<f64>();
                 continue;
             }
-            let own: Vec<[f64; 2]> = own.iter().map(|f| f.force).collect();
             layer.step(step.dt_before, step.dt, &own);
             elastic += layer.elastic;
             for a in 0..2 {
@@ -241,7 +241,7 @@ impl Oracle {
         for (p, f) in before.iter().zip(forces) {
             let weight = self.config.gravity.map(|g| p.mass * g);
             self.moments[0] += kick * at(p.x, weight)[2];
-            self.moments[1] += kick * at(p.x, f.force)[2];
+            self.moments[1] += kick * (at(p.x, f.force)[2] + f.couple);
         }
         [ledger.applied_moment, ledger.contact_moment] = self.moments;
         Expected {

@@ -154,7 +154,8 @@ impl run::Case for Case {
             flow.travel = self.travel.at(stand.step);
             let granted = flow.coming(window.measured && k == 0);
             flow.press(&sent)?;
-            stand.pressed |= forces.iter().any(|f| f.force != [0.0; 2]);
+            let presses = |f: &ImpForce| f.force != [0.0; 2] || f.couple != 0.0;
+            stand.pressed |= forces.iter().any(presses);
             let expected = stand.oracle.step(&granted, &forces, k + 1 == window.steps);
             stand.bodies = flow.travel;
             stand.fastest = stand.fastest.max(stand.oracle.fastest());
