@@ -7,7 +7,7 @@ use interface::step::Step;
 
 use crate::contact::impact::{Impacts, SurfaceMotion};
 use crate::contact::passage::{Passed, PassedBodies};
-use crate::contact::side::{AfterKick, Interval, Targets};
+use crate::contact::side::{AfterKick, Interval, Side, Targets};
 use crate::law::LastStep;
 use crate::ledger::measure;
 use crate::lists::now::{Ahead, Now};
@@ -303,7 +303,7 @@ impl System {
         if opening(step) {
             omega_sq = omega_sq.max(self.release(step, imps));
         }
-        let damping = self.sides.all().map(|side| side.damping_ratio());
+        let damping = self.sides.all().map(Side::damping_ratio);
         // While the displacement is below a quarter of the skin, nothing is rebuilt, so a coarse bound is enough.
         let gone = self.state.published.bound(0.25 * self.skin, &self.bodies);
         Answer {
@@ -321,7 +321,7 @@ impl System {
 
     /// Keeps the lists of the last evaluation even if nothing moves, because the next step would build the same lists.
     fn keep_lists(&mut self) {
-        self.sides.all_mut().for_each(|side| side.keep_list());
+        self.sides.all_mut().for_each(Side::keep_list);
         self.state.sets.replaced = None;
     }
 
@@ -329,7 +329,7 @@ impl System {
     fn commit(&mut self, step: &Step) {
         self.state.totals = self.kick_of(step).after(&self.state.totals);
         self.state.speed = self.kicked.speed;
-        self.sides.all_mut().for_each(|side| side.commit());
+        self.sides.all_mut().for_each(Side::commit);
     }
 
     /// Moves velocities to `t_{n+1/2}` and positions to `t_{n+1}`.

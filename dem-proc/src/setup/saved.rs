@@ -12,6 +12,7 @@ use serde::{Deserialize, Serialize};
 use crate::body::bodies::Pose;
 use crate::body::frame::LastMove;
 use crate::body::load::{Load, PairLoad};
+use crate::contact::side::Side;
 use crate::system::{State, System};
 
 /// Name of the format of the bytes.
@@ -32,7 +33,7 @@ impl System {
         Saved {
             bodies: self.bodies.save(),
             state: self.state.clone(),
-            sides: self.sides.all().map(|side| side.save()).collect(),
+            sides: self.sides.all().map(Side::save).collect(),
         }
     }
 
