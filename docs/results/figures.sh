@@ -11,7 +11,7 @@ tandem plot soft=runs/collision_soft hard=runs/collision_hard --y kinetic --y el
 
 tandem run scenes/jiang2020/drop_soft.toml --in-process --set output.frames=0.001 --out runs/drop_soft
 tandem plot runs/drop_soft --frames 0,0.2,0.204,0.206,0.21,0.244 --columns 3 --clim 0,2.5 \
-    --title "Figure 8: the soft disc falls and bounces" --out docs/results/figures/jiang_08_drop.png
+    --title "Figure 8: the soft disc falls and bounces" --out docs/results/figures/jiang_08_drop.svg
 
 tandem plot soft=runs/drop_soft hard=runs/drop_hard --y "v_disc^2" --expected "2 g h=2*9.81*0.204" \
     --expected "paper, hard: 98.95 %=0.9895*2*9.81*0.204" --expected "paper, soft: 93.05 %=0.9305*2*9.81*0.204" --ylabel "v^2 [m^2/s^2]" \
@@ -28,7 +28,7 @@ tandem plot runs/friction_force --y friction --expected "mu m g=-7.5" \
 
 tandem run scenes/jiang2020/silo.toml --variant d4cm --in-process --set time.end=1.0 --set output.frames=0.1 --out runs/silo_4
 tandem plot runs/silo_4 --frames 0,0.3,0.5,1 --colour "speed^2 [m^2/s^2]=speed^2" \
-    --title "Figure 15: flow out of the silo, 4 cm" --out docs/results/figures/jiang_15_silo.png
+    --title "Figure 15: flow out of the silo, 4 cm" --out docs/results/figures/jiang_15_silo.svg
 
 tandem study scenes/jiang2020/silo.toml \
     --vary variant=d2cm,d3cm,d4cm,d5cm,d6cm --vary mpm.points.0.spacing.distance=1.16667e-3,1.1e-3,1.0435e-3 \
@@ -41,7 +41,7 @@ tandem plot runs/silo/flow.csv --x "resolution+2" --y "flow*0.58*1500*sqrt(9.81)
 
 tandem run scenes/jiang2020/blocks.toml --in-process --set output.frames=0.05 --out runs/blocks
 tandem plot runs/blocks --frames 0.1,0.25,0.3,0.35,0.4,0.8 --xlim 0,0.5 --ylim -0.01,0.21 --clim 0,2 \
-    --title "Figure 20: sand hits the blocks" --out docs/results/figures/jiang_20_snapshots.png
+    --title "Figure 20: sand hits the blocks" --out docs/results/figures/jiang_20_snapshots.svg
 
 tandem plot runs/blocks --y "block 2=turned_2" --y "block 1=turned_1" --expected "90 degrees at 0.40 s=90" --ylabel "turned [degree]" \
     --title "Figure 21: blocks hit by sand" --out docs/results/figures/jiang_21_blocks.svg
@@ -60,7 +60,7 @@ tandem plot "FLIP, no gate=runs/flip" "APIC, composed step, no gate=runs/apic" "
 
 tandem run scenes/jiang2020/granular_matrix.toml --in-process --set output.frames=0.02 --out runs/granular_matrix
 tandem plot runs/granular_matrix --frames 0,0.22 --xlim -0.02,0.63 --ylim -0.02,0.63 --colour "pressure [kPa]=pressure/1000" \
-    --clim 0,300 --title "Figure 22: grains with fines, 35 %" --out docs/results/figures/jiang_22_granular_matrix.png
+    --clim 0,300 --title "Figure 22: grains with fines, 35 %" --out docs/results/figures/jiang_22_granular_matrix.svg
 
 tandem plot "26 %=runs/granular_matrix_low" "35 %=runs/granular_matrix" "42 %=runs/granular_matrix_high" --x "100*settlement" \
     --y work_of_the_bar/10 --slope 0.5 --xlabel "settlement [cm]" --ylabel "force on the bar [kN/m]" \
@@ -84,7 +84,7 @@ done
 
 tandem run scenes/singer2022/blocks_clusters.toml --in-process --set output.frames=0.01 --out runs/blocks_clusters
 tandem plot runs/blocks_clusters --frames 0.25,0.3,0.36,0.38,0.4,0.45 --columns 3 --xlim 0.2,0.5 --ylim -0.01,0.11 --clim 0,2 \
-    --title "Figure 10: sand hits blocks of discs" --out docs/results/figures/singer_10_snapshots.png
+    --title "Figure 10: sand hits blocks of discs" --out docs/results/figures/singer_10_snapshots.svg
 
 tandem plot runs/blocks_clusters --y "block 2=turned_2" --y "block 1=turned_1" --expected "block 2 at 0.40 s, 90 degrees=90" \
     --expected "block 1 at 0.45 s, 180 degrees=180" --xlim 0.24,0.6 --ylabel "turned [degree]" \
@@ -114,7 +114,7 @@ tandem plot "friction 0=runs/pile_smooth" "friction 0.3, the scene=runs/pile" "f
     --title "Figure 16: a pile with a cone is driven into sand" --out docs/results/figures/chen_16_pile.svg
 
 tandem plot runs/pile --frames 12,36 --columns 2 --ylim 0,6.2 --xlim 0,5 --colour "stress_yy [kPa]=stress_yy/1000" --clim -2000,0 \
-    --title "Figure 17: vertical stress beside the pile" --out docs/results/figures/chen_17_pile.png
+    --title "Figure 17: vertical stress beside the pile" --out docs/results/figures/chen_17_pile.svg
 
 tandem run scenes/jiang2020/blocks.toml --in-process --out runs/blocks
 tandem run scenes/chen2023/blocks_gjk.toml --in-process --out runs/blocks_gjk
@@ -126,7 +126,7 @@ tandem plot "blocks=runs/blocks" "depth=runs/blocks_gjk" "depth, traction=runs/b
 
 tandem run scenes/chen2023/rings.toml --in-process --report --out runs/rings
 tandem plot runs/rings --frames 0.0004,0.0008,0.0012,0.002 --columns 2 --colour "pressure [MPa]=pressure/1e6" \
-    --title "Figures 19 and 20: two rings hit each other" --out docs/results/figures/chen_19_rings.png
+    --title "Figures 19 and 20: two rings hit each other" --out docs/results/figures/chen_19_rings.svg
 
 tandem run scenes/chen2023/dam_break.toml --in-process --set output.frames=0.01 --out runs/dam_break
 tandem plot runs/dam_break --frames 0.2,0.25,0.3,0.4,0.5,0.6 --columns 2 --ylim 0,0.4 --colour "speed [m/s]=speed" --clim 0,4 \
@@ -143,10 +143,10 @@ tandem run scenes/bardenhagen2000/shear.toml --set output.frames=1.2e-7 --out ru
 tandem run scenes/bardenhagen2000/shear.toml --variant friction --set output.frames=1.2e-7 --out runs/friction
 docs/results/shear.py runs/friction --at 0.25,0.5,0.75 --out profile.csv
 tandem plot "without slip=runs/no_slip" "friction 0.3=runs/friction" --frames 9e-6 --columns 2 \
-    --colour "grain=sin(12.9*group)" --out docs/results/figures/bardenhagen_06_grains.png
+    --colour "grain=sin(12.9*group)" --out docs/results/figures/bardenhagen_06_grains.svg
 tandem plot "friction 0.3=runs/friction" --frames 7.56e-6,8.52e-6 --clim 0,0.4 --columns 2 \
     --colour "principal stress difference [GPa]=sqrt((stress_xx-stress_yy)^2+4*stress_xy^2)/1e9" \
-    --out docs/results/figures/bardenhagen_07_chains.png
+    --out docs/results/figures/bardenhagen_07_chains.svg
 tandem plot "friction 0.3=profile.csv" --x x --y "25 %=shear_25" --y "50 %=shear_50" \
     --y "75 %=shear_75" --y "uniform=uniform" --out docs/results/figures/bardenhagen_08_profile.svg
 
