@@ -145,11 +145,6 @@ fn resumed(input: &[u8]) -> Option<String> {
 mod tests {
     use super::*;
 
-    #[test]
-    fn tmp_write_seed() {
-        std::fs::write("/tmp/couple/seed", &seeds()[1]).unwrap();
-    }
-
     /// Otherwise the targets would not reach what they are about.
     #[test]
     fn both_forms_of_a_seed_are_the_checkpoint_that_they_are_made_of() {
