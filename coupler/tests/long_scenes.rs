@@ -10,8 +10,8 @@ use interface::session::cpu_time;
 
 /// Longest CPU time that any of these may take: all but the deep ones took more than 20 s, or the stack.
 const PATIENCE: Duration = Duration::from_secs(10);
-/// The same of the longest text; on an idle core it is half of this.
-const SOON: Duration = Duration::from_secs(2);
+/// Bytes of the longest scene.
+const LONGEST: usize = 2 << 20;
 
 /// A scene that is right.
 const GOOD: &str = r#"
@@ -94,12 +94,12 @@ fn a_text_is_not_parsed_beyond_a_length() {
     }
 }
 
-/// As many lines or elements of this form as the longest scene has; `#` stands for their number.
-fn longest(before: &str, form: &str, after: &str) -> String {
+/// As many lines or elements of this form as a scene of `size` bytes has; `#` stands for their number.
+fn filled(size: usize, before: &str, form: &str, after: &str) -> String {
     let mut text = before.to_owned();
     for i in 0.. {
         let next = form.replace('#', &i.to_string());
-        if text.len() + next.len() + after.len() > 2 << 20 {
+        if text.len() + next.len() + after.len() > size {
             break;
         }
         text += &next;
@@ -107,38 +107,50 @@ fn longest(before: &str, form: &str, after: &str) -> String {
     text + after
 }
 
-/// The longest scenes of forms each of which took from four seconds to minutes, gigabytes, or wrote 200 MB of messages.
-#[test]
-fn the_longest_scenes_are_answered_soon() {
+/// Scenes of `size` bytes, each of a form of which the longest took from four seconds to minutes, gigabytes, or wrote
+/// 200 MB of messages.
+fn forms(size: usize) -> [(&'static str, String); 11] {
     let constants = &format!("{GOOD}[constants]\n");
     let law = &format!("{GOOD}[body_contact]\nlinear = {{ normal_stiffness = 1e5 }}\n");
     let vertices = &format!("{GOOD}[[dem.body]]\nshape.polygon.vertices=[");
     let disc =
         "[[dem.body]]\nname=\"b#\"\nshape=\"disc\"\nsphero_radius=1\ndensity=1\nposition=[#,9]\n";
-    let long = "a".repeat(1 << 20);
+    let long = "a".repeat(size / 2);
     let (named, section) = (
         &format!("{constants}{long} = 1\n"),
         &format!("{GOOD}[{long}]\n"),
     );
-    for (what, text) in [
-        ("constants", longest(constants, "z#=1\n", "")),
-        ("not there", longest(constants, "c#=\"zz#\"\n", "")),
-        ("a long name", longest(named, "c#=\"x\"\n", "")),
-        ("unknown keys", longest(GOOD, "cell#=1\n", "")),
-        ("tables", longest(GOOD, "[a#]\n", "")),
-        ("keys of a long section", longest(section, "k#=1\n", "")),
-        (
-            "its elements",
-            longest(&format!("{section}k=["), "0,", "0]\n"),
-        ),
-        ("wrong elements", longest(vertices, "0,", "0]\n")),
-        ("before an error", longest("a=[", "\"x\",", "\nb==3\n")),
-        ("light bodies", longest(law, disc, "")),
-        ("variants", longest(GOOD, "[variant.v#]\ntime.end=1\n", "")),
-    ] {
-        println!("{what}");
-        assert!(text.len() > 2_000_000);
-        drop(read_within(&text, SOON));
+    let list = &format!("{section}k=[");
+    let filled = |before, form, after| filled(size, before, form, after);
+    [
+        ("constants", filled(constants, "z#=1\n", "")),
+        ("not there", filled(constants, "c#=\"zz#\"\n", "")),
+        ("a long name", filled(named, "c#=\"x\"\n", "")),
+        ("unknown keys", filled(GOOD, "cell#=1\n", "")),
+        ("tables", filled(GOOD, "[a#]\n", "")),
+        ("keys of a long section", filled(section, "k#=1\n", "")),
+        ("its elements", filled(list, "0,", "0]\n")),
+        ("wrong elements", filled(vertices, "0,", "0]\n")),
+        ("before an error", filled("a=[", "\"x\",", "\nb==3\n")),
+        ("light bodies", filled(law, disc, "")),
+        ("variants", filled(GOOD, "[variant.v#]\ntime.end=1\n", "")),
+    ]
+}
+
+/// A scene that is eight times as long takes eight times as long, with a factor of three for the machine; where the time grew
+/// with the square of the length it took 64 times as long.
+#[test]
+fn the_longest_scenes_take_time_in_proportion_to_their_length() {
+    for ((what, long), (_, short)) in forms(LONGEST).iter().zip(&forms(LONGEST / 8)) {
+        let took = |text: &String| {
+            let started = cpu_time();
+            drop(read(text));
+            cpu_time().saturating_sub(started)
+        };
+        assert!(long.len() > 7 * short.len(), "{what}");
+        let [short, long] = [took(short), took(long)];
+        println!("{what}: {short:?}, {long:?}");
+        assert!(long < 24 * short, "{what}: {long:?}, an eighth {short:?}");
     }
 }
 
