@@ -34,7 +34,7 @@ group:u32@88;plastic_strain:f32@92;}
 ContactState:56{body:u64@0;other:u64@8;with:u64@16;position:[f64; 2]@24;force:[f64; 2]@40;}"""
 
 # Of the BLAKE3 hash of LAYOUT (clause C-3); a constant because Python's standard library has no BLAKE3.
-LAYOUT_HASH = "06bee19bd6d8039c"
+LAYOUT_HASH = "66f7275e5398ecd8"
 
 # Bits of StepHeader.flags and Grant.flags.
 HALT_BEFORE, HALT_AFTER, WANT_ENVELOPES, NEW_SET, MEASURE, FRAME, CHECKPOINT, LAST = 1, 2, 4, 8, 16, 32, 64, 128
