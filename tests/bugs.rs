@@ -40,8 +40,8 @@ const BUGS: &[Bug] = &[
         1,
         "slip without the body's translation",
         LAW,
-        "ux = point.x - was[0] - (motion.x - before[0] +",
-        "ux = point.x - was[0] - (",
+        "- (motion.x - before[0] + versine",
+        "- (versine",
     ),
     (
         13,
