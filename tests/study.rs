@@ -247,7 +247,7 @@ fn without_a_reference_a_study_shows_the_values_over_what_is_varied() {
         let value = check["value"].as_f64().unwrap();
         assert!(text.contains(&value.to_string()), "no {value} in {text}");
     }
-    assert_eq!(figure.matches(">time.safety<").count(), checks.len());
+    assert_eq!(figure.matches("\ntime.safety\n").count(), checks.len());
     // Columns that are asked for by name, over what is no number, with a curve for each of the others.
     let named = "--vary mpm.shape=ugimp,cubic_bspline --vary mpm.transfer=flip,pic";
     sweep(

@@ -130,12 +130,10 @@ pub fn plot(options: &PlotOptions, path: &Path) -> Result<(), StudyError> {
             units.get_or_insert_with(|| [unit(&options.x), unit(&y.what)]);
         }
     }
-    let across = curves.iter().flat_map(|c| &c.points[0]).map(|p| p.0);
-    let none = (f64::INFINITY, f64::NEG_INFINITY);
-    let (first, last) = across.fold(none, |(low, high), x| (low.min(x), high.max(x)));
+    let across = extent(&curves);
     for (line, dashes) in options.expected.iter().zip(DASHES.into_iter().cycle()) {
         let form = Form::Line(1.3, dashes);
-        curves.push(expected(line, [first, last], options.scales[0], form)?);
+        curves.push(expected(line, across, options.scales[0], form)?);
     }
     let [below, beside] = &options.words;
     let [x_unit, y_unit] = units.unwrap_or_default();
@@ -164,6 +162,14 @@ pub fn plot(options: &PlotOptions, path: &Path) -> Result<(), StudyError> {
         ..Chart::default()
     };
     chart.draw(path)
+}
+
+/// The smallest and the largest x.
+fn extent(curves: &[Series]) -> [f64; 2] {
+    let across = curves.iter().flat_map(|c| &c.points[0]).map(|p| p.0);
+    across.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], x| {
+        [low.min(x), high.max(x)]
+    })
 }
 
 impl PlotOptions {

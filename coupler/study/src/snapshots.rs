@@ -206,7 +206,7 @@ fn legend(options: &SnapshotOptions, grey: bool, largest: f64) -> String {
     } else if options.forces {
         let unit = 10_f64.powf(largest.log10().floor() - 2.0);
         let rounded = label((largest / unit).round() * unit);
-        legend += &format!("; lines: contact forces, the thickest {rounded} N/m");
+        legend = format!("{legend}; lines: contact forces, the thickest {rounded} N/m");
     }
     legend
 }
