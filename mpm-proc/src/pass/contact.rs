@@ -86,7 +86,7 @@ pub fn apply_contact<const W: usize, S: Shape<W>, A: AffineState>(
 
 /// `sum_I S_Ip s_I / m_I` of a point, and the same with `T`; in place of `S` the larger of `S` and `A / a` where it turns.
 fn row_sums(grid: &Grid, loaded: &Loaded, touches: &[Touch]) -> [f64; 2] {
-    let per_row = 1.0 / turned_sum(loaded, touches);
+    let per_row = 1.0 / turned_sum(touches);
     let mut sums = [0.0; 2];
     for t in touches {
         let (tile, node) = t.of.split();
@@ -96,9 +96,8 @@ fn row_sums(grid: &Grid, loaded: &Loaded, touches: &[Touch]) -> [f64; 2] {
         if mass > 0.0 {
             let (mut gather, mut scatter) = (t.gather, t.scatter);
             if loaded.tangential > 0.0 {
-                let turned = t.turned(loaded.radius);
-                gather = gather.max((gather + turned) * per_row);
-                scatter = scatter.max((scatter + turned) * per_row);
+                gather = gather.max((gather + t.turned) * per_row);
+                scatter = scatter.max((scatter + t.turned) * per_row);
             }
             sums[0] += gather * nodes.stiffness[node] / mass;
             sums[1] += scatter * nodes.scattered[node] / mass;
@@ -108,9 +107,8 @@ fn row_sums(grid: &Grid, loaded: &Loaded, touches: &[Touch]) -> [f64; 2] {
 }
 
 /// `a = sum_I A_I` of a point; the weights `S` and `T` sum to one.
-fn turned_sum(loaded: &Loaded, touches: &[Touch]) -> f64 {
-    let turned = touches.iter().map(|t| t.turned(loaded.radius));
-    1.0 + turned.sum::<f64>()
+fn turned_sum(touches: &[Touch]) -> f64 {
+    1.0 + touches.iter().map(|t| t.turned).sum::<f64>()
 }
 
 /// Counts the stiffness on a point at the nodes that it touches.
@@ -118,18 +116,16 @@ fn add_stiffness(grid: &mut Grid, loaded: &Loaded, touches: &[Touch]) {
     let Loaded {
         stiffness,
         tangential,
-        radius,
         ..
     } = *loaded;
-    let per_row = tangential * turned_sum(loaded, touches);
+    let per_row = tangential * turned_sum(touches);
     let plain = (stiffness - tangential).max(0.0);
     for t in touches {
         let (tile, node) = t.of.split();
         let nodes = &mut grid.contact[tile];
         if tangential > 0.0 {
-            let turned = t.turned(radius);
-            nodes.stiffness[node] += plain * t.gather + per_row * (t.gather + turned);
-            nodes.scattered[node] += plain * t.scatter + per_row * (t.scatter + turned);
+            nodes.stiffness[node] += plain * t.gather + per_row * (t.gather + t.turned);
+            nodes.scattered[node] += plain * t.scatter + per_row * (t.scatter + t.turned);
         } else {
             nodes.stiffness[node] += t.gather * stiffness;
             nodes.scattered[node] += t.scatter * stiffness;
@@ -183,7 +179,6 @@ fn touch<const W: usize, S: Shape<W>, A: AffineState>(
         slot,
         stiffness,
         tangential,
-        radius: cloud.radius,
     };
     for j in 0..W {
         for i in 0..W {
@@ -218,6 +213,7 @@ fn touch<const W: usize, S: Shape<W>, A: AffineState>(
                 gather,
                 scatter,
                 curl,
+                turned: Touch::turned_by(curl, cloud.radius),
             });
         }
     }

@@ -15,12 +15,18 @@ pub struct Touch {
     pub scatter: f64,
     /// `(-dS_Ip/dy, dS_Ip/dx) / 2` in 1/m, through which it turns and gives couples; 0 where contact has no friction.
     pub curl: [f64; 2],
+    /// How much of this node a turn of the surface of the point takes part in: its radius times `|curl|`.
+    pub turned: f64,
 }
 
 impl Touch {
-    /// How much of this node a turn of the surface of a point takes part in, `radius |curl|`, for its radius in m.
-    pub fn turned(&self, radius: f64) -> f64 {
-        radius * self.curl[0].hypot(self.curl[1])
+    /// `radius |curl|` of a surface with this radius in m.
+    pub fn turned_by(curl: [f64; 2], radius: f64) -> f64 {
+        // Most points have no friction, and the length of a vector is slow.
+        if curl == [0.0; 2] {
+            return 0.0;
+        }
+        radius * curl[0].hypot(curl[1])
     }
 }
 
@@ -33,8 +39,6 @@ pub struct Loaded {
     pub stiffness: f64,
     /// Tangential stiffness on the surface of the point in N/m.
     pub tangential: f64,
-    /// Radius of that surface in m.
-    pub radius: f64,
 }
 
 /// The contribution of contact to the largest squared frequency.
