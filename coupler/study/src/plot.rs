@@ -8,7 +8,7 @@ use plotters::style::BLACK;
 use coupler::record::Table;
 
 use crate::StudyError;
-use crate::figure::axis::Scale;
+use crate::figure::axis::{Scale, extent};
 use crate::figure::chart::{CURVE, Chart, DISCS, Panel, Series};
 use crate::figure::file::kind;
 use crate::figure::shape::Form;
@@ -130,7 +130,7 @@ pub fn plot(options: &PlotOptions, path: &Path) -> Result<(), StudyError> {
             units.get_or_insert_with(|| [unit(&options.x), unit(&y.what)]);
         }
     }
-    let across = extent(&curves);
+    let across = extent(curves.iter().flat_map(|c| &c.points[0]).map(|p| p.0));
     for (line, dashes) in options.expected.iter().zip(DASHES.into_iter().cycle()) {
         let form = Form::Line(1.3, dashes);
         curves.push(expected(line, across, options.scales[0], form)?);
@@ -162,14 +162,6 @@ pub fn plot(options: &PlotOptions, path: &Path) -> Result<(), StudyError> {
         ..Chart::default()
     };
     chart.draw(path)
-}
-
-/// The smallest and the largest x.
-fn extent(curves: &[Series]) -> [f64; 2] {
-    let across = curves.iter().flat_map(|c| &c.points[0]).map(|p| p.0);
-    across.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], x| {
-        [low.min(x), high.max(x)]
-    })
 }
 
 impl PlotOptions {

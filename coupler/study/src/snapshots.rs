@@ -10,7 +10,7 @@ use plotters::style::text_anchor::HPos;
 use plotters::style::{BLACK, RGBColor};
 
 use crate::StudyError;
-use crate::figure::axis::{Axis, Scale, label};
+use crate::figure::axis::{Axis, Scale, extent, label};
 use crate::figure::file::{kind, write};
 use crate::figure::shape::{Form, GAP, NUMBERS, Place, Shape, WHOLE, WORDS};
 use crate::figure::sheet::{Area, MARGIN, Sheet};
@@ -310,8 +310,7 @@ fn compile(text: &str) -> Result<Expression, StudyError> {
 
 /// The smallest and the largest number, apart even where there is only one, but for the ends that are given.
 fn ends(numbers: impl Iterator<Item = f64>, given: [Option<f64>; 2]) -> [f64; 2] {
-    let none = (f64::INFINITY, f64::NEG_INFINITY);
-    let (low, high) = numbers.fold(none, |(low, high), n| (low.min(n), high.max(n)));
+    let [low, high] = extent(numbers);
     let all = match (low < high, low.is_finite()) {
         (true, _) => [low, high],
         (false, true) => [low, low + low.abs().max(1.0)],

@@ -17,10 +17,14 @@ pub enum Scale {
 pub(crate) struct Axis(Scale, [f64; 2]);
 
 /// The least and the largest, in the wrong order if there are no numbers.
-fn ends(numbers: impl Iterator<Item = f64>) -> [f64; 2] {
-    let numbers = numbers.filter(|n| n.is_finite());
+pub(crate) fn extent(numbers: impl Iterator<Item = f64>) -> [f64; 2] {
     let none = [f64::INFINITY, f64::NEG_INFINITY];
     numbers.fold(none, |[low, high], n| [low.min(n), high.max(n)])
+}
+
+/// The same of those that are finite.
+fn ends(numbers: impl Iterator<Item = f64>) -> [f64; 2] {
+    extent(numbers.filter(|n| n.is_finite()))
 }
 
 impl Scale {

@@ -122,8 +122,10 @@ fn fine(places: &[Place], within: impl Fn(&Place) -> bool) -> Vec<Place> {
 impl Sheet {
     /// Areas in rows of so many, below a title.
     pub fn new(title: &str, areas: &[Area], columns: usize) -> Self {
-        let room = |side: usize| most(areas.iter().map(|area| area.room()[side]));
-        let pitch = room(0) + most(areas.iter().map(|area| area.size.0)) + room(1);
+        // Measuring words takes long, and a film does it for each picture.
+        let rooms: Vec<[f64; 2]> = areas.iter().map(Area::room).collect();
+        let [before, after] = [0, 1].map(|side| most(rooms.iter().map(|room| room[side])));
+        let pitch = before + most(areas.iter().map(|area| area.size.0)) + after;
         let mut sheet = Self {
             shapes: Vec::new(),
             words: Vec::new(),
@@ -133,11 +135,12 @@ impl Sheet {
         sheet.note(title, HEADING);
         for row in areas.chunks(columns.max(1)) {
             let start = sheet.height;
-            let high = most(row.iter().map(|area| area.head().len() as f64));
+            let heads: Vec<Vec<String>> = row.iter().map(Area::head).collect();
+            let high = most(heads.iter().map(|head| head.len() as f64));
             let top = start + high * (WORDS + GAP) + GAP;
-            for (k, area) in (0..).zip(row) {
-                let left = f64::from(k) * pitch + room(0);
-                sheet.lines(&area.head(), WORDS, (left, start), HPos::Left);
+            for (k, (area, head)) in (0..).zip(row.iter().zip(&heads)) {
+                let left = f64::from(k) * pitch + before;
+                sheet.lines(head, WORDS, (left, start), HPos::Left);
                 let end = sheet.area(area, (left, top));
                 sheet.height = sheet.height.max(end + GAP);
             }
