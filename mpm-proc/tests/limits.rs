@@ -184,7 +184,7 @@ fn both_frequencies_bound_the_eigenvalues_of_random_clouds() {
     }
 }
 
-/// Points pressed along any normal, with friction on their surfaces.
+/// Points pressed by two bodies along any normals, with friction on their surfaces. A point alone has its own frequency.
 #[test]
 fn the_contact_frequency_bounds_that_of_surfaces_with_friction() {
     for (shape, kernel) in [
@@ -200,14 +200,19 @@ fn the_contact_frequency_bounds_that_of_surfaces_with_friction() {
             (config.shape, config.transfer) = (shape, Transfer::Flip);
             let radius = 0.025 * [0.5, 1.0, 2.0, 4.0][seed as usize % 4];
             config.groups[0].contact_radius = Some(radius);
-            let positions = scattered(&mut config, &mut random, [1, 12, 40][seed as usize % 3]);
+            let count = [1, 12, 40][seed as usize % 3];
+            let positions = scattered(&mut config, &mut random, count);
             let forces: Vec<ImpForce> = positions
                 .iter()
                 .map(|_| {
                     let stiffness = random.between(1e4, 1e6);
                     ImpForce {
                         stiffness,
-                        tangential: stiffness * random.between(0.0, 1.5),
+                        tangential: if count == 1 {
+                            1.0
+                        } else {
+                            random.between(0.0, 1.5)
+                        } * stiffness,
                         ..ImpForce::default()
                     }
                 })
@@ -216,29 +221,48 @@ fn the_contact_frequency_bounds_that_of_surfaces_with_friction() {
             let [s, gx, gy] = matrices(&positions, kernel, config.domain[0]);
             let n = s.ncols();
             let root = (s.row_sum().transpose() * MASS).map(|m| 1.0 / m.sqrt());
-            // A row for the normal and one for the tangent of each point, with and without its turn.
-            let rows = |arm: f64, random: &mut Random| {
-                let mut rows = DMatrix::zeros(2 * positions.len(), 2 * n);
+            // For each body a row for the normal and one for the tangent of each point, with and without its turn.
+            let rows = |arm: f64, bodies: usize, random: &mut Random| {
+                let mut rows = DMatrix::zeros(2 * bodies * count, 2 * n);
                 for (p, f) in forces.iter().enumerate() {
-                    let (y, x) = random.between(0.0, 6.3).sin_cos();
-                    for i in 0..n {
-                        let turn = [-0.5 * gy[(p, i)], 0.5 * gx[(p, i)]];
-                        for (a, [along, across]) in [[x, -y], [y, x]].into_iter().enumerate() {
-                            let weight = s[(p, i)];
-                            let surface = weight * across - arm * turn[a];
-                            rows[(2 * p, a * n + i)] =
-                                f.stiffness.sqrt() * weight * along * root[i];
-                            rows[(2 * p + 1, a * n + i)] = f.tangential.sqrt() * surface * root[i];
+                    // The first body's shares: of both bodies the same stiffness is the larger.
+                    let ratio = (f.stiffness / f.tangential).max(1.0);
+                    let normal = if bodies == 1 {
+                        1.0
+                    } else {
+                        random.between(0.0, 1.0)
+                    };
+                    let least = (1.0 - (1.0 - normal) * ratio).max(0.0);
+                    let tangential = random.between(least, (normal * ratio).min(1.0));
+                    for (body, shares) in [[normal, tangential], [1.0 - normal, 1.0 - tangential]]
+                        .into_iter()
+                        .take(bodies)
+                        .enumerate()
+                    {
+                        let [k, k_t] = [shares[0] * f.stiffness, shares[1] * f.tangential];
+                        let (y, x) = random.between(0.0, 6.3).sin_cos();
+                        let row = 2 * (bodies * p + body);
+                        for i in 0..n {
+                            let turn = [-0.5 * gy[(p, i)], 0.5 * gx[(p, i)]];
+                            for (a, [along, across]) in [[x, -y], [y, x]].into_iter().enumerate() {
+                                let weight = s[(p, i)];
+                                let surface = weight * across - arm * turn[a];
+                                rows[(row, a * n + i)] = k.sqrt() * weight * along * root[i];
+                                rows[(row + 1, a * n + i)] = k_t.sqrt() * surface * root[i];
+                            }
                         }
                     }
                 }
                 largest_eigenvalue(&(&rows * rows.transpose()))
             };
-            for _ in 0..4 {
-                let exact = rows(radius, &mut random);
+            for bodies in [1, 2, 1, 2] {
+                let exact = rows(radius, bodies, &mut random);
                 let share = exact / limits.contact_omega_sq;
                 assert!(share <= 1.0 + 1e-9, "{shape:?} {seed}: {share}");
                 tightest = tightest.max(share);
+                if count == 1 && bodies == 1 {
+                    assert!(share > 1.0 - 1e-9, "{shape:?} {seed}: {share}");
+                }
             }
             let centres: Vec<ImpForce> = forces
                 .iter()
@@ -248,7 +272,7 @@ fn the_contact_frequency_bounds_that_of_surfaces_with_friction() {
                 })
                 .collect();
             let at_centres = opening(&config, &centres).contact_omega_sq;
-            beyond = beyond.max(rows(radius, &mut random) / at_centres);
+            beyond = beyond.max(rows(radius, 1, &mut random) / at_centres);
         }
         assert!(tightest > 0.5, "{shape:?}: {tightest}");
         // What the bound without the turn would miss.

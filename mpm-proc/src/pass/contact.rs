@@ -13,23 +13,31 @@ use crate::kernel::transfer::AffineState;
 use crate::state::contact::{ContactLoad, Loaded, Touch};
 use crate::state::continuum::Continuum;
 use crate::state::grid::Grid;
-use crate::state::nodes::NodeAt;
+use crate::state::nodes::{ContactNodes, NodeAt};
 
 /// Adds `f_I^cont = sum_p f_p T_Ip + c_p g_Ip` to the nodes, with the couple `c_p` of friction on the surface of a point and
 /// `g_I = (-dS_I/dy, dS_I/dx)/2`: weights sum to one and reproduce `x`, so `sum g_I = 0` and `sum x_I x g_I = 1`. Its work is
 /// that on the spin `w = sum g_I . v_I` of the field (docs/energy.md).
 ///
-/// The frequency where `T = S` and there is no friction is Gershgorin's bound, `G(S) = max_p sum_I S_Ip s_I / m_I` with
-/// `s_I = sum_q k_q S_Iq` over the points with stiffness (docs/physics.md section 4).
-///
-/// With friction a point has the rows `S_I N` with `k_n` and `S_I T + r g_I` with `k_t`, `r` the radius of its surface. The norm
-/// of the block of two nodes in the sum of their products is at most
-/// `(k - k_t) S_I S_J + k_t A_I A_J`, `A_I = S_I + r |g_I|`, `k` the larger of both stiffnesses: positive rows `S` and `A`.
-/// Of these Gershgorin's bound, weighted by 1 and by `a = sum A_I`, is
+/// The frequency where `T = S`: a contact acts through rows `b_I`, `sqrt(k_n) S_I N` and `sqrt(k_t) (S_I T - r g_I)`, `r` the
+/// radius of the surface of the point. With any weights `w_pI > 0` Cauchy-Schwarz at each node gives
 ///
 /// ```text
-/// G = max_p max( sum_I S_Ip s_I / m_I, sum_I A_Ip s_I / (a_p m_I) ),   s_I = sum_q (k - k_t)_q S_Iq + k_tq a_q A_Iq
+/// |sum_p b_pI y_p|^2 <= s_I sum_p |b_pI y_p|^2 / w_pI,   s_I = sum_p w_pI
+/// lambda_max(K^1/2 S M^-1 S^T K^1/2) <= G(S) = max_p lambda_max( sum_I s_I / (m_I w_pI) b_pI^T b_pI )
 /// ```
+///
+/// so what cancels in the products of `S` and `g` of a point does so before sizes are taken, and a point alone has its own
+/// frequency. Without friction `w = k S` gives Gershgorin's bound, `max_p sum_I S_Ip s_I / m_I` (docs/physics.md section 4).
+/// With friction `w = max(k S, k_t r |g| / 2)`: a point may turn a node that it hardly sees. With `u_I = s_I / (m_I w_I)`
+///
+/// ```text
+/// lambda_max <= k sum u S^2 + k_t (r^2 sum u |g|^2 + 2 r |q|),   q = sum u S g
+/// ```
+///
+/// for several bodies at once and any normals: a contact is `k_n - k_t` along N, which adds that times `sum u S^2`, and `k_t`
+/// along N and on the surface along T, which adds `k_t` times `sum u S^2 + [[0, r q.N], [r q.N, r^2 sum u |g|^2 - 2 r q.T]]`.
+/// `y = r^2 sum u |g|^2 + 2 r |q|` bounds the latter, as `y (y - x) >= (r q.N)^2` for its entry `x`. A larger `k_t` stands for `k`.
 ///
 /// Where `T` is not `S` contact adds `M^-1 T K S^T` to the operator of the grid's motion, which is not symmetric, so that
 /// bounding its own eigenvalues would not bound those of its sum with elasticity. Its norm in the inner product of
@@ -37,12 +45,11 @@ use crate::state::nodes::NodeAt;
 ///
 /// ```text
 /// |M^-1/2 T K S^T M^-1/2| <= |M^-1/2 T K^1/2| |K^1/2 S^T M^-1/2| = sqrt(lambda_max(T) lambda_max(S))
-/// lambda_max(X) = lambda_max(K^1/2 X^T M^-1 X K^1/2) = lambda_max(X^T M^-1 X K) <= G(X)
+/// lambda_max(X) = lambda_max(K^1/2 X^T M^-1 X K^1/2) <= G(X)
 /// ```
 ///
-/// (the last step: all entries of `X^T M^-1 X K` are 0 or more, so its largest row sum bounds its spectral radius;
-/// rows of points without stiffness have columns of zeros and drop out). So the bound is `sqrt(G(T) G(S))`. It
-/// bounds the frequency; a scheme that is not symmetric may still feed or drain energy slowly below it.
+/// So the bound is `sqrt(G(T) G(S))`. It bounds the frequency; a scheme that is not symmetric may still feed or drain
+/// energy slowly below it.
 pub fn apply_contact<const W: usize, S: Shape<W>, A: AffineState>(
     continuum: &mut Continuum<W, S, A>,
     forces: &[ImpForce],
@@ -64,73 +71,66 @@ pub fn apply_contact<const W: usize, S: Shape<W>, A: AffineState>(
         touch(continuum, slot)?;
     }
     let mut load = ContactLoad::default();
-    let mut rows: [f64; 2] = [0.0; 2];
-    for (loaded, touches) in continuum
-        .loaded
-        .iter()
-        .zip(continuum.touches.chunks_exact(W * W))
-    {
+    let spreads = !continuum.spread.is_shape();
+    let (mut gathers, mut scatters) = (0.0_f64, 0.0_f64);
+    let grid = &continuum.grid;
+    let all = continuum.touches.chunks_exact(W * W);
+    for (loaded, touches) in continuum.loaded.iter().zip(all) {
         if loaded.stiffness > 0.0 || loaded.tangential > 0.0 {
-            let sums = row_sums(&continuum.grid, loaded, touches);
-            rows = [0, 1].map(|k| rows[k].max(sums[k]));
+            let s = most(grid, loaded, touches, |t, n, i| [t.gather, n.stiffness[i]]);
+            gathers = gathers.max(s);
+            if spreads {
+                let t = most(grid, loaded, touches, |t, n, i| [t.scatter, n.scattered[i]]);
+                scatters = scatters.max(t);
+            }
             load.stiffness = load.stiffness.max(loaded.stiffness);
         }
     }
-    load.omega_sq = if continuum.spread.is_shape() {
-        rows[0]
+    load.omega_sq = if spreads {
+        (gathers * scatters).sqrt()
     } else {
-        (rows[0] * rows[1]).sqrt()
+        gathers
     };
     Ok(load)
 }
 
-/// `sum_I S_Ip s_I / m_I` of a point, and the same with `T`; in place of `S` the larger of `S` and `A / a` where it turns.
-fn row_sums(grid: &Grid, loaded: &Loaded, touches: &[Touch]) -> [f64; 2] {
-    let per_row = 1.0 / turned_sum(touches);
-    let mut sums = [0.0; 2];
+/// What one point has of `G(S)` or `G(T)`: `of` gives `S_I` or `T_I`, and `s_I`.
+fn most(
+    grid: &Grid,
+    loaded: &Loaded,
+    touches: &[Touch],
+    of: impl Fn(&Touch, &ContactNodes, usize) -> [f64; 2],
+) -> f64 {
+    let (mut moves, mut turns, mut both) = (0.0, 0.0, [0.0_f64; 2]);
     for t in touches {
         let (tile, node) = t.of.split();
         let mass = grid.tiles[tile].mass[node];
-        let nodes = &grid.contact[tile];
         // A weight so small that the mass underflowed carries nothing.
-        if mass > 0.0 {
-            let (mut gather, mut scatter) = (t.gather, t.scatter);
-            if loaded.tangential > 0.0 {
-                gather = gather.max((gather + t.turned) * per_row);
-                scatter = scatter.max((scatter + t.turned) * per_row);
-            }
-            sums[0] += gather * nodes.stiffness[node] / mass;
-            sums[1] += scatter * nodes.scattered[node] / mass;
+        if mass <= 0.0 {
+            continue;
+        }
+        let [s, sum] = of(t, &grid.contact[tile], node);
+        if loaded.tangential == 0.0 {
+            moves += s * sum / mass;
+            continue;
+        }
+        let weight = loaded.weight(s, t.curl);
+        if weight > 0.0 {
+            let u = sum / mass;
+            let [x, y] = t.curl.map(|g| u * (g / weight));
+            moves += u * (s / weight) * s;
+            turns += t.curl[0] * x + t.curl[1] * y;
+            both = [both[0] + s * x, both[1] + s * y];
         }
     }
-    sums
-}
-
-/// `a = sum_I A_I` of a point; the weights `S` and `T` sum to one.
-fn turned_sum(touches: &[Touch]) -> f64 {
-    1.0 + touches.iter().map(|t| t.turned).sum::<f64>()
-}
-
-/// Counts the stiffness on a point at the nodes that it touches.
-fn add_stiffness(grid: &mut Grid, loaded: &Loaded, touches: &[Touch]) {
-    let Loaded {
-        stiffness,
-        tangential,
-        ..
-    } = *loaded;
-    let per_row = tangential * turned_sum(touches);
-    let plain = (stiffness - tangential).max(0.0);
-    for t in touches {
-        let (tile, node) = t.of.split();
-        let nodes = &mut grid.contact[tile];
-        if tangential > 0.0 {
-            nodes.stiffness[node] += plain * t.gather + per_row * (t.gather + t.turned);
-            nodes.scattered[node] += plain * t.scatter + per_row * (t.scatter + t.turned);
-        } else {
-            nodes.stiffness[node] += t.gather * stiffness;
-            nodes.scattered[node] += t.scatter * stiffness;
-        }
+    if loaded.tangential == 0.0 {
+        return moves;
     }
+    let (r, q) = (
+        loaded.radius,
+        (both[0] * both[0] + both[1] * both[1]).sqrt(),
+    );
+    loaded.stiffness.max(loaded.tangential) * moves + loaded.tangential * r * (r * turns + 2.0 * q)
 }
 
 /// Distributes the force on one slot, if there is one or a body is near enough to press. The stiffness is counted at
@@ -174,11 +174,11 @@ fn touch<const W: usize, S: Shape<W>, A: AffineState>(
         let gradients = turns.then(|| cloud.shape.gradients(a, place.d[a]));
         gradients.map_or([0.0; W], |g| g.map(|g| half * g.as_array()[k]))
     });
-    let first = continuum.touches.len();
     let loaded = Loaded {
         slot,
         stiffness,
         tangential,
+        radius: cloud.radius,
     };
     for j in 0..W {
         for i in 0..W {
@@ -207,17 +207,19 @@ fn touch<const W: usize, S: Shape<W>, A: AffineState>(
                     of_node[a] += couple * curl[a];
                 }
             }
+            let (tile, node) = of.split();
+            let nodes = &mut continuum.grid.contact[tile];
+            nodes.stiffness[node] += loaded.weight(gather, curl);
+            nodes.scattered[node] += loaded.weight(scatter, curl);
             continuum.touches.push(Touch {
                 at,
                 of,
                 gather,
                 scatter,
                 curl,
-                turned: Touch::turned_by(curl, cloud.radius),
             });
         }
     }
-    add_stiffness(&mut continuum.grid, &loaded, &continuum.touches[first..]);
     continuum.loaded.push(loaded);
     Ok(())
 }

@@ -136,13 +136,13 @@ pub fn touch_marker<const W: usize, S: Shape<W>, A: AffineState>(
             gather: share,
             scatter: share,
             curl: [0.0; 2],
-            turned: 0.0,
         });
     }
     continuum.loaded.push(Loaded {
         slot,
         stiffness,
         tangential: 0.0,
+        radius: 0.0,
     });
 }
 

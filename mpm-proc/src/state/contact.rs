@@ -15,19 +15,6 @@ pub struct Touch {
     pub scatter: f64,
     /// `(-dS_Ip/dy, dS_Ip/dx) / 2` in 1/m, through which it turns and gives couples; 0 where contact has no friction.
     pub curl: [f64; 2],
-    /// How much of this node a turn of the surface of the point takes part in: its radius times `|curl|`.
-    pub turned: f64,
-}
-
-impl Touch {
-    /// `radius |curl|` of a surface with this radius in m.
-    pub fn turned_by(curl: [f64; 2], radius: f64) -> f64 {
-        // Most points have no friction, and the length of a vector is slow.
-        if curl == [0.0; 2] {
-            return 0.0;
-        }
-        radius * curl[0].hypot(curl[1])
-    }
 }
 
 /// A point that a body presses on, or may press on in the next step.
@@ -39,6 +26,20 @@ pub struct Loaded {
     pub stiffness: f64,
     /// Tangential stiffness on the surface of the point in N/m.
     pub tangential: f64,
+    /// Of that surface in m.
+    pub radius: f64,
+}
+
+impl Loaded {
+    /// Its weight in N/m at a node with the share `along` of its motion, in the bound of the frequency of contact.
+    pub fn weight(&self, along: f64, curl: [f64; 2]) -> f64 {
+        if self.tangential == 0.0 {
+            return along * self.stiffness;
+        }
+        let turned = self.radius * (curl[0] * curl[0] + curl[1] * curl[1]).sqrt();
+        let moved = along * self.stiffness.max(self.tangential);
+        moved.max(0.5 * self.tangential * turned)
+    }
 }
 
 /// The contribution of contact to the largest squared frequency.

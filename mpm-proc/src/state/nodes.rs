@@ -112,9 +112,9 @@ impl WallContribution {
 pub struct ContactNodes {
     /// `f_I^cont` in N/m (eq. 47).
     pub force: [[f64; 2]; NODES],
-    /// `sum_p k_p S_Ip` in N/m per m.
+    /// `sum_p k_p S_Ip` in N/m per m, and more with friction (`Loaded::weight`).
     pub stiffness: [f64; NODES],
-    /// `sum_p k_p T_Ip` in N/m per m ([`crate::kernel::spread`]).
+    /// The same with `T_Ip` ([`crate::kernel::spread`]).
     pub scattered: [f64; NODES],
 }
 
