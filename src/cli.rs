@@ -601,9 +601,6 @@ pub struct ConformanceArgs {
     /// elastic, full.
     #[arg(long, value_name = "PROFILE")]
     pub require: Option<String>,
-    /// Clauses that may be broken until a date: a TOML file of clause, reason and day of expiry.
-    #[arg(long, value_name = "FILE")]
-    pub waivers: Option<PathBuf>,
     /// Largest number of steps granted at once.
     #[arg(long, value_name = "N", default_value_t = 64, value_parser = clap::value_parser!(u32).range(1..))]
     pub window: u32,
@@ -632,12 +629,6 @@ pub struct ConformanceArgs {
     /// Write the verdicts as JUnit XML.
     #[arg(long, value_name = "FILE")]
     pub junit: Option<PathBuf>,
-    /// Write the verdicts as a page for a browser.
-    #[arg(long, value_name = "FILE")]
-    pub html: Option<PathBuf>,
-    /// Write the verdict as a badge for a README: an SVG.
-    #[arg(long, value_name = "FILE")]
-    pub badge: Option<PathBuf>,
     /// Write the messages of every broken clause, one file for each.
     #[arg(long, value_name = "DIR")]
     pub trace: Option<PathBuf>,

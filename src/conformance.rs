@@ -6,9 +6,8 @@ use std::process::ExitCode;
 use std::time::Duration;
 
 use conformance::profile::{Profile, profiles};
-use conformance::report::{Paint, Rows, badge, html, json, junit, listing, summary, waiver};
-use conformance::waiver::Waivers;
-use conformance::{Examination, ExamineError, Options, RandomCases, clause, examine};
+use conformance::report::{Paint, json, junit, listing, row, summary};
+use conformance::{Examination, ExamineError, Judged, Options, RandomCases, examine};
 use conformance::{Start, Subject};
 use interface::files;
 use interface::message::control::Party;
@@ -36,11 +35,8 @@ pub fn judge(args: &ConformanceArgs) -> ExitCode {
         }
         return ExitCode::SUCCESS;
     }
-    let prepared = subject(args).and_then(|subject| {
-        let required = required(args, subject.party)?;
-        Ok((waivers(args, subject.party)?, required, subject))
-    });
-    let (waivers, required, subject) = match prepared {
+    let prepared = subject(args).and_then(|subject| Ok((required(args, subject.party)?, subject)));
+    let (required, subject) = match prepared {
         Ok(prepared) => prepared,
         Err(error) => return complain(&error, BAD_INPUT),
     };
@@ -57,27 +53,23 @@ pub fn judge(args: &ConformanceArgs) -> ExitCode {
             cases: args.cases,
             time: Duration::from_secs(args.time.into()),
             shrink: Duration::from_secs(args.shrink.into()),
+            ..RandomCases::default()
         },
     };
-    let mut rows = Rows::new(&waivers, Paint(colour));
-    let examination = match examine(&subject, &options, |judged| say(rows.row(judged))) {
+    let told = |judged: &Judged| say(row(judged, Paint(colour)));
+    let examination = match examine(&subject, &options, told) {
         Ok(examination) => examination,
         Err(error @ ExamineError::NoSuchClause { .. }) => {
             return complain(&error.to_string(), BAD_INPUT);
         }
         Err(error) => return complain(&error.to_string(), NOT_STARTED),
     };
-    say(format!(
-        "{}{}",
-        rows.common_causes(),
-        summary(&examination, &waivers)
-    ));
-    let mut broken = examination.broken(args.strict);
-    let kept = broken.all(|judged| waiver(judged, &waivers).is_some());
-    let kept = is_whole(&examination, required) && kept;
-    if let Err(error) = write(args, &examination, &waivers, kept) {
+    say(summary(&examination));
+    if let Err(error) = write(args, &examination) {
         return complain(&error, BAD_INPUT);
     }
+    let none_broken = examination.broken(args.strict).next().is_none();
+    let kept = is_whole(&examination, required) && none_broken;
     ExitCode::from(if kept { 0 } else { BROKEN })
 }
 
@@ -90,10 +82,7 @@ fn jobs() -> usize {
 
 /// Whether nothing of the core that counts was left out; says what was.
 fn is_whole(examination: &Examination, required: Option<&Profile>) -> bool {
-    let missing = match required {
-        Some(profile) => examination.missing(profile),
-        None => examination.unkept(),
-    };
+    let missing = examination.missing(required);
     for judged in &missing {
         let why = judged.reason().unwrap_or_default();
         say(format_args!("{} must be judged: {why}", judged.clause.id));
@@ -145,41 +134,15 @@ pub fn built_in(party: Party) -> Subject {
     }
 }
 
-fn waivers(args: &ConformanceArgs, party: Party) -> Result<Waivers, String> {
-    let Some(path) = &args.waivers else {
-        return Ok(Waivers::default());
-    };
-    let waivers = Waivers::read(path).map_err(|e| e.to_string())?;
-    let clauses = clause::of(party);
-    let unknown = waivers
-        .clauses()
-        .find(|id| !clauses.iter().any(|c| c.id == *id));
-    match unknown {
-        Some(id) => Err(format!("{}: there is no clause `{id}`", path.display())),
-        None => Ok(waivers),
-    }
-}
-
-fn write(
-    args: &ConformanceArgs,
-    examination: &Examination,
-    waivers: &Waivers,
-    kept: bool,
-) -> Result<(), String> {
+fn write(args: &ConformanceArgs, examination: &Examination) -> Result<(), String> {
     let put = |path: &Path, text: &str| {
         files::write_named(path, text).map_err(|e| format!("cannot write {}: {e}", path.display()))
     };
     if let Some(path) = &args.json {
-        put(path, &json(examination, waivers))?;
+        put(path, &json(examination))?;
     }
     if let Some(path) = &args.junit {
-        put(path, &junit(examination, waivers))?;
-    }
-    if let Some(path) = &args.html {
-        put(path, &html(examination, waivers, kept))?;
-    }
-    if let Some(path) = &args.badge {
-        put(path, &badge(examination, waivers, kept))?;
+        put(path, &junit(examination))?;
     }
     if let Some(dir) = &args.trace {
         std::fs::create_dir_all(dir)

@@ -308,6 +308,7 @@ fn an_incomplete_saved_state_breaks_only_that_clause() {
         let random = RandomCases {
             cases: 10_000,
             time: Duration::from_mins(30),
+            failures: 1,
             ..RandomCases::default()
         };
         let broken = broken(party, flaw, random);

@@ -66,6 +66,7 @@ fn options(only: Vec<String>) -> Options {
         random: RandomCases {
             cases: 60,
             shrink: Duration::ZERO,
+            failures: 1,
             ..RandomCases::default()
         },
         ..Options::default()
@@ -288,11 +289,12 @@ const LATE: &[(&str, u64)] = &[
     ("F-7/13", 64),
     ("F-7/17", 28),
     ("R-3/3", 71),
-    ("R-3e/3", 47),
+    ("R-3e/3", 17),
     ("L-2/2", 71),
-    ("I-7a", 21),
-    ("I-7a/2", 32),
+    ("I-7a", 48),
+    ("I-7a/2", 79),
     ("T-1a/12", 11),
+    ("N-1a/9", 63),
 ];
 
 /// Mutants of what random cases judge: the first difference that they show is of their clause. The seeds are few, so a
@@ -339,6 +341,7 @@ fn every_mutant_of_physics_is_found_by_its_clause(of: Of) {
             "T-1a" => &["F-1a", "R-3e", "R-5a", "I-2g", "I-6a", "N-1a"],
             "I-2g" => &["F-1a", "R-5a", "T-1a"],
             "D-1a" => &["R-3e", "R-5a"],
+            "R-5a" => &["R-5e"],
             "I-6a" => &["I-7a"],
             _ => &[],
         };
@@ -387,7 +390,7 @@ fn a_solver_of_each_profile_is_judged_by_its_core() {
             let examination = judge(&flawed(of, Flaw::none), Vec::new());
             let fitting = examination.profile().map(|fitting| fitting.name);
             assert_eq!(fitting, Some(profile.name));
-            let missing: Vec<_> = examination.missing(profile);
+            let missing: Vec<_> = examination.missing(Some(profile));
             let missing: Vec<_> = missing.iter().map(|judged| judged.clause.id).collect();
             assert_eq!(missing, [""; 0], "{}", profile.name);
             let failed: Vec<_> = examination.broken(true).map(|j| j.clause.id).collect();
@@ -412,11 +415,8 @@ fn a_solver_that_refuses_everything_does_not_pass() {
             })
         };
         let examination = judge(&flawed(Of::whole(party), refusing), Vec::new());
-        assert!(
-            examination.unkept().len() > 20,
-            "{}",
-            examination.unkept().len()
-        );
+        let missing = examination.missing(None).len();
+        assert!(missing > 20, "{missing}");
     }
 }
 

@@ -53,15 +53,12 @@ fn oracle(config: &MpmConfig, positions: &[[f64; 2]], side: f64) -> Reference {
             .map(|&x| RefPoint {
                 x,
                 v: config.groups[0].velocity,
-                b: [[0.0; 2]; 2],
-                stress: [0.0; 4],
                 ratio: 1.0,
                 mass: 1000.0 * volume,
                 volume,
-                unsettled: [0.0; 2],
-                spin: 0.0,
                 bulk: BULK,
                 shear: SHEAR,
+                ..RefPoint::default()
             })
             .collect(),
         kernels: [kernel; 2],
@@ -75,6 +72,7 @@ fn oracle(config: &MpmConfig, positions: &[[f64; 2]], side: f64) -> Reference {
         drift: config.drift(),
         wall_impulse: [0.0; 2],
         elastic: 0.0,
+        plastic: 0.0,
     }
 }
 

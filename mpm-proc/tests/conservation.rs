@@ -93,13 +93,12 @@ fn affine_transfers_conserve_angular_momentum() {
                     v: [random.between(-1.0, 1.0), random.between(-1.0, 1.0)],
                     b: [[0.0; 2]; 2].map(|r| r.map(|_: f64| random.between(-0.05, 0.05))),
                     stress: [1e3, -2e3, 0.0, 500.0],
-                    spin: 0.0,
                     ratio: 1.0,
                     mass: 1.0,
                     volume: 1e-3,
-                    unsettled: [0.0; 2],
                     bulk: 5e5,
                     shear: 3e5,
+                    ..RefPoint::default()
                 })
                 .collect(),
             kernels: [kernel; 2],
@@ -113,6 +112,7 @@ fn affine_transfers_conserve_angular_momentum() {
             drift: interface::config::Drift::Nodal,
             wall_impulse: [0.0; 2],
             elastic: 0.0,
+            plastic: 0.0,
         };
         let spin = |r: &Reference| -> f64 {
             r.points

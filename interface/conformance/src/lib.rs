@@ -50,7 +50,6 @@ pub mod replay;
 pub mod report;
 mod trace;
 mod verdict;
-pub mod waiver;
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Mutex;
@@ -159,25 +158,17 @@ impl Examination {
         profile::fitting(self.party, &self.capabilities)
     }
 
-    /// Clauses of the core of `profile` that the solver has got out of: by a refusal, or because it does not take what
-    /// they need. Such a solver is less than the profile.
-    pub fn missing(&self, profile: &Profile) -> Vec<&Judged> {
-        let core: Vec<&str> = profile.core().map(|clause| clause.id).collect();
-        let missing = |j: &&Judged| j.left_out() && core.contains(&j.clause.id);
-        self.judged.iter().filter(missing).collect()
-    }
-
-    /// The core that counts where none is asked for: that of the least profile of the side, and what the solver says in
-    /// Hello that it takes and then refuses.
-    pub fn unkept(&self) -> Vec<&Judged> {
-        let least = profile::profiles(self.party).next();
-        let core = least.into_iter().flat_map(Profile::core);
+    /// Clauses that count and that the solver has got out of, by a refusal or because it does not take what they need: those
+    /// of the core of a profile that is required; where none is, of the least one, and what it says in Hello that it takes.
+    pub fn missing(&self, required: Option<&Profile>) -> Vec<&Judged> {
+        let profile = required.or(profile::profiles(self.party).next());
+        let core = profile.into_iter().flat_map(Profile::core);
         let core: Vec<&str> = core.map(|clause| clause.id).collect();
-        let named = !self.capabilities.0.is_empty();
+        let named = required.is_none() && !self.capabilities.0.is_empty();
         let promised = |clause: &Clause| named && clause.lacks(&self.capabilities).is_empty();
         let counts = |clause: &Clause| core.contains(&clause.id) || promised(clause);
-        let unkept = |j: &&Judged| j.left_out() && counts(j.clause);
-        self.judged.iter().filter(unkept).collect()
+        let missing = |j: &&Judged| j.left_out() && counts(j.clause);
+        self.judged.iter().filter(missing).collect()
     }
 
     /// What is not judged: what clauses need that the solver does not take, and keys that it refused.
@@ -232,37 +223,6 @@ pub fn examine(
         whole: options.only.is_empty(),
         wall: start.elapsed(),
     })
-}
-
-/// What so many random cases show of a solver that this program serves in a thread: the clauses that do not pass, and how
-/// many numbers were compared. For the solver's own tests.
-///
-/// # Errors
-/// [`ExamineError`] when nothing can be judged.
-pub fn random_cases(subject: &Subject, cases: u64) -> Result<(Vec<String>, u64), ExamineError> {
-    let random = RandomCases {
-        cases,
-        time: Duration::MAX,
-        ..RandomCases::default()
-    };
-    let options = Options {
-        random,
-        ..Options::default()
-    };
-    let takes = greeting(subject, &options)?.capabilities;
-    let all = clause::of(subject.party).into_iter();
-    let clauses: Vec<_> = all.filter(|clause| clause.is_random()).collect();
-    let asked: Vec<_> = clauses.iter().map(|clause| clause.id).collect();
-    let campaign = random::campaign(subject, &options, &takes, &asked);
-    let unmet = |clause: &&Clause| match campaign.verdict(clause, &takes) {
-        Verdict::Pass { .. } => None,
-        verdict => Some(format!("{}: {verdict:#?}", clause.id)),
-    };
-    let found = match &campaign.failure {
-        Some(failure) => vec![format!("{}: {:#?}", failure.clause, failure.evidence)],
-        None => clauses.iter().filter_map(unmet).collect(),
-    };
-    Ok((found, campaign.numbers()))
 }
 
 /// Tests clauses of a table whose first one is `first`, several at the same time; calls `tell` with the verdicts in order.
@@ -369,27 +329,18 @@ fn judge_at_random(
         .find(|j| j.failed() && ROOTS.contains(&j.clause.id));
     let mut campaign = random::Campaign::default();
     if root.is_none() {
-        let asked: Vec<&str> = clauses.iter().map(|clause| clause.id).collect();
-        campaign = random::campaign(subject, options, takes, &asked);
+        campaign = random::campaign(subject, options, takes, clauses);
     }
-    let failure = campaign.failure.as_ref();
-    let judged = clauses.iter().map(|&clause| {
-        let own = failure.filter(|failure| failure.clause == clause.id);
-        let by = root
-            .map(|root| root.clause.id)
-            .or(failure.map(|failure| failure.clause));
-        let verdict = match (own, by) {
-            (Some(failure), _) => Verdict::Fail(failure.evidence.clone()),
-            (None, Some(by)) => Verdict::Blocked { by },
-            (None, None) => campaign.verdict(clause, takes),
-        };
-        Judged {
-            clause,
-            verdict,
-            wall: start.elapsed(),
-            trace: Trace::default(),
-            case: own.map(|failure| (failure.seed, failure.case.clone())),
-        }
+    let case = |failure: &random::Failure| (failure.seed, failure.case.clone());
+    let judged = clauses.iter().map(|&clause| Judged {
+        clause,
+        verdict: match root {
+            Some(root) => Verdict::Blocked { by: root.clause.id },
+            None => campaign.verdict(clause, takes),
+        },
+        wall: start.elapsed(),
+        trace: Trace::default(),
+        case: campaign.failure(clause).map(case),
     });
     judged.collect()
 }

@@ -45,6 +45,8 @@ pub struct RandomCases {
     pub time: Duration,
     /// Time to make a case that fails smaller, at most.
     pub shrink: Duration,
+    /// So many clauses may be found broken before the search ends.
+    pub failures: usize,
 }
 
 impl Default for RandomCases {
@@ -54,6 +56,7 @@ impl Default for RandomCases {
             cases: 1000,
             time: Duration::from_secs(10),
             shrink: Duration::from_secs(10),
+            failures: usize::MAX,
         }
     }
 }

@@ -3,9 +3,9 @@
 use std::fmt::Write as _;
 use std::time::Duration;
 
-use interface::message::wire::StepHeader;
-use interface::transport::raw::{Kind, Message, Payload};
+use interface::transport::raw::{Message, Payload};
 use serde::Serialize;
+use serde_json::{Value, json};
 
 /// Direction of a message.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
@@ -17,26 +17,10 @@ pub enum Direction {
     FromSolver,
 }
 
-/// The messages of one clause, if they are wanted.
+/// The messages of one clause, if they are wanted: each the header with its kind and way, which of the clause's runs it is
+/// of, from 1, the time since the clause began in s, the records or the control message decoded, and the latter's bytes.
 #[derive(Debug, Clone, Default)]
-pub struct Trace(Option<Vec<Line>>);
-
-#[derive(Debug, Clone, Serialize)]
-struct Line {
-    /// Which of the clause's runs, from 1.
-    run: u32,
-    /// Time since the clause began in s.
-    time: f64,
-    way: Direction,
-    kind: Kind,
-    #[serde(flatten)]
-    header: StepHeader,
-    /// The records or the control message, decoded.
-    decoded: String,
-    /// The bytes of a control message.
-    #[serde(skip_serializing_if = "String::is_empty")]
-    bytes: String,
-}
+pub struct Trace(Option<Vec<Value>>);
 
 impl Trace {
     /// Of no messages yet; it keeps those to come or not.
@@ -49,23 +33,23 @@ impl Trace {
         let Some(lines) = &mut self.0 else {
             return;
         };
+        let mut line = json!(message.header);
+        line["run"] = run.into();
+        line["time"] = time.as_secs_f64().into();
+        line["way"] = json!(direction);
+        line["kind"] = json!(message.kind());
         let (decoded, bytes) = decoded(message);
-        lines.push(Line {
-            run,
-            time: time.as_secs_f64(),
-            way: direction,
-            kind: message.kind(),
-            header: message.header,
-            decoded,
-            bytes,
-        });
+        line["decoded"] = decoded.into();
+        if !bytes.is_empty() {
+            line["bytes"] = bytes.into();
+        }
+        lines.push(line);
     }
 
     /// One JSON object a line; nothing if nothing was kept.
     pub fn lines(&self) -> String {
         let mut text = String::new();
         for line in self.0.iter().flatten() {
-            let line = serde_json::to_string(line).expect("a line has string keys only");
             let _ = writeln!(text, "{line}");
         }
         text

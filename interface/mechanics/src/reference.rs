@@ -58,8 +58,8 @@ impl Kernel {
     }
 }
 
-/// A point of linear elastic material.
-#[derive(Debug, Clone, Copy)]
+/// A point of linear elastic or von Mises' material.
+#[derive(Debug, Clone, Copy, Default)]
 pub struct RefPoint {
     /// Position in m.
     pub x: [f64; 2],
@@ -83,6 +83,12 @@ pub struct RefPoint {
     pub bulk: f64,
     /// Shear modulus in Pa.
     pub shear: f64,
+    /// Yield stress and hardening modulus of von Mises' material in Pa; `None`: elastic.
+    pub yields: Option<[f64; 2]>,
+    /// Equivalent plastic strain.
+    pub plastic_strain: f64,
+    /// Dissipated by plastic flow in J/m.
+    pub lost: f64,
 }
 
 impl RefPoint {
@@ -129,6 +135,8 @@ pub struct Reference {
     pub wall_impulse: [f64; 2],
     /// Elastic energy of the points at `t_n` of the last step, in J/m.
     pub elastic: f64,
+    /// Dissipated by plastic flow up to then, in J/m.
+    pub plastic: f64,
 }
 
 const RIM: i64 = 3;
@@ -278,6 +286,7 @@ impl Reference {
         }
         self.strain(&nodes, &before, first * dt_before, 0.5);
         self.elastic = self.points.iter().map(RefPoint::stored).sum();
+        self.plastic = self.points.iter().map(|p| p.lost).sum();
         let mut after = vec![[0.0; 2]; nodes.len()];
         for (n, node) in nodes.iter().enumerate() {
             let mut f = [0.0; 2];
@@ -636,7 +645,8 @@ impl Reference {
         }
     }
 
-    /// Hencky's elasticity with matrices and their eigenvectors: `b <- f b f^T`, `eps = ln(b)/2`.
+    /// Hencky's elasticity with matrices and their eigenvectors: `b <- f b f^T`, `eps = ln(b)/2`. Then a radial return of the
+    /// Cauchy stress.
     fn stress(&mut self, i: usize, l: nalgebra::Matrix2<f64>) {
         use nalgebra::Matrix3;
         let p = &mut self.points[i];
@@ -655,6 +665,20 @@ impl Reference {
         let volumetric = one * strain.trace();
         let new = volumetric * p.bulk + (strain - volumetric / 3.0) * (2.0 * p.shear);
         p.ratio *= f.determinant();
-        p.stress = [new[(0, 0)], new[(1, 1)], new[(2, 2)], new[(0, 1)]].map(|s| s / p.ratio);
+        let mut new = new / p.ratio;
+        if let Some([strength, hardening]) = p.yields {
+            let mean = one * (new.trace() / 3.0);
+            let deviator = new - mean;
+            let q = (1.5 * deviator.norm_squared()).sqrt();
+            let stiff = 3.0 * p.shear / p.ratio;
+            let beyond = q - strength - hardening * p.plastic_strain;
+            if beyond > 0.0 {
+                let flow = beyond / (stiff + hardening);
+                new = mean + deviator * (1.0 - stiff * flow / q);
+                p.plastic_strain += flow;
+                p.lost += (q - stiff * flow) * flow * p.ratio * p.volume;
+            }
+        }
+        p.stress = [new[(0, 0)], new[(1, 1)], new[(2, 2)], new[(0, 1)]];
     }
 }

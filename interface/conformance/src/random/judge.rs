@@ -30,7 +30,7 @@ pub struct Compared {
 /// Compares numbers of one step.
 pub struct Judge<'a> {
     /// The clauses that are asked for.
-    pub asked: &'a [&'a str],
+    pub asked: &'a [&'static str],
     /// By clause.
     pub compared: BTreeMap<&'static str, Compared>,
     /// The step.
@@ -44,7 +44,7 @@ pub type Result = std::result::Result<(), Box<Difference>>;
 
 impl<'a> Judge<'a> {
     /// Of a case that is to begin.
-    pub fn new(asked: &'a [&'a str]) -> Self {
+    pub fn new(asked: &'a [&'static str]) -> Self {
         Self {
             asked,
             compared: BTreeMap::new(),

@@ -52,18 +52,27 @@ pub struct Campaign {
     refused: (u64, Option<Unmet>),
     /// What was compared, by clause.
     compared: BTreeMap<&'static str, Compared>,
-    /// The failure of the least seed.
-    pub failure: Option<Failure>,
+    /// The failures, in the order in which they were found: of each clause the one of the least seed.
+    failures: Vec<Failure>,
+    /// What is not judged any more, and because of what.
+    blocked: BTreeMap<&'static str, &'static str>,
 }
 
 impl Campaign {
-    /// How many numbers were compared.
-    pub fn numbers(&self) -> u64 {
-        self.compared.values().map(|compared| compared.count).sum()
+    /// The failure of a clause.
+    pub fn failure(&self, clause: &Clause) -> Option<&Failure> {
+        let mut failures = self.failures.iter();
+        failures.find(|failure| failure.clause == clause.id)
     }
 
-    /// What is said of a clause where nothing failed.
+    /// What is said of a clause.
     pub fn verdict(&self, clause: &Clause, takes: &Capabilities) -> Verdict {
+        if let Some(failure) = self.failure(clause) {
+            return Verdict::Fail(failure.evidence.clone());
+        }
+        if let Some(by) = self.blocked.get(clause.id) {
+            return Verdict::Blocked { by };
+        }
         let compared = self.compared.get(clause.id).copied();
         let Compared { count, largest } = compared.unwrap_or_default();
         let lacks = clause.lacks(takes);
@@ -82,159 +91,236 @@ impl Campaign {
     }
 }
 
-/// Runs random cases until one breaks one of the clauses that are asked for.
+/// Runs random cases that judge these clauses.
 pub fn campaign(
     subject: &Subject,
     options: &Options,
     takes: &Capabilities,
-    asked: &[&str],
+    clauses: &[&'static Clause],
 ) -> Campaign {
+    let search = Search {
+        subject,
+        options,
+        takes: takes.clone(),
+        open: clauses.to_vec(),
+        seed: options.random.seed,
+        time: options.random.time,
+        narrowed: None,
+        campaign: Campaign::default(),
+    };
     match subject.party {
-        Party::Mpm => campaign_of::<continuum::Case>(subject, options, takes, asked),
-        _ => campaign_of::<bodies::Case>(subject, options, takes, asked),
+        Party::Mpm => search.all::<continuum::Case>(),
+        _ => search.all::<bodies::Case>(),
     }
 }
 
-fn campaign_of<C: Case>(
-    subject: &Subject,
-    options: &Options,
-    takes: &Capabilities,
-    asked: &[&str],
-) -> Campaign {
-    let (start, plan) = (Instant::now(), options.random);
-    // Cases from this one on are not run.
-    let (next, end) = (AtomicU64::new(0), AtomicU64::new(plan.cases));
-    let found = Mutex::new((Campaign::default(), None::<(u64, C, Difference)>));
-    let bench = || Bench::new(subject.clone(), options, takes);
-    let worker = || {
-        loop {
-            let k = next.fetch_add(1, Ordering::Relaxed);
-            if k >= end.load(Ordering::Relaxed) || start.elapsed() >= plan.time {
-                return;
-            }
-            let seed = plan.seed + k;
-            let Some(case) = of_seed::<C>(seed, takes) else {
-                continue;
-            };
-            let mut judge = Judge::new(asked);
-            let in_all_ways = k % IN_ALL_WAYS == 0;
-            let run = if in_all_ways { run_in_all_ways } else { run };
-            let outcome = run(&bench(), &case, &mut judge);
-            let (campaign, failing) = &mut *found.lock().expect("no panic holds it");
-            campaign.cases += 1;
-            for (clause, one) in judge.compared {
-                let sum = campaign.compared.entry(clause).or_default();
-                sum.count += one.count;
-                sum.largest = sum.largest.max(one.largest);
-            }
-            match outcome {
-                Ok(()) | Err(Stop::Doubtful) => {}
-                Err(Stop::Unmet(refusal)) => {
-                    campaign.refused = (campaign.refused.0 + 1, Some(refusal));
-                    if campaign.refused.0 > REFUSED && campaign.refused.0 == campaign.cases {
-                        // It takes nothing.
-                        end.store(0, Ordering::Relaxed);
-                    }
-                }
-                Err(Stop::Differs(difference)) => {
-                    end.fetch_min(k, Ordering::Relaxed);
-                    if failing.as_ref().is_none_or(|(least, ..)| seed < *least) {
-                        *failing = Some((seed, case, *difference));
-                    }
-                }
-            }
-        }
-    };
-    std::thread::scope(|scope| {
-        for _ in 0..options.jobs.max(1) {
-            scope.spawn(worker);
-        }
-    });
-    let (mut campaign, failing) = found.into_inner().expect("no panic holds it");
-    campaign.failure = failing.map(|(seed, case, difference)| {
-        let (case, difference) = smallest(bench, asked, plan.shrink, case, difference);
-        let clause = difference.clause;
-        let mut story = shrink::story(&case);
-        story.push(format!("again: --only {clause} --seed {seed} --cases 1"));
-        Failure {
-            seed,
-            case: serde_json::to_string_pretty(&case).expect("a case has string keys only"),
-            clause,
-            evidence: Evidence {
-                step: Some(difference.step.into()),
-                expected: difference.expected,
-                got: difference.got,
-                story,
-            },
-        }
-    });
-    campaign
-}
-
-/// The case of a seed, as far as it can be run.
-fn of_seed<C: Case>(seed: u64, takes: &Capabilities) -> Option<C> {
-    let mut case = C::of_seed(seed, takes);
-    let steps = case.possible();
-    let epochs = case.epochs();
-    [*epochs, _] = plan::parts(epochs, steps);
-    (steps > 0).then_some(case)
-}
-
-/// Leaves out of a failing case what can be left out, while it breaks the same clause.
-fn smallest<C: Case>(
-    bench: impl Fn() -> Bench,
-    asked: &[&str],
+/// Where the search for broken clauses is.
+struct Search<'a> {
+    subject: &'a Subject,
+    options: &'a Options,
+    takes: Capabilities,
+    /// The clauses that are still judged.
+    open: Vec<&'static Clause>,
+    /// Of the next case.
+    seed: u64,
+    /// That is left.
     time: Duration,
-    mut case: C,
-    mut difference: Difference,
-) -> (C, Difference) {
-    let start = Instant::now();
-    let fails = |case: &C, asked: &[&str]| {
-        let steps = plan::steps(case.clone().epochs());
-        if case.possible() < steps || steps == 0 {
-            return None;
-        }
-        match run_in_all_ways(&bench(), case, &mut Judge::new(asked)) {
-            Err(Stop::Differs(other)) => Some(*other),
-            _ => None,
-        }
-    };
-    let mut fresh = case.clone();
-    for epoch in fresh.epochs() {
-        epoch.resumed = false;
-    }
-    if asked.contains(&"K-4a") && fresh != case && fails(&fresh, asked).is_none() {
-        difference.clause = "K-4a";
-        return (case, difference);
-    }
-    // Measured in every step, the first difference is nearest to its cause: wrong motions and forces make everything else
-    // wrong, and not the other way round.
-    let measured = |case: &C| case.with(plan::measured(case.clone().epochs()));
-    let causes = C::CAUSES.iter().copied();
-    let (all, mut asked) = (asked.to_vec(), asked.to_vec());
-    let causes: Vec<&str> = causes.filter(|id| asked.contains(id)).collect();
-    for (nearer, causes) in [
-        (measured(&shrink::unpushed(&case)), &causes),
-        (measured(&case), &causes),
-        (case.clone(), &causes),
-        (measured(&case), &all),
-    ] {
-        if let Some(cause) = fails(&nearer, causes) {
-            (case, difference, asked) = (nearer, cause, causes.clone());
-            break;
-        }
-    }
-    let mut smaller = shrink::smaller(&case, difference.step);
-    let (mut next, mut tried) = (0, 0);
-    while start.elapsed() < time && tried < smaller.len() {
-        let other = &smaller[next % smaller.len()];
-        match fails(other, &asked) {
-            Some(differs) if differs.clause == difference.clause => {
-                (case, difference, tried) = (other.clone(), differs, 0);
-                smaller = shrink::smaller(&case, difference.step);
+    /// The clause that is broken in cases of more than what is taken now, and the seed that has shown it.
+    narrowed: Option<(&'static str, u64)>,
+    campaign: Campaign,
+}
+
+/// A case that fails, with its seed.
+type Failing<C> = Option<(u64, C, Difference)>;
+
+impl Search<'_> {
+    /// Where a clause is broken, those that do not rest on it are judged on, from the case on that has shown it.
+    fn all<C: Case>(mut self) -> Campaign {
+        while self.campaign.failures.len() < self.options.random.failures {
+            let Some((seed, case, difference)) = self.first::<C>() else {
+                break;
+            };
+            self.seed = seed;
+            let (case, difference) = self.smallest(case, difference);
+            let broken = difference.clause;
+            let mut again = format!("again: --only {broken} --seed {seed} --cases 1");
+            if let Some((cause, first)) = self.narrowed {
+                let cases = seed - first + 1;
+                again = format!("again: --only {cause},{broken} --seed {first} --cases {cases}");
             }
-            _ => (next, tried) = (next + 1, tried + 1),
+            let narrower = C::narrower(broken, &self.takes);
+            self.narrowed = self.narrowed.or(narrower.as_ref().map(|_| (broken, seed)));
+            self.leave_out(broken, narrower);
+            if self.campaign.failures.iter().any(|f| f.clause == broken) {
+                continue;
+            }
+            let mut story = shrink::story(&case);
+            story.push(again);
+            self.campaign.failures.push(Failure {
+                seed,
+                case: serde_json::to_string_pretty(&case).expect("a case has string keys only"),
+                clause: broken,
+                evidence: Evidence {
+                    step: Some(difference.step.into()),
+                    expected: difference.expected,
+                    got: difference.got,
+                    story,
+                },
+            });
         }
+        self.campaign
     }
-    (case, difference)
+
+    /// What rests on a broken clause is blocked; where cases of less hardly show its breach, what needs more.
+    fn leave_out(&mut self, broken: &'static str, narrower: Option<Capabilities>) {
+        let mut out = Vec::new();
+        match narrower {
+            Some(fewer) => {
+                let lost =
+                    |c: &&Clause| !c.lacks(&fewer).is_empty() && c.lacks(&self.takes).is_empty();
+                out.extend(
+                    self.open
+                        .iter()
+                        .copied()
+                        .filter(lost)
+                        .map(|clause| clause.id),
+                );
+                self.takes = fewer;
+            }
+            None => out.push(broken),
+        }
+        self.open.retain(|clause| {
+            if !out.contains(&clause.id) && clause.after.iter().any(|id| out.contains(id)) {
+                out.push(clause.id);
+            }
+            !out.contains(&clause.id)
+        });
+        let blocked = out.into_iter().filter(|id| *id != broken);
+        self.campaign.blocked.extend(blocked.map(|id| (id, broken)));
+    }
+
+    fn asked(&self) -> Vec<&'static str> {
+        self.open.iter().map(|clause| clause.id).collect()
+    }
+
+    fn bench(&self) -> Bench {
+        Bench::new(self.subject.clone(), self.options, &self.takes)
+    }
+
+    /// Runs cases until one breaks a clause that is judged: that of the least seed.
+    fn first<C: Case>(&mut self) -> Failing<C> {
+        let (start, plan, asked) = (Instant::now(), self.options.random, self.asked());
+        // Cases from `end` on are not run.
+        let end = AtomicU64::new(plan.seed.saturating_add(plan.cases));
+        let next = AtomicU64::new(self.seed);
+        let found = Mutex::new((std::mem::take(&mut self.campaign), Failing::<C>::None));
+        let worker = || {
+            loop {
+                let seed = next.fetch_add(1, Ordering::Relaxed);
+                if seed >= end.load(Ordering::Relaxed) || start.elapsed() >= self.time {
+                    return;
+                }
+                let case = C::of_seed(seed, &self.takes);
+                if !case.is_possible() {
+                    continue;
+                }
+                let mut judge = Judge::new(&asked);
+                let in_all_ways = (seed - plan.seed).is_multiple_of(IN_ALL_WAYS);
+                let run = if in_all_ways { run_in_all_ways } else { run };
+                let outcome = run(&self.bench(), &case, &mut judge);
+                let (campaign, failing) = &mut *found.lock().expect("no panic holds it");
+                campaign.cases += 1;
+                for (clause, one) in judge.compared {
+                    let sum = campaign.compared.entry(clause).or_default();
+                    sum.count += one.count;
+                    sum.largest = sum.largest.max(one.largest);
+                }
+                match outcome {
+                    Ok(()) | Err(Stop::Doubtful) => {}
+                    Err(Stop::Unmet(refusal)) => {
+                        campaign.refused = (campaign.refused.0 + 1, Some(refusal));
+                        if campaign.refused.0 > REFUSED && campaign.refused.0 == campaign.cases {
+                            // It takes nothing.
+                            end.store(0, Ordering::Relaxed);
+                        }
+                    }
+                    Err(Stop::Differs(difference)) => {
+                        end.fetch_min(seed, Ordering::Relaxed);
+                        if failing.as_ref().is_none_or(|(least, ..)| seed < *least) {
+                            *failing = Some((seed, case, *difference));
+                        }
+                    }
+                }
+            }
+        };
+        std::thread::scope(|scope| {
+            for _ in 0..self.options.jobs.max(1) {
+                scope.spawn(worker);
+            }
+        });
+        let (campaign, failing) = found.into_inner().expect("no panic holds it");
+        self.campaign = campaign;
+        self.time = self.time.saturating_sub(start.elapsed());
+        failing
+    }
+
+    /// Leaves out of a failing case what can be left out, while it breaks the same clause.
+    fn smallest<C: Case>(&self, mut case: C, mut difference: Difference) -> (C, Difference) {
+        let (start, time, asked) = (Instant::now(), self.options.random.shrink, self.asked());
+        let fails = |case: &C, asked: &[&'static str]| {
+            let steps = plan::steps(case.clone().epochs());
+            if steps == 0 || !case.is_possible() {
+                return None;
+            }
+            match run_in_all_ways(&self.bench(), case, &mut Judge::new(asked)) {
+                Err(Stop::Differs(other)) => Some(*other),
+                _ => None,
+            }
+        };
+        let mut fresh = case.clone();
+        for epoch in fresh.epochs() {
+            epoch.resumed = false;
+        }
+        if asked.contains(&"K-4a") && fresh != case {
+            match fails(&fresh, &asked) {
+                None => {
+                    difference.clause = "K-4a";
+                    return (case, difference);
+                }
+                Some(saved) if saved.clause == "K-4a" => (case, difference) = (fresh, saved),
+                Some(_) => {}
+            }
+        }
+        // Measured in every step, the first difference is nearest to its cause: wrong motions and forces make everything else
+        // wrong, and not the other way round.
+        let measured = |case: &C| case.with(plan::measured(case.clone().epochs()));
+        let causes = C::CAUSES.iter().copied();
+        let (all, mut asked) = (asked.clone(), asked);
+        let causes: Vec<&str> = causes.filter(|id| asked.contains(id)).collect();
+        for (nearer, causes) in [
+            (measured(&shrink::unpushed(&case)), &causes),
+            (measured(&case), &causes),
+            (case.clone(), &causes),
+            (measured(&case), &all),
+        ] {
+            let cause = (!causes.is_empty()).then(|| fails(&nearer, causes));
+            if let Some(cause) = cause.flatten() {
+                (case, difference, asked) = (nearer, cause, causes.clone());
+                break;
+            }
+        }
+        let mut smaller = shrink::smaller(&case, difference.step);
+        let (mut next, mut tried) = (0, 0);
+        while start.elapsed() < time && tried < smaller.len() {
+            let other = &smaller[next % smaller.len()];
+            match fails(other, &asked) {
+                Some(differs) if differs.clause == difference.clause => {
+                    (case, difference, tried) = (other.clone(), differs, 0);
+                    smaller = shrink::smaller(&case, difference.step);
+                }
+                _ => (next, tried) = (next + 1, tried + 1),
+            }
+        }
+        (case, difference)
+    }
 }

@@ -22,8 +22,8 @@ pub trait Case: Clone + PartialEq + Serialize + DeserializeOwned + Send {
     fn of_seed(seed: u64, takes: &Capabilities) -> Self;
     /// Its steps.
     fn epochs(&mut self) -> &mut Vec<Epoch>;
-    /// The number of steps that can be run; all, if it is a case that a coupled run may have.
-    fn possible(&self) -> u32;
+    /// Whether it is a case that a coupled run may begin.
+    fn is_possible(&self) -> bool;
     /// What the solver gets.
     fn order(&self) -> Configure;
     /// A run that is ready.
@@ -38,6 +38,10 @@ pub trait Case: Clone + PartialEq + Serialize + DeserializeOwned + Send {
     ) -> Result<(), Stop>;
     /// The end of the run, after all steps.
     fn end(&self, run: Run, stand: Self::Stand, judge: &mut Judge) -> Result<(), Stop>;
+    /// What a solver takes less some of it, if in cases of the rest it may keep a clause that it has broken.
+    fn narrower(_broken: &str, _takes: &Capabilities) -> Option<Capabilities> {
+        None
+    }
     /// The same from a later step on, as if it were the first, where that can be.
     fn later(&self, _first: u32) -> Option<Self> {
         None
@@ -95,9 +99,13 @@ impl From<Box<Difference>> for Stop {
 pub fn run<C: Case>(bench: &Bench, case: &C, judge: &mut Judge) -> Result<(), Stop> {
     match steps(bench, &mut case.clone(), judge) {
         Err(Stop::Doubtful) => Ok(()),
-        // A missing answer is told as a breach of the first of the causes.
+        // A missing answer is told as a breach of the first of the causes that are asked for.
         Err(Stop::Unmet(Unmet::Broken(evidence))) => Err(Stop::Differs(Box::new(Difference {
-            clause: C::CAUSES[0],
+            clause: C::CAUSES
+                .iter()
+                .chain(judge.asked)
+                .find(|id| judge.asked.contains(id))
+                .unwrap_or(&C::CAUSES[0]),
             step: judge.step,
             expected: evidence.expected,
             got: evidence.got,

@@ -14,11 +14,11 @@ use interface::config::capability::Capabilities;
 use interface::message::control::{Configure, Failure, Notice, Order, Party};
 use interface::message::wire::{Grant, flags};
 use interface::recording::{End, Playback};
-use interface::transport::raw::{ChannelError, Kind, Message, Payload};
-use thiserror::Error;
+use interface::transport::raw::{Kind, Message, Payload};
 
 pub use compare::Comparison;
-use script::{Script, ScriptError};
+pub use script::ReplayError;
+use script::Script;
 
 use crate::bench::{Bench, Session, Subject};
 
@@ -48,33 +48,6 @@ pub struct Options {
     pub set: Vec<String>,
 }
 
-/// A recording could not be replayed.
-#[derive(Debug, Error)]
-pub enum ReplayError {
-    /// The recording cannot be read, is not of such a run, or inconsistent.
-    #[error(transparent)]
-    Script(#[from] ScriptError),
-    /// A value for the configuration has no place in it.
-    #[error("--set {0}")]
-    Override(String),
-    /// The solver could not be started.
-    #[error("cannot start the {0} solver: {1}")]
-    Start(Party, String),
-    /// The channels do not work.
-    #[error(transparent)]
-    Channel(#[from] ChannelError),
-    /// The solver ended, failed or fell silent, and had not when it was recorded.
-    #[error("the {party} solver at step {step}: {how}")]
-    Solver {
-        /// Its side.
-        party: Party,
-        /// First step that was not replayed.
-        step: u64,
-        /// What it did.
-        how: String,
-    },
-}
-
 /// Why the play is over before the recorded session is closed.
 enum Stop {
     /// The recording has no more of what comes next.
@@ -98,7 +71,7 @@ impl<E: Into<ReplayError>> From<E> for Stop {
 /// [`ReplayError`].
 pub fn replay(path: &Path, subject: &Subject, options: &Options) -> Result<Outcome, ReplayError> {
     // All of it is read once before anything is started.
-    let end = Playback::verify(path).map_err(ScriptError::from)?;
+    let end = Playback::verify(path)?;
     let party = subject.party;
     let script = Script::open(path, party)?;
     let (how, none) = (crate::Options::default(), Capabilities::default());
@@ -153,7 +126,7 @@ impl Replay<'_> {
                 Payload::Grant(grants) => {
                     let [grant] = grants[..] else {
                         let several = "a message of several grants".into();
-                        return Err(ScriptError::Senseless(several).into());
+                        return Err(ReplayError::Senseless(several).into());
                     };
                     // The states that the run saved are not needed.
                     let unsaved = Grant {
@@ -164,7 +137,7 @@ impl Replay<'_> {
                     self.send(&unsaved)?;
                     self.window(&grant)?;
                 }
-                _ => match message.as_order().map_err(ScriptError::Senseless)? {
+                _ => match message.as_order().map_err(ReplayError::Senseless)? {
                     Order::Configure(order) => self.configure(order)?,
                     Order::Drain => {
                         self.send(&message)?;
@@ -195,7 +168,7 @@ impl Replay<'_> {
         }
         self.coupled = order.coupled;
         let deadline = order.longest_wait();
-        let absurd = || ScriptError::Senseless(format!("a deadline of {} s", order.deadline));
+        let absurd = || ReplayError::Senseless(format!("a deadline of {} s", order.deadline));
         let deadline = deadline.ok_or_else(absurd)?;
         // The run began with the state of another one.
         let mut more = order.restore;
@@ -339,7 +312,7 @@ impl Replay<'_> {
         let recorded = self
             .recorded(Kind::Notice)?
             .as_notice()
-            .map_err(ScriptError::Senseless)?;
+            .map_err(ReplayError::Senseless)?;
         match (&recorded, &replayed) {
             (Notice::Ready(then), Notice::Ready(now)) => self.comparison.ready(then, now),
             (then, now) if then == now => {}

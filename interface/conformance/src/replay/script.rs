@@ -5,13 +5,13 @@ use std::path::Path;
 
 use interface::message::control::Party;
 use interface::recording::{Playback, RecordingError};
-use interface::transport::raw::{Kind, Message, Payload};
+use interface::transport::raw::{ChannelError, Kind, Message, Payload};
 use thiserror::Error;
 
-/// A recording that is not of such a run.
+/// A recording could not be replayed.
 #[derive(Debug, Error)]
-pub enum ScriptError {
-    /// It cannot be read.
+pub enum ReplayError {
+    /// The recording cannot be read.
     #[error(transparent)]
     Recording(#[from] RecordingError),
     /// The solver is not in it.
@@ -20,6 +20,25 @@ pub enum ScriptError {
     /// A message is not what its channel carries, or comes in an impossible order.
     #[error("the recording is inconsistent: {0}")]
     Senseless(String),
+    /// A value for the configuration has no place in it.
+    #[error("--set {0}")]
+    Override(String),
+    /// The solver could not be started.
+    #[error("cannot start the {0} solver: {1}")]
+    Start(Party, String),
+    /// The channels do not work.
+    #[error(transparent)]
+    Channel(#[from] ChannelError),
+    /// The solver ended, failed or fell silent, and had not when it was recorded.
+    #[error("the {party} solver at step {step}: {how}")]
+    Solver {
+        /// Its side.
+        party: Party,
+        /// First step that was not replayed.
+        step: u64,
+        /// What it did.
+        how: String,
+    },
 }
 
 /// The part of a recording that one solver has in it, read as far as it is asked for.
@@ -34,7 +53,7 @@ pub(super) struct Script {
 
 impl Script {
     /// Of `party`'s part in the recording.
-    pub(super) fn open(path: &Path, party: Party) -> Result<Self, ScriptError> {
+    pub(super) fn open(path: &Path, party: Party) -> Result<Self, ReplayError> {
         let mut script = Self {
             playback: Playback::open(path)?,
             party,
@@ -43,32 +62,32 @@ impl Script {
         };
         while script.lead.is_empty() {
             if !script.read()? {
-                return Err(ScriptError::Absent(party));
+                return Err(ReplayError::Absent(party));
             }
         }
         Ok(script)
     }
 
     /// The next order or grant.
-    pub(super) fn lead(&mut self) -> Result<Option<Message>, ScriptError> {
+    pub(super) fn lead(&mut self) -> Result<Option<Message>, ReplayError> {
         while self.lead.is_empty() && self.read()? {}
         Ok(self.lead.pop_front())
     }
 
     /// The next message of another kind.
-    pub(super) fn next(&mut self, kind: Kind) -> Result<Option<Message>, ScriptError> {
+    pub(super) fn next(&mut self, kind: Kind) -> Result<Option<Message>, ReplayError> {
         self.peek(kind)?;
         Ok(self.others.get_mut(&kind).and_then(VecDeque::pop_front))
     }
 
     /// The same, which stays the next.
-    pub(super) fn peek(&mut self, kind: Kind) -> Result<Option<&Message>, ScriptError> {
+    pub(super) fn peek(&mut self, kind: Kind) -> Result<Option<&Message>, ReplayError> {
         while self.others.get(&kind).is_none_or(VecDeque::is_empty) && self.read()? {}
         Ok(self.others.get(&kind).and_then(VecDeque::front))
     }
 
     /// Reads one message of the solver's channels; false at the end.
-    fn read(&mut self) -> Result<bool, ScriptError> {
+    fn read(&mut self) -> Result<bool, ReplayError> {
         while let Some(recorded) = self.playback.message()? {
             let channel = recorded.channel;
             if !channel.is_of(self.party) {
@@ -76,7 +95,7 @@ impl Script {
             }
             let kind = channel.kind;
             let payload = Payload::read(kind, &recorded.payload).ok_or_else(|| {
-                ScriptError::Senseless(format!("a part of a record on {}", channel.name()))
+                ReplayError::Senseless(format!("a part of a record on {}", channel.name()))
             })?;
             let message = Message {
                 header: recorded.header,

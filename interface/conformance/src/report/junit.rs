@@ -2,17 +2,15 @@
 
 use quick_xml::escape::escape;
 
-use super::waiver;
 use crate::verdict::Verdict;
-use crate::waiver::Waivers;
 use crate::{Examination, Judged};
 
-/// The examination as a test suite: a clause is a test case, what is not applicable, blocked or waived is skipped.
-pub fn junit(examination: &Examination, waivers: &Waivers) -> String {
+/// The examination as a test suite: a clause is a test case, what is not applicable or blocked is skipped.
+pub fn junit(examination: &Examination) -> String {
     let judged = &examination.judged;
-    let skipped = |j: &&Judged| why_skipped(j, waivers).is_some();
-    let failures = judged.iter().filter(|j| j.failed() && !skipped(j)).count();
-    let cases: String = judged.iter().map(|j| case(j, waivers)).collect();
+    let skipped = |j: &&Judged| why_skipped(j).is_some();
+    let failures = judged.iter().filter(|j| j.failed()).count();
+    let cases: String = judged.iter().map(case).collect();
     format!(
         "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<testsuite name=\"tandem conformance {}\" tests=\"{}\" \
          failures=\"{failures}\" skipped=\"{}\" time=\"{:.3}\">\n{cases}</testsuite>\n",
@@ -23,9 +21,9 @@ pub fn junit(examination: &Examination, waivers: &Waivers) -> String {
     )
 }
 
-fn case(judged: &Judged, waivers: &Waivers) -> String {
+fn case(judged: &Judged) -> String {
     let clause = judged.clause;
-    let inner = match (why_skipped(judged, waivers), &judged.verdict) {
+    let inner = match (why_skipped(judged), &judged.verdict) {
         (Some(reason), _) => format!("<skipped message=\"{}\"/>", escape(&reason)),
         (None, Verdict::Fail(evidence)) => {
             let said = evidence.to_string();
@@ -45,10 +43,10 @@ fn case(judged: &Judged, waivers: &Waivers) -> String {
     )
 }
 
-fn why_skipped(judged: &Judged, waivers: &Waivers) -> Option<String> {
+fn why_skipped(judged: &Judged) -> Option<String> {
     match &judged.verdict {
         Verdict::NotApplicable { reason, .. } => Some(reason.clone()),
         Verdict::Blocked { by } => Some(format!("blocked by {by}")),
-        _ => waiver(judged, waivers).map(|reason| format!("waived: {reason}")),
+        _ => None,
     }
 }

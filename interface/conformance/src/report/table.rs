@@ -1,14 +1,11 @@
 //! The result for people: one row a clause, its evidence below it where it is broken.
 
 use core::fmt::Write as _;
-use std::collections::BTreeMap;
-
 use interface::message::control::Party;
 
-use super::{count, shown, waiver};
+use super::{count, shown};
 use crate::clause::{Clause, common, not_checked, of, own};
 use crate::verdict::Verdict;
-use crate::waiver::Waivers;
 use crate::{Examination, Judged};
 
 /// Whether words are coloured.
@@ -30,97 +27,46 @@ impl Paint {
     }
 }
 
-/// Shows one row for each clause. A clause that fails because another one failed is listed once.
-pub struct Rows<'a> {
-    waivers: &'a Waivers,
-    paint: Paint,
-    /// What has failed, by what was got, with how often more.
-    causes: BTreeMap<String, (&'static str, usize)>,
-}
-
-/// What was got, without its numbers: two failures with the same are taken for one cause.
-fn cause(got: &str) -> String {
-    got.chars().filter(|c| !c.is_ascii_digit()).collect()
-}
-
-impl<'a> Rows<'a> {
-    /// None yet.
-    pub fn new(waivers: &'a Waivers, paint: Paint) -> Self {
-        Self {
-            waivers,
-            paint,
-            causes: BTreeMap::new(),
-        }
+/// The row of a clause, without a newline at its end; its evidence below it where it is broken.
+pub fn row(judged: &Judged, paint: Paint) -> String {
+    let clause = judged.clause;
+    let (word, said) = shown(judged);
+    let colour = match word {
+        "pass" => GREEN,
+        "FAIL" => RED,
+        "n/a" => GREY,
+        _ => YELLOW,
+    };
+    let word = paint.word(&format!("{word:<7}"), colour);
+    let mut text = format!(
+        "  {:<6} {:<6} {word} {}",
+        clause.id, clause.level, clause.title
+    );
+    let mut lines = Vec::new();
+    if !said.is_empty() {
+        lines.push(paint.word(&said, GREY));
     }
-
-    /// The row of a clause, without a newline at its end; its evidence below it where it is broken.
-    pub fn row(&mut self, judged: &Judged) -> String {
-        let clause = judged.clause;
-        let waived = waiver(judged, self.waivers);
-        let (word, said) = shown(judged, self.waivers);
-        let colour = match word {
-            "pass" => GREEN,
-            "FAIL" => RED,
-            "n/a" => GREY,
-            _ => YELLOW,
-        };
-        let word = self.paint.word(&format!("{word:<7}"), colour);
-        let mut text = format!(
-            "  {:<6} {:<6} {word} {}",
-            clause.id, clause.level, clause.title
-        );
-        if !said.is_empty() {
-            let _ = write!(text, "\n{:24}{}", "", self.paint.word(&said, GREY));
-        }
-        let Verdict::Fail(evidence) = &judged.verdict else {
-            return text;
-        };
-        if let Some((first, more)) = self.causes.get_mut(&cause(&evidence.got)) {
-            *more += 1;
-            let _ = write!(text, "\n{:24}as {first}", "");
-            return text;
-        }
-        self.causes.insert(cause(&evidence.got), (clause.id, 0));
-        let mut lines: Vec<String> = evidence
-            .step
-            .map(|n| format!("step      {n}"))
-            .into_iter()
-            .collect();
+    if let Verdict::Fail(evidence) = &judged.verdict {
+        lines.extend(evidence.step.map(|n| format!("step      {n}")));
         lines.push(format!("expected  {}", evidence.expected));
         lines.push(format!("got       {}", evidence.got));
         lines.extend(evidence.story.iter().cloned());
-        lines.extend(waived.map(|reason| format!("waived    {reason}")));
-        for line in lines {
-            let _ = write!(text, "\n{:24}{line}", "");
-        }
-        text
     }
-
-    /// Which failures have one cause, a line each.
-    pub fn common_causes(&self) -> String {
-        let mut several: Vec<_> = self
-            .causes
-            .iter()
-            .filter(|(_, (_, more))| *more > 0)
-            .collect();
-        several.sort_by_key(|(_, (_, more))| core::cmp::Reverse(*more));
-        let line = |(got, (first, more)): (&String, &(&str, usize))| {
-            format!("{first} fails, and {more} more of the same cause: {got}\n")
-        };
-        several.into_iter().map(line).collect()
+    for line in lines {
+        let _ = write!(text, "\n{:24}{line}", "");
     }
+    text
 }
 
 /// The last lines: how many of each, what it was judged as, and what was not judged.
-pub fn summary(examination: &Examination, waivers: &Waivers) -> String {
-    let count = |word| count(examination, waivers, word);
+pub fn summary(examination: &Examination) -> String {
+    let count = |word| count(examination, word);
     let (passed, wall) = (count("pass"), examination.wall.as_secs_f64());
     let text = format!(
-        "{} `{}`: {passed} pass, {} fail, {} waived, {} not applicable, {} blocked, in {wall:.1} s",
+        "{} `{}`: {passed} pass, {} fail, {} not applicable, {} blocked, in {wall:.1} s",
         examination.party,
         examination.identity,
         count("FAIL"),
-        count("waived"),
         count("n/a"),
         count("blocked"),
     );

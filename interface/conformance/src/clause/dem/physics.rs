@@ -14,45 +14,6 @@ pub const CLAUSES: &[Clause] = clauses! {
             }
         });
         - "has half the moment of inertia": Flaw::body(|body| body.inertia *= 0.5);
-    Must "T-1" "bodies move by the leapfrog, as their motion and what touches them say";
-        - "takes half the granted step": Flaw::grant(|grant| { grant.dt *= 0.5; grant.dt_before_epoch *= 0.5; });
-        - "begins with a whole kick":
-            Flaw::grant(|grant| { if grant.first == 0 { grant.dt_before_epoch = grant.dt; } });
-        - "begins every window with half a kick": Flaw::grant(|grant| {
-            if grant.steps_in_epoch > 0 {
-                grant.epoch_start += grant.dt * grant.steps_in_epoch as f64;
-                grant.steps_in_epoch = 0;
-                grant.dt_before_epoch = 0.0;
-            }
-        });
-        - "keeps the first step length": {
-            let mut first = 0.0;
-            Flaw::grant(move |grant| {
-                if grant.dt > 0.0 {
-                    first = if first > 0.0 { first } else { grant.dt };
-                    grant.dt = first;
-                }
-            })
-        };
-        - "kicks by the step before": Flaw::grant(|grant| {
-            if grant.dt > 0.0 && grant.dt_before_epoch > 0.0 && grant.steps_in_epoch == 0 {
-                let twice = 2.0 * grant.dt_before_epoch - grant.dt;
-                grant.dt_before_epoch = twice.max(0.0);
-            }
-        });
-        - "closes without a kick": Flaw::grant(|grant| { if grant.dt == 0.0 { grant.dt_before_epoch = 0.0; } });
-        - "moves in the opening step":
-            Flaw::grant(|grant| { if grant.first == 0 && grant.dt == 0.0 { grant.dt = 1e-4; } });
-        - "lets fixed bodies fall": change::frees(|motion| matches!(motion, Motion::Fixed));
-        - "lets driven bodies fall":
-            change::frees(|motion| matches!(motion, Motion::Driven));
-        - "lets guided bodies move freely":
-            change::frees(|motion| matches!(motion, Motion::Guided { .. }));
-        - "ignores the external force":
-            change::frees(|motion| matches!(motion, Motion::Pushed { .. }));
-        - "does not turn bodies":
-            change::body(|body| body.angle = 0.0);
-        - "turns too slowly": Flaw::body(|body| body.spin *= 0.99);
     Must "F-8" "without overlap the force is exactly 0";
         - "pushes before contact": Flaw::force(|f| f.force[1] += if f.stiffness > 0.0 { 1e-30 } else { 0.0 });
     Must "F-7" "the force on a point is that of the law, for the positions of this step";
@@ -126,11 +87,50 @@ pub const CLAUSES: &[Clause] = clauses! {
         - "keeps springs by slot": without_contacts().with(Flaw::set(|_, set| (0..).zip(set).for_each(|(slot, info)| info.id = slot)));
     Must "F-5" "stiffness is above 0 where there is a force";
         - "gives no stiffness to a point that is pushed": change::stiffness(|force| force.force != [0.0; 2]);
-    Must "F-6" "stiffness is that of all contacts within reach";
+    Must "F-6" "stiffness is that of all contacts within reach", after: &["F-7"];
         - "gives no stiffness to a point that is not yet pushed": change::stiffness(|force| force.force == [0.0; 2]);
         - "counts half the stiffness": Flaw::force(|f| f.stiffness *= 0.5);
         - "counts half the tangential stiffness": Flaw::force(|f| f.tangential *= 0.5);
-    Must "F-9" "travel bounds the displacement of every surface", needs: &["motion:free"];
+    Must "T-1" "bodies move by the leapfrog, as their motion and what touches them say", after: &["J-1", "F-7"];
+        - "takes half the granted step": Flaw::grant(|grant| { grant.dt *= 0.5; grant.dt_before_epoch *= 0.5; });
+        - "begins with a whole kick":
+            Flaw::grant(|grant| { if grant.first == 0 { grant.dt_before_epoch = grant.dt; } });
+        - "begins every window with half a kick": Flaw::grant(|grant| {
+            if grant.steps_in_epoch > 0 {
+                grant.epoch_start += grant.dt * grant.steps_in_epoch as f64;
+                grant.steps_in_epoch = 0;
+                grant.dt_before_epoch = 0.0;
+            }
+        });
+        - "keeps the first step length": {
+            let mut first = 0.0;
+            Flaw::grant(move |grant| {
+                if grant.dt > 0.0 {
+                    first = if first > 0.0 { first } else { grant.dt };
+                    grant.dt = first;
+                }
+            })
+        };
+        - "kicks by the step before": Flaw::grant(|grant| {
+            if grant.dt > 0.0 && grant.dt_before_epoch > 0.0 && grant.steps_in_epoch == 0 {
+                let twice = 2.0 * grant.dt_before_epoch - grant.dt;
+                grant.dt_before_epoch = twice.max(0.0);
+            }
+        });
+        - "closes without a kick": Flaw::grant(|grant| { if grant.dt == 0.0 { grant.dt_before_epoch = 0.0; } });
+        - "moves in the opening step":
+            Flaw::grant(|grant| { if grant.first == 0 && grant.dt == 0.0 { grant.dt = 1e-4; } });
+        - "lets fixed bodies fall": change::frees(|motion| matches!(motion, Motion::Fixed));
+        - "lets driven bodies fall":
+            change::frees(|motion| matches!(motion, Motion::Driven));
+        - "lets guided bodies move freely":
+            change::frees(|motion| matches!(motion, Motion::Guided { .. }));
+        - "ignores the external force":
+            change::frees(|motion| matches!(motion, Motion::Pushed { .. }));
+        - "does not turn bodies":
+            change::body(|body| body.angle = 0.0);
+        - "turns too slowly": Flaw::body(|body| body.spin *= 0.99);
+    Must "F-9" "travel bounds the displacement of every surface", needs: &["motion:free"], after: &["T-1"];
         - "reports half its travel": Flaw::forces(|header, _| header.travel *= 0.5);
     Must "E-1" "answers a request with outlines of that step";
         - "sends outlines of the next step": Flaw::envelopes(|header, _| header.step += 1);
@@ -138,19 +138,19 @@ pub const CLAUSES: &[Clause] = clauses! {
         - "numbers forces by the next step": Flaw::forces(|header, _| header.step += 1);
     Must "F-3" "forces carry generation and number of the set";
         - "does not say which set forces belong to": Flaw::forces(|header, _| header.set = 0);
-    Must "E-4" "envelopes hold the bodies, in their order, each with one reach";
+    Must "E-4" "envelopes hold the bodies, in their order, each with one reach", after: &["T-1"];
         - "sends bodies in another order": Flaw::envelopes(|_, vertices| vertices.reverse());
         - "sends outlines without the sphero-radius": Flaw::vertex(|v| v.reach *= 0.5);
-    Must "R-3" "forces, torques and contacts of each body are those of what touches it";
+    Must "R-3" "forces, torques and contacts of each body are those of what touches it", after: &["F-7"];
         - "counts one contact too many": Flaw::body(|body| body.contacts += 1);
         - "reverses torques": Flaw::body(|body| body.point_torque *= -1.0);
         - "leaves out the bodies' contact with one another": Flaw::body(|body| body.body_force = [0.0; 2]);
-    Must "L-2" "limits bound frequencies, damping and speed of the next step", needs: &["motion:free"];
+    Must "L-2" "limits bound frequencies, damping and speed of the next step", needs: &["motion:free"], after: &["T-1"];
         - "reports half its contact frequency": change::limits(|l| l.contact_omega_sq *= 0.5);
         - "forgets contact between bodies in its limits": change::limits(|l| l.omega_sq = 0.0);
         - "reports half its speed": change::limits(|l| l.speed *= 0.5);
         - "does not report damping": change::limits(|l| l.damping = 0.0);
-    Must "N-1" "every entry of the ledger is what section 9 says";
+    Must "N-1" "every entry of the ledger is what section 9 says", after: &["T-1"];
         - "leaves out the energy in springs": change::ledger(|l| l.contact = 0.0);
         - "counts half of the energy dissipated by sliding": change::ledger(|l| l.friction_work *= 0.5);
         - "counts half of the energy dissipated by dashpots": change::ledger(|l| l.viscous_work *= 0.5);
@@ -164,7 +164,7 @@ pub const CLAUSES: &[Clause] = clauses! {
         - "leaves out its angular momentum": change::ledger(|l| l.angular_momentum = 0.0);
         - "counts the moment of gravity twice": change::ledger(|l| l.applied_moment *= 2.0);
         - "leaves out the moment of the points": change::ledger(|l| l.contact_moment = 0.0);
-    Must "R-6" "a frame has every contact, with its force and its place", needs: &[CONTACTS];
+    Must "R-6" "a frame has every contact, with its force and its place", needs: &[CONTACTS], after: &["F-7"];
         - "leaves out the last contact":
             Flaw::contacts(|header, contacts| { contacts.pop(); header.count = contacts.len() as u64; });
         - "gives the force on the point": Flaw::contact(|contact| contact.force = contact.force.map(|f| -f));

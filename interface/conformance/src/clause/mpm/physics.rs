@@ -1,5 +1,6 @@
 //! Sections 3 to 9: what a continuum does and says, judged by random cases beside the oracle ([`crate::random`]).
 
+use interface::config::capability::PLASTIC_STRAIN;
 use interface::config::{MaterialModel, MpmConfig, ShapeFunction, StressUpdate, Transfer, Walls};
 use interface::transport::raw::Payload;
 
@@ -19,20 +20,7 @@ pub const CLAUSES: &[Clause] = clauses! {
         - "exchanges the ids of two points":
             Flaw::set(|_, set| { if let [a, b, ..] = &mut set[..] { std::mem::swap(&mut a.id, &mut b.id); } });
         - "reports too large masses": Flaw::info(|info| info.mass *= 1.5);
-    Must "I-7a" "the set has all points within reach, radius and skin, all inside a body, and those of groups that touch";
-        - "uses half of the reach of a segment": Flaw::envelopes(|_, vertices| {
-            let bodies: Vec<u64> = vertices.iter().map(|v| v.body).collect();
-            for vertex in vertices {
-                if bodies.iter().filter(|body| **body == vertex.body).count() == 2 {
-                    vertex.reach *= 0.5;
-                }
-            }
-        });
-        - "looks for points near bodies only": of_config(|config| config.group_pairs.clear());
-    Must "I-6a" "asks for envelopes before points and bodies have used up the skin";
-        - "lets points use up more than the skin": lazy();
-        - "does not look how far bodies have moved": Flaw::forces(|header, _| header.travel = 0.0);
-    Must "T-1a" "points move by the leapfrog, as their materials, transfer, shape function and walls say";
+    Must "T-1a" "points move by the leapfrog, as their materials, transfer, shape function and walls say", after: &["I-2g"];
         - "drifts": Flaw::states(|header, states| {
             for state in states {
                 state.position[0] += 1e-11 * header.step as f64;
@@ -90,7 +78,7 @@ pub const CLAUSES: &[Clause] = clauses! {
         });
         - "has no walls": of_config(|config| config.walls = Walls::default());
         - "does not fall": of_config(|config| config.gravity = [0.0; 2]);
-    Must "F-1a" "a force acts in its step, once, at the position of its point";
+    Must "F-1a" "a force acts in its step, once, at the position of its point", after: &["T-1a"];
         - "applies forces one step late": change::after_others(|before, now| now.copy_from_slice(before));
         - "keeps a tenth of a force for the next step": change::after_others(|before, now| {
             for (now, before) in now.iter_mut().zip(before) {
@@ -114,7 +102,20 @@ pub const CLAUSES: &[Clause] = clauses! {
                 change::scale(forces, 1.001);
             }
         });
-    Must "L-2a" "limits bound the frequency of contact and the speed, and have the smallest radius";
+    Must "I-7a" "the set has all points within reach, radius and skin, all inside a body, and those of groups that touch", after: &["F-1a"];
+        - "uses half of the reach of a segment": Flaw::envelopes(|_, vertices| {
+            let bodies: Vec<u64> = vertices.iter().map(|v| v.body).collect();
+            for vertex in vertices {
+                if bodies.iter().filter(|body| **body == vertex.body).count() == 2 {
+                    vertex.reach *= 0.5;
+                }
+            }
+        });
+        - "looks for points near bodies only": of_config(|config| config.group_pairs.clear());
+    Must "I-6a" "asks for envelopes before points and bodies have used up the skin", after: &["F-1a"];
+        - "lets points use up more than the skin": lazy();
+        - "does not look how far bodies have moved": Flaw::forces(|header, _| header.travel = 0.0);
+    Must "L-2a" "limits bound the frequency of contact and the speed, and have the smallest radius", after: &["F-1a"];
         - "halves what contact adds": change::limits(|limits| limits.contact_omega_sq *= 0.5);
         - "leaves the surface of points out of the frequency of contact": Flaw::force(|f| f.tangential *= 1e-3);
         - "keeps the last contact frequency": {
@@ -130,13 +131,13 @@ pub const CLAUSES: &[Clause] = clauses! {
         - "reports twice its radius": change::limits(|limits| limits.radius_min *= 2.0);
     Must "R-1b" "a report counts points, IMPs and sets";
         - "counts one IMP too many": Flaw::report(|report| report.imps += 1);
-    Must "R-3e" "mass, motion, extent and contacts of a group are those of its points";
+    Must "R-3e" "mass, motion, extent and contacts of a group are those of its points", after: &["F-1a"];
         - "sends its groups in reverse order": Flaw::groups(|_, groups| groups.reverse());
         - "includes the boxes of points in the extent":
             Flaw::group(|group| group.lower = group.lower.map(|x| x - 0.0125));
         - "ends the extent of loaded points where it begins": Flaw::group(|group| group.loaded_upper = group.loaded_lower);
         - "counts points that are near as contacts": Flaw::group(|group| group.contacts = group.contacts.max(1));
-    Must "N-1a" "every entry of the ledger is what section 9 says";
+    Must "N-1a" "every entry of the ledger is what section 9 says", after: &["F-1a"];
         - "adds to the measured energy":
             change::measured(|report| { if report.next > 2 { report.ledger.kinetic *= 1.0 + 1e-9; } });
         - "adds to the impulse of gravity": change::ledger(|ledger| ledger.applied_impulse[1] *= 1.0 + 1e-6);
@@ -149,11 +150,21 @@ pub const CLAUSES: &[Clause] = clauses! {
         - "adds to the angular momentum": change::ledger(|ledger| ledger.angular_momentum *= 1.0 + 1e-6);
         - "adds to the moment of gravity": change::ledger(|ledger| ledger.applied_moment *= 1.0 + 1e-6);
         - "adds to the moment of contact": change::ledger(|ledger| ledger.contact_moment *= 1.0 + 1e-6);
-    Must "R-5a" "with FRAME all points, as they are before the window, before the report";
+    Must "R-5a" "with FRAME all points, as they are before the window, before the report", after: &["F-1a"];
         - "reports all points as of the first group": Flaw::point(|point| point.group = 0);
         - "reports plastic strain of an elastic material": Flaw::point(|point| point.plastic_strain = 1e-3);
         - "reverses shear stress": Flaw::point(|point| point.stress[3] *= -1.0);
-    Must "D-1a" "all points at the end, in order of their ids, of the next step";
+    Must "R-5e" "the plastic strain of von Mises' material is the equivalent one",
+        needs: &[PLASTIC_STRAIN, "material:von_mises"], after: &["F-1a"];
+        - "reports the plastic shear strain": Flaw::point(|point| point.plastic_strain *= 3.0_f32.sqrt());
+        - "has half the hardening": of_config(|config| {
+            for material in &mut config.materials {
+                if let MaterialModel::VonMises { hardening_modulus, .. } = &mut material.model {
+                    *hardening_modulus *= 0.5;
+                }
+            }
+        });
+    Must "D-1a" "all points at the end, in order of their ids, of the next step", after: &["F-1a"];
         - "sends its points in reverse order": Flaw::points(|_, points| points.reverse());
         - "leaves the step out of the final header": Flaw::points(|header, _| header.step = 0);
         - "leaves out the last half kick":

@@ -1,12 +1,11 @@
 //! Which cases can be run: what no coupled run would do is left out, since no clause says what a solver does there.
 
 use interface::Vec2;
-use interface::step::Clock;
 use mechanics::outline::nearest;
 
 use super::case::Case;
 use super::law::{Law, Pair};
-use super::oracle::{Oracle, Who};
+use super::oracle::{Expected, Oracle, Vec3, Who};
 
 /// Most by which a point moves towards or along what it touches in a step, as a share of its radius; a run allows half.
 const MOVES: f64 = 0.45;
@@ -17,57 +16,30 @@ const DEEP_BODIES: f64 = 0.3;
 /// Most by which a body turns in a step, in rad.
 const TURNS: f64 = 0.3;
 
-/// The number of steps of a case that can be run; all, if it is one.
-pub fn steps(case: &Case) -> u32 {
-    if !case.config.faults().is_empty() {
-        return 0;
-    }
-    let mut oracle = Oracle::new(&case.config);
-    let mut clock = Clock::new(0.0);
-    let mut step = 0;
-    let mut before: Option<Vec<Vec2>> = None;
-    for epoch in &case.epochs {
-        clock.begin_epoch(epoch.dt);
-        for _ in 0..epoch.windows.iter().sum() {
-            let now = case.positions(step, &oracle);
-            let dt = clock.step(true).dt_before;
-            let states = case.states(step, &now, before.as_deref().map(|before| (before, dt)));
-            let set = case.set(step);
-            let passes = before
-                .as_deref()
-                .is_some_and(|before| passes(case, &oracle, &now, before));
-            let poses: Vec<_> = oracle.bodies.iter().map(|b| b.pose).collect();
-            let expected = oracle.step(&clock.step(true), &set, &states);
-            let too_deep = expected.touches.iter().any(|touch| match touch.who {
-                Who::Point(id, ..) => touch.overlap > DEEP * radius(case, id),
-                Who::Points(p, q) => touch.overlap > 0.5 * radius(case, p).min(radius(case, q)),
-                Who::Bodies(i, _, j, _) => {
-                    let both =
-                        case.config.bodies[i].sphero_radius + case.config.bodies[j].sphero_radius;
-                    touch.overlap > DEEP_BODIES * both || touch.moved > 0.2 * both
-                }
-            });
-            // Points that keep near a body move with it, so only what bodies do to one another is left.
-            let radii = case.points.iter().map(|p| p.info.radius);
-            let most = MOVES * radii.fold(f64::INFINITY, f64::min);
-            let moves = oracle.bodies.iter().zip(&poses);
-            let too_far = moves.map(|(b, pose)| b.pose - pose).any(|moved| {
-                let finite = moved.norm().is_finite();
-                !finite || moved.z.abs() > TURNS || moved.xy().norm() > most
-            });
-            if too_deep || too_far || passes {
-                return step;
-            }
-            before = Some(now);
-            step += 1;
-            clock.advance_by(1);
+/// Whether a coupled run may have a step, in which the bodies have moved from these `poses`.
+pub fn is_sound(case: &Case, oracle: &Oracle, poses: &[Vec3], expected: &Expected) -> bool {
+    let bodies = &case.config.bodies;
+    let too_deep = expected.touches.iter().any(|touch| match touch.who {
+        Who::Point(id, ..) => touch.overlap > DEEP * radius(case, id),
+        Who::Points(p, q) => touch.overlap > 0.5 * radius(case, p).min(radius(case, q)),
+        Who::Bodies(i, _, j, _) => {
+            let both = bodies[i].sphero_radius + bodies[j].sphero_radius;
+            touch.overlap > DEEP_BODIES * both || touch.moved > 0.2 * both
         }
-    }
-    step
+    });
+    // Points that keep near a body move with it, so only what bodies do to one another is left.
+    let radii = case.points.iter().map(|p| p.info.radius);
+    let most = MOVES * radii.fold(f64::INFINITY, f64::min);
+    let moves = oracle.bodies.iter().zip(poses);
+    let too_far = moves.map(|(b, pose)| b.pose - pose).any(|moved| {
+        let finite = moved.norm().is_finite();
+        !finite || moved.z.abs() > TURNS || moved.xy().norm() > most
+    });
+    !too_deep && !too_far
 }
 
 /// Whether a point passes a body that it is near by more than it may, from `before` to `now` (m).
-fn passes(case: &Case, oracle: &Oracle, now: &[Vec2], before: &[Vec2]) -> bool {
+pub fn passes(case: &Case, oracle: &Oracle, now: &[Vec2], before: &[Vec2]) -> bool {
     let walkers = case.points.iter().zip(now).zip(before);
     walkers.into_iter().any(|((point, now), before)| {
         oracle.bodies.iter().any(|body| {

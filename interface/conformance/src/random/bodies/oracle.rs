@@ -17,7 +17,7 @@ use super::law::{History, Law, Motion, Pair};
 pub const BLUR: f64 = 1e-8;
 
 /// Along x and y, and about the centre of mass.
-type Vec3 = Vector3<f64>;
+pub type Vec3 = Vector3<f64>;
 
 /// A body at `t_n`, with the velocities of `t_{n-1/2}`.
 #[derive(Debug, Clone)]

@@ -76,6 +76,13 @@ fn stepped(
     if step == 0 || play.imps() != set {
         play.set(&set);
     }
+    let passes = before.is_some_and(|before| admit::passes(case, &stand.oracle, &now, before));
+    let poses: Vec<_> = stand.oracle.bodies.iter().map(|body| body.pose).collect();
+    let expected = stand.oracle.step(&granted, &set, &states);
+    let sound = !passes && admit::is_sound(case, &stand.oracle, &poses, &expected);
+    if !sound || expected.doubtful.is_some() {
+        return Err(Stop::Doubtful);
+    }
     let own = play.header();
     let answer = play.answer(&states)?;
     let header = answer.header;
@@ -87,10 +94,6 @@ fn stepped(
     let forces = answer.forces.iter();
     let numbers = forces.flat_map(|f| [f.force[0], f.force[1], f.stiffness]);
     judge.keep(numbers.chain([answer.header.travel]));
-    let expected = stand.oracle.step(&granted, &set, &states);
-    if expected.doubtful.is_some() {
-        return Err(Stop::Doubtful);
-    }
     stand.before = Some(now);
     stand.step += 1;
     let moves = granted.dt_before > 0.0;
@@ -114,8 +117,8 @@ impl run::Case for Case {
         &mut self.epochs
     }
 
-    fn possible(&self) -> u32 {
-        admit::steps(self)
+    fn is_possible(&self) -> bool {
+        self.config.faults().is_empty()
     }
 
     fn order(&self) -> Configure {
@@ -177,6 +180,14 @@ impl run::Case for Case {
     fn end(&self, run: Run, _: Stand, _: &mut Judge) -> Result<(), Stop> {
         run.closed()?.end(Duration::from_millis(500));
         Ok(())
+    }
+
+    /// Forces on bodies that nothing moves can be judged although those that move do so wrongly.
+    fn narrower(broken: &str, takes: &Capabilities) -> Option<Capabilities> {
+        let mut fewer = takes.clone();
+        fewer.0.retain(|name| !name.starts_with("motion:"));
+        fewer.0.push("motion:fixed".into());
+        (broken == "T-1" && takes.meets("motion:free")).then_some(fewer)
     }
 
     fn later(&self, first: u32) -> Option<Self> {

@@ -4,8 +4,8 @@
 use fastrand::Rng;
 use interface::config::capability::{Capabilities, LAYERS, PAIRS};
 use interface::config::{
-    Drift, Fill, GroupConfig, InitialFields, MaterialConfig, MpmConfig, ShapeFunction, Spacing,
-    StressUpdate, Transfer, Wall, Walls,
+    Drift, Fill, GroupConfig, InitialFields, MaterialConfig, MaterialModel, MpmConfig,
+    ShapeFunction, Spacing, StressUpdate, Transfer, Wall, Walls,
 };
 
 use super::super::dice::{Dice, decades};
@@ -64,8 +64,17 @@ impl Dice<'_, Scale> {
         } else {
             self.walls()
         };
-        let materials = (0..count).map(|_| self.material(alone)).collect();
-        let groups = self.groups(count, spacing, layers && !pairs, transfer.is_affine());
+        let materials: Vec<_> = (0..count).map(|_| self.material(alone)).collect();
+        let mut groups = self.groups(count, spacing, layers && !pairs, transfer.is_affine());
+        for group in &mut groups {
+            // A stress beyond the yield surface is none that a run begins with.
+            if matches!(
+                materials[group.material].model,
+                MaterialModel::VonMises { .. }
+            ) {
+                group.fields.stress = None;
+            }
+        }
         let domain = self.domain(&groups, &walls);
         let most = 1e-3 * self.scale.wave / self.dt;
         let gravity = self.perhaps(|dice| dice.vector(most));
@@ -189,7 +198,16 @@ impl Dice<'_, Scale> {
         let density = self.about(self.scale.density);
         let shear_modulus = density * self.scale.wave * self.scale.wave * self.between(0.3, 1.0)
             / (ratio + 4.0 / 3.0);
-        scene::material(density, [ratio * shear_modulus, shear_modulus])
+        let mut material = scene::material(density, [ratio * shear_modulus, shear_modulus]);
+        if self.takes.has("material:von_mises") && !alone && self.rarely() {
+            material.model = MaterialModel::VonMises {
+                bulk_modulus: ratio * shear_modulus,
+                shear_modulus,
+                yield_stress: self.between(1e-3, 2e-2) * shear_modulus,
+                hardening_modulus: self.between(0.0, 1.0) * shear_modulus,
+            };
+        }
+        material
     }
 
     /// Groups side by side, or on one another where they are `apart`: on layers and without contact.

@@ -49,13 +49,19 @@ pub struct Expected {
     pub groups: Vec<GroupState>,
 }
 
-/// Bulk modulus and shear modulus of a material in Pa.
-fn moduli(model: &MaterialModel) -> Option<[f64; 2]> {
+/// Bulk and shear modulus of a material, and yield stress and hardening modulus if it yields, in Pa.
+fn moduli(model: &MaterialModel) -> Option<([f64; 2], Option<[f64; 2]>)> {
     match *model {
         MaterialModel::LinearElastic {
-            bulk_modulus,
-            shear_modulus,
-        } => Some([bulk_modulus, shear_modulus]),
+            bulk_modulus: bulk,
+            shear_modulus: shear,
+        } => Some(([bulk, shear], None)),
+        MaterialModel::VonMises {
+            bulk_modulus: bulk,
+            shear_modulus: shear,
+            yield_stress: strength,
+            hardening_modulus: hardening,
+        } => Some(([bulk, shear], Some([strength, hardening]))),
         _ => None,
     }
 }
@@ -104,13 +110,14 @@ impl Oracle {
             drift: c.drift(),
             wall_impulse: [0.0; 2],
             elastic: 0.0,
+            plastic: 0.0,
         };
         let (mut layers, mut points, mut wave) = (Vec::new(), Vec::new(), 0.0_f64);
         let mut filled = Vec::new();
         for (g, group) in c.groups.iter().enumerate() {
             let region = fill(group, c.cell, "").ok()?;
             let material = c.materials.get(group.material)?;
-            let [bulk, shear] = moduli(&material.model)?;
+            let ([bulk, shear], yields) = moduli(&material.model)?;
             wave = wave.max(((bulk + 4.0 / 3.0 * shear) / material.density).sqrt());
             if g == 0 || c.layers {
                 layers.push(empty.clone());
@@ -123,15 +130,14 @@ impl Oracle {
                 layer.points.push(RefPoint {
                     x,
                     v: [0, 1].map(|a| group.velocity[a] + more[a]),
-                    b: [[0.0; 2]; 2],
                     stress: field(group.fields.stress.as_ref(), x)?,
                     ratio: 1.0,
                     mass: material.density * region.box_area(),
                     volume: region.box_area(),
-                    unsettled: [0.0; 2],
-                    spin: 0.0,
                     bulk,
                     shear,
+                    yields,
+                    ..RefPoint::default()
                 });
                 points.push((g, place, group.contact_radius?));
             }
@@ -201,7 +207,7 @@ impl Oracle {
             |o: &Self| -> Vec<f64> { (0..o.points.len()).map(|k| o.kinetic(k)).collect() };
         let kinetic = energies(self);
         let (kick, w) = (step.kick(), step.centring());
-        let (mut contact_omega_sq, mut elastic) = (0.0_f64, 0.0);
+        let (mut contact_omega_sq, mut elastic, mut plastic) = (0.0_f64, 0.0, 0.0);
         for number in 0..self.layers.len() {
             let own = self
                 .points
@@ -216,10 +222,12 @@ impl Oracle {
             }
             if step.is_opening() {
                 elastic += layer.points.iter().map(RefPoint::stored).sum::<f64>();
+                plastic += layer.points.iter().map(|p| p.lost).sum::<f64>();
                 continue;
             }
             layer.step(step.dt_before, step.dt, &own);
             elastic += layer.elastic;
+            plastic += layer.plastic;
             for a in 0..2 {
                 let mass: f64 = layer.points.iter().map(|p| p.mass).sum();
                 self.applied[a] += layer.wall_impulse[a] + kick * mass * layer.gravity[a];
@@ -228,6 +236,7 @@ impl Oracle {
         let (after, done) = (energies(self), self.all());
         let mut ledger = Ledger {
             elastic,
+            plastic_work: plastic,
             stress_work: elastic - self.start,
             ..Ledger::default()
         };

@@ -3,12 +3,12 @@
 use std::collections::BTreeMap;
 use std::time::Duration;
 
-use interface::config::capability::{Capabilities, STRESS_WORK};
+use interface::config::capability::{Capabilities, PLASTIC_STRAIN, STRESS_WORK};
 use interface::message::control::{Configure, Order};
 use interface::message::wire::{ImpForce, Limits, flags};
 
 use super::super::judge::Judge;
-use super::super::plan::{self, Epoch};
+use super::super::plan::Epoch;
 use super::super::run::{self, Begun, Stop, Window, report};
 use super::case::Case;
 use super::generate;
@@ -36,11 +36,13 @@ pub struct Stand {
     pub(super) pressed: bool,
     /// Whether the solver tells the work of the stress beside the stored energy.
     pub(super) works: bool,
+    /// Whether it tells the plastic strain of points.
+    pub(super) strains: bool,
 }
 
 impl Stand {
     /// At the start.
-    pub fn new(oracle: Oracle, works: bool) -> Self {
+    pub fn new(oracle: Oracle, [works, strains]: [bool; 2]) -> Self {
         Self {
             step: 0,
             ids: BTreeMap::new(),
@@ -51,6 +53,7 @@ impl Stand {
             fastest: oracle.fastest(),
             pressed: false,
             works,
+            strains,
             oracle,
         }
     }
@@ -93,11 +96,10 @@ impl run::Case for Case {
         &mut self.epochs
     }
 
-    fn possible(&self) -> u32 {
+    fn is_possible(&self) -> bool {
         let drawn = self.bodies.iter().all(|body| !body.vertices.is_empty());
         let sound = self.config.faults().is_empty() && !self.config.groups.is_empty();
-        let known = drawn && sound && Oracle::new(&self.config).is_some();
-        u32::from(known) * plan::steps(&self.epochs)
+        drawn && sound && Oracle::new(&self.config).is_some()
     }
 
     fn order(&self) -> Configure {
@@ -108,7 +110,8 @@ impl run::Case for Case {
         let oracle = Oracle::new(&self.config).ok_or(Stop::Doubtful)?;
         let run = bench.run_continuum(&self.config)?;
         judge.readiness(&oracle, &run.ready.readiness)?;
-        Ok((run, Stand::new(oracle, bench.takes(STRESS_WORK))))
+        let tells = [STRESS_WORK, PLASTIC_STRAIN].map(|name| bench.takes(name));
+        Ok((run, Stand::new(oracle, tells)))
     }
 
     fn window(
