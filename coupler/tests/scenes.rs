@@ -3,6 +3,8 @@
 use std::path::{Path, PathBuf};
 
 use coupler::scene::Scene;
+use serde::Serialize;
+use serde::de::DeserializeOwned;
 
 fn scenes_below(directory: &Path, found: &mut Vec<PathBuf>) {
     for entry in std::fs::read_dir(directory).expect("readable folder") {
@@ -28,6 +30,11 @@ fn load(file: &Path, variant: Option<&str>) -> Scene {
         .unwrap_or_else(|errors| panic!("{} {variant:?}\n{errors}", file.display()))
 }
 
+/// A configuration as its solver reads it.
+fn sent<T: Serialize + DeserializeOwned>(config: &T) -> T {
+    serde_json::from_str(&serde_json::to_string(config).unwrap()).unwrap()
+}
+
 /// The variant that tests run, where there is one.
 fn quick(scene: &Scene) -> Option<&'static str> {
     let has = scene.variants.iter().any(|v| v == "quick");
@@ -40,20 +47,26 @@ fn every_scene_parses_in_every_variant_and_plans() {
     assert!(files.len() >= 8, "only {} scenes", files.len());
     for file in files {
         let scene = load(&file, None);
+        assert_eq!(
+            (sent(&scene.mpm), sent(&scene.dem)),
+            (scene.mpm.clone(), scene.dem.clone())
+        );
         let stem = file.file_stem().expect("a file").to_string_lossy();
         assert_eq!(scene.name, stem, "the name is that of the file");
         assert!(!scene.about.is_empty(), "{stem} says what to look for");
         assert!(!scene.checks.is_empty(), "{stem} has checks");
         assert!(!scene.output.columns.is_empty(), "{stem} has columns");
         for variant in scene.variants.iter() {
-            assert!(!load(&file, Some(variant)).plan().runs.is_empty());
+            let scene = load(&file, Some(variant));
+            assert!(!scene.plan().runs.is_empty());
+            assert_eq!((sent(&scene.mpm), sent(&scene.dem)), (scene.mpm, scene.dem));
         }
     }
 }
 
 #[test]
 fn every_scene_checks_momentum_and_energy() {
-    // Some of those at the edge stop by themselves; tests/extreme.rs holds each to its end.
+    // Some of those at the edge stop by themselves; tests/hashes.rs holds each to its end.
     let edge = Path::new("extreme");
     for file in scenes()
         .iter()

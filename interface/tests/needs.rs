@@ -4,8 +4,8 @@ use interface::config::capability::Capabilities;
 use interface::config::needs::{Need, missing};
 use interface::config::surfaces::ContactPair;
 use interface::config::{
-    BodyShape, ContactLaw, CriticalState, Frictional, GroupPair, Hold, Interface, Lattice,
-    MaterialModel, Motion, OverlapMeasure, Probe, Transfer, Wall,
+    BodyShape, ContactLaw, CriticalState, Frictional, Hold, Interface, Lattice, MaterialModel,
+    Motion, Probe, Transfer, Wall,
 };
 
 use crate::plain::{body, plain_bodies, plain_continuum};
@@ -143,85 +143,6 @@ fn laws_of_different_kinds_are_asked_for() {
     config.body_contact = Some(hertz);
     config.contact_pairs.push(pair("ball", "floor", hertz));
     assert_eq!(asks(&config), None);
-}
-
-#[test]
-fn bodies_need_what_their_shapes_motions_and_laws_use() {
-    let square = BodyShape::Rectangle {
-        width: 1.0,
-        height: 1.0,
-    };
-    let mut config = plain_bodies();
-    config.bodies.push(body(square.clone(), Motion::Fixed));
-    config.bodies.push(body(square, Motion::Free));
-    config.point_contact = ContactLaw::HertzMindlin {
-        hertz_constant: 1e6,
-        poisson_ratio: 0.3,
-        friction: 0.5,
-        restitution: 0.9,
-        adhesion: 0.0,
-    };
-    config.body_contact = Some(ContactLaw::Granular {
-        normal_stiffness: 1e5,
-        tangential_stiffness: 1e4,
-        friction: 0.5,
-        damping_ratio: 0.0,
-        damped_mass: 0.0,
-        adhesion: 10.0,
-        rolling_friction: 0.1,
-    });
-    config.overlap = OverlapMeasure::NearestEdge;
-    config.contact_resolution = Some(0.25);
-    config.contact_pairs = vec![ContactPair {
-        between: ["a".into(), "b".into()],
-        law: config.point_contact,
-    }];
-    config.group_pairs = vec![GroupPair {
-        between: [0, 1],
-        law: ContactLaw::default(),
-    }];
-    config.interface = Interface::Segments;
-    let granular = "body_contact.granular";
-    let needs = config.needs();
-    assert_eq!(
-        said(&needs),
-        [
-            ("segments", "mpm.interface", 1),
-            ("pairs", "group_pair.0", 1),
-            ("shape:disc", "dem.body.0.shape", 1),
-            ("shape:rectangle", "dem.body.1.shape", 2),
-            ("motion:free", "dem.body.0.motion", 2),
-            ("motion:fixed", "dem.body.1.motion", 1),
-            ("overlap:nearest_edge", "dem.overlap", 1),
-            ("law:hertz_mindlin", "contact", 2),
-            ("law:granular", "body_contact", 1),
-            ("law:linear", "group_pair.0.law", 1),
-            ("feature:friction", "contact.hertz_mindlin.friction", 3),
-            ("feature:damping", "contact.hertz_mindlin.restitution", 2),
-            ("feature:adhesion", &format!("{granular}.adhesion"), 1),
-            (
-                "feature:rolling_friction",
-                &format!("{granular}.rolling_friction"),
-                1
-            ),
-            ("feature:body_contact", "body_contact", 1),
-            ("feature:contact_resolution", "dem.contact_resolution", 1),
-            ("feature:contact_pairs", "contact_pair.0", 1),
-        ]
-    );
-}
-
-#[test]
-fn discs_that_touch_nothing_need_no_law() {
-    let needs = plain_bodies().needs();
-    let told = said(&needs);
-    assert_eq!(
-        told,
-        [
-            ("shape:disc", "dem.body.0.shape", 1),
-            ("motion:free", "dem.body.0.motion", 1)
-        ]
-    );
 }
 
 #[test]

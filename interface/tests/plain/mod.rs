@@ -1,24 +1,18 @@
 //! Configurations in which all that has a usual value has it.
 
-use std::collections::BTreeMap;
-
 use interface::config::{
-    BodyConfig, BodyInertia, BodyShape, ContactForceScheme, DemConfig, Fill, Forcing, GroupConfig,
-    InitialFields, Interface, Lattice, Leaving, MaterialConfig, MaterialModel, Motion, MpmConfig,
-    Plane, ShapeFunction, Spacing, StressUpdate, Transfer, Walls,
+    BodyConfig, BodyInertia, BodyShape, DemConfig, Fill, GroupConfig, InitialFields, Lattice,
+    MaterialConfig, MaterialModel, Motion, MpmConfig, ShapeFunction, Spacing,
 };
+
+use crate::toys::mpm_config;
 
 /// A disc at rest.
 pub fn plain_continuum() -> MpmConfig {
     MpmConfig {
         domain: [[0.0, 0.0], [1.0, 0.5]],
         cell: 0.25,
-        gravity: [0.0; 2],
         shape: ShapeFunction::Ugimp,
-        transfer: Transfer::Flip,
-        stress_update: StressUpdate::Usf,
-        plane: Plane::Strain,
-        walls: Walls::default(),
         materials: vec![MaterialConfig {
             name: "rubber".into(),
             density: 1000.0,
@@ -42,18 +36,8 @@ pub fn plain_continuum() -> MpmConfig {
             rigid: false,
             keeps_spin: false,
         }],
-        contact_force: ContactForceScheme::Point,
-        forcing: Forcing::default(),
-        constants: BTreeMap::new(),
-        leaving: Leaving::Stop,
-        grid_contact: None,
-        layers: false,
-        group_pairs: Vec::new(),
-        interface: Interface::Points,
-        chains: Vec::new(),
         skin: 0.01,
-        probes: Vec::new(),
-        threads: 1,
+        ..mpm_config()
     }
 }
 
