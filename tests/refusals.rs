@@ -49,44 +49,6 @@ fn a_misspelt_key_is_named_with_its_line_and_the_nearest_key() {
     refused_scene(&bad, &["unknown key `cel`", &place, "did you mean `cell`?"]);
 }
 
-#[test]
-fn a_misspelt_key_of_an_override_is_named_with_the_nearest_key() {
-    let place = Place::new();
-    refused(
-        &place,
-        &[
-            "run",
-            &scene(HARD),
-            "--set",
-            "mpm.cel=0.003",
-            "--out",
-            "out",
-        ],
-    )
-    .says(&[
-        "unknown key `cel`",
-        "--set mpm.cel=0.003",
-        "did you mean `cell`?",
-    ]);
-    refused(
-        &place,
-        &[
-            "run",
-            &scene(HARD),
-            "--set",
-            "mmp.cell=0.003",
-            "--out",
-            "out",
-        ],
-    )
-    .says(&["`mmp`", "did you mean `mpm`?"]);
-    refused(
-        &place,
-        &["run", &scene(HARD), "--set", "mpm.cell", "--out", "out"],
-    )
-    .says(&["mpm.cell"]);
-}
-
 /// It was 197 errors on 1,182 lines, and none of them was of the line with the bracket.
 #[test]
 fn a_bracket_that_is_not_closed_is_one_error_that_says_where_it_was_opened() {
@@ -120,61 +82,6 @@ fn what_presses_at_the_start_is_told() {
 }
 
 #[test]
-fn a_nan_is_refused() {
-    let bad = with("velocity = [2.0, 0.0]", "velocity = [nan, 0.0]");
-    let place = format!("bad.toml:{}:", line_of(&bad, "nan"));
-    refused_scene(&bad, &["is NaN, expected a finite number", &place]);
-}
-
-#[test]
-fn a_negative_mass_is_refused() {
-    let bad = with("density = 2000.0\nposition", "mass = -1.0\nposition");
-    let place = format!("bad.toml:{}:", line_of(&bad, "mass = -1.0"));
-    refused_scene(&bad, &["`dem.body.0.mass` is -1", "above 0", &place]);
-}
-
-#[test]
-fn a_body_with_crossing_edges_is_refused() {
-    let bow_tie = "shape.polygon.vertices = [[0, 0], [0.01, 0.01], [0.01, 0], [0, 0.01]]";
-    let bad = with("shape = \"disc\"", bow_tie);
-    let place = format!("bad.toml:{}:", line_of(&bad, "polygon"));
-    refused_scene(
-        &bad,
-        &["edges cross or touch", "vertex 0", "vertex 2", &place],
-    );
-}
-
-#[test]
-fn a_grid_of_more_cells_than_can_be_numbered_is_refused() {
-    let bad = with("cell = 0.003", "cell = 1.5e-10");
-    refused_scene(
-        &bad,
-        &[
-            "1.200e9",
-            "at most 1e9 cells along x",
-            "make the cell larger or the domain smaller",
-        ],
-    );
-}
-
-#[test]
-fn a_file_that_is_not_there_or_not_a_scene_is_refused() {
-    let place = Place::new();
-    refused(&place, &["run", "nowhere.toml", "--out", "out"]).says(&[
-        "cannot read the scene file",
-        "nowhere.toml",
-        "check the path",
-    ]);
-    refused(&place, &["run", ".", "--out", "out"]).says(&["it is a directory, not a regular file"]);
-    place.write("noise.toml", "\u{0}\u{1}=[[[");
-    refused(&place, &["run", "noise.toml", "--out", "out"]).says(&["not TOML", "noise.toml:1"]);
-    fs::write(place.path("bytes.toml"), [0xff, 0xfe, 0x00]).unwrap();
-    refused(&place, &["run", "bytes.toml", "--out", "out"]).says(&["bytes.toml"]);
-    place.write("empty.toml", "");
-    refused(&place, &["run", "empty.toml", "--out", "out"]).says(&["version"]);
-}
-
-#[test]
 fn an_output_directory_that_cannot_be_written_is_refused() {
     let place = Place::new();
     place.write("file", "not a directory");
@@ -196,16 +103,6 @@ fn an_output_directory_that_cannot_be_written_is_refused() {
         &["run", &scene(HARD), "--variant", "quick", "--out", "taken"],
     )
     .says(&["taken/summary.json"]);
-}
-
-#[test]
-fn a_variant_that_is_not_there_is_refused_with_the_nearest() {
-    let place = Place::new();
-    refused(
-        &place,
-        &["run", &scene(HARD), "--variant", "quik", "--out", "out"],
-    )
-    .says(&["no variant `quik`", "did you mean `quick`?"]);
 }
 
 #[test]

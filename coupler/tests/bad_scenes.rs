@@ -1,8 +1,10 @@
-//! Bad scenes are files; each carries what its refusal must say in `# expect:` lines at its top.
+//! Bad scenes are files; each carries what its refusal must say in `# expect:` lines at its top. Bad values are rows of a table.
 
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-use coupler::scene::Scene;
+use coupler::scene::{Scene, SceneFile};
+use serde::Deserialize;
 
 fn bad_scenes() -> Vec<PathBuf> {
     let directory = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/bad_scenes");
@@ -38,6 +40,39 @@ fn every_bad_scene_gives_its_expected_message() {
         for phrase in expected.iter().filter(|phrase| !said.contains(**phrase)) {
             let file = file.display();
             disappointments.push(format!("{file}\nexpected: {phrase}\nsaid:\n{said}"));
+        }
+    }
+    assert!(disappointments.is_empty(), "{}", disappointments.join("\n"));
+}
+
+/// A sound scene, and rows of values that are wrong in it.
+#[derive(Deserialize)]
+struct BadValues {
+    scene: String,
+    bad: String,
+}
+
+#[test]
+fn every_bad_value_is_refused_with_key_and_reason() {
+    let tables: BTreeMap<String, Vec<BadValues>> =
+        toml::from_str(include_str!("bad_values.toml")).expect("tables");
+    let mut disappointments = Vec::new();
+    for BadValues { scene, bad } in &tables["of"] {
+        let file = SceneFile::of_text("sound.toml", scene, Path::new("."));
+        let file = file.unwrap_or_else(|errors| panic!("{errors}"));
+        file.scene(None, &[])
+            .unwrap_or_else(|errors| panic!("{errors}"));
+        for row in bad.lines() {
+            let mut cells = row.split(" | ");
+            let set = cells.next().expect("what is set").split("; ");
+            let set: Vec<String> = set.map(String::from).collect();
+            let said = match file.scene(None, &set) {
+                Ok(_) => "nothing: it was accepted".to_owned(),
+                Err(errors) => errors.to_string(),
+            };
+            if !cells.all(|phrase| said.contains(phrase)) {
+                disappointments.push(format!("{row}\nsaid:\n{said}"));
+            }
         }
     }
     assert!(disappointments.is_empty(), "{}", disappointments.join("\n"));
