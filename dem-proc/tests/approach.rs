@@ -57,7 +57,7 @@ fn uncapped(config: &DemConfig, safety: f64, end: f64) -> Uncapped {
 /// A thin floor, its top at y = 0.
 fn floor(a: f64) -> BodyConfig {
     let ends = [[-5.0, -a], [5.0, -a]];
-    fixed(BodyShape::Segment { ends }, a)
+    fixed(segment_shape(ends), a)
 }
 
 fn falling(shape: BodyShape, a: f64, height: f64, speed: f64) -> BodyConfig {
@@ -69,15 +69,16 @@ fn falling(shape: BodyShape, a: f64, height: f64, speed: f64) -> BodyConfig {
 }
 
 fn needle() -> BodyShape {
-    BodyShape::Segment {
-        ends: [[-0.05, 0.0], [0.05, 0.0]],
-    }
+    segment_shape([[-0.05, 0.0], [0.05, 0.0]])
 }
 
 fn square(half: f64) -> BodyShape {
-    BodyShape::Polygon {
-        vertices: vec![[-half, -half], [half, -half], [half, half], [-half, half]],
-    }
+    polygon_shape(vec![
+        [-half, -half],
+        [half, -half],
+        [half, half],
+        [-half, half],
+    ])
 }
 
 /// From near, from far, from rest and in rotation, with steps that would carry a body far through the floor.
@@ -154,9 +155,7 @@ fn a_body_that_a_soft_contact_cannot_hold_is_named() {
 
 #[test]
 fn other_measures_bind_the_step_as_well() {
-    let plate = BodyShape::Polygon {
-        vertices: vec![[-5.0, -4e-3], [5.0, -4e-3], [5.0, 0.0], [-5.0, 0.0]],
-    };
+    let plate = polygon_shape(vec![[-5.0, -4e-3], [5.0, -4e-3], [5.0, 0.0], [-5.0, 0.0]]);
     for overlap in [OverlapMeasure::NearestEdge, OverlapMeasure::Area] {
         let mut config = scene(
             vec![
@@ -213,12 +212,7 @@ fn rotation_is_an_approach() {
     let rod = BodyConfig {
         motion: Motion::Driven,
         spin,
-        ..body(
-            BodyShape::Segment {
-                ends: [[-0.1, 0.0], [0.1, 0.0]],
-            },
-            a,
-        )
+        ..body(segment_shape([[-0.1, 0.0], [0.1, 0.0]]), a)
     };
     let target = BodyConfig {
         position: [0.09, 2.01 * a],

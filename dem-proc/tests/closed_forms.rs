@@ -21,13 +21,7 @@ fn run(dem: &mut Sdem, n: usize, dt: f64) {
 }
 
 fn viscous(k: f64, friction: f64, ratio: f64) -> ContactLaw {
-    ContactLaw::Linear {
-        normal_stiffness: k,
-        tangential_stiffness: 0.5 * k,
-        friction,
-        damping_ratio: ratio,
-        damped_mass: 0.0,
-    }
+    linear_law(k, 0.5 * k, friction, ratio)
 }
 
 /// A disc of radius 0.1 and 1 kg/m that flies at a floor whose surface is y = 0.
@@ -48,9 +42,7 @@ fn disc_at_floor(velocity: [f64; 2], law: ContactLaw) -> DemConfig {
 fn after_bounce(config: &DemConfig, dt: f64) -> (Vec2, f64) {
     let mut dem = configured(config);
     for i in 0..10_000_000 {
-        let step = step(if i == 0 { 0.0 } else { dt }, dt);
-        dem.contact(&step, &[], &mut []).unwrap();
-        dem.advance(&step).unwrap();
+        go(&mut dem, i == 0, dt);
         let state = &dem.bodies().state[1];
         if state.center.y > 0.1 && state.velocity.y > 0.0 {
             return (state.velocity, state.spin);
@@ -123,13 +115,7 @@ fn a_contact_has_the_restitution_that_is_asked_for() {
             let k = 1e6;
             let linear = viscous(k, 0.0, ratio_of_restitution(e));
             let constant = 1e8;
-            let hertz = ContactLaw::HertzMindlin {
-                hertz_constant: constant,
-                poisson_ratio: 0.3,
-                friction: 0.0,
-                restitution: e,
-                adhesion: 0.0,
-            };
+            let hertz = hertz_law(constant, 0.3, 0.0, e, 0.0);
             // Overlap of an elastic impact at 1 m/s divided by that speed: 1/omega of the linear spring.
             let times = [(reduced / k).sqrt(), (1.25 * reduced / constant).powf(0.4)];
             for (law, time) in [linear, hertz].into_iter().zip(times) {
@@ -145,13 +131,7 @@ fn a_contact_has_the_restitution_that_is_asked_for() {
 #[test]
 fn hertz_contact_time_and_depth_and_restitution_at_any_speed() {
     let constant = 1e8;
-    let hertz = |restitution| ContactLaw::HertzMindlin {
-        hertz_constant: constant,
-        poisson_ratio: 0.3,
-        friction: 0.0,
-        restitution,
-        adhesion: 0.0,
-    };
+    let hertz = |restitution| hertz_law(constant, 0.3, 0.0, restitution, 0.0);
     for v in [0.1_f64, 1.0] {
         // Depth (5 m v^2 / 4 K)^(2/5), time 2.94327 depth / v (Hertz; Johnson 1985 section 11.4).
         let depth = (1.25 * v * v / constant).powf(0.4);
@@ -162,9 +142,7 @@ fn hertz_contact_time_and_depth_and_restitution_at_any_speed() {
         let mut dem = configured(&config);
         let (mut deepest, mut steps) = (0.0_f64, 0);
         while steps < 20_000 {
-            let step = step(if steps == 0 { 0.0 } else { dt }, dt);
-            dem.contact(&step, &[], &mut []).unwrap();
-            dem.advance(&step).unwrap();
+            go(&mut dem, steps == 0, dt);
             steps += 1;
             let y = dem.bodies().state[1].center.y;
             deepest = deepest.max(0.1 - y);
@@ -252,10 +230,7 @@ fn a_disc_rolls_on_a_slope_up_to_three_mu_and_slides_beyond() {
 
 fn block(law: ContactLaw, width: f64, height: f64) -> DemConfig {
     let a = 0.01;
-    let shape = BodyShape::Rectangle {
-        width: width - 2.0 * a,
-        height: height - 2.0 * a,
-    };
+    let shape = rectangle_shape(width - 2.0 * a, height - 2.0 * a);
     let block = BodyConfig {
         position: [0.0, 0.5 * height],
         ..body(shape, a)
@@ -299,13 +274,7 @@ fn stack_rests(steps: usize) {
     bodies.extend((0..5).map(|i| BodyConfig {
         inertia: BodyInertia::Density(2000.0),
         position: [0.0, (f64::from(i) + 0.5) * side],
-        ..body(
-            BodyShape::Rectangle {
-                width: core,
-                height: core,
-            },
-            radius,
-        )
+        ..body(rectangle_shape(core, core), radius)
     }));
     let mut config = scene(bodies, viscous(2e6, 0.5, 0.2));
     config.gravity = [0.0, -9.81];
@@ -352,7 +321,7 @@ fn gas(steps: usize) {
             position: [0.1 + 0.2 * (i % 10) as f64, 0.1 + 0.2 * (i / 10) as f64],
             velocity: [random.between(-1.0, 1.0), random.between(-1.0, 1.0)],
             spin: random.between(-5.0, 5.0),
-            ..body(BodyShape::Polygon { vertices }, 0.02)
+            ..body(polygon_shape(vertices), 0.02)
         });
     }
     let mut config = scene(bodies, spring(1e6));
@@ -389,15 +358,8 @@ fn a_gas_keeps_its_energy_over_1e5_steps() {
 
 #[test]
 fn rolling_resistance_holds_a_disc_on_a_slope_and_adhesion_hangs_it_on_a_ceiling() {
-    let law = |adhesion, rolling_friction| ContactLaw::Granular {
-        normal_stiffness: 1e6,
-        tangential_stiffness: 5e5,
-        friction: 0.8,
-        damping_ratio: 0.3,
-        damped_mass: 0.0,
-        adhesion,
-        rolling_friction,
-    };
+    let law =
+        |adhesion, rolling_friction| granular_law(1e6, 5e5, 0.8, 0.3, adhesion, rolling_friction);
     // Holds iff m g sin r <= mu_r R* m g cos, with R* = r/2 on a floor of the same sphero-radius.
     let config = disc_at_floor([0.0, 0.0], law(0.0, 0.2));
     let (x, _) = down_slope(config.clone(), 0.09, 0.3, 2e-5);
@@ -421,15 +383,7 @@ fn rolling_resistance_holds_a_disc_on_a_slope_and_adhesion_hangs_it_on_a_ceiling
 /// times the angle.
 #[test]
 fn rolling_resistance_stops_a_disc_and_its_loss_is_booked() {
-    let law = ContactLaw::Granular {
-        normal_stiffness: 1e6,
-        tangential_stiffness: 5e5,
-        friction: 0.8,
-        damping_ratio: 0.0,
-        damped_mass: 0.0,
-        adhesion: 0.0,
-        rolling_friction: 0.2,
-    };
+    let law = granular_law(1e6, 5e5, 0.8, 0.0, 0.0, 0.2);
     let mut config = disc_at_floor([1.0, 0.0], law);
     config.gravity = [0.0, -9.81];
     config.bodies[1].position[1] = 0.1 - 9.81e-6;

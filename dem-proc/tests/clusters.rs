@@ -3,7 +3,7 @@
 use crate::small_scenes::*;
 use dem_proc::Sdem;
 use interface::Vec2;
-use interface::config::{BodyConfig, BodyInertia, BodyShape, ContactLaw};
+use interface::config::{BodyConfig, BodyInertia, BodyShape};
 use interface::solver::DemSolver;
 use mechanics::generate::wall;
 
@@ -40,31 +40,6 @@ fn mass_and_inertia_add_up() {
     assert!((b.shape.extent - a * (1.0 + 2.0_f64.sqrt())).abs() < 1e-15);
 }
 
-#[test]
-fn a_cluster_presses_like_its_discs() {
-    let a = 0.1;
-    let at_disc = |x: f64| BodyConfig {
-        position: [x, 0.0],
-        ..fixed(BodyShape::Disc, a)
-    };
-    let discs = scene(vec![at_disc(-0.1), at_disc(0.1)], spring(1e5));
-    let centers = vec![[-0.1, 0.0], [0.1, 0.0]];
-    let cluster = scene(vec![fixed(cluster(centers, &[]), a)], spring(1e5));
-    let points = [at(0.0, 0.08), at(0.02, -0.1), at(0.22, 0.03), at(-0.3, 0.0)];
-    let (f, one, _) = forces(&cluster, 0.05, &points);
-    let (g, two, _) = forces(&discs, 0.05, &points);
-    assert_eq!(f, g);
-    let parts = &two.measurement().bodies;
-    let c = &one.measurement().bodies[0];
-    for k in 0..2 {
-        let sum = parts[0].point_force[k] + parts[1].point_force[k];
-        assert!((c.point_force[k] - sum).abs() < 1e-9);
-    }
-    // Torque about the middle instead of each disc's own centre.
-    let lever = |b: usize, x: f64| parts[b].point_torque + x * parts[b].point_force[1];
-    assert!((c.point_torque - lever(0, -0.1) - lever(1, 0.1)).abs() < 1e-9);
-}
-
 /// Two blocks of 8 x 8 discs with Singer's kind of law, friction and adhesion, one on the other: they stay.
 #[test]
 fn two_cluster_blocks_rest_on_one_another() {
@@ -74,13 +49,7 @@ fn two_cluster_blocks_rest_on_one_another() {
         inertia: BodyInertia::Mass(0.28),
         ..body(grid(8, a), a)
     };
-    let law = ContactLaw::HertzMindlin {
-        hertz_constant: 1e8,
-        poisson_ratio: 0.3,
-        friction: 0.6,
-        restitution: 0.3,
-        adhesion: 30.0,
-    };
+    let law = hertz_law(1e8, 0.3, 0.6, 0.3, 30.0);
     let floor = wall("floor", [-0.1, -a], [0.1, -a], a);
     let mut config = scene(vec![floor, block(0.01), block(0.03)], law);
     config.gravity = [0.0, -9.81];
@@ -110,51 +79,6 @@ fn two_cluster_blocks_rest_on_one_another() {
         );
         assert!(state.angle.abs() < 1e-6 && state.velocity.norm() < 1e-4);
     }
-}
-
-/// Clusters, discs and polygons collide; energy and momentum are conserved.
-#[test]
-fn a_cluster_collides_without_losing_energy() {
-    let a = 0.1;
-    let throw = |shape, x: f64, v: f64, spin| BodyConfig {
-        position: [x, 0.03 * x],
-        velocity: [v, 0.0],
-        spin,
-        ..body(shape, a)
-    };
-    let square = BodyShape::Rectangle {
-        width: 0.4,
-        height: 0.4,
-    };
-    let bodies = vec![
-        throw(grid(3, a), 0.0, 0.0, 0.4),
-        throw(square, -0.9, 1.0, 0.0),
-        throw(grid(2, a), 0.9, -1.0, -1.0),
-        throw(BodyShape::Disc, 1.5, -1.5, 0.0),
-    ];
-    let config = scene(bodies, spring(1e5));
-    let mut dem = configured(&config);
-    let dt = 1e-5;
-    let (mut first, mut worst, mut touched) = (None, 0.0_f64, 0);
-    for i in 0..100_000 {
-        let step = step(if i == 0 { 0.0 } else { dt }, dt);
-        dem.contact(&step, &[], &mut []).unwrap();
-        dem.advance(&step).unwrap();
-        let l = &dem.measurement().ledger;
-        let energy = l.kinetic + l.kinetic_rotation + l.contact;
-        worst = worst.max((energy / *first.get_or_insert(energy) - 1.0).abs());
-        touched += usize::from(l.contact > 0.0);
-        assert!((Vec2::from(l.momentum) - Vec2::new(-1.5, 0.0)).norm() < 1e-12);
-    }
-    assert!(touched > 1000 && worst < 1e-4, "{touched} {worst}");
-}
-
-#[test]
-fn a_cluster_with_a_disc_twice_is_refused() {
-    let centers = vec![[0.0, 0.0], [1.0, 0.0], [0.0, 0.0]];
-    let config = scene(vec![body(cluster(centers, &[]), 0.1)], spring(1.0));
-    let refusal = Sdem::default().configure(&config).unwrap_err();
-    assert_eq!(refusal.key, "dem.body.0.shape.cluster.centers");
 }
 
 /// Area, centroid and polar moment about the centroid of the covered region, from a million random points, and their
@@ -241,54 +165,4 @@ fn a_lens_counts_once_and_a_hidden_disc_not_at_all() {
     assert!((two - (2.0 * PI - lens)).abs() < 1e-14, "{two}");
     let (hidden, inertia) = mass(vec![[0.0, 0.0], [0.3, 0.0]], &[1.0, 0.5]);
     assert!((hidden - PI).abs() < 1e-14 && (inertia - 0.5 * PI).abs() < 1e-14);
-}
-
-/// Every disc presses with its own radius, on points and on bodies.
-#[test]
-fn unequal_discs_press_with_their_own_radii() {
-    let disc = |x: f64, a: f64| BodyConfig {
-        position: [x, 0.0],
-        ..fixed(BodyShape::Disc, a)
-    };
-    let pair = || fixed(cluster(vec![[-0.2, 0.0], [0.2, 0.0]], &[0.1, 0.25]), 0.0);
-    let plate = BodyConfig {
-        position: [0.0, -0.34],
-        ..body(
-            BodyShape::Rectangle {
-                width: 2.0,
-                height: 0.1,
-            },
-            0.05,
-        )
-    };
-    let one = scene(vec![pair(), plate.clone()], spring(1e5));
-    let two = scene(vec![disc(-0.2, 0.1), disc(0.2, 0.25), plate], spring(1e5));
-    let points = [at(-0.2, 0.12), at(0.2, 0.27), at(0.45, 0.1), at(-0.33, 0.0)];
-    let (f, one, _) = forces(&one, 0.05, &points);
-    let (g, two, _) = forces(&two, 0.05, &points);
-    assert_eq!(f, g);
-    assert!(f[0].force[1] > 0.0 && f[1].force[1] > 0.0 && f[3].force[0] < 0.0);
-    let (one, two) = (&one.measurement().bodies, &two.measurement().bodies);
-    // 0.25 + 0.05 - 0.29 with the upper edge of the plate; the small disc is above it.
-    assert!(
-        (one[1].body_force[1] + 1e5 * 0.01).abs() < 1e-6,
-        "{:?}",
-        one[1]
-    );
-    assert_eq!(one[1].body_force, two[2].body_force);
-}
-
-#[test]
-fn bad_radii_are_refused() {
-    let at = || vec![[0.0, 0.0], [1.0, 0.0]];
-    for (radii, a, key) in [
-        (vec![0.1], 0.0, "shape.cluster.radii"),
-        (vec![0.1, -0.1], 0.0, "shape.cluster.radii.1"),
-        (vec![0.1, 0.2], 0.1, "sphero_radius"),
-        (vec![], 0.0, "sphero_radius"),
-    ] {
-        let config = scene(vec![body(cluster(at(), &radii), a)], spring(1.0));
-        let refusal = Sdem::default().configure(&config).unwrap_err();
-        assert_eq!(refusal.key, format!("dem.body.0.{key}"));
-    }
 }

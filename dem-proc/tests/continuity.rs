@@ -2,7 +2,7 @@
 
 use crate::small_scenes::*;
 use interface::Vec2;
-use interface::config::{BodyConfig, BodyShape, ContactLaw};
+use interface::config::BodyConfig;
 use interface::message::wire::ImpForce;
 use interface::solver::DemSolver;
 
@@ -13,7 +13,7 @@ use interface::solver::DemSolver;
 fn the_force_on_a_point_does_not_jump_round_a_convex_outline() {
     let k = 1e5;
     let vertices = vec![[0.0, 0.0], [1.0, 0.0], [1.3, 0.8], [0.4, 1.2], [-0.2, 0.7]];
-    let config = scene(vec![fixed(BodyShape::Polygon { vertices }, 0.1)], spring(k));
+    let config = scene(vec![fixed(polygon_shape(vertices), 0.1)], spring(k));
     let mut dem = configured(&config);
     dem.imp_set(&[info(0, 0.05, 1.0)]);
     let mut f = [ImpForce::default()];
@@ -41,10 +41,7 @@ fn the_force_on_a_point_does_not_jump_round_a_convex_outline() {
 #[test]
 fn the_force_between_bodies_does_not_jump_as_one_slides_past_the_other() {
     let k = 1e5;
-    let square = BodyShape::Rectangle {
-        width: 0.6,
-        height: 0.6,
-    };
+    let square = rectangle_shape(0.6, 0.6);
     let n = 20_000;
     let mut last: Option<Vec2> = None;
     let mut config = scene(
@@ -53,9 +50,7 @@ fn the_force_between_bodies_does_not_jump_as_one_slides_past_the_other() {
             BodyConfig {
                 angle: 0.2,
                 ..body(
-                    BodyShape::Polygon {
-                        vertices: vec![[-0.2, -0.2], [0.2, -0.2], [0.0, 0.25]],
-                    },
+                    polygon_shape(vec![[-0.2, -0.2], [0.2, -0.2], [0.0, 0.25]]),
                     0.1,
                 )
             },
@@ -91,16 +86,10 @@ fn lists_leave_no_trace() {
                 position: [0.1 + 0.2 * f64::from(i % 4), 0.1 + 0.2 * f64::from(i / 4)],
                 velocity: [random.between(-1.0, 1.0), -1.0],
                 spin: random.between(-9.0, 9.0),
-                ..body(BodyShape::Polygon { vertices }, 0.02)
+                ..body(polygon_shape(vertices), 0.02)
             });
         }
-        let law = ContactLaw::Linear {
-            normal_stiffness: 1e6,
-            tangential_stiffness: 3e5,
-            friction: 0.4,
-            damping_ratio: 0.1,
-            damped_mass: 0.0,
-        };
+        let law = linear_law(1e6, 3e5, 0.4, 0.1);
         let mut config = scene(bodies, law);
         config.gravity = [0.0, -9.81];
         config.skin = skin;
@@ -129,10 +118,7 @@ fn lists_leave_no_trace() {
 #[test]
 fn friction_goes_with_a_point_round_a_corner() {
     let (k, mu, a, r) = (1e5, 0.3, 0.1, 0.05);
-    let square = BodyShape::Rectangle {
-        width: 1.0,
-        height: 1.0,
-    };
+    let square = rectangle_shape(1.0, 1.0);
     let config = scene(vec![fixed(square, a)], frictional(k, 0.5 * k, mu));
     let mut dem = configured(&config);
     dem.imp_set(&[info(0, r, 1.0)]);

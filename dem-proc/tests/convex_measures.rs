@@ -10,10 +10,7 @@ use interface::config::{
 use interface::solver::DemSolver;
 
 fn square(side: f64) -> BodyShape {
-    BodyShape::Rectangle {
-        width: side,
-        height: side,
-    }
+    rectangle_shape(side, side)
 }
 
 fn measured(measure: OverlapMeasure, bodies: Vec<BodyConfig>, law: ContactLaw) -> DemConfig {
@@ -86,12 +83,7 @@ fn collision(measure: OverlapMeasure, sphero_radius: f64, seed: u64) -> DemConfi
         position: [x, 0.05 * x],
         velocity: v,
         spin,
-        ..body(
-            BodyShape::Polygon {
-                vertices: convex(&mut random, n, 1.0),
-            },
-            sphero_radius,
-        )
+        ..body(polygon_shape(convex(&mut random, n, 1.0)), sphero_radius)
     };
     let a = make(5, -1.3, [1.0, 0.2], 0.5);
     let b = make(6, 1.3, [-1.0, 0.0], -0.8);
@@ -198,9 +190,7 @@ fn friction_goes_round_a_corner_with_its_vertex() {
     let dt = 1e-3;
     let mut stored: Option<f64> = None;
     for i in 0..800 {
-        let step = step(if i == 0 { 0.0 } else { dt }, dt);
-        dem.contact(&step, &[], &mut []).unwrap();
-        dem.advance(&step).unwrap();
+        go(&mut dem, i == 0, dt);
         let contact = dem.measurement().ledger.contact;
         // k_t u du = 5e3 x 0.1 x 1e-4 a step at most; a spring that starts anew at the corner loses 6 J/m.
         let before = stored.replace(contact).unwrap_or(contact);
@@ -390,13 +380,7 @@ fn the_force_of_the_area_is_continuous() {
 fn a_square_rests_by_its_area() {
     let floor = BodyConfig {
         position: [0.0, -0.5],
-        ..fixed(
-            BodyShape::Rectangle {
-                width: 4.0,
-                height: 1.0,
-            },
-            0.0,
-        )
+        ..fixed(rectangle_shape(4.0, 1.0), 0.0)
     };
     // Width of the overlap over its length: 0.2 / (2 x 0.1 sqrt 2).
     let gain = 0.5_f64.sqrt();
@@ -412,9 +396,7 @@ fn a_square_rests_by_its_area() {
     let mut dem = configured(&config);
     let dt = 1e-4;
     for i in 0..5000 {
-        let step = step(if i == 0 { 0.0 } else { dt }, dt);
-        dem.contact(&step, &[], &mut []).unwrap();
-        dem.advance(&step).unwrap();
+        go(&mut dem, i == 0, dt);
         let force = dem.measurement().bodies[0].body_force;
         assert!((force[1] + 9.81).abs() < 1e-6, "step {i}: {force:?}");
     }
@@ -425,46 +407,6 @@ fn a_square_rests_by_its_area() {
         state.center
     );
     assert!(state.angle.abs() < 1e-9);
-}
-
-#[test]
-fn what_a_measure_is_not_made_for_is_refused() {
-    let notched = BodyShape::Polygon {
-        vertices: vec![[0., 0.], [2., 0.], [2., 2.], [1., 0.5], [0., 2.]],
-    };
-    let hertz = ContactLaw::HertzMindlin {
-        hertz_constant: 1e6,
-        poisson_ratio: 0.3,
-        friction: 0.0,
-        restitution: 1.0,
-        adhesion: 0.0,
-    };
-    let disc = || body(BodyShape::Disc, 0.1);
-    let rows = [
-        (
-            measured(
-                OverlapMeasure::NearestEdge,
-                vec![disc(), body(notched, 0.0)],
-                spring(1.0),
-            ),
-            "dem.body.1.shape",
-        ),
-        (
-            measured(OverlapMeasure::Area, vec![disc(), disc()], spring(1.0)),
-            "dem.body.0.sphero_radius",
-        ),
-        (
-            measured(
-                OverlapMeasure::Area,
-                vec![body(square(1.0), 0.0), body(square(1.0), 0.0)],
-                hertz,
-            ),
-            "body_contact",
-        ),
-    ];
-    for (config, key) in rows {
-        assert_eq!(Sdem::default().configure(&config).unwrap_err().key, key);
-    }
 }
 
 /// Bodies that can only rotate have no mass for a dashpot.
@@ -483,13 +425,7 @@ fn a_hinged_body_has_no_dashpot_on_a_fixed_one() {
                 spin: 3.0,
                 ..body(square(1.0), a)
             };
-            let law = ContactLaw::Linear {
-                normal_stiffness: 1e5,
-                tangential_stiffness: 0.0,
-                friction: 0.0,
-                damping_ratio,
-                damped_mass: 0.0,
-            };
+            let law = linear_law(1e5, 0.0, 0.0, damping_ratio);
             let bodies = vec![hinged, fixed(square(1.0), a)];
             let mut dem = configured(&measured(measure, bodies, law));
             dem.contact(&OPENING, &[], &mut []).unwrap();

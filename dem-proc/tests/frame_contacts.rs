@@ -12,10 +12,7 @@ fn pile(overlap: OverlapMeasure) -> (Sdem, Points) {
     // The measure by area needs sharp corners: the same outlines without rounding, and a square in place of the disc.
     let sharp = overlap == OverlapMeasure::Area;
     let (rounding, grown) = if sharp { (0.0, 0.2) } else { (0.1, 0.0) };
-    let rectangle = |width, height| BodyShape::Rectangle {
-        width: width + grown,
-        height: height + grown,
-    };
+    let rectangle = |width, height| rectangle_shape(width + grown, height + grown);
     let block = BodyConfig {
         position: [0.0, 0.695],
         velocity: [0.3, -0.1],

@@ -2,7 +2,7 @@
 //! run or a branch.
 
 use crate::small_scenes::*;
-use interface::config::{BodyConfig, BodyShape, ContactLaw, DemConfig, Motion};
+use interface::config::{BodyConfig, BodyShape, DemConfig, Motion};
 use interface::solver::DemSolver;
 
 const K: f64 = 1e5;
@@ -12,22 +12,11 @@ const XI: f64 = 2e-4;
 
 /// A plate under points, which moves down at `speed` (m/s).
 fn plate(speed: f64, damping_ratio: f64) -> DemConfig {
-    let law = ContactLaw::Linear {
-        normal_stiffness: K,
-        tangential_stiffness: 0.0,
-        friction: 0.0,
-        damping_ratio,
-        damped_mass: 0.0,
-    };
+    let law = linear_law(K, 0.0, 0.0, damping_ratio);
     let plate = BodyConfig {
         velocity: [0.0, -speed],
         motion: Motion::Driven,
-        ..body(
-            BodyShape::Segment {
-                ends: [[-1.0, 0.0], [1.0, 0.0]],
-            },
-            0.01,
-        )
+        ..body(segment_shape([[-1.0, 0.0], [1.0, 0.0]]), 0.01)
     };
     scene(vec![plate], law)
 }
@@ -134,9 +123,7 @@ fn bodies_on_a_floor_that_is_driven_away_are_let_go_in_many_steps() {
     dem.advance(&OPENING).unwrap();
     let held = dem.measurement().ledger.contact;
     for i in 0..200 {
-        let step = step(if i == 0 { 0.0 } else { dt }, dt);
-        dem.contact(&step, &[], &mut []).unwrap();
-        dem.advance(&step).unwrap();
+        go(&mut dem, i == 0, dt);
     }
     let ledger = dem.measurement().ledger;
     assert_eq!(ledger.contact, 0.0);

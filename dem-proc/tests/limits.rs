@@ -1,7 +1,7 @@
 //! The declared limits are stable, and they are not far too low (C07, C20).
 
 use crate::small_scenes::*;
-use interface::config::{BodyConfig, BodyInertia, BodyShape, ContactLaw};
+use interface::config::{BodyConfig, BodyInertia, BodyShape};
 use interface::solver::DemSolver;
 
 /// Largest separation speed of points of mass `m` resting against a free disc of mass `big`, after many steps of
@@ -63,52 +63,17 @@ fn a_step_at_the_declared_limit_is_stable_for_any_mass_ratio_and_number_of_point
     }
 }
 
-#[test]
-fn four_times_the_stiffness_halves_the_limit_and_four_times_the_mass_doubles_it() {
-    let omega_sq = |k: f64, m: f64| {
-        let make = |x| BodyConfig {
-            inertia: BodyInertia::Mass(m),
-            position: [x, 0.0],
-            ..body(
-                BodyShape::Rectangle {
-                    width: 1.0,
-                    height: 1.0,
-                },
-                0.1,
-            )
-        };
-        let config = scene(vec![make(0.0), make(1.19)], spring(k));
-        let (_, _, answer) = forces(&config, 0.1, &[at(-0.65, 0.2)]);
-        (answer.limits.omega_sq, answer.limits.contact_omega_sq)
-    };
-    let (a, b) = omega_sq(1.0, 1.0);
-    assert!(a > 0.0 && b > 0.0);
-    let (c, d) = omega_sq(4.0, 4.0);
-    assert!((a - c).abs() < 1e-12 * a && (b - d).abs() < 1e-12 * b);
-    // Flush squares with aligned corners press with 8 k_n: at least the translation of the pair, 8 k (1/m + 1/m).
-    assert!(a >= 16.0, "{a}");
-}
-
 /// `k_n (1/m + (r x n)^2 / I) + k_t (1/m + (r x t)^2 / I)`, and `1/m + (r x n)^2 / I`.
 #[test]
 fn a_contact_off_the_centre_declares_its_rate_and_mobility() {
     let (xi, k, nu): (f64, f64, f64) = (1e-3, 4e4, 0.25);
-    let hertz = ContactLaw::HertzMindlin {
-        hertz_constant: 1e6,
-        poisson_ratio: nu,
-        friction: 0.5,
-        restitution: 1.0,
-        adhesion: 0.0,
-    };
+    let hertz = hertz_law(1e6, nu, 0.5, 1.0, 0.0);
     let k_hertz = 1.5 * 1e6 * xi.sqrt();
     for (law, [k_n, k_t]) in [
         (frictional(k, 0.6 * k, 0.5), [k, 0.6 * k]),
         (hertz, [k_hertz, k_hertz * 2.0 * (1.0 - nu) / (2.0 - nu)]),
     ] {
-        let shape = BodyShape::Rectangle {
-            width: 0.8,
-            height: 0.4,
-        };
+        let shape = rectangle_shape(0.8, 0.4);
         let config = scene(vec![body(shape, 0.1)], law);
         let (_, dem, answer) = forces(&config, 0.05, &[at(0.3, 0.35 - xi)]);
         let state = &dem.bodies().state[0];
@@ -132,13 +97,7 @@ fn bodies_that_press_and_approach_declare_the_stiffness_ahead() {
         velocity: [velocity, 0.0],
         ..body(BodyShape::Disc, 0.1)
     };
-    let hertz = ContactLaw::HertzMindlin {
-        hertz_constant: constant,
-        poisson_ratio: 0.3,
-        friction: 0.0,
-        restitution: 1.0,
-        adhesion: 0.0,
-    };
+    let hertz = hertz_law(constant, 0.3, 0.0, 1.0, 0.0);
     let mut dem = configured(&scene(
         vec![disc(0.0, speed), disc(0.2 - xi, -speed)],
         hertz,
@@ -154,13 +113,7 @@ fn bodies_that_press_and_approach_declare_the_stiffness_ahead() {
 
 #[test]
 fn damping_and_readiness_are_declared() {
-    let law = interface::config::ContactLaw::Linear {
-        normal_stiffness: 7.0,
-        tangential_stiffness: 0.0,
-        friction: 0.0,
-        damping_ratio: 0.25,
-        damped_mass: 0.0,
-    };
+    let law = linear_law(7.0, 0.0, 0.0, 0.25);
     let mut config = scene(
         vec![body(BodyShape::Disc, 1.0), fixed(BodyShape::Disc, 1.0)],
         law,

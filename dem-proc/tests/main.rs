@@ -12,7 +12,6 @@ mod closed_forms;
 mod clusters;
 mod continuity;
 mod convex_measures;
-mod dynamics;
 mod frame_contacts;
 mod impacts;
 mod kit;

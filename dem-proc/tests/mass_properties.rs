@@ -1,6 +1,8 @@
 //! Area, centroid and inertia of swept shapes against integration line by line.
 
-use crate::small_scenes::{Random, body, configured, scene, spring};
+use crate::small_scenes::{
+    Random, body, configured, polygon_shape, rectangle_shape, scene, segment_shape, spring,
+};
 use interface::config::{BodyInertia, BodyShape};
 use interface::solver::DemSolver;
 
@@ -101,12 +103,8 @@ fn a_thousand_random_shapes_agree_with_integration() {
         let a = random.between(0.01, 0.4);
         let shape = match n {
             1 => BodyShape::Disc,
-            2 => BodyShape::Segment {
-                ends: [vertices[0], vertices[1]],
-            },
-            _ => BodyShape::Polygon {
-                vertices: vertices.clone(),
-            },
+            2 => segment_shape([vertices[0], vertices[1]]),
+            _ => polygon_shape(vertices.clone()),
         };
         let mut config = body(shape, a);
         config.inertia = BodyInertia::Density(1.0);
@@ -165,12 +163,7 @@ fn a_disc_a_rounded_segment_and_a_rounded_square_have_closed_forms() {
     assert!((m - PI * 0.25).abs() < 1e-15 && (i - 0.5 * PI * 0.0625).abs() < 1e-15);
     // Stadium: rectangle L x 2a and two half discs.
     let (l, a) = (2.0, 0.5);
-    let (m, i) = of(
-        BodyShape::Segment {
-            ends: [[0.0, 0.0], [l, 0.0]],
-        },
-        a,
-    );
+    let (m, i) = of(segment_shape([[0.0, 0.0], [l, 0.0]]), a);
     assert!((m - (2.0 * a * l + PI * a * a)).abs() < 1e-14);
     let rectangle = 2.0 * a * l * (l * l + 4.0 * a * a) / 12.0;
     let half = 0.5 * PI * a * a;
@@ -178,13 +171,7 @@ fn a_disc_a_rounded_segment_and_a_rounded_square_have_closed_forms() {
     let half_own = 0.25 * PI * a.powi(4) - half * offset * offset;
     let caps = 2.0 * (half_own + half * (0.5 * l + offset).powi(2));
     assert!((i - rectangle - caps).abs() < 1e-13);
-    let (m, _) = of(
-        BodyShape::Rectangle {
-            width: 2.0,
-            height: 1.0,
-        },
-        0.1,
-    );
+    let (m, _) = of(rectangle_shape(2.0, 1.0), 0.1);
     assert!((m - (2.0 + 6.0 * 0.1 + PI * 0.01)).abs() < 1e-14);
 }
 
@@ -200,7 +187,7 @@ fn a_notch_narrower_than_the_disc_is_refused_for_a_free_body_only() {
         [1.4, 2.],
         [0., 2.],
     ];
-    let shape = BodyShape::Polygon { vertices };
+    let shape = polygon_shape(vertices);
     let configure = |config| dem_proc::Sdem::default().configure(&scene(vec![config], spring(1.0)));
     assert!(configure(body(shape.clone(), 0.09)).is_ok());
     let refusal = configure(body(shape.clone(), 0.11)).unwrap_err();

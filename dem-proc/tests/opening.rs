@@ -1,5 +1,6 @@
 //! Contacts that open: the bound below which none does, and the amplitude above which one does.
 
+use crate::small_scenes::rectangle_shape;
 use dem_proc::body::bodies::Bodies;
 use dem_proc::contact::approach::Near;
 use dem_proc::contact::impact::{Impacts, Pressing, Relative, SurfaceMotion};
@@ -27,10 +28,7 @@ pub fn grain(shape: BodyShape, position: [f64; 2]) -> BodyConfig {
 
 #[test]
 fn no_contact_below_the_bound_opens() {
-    let square = BodyShape::Rectangle {
-        width: 0.3,
-        height: 0.2,
-    };
+    let square = rectangle_shape(0.3, 0.2);
     let mut random = Random::new(7);
     let (mut calm_pairs, mut impacts) = (0, 0);
     for shape in [BodyShape::Disc, square] {

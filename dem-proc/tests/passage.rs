@@ -14,15 +14,11 @@ const RADIUS: f64 = 0.05;
 const DT: f64 = 1e-3;
 
 fn polygon(vertices: &[[f64; 2]]) -> BodyShape {
-    BodyShape::Polygon {
-        vertices: vertices.to_vec(),
-    }
+    polygon_shape(vertices.to_vec())
 }
 
 fn segment() -> BodyShape {
-    BodyShape::Segment {
-        ends: [[-1.0, 0.0], [1.0, 0.0]],
-    }
+    segment_shape([[-1.0, 0.0], [1.0, 0.0]])
 }
 
 /// Takes a point along a path past the bodies; the step at which the solver refuses to go on, and its reason.

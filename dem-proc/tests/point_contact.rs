@@ -11,29 +11,22 @@ const A: f64 = 0.1;
 
 /// A square of side 2 about the origin with a notch from above down to (0, 0).
 fn notched() -> BodyShape {
-    BodyShape::Polygon {
-        vertices: vec![
-            [-1., -1.],
-            [1., -1.],
-            [1., 1.],
-            [0.5, 1.],
-            [0., 0.],
-            [-0.5, 1.],
-            [-1., 1.],
-        ],
-    }
+    polygon_shape(vec![
+        [-1., -1.],
+        [1., -1.],
+        [1., 1.],
+        [0.5, 1.],
+        [0., 0.],
+        [-0.5, 1.],
+        [-1., 1.],
+    ])
 }
 
 /// Where two normals or none are as right, and rounding decides: random cases stop there.
 #[test]
 fn points_on_an_outline_and_at_a_notch_are_pushed_out() {
-    let square = || BodyShape::Rectangle {
-        width: 2.0,
-        height: 2.0,
-    };
-    let segment = || BodyShape::Segment {
-        ends: [[-1., 0.], [1., 0.]],
-    };
+    let square = || rectangle_shape(2.0, 2.0);
+    let segment = || segment_shape([[-1., 0.], [1., 0.]]);
     let half = 0.5_f64.sqrt();
     let reach = A + RADIUS;
     let rows: [(BodyShape, [f64; 2], Vec2, f64); 6] = [

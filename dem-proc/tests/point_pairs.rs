@@ -1,6 +1,7 @@
 //! Points of two groups that touch (Chen 2023), as far as the kit's random cases do not judge it (`kit.rs`): angular momentum,
 //! threads, and passage.
 
+use crate::small_scenes::linear_law;
 use dem_proc::Sdem;
 use interface::config::{ContactLaw, DemConfig, GroupPair};
 use interface::message::wire::{ImpForce, ImpInfo, ImpState};
@@ -12,13 +13,7 @@ const RADIUS: [f64; 3] = [0.05, 0.1, 0.05];
 const MASS: [f64; 3] = [2.0, 3.0, 5.0];
 
 fn linear(friction: f64) -> ContactLaw {
-    ContactLaw::Linear {
-        normal_stiffness: K,
-        tangential_stiffness: 0.5 * K,
-        friction,
-        damping_ratio: 0.0,
-        damped_mass: 0.0,
-    }
+    linear_law(K, 0.5 * K, friction, 0.0)
 }
 
 /// Groups 0 and 1 touch; there are no bodies.

@@ -12,7 +12,7 @@ use dem_proc::Sdem;
 use dem_proc::body::bodies::Bodies;
 use mechanics::mass::cross;
 
-use crate::small_scenes::spring;
+use crate::small_scenes::{Random, polygon_shape, segment_shape, spring};
 
 /// Stiffness of points on bodies and of bodies on one another in N/m. Nothing holds the points back; bodies must not come so
 /// deep that the solver stops.
@@ -75,27 +75,13 @@ fn forces(
     (on_points, by_points, by_bodies)
 }
 
-/// A small deterministic generator (xorshift).
-struct Random(u64);
-
-impl Random {
-    fn between(&mut self, low: f64, high: f64) -> f64 {
-        self.0 ^= self.0 << 13;
-        self.0 ^= self.0 >> 7;
-        self.0 ^= self.0 << 17;
-        low + (high - low) * (self.0 >> 11) as f64 / (1u64 << 53) as f64
-    }
-
-    fn star(&mut self, n: usize, low: f64, high: f64) -> BodyShape {
-        let vertex = |i: usize| {
-            let t = (i as f64 + self.between(0.2, 0.8)) * std::f64::consts::TAU / n as f64;
-            let r = self.between(low, high);
-            [r * t.cos(), r * t.sin()]
-        };
-        BodyShape::Polygon {
-            vertices: (0..n).map(vertex).collect(),
-        }
-    }
+fn star(random: &mut Random, n: usize, low: f64, high: f64) -> BodyShape {
+    let vertex = |i: usize| {
+        let t = (i as f64 + random.between(0.2, 0.8)) * std::f64::consts::TAU / n as f64;
+        let r = random.between(low, high);
+        [r * t.cos(), r * t.sin()]
+    };
+    polygon_shape((0..n).map(vertex).collect())
 }
 
 /// Stars, discs and segments that move inside and around a fixed star with many edges, and points everywhere.
@@ -113,7 +99,7 @@ fn crowd(random: &mut Random, skin: f64) -> (DemConfig, Vec<ImpInfo>, Vec<ImpSta
         surface: String::new(),
     };
     let mut bodies = vec![make(
-        random.star(400, 1.5, 1.6),
+        star(random, 400, 1.5, 1.6),
         0.02,
         [0.0, 0.0],
         Motion::Fixed,
@@ -122,11 +108,9 @@ fn crowd(random: &mut Random, skin: f64) -> (DemConfig, Vec<ImpInfo>, Vec<ImpSta
         let position = [random.between(-2.0, 2.0), random.between(-2.0, 2.0)];
         let shape = match i % 4 {
             0 => BodyShape::Disc,
-            1 => BodyShape::Segment {
-                ends: [[-0.2, 0.0], [0.2, 0.1]],
-            },
-            2 => random.star(5, 0.1, 0.3),
-            _ => random.star(25, 0.25, 0.3),
+            1 => segment_shape([[-0.2, 0.0], [0.2, 0.1]]),
+            2 => star(random, 5, 0.1, 0.3),
+            _ => star(random, 25, 0.25, 0.3),
         };
         let motion = if i % 7 == 0 {
             Motion::Driven

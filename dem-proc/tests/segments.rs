@@ -209,13 +209,7 @@ fn a_disc_off_the_centre_on_a_chain_declares_its_rate_and_mobility() {
 
 /// With `c = 2 zeta sqrt(k m)`, `m` of the disc (1 kg/m) and of one marker (1 kg/m).
 fn damped(damping_ratio: f64) -> (ContactLaw, f64) {
-    let law = ContactLaw::Linear {
-        normal_stiffness: K,
-        tangential_stiffness: 0.0,
-        friction: 0.0,
-        damping_ratio,
-        damped_mass: 0.0,
-    };
+    let law = linear_law(K, 0.0, 0.0, damping_ratio);
     (law, 2.0 * damping_ratio * (0.5 * K).sqrt())
 }
 
@@ -272,15 +266,7 @@ fn a_disc_that_bounces_off_a_chain_loses_what_its_dashpot_takes() {
 #[test]
 fn springs_and_adhesion_of_a_chain_have_an_energy() {
     let adhesion = 500.0;
-    let law = ContactLaw::Granular {
-        normal_stiffness: K,
-        tangential_stiffness: 0.0,
-        friction: 0.0,
-        damping_ratio: 0.0,
-        damped_mass: 0.0,
-        adhesion,
-        rolling_friction: 0.0,
-    };
+    let law = granular_law(K, 0.0, 0.0, 0.0, adhesion, 0.0);
     let once = |x: &[[f64; 2]], center: [f64; 2]| {
         let mut chain = Chain::new(x);
         let mut dem = configured(&on_segments(vec![disc(center)], law));
@@ -857,11 +843,7 @@ fn links_that_lead_nowhere_are_none() {
 
 #[test]
 fn other_shapes_than_discs_are_refused_by_their_key() {
-    let shape = BodyShape::Rectangle {
-        width: 1.0,
-        height: 1.0,
-    };
-    let bodies = vec![disc([5.0, 0.0]), body(shape, 0.1)];
+    let bodies = vec![disc([5.0, 0.0]), body(rectangle_shape(1.0, 1.0), 0.1)];
     let refusal = Sdem::default().configure(&on_segments(bodies, spring(K)));
     assert_eq!(refusal.expect_err("a refusal").key, "dem.body.1.shape");
 }

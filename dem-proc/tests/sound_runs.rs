@@ -5,7 +5,7 @@ use std::collections::HashMap;
 use std::f64::consts::TAU;
 
 use crate::alone::Alone;
-use crate::small_scenes::{body, fixed, scene};
+use crate::small_scenes::{body, fixed, linear_law, polygon_shape, rectangle_shape, scene};
 use dem_proc::contact::approach::thickness;
 use interface::Vec2;
 use interface::config::capability::word;
@@ -47,25 +47,16 @@ fn stone(at: [f64; 2], a: f64, random: &mut Random) -> BodyConfig {
     BodyConfig {
         position: [at[0], at[1] - lowest + a],
         inertia: BodyInertia::Density(2500.0),
-        ..body(BodyShape::Polygon { vertices }, a)
+        ..body(polygon_shape(vertices), a)
     }
 }
 
 fn rectangle(width: f64, height: f64, a: f64) -> BodyShape {
-    BodyShape::Rectangle {
-        width: width - 2.0 * a,
-        height: height - 2.0 * a,
-    }
+    rectangle_shape(width - 2.0 * a, height - 2.0 * a)
 }
 
 fn law(stiffness: f64) -> ContactLaw {
-    ContactLaw::Linear {
-        normal_stiffness: stiffness,
-        tangential_stiffness: 0.5 * stiffness,
-        friction: 0.5,
-        damping_ratio: 0.2,
-        damped_mass: 0.0,
-    }
+    linear_law(stiffness, 0.5 * stiffness, 0.5, 0.2)
 }
 
 fn config(bodies: Vec<BodyConfig>, measure: OverlapMeasure, stiffness: f64) -> DemConfig {
@@ -93,12 +84,7 @@ fn seesaw(seed: u64, measure: OverlapMeasure, stiffness: f64) -> DemConfig {
             position: [0.0, -0.05],
             ..fixed(rectangle(6.0, 0.1, a), a)
         },
-        fixed(
-            BodyShape::Polygon {
-                vertices: vec![[-0.2, a], [0.2, a], [0.0, 0.3 - a]],
-            },
-            a,
-        ),
+        fixed(polygon_shape(vec![[-0.2, a], [0.2, a], [0.0, 0.3 - a]]), a),
         BodyConfig {
             position: [0.0, 0.3 + 0.5 * thickness],
             inertia: BodyInertia::Density(600.0),

@@ -1,7 +1,6 @@
 //! Laws by pairs of surfaces: each pair has its own numbers, everything else the law for all.
 
 use crate::small_scenes::*;
-use dem_proc::Sdem;
 use interface::config::surfaces::ContactPair;
 use interface::config::{BodyConfig, BodyInertia, BodyShape, ContactLaw, DemConfig};
 use interface::solver::DemSolver;
@@ -21,26 +20,12 @@ fn block(x: f64, surface: &str) -> BodyConfig {
         position: [x, 0.05],
         velocity: [1.0, 0.0],
         inertia: BodyInertia::Mass(2.0),
-        ..body(
-            BodyShape::Rectangle {
-                width: 0.08,
-                height: 0.08,
-            },
-            0.01,
-        )
+        ..body(rectangle_shape(0.08, 0.08), 0.01)
     }
 }
 
 fn law(friction: f64) -> ContactLaw {
-    ContactLaw::Granular {
-        normal_stiffness: 1e5,
-        tangential_stiffness: 5e4,
-        friction,
-        damping_ratio: 0.3,
-        damped_mass: 0.0,
-        adhesion: 0.0,
-        rolling_friction: 0.0,
-    }
+    granular_law(1e5, 5e4, friction, 0.3, 0.0, 0.0)
 }
 
 fn two_blocks_on_a_floor(contact_pairs: Vec<ContactPair>) -> DemConfig {
@@ -98,18 +83,8 @@ fn two_blocks_slide_with_their_own_friction() {
 /// The table's type of law carries parts that the plain one does not have; with the same numbers it is the same law.
 #[test]
 fn a_table_of_one_law_is_that_law_to_the_bit() {
-    let hertz = |restitution, friction| ContactLaw::HertzMindlin {
-        hertz_constant: 1e6,
-        poisson_ratio: 0.3,
-        friction,
-        restitution,
-        adhesion: 0.0,
-    };
-    let area = ContactLaw::Area {
-        area_stiffness: 1e8,
-        tangential_stiffness: 0.0,
-        friction: 0.0,
-    };
+    let hertz = |restitution, friction| hertz_law(1e6, 0.3, friction, restitution, 0.0);
+    let area = area_law(1e8, 0.0, 0.0);
     let laws = [
         law(0.6),
         spring(1e5),
@@ -136,27 +111,9 @@ fn a_table_of_one_law_is_that_law_to_the_bit() {
 /// remembers of friction, dashpots and rolling too.
 #[test]
 fn kinds_may_differ_from_pair_to_pair() {
-    let hertz = ContactLaw::HertzMindlin {
-        hertz_constant: 1e6,
-        poisson_ratio: 0.3,
-        friction: 0.4,
-        restitution: 0.5,
-        adhesion: 5.0,
-    };
-    let area = ContactLaw::Area {
-        area_stiffness: 1e8,
-        tangential_stiffness: 1e4,
-        friction: 0.3,
-    };
-    let rolling = ContactLaw::Granular {
-        normal_stiffness: 1e5,
-        tangential_stiffness: 5e4,
-        friction: 0.5,
-        damping_ratio: 0.2,
-        damped_mass: 0.0,
-        adhesion: 2.0,
-        rolling_friction: 0.1,
-    };
+    let hertz = hertz_law(1e6, 0.3, 0.4, 0.5, 5.0);
+    let area = area_law(1e8, 1e4, 0.3);
+    let rolling = granular_law(1e5, 5e4, 0.5, 0.2, 2.0, 0.1);
     let alone = |law| {
         let config = DemConfig {
             body_contact: Some(law),
@@ -186,20 +143,8 @@ fn kinds_may_differ_from_pair_to_pair() {
 #[test]
 fn a_table_of_different_kinds_declares_its_largest_damping() {
     for (damping_ratio, restitution, largest) in [(0.1, 0.6, 0.18086), (0.25, 0.6, 0.25)] {
-        let hertz = ContactLaw::HertzMindlin {
-            hertz_constant: 1e6,
-            poisson_ratio: 0.0,
-            friction: 0.0,
-            restitution,
-            adhesion: 0.0,
-        };
-        let linear = ContactLaw::Linear {
-            normal_stiffness: 1e4,
-            tangential_stiffness: 0.0,
-            friction: 0.0,
-            damping_ratio,
-            damped_mass: 0.0,
-        };
+        let hertz = hertz_law(1e6, 0.0, 0.0, restitution, 0.0);
+        let linear = linear_law(1e4, 0.0, 0.0, damping_ratio);
         let ball = BodyConfig {
             surface: "ball".into(),
             ..fixed(BodyShape::Disc, 0.1)
@@ -217,15 +162,7 @@ fn a_table_of_different_kinds_declares_its_largest_damping() {
 /// Adhesion of its own pair holds a block that hangs from a ceiling; with the law for all it falls.
 #[test]
 fn adhesion_belongs_to_a_pair() {
-    let sticky = |adhesion| ContactLaw::Granular {
-        normal_stiffness: 1e5,
-        tangential_stiffness: 0.0,
-        friction: 0.0,
-        damping_ratio: 0.0,
-        damped_mass: 0.0,
-        adhesion,
-        rolling_friction: 0.0,
-    };
+    let sticky = |adhesion| granular_law(1e5, 0.0, 0.0, 0.0, adhesion, 0.0);
     let ceiling = BodyConfig {
         surface: "ceiling".into(),
         ..wall("ceiling", [-1.0, 0.11], [5.0, 0.11], 0.01)
@@ -249,35 +186,4 @@ fn adhesion_belongs_to_a_pair() {
     let after = run(&config, 2000);
     assert!(after[1][1] > 0.05, "{:?}", after[1]);
     assert!(after[2][1] < 0.0, "{:?}", after[2]);
-}
-
-#[test]
-fn a_bad_table_is_refused_with_its_key() {
-    let rows = [
-        (
-            vec![pair("wood", "flor", law(0.3))],
-            "contact_pair.0.between",
-            "\"flor\"",
-        ),
-        (
-            vec![
-                pair("wood", "floor", law(0.3)),
-                pair("floor", "wood", law(0.2)),
-            ],
-            "contact_pair.1.between",
-            "each pair once",
-        ),
-        (
-            vec![pair("wood", "floor", law(-0.3))],
-            "contact_pair.0.law.granular.friction",
-            "-0.3",
-        ),
-    ];
-    for (table, key, text) in rows {
-        let refusal = Sdem::default()
-            .configure(&two_blocks_on_a_floor(table))
-            .unwrap_err();
-        assert_eq!(refusal.key, key);
-        assert!(refusal.message.contains(text), "{}", refusal.message);
-    }
 }

@@ -34,13 +34,7 @@ fn linear() -> ContactLaw {
 
 fn law(name: &str) -> ContactLaw {
     match name {
-        "linear" => ContactLaw::Linear {
-            normal_stiffness: 1e4,
-            tangential_stiffness: 0.0,
-            friction: 0.0,
-            damping_ratio: 0.0,
-            damped_mass: 0.0,
-        },
+        "linear" => linear_with(0.0, 0.0, 0.0),
         "granular" => granular(0.0, 0.0),
         "hertz_mindlin" => ContactLaw::HertzMindlin {
             hertz_constant: 1e6,
@@ -58,13 +52,13 @@ fn law(name: &str) -> ContactLaw {
     }
 }
 
-fn hertz() -> ContactLaw {
-    ContactLaw::HertzMindlin {
-        hertz_constant: 1e6,
-        poisson_ratio: 0.0,
-        friction: 0.0,
-        restitution: 1.0,
-        adhesion: 0.0,
+fn linear_with(friction: f64, damping_ratio: f64, damped_mass: f64) -> ContactLaw {
+    ContactLaw::Linear {
+        normal_stiffness: 1e4,
+        tangential_stiffness: 1e4 * friction,
+        friction,
+        damping_ratio,
+        damped_mass,
     }
 }
 
@@ -155,37 +149,14 @@ fn met(point_contact: ContactLaw, body_contact: ContactLaw) -> DemConfig {
     }
 }
 
-/// A law whose `damped_mass` differs from the pair's mass, without damping, so that it needs no other capability.
-fn block_on_points() -> ContactLaw {
-    ContactLaw::Linear {
-        normal_stiffness: 1e4,
-        tangential_stiffness: 0.0,
-        friction: 0.0,
-        damping_ratio: 0.0,
-        damped_mass: 2.0,
-    }
-}
-
 fn feature(name: &str) -> DemConfig {
     match name {
-        "friction" | "damping" => {
-            let (friction, damping_ratio) = if name == "friction" {
-                (0.5, 0.0)
-            } else {
-                (0.0, 0.2)
-            };
-            let law = ContactLaw::Linear {
-                normal_stiffness: 1e4,
-                tangential_stiffness: 1e4,
-                friction,
-                damping_ratio,
-                damped_mass: 0.0,
-            };
-            met(law, law)
-        }
+        "friction" => met(linear_with(0.5, 0.0, 0.0), linear_with(0.5, 0.0, 0.0)),
+        "damping" => met(linear_with(0.0, 0.2, 0.0), linear_with(0.0, 0.2, 0.0)),
         "rolling_friction" => met(linear(), granular(0.0, 0.1)),
+        // Without damping, so that it needs no other capability.
         "damped_mass" => DemConfig {
-            point_contact: block_on_points(),
+            point_contact: linear_with(0.0, 0.0, 2.0),
             ..two(|_| {})
         },
         "adhesion" => met(granular(10.0, 0.0), granular(10.0, 0.0)),
@@ -202,7 +173,7 @@ fn feature(name: &str) -> DemConfig {
             config.contact_pairs = vec![ContactPair {
                 between: ["steel".into(), "steel".into()],
                 law: if name == "mixed_kinds" {
-                    hertz()
+                    law("hertz_mindlin")
                 } else {
                     linear()
                 },

@@ -10,59 +10,26 @@ use interface::message::wire::{ImpForce, ImpInfo, ImpState};
 use interface::solver::DemSolver;
 use interface::step::Step;
 
-use crate::small_scenes::{Random, info};
+use crate::small_scenes::{
+    Random, area_law, granular_law, hertz_law, info, linear_law, polygon_shape, rectangle_shape,
+    segment_shape,
+};
 
 /// Step in s.
 pub const DT: f64 = 1e-4;
 
-pub const LINEAR: ContactLaw = ContactLaw::Linear {
-    normal_stiffness: 1e5,
-    tangential_stiffness: 5e4,
-    friction: 0.3,
-    damping_ratio: 0.2,
-    damped_mass: 0.0,
-};
+pub const LINEAR: ContactLaw = linear_law(1e5, 5e4, 0.3, 0.2);
 
-const SMOOTH: ContactLaw = ContactLaw::Linear {
-    normal_stiffness: 1e5,
-    tangential_stiffness: 0.0,
-    friction: 0.0,
-    damping_ratio: 0.0,
-    damped_mass: 0.0,
-};
+const SMOOTH: ContactLaw = linear_law(1e5, 0.0, 0.0, 0.0);
 
-pub const HERTZ: ContactLaw = ContactLaw::HertzMindlin {
-    hertz_constant: 2e6,
-    poisson_ratio: 0.3,
-    friction: 0.3,
-    restitution: 0.7,
-    adhesion: 0.0,
-};
+pub const HERTZ: ContactLaw = hertz_law(2e6, 0.3, 0.3, 0.7, 0.0);
 
-const STICKY_HERTZ: ContactLaw = ContactLaw::HertzMindlin {
-    hertz_constant: 2e6,
-    poisson_ratio: 0.2,
-    friction: 0.5,
-    restitution: 1.0,
-    adhesion: 50.0,
-};
+const STICKY_HERTZ: ContactLaw = hertz_law(2e6, 0.2, 0.5, 1.0, 50.0);
 
-const AREA: ContactLaw = ContactLaw::Area {
-    area_stiffness: 3e7,
-    tangential_stiffness: 3e4,
-    friction: 0.4,
-};
+const AREA: ContactLaw = area_law(3e7, 3e4, 0.4);
 
 fn granular(rolling_friction: f64) -> ContactLaw {
-    ContactLaw::Granular {
-        normal_stiffness: 1e5,
-        tangential_stiffness: 5e4,
-        friction: 0.3,
-        damping_ratio: 0.1,
-        damped_mass: 0.0,
-        adhesion: 100.0,
-        rolling_friction,
-    }
+    granular_law(1e5, 5e4, 0.3, 0.1, 100.0, rolling_friction)
 }
 
 fn polygon(n: usize, radius: f64) -> BodyShape {
@@ -77,10 +44,7 @@ fn polygon(n: usize, radius: f64) -> BodyShape {
 
 /// Shapes of about 0.05 m with their sphero-radii in m.
 fn shapes(overlap: OverlapMeasure) -> Vec<(BodyShape, f64)> {
-    let rectangle = |a: f64| BodyShape::Rectangle {
-        width: 0.09 - 2.0 * a,
-        height: 0.06 - 2.0 * a,
-    };
+    let rectangle = |a: f64| rectangle_shape(0.09 - 2.0 * a, 0.06 - 2.0 * a);
     match overlap {
         OverlapMeasure::Area => vec![
             (polygon(5, 0.05), 0.0),
@@ -112,21 +76,17 @@ fn shapes(overlap: OverlapMeasure) -> Vec<(BodyShape, f64)> {
 }
 
 fn segment() -> BodyShape {
-    BodyShape::Segment {
-        ends: [[-0.03, 0.0], [0.03, 0.01]],
-    }
+    segment_shape([[-0.03, 0.0], [0.03, 0.01]])
 }
 
 fn notched() -> BodyShape {
-    BodyShape::Polygon {
-        vertices: vec![
-            [-0.04, -0.03],
-            [0.04, -0.03],
-            [0.04, 0.03],
-            [0.0, 0.01],
-            [-0.04, 0.03],
-        ],
-    }
+    polygon_shape(vec![
+        [-0.04, -0.03],
+        [0.04, -0.03],
+        [0.04, 0.03],
+        [0.0, 0.01],
+        [-0.04, 0.03],
+    ])
 }
 
 /// All motions in turn, free ones most.
@@ -160,10 +120,7 @@ fn bodies(overlap: OverlapMeasure) -> Vec<BodyConfig> {
     let mut random = Random(7);
     let mut bodies = vec![BodyConfig {
         name: "floor".into(),
-        shape: BodyShape::Rectangle {
-            width: 1.0,
-            height: 0.1,
-        },
+        shape: rectangle_shape(1.0, 0.1),
         sphero_radius: if overlap == OverlapMeasure::Area {
             0.0
         } else {

@@ -31,23 +31,85 @@ pub fn fixed(shape: BodyShape, sphero_radius: f64) -> BodyConfig {
 }
 
 pub fn spring(normal_stiffness: f64) -> ContactLaw {
-    ContactLaw::Linear {
-        normal_stiffness,
-        tangential_stiffness: 0.0,
-        friction: 0.0,
-        damping_ratio: 0.0,
-        damped_mass: 0.0,
-    }
+    linear_law(normal_stiffness, 0.0, 0.0, 0.0)
 }
 
 pub fn frictional(normal_stiffness: f64, tangential_stiffness: f64, friction: f64) -> ContactLaw {
+    linear_law(normal_stiffness, tangential_stiffness, friction, 0.0)
+}
+
+/// k_n and k_t in N/m, mu, zeta.
+pub const fn linear_law(
+    normal_stiffness: f64,
+    tangential_stiffness: f64,
+    friction: f64,
+    damping_ratio: f64,
+) -> ContactLaw {
     ContactLaw::Linear {
         normal_stiffness,
         tangential_stiffness,
         friction,
-        damping_ratio: 0.0,
+        damping_ratio,
         damped_mass: 0.0,
     }
+}
+
+/// The same, adhesion in Pa, mu_r.
+pub const fn granular_law(
+    normal_stiffness: f64,
+    tangential_stiffness: f64,
+    friction: f64,
+    damping_ratio: f64,
+    adhesion: f64,
+    rolling_friction: f64,
+) -> ContactLaw {
+    ContactLaw::Granular {
+        normal_stiffness,
+        tangential_stiffness,
+        friction,
+        damping_ratio,
+        damped_mass: 0.0,
+        adhesion,
+        rolling_friction,
+    }
+}
+
+/// K in N/m^1.5, nu, mu, e, adhesion in Pa.
+pub const fn hertz_law(
+    hertz_constant: f64,
+    poisson_ratio: f64,
+    friction: f64,
+    restitution: f64,
+    adhesion: f64,
+) -> ContactLaw {
+    ContactLaw::HertzMindlin {
+        hertz_constant,
+        poisson_ratio,
+        friction,
+        restitution,
+        adhesion,
+    }
+}
+
+/// k_A in N/m^2, k_t in N/m, mu.
+pub const fn area_law(area_stiffness: f64, tangential_stiffness: f64, friction: f64) -> ContactLaw {
+    ContactLaw::Area {
+        area_stiffness,
+        tangential_stiffness,
+        friction,
+    }
+}
+
+pub const fn rectangle_shape(width: f64, height: f64) -> BodyShape {
+    BodyShape::Rectangle { width, height }
+}
+
+pub const fn polygon_shape(vertices: Vec<[f64; 2]>) -> BodyShape {
+    BodyShape::Polygon { vertices }
+}
+
+pub const fn segment_shape(ends: [[f64; 2]; 2]) -> BodyShape {
+    BodyShape::Segment { ends }
 }
 
 /// With the limit of stability alone, which most tests are about.
@@ -106,6 +168,13 @@ pub const OPENING: Step = Step {
     measure: true,
 };
 
+/// The next step without points, the first of a run or another.
+pub fn go(dem: &mut Sdem, first: bool, dt: f64) {
+    let step = step(if first { 0.0 } else { dt }, dt);
+    dem.contact(&step, &[], &mut []).unwrap();
+    dem.advance(&step).unwrap();
+}
+
 /// Forces on points that do not move, evaluated once.
 pub fn forces(
     config: &DemConfig,
@@ -159,11 +228,6 @@ impl Points {
         let each = self.states.iter().zip(&self.set);
         each.map(|(s, i)| 0.5 * i.mass * Vec2::from(s.velocity).norm_squared())
             .sum()
-    }
-
-    pub fn momentum(&self) -> Vec2 {
-        let each = self.states.iter().zip(&self.set);
-        each.map(|(s, i)| Vec2::from(s.velocity) * i.mass).sum()
     }
 }
 
