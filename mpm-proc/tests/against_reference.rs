@@ -1,14 +1,13 @@
-//! The whole step against the oracle, on random clouds under random contact forces.
+//! The whole step between periodic walls against the oracle, on random clouds under random contact forces. The kit's random
+//! cases (`kit.rs`) have all other walls.
 
-use interface::config::{
-    Fill, MpmConfig, ShapeFunction, Spacing, StressUpdate, Transfer, Wall, Walls,
-};
+use interface::config::{MpmConfig, ShapeFunction, Spacing, StressUpdate, Transfer, Wall, Walls};
 use interface::message::wire::{EnvelopeVertex, ImpForce};
 use interface::solver::MpmSolver;
 
 use mechanics::reference::{Kernel, RefPoint, Reference};
 
-use crate::blocks::{BULK, Random, SHEAR, Stepper, block, configured};
+use crate::blocks::{BULK, Random, SHEAR, Stepper, block, configured, points_fill, walls};
 
 /// An outline so large that every point is an IMP.
 pub fn everywhere() -> Vec<EnvelopeVertex> {
@@ -19,23 +18,6 @@ pub fn everywhere() -> Vec<EnvelopeVertex> {
             reach: 0.0,
         })
         .to_vec()
-}
-
-fn compare(shape: ShapeFunction, transfer: Transfer, stress_update: StressUpdate, seed: u64) {
-    let walls = Walls {
-        left: Wall::Slip,
-        bottom: Wall::Fixed,
-        ..Walls::default()
-    };
-    // Against the left and lower wall, over several tiles.
-    let within = [[-0.19, 0.11], [0.45, 0.7]];
-    compare_at(
-        (shape, transfer, stress_update),
-        walls,
-        within,
-        [0.3, -0.2],
-        seed,
-    );
 }
 
 /// The oracle for points of `block()` at `positions`, with boxes of this `side` in m.
@@ -111,9 +93,7 @@ fn compare_at(
         .map(|_| [0, 1].map(|a| random.between(low[a], high[a])))
         .collect();
     let side = 0.04;
-    config.groups[0].fill = Fill::Points {
-        positions: positions.clone(),
-    };
+    config.groups[0].fill = points_fill(positions.clone());
     config.groups[0].spacing = Spacing::Distance(side);
     config.groups[0].velocity = velocity;
     let mut mpm = configured(&config);
@@ -174,67 +154,10 @@ fn compare_at(
 }
 
 #[test]
-fn every_shape_and_transfer_agrees_with_the_oracle() {
-    let shapes = [
-        ShapeFunction::Linear,
-        ShapeFunction::Ugimp,
-        ShapeFunction::QuadraticBspline,
-        ShapeFunction::CubicBspline,
-    ];
-    let transfers = [
-        Transfer::Pic,
-        Transfer::Flip,
-        Transfer::Blend { pic_fraction: 0.3 },
-        Transfer::Apic,
-        Transfer::Xpic { order: 1 },
-        Transfer::Xpic { order: 3 },
-        Transfer::FlipPic { pic_rate: 100.0 },
-        Transfer::Aflip { pic_rate: 100.0 },
-        Transfer::FlipXpic {
-            order: 2,
-            pic_rate: 100.0,
-        },
-    ];
-    for (i, shape) in shapes.into_iter().enumerate() {
-        for (j, transfer) in transfers.into_iter().enumerate() {
-            let affine = matches!(
-                shape,
-                ShapeFunction::QuadraticBspline | ShapeFunction::CubicBspline
-            );
-            if affine || !transfer.is_affine() {
-                compare(shape, transfer, StressUpdate::Usf, 10 * i as u64 + j as u64);
-            }
-        }
-    }
-}
-
-#[test]
-fn stresses_updated_last_agree_with_the_oracle() {
-    for update in [StressUpdate::Usl, StressUpdate::Musl, StressUpdate::Usavg] {
-        compare(ShapeFunction::QuadraticBspline, Transfer::Apic, update, 50);
-        compare(ShapeFunction::Ugimp, Transfer::Flip, update, 51);
-        if update == StressUpdate::Usl {
-            continue; // refused with hats
-        }
-        compare(
-            ShapeFunction::Linear,
-            Transfer::Blend { pic_fraction: 0.4 },
-            update,
-            52,
-        );
-    }
-}
-
-#[test]
 fn periodic_walls_agree_with_the_oracle() {
     use ShapeFunction::{CubicBspline, Linear, QuadraticBspline, Ugimp};
     let update = StressUpdate::Usf;
-    let sides = Walls {
-        left: Wall::Periodic,
-        right: Wall::Periodic,
-        bottom: Wall::Slip,
-        top: Wall::Open,
-    };
+    let sides = walls(Wall::Periodic, Wall::Periodic, Wall::Slip, Wall::Open);
     let all = Walls {
         bottom: Wall::Periodic,
         top: Wall::Periodic,
@@ -257,42 +180,5 @@ fn periodic_walls_agree_with_the_oracle() {
         let within = [[-0.2, 0.11], [0.8, 0.5]];
         compare_at(scheme, sides, within, [30.0, 0.0], seed as u64);
         compare_at(scheme, all, within, [-30.0, -20.0], seed as u64);
-    }
-}
-
-/// In the upper right corner; the lower left one is in all other comparisons.
-#[test]
-fn mirrors_at_the_high_ends_agree_with_the_oracle() {
-    use ShapeFunction::{CubicBspline, QuadraticBspline};
-    for (right, top) in [
-        (Wall::Fixed, Wall::Slip),
-        (Wall::Slip, Wall::Fixed),
-        (Wall::Tangential, Wall::Slip),
-        (Wall::Fixed, Wall::Tangential),
-    ] {
-        let walls = Walls {
-            right,
-            top,
-            ..Walls::default()
-        };
-        let within = [[0.4, 0.4], [0.79, 0.89]];
-        for (seed, scheme) in [
-            (QuadraticBspline, Transfer::Apic, StressUpdate::Usf),
-            (
-                CubicBspline,
-                Transfer::Blend { pic_fraction: 0.3 },
-                StressUpdate::Usf,
-            ),
-            (
-                CubicBspline,
-                Transfer::Xpic { order: 2 },
-                StressUpdate::Musl,
-            ),
-        ]
-        .into_iter()
-        .enumerate()
-        {
-            compare_at(scheme, walls, within, [0.2, 0.3], seed as u64);
-        }
     }
 }

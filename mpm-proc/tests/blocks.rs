@@ -47,18 +47,12 @@ pub fn block() -> MpmConfig {
         materials: vec![MaterialConfig {
             name: "rubber".into(),
             density: 1000.0,
-            model: MaterialModel::LinearElastic {
-                bulk_modulus: BULK,
-                shear_modulus: SHEAR,
-            },
+            model: elastic_model(BULK, SHEAR),
         }],
         groups: vec![GroupConfig {
             name: "block".into(),
             material: 0,
-            fill: Fill::Rectangle {
-                lower: [0.1, 0.3],
-                upper: [0.4, 0.5],
-            },
+            fill: rectangle_fill([0.1, 0.3], [0.4, 0.5]),
             spacing: Spacing::PerCell(4),
             lattice: interface::config::Lattice::default(),
             velocity: [0.0, 0.0],
@@ -85,16 +79,54 @@ pub fn block() -> MpmConfig {
 /// Makes the group a column 0.2 wide that stands on a fixed floor between slip walls, with `room` from floor to top.
 pub fn stand(config: &mut MpmConfig, height: f64, room: f64) {
     config.domain = [[0.0, 0.0], [0.2, room]];
-    config.walls = Walls {
-        left: Wall::Slip,
-        right: Wall::Slip,
-        bottom: Wall::Fixed,
-        top: Wall::Open,
-    };
-    config.groups[0].fill = Fill::Rectangle {
-        lower: [0.0, 0.0],
-        upper: [0.2, height],
-    };
+    config.walls = walls(Wall::Slip, Wall::Slip, Wall::Fixed, Wall::Open);
+    config.groups[0].fill = rectangle_fill([0.0, 0.0], [0.2, height]);
+}
+
+pub fn rectangle_fill(lower: [f64; 2], upper: [f64; 2]) -> Fill {
+    Fill::Rectangle { lower, upper }
+}
+
+pub fn disc_fill(center: [f64; 2], radius: f64) -> Fill {
+    Fill::Disc { center, radius }
+}
+
+pub fn points_fill(positions: Vec<[f64; 2]>) -> Fill {
+    Fill::Points { positions }
+}
+
+pub const fn elastic_model(bulk_modulus: f64, shear_modulus: f64) -> MaterialModel {
+    MaterialModel::LinearElastic {
+        bulk_modulus,
+        shear_modulus,
+    }
+}
+
+pub const fn neo_hookean_model(bulk_modulus: f64, shear_modulus: f64) -> MaterialModel {
+    MaterialModel::NeoHookean {
+        bulk_modulus,
+        shear_modulus,
+    }
+}
+
+pub const fn walls(left: Wall, right: Wall, bottom: Wall, top: Wall) -> Walls {
+    Walls {
+        left,
+        right,
+        bottom,
+        top,
+    }
+}
+
+/// The first step of a run.
+pub fn first_step(dt: f64, measure: bool) -> Step {
+    Step {
+        index: 0,
+        time: 0.0,
+        dt_before: 0.0,
+        dt,
+        measure,
+    }
 }
 
 pub fn configured(config: &MpmConfig) -> Mpm {

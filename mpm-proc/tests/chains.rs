@@ -1,16 +1,15 @@
 //! Boundary chains: weights, forces, bounds and ways of markers, against plain matrices and closed forms.
 
-use interface::config::{Chain, Fill, Interface, MpmConfig, ShapeFunction, Spacing, Transfer};
+use interface::config::{Chain, Interface, MpmConfig, ShapeFunction, Spacing, Transfer};
 use interface::message::wire::{EnvelopeVertex, ImpForce};
 use interface::solver::{Fault, MpmSolver};
 use nalgebra::DMatrix;
 
 use crate::against_reference::everywhere;
-use crate::blocks::{Random, Stepper, block, configured};
+use crate::blocks::{Random, Stepper, block, configured, points_fill};
 use crate::limits::{largest_eigenvalue, matrices, opening};
 use crate::saved::goes_on;
 use mechanics::reference::Kernel;
-use mpm_proc::Mpm;
 
 const DENSITY: f64 = 1000.0;
 const CELL: f64 = 0.05;
@@ -81,9 +80,7 @@ fn scattered(seed: u64, floor: f64) -> (MpmConfig, Vec<[f64; 2]>) {
         (0..n).map(|_| [along(0.2), along(0.3)]).collect()
     };
     let positions = somewhere(20, 0.0);
-    config.groups[0].fill = Fill::Points {
-        positions: positions.clone(),
-    };
+    config.groups[0].fill = points_fill(positions.clone());
     config.groups[0].spacing = Spacing::Distance(0.025);
     config.interface = Interface::Segments;
     config.chains = vec![Chain {
@@ -136,9 +133,7 @@ fn the_floor_bounds_what_a_marker_at_a_nearly_empty_node_costs() {
     let omega_sq = |floor: f64| {
         let mut config = block();
         config.transfer = Transfer::Flip;
-        config.groups[0].fill = Fill::Points {
-            positions: vec![[0.3 - 1e-4, 0.4 - 1e-4]],
-        };
+        config.groups[0].fill = points_fill(vec![[0.3 - 1e-4, 0.4 - 1e-4]]);
         config.groups[0].spacing = Spacing::Distance(0.025);
         config.shape = ShapeFunction::Linear;
         config.interface = Interface::Segments;
@@ -316,39 +311,6 @@ fn chains_go_on_from_a_saved_state() {
         let moments = goes_on(update, &config);
         assert!(moments.contains(&"after a selection"), "{moments:?}");
     }
-}
-
-#[test]
-fn what_does_not_go_with_segments_is_refused() {
-    let refused = |change: fn(&mut MpmConfig)| {
-        let mut config = chained(0.1);
-        change(&mut config);
-        Mpm::new().configure(&config).expect_err("a refusal").key
-    };
-    assert_eq!(refused(|c| c.chains.clear()), "mpm.chain");
-    assert_eq!(refused(|c| c.chains[0].floor = 0.0), "mpm.chain.0.floor");
-    assert_eq!(refused(|c| c.chains[0].group = 1), "mpm.chain");
-    assert_eq!(
-        refused(|c| c.chains[0].markers.truncate(2)),
-        "mpm.chain.0.markers"
-    );
-    assert_eq!(
-        refused(|c| c.chains[0].markers[3] = [9.0, 9.0]),
-        "mpm.chain.0.markers"
-    );
-    assert_eq!(
-        refused(|c| c.chains[0].markers[3] = c.chains[0].markers[2]),
-        "mpm.chain.0.markers"
-    );
-    assert_eq!(
-        refused(|c| c.walls.left = interface::config::Wall::Periodic),
-        "mpm.walls.right"
-    );
-    assert_eq!(
-        refused(|c| c.contact_force = interface::config::ContactForceScheme::NearestNodes),
-        "mpm.interface"
-    );
-    assert_eq!(refused(|c| c.interface = Interface::Points), "mpm.chain.0");
 }
 
 /// The state of a chain has the mean position and velocity of its markers.

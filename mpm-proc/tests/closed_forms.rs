@@ -2,108 +2,11 @@
 
 use std::f64::consts::PI;
 
-use interface::config::{
-    Fill, Forcing, MaterialModel, MpmConfig, ShapeFunction, Spacing, StressUpdate, Transfer, Wall,
-    Walls,
-};
+use interface::config::{MpmConfig, ShapeFunction, StressUpdate, Transfer, Wall};
 use interface::solver::MpmSolver;
 
-use crate::blocks::{Stepper, block, configured, stand};
+use crate::blocks::{Stepper, block, configured, disc_fill, elastic_model, rectangle_fill, stand};
 use mpm_proc::Mpm;
-
-/// chen2023/wave_1d: a bar of 1 m, E 1e5, nu 0, rho 1000, both ends fixed, v0 = x (1 - x).
-fn bar(cells: usize, shape: ShapeFunction, transfer: Transfer) -> MpmConfig {
-    let mut config = block();
-    let cell = 1.0 / cells as f64;
-    config.domain = [[0.0, 0.0], [1.0, 2.0 * cell]];
-    config.cell = cell;
-    (config.shape, config.transfer) = (shape, transfer);
-    config.materials[0].model = MaterialModel::LinearElastic {
-        bulk_modulus: 1e5 / 3.0,
-        shear_modulus: 0.5e5,
-    };
-    config.walls = Walls {
-        left: Wall::Fixed,
-        right: Wall::Fixed,
-        bottom: Wall::Slip,
-        top: Wall::Slip,
-    };
-    config.groups[0].fill = Fill::Rectangle {
-        lower: config.domain[0],
-        upper: config.domain[1],
-    };
-    config.groups[0].spacing = Spacing::PerCell(4);
-    config.groups[0].fields.velocity = Some(["v0 * x * (1 - x)".into(), "0".into()]);
-    // So slow that nothing but linear elasticity shows: strains of 1e-5.
-    config.constants.insert("v0".into(), 1e-3);
-    config
-}
-
-/// Root mean square error of the velocity after a third of a period, over the largest velocity.
-fn wave_error(cells: usize, shape: ShapeFunction, transfer: Transfer, update: StressUpdate) -> f64 {
-    let mut config = bar(cells, shape, transfer);
-    config.stress_update = update;
-    let mut mpm = configured(&config);
-    let start = mpm.points();
-    let c = 10.0;
-    let end = 0.2 / 3.0; // a period is 2/c
-    let steps = 20 * cells / 3;
-    let dt = end / steps as f64;
-    let mut stepper = Stepper::new();
-    stepper.run(&mut mpm, dt, steps);
-    stepper
-        .step(&mut mpm, 0.0, false, &[])
-        .expect("a sound step");
-    let exact = |x: f64| -> f64 {
-        // The sum converges as n^-3; its tail is below 1e-9 of it.
-        (0..2000)
-            .map(|k| f64::from(2 * k + 1))
-            .map(|n| 8.0 / (n * PI).powi(3) * (n * PI * x).sin() * (n * PI * c * end).cos())
-            .sum::<f64>()
-            * 1e-3
-    };
-    let square: f64 = start
-        .iter()
-        .zip(mpm.points())
-        .map(|(a, b)| (b.velocity[0] - exact(a.position[0])).powi(2))
-        .sum();
-    (square / start.len() as f64).sqrt() / 0.25e-3
-}
-
-#[test]
-fn a_wave_in_a_bar_converges() {
-    for (shape, transfer, order, finest) in [
-        (ShapeFunction::Linear, Transfer::Flip, 0.9, 0.03),
-        (ShapeFunction::Ugimp, Transfer::Flip, 0.9, 0.03),
-        (ShapeFunction::QuadraticBspline, Transfer::Flip, 0.9, 0.03),
-        (ShapeFunction::QuadraticBspline, Transfer::Apic, 0.9, 0.03),
-        (ShapeFunction::CubicBspline, Transfer::Flip, 0.9, 0.03),
-        (ShapeFunction::CubicBspline, Transfer::Apic, 0.9, 0.03),
-    ] {
-        let errors = [16, 32, 64].map(|n| wave_error(n, shape, transfer, StressUpdate::Usf));
-        let orders = [
-            (errors[0] / errors[1]).log2(),
-            (errors[1] / errors[2]).log2(),
-        ];
-        println!("{shape:?} {transfer:?}: {errors:.6?} {orders:.2?}");
-        assert!(
-            orders[1] > order && errors[2] < finest,
-            "{shape:?} {transfer:?}: {errors:?} {orders:?}"
-        );
-    }
-}
-
-#[test]
-fn updating_stress_last_converges_to_the_same_wave() {
-    for update in [StressUpdate::Usl, StressUpdate::Musl, StressUpdate::Usavg] {
-        let errors = [16, 64].map(|n| wave_error(n, ShapeFunction::Ugimp, Transfer::Flip, update));
-        println!("{update:?}: {errors:?}");
-        assert!(
-            errors[1] < 0.5 * errors[0] && errors[1] < 0.03,
-            "{update:?} {errors:?}"
-        );
-    }
-}
 
 /// Nothing strains a disc that all moves alike, whatever nodes its points pass. They start at binary fractions of the cell
 /// and move by one in a step, so that rows of them come to lie on nodes, and next to nodes by rounding.
@@ -122,10 +25,7 @@ fn a_disc_in_uniform_translation_stays_unstrained() {
                 config.cell = 2.0_f64.powi(-4);
                 (config.shape, config.transfer) = (shape, Transfer::Flip);
                 config.stress_update = update;
-                config.groups[0].fill = Fill::Disc {
-                    center: [0.0, 0.0],
-                    radius: 0.25,
-                };
+                config.groups[0].fill = disc_fill([0.0, 0.0], 0.25);
                 config.groups[0].velocity = velocity;
                 let mut mpm = configured(&config);
                 let mut stepper = Stepper::new();
@@ -164,10 +64,7 @@ fn a_rotating_disc_keeps_spinning() {
         config.domain = [[-0.5, -0.5], [0.5, 0.5]];
         config.cell = 0.02;
         (config.shape, config.transfer) = (shape, transfer);
-        config.groups[0].fill = Fill::Disc {
-            center: [0.0, 0.0],
-            radius: 0.2,
-        };
+        config.groups[0].fill = disc_fill([0.0, 0.0], 0.2);
         config.groups[0].fields.velocity = Some(["-w * y".into(), "w * x".into()]);
         config.constants.insert("w".into(), 5.0);
         let mut mpm = configured(&config);
@@ -215,15 +112,10 @@ fn a_cantilever_vibrates_at_its_frequency() {
     (config.shape, config.transfer) = (ShapeFunction::Ugimp, Transfer::Flip);
     config.plane = interface::config::Plane::Stress;
     let (young, nu) = (1e6, 0.3);
-    config.materials[0].model = MaterialModel::LinearElastic {
-        bulk_modulus: young / (3.0 * (1.0 - 2.0 * nu)),
-        shear_modulus: young / (2.0 * (1.0 + nu)),
-    };
+    config.materials[0].model =
+        elastic_model(young / (3.0 * (1.0 - 2.0 * nu)), young / (2.0 * (1.0 + nu)));
     config.walls.left = Wall::Fixed;
-    config.groups[0].fill = Fill::Rectangle {
-        lower: [0.0, 0.2],
-        upper: [length, 0.2 + height],
-    };
+    config.groups[0].fill = rectangle_fill([0.0, 0.2], [length, 0.2 + height]);
     config.groups[0].fields.velocity = Some(["0".into(), "0.02 * x^2".into()]);
     let mut mpm = configured(&config);
     let tip = mpm.points().len() - 1;
@@ -255,34 +147,6 @@ fn a_cantilever_vibrates_at_its_frequency() {
         "{} {frequency}",
         1.0 / period
     );
-}
-
-/// A body force that holds a bar in free fall still, and one that is a constant: the work and the impulse are its own.
-#[test]
-fn a_body_force_does_its_work() {
-    let mut config = block();
-    config.gravity = [0.0, -10.0];
-    config.forcing = Forcing {
-        body_force: Some(["3".into(), "10 + 0 * x * t".into()]),
-        ..Forcing::default()
-    };
-    let mut mpm = configured(&config);
-    let mut stepper = Stepper::new();
-    stepper.run(&mut mpm, 1e-3, 100);
-    stepper
-        .step(&mut mpm, 0.0, true, &[])
-        .expect("a sound step");
-    let (ledger, t, mass) = (mpm.measurement().ledger, stepper.time, 60.0);
-    let v = 3.0 * t;
-    assert!((ledger.momentum[0] - mass * v).abs() < 1e-11 * mass);
-    assert!(ledger.momentum[1].abs() < 1e-11 * mass);
-    assert!((ledger.applied_impulse[0] - mass * v).abs() < 1e-11 * mass);
-    assert!(
-        (ledger.driven_work - 0.5 * mass * v * v).abs() < 1e-11 * mass,
-        "{}",
-        ledger.driven_work
-    );
-    assert!((ledger.kinetic - 0.5 * mass * v * v).abs() < 1e-11 * mass);
 }
 
 /// A load on the top of a column, with its own geostatic stress and none else: stays where it is. With damping the load

@@ -1,11 +1,11 @@
 //! The couples of friction on the surfaces of points: a single point in closed form.
 
-use interface::config::{Fill, ShapeFunction, Spacing, Transfer};
+use interface::config::{ShapeFunction, Spacing, Transfer};
 use interface::message::wire::ImpForce;
 use interface::solver::MpmSolver;
 
 use crate::against_reference::everywhere;
-use crate::blocks::{Stepper, block, configured};
+use crate::blocks::{Stepper, block, configured, points_fill};
 
 /// Let a point of APIC be alone on its nodes, `m_I = m S_I`. A couple `c` over a kick `k` gives them `c k g_I / (m S_I)`, so the
 /// point gets no velocity and `B = c k / (2 m) [[0, -1], [1, 0]]`: the angular momentum `m (B_yx - B_xy) = c k`, with
@@ -18,9 +18,7 @@ fn a_couple_turns_a_single_point_and_does_not_move_it() {
         let mut config = block();
         (config.shape, config.transfer) = (ShapeFunction::QuadraticBspline, Transfer::Apic);
         config.gravity = [0.0; 2];
-        config.groups[0].fill = Fill::Points {
-            positions: vec![at],
-        };
+        config.groups[0].fill = points_fill(vec![at]);
         config.groups[0].spacing = Spacing::Distance(side);
         config.groups[0].velocity = [0.0; 2];
         let mut mpm = configured(&config);

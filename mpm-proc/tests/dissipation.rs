@@ -1,12 +1,12 @@
 //! What a transfer takes of the motion stands in the ledger, so that the balance closes with every transfer as with FLIP.
 
-use interface::config::{
-    Fill, MaterialModel, MpmConfig, ShapeFunction, Spacing, StressUpdate, Transfer, Wall, Walls,
-};
+use interface::config::{MpmConfig, ShapeFunction, Spacing, StressUpdate, Transfer, Wall};
 use interface::message::wire::Ledger;
 use interface::solver::MpmSolver;
 
-use crate::blocks::{BULK, SHEAR, Stepper, block, configured};
+use crate::blocks::{
+    BULK, SHEAR, Stepper, block, configured, neo_hookean_model, rectangle_fill, walls,
+};
 
 /// Every transfer, with smoothing that is felt.
 const TRANSFERS: [Transfer; 9] = [
@@ -37,21 +37,10 @@ fn swinging(transfer: Transfer, stress_update: StressUpdate, stiffness: f64) -> 
     (config.shape, config.transfer) = (ShapeFunction::QuadraticBspline, transfer);
     config.stress_update = stress_update;
     config.domain = [[0.0, 0.0], [1.2, 1.2]];
-    config.walls = Walls {
-        left: Wall::Slip,
-        right: Wall::Slip,
-        bottom: Wall::Slip,
-        top: Wall::Slip,
-    };
+    config.walls = walls(Wall::Slip, Wall::Slip, Wall::Slip, Wall::Slip);
     config.gravity = [0.0, 0.0];
-    config.materials[0].model = MaterialModel::NeoHookean {
-        bulk_modulus: stiffness * BULK,
-        shear_modulus: stiffness * SHEAR,
-    };
-    config.groups[0].fill = Fill::Rectangle {
-        lower: [0.3, 0.3],
-        upper: [0.8, 0.7],
-    };
+    config.materials[0].model = neo_hookean_model(stiffness * BULK, stiffness * SHEAR);
+    config.groups[0].fill = rectangle_fill([0.3, 0.3], [0.8, 0.7]);
     config.groups[0].spacing = Spacing::PerCell(9);
     config.groups[0].velocity = [0.3, 0.1];
     let wave = ["0.8*sin(15*x + 9*y)", "0.5*cos(21*x - 6*y)"].map(Into::into);

@@ -5,7 +5,7 @@ use interface::message::wire::ImpForce;
 use interface::solver::MpmSolver;
 
 use crate::against_reference::everywhere;
-use crate::blocks::{BULK, SHEAR, Stepper, block, configured};
+use crate::blocks::{BULK, SHEAR, Stepper, block, configured, elastic_model, neo_hookean_model};
 
 /// Where the wall is, on the left of the block, in m.
 const WALL: f64 = 0.1;
@@ -57,10 +57,7 @@ fn imbalance(
     largest
 }
 
-const ELASTIC: MaterialModel = MaterialModel::LinearElastic {
-    bulk_modulus: BULK,
-    shear_modulus: SHEAR,
-};
+const ELASTIC: MaterialModel = elastic_model(BULK, SHEAR);
 
 /// Small strains, contact as stiff as the material: second order in the step. Where points moved with the velocities of the
 /// nodes after the kick it was of first order.
@@ -77,10 +74,7 @@ fn contact_balances_to_second_order() {
 /// 1 %, and the balance with it.
 #[test]
 fn large_strains_balance() {
-    let neo_hookean = MaterialModel::NeoHookean {
-        bulk_modulus: BULK,
-        shear_modulus: SHEAR,
-    };
+    let neo_hookean = neo_hookean_model(BULK, SHEAR);
     for model in [ELASTIC, neo_hookean] {
         for update in [StressUpdate::Usf, StressUpdate::Musl, StressUpdate::Usavg] {
             let error = imbalance(update, model, 5.0, 1e5, 2e-4);

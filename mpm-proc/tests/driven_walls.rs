@@ -1,13 +1,12 @@
 //! Walls that move along themselves.
 
-use interface::config::{
-    Fill, InitialFields, MaterialModel, MpmConfig, ShapeFunction, StressUpdate, Transfer, Wall,
-    Walls,
-};
+use interface::config::{InitialFields, MpmConfig, ShapeFunction, StressUpdate, Transfer, Wall};
 use interface::message::wire::Ledger;
 use interface::solver::MpmSolver;
 
-use crate::blocks::{BULK, SHEAR, Stepper, block, configured};
+use crate::blocks::{
+    BULK, SHEAR, Stepper, block, configured, neo_hookean_model, rectangle_fill, walls,
+};
 use mpm_proc::Mpm;
 
 const HEIGHT: f64 = 0.8;
@@ -18,20 +17,14 @@ const SPEED: f64 = 2.0;
 fn slab(shape: ShapeFunction, transfer: Transfer) -> MpmConfig {
     let mut config = block();
     (config.shape, config.transfer) = (shape, transfer);
-    config.materials[0].model = MaterialModel::NeoHookean {
-        bulk_modulus: BULK,
-        shear_modulus: SHEAR,
-    };
-    config.walls = Walls {
-        left: Wall::Periodic,
-        right: Wall::Periodic,
-        bottom: Wall::Fixed,
-        top: Wall::Driven { speed: SPEED },
-    };
-    config.groups[0].fill = Fill::Rectangle {
-        lower: [-0.2, 0.1],
-        upper: [0.8, 0.9],
-    };
+    config.materials[0].model = neo_hookean_model(BULK, SHEAR);
+    config.walls = walls(
+        Wall::Periodic,
+        Wall::Periodic,
+        Wall::Fixed,
+        Wall::Driven { speed: SPEED },
+    );
+    config.groups[0].fill = rectangle_fill([-0.2, 0.1], [0.8, 0.9]);
     config
 }
 

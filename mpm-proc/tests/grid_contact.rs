@@ -1,13 +1,12 @@
 //! Bodies of points that touch on the grid (Bardenhagen 2000; Jiang 2020 section 5.4).
 
 use interface::config::{
-    Fill, GridContact, GroupConfig, MpmConfig, ShapeFunction, Spacing, StressUpdate, Transfer,
-    Wall, Walls,
+    GridContact, GroupConfig, MpmConfig, ShapeFunction, Spacing, StressUpdate, Transfer, Wall,
 };
 use interface::message::wire::PointState;
 use interface::solver::MpmSolver;
 
-use crate::blocks::{Stepper, bits, block, configured};
+use crate::blocks::{Stepper, bits, block, configured, disc_fill, rectangle_fill, walls};
 use mpm_proc::Mpm;
 
 /// Two blocks side by side, 0.1 apart, the left one on its way to the right at 1 m/s.
@@ -20,10 +19,7 @@ fn pair(rigid: [bool; 2]) -> MpmConfig {
         .zip(rigid)
         .map(|((name, x, v), rigid)| GroupConfig {
             name: name.into(),
-            fill: Fill::Rectangle {
-                lower: [x, 0.3],
-                upper: [x + 0.2, 0.5],
-            },
+            fill: rectangle_fill([x, 0.3], [x + 0.2, 0.5]),
             spacing: Spacing::PerCell(4),
             lattice: interface::config::Lattice::default(),
             velocity: [v, 0.0],
@@ -83,10 +79,7 @@ fn an_off_centre_hit_keeps_angular_momentum() {
     // Of the transfers here, APIC alone keeps the deformable grain's angular momentum.
     let mut config = pair([false, true]);
     config.transfer = Transfer::Apic;
-    config.groups[0].fill = Fill::Rectangle {
-        lower: [0.0, 0.4],
-        upper: [0.2, 0.6],
-    };
+    config.groups[0].fill = rectangle_fill([0.0, 0.4], [0.2, 0.6]);
     let before = sums(&configured(&config));
     let mpm = collided(&config, 1500);
     let after = sums(&mpm);
@@ -154,19 +147,11 @@ fn discs(shape: ShapeFunction, transfer: Transfer, [x, y]: [f64; 2]) -> MpmConfi
     (config.shape, config.transfer) = (shape, transfer);
     config.grid_contact = Some(GridContact { friction: 0.3 });
     let around = Wall::Periodic;
-    config.walls = Walls {
-        left: around,
-        right: around,
-        bottom: around,
-        top: around,
-    };
+    config.walls = walls(around, around, around, around);
     let group = config.groups[0].clone();
     let disc = |name: &str, center, velocity| GroupConfig {
         name: name.into(),
-        fill: Fill::Disc {
-            center,
-            radius: 0.1,
-        },
+        fill: disc_fill(center, 0.1),
         spacing: Spacing::PerCell(4),
         velocity,
         ..group.clone()

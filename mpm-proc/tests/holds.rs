@@ -3,13 +3,12 @@
 use core::f64::consts::PI;
 
 use interface::config::{
-    Fill, GridContact, Hold, MaterialModel, MpmConfig, Probe, ShapeFunction, Spacing, StressUpdate,
-    Transfer, Wall, Walls,
+    GridContact, Hold, MpmConfig, Probe, ShapeFunction, Spacing, StressUpdate, Transfer, Wall,
 };
 use interface::message::wire::{EnvelopeVertex, ImpForce};
 use interface::solver::MpmSolver;
 
-use crate::blocks::{Stepper, bits, block, configured};
+use crate::blocks::{Stepper, block, configured, elastic_model, rectangle_fill, walls};
 use crate::saved::flying;
 use mpm_proc::Mpm;
 
@@ -29,10 +28,7 @@ fn supported(shape: ShapeFunction, transfer: Transfer) -> MpmConfig {
     let mut config = flying();
     (config.shape, config.transfer) = (shape, transfer);
     config.walls.right = Wall::Slip;
-    config.groups[0].fill = Fill::Rectangle {
-        lower: [0.5, 0.3],
-        upper: [0.8, 0.5],
-    };
+    config.groups[0].fill = rectangle_fill([0.5, 0.3], [0.8, 0.5]);
     config.groups[0].spacing = Spacing::PerCell(16);
     config.forcing.holds = vec![
         hold([[0.5, 0.3], [0.52, 0.31]], [true, true]),
@@ -96,18 +92,6 @@ fn held_points_keep_their_place_and_the_impulses_are_booked() {
     }
 }
 
-#[test]
-fn holds_give_the_same_bits_for_any_number_of_threads() {
-    let run = |threads| {
-        let mut config = supported(ShapeFunction::QuadraticBspline, Transfer::Apic);
-        config.threads = threads;
-        let mut mpm = configured(&config);
-        Stepper::new().run(&mut mpm, 2e-4, 100);
-        bits(&mpm)
-    };
-    assert_eq!(run(1), run(2));
-}
-
 /// A bar between slip walls, of `E = 1e5`, `nu = 0` and `c = 10 m/s`, held in the middle. Either half swings in its first mode,
 /// `u = a/(2 pi c) |sin(2 pi x)| sin(2 pi c t)`, so that the support takes the jump of the stress, `2 E a/c sin(2 pi c t)` per
 /// height. Returns the relative rms error of the displacement, and the largest error of the support's force over its
@@ -120,18 +104,10 @@ fn held_bar(shape: ShapeFunction, cells: u32) -> [f64; 2] {
     config.stress_update = StressUpdate::Usavg;
     config.cell = cell;
     config.domain = [[0.0, 0.0], [1.0, 2.0 * cell]];
-    config.walls = Walls {
-        left: Wall::Slip,
-        right: Wall::Slip,
-        bottom: Wall::Slip,
-        top: Wall::Slip,
-    };
-    config.materials[0].model = MaterialModel::LinearElastic {
-        bulk_modulus: stiffness / 3.0,
-        shear_modulus: stiffness / 2.0,
-    };
+    config.walls = walls(Wall::Slip, Wall::Slip, Wall::Slip, Wall::Slip);
+    config.materials[0].model = elastic_model(stiffness / 3.0, stiffness / 2.0);
     let [lower, upper] = config.domain;
-    config.groups[0].fill = Fill::Rectangle { lower, upper };
+    config.groups[0].fill = rectangle_fill(lower, upper);
     // An odd number of columns: one stands in the middle.
     config.groups[0].spacing = Spacing::Counts([3 * cells + 1, 6]);
     config.groups[0].fields.velocity = Some([format!("{amplitude}*abs(sin(2*pi*x))"), "0".into()]);
@@ -237,25 +213,6 @@ fn a_support_carries_the_weight() {
     assert!(force[0].abs() < 1e-6 * weight, "{force:?}");
 }
 
-#[test]
-fn a_region_without_points_is_refused() {
-    let within = [[0.0, 0.0], [0.05, 0.05]];
-    let mut probed = block();
-    probed.probes = vec![Probe {
-        name: "nowhere".into(),
-        points: "block".into(),
-        within,
-    }];
-    let mut held = block();
-    held.forcing.holds = vec![hold(within, [true, false])];
-    for (config, key) in [(probed, "mpm.probe.0.within"), (held, "mpm.hold.0.within")] {
-        let refusal = Mpm::new().configure(&config).unwrap_err();
-        assert_eq!(refusal.key, key);
-        let text = "holds no points of group 'block'";
-        assert!(refusal.message.contains(text), "{refusal}");
-    }
-}
-
 /// A probe tells what the points say one by one.
 #[test]
 fn a_probe_is_the_mean_of_its_points() {
@@ -263,10 +220,7 @@ fn a_probe_is_the_mean_of_its_points() {
         let mut config = flying();
         let mut other = config.groups[0].clone();
         config.groups[0].spacing = Spacing::PerCell(4);
-        other.fill = Fill::Rectangle {
-            lower: [0.45, 0.3],
-            upper: [0.6, 0.5],
-        };
+        other.fill = rectangle_fill([0.45, 0.3], [0.6, 0.5]);
         other.name = "other".into();
         config.groups.push(other);
         let probe = |points: &str, within| Probe {

@@ -19,7 +19,7 @@ fn random_cases_agree_with_the_oracle_of_the_kit() {
     let options = Options {
         only: random.map(|clause| clause.id.into()).collect(),
         random: RandomCases {
-            cases: 60,
+            cases: 120,
             time: Duration::MAX,
             ..RandomCases::default()
         },

@@ -1,13 +1,14 @@
 //! The step limits against eigenvalues of dense matrices.
 
-use interface::config::{Fill, MpmConfig, ShapeFunction, Spacing, StressUpdate, Transfer};
+use interface::config::{MpmConfig, ShapeFunction, Spacing, StressUpdate, Transfer};
 use interface::message::wire::{ImpForce, Limits, PointState};
 use interface::solver::MpmSolver;
-use interface::step::Step;
 use nalgebra::{DMatrix, DVector};
 
 use crate::against_reference::everywhere;
-use crate::blocks::{BULK, Random, SHEAR, Stepper, block, configured};
+use crate::blocks::{
+    BULK, Random, SHEAR, Stepper, block, configured, elastic_model, first_step, points_fill,
+};
 use mechanics::reference::Kernel;
 use mpm_proc::Mpm;
 
@@ -40,9 +41,7 @@ fn scattered(config: &mut MpmConfig, random: &mut Random, count: usize) -> Vec<[
     let positions: Vec<[f64; 2]> = (0..count)
         .map(|_| [random.between(0.2, 0.4), random.between(0.3, 0.5)])
         .collect();
-    config.groups[0].fill = Fill::Points {
-        positions: positions.clone(),
-    };
+    config.groups[0].fill = points_fill(positions.clone());
     config.groups[0].spacing = Spacing::Distance(0.025);
     positions
 }
@@ -88,13 +87,7 @@ fn of_points(s: &DMatrix<f64>, gx: &DMatrix<f64>, gy: &DMatrix<f64>, share: f64)
 pub fn opening(config: &MpmConfig, forces: &[ImpForce]) -> Limits {
     let mut mpm = configured(config);
     mpm.select_imps(&everywhere());
-    let step = Step {
-        index: 0,
-        time: 0.0,
-        dt_before: 0.0,
-        dt: 0.0,
-        measure: false,
-    };
+    let step = first_step(0.0, false);
     mpm.step(&step, forces).expect("a sound step")
 }
 
@@ -283,13 +276,7 @@ fn the_contact_frequency_bounds_that_of_surfaces_with_friction() {
 #[test]
 fn without_imps_there_is_no_contact_limit() {
     let mut mpm = configured(&block());
-    let step = Step {
-        index: 0,
-        time: 0.0,
-        dt_before: 0.0,
-        dt: 0.0,
-        measure: false,
-    };
+    let step = first_step(0.0, false);
     let limits = mpm.step(&step, &[]).expect("a sound step");
     assert_eq!(
         (
@@ -327,54 +314,6 @@ fn the_limit_of_linear_hats_bounds_the_operator_on_points() {
         tightest = tightest.max(exact / limits.omega_sq);
     }
     assert!(tightest > 0.1, "{tightest}");
-}
-
-/// The force on a point reaches the grid whole in every scheme, and what a point feels of its own force is bounded.
-#[test]
-fn contact_force_schemes_pass_on_the_whole_force() {
-    use interface::config::ContactForceScheme;
-    for scheme in [
-        ContactForceScheme::Point,
-        ContactForceScheme::NearestNodes,
-        ContactForceScheme::Traction,
-    ] {
-        let mut config = block();
-        config.contact_force = scheme;
-        let mut mpm = configured(&config);
-        let count = mpm.select_imps(&everywhere()).len();
-        let mut random = Random::new(9);
-        let mut total = [0.0; 2];
-        let forces: Vec<ImpForce> = (0..count)
-            .map(|_| {
-                let force = [random.between(-1.0, 1.0), random.between(-1.0, 1.0)];
-                total[0] += force[0];
-                total[1] += force[1];
-                ImpForce {
-                    force,
-                    stiffness: 1e4,
-                    ..ImpForce::default()
-                }
-            })
-            .collect();
-        let step = Step {
-            index: 0,
-            time: 0.0,
-            dt_before: 0.0,
-            dt: 2e-4,
-            measure: true,
-        };
-        let limits = mpm.step(&step, &forces).expect("a sound step");
-        let ledger = mpm.measurement().ledger;
-        for a in 0..2 {
-            assert!((ledger.momentum[a] - 1e-4 * total[a]).abs() < 1e-15 * count as f64);
-        }
-        // All points loaded alike: the bound is k/m, reached where the shape function spreads the force.
-        let most = 1e4 / (1000.0 * 0.025 * 0.025);
-        assert!(limits.contact_omega_sq > 0.9 * most, "{scheme:?}");
-        if scheme == ContactForceScheme::Point {
-            assert!(limits.contact_omega_sq <= most * (1.0 + 1e-12));
-        }
-    }
 }
 
 /// Energy after 400 steps of `share` of the solver's own limit over that at the start; infinite if a point leaves the domain.
@@ -415,9 +354,8 @@ fn the_stiffest_square_is_stable_up_to_its_limit_and_not_a_tenth_beyond() {
         (config.shape, config.transfer) = (ShapeFunction::CubicBspline, Transfer::Flip);
         let [low, high] = [0.174_75, 0.225_25];
         config.domain = [[-0.3, -0.3], [0.7, 0.7]];
-        config.groups[0].fill = Fill::Points {
-            positions: vec![[low, high], [high, high], [low, low], [high, low]],
-        };
+        config.groups[0].fill =
+            points_fill(vec![[low, high], [high, high], [low, low], [high, low]]);
         let field = ["1e-6*cos(62*x)", "1e-6*sin(62*y+x)"].map(String::from);
         config.groups[0].fields.velocity = Some(field);
         strained(&mut config, update);
@@ -439,9 +377,7 @@ fn a_lone_point_under_stress_settles_with_usl_up_to_its_limit_and_not_beyond() {
     ] {
         let mut config = block();
         (config.shape, config.transfer) = (shape, transfer);
-        config.groups[0].fill = Fill::Points {
-            positions: vec![[at; 2]],
-        };
+        config.groups[0].fill = points_fill(vec![[at; 2]]);
         config.groups[0].fields.stress = Some(["1", "1", "0", "0"].map(String::from));
         strained(&mut config, StressUpdate::Usl);
         let of = |share| growth(&config, share, &|_| Vec::new());
@@ -456,10 +392,7 @@ fn contact_is_stable_within_its_limit_with_every_stress_update() {
     for update in [StressUpdate::Usf, StressUpdate::Usl] {
         let mut config = block();
         config.transfer = Transfer::Flip;
-        config.materials[0].model = interface::config::MaterialModel::LinearElastic {
-            bulk_modulus: 1e-2,
-            shear_modulus: 1e-2,
-        };
+        config.materials[0].model = elastic_model(1e-2, 1e-2);
         let field = ["1e-6*cos(62*x)", "1e-6*sin(62*y+x)"].map(String::from);
         config.groups[0].fields.velocity = Some(field);
         strained(&mut config, update);

@@ -1,20 +1,17 @@
 //! Orders in time, and the centre of mass: points move with the field that strains them.
 
-use interface::config::{MaterialModel, MpmConfig, StressUpdate, Transfer};
+use interface::config::{MpmConfig, StressUpdate, Transfer};
 use interface::message::wire::ImpForce;
 use interface::solver::MpmSolver;
 
 use crate::against_reference::everywhere;
-use crate::blocks::{BULK, SHEAR, Stepper, block, configured};
+use crate::blocks::{BULK, SHEAR, Stepper, block, configured, neo_hookean_model};
 
 /// A block that swings by two per cent of its size and moves through half a cell in the time in which a wave crosses two.
 fn swinging(transfer: Transfer, update: StressUpdate) -> MpmConfig {
     let mut config = block();
     (config.transfer, config.stress_update) = (transfer, update);
-    config.materials[0].model = MaterialModel::NeoHookean {
-        bulk_modulus: BULK,
-        shear_modulus: SHEAR,
-    };
+    config.materials[0].model = neo_hookean_model(BULK, SHEAR);
     let x = "7.5 + 0.75*cos(pi*(x - 0.1)/0.3)*cos(pi*(y - 0.3)/0.2)";
     let y = "4.5 + 0.5*cos(2*pi*(x - 0.1)/0.3)*cos(pi*(y - 0.3)/0.2)";
     config.groups[0].fields.velocity = Some([x, y].map(Into::into));

@@ -1,18 +1,18 @@
 //! Periodic walls, and walls that are mirrors to B-splines.
 
-use interface::config::{Fill, MpmConfig, ShapeFunction, Spacing, Transfer, Wall, Walls};
+use interface::config::{MpmConfig, ShapeFunction, Spacing, Transfer, Wall, Walls};
 use interface::message::wire::ImpForce;
 use interface::solver::{Fault, MpmSolver};
 
 use crate::against_reference::everywhere;
-use crate::blocks::{Stepper, bits, block, configured};
+use crate::blocks::{Stepper, bits, block, configured, disc_fill, rectangle_fill, walls};
 
-const AROUND: Walls = Walls {
-    left: Wall::Periodic,
-    right: Wall::Periodic,
-    bottom: Wall::Periodic,
-    top: Wall::Periodic,
-};
+const AROUND: Walls = walls(
+    Wall::Periodic,
+    Wall::Periodic,
+    Wall::Periodic,
+    Wall::Periodic,
+);
 
 /// A disc about (`x`, 0.4) that spins, swells and flies, in a domain that closes on itself after 20 by 16 cells.
 fn disc(shape: ShapeFunction, transfer: Transfer, x: f64, threads: usize) -> MpmConfig {
@@ -20,10 +20,7 @@ fn disc(shape: ShapeFunction, transfer: Transfer, x: f64, threads: usize) -> Mpm
     (config.shape, config.transfer) = (shape, transfer);
     config.threads = threads;
     config.walls = AROUND;
-    config.groups[0].fill = Fill::Disc {
-        center: [x, 0.4],
-        radius: 0.15,
-    };
+    config.groups[0].fill = disc_fill([x, 0.4], 0.15);
     config.groups[0].spacing = Spacing::PerCell(9);
     config.groups[0].velocity = [5.0, -4.0];
     config.constants.insert("a".into(), x);
@@ -186,10 +183,7 @@ fn a_field_that_is_linear_up_to_a_wall_stays_so() {
         let mut config = block();
         config.shape = shape;
         config.walls.left = wall;
-        config.groups[0].fill = Fill::Rectangle {
-            lower: [-0.2, 0.1],
-            upper: [0.3, 0.9],
-        };
+        config.groups[0].fill = rectangle_fill([-0.2, 0.1], [0.3, 0.9]);
         config.groups[0].fields.velocity = Some(field.map(Into::into));
         let mut mpm = configured(&config);
         let start = mpm.points();

@@ -1,11 +1,11 @@
 //! Motion against closed forms.
 
-use interface::config::{
-    Fill, MaterialModel, ShapeFunction, Spacing, StressUpdate, Transfer, Wall,
-};
+use interface::config::{MaterialModel, ShapeFunction, Spacing, StressUpdate, Transfer, Wall};
 use interface::solver::MpmSolver;
 
-use crate::blocks::{BULK, SHEAR, Stepper, block, configured, stand};
+use crate::blocks::{
+    BULK, SHEAR, Stepper, block, configured, disc_fill, elastic_model, rectangle_fill, stand,
+};
 
 const SCHEMES: [(ShapeFunction, Transfer); 5] = [
     (ShapeFunction::Ugimp, Transfer::Flip),
@@ -101,10 +101,7 @@ fn the_work_of_the_stress_is_stored_where_the_law_has_an_energy() {
         config.materials[0].model = model;
         let mut other = config.groups[0].clone();
         other.name = "other".into();
-        other.fill = Fill::Rectangle {
-            lower: [0.4, 0.35],
-            upper: [0.7, 0.55],
-        };
+        other.fill = rectangle_fill([0.4, 0.35], [0.7, 0.55]);
         (config.groups[0].velocity, other.velocity) = ([4.0, 0.0], [-4.0, 0.0]);
         config.groups.push(other);
         let mut mpm = configured(&config);
@@ -118,10 +115,7 @@ fn the_work_of_the_stress_is_stored_where_the_law_has_an_energy() {
         }
         off / most
     };
-    let hencky = MaterialModel::LinearElastic {
-        bulk_modulus,
-        shear_modulus,
-    };
+    let hencky = elastic_model(bulk_modulus, shear_modulus);
     let [coarse, fine] = [2e-4, 1e-4].map(|dt| gap(hencky, dt));
     assert!(fine < 1e-3 && coarse > 3.0 * fine, "{coarse:e} {fine:e}");
     let rate = MaterialModel::Hypoelastic {
@@ -140,10 +134,7 @@ fn half_of_each_stress_update_balances_to_second_order() {
         let mut config = block();
         (config.shape, config.transfer) = (ShapeFunction::Ugimp, Transfer::Flip);
         (config.cell, config.stress_update) = (0.01, update);
-        config.groups[0].fill = Fill::Disc {
-            center: [0.1, 0.3],
-            radius: 0.03,
-        };
+        config.groups[0].fill = disc_fill([0.1, 0.3], 0.03);
         config.groups[0].spacing = Spacing::Distance(0.005);
         config.groups[0].fields.velocity =
             Some(["2 + 30*(x - 0.1)".into(), "1 - 30*(y - 0.3)".into()]);
@@ -179,17 +170,11 @@ fn a_ringing_block_keeps_its_energy() {
     config.cell = 0.02;
     config.groups[0].spacing = Spacing::PerCell(4);
     // Two halves that meet at 0.2 m/s each, joined by the grid.
-    config.groups[0].fill = Fill::Rectangle {
-        lower: [0.1, 0.3],
-        upper: [0.24, 0.5],
-    };
+    config.groups[0].fill = rectangle_fill([0.1, 0.3], [0.24, 0.5]);
     config.groups[0].velocity = [0.2, 0.0];
     let mut other = config.groups[0].clone();
     other.name = "right".into();
-    other.fill = Fill::Rectangle {
-        lower: [0.24, 0.3],
-        upper: [0.38, 0.5],
-    };
+    other.fill = rectangle_fill([0.24, 0.3], [0.38, 0.5]);
     other.velocity = [-0.2, 0.0];
     config.groups.push(other);
     let mut mpm = configured(&config);
@@ -233,10 +218,7 @@ fn a_block_flies_freely_until_it_is_at_a_wall_with_friction() {
         config.walls.bottom = Wall::Friction { coefficient: 0.5 };
         config.groups[0].velocity = [0.5, -1.0];
         // Half a cell above, so it is there after 0.025 s.
-        config.groups[0].fill = Fill::Rectangle {
-            lower: [0.1, bottom + 0.025],
-            upper: [0.4, bottom + 0.225],
-        };
+        config.groups[0].fill = rectangle_fill([0.1, bottom + 0.025], [0.4, bottom + 0.225]);
         let mut mpm = configured(&config);
         let mut stepper = Stepper::new();
         let mut impulse = |steps| {

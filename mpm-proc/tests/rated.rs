@@ -1,12 +1,10 @@
 //! Smoothing at a rate: the same time smooths the same, whatever the steps.
 
-use interface::config::{
-    Fill, MaterialModel, MpmConfig, ShapeFunction, Spacing, Transfer, Wall, Walls,
-};
+use interface::config::{MaterialModel, MpmConfig, ShapeFunction, Spacing, Transfer, Wall};
 use interface::solver::MpmSolver;
 use nalgebra::{DMatrix, DVector};
 
-use crate::blocks::{Stepper, block, configured};
+use crate::blocks::{Stepper, block, configured, rectangle_fill, walls};
 
 /// Cells of the box, along which everything varies.
 const CELLS: usize = 8;
@@ -30,19 +28,14 @@ fn dust(transfer: Transfer) -> MpmConfig {
     config.cell = CELL;
     config.domain = [[0.0, 0.0], [CELLS as f64 * CELL, 4.0 * CELL]];
     let wall = Wall::Periodic;
-    config.walls = Walls {
-        left: wall,
-        right: wall,
-        bottom: wall,
-        top: wall,
-    };
+    config.walls = walls(wall, wall, wall, wall);
     config.materials[0].model = MaterialModel::Fluid {
         bulk_modulus: 1e-9,
         exponent: 1.0,
         viscosity: 0.0,
     };
     let [lower, upper] = config.domain;
-    config.groups[0].fill = Fill::Rectangle { lower, upper };
+    config.groups[0].fill = rectangle_fill(lower, upper);
     config.groups[0].spacing = Spacing::PerCell((PER_CELL * PER_CELL) as u32);
     let wave = format!(
         "1e-9*(sin(4*pi*x/{0}) + 0.5*sign(sin(2*pi*x/{CELL})))",

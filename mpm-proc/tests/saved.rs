@@ -16,7 +16,10 @@ use interface::config::{
 use interface::message::wire::{EnvelopeVertex, ImpForce};
 use interface::solver::{Fault, MpmSolver};
 
-use crate::blocks::{BULK, Random, SHEAR, Stepper, block, configured};
+use crate::blocks::{
+    BULK, Random, SHEAR, Stepper, block, configured, elastic_model, neo_hookean_model, points_fill,
+    rectangle_fill,
+};
 use mpm_proc::Mpm;
 
 /// Steps that a run which was taken up again is compared over.
@@ -210,16 +213,10 @@ fn frictional(cohesion: f64) -> Frictional {
 fn models() -> [MaterialModel; 9] {
     let (bulk_modulus, shear_modulus) = (BULK, SHEAR);
     [
-        MaterialModel::LinearElastic {
-            bulk_modulus,
-            shear_modulus,
-        },
+        elastic_model(bulk_modulus, shear_modulus),
         MaterialModel::DruckerPrager(frictional(500.0)),
         MaterialModel::MohrCoulomb(frictional(500.0)),
-        MaterialModel::NeoHookean {
-            bulk_modulus,
-            shear_modulus,
-        },
+        neo_hookean_model(bulk_modulus, shear_modulus),
         MaterialModel::Fluid {
             bulk_modulus,
             exponent: 3.0,
@@ -265,7 +262,7 @@ pub(super) fn flying() -> MpmConfig {
 
 fn rectangle(lower: [f64; 2]) -> Fill {
     let upper = [lower[0] + 0.3, lower[1] + 0.2];
-    Fill::Rectangle { lower, upper }
+    rectangle_fill(lower, upper)
 }
 
 /// What happens to the block besides, in turn.
@@ -584,9 +581,7 @@ fn a_state_of_another_configuration_is_refused_with_what_differs() {
     // Given point by point, groups are told apart by their number alone.
     let mut single = flying();
     let mut positions = vec![[0.2, 0.3], [0.3, 0.3]];
-    let fill = |positions: &Vec<[f64; 2]>| Fill::Points {
-        positions: positions.clone(),
-    };
+    let fill = |positions: &Vec<[f64; 2]>| points_fill(positions.clone());
     single.groups[0].spacing = Spacing::Distance(0.02);
     single.groups[0].fill = fill(&positions);
     let bytes = configured(&single).save().unwrap();
@@ -604,10 +599,7 @@ fn a_configuration_with_other_laws_goes_on_from_the_state() {
     other.gravity = [0.0, -1.0];
     other.walls.bottom = Wall::Slip;
     other.leaving = Leaving::Remove;
-    other.materials[0].model = MaterialModel::LinearElastic {
-        bulk_modulus: 0.5 * BULK,
-        shear_modulus: 0.5 * SHEAR,
-    };
+    other.materials[0].model = elastic_model(0.5 * BULK, 0.5 * SHEAR);
     let mut branch = configured(&other);
     branch.restore(&bytes).unwrap();
     let place = |mpm: &Mpm| mpm.points().iter().map(|p| p.position).collect::<Vec<_>>();

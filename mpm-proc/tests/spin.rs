@@ -1,11 +1,9 @@
 //! Nodes that are given the spin of a group.
 
-use interface::config::{
-    Fill, InitialFields, MpmConfig, ShapeFunction, Spacing, StressUpdate, Transfer,
-};
+use interface::config::{InitialFields, MpmConfig, ShapeFunction, Spacing, StressUpdate, Transfer};
 use interface::solver::MpmSolver;
 
-use crate::blocks::{Stepper, block, configured};
+use crate::blocks::{Stepper, block, configured, disc_fill};
 use mpm_proc::Mpm;
 
 /// A disc that turns at 20 rad/s about a centre that flies at (0.3, 0.1) m/s.
@@ -15,10 +13,7 @@ fn turning(shape: ShapeFunction, transfer: Transfer, keeps_spin: bool) -> MpmCon
     config.stress_update = StressUpdate::Usavg;
     let group = &mut config.groups[0];
     group.keeps_spin = keeps_spin;
-    group.fill = Fill::Disc {
-        center: [0.3, 0.5],
-        radius: 0.17,
-    };
+    group.fill = disc_fill([0.3, 0.5], 0.17);
     group.spacing = Spacing::PerCell(4);
     group.fields = InitialFields {
         velocity: Some(["0.3 - 20*(y - 0.5)", "0.1 + 20*(x - 0.3)"].map(str::to_owned)),

@@ -1,12 +1,10 @@
 //! Volumes that points share ([`mpm_proc::pass::volumes`]).
 
 use interface::config::material::Inertial;
-use interface::config::{
-    Fill, InitialFields, MaterialModel, MpmConfig, Spacing, Transfer, Wall, Walls,
-};
+use interface::config::{InitialFields, MaterialModel, MpmConfig, Spacing, Transfer, Wall};
 use interface::solver::MpmSolver;
 
-use crate::blocks::{Random, Stepper, block, configured};
+use crate::blocks::{Random, Stepper, block, configured, points_fill, walls};
 
 const CELL: f64 = 2e-3;
 const HEIGHT: f64 = 8.0 * CELL;
@@ -28,12 +26,7 @@ fn layer(volume_rate: f64) -> MpmConfig {
         order: 2,
         pic_rate: 50.0,
     };
-    config.walls = Walls {
-        left: Wall::Periodic,
-        right: Wall::Periodic,
-        bottom: Wall::Fixed,
-        top: Wall::Open,
-    };
+    config.walls = walls(Wall::Periodic, Wall::Periodic, Wall::Fixed, Wall::Open);
     config.materials[0].density = 1500.0;
     config.materials[0].model = MaterialModel::MuI(Inertial {
         bulk_modulus: 5e5,
@@ -51,7 +44,7 @@ fn layer(volume_rate: f64) -> MpmConfig {
         .flat_map(|j| (0..8).map(move |i| (i, j)))
         .map(|(i, j)| [near(i), near(j)])
         .collect();
-    config.groups[0].fill = Fill::Points { positions };
+    config.groups[0].fill = points_fill(positions);
     config.groups[0].spacing = Spacing::Distance(side);
     let [x, y] = GRAVITY.map(|g| 1500.0 * g);
     let pressed = format!("{y}*max({HEIGHT} - y, 0)");
