@@ -68,199 +68,19 @@ fn whole_name(name: &str) -> &str {
     if name == "t" { "time" } else { name }
 }
 
-const fn row<T: ?Sized>(
-    name: &'static str,
-    unit: &'static str,
-    meaning: &'static str,
-    value: fn(&T) -> f64,
-) -> Row<T> {
-    Row {
-        name,
-        unit,
-        meaning,
-        value,
-    }
+/// A table of quantities, one a line: name, unit, meaning, value.
+macro_rules! table {
+    ($(#[$doc:meta])* $name:ident: $of:ty;
+        $($row:literal, $unit:literal, $meaning:literal, $value:expr;)*) => {
+        $(#[$doc])*
+        const $name: &[Row<$of>] = &[$(Row {
+            name: $row,
+            unit: $unit,
+            meaning: $meaning,
+            value: $value,
+        }),*];
+    };
 }
-
-/// Quantities that every scene has. The time is the first.
-const OF_RUN: &[Row<Ledgers>] = &[
-    row("time", "s", "simulated time; `t` for short", |m| m.time),
-    row(
-        "energy.kinetic",
-        "J/m",
-        "kinetic energy of the points, and of the translation of the bodies",
-        |m| m.balance.now.kinetic,
-    ),
-    row(
-        "energy.rotation",
-        "J/m",
-        "kinetic energy of the rotation of the bodies",
-        |m| m.balance.now.rotation,
-    ),
-    row(
-        "energy.elastic",
-        "J/m",
-        "elastic energy of the points",
-        |m| m.balance.now.elastic,
-    ),
-    row(
-        "energy.gravity",
-        "J/m",
-        "potential energy of gravity",
-        |m| m.balance.now.gravity,
-    ),
-    row("energy.contact", "J/m", "energy in contact springs", |m| {
-        m.balance.now.contact
-    }),
-    row(
-        "energy.friction",
-        "J/m",
-        "dissipated by friction so far",
-        |m| m.balance.now.friction,
-    ),
-    row(
-        "energy.viscous",
-        "J/m",
-        "dissipated by viscosity so far",
-        |m| m.balance.now.viscous,
-    ),
-    row(
-        "energy.plastic",
-        "J/m",
-        "dissipated by plastic flow so far",
-        |m| m.balance.now.plastic,
-    ),
-    row(
-        "energy.transfer",
-        "J/m",
-        "taken from the motion by the transfer between points and nodes so far; below zero if it has given more than it took",
-        |m| m.balance.now.transfer,
-    ),
-    row(
-        "energy.transfer_relative",
-        "1",
-        "the same relative to the largest energy in play so far",
-        |m| m.balance.transfer_relative(),
-    ),
-    row(
-        "energy.driven",
-        "J/m",
-        "work of driven bodies and boundaries so far",
-        |m| m.balance.now.driven,
-    ),
-    row(
-        "energy.total",
-        "J/m",
-        "the five energies, plus the four taken (a transfer that gives counts as 0), minus the work put in: conserved but for the residual",
-        |m| m.balance.now.total,
-    ),
-    row(
-        "energy.residual",
-        "J/m",
-        "total minus its first value",
-        |m| m.balance.residual,
-    ),
-    row(
-        "energy.residual_relative",
-        "1",
-        "the residual relative to the largest energy in play so far",
-        |m| m.balance.residual_relative(),
-    ),
-    row(
-        "energy.stress_work",
-        "J/m",
-        "work of the stress of the points so far, minus what plastic flow and viscous stress took of it; no part of the total; NaN, which passes no check, if the continuum does not keep that work (capability `stress_work`)",
-        |m| m.balance.work_gap().map_or(f64::NAN, |_| m.mpm.stress_work),
-    ),
-    row(
-        "energy.work_gap",
-        "J/m",
-        "`energy.stress_work` minus the growth of `energy.elastic`: what a law without an energy takes (above 0) or creates (below 0); of a law with an energy the error of the quadrature; NaN as `energy.stress_work`",
-        |m| m.balance.work_gap().unwrap_or(f64::NAN),
-    ),
-    row(
-        "energy.work_gap_relative",
-        "1",
-        "the work gap relative to the largest energy in play so far",
-        |m| m.balance.work_gap_relative().unwrap_or(f64::NAN),
-    ),
-    row(
-        "momentum.x",
-        "N s/m",
-        "linear momentum of points and bodies, half a step after the time of the positions",
-        |m| m.mpm.momentum[0] + m.dem.momentum[0],
-    ),
-    row("momentum.y", "N s/m", "the same in y", |m| {
-        m.mpm.momentum[1] + m.dem.momentum[1]
-    }),
-    row(
-        "momentum_error",
-        "1",
-        "change of momentum minus the applied impulses, relative to the largest momentum so far: of all groups and bodies one by one, or handed over by contact or from outside",
-        |m| m.balance.momentum_error,
-    ),
-    row(
-        "angular_momentum",
-        "N s",
-        "angular momentum of points and bodies about the origin, with the velocities of `momentum.x`",
-        |m| m.mpm.angular_momentum + m.dem.angular_momentum,
-    ),
-    row(
-        "angular_momentum_error",
-        "1",
-        "change of angular momentum minus the moments of the applied impulses, relative to the largest angular momentum about the centre of mass so far: of all groups and bodies, of a side, or handed over by contact or from outside; NaN with periodic walls",
-        |m| {
-            m.balance
-                .angular_momentum_error()
-                .map_or(f64::NAN, |[now, _]| now)
-        },
-    ),
-    row("contact.force.x", "N/m", "force of bodies on points", |m| {
-        m.mpm.contact_force[0]
-    }),
-    row("contact.force.y", "N/m", "the same in y", |m| {
-        m.mpm.contact_force[1]
-    }),
-    row(
-        "contact.points",
-        "1",
-        "points in contact with bodies",
-        |m| m.mpm.contacts as f64,
-    ),
-];
-
-/// Quantities of one point group.
-const OF_GROUP: &[Row<GroupState>] = &[
-    row("x", "m", "centre of mass", |g| g.position[0]),
-    row("y", "m", "the same in y", |g| g.position[1]),
-    row("vx", "m/s", "mean velocity by mass", |g| g.velocity[0]),
-    row("vy", "m/s", "the same in y", |g| g.velocity[1]),
-    row("mass", "kg/m", "mass", |g| g.mass),
-    row("kinetic", "J/m", "kinetic energy", |g| g.kinetic),
-    row("fx", "N/m", "force of bodies and other groups on it", |g| {
-        g.contact_force[0]
-    }),
-    row("fy", "N/m", "the same in y", |g| g.contact_force[1]),
-    row("xmin", "m", "least x of its points", |g| g.lower[0]),
-    row("xmax", "m", "largest x of its points", |g| g.upper[0]),
-    row("ymin", "m", "least y of its points", |g| g.lower[1]),
-    row("ymax", "m", "largest y of its points", |g| g.upper[1]),
-    row(
-        "contacts",
-        "1",
-        "its points in contact with bodies or other groups",
-        |g| g.contacts as f64,
-    ),
-    row(
-        "loaded_width",
-        "m",
-        "extent in x of its points in contact",
-        |g| g.loaded_upper[0] - g.loaded_lower[0],
-    ),
-    row("loaded_height", "m", "the same in y", |g| {
-        g.loaded_upper[1] - g.loaded_lower[1]
-    }),
-];
 
 /// Points with a name: their present state and first position.
 struct Followed {
@@ -269,136 +89,139 @@ struct Followed {
     first: [f64; 2],
 }
 
-/// Quantities of one probe. The place is the first, in x and y.
-const OF_PROBE: &[Row<Followed>] = &[
-    row("x", "m", "centre of mass of its points", |p| {
-        p.now.position[0]
-    }),
-    row("y", "m", "the same in y", |p| p.now.position[1]),
-    row("ux", "m", "displacement since t = 0", |p| {
-        p.now.position[0] - p.first[0]
-    }),
-    row("uy", "m", "the same in y", |p| {
-        p.now.position[1] - p.first[1]
-    }),
-    row("vx", "m/s", "mean velocity by mass", |p| p.now.velocity[0]),
-    row("vy", "m/s", "the same in y", |p| p.now.velocity[1]),
-    row("mass", "kg/m", "mass", |p| p.now.mass),
-    row("fx", "N/m", "force of bodies on its points", |p| {
-        p.now.contact_force[0]
-    }),
-    row("fy", "N/m", "the same in y", |p| p.now.contact_force[1]),
-];
+table! {
+    /// Quantities that every scene has. The time is the first.
+    OF_RUN: Ledgers;
+    "time", "s", "simulated time; `t` for short", |m| m.time;
+    "energy.kinetic", "J/m", "kinetic energy of the points, and of the translation of the bodies", |m| m.balance.now.kinetic;
+    "energy.rotation", "J/m", "kinetic energy of the rotation of the bodies", |m| m.balance.now.rotation;
+    "energy.elastic", "J/m", "elastic energy of the points", |m| m.balance.now.elastic;
+    "energy.gravity", "J/m", "potential energy of gravity", |m| m.balance.now.gravity;
+    "energy.contact", "J/m", "energy in contact springs", |m| m.balance.now.contact;
+    "energy.friction", "J/m", "dissipated by friction so far", |m| m.balance.now.friction;
+    "energy.viscous", "J/m", "dissipated by viscosity so far", |m| m.balance.now.viscous;
+    "energy.plastic", "J/m", "dissipated by plastic flow so far", |m| m.balance.now.plastic;
+    "energy.transfer", "J/m", "taken from the motion by the transfer between points and nodes so far; below zero if it has given more than it took",
+        |m| m.balance.now.transfer;
+    "energy.transfer_relative", "1", "the same relative to the largest energy in play so far",
+        |m| m.balance.transfer_relative();
+    "energy.driven", "J/m", "work of driven bodies and boundaries so far", |m| m.balance.now.driven;
+    "energy.total", "J/m", "the five energies, plus the four taken (a transfer that gives counts as 0), minus the work put in: conserved but for the residual",
+        |m| m.balance.now.total;
+    "energy.residual", "J/m", "total minus its first value", |m| m.balance.residual;
+    "energy.residual_relative", "1", "the residual relative to the largest energy in play so far",
+        |m| m.balance.residual_relative();
+    "energy.stress_work", "J/m", "work of the stress of the points so far, minus what plastic flow and viscous stress took of it; no part of the total; NaN, which passes no check, if the continuum does not keep that work (capability `stress_work`)",
+        |m| m.balance.work_gap().map_or(f64::NAN, |_| m.mpm.stress_work);
+    "energy.work_gap", "J/m", "`energy.stress_work` minus the growth of `energy.elastic`: what a law without an energy takes (above 0) or creates (below 0); of a law with an energy the error of the quadrature; NaN as `energy.stress_work`",
+        |m| m.balance.work_gap().unwrap_or(f64::NAN);
+    "energy.work_gap_relative", "1", "the work gap relative to the largest energy in play so far",
+        |m| m.balance.work_gap_relative().unwrap_or(f64::NAN);
+    "momentum.x", "N s/m", "linear momentum of points and bodies, half a step after the time of the positions",
+        |m| m.mpm.momentum[0] + m.dem.momentum[0];
+    "momentum.y", "N s/m", "the same in y", |m| m.mpm.momentum[1] + m.dem.momentum[1];
+    "momentum_error", "1", "change of momentum minus the applied impulses, relative to the largest momentum so far: of all groups and bodies one by one, or handed over by contact or from outside",
+        |m| m.balance.momentum_error;
+    "angular_momentum", "N s", "angular momentum of points and bodies about the origin, with the velocities of `momentum.x`",
+        |m| m.mpm.angular_momentum + m.dem.angular_momentum;
+    "angular_momentum_error", "1", "change of angular momentum minus the moments of the applied impulses, relative to the largest angular momentum about the centre of mass so far: of all groups and bodies, of a side, or handed over by contact or from outside; NaN with periodic walls",
+        |m| m.balance.angular_momentum_error().map_or(f64::NAN, |[now, _]| now);
+    "contact.force.x", "N/m", "force of bodies on points", |m| m.mpm.contact_force[0];
+    "contact.force.y", "N/m", "the same in y", |m| m.mpm.contact_force[1];
+    "contact.points", "1", "points in contact with bodies", |m| m.mpm.contacts as f64;
+}
 
-/// Quantities of one hold.
-const OF_HOLD: &[Row<GroupState>] = &[
-    row("x", "m", "centre of mass of the held points", |h| {
-        h.position[0]
-    }),
-    row("y", "m", "the same in y", |h| h.position[1]),
-    row("fx", "N/m", "force of the support on them", |h| {
-        h.contact_force[0]
-    }),
-    row("fy", "N/m", "the same in y", |h| h.contact_force[1]),
-];
+table! {
+    /// Quantities of one point group.
+    OF_GROUP: GroupState;
+    "x", "m", "centre of mass", |g| g.position[0];
+    "y", "m", "the same in y", |g| g.position[1];
+    "vx", "m/s", "mean velocity by mass", |g| g.velocity[0];
+    "vy", "m/s", "the same in y", |g| g.velocity[1];
+    "mass", "kg/m", "mass", |g| g.mass;
+    "kinetic", "J/m", "kinetic energy", |g| g.kinetic;
+    "fx", "N/m", "force of bodies and other groups on it", |g| g.contact_force[0];
+    "fy", "N/m", "the same in y", |g| g.contact_force[1];
+    "xmin", "m", "least x of its points", |g| g.lower[0];
+    "xmax", "m", "largest x of its points", |g| g.upper[0];
+    "ymin", "m", "least y of its points", |g| g.lower[1];
+    "ymax", "m", "largest y of its points", |g| g.upper[1];
+    "contacts", "1", "its points in contact with bodies or other groups", |g| g.contacts as f64;
+    "loaded_width", "m", "extent in x of its points in contact", |g| g.loaded_upper[0] - g.loaded_lower[0];
+    "loaded_height", "m", "the same in y", |g| g.loaded_upper[1] - g.loaded_lower[1];
+}
 
-/// Quantities of one boundary chain.
-const OF_CHAIN: &[Row<GroupState>] = &[
-    row("x", "m", "mean of its markers", |c| c.position[0]),
-    row("y", "m", "the same in y", |c| c.position[1]),
-    row("fx", "N/m", "force of bodies on it", |c| c.contact_force[0]),
-    row("fy", "N/m", "the same in y", |c| c.contact_force[1]),
-    row("contacts", "1", "markers that bear a force", |c| {
-        c.contacts as f64
-    }),
-    row(
-        "angular_shift",
-        "N s",
-        "angular momentum that the shift of its weights has given to the continuum so far",
-        |c| c.kinetic,
-    ),
-];
+table! {
+    /// Quantities of one probe. The place is the first, in x and y.
+    OF_PROBE: Followed;
+    "x", "m", "centre of mass of its points", |p| p.now.position[0];
+    "y", "m", "the same in y", |p| p.now.position[1];
+    "ux", "m", "displacement since t = 0", |p| p.now.position[0] - p.first[0];
+    "uy", "m", "the same in y", |p| p.now.position[1] - p.first[1];
+    "vx", "m/s", "mean velocity by mass", |p| p.now.velocity[0];
+    "vy", "m/s", "the same in y", |p| p.now.velocity[1];
+    "mass", "kg/m", "mass", |p| p.now.mass;
+    "fx", "N/m", "force of bodies on its points", |p| p.now.contact_force[0];
+    "fy", "N/m", "the same in y", |p| p.now.contact_force[1];
+}
 
-/// Quantities of one body.
-const OF_BODY: &[Row<BodyState>] = &[
-    row("x", "m", "centre of mass", |b| b.position[0]),
-    row("y", "m", "the same in y", |b| b.position[1]),
-    row("vx", "m/s", "its velocity", |b| b.velocity[0]),
-    row("vy", "m/s", "the same in y", |b| b.velocity[1]),
-    row("angle", "rad", "angle, counter-clockwise", |b| b.angle),
-    row("spin", "rad/s", "angular velocity", |b| b.spin),
-    row("mass", "kg/m", "mass", |b| b.mass),
-    row(
-        "inertia",
-        "kg m",
-        "moment of inertia about the centre of mass",
-        |b| b.inertia,
-    ),
-    row(
-        "kinetic",
-        "J/m",
-        "kinetic energy of translation and rotation",
-        kinetic,
-    ),
-    row("fx", "N/m", "force of the points on the body", |b| {
-        b.point_force[0]
-    }),
-    row("fy", "N/m", "the same in y", |b| b.point_force[1]),
-    row("torque", "N", "torque of the points on the body", |b| {
-        b.point_torque
-    }),
-    row("contacts", "1", "points in contact with the body", |b| {
-        b.contacts as f64
-    }),
-    row(
-        "contact_fx",
-        "N/m",
-        "force of other bodies on the body",
-        |b| b.body_force[0],
-    ),
-    row("contact_fy", "N/m", "the same in y", |b| b.body_force[1]),
-    row(
-        "contact_torque",
-        "N",
-        "torque of other bodies on the body",
-        |b| b.body_torque,
-    ),
-];
+table! {
+    /// Quantities of one hold.
+    OF_HOLD: GroupState;
+    "x", "m", "centre of mass of the held points", |h| h.position[0];
+    "y", "m", "the same in y", |h| h.position[1];
+    "fx", "N/m", "force of the support on them", |h| h.contact_force[0];
+    "fy", "N/m", "the same in y", |h| h.contact_force[1];
+}
 
-/// Quantities of a generated set of bodies.
-const OF_FILL: &[Row<[BodyState]>] = &[
-    row("x", "m", "mean position by mass", |f| {
-        mean(f, |b| b.position[0])
-    }),
-    row("y", "m", "the same in y", |f| mean(f, |b| b.position[1])),
-    row("vx", "m/s", "mean velocity by mass", |f| {
-        mean(f, |b| b.velocity[0])
-    }),
-    row("vy", "m/s", "the same in y", |f| mean(f, |b| b.velocity[1])),
-    row("mass", "kg/m", "mass of all", mass),
-    row(
-        "kinetic",
-        "J/m",
-        "kinetic energy of all, with rotation",
-        |f| f.iter().map(kinetic).sum(),
-    ),
-    row("spread", "m", "mean of `|x - x_mean|` by mass", |f| {
-        let x = mean(f, |b| b.position[0]);
-        mean(f, |b| (b.position[0] - x).abs())
-    }),
-    row("xmin", "m", "least x of the centres", |f| {
-        along(f, 0).fold(f64::INFINITY, f64::min)
-    }),
-    row("xmax", "m", "largest x of the centres", |f| {
-        along(f, 0).fold(f64::NEG_INFINITY, f64::max)
-    }),
-    row("ymin", "m", "least y of the centres", |f| {
-        along(f, 1).fold(f64::INFINITY, f64::min)
-    }),
-    row("ymax", "m", "largest y of the centres", |f| {
-        along(f, 1).fold(f64::NEG_INFINITY, f64::max)
-    }),
-];
+table! {
+    /// Quantities of one boundary chain.
+    OF_CHAIN: GroupState;
+    "x", "m", "mean of its markers", |c| c.position[0];
+    "y", "m", "the same in y", |c| c.position[1];
+    "fx", "N/m", "force of bodies on it", |c| c.contact_force[0];
+    "fy", "N/m", "the same in y", |c| c.contact_force[1];
+    "contacts", "1", "markers that bear a force", |c| c.contacts as f64;
+    "angular_shift", "N s", "angular momentum that the shift of its weights has given to the continuum so far", |c| c.kinetic;
+}
+
+table! {
+    /// Quantities of one body.
+    OF_BODY: BodyState;
+    "x", "m", "centre of mass", |b| b.position[0];
+    "y", "m", "the same in y", |b| b.position[1];
+    "vx", "m/s", "its velocity", |b| b.velocity[0];
+    "vy", "m/s", "the same in y", |b| b.velocity[1];
+    "angle", "rad", "angle, counter-clockwise", |b| b.angle;
+    "spin", "rad/s", "angular velocity", |b| b.spin;
+    "mass", "kg/m", "mass", |b| b.mass;
+    "inertia", "kg m", "moment of inertia about the centre of mass", |b| b.inertia;
+    "kinetic", "J/m", "kinetic energy of translation and rotation", kinetic;
+    "fx", "N/m", "force of the points on the body", |b| b.point_force[0];
+    "fy", "N/m", "the same in y", |b| b.point_force[1];
+    "torque", "N", "torque of the points on the body", |b| b.point_torque;
+    "contacts", "1", "points in contact with the body", |b| b.contacts as f64;
+    "contact_fx", "N/m", "force of other bodies on the body", |b| b.body_force[0];
+    "contact_fy", "N/m", "the same in y", |b| b.body_force[1];
+    "contact_torque", "N", "torque of other bodies on the body", |b| b.body_torque;
+}
+
+table! {
+    /// Quantities of a generated set of bodies.
+    OF_FILL: [BodyState];
+    "x", "m", "mean position by mass", |f| mean(f, |b| b.position[0]);
+    "y", "m", "the same in y", |f| mean(f, |b| b.position[1]);
+    "vx", "m/s", "mean velocity by mass", |f| mean(f, |b| b.velocity[0]);
+    "vy", "m/s", "the same in y", |f| mean(f, |b| b.velocity[1]);
+    "mass", "kg/m", "mass of all", mass;
+    "kinetic", "J/m", "kinetic energy of all, with rotation", |f| f.iter().map(kinetic).sum();
+    "spread", "m", "mean of `|x - x_mean|` by mass",
+        |f| { let x = mean(f, |b| b.position[0]); mean(f, |b| (b.position[0] - x).abs()) };
+    "xmin", "m", "least x of the centres", |f| along(f, 0).fold(f64::INFINITY, f64::min);
+    "xmax", "m", "largest x of the centres", |f| along(f, 0).fold(f64::NEG_INFINITY, f64::max);
+    "ymin", "m", "least y of the centres", |f| along(f, 1).fold(f64::INFINITY, f64::min);
+    "ymax", "m", "largest y of the centres", |f| along(f, 1).fold(f64::NEG_INFINITY, f64::max);
+}
 
 fn mass(bodies: &[BodyState]) -> f64 {
     bodies.iter().map(|b| b.mass).sum()
