@@ -157,20 +157,6 @@ impl Clock {
         (self.time() - time).abs() <= 1e-9 * time.abs().max(self.dt)
     }
 
-    /// Whether an epoch of `dt` (s) of which `done` steps are behind can be under way, if `landing` says where it ends after
-    /// how many more steps: what a saved clock has to be.
-    pub fn can_go_on(&self, dt: f64, done: u64, landing: Option<(f64, u64)>) -> bool {
-        let times = [self.epoch_start, self.dt_before, self.dt];
-        let lands = |(time, steps): (f64, u64)| {
-            let mut end = *self;
-            end.steps_in_epoch = end.steps_in_epoch.saturating_add(steps);
-            end.is_at(time)
-        };
-        times.iter().all(|time| time.is_finite())
-            && (self.dt, self.steps_in_epoch) == (dt, done)
-            && landing.is_none_or(lands)
-    }
-
     /// The present time `t_n` in s.
     pub fn time(&self) -> f64 {
         self.epoch_start + self.steps_in_epoch as f64 * self.dt
@@ -249,20 +235,5 @@ mod tests {
             granted.advance();
             clock.advance();
         }
-    }
-
-    /// A saved clock that was not in its epoch was taken.
-    #[test]
-    fn a_clock_goes_on_in_its_own_epoch_only() {
-        let mut clock = Clock::new(0.0);
-        clock.begin_epoch(0.1);
-        clock.advance_by(2);
-        assert!(clock.can_go_on(0.1, 2, None));
-        assert!(clock.can_go_on(0.1, 2, Some((0.3, 1))));
-        assert!(!clock.can_go_on(0.1, 2, Some((0.3, 2))));
-        assert!(!clock.can_go_on(0.1, 1, None));
-        assert!(!clock.can_go_on(0.2, 2, None));
-        let nowhere = Clock::within_epoch(2, f64::INFINITY, 2, 0.0, 0.1);
-        assert!(!nowhere.can_go_on(0.1, 2, None));
     }
 }

@@ -293,17 +293,12 @@ impl Recorder {
         }
     }
 
-    /// Continues from another recorder of the same scene. Returns whether that recorder had as many checks and
-    /// quantities.
-    pub fn resume(&mut self, recorded: Recorded, quantities: usize) -> bool {
-        let slots = recorded.slots.len();
-        let fits =
-            recorded.checks.len() == self.checks.len() && (slots == 0 || slots == 2 * quantities);
+    /// Continues from another recorder of the same scene.
+    pub fn resume(&mut self, recorded: Recorded) {
         self.slots = recorded.slots;
         for ((_, progress), kept) in self.checks.iter_mut().zip(recorded.checks) {
             *progress = kept;
         }
-        fits
     }
 
     /// Names and units of the history's columns, as `name [unit]`; the first is the time.

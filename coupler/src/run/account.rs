@@ -14,7 +14,7 @@ use crate::record::ledger::{Balance, Since, created_words};
 use crate::record::summary::Criteria;
 use crate::record::summary::{EnergyLedger, Status, Summary, VERSION, WallParts};
 use crate::run::failure::RunError;
-use crate::run::pace::{Epoch, Pace, SoFar};
+use crate::run::pace::{Pace, SoFar};
 use crate::scene::Scene;
 
 /// Time used, in s.
@@ -45,9 +45,6 @@ struct Moment {
     cpu: BTreeMap<Party, f64>,
 }
 
-/// Largest of the counts of a run.
-const MOST: u64 = 1 << 62;
-
 /// The part of an account that continues in another process.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub(crate) struct Kept {
@@ -74,23 +71,6 @@ impl Kept {
     /// The steps planned so far.
     pub fn so_far(&self) -> &SoFar {
         &self.so_far
-    }
-
-    /// Whether a run can have counted this: epochs before it are among all, and no count overflows soon.
-    pub fn is_countable(&self) -> bool {
-        let Tally {
-            clock,
-            imps_max,
-            grants,
-            epochs,
-            epochs_before,
-            ..
-        } = self.tally;
-        let outputs = self.so_far.outputs();
-        let steps = self.so_far.bound_by.values();
-        let steps = steps.fold(0, |sum: u64, &steps| sum.saturating_add(steps));
-        let counts = [clock.index(), steps, outputs, imps_max, grants, epochs];
-        epochs_before <= epochs && counts.iter().all(|&count| count <= MOST)
     }
 }
 
@@ -221,13 +201,12 @@ impl Account {
         }
     }
 
-    /// Continues the account of another process. Returns whether that account belongs to this scene, which has so many
-    /// quantities.
-    pub fn resume(&mut self, kept: Kept, quantities: usize) -> bool {
+    /// Continues the account of another process of the same scene.
+    pub fn resume(&mut self, kept: Kept) {
         self.tally = kept.tally;
         self.pace.resume(kept.so_far);
         self.earlier = kept.spent;
-        self.recorder.resume(kept.recorded, quantities)
+        self.recorder.resume(kept.recorded);
     }
 
     /// Begins with the account of a run of another scene. The clock shows 0 if `from_zero`. The numbers of epochs and
@@ -243,14 +222,6 @@ impl Account {
         (tally.clock, tally.since) = (clock, Since::Next);
         tally.epochs = kept.tally.epochs;
         tally.epochs_before = tally.epochs;
-    }
-
-    /// Whether the run can be within this epoch with so many steps done: the clock is in it, and it ends at an output if
-    /// it says so.
-    pub fn can_go_on(&self, epoch: &Epoch, done: u64) -> bool {
-        let left = epoch.steps.saturating_sub(done);
-        let landing = epoch.lands.then(|| (self.pace.next_output(), left));
-        self.tally.clock.can_go_on(epoch.dt, done, landing)
     }
 
     /// Wall time of this process so far.

@@ -73,9 +73,6 @@ pub enum RunError {
     /// A defect of this program: a panic while the solvers share its thread.
     #[error("this program has a defect: {0}")]
     Panicked(String),
-    /// The run cannot continue from its checkpoint.
-    #[error("the checkpoint is not of this run: {0}")]
-    Checkpoint(String),
     /// The run was asked to end before the solvers were ready.
     #[error("interrupted before the first step")]
     Interrupted,
@@ -109,7 +106,6 @@ impl RunError {
             }
             Self::Unmet(_) => "change these keys of the scene, or use another solver",
             Self::Panicked(_) => "please report it, with the scene",
-            Self::Checkpoint(_) => "run the scene again from its start",
             Self::Interrupted | Self::InterruptedHeld(..) | Self::InterruptedAtOnce(_) => {
                 "the results until then are kept"
             }
@@ -200,7 +196,6 @@ impl RunError {
             | Self::Start(_)
             | Self::Output(_)
             | Self::Unmet(_)
-            | Self::Checkpoint(_)
             | Self::Panicked(_) => Status::Failed,
         }
     }

@@ -76,7 +76,7 @@ impl Killed {
         let mut account = Account::new(scene, false);
         account.cut_short = true;
         if let Ok((_, checkpoint, _)) = newest(dir.path(), &About::of(scene)) {
-            account.resume(checkpoint.state.account, scene.quantities.len());
+            account.resume(checkpoint.state.account);
         }
         let mut summary = account.summarise(&Ok(()), Duration::ZERO);
         summary.status = Status::Killed;

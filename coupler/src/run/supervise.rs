@@ -148,24 +148,17 @@ impl<'a> Run<'a> {
                 return Ok(Self::at_start(scene, options, dir, account, outputs));
             }
         };
-        let refused = |what: &str| Err(RunError::Checkpoint(what.into()));
-        if let Some(what) = state.impossible_value(scene) {
-            return refused(what);
-        }
         if branch.is_some() {
             let from_zero = scene.start.as_ref().is_some_and(|start| start.from_zero);
             account.branch(&state.account, from_zero);
-        } else if !account.resume(state.account.clone(), scene.quantities.len()) {
-            return refused("it has another number of checks or quantities");
+        } else {
+            account.resume(state.account.clone());
         }
         // A branch has a last epoch of its own, and its own first one unless it continues as that run would.
         let under_way = match branch {
             Some(as_before) if !as_before || state.phase != Phase::Stepping => None,
             _ => Some(state.under_way),
         };
-        if under_way.is_some_and(|at| !account.can_go_on(&at.epoch, at.done)) {
-            return refused("its clock is not in its epoch");
-        }
         let outputs = if branch.is_some() {
             Outputs::begin(scene, options, dir, account, &state.origin)?
         } else {

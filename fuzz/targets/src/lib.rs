@@ -12,7 +12,6 @@
 //! | [`scene`] | the text of a scene |
 //! | [`session`] | messages, by the three parties with the built-in solvers |
 //! | [`recording`] | recordings of runs |
-//! | [`checkpoint`] | checkpoints of the coupler, saved states of the solvers |
 //! | [`frames`] | VTK files and their list |
 //! | [`page`] | names and texts in the page of a report |
 //! | [`run`] | a small run that was whole, of which the seeds are made |
@@ -21,7 +20,6 @@
 #![forbid(unsafe_code)]
 
 pub mod change;
-pub mod checkpoint;
 pub mod frames;
 pub mod page;
 pub mod recording;
@@ -33,12 +31,10 @@ pub mod target;
 pub use target::Target;
 
 /// All targets.
-pub const TARGETS: [Target; 7] = [
+pub const TARGETS: [Target; 5] = [
     scene::TARGET,
     session::TARGET,
     recording::TARGET,
-    checkpoint::TARGET,
-    checkpoint::RESUME,
     frames::TARGET,
     page::TARGET,
 ];

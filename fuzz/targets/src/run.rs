@@ -9,7 +9,7 @@ use std::time::Duration;
 use coupler::record::rundir::RunDir;
 use coupler::record::summary::Status;
 use coupler::run::{RunOptions, Solvers};
-use coupler::scene::{Scene, SceneFile};
+use coupler::scene::SceneFile;
 use interface::recording::{Message, Playback};
 use tempfile::TempDir;
 
@@ -86,8 +86,6 @@ between = [-100.0, 100.0]
 pub struct Left {
     /// Its files: paths within the run directory.
     files: BTreeMap<PathBuf, Vec<u8>>,
-    /// The scene as checked.
-    pub scene: Scene,
     /// `recording.tandem`.
     pub recording: Vec<u8>,
     /// The messages of it.
@@ -99,8 +97,8 @@ pub struct Left {
 /// The run, made once.
 pub static LEFT: LazyLock<Left> = LazyLock::new(left);
 
-/// How it is run: everything in this thread.
-pub fn options(record: bool, interrupt: bool) -> RunOptions {
+/// How it is run: recorded, and everything in this thread.
+fn options() -> RunOptions {
     RunOptions {
         screen: None,
         solvers: Solvers::InProcess {
@@ -109,12 +107,12 @@ pub fn options(record: bool, interrupt: bool) -> RunOptions {
         },
         threads: 1,
         window: None,
-        record,
+        record: true,
         trace: None,
         progress: false,
         patience: Duration::from_secs(1),
         stepping: None,
-        interrupt: Arc::new(AtomicBool::new(interrupt)),
+        interrupt: Arc::new(AtomicBool::new(false)),
         at_once: Arc::default(),
         save: Arc::new(AtomicBool::new(false)),
     }
@@ -140,7 +138,7 @@ fn left() -> Left {
     let scene = file.and_then(|file| file.scene(None, &[]));
     let scene = scene.unwrap_or_else(|errors| panic!("{errors}"));
     let run = RunDir::create(dir.path(), &scene.resolved_toml).expect("an empty directory");
-    let finished = coupler::run::run(&scene, &options(true, false), &run, None);
+    let finished = coupler::run::run(&scene, &options(), &run, None);
     assert_eq!(
         finished.summary.status,
         Status::Done,
@@ -164,7 +162,6 @@ fn left() -> Left {
         recording: recording.expect("a recording"),
         messages,
         checkpoint: checkpoints.next_back().expect("a checkpoint").1.clone(),
-        scene,
         files,
     }
 }

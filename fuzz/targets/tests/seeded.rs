@@ -130,16 +130,6 @@ fn recordings() {
 }
 
 #[test]
-fn checkpoints() {
-    holds("checkpoint", 2.0);
-}
-
-#[test]
-fn resumed_runs() {
-    holds("resume", 3.0);
-}
-
-#[test]
 fn vtk_files() {
     holds("frames", 2.0);
 }

@@ -1,6 +1,6 @@
 //! The coupler's own state at a checkpoint.
 
-use interface::message::wire::{BodyState, flags};
+use interface::message::wire::BodyState;
 use serde::{Deserialize, Serialize};
 
 use crate::record::Sealed;
@@ -8,7 +8,6 @@ use crate::record::frames::Listed;
 use crate::run::account::Kept;
 use crate::run::pace::Epoch;
 use crate::run::stability::{Budgets, Sides};
-use crate::scene::Scene;
 
 /// The phase of a run.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
@@ -55,25 +54,6 @@ pub(crate) struct CouplerState {
 }
 
 impl CouplerState {
-    /// A value that no run of `scene` can have. The hash of a checkpoint detects damage, but not who wrote it.
-    pub fn impossible_value(&self, scene: &Scene) -> Option<&'static str> {
-        let bodies = scene.dem.as_ref().map_or(0, |dem| dem.bodies.len());
-        let Epoch { dt, steps, .. } = self.under_way.epoch;
-        let measures = [0, flags::MEASURE, flags::MEASURE | flags::FRAME];
-        let other_bodies = |list: &[BodyState]| !list.is_empty() && list.len() != bodies;
-        if !measures.contains(&self.asked) {
-            Some("it asks for what no grant can")
-        } else if other_bodies(&self.bodies) || other_bodies(&self.origin) {
-            Some("it has another number of bodies")
-        } else if !(dt.is_finite() && dt >= 0.0) || self.under_way.done >= steps {
-            Some("its epoch is none")
-        } else if !self.account.is_countable() {
-            Some("no run has so many steps or epochs")
-        } else {
-            None
-        }
-    }
-
     /// Whether only the closing step is left.
     pub fn is_at_end(&self) -> bool {
         self.phase == Phase::Done
