@@ -8,7 +8,7 @@
 //! every round, and `CHAOS_SCENE` the words after `tandem run`: a small scene with frames and checkpoints. Only what real
 //! processes show is here: lost, late and wrong messages are simulated (docs/simulation.md).
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeMap;
 use std::fs;
 use std::os::unix::fs::PermissionsExt;
 use std::path::{Path, PathBuf};
@@ -23,7 +23,7 @@ use serde_json::Value;
 use crate::harness::needs::Need;
 use crate::harness::seen::Seen;
 use crate::harness::{
-    Ended, PATIENCE, Place, Running, children, dice, lives, scene, segments, signal, until,
+    Ended, PATIENCE, Place, Running, children, dice, scene, segments, signal, until,
 };
 
 /// What is set in the scene that is run if no other is asked for: a coupled run of some hundredths of a second.
@@ -164,8 +164,6 @@ struct Rig {
     takes: Duration,
     /// How often what was seen in rounds of a kind.
     counts: Mutex<BTreeMap<(&'static str, &'static str), u64>>,
-    /// How long processes lived on after the last kill in their run.
-    survived: Mutex<Vec<Duration>>,
 }
 
 impl Rig {
@@ -183,7 +181,6 @@ impl Rig {
             bits: Bits::new(),
             takes: Duration::ZERO,
             counts: Mutex::default(),
-            survived: Mutex::default(),
         };
         let dir = rig.dir.join("undisturbed");
         let (place, began) = (Place::new(), Instant::now());
@@ -289,7 +286,7 @@ impl Rig {
         let (began, mut seen, mut last) = (Instant::now(), Seen::begin(), Duration::ZERO);
         let mut signals = fault.signals.iter().peekable();
         let mut remove = fault.remove;
-        let (mut solvers, mut killed) = (BTreeMap::new(), BTreeSet::new());
+        let mut solvers = BTreeMap::new();
         let mut sweep: Option<Running> = None;
         let mut beside = None;
         let over = until(PATIENCE, || {
@@ -303,7 +300,6 @@ impl Rig {
                 if let Some(pid) = coupler.or_else(|| solvers.get(to).copied()) {
                     signal(pid, what);
                     last = seen.took();
-                    killed.extend((what == "KILL").then_some(pid));
                     signals.next();
                 } else if fault.sends("coupler", &["STOP"]) {
                     signals.next();
@@ -331,10 +327,6 @@ impl Rig {
             run.is_over().then_some(true)
         });
         let took = seen.since(last);
-        solvers.retain(|_, pid| !killed.contains(pid));
-        if !killed.is_empty() {
-            self.survive(&run, (seen, last), &killed, solvers.values().copied());
-        }
         drop(sweep);
         let harmed = beside.and_then(|beside| self.harmed(beside, dir));
         let mut seen = Seen::begin();
@@ -356,29 +348,6 @@ impl Rig {
             harmed.or_else(|| fault.judge(&ended, took))
         };
         (ended, wrong)
-    }
-
-    /// Notes how long after the last kill in a run the processes end that were not killed.
-    fn survive(
-        &self,
-        run: &Running,
-        (mut seen, last): (Seen, Duration),
-        killed: &BTreeSet<u32>,
-        solvers: impl Iterator<Item = u32>,
-    ) {
-        let mut alive: Vec<u32> = solvers.collect();
-        let mut survived = Vec::new();
-        survived.extend((!killed.contains(&run.pid())).then(|| seen.since(last)));
-        until(PATIENCE, || {
-            seen.look(alive.iter().copied());
-            let before = alive.len();
-            alive.retain(|&pid| lives(pid));
-            survived.extend((alive.len()..before).map(|_| seen.since(last)));
-            (alive.is_empty() || seen.since(last) > HANGS).then_some(())
-        });
-        // Whoever has not ended yet.
-        survived.extend(alive.iter().map(|_| seen.since(last)));
-        self.survived.lock().unwrap().extend(survived);
     }
 
     /// Starts an undisturbed run beside the one in `dir`.
@@ -444,16 +413,6 @@ fn a_few_rounds_of_everything_leave_the_same_bits() {
     rig.play(number("CHAOS_FIRST", 0), rounds, number("CHAOS_JOBS", 2));
     let counts = rig.counts.into_inner().unwrap();
     println!("CHAOS_SEED={seed}: {counts:#?}");
-    let mut survived = rig.survived.into_inner().unwrap();
-    survived.sort();
-    if let Some(most) = survived.last() {
-        let (count, usual) = (survived.len(), survived[survived.len() / 2]);
-        let late = survived[survived.len() * 99 / 100];
-        println!(
-            "{count} processes lived on after a kill: half of them {usual:.0?}, 99 % {late:.0?}, all {most:.0?}"
-        );
-        assert!(*most < SOON, "{most:?}");
-    }
     let fine = |(_, what): &(_, &str)| ["rounds", "resumed", "left out"].contains(what);
     assert!(counts.keys().all(fine), "files: {}", rig.dir.display());
     assert!(rounds < 30 || counts.contains_key(&("kill", "resumed")));

@@ -11,7 +11,8 @@ use interface::transport::domain::Domain;
 use interface::transport::raw::Medium;
 
 use crate::harness::{
-    Ended, PATIENCE, Place, RunFiles, Running, dice, lives, run_of, scene, segments, signal, until,
+    Ended, PATIENCE, Place, RunFiles, Running, dice, has, lives, run_of, scene, segments, signal,
+    until,
 };
 
 /// From a death to the end of the run. It takes some ms; the limit is for a machine that is busy with other things, and shorter
@@ -151,12 +152,12 @@ fn a_killed_coupler_ends_the_solvers_and_clean_removes_what_is_left() {
     let place = Place::new();
     let runs = a_coupler_is_killed(&place, "out");
     let clean = place.start(&["clean"]).end().expect(0);
-    assert!(clean.stdout.contains("1 dead run"), "{}", clean.stdout);
+    has(&clean.stdout, "1 dead run");
     place.assert_clean(&runs);
     // Only what is whole is there.
     assert!(!place.path("out/summary.json").exists());
     let clean = place.start(&["clean"]).end().expect(0);
-    assert!(clean.stdout.contains("0 dead run"), "{}", clean.stdout);
+    has(&clean.stdout, "0 dead run");
 }
 
 /// What a killed coupler has recorded reads back up to less than its last second.
@@ -191,7 +192,7 @@ fn two_runs_side_by_side_and_a_sweep_leave_each_other_alone() {
     first.stepping("first");
     let second = place.start_run("second", &hard, &["--variant", "quick"]);
     let clean = place.start(&["clean"]).end().expect(0);
-    assert!(clean.stdout.contains("0 dead run"), "{}", clean.stdout);
+    has(&clean.stdout, "0 dead run");
     let ended = [first.end().expect(0), second.end().expect(0)];
     for ended in &ended {
         place.assert_clean(&ended.runs);
@@ -217,8 +218,8 @@ fn a_solver_is_stopped(party: &str, other: &str) {
     assert_eq!(files.text("status"), "failed");
     let reason = files.text("reason");
     let stopped = format!("the {party} solver has been stopped by a signal");
-    assert!(reason.contains(&stopped), "{reason}");
-    assert!(reason.contains("step "), "{reason}");
+    has(&reason, &stopped);
+    has(&reason, "step ");
     ended.says(&[&stopped]);
 }
 
@@ -350,19 +351,11 @@ fn a_process_that_is_told_to_has_a_flaw() {
         return;
     };
     let mut reports = 0;
-    let passing = Flaw::passing(move |mut message| {
+    let passing = Flaw::passing(move |message| {
         let mut hangs = flaw == "goodbye" && matches!(message.as_notice(), Ok(Notice::Bye));
-        if let Payload::Report(sent) = &mut message.payload {
+        if let Payload::Report(_) = &message.payload {
             reports += 1;
             hangs |= flaw == "report" && reports == 30;
-            for report in sent.iter_mut().filter(|_| reports == 3) {
-                match flaw.as_str() {
-                    "items" => report.items += 1,
-                    "imps" => report.imps = u64::MAX,
-                    "cpu_ns" => report.cpu_ns = u64::MAX,
-                    _ => {}
-                }
-            }
         }
         if hangs {
             std::fs::write(&file, "").unwrap();
@@ -390,27 +383,6 @@ fn start_flawed<'a>(place: &'a Place, flaw: &str) -> Running<'a> {
     let more = ["--variant", "quick", "--set", "check=[]", "--dem", &command];
     let more = [&more[..], &["--set", "coupling.deadline=3600"]].concat();
     place.start_run("out", &scene("jiang2020/collision_hard"), &more)
-}
-
-/// 10^18 points and CPU times of centuries were taken and shown.
-#[test]
-fn counts_and_times_that_no_solver_can_have_are_told() {
-    for (flaw, says) in [
-        ("items", "report with items = 2, expected 1 at most"),
-        (
-            "imps",
-            "report with imps = 18446744073709551615, expected 4294967296 at most",
-        ),
-        (
-            "cpu_ns",
-            "report with cpu_ns = 18446744073709551615, expected 1152921504606846976 at most",
-        ),
-    ] {
-        let place = Place::new();
-        let ended = start_flawed(&place, flaw).end().expect(3);
-        let ended = ended.says(&["the dem broke clause R-2 of the protocol at step ", says]);
-        place.assert_clean(&ended.runs);
-    }
 }
 
 /// Interrupts a run whose solver hangs `at` a place.
@@ -469,10 +441,7 @@ fn shared_memory_that_vanishes_is_told() {
     let files = RunFiles::read(&place.path("out"));
     assert_eq!(files.text("status"), "failed");
     let reason = files.text("reason");
-    assert!(
-        reason.contains("shared memory of the run vanished"),
-        "{reason}"
-    );
+    has(&reason, "shared memory of the run vanished");
     // Whoever was the first to end has not removed the run.
     place.start(&["clean"]).end().expect(0);
 }
@@ -486,11 +455,7 @@ fn with_dem(place: &Place, command: &str) -> Ended {
     place.assert_clean(&ended.runs);
     let files = RunFiles::read(&place.path("out"));
     assert_eq!(files.text("status"), "failed");
-    assert!(
-        ended.stderr.contains(files.text("reason")),
-        "{}",
-        ended.stderr
-    );
+    has(&ended.stderr, files.text("reason"));
     ended
 }
 

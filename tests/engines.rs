@@ -12,7 +12,7 @@ use std::process::{Child, Command, Stdio};
 use std::time::Instant;
 
 use crate::harness::needs::Need;
-use crate::harness::{Ended, PATIENCE, Place, Running, root, scene, summaries, until};
+use crate::harness::{Ended, PATIENCE, Place, Running, has, root, scene, summaries, until};
 use crate::study::{tandem, without_times, words};
 
 /// Runs of a study, unless `STUDY_RUNS` says otherwise.
@@ -82,7 +82,7 @@ fn assert_whole(place: &Place, engine: &str, ended: &Ended) {
     assert!(expected(place) == without_times(&place.path("out/study.csv")));
     let again = tandem(place, &study("out", &format!("--engine {engine}"))).expect(0);
     let count = format!("{} runs, 0 of them new", runs());
-    assert!(again.stdout.contains(&count), "{}", again.stdout);
+    has(&again.stdout, &count);
 }
 
 #[test]
@@ -105,7 +105,7 @@ fn parallel_runs_the_commands_of_a_study() {
     println!("{} runs, parallel: {took:.1} s", runs());
     let ended = tandem(&place, &study("out", "")).expect(0);
     let count = format!("{} runs, 0 of them new", runs());
-    assert!(ended.stdout.contains(&count), "{}", ended.stdout);
+    has(&ended.stdout, &count);
     assert!(expected(&place) == without_times(&place.path("out/study.csv")));
 }
 

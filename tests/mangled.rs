@@ -15,6 +15,7 @@ use std::process::Command;
 use std::thread;
 use std::time::Duration;
 
+use fastrand::Rng;
 use rustix::fs::{CWD, FileType, Mode, mknodat};
 
 use crate::harness::seen::Seen;
@@ -38,25 +39,8 @@ const AS_USER: [&str; 3] = [
     "-dac_override,-dac_read_search",
 ];
 
-/// Numbers that are the same for a seed (splitmix64).
-struct Random(u64);
-
-impl Random {
-    fn next(&mut self) -> u64 {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let mut z = self.0;
-        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        z ^ (z >> 31)
-    }
-
-    fn below(&mut self, most: usize) -> usize {
-        (self.next() % most.max(1) as u64) as usize
-    }
-
-    fn one_of<'a, T>(&mut self, all: &'a [T]) -> &'a T {
-        &all[self.below(all.len())]
-    }
+fn below(random: &mut Rng, most: usize) -> usize {
+    random.usize(..most.max(1))
 }
 
 fn number(name: &str, default: u64) -> u64 {
@@ -79,14 +63,14 @@ fn files(folder: &Path) -> Vec<PathBuf> {
 }
 
 /// The bytes with up to eight of them changed: one bit, a digit, or anything.
-fn changed(random: &mut Random, kind: usize, mut bytes: Vec<u8>) -> Vec<u8> {
-    for _ in 0..=random.below(8) {
+fn changed(random: &mut Rng, kind: usize, mut bytes: Vec<u8>) -> Vec<u8> {
+    for _ in 0..=below(random, 8) {
         if !bytes.is_empty() {
-            let at = random.below(bytes.len());
+            let at = below(random, bytes.len());
             bytes[at] = match kind {
-                1 | 2 => bytes[at] ^ (1 << random.below(8)),
-                3 => b'0' + random.below(10) as u8,
-                _ => random.below(256) as u8,
+                1 | 2 => bytes[at] ^ (1 << below(random, 8)),
+                3 => b'0' + below(random, 10) as u8,
+                _ => below(random, 256) as u8,
             };
         }
     }
@@ -94,8 +78,8 @@ fn changed(random: &mut Random, kind: usize, mut bytes: Vec<u8>) -> Vec<u8> {
 }
 
 /// Damages a file; returns what was done.
-fn mangle(random: &mut Random, all: &[PathBuf], outside: &Path) -> String {
-    let path = random.one_of(all);
+fn mangle(random: &mut Rng, all: &[PathBuf], outside: &Path) -> String {
+    let path = &all[random.usize(..all.len())];
     let name = path.display();
     // An earlier damage may have left something else here, or a file that is too long to be read.
     let is_plain =
@@ -110,10 +94,10 @@ fn mangle(random: &mut Random, all: &[PathBuf], outside: &Path) -> String {
         let _ = fs::remove_file(path);
         with();
     };
-    match random.below(if plain { 15 } else { 1 }) {
+    match below(random, if plain { 15 } else { 1 }) {
         0 if !plain => format!("{name} stays as it is"),
         0 => {
-            fs::write(path, &bytes[..random.below(bytes.len())]).unwrap();
+            fs::write(path, &bytes[..below(random, bytes.len())]).unwrap();
             format!("{name} is cut")
         }
         kind @ 1..=4 => {
@@ -121,7 +105,7 @@ fn mangle(random: &mut Random, all: &[PathBuf], outside: &Path) -> String {
             format!("{name} has other bytes ({kind})")
         }
         5 => {
-            let other = random.one_of(all);
+            let other = &all[random.usize(..all.len())];
             if is_plain(other) {
                 fs::write(path, fs::read(other).unwrap_or_default()).unwrap();
                 fs::write(other, bytes).unwrap();
@@ -141,7 +125,7 @@ fn mangle(random: &mut Random, all: &[PathBuf], outside: &Path) -> String {
             format!("{name} is a pipe")
         }
         9 => {
-            let length = 1 << (30 + random.below(12));
+            let length = 1 << (30 + below(random, 12));
             let file = OpenOptions::new().write(true).open(path).unwrap();
             file.set_len(length).unwrap();
             format!("{name} has {length} bytes")
@@ -299,8 +283,8 @@ fn a_mangled_run_directory_breaks_no_command() {
         let _ = fs::remove_dir_all(&dir);
         fs::write(outside.join("mine"), MINE).unwrap();
         copy(&whole, &dir);
-        let (mut random, all) = (Random(seed), files(&dir));
-        let done: Vec<String> = (0..=random.below(3))
+        let (mut random, all) = (Rng::with_seed(seed), files(&dir));
+        let done: Vec<String> = (0..=below(&mut random, 3))
             .map(|_| mangle(&mut random, &all, &outside))
             .collect();
         for words in commands {

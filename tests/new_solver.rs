@@ -4,7 +4,7 @@ use std::fs;
 use std::path::Path;
 use std::process::Command;
 
-use crate::harness::{Place, python_can_join, root, scene};
+use crate::harness::{Place, has, python_can_join, root, scene};
 
 /// Runs a program in the folder; its output with its last lines.
 #[track_caller]
@@ -45,20 +45,20 @@ fn a_new_solver_in_python_collides_and_passes_its_tests() {
     }
     let place = Place::new();
     let next = new(&place, "mine", "python");
-    assert!(next.contains("--dem \"python3 mine/solver.py\""), "{next}");
+    has(&next, "--dem \"python3 mine/solver.py\"");
     collides(&place, "python3 mine/solver.py");
     // The second of its tests is the kit.
     let mut tests = Command::new("python3");
     tests.args(["-m", "unittest", "discover", "mine"]);
     let said = runs(&place, tests.current_dir(place.path(".")));
-    assert!(said.contains("Ran 2 tests"), "{said}");
+    has(&said, "Ran 2 tests");
 }
 
 #[test]
 fn a_new_solver_in_rust_collides_and_passes_its_tests() {
     let place = Place::new();
     let next = new(&place, "my-own", "rust");
-    assert!(next.contains("cargo build --release"), "{next}");
+    has(&next, "cargo build --release");
     let package = place.path("my-own/Cargo.toml");
     // With what has been compiled for this test, and by the flags of this tree, which a command within it gets.
     let target = Path::new(env!("CARGO_BIN_EXE_tandem")).parent().unwrap();
@@ -73,7 +73,7 @@ fn a_new_solver_in_rust_collides_and_passes_its_tests() {
     tests.arg(package).arg("--target-dir");
     tests.arg(target.parent().unwrap()).current_dir(root());
     let said = runs(&place, &mut tests);
-    assert!(said.contains("2 passed"), "{said}");
+    has(&said, "2 passed");
     let program = target.join("my-own");
     collides(&place, &format!("'{}'", program.display()));
     fs::remove_file(program).unwrap();
@@ -94,7 +94,7 @@ fn nothing_that_is_there_is_lost_to_a_new_solver() {
         let ended = tandem(&directory, &words).output().unwrap();
         let said = String::from_utf8_lossy(&ended.stderr);
         assert_eq!(ended.status.code(), Some(2), "{said}");
-        assert!(said.contains(why), "{said}");
+        has(&said, why);
     }
     assert_eq!(fs::read_dir(directory).unwrap().count(), 1);
 }

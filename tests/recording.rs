@@ -5,7 +5,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use crate::harness::{Place, RunFiles, python_can_join, root, scene};
+use crate::harness::{Place, RunFiles, has, python_can_join, root, scene};
 use interface::message::wire::flags;
 use interface::recording::{End, Playback};
 
@@ -137,8 +137,8 @@ fn a_recording_that_cannot_be_written_ends_the_run_with_the_reason() {
         .unwrap();
     let told = String::from_utf8_lossy(&ended.stderr).into_owned();
     assert_eq!(ended.status.code(), Some(3), "{told}");
-    assert!(told.contains("cannot write the recording"), "{told}");
-    assert!(told.contains("run without --record"), "{told}");
+    has(&told, "cannot write the recording");
+    has(&told, "run without --record");
     assert!(place.temporary().is_empty());
 }
 

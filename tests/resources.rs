@@ -6,7 +6,7 @@ use std::process::Command;
 use std::time::Duration;
 
 use crate::harness::needs::Need;
-use crate::harness::{PATIENCE, Place, RunFiles, scene, segments, signal, until};
+use crate::harness::{PATIENCE, Place, RunFiles, has, scene, segments, signal, until};
 
 fn quick() -> [String; 3] {
     [
@@ -55,11 +55,8 @@ fn a_small_shared_memory_is_reported_before_the_run() {
     }
     let (code, said) = after(&place, &mounts, &mount("600k"), "small");
     assert_eq!(code, Some(2), "{said}");
-    assert!(
-        said.contains("of shared memory, and /dev/shm has 0.6 MiB free"),
-        "{said}"
-    );
-    assert!(said.contains("--shm-size"), "{said}");
+    has(&said, "of shared memory, and /dev/shm has 0.6 MiB free");
+    has(&said, "--shm-size");
     assert!(!place.path("small").exists(), "nothing has begun");
     let (code, said) = after(&place, &mounts, &mount("8m"), "enough");
     assert_eq!(code, Some(0), "{said}");
@@ -70,8 +67,8 @@ fn a_low_limit_of_open_files_is_reported() {
     let place = Place::new();
     let (code, said) = after(&place, &[], "ulimit -n 64", "out");
     assert_eq!(code, Some(2), "{said}");
-    assert!(said.contains("too many open files"), "{said}");
-    assert!(said.contains("ulimit -n 1024"), "{said}");
+    has(&said, "too many open files");
+    has(&said, "ulimit -n 1024");
     // A soft limit alone is raised.
     let (code, said) = after(&place, &[], "ulimit -S -n 64", "out");
     assert_eq!(code, Some(0), "{said}");
@@ -120,13 +117,13 @@ fn a_plan_says_how_long_a_run_takes() {
         "{of_some}"
     );
     // Hours of simulated time in microseconds of steps: hours at least, on any machine.
-    assert!(of_some.contains(" h "), "{of_some}");
+    has(&of_some, " h ");
     assert_eq!(time_of_plan(&place, &[&hard, "--measure", "0"]), "");
     let program = ["--set", "solvers.dem=true --slow"];
     let other = time_of_plan(&place, &[&[hard.as_str()][..], &program].concat());
-    assert!(
-        other.contains("not measured: its first steps end with: the dem solver"),
-        "{other}"
+    has(
+        &other,
+        "not measured: its first steps end with: the dem solver",
     );
     let left = std::fs::read_dir(place.temporary_path()).unwrap().count();
     assert_eq!(left, 0, "a plan leaves nothing");
@@ -183,10 +180,7 @@ fn too_few_processors_are_reported_before_the_run() {
     let script = format!("taskset -cp \"$({first})\" $$ > /dev/null");
     let (code, said) = after(&place, &[], &script, "one");
     assert_eq!(code, Some(0), "{said}");
-    assert!(
-        said.contains("the solvers compute in 2 threads, and"),
-        "{said}"
-    );
-    assert!(said.contains("of 1 processor are free"), "{said}");
-    assert!(said.contains("`--in-process`"), "{said}");
+    has(&said, "the solvers compute in 2 threads, and");
+    has(&said, "of 1 processor are free");
+    has(&said, "`--in-process`");
 }

@@ -15,6 +15,7 @@ use std::time::Duration;
 use crate::harness::{
     Ended, PATIENCE, Place, RunFiles, dice, python_can_join, root, scene, signal, until,
 };
+use crate::hashes;
 use interface::recording::{End, Playback};
 
 /// A coupled run with frames that takes some tenths of a second, and how it keeps checkpoints.
@@ -492,18 +493,12 @@ fn every_scene_that_is_killed_three_times_goes_on_to_the_same_bits() {
     let wanted = variable("TANDEM_SCENES");
     let seconds = |name: &str, otherwise: f64| variable(name).parse().unwrap_or(otherwise);
     let lengths = seconds("TANDEM_SHORTEST", 0.0)..=seconds("TANDEM_LONGEST", 120.0);
-    let baseline = fs::read_to_string(root().join("tests/hashes/baseline.csv")).unwrap();
-    let rows = baseline
-        .lines()
-        .filter(|line| !line.starts_with('#'))
-        .skip(1);
     let mut table = Vec::new();
-    for row in rows {
-        let fields: Vec<&str> = row.split(',').collect();
-        let (name, variant, exit) = (fields[0], fields[1], fields[2]);
-        let wall: f64 = fields[7].parse().unwrap();
+    for row in hashes::baseline() {
+        let (case, wall) = (row.case, row.wall);
+        let (name, variant) = (case.scene.as_str(), case.variant.as_str());
         // What is reported of the last steps of a run that a solver stops depends on the window.
-        if name.contains(&wanted) && lengths.contains(&wall) && exit != "3" {
+        if name.contains(&wanted) && lengths.contains(&wall) && row.outcome.exit != 3 {
             let line = kill_three_times(name, variant);
             println!("{line}");
             table.push(line);

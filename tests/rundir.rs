@@ -5,7 +5,7 @@ use std::os::unix::fs::PermissionsExt;
 use std::path::Path;
 use std::process::Command;
 
-use crate::harness::{Place, RunFiles, scene, signal};
+use crate::harness::{Place, RunFiles, has, scene, signal};
 
 const QUICK: &[&str] = &["--variant", "quick"];
 /// Takes some tenths of a second.
@@ -116,7 +116,7 @@ fn a_run_that_fails_to_start_leaves_the_earlier_result() {
             "last lines of dem.log:",
         ]);
         for phrase in ["the earlier result in", "failed-start"] {
-            assert!(ended.stdout.contains(phrase), "{}", ended.stdout);
+            has(&ended.stdout, phrase);
         }
         assert!(all(&out) == before);
         let failed = RunFiles::read(&out.join("failed-start"));
@@ -218,7 +218,7 @@ fn a_full_device_is_an_error_of_what_is_said() {
         let ended = ended.unwrap();
         let said = String::from_utf8(ended.stderr).unwrap();
         assert_eq!(ended.status.code(), Some(3), "{arguments:?}: {said}");
-        assert!(said.contains("No space left on device"), "{said}");
+        has(&said, "No space left on device");
     }
 }
 
@@ -240,7 +240,7 @@ fn an_output_that_cannot_be_written_is_told_and_the_history_ends_with_a_row() {
     assert_eq!(ended.status.code(), Some(3), "{said}");
     let files = RunFiles::read(&out);
     let reason = files.text("reason");
-    assert!(said.contains(reason), "{said}");
+    has(&said, reason);
     // Which of the two tables is as long first depends on when their rows are written.
     for phrase in [".csv: File too large", "ulimit -f"] {
         assert!(reason.contains(phrase), "no `{phrase}` in: {reason}");

@@ -5,7 +5,7 @@ use std::fs;
 use std::path::Path;
 use std::process::Command;
 
-use crate::harness::{Ended, PATIENCE, Place, RunFiles, scene, summaries, until};
+use crate::harness::{Ended, PATIENCE, Place, RunFiles, has, scene, summaries, until};
 
 const BAR: &str = "verification/bar_on_grain";
 const HARD: &str = "jiang2020/collision_hard";
@@ -145,11 +145,7 @@ fn a_study_has_a_row_a_run_a_figure_and_an_order_and_is_not_run_twice() {
     // Another value is a run more.
     let line = format!("study {bar} --vary variant=cell_5mm --vary time.safety=0.8,0.4 {varied}");
     let more = tandem(&place, &line).expect(0);
-    assert!(
-        more.stdout.contains("4 runs, repeated to 8, 8 of them new"),
-        "{}",
-        more.stdout
-    );
+    has(&more.stdout, "4 runs, repeated to 8, 8 of them new");
 }
 
 #[test]
@@ -219,11 +215,7 @@ fn without_a_reference_a_study_shows_the_values_over_what_is_varied() {
         .expect(0)
     };
     let ended = sweep("numbers", "--vary time.safety=0.8,0.4");
-    assert!(
-        ended.stdout.contains("2 runs, 2 of them new"),
-        "{}",
-        ended.stdout
-    );
+    has(&ended.stdout, "2 runs, 2 of them new");
     let rows = table(&place.path("numbers/study.csv"));
     let safety: Vec<&str> = rows.iter().map(|row| row["time.safety"].as_str()).collect();
     assert_eq!(safety, ["0.8", "0.4"], "in the order that was asked for");
@@ -341,7 +333,7 @@ fn a_sample_has_the_statistics_of_a_known_law() {
         &scene,
         &format!("{values} --seed 3 --out own --jobs 2"),
     );
-    assert!(said.contains("40 runs, 40 of them new"), "{said}");
+    has(&said, "40 runs, 40 of them new");
     let rows = table(&place.path("own/study.csv"));
     for row in &rows {
         let (vx, vy) = (
@@ -408,14 +400,14 @@ fn a_sample_is_the_same_whatever_makes_its_runs() {
     let place = Place::new();
     draw(&place, THROWN, "--seed 3 --out own --jobs 2");
     let again = draw(&place, THROWN, "--seed 3 --out own");
-    assert!(again.contains("40 runs, 0 of them new"), "{again}");
+    has(&again, "40 runs, 0 of them new");
     draw(&place, THROWN, "--seed 3 --out shell --commands todo");
     let mut shell = Command::new("sh");
     shell.arg("todo").current_dir(place.path("."));
     shell.env("TANDEM_RUNTIME_DIR", place.temporary_path());
     assert!(shell.output().unwrap().status.success());
     let said = draw(&place, THROWN, "--seed 3 --out shell");
-    assert!(said.contains("40 runs, 0 of them new"), "{said}");
+    has(&said, "40 runs, 0 of them new");
     let bytes = |out: &str| fs::read(place.path(out).join("statistics.csv")).unwrap();
     assert!(bytes("own") == bytes("shell"));
     let order = |out: &str| -> Vec<String> {
@@ -483,11 +475,7 @@ fn the_commands_of_a_study_can_be_run_by_anything() {
     let quick = format!("study {} --variant quick --repeat 1", scene(BAR));
     let vary = "--vary time.safety=0.8,0.7,0.6,0.5";
     let own = tandem(&place, &format!("{quick} {vary} --out own --jobs 2")).expect(0);
-    assert!(
-        own.stdout.contains("4 runs, 4 of them new"),
-        "{}",
-        own.stdout
-    );
+    has(&own.stdout, "4 runs, 4 of them new");
     let asked = format!("{quick} {vary} --out out");
     let listed = || {
         let ended = tandem(&place, &format!("{asked} --commands todo")).expect(0);
@@ -497,7 +485,7 @@ fn the_commands_of_a_study_can_be_run_by_anything() {
         )
     };
     let (said, todo) = listed();
-    assert!(said.contains("4 of 4 runs are missing"), "{said}");
+    has(&said, "4 of 4 runs are missing");
     let lines: Vec<&str> = todo.lines().collect();
     assert_eq!(lines.len(), 4);
     let shell = |line: &str| {
@@ -512,7 +500,7 @@ fn the_commands_of_a_study_can_be_run_by_anything() {
         .modified()
         .unwrap();
     let (said, todo) = listed();
-    assert!(said.contains("3 of 4 runs are missing"), "{said}");
+    has(&said, "3 of 4 runs are missing");
     assert!(!todo.contains(lines[2]));
     // What is done is not done again, and says what the run said.
     let again = shell(lines[2]);
@@ -530,11 +518,7 @@ fn the_commands_of_a_study_can_be_run_by_anything() {
         assert!(shell(line).status.success());
     }
     let ended = tandem(&place, &asked).expect(0);
-    assert!(
-        ended.stdout.contains("4 runs, 0 of them new"),
-        "{}",
-        ended.stdout
-    );
+    has(&ended.stdout, "4 runs, 0 of them new");
     let [own, out] = ["own", "out"].map(|out| without_times(&place.path(out).join("study.csv")));
     assert_eq!(own, out);
 }
@@ -562,11 +546,7 @@ fn a_run_that_leaves_no_summary_is_tried_again() {
     crate::harness::signal(coupler, "KILL");
     let ended = running.end().expect(0);
     let ended = ended.says(&["1 runs left no summary: tried again"]);
-    assert!(
-        ended.stdout.contains("2 runs, 2 of them new"),
-        "{}",
-        ended.stdout
-    );
+    has(&ended.stdout, "2 runs, 2 of them new");
     let rows = table(&place.path("out/study.csv"));
     assert!(rows.iter().all(|row| row["status"] == "done"), "{rows:?}");
 }

@@ -455,13 +455,7 @@ impl Ended {
     /// Asserts that standard error has all these phrases.
     #[track_caller]
     pub fn says(self, phrases: &[&str]) -> Self {
-        for phrase in phrases {
-            assert!(
-                self.stderr.contains(phrase),
-                "no `{phrase}` in: {}",
-                self.stderr
-            );
-        }
+        phrases.iter().for_each(|phrase| has(&self.stderr, phrase));
         self
     }
 
@@ -583,6 +577,12 @@ impl History {
     }
 }
 
+/// Asserts that a text has these words.
+#[track_caller]
+pub fn has(text: &str, words: &str) {
+    assert!(text.contains(words), "no `{words}` in: {text}");
+}
+
 /// Looks until something is found, for `limit` at most.
 pub fn until<T>(limit: Duration, mut look: impl FnMut() -> Option<T>) -> Option<T> {
     let start = Instant::now();
@@ -633,7 +633,7 @@ pub fn whole_run(place: &Place, out: &str) {
         .expect(0);
 }
 
-/// A copy of a run's directory.
+/// A copy of a directory.
 pub fn copy(from: &Path, to: &Path) {
     fs::create_dir_all(to).unwrap();
     for entry in fs::read_dir(from).unwrap() {
