@@ -320,38 +320,23 @@ fn a_refusal_is_heard_though_the_other_solver_never_comes() {
 #[test]
 fn a_ready_with_numbers_that_cannot_be_ends_the_session() {
     on_every_transport(|way| {
-        for (bad, phrase) in [
+        let rows: [(fn(&mut Readiness), &str); 4] = [
+            (|ready| ready.mass_min = f64::NAN, "mass_min = NaN"),
             (
-                Readiness {
-                    mass_min: f64::NAN,
-                    ..Readiness::default()
-                },
-                "mass_min = NaN",
-            ),
-            (
-                Readiness {
-                    courant_time: f64::INFINITY,
-                    ..Readiness::default()
-                },
+                |ready| ready.courant_time = f64::INFINITY,
                 "courant_time = inf",
             ),
+            (|ready| ready.stiffness_max = -1.0, "stiffness_max = -1"),
             (
-                Readiness {
-                    stiffness_max: -1.0,
-                    ..Readiness::default()
-                },
-                "stiffness_max = -1",
-            ),
-            (
-                Readiness {
-                    items: u64::MAX,
-                    ..Readiness::default()
-                },
+                |ready| ready.items = u64::MAX,
                 "items = 18446744073709551615",
             ),
-        ] {
+        ];
+        for (spoil, phrase) in rows {
+            let mut ready = Readiness::default();
+            spoil(&mut ready);
             let points = Points {
-                says: Some(bad),
+                says: Some(ready),
                 ..Points::default()
             };
             let outcome = run(way, points, HalfPlane::default(), 10, 8);

@@ -332,27 +332,23 @@ mod tests {
         }
     }
 
+    /// A measurement of a side alone.
+    fn take(balance: &mut Balance, side: Ledger) {
+        balance.take(&side, &Ledger::default(), &Moving::default());
+    }
+
     #[test]
     fn the_origin_of_gravity_does_not_matter() {
         let fall = |offset: f64| {
             let mut balance = Balance::default();
-            balance.take(
-                &Ledger {
-                    gravity: offset + 10.0,
+            for (gravity, kinetic) in [(offset + 10.0, 0.0), (offset, 10.1)] {
+                let side = Ledger {
+                    gravity,
+                    kinetic,
                     ..Ledger::default()
-                },
-                &Ledger::default(),
-                &Moving::default(),
-            );
-            balance.take(
-                &Ledger {
-                    gravity: offset,
-                    kinetic: 10.1,
-                    ..Ledger::default()
-                },
-                &Ledger::default(),
-                &Moving::default(),
-            );
+                };
+                take(&mut balance, side);
+            }
             balance.residual_relative()
         };
         assert!((fall(0.0) - fall(-1e3)).abs() < 1e-9);
@@ -368,11 +364,7 @@ mod tests {
         };
         let mut balance = Balance::default();
         for (kinetic, taken, residual) in [(4.0, 0.0, 0.0), (3.0, 1.0, 0.0), (5.0, -1.0, 1.0)] {
-            balance.take(
-                &point(kinetic, taken),
-                &Ledger::default(),
-                &Moving::default(),
-            );
+            take(&mut balance, point(kinetic, taken));
             assert_eq!(balance.residual, residual);
             assert_eq!(balance.now.transfer, taken);
         }
@@ -409,7 +401,7 @@ mod tests {
     #[test]
     fn momentum_that_an_impulse_explains_is_no_error() {
         let mut balance = Balance::default();
-        balance.take(&Ledger::default(), &Ledger::default(), &Moving::default());
+        take(&mut balance, Ledger::default());
         let given = Ledger {
             momentum: [3.0, 4.0],
             applied_impulse: [3.0, 4.0],
@@ -417,7 +409,7 @@ mod tests {
             applied_moment: 8.0,
             ..Ledger::default()
         };
-        balance.take(&given, &Ledger::default(), &Moving::default());
+        take(&mut balance, given);
         assert_eq!(balance.momentum_error, 0.0);
         let lost = Ledger {
             momentum: [3.0, 3.0],
@@ -425,7 +417,7 @@ mod tests {
             ..given
         };
         assert_eq!(balance.angular_momentum_error(), Some([0.0; 2]));
-        balance.take(&lost, &Ledger::default(), &Moving::default());
+        take(&mut balance, lost);
         assert_eq!(balance.momentum_error, 0.2);
         assert_eq!(balance.momentum_error_max, 0.2);
         assert_eq!(balance.angular_momentum_error(), Some([0.25; 2]));
@@ -477,16 +469,8 @@ mod tests {
             keeps_stress_work: true,
             ..Balance::default()
         };
-        balance.take(
-            &ledger(5.0, 0.0, 0.0),
-            &Ledger::default(),
-            &Moving::default(),
-        );
-        balance.take(
-            &ledger(3.0, -3.0, 3.0),
-            &Ledger::default(),
-            &Moving::default(),
-        );
+        take(&mut balance, ledger(5.0, 0.0, 0.0));
+        take(&mut balance, ledger(3.0, -3.0, 3.0));
         assert_eq!(balance.work_gap(), Some(-1.0));
         assert_eq!(balance.work_gap_relative(), Some(-1.0 / 6.0));
         // Energy that the law creates is in the residual too.
@@ -497,26 +481,17 @@ mod tests {
 
     #[test]
     fn dissipated_energy_closes_the_ledger() {
-        let mut balance = Balance::default();
-        balance.take(
-            &Ledger {
-                kinetic: 5.0,
-                ..Ledger::default()
-            },
-            &Ledger::default(),
-            &Moving::default(),
-        );
-        let after = Ledger {
-            kinetic: 2.0,
+        let side = |kinetic: f64, friction_work: f64, contact: f64| Ledger {
+            kinetic,
+            friction_work,
+            contact,
             ..Ledger::default()
         };
+        let mut balance = Balance::default();
+        take(&mut balance, side(5.0, 0.0, 0.0));
         balance.take(
-            &after,
-            &Ledger {
-                friction_work: 2.5,
-                contact: 0.5,
-                ..Ledger::default()
-            },
+            &side(2.0, 0.0, 0.0),
+            &side(0.0, 2.5, 0.5),
             &Moving::default(),
         );
         assert_eq!(balance.residual, 0.0);

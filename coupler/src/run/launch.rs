@@ -303,6 +303,14 @@ mod tests {
     use super::*;
     use interface::transport::domain::OwnedDomain;
 
+    /// Starts a script as a solver.
+    fn start(processes: &mut Processes, party: Party, script: &str) -> OwnedDomain {
+        let owned = OwnedDomain::create().unwrap();
+        let command = ["sh", "-c", script].map(String::from).to_vec();
+        processes.start(party, &command, owned.domain()).unwrap();
+        owned
+    }
+
     /// A signal takes effect a little later. A process that has not been reaped is a zombie, which does not run either.
     #[track_caller]
     fn assert_ends(pid: &str) {
@@ -319,12 +327,8 @@ mod tests {
 
     #[test]
     fn the_end_of_a_process_is_reported_at_the_second_look() {
-        let owned = OwnedDomain::create().unwrap();
         let mut processes = Processes::default();
-        let command = ["sh", "-c", "exit 7"].map(String::from).to_vec();
-        processes
-            .start(Party::Dem, &command, owned.domain())
-            .unwrap();
+        let _domain = start(&mut processes, Party::Dem, "exit 7");
         let start = Instant::now();
         let told = loop {
             if let Some(told) = processes.ended() {
@@ -337,29 +341,12 @@ mod tests {
     }
 
     #[test]
-    fn a_solver_that_does_not_end_is_killed() {
-        let owned = OwnedDomain::create().unwrap();
-        let mut processes = Processes::default();
-        let command = ["sh", "-c", "sleep 60"].map(String::from).to_vec();
-        processes
-            .start(Party::Mpm, &command, owned.domain())
-            .unwrap();
-        let pid = processes.pid(Party::Mpm).unwrap();
-        processes.end_all();
-        assert!(!std::path::Path::new(&format!("/proc/{pid}/status")).exists());
-    }
-
-    #[test]
     fn what_a_solver_has_started_ends_with_it() {
-        let owned = OwnedDomain::create().unwrap();
         let dir = tempfile::tempdir().unwrap();
         let file = dir.path().join("pid");
         let script = format!("sleep 61 & echo $! > {}; wait", file.display());
         let mut processes = Processes::default();
-        let command = ["sh", "-c", &script].map(String::from).to_vec();
-        processes
-            .start(Party::Dem, &command, owned.domain())
-            .unwrap();
+        let _domain = start(&mut processes, Party::Dem, &script);
         let pid = loop {
             match std::fs::read_to_string(&file) {
                 Ok(pid) if pid.ends_with('\n') => break pid.trim().to_string(),
@@ -370,33 +357,14 @@ mod tests {
         assert_ends(&pid);
     }
 
-    #[test]
-    fn a_program_that_does_not_exist_is_named() {
-        let owned = OwnedDomain::create().unwrap();
-        let command = ["/no/such/solver".to_string()];
-        let error = Processes::default()
-            .start(Party::Dem, &command, owned.domain())
-            .unwrap_err();
-        assert!(
-            error
-                .to_string()
-                .starts_with("cannot start the dem solver `/no/such/solver`"),
-            "{error}"
-        );
-    }
-
     /// D15: the leader of the group has ended long before the solvers are removed.
     #[test]
     fn what_a_solver_that_has_exited_has_started_ends_too() {
-        let owned = OwnedDomain::create().unwrap();
         let dir = tempfile::tempdir().unwrap();
         let file = dir.path().join("pid");
         let script = format!("sleep 62 & echo $! > {}", file.display());
         let mut processes = Processes::default();
-        let command = ["sh", "-c", &script].map(String::from).to_vec();
-        processes
-            .start(Party::Dem, &command, owned.domain())
-            .unwrap();
+        let _domain = start(&mut processes, Party::Dem, &script);
         while processes.ended().is_none() {
             thread::sleep(Duration::from_millis(2));
         }
@@ -424,15 +392,11 @@ mod tests {
 
     #[test]
     fn the_output_of_a_solver_is_kept_with_its_last_lines() {
-        let owned = OwnedDomain::create().unwrap();
         let place = tempfile::tempdir().unwrap();
         let dir = RunDir::create(&place.path().join("run"), "").unwrap();
         let mut processes = Processes::new(dir.clone(), None);
         let script = "for i in $(seq 30); do echo line $i >&2; done; exit 4";
-        let command = ["sh", "-c", script].map(String::from).to_vec();
-        processes
-            .start(Party::Mpm, &command, owned.domain())
-            .unwrap();
+        let _domain = start(&mut processes, Party::Mpm, script);
         processes.end_all();
         let words = processes.last_words(Party::Mpm).unwrap();
         assert!(words.starts_with("line 11\n"), "{words}");

@@ -291,6 +291,15 @@ mod tests {
         }
     }
 
+    fn ready(courant_time: f64, mass_min: f64, stiffness_max: f64) -> Readiness {
+        Readiness {
+            courant_time,
+            mass_min,
+            stiffness_max,
+            ..Readiness::default()
+        }
+    }
+
     fn plan(safety: f64, criterion: Criterion) -> TimePlan {
         TimePlan {
             safety,
@@ -365,22 +374,11 @@ mod tests {
 
     #[test]
     fn the_printed_criterion_is_eq_51() {
-        let mpm = Readiness {
-            courant_time: 4e-5,
-            ..Readiness::default()
-        };
-        let dem = Readiness {
-            mass_min: 2.5,
-            stiffness_max: 6e4,
-            ..Readiness::default()
-        };
+        let (mpm, dem) = (ready(4e-5, 0.0, 0.0), ready(0.0, 2.5, 6e4));
         let plan = plan(0.8, Criterion::Jiang2020);
         let limit = Stability::new(&plan, Some(&mpm), Some(&dem)).limit(&sides());
         assert_eq!((limit.dt, limit.bound), (0.8 * 4e-5, Bound::Jiang2020));
-        let soft = Readiness {
-            stiffness_max: 6e9,
-            ..dem
-        };
+        let soft = ready(0.0, 2.5, 6e9);
         let limit = Stability::new(&plan, Some(&mpm), Some(&soft)).limit(&sides());
         assert!((limit.dt - TAU * 0.1 * (2.5f64 / 6e9).sqrt()).abs() < 1e-18);
     }
@@ -411,18 +409,7 @@ mod tests {
 
     #[test]
     fn criteria_are_compared_at_the_hardest_contact() {
-        let (mpm, dem) = (
-            Readiness {
-                courant_time: 4e-5,
-                mass_min: 2.5e-4,
-                ..Readiness::default()
-            },
-            Readiness {
-                mass_min: 2.5,
-                stiffness_max: 6e9,
-                ..Readiness::default()
-            },
-        );
+        let (mpm, dem) = (ready(4e-5, 2.5e-4, 0.0), ready(0.0, 2.5, 6e9));
         let plan = plan(0.8, Criterion::Composed);
         let stability = Stability::new(&plan, Some(&mpm), Some(&dem));
         let mut criteria = Criteria::default();
