@@ -123,12 +123,6 @@ impl Processes {
         Ok(())
     }
 
-    /// Process id of a solver.
-    pub fn pid(&self, party: Party) -> Option<u32> {
-        let process = self.all.iter().find(|process| process.party == party);
-        process.map(|process| process.child.id())
-    }
-
     /// A solver that has ended, and how. It is reported the second time that its end is seen.
     pub fn ended(&mut self) -> Option<(Party, String)> {
         for process in &mut self.all {
