@@ -80,7 +80,8 @@ impl Threads {
     pub fn each<T: Send>(&self, tasks: impl Iterator<Item = T> + Send, act: impl Fn(T) + Sync) {
         match &self.0 {
             Some(pool) if tasks.size_hint().1 != Some(1) => {
-                pool.share(tasks, &|task, _| act(task), &|_| {});
+                let mut tasks = tasks;
+                pool.share(&mut tasks, &|task, _| act(task), &|_| {});
             }
             _ => tasks.for_each(act),
         }
@@ -134,7 +135,7 @@ impl Threads {
                 last.is_none_or(|last| taken.load(Ordering::Acquire) > last)
             });
         };
-        pool.share(tasks.enumerate(), &run, &rest);
+        pool.share(&mut tasks.enumerate(), &run, &rest);
         take_next(None);
     }
 }
@@ -149,11 +150,14 @@ struct Pool {
 impl Pool {
     /// Runs the tasks on all threads, the caller's among them, and `rest` on each when it finds no more. Otherwise the
     /// caller would sleep, and to wake it costs as much as a small loop.
+    ///
+    /// `act` is `dyn`: a kernel would else be compiled into each of the three places that call it, which made a third of
+    /// `mpm-proc`.
     fn share<T: Send>(
         &self,
-        mut tasks: impl Iterator<Item = T> + Send,
-        act: &(impl Fn(T, usize) + Sync),
-        rest: &(impl Fn(usize) + Sync),
+        tasks: &mut (dyn Iterator<Item = T> + Send),
+        act: &(dyn Fn(T, usize) + Sync),
+        rest: &(dyn Fn(usize) + Sync),
     ) {
         let count = self.calls.call();
         let mut alone = 0;
