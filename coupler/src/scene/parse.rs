@@ -69,25 +69,13 @@ pub(super) fn hash(resolved: &str) -> String {
     blake3::hash(resolved.as_bytes()).to_hex().to_string()
 }
 
-/// The document as a typed value. Its structure has been checked, so a fault here is one that the schema cannot
-/// express.
+/// The document as a typed value. The schema has judged its structure, so a fault here is one that the schema has missed; the
+/// message names the keys.
 fn typed(document: &Document) -> Result<SceneWritten, SceneErrors> {
-    let root = Value::Table(document.root.clone());
-    let mut track = serde_path_to_error::Track::new();
-    let deserializer = serde_path_to_error::Deserializer::new(root, &mut track);
-    SceneWritten::deserialize(deserializer).map_err(|error| {
-        let path: Vec<String> = track
-            .path()
-            .iter()
-            .map(|segment| segment.to_string().trim_matches(['[', ']']).to_owned())
-            .collect();
-        let message = error.message();
-        SceneErrors(vec![document.diagnostic(
-            &path.join("."),
-            Part::Value,
-            message,
-            None,
-        )])
+    SceneWritten::deserialize(Value::Table(document.root.clone())).map_err(|error| {
+        let message = error.to_string();
+        let fault = document.diagnostic("", Part::Value, message.trim(), None);
+        SceneErrors(vec![fault])
     })
 }
 

@@ -10,13 +10,12 @@ use std::sync::Mutex;
 use interface::message::wire::{ContactState, ImpInfo, ImpState};
 use interface::saved::{pack, unpack};
 use interface::solver::Refusal;
-use serde::{Deserialize, Serialize};
 
 use crate::body::bodies::Bodies;
 use crate::contact::approach::{Near, crossing_rate};
 use crate::contact::pair_geometry::Moves;
 use crate::contact::side::{AfterKick, Interval, Side, Sums, Targets};
-use crate::law::history::Numbers;
+use crate::law::history::{self, Numbers};
 use crate::law::{LastStep, Law, PairProperties};
 use crate::lists::now::{Now, Sets, Slots};
 use crate::lists::watch::{Look, Watching};
@@ -146,30 +145,25 @@ pub struct Chunk<'a, K: PairKind, L: Law> {
     pub history: &'a [(L::History, K::Memory)],
 }
 
-/// The state of the contacts of a list, and the list, which follows from the places of the watch.
-#[derive(Debug, Serialize, Deserialize)]
-#[serde(bound = "")]
+/// The state of the contacts of a list, which is the watch and the histories, and the list, which follows from the places of
+/// the watch.
+#[derive(Debug)]
 struct Kept<K: PairKind, L: Law> {
     watch: K::Watch,
-    #[serde(with = "crate::law::history")]
     history: Vec<(L::History, K::Memory)>,
-    #[serde(skip)]
     list: K::List,
-    #[serde(skip)]
     constants: Vec<L::Pair>,
     /// Mobility of each pair of points in 1/kg, with bodies that do not rotate.
-    #[serde(skip)]
     mobility: Vec<f64>,
     /// Smallest reduced mass of a pair in kg/m.
-    #[serde(skip)]
     lightest: f64,
 }
 
 impl<K: PairKind, L: Law> Kept<K, L> {
-    fn new(skin: f64) -> Self {
+    fn new(watch: K::Watch, history: Vec<(L::History, K::Memory)>) -> Self {
         Self {
-            watch: K::Watch::new(skin),
-            history: Vec::new(),
+            watch,
+            history,
             list: K::List::default(),
             constants: Vec::new(),
             mobility: Vec::new(),
@@ -246,8 +240,8 @@ impl<K: PairKind, L: Law> Contacts<K, L> {
         Self {
             law,
             kind,
-            kept: Kept::new(skin),
-            fresh: Kept::new(skin),
+            kept: Kept::new(K::Watch::new(skin), Vec::new()),
+            fresh: Kept::new(K::Watch::new(skin), Vec::new()),
             rebuilt: false,
             next: Vec::new(),
             rooms: Spare::default(),
@@ -451,11 +445,13 @@ impl<K: PairKind, L: Law> Side for Contacts<K, L> {
     }
 
     fn save(&self) -> Vec<u8> {
-        pack("contacts", &self.kept)
+        let Kept { watch, history, .. } = &self.kept;
+        pack("contacts", &(watch, history::Saved::of(history)))
     }
 
     fn restore(&mut self, saved: &[u8], bodies: &Bodies, sets: &Sets) -> Result<(), Refusal> {
-        let mut kept: Kept<K, L> = unpack("contacts", saved)?;
+        let (watch, saved): (K::Watch, history::Saved) = unpack("contacts", saved)?;
+        let mut kept = Kept::<K, L>::new(watch, saved.histories());
         if let Some(then) = kept.watch.bodies_then(bodies) {
             let set = sets.replaced.as_ref().unwrap_or(&sets.now);
             kept.build(&self.law, &self.kind, &then, set);

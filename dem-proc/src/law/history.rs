@@ -74,8 +74,8 @@ impl<A: Numbers, B: Numbers> Numbers for (A, B) {
 }
 
 /// The histories of the contacts of a list, as they are saved. Most pairs of a list do not touch and have no history.
-#[derive(Serialize, Deserialize)]
-struct Sparse {
+#[derive(Debug, Serialize, Deserialize)]
+pub struct Saved {
     /// Length of the list.
     pairs: usize,
     /// The parts to which the numbers of each pair belong.
@@ -86,55 +86,61 @@ struct Sparse {
     numbers: Vec<f64>,
 }
 
+impl Saved {
+    /// The form of these.
+    pub fn of<H: Numbers>(histories: &[H]) -> Self {
+        let mut saved = Self {
+            pairs: histories.len(),
+            parts: H::parts(),
+            at: Vec::new(),
+            numbers: Vec::new(),
+        };
+        for (k, history) in (0..).zip(histories) {
+            let from = saved.numbers.len();
+            history.put(&mut saved.numbers);
+            // The comparison is by bits, since minus zero must be restored as minus zero.
+            if saved.numbers[from..].iter().all(|x| x.to_bits() == 0) {
+                saved.numbers.truncate(from);
+            } else {
+                saved.at.push(k);
+            }
+        }
+        saved
+    }
+
+    /// The histories. If the law has other parts than the saved one, the parts that both have are taken over, and the
+    /// others start from zero.
+    pub fn histories<H: Numbers>(&self) -> Vec<H> {
+        let of_a_pair = (self.parts.iter())
+            .map(|(_, count)| *count as usize)
+            .sum::<usize>();
+        let places = places(&self.parts, &H::parts());
+        let mut histories = vec![H::default(); self.pairs];
+        let numbers = self.numbers.chunks_exact(of_a_pair.max(1));
+        for (&k, numbers) in self.at.iter().zip(numbers) {
+            let number = |place: &Option<usize>| place.map_or(0.0, |place| numbers[place]);
+            if let Some(history) = histories.get_mut(k as usize) {
+                *history = H::take(&mut places.iter().map(number));
+            }
+        }
+        histories
+    }
+}
+
 /// Writes the histories of a list: `#[serde(with = "crate::law::history")]`.
 ///
 /// # Errors
 /// As the serializer.
 pub fn serialize<H: Numbers, S: Serializer>(histories: &[H], to: S) -> Result<S::Ok, S::Error> {
-    let mut saved = Sparse {
-        pairs: histories.len(),
-        parts: H::parts(),
-        at: Vec::new(),
-        numbers: Vec::new(),
-    };
-    for (k, history) in (0..).zip(histories) {
-        let from = saved.numbers.len();
-        history.put(&mut saved.numbers);
-        // The comparison is by bits, since minus zero must be restored as minus zero.
-        if saved.numbers[from..].iter().all(|x| x.to_bits() == 0) {
-            saved.numbers.truncate(from);
-        } else {
-            saved.at.push(k);
-        }
-    }
-    saved.serialize(to)
+    Saved::of(histories).serialize(to)
 }
 
-/// Reads the histories of a list. If the law has other parts than the saved one, the parts that both have are taken
-/// over, and the others start from zero.
+/// Reads the histories of a list ([`Saved::histories`]).
 ///
 /// # Errors
 /// As the deserializer.
 pub fn deserialize<'a, H: Numbers, D: Deserializer<'a>>(from: D) -> Result<Vec<H>, D::Error> {
-    let Sparse {
-        pairs,
-        parts,
-        at,
-        numbers,
-    } = Sparse::deserialize(from)?;
-    let of_a_pair = parts
-        .iter()
-        .map(|(_, count)| *count as usize)
-        .sum::<usize>();
-    let places = places(&parts, &H::parts());
-    let mut histories = vec![H::default(); pairs];
-    for (&k, numbers) in at.iter().zip(numbers.chunks_exact(of_a_pair.max(1))) {
-        let number = |place: &Option<usize>| place.map_or(0.0, |place| numbers[place]);
-        if let Some(history) = histories.get_mut(k as usize) {
-            *history = H::take(&mut places.iter().map(number));
-        }
-    }
-    Ok(histories)
+    Saved::deserialize(from).map(|saved| saved.histories())
 }
 
 /// The index among the `saved` numbers of each number of the `own` parts; `None` if it is not there.
