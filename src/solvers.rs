@@ -6,7 +6,6 @@ use interface::session::process;
 use interface::session::{SessionError, serve_dem, serve_mpm};
 use interface::solver::{DemSolver, MpmSolver};
 use interface::transport::domain::Domain;
-use interface::transport::iceoryx::Medium;
 
 use crate::cli::JoinArgs;
 use crate::logging;
@@ -23,22 +22,22 @@ pub fn dem() -> Box<dyn DemSolver> {
 
 /// The continuum solver in a process of its own.
 pub fn mpm_process(domain: &Domain) -> Result<(), SessionError> {
-    serve_mpm(Medium::Processes, domain, &mut *mpm(), true)
+    serve_mpm(domain, &mut *mpm(), true)
 }
 
 /// The continuum solver in a thread.
 pub fn mpm_thread(domain: &Domain) -> Result<(), SessionError> {
-    serve_mpm(Medium::Threads, domain, &mut *mpm(), false)
+    serve_mpm(domain, &mut *mpm(), false)
 }
 
 /// The rigid-body solver in a process of its own.
 pub fn dem_process(domain: &Domain) -> Result<(), SessionError> {
-    serve_dem(Medium::Processes, domain, &mut *dem(), true)
+    serve_dem(domain, &mut *dem(), true)
 }
 
 /// The rigid-body solver in a thread.
 pub fn dem_thread(domain: &Domain) -> Result<(), SessionError> {
-    serve_dem(Medium::Threads, domain, &mut *dem(), false)
+    serve_dem(domain, &mut *dem(), false)
 }
 
 /// Joins a run as a solver.

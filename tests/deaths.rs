@@ -8,7 +8,6 @@ use conformance::mutant::{Flaw, Host, serve};
 use interface::message::Payload;
 use interface::message::control::Notice;
 use interface::transport::domain::Domain;
-use interface::transport::raw::Medium;
 
 use crate::harness::{
     Ended, PATIENCE, Place, RunFiles, Running, dice, has, lives, run_of, scene, segments, signal,
@@ -367,7 +366,7 @@ fn a_process_that_is_told_to_has_a_flaw() {
     });
     let domain = Domain::join(&run).unwrap();
     let host = Host::Dem(|| Box::new(dem_proc::Sdem::default()));
-    serve(Medium::Processes, &domain, host, passing);
+    serve(&domain, host, passing);
 }
 
 /// Starts a run whose solver of the bodies has this flaw. Its deadline is longer than the patience of this test.

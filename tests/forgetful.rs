@@ -21,7 +21,6 @@ use interface::solver::{
 };
 use interface::step::Step;
 use interface::transport::domain::Domain;
-use interface::transport::raw::Medium;
 use mpm_proc::Mpm;
 
 /// What is wrong.
@@ -259,8 +258,8 @@ const SELECTION: [&str; 8] = [
 
 fn subject(party: Party, wrong: Wrong) -> Subject {
     Subject::in_thread(party, move |domain: &Domain| match party {
-        Party::Mpm => serve_mpm(Medium::Threads, domain, &mut Continuum::new(wrong), false),
-        _ => serve_dem(Medium::Threads, domain, &mut Bodies::new(wrong), false),
+        Party::Mpm => serve_mpm(domain, &mut Continuum::new(wrong), false),
+        _ => serve_dem(domain, &mut Bodies::new(wrong), false),
     })
 }
 

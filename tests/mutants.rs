@@ -16,7 +16,7 @@ use conformance::{PATIENCE, Start, Subject, Verdict};
 use interface::message::control::Party;
 use interface::solver::{DemSolver, MpmSolver};
 use interface::transport::domain::Domain;
-use interface::transport::raw::{Medium, Message};
+use interface::transport::raw::Message;
 
 /// The words of a mutant's command line, if a process of this program is to be one.
 const MUTANT: &str = "TANDEM_MUTANT";
@@ -116,7 +116,7 @@ impl Of {
 /// A solver with this flaw, in a thread.
 fn flawed(of: Of, flaw: impl Fn() -> Flaw + Send + Sync + 'static) -> Subject {
     let party = of.party;
-    let solve = move |domain: &Domain| serve(Medium::Threads, domain, host(party), of.with(flaw()));
+    let solve = move |domain: &Domain| serve(domain, host(party), of.with(flaw()));
     let start = Start::Thread(Arc::new(solve));
     Subject { party, start }
 }

@@ -6,12 +6,11 @@ use conformance::{Options, RandomCases, Subject, Verdict, clause, examine};
 use dem_proc::Sdem;
 use interface::message::control::Party;
 use interface::session::serve_dem;
-use interface::transport::raw::Medium;
 
 #[test]
 fn random_cases_agree_with_the_oracle_of_the_kit() {
     let subject = Subject::in_thread(Party::Dem, |domain| {
-        serve_dem(Medium::Threads, domain, &mut Sdem::default(), false)
+        serve_dem(domain, &mut Sdem::default(), false)
     });
     let random = clause::of(Party::Dem).into_iter();
     let random = random.filter(|clause| clause.is_random());

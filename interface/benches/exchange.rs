@@ -19,7 +19,7 @@ use interface::session::{
 };
 use interface::transport::direct::Direct;
 use interface::transport::domain::OwnedDomain;
-use interface::transport::iceoryx::{self, Medium, SEND_TIMEOUT};
+use interface::transport::iceoryx::{self, SEND_TIMEOUT};
 use toys::{Course, HalfPlane, Points};
 
 const BOTH: [Party; 2] = [Party::Mpm, Party::Dem];
@@ -73,16 +73,15 @@ impl Supervisor for Timed {
 
 /// Wall time of `steps` steps with `imps` IMPs over shared memory. The parties are threads, which talk as processes do.
 fn between_processes(imps: usize, window: u64, steps: u64) -> Duration {
-    let medium = Medium::Processes;
     let domain = OwnedDomain::create().expect("a directory");
     let names = domain.domain();
-    let _created = iceoryx::create(medium, names, &BOTH, false).expect("channels");
-    let mut transport = iceoryx::join(medium, names, Party::Coupler, &BOTH, SEND_TIMEOUT)
-        .expect("the coupler's ends");
+    let _created = iceoryx::create(names, &BOTH, false).expect("channels");
+    let mut transport =
+        iceoryx::join(names, Party::Coupler, &BOTH, SEND_TIMEOUT).expect("the coupler's ends");
     let mut supervisor = Timed::new(steps, window);
     std::thread::scope(|scope| {
-        scope.spawn(move || serve_mpm(medium, names, &mut Points::new(imps), false));
-        scope.spawn(move || serve_dem(medium, names, &mut HalfPlane::default(), false));
+        scope.spawn(move || serve_mpm(names, &mut Points::new(imps), false));
+        scope.spawn(move || serve_dem(names, &mut HalfPlane::default(), false));
         let session = Session::coupler(&BOTH, &mut supervisor, &mut *transport);
         drive(session).expect("an orderly end");
     });

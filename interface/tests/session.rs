@@ -12,7 +12,7 @@ use interface::session::{Clocked, Session, SessionError, drive, serve_dem, serve
 use interface::solver::Readiness;
 use interface::transport::direct::Direct;
 use interface::transport::domain::OwnedDomain;
-use interface::transport::iceoryx::{self, Medium, SEND_TIMEOUT};
+use interface::transport::iceoryx::{self, SEND_TIMEOUT};
 use interface::transport::remains::sweep;
 
 const BOTH: [Party; 2] = [Party::Mpm, Party::Dem];
@@ -20,7 +20,7 @@ const BOTH: [Party; 2] = [Party::Mpm, Party::Dem];
 /// How the parties of a test communicate.
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Way {
-    Over(Medium),
+    SharedMemory,
     Direct,
 }
 
@@ -49,20 +49,14 @@ fn watched(test: impl FnOnce() + Send + 'static) {
 
 fn on_every_transport(test: fn(Way)) {
     watched(move || test(Way::Direct));
-    between_threads_and_processes(test);
-}
-
-/// For tests that depend on wall time.
-fn between_threads_and_processes(test: fn(Way)) {
-    watched(move || test(Way::Over(Medium::Threads)));
-    watched(move || test(Way::Over(Medium::Processes)));
+    watched(move || test(Way::SharedMemory));
 }
 
 /// Runs `steps` steps of 0.1 ms in windows of `window`, measuring the first step of each.
 fn run(way: Way, points: Points, wall: HalfPlane, steps: u64, window: u64) -> Outcome {
     let mut supervisor = Course::new(steps, window);
     let (coupler, points, wall) = match way {
-        Way::Over(medium) => over(medium, &mut supervisor, points, wall),
+        Way::SharedMemory => over_shared_memory(&mut supervisor, points, wall),
         Way::Direct => in_one_thread(&mut supervisor, points, wall),
     };
     Outcome {
@@ -80,19 +74,18 @@ type Verdicts = (
     Result<(), SessionError>,
 );
 
-fn over(
-    medium: Medium,
+fn over_shared_memory(
     supervisor: &mut Course,
     mut points: Points,
     mut wall: HalfPlane,
 ) -> Verdicts {
     let domain = OwnedDomain::create().unwrap();
     let names = domain.domain();
-    let _created = iceoryx::create(medium, names, &BOTH, false).unwrap();
-    let mut transport = iceoryx::join(medium, names, Party::Coupler, &BOTH, SEND_TIMEOUT).unwrap();
+    let _created = iceoryx::create(names, &BOTH, false).unwrap();
+    let mut transport = iceoryx::join(names, Party::Coupler, &BOTH, SEND_TIMEOUT).unwrap();
     std::thread::scope(|scope| {
-        let points = scope.spawn(move || serve_mpm(medium, names, &mut points, false));
-        let wall = scope.spawn(move || serve_dem(medium, names, &mut wall, false));
+        let points = scope.spawn(move || serve_mpm(names, &mut points, false));
+        let wall = scope.spawn(move || serve_dem(names, &mut wall, false));
         let verdict = drive(Session::coupler(&BOTH, supervisor, &mut *transport));
         domain.release();
         (verdict, points.join().unwrap(), wall.join().unwrap())
@@ -115,15 +108,12 @@ fn in_one_thread(supervisor: &mut Course, mut points: Points, mut wall: HalfPlan
 fn points_bounce_off_the_wall_with_the_same_bits_for_every_window_and_transport() {
     watched(|| {
         let mut finals = Vec::new();
-        let threads = Way::Over(Medium::Threads);
-        let processes = Way::Over(Medium::Processes);
         for (way, window) in [
             (Way::Direct, 1),
             (Way::Direct, 64),
-            (threads, 8),
-            (processes, 1),
-            (processes, 8),
-            (processes, 64),
+            (Way::SharedMemory, 1),
+            (Way::SharedMemory, 8),
+            (Way::SharedMemory, 64),
         ] {
             let outcome = run(way, Points::default(), HalfPlane::default(), 3000, window);
             outcome.coupler.unwrap();
@@ -249,12 +239,12 @@ fn a_plastic_strain_that_cannot_be_ends_the_session() {
 
 #[test]
 fn silence_ends_at_the_deadline() {
-    between_threads_and_processes(|way| {
+    watched(|| {
         let points = Points {
             pause: Some((3, Duration::from_secs(4))),
             ..Points::default()
         };
-        let outcome = run(way, points, HalfPlane::default(), 100, 8);
+        let outcome = run(Way::SharedMemory, points, HalfPlane::default(), 100, 8);
         let error = outcome.coupler.unwrap_err().to_string();
         assert!(error.contains("nothing from the mpm"), "{error}");
     });
@@ -280,12 +270,10 @@ fn a_refusal_names_the_key_and_does_not_wait_for_the_other_solver() {
 #[test]
 fn a_refusal_is_heard_though_the_other_solver_never_comes() {
     watched(|| {
-        let medium = Medium::Processes;
         let domain = OwnedDomain::create().unwrap();
         let names = domain.domain();
-        let _created = iceoryx::create(medium, names, &BOTH, false).unwrap();
-        let mut transport =
-            iceoryx::join(medium, names, Party::Coupler, &BOTH, SEND_TIMEOUT).unwrap();
+        let _created = iceoryx::create(names, &BOTH, false).unwrap();
+        let mut transport = iceoryx::join(names, Party::Coupler, &BOTH, SEND_TIMEOUT).unwrap();
         let mut supervisor = Course::new(10, 1);
         std::thread::scope(|scope| {
             let solver = scope.spawn(move || {
@@ -293,14 +281,14 @@ fn a_refusal_is_heard_though_the_other_solver_never_comes() {
                     refuse: true,
                     ..Points::default()
                 };
-                serve_mpm(medium, names, &mut points, false)
+                serve_mpm(names, &mut points, false)
             });
             let mut wall = HalfPlane {
                 // The other one takes long to configure; the refusal does not wait for it.
                 configures_for: Duration::from_secs(3),
                 ..HalfPlane::default()
             };
-            let other = scope.spawn(move || serve_dem(medium, names, &mut wall, false));
+            let other = scope.spawn(move || serve_dem(names, &mut wall, false));
             let begin = Instant::now();
             let session = Session::coupler(&BOTH, &mut supervisor, &mut *transport);
             let error = drive(session).unwrap_err();
@@ -352,20 +340,12 @@ fn nothing_of_a_run_is_open_to_other_users() {
     use std::os::unix::fs::PermissionsExt;
     let owned = OwnedDomain::create().unwrap();
     let domain = owned.domain();
-    let _created = iceoryx::create(Medium::Processes, domain, &BOTH, false).unwrap();
-    let mut ends = BOTH
-        .map(|party| iceoryx::join(Medium::Processes, domain, party, &[], SEND_TIMEOUT).unwrap());
+    let _created = iceoryx::create(domain, &BOTH, false).unwrap();
+    let mut ends = BOTH.map(|party| iceoryx::join(domain, party, &[], SEND_TIMEOUT).unwrap());
     for (end, party) in ends.iter_mut().zip(BOTH) {
         end.open(&Channel::before_ready(party, true)).unwrap();
     }
-    let _coupler = iceoryx::join(
-        Medium::Processes,
-        domain,
-        Party::Coupler,
-        &BOTH,
-        SEND_TIMEOUT,
-    )
-    .unwrap();
+    let _coupler = iceoryx::join(domain, Party::Coupler, &BOTH, SEND_TIMEOUT).unwrap();
     let mut seen = 0;
     for entry in std::fs::read_dir("/dev/shm").unwrap().flatten() {
         let name = entry.file_name().to_string_lossy().into_owned();
@@ -389,7 +369,7 @@ fn a_solver_makes_nothing_in_a_run_that_has_been_swept() {
     while domain.directory().exists() {
         sweep(Duration::ZERO);
     }
-    let joined = iceoryx::join(Medium::Processes, &domain, Party::Dem, &[], SEND_TIMEOUT);
+    let joined = iceoryx::join(&domain, Party::Dem, &[], SEND_TIMEOUT);
     let error = joined.err().expect("there is no run any more");
     assert!(error.to_string().contains("there is no run"), "{error}");
     assert_eq!(domain.segments(), Vec::<std::path::PathBuf>::new());

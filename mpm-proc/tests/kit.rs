@@ -5,14 +5,13 @@ use std::time::Duration;
 use conformance::{Options, RandomCases, Subject, Verdict, clause, examine};
 use interface::message::control::Party;
 use interface::session::serve_mpm;
-use interface::transport::raw::Medium;
 
 use mpm_proc::Mpm;
 
 #[test]
 fn random_cases_agree_with_the_oracle_of_the_kit() {
     let subject = Subject::in_thread(Party::Mpm, |domain| {
-        serve_mpm(Medium::Threads, domain, &mut Mpm::default(), false)
+        serve_mpm(domain, &mut Mpm::default(), false)
     });
     let random = clause::of(Party::Mpm).into_iter();
     let random = random.filter(|clause| clause.is_random());

@@ -40,7 +40,7 @@ use interface::trace;
 use interface::transport::Transport;
 use interface::transport::direct::Direct;
 use interface::transport::domain::OwnedDomain;
-use interface::transport::iceoryx::{self, Medium, SEND_TIMEOUT};
+use interface::transport::iceoryx::{self, SEND_TIMEOUT};
 use interface::transport::recorded::Recorded;
 
 use crate::record::rundir::{RECORDING, RunDir, RunDirError};
@@ -217,22 +217,16 @@ fn processes(
         Some(cause) => RunError::SharedMemory { error, cause },
         None => RunError::from(error),
     };
-    let channels = iceoryx::create(Medium::Processes, names, &parties, sink.is_some())
+    let channels = iceoryx::create(names, &parties, sink.is_some())
         .map_err(|error| with_cause(error.into(), &Segments::none()))?;
     let segments = Segments::of(names, &channels);
     run.resources.shared_memory = Some(SharedMemory::new(names.clone(), segments.clone()));
     let caused = |error| with_cause(error, &segments);
-    let coupler = iceoryx::join(
-        Medium::Processes,
-        names,
-        Party::Coupler,
-        &parties,
-        SEND_TIMEOUT,
-    )
-    .map_err(|error| caused(error.into()))?;
+    let coupler = iceoryx::join(names, Party::Coupler, &parties, SEND_TIMEOUT)
+        .map_err(|error| caused(error.into()))?;
     let mut tap = match &sink {
         Some(sink) if parties.len() == 2 => {
-            let tap = Tap::open(Medium::Processes, names, sink.clone());
+            let tap = Tap::open(names, sink.clone());
             Some(tap.map_err(|error| caused(error.into()))?)
         }
         _ => None,

@@ -361,7 +361,7 @@ mod tests {
     use interface::solver::Refusal;
     use interface::transport::TransportError;
     use interface::transport::domain::OwnedDomain;
-    use interface::transport::iceoryx::{self, Medium};
+    use interface::transport::iceoryx;
 
     use super::*;
 
@@ -420,8 +420,7 @@ mod tests {
     fn a_segment_that_is_removed_at_once_is_the_cause_too() {
         let owned = OwnedDomain::create().unwrap();
         let names = owned.domain();
-        let created =
-            iceoryx::create(Medium::Processes, names, &[Party::Mpm, Party::Dem], false).unwrap();
+        let created = iceoryx::create(names, &[Party::Mpm, Party::Dem], false).unwrap();
         let error = SessionError::from(TransportError::NotHere("mpm/orders"));
         assert_eq!(cause(&error, names, &Segments::of(names, &created)), None);
         let segments = names.segments();

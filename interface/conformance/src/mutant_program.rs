@@ -7,7 +7,6 @@ use interface::message::control::Party;
 use interface::session::process;
 use interface::solver::{DemSolver, MpmSolver};
 use interface::transport::domain::Domain;
-use interface::transport::raw::Medium;
 use signal_hook::consts::SIGINT;
 use signal_hook::flag::{register, register_conditional_shutdown};
 
@@ -63,7 +62,7 @@ fn join_and_serve(run: &str, host: Host, flaw: Flaw) -> u8 {
         eprintln!("warning: the handling of Ctrl-C could not be changed: {error}");
     }
     match Domain::join(run) {
-        Ok(domain) => serve(Medium::Processes, &domain, host, flaw),
+        Ok(domain) => serve(&domain, host, flaw),
         Err(error) => {
             eprintln!("error: {error}");
             FAILED

@@ -9,7 +9,7 @@ use std::time::Duration;
 use super::{RecordingError, RecordingSink};
 use crate::message::{Channel, Kind, Payload};
 use crate::transport::domain::Domain;
-use crate::transport::iceoryx::{self, Medium};
+use crate::transport::iceoryx;
 use crate::transport::recorded::Recorded;
 use crate::transport::wait::nap;
 use crate::transport::{Transport, TransportError};
@@ -43,11 +43,7 @@ impl Tap {
     ///
     /// # Errors
     /// [`RecordingError::Tap`].
-    pub fn open(
-        medium: Medium,
-        domain: &Domain,
-        sink: RecordingSink,
-    ) -> Result<Self, RecordingError> {
+    pub fn open(domain: &Domain, sink: RecordingSink) -> Result<Self, RecordingError> {
         let stop = Arc::new(AtomicBool::new(false));
         let (stopped, domain) = (Arc::clone(&stop), domain.clone());
         let (opened, listening) = mpsc::channel();
@@ -55,7 +51,7 @@ impl Tap {
             .name("tap".into())
             .spawn(move || {
                 // Ports cannot leave the thread that made them.
-                let ends = match iceoryx::listen(medium, &domain) {
+                let ends = match iceoryx::listen(&domain) {
                     Ok(ends) => ends,
                     Err(e) => {
                         let _ = opened.send(Err(e));

@@ -6,7 +6,7 @@ use crate::message::wire::{Grant, ImpState};
 use crate::message::{Kind, Records};
 use crate::transport::TransportError;
 use crate::transport::domain::OwnedDomain;
-use crate::transport::iceoryx::{self, Medium};
+use crate::transport::iceoryx;
 use core::time::Duration;
 
 fn states_channel() -> Channel {
@@ -194,15 +194,14 @@ fn a_full_disk_is_reported_and_delays_nothing() {
 fn a_tap_that_has_looked_once_misses_nothing() {
     let domain = OwnedDomain::create().unwrap();
     let (names, parties) = (domain.domain(), [Party::Mpm, Party::Dem]);
-    let medium = Medium::Threads;
-    let _channels = iceoryx::create(medium, names, &parties, true).unwrap();
+    let _channels = iceoryx::create(names, &parties, true).unwrap();
     let join = |party| {
         let patience = Duration::from_millis(20);
-        let mut ends = iceoryx::join(medium, names, party, &parties, patience).unwrap();
+        let mut ends = iceoryx::join(names, party, &parties, patience).unwrap();
         ends.open(&[states_channel()]).unwrap();
         ends
     };
-    let mut tap = iceoryx::listen(medium, names).unwrap();
+    let mut tap = iceoryx::listen(names).unwrap();
     let [mut mpm, mut dem] = parties.map(join);
     let mut sent = |step| {
         let records = [state(step)];

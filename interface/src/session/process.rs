@@ -13,7 +13,6 @@ use crate::processor;
 use crate::session::{self, SessionError};
 use crate::solver::{DemSolver, MpmSolver};
 use crate::transport::domain::Domain;
-use crate::transport::iceoryx::Medium;
 
 /// Exit status if the session has failed; the coupler reports why.
 const FAILED: u8 = 3;
@@ -26,14 +25,14 @@ fn arguments() -> impl Iterator<Item = String> {
 /// Joins the run that the arguments name (`--join RUN`) as the continuum.
 pub fn serve_mpm<M: MpmSolver>(mut solver: M) -> ExitCode {
     with_run(arguments(), |domain| {
-        session::serve_mpm(Medium::Processes, domain, &mut solver, true)
+        session::serve_mpm(domain, &mut solver, true)
     })
 }
 
 /// Joins the run that the arguments name (`--join RUN`) as the bodies.
 pub fn serve_dem<D: DemSolver>(mut solver: D) -> ExitCode {
     with_run(arguments(), |domain| {
-        session::serve_dem(Medium::Processes, domain, &mut solver, true)
+        session::serve_dem(domain, &mut solver, true)
     })
 }
 

@@ -12,7 +12,7 @@ use crate::message::control::{Hello, Notice, Party};
 use crate::message::wire::StepHeader;
 use crate::solver::{DemSolver, MpmSolver};
 use crate::transport::domain::Domain;
-use crate::transport::iceoryx::{self, Medium, SEND_TIMEOUT};
+use crate::transport::iceoryx::{self, SEND_TIMEOUT};
 use crate::transport::wait::until;
 
 /// Longest wait of a solver on the wrong side for the end of the session.
@@ -24,7 +24,6 @@ const LOOK: Duration = Duration::from_millis(10);
 /// # Errors
 /// Any [`SessionError`]; it was sent to the coupler.
 pub fn serve_mpm(
-    medium: Medium,
     domain: &Domain,
     solver: &mut dyn MpmSolver,
     own_process: bool,
@@ -33,7 +32,7 @@ pub fn serve_mpm(
         let capabilities = solver.capabilities();
         check_side(domain, hello(Party::Mpm, solver.identity(), capabilities))?;
     }
-    let mut transport = iceoryx::join(medium, domain, Party::Mpm, &[], SEND_TIMEOUT)?;
+    let mut transport = iceoryx::join(domain, Party::Mpm, &[], SEND_TIMEOUT)?;
     let session = Session::mpm(solver, &mut *transport, clocked(own_process));
     drive(session.traced(domain, Party::Mpm))
 }
@@ -43,7 +42,6 @@ pub fn serve_mpm(
 /// # Errors
 /// Any [`SessionError`]; it was sent to the coupler.
 pub fn serve_dem(
-    medium: Medium,
     domain: &Domain,
     solver: &mut dyn DemSolver,
     own_process: bool,
@@ -52,7 +50,7 @@ pub fn serve_dem(
         let capabilities = solver.capabilities();
         check_side(domain, hello(Party::Dem, solver.identity(), capabilities))?;
     }
-    let mut transport = iceoryx::join(medium, domain, Party::Dem, &[], SEND_TIMEOUT)?;
+    let mut transport = iceoryx::join(domain, Party::Dem, &[], SEND_TIMEOUT)?;
     let session = Session::dem(solver, &mut *transport, clocked(own_process));
     drive(session.traced(domain, Party::Dem))
 }

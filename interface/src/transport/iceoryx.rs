@@ -14,7 +14,7 @@ use iceoryx2::port::subscriber::Subscriber;
 use iceoryx2::port::{BackpressureAction, BackpressureInfo};
 use iceoryx2::prelude::{
     AllocationStrategy, AttributeSpecifier, AttributeVerifier, BackpressureStrategy, Node,
-    NodeBuilder, Service, SignalHandlingMode, ipc, local,
+    NodeBuilder, SignalHandlingMode, ipc::Service as Ipc,
 };
 use iceoryx2::service::builder::publish_subscribe;
 use iceoryx2::service::port_factory::{self, PortFactory as _};
@@ -29,15 +29,6 @@ use crate::transport::names::WAKES;
 use crate::transport::vanished;
 use crate::transport::wait::nap;
 use crate::transport::wake::Wakes;
-
-/// Over what the parties talk.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Medium {
-    /// Between processes.
-    Processes,
-    /// Between threads of this process: the same code over process-local memory.
-    Threads,
-}
 
 /// Messages that may wait in a channel. Lockstep needs two; a failure notice and a goodbye may follow a report.
 const BUFFER: usize = 4;
@@ -74,15 +65,21 @@ fn refused<E: core::fmt::Debug>(
 /// # Errors
 /// [`TransportError`].
 pub fn create(
-    medium: Medium,
     domain: &Domain,
     solvers: &[Party],
     recorded: bool,
 ) -> Result<Created, TransportError> {
-    match medium {
-        Medium::Processes => create_over::<ipc::Service>(domain, solvers, recorded),
-        Medium::Threads => create_over::<local::Service>(domain, solvers, recorded),
+    let node = node(domain, Party::Coupler)?;
+    domain.close_to_others();
+    Wakes::create(domain.directory()).map_err(refused(WAKES, "create it"))?;
+    let mut made = Vec::new();
+    let takes_part = |party| party == Party::Coupler || solvers.contains(&party);
+    for channel in Channel::ALL {
+        if takes_part(channel.from()) && takes_part(channel.to()) {
+            made.push(create_channel(&node, channel, recorded)?);
+        }
     }
+    Ok(Created(made))
 }
 
 /// The ends of `party` in a run that has been created. A solver's line to the coupler is open at once, the rest after
@@ -92,35 +89,22 @@ pub fn create(
 /// # Errors
 /// [`TransportError`].
 pub fn join(
-    medium: Medium,
     domain: &Domain,
     party: Party,
     solvers: &[Party],
     send_timeout: Duration,
 ) -> Result<Box<dyn Transport>, TransportError> {
-    Ok(match medium {
-        Medium::Processes => Box::new({
-            vanished::say_so();
-            Ends::<ipc::Service>::join(domain, party, solvers, send_timeout)?
-        }),
-        Medium::Threads => Box::new(Ends::<local::Service>::join(
-            domain,
-            party,
-            solvers,
-            send_timeout,
-        )?),
-    })
+    vanished::say_so();
+    let ends = Ends::join(domain, party, solvers, send_timeout)?;
+    Ok(Box::new(ends))
 }
 
 /// A second receiver of everything between the solvers of a recorded run.
 ///
 /// # Errors
 /// [`TransportError`].
-pub fn listen(medium: Medium, domain: &Domain) -> Result<Box<dyn Transport>, TransportError> {
-    Ok(match medium {
-        Medium::Processes => Box::new(Ends::<ipc::Service>::listen(domain)?),
-        Medium::Threads => Box::new(Ends::<local::Service>::listen(domain)?),
-    })
+pub fn listen(domain: &Domain) -> Result<Box<dyn Transport>, TransportError> {
+    Ok(Box::new(Ends::listen(domain)?))
 }
 
 /// Says one message on the channel of `expected`, as a solver does that was started as another party (clause O-1).
@@ -133,7 +117,7 @@ pub fn say_as(
     header: &StepHeader,
     notice: &[u8],
 ) -> Result<Box<dyn Transport>, TransportError> {
-    let mut ends = Ends::<ipc::Service>::new(domain, expected, SEND_TIMEOUT)?;
+    let mut ends = Ends::new(domain, expected, SEND_TIMEOUT)?;
     let channel = Channel::of(expected, Kind::Notice);
     ends.open_channel(channel)?;
     ends.send(channel, header, Records::Notice(notice))?;
@@ -174,49 +158,29 @@ trait Opened {
     fn ends(&self) -> (usize, usize);
 }
 
-impl<S: Service, T: Record> Opened
-    for port_factory::publish_subscribe::PortFactory<S, [T], StepHeader>
-{
+impl<T: Record> Opened for port_factory::publish_subscribe::PortFactory<Ipc, [T], StepHeader> {
     fn ends(&self) -> (usize, usize) {
         let open = self.dynamic_config();
         (open.number_of_publishers(), open.number_of_subscribers())
     }
 }
 
-fn create_over<S: Service + 'static>(
-    domain: &Domain,
-    solvers: &[Party],
-    recorded: bool,
-) -> Result<Created, TransportError> {
-    let node = node::<S>(domain, Party::Coupler)?;
-    domain.close_to_others();
-    Wakes::create(domain.directory()).map_err(refused(WAKES, "create it"))?;
-    let mut made = Vec::new();
-    let takes_part = |party| party == Party::Coupler || solvers.contains(&party);
-    for channel in Channel::ALL {
-        if takes_part(channel.from()) && takes_part(channel.to()) {
-            made.push(create_channel(&node, channel, recorded)?);
-        }
-    }
-    Ok(Created(made))
-}
-
-fn node<S: Service>(domain: &Domain, party: Party) -> Result<Node<S>, TransportError> {
+fn node(domain: &Domain, party: Party) -> Result<Node<Ipc>, TransportError> {
     let name = party.name().try_into();
     NodeBuilder::new()
         .name(&name.map_err(refused("node", "name it"))?)
         .config(&domain.config()?)
         .signal_handling_mode(SignalHandlingMode::Disabled)
-        .create::<S>()
+        .create()
         .map_err(refused("node", "create it"))
 }
 
 /// The service of a channel, with the quality that clause C-1 asks for at least.
-fn service<S: Service, T: Record>(
-    node: &Node<S>,
+fn service<T: Record>(
+    node: &Node<Ipc>,
     channel: Channel,
     recorded: bool,
-) -> Result<publish_subscribe::Builder<[T], StepHeader, S>, TransportError> {
+) -> Result<publish_subscribe::Builder<[T], StepHeader, Ipc>, TransportError> {
     let (subscribers, buffer) = if recorded && channel.is_between_solvers() {
         (2, RECORDED_BUFFER)
     } else {
@@ -237,13 +201,13 @@ fn service<S: Service, T: Record>(
         .enable_safe_overflow(false))
 }
 
-fn create_channel<S: Service + 'static>(
-    node: &Node<S>,
+fn create_channel(
+    node: &Node<Ipc>,
     channel: Channel,
     recorded: bool,
 ) -> Result<Made, TransportError> {
-    fn of<S: Service + 'static, T: Record>(
-        node: &Node<S>,
+    fn of<T: Record>(
+        node: &Node<Ipc>,
         channel: Channel,
         recorded: bool,
     ) -> Result<Box<dyn Opened>, TransportError> {
@@ -254,14 +218,14 @@ fn create_channel<S: Service + 'static>(
                 &hash.as_str().try_into().expect("16 hexadecimal digits"),
             )
             .map_err(refused(channel.name(), "describe it"))?;
-        let service = service::<S, T>(node, channel, recorded)?
+        let service = service::<T>(node, channel, recorded)?
             .create_with_attributes(&layout)
             .map_err(refused(channel.name(), "create it"))?;
         Ok(Box::new(service))
     }
     macro_rules! by_kind {
         ($($kind:ident: $record:ty),*) => {
-            match channel.kind { $(Kind::$kind => of::<S, $record>(node, channel, recorded)?),* }
+            match channel.kind { $(Kind::$kind => of::<$record>(node, channel, recorded)?),* }
         };
     }
     Ok(Made {
@@ -272,10 +236,10 @@ fn create_channel<S: Service + 'static>(
     })
 }
 
-fn open_service<S: Service, T: Record>(
-    node: &Node<S>,
+fn open_service<T: Record>(
+    node: &Node<Ipc>,
     channel: Channel,
-) -> Result<port_factory::publish_subscribe::PortFactory<S, [T], StepHeader>, TransportError> {
+) -> Result<port_factory::publish_subscribe::PortFactory<Ipc, [T], StepHeader>, TransportError> {
     let hash = layout_hash();
     let layout = AttributeVerifier::new()
         .require(
@@ -283,7 +247,7 @@ fn open_service<S: Service, T: Record>(
             &hash.as_str().try_into().expect("16 hexadecimal digits"),
         )
         .map_err(refused(channel.name(), "describe it"))?;
-    service::<S, T>(node, channel, false)?
+    service::<T>(node, channel, false)?
         .open_with_attributes(&layout)
         .map_err(refused(channel.name(), "open it"))
 }
@@ -293,15 +257,15 @@ trait Sender {
     fn send(&self, header: &StepHeader, records: Records<'_>) -> Result<(), TransportError>;
 }
 
-struct SenderOf<S: Service, T: Record> {
-    publisher: Publisher<S, [T], StepHeader>,
+struct SenderOf<T: Record> {
+    publisher: Publisher<Ipc, [T], StepHeader>,
     channel: Channel,
     pick: for<'a> fn(Records<'a>) -> Option<&'a [T]>,
 }
 
-impl<S: Service, T: Record> SenderOf<S, T> {
+impl<T: Record> SenderOf<T> {
     fn open(
-        node: &Node<S>,
+        node: &Node<Ipc>,
         channel: Channel,
         domain: &Domain,
         send_timeout: Duration,
@@ -313,7 +277,7 @@ impl<S: Service, T: Record> SenderOf<S, T> {
             FIRST_LENGTH
         };
         let domain = domain.clone();
-        let publisher = open_service::<S, T>(node, channel)?
+        let publisher = open_service::<T>(node, channel)?
             .publisher_builder()
             .initial_max_slice_len(first)
             .allocation_strategy(AllocationStrategy::PowerOfTwo)
@@ -338,7 +302,7 @@ impl<S: Service, T: Record> SenderOf<S, T> {
     }
 }
 
-impl<S: Service, T: Record> Sender for SenderOf<S, T> {
+impl<T: Record> Sender for SenderOf<T> {
     fn send(&self, header: &StepHeader, records: Records<'_>) -> Result<(), TransportError> {
         let name = self.channel.name();
         let records = (self.pick)(records).ok_or(TransportError::NotHere(name))?;
@@ -361,19 +325,19 @@ trait Receiver {
     fn receive(&self, into: &mut Payload) -> Result<Option<StepHeader>, TransportError>;
 }
 
-struct ReceiverOf<S: Service, T: Record> {
-    subscriber: Subscriber<S, [T], StepHeader>,
+struct ReceiverOf<T: Record> {
+    subscriber: Subscriber<Ipc, [T], StepHeader>,
     channel: Channel,
     pick: for<'a> fn(&'a mut Payload) -> Option<&'a mut Vec<T>>,
 }
 
-impl<S: Service, T: Record> ReceiverOf<S, T> {
+impl<T: Record> ReceiverOf<T> {
     fn open(
-        node: &Node<S>,
+        node: &Node<Ipc>,
         channel: Channel,
         pick: for<'a> fn(&'a mut Payload) -> Option<&'a mut Vec<T>>,
     ) -> Result<Self, TransportError> {
-        let subscriber = open_service::<S, T>(node, channel)?
+        let subscriber = open_service::<T>(node, channel)?
             .subscriber_builder()
             .create()
             .map_err(refused(channel.name(), "receive from it"))?;
@@ -385,7 +349,7 @@ impl<S: Service, T: Record> ReceiverOf<S, T> {
     }
 }
 
-impl<S: Service, T: Record> Receiver for ReceiverOf<S, T> {
+impl<T: Record> Receiver for ReceiverOf<T> {
     fn receive(&self, into: &mut Payload) -> Result<Option<StepHeader>, TransportError> {
         let name = self.channel.name();
         let sample = self
@@ -403,7 +367,7 @@ impl<S: Service, T: Record> Receiver for ReceiverOf<S, T> {
 }
 
 /// One party's ends.
-struct Ends<S: Service> {
+struct Ends {
     party: Party,
     domain: Domain,
     send_timeout: Duration,
@@ -412,12 +376,12 @@ struct Ends<S: Service> {
     /// `None` for one that only listens: nobody wakes it.
     wakes: Option<Wakes>,
     // The node outlives its ports.
-    node: Node<S>,
+    node: Node<Ipc>,
     // Last: after it this process makes nothing more in shared memory.
     _part: Option<Part>,
 }
 
-impl<S: Service + 'static> Ends<S> {
+impl Ends {
     fn new(domain: &Domain, party: Party, send_timeout: Duration) -> Result<Self, TransportError> {
         // The coupler removes the run itself.
         let part = (party != Party::Coupler).then(|| domain.take_part());
@@ -429,7 +393,7 @@ impl<S: Service + 'static> Ends<S> {
             senders: [const { None }; CHANNELS],
             receivers: [const { None }; CHANNELS],
             wakes: Some(Wakes::open(domain.directory(), party).map_err(refused(WAKES, "open it"))?),
-            node: node::<S>(domain, party)?,
+            node: node(domain, party)?,
             _part: part,
         })
     }
@@ -486,7 +450,7 @@ impl<S: Service + 'static> Ends<S> {
         macro_rules! by_kind {
             ($($kind:ident: $record:ty),*) => {
                 match channel.kind {
-                    $(Kind::$kind => Box::new(SenderOf::<S, $record>::open(node, channel, domain, send_timeout, |records| {
+                    $(Kind::$kind => Box::new(SenderOf::<$record>::open(node, channel, domain, send_timeout, |records| {
                         if let Records::$kind(records) = records { Some(records) } else { None }
                     })?)),*
                 }
@@ -501,7 +465,7 @@ impl<S: Service + 'static> Ends<S> {
         macro_rules! by_kind {
             ($($kind:ident: $record:ty),*) => {
                 match channel.kind {
-                    $(Kind::$kind => Box::new(ReceiverOf::<S, $record>::open(node, channel, |payload| {
+                    $(Kind::$kind => Box::new(ReceiverOf::<$record>::open(node, channel, |payload| {
                         if let Payload::$kind(records) = payload { Some(records) } else { None }
                     })?)),*
                 }
@@ -512,7 +476,7 @@ impl<S: Service + 'static> Ends<S> {
     }
 }
 
-impl<S: Service + 'static> Transport for Ends<S> {
+impl Transport for Ends {
     fn open(&mut self, channels: &[Channel]) -> Result<(), TransportError> {
         let mut channels = channels.iter();
         channels.try_for_each(|channel| self.open_channel(*channel))
@@ -576,8 +540,8 @@ mod tests {
     fn a_send_to_a_full_channel_ends_when_the_coupler_is_gone() {
         let owned = OwnedDomain::create().unwrap();
         let (domain, solvers) = (owned.domain(), [Party::Mpm]);
-        let _made = create(Medium::Threads, domain, &solvers, false).unwrap();
-        let join = |party| join(Medium::Threads, domain, party, &solvers, SEND_TIMEOUT).unwrap();
+        let _made = create(domain, &solvers, false).unwrap();
+        let join = |party| join(domain, party, &solvers, SEND_TIMEOUT).unwrap();
         let (mut coupler, mut mpm) = (join(Party::Coupler), join(Party::Mpm));
         let channel = Channel::of(Party::Mpm, Kind::Notice);
         let mut say = || mpm.send(channel, &StepHeader::default(), Records::Notice(b"x"));

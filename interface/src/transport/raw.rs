@@ -13,8 +13,7 @@ pub use crate::message::{Channel, Kind, Message, Payload};
 use crate::transport::Transport;
 pub use crate::transport::TransportError as ChannelError;
 use crate::transport::domain::{Domain, OwnedDomain};
-pub use crate::transport::iceoryx::Medium;
-use crate::transport::iceoryx::{Created, create, join};
+pub use crate::transport::iceoryx::{Created, create, join};
 
 /// Longest wait of a send to a full channel. It is short, so that the kit soon notices that a solver takes nothing.
 const SEND_TIMEOUT: Duration = Duration::from_secs(1);
@@ -35,13 +34,13 @@ impl RawRun {
     ///
     /// # Errors
     /// [`ChannelError`].
-    pub fn open(medium: Medium, solver: Party) -> Result<Self, ChannelError> {
+    pub fn open(solver: Party) -> Result<Self, ChannelError> {
         let domain = OwnedDomain::create()?;
         let names = domain.domain();
-        let created = create(medium, names, &[Party::Mpm, Party::Dem], false)?;
-        let coupler = join(medium, names, Party::Coupler, &[solver], SEND_TIMEOUT)?;
+        let created = create(names, &[Party::Mpm, Party::Dem], false)?;
+        let coupler = join(names, Party::Coupler, &[solver], SEND_TIMEOUT)?;
         let other = solver.other_solver().expect("a solver is under test");
-        let mut peer = join(medium, names, other, &[], SEND_TIMEOUT)?;
+        let mut peer = join(names, other, &[], SEND_TIMEOUT)?;
         peer.open(&Channel::before_ready(other, true))?;
         Ok(Self {
             solver,

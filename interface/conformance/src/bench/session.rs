@@ -62,7 +62,7 @@ impl Bench {
 
     /// A run with the solver, which has been started and has said nothing yet.
     pub fn session(&self) -> Result<Session<'_>, Unmet> {
-        let raw_run = RawRun::open(self.subject.medium(), self.subject.party)?;
+        let raw_run = RawRun::open(self.subject.party)?;
         let worker = self.subject.start(raw_run.domain());
         let worker = worker.map_err(|e| broken("a solver that starts", e))?;
         self.sessions.set(self.sessions.get() + 1);

@@ -8,7 +8,6 @@ use std::time::{Duration, Instant};
 use interface::message::control::Party;
 use interface::session::process;
 use interface::transport::domain::Domain;
-use interface::transport::raw::Medium;
 
 /// Longest wait for a thread to end once its coupler is gone; one that is stuck ends with the program.
 const GRACE: Duration = Duration::from_secs(2);
@@ -21,7 +20,7 @@ pub type Solve = Arc<dyn Fn(&Domain) -> u8 + Send + Sync>;
 pub enum Start {
     /// A program and its arguments, to which `--join RUN` is added.
     Command(Vec<String>),
-    /// A function, in a thread, over process-local memory.
+    /// A function, in a thread.
     Thread(Solve),
 }
 
@@ -43,14 +42,6 @@ impl Subject {
         let solve = move |domain: &Domain| if serve(domain).is_ok() { 0 } else { 3 };
         let start = Start::Thread(Arc::new(solve));
         Self { party, start }
-    }
-
-    /// Over what it talks.
-    pub fn medium(&self) -> Medium {
-        match self.start {
-            Start::Command(_) => Medium::Processes,
-            Start::Thread(_) => Medium::Threads,
-        }
     }
 
     /// Whether it is a process.

@@ -12,7 +12,6 @@ use interface::session::{Clocked, Session, SessionError, drive};
 use interface::solver::{DemSolver, MpmSolver};
 use interface::transport::domain::Domain;
 use interface::transport::iceoryx::{SEND_TIMEOUT, join};
-use interface::transport::raw::Medium;
 
 pub use flaw::{Flaw, Mutant, Pass, ProcessFlaws};
 
@@ -30,9 +29,9 @@ pub enum Host {
 
 /// Joins the run of `domain` as the hosted solver with a flaw, and serves until its session is over; returns its exit
 /// status.
-pub fn serve(medium: Medium, domain: &Domain, host: Host, flaw: Flaw) -> u8 {
+pub fn serve(domain: &Domain, host: Host, flaw: Flaw) -> u8 {
     let process = flaw.process;
-    let served = served(medium, domain, host, flaw);
+    let served = served(domain, host, flaw);
     if process.removes_the_lock {
         let _ = std::fs::remove_file(domain.directory().join("lock"));
     }
@@ -42,12 +41,12 @@ pub fn serve(medium: Medium, domain: &Domain, host: Host, flaw: Flaw) -> u8 {
     }
 }
 
-fn served(medium: Medium, domain: &Domain, host: Host, flaw: Flaw) -> Result<(), SessionError> {
+fn served(domain: &Domain, host: Host, flaw: Flaw) -> Result<(), SessionError> {
     let party = match host {
         Host::Mpm(_) => Party::Mpm,
         Host::Dem(_) => Party::Dem,
     };
-    let ends = join(medium, domain, party, &[], SEND_TIMEOUT)?;
+    let ends = join(domain, party, &[], SEND_TIMEOUT)?;
     if flaw.process.joins_without_note {
         for note in notes(domain).filter(|note| note.pid == std::process::id()) {
             let _ = std::fs::remove_file(note.path);
