@@ -148,7 +148,12 @@ impl Search<'_> {
                 let cases = seed - first + 1;
                 again = format!("again: --only {cause},{broken} --seed {first} --cases {cases}");
             }
-            let narrower = C::narrower(broken, &self.takes);
+            let mut unsaved = self.takes.clone();
+            unsaved.0.retain(|name| name != "save");
+            let narrower = match broken {
+                "K-4a" => Some(unsaved),
+                _ => C::narrower(broken, &self.takes),
+            };
             self.narrowed = self.narrowed.or(narrower.as_ref().map(|_| (broken, seed)));
             self.leave_out(broken, narrower);
             if self.campaign.failures.iter().any(|f| f.clause == broken) {
