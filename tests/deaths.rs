@@ -217,8 +217,8 @@ fn a_solver_is_stopped(party: &str, other: &str) {
     assert_eq!(files.text("status"), "failed");
     let reason = files.text("reason");
     let stopped = format!("the {party} solver has been stopped by a signal");
-    has(&reason, &stopped);
-    has(&reason, "step ");
+    has(reason, &stopped);
+    has(reason, "step ");
     ended.says(&[&stopped]);
 }
 
@@ -440,7 +440,7 @@ fn shared_memory_that_vanishes_is_told() {
     let files = RunFiles::read(&place.path("out"));
     assert_eq!(files.text("status"), "failed");
     let reason = files.text("reason");
-    has(&reason, "shared memory of the run vanished");
+    has(reason, "shared memory of the run vanished");
     // Whoever was the first to end has not removed the run.
     place.start(&["clean"]).end().expect(0);
 }

@@ -308,7 +308,8 @@ fn a_refusal_is_heard_though_the_other_solver_never_comes() {
 #[test]
 fn a_ready_with_numbers_that_cannot_be_ends_the_session() {
     on_every_transport(|way| {
-        let rows: [(fn(&mut Readiness), &str); 4] = [
+        type Spoil = fn(&mut Readiness);
+        let rows: [(Spoil, &str); 4] = [
             (|ready| ready.mass_min = f64::NAN, "mass_min = NaN"),
             (
                 |ready| ready.courant_time = f64::INFINITY,

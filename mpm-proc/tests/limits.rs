@@ -177,6 +177,24 @@ fn both_frequencies_bound_the_eigenvalues_of_random_clouds() {
     }
 }
 
+/// Stiffness of each point, and that of its friction: the same if it is alone.
+fn pressed_with_friction(random: &mut Random, count: usize) -> Vec<ImpForce> {
+    let force = |_| {
+        let stiffness = random.between(1e4, 1e6);
+        let ratio = if count == 1 {
+            1.0
+        } else {
+            random.between(0.0, 1.5)
+        };
+        ImpForce {
+            stiffness,
+            tangential: ratio * stiffness,
+            ..ImpForce::default()
+        }
+    };
+    (0..count).map(force).collect()
+}
+
 /// Points pressed by two bodies along any normals, with friction on their surfaces. A point alone has its own frequency.
 #[test]
 fn the_contact_frequency_bounds_that_of_surfaces_with_friction() {
@@ -195,21 +213,7 @@ fn the_contact_frequency_bounds_that_of_surfaces_with_friction() {
             config.groups[0].contact_radius = Some(radius);
             let count = [1, 12, 40][seed as usize % 3];
             let positions = scattered(&mut config, &mut random, count);
-            let forces: Vec<ImpForce> = positions
-                .iter()
-                .map(|_| {
-                    let stiffness = random.between(1e4, 1e6);
-                    ImpForce {
-                        stiffness,
-                        tangential: if count == 1 {
-                            1.0
-                        } else {
-                            random.between(0.0, 1.5)
-                        } * stiffness,
-                        ..ImpForce::default()
-                    }
-                })
-                .collect();
+            let forces = pressed_with_friction(&mut random, count);
             let limits = opening(&config, &forces);
             let [s, gx, gy] = matrices(&positions, kernel, config.domain[0]);
             let n = s.ncols();

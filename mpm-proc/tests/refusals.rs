@@ -57,7 +57,7 @@ fn what_the_solver_alone_can_see_is_refused_with_key_and_reason() {
                 points: points(),
                 within: nowhere,
                 force: [1.0, 0.0],
-            }]
+            }];
         },
         "mpm.traction.0.within",
         none,
@@ -68,7 +68,7 @@ fn what_the_solver_alone_can_see_is_refused_with_key_and_reason() {
                 name: name(),
                 points: points(),
                 within: nowhere,
-            }]
+            }];
         },
         "mpm.probe.0.within",
         none,
@@ -92,6 +92,10 @@ fn what_the_solver_alone_can_see_is_refused_with_key_and_reason() {
         "mpm.points.0.material",
         "no material",
     );
+}
+
+#[test]
+fn chains_without_a_curve_are_refused() {
     refused(|c| c.interface = Interface::Segments, "mpm.chain", "");
     for markers in [
         vec![[0.2, 0.3], [0.3, 0.3]],

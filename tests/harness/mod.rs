@@ -455,7 +455,9 @@ impl Ended {
     /// Asserts that standard error has all these phrases.
     #[track_caller]
     pub fn says(self, phrases: &[&str]) -> Self {
-        phrases.iter().for_each(|phrase| has(&self.stderr, phrase));
+        for phrase in phrases {
+            has(&self.stderr, phrase);
+        }
         self
     }
 

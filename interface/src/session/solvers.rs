@@ -446,6 +446,7 @@ mod tests {
     /// 10^18 points and CPU times of centuries were taken and shown.
     #[test]
     fn counts_and_times_that_no_solver_can_have_are_refused() {
+        type Spoil = fn(&mut Report);
         let report = |report: Report| {
             let mut sent = Sent::by(Party::Mpm);
             sent.readiness = Some(Readiness {
@@ -463,7 +464,7 @@ mod tests {
             ..Report::default()
         };
         assert_eq!(report(sound), None);
-        let rows: [(fn(&mut Report), &str); 4] = [
+        let rows: [(Spoil, &str); 4] = [
             (|report| report.items = 5, "items = 5, expected 4 at most"),
             (
                 |report| report.imps = 1 << 40,
