@@ -333,15 +333,17 @@ fn every_mutant_of_physics_is_found_by_its_clause(of: Of) {
         println!("{}: {broken:?}, {seed:?}, {took:.1} s", mutant.name);
         // A wrong force may show first as another answer on the same contact. Wrong steps may show first in the forces
         // on points, and on bodies that do not move in the impulses alone. What is wrong with the motion of points shows
-        // in all that is told of them, and points that bear one another's ids are pushed at other places.
+        // in all that is told of them, a soft material in the step that it allows, wrong hardening in the motion, and points
+        // that bear one another's ids are pushed at other places.
         let own = mutant.clause.id;
         let also: &[&str] = match own {
             "F-7" => &["F-5", "F-6", "F-8"],
             "T-1" => &["F-7", "N-1"],
-            "T-1a" => &["F-1a", "R-3e", "R-5a", "I-2g", "I-6a", "N-1a"],
+            "T-1a" => &["F-1a", "R-3e", "R-5a", "I-2g", "I-6a", "N-1a", "S-2c"],
             "I-2g" => &["F-1a", "R-5a", "T-1a"],
             "D-1a" => &["R-3e", "R-5a"],
             "R-5a" => &["R-5e"],
+            "R-5e" => &["T-1a"],
             "I-6a" => &["I-7a"],
             _ => &[],
         };
