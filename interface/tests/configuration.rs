@@ -1,6 +1,6 @@
 //! Numbers of a configuration are read back unchanged, and nothing in it may be missing or unknown.
 
-use interface::config::{DemConfig, MpmConfig};
+use interface::config::{BodyInertia, BodyShape, DemConfig, Motion, MpmConfig, Wall};
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 
@@ -51,4 +51,63 @@ fn what_is_unknown_or_missing_is_refused_by_its_name() {
     assert!(without.contains("missing field `threads`"), "{without}");
     let without = error::<DemConfig>(&plain_bodies(), ("\"position\":[0.0,0.0],", ""));
     assert!(without.contains("missing field `position`"), "{without}");
+}
+
+/// A scene can say no NaN, but a configuration may arrive with one from a coupler of somebody else.
+#[test]
+fn what_is_no_finite_number_is_a_fault_of_its_key() {
+    type Bodies = fn(&mut DemConfig, f64);
+    type Continuum = fn(&mut MpmConfig, f64);
+    let bodies: [(&str, Bodies); 10] = [
+        ("gravity", |c, x| c.gravity[1] = x),
+        ("dem.body.0.position", |c, x| c.bodies[0].position[0] = x),
+        ("dem.body.0.velocity", |c, x| c.bodies[0].velocity[1] = x),
+        ("dem.body.0.spin", |c, x| c.bodies[0].spin = x),
+        ("dem.body.0.angle", |c, x| c.bodies[0].angle = x),
+        ("dem.body.0.sphero_radius", |c, x| {
+            c.bodies[0].sphero_radius = x;
+        }),
+        ("dem.body.0.mass", |c, x| {
+            c.bodies[0].inertia = BodyInertia::Mass(x);
+        }),
+        ("dem.body.0.shape.polygon.vertices", |c, x| {
+            let vertices = vec![[0.0, 0.0], [1.0, 0.0], [0.0, x]];
+            c.bodies[0].shape = BodyShape::Polygon { vertices };
+        }),
+        ("dem.body.0.motion.pushed", |c, x| {
+            c.bodies[0].motion = Motion::Pushed {
+                force: [x, 0.0],
+                torque: 0.0,
+                ramp: 0.0,
+                until: None,
+            };
+        }),
+        ("dem.contact_resolution", |c, x| {
+            c.contact_resolution = Some(x);
+        }),
+    ];
+    let continuum: [(&str, Continuum); 6] = [
+        ("gravity", |c, x| c.gravity[0] = x),
+        ("mpm.cell", |c, x| c.cell = x),
+        ("mpm.domain", |c, x| c.domain[1][1] = x),
+        ("mpm.points.0.velocity", |c, x| c.groups[0].velocity[1] = x),
+        ("mpm.material.0.density", |c, x| c.materials[0].density = x),
+        ("mpm.walls.left.friction.coefficient", |c, x| {
+            c.walls.left = Wall::Friction { coefficient: x };
+        }),
+    ];
+    for x in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
+        for (key, spoil) in bodies {
+            let mut config = plain_bodies();
+            spoil(&mut config, x);
+            let keys: Vec<String> = config.faults().into_iter().map(|f| f.key).collect();
+            assert!(keys.iter().any(|k| k == key), "{key} of {x}: {keys:?}");
+        }
+        for (key, spoil) in continuum {
+            let mut config = plain_continuum();
+            spoil(&mut config, x);
+            let keys: Vec<String> = config.faults().into_iter().map(|f| f.key).collect();
+            assert!(keys.iter().any(|k| k == key), "{key} of {x}: {keys:?}");
+        }
+    }
 }

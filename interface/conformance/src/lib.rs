@@ -225,6 +225,32 @@ pub fn examine(
     })
 }
 
+/// Runs random cases, from the first seed on, however long they take; returns the clauses that do not pass, with their
+/// verdicts. A clause passes if numbers were compared. For the tests of a solver.
+///
+/// # Errors
+/// [`ExamineError`] when nothing can be judged.
+pub fn random_cases(
+    subject: &Subject,
+    cases: u64,
+) -> Result<Vec<(&'static str, Verdict)>, ExamineError> {
+    let random = clause::of(subject.party).into_iter();
+    let random = random.filter(|clause| clause.is_random());
+    let options = Options {
+        only: random.map(|clause| clause.id.into()).collect(),
+        random: RandomCases {
+            cases,
+            time: Duration::MAX,
+            ..RandomCases::default()
+        },
+        ..Options::default()
+    };
+    let judged = examine(subject, &options, |_| ())?.judged.into_iter();
+    let verdicts = judged.map(|judged| (judged.clause.id, judged.verdict));
+    let passes = |verdict: &Verdict| matches!(verdict, Verdict::Pass { .. });
+    Ok(verdicts.filter(|(_, verdict)| !passes(verdict)).collect())
+}
+
 /// Tests clauses of a table whose first one is `first`, several at the same time; calls `tell` with the verdicts in order.
 ///
 /// A clause is blocked where one that it is after is broken, however many are judged at once. Those that measure time come

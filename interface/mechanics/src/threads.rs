@@ -77,10 +77,9 @@ impl Threads {
 
     /// Calls `act` for every task.
     #[inline]
-    pub fn each<T: Send>(&self, tasks: impl Iterator<Item = T> + Send, act: impl Fn(T) + Sync) {
+    pub fn each<T: Send>(&self, mut tasks: impl Iterator<Item = T> + Send, act: impl Fn(T) + Sync) {
         match &self.0 {
             Some(pool) if tasks.size_hint().1 != Some(1) => {
-                let mut tasks = tasks;
                 pool.share(&mut tasks, &|task, _| act(task), &|_| {});
             }
             _ => tasks.for_each(act),

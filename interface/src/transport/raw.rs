@@ -13,7 +13,7 @@ pub use crate::message::{Channel, Kind, Message, Payload};
 use crate::transport::Transport;
 pub use crate::transport::TransportError as ChannelError;
 use crate::transport::domain::{Domain, OwnedDomain};
-pub use crate::transport::iceoryx::{Created, create, join};
+use crate::transport::iceoryx::{Created, create, join};
 
 /// Longest wait of a send to a full channel. It is short, so that the kit soon notices that a solver takes nothing.
 const SEND_TIMEOUT: Duration = Duration::from_secs(1);

@@ -168,6 +168,7 @@ fn touch<const W: usize, S: Shape<W>, A: AffineState>(
         let d = place.d[a].as_array()[k];
         continuum.spread.weights(number, a, d, s[a])
     });
+    let spreads = !continuum.spread.is_shape();
     let turns = couple != 0.0 || tangential > 0.0;
     let half = 0.5 / continuum.grid.geometry.cell;
     let g = [0, 1].map(|a| {
@@ -192,12 +193,8 @@ fn touch<const W: usize, S: Shape<W>, A: AffineState>(
             };
             let image = continuum.grid.images.at(at);
             if image.is_some_and(|i| i.periodic) {
-                let [x, y] = cloud.position(lane);
-                return Err(Fault::Other(format!(
-                    "a body presses on point {} at ({x}, {y}) m, at a periodic wall: bodies do not see points \
-                     across it; keep them further from it, or make it open",
-                    cloud.first_id + u64::from(member.local)
-                )));
+                let id = cloud.first_id + u64::from(member.local);
+                return Err(at_periodic_wall(id, cloud.position(lane)));
             }
             let of = image.map_or(at, |i| i.of);
             let of_node = &mut continuum.grid.contact[tile].force[node];
@@ -210,7 +207,9 @@ fn touch<const W: usize, S: Shape<W>, A: AffineState>(
             let (tile, node) = of.split();
             let nodes = &mut continuum.grid.contact[tile];
             nodes.stiffness[node] += loaded.weight(gather, curl);
-            nodes.scattered[node] += loaded.weight(scatter, curl);
+            if spreads {
+                nodes.scattered[node] += loaded.weight(scatter, curl);
+            }
             continuum.touches.push(Touch {
                 at,
                 of,
@@ -222,6 +221,13 @@ fn touch<const W: usize, S: Shape<W>, A: AffineState>(
     }
     continuum.loaded.push(loaded);
     Ok(())
+}
+
+fn at_periodic_wall(id: u64, [x, y]: [f64; 2]) -> Fault {
+    Fault::Other(format!(
+        "a body presses on point {id} at ({x:.4e}, {y:.4e}) m, at a periodic wall: bodies do not see points across it; keep \
+         them further from it, or make it open"
+    ))
 }
 
 /// Clears the forces of the step before. Sorting has already removed those of nodes that no longer exist.
