@@ -55,8 +55,10 @@ impl Kick<'_> {
             let moment: f64 = loads.map(moment).sum();
             after.contact_impulse += [by_points.x, by_points.y, moment].map(|of| of * self.length);
         }
-        let fall = self.gravity * self.bodies.free_mass * self.length;
-        let place: Vec2 = self.bodies.free().map(|(mass, center)| center * mass).sum();
+        let (masses, all) = &self.bodies.free;
+        let fall = self.gravity * *all * self.length;
+        let masses = self.bodies.state.iter().zip(masses);
+        let place: Vec2 = masses.map(|(state, mass)| state.center * *mass).sum();
         let moment = place.perp(&(self.gravity * self.length));
         after.applied_impulse += [fall.x, fall.y, moment];
         for &b in self.bodies.held.iter().chain(&self.bodies.special) {

@@ -109,7 +109,7 @@ impl System {
             speed,
         };
         for side in sides.all_mut() {
-            side.update_list(&now); //                    Verlet lists of bodies and of points
+            side.update_list(&now, &self.threads); //     Verlet lists of bodies and of points
         }
         let any_points = self.loads.clear(&self.threads, forces, !imps.is_empty());
         let mut to = Targets {
@@ -228,7 +228,8 @@ impl System {
             parts,
             |(i, (((kicked, motions), fastest), loads))| {
                 let here = i * part..i * part + kicked.len();
-                let mut finite = true;
+                // In registers: the results of two parts are in one line of the caches.
+                let (mut finite, mut most) = (true, 0.0);
                 let kicked = kicked.iter_mut().zip(motions);
                 let bodies = state[here.clone()].iter().zip(loads).zip(kicked);
                 for (((state, others), (kicked, motion)), points) in bodies.zip(&point_loads[here])
@@ -244,15 +245,12 @@ impl System {
                     let spin = state.spin + turning * kick;
                     let surface = state.surface_speed(velocity, spin);
                     finite &= surface < f64::INFINITY;
-                    let faster = surface > *fastest;
-                    *fastest = if faster { surface } else { *fastest };
+                    most = if surface > most { surface } else { most };
                     *kicked = (velocity, spin);
                     *motion =
                         SurfaceMotion::of(state, *kicked, (acceleration, turning), others.rate);
                 }
-                if !finite {
-                    *fastest = f64::NAN;
-                }
+                *fastest = if finite { most } else { f64::NAN };
             },
         );
         // `f64::max` would lose a NaN.

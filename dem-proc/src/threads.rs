@@ -1,6 +1,7 @@
 //! Which loops the threads share, and how lists are cut into chunks. Chunks depend only on lengths, and their results are
 //! taken in their order, so any number of threads gives the same bits.
 
+use std::ops::Range;
 use std::sync::Mutex;
 
 use mechanics::threads::Threads as Pool;
@@ -11,6 +12,9 @@ pub const CHUNK: usize = 256;
 /// Loops over fewer elements than this are not shared: what one thread has written has to go to the cache of the other,
 /// and a step of 1,000 discs with 3,000 pairs took 50 us with two threads and 37 with one.
 const WORTH_SHARING: usize = 32 * CHUNK;
+
+/// A search for the neighbours of one element takes as long as the evaluation of so many pairs.
+const SEARCH: usize = 4;
 
 /// The calling thread.
 static ALONE: Pool = Pool::alone();
@@ -40,10 +44,7 @@ impl Threads {
     /// Length of the parts of a loop over `len` elements: a few parts for each thread, so that a thread that starts late
     /// does less.
     pub fn part(&self, len: usize) -> usize {
-        match self.of(len).count() {
-            1 => len.max(1),
-            threads => len.div_ceil(4 * threads),
-        }
+        part_of(self.of(len), len)
     }
 
     /// Calls `act` for every task of a loop over `len` elements.
@@ -55,6 +56,21 @@ impl Threads {
         act: impl Fn(T) + Sync,
     ) {
         self.of(len).each(tasks, act);
+    }
+
+    /// Calls `act` for the parts of a search for the neighbours of `len` elements, with a place for the results of each.
+    pub fn search<S: Default + Send>(
+        &self,
+        len: usize,
+        places: &mut Vec<S>,
+        act: impl Fn(Range<usize>, &mut S) + Sync,
+    ) {
+        let pool = self.of(SEARCH * len);
+        let part = part_of(pool, len);
+        places.resize_with(len.div_ceil(part), S::default);
+        pool.each(places.iter_mut().enumerate(), |(i, place)| {
+            act(i * part..len.min((i + 1) * part), place);
+        });
     }
 
     /// Calls `act` for every chunk of `kept`, with its number and a place for its results, and then `take` for the
@@ -93,6 +109,13 @@ impl Threads {
                 take(&places[0]);
             }
         }
+    }
+}
+
+fn part_of(pool: &Pool, len: usize) -> usize {
+    match pool.count() {
+        1 => len.max(1),
+        threads => len.div_ceil(4 * threads),
     }
 }
 

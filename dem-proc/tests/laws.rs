@@ -4,7 +4,7 @@ use dem_proc::body::surfaces::Surfaces;
 use dem_proc::law::contact::Contact;
 use dem_proc::law::dashpot::Viscous;
 use dem_proc::law::history::{DASHPOT, Numbers, Part, TANGENT};
-use dem_proc::law::mixed::{AnyLaw, AnyMemory, Mixed};
+use dem_proc::law::mixed::{AnyLaw, AnyMemory};
 use dem_proc::law::normal::{Adhesive, Area, Hertz, Linear, Normal};
 use dem_proc::law::rolling::Rolling;
 use dem_proc::law::table::Table;
@@ -131,9 +131,9 @@ fn a_contact_that_has_slid_and_rolled_loses_its_springs_when_it_opens() {
     };
     let config = DemConfig::default();
     let surfaces = Surfaces::new(&config);
-    let mixed = Mixed(Table::new(&surfaces, &config.point_contact, &[], |_| {
+    let mixed = Table::new(&surfaces, &config.point_contact, &[], |_| {
         AnyLaw::Grains(law)
-    }));
+    });
     let pair = mixed.pair(&PairProperties {
         mass: 1.0,
         radius,

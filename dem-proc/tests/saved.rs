@@ -79,20 +79,23 @@ fn compare_without_points(config: &DemConfig) {
 }
 
 #[test]
-fn a_state_goes_from_one_thread_to_two() {
-    let two = DemConfig {
-        threads: 2,
-        ..crowd()
-    };
+fn a_state_goes_from_one_thread_to_others() {
     let mut straight = TestRun::new(&crowd(), Cloud::in_gaps());
     for _ in 0..20 {
         straight.step();
     }
-    let mut resumed = TestRun::new(&two, Cloud::in_gaps());
-    resumed.dem.restore(&straight.dem.save().unwrap()).unwrap();
-    (resumed.points, resumed.done) = (straight.points.clone(), straight.done);
+    let mut others = [2, 3].map(|threads| {
+        let config = DemConfig { threads, ..crowd() };
+        let mut other = TestRun::new(&config, Cloud::in_gaps());
+        other.dem.restore(&straight.dem.save().unwrap()).unwrap();
+        (other.points, other.done) = (straight.points.clone(), straight.done);
+        other
+    });
     for i in 0..20 {
-        assert!(resumed.step() == straight.step(), "step {i} differs");
+        let expected = straight.step();
+        for other in &mut others {
+            assert!(other.step() == expected, "step {i} differs");
+        }
     }
 }
 

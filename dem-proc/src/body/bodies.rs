@@ -28,8 +28,6 @@ pub struct Body {
     pub motion: Motion,
     /// 1 along x, along y and for the angle where forces move the body, 0 where they do not.
     pub yielding: [f64; 3],
-    /// Index of its first vertex in [`Bodies::outline`].
-    pub first_vertex: usize,
     /// Number of its surface ([`Surfaces`]).
     pub surface: u32,
 }
@@ -98,14 +96,22 @@ impl Rigid {
         velocity.norm() + spin.abs() * self.extent
     }
 
+    /// Whether it is a disc: not a cluster of several.
+    #[inline]
+    pub fn is_disc(&self) -> bool {
+        self.vertices[1] == 1
+    }
+
+    /// Index of its first vertex in [`Bodies::outline`].
+    #[inline]
+    pub fn first_vertex(&self) -> u32 {
+        self.vertices[0]
+    }
+
     /// Upper bound of the lever arm of a normal force on the surface in m. The normals of a disc meet in its centre.
     #[inline]
     pub fn lever(&self) -> f64 {
-        if self.vertices[1] == 1 {
-            0.0
-        } else {
-            self.extent
-        }
+        if self.is_disc() { 0.0 } else { self.extent }
     }
 
     /// Vertices in world coordinates (m), from those in the body's frame and its angle.
@@ -161,8 +167,8 @@ pub struct Bodies {
     pub held: Vec<u32>,
     /// Guided and pushed bodies, in ascending order.
     pub special: Vec<u32>,
-    /// Mass of all free bodies in kg/m, except those in `special`.
-    pub free_mass: f64,
+    /// Mass in kg/m of each free body, and 0 of the others, in their order; the sum.
+    pub free: (Vec<f64>, f64),
     /// One over the squared length of the edge that begins at each vertex, in 1/m^2; 0 for a disc.
     pub inverse_length_sq: Vec<f64>,
 }
@@ -206,17 +212,25 @@ impl Bodies {
             bodies.inverse_length_sq.extend(ends.map(inverse));
             bodies.properties.push(what);
             match body.motion {
-                Motion::Free => bodies.free_mass += bodies.properties[i].mass,
+                Motion::Free => {}
                 Motion::Fixed | Motion::Driven => bodies.held.push(i as u32),
                 Motion::Guided { .. } | Motion::Pushed { .. } => bodies.special.push(i as u32),
             }
+            let is_free = body.motion == Motion::Free;
+            let free = if is_free {
+                bodies.properties[i].mass
+            } else {
+                0.0
+            };
+            bodies.free.0.push(free);
+            bodies.free.1 += free;
             bodies.frames.push(Frame {
                 center: state.center,
                 last: LastMove::default(),
                 inverse_mass: state.inverse_mass,
                 inverse_inertia: state.inverse_inertia,
             });
-            let first = bodies.properties[i].first_vertex;
+            let first = state.vertices[0] as usize;
             state.place_outline(&mut bodies.outline[first..], &bodies.local[first..]);
             bodies.state.push(state);
         }
@@ -231,13 +245,6 @@ impl Bodies {
     /// Whether there is no body.
     pub fn is_empty(&self) -> bool {
         self.properties.is_empty()
-    }
-
-    /// Mass (kg/m) and centre (m) of each free body, except those in `special`.
-    pub fn free(&self) -> impl Iterator<Item = (f64, Vec2)> {
-        let bodies = self.properties.iter().zip(&self.state);
-        let free = bodies.filter(|(body, _)| body.motion == Motion::Free);
-        free.map(|(body, state)| (body.mass, state.center))
     }
 
     /// Outline of body `b` in world coordinates in m.
@@ -266,14 +273,11 @@ impl Bodies {
     pub fn drift(&mut self, dt: f64, kicked: &[(Vec2, f64)], threads: &Threads) {
         let (count, part) = (self.len(), threads.part(self.len()));
         let (mut outline, mut local) = (&mut self.outline[..], &self.local[..]);
-        let properties = &self.properties;
-        let states = self.state.chunks_mut(part).enumerate();
+        let states = self.state.chunks_mut(part);
         let frames = self.frames.chunks_mut(part).zip(kicked.chunks(part));
-        let parts = states.zip(frames).map(|((i, state), (frames, kicked))| {
-            // The vertices of this part end where those of the next part begin.
-            let first = properties[i * part].first_vertex;
-            let next = properties.get((i + 1) * part);
-            let count = next.map_or(outline.len(), |next| next.first_vertex - first);
+        let parts = states.zip(frames).map(|(state, (frames, kicked))| {
+            let (first, last) = (state[0].vertices, state[state.len() - 1].vertices);
+            let count = (last[0] + last[1] - first[0]) as usize;
             let (world, others) = std::mem::take(&mut outline).split_at_mut(count);
             let (local_here, local_others) = local.split_at(count);
             (outline, local) = (others, local_others);
@@ -404,7 +408,6 @@ fn place(
         inertia,
         motion: body.motion,
         yielding,
-        first_vertex,
         surface,
     };
     Ok((what, state))

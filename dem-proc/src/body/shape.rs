@@ -82,6 +82,14 @@ impl Shape {
         }
     }
 
+    /// Appends the edges that may meet a box in the body's frame, ascending: all if there is no tree.
+    pub fn edges_near(&self, within: impl FnOnce() -> Bounds, near: &mut Vec<u32>) {
+        match &self.edges {
+            Some(tree) => tree.meeting(&within(), near),
+            None => near.extend(0..self.edge_count() as u32),
+        }
+    }
+
     /// The vertex at the end of edge `i`.
     #[inline]
     pub fn edge_end(&self, i: usize) -> usize {

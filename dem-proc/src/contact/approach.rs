@@ -52,8 +52,7 @@ pub fn crossing_rate(bodies: &Bodies, kicked: &[(Vec2, f64)], near: &Near) -> f6
     let approach = (at(b, arms[1]) - at(a, arms[0])).dot(&near.normal).max(0.0);
     // Rotation does not move the outline of a disc.
     let turns = |b: usize, r: Vec2| {
-        let round = bodies.outline_of(b).len() == 1;
-        if round {
+        if bodies.state[b].is_disc() {
             0.0
         } else {
             kicked[b].1.powi(2) * r.norm()

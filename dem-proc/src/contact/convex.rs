@@ -12,7 +12,7 @@ use std::fmt::Debug;
 use std::marker::PhantomData;
 
 use interface::Vec2;
-use interface::message::wire::{ContactState, ImpInfo};
+use interface::message::wire::ContactState;
 
 use crate::body::bodies::Bodies;
 use crate::body::frame::Frame;
@@ -21,18 +21,19 @@ use crate::contact::approach::Near;
 use crate::contact::engine::{Chunk, On, PairKind};
 use crate::contact::frame_contacts::between_bodies;
 use crate::contact::impact::Pressing;
+use crate::contact::pair_geometry::Moves;
 use crate::contact::pairs::pair_properties;
 use crate::contact::passage::{Passage, Passed, PassedBodies, TURN};
 use crate::contact::side::{AfterKick, Sums, Targets};
 use crate::law::history::{GEOMETRY, Part};
-use crate::law::{Kinematics, LastStep, Law, Loss, PairProperties};
-use crate::lists::neighbours::close_pairs;
-use crate::lists::now::Now;
+use crate::law::{Kinematics, Law, Loss, PairProperties};
+use crate::lists::neighbours::{Listed, close_pairs};
+use crate::lists::now::{Among, Now};
 use crate::lists::watch::Watch;
 use mechanics::mass::cross;
 
 /// A possible contact: a part of one body, and another body.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, Default)]
 pub struct Candidate {
     /// The body that `N` points to, then the other one.
     pub bodies: [u32; 2],
@@ -86,37 +87,26 @@ pub struct Met {
 }
 
 /// The motion of the surfaces at a contact, for the law.
-fn kinematics(
-    bodies: &Bodies,
-    last_step: LastStep,
-    spot: &Spot,
-    pair: [u32; 2],
-    arms: [Vec2; 2],
-) -> Kinematics {
+fn kinematics(moves: &Moves, spot: &Spot, pair: [u32; 2], arms: [Vec2; 2]) -> Kinematics {
     let tangent = Vec2::new(-spot.normal.y, spot.normal.x);
     let along = |u: Vec2| [spot.gain * u.dot(&spot.normal), spot.gain * u.dot(&tangent)];
-    let mut kinematics = Kinematics {
+    let frames = pair.map(|b| moves.frame(b));
+    let [a, b] = [0, 1].map(|i| frames[i].displacement(arms[i]));
+    let [moved, velocity] = moves.scaled(along(a - b));
+    let [rolled, _] = moves.scaled([frames[0].last.sin - frames[1].last.sin, 0.0]);
+    Kinematics {
         overlap: spot.depth,
-        ..Kinematics::default()
-    };
-    if last_step.dt > 0.0 {
-        let frames = pair.map(|b| &bodies.frames[b as usize]);
-        let [a, b] = [0, 1].map(|i| frames[i].displacement(arms[i]));
-        kinematics.moved = along(a - b);
-        kinematics.velocity = kinematics.moved.map(|u| u * last_step.per_dt);
-        kinematics.rolled = frames[0].last.sin - frames[1].last.sin;
-    } else {
-        let [a, b] = [0, 1].map(|i| bodies.state[pair[i] as usize].velocity_at(arms[i]));
-        kinematics.velocity = along(a - b);
+        moved,
+        velocity,
+        rolled: rolled[0],
     }
-    kinematics
 }
 
 impl<M: Measure> PairKind for Convex<M> {
     const OF_POINTS: bool = false;
     type Pair = Candidate;
     type Key = ([u32; 2], u32);
-    type List = Vec<Candidate>;
+    type List = Listed<Candidate>;
     type Watch = Watch;
     /// The normal of the last step, zero where there was no contact.
     type Memory = Part<GEOMETRY, 2>;
@@ -127,25 +117,25 @@ impl<M: Measure> PairKind for Convex<M> {
         watch.holds(now)
     }
 
-    fn list(&self, bodies: &Bodies, _: &[ImpInfo], watch: &Watch, list: &mut Vec<Candidate>) {
-        list.clear();
-        close_pairs(bodies, watch, |pair, margin| {
-            M::list(bodies, pair, margin, list);
+    fn list(&self, among: &Among, watch: &Watch, list: &mut Listed<Candidate>) {
+        close_pairs(among, watch, list, |pair, margin, found| {
+            M::list(among.bodies, pair, margin, &mut found.pairs);
         });
-        list.sort_unstable_by_key(|candidate| (candidate.bodies, candidate.vertex));
+        let key = |candidate: &Candidate| (candidate.bodies, candidate.vertex);
+        list.all.sort_unstable_by_key(key);
     }
 
-    fn pairs(list: &Vec<Candidate>) -> &[Candidate] {
-        list
+    fn pairs(list: &Listed<Candidate>) -> &[Candidate] {
+        &list.all
     }
 
     fn key(candidate: Candidate, _: impl Fn(u32) -> Option<u32>) -> Option<Self::Key> {
         Some((candidate.bodies, candidate.vertex))
     }
 
-    fn properties(&self, bodies: &Bodies, _: &[ImpInfo], candidate: Candidate) -> PairProperties {
-        let radii = candidate.bodies.map(|b| bodies.state[b as usize].radius);
-        pair_properties(bodies, candidate.bodies, radii)
+    fn properties(&self, among: &Among, candidate: Candidate) -> PairProperties {
+        let radii = (candidate.bodies).map(|b| among.bodies.state[b as usize].radius);
+        pair_properties(among.bodies, candidate.bodies, radii)
     }
 
     fn depth(on: &On<Self>, candidate: Candidate, measure: &mut M) -> f64 {
@@ -175,7 +165,7 @@ impl<M: Measure> PairKind for Convex<M> {
             };
             let frames = pair.map(|b| &bodies.frames[b as usize]);
             let arms = frames.map(|frame| spot.point - frame.center);
-            let kinematics = kinematics(bodies, interval.last_step, &spot, pair, arms);
+            let kinematics = kinematics(&chunk.on.moves, &spot, pair, arms);
             let (constants, (before, was)) = (&chunk.constants[k], &chunk.history[k]);
             let stiffness = chunk.law.stiffness(constants, spot.depth + closing);
             let [normal, tangential] = [stiffness.normal * M::STIFFENS, stiffness.tangential];
@@ -269,7 +259,7 @@ impl<M: Measure> PairKind for Convex<M> {
         [largest, of_impact]
     }
 
-    fn fastest_crossing(_: &Vec<Candidate>, _: f64) -> f64 {
+    fn fastest_crossing(_: &Listed<Candidate>, _: f64) -> f64 {
         f64::INFINITY
     }
 

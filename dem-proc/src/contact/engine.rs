@@ -17,7 +17,7 @@ use crate::contact::pair_geometry::Moves;
 use crate::contact::side::{AfterKick, Interval, Side, Sums, Targets};
 use crate::law::history::{self, Numbers};
 use crate::law::{LastStep, Law, PairProperties};
-use crate::lists::now::{Now, Sets, Slots};
+use crate::lists::now::{Among, Now, Sets, Slots};
 use crate::lists::watch::{Look, Watching};
 use crate::saved::one_for_each;
 use crate::threads::{CHUNK, Spare, Threads};
@@ -45,13 +45,13 @@ pub trait PairKind: Debug + Send + Sync + Sized + 'static {
     /// Whether a list still holds all pairs that may touch.
     fn holds(watch: &mut Self::Watch, now: &Now) -> bool;
     /// Builds the list for the places and margins of `watch`.
-    fn list(&self, bodies: &Bodies, set: &[ImpInfo], watch: &Self::Watch, list: &mut Self::List);
+    fn list(&self, among: &Among, watch: &Self::Watch, list: &mut Self::List);
     /// The pairs, in ascending order of their keys.
     fn pairs(list: &Self::List) -> &[Self::Pair];
     /// Key of a pair whose points are in other slots; `None` if one of them is in none.
     fn key(pair: Self::Pair, slot: impl Fn(u32) -> Option<u32>) -> Option<Self::Key>;
     /// The constants of a pair for its law.
-    fn properties(&self, bodies: &Bodies, set: &[ImpInfo], pair: Self::Pair) -> PairProperties;
+    fn properties(&self, among: &Among, pair: Self::Pair) -> PairProperties;
     /// Overlap in m, for the energy.
     fn depth(on: &On<Self>, pair: Self::Pair, room: &mut Self::Room) -> f64;
     /// Evaluates the pairs of a chunk. `next` gets their histories.
@@ -139,7 +139,7 @@ pub struct Chunk<'a, K: PairKind, L: Law> {
     pub pairs: &'a [K::Pair],
     /// Their constants.
     pub constants: &'a [L::Pair],
-    /// Mobilities of pairs of points in 1/kg, with bodies that do not rotate.
+    /// Their mobilities in 1/kg, with bodies that do not rotate.
     pub mobility: &'a [f64],
     /// Histories.
     pub history: &'a [(L::History, K::Memory)],
@@ -153,7 +153,7 @@ struct Kept<K: PairKind, L: Law> {
     history: Vec<(L::History, K::Memory)>,
     list: K::List,
     constants: Vec<L::Pair>,
-    /// Mobility of each pair of points in 1/kg, with bodies that do not rotate.
+    /// Mobility of each pair in 1/kg, with bodies that do not rotate.
     mobility: Vec<f64>,
     /// Smallest reduced mass of a pair in kg/m.
     lightest: f64,
@@ -176,43 +176,55 @@ impl<K: PairKind, L: Law> Kept<K, L> {
     }
 
     /// Builds the list, with the constants of its pairs.
-    fn build(&mut self, law: &L, kind: &K, bodies: &Bodies, set: &[ImpInfo]) {
-        kind.list(bodies, set, &self.watch, &mut self.list);
-        self.constants.clear();
-        self.mobility.clear();
-        self.lightest = f64::INFINITY;
-        for &pair in K::pairs(&self.list) {
-            let properties = kind.properties(bodies, set, pair);
-            self.constants.push(law.pair(&properties));
-            self.lightest = self.lightest.min(properties.mass);
-            if K::OF_POINTS {
-                self.mobility.push(1.0 / properties.mass);
-            }
+    fn build(&mut self, law: &L, kind: &K, among: &Among) {
+        kind.list(among, &self.watch, &mut self.list);
+        let pairs = K::pairs(&self.list);
+        let of = |pair| kind.properties(among, pair);
+        match pairs.first() {
+            Some(&any) => self.constants.resize(pairs.len(), law.pair(&of(any))),
+            None => self.constants.clear(),
         }
+        self.mobility.resize(pairs.len(), 0.0);
+        let lightest = Mutex::new(f64::INFINITY);
+        let constants = self.constants.chunks_mut(CHUNK);
+        let constants = constants.zip(self.mobility.chunks_mut(CHUNK));
+        let chunks = pairs.chunks(CHUNK).zip(constants);
+        (among.threads).each(pairs.len(), chunks, |(pairs, (constants, mobility))| {
+            let mut least = f64::INFINITY;
+            for ((&pair, constants), mobility) in pairs.iter().zip(constants).zip(mobility) {
+                let properties = of(pair);
+                (*constants, *mobility) = (law.pair(&properties), 1.0 / properties.mass);
+                least = least.min(properties.mass);
+            }
+            let mut all = lightest.lock().expect("nobody panics while he holds it");
+            *all = all.min(least);
+        });
+        self.lightest = lightest.into_inner().expect("likewise");
     }
 
     /// Takes the histories from an `old` list.
-    fn carry(&mut self, old: &Self, slots: &Slots) {
+    fn carry(&mut self, old: &Self, slots: &Slots, threads: &Threads) {
         let key = |pair: K::Pair| K::key(pair, Some).expect("every slot is one");
-        let (pairs, mut at) = (old.pairs(), 0);
-        self.history.clear();
-        let history = K::pairs(&self.list).iter().map(|&pair| {
-            let Some(wanted) = K::key(pair, |slot| slots.before(slot)) else {
-                return Default::default();
-            };
-            // Mostly it is the one after the last one.
-            if pairs.get(at).is_none_or(|&next| key(next) != wanted) {
-                at = pairs.partition_point(|&other| key(other) < wanted);
-            }
-            let found = pairs.get(at).is_some_and(|&next| key(next) == wanted);
-            at += usize::from(found);
-            if found {
-                old.history[at - 1]
-            } else {
-                Default::default()
+        let (pairs, all) = (old.pairs(), K::pairs(&self.list));
+        self.history.resize(all.len(), Default::default());
+        let chunks = all.chunks(CHUNK).zip(self.history.chunks_mut(CHUNK));
+        threads.each(all.len(), chunks, |(new, histories)| {
+            let mut at = 0;
+            for (&pair, history) in new.iter().zip(histories) {
+                *history = Default::default();
+                let Some(wanted) = K::key(pair, |slot| slots.before(slot)) else {
+                    continue;
+                };
+                // Mostly it is the one after the last one.
+                if pairs.get(at).is_none_or(|&next| key(next) != wanted) {
+                    at = pairs.partition_point(|&other| key(other) < wanted);
+                }
+                if pairs.get(at).is_some_and(|&next| key(next) == wanted) {
+                    *history = old.history[at];
+                    at += 1;
+                }
             }
         });
-        self.history.extend(history);
     }
 }
 
@@ -289,11 +301,7 @@ impl<K: PairKind, L: Law> Contacts<K, L> {
             number,
             pairs: &now.pairs()[here.clone()],
             constants: &now.constants[here.clone()],
-            mobility: if K::OF_POINTS {
-                &now.mobility[here.clone()]
-            } else {
-                &[]
-            },
+            mobility: &now.mobility[here.clone()],
             history: &now.history[here],
         }
     }
@@ -305,14 +313,18 @@ impl<K: PairKind, L: Law> Contacts<K, L> {
 }
 
 impl<K: PairKind, L: Law> Side for Contacts<K, L> {
-    fn update_list(&mut self, now: &Now) {
+    fn update_list(&mut self, now: &Now, threads: &Threads) {
         self.rebuilt = !K::holds(&mut self.kept.watch, now);
         if self.rebuilt {
             let slots = Slots::of(now.sets);
             self.fresh.watch.begin(&self.kept.watch, now, &slots);
-            let set = &now.sets.now;
-            self.fresh.build(&self.law, &self.kind, now.bodies, set);
-            self.fresh.carry(&self.kept, &slots);
+            let among = Among {
+                bodies: now.bodies,
+                set: &now.sets.now,
+                threads,
+            };
+            self.fresh.build(&self.law, &self.kind, &among);
+            self.fresh.carry(&self.kept, &slots, threads);
         }
     }
 
@@ -372,7 +384,8 @@ impl<K: PairKind, L: Law> Side for Contacts<K, L> {
     }
 
     fn collect_contacts(&self, now: &Now, last_step: LastStep, contacts: &mut Vec<ContactState>) {
-        let moves = Moves::of(now.bodies, last_step, &[]);
+        let opening = Moves::opening(now.bodies, last_step);
+        let moves = Moves::of(now.bodies, last_step, &opening);
         // The next step affects only the stiffness, not the force.
         let on = self.on(now, Interval::after(last_step), (moves, Look::default()));
         for number in 0..self.current().history.len().div_ceil(CHUNK) {
@@ -453,8 +466,12 @@ impl<K: PairKind, L: Law> Side for Contacts<K, L> {
         let (watch, saved): (K::Watch, history::Saved) = unpack("contacts", saved)?;
         let mut kept = Kept::<K, L>::new(watch, saved.histories());
         if let Some(then) = kept.watch.bodies_then(bodies) {
-            let set = sets.replaced.as_ref().unwrap_or(&sets.now);
-            kept.build(&self.law, &self.kind, &then, set);
+            let among = Among {
+                bodies: &then,
+                set: sets.replaced.as_ref().unwrap_or(&sets.now),
+                threads: &Threads::default(),
+            };
+            kept.build(&self.law, &self.kind, &among);
         }
         one_for_each(&kept.history, kept.pairs().len())?;
         (self.kept, self.rebuilt) = (kept, false);

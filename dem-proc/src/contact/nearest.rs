@@ -29,7 +29,7 @@ impl Measure for NearestEdge {
             }
             let [vertices, outline] = [v, e].map(|b| bodies.outline_of(b as usize));
             let radii = [v, e].map(|b| bodies.state[b as usize].radius);
-            let first = bodies.properties[v as usize].first_vertex as u32;
+            let first = bodies.state[v as usize].first_vertex();
             // The depth at the middle of the body that has the edges.
             let length = radii[0] + radii[1] + 0.5 * thickness(outline);
             for (k, p) in (first..).zip(vertices) {

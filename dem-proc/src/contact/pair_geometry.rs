@@ -246,6 +246,18 @@ impl<'a> Moves<'a> {
             }
         }
     }
+
+    /// Of a body.
+    #[inline]
+    pub fn frame(&self, body: u32) -> &Frame {
+        &self.frames[body as usize]
+    }
+
+    /// The displacement and the velocity for a displacement by these frames.
+    #[inline]
+    pub fn scaled(&self, moved: [f64; 2]) -> [[f64; 2]; 2] {
+        self.scale.map(|scale| moved.map(|u| u * scale))
+    }
 }
 
 /// The distances of pairs of a chunk, and which of them are in reach.
@@ -398,7 +410,7 @@ impl Separations {
             [[Lanes::ZERO; 2], away]
         } else {
             let vertex = gather_vec(|l| bodies.outline[pair[l].vertex as usize]);
-            let center = |of: u32| moves.frames[of as usize].center;
+            let center = |of: u32| moves.frame(of).center;
             [
                 sub(vertex, gather_vec(|l| center(of_vertex[l]))),
                 sub(vertex, gather_vec(|l| center(of_edge[l]))),
@@ -539,7 +551,7 @@ impl Side {
     /// vertices, along the normals.
     #[inline(always)]
     fn new(moves: &Moves, of: [u32; LANES], (r, back): (LaneVec, Lanes), normal: LaneVec) -> Self {
-        let frames = each(|l| &moves.frames[of[l] as usize]);
+        let frames = each(|l| moves.frame(of[l]));
         let row = |m: LastMove| Lanes::new([m.shift.x, m.shift.y, m.sin, m.versine]);
         let [x, y, sin, versine] = Lanes::transpose(each(|l| row(frames[l].last)));
         Self {

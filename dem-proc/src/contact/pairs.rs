@@ -9,7 +9,7 @@
 )]
 
 use interface::Vec2;
-use interface::message::wire::{ContactState, ImpInfo};
+use interface::message::wire::ContactState;
 
 use crate::body::bodies::Bodies;
 use crate::body::edge::vertex_edge;
@@ -26,7 +26,7 @@ use crate::contact::passage::{Passage, Passed, PassedBodies};
 use crate::contact::side::{AfterKick, Sums, Targets};
 use crate::law::{Law, Loss, PairProperties, reduced};
 use crate::lists::neighbours::{BodyList, VertexEdge};
-use crate::lists::now::Now;
+use crate::lists::now::{Among, Now};
 use crate::lists::watch::{Look, Watch};
 use crate::threads::CHUNK;
 use mechanics::outline::contact_point;
@@ -330,21 +330,21 @@ impl PairKind for VertexEdges {
         watch.holds(now)
     }
 
-    fn list(&self, bodies: &Bodies, _: &[ImpInfo], watch: &Watch, list: &mut BodyList) {
-        list.build(bodies, watch);
+    fn list(&self, among: &Among, watch: &Watch, list: &mut BodyList) {
+        list.build(among, watch);
     }
 
     fn pairs(list: &BodyList) -> &[VertexEdge] {
-        &list.pairs
+        &list.pairs.all
     }
 
     fn key(pair: VertexEdge, _: impl Fn(u32) -> Option<u32>) -> Option<Self::Key> {
         Some(pair.key())
     }
 
-    fn properties(&self, bodies: &Bodies, _: &[ImpInfo], pair: VertexEdge) -> PairProperties {
+    fn properties(&self, among: &Among, pair: VertexEdge) -> PairProperties {
         let radii = [pair.radius, pair.reach - pair.radius];
-        pair_properties(bodies, pair.bodies, radii)
+        pair_properties(among.bodies, pair.bodies, radii)
     }
 
     fn depth(on: &On<Self>, pair: VertexEdge, _: &mut Box<Separations>) -> f64 {
@@ -358,7 +358,7 @@ impl PairKind for VertexEdges {
         next: &mut [(L::History, ())],
         found: &mut Outcomes,
     ) {
-        if chunk.on.list.round[chunk.number] {
+        if chunk.on.list.chunks[chunk.number].0 {
             chunk.evaluate::<true>(next, room, found);
         } else {
             chunk.evaluate::<false>(next, room, found);

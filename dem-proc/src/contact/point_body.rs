@@ -2,7 +2,7 @@
 //! section 5 reads it). A cluster has one for each of its discs, so that the sum is smooth where the nearest disc changes.
 
 use interface::Vec2;
-use interface::message::wire::{ContactState, ImpForce, ImpInfo};
+use interface::message::wire::{ContactState, ImpForce};
 use mechanics::mass::cross;
 use mechanics::outline::{contact_point, see};
 
@@ -12,9 +12,10 @@ use crate::body::load::Load;
 use crate::body::shape::edge_count;
 use crate::contact::frame_contacts::POINT;
 use crate::contact::passage::{CROSSING, Passage, Passed, TURN, admissible_depth, goes_through};
-use crate::contact::points::{Geometry, On, Outcome};
+use crate::contact::points::{Geometry, On, Outcome, PointWatch};
 use crate::law::{PairProperties, Stiffness, reduced_on_outline};
 use crate::lists::neighbours::{PointList, PointPair, REACH};
+use crate::lists::now::Among;
 
 /// Pairs of points and bodies.
 #[derive(Debug)]
@@ -103,15 +104,8 @@ impl Geometry for PointBody {
     type Arms = Arms;
     type Effect = Effect;
 
-    fn list(
-        &self,
-        bodies: &Bodies,
-        set: &[ImpInfo],
-        positions: &[Vec2],
-        skin: f64,
-        list: &mut PointList,
-    ) {
-        list.build(bodies, set, positions, skin);
+    fn list(&self, among: &Among, watch: &PointWatch, list: &mut PointList) {
+        list.build(among.bodies, among.set, &watch.built_at, watch.skin);
     }
 
     #[inline]
@@ -128,7 +122,8 @@ impl Geometry for PointBody {
         left > 0.0 && displacement.stays_below(left, bodies)
     }
 
-    fn properties(&self, bodies: &Bodies, set: &[ImpInfo], pair: PointPair) -> PairProperties {
+    fn properties(&self, among: &Among, pair: PointPair) -> PairProperties {
+        let Among { bodies, set, .. } = *among;
         let (info, body) = (&set[pair.slot as usize], pair.body as usize);
         let of_point = self.surfaces.get(info.group as usize).copied().unwrap_or(0);
         PairProperties {
@@ -169,15 +164,9 @@ impl Geometry for PointBody {
     }
 
     #[inline]
-    fn moved(on: &OnBodies, pair: PointPair, arms: &Arms, dt: f64) -> Option<Vec2> {
-        let way = on.way(pair.slot)? + on.turning(pair.slot, arms.of_point) * dt;
-        Some(way - on.bodies.frames[pair.body as usize].displacement(arms.r))
-    }
-
-    fn velocity(on: &OnBodies, pair: PointPair, arms: &Arms) -> Vec2 {
-        let of_body = on.bodies.state[pair.body as usize].velocity_at(arms.r);
-        let of_point = Vec2::from(on.states[pair.slot as usize].velocity);
-        of_point + on.turning(pair.slot, arms.of_point) - of_body
+    fn moved(on: &OnBodies, pair: PointPair, arms: &Arms) -> Option<Vec2> {
+        let of_body = on.moves.frame(pair.body).displacement(arms.r);
+        Some(on.moved(pair.slot, arms.of_point)? - of_body)
     }
 
     #[inline]

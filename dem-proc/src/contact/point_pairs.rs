@@ -17,10 +17,10 @@ use crate::body::displacement::Displacement;
 use crate::body::load::Load;
 use crate::contact::frame_contacts::between_points;
 use crate::contact::passage::{DEEP, Passed};
-use crate::contact::points::{Geometry, On, Outcome};
+use crate::contact::points::{Geometry, On, Outcome, PointWatch};
 use crate::law::{PairProperties, Stiffness, reduced};
-use crate::lists::cells::Cells;
-use crate::lists::neighbours::REACH;
+use crate::lists::neighbours::{Listed, REACH};
+use crate::lists::now::Among;
 use crate::parry::Bounds;
 
 /// Which groups touch one another.
@@ -91,19 +91,13 @@ fn contact_distance([a, b]: [&ImpInfo; 2]) -> f64 {
 }
 
 impl Geometry for PointPairs {
-    type List = Vec<Pair>;
+    type List = Listed<Pair>;
     type Pair = Pair;
     type Arms = Arms;
     type Effect = Effect;
 
-    fn list(
-        &self,
-        _: &Bodies,
-        set: &[ImpInfo],
-        positions: &[Vec2],
-        skin: f64,
-        list: &mut Vec<Pair>,
-    ) {
+    fn list(&self, among: &Among, watch: &PointWatch, list: &mut Listed<Pair>) {
+        let (set, positions, skin) = (among.set, &watch.built_at, watch.skin);
         // Each of two points contributes half of the largest distance at which they are listed.
         let boxes: Vec<Bounds> = (set.iter().zip(positions))
             .map(|(info, &x)| {
@@ -111,26 +105,21 @@ impl Geometry for PointPairs {
                 Bounds::around([x]).grown(half)
             })
             .collect();
-        let cells = Cells::new(&boxes);
-        list.clear();
-        let mut found = Vec::new();
-        for a in 0..set.len() {
-            found.clear();
-            cells.above(a as u32, &boxes, &mut found);
-            let near = found.iter().filter(|&&b| {
-                let b = b as usize;
+        list.search(&boxes, among.threads, |a, others, found| {
+            let near = others.iter().filter(|&&b| {
+                let [a, b] = [a as usize, b as usize];
                 let both = [&set[a], &set[b]];
                 self.touch(set[a].group, set[b].group)
                     && (positions[a] - positions[b]).norm()
                         <= contact_distance(both) + REACH * set[a].radius.min(set[b].radius) + skin
             });
-            list.extend(near.map(|&b| [a as u32, b]));
-        }
+            found.pairs.extend(near.map(|&b| [a, b]));
+        });
     }
 
     #[inline]
-    fn pairs(list: &Vec<Pair>) -> &[Pair] {
-        list
+    fn pairs(list: &Listed<Pair>) -> &[Pair] {
+        &list.all
     }
 
     fn key([a, b]: Pair, slot: impl Fn(u32) -> Option<u32>) -> Option<[u32; 3]> {
@@ -143,8 +132,8 @@ impl Geometry for PointPairs {
         2.0 * moved <= skin
     }
 
-    fn properties(&self, _: &Bodies, set: &[ImpInfo], pair: Pair) -> PairProperties {
-        let [a, b] = pair.map(|slot| &set[slot as usize]);
+    fn properties(&self, among: &Among, pair: Pair) -> PairProperties {
+        let [a, b] = pair.map(|slot| &among.set[slot as usize]);
         PairProperties {
             mass: reduced(a.mass, b.mass),
             radius: reduced(a.radius, b.radius),
@@ -181,18 +170,9 @@ impl Geometry for PointPairs {
     }
 
     #[inline]
-    fn moved(on: &OnPoints, pair: Pair, arms: &Arms, dt: f64) -> Option<Vec2> {
-        let turned = |k: usize| on.turning(pair[k], arms.of_points[k]) * dt;
-        let moved = |k: usize| Some(on.way(pair[k])? + turned(k));
+    fn moved(on: &OnPoints, pair: Pair, arms: &Arms) -> Option<Vec2> {
+        let moved = |k: usize| on.moved(pair[k], arms.of_points[k]);
         Some(moved(0)? - moved(1)?)
-    }
-
-    fn velocity(on: &OnPoints, pair: Pair, arms: &Arms) -> Vec2 {
-        let [a, b] = [0, 1].map(|k| {
-            let velocity = Vec2::from(on.states[pair[k] as usize].velocity);
-            velocity + on.turning(pair[k], arms.of_points[k])
-        });
-        a - b
     }
 
     #[inline]

@@ -4,7 +4,7 @@
 use std::fmt::Debug;
 
 use interface::Vec2;
-use interface::message::wire::{ContactState, ImpForce, ImpInfo};
+use interface::message::wire::{ContactState, ImpForce};
 use serde::{Deserialize, Serialize};
 
 use crate::body::bodies::Bodies;
@@ -15,7 +15,7 @@ use crate::contact::impact::Pressing;
 use crate::contact::passage::Passed;
 use crate::contact::side::{Sums, Targets};
 use crate::law::{Kinematics, Law, Loss, PairProperties, Stiffness};
-use crate::lists::now::{Now, Slots};
+use crate::lists::now::{Among, Now, Slots};
 use crate::lists::watch::Watching;
 use crate::threads::CHUNK;
 
@@ -30,15 +30,8 @@ pub trait Geometry: Debug + Send + Sync + Sized + 'static {
     /// What a contact adds to sums, beside force and loss, and to which.
     type Effect: Copy + Debug + Send + Sync;
 
-    /// Finds the pairs within reach plus `skin` (m), with points at `positions` (m).
-    fn list(
-        &self,
-        bodies: &Bodies,
-        set: &[ImpInfo],
-        positions: &[Vec2],
-        skin: f64,
-        list: &mut Self::List,
-    );
+    /// Finds the pairs within reach plus the skin, with points where `watch` has them.
+    fn list(&self, among: &Among, watch: &PointWatch, list: &mut Self::List);
     /// The pairs, in ascending order of their keys.
     fn pairs(list: &Self::List) -> &[Self::Pair];
     /// Key of a pair whose points are in other slots; `None` if one of them is in none.
@@ -47,17 +40,15 @@ pub trait Geometry: Debug + Send + Sync + Sized + 'static {
     /// bodies by `displacement`.
     fn holds(displacement: &mut Displacement, bodies: &Bodies, skin: f64, moved: f64) -> bool;
     /// The constants of a pair for its law.
-    fn properties(&self, bodies: &Bodies, set: &[ImpInfo], pair: Self::Pair) -> PairProperties;
+    fn properties(&self, among: &Among, pair: Self::Pair) -> PairProperties;
     /// Distance in m up to which two that do not touch are in reach.
     fn reach(on: &On<Self>, pair: Self::Pair) -> f64;
     /// Overlap in m, and the unit normal towards the (first) point.
     fn overlap(on: &On<Self>, pair: Self::Pair) -> (f64, Vec2);
     /// The lever arms of a contact with this overlap and normal.
     fn arms(on: &On<Self>, pair: Self::Pair, at: (f64, Vec2)) -> Self::Arms;
-    /// Relative displacement of the two surfaces over the last step (s) in m; `None` if there was none.
-    fn moved(on: &On<Self>, pair: Self::Pair, arms: &Self::Arms, dt: f64) -> Option<Vec2>;
-    /// Relative velocity of the two surfaces in m/s, if there was no step.
-    fn velocity(on: &On<Self>, pair: Self::Pair, arms: &Self::Arms) -> Vec2;
+    /// Relative displacement of the two surfaces as [`On::moved`] has it; `None` for a point that is new to the set.
+    fn moved(on: &On<Self>, pair: Self::Pair, arms: &Self::Arms) -> Option<Vec2>;
     /// What a contact of this stiffness adds to sums, for forces (N/m) along the normal and the tangent.
     fn effect(
         on: &On<Self>,
@@ -91,10 +82,18 @@ impl<G: Geometry> On<'_, G> {
         (!was.x.is_nan()).then(|| self.position(slot) - was)
     }
 
-    /// Velocity in m/s at which the spin of the point of a slot moves what lies at `arm` (m) from it.
+    /// Displacement over the last step of what lies at `arm` (m) from the point of a slot, with the spin of the point;
+    /// its velocity in m/s if there was no step. `None` if the point is new to the set.
     #[inline]
-    pub fn turning(&self, slot: u32, arm: Vec2) -> Vec2 {
-        Vec2::new(-arm.y, arm.x) * self.states[slot as usize].spin
+    pub fn moved(&self, slot: u32, arm: Vec2) -> Option<Vec2> {
+        let state = &self.states[slot as usize];
+        let turning = Vec2::new(-arm.y, arm.x) * state.spin;
+        let dt = self.interval.last_step.dt;
+        if dt > 0.0 {
+            Some(self.way(slot)? + turning * dt)
+        } else {
+            Some(Vec2::from(state.velocity) + turning)
+        }
     }
 
     /// Position of the point of a slot in m.
@@ -124,13 +123,14 @@ pub struct Outcome<E> {
 /// Where points and bodies were when a list was built, and where the points were one step before.
 #[derive(Debug, Serialize, Deserialize)]
 pub struct PointWatch {
-    skin: f64,
+    /// In m.
+    pub skin: f64,
     /// Positions of the points one step before in m, NaN for points that are new to the set; empty if there was no step.
     #[serde(with = "crate::saved")]
     previous: Vec<Vec2>,
     /// Positions of the points when the list was built in m.
     #[serde(with = "crate::saved")]
-    built_at: Vec<Vec2>,
+    pub built_at: Vec<Vec2>,
     displacement: Displacement,
     /// Positions of the points in the last evaluation in m.
     #[serde(skip)]
@@ -184,28 +184,23 @@ impl<G: Geometry> OfPoints<G> {
     #[inline]
     fn pair<L: Law>(chunk: &Chunk<Self, L>, k: usize) -> Option<(Outcome<G::Effect>, L::History)> {
         let (on, law, pair) = (&chunk.on, chunk.law, chunk.pairs[k]);
-        let last_step = on.interval.last_step;
         let (overlap, normal) = G::overlap(on, pair);
         if overlap <= -G::reach(on, pair) {
             return None;
         }
         let tangent = Vec2::new(-normal.y, normal.x);
         let arms = G::arms(on, pair, (overlap, normal));
-        let mut kinematics = Kinematics {
-            overlap,
-            ..Kinematics::default()
-        };
         // If there was a step, the velocity is computed from positions. It is the velocity of the grid at the
         // point, and that of the surfaces; a FLIP point's own velocity is noisier. A point that is new to the set
         // has not moved (docs/physics.md).
-        if last_step.dt > 0.0 {
-            let moved = G::moved(on, pair, &arms, last_step.dt).unwrap_or_default();
-            kinematics.moved = [moved.dot(&normal), moved.dot(&tangent)];
-            kinematics.velocity = kinematics.moved.map(|u| u * last_step.per_dt);
-        } else {
-            let velocity = G::velocity(on, pair, &arms);
-            kinematics.velocity = [velocity.dot(&normal), velocity.dot(&tangent)];
-        }
+        let moved = G::moved(on, pair, &arms).unwrap_or_default();
+        let [moved, velocity] = (on.moves).scaled([moved.dot(&normal), moved.dot(&tangent)]);
+        let kinematics = Kinematics {
+            overlap,
+            moved,
+            velocity,
+            rolled: 0.0,
+        };
         let (constants, (before, ())) = (&chunk.constants[k], &chunk.history[k]);
         let (force, loss, history) = if overlap > 0.0 {
             let response = law.response(constants, &kinematics, before);
@@ -259,8 +254,8 @@ impl<G: Geometry> PairKind for OfPoints<G> {
         G::holds(&mut watch.displacement, now.bodies, watch.skin, moved)
     }
 
-    fn list(&self, bodies: &Bodies, set: &[ImpInfo], watch: &PointWatch, list: &mut G::List) {
-        self.0.list(bodies, set, &watch.built_at, watch.skin, list);
+    fn list(&self, among: &Among, watch: &PointWatch, list: &mut G::List) {
+        self.0.list(among, watch, list);
     }
 
     #[inline]
@@ -272,8 +267,8 @@ impl<G: Geometry> PairKind for OfPoints<G> {
         G::key(pair, slot)
     }
 
-    fn properties(&self, bodies: &Bodies, set: &[ImpInfo], pair: G::Pair) -> PairProperties {
-        self.0.properties(bodies, set, pair)
+    fn properties(&self, among: &Among, pair: G::Pair) -> PairProperties {
+        self.0.properties(among, pair)
     }
 
     fn depth(on: &On<G>, pair: G::Pair, (): &mut ()) -> f64 {

@@ -225,22 +225,23 @@ impl<L: Law> SegmentContacts<L> {
         } = place;
         let [a, b] = e.foot.slots.map(|slot| slot as usize);
         let [first, second] = e.foot.shares();
-        if last_step.dt > 0.0 {
+        let (moved, [way, speed]) = if last_step.dt > 0.0 {
             // From positions, as for points. A marker that is new touched nothing one step ago.
             let was = |slot: usize| self.state.previous[slot].unwrap_or(self.positions[slot]);
             let was = was(a) * first + was(b) * second;
             let moved = e.point - was - bodies.frames[body].displacement(*r);
-            let moved = [moved.dot(normal), moved.dot(tangent)];
-            for (i, moved) in moved.into_iter().enumerate() {
-                kinematics.moved[i] += share * moved;
-                kinematics.velocity[i] += share * (moved * last_step.per_dt);
-            }
+            (moved, [1.0, last_step.per_dt])
         } else {
             let [va, vb] = [a, b].map(|slot| Vec2::from(states[slot].velocity));
             let of_body = bodies.state[body].velocity_at(*r);
-            let velocity = va * first + vb * second - of_body;
-            kinematics.velocity[0] += share * velocity.dot(normal);
-            kinematics.velocity[1] += share * velocity.dot(tangent);
+            (va * first + vb * second - of_body, [0.0, 1.0])
+        };
+        for (i, moved) in [moved.dot(normal), moved.dot(tangent)]
+            .into_iter()
+            .enumerate()
+        {
+            kinematics.moved[i] += share * (moved * way);
+            kinematics.velocity[i] += share * (moved * speed);
         }
     }
 
@@ -505,7 +506,7 @@ impl<L: Law> Side for SegmentContacts<L> {
         self.near.forget();
     }
 
-    fn update_list(&mut self, now: &Now) {
+    fn update_list(&mut self, now: &Now, _: &Threads) {
         self.positions.clear();
         let positions = now.states.iter().map(|s| Vec2::from(s.position));
         self.positions.extend(positions);

@@ -83,7 +83,7 @@ pub trait Side: Debug + Send + Sync {
     /// The set was replaced: slots are now in the order of `set`.
     fn imp_set(&mut self, _set: &[ImpInfo]) {}
     /// Builds a new list if a pair that is not in the present one could touch: two bodies, within two steps.
-    fn update_list(&mut self, now: &Now);
+    fn update_list(&mut self, now: &Now, threads: &Threads);
     /// Evaluates every pair of the list (eqs. 38 to 41, 43, 44). Adds forces and torques, in the order of the list, to
     /// the sums of points (eq. 46) and of bodies (eqs. 39, 40, 49, 50).
     fn evaluate(&mut self, now: &Now, interval: Interval, threads: &Threads, to: &mut Targets);

@@ -6,7 +6,7 @@ use interface::config::{ContactLaw, ratio_of_restitution};
 use super::Law;
 use super::contact::Contact;
 use super::dashpot::{Tsuji, Viscous};
-use super::mixed::{AnyLaw, Mixed, OfAreas, OfGrains, OfSpheres};
+use super::mixed::{AnyLaw, OfAreas, OfGrains, OfSpheres};
 use super::normal::{Adhesive, Area, Hertz, Linear};
 use super::rolling::Rolling;
 use super::table::Table;
@@ -52,7 +52,7 @@ pub fn with_table<F: ForLaw>(
     build: F,
 ) -> F::Output {
     if pairs.iter().any(|pair| !pair.law.is_like(for_all)) {
-        return build.build(Mixed(Table::new(surfaces, for_all, pairs, of_any_kind)));
+        return build.build(Table::new(surfaces, for_all, pairs, of_any_kind));
     }
     match for_all {
         ContactLaw::Linear { .. } | ContactLaw::Granular { .. } => {

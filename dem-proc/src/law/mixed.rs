@@ -8,7 +8,6 @@ use super::dashpot::{Drag, Tsuji, Viscous};
 use super::history::Part;
 use super::normal::{Adhesive, Area, Hertz, Linear};
 use super::rolling::{Rolled, Rolling};
-use super::table::Table;
 use super::tangent::{Coulomb, Elongation, Mindlin, Sheared};
 use super::{Kinematics, Law, Loss, PairProperties, Response, Stiffness};
 
@@ -71,19 +70,15 @@ fn remembering<H>(
     }
 }
 
-/// A law for every pair of surfaces, each of its own kind.
-#[derive(Debug, Clone)]
-pub struct Mixed(pub Table<AnyLaw>);
-
-impl Law for Mixed {
+impl Law for AnyLaw {
     type History = AnyMemory;
     type Pair = AnyPair;
 
     fn pair(&self, properties: &PairProperties) -> AnyPair {
-        match self.0.law(properties) {
-            AnyLaw::Grains(law) => AnyPair::Grains(law, law.pair(properties)),
-            AnyLaw::Spheres(law) => AnyPair::Spheres(law, law.pair(properties)),
-            AnyLaw::Areas(law) => AnyPair::Areas(law, law.pair(properties)),
+        match *self {
+            Self::Grains(law) => AnyPair::Grains(law, law.pair(properties)),
+            Self::Spheres(law) => AnyPair::Spheres(law, law.pair(properties)),
+            Self::Areas(law) => AnyPair::Areas(law, law.pair(properties)),
         }
     }
     #[inline]
@@ -94,14 +89,12 @@ impl Law for Mixed {
             AnyPair::Areas(law, pair) => law.stiffness(pair, overlap),
         }
     }
-    /// The largest ratio in the table, because the step limit uses one ratio for all contacts.
     fn damping_ratio(&self, mass: f64) -> f64 {
-        let ratio = |law: &AnyLaw| match law {
-            AnyLaw::Grains(law) => law.damping_ratio(mass),
-            AnyLaw::Spheres(law) => law.damping_ratio(mass),
-            AnyLaw::Areas(law) => law.damping_ratio(mass),
-        };
-        self.0.laws().map(ratio).fold(0.0, f64::max)
+        match self {
+            Self::Grains(law) => law.damping_ratio(mass),
+            Self::Spheres(law) => law.damping_ratio(mass),
+            Self::Areas(law) => law.damping_ratio(mass),
+        }
     }
     #[inline]
     fn normal(&self, pair: &AnyPair, overlap: f64) -> [f64; 2] {

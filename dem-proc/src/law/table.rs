@@ -34,17 +34,6 @@ impl<L: Copy> Table<L> {
         }
         Self { laws, surfaces: n }
     }
-
-    /// The law of a pair.
-    pub fn law(&self, properties: &PairProperties) -> L {
-        let [a, b] = properties.surfaces.map(|s| s as usize);
-        self.laws[a * self.surfaces + b]
-    }
-
-    /// All laws; most appear many times.
-    pub fn laws(&self) -> impl Iterator<Item = &L> {
-        self.laws.iter()
-    }
 }
 
 impl<L: Law + Copy> Law for Table<L> {
@@ -52,7 +41,8 @@ impl<L: Law + Copy> Law for Table<L> {
     type Pair = (L, L::Pair);
 
     fn pair(&self, properties: &PairProperties) -> Self::Pair {
-        let law = self.law(properties);
+        let [a, b] = properties.surfaces.map(|s| s as usize);
+        let law = self.laws[a * self.surfaces + b];
         (law, law.pair(properties))
     }
     #[inline]

@@ -1,11 +1,16 @@
 //! Broad phase: finds overlapping boxes with a grid of cells for the many of similar size and a tree for the few that
 //! are much larger. A grid is built and searched in a fifth of the time of a tree, but a wall would fill all of it.
 
+use interface::Vec2;
+
 use crate::parry::{Bounds, BoxTree};
 
 /// Boxes with a longer side than this many times the median are kept out of the grid: the cells are as large as the
 /// largest box in it, and boxes of the median size would crowd them.
 const MUCH_LARGER: f64 = 3.0;
+
+/// Number of boxes, spread over all, whose median is taken.
+const SAMPLE: usize = 500;
 
 /// Largest number of cells for each box, so that a few boxes far apart do not take much memory.
 const CELLS_PER_BOX: f64 = 4.0;
@@ -29,14 +34,15 @@ fn side(b: &Bounds) -> f64 {
     (b.upper.x - b.lower.x).max(b.upper.y - b.lower.y)
 }
 
-fn center(b: &Bounds) -> [f64; 2] {
-    [0.5 * (b.lower.x + b.upper.x), 0.5 * (b.lower.y + b.upper.y)]
+fn center(b: &Bounds) -> Vec2 {
+    (b.lower + b.upper) * 0.5
 }
 
 impl Cells {
     /// Sorts `boxes` into cells.
     pub fn new(boxes: &[Bounds]) -> Self {
-        let mut sides: Vec<f64> = boxes.iter().map(side).collect();
+        let some = boxes.iter().step_by(boxes.len() / SAMPLE + 1);
+        let mut sides: Vec<f64> = some.map(side).collect();
         let half = sides.len() / 2;
         let limit = if sides.is_empty() {
             0.0
@@ -83,7 +89,7 @@ impl Cells {
         // A counting sort keeps the order of the numbers within a cell.
         let place: Vec<(u32, usize)> = small()
             .map(|(b, i)| {
-                let [column, row] = cells.cell(b);
+                let [column, row] = cells.cell(center(b));
                 (i, row * size[0] + column)
             })
             .collect();
@@ -102,10 +108,9 @@ impl Cells {
         cells
     }
 
-    fn cell(&self, b: &Bounds) -> [usize; 2] {
-        let c = center(b);
+    fn cell(&self, at: Vec2) -> [usize; 2] {
         [0, 1].map(|i| {
-            let index = ((c[i] - self.origin[i]) * self.per_side) as usize;
+            let index = ((at[i] - self.origin[i]) * self.per_side) as usize;
             index.min(self.size[i] - 1)
         })
     }
@@ -117,46 +122,34 @@ impl Cells {
         let own = &boxes[i as usize];
         let mut is_large = false;
         if let Some((tree, large)) = &self.large {
-            tree.meeting(own, found);
-            for leaf in &mut found[from..] {
-                *leaf = large[*leaf as usize];
-            }
             is_large = large.binary_search(&i).is_ok();
+            // A number is below `i` for all leaves before some leaf, since leaves are in the order of the numbers.
+            let first = large.partition_point(|&j| j <= i);
+            if first < large.len() {
+                tree.meeting(own, found);
+                let below = found[from..].partition_point(|&leaf| (leaf as usize) < first);
+                found.drain(from..from + below);
+                for leaf in &mut found[from..] {
+                    *leaf = large[*leaf as usize];
+                }
+            }
         }
-        let (low, high) = if is_large {
-            // From the cell of its lower corner to that of its upper corner, and one more cell on each side.
-            (
-                self.cell(&Bounds {
-                    lower: own.lower,
-                    upper: own.lower,
-                }),
-                self.cell(&Bounds {
-                    lower: own.upper,
-                    upper: own.upper,
-                }),
-            )
+        // Of a large box from the cell of its lower corner to that of its upper corner; and one more on each side.
+        let corners = if is_large {
+            [own.lower, own.upper]
         } else {
-            let cell = self.cell(own);
-            (cell, cell)
+            [center(own); 2]
         };
+        let [low, high] = corners.map(|corner| self.cell(corner));
         let columns = low[0].saturating_sub(1)..(high[0] + 2).min(self.size[0]);
         for row in low[1].saturating_sub(1)..(high[1] + 2).min(self.size[1]) {
             let start = |column: usize| self.starts[row * self.size[0] + column] as usize;
             for &j in &self.items[start(columns.start)..start(columns.end)] {
-                if own.meets(&boxes[j as usize]) {
+                if j > i && own.meets(&boxes[j as usize]) {
                     found.push(j);
                 }
             }
         }
-        // Works in place: the numbers that are kept move to the front.
-        let mut kept = from;
-        for at in from..found.len() {
-            if found[at] > i {
-                found[kept] = found[at];
-                kept += 1;
-            }
-        }
-        found.truncate(kept);
         found[from..].sort_unstable();
     }
 }

@@ -11,10 +11,12 @@ use mechanics::outline::{crosses_ray, nearest_on_edge};
 
 use crate::body::bodies::Bodies;
 use crate::body::edge::vertex_edge;
+use crate::body::shape::Shape;
 use crate::lists::cells::Cells;
+use crate::lists::now::Among;
 use crate::lists::watch::Watch;
 use crate::parry::{Bounds, BoxTree};
-use crate::threads::CHUNK;
+use crate::threads::{CHUNK, Threads};
 
 /// A point is "in reach" of a body up to this distance beyond contact, as a fraction of the point's radius. In a step a
 /// point moves at most half its radius relative to a body (the kinematic limit), so every pair that touches in the next
@@ -98,44 +100,31 @@ impl PointList {
             (p - nearest_on_edge(outline[i], outline[j], p, i, j).0).norm()
         };
         let mut near = std::mem::take(&mut self.near);
-        near.clear();
         let nearest = |near: &[u32]| {
             let distances = near.iter().map(|&i| distance(i as usize));
             distances.fold(f64::INFINITY, f64::min)
         };
-        let smallest = if let Some(tree) = &shape.edges {
-            let q = bodies.into_frame(b, p);
-            let search = |r: f64, near: &mut Vec<u32>| {
-                near.clear();
-                tree.meeting(&Bounds::around([q]).grown(r), near);
-                nearest(near)
-            };
-            let mut r = reach;
-            let mut smallest = search(r, &mut near);
-            if smallest > reach {
-                if !inside(&shape.vertices, tree, q, shape.extent, &mut near) {
-                    self.near = near;
-                    return;
-                }
-                // The point is deep inside: increase the radius until the nearest edge is found.
-                while smallest > r {
-                    r *= 2.0;
-                    smallest = search(r, &mut near);
-                }
-            }
-            search(smallest + band, &mut near);
-            smallest
-        } else {
-            near.extend(0..shape.edge_count() as u32);
-            let smallest = nearest(&near);
-            let crosses = |&i: &usize| crosses_ray(outline[i], outline[(i + 1) % n], p);
-            let inside = || n > 2 && (0..n).filter(crosses).count() % 2 == 1;
-            if smallest > reach && !inside() {
+        let fill = |near: &mut Vec<u32>, r: f64| {
+            near.clear();
+            let around = || Bounds::around([bodies.into_frame(b, p)]).grown(r);
+            shape.edges_near(around, near);
+        };
+        fill(&mut near, reach);
+        let mut smallest = nearest(&near);
+        if smallest > reach {
+            if !inside(shape, bodies.into_frame(b, p), &mut near) {
                 self.near = near;
                 return;
             }
-            smallest
-        };
+            // The point is deep inside: increase the radius until the nearest edge is found.
+            let mut r = reach;
+            while smallest > r {
+                r *= 2.0;
+                fill(&mut near, r);
+                smallest = nearest(&near);
+            }
+        }
+        fill(&mut near, smallest + band);
         let from = self.edges.len() as u32;
         let may_become_nearest = |&i: &u32| distance(i as usize) <= smallest + band;
         self.edges
@@ -151,21 +140,17 @@ impl PointList {
 }
 
 /// Whether `q` is inside the outline, by the even-odd rule over the edges that a ray to the right meets.
-fn inside(vertices: &[Vec2], tree: &BoxTree, q: Vec2, extent: f64, near: &mut Vec<u32>) -> bool {
-    let n = vertices.len();
+fn inside(shape: &Shape, q: Vec2, near: &mut Vec<u32>) -> bool {
     near.clear();
-    let far = Vec2::new(q.x + 4.0 * extent, q.y);
-    tree.meeting(&Bounds::around([q, far]), near);
-    let crossings = near.iter().map(|&i| i as usize);
-    crossings
-        .filter(|&i| crosses_ray(vertices[i], vertices[(i + 1) % n], q))
-        .count()
-        % 2
-        == 1
+    let far = Vec2::new(q.x + 4.0 * shape.extent, q.y);
+    shape.edges_near(|| Bounds::around([q, far]), near);
+    let edge = |i: u32| [i as usize, shape.edge_end(i as usize)].map(|k| shape.vertices[k]);
+    let crosses = |&&i: &&u32| crosses_ray(edge(i)[0], edge(i)[1], q);
+    shape.vertices.len() > 2 && near.iter().filter(crosses).count() % 2 == 1
 }
 
 /// A vertex of one body and an edge of another that may touch.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct VertexEdge {
     /// Owner of the vertex, owner of the edge.
     pub bodies: [u32; 2],
@@ -187,113 +172,192 @@ impl VertexEdge {
     }
 }
 
-/// Calls `found` for every two bodies whose bounding boxes, enlarged by their margins, overlap, if forces can move at
-/// least one of the two. The order is ascending, and the number is the sum of the margins in m.
-pub fn close_pairs(bodies: &Bodies, watch: &Watch, mut found: impl FnMut([u32; 2], f64)) {
+/// A list that is searched for by parts of what may touch.
+#[derive(Debug, Default)]
+pub struct Listed<T> {
+    /// The pairs, in the order of their first sides.
+    pub all: Vec<T>,
+    parts: Vec<Found<T>>,
+}
+
+/// What a part of a search has found, and its working memory.
+#[derive(Debug, Default)]
+pub struct Found<T> {
+    /// The pairs.
+    pub pairs: Vec<T>,
+    others: Vec<u32>,
+    near: Vec<u32>,
+    vertices: Vec<u32>,
+}
+
+impl<T: Copy + Default + Send + Sync> Listed<T> {
+    /// Lists what `find` appends for the numbers above each one whose boxes overlap its own.
+    pub fn search(
+        &mut self,
+        boxes: &[Bounds],
+        threads: &Threads,
+        find: impl Fn(u32, &[u32], &mut Found<T>) + Sync,
+    ) {
+        let cells = Cells::new(boxes);
+        threads.search(boxes.len(), &mut self.parts, |here, found| {
+            found.pairs.clear();
+            let mut others = std::mem::take(&mut found.others);
+            for i in here {
+                others.clear();
+                cells.above(i as u32, boxes, &mut others);
+                find(i as u32, &others, found);
+            }
+            found.others = others;
+        });
+        if let [only] = &mut self.parts[..] {
+            std::mem::swap(&mut only.pairs, &mut self.all);
+            return;
+        }
+        let count = self.parts.iter().map(|found| found.pairs.len()).sum();
+        self.all.resize(count, T::default());
+        let mut all = &mut self.all[..];
+        let places = self.parts.iter().map(|found| {
+            let (own, others) = std::mem::take(&mut all).split_at_mut(found.pairs.len());
+            all = others;
+            (own, &found.pairs)
+        });
+        threads.each(count, places, |(own, found)| own.copy_from_slice(found));
+    }
+}
+
+/// Lists what `find` appends for every two bodies whose bounding boxes, enlarged by their margins, overlap, if forces
+/// can move at least one of the two. The order is ascending, and the number is the sum of the margins in m.
+pub fn close_pairs<T: Copy + Default + Send + Sync>(
+    &Among {
+        bodies, threads, ..
+    }: &Among,
+    watch: &Watch,
+    list: &mut Listed<T>,
+    find: impl Fn([u32; 2], f64, &mut Found<T>) + Sync,
+) {
     let around = |b: usize| {
         let outline = Bounds::around(bodies.outline_of(b).iter().copied());
         outline.grown(bodies.state[b].radius + watch.margin(b))
     };
-    let boxes: Vec<Bounds> = (0..bodies.len()).map(around).collect();
-    let cells = Cells::new(&boxes);
-    let free = |b: usize| bodies.properties[b].yields();
-    let mut near = Vec::new();
-    for i in 0..bodies.len() {
-        near.clear();
-        cells.above(i as u32, &boxes, &mut near);
-        for &j in &near {
-            let [a, b] = [i, j as usize].map(|b| &bodies.state[b]);
-            let margin = watch.margin(i) + watch.margin(j as usize);
+    let (count, part) = (bodies.len(), threads.part(bodies.len()));
+    let mut boxes = vec![Bounds::around([Vec2::zeros()]); count];
+    let parts = boxes.chunks_mut(part).enumerate();
+    threads.each(count, parts, |(i, boxes)| {
+        for (b, of) in (i * part..).zip(boxes) {
+            *of = around(b);
+        }
+    });
+    list.search(&boxes, threads, |i, others, found| {
+        for &j in others {
+            let [a, b] = [i, j].map(|b| &bodies.state[b as usize]);
+            let margin = watch.margin(i as usize) + watch.margin(j as usize);
             // This mainly removes bodies whose boxes overlap at a corner, while their bounding circles do not.
             let together = a.extent + b.extent + margin;
             let apart = (a.center - b.center).norm_squared() > together * together;
-            if !apart && (free(i) || free(j as usize)) {
-                found([i as u32, j], margin);
+            if !apart && (a.falls > 0.0 || b.falls > 0.0) {
+                find([i, j], margin, found);
             }
         }
-    }
+    });
 }
 
 /// The bodies that may touch.
-#[derive(Debug, Clone, Default)]
+#[derive(Debug, Default)]
 pub struct BodyList {
     /// Vertex-edge pairs in the order of [`VertexEdge::key`].
-    pub pairs: Vec<VertexEdge>,
+    pub pairs: Listed<VertexEdge>,
     /// The smallest contact distance among them in m; infinite if there are none.
     pub smallest_reach: f64,
-    /// Whether all pairs of a chunk are of discs.
-    pub round: Vec<bool>,
-    near: Vec<u32>,
-    vertices: Vec<u32>,
+    /// Of each chunk of pairs, whether all are of discs, and the smallest contact distance in m.
+    pub chunks: Vec<(bool, f64)>,
 }
 
 impl BodyList {
     /// Finds all vertex-edge pairs within contact distance plus margins, for bodies of which forces can move at least
     /// one.
-    pub fn build(&mut self, bodies: &Bodies, watch: &Watch) {
-        self.pairs.clear();
-        close_pairs(bodies, watch, |[i, j], margin| {
-            self.add_bodies(bodies, [i, j], margin);
-            // Discs have no edges, so two of them have one contact, vertex on vertex.
+    pub fn build(&mut self, among: &Among, watch: &Watch) {
+        let bodies = among.bodies;
+        close_pairs(among, watch, &mut self.pairs, |[i, j], margin, found| {
+            let [a, b] = [i, j].map(|b| &bodies.state[b as usize]);
+            if a.is_disc() && b.is_disc() {
+                // They have one contact, vertex on vertex.
+                let (vertex, edge) = (a.first_vertex(), [b.first_vertex(); 2]);
+                found.add_near(bodies, [i, j], margin, (vertex, edge));
+                return;
+            }
+            found.add_bodies(bodies, [i, j], margin);
+            // Of two clusters, too, each two discs have one contact.
             let edges = |b: u32| bodies.properties[b as usize].shape.has_edges;
             if edges(i) || edges(j) {
-                self.add_bodies(bodies, [j, i], margin);
+                found.add_bodies(bodies, [j, i], margin);
             }
         });
-        let reaches = self.pairs.iter().map(|pair| pair.reach);
+        let pairs = &self.pairs.all;
+        self.chunks.resize(pairs.len().div_ceil(CHUNK), (true, 0.0));
+        let chunks = pairs.chunks(CHUNK).zip(&mut self.chunks);
+        (among.threads).each(pairs.len(), chunks, |(pairs, chunk)| {
+            let disc = |b: &u32| bodies.state[*b as usize].is_disc();
+            let round = pairs.iter().all(|pair| pair.bodies.iter().all(disc));
+            let reaches = pairs.iter().map(|pair| pair.reach);
+            *chunk = (round, reaches.fold(f64::INFINITY, f64::min));
+        });
+        let reaches = self.chunks.iter().map(|(_, reach)| *reach);
         self.smallest_reach = reaches.fold(f64::INFINITY, f64::min);
-        let disc = |b: &u32| bodies.outline_of(*b as usize).len() == 1;
-        let round = |chunk: &[VertexEdge]| chunk.iter().all(|pair| pair.bodies.iter().all(disc));
-        self.round.clear();
-        self.round.extend(self.pairs.chunks(CHUNK).map(round));
     }
+}
 
+impl Found<VertexEdge> {
     /// The vertices of the first body against the edges of the second (one of the two sums of eq. 39).
     fn add_bodies(&mut self, bodies: &Bodies, pair: [u32; 2], margin: f64) {
         let [v, e] = pair.map(|b| b as usize);
-        let outline = bodies.outline_of(e);
         let [of_vertex, of_edge] = [v, e].map(|b| &bodies.properties[b].shape);
         if of_vertex.has_edges && !of_edge.has_edges {
             return; // discs have no edges; they are the vertices in the other sum
         }
         let reach = bodies.state[v].radius + bodies.state[e].radius + margin;
-        let first = [v, e].map(|b| bodies.properties[b].first_vertex as u32);
-        let inverse_length_sq = &bodies.inverse_length_sq[first[1] as usize..];
-        let mut vertices = std::mem::take(&mut self.vertices);
-        vertices_near(bodies, v, e, reach, &mut vertices, &mut self.near);
+        let first = [v, e].map(|b| bodies.state[b].first_vertex());
+        let (mut vertices, mut near) = (
+            std::mem::take(&mut self.vertices),
+            std::mem::take(&mut self.near),
+        );
+        vertices_near(bodies, v, e, reach, &mut vertices, &mut near);
         for &k in &vertices {
             let p = bodies.outline_of(v)[k as usize];
-            self.near.clear();
-            match &bodies.properties[e].shape.edges {
-                Some(tree) => {
-                    let q = bodies.into_frame(e, p);
-                    tree.meeting(&Bounds::around([q]).grown(reach), &mut self.near);
-                }
-                None => self
-                    .near
-                    .extend(0..bodies.properties[e].shape.edge_count() as u32),
-            }
-            for &i in &self.near {
-                let i = i as usize;
-                let j = of_edge.edge_end(i);
-                let inverse = inverse_length_sq[i];
-                let (_, distance_sq) = vertex_edge(p, outline[i], outline[j], inverse);
-                let (vertex, edge) = (first[0] + k, [i, j].map(|i| first[1] + i as u32));
-                let radius = bodies.radii[vertex as usize];
-                let touching = radius + bodies.radii[edge[0] as usize];
-                let within = touching + margin;
-                if distance_sq <= within * within {
-                    self.pairs.push(VertexEdge {
-                        bodies: pair,
-                        vertex,
-                        edge,
-                        reach: touching,
-                        radius,
-                    });
-                }
+            near.clear();
+            let around = || Bounds::around([bodies.into_frame(e, p)]).grown(reach);
+            of_edge.edges_near(around, &mut near);
+            for &i in &near {
+                let edge = [i, of_edge.edge_end(i as usize) as u32].map(|i| first[1] + i);
+                self.add_near(bodies, pair, margin, (first[0] + k, edge));
             }
         }
-        self.vertices = vertices;
+        (self.vertices, self.near) = (vertices, near);
+    }
+
+    /// Adds a vertex and an edge if they are within contact distance plus `margin` (m).
+    #[inline]
+    fn add_near(
+        &mut self,
+        bodies: &Bodies,
+        pair: [u32; 2],
+        margin: f64,
+        (vertex, edge): (u32, [u32; 2]),
+    ) {
+        let at = |i: u32| bodies.outline[i as usize];
+        let inverse = bodies.inverse_length_sq[edge[0] as usize];
+        let (_, distance_sq) = vertex_edge(at(vertex), at(edge[0]), at(edge[1]), inverse);
+        let radius = bodies.radii[vertex as usize];
+        let reach = radius + bodies.radii[edge[0] as usize];
+        let within = reach + margin;
+        if distance_sq <= within * within {
+            self.pairs.push(VertexEdge {
+                bodies: pair,
+                vertex,
+                edge,
+                reach,
+                radius,
+            });
+        }
     }
 }
 

@@ -5,6 +5,7 @@ use interface::step::GROWTH;
 use serde::{Deserialize, Serialize};
 
 use crate::body::bodies::Bodies;
+use crate::threads::Threads;
 
 /// The largest displacement of surfaces in the next two steps, as a function of their speed.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
@@ -71,6 +72,17 @@ pub struct Now<'a> {
     pub ahead: Ahead,
     /// Largest speed of the surface of a body in m/s.
     pub speed: f64,
+}
+
+/// What a list is made of.
+#[derive(Debug, Clone, Copy)]
+pub struct Among<'a> {
+    /// The bodies, in the poses for which the list is.
+    pub bodies: &'a Bodies,
+    /// The set of points.
+    pub set: &'a [ImpInfo],
+    /// Who searches.
+    pub threads: &'a Threads,
 }
 
 /// In which slots the points of the present set were before.
