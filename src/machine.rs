@@ -71,13 +71,18 @@ fn shortage_in_words(solvers: usize, threads: usize, allowed: usize, free: usize
     } else {
         "processors"
     };
+    let in_threads = if threads == 1 {
+        "1 thread"
+    } else {
+        &format!("{threads} threads")
+    };
     let in_process = if solvers > 1 {
         "; `--in-process` runs both solvers on one processor"
     } else {
         ""
     };
     format!(
-        "the solvers compute in {threads} threads, and {free} of {allowed} {all} are free: beside two busy programs on two \
+        "the solvers compute in {in_threads}, and {free} of {allowed} {all} are free: beside two busy programs on two \
          processors runs take 1.6 to 1.8 times as long, beside four 2.5 to 3.1 times{in_process}"
     )
 }

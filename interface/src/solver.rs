@@ -45,7 +45,7 @@ pub enum Fault {
         item: String,
     },
     /// A point left the grid's domain.
-    #[error("point {id} left the domain at ({x}, {y}) m")]
+    #[error("point {id} left the domain at {}", crate::text::place([*.x, *.y]))]
     LeftDomain {
         /// Identity of the point.
         id: u64,

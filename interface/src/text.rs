@@ -40,9 +40,21 @@ pub fn line(text: &str) -> Cow<'_, str> {
     escaped(text, &[])
 }
 
+/// A place in m to five digits: `(0.1, -17.506) m`.
+pub fn place(at: [f64; 2]) -> String {
+    let [x, y] = at.map(|x| format!("{x:.4e}").parse().unwrap_or(x));
+    format!("({x}, {y}) m")
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_place_has_the_digits_that_people_read() {
+        assert_eq!(place([-0.006_220_881_565_8, 0.12]), "(-0.0062209, 0.12) m");
+        assert_eq!(place([-17.506_185, f64::NAN]), "(-17.506, NaN) m");
+    }
 
     #[test]
     fn nothing_that_a_terminal_obeys_is_left() {

@@ -46,7 +46,9 @@ impl RunDirError {
                 ErrorKind::InvalidInput => {
                     "Tandem uses no links and no special files in a run directory: remove it, or give another directory with --out"
                 }
-                ErrorKind::NotFound => "the directory was moved or removed while the run used it",
+                ErrorKind::NotFound => {
+                    "no directory can be made there, or it was moved or removed while the run used it"
+                }
                 _ => "give another directory with --out",
             },
             Self::InUse { .. } => "wait for its end, or give another directory with --out",

@@ -2,6 +2,7 @@
 
 use interface::message::wire::ImpForce;
 use interface::solver::Fault;
+use interface::text;
 
 use super::drift::FieldOfMotion;
 use super::markers::touch_marker;
@@ -223,10 +224,11 @@ fn touch<const W: usize, S: Shape<W>, A: AffineState>(
     Ok(())
 }
 
-fn at_periodic_wall(id: u64, [x, y]: [f64; 2]) -> Fault {
+fn at_periodic_wall(id: u64, at: [f64; 2]) -> Fault {
     Fault::Other(format!(
-        "a body presses on point {id} at ({x:.4e}, {y:.4e}) m, at a periodic wall: bodies do not see points across it; keep \
-         them further from it, or make it open"
+        "a body presses on point {id} at {}, at a periodic wall: bodies do not see points across it; keep them further \
+         from it, or make it open",
+        text::place(at)
     ))
 }
 

@@ -4,6 +4,7 @@
 use interface::config::StressUpdate;
 use interface::message::wire::ImpForce;
 use interface::solver::Fault;
+use interface::text;
 
 use super::drift::FieldOfMotion;
 use crate::kernel::lanes::splat;
@@ -93,17 +94,18 @@ fn weigh<const W: usize, S: Shape<W>>(
 }
 
 fn lost(markers: &Markers, marker: usize) -> Fault {
-    let (chain, [x, y]) = (markers.chain_of[marker], markers.state.x[marker]);
+    let (chain, at) = (markers.chain_of[marker], markers.state.x[marker]);
     let number = marker - markers.chain(marker).first;
-    if !(x.is_finite() && y.is_finite()) {
+    if !at.iter().all(|x| x.is_finite()) {
         return Fault::NotFinite {
             what: "position".into(),
             item: format!("marker {number} of chain {chain}"),
         };
     }
     Fault::Other(format!(
-        "marker {number} of chain {chain} at ({x}, {y}) m has lost its material: no node near it has mass, so it can \
-         neither move nor bear a force; let bodies meet points (mpm.interface = \"points\") where a boundary tears"
+        "marker {number} of chain {chain} at {} has lost its material: no node near it has mass, so it can neither move nor \
+         bear a force; let bodies meet points (mpm.interface = \"points\") where a boundary tears",
+        text::place(at)
     ))
 }
 
