@@ -33,8 +33,6 @@ pub(crate) struct Stopwatch {
     compute_ns: u64,
     exchange_ns: u64,
     wait_ns: u64,
-    /// CPU time that somebody else has measured.
-    cpu_ns: u64,
     pub(crate) trace: Option<Trace>,
 }
 
@@ -46,7 +44,6 @@ impl Stopwatch {
             compute_ns: 0,
             exchange_ns: 0,
             wait_ns: 0,
-            cpu_ns: 0,
             trace: None,
         }
     }
@@ -76,10 +73,9 @@ impl Stopwatch {
         }
     }
 
-    /// Adds computing time that somebody else has measured, and the CPU time in it.
-    pub(crate) fn book(&mut self, computed: Duration, cpu: Duration) {
+    /// Adds computing time that somebody else has measured.
+    pub(crate) fn book(&mut self, computed: Duration) {
         self.compute_ns += computed.as_nanos() as u64;
-        self.cpu_ns += cpu.as_nanos() as u64;
     }
 
     /// Writes the times so far into a report.
@@ -90,7 +86,7 @@ impl Stopwatch {
         report.cpu_ns = match clocked {
             Clocked::Process => cpu_ns(true),
             Clocked::Thread => cpu_ns(false),
-            Clocked::Shared => self.cpu_ns,
+            Clocked::Shared => self.compute_ns,
         };
     }
 }

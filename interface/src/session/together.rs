@@ -2,7 +2,7 @@
 
 use std::time::{Duration, Instant};
 
-use super::{Session, SessionError, Turn, cpu_time};
+use super::{Session, SessionError, Turn};
 use crate::message::control::Party;
 
 /// The parties of a session.
@@ -121,44 +121,11 @@ const SHORT: Duration = Duration::from_micros(2);
 /// Number of short rounds that are timed together.
 const TOGETHER: u32 = 15;
 
-/// Time between two looks at the CPU time of the thread, which take longer than a look at the clock.
-const LOOK: Duration = Duration::from_millis(1);
-
-/// The share of the time in which this thread has a processor: other programs may want it too.
-struct Processor {
-    looked: Instant,
-    cpu: Duration,
-    share: f64,
-}
-
-impl Processor {
-    fn start() -> Self {
-        Self {
-            looked: Instant::now(),
-            cpu: cpu_time(),
-            share: 1.0,
-        }
-    }
-
-    /// Its share until `now`, or until the last look if that was just now.
-    fn until(&mut self, now: Instant) -> f64 {
-        let passed = now.duration_since(self.looked);
-        if passed >= LOOK {
-            let cpu = cpu_time();
-            let used = cpu.saturating_sub(self.cpu).as_secs_f64();
-            self.share = (used / passed.as_secs_f64()).min(1.0);
-            (self.looked, self.cpu) = (now, cpu);
-        }
-        self.share
-    }
-}
-
 /// Divides the time of a round between the solvers. Short rounds that follow one another are timed together, and their
 /// time is divided in the proportion of the last round that was timed by itself.
 struct Watch {
     /// Time up to which everything has been divided.
     mark: Instant,
-    processor: Processor,
     /// The parts of the continuum and of the bodies in the last round that was timed by itself.
     parts: [Duration; 2],
     /// Number of rounds since `mark` that have not been divided.
@@ -171,7 +138,6 @@ impl Watch {
     fn start() -> Self {
         Self {
             mark: Instant::now(),
-            processor: Processor::start(),
             parts: [Duration::ZERO; 2],
             rounds: 0,
             divides: true,
@@ -188,7 +154,7 @@ impl Watch {
     }
 
     /// The next round begins.
-    fn next<'a>(&mut self, mpm: Option<&Session<'a>>, dem: Option<&Session<'a>>) {
+    fn next(&mut self, mpm: Option<&Session<'_>>, dem: Option<&Session<'_>>) {
         let [mpm_part, dem_part] = self.parts;
         self.divides = self.rounds == TOGETHER || mpm_part + dem_part >= SHORT;
         if self.divides {
@@ -201,54 +167,31 @@ impl Watch {
     /// A solver has had its turns.
     fn divide(&mut self, which: usize, side: &Session<'_>) {
         if self.divides {
-            let (part, share) = self.lap();
+            let part = self.lap();
             self.parts[which] = part;
-            side.io.watch().book(part, part.mul_f64(share));
+            side.io.watch().book(part);
         }
     }
 
     /// Adds the time of the rounds that are not divided.
-    fn close<'a>(&mut self, mpm: Option<&Session<'a>>, dem: Option<&Session<'a>>) {
+    fn close(&mut self, mpm: Option<&Session<'_>>, dem: Option<&Session<'_>>) {
         if core::mem::take(&mut self.rounds) == 0 {
             return;
         }
-        let (all, share) = self.lap();
-        let [first, second] = self.parts.map(|part| part.as_secs_f64());
+        let (all, [first, second]) = (self.lap(), self.parts.map(|part| part.as_secs_f64()));
         let of_mpm = all.mul_f64(first / (first + second).max(f64::MIN_POSITIVE));
-        for (side, part) in [(mpm, of_mpm), (dem, all.saturating_sub(of_mpm))] {
-            if let Some(side) = side {
-                side.io.watch().book(part, part.mul_f64(share));
-            }
+        if let Some(side) = mpm {
+            side.io.watch().book(of_mpm);
+        }
+        if let Some(side) = dem {
+            side.io.watch().book(all.saturating_sub(of_mpm));
         }
     }
 
-    /// The time since the last lap, and the share of it in which this thread had a processor.
-    fn lap(&mut self) -> (Duration, f64) {
+    fn lap(&mut self) -> Duration {
         let now = Instant::now();
         let lap = now.duration_since(self.mark);
         self.mark = now;
-        (lap, self.processor.until(now))
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    /// CPU times of runs in one thread were wall times: on a busy machine 74 s where 18 were used.
-    #[test]
-    fn time_without_a_processor_is_no_cpu_time() {
-        let mut processor = Processor::start();
-        std::thread::sleep(20 * LOOK);
-        let asleep = Instant::now();
-        assert!(processor.until(asleep) < 0.5);
-        assert!(
-            processor.until(asleep + LOOK / 2) < 0.5,
-            "the last look counts"
-        );
-        let begin = cpu_time();
-        while cpu_time().saturating_sub(begin) < 5 * LOOK {}
-        let awake = processor.until(Instant::now());
-        assert!(awake > 0.0 && awake <= 1.0, "{awake}");
+        lap
     }
 }
