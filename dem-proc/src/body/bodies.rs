@@ -211,17 +211,12 @@ impl Bodies {
             });
             bodies.inverse_length_sq.extend(ends.map(inverse));
             bodies.properties.push(what);
+            let mut free = 0.0;
             match body.motion {
-                Motion::Free => {}
+                Motion::Free => free = bodies.properties[i].mass,
                 Motion::Fixed | Motion::Driven => bodies.held.push(i as u32),
                 Motion::Guided { .. } | Motion::Pushed { .. } => bodies.special.push(i as u32),
             }
-            let is_free = body.motion == Motion::Free;
-            let free = if is_free {
-                bodies.properties[i].mass
-            } else {
-                0.0
-            };
             bodies.free.0.push(free);
             bodies.free.1 += free;
             bodies.frames.push(Frame {

@@ -236,10 +236,8 @@ impl<L: Law> SegmentContacts<L> {
             let of_body = bodies.state[body].velocity_at(*r);
             (va * first + vb * second - of_body, [0.0, 1.0])
         };
-        for (i, moved) in [moved.dot(normal), moved.dot(tangent)]
-            .into_iter()
-            .enumerate()
-        {
+        let along = [moved.dot(normal), moved.dot(tangent)];
+        for (i, moved) in along.into_iter().enumerate() {
             kinematics.moved[i] += share * (moved * way);
             kinematics.velocity[i] += share * (moved * speed);
         }

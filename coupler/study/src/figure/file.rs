@@ -86,7 +86,7 @@ fn gif(first: Sheet, more: impl Iterator<Item = Sheet>, rate: f64) -> Result<Vec
 }
 
 /// Red, green and blue of each pixel, row by row from above. Each is the mean of four, since plotters draws slanted edges in
-/// steps. Plain loops: this crate is not optimised, and iterators took a third of the time of a film.
+/// steps. Plain loops: this crate is not optimised, and iterators took two thirds of the time of a film.
 pub(super) fn pixels(sheet: &Sheet, scale: u32) -> Result<Vec<u8>, StudyError> {
     let [width, height] = sheet.size().map(|side| 2 * scale * side);
     let row = 3 * width as usize;
