@@ -1,79 +1,20 @@
-//! The slow, obvious version: no lists, no trees, every point against every edge of every body, every vertex against
-//! every edge. It is the oracle for the fast path on random moving scenes.
+//! Lists and trees beside the oracle, which has none: random moving scenes of many bodies, more than the cases of the kit
+//! (`kit.rs`) have.
 
 use interface::Vec2;
 use interface::config::{BodyConfig, BodyInertia, BodyShape, DemConfig, Motion};
 use interface::message::wire::{BodyState, ImpForce, ImpInfo, ImpState};
 use interface::solver::DemSolver;
 use interface::step::Step;
-use mechanics::outline::{nearest, nearest_on_edge};
+use mechanics::reference::bodies::Oracle;
 
 use dem_proc::Sdem;
-use dem_proc::body::bodies::Bodies;
-use mechanics::mass::cross;
 
 use crate::small_scenes::{Random, polygon_shape, segment_shape, spring};
 
 /// Stiffness of points on bodies and of bodies on one another in N/m. Nothing holds the points back; bodies must not come so
 /// deep that the solver stops.
 const K: [f64; 2] = [1e4, 1e6];
-
-/// Force and torque on one body.
-type Wrench = (Vec2, f64);
-
-/// Forces on the points, and on the bodies by points and by bodies, without friction.
-fn forces(
-    bodies: &Bodies,
-    set: &[ImpInfo],
-    states: &[ImpState],
-) -> (Vec<Vec2>, Vec<Wrench>, Vec<Wrench>) {
-    let n = bodies.len();
-    let mut on_points = vec![Vec2::zeros(); set.len()];
-    let mut by_points = vec![(Vec2::zeros(), 0.0); n];
-    let mut by_bodies = by_points.clone();
-    let add = |to: &mut Wrench, f: Vec2, at: Vec2, b: usize| {
-        to.0 += f;
-        to.1 += cross(at - bodies.state[b].center, f);
-    };
-    for (slot, (info, state)) in set.iter().zip(states).enumerate() {
-        let p = Vec2::from(state.position);
-        for (b, wrench) in by_points.iter_mut().enumerate() {
-            let near = nearest(bodies.outline_of(b), p);
-            let overlap = bodies.state[b].radius + info.radius - near.distance;
-            if overlap > 0.0 {
-                let away = (p - near.point).normalize() * near.distance.signum();
-                let f = away * (K[0] * overlap);
-                on_points[slot] += f;
-                add(wrench, -f, p, b); // frictionless: the line of the force passes through the point
-            }
-        }
-    }
-    for i in 0..n {
-        for j in 0..n {
-            let (vertices, edges) = (bodies.outline_of(i), bodies.outline_of(j));
-            let free = |b: usize| bodies.properties[b].motion == Motion::Free;
-            let discs = vertices.len() == 1 && edges.len() == 1;
-            let no_edges = edges.len() == 1 && vertices.len() > 1;
-            if i == j || no_edges || (discs && i > j) || !(free(i) || free(j)) {
-                continue;
-            }
-            let count = if edges.len() == 2 { 1 } else { edges.len() };
-            for x in vertices {
-                for e in 0..count {
-                    let y = nearest_on_edge(edges[e], edges[(e + 1) % edges.len()], *x, 0, 1).0;
-                    let d = (x - y).norm();
-                    let overlap = bodies.state[i].radius + bodies.state[j].radius - d;
-                    if overlap > 0.0 {
-                        let f = (x - y) / d * (K[1] * overlap);
-                        add(&mut by_bodies[i], f, y, i);
-                        add(&mut by_bodies[j], -f, y, j);
-                    }
-                }
-            }
-        }
-    }
-    (on_points, by_points, by_bodies)
-}
 
 fn star(random: &mut Random, n: usize, low: f64, high: f64) -> BodyShape {
     let vertex = |i: usize| {
@@ -187,6 +128,7 @@ fn lists_and_trees_never_miss_a_contact() {
         }
         dem.imp_set(&set);
         let mut got = vec![ImpForce::default(); set.len()];
+        let mut oracle = Oracle::new(&config);
         let (mut touched, mut passages) = (0, 0);
         for i in 0..400 {
             let step = Step {
@@ -205,25 +147,38 @@ fn lists_and_trees_never_miss_a_contact() {
                 states[id].position = [0; 2].map(|_| random.between(-2.0, 2.0));
                 passages += 1;
             }
-            let (on_points, by_points, by_bodies) = forces(dem.bodies(), &set, &states);
-            for (slot, (a, b)) in got.iter().zip(&on_points).enumerate() {
-                let error = (Vec2::from(a.force) - b).norm();
+            // Motion is for the kit to judge.
+            for (body, state) in oracle.bodies.iter_mut().zip(&dem.bodies().state) {
+                body.pose = state.center.push(state.angle);
+            }
+            let expected = oracle.step(&step, &set, &states);
+            for (slot, (a, b)) in got.iter().zip(&expected.points).enumerate() {
+                let error = (Vec2::from(a.force) - b.force).norm();
                 assert!(
                     error <= 1e-9 * K[0],
-                    "seed {seed}, step {i}, slot {slot}: {a:?} {b}"
+                    "seed {seed}, step {i}, slot {slot}: {a:?} {b:?}"
                 );
-                touched += usize::from(*b != Vec2::zeros());
+                touched += usize::from(b.touched);
             }
-            for (b, state) in dem.measurement().bodies.iter().enumerate() {
-                for (f, t, want) in [
-                    (state.point_force, state.point_torque, by_points[b]),
-                    (state.body_force, state.body_torque, by_bodies[b]),
+            let bodies = dem.measurement().bodies.iter().zip(&expected.bodies);
+            for (b, (got, want)) in bodies.enumerate() {
+                for (f, t, force, torque) in [
+                    (
+                        got.point_force,
+                        got.point_torque,
+                        want.point_force,
+                        want.point_torque,
+                    ),
+                    (
+                        got.body_force,
+                        got.body_torque,
+                        want.body_force,
+                        want.body_torque,
+                    ),
                 ] {
-                    assert!(
-                        (Vec2::from(f) - want.0).norm() <= 1e-9 * K[1],
-                        "step {i}, body {b}"
-                    );
-                    assert!((t - want.1).abs() <= 1e-9 * K[1], "step {i}, body {b}");
+                    let off = (Vec2::from(f) - Vec2::from(force)).norm();
+                    assert!(off <= 1e-9 * K[1], "step {i}, body {b}");
+                    assert!((t - torque).abs() <= 1e-9 * K[1], "step {i}, body {b}");
                 }
             }
             dem.advance(&step).expect("finite");

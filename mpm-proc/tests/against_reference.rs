@@ -1,13 +1,13 @@
 //! The whole step between periodic walls against the oracle, on random clouds under random contact forces. The kit's random
 //! cases (`kit.rs`) have all other walls.
 
-use interface::config::{MpmConfig, ShapeFunction, Spacing, StressUpdate, Transfer, Wall, Walls};
+use interface::config::{ShapeFunction, Spacing, StressUpdate, Transfer, Wall, Walls};
 use interface::message::wire::{EnvelopeVertex, ImpForce};
 use interface::solver::MpmSolver;
 
-use mechanics::reference::{Kernel, RefPoint, Reference};
+use mechanics::reference::Reference;
 
-use crate::blocks::{BULK, Random, SHEAR, Stepper, block, configured, points_fill, walls};
+use crate::blocks::{Random, Stepper, block, configured, points_fill, walls};
 
 /// An outline so large that every point is an IMP.
 pub fn everywhere() -> Vec<EnvelopeVertex> {
@@ -18,44 +18,6 @@ pub fn everywhere() -> Vec<EnvelopeVertex> {
             reach: 0.0,
         })
         .to_vec()
-}
-
-/// The oracle for points of `block()` at `positions`, with boxes of this `side` in m.
-fn oracle(config: &MpmConfig, positions: &[[f64; 2]], side: f64) -> Reference {
-    let volume = side * side;
-    let kernel = match config.shape {
-        ShapeFunction::Linear => Kernel::Linear,
-        ShapeFunction::Ugimp => Kernel::Ugimp(0.5 * side / config.cell),
-        ShapeFunction::QuadraticBspline => Kernel::Quadratic,
-        ShapeFunction::CubicBspline => Kernel::Cubic,
-    };
-    Reference {
-        points: positions
-            .iter()
-            .map(|&x| RefPoint {
-                x,
-                v: config.groups[0].velocity,
-                ratio: 1.0,
-                mass: 1000.0 * volume,
-                volume,
-                bulk: BULK,
-                shear: SHEAR,
-                ..RefPoint::default()
-            })
-            .collect(),
-        kernels: [kernel; 2],
-        transfer: config.transfer,
-        lower: config.domain[0],
-        cells: [20, 16],
-        cell: config.cell,
-        gravity: config.gravity,
-        walls: config.walls,
-        stress_update: config.stress_update,
-        drift: config.drift(),
-        wall_impulse: [0.0; 2],
-        elastic: 0.0,
-        plastic: 0.0,
-    }
 }
 
 /// A force with a couple on a point at `x` (m), if it is far from periodic walls.
@@ -99,7 +61,9 @@ fn compare_at(
     let mut mpm = configured(&config);
     assert_eq!(mpm.select_imps(&everywhere()).len(), positions.len());
 
-    let mut reference = oracle(&config, &positions, side);
+    let mut reference = Reference::layers(&config)
+        .expect("a known configuration")
+        .remove(0);
     let mut stepper = Stepper::new();
     let mut impulse = [0.0; 2];
     let mass: f64 = reference.points.iter().map(|p| p.mass).sum();

@@ -8,7 +8,7 @@
 //! | [`expression`] | formulas in a scene: fields, loads, checks |
 //! | [`fill`] | regions filled with points |
 //! | [`generate`] | sets of bodies from a seed |
-//! | [`mod@reference`] | a material point method, plain and slow: the oracle of tests and of the kit |
+//! | [`mod@reference`] | a material point method and the motion of bodies, plain and slow: the oracles of tests and of the kit |
 //! | [`threads`] | the threads of a solver |
 #![forbid(unsafe_code)]
 #![cfg_attr(not(test), warn(clippy::disallowed_methods))]

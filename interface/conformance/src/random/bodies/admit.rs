@@ -2,10 +2,10 @@
 
 use interface::Vec2;
 use mechanics::outline::nearest;
+use mechanics::reference::bodies::{Expected, Oracle, Vec3, Who};
+use mechanics::reference::law::{Law, Pair};
 
 use super::case::Case;
-use super::law::{Law, Pair};
-use super::oracle::{Expected, Oracle, Vec3, Who};
 
 /// Most by which a point moves towards or along what it touches in a step, as a share of its radius; a run allows half.
 const MOVES: f64 = 0.45;

@@ -4,10 +4,10 @@
 use interface::Vec2;
 use interface::config::DemConfig;
 use interface::message::wire::{ImpInfo, ImpState};
+use mechanics::reference::bodies::Oracle;
 use serde::{Deserialize, Serialize};
 
 use super::super::plan::{self, Course, Epoch};
-use super::oracle::Oracle;
 
 /// What a point moves along.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]

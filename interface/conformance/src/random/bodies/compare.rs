@@ -5,9 +5,9 @@ use interface::message::wire::{
     BodyState, ContactState, EnvelopeVertex, ImpForce, ImpInfo, Ledger, Limits,
 };
 use mechanics::outline::nearest;
+use mechanics::reference::bodies::{BLUR, Expected, Oracle};
 
 use super::super::judge::{Judge, Result, energies, show};
-use super::oracle::{BLUR, Expected, Oracle};
 
 impl Judge<'_> {
     /// The forces of a step.

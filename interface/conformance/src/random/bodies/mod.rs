@@ -4,8 +4,6 @@ mod admit;
 mod case;
 mod compare;
 mod generate;
-mod law;
-mod oracle;
 mod run;
 
 pub use case::Case;

@@ -6,12 +6,12 @@ use interface::Vec2;
 use interface::config::capability::Capabilities;
 use interface::message::control::Configure;
 use interface::message::wire::{ImpInfo, Limits};
+use mechanics::reference::bodies::{BLUR, Expected, Oracle};
 
 use super::super::judge::Judge;
 use super::super::plan::Epoch;
 use super::super::run::{self, Begun, Stop, Window, report};
 use super::case::Case;
-use super::oracle::{BLUR, Expected, Oracle};
 use super::{admit, generate};
 use crate::bench::{Answer, Bench, Run, at_least, configure};
 

@@ -1,13 +1,11 @@
 //! The oracle of the continuum's side: layers of points, each moved by the plain reference of [`mechanics::reference`], and
 //! what section 9 of PROTOCOL.md says of them.
 
-use interface::config::{MaterialModel, MpmConfig, ShapeFunction};
+use interface::config::MpmConfig;
 use interface::impulse::at;
 use interface::message::wire::{GroupState, ImpForce, Ledger};
 use interface::step::Step;
-use mechanics::expression::Expression;
-use mechanics::fill::fill;
-use mechanics::reference::{Kernel, RefPoint, Reference};
+use mechanics::reference::{RefPoint, Reference};
 
 /// Where a point is kept, and what does not change of it.
 #[derive(Debug, Clone, Copy)]
@@ -49,112 +47,25 @@ pub struct Expected {
     pub groups: Vec<GroupState>,
 }
 
-/// Bulk and shear modulus of a material, and yield stress and hardening modulus if it yields, in Pa.
-fn moduli(model: &MaterialModel) -> Option<([f64; 2], Option<[f64; 2]>)> {
-    match *model {
-        MaterialModel::LinearElastic {
-            bulk_modulus: bulk,
-            shear_modulus: shear,
-        } => Some(([bulk, shear], None)),
-        MaterialModel::VonMises {
-            bulk_modulus: bulk,
-            shear_modulus: shear,
-            yield_stress: strength,
-            hardening_modulus: hardening,
-        } => Some(([bulk, shear], Some([strength, hardening]))),
-        _ => None,
-    }
-}
-
-fn kernel(shape: ShapeFunction, box_in_cells: f64) -> Kernel {
-    match shape {
-        ShapeFunction::Linear => Kernel::Linear,
-        ShapeFunction::Ugimp => Kernel::Ugimp((0.5 * box_in_cells).min(0.5)),
-        ShapeFunction::QuadraticBspline => Kernel::Quadratic,
-        ShapeFunction::CubicBspline => Kernel::Cubic,
-    }
-}
-
-/// Formulas in x and y.
-fn field<const N: usize>(sources: Option<&[String; N]>, x: [f64; 2]) -> Option<[f64; N]> {
-    let Some(sources) = sources else {
-        return Some([0.0; N]);
-    };
-    let slot = |name: &str| match name {
-        "x" => Some(mechanics::expression::Meaning::Slot(0)),
-        "y" => Some(mechanics::expression::Meaning::Slot(1)),
-        _ => None,
-    };
-    let mut values = [0.0; N];
-    for (value, source) in values.iter_mut().zip(sources) {
-        *value = Expression::compile(source, &slot).ok()?.evaluate(&x);
-    }
-    Some(values)
-}
-
 impl Oracle {
     /// The points of a configuration; `None` where it is not of those that the oracle knows.
     pub fn new(config: &MpmConfig) -> Option<Self> {
-        let c = config;
-        let counts = [0, 1].map(|a| ((c.domain[1][a] - c.domain[0][a]) / c.cell).round() as i64);
-        let empty = Reference {
-            points: Vec::new(),
-            kernels: [Kernel::Linear; 2],
-            transfer: c.transfer,
-            lower: c.domain[0],
-            cells: counts,
-            cell: c.cell,
-            gravity: c.gravity,
-            walls: c.walls,
-            stress_update: c.stress_update,
-            drift: c.drift(),
-            wall_impulse: [0.0; 2],
-            elastic: 0.0,
-            plastic: 0.0,
-        };
-        let (mut layers, mut points, mut wave) = (Vec::new(), Vec::new(), 0.0_f64);
-        let mut filled = Vec::new();
-        for (g, group) in c.groups.iter().enumerate() {
-            let region = fill(group, c.cell, "").ok()?;
-            let material = c.materials.get(group.material)?;
-            let ([bulk, shear], yields) = moduli(&material.model)?;
-            wave = wave.max(((bulk + 4.0 / 3.0 * shear) / material.density).sqrt());
-            if g == 0 || c.layers {
-                layers.push(empty.clone());
-            }
-            let layer = layers.last_mut()?;
-            layer.kernels = region.sides.map(|side| kernel(c.shape, side / c.cell));
-            for &x in &region.positions {
-                let more = field(group.fields.velocity.as_ref(), x)?;
-                let place = layer.points.len();
-                layer.points.push(RefPoint {
-                    x,
-                    v: [0, 1].map(|a| group.velocity[a] + more[a]),
-                    stress: field(group.fields.stress.as_ref(), x)?,
-                    ratio: 1.0,
-                    mass: material.density * region.box_area(),
-                    volume: region.box_area(),
-                    bulk,
-                    shear,
-                    yields,
-                    ..RefPoint::default()
+        let layers = Reference::layers(config)?;
+        let (mut points, mut wave) = (Vec::new(), 0.0_f64);
+        for (layer, reference) in layers.iter().enumerate() {
+            for (place, p) in reference.points.iter().enumerate() {
+                points.push(Identity {
+                    group: p.group,
+                    radius: config.groups[p.group].contact_radius?,
+                    layer,
+                    place,
                 });
-                points.push((g, place, group.contact_radius?));
+                let stiff = (p.bulk + 4.0 / 3.0 * p.shear) * p.volume / p.mass;
+                wave = wave.max(stiff.sqrt());
             }
-            filled.push(region);
         }
-        let apart = |a: usize, b: usize| {
-            !c.layers || c.group_pairs.iter().any(|p| [[a, b], [b, a]].contains(p))
-        };
-        mechanics::fill::refuse_overlap(&c.groups, &filled, apart).ok()?;
-        let points = points.into_iter().map(|(group, place, radius)| Identity {
-            group,
-            radius,
-            layer: if c.layers { group } else { 0 },
-            place,
-        });
         let mut oracle = Self {
-            points: points.collect(),
+            points,
             layers,
             config: config.clone(),
             wave,

@@ -7,11 +7,11 @@ use interface::Vec2;
 use interface::config::{BodyConfig, BodyShape, ContactLaw, DemConfig, Motion as Drive};
 use interface::message::wire::{BodyState, ContactState, ImpInfo, ImpState, Ledger};
 use interface::step::Step;
-use mechanics::mass::{cross, swept, union_of_discs};
-use mechanics::outline::{nearest, nearest_on_edge};
-use nalgebra::Vector3;
+use nalgebra::{DMatrix, DVector, Vector3};
 
 use super::law::{History, Law, Motion, Pair};
+use crate::mass::{cross, swept, union_of_discs};
+use crate::outline::{nearest, nearest_on_edge};
 
 /// Distances (m) below this share of a point's radius are not told apart: rounding, and its growth over a run.
 pub const BLUR: f64 = 1e-8;
@@ -300,7 +300,7 @@ struct Sums {
 }
 
 /// A normal spring: its stiffness in N/m, and by how much sqrt(m) u, sqrt(m) v, sqrt(I) theta of each body stretch it.
-type Spring = (f64, Vec<f64>);
+type Spring = (f64, DVector<f64>);
 
 /// One of two that may touch: 1/m in m/kg, and where they touch the displacement over the last step in m, if it is known, and
 /// the velocity in m/s.
@@ -319,6 +319,24 @@ struct Place {
     blur: f64,
     /// How much the normal turns (rad) by a shift of a metre.
     curvature: f64,
+}
+
+impl Place {
+    /// Between `x`, with a surface of radius `a` around it, and what is nearest to it of the other, `away` from there, with a
+    /// surface of radius `b`. The distance is negative inside of the other. All in m; of what is far below `least` nothing is
+    /// told.
+    fn between(x: Vec2, [a, b]: [f64; 2], away: Vec2, distance: f64, least: f64) -> Self {
+        let (overlap, blur) = (a + b - distance, BLUR * least);
+        let normal = away / (distance.signum() * away.norm());
+        Self {
+            overlap,
+            normal,
+            at: x - normal * (a - 0.5 * overlap),
+            radius: if a * b > 0.0 { a * b / (a + b) } else { 0.0 },
+            blur,
+            curvature: 1.0 / distance.abs().max(blur),
+        }
+    }
 }
 
 impl Sums {
@@ -422,9 +440,10 @@ impl Oracle {
         states: &[ImpState],
         sums: &mut Sums,
     ) {
+        let bodies: Vec<_> = self.bodies.iter().map(Body::parts).collect();
         for (slot, point) in set.iter().zip(states).enumerate() {
-            for (b, body) in self.bodies.iter().enumerate() {
-                for (part, (outline, a)) in body.parts().iter().enumerate() {
+            for (b, parts) in bodies.iter().enumerate() {
+                for (part, (outline, a)) in parts.iter().enumerate() {
                     let which = (slot, b, part);
                     self.point_and_body(step, which, point, (outline, *a), sums);
                 }
@@ -443,27 +462,19 @@ impl Oracle {
     ) {
         let (x, body) = (Vec2::from(state.position), &self.bodies[b]);
         let near = nearest(outline, x);
-        let overlap = a + info.radius - near.distance;
+        let (radii, away) = ([info.radius, a], x - near.point);
+        let mut place = Place::between(x, radii, away, near.distance, info.radius);
+        let Place { overlap, at, .. } = place;
         if overlap < -2.0 * info.radius {
             return;
         }
-        let blur = BLUR * info.radius;
-        if has_two_normals(outline, x, near.distance, blur) && overlap > -blur {
+        if has_two_normals(outline, x, near.distance, place.blur) && overlap > -place.blur {
             sums.expected.doubtful = Some("a point as near to one edge as to another");
         }
-        let away = x - near.point;
-        let normal = away / (near.distance.signum() * away.norm());
-        let at = x - normal * (info.radius - 0.5 * overlap);
+        if a == 0.0 {
+            place.radius = info.radius;
+        }
         let r = at - body.pose.xy();
-        let both = a * info.radius / (a + info.radius);
-        let place = Place {
-            overlap,
-            normal,
-            at,
-            radius: if a > 0.0 { both } else { info.radius },
-            blur,
-            curvature: 1.0 / near.distance.abs().max(blur),
-        };
         let surfaces = &self.config.point_surfaces;
         let surface = surfaces.get(info.group as usize).map_or("", String::as_str);
         let law = self.law([surface, &body.surface], &self.config.point_contact);
@@ -475,7 +486,12 @@ impl Oracle {
         let point = &mut sums.expected.points[slot];
         point.couple += cross(at - x, touch.force);
         let stiffness = [k_n, k_t];
-        sums.press(slot, (&touch, 1.0), (&law, stiffness), (info.radius, blur));
+        sums.press(
+            slot,
+            (&touch, 1.0),
+            (&law, stiffness),
+            (info.radius, place.blur),
+        );
         let load = &mut sums.expected.loads[b];
         load.points -= touch.force.push(cross(r, touch.force));
         load.contacts += u64::from(overlap > 0.0);
@@ -483,7 +499,7 @@ impl Oracle {
         // L-2 counts what is within half a radius, as F-6 does.
         if overlap + 0.5 * info.radius > 0.0 {
             let (light, turns) = (sides[1].0, body.mobility().z);
-            let (n, t) = (cross(r, normal), cross(r, left(normal)));
+            let (n, t) = (cross(r, place.normal), cross(r, left(place.normal)));
             load.rate += k_n * (light + n * n * turns) + k_t * (light + t * t * turns);
         }
     }
@@ -511,21 +527,13 @@ impl Oracle {
                     continue;
                 };
                 let at = |slot: usize| Vec2::from(states[slot].position);
-                let (away, reach) = (at(q) - at(p), first.radius + second.radius);
-                let overlap = reach - away.norm();
+                let (away, radii) = (at(q) - at(p), [first.radius, second.radius]);
                 let least = first.radius.min(second.radius);
+                let place = Place::between(at(q), radii, away, away.norm(), least);
+                let overlap = place.overlap;
                 if overlap < -2.0 * least {
                     continue;
                 }
-                let normal = away.normalize();
-                let place = Place {
-                    overlap,
-                    normal,
-                    at: at(q) - normal * (first.radius - 0.5 * overlap),
-                    radius: first.radius * second.radius / reach,
-                    blur: BLUR * least,
-                    curvature: 1.0 / away.norm(),
-                };
                 let sides = [(first, q), (second, p)]
                     .map(|(info, k)| self.point(step, info, &states[k], place.at));
                 let who = Who::Points(first.id, second.id);
@@ -586,39 +594,30 @@ impl Oracle {
         let common = self.config.body_contact.as_ref()?;
         let (one, other) = (&self.bodies[i], &self.bodies[j]);
         let (a, b) = (one.vertices[v].1, other.vertices[e].1);
-        let away = x - y;
-        let overlap = a + b - away.norm();
-        let blur = BLUR * (a + b);
-        if overlap < -blur - 0.5 * (a + b) {
+        let (away, apart) = (x - y, (x - y).norm());
+        if apart > (1.5 + BLUR) * (a + b) {
             return None;
         }
-        let normal = away.normalize();
-        let at = x - normal * (a - 0.5 * overlap);
-        let (r, s) = (at - one.pose.xy(), at - other.pose.xy());
-        let place = Place {
+        let place = Place::between(x, [a, b], away, apart, a + b);
+        let Place {
             overlap,
-            normal,
             at,
-            radius: if a > 0.0 && b > 0.0 {
-                a * b / (a + b)
-            } else {
-                0.0
-            },
-            blur,
-            curvature: 1.0 / away.norm(),
-        };
+            normal,
+            ..
+        } = place;
+        let (r, s) = (at - one.pose.xy(), at - other.pose.xy());
         let law = self.law([&one.surface, &other.surface], common);
         let who = Who::Bodies(i, v, j, e);
         let sides = [one.side(r), other.side(s)];
         let (touch, law) = self.touch(step, (who, law), sides, place, sums);
-        let mut row = vec![0.0; 3 * self.bodies.len()];
+        let mut row = DVector::zeros(3 * self.bodies.len());
         for (b, sign, r) in [(i, 1.0, r), (j, -1.0, s)] {
             let load = &mut sums.expected.loads[b];
             load.bodies += touch.force.push(cross(r, touch.force)) * sign;
             load.blur += touch.blur;
             let roots = self.bodies[b].mobility().map(f64::sqrt);
             let stretch = normal.push(cross(r, normal)).component_mul(&roots) * sign;
-            row[3 * b..][..3].copy_from_slice(stretch.as_slice());
+            row.fixed_rows_mut::<3>(3 * b).copy_from(&stretch);
         }
         if overlap <= 0.0 {
             return None;
@@ -784,30 +783,16 @@ impl Oracle {
     }
 }
 
-/// The largest squared frequency in 1/s^2 of the bodies on their normal springs: a Rayleigh quotient, so never above it.
+/// The largest squared frequency in 1/s^2 of the bodies on their normal springs.
 fn frequency(springs: &[Spring]) -> f64 {
-    let dot = |a: &[f64], b: &[f64]| -> f64 { a.iter().zip(b).map(|(a, b)| a * b).sum() };
-    let mut best = 0.0_f64;
-    // Begun with what presses one spring.
-    for (_, start) in springs {
-        let mut q = start.clone();
-        for _ in 0..40 {
-            let square = dot(&q, &q);
-            if square == 0.0 {
-                break;
-            }
-            let (mut next, mut energy) = (vec![0.0; q.len()], 0.0);
-            for (stiffness, row) in springs {
-                let stretch = dot(row, &q) / square.sqrt();
-                energy += stiffness * stretch * stretch;
-                let pull = next.iter_mut().zip(row);
-                pull.for_each(|(next, w)| *next += stiffness * stretch * w);
-            }
-            best = best.max(energy);
-            q = next;
-        }
+    let both = |i: usize, j: usize| {
+        let [(k, row), (other_k, other)] = [&springs[i], &springs[j]];
+        (k * other_k).sqrt() * row.dot(other)
+    };
+    match springs.len() {
+        0 => 0.0,
+        n => DMatrix::from_fn(n, n, both).symmetric_eigenvalues().max(),
     }
-    best
 }
 
 /// Parts along N and T.

@@ -7,8 +7,13 @@
 
 use std::collections::HashSet;
 
-use interface::config::{Drift, StressUpdate, Transfer, Wall, Walls};
+use interface::config::{
+    Drift, MaterialModel, MpmConfig, ShapeFunction, StressUpdate, Transfer, Wall, Walls,
+};
 use interface::message::wire::ImpForce;
+
+use crate::expression::{Expression, Meaning};
+use crate::fill::{fill, refuse_overlap};
 
 /// A shape function of the distance from a node in cells, and its derivative, as the paper prints them.
 #[derive(Debug, Clone, Copy)]
@@ -61,6 +66,8 @@ impl Kernel {
 /// A point of linear elastic or von Mises' material.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct RefPoint {
+    /// Its group.
+    pub group: usize,
     /// Position in m.
     pub x: [f64; 2],
     /// Velocity in m/s.
@@ -152,7 +159,105 @@ struct Node {
 /// An index along an axis, and all indices at which it appears, with signs.
 type Along = (i64, Vec<(i64, [f64; 2])>);
 
+/// Bulk and shear modulus of a material, and yield stress and hardening modulus if it yields, in Pa.
+fn moduli(model: &MaterialModel) -> Option<([f64; 2], Option<[f64; 2]>)> {
+    match *model {
+        MaterialModel::LinearElastic {
+            bulk_modulus: bulk,
+            shear_modulus: shear,
+        } => Some(([bulk, shear], None)),
+        MaterialModel::VonMises {
+            bulk_modulus: bulk,
+            shear_modulus: shear,
+            yield_stress: strength,
+            hardening_modulus: hardening,
+        } => Some(([bulk, shear], Some([strength, hardening]))),
+        _ => None,
+    }
+}
+
+fn kernel(shape: ShapeFunction, box_in_cells: f64) -> Kernel {
+    match shape {
+        ShapeFunction::Linear => Kernel::Linear,
+        ShapeFunction::Ugimp => Kernel::Ugimp((0.5 * box_in_cells).min(0.5)),
+        ShapeFunction::QuadraticBspline => Kernel::Quadratic,
+        ShapeFunction::CubicBspline => Kernel::Cubic,
+    }
+}
+
+/// Formulas in x and y.
+fn field<const N: usize>(sources: Option<&[String; N]>, x: [f64; 2]) -> Option<[f64; N]> {
+    let Some(sources) = sources else {
+        return Some([0.0; N]);
+    };
+    let slot = |name: &str| match name {
+        "x" => Some(Meaning::Slot(0)),
+        "y" => Some(Meaning::Slot(1)),
+        _ => None,
+    };
+    let mut values = [0.0; N];
+    for (value, source) in values.iter_mut().zip(sources) {
+        *value = Expression::compile(source, &slot).ok()?.evaluate(&x);
+    }
+    Some(values)
+}
+
 impl Reference {
+    /// The layers of a configuration, each with its points in the order of the configuration; `None` where it has something
+    /// that is not known here.
+    pub fn layers(config: &MpmConfig) -> Option<Vec<Self>> {
+        let c = config;
+        let cells = [0, 1].map(|a| ((c.domain[1][a] - c.domain[0][a]) / c.cell).round() as i64);
+        let empty = Self {
+            points: Vec::new(),
+            kernels: [Kernel::Linear; 2],
+            transfer: c.transfer,
+            lower: c.domain[0],
+            cells,
+            cell: c.cell,
+            gravity: c.gravity,
+            walls: c.walls,
+            stress_update: c.stress_update,
+            drift: c.drift(),
+            wall_impulse: [0.0; 2],
+            elastic: 0.0,
+            plastic: 0.0,
+        };
+        let (mut layers, mut filled) = (Vec::new(), Vec::new());
+        for (g, group) in c.groups.iter().enumerate() {
+            let region = fill(group, c.cell, "").ok()?;
+            let material = c.materials.get(group.material)?;
+            let ([bulk, shear], yields) = moduli(&material.model)?;
+            if g == 0 || c.layers {
+                layers.push(empty.clone());
+            }
+            let layer = layers.last_mut()?;
+            layer.kernels = region.sides.map(|side| kernel(c.shape, side / c.cell));
+            for &x in &region.positions {
+                let more = field(group.fields.velocity.as_ref(), x)?;
+                layer.points.push(RefPoint {
+                    group: g,
+                    x,
+                    v: [0, 1].map(|a| group.velocity[a] + more[a]),
+                    stress: field(group.fields.stress.as_ref(), x)?,
+                    ratio: 1.0,
+                    mass: material.density * region.box_area(),
+                    volume: region.box_area(),
+                    bulk,
+                    shear,
+                    yields,
+                    ..RefPoint::default()
+                });
+            }
+            filled.push(region);
+        }
+        let apart = |a: usize, b: usize| {
+            !c.layers || c.group_pairs.iter().any(|p| [[a, b], [b, a]].contains(p))
+        };
+        refuse_overlap(&c.groups, &filled, apart).ok()?;
+        Some(layers)
+    }
+
     /// Along `axis`: numbers of nodes with their places and signs.
     fn along(&self, axis: usize) -> Vec<Along> {
         let n = self.cells[axis];

@@ -1,0 +1,7 @@
+//! The oracles of the kit and of the solvers' tests: plain and slow.
+
+pub mod bodies;
+mod continuum;
+pub mod law;
+
+pub use continuum::{Kernel, RefPoint, Reference};
