@@ -8,8 +8,8 @@ use std::time::Duration;
 use conformance::profile::{Profile, profiles};
 use conformance::report::{Paint, json, junit, listing, row, summary};
 use conformance::{Examination, ExamineError, Judged, Options, RandomCases, examine};
-use conformance::{Start, Subject};
 use interface::files;
+use interface::hosted::{Start, Subject};
 use interface::message::control::Party;
 
 use crate::cli::ConformanceArgs;

@@ -3,10 +3,10 @@
 use std::process::ExitCode;
 use std::time::Duration;
 
-use conformance::replay::{Options, Outcome, ReplayError, replay};
-use conformance::{Start, Subject};
+use interface::hosted::{Start, Subject};
 use interface::message::control::Party;
 use interface::recording::End;
+use interface::recording::replay::{Options, Outcome, ReplayError, replay};
 use interface::transport::remains::sweep;
 
 use crate::cli::ReplayArgs;

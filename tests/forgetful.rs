@@ -5,11 +5,12 @@
 use std::time::Duration;
 
 use conformance::{Options, RandomCases, examine};
-use conformance::{PATIENCE, Subject, Verdict};
+use conformance::{PATIENCE, Verdict};
 use dem_proc::Sdem;
 use interface::config::capability::Capabilities;
 use interface::config::{DemConfig, MpmConfig};
 use interface::forces::{Forces, Points};
+use interface::hosted::Subject;
 use interface::message::control::Party;
 use interface::message::wire::{
     EnvelopeVertex, ImpForce, ImpInfo, ImpState, Limits, PointState, bytes_of, records_of,

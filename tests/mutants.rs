@@ -12,7 +12,8 @@ use conformance::mutant_program;
 use conformance::profile::{Profile, profiles};
 
 use conformance::{Examination, Options, RandomCases, examine};
-use conformance::{PATIENCE, Start, Subject, Verdict};
+use conformance::{PATIENCE, Verdict};
+use interface::hosted::{Start, Subject};
 use interface::message::control::Party;
 use interface::solver::{DemSolver, MpmSolver};
 use interface::transport::domain::Domain;

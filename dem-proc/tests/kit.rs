@@ -1,7 +1,8 @@
 //! The kit's random cases: forces, stiffness, travel, motion, limits, ledger, frames and saved states beside its oracle.
 
-use conformance::{Subject, random_cases};
+use conformance::random_cases;
 use dem_proc::Sdem;
+use interface::hosted::Subject;
 use interface::message::control::Party;
 use interface::session::serve_dem;
 

@@ -13,7 +13,8 @@
 //! | [`step`] | one time step, and the clock |
 //! | [`transport`] | how messages cross: shared memory, direct calls, and the names and waits of a run |
 //! | [`session`] | the protocol: the three parties of a session, over any transport; a solver as a program |
-//! | [`recording`], [`trace`] | every message of a run in a file; what each party does when |
+//! | [`recording`], [`trace`] | every message of a run in a file, and played to a solver again; what each party does when |
+//! | [`hosted`] | one solver alone, led message by message |
 //! | [`processor`] | the check of the processor at the start of a program |
 //! | [`saved`] | the bytes of a saved state |
 //!
@@ -24,6 +25,7 @@
 pub mod config;
 pub mod files;
 pub mod forces;
+pub mod hosted;
 pub mod impulse;
 pub mod ledger;
 pub mod message;

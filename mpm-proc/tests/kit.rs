@@ -1,6 +1,7 @@
 //! The kit's random cases: sets, states, motion under forces, limits, ledger, frames and saved states beside its oracle.
 
-use conformance::{Subject, random_cases};
+use conformance::random_cases;
+use interface::hosted::Subject;
 use interface::message::control::Party;
 use interface::session::serve_mpm;
 use mpm_proc::Mpm;

@@ -4,7 +4,7 @@
 //! [`random`] judges the physics of bodies by random cases beside an oracle; what else is said of a clause here is of the others.
 //! `bench` is where a clause is judged: sessions with the solver, time, a peer of mass points. [`clause`] holds the
 //! clauses as data, `verdict` what becomes of them, [`report`] how that is shown, [`mutant`] the broken solvers that
-//! prove that each clause can fail. [`replay`] plays a recorded run to a solver instead and compares what it answers.
+//! prove that each clause can fail.
 //!
 //! # How to add a clause
 //!
@@ -46,7 +46,6 @@ mod options;
 mod part;
 pub mod profile;
 mod random;
-pub mod replay;
 pub mod report;
 mod trace;
 mod verdict;
@@ -57,10 +56,11 @@ use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::time::{Duration, Instant};
 
 use interface::config::capability::Capabilities;
+use interface::hosted::Subject;
 use interface::message::control::Party;
 use thiserror::Error;
 
-pub use bench::{PATIENCE, Solve, Start, Subject};
+pub use bench::PATIENCE;
 pub use options::{Options, RandomCases};
 pub use verdict::Verdict;
 
@@ -68,7 +68,7 @@ use bench::Bench;
 use clause::{Clause, Level};
 use profile::Profile;
 use trace::Trace;
-use verdict::{Unmet, Why};
+use verdict::Unmet;
 
 /// The kit cannot begin.
 #[derive(Debug, Error)]
@@ -101,10 +101,10 @@ pub struct Judged {
 }
 
 impl Judged {
-    fn blocked(clause: &'static Clause, by: &'static str) -> Self {
+    fn of(clause: &'static Clause, verdict: Verdict) -> Self {
         Self {
             clause,
-            verdict: Verdict::Blocked { by },
+            verdict,
             wall: Duration::ZERO,
             trace: Trace::default(),
             case: None,
@@ -118,7 +118,7 @@ impl Judged {
 
     /// Whether it was not judged because the solver does not take what it is about.
     pub fn left_out(&self) -> bool {
-        matches!(&self.verdict, Verdict::NotApplicable { why, .. } if *why != Why::OutOfSight)
+        matches!(self.verdict, Verdict::NotApplicable { left_out: true, .. })
     }
 
     /// Why it was not judged.
@@ -254,7 +254,7 @@ pub fn random_cases(
 /// Tests clauses of a table whose first one is `first`, several at the same time; calls `tell` with the verdicts in order.
 ///
 /// A clause is blocked where one that it is after is broken, however many are judged at once. Those that measure time come
-/// first, one by one, with those that they are after.
+/// last, one by one.
 fn judge_all(
     subject: &Subject,
     options: &Options,
@@ -280,7 +280,7 @@ fn judge_all(
     };
     let judge = |clause: &'static Clause| {
         if let Some(by) = blocked(clause) {
-            return Judged::blocked(clause, by);
+            return Judged::of(clause, Verdict::Blocked { by });
         }
         let mut options = options.clone();
         if impatient.load(Ordering::Relaxed) {
@@ -301,37 +301,37 @@ fn judge_all(
             let clause = judged.clause;
             if let Some(by) = blocked(clause) {
                 breaks(clause, by);
-                judged = Judged::blocked(clause, by);
+                judged = Judged::of(clause, Verdict::Blocked { by });
             }
             tell(&judged);
             done.push(judged);
         }
     };
-    let timed = || clauses.iter().filter(|clause| clause.alone);
-    let (early, late): (Vec<_>, Vec<_>) = (0..).zip(clauses).partition(|(_, clause)| {
-        let needed = timed().any(|timed| timed.after.contains(&clause.id));
-        first == Some(clause.id) || clause.alone || needed
-    });
-    for (place, clause) in early {
-        take(place, judge(clause));
+    let (first_of_all, rest): (Vec<_>, Vec<_>) =
+        (0..).zip(clauses).partition(|(_, c)| first == Some(c.id));
+    let (alone, several): (Vec<_>, Vec<_>) = rest.into_iter().partition(|(_, c)| c.alone);
+    let jobs = options.jobs.max(1);
+    for (jobs, clauses) in [(1, first_of_all), (jobs, several), (1, alone)] {
+        let next = AtomicUsize::new(0);
+        let (sender, receiver) = std::sync::mpsc::channel();
+        std::thread::scope(|scope| {
+            for _ in 0..jobs {
+                let (sender, next, clauses, judge) = (sender.clone(), &next, &clauses, &judge);
+                scope.spawn(move || {
+                    while let Some((place, clause)) =
+                        clauses.get(next.fetch_add(1, Ordering::Relaxed))
+                    {
+                        // The receiver lives until all results are sent.
+                        let _ = sender.send((*place, judge(clause)));
+                    }
+                });
+            }
+            drop(sender);
+            for (place, judged) in receiver {
+                take(place, judged);
+            }
+        });
     }
-    let next = AtomicUsize::new(0);
-    let (sender, receiver) = std::sync::mpsc::channel();
-    std::thread::scope(|scope| {
-        for _ in 0..options.jobs.max(1) {
-            let (sender, next, late, judge) = (sender.clone(), &next, &late, &judge);
-            scope.spawn(move || {
-                while let Some((place, clause)) = late.get(next.fetch_add(1, Ordering::Relaxed)) {
-                    // The receiver lives until all results are sent.
-                    let _ = sender.send((*place, judge(clause)));
-                }
-            });
-        }
-        drop(sender);
-        for (place, judged) in receiver {
-            take(place, judged);
-        }
-    });
     done
 }
 
@@ -358,15 +358,16 @@ fn judge_at_random(
         campaign = random::campaign(subject, options, takes, clauses);
     }
     let case = |failure: &random::Failure| (failure.seed, failure.case.clone());
-    let judged = clauses.iter().map(|&clause| Judged {
-        clause,
-        verdict: match root {
+    let judged = clauses.iter().map(|&clause| {
+        let verdict = match root {
             Some(root) => Verdict::Blocked { by: root.clause.id },
             None => campaign.verdict(clause, takes),
-        },
-        wall: start.elapsed(),
-        trace: Trace::default(),
-        case: campaign.failure(clause).map(case),
+        };
+        Judged {
+            wall: start.elapsed(),
+            case: campaign.failure(clause).map(case),
+            ..Judged::of(clause, verdict)
+        }
     });
     judged.collect()
 }
@@ -394,11 +395,9 @@ fn judge(
     };
     let awaited = bench.was_kept_waiting();
     let judged = Judged {
-        clause,
-        verdict,
         wall: start.elapsed(),
         trace: bench.into_trace(),
-        case: None,
+        ..Judged::of(clause, verdict)
     };
     (judged, awaited)
 }

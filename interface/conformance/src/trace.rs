@@ -3,19 +3,9 @@
 use std::fmt::Write as _;
 use std::time::Duration;
 
-use interface::transport::raw::{Message, Payload};
-use serde::Serialize;
+use interface::message::control::Party;
+use interface::transport::raw::{Channel, Message, Payload};
 use serde_json::{Value, json};
-
-/// Direction of a message.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Direction {
-    /// From the kit.
-    ToSolver,
-    /// To the kit.
-    FromSolver,
-}
 
 /// The messages of one clause, if they are wanted: each the header with its kind and way, which of the clause's runs it is
 /// of, from 1, the time since the clause began in s, the records or the control message decoded, and the latter's bytes.
@@ -29,14 +19,15 @@ impl Trace {
     }
 
     /// Takes note of a message.
-    pub fn note(&mut self, run: u32, time: Duration, direction: Direction, message: &Message) {
+    pub fn note(&mut self, run: u32, time: Duration, solver: Party, message: &Message) {
         let Some(lines) = &mut self.0 else {
             return;
         };
         let mut line = json!(message.header);
         line["run"] = run.into();
         line["time"] = time.as_secs_f64().into();
-        line["way"] = json!(direction);
+        let said = Channel::of(solver, message.kind()).from() == solver;
+        line["way"] = if said { "from_solver" } else { "to_solver" }.into();
         line["kind"] = json!(message.kind());
         let (decoded, bytes) = decoded(message);
         line["decoded"] = decoded.into();

@@ -21,26 +21,15 @@ pub enum Verdict {
     NotApplicable {
         /// The refused key with the solver's message, what it does not take, or why it cannot be seen.
         reason: String,
-        /// Which of these.
+        /// Whether the solver has got out of it: by a refusal, or because it does not take it.
         #[serde(skip)]
-        why: Why,
+        left_out: bool,
     },
     /// It cannot be judged, because another clause is broken.
     Blocked {
         /// The other clause.
         by: &'static str,
     },
-}
-
-/// Why a clause is not judged.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Why {
-    /// The solver refused the configuration.
-    Refused,
-    /// It has said in Hello that it does not take what the clause is about.
-    NotTaken,
-    /// It cannot be seen in this way of running.
-    OutOfSight,
 }
 
 /// The numbers that show how a clause is broken.
@@ -112,14 +101,13 @@ impl From<ChannelError> for Unmet {
 
 impl From<Unmet> for Verdict {
     fn from(unmet: Unmet) -> Self {
-        let reason = unmet.to_string();
-        let why = match unmet {
-            Unmet::Broken(evidence) => return Self::Fail(evidence),
-            Unmet::Declined(_) => Why::Refused,
-            Unmet::Lacking(_) => Why::NotTaken,
-            Unmet::OutOfSight(_) => Why::OutOfSight,
-        };
-        Self::NotApplicable { reason, why }
+        if let Unmet::Broken(evidence) = unmet {
+            return Self::Fail(evidence);
+        }
+        Self::NotApplicable {
+            reason: unmet.to_string(),
+            left_out: !matches!(unmet, Unmet::OutOfSight(_)),
+        }
     }
 }
 

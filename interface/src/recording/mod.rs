@@ -1,8 +1,8 @@
 //! A recording of a run at the interface: every message, as it was sent, in a file.
 //!
 //! The coupler writes it ([`Recorder`]), for solvers in any language. It records its own messages, and reads those
-//! between the two solvers as a second subscriber (PROTOCOL.md clause C-1). [`Playback`] reads the file. Within a
-//! channel the order is that of sending; between channels it is only approximately so.
+//! between the two solvers as a second subscriber (PROTOCOL.md clause C-1). [`Playback`] reads the file, [`replay`] plays it
+//! to one solver. Within a channel the order is that of sending; between channels it is only approximately so.
 //!
 //! Layout, all numbers little-endian:
 //!
@@ -23,6 +23,7 @@
 
 mod playback;
 mod recorder;
+pub mod replay;
 mod tap;
 
 use std::io;

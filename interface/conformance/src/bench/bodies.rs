@@ -51,7 +51,7 @@ impl Run<'_> {
     /// Sends the states of the next step, with the set if there is a new one.
     pub fn send_states(&mut self, states: &[ImpState]) -> Result<(), Unmet> {
         // Before the first states there is always a set (I-6).
-        if !self.fresh && self.generation() > 0 {
+        if !self.fresh && self.at.generation > 0 {
             return self.send_flagged(0, states);
         }
         self.fresh = false;
@@ -60,7 +60,7 @@ impl Run<'_> {
             flags: flags::NEW_SET,
             ..self.header()
         };
-        self.send(header, Payload::Set(self.imps().to_vec()))?;
+        self.send(header, Payload::Set(self.at.set.clone()))?;
         self.send_flagged(flags::NEW_SET, states)
     }
 
@@ -74,8 +74,8 @@ impl Run<'_> {
                 break (header, forces);
             }
         };
-        if forces.len() < self.imps().len() {
-            let expected = format_args!("{} forces", self.imps().len());
+        if forces.len() < self.at.set.len() {
+            let expected = format_args!("{} forces", self.at.set.len());
             return Err(broken(expected, forces.len()).at(step));
         }
         self.done(1);

@@ -105,8 +105,8 @@ impl Run<'_> {
             self.at.set = set;
             self.at.generation = header.set;
         }
-        if states.len() < self.imps().len() {
-            let expected = format_args!("{} states", self.imps().len());
+        if states.len() < self.at.set.len() {
+            let expected = format_args!("{} states", self.at.set.len());
             return Err(broken(expected, states.len()).at(step));
         }
         Ok(Some(Shown {
@@ -126,7 +126,7 @@ impl Run<'_> {
 
     /// No force on any point.
     pub fn no_forces(&self) -> Vec<ImpForce> {
-        vec![ImpForce::default(); self.imps().len()]
+        vec![ImpForce::default(); self.at.set.len()]
     }
 
     /// One exchange of a granted step, in which nothing presses.

@@ -9,11 +9,9 @@ mod points;
 mod run;
 mod saved;
 mod session;
-mod subject;
 
 pub use bodies::Answer;
 pub use continuum::{Shown, around_all, outline};
 pub use points::Points;
 pub use run::{Budget, Run, WindowReport, at_least};
 pub use session::{Bench, HASH, PATIENCE, Session, configure};
-pub use subject::{Solve, Start, Subject};

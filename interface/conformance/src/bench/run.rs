@@ -9,6 +9,7 @@ use interface::message::wire::{
 use interface::step::{Clock, Step};
 use interface::transport::raw::{Kind, Message, Payload};
 
+use super::points::Points;
 use super::session::{Bench, Session};
 use crate::verdict::{Unmet, broken, require};
 
@@ -39,9 +40,9 @@ pub struct RunState {
     /// The epoch that it is in; 0 before the first.
     epoch: u64,
     /// Generation of the IMP set.
-    pub(super) generation: u64,
+    pub generation: u64,
     /// The IMPs, slot by slot.
-    pub(super) set: Vec<ImpInfo>,
+    pub set: Vec<ImpInfo>,
 }
 
 /// A message with its header.
@@ -99,13 +100,16 @@ pub struct Run<'b> {
     pub window: u64,
     /// Of the grants to come.
     pub budget: Budget,
+    /// The points that the kit is, in clauses of both sides.
+    pub points: Points,
     /// Outlines of the bodies that the kit is, answered when they are asked for.
     pub outlines: Vec<EnvelopeVertex>,
     /// Of their forces to come (F-9).
     pub travel: f64,
     /// Flags of their forces to come.
     pub flags: u64,
-    pub(super) at: RunState,
+    /// Where it stands.
+    pub at: RunState,
     pub(super) coupled: bool,
     /// The set of the continuum that the kit is has not been sent.
     pub(super) fresh: bool,
@@ -133,7 +137,7 @@ impl Bench {
         stand: &RunState,
     ) -> Result<Run<'_>, Unmet> {
         let mut session = self.greeted()?;
-        match session.restore(order, state, |_| {}) {
+        match session.restore(order, state) {
             Err(Unmet::Declined(why)) => Err(broken("Ready after the restored state", why)),
             ready => Ok(self.led(session, ready?, order, stand.clone())),
         }
@@ -151,6 +155,7 @@ impl Bench {
             ready,
             window: self.window,
             budget: Budget::ALL,
+            points: Points::new(),
             outlines: Vec::new(),
             travel: 0.0,
             flags: 0,
@@ -183,21 +188,6 @@ impl<'b> Run<'b> {
     /// The step that comes next, as a solver sees it.
     pub fn coming(&self, measure: bool) -> Step {
         self.at.clock.step(measure)
-    }
-
-    /// Generation of the IMP set.
-    pub fn generation(&self) -> u64 {
-        self.at.generation
-    }
-
-    /// The IMPs, slot by slot.
-    pub fn imps(&self) -> &[ImpInfo] {
-        &self.at.set
-    }
-
-    /// Where the run stands.
-    pub fn stand(&self) -> RunState {
-        self.at.clone()
     }
 
     /// Takes note of steps that were done otherwise.

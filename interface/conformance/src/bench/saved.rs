@@ -42,22 +42,15 @@ impl Session<'_> {
         }
     }
 
-    /// Hands over a configuration with a state to restore, whose hash `change` may change, and waits for what the solver
-    /// says to it.
-    pub fn restore(
-        &mut self,
-        configure: &Configure,
-        state: &[u8],
-        change: impl FnOnce(&mut [u8; 32]),
-    ) -> Result<Ready, Unmet> {
+    /// Hands over a configuration with a state to restore, and waits for what the solver says to it.
+    pub fn restore(&mut self, configure: &Configure, state: &[u8]) -> Result<Ready, Unmet> {
         self.order(&Order::Configure(Configure {
             restore: true,
             ..configure.clone()
         }))?;
-        let mut hash = *blake3::hash(state).as_bytes();
-        change(&mut hash);
+        let hash = blake3::hash(state);
         let pieces = state.chunks(PIECE).map(|piece| (0, piece));
-        for (flags, piece) in pieces.chain([(flags::LAST, &hash[..])]) {
+        for (flags, piece) in pieces.chain([(flags::LAST, &hash.as_bytes()[..])]) {
             let header = StepHeader {
                 flags,
                 ..StepHeader::default()

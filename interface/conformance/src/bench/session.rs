@@ -4,14 +4,14 @@ use std::cell::{Cell, RefCell};
 use std::time::{Duration, Instant};
 
 use interface::config::capability::Capabilities;
+use interface::hosted::{Hosted, Subject};
 use interface::message::control::{Configure, Failure, Hello, Notice, Order, Party, Ready};
-use interface::transport::raw::{Kind, Message, RawRun};
-use interface::transport::wait::{Awaited, Spin, wait};
+use interface::transport::raw::{Kind, Message};
+use interface::transport::wait::until;
 
-use super::subject::{Subject, Worker};
 use crate::mutant::Flaw;
 use crate::options::Options;
-use crate::trace::{Direction, Trace};
+use crate::trace::Trace;
 use crate::verdict::{Unmet, broken};
 
 /// Longest silence of a solver that is to answer.
@@ -62,18 +62,13 @@ impl Bench {
 
     /// A run with the solver, which has been started and has said nothing yet.
     pub fn session(&self) -> Result<Session<'_>, Unmet> {
-        let raw_run = RawRun::open(self.subject.party)?;
-        let worker = self.subject.start(raw_run.domain());
-        let worker = worker.map_err(|e| broken("a solver that starts", e))?;
+        let solver = self.subject.start();
+        let solver = solver.map_err(|e| broken("a solver that starts", e))?;
         self.sessions.set(self.sessions.get() + 1);
         Ok(Session {
             bench: self,
-            raw_run,
+            solver,
             flaw: None,
-            worker,
-            failed: None,
-            awaited: Kind::Notice,
-            ended: None,
             number: self.sessions.get(),
         })
     }
@@ -120,17 +115,10 @@ pub fn configure<C: serde::Serialize>(config: &C) -> Configure {
 /// One run with the solver under test. Dropping it ends the solver.
 pub struct Session<'b> {
     bench: &'b Bench,
-    /// The coupler's and the peer's ends.
-    pub raw_run: RawRun,
+    /// The solver, and the ends of the coupler and the peer.
+    pub solver: Hosted,
     /// What is wrong with what the kit says from now on.
     pub flaw: Option<Flaw>,
-    worker: Worker,
-    /// What the solver said instead of a message.
-    pub failed: Option<Failure>,
-    /// What is awaited.
-    awaited: Kind,
-    /// The solver's end. It is reported at the second look, because what was sent before it is looked for in between.
-    ended: Option<String>,
     number: u32,
 }
 
@@ -138,20 +126,20 @@ impl Session<'_> {
     /// Sends a message as it is, and wakes its receiver.
     pub fn send(&mut self, message: &Message) -> Result<(), Unmet> {
         let Some(flaw) = &mut self.flaw else {
-            self.note(Direction::ToSolver, message);
-            return Ok(self.raw_run.send(message)?);
+            self.note(message);
+            return Ok(self.solver.run.send(message)?);
         };
         for changed in (flaw.pass)(message.clone()) {
-            self.note(Direction::ToSolver, &changed);
-            self.raw_run.send(&changed)?;
+            self.note(&changed);
+            self.solver.run.send(&changed)?;
         }
         Ok(())
     }
 
     /// Sends a message as it is, and wakes nobody.
     pub fn send_silently(&mut self, message: &Message) -> Result<(), Unmet> {
-        self.note(Direction::ToSolver, message);
-        Ok(self.raw_run.send_silently(message)?)
+        self.note(message);
+        Ok(self.solver.run.send_silently(message)?)
     }
 
     /// Sends an order.
@@ -161,23 +149,19 @@ impl Session<'_> {
 
     /// The next message of this kind, if it is there.
     pub fn take(&mut self, kind: Kind) -> Result<Option<Message>, Unmet> {
-        let message = self.raw_run.receive(kind)?;
+        let message = self.solver.run.receive(kind)?;
         if let Some(message) = &message {
-            self.note(Direction::FromSolver, message);
+            self.note(message);
         }
         Ok(message)
     }
 
     /// The next message of this kind that comes within `time`, if one does: none is expected.
     pub fn unexpected(&mut self, kind: Kind, time: Duration) -> Result<Option<Message>, Unmet> {
-        let start = Instant::now();
-        loop {
-            let message = self.take(kind)?;
-            if message.is_some() || start.elapsed() >= time {
-                return Ok(message);
-            }
-            self.raw_run.sleep(kind, Duration::from_millis(1));
-        }
+        until(time, Duration::from_millis(1), || {
+            self.take(kind).transpose()
+        })
+        .transpose()
     }
 
     /// Waits for a message of this kind.
@@ -187,13 +171,9 @@ impl Session<'_> {
 
     /// The same, for this long.
     pub fn expect_within(&mut self, kind: Kind, deadline: Duration) -> Result<Message, Unmet> {
-        (self.awaited, self.ended) = (kind, None);
-        let message = wait(self, &mut Spin::default(), deadline);
-        let message = message.map_err(|waited| {
-            let got = format_args!("nothing for {:.1} s", waited.as_secs_f64());
-            broken(format_args!("{kind:?}"), got)
-        })??;
-        self.note(Direction::FromSolver, &message);
+        let message = self.solver.expect(kind, deadline);
+        let message = message.map_err(|instead| broken(format_args!("{kind:?}"), instead))?;
+        self.note(&message);
         Ok(message)
     }
 
@@ -205,7 +185,7 @@ impl Session<'_> {
     fn notice_within(&mut self, deadline: Duration) -> Result<Notice, Unmet> {
         let message = self.expect_within(Kind::Notice, deadline)?;
         let notice = message.as_notice();
-        notice.map_err(|_| broken("a notice as section 3 says", words(&message)))
+        notice.map_err(|why| broken("a notice as section 3 says", why))
     }
 
     /// Waits for what a solver says while it starts, whose time is not counted.
@@ -247,7 +227,7 @@ impl Session<'_> {
 
     /// The same, where it may take longer than an answer.
     pub fn failure_within(&mut self, deadline: Duration) -> Result<Failure, Unmet> {
-        if let Some(failure) = self.failed.take() {
+        if let Some(failure) = self.solver.failed.take() {
             return Ok(failure);
         }
         match self.notice_within(deadline)? {
@@ -271,90 +251,14 @@ impl Session<'_> {
         self.order(&Order::Close)
     }
 
-    /// Waits for the end of the solver for `within` at most; returns how it ended.
-    pub fn end(&mut self, within: Duration) -> Option<String> {
-        let start = Instant::now();
-        loop {
-            let end = self.worker.ended();
-            if end.is_some() || start.elapsed() >= within {
-                return end;
-            }
-            interface::transport::wait::nap(Duration::from_micros(200));
-        }
-    }
-
     /// Whether a bodies' side is under test.
     pub fn is_of_bodies(&self) -> bool {
         self.bench.subject.party == Party::Dem
     }
 
-    /// Process id of the solver, if it is a process.
-    pub fn pid(&self) -> Option<u32> {
-        self.worker.pid()
-    }
-
-    fn note(&self, direction: Direction, message: &Message) {
+    fn note(&self, message: &Message) {
         let mut trace = self.bench.trace.borrow_mut();
-        trace.note(self.number, self.bench.elapsed(), direction, message);
-    }
-}
-
-impl Drop for Session<'_> {
-    fn drop(&mut self) {
-        if self.worker.pid().is_none() {
-            // A thread cannot be killed: it is told, and sees that the coupler is gone.
-            let _ = self.raw_run.send(&Message::order(&Order::Abort(
-                "the clause is judged".into(),
-            )));
-            self.raw_run.release();
-        }
-        self.worker.dismiss();
-    }
-}
-
-impl Awaited for Session<'_> {
-    type Found = Result<Message, Unmet>;
-
-    /// Short, because many clauses wait for the end of a solver.
-    const NAP: Duration = Duration::from_micros(500);
-
-    fn look(&mut self) -> Option<Self::Found> {
-        let message = self.raw_run.receive(self.awaited);
-        message.map_err(Unmet::from).transpose()
-    }
-
-    fn block(&mut self, at_most: Duration) {
-        self.raw_run.sleep(self.awaited, at_most);
-    }
-
-    fn interruption(&mut self, _: Duration) -> Option<Self::Found> {
-        let awaited = self.awaited;
-        let instead = |got: String| Some(Err(broken(format_args!("{awaited:?}"), got)));
-        if awaited != Kind::Notice {
-            match self.raw_run.receive(Kind::Notice) {
-                Ok(None) => {}
-                Ok(Some(notice)) => {
-                    if let Ok(Notice::Failed(failure)) = notice.as_notice() {
-                        self.failed = Some(failure);
-                    }
-                    return instead(words(&notice));
-                }
-                Err(error) => return Some(Err(error.into())),
-            }
-        }
-        if let Some(end) = self.ended.take() {
-            return instead(format!("a solver that {end}"));
-        }
-        self.ended = self.worker.ended();
-        None
-    }
-}
-
-/// A notice for people, or its bytes.
-fn words(message: &Message) -> String {
-    match message.as_notice() {
-        Ok(Notice::Failed(failure)) => format!("Failed: {}", failure.message),
-        Ok(notice) => format!("{notice:?}"),
-        Err(e) => format!("{e}: {:?}", message.payload),
+        let (time, party) = (self.bench.elapsed(), self.bench.subject.party);
+        trace.note(self.number, time, party, message);
     }
 }

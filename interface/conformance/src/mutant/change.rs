@@ -5,11 +5,8 @@ use std::rc::Rc;
 use std::sync::atomic::AtomicU32;
 
 use interface::config::{BodyConfig, ContactLaw, DemConfig, Motion};
-use interface::message::control::{Hello, Notice, Order};
-use interface::message::wire::{
-    Grant, ImpForce, ImpState, Ledger, Limits, Report, StepHeader, flags,
-};
-use interface::solver::Readiness;
+use interface::message::control::{Hello, Notice, Order, Ready};
+use interface::message::wire::{Grant, ImpForce, ImpState, Ledger, Limits, Report, StepHeader};
 use interface::transport::raw::{Kind, Message, Payload};
 use serde_json::Value;
 
@@ -31,10 +28,10 @@ pub fn hello(mut change: impl FnMut(&mut Hello) + 'static) -> Flaw {
 }
 
 /// Changes what is said with Ready.
-pub fn ready(change: fn(&mut Readiness)) -> Flaw {
+pub fn ready(change: fn(&mut Ready)) -> Flaw {
     Flaw::notices(move |notice| {
         if let Notice::Ready(ready) = notice {
-            change(&mut ready.readiness);
+            change(ready);
         }
     })
 }
@@ -57,17 +54,6 @@ pub fn order_bytes(mut change: impl FnMut(&mut Vec<u8>) + 'static) -> Flaw {
     })
 }
 
-/// Orders that the hosted solver does not get to see.
-pub fn ignoring(mut hide: impl FnMut(Result<Order, String>) -> bool + 'static) -> Flaw {
-    Flaw::passing(move |message| {
-        let order = matches!(message.payload, Payload::Order(_));
-        if order && hide(message.as_order()) {
-            return Vec::new();
-        }
-        vec![message]
-    })
-}
-
 /// Changes the configuration's JSON.
 pub fn json_config(mut change: impl FnMut(&mut serde_json::Map<String, Value>) + 'static) -> Flaw {
     Flaw::config(move |config| {
@@ -80,37 +66,81 @@ pub fn json_config(mut change: impl FnMut(&mut serde_json::Map<String, Value>) +
 /// Where a run is.
 #[derive(Clone, Copy, Default)]
 pub struct Now {
-    /// Of the last grant.
-    pub epoch: u64,
-    /// That comes next.
+    /// The last grant.
+    pub grant: Grant,
+    /// The step that comes next.
     pub step: u64,
     /// Sets so far.
     pub set: u64,
     /// Points of the last one.
     pub points: usize,
+    /// Flags of the last states.
+    pub of_states: u64,
+    /// Flags of the last forces.
+    pub of_forces: u64,
+    /// A report has told of a halt.
+    pub halted: bool,
+    /// Between a grant and the report on it.
+    pub granted: bool,
+    /// An order to configure has come; whether for a coupled run.
+    pub configured: Option<bool>,
+    /// An order to drain has come.
+    pub drained: bool,
+}
+
+impl Now {
+    fn learn(&mut self, message: &Message) {
+        match &message.payload {
+            Payload::Order(_) => match message.as_order() {
+                Ok(Order::Configure(order)) => self.configured = Some(order.coupled),
+                order => self.drained |= matches!(order, Ok(Order::Drain)),
+            },
+            Payload::Grant(grants) => {
+                self.granted = true;
+                for grant in grants {
+                    (self.grant, self.step) = (*grant, grant.first);
+                }
+            }
+            Payload::States(_) => self.of_states = message.header.flags,
+            Payload::Forces(_) => {
+                self.step += 1;
+                self.of_forces = message.header.flags;
+            }
+            Payload::Report(reports) => {
+                self.granted = false;
+                for report in reports {
+                    self.step = report.next;
+                    self.halted |= report.halted == 1;
+                }
+            }
+            _ => {}
+        }
+    }
 }
 
 /// Changes what passes, knowing where the run is.
-pub fn in_step(mut change: impl FnMut(&mut Message, Now) + 'static) -> Flaw {
+pub fn passing(mut pass: impl FnMut(Message, &Now) -> Vec<Message> + 'static) -> Flaw {
     let mut now = Now::default();
-    Flaw::each(move |message| {
+    Flaw::passing(move |message| {
         if let Payload::Set(set) = &message.payload {
             (now.set, now.points) = (now.set + 1, set.len());
         }
-        change(message, now);
-        match &message.payload {
-            Payload::Grant(grants) => grants
-                .iter()
-                .for_each(|g| (now.epoch, now.step) = (g.epoch, g.first)),
-            Payload::Forces(_) => now.step += 1,
-            Payload::Report(reports) => reports.iter().for_each(|report| now.step = report.next),
-            _ => {}
-        }
+        let passed = pass(message, &now);
+        passed.iter().for_each(|message| now.learn(message));
+        passed
+    })
+}
+
+/// Changes each message that passes, knowing where the run is.
+pub fn in_step(mut change: impl FnMut(&mut Message, &Now) + 'static) -> Flaw {
+    passing(move |mut message, now| {
+        change(&mut message, now);
+        vec![message]
     })
 }
 
 /// Changes the headers of messages of a kind, knowing where the run is.
-pub fn header(kind: Kind, change: fn(&mut StepHeader, Now)) -> Flaw {
+pub fn header(kind: Kind, change: fn(&mut StepHeader, &Now)) -> Flaw {
     in_step(move |message, now| {
         if message.kind() == kind {
             change(&mut message.header, now);
@@ -118,14 +148,40 @@ pub fn header(kind: Kind, change: fn(&mut StepHeader, Now)) -> Flaw {
     })
 }
 
-/// Changes the first step of a grant, given it and the step that is next.
-pub fn next_grant(first: fn(u64, u64) -> u64) -> Flaw {
+/// Changes grants, knowing where the run is.
+pub fn grant(change: fn(&mut Grant, &Now)) -> Flaw {
     in_step(move |message, now| {
         if let Payload::Grant(grants) = &mut message.payload {
-            grants
-                .iter_mut()
-                .for_each(|grant| grant.first = first(grant.first, now.step));
+            grants.iter_mut().for_each(|grant| change(grant, now));
         }
+    })
+}
+
+/// Changes reports, knowing where the run is.
+pub fn report(change: fn(&mut Report, &Now)) -> Flaw {
+    in_step(move |message, now| {
+        if let Payload::Report(reports) = &mut message.payload {
+            reports.iter_mut().for_each(|report| change(report, now));
+        }
+    })
+}
+
+/// Orders that the hosted solver does not get to see, knowing where the run is.
+pub fn ignoring(hides: fn(Result<Order, String>, &Now) -> bool) -> Flaw {
+    passing(move |message, now| {
+        let order = matches!(message.payload, Payload::Order(_));
+        if order && hides(message.as_order(), now) {
+            return Vec::new();
+        }
+        vec![message]
+    })
+}
+
+/// Says twice what this is so of.
+pub fn twice(so: fn(&Message) -> bool) -> Flaw {
+    Flaw::passing(move |message| {
+        let times = 1 + usize::from(so(&message));
+        vec![message; times]
     })
 }
 
@@ -171,22 +227,6 @@ pub fn scale(forces: &mut [ImpForce], factor: f64) {
     }
 }
 
-/// Every force that is not 0 becomes the next number.
-pub fn next_up(forces: &mut [ImpForce]) {
-    for f in forces.iter_mut().flat_map(|force| &mut force.force) {
-        *f = if *f == 0.0 { 0.0 } else { f.next_up() };
-    }
-}
-
-/// Takes the stiffness from forces that `which` picks.
-pub fn stiffness(which: fn(&ImpForce) -> bool) -> Flaw {
-    Flaw::forces(move |_, forces| {
-        for force in forces.iter_mut().filter(|force| which(force)) {
-            force.stiffness = 0.0;
-        }
-    })
-}
-
 /// Changes forces, knowing the states that they answer.
 pub fn answers(mut change: impl FnMut(&[ImpState], &mut [ImpForce]) + 'static) -> Flaw {
     let mut states = Vec::new();
@@ -194,15 +234,6 @@ pub fn answers(mut change: impl FnMut(&[ImpState], &mut [ImpForce]) + 'static) -
         Payload::States(now) if !now.is_empty() => states.clone_from(now),
         Payload::Forces(forces) => change(&states, forces),
         _ => {}
-    })
-}
-
-/// Changes the reports on measured steps.
-pub fn measured(mut change: impl FnMut(&mut Report) + 'static) -> Flaw {
-    Flaw::report(move |report| {
-        if report.measured == 1 {
-            change(report);
-        }
     })
 }
 
@@ -216,19 +247,15 @@ pub fn ledger(change: fn(&mut Ledger)) -> Flaw {
     Flaw::report(move |report| change(&mut report.ledger))
 }
 
-/// Forces that a right continuum takes.
-pub fn right(forces: &[ImpForce]) -> bool {
-    forces.iter().all(|f| {
-        let finite = f.force.iter().all(|x| x.is_finite());
-        finite && (f.stiffness > 0.0 || (f.stiffness == 0.0 && f.force == [0.0; 2]))
-    })
-}
-
-/// Forces on a continuum, knowing those before them.
+/// Forces on a continuum, knowing those before them; not those that it refuses.
 pub fn after_others(mut change: impl FnMut(&[ImpForce], &mut [ImpForce]) + 'static) -> Flaw {
     let mut before: Vec<ImpForce> = Vec::new();
     Flaw::forces(move |_, forces| {
-        if right(forces) {
+        let right = forces.iter().all(|f| {
+            let finite = f.force.iter().all(|x| x.is_finite());
+            finite && (f.stiffness > 0.0 || (f.stiffness == 0.0 && f.force == [0.0; 2]))
+        });
+        if right {
             let now = forces.clone();
             before.resize(forces.len(), ImpForce::default());
             change(&before, forces);
@@ -237,74 +264,23 @@ pub fn after_others(mut change: impl FnMut(&[ImpForce], &mut [ImpForce]) + 'stat
     })
 }
 
-/// Moves numbers of states and forces that go out by so many places, given the grant that they belong to.
-pub fn nudges(ulps: impl Fn(&Grant) -> u32 + 'static) -> Flaw {
-    let (grant, of) = shared(Grant::default());
-    let nudge = Flaw::passing(move |mut message| {
-        let ulps = ulps(&of.get());
+/// Moves numbers of states and forces that are not 0 by so many places.
+pub fn nudges(ulps: impl Fn(&Now) -> u32 + 'static) -> Flaw {
+    in_step(move |message, now| {
+        let nudge = |x: &mut f64| {
+            for _ in 0..ulps(now) {
+                *x = if *x == 0.0 { 0.0 } else { x.next_up() };
+            }
+        };
         match &mut message.payload {
-            Payload::States(states) => states.iter_mut().for_each(|state| nudged(state, ulps)),
-            Payload::Forces(forces) => (0..ulps).for_each(|_| next_up(forces)),
+            Payload::States(states) => states.iter_mut().for_each(|s| nudge(&mut s.position[0])),
+            Payload::Forces(forces) => {
+                let numbers = forces.iter_mut().flat_map(|f| &mut f.force);
+                numbers.for_each(nudge);
+            }
             _ => {}
         }
-        vec![message]
-    });
-    Flaw::grant(move |now| grant.set(*now)).with(nudge)
-}
-
-/// What a mutant knows of the window that it is in.
-#[derive(Clone, Copy, Default)]
-pub struct Window {
-    /// By which it is granted.
-    pub grant: Grant,
-    /// The bodies have said HALT_AFTER in it.
-    pub bodies_halt: bool,
-}
-
-/// Whatever goes out with a report, knowing its window.
-pub fn at_report(mut change: impl FnMut(&Window, Message) -> Vec<Message> + 'static) -> Flaw {
-    let mut window = Window::default();
-    Flaw::passing(move |message| {
-        match &message.payload {
-            Payload::Grant(grants) => {
-                window = Window {
-                    grant: grants.first().copied().unwrap_or_default(),
-                    bodies_halt: false,
-                };
-            }
-            Payload::Forces(_) => {
-                window.bodies_halt = message.header.flags & flags::HALT_AFTER != 0;
-            }
-            Payload::Report(_) => return change(&window, message),
-            _ => {}
-        }
-        vec![message]
     })
-}
-
-/// A report with a halt.
-pub fn halts(mut message: Message, halts: bool) -> Vec<Message> {
-    if let Payload::Report(reports) = &mut message.payload
-        && halts
-    {
-        reports.iter_mut().for_each(|report| report.halted = 1);
-    }
-    vec![message]
-}
-
-/// The report of a message.
-pub fn reported(message: &Message) -> Report {
-    match &message.payload {
-        Payload::Report(reports) => reports.first().copied().unwrap_or_default(),
-        _ => Report::default(),
-    }
-}
-
-/// A position some numbers further.
-pub fn nudged(state: &mut ImpState, ulps: u32) {
-    for _ in 0..ulps {
-        state.position[0] = state.position[0].next_up();
-    }
 }
 
 /// Runs of mutants in this process.

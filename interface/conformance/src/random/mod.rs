@@ -18,10 +18,11 @@ use std::time::{Duration, Instant};
 use interface::config::capability::Capabilities;
 use interface::message::control::Party;
 
-use crate::bench::{Bench, Subject};
+use crate::bench::Bench;
 use crate::clause::Clause;
 use crate::options::Options;
 use crate::verdict::{Evidence, Unmet, Verdict};
+use interface::hosted::Subject;
 use judge::{Compared, Difference, Judge};
 use run::{Case, Stop, run, run_in_all_ways};
 

@@ -168,7 +168,7 @@ fn steps<C: Case>(bench: &Bench, case: &mut C, judge: &mut Judge) -> Result<(), 
                 measured: first,
                 frame: first && epoch.frame,
             };
-            let from = saves.then(|| (play.stand(), stand.clone(), judge.bits.len()));
+            let from = saves.then(|| (play.at.clone(), stand.clone(), judge.bits.len()));
             let mut grant = play.next_grant(epoch.dt, u64::from(steps), first);
             grant.flags |= u64::from(window.frame) * flags::FRAME;
             grant.flags |= u64::from(saves) * flags::CHECKPOINT;

@@ -4,7 +4,7 @@ use interface::config::{BodyConfig, DemConfig};
 use interface::message::wire::flags;
 
 use super::scene::{MASS, RADIUS, SPHERO, STIFFNESS, disc, law, one_disc, pressed, scene};
-use crate::bench::Bench;
+use crate::bench::{Bench, Budget, Run};
 use crate::clause::{Clause, clauses};
 use crate::mutant::{Flaw, change};
 use crate::verdict::{Judgement, require};
@@ -17,11 +17,8 @@ pub const CLAUSES: &[Clause] = clauses! {
             (g.budget_omega_sq, g.budget_speed, g.budget_damping) = (f64::MAX, f64::MAX, f64::MAX);
         });
     Must "H-1c" "stops before the step that the other side does not compute" by other_halts;
-        - "does not report a halt of the other side": {
-            let (halted, hidden) = change::shared(false);
-            let flaw = Flaw::states(move |header, _| halted.set(header.flags & flags::HALT_BEFORE != 0));
-            flaw.with(Flaw::report(move |report| report.halted *= u64::from(!hidden.get())))
-        };
+        - "does not report a halt of the other side":
+            change::report(|report, now| { if now.of_states & flags::HALT_BEFORE != 0 { report.halted = 0; } });
 };
 
 fn contact_tight(bench: &Bench) -> Judgement {
@@ -44,19 +41,16 @@ pub fn lively(bench: &Bench) -> DemConfig {
 }
 
 fn halts(bench: &Bench) -> Judgement {
-    let names = ["omega_sq", "speed", "damping"];
-    let damps = bench.takes("feature:damping");
-    for name in &names[..2 + usize::from(damps)] {
+    let budgets: [fn(&mut Budget) -> &mut f64; 3] =
+        [|b| &mut b.omega_sq, |b| &mut b.speed, |b| &mut b.damping];
+    let count = 2 + usize::from(bench.takes("feature:damping"));
+    for budget in budgets.into_iter().take(count) {
         let (mut play, points) = (bench.run_bodies(&lively(bench))?, pressed());
         play.set(&points.set);
-        match *name {
-            "omega_sq" => play.budget.omega_sq = 0.0,
-            "speed" => play.budget.speed = 0.0,
-            _ => play.budget.damping = 0.0,
-        }
+        *budget(&mut play.budget) = 0.0;
         play.grant(1e-5, 5, true)?;
         let told = play.answer(&points.states)?.header.flags & flags::HALT_AFTER != 0;
-        let expected = format_args!("HALT_AFTER beyond the budget of {name}");
+        let expected = format_args!("HALT_AFTER beyond {:?}", play.budget);
         require(told, expected, "forces without it")?;
         play.ends(true, 1)?;
     }
@@ -64,14 +58,13 @@ fn halts(bench: &Bench) -> Judgement {
 }
 
 fn other_halts(bench: &Bench) -> Judgement {
-    let (mut play, points) = (bench.run_bodies(&one_disc(bench))?, pressed());
-    play.set(&points.set);
+    let mut play = Run::begun(bench)?;
     play.grant(1e-5, 5, true)?;
-    play.answer(&points.states)?;
-    play.answer(&points.states)?;
+    play.exchange()?;
+    play.exchange()?;
     play.halt_before()?;
-    play.ends(true, 2)?;
+    play.ends(true, 3)?;
     // The session goes on.
-    play.measured(1e-5, &points.states)?;
+    play.step(1e-5)?;
     Ok("halted = 1, and goes on".into())
 }

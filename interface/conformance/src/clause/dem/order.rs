@@ -15,7 +15,7 @@ pub const CLAUSES: &[Clause] = clauses! {
     Must "I-1a" "refuses states of another step" refuses Flaw::states(|h, _| h.step += 1);
         - "does not look at the step of states": change::header(Kind::States, |h, now| h.step = now.step);
     Must "I-1b" "refuses states of another epoch" refuses Flaw::states(|h, _| h.epoch += 1);
-        - "does not look at the epoch of states": change::header(Kind::States, |h, now| h.epoch = now.epoch);
+        - "does not look at the epoch of states": change::header(Kind::States, |h, now| h.epoch = now.grant.epoch);
     Must "I-2a" "refuses a set whose ids do not increase" refuses Flaw::set(|_, set| set[1].id = 0);
         - "accepts ids in any order": Flaw::set(|_, set| {
             if set.windows(2).any(|pair| pair[0].id >= pair[1].id) {
@@ -73,10 +73,7 @@ pub const CLAUSES: &[Clause] = clauses! {
             }))
         };
     Must "G-9a" "answers the states of a step once, also with no points" by once;
-        - "answers twice": Flaw::passing(|message| match message.kind() {
-            Kind::Forces => vec![message.clone(), message],
-            _ => vec![message],
-        });
+        - "answers twice": change::twice(|message| message.kind() == Kind::Forces);
     Must "B-3a" "finds states although nobody woke it" by unwoken;
         - "looks for states only when woken": Flaw::process(|m| m.waits_to_be_woken = true);
     Should "B-2a" "wakes the receiver of what it sends" by wakes;
@@ -119,8 +116,8 @@ fn unused(bench: &Bench) -> Judgement {
 fn once(bench: &Bench) -> Judgement {
     let mut play = Run::begun(bench)?;
     for points in [pressed(), Points::new()] {
-        play.set(&points.set);
-        play.measured(1e-5, &points.states)?;
+        play.place(points);
+        play.step(1e-5)?;
         let again = play
             .session
             .unexpected(Kind::Forces, Duration::from_millis(20))?;
@@ -158,11 +155,15 @@ fn wakes(bench: &Bench) -> Judgement {
     play.grant(1e-5, 1, false)?;
     // Earlier wake-ups are consumed.
     for kind in [Kind::Forces, Kind::Report] {
-        play.session.raw_run.sleep(kind, Duration::ZERO);
+        play.session.solver.run.sleep(kind, Duration::ZERO);
     }
     play.send_states(&points.states)?;
     for kind in [Kind::Forces, Kind::Report] {
-        let woken = play.session.raw_run.sleep(kind, Duration::from_millis(500));
+        let woken = play
+            .session
+            .solver
+            .run
+            .sleep(kind, Duration::from_millis(500));
         let expected = format_args!("a wake-up with {kind:?}");
         require(woken > 0, expected, "none within 0.5 s")?;
     }
@@ -181,10 +182,8 @@ fn numbers(bench: &Bench) -> Judgement {
             let x = 0.05 + 1e-4 * f64::from(k);
             points = points.with([x, 0.0], [0.0; 2], RADIUS, 0.5);
         }
-        play.set(&points.set);
-        play.grant(1e-6, 1, false)?;
-        play.answer(&points.states)?;
-        play.report()?;
+        play.place(points);
+        play.step(1e-6)?;
     }
     Ok(format!("{counts:?}"))
 }

@@ -86,9 +86,9 @@ pub const CLAUSES: &[Clause] = clauses! {
         }));
         - "keeps springs by slot": without_contacts().with(Flaw::set(|_, set| (0..).zip(set).for_each(|(slot, info)| info.id = slot)));
     Must "F-5" "stiffness is above 0 where there is a force";
-        - "gives no stiffness to a point that is pushed": change::stiffness(|force| force.force != [0.0; 2]);
+        - "gives no stiffness to a point that is pushed": Flaw::force(|f| { if f.force != [0.0; 2] { f.stiffness = 0.0; } });
     Must "F-6" "stiffness is that of all contacts within reach", after: &["F-7"];
-        - "gives no stiffness to a point that is not yet pushed": change::stiffness(|force| force.force == [0.0; 2]);
+        - "gives no stiffness to a point that is not yet pushed": Flaw::force(|f| { if f.force == [0.0; 2] { f.stiffness = 0.0; } });
         - "counts half the stiffness": Flaw::force(|f| f.stiffness *= 0.5);
         - "counts half the tangential stiffness": Flaw::force(|f| f.tangential *= 0.5);
     Must "T-1" "bodies move by the leapfrog, as their motion and what touches them say", after: &["J-1", "F-7"];

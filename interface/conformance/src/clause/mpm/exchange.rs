@@ -20,13 +20,10 @@ pub const CLAUSES: &[Clause] = clauses! {
             }
         });
     Must "G-9b" "sends one message of states in a step" by once;
-        - "sends empty states twice": Flaw::passing(|message| {
+        - "sends empty states twice": change::twice(|message| {
             let header = message.header;
             let empty = matches!(&message.payload, Payload::States(states) if states.is_empty());
-            if empty && header.flags == 0 && header.step > 2 && header.set == 1 {
-                return vec![message.clone(), message];
-            }
-            vec![message]
+            empty && header.flags == 0 && header.step > 2 && header.set == 1
         });
     Must "E-2a" "refuses envelopes of another step" refuses Flaw::envelopes(|h, _| h.step += 1);
         - "accepts envelopes of any step": change::header(Kind::Envelopes, |h, now| h.step = now.step);
@@ -38,7 +35,7 @@ pub const CLAUSES: &[Clause] = clauses! {
     Must "F-2b" "refuses forces of another step" refuses Flaw::forces(|h, _| h.step -= 1);
         - "accepts forces of any step": change::header(Kind::Forces, |h, now| h.step = now.step);
     Must "F-2c" "refuses forces of another epoch" refuses Flaw::forces(|h, _| h.epoch += 1);
-        - "accepts forces of any epoch": change::header(Kind::Forces, |h, now| h.epoch = now.epoch);
+        - "accepts forces of any epoch": change::header(Kind::Forces, |h, now| h.epoch = now.grant.epoch);
     Must "F-3b" "refuses forces of another set" refuses Flaw::forces(|h, _| h.set += 1);
         - "accepts forces of any set": change::header(Kind::Forces, |h, now| h.set = now.set);
     Must "F-3c" "refuses fewer forces than points" refuses Flaw::forces(|h, forces| { forces.pop(); h.count -= 1; });

@@ -1,6 +1,5 @@
 //! Section 5, halting.
 
-use interface::message::control::Order;
 use interface::message::wire::{StepHeader, flags};
 use interface::transport::raw::{Kind, Message, Payload};
 
@@ -19,44 +18,29 @@ pub const CLAUSES: &[Clause] = clauses! {
         - "continues after HALT_AFTER": Flaw::forces(|header, _| header.flags = 0);
     Must "H-2c" "HALT_AFTER on the last step has no effect"
         by |bench| window(bench, Budget::ALL, 2, Some(1), (false, 2));
-        - "halts at the end of the window": change::at_report(|window, message| {
-            let ends =
-                change::reported(&message).next == window.grant.first + window.grant.steps;
-            change::halts(message, window.bodies_halt && ends)
+        - "halts at the end of the window": change::report(|report, now| {
+            let ends = report.next == now.grant.first + now.grant.steps;
+            report.halted |= u64::from(now.of_forces & flags::HALT_AFTER != 0 && ends);
         });
     Must "H-3a" "HALT_AFTER holds where both sides halt" by |bench| window(bench, SLOW, 4, Some(0), (true, 1)),
         after: &["H-1a", "H-2b"];
-        - "sends HALT_BEFORE after HALT_AFTER": change::at_report(|window, message| {
-            let report = change::reported(&message);
-            if !window.bodies_halt || report.limits.speed <= window.grant.budget_speed {
-                return vec![message];
+        - "sends HALT_BEFORE after HALT_AFTER": change::passing(|message, now| match &message.payload {
+            Payload::Report(reports)
+                if now.of_forces & flags::HALT_AFTER != 0 && reports[0].limits.speed > now.grant.budget_speed =>
+            {
+                let header = StepHeader {
+                    epoch: reports[0].epoch,
+                    step: reports[0].next,
+                    flags: flags::HALT_BEFORE,
+                    ..StepHeader::default()
+                };
+                vec![Message::new(header, Payload::States(Vec::new())), message]
             }
-            let header = StepHeader {
-                epoch: report.epoch,
-                step: report.next,
-                flags: flags::HALT_BEFORE,
-                ..StepHeader::default()
-            };
-            let halt = Message::new(header, Payload::States(Vec::new()));
-            vec![halt, message]
+            _ => vec![message],
         });
     Must "H-4a" "halts without bodies, too" by alone, after: &["H-1a"];
-        - "ignores budgets without bodies": {
-            let mut alone = false;
-            Flaw::passing(move |mut message| {
-                if let Ok(Order::Configure(configure)) = message.as_order() {
-                    alone = !configure.coupled;
-                }
-                if let Payload::Grant(grants) = &mut message.payload
-                    && alone
-                {
-                    for grant in grants {
-                        grant.budget_omega_sq = f64::MAX;
-                    }
-                }
-                vec![message]
-            })
-        };
+        - "ignores budgets without bodies":
+            change::grant(|g, now| { if now.configured == Some(false) { g.budget_omega_sq = f64::MAX; } });
 };
 
 const SLOW: Budget = Budget {

@@ -26,7 +26,7 @@ fn seldom(bench: &Bench) -> Judgement {
     let steps = 400;
     flow.coast(DT, steps)?;
     let needed = steps as f64 * DT / ALLOWED;
-    let sets = flow.generation();
+    let sets = flow.at.generation;
     let most = (1.0 + 2.0 * needed).floor();
     require(
         sets as f64 <= most,

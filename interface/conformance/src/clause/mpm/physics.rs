@@ -9,9 +9,9 @@ use crate::mutant::{Flaw, change};
 
 pub const CLAUSES: &[Clause] = clauses! {
     Must "S-2c" "Ready has the number of points, the mass of the lightest, and the time in which a wave crosses a cell";
-        - "counts one point too many": change::ready(|ready| ready.items += 1);
-        - "reports another time": change::ready(|ready| ready.courant_time *= 1.01);
-        - "reports the mass of two points": change::ready(|ready| ready.mass_min *= 2.0);
+        - "counts one point too many": change::ready(|ready| ready.readiness.items += 1);
+        - "reports another time": change::ready(|ready| ready.readiness.courant_time *= 1.01);
+        - "reports the mass of two points": change::ready(|ready| ready.readiness.mass_min *= 2.0);
     Must "I-8a" "generations count from 1, by 1 for every set, also an empty or the same one";
         - "counts sets by two": Flaw::set(|header, _| header.set += u64::from(header.set > 1));
     Must "I-1c" "states carry the step, the epoch and their number";
@@ -139,7 +139,7 @@ pub const CLAUSES: &[Clause] = clauses! {
         - "counts points that are near as contacts": Flaw::group(|group| group.contacts = group.contacts.max(1));
     Must "N-1a" "every entry of the ledger is what section 9 says", after: &["F-1a"];
         - "adds to the measured energy":
-            change::measured(|report| { if report.next > 2 { report.ledger.kinetic *= 1.0 + 1e-9; } });
+            Flaw::report(|report| { if report.next > 2 { report.ledger.kinetic *= 1.0 + 1e-9; } });
         - "adds to the impulse of gravity": change::ledger(|ledger| ledger.applied_impulse[1] *= 1.0 + 1e-6);
         - "adds to the impulse of contact": change::ledger(|ledger| ledger.contact_impulse[0] *= 1.0 + 1e-6);
         - "adds to the elastic energy": change::ledger(|ledger| ledger.elastic *= 1.01);

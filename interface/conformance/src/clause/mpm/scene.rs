@@ -105,9 +105,6 @@ pub fn block(lower: [f64; 2], velocity: [f64; 2]) -> GroupConfig {
     }
 }
 
-/// Points of [`block`].
-pub const IN_BLOCK: u64 = 64;
-
 /// One force, and the stiffness behind it.
 pub fn push(force: [f64; 2], stiffness: f64) -> ImpForce {
     ImpForce {

@@ -3,36 +3,27 @@
 use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
 
+use interface::hosted::Start;
 use interface::message::control::{Order, Party};
+use interface::session::process;
 use interface::transport::raw::{Kind, Message};
+use interface::transport::wait::until;
 use rustix::process::{Pid, Signal, kill_process};
 
 use super::run::{failure, led, order};
-use crate::bench::{Bench, Run, Session, Start};
+use crate::bench::{Bench, Run, Session};
 use crate::clause::{Clause, clauses};
 use crate::mutant::{Flaw, change};
 use crate::part::notes;
 use crate::verdict::{Judgement, Unmet, broken, require};
 
 pub const CLAUSES: &[Clause] = clauses! {
-    Must "S-9a" "ends at Abort between windows" by |bench| ends(Run::begun(bench)?.aborted()?);
-        - "ignores Abort": change::ignoring(|order| matches!(order, Ok(Order::Abort(_))));
+    Must "S-9a" "ends at Abort between windows" by |bench| ends(&mut Run::begun(bench)?.aborted()?);
+        - "ignores Abort": change::ignoring(|order, _| matches!(order, Ok(Order::Abort(_))));
     Must "S-9b" "ends at Abort while it waits for its peer"
-        by |bench| ends(in_a_step(bench)?.aborted()?), after: &["S-9a"];
-        - "ignores Abort within a step": {
-            let mut busy = false;
-            Flaw::passing(move |message| {
-                match message.kind() {
-                    Kind::Grant => busy = true,
-                    Kind::Report => busy = false,
-                    _ => {}
-                }
-                match message.as_order() {
-                    Ok(Order::Abort(_)) if busy => Vec::new(),
-                    _ => vec![message],
-                }
-            })
-        };
+        by |bench| ends(&mut in_a_step(bench)?.aborted()?), after: &["S-9a"];
+        - "ignores Abort within a step":
+            change::ignoring(|order, now| now.granted && matches!(order, Ok(Order::Abort(_))));
     Must "S-9c" "says nothing after Abort" by silent, after: &["S-9a", "S-9b"];
         - "sends a notice after Abort": Flaw::passing(|message| match message.as_order() {
             Ok(Order::Abort(_)) => vec![Message::order(&Order::Close)],
@@ -54,7 +45,7 @@ pub const CLAUSES: &[Clause] = clauses! {
         - "ends after Bye": Flaw::process(|m| m.goes_at_bye = true);
     Must "X-1a" "a failure names clause and step" by named, after: &["G-2a"];
         - "does not say which clause": change::words("G-2", "a clause");
-    Must "X-2a" "ends with status 0 after Close" by |bench| status(Run::begun(bench)?.closed()?, 0),
+    Must "X-2a" "ends with status 0 after Close" by |bench| status(Run::begun(bench)?.closed()?.solver.end(SOON), 0),
         of_processes: true;
         - "ends with status 1": Flaw::process(|m| m.status_closed = Some(1));
     Must "X-2b" "ends with status 3 after a failure" by failed, of_processes: true;
@@ -80,9 +71,9 @@ fn in_a_step(bench: &Bench) -> Result<Run<'_>, Unmet> {
 }
 
 /// Waits for the end of a solver.
-fn ends(mut session: Session) -> Judgement {
+fn ends(session: &mut Session) -> Judgement {
     let start = Instant::now();
-    let end = session.end(SOON);
+    let end = session.solver.end(SOON);
     let end = end.ok_or_else(|| broken("its end", format_args!("it lives {SOON:?} later")))?;
     Ok(format!("{end}, {:.0?} later", start.elapsed()))
 }
@@ -90,7 +81,7 @@ fn ends(mut session: Session) -> Judgement {
 fn silent(bench: &Bench) -> Judgement {
     for run in [Run::begun, in_a_step] {
         let mut session = run(bench)?.aborted()?;
-        session.end(SOON);
+        session.solver.end(SOON);
         for kind in [Kind::Notice, Kind::Report] {
             let more = session.take(kind)?;
             let got = format_args!("{more:?}");
@@ -100,10 +91,9 @@ fn silent(bench: &Bench) -> Judgement {
     Ok("between windows and in a step".into())
 }
 
-fn orphan(run: Run) -> Judgement {
-    let session = run.session;
-    session.raw_run.release();
-    ends(session)
+fn orphan(mut run: Run) -> Judgement {
+    run.session.solver.run.release();
+    ends(&mut run.session)
 }
 
 /// Of the clauses on silence, in s.
@@ -151,11 +141,11 @@ fn silent_coupler(bench: &Bench) -> Judgement {
 fn lives_till_close(bench: &Bench) -> Judgement {
     let mut run = Run::begun(bench)?;
     run.session.bye()?;
-    if let Some(end) = run.session.end(Duration::from_millis(100)) {
+    if let Some(end) = run.session.solver.end(Duration::from_millis(100)) {
         return Err(broken("a solver that waits for Close", end));
     }
     run.session.order(&Order::Close)?;
-    ends(run.session)
+    ends(&mut run.session)
 }
 
 fn named(bench: &Bench) -> Judgement {
@@ -166,11 +156,10 @@ fn named(bench: &Bench) -> Judgement {
     Ok(failure.message)
 }
 
-/// Waits for the end of a process, which shall have this status.
-fn status(mut session: Session, expected: i32) -> Judgement {
-    let end = session.end(SOON);
+/// The end of a process, which shall have this status.
+fn status(end: Option<String>, status: i32) -> Judgement {
     let end = end.unwrap_or_else(|| format!("lives {SOON:?} later"));
-    let expected = format!("ended with exit status {expected}");
+    let expected = format!("ended with exit status {status}");
     require(end == expected, expected, &end)?;
     Ok(end)
 }
@@ -180,7 +169,7 @@ fn failed(bench: &Bench) -> Judgement {
     session.order(&Order::Drain)?;
     session.failure()?;
     session.order(&Order::Abort("the solver failed".into()))?;
-    status(session, 3)
+    status(session.solver.end(SOON), 3)
 }
 
 fn unjoined(bench: &Bench) -> Judgement {
@@ -191,26 +180,21 @@ fn unjoined(bench: &Bench) -> Judgement {
     words.args(&command[1..]).stdin(Stdio::null());
     let child = words.stdout(Stdio::null()).stderr(Stdio::null()).spawn();
     let mut child = child.map_err(|e| broken("a solver that starts", e))?;
-    let start = Instant::now();
-    while start.elapsed() < bench.startup {
-        if let Ok(Some(status)) = child.try_wait() {
-            let got = interface::session::process::describe(status);
-            require(status.code() == Some(2), "ended with exit status 2", &got)?;
-            return Ok(got);
-        }
-        interface::transport::wait::nap(Duration::from_millis(1));
-    }
+    let ended = until(bench.startup, Duration::from_millis(1), || {
+        child.try_wait().ok().flatten()
+    });
     let _ = child.kill();
     let _ = child.wait();
-    Err(broken(
-        "its end",
-        format_args!("it lives {:?} later", bench.startup),
-    ))
+    status(ended.map(process::describe), 2)
 }
 
 fn interrupted(bench: &Bench) -> Judgement {
     let mut run = Run::begun(bench)?;
-    let pid = run.session.pid().and_then(|pid| i32::try_from(pid).ok());
+    let pid = run
+        .session
+        .solver
+        .pid()
+        .and_then(|pid| i32::try_from(pid).ok());
     let pid = pid.and_then(Pid::from_raw).expect("a process has an id");
     kill_process(pid, Signal::INT).map_err(|e| broken("a process that takes a signal", e))?;
     interface::transport::wait::nap(Duration::from_millis(20));
@@ -221,13 +205,8 @@ fn interrupted(bench: &Bench) -> Judgement {
 
 fn removes_nothing(bench: &Bench) -> Judgement {
     let mut session = Run::begun(bench)?.closed()?;
-    let run = session.raw_run.domain().directory().to_path_buf();
-    let ended = session.end(SOON).is_some();
-    require(
-        ended,
-        "its end after Close",
-        format_args!("it lives {SOON:?} later"),
-    )?;
+    let run = session.solver.run.domain().directory().to_path_buf();
+    ends(&mut session)?;
     let there = run.join("lock").is_file();
     require(there, "the run's directory with its lock", "they are gone")?;
     // The channels are still there: what is sent waits for somebody to take it.
@@ -239,7 +218,7 @@ fn noted(bench: &Bench) -> Judgement {
     let run = Run::begun(bench)?;
     let kit = std::process::id();
     // The kit takes part as the peer.
-    let notes = notes(run.session.raw_run.domain());
+    let notes = notes(run.session.solver.run.domain());
     let held = notes.filter(|note| note.pid != kit && note.is_locked());
     let held: Vec<String> = held.map(|note| note.pid.to_string()).collect();
     let expected = "a locked file `joined-PID.X` in the run's directory";

@@ -11,9 +11,9 @@ pub const CLAUSES: &[Clause] = clauses! {
         - "uses 0 instead of a NaN":
             Flaw::grant(|g| g.epoch_start = if g.epoch_start.is_nan() { 0.0 } else { g.epoch_start });
     Must "G-3a" "refuses a step that it has done" refuses Flaw::grant(|grant| grant.first -= 1);
-        - "accepts an old grant as the next one": change::next_grant(u64::max);
+        - "accepts an old grant as the next one": change::grant(|g, now| g.first = g.first.max(now.step));
     Must "G-3b" "refuses a grant that skips a step" refuses Flaw::grant(|grant| grant.first += 1);
-        - "accepts a grant that skips a step": change::next_grant(u64::min);
+        - "accepts a grant that skips a step": change::grant(|g, now| g.first = g.first.min(now.step));
     Must "G-3c" "refuses a grant of no steps" refuses Flaw::grant(|grant| grant.steps = 0);
         - "takes a grant of no steps as one step": Flaw::grant(|grant| grant.steps = grant.steps.max(1));
 };

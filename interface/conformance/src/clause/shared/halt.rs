@@ -1,38 +1,25 @@
 //! Section 5, halting, as far as it is the same for both sides.
 
 use interface::message::wire::flags;
-use interface::transport::raw::Payload;
 
 use super::run::led;
 use crate::bench::{Bench, Budget, Run, configure};
 use crate::clause::dem::limits::lively;
 use crate::clause::mpm::scene::single;
 use crate::clause::{Clause, clauses};
-use crate::mutant::{Flaw, change};
+use crate::mutant::change;
 use crate::verdict::{Judgement, Unmet, broken};
 use interface::config::MpmConfig;
 use interface::message::control::Party;
 
 pub const CLAUSES: &[Clause] = clauses! {
     Must "L-5a" "does not halt on the last step of a window" by last_step, needs: &["motion:free"];
-        - "halts on the last step too": change::at_report(|window, message| {
-            let report = change::reported(&message);
-            let last = report.next == window.grant.first + window.grant.steps;
-            change::halts(message, last && report.limits.speed > window.grant.budget_speed)
+        - "halts on the last step too": change::report(|report, now| {
+            let last = report.next == now.grant.first + now.grant.steps;
+            report.halted |= u64::from(last && report.limits.speed > now.grant.budget_speed);
         });
     Must "H-5a" "a halt changes no bit of the later steps" by halt_is_free, needs: &["motion:free"];
-        - "has other bits after a halt": {
-            let mut halted = false;
-            Flaw::passing(move |mut message| {
-                halted |= change::reported(&message).halted == 1;
-                match &mut message.payload {
-                    Payload::States(states) if halted => states.iter_mut().for_each(|s| change::nudged(s, 1)),
-                    Payload::Forces(forces) if halted => change::next_up(forces),
-                    _ => {}
-                }
-                vec![message]
-            })
-        };
+        - "has other bits after a halt": change::nudges(|now| u32::from(now.halted));
 };
 
 /// Less than what moves in these clauses.

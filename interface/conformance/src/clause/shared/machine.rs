@@ -11,7 +11,7 @@ use interface::transport::wait::nap;
 
 use crate::bench::{Bench, Points, Run};
 use crate::clause::dem::scene::{RADIUS, SPHERO, held_disc};
-use crate::clause::mpm::scene::{IN_BLOCK, block, scene, single};
+use crate::clause::mpm::scene::{block, scene, single};
 use crate::clause::{Clause, clauses};
 use crate::mutant::Flaw;
 use crate::verdict::{Judgement, Unmet, broken, require};
@@ -64,29 +64,28 @@ const DT: f64 = 1e-5;
 const EXCHANGED: u64 = (size_of::<ImpState>() + size_of::<ImpForce>()) as u64;
 
 /// A run after a step: a held disc pressed by a ring of points, many or two; or blocks at rest, or one point.
-fn loaded(bench: &Bench, many: bool) -> Result<(Run<'_>, Points), Unmet> {
-    let mut points = Points::new();
-    if bench.subject.party == Party::Mpm {
+fn loaded(bench: &Bench, many: bool) -> Result<Run<'_>, Unmet> {
+    let mut run = if bench.subject.party == Party::Mpm {
         let blocks = vec![block([0.2, 0.6], [0.0; 2]), block([0.6, 0.2], [0.0; 2])];
-        let config = if many {
+        bench.run_continuum(&if many {
             scene(blocks)
         } else {
             single([0.0; 2])
-        };
-        let mut run = bench.run_continuum(&config)?;
-        run.free_step(0.0)?;
-        return Ok((run, points));
-    }
-    let count = if many { POINTS } else { 2 };
-    for k in 0..count {
-        let (sin, cos) = (core::f64::consts::TAU * k as f64 / count as f64).sin_cos();
-        let r = SPHERO + 0.9 * RADIUS;
-        points = points.with([r * cos, r * sin], [0.0; 2], RADIUS, 0.5);
-    }
-    let mut run = bench.run_bodies(&held_disc())?;
-    run.set(&points.set);
-    run.measured(0.0, &points.states)?;
-    Ok((run, points))
+        })?
+    } else {
+        let mut points = Points::new();
+        let count = if many { POINTS } else { 2 };
+        for k in 0..count {
+            let (sin, cos) = (core::f64::consts::TAU * k as f64 / count as f64).sin_cos();
+            let r = SPHERO + 0.9 * RADIUS;
+            points = points.with([r * cos, r * sin], [0.0; 2], RADIUS, 0.5);
+        }
+        let mut run = bench.run_bodies(&held_disc())?;
+        run.place(points);
+        run
+    };
+    run.step(0.0)?;
+    Ok(run)
 }
 
 const NO_PROCESS: Unmet = Unmet::OutOfSight("it can be seen of a process only");
@@ -112,22 +111,20 @@ fn memory(
     counted: [u32; 2],
     allowed: fn(crossed: u64) -> u64,
 ) -> Judgement {
-    let (mut run, mut points) = loaded(bench, true)?;
-    let pid = run.session.pid().ok_or(NO_PROCESS)?;
+    let mut run = loaded(bench, true)?;
+    let pid = run.session.solver.pid().ok_or(NO_PROCESS)?;
     let mut window = || -> Result<u64, Unmet> {
-        if !run.session.is_of_bodies() {
-            run.coast(DT, WINDOW)?;
-            return Ok(WINDOW * 2 * IN_BLOCK * EXCHANGED);
-        }
         // Other points each time, so the solver can drop the state of the earlier ones.
+        let mut points = run.points.clone();
         points.set.iter_mut().for_each(|i| i.id += POINTS as u64);
-        run.set(&points.set);
+        run.place(points);
         run.grant(DT, WINDOW, false)?;
         for _ in 0..WINDOW {
-            run.answer(&points.states)?;
+            run.exchange()?;
         }
         run.report()?;
-        Ok(POINTS as u64 * (WINDOW * EXCHANGED + size_of::<ImpInfo>() as u64))
+        let sets = run.points.set.len() * size_of::<ImpInfo>();
+        Ok(run.at.set.len() as u64 * WINDOW * EXCHANGED + sets as u64)
     };
     let mut several = |[least, most]: [u32; 2]| -> Result<u64, Unmet> {
         let (start, mut crossed) = (Instant::now(), 0);
@@ -155,7 +152,7 @@ fn memory(
 
 /// Times of `count` answers, one after another; fewer, one at least, when they take longer than `long` together.
 fn answers(bench: &Bench, many: bool, count: u64, long: Duration) -> Result<Vec<Duration>, Unmet> {
-    let (mut run, points) = loaded(bench, many)?;
+    let mut run = loaded(bench, many)?;
     let of_bodies = run.session.is_of_bodies();
     run.grant(DT, count + u64::from(!of_bodies), false)?;
     if !of_bodies {
@@ -166,7 +163,7 @@ fn answers(bench: &Bench, many: bool, count: u64, long: Duration) -> Result<Vec<
     while (times.len() as u64) < count && (times.is_empty() || start.elapsed() < long) {
         let sent = Instant::now();
         if of_bodies {
-            run.answer(&points.states)?;
+            run.exchange()?;
         } else {
             run.press(&forces)?;
             run.states()?;

@@ -4,7 +4,7 @@ use std::time::Duration;
 
 use interface::message::control::{Configure, Failure, Notice, Order, Party};
 
-use crate::bench::{Bench, Run, around_all, configure};
+use crate::bench::{Bench, Points, Run, around_all, configure};
 use crate::clause::dem::scene::{one_disc, pressed};
 use crate::clause::mpm::scene::{push, single};
 use crate::mutant::Flaw;
@@ -22,9 +22,7 @@ pub fn order(bench: &Bench) -> Configure {
 pub fn led<'b>(bench: &'b Bench, order: &Configure) -> Result<Run<'b>, Unmet> {
     let mut run = bench.run(order)?;
     run.outlines = around_all(&single([0.0; 2]));
-    if run.session.is_of_bodies() {
-        run.set(&pressed().set);
-    }
+    run.place(pressed());
     Ok(run)
 }
 
@@ -34,6 +32,14 @@ impl<'b> Run<'b> {
         let mut run = led(bench, &order(bench))?;
         run.step(0.0)?;
         Ok(run)
+    }
+
+    /// From the next step on the kit is these points, where it is the continuum.
+    pub fn place(&mut self, points: Points) {
+        if self.session.is_of_bodies() {
+            self.set(&points.set);
+        }
+        self.points = points;
     }
 
     /// One measured step.
@@ -52,7 +58,7 @@ impl<'b> Run<'b> {
     /// The same, with the flags and numbers that the solver sends in it; nothing where it halts before it.
     pub fn exchange_or_halt(&mut self) -> Result<Option<(u64, Vec<f64>)>, Unmet> {
         if self.session.is_of_bodies() {
-            let answer = self.answer(&pressed().states)?;
+            let answer = self.answer(&self.points.states.clone())?;
             let numbers = answer.forces.iter();
             let numbers = numbers.flat_map(|f| [f.force[0], f.force[1], f.stiffness]);
             return Ok(Some((answer.header.flags, numbers.collect())));
@@ -80,8 +86,8 @@ impl<'b> Run<'b> {
     fn whole_step(&mut self) -> Result<(), Unmet> {
         self.grant(1e-4, 2, false)?;
         if self.session.is_of_bodies() {
-            self.set(&pressed().set);
-            self.answer(&pressed().states)?;
+            self.place(pressed());
+            self.exchange()?;
         } else {
             self.states()?;
             self.press(&[push([0.0, 1e-3], 10.0)])?;

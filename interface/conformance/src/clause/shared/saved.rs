@@ -17,7 +17,7 @@ const SAVES: &[&str] = &["save"];
 pub const CLAUSES: &[Clause] = clauses! {
     Must "K-3a" "sends its state before the report, in pieces with their hash" by saves, after: &["S-6a"],
         needs: SAVES;
-        - "sends another hash": pieces(|header, piece| { if header.flags & flags::LAST != 0 { piece[0] ^= 1; } });
+        - "sends another hash": damage();
     Must "K-4b" "refuses a state that is damaged" by damaged, after: &["K-3a"], needs: SAVES;
         - "corrects the hash of a damaged state": corrects_the_hash();
     Must "R-1a" "sends one report for each grant, with its epoch and its last step";
@@ -43,16 +43,25 @@ pub const CLAUSES: &[Clause] = clauses! {
             change::nudges(move |_| ulps)
         };
     Must "T-6b" "windows of any length give the same bits";
-        - "has other bits in windows of one step": change::nudges(|grant| u32::from(grant.steps == 1));
+        - "has other bits in windows of one step": change::nudges(|now| u32::from(now.grant.steps == 1));
     Must "K-4a" "after a restore in a new process, continues with the same bits", needs: SAVES;
         - "starts from the beginning": begins_anew();
 };
 
-/// Changes the pieces of a saved state.
+/// Changes the pieces of a saved state, whichever way they go.
 fn pieces(mut change: impl FnMut(&StepHeader, &mut Vec<u8>) + 'static) -> Flaw {
     Flaw::each(move |message| {
-        if let Payload::Saved(piece) = &mut message.payload {
+        if let Payload::Saved(piece) | Payload::Restore(piece) = &mut message.payload {
             change(&message.header, piece);
+        }
+    })
+}
+
+/// Another hash than that of the bytes before.
+fn damage() -> Flaw {
+    pieces(|header, piece| {
+        if header.flags & flags::LAST != 0 {
+            piece[5] ^= 0x10;
         }
     })
 }
@@ -89,13 +98,13 @@ fn begins_anew() -> Flaw {
 /// Gives every state that comes the hash that it has.
 fn corrects_the_hash() -> Flaw {
     let mut state = Vec::new();
-    Flaw::each(move |message| {
-        if let Payload::Restore(piece) = &mut message.payload {
-            if message.header.flags & flags::LAST == 0 {
-                state.extend_from_slice(piece);
-            } else {
-                *piece = blake3::hash(&state).as_bytes().to_vec();
-            }
+    pieces(move |header, piece| {
+        if header.flags & flags::LAST == 0 {
+            state.extend_from_slice(piece);
+        } else {
+            *piece = blake3::hash(&std::mem::take(&mut state))
+                .as_bytes()
+                .to_vec();
         }
     })
 }
@@ -123,7 +132,8 @@ fn saves(bench: &Bench) -> Judgement {
 fn damaged(bench: &Bench) -> Judgement {
     let (state, _) = saved(bench)?;
     let mut session = bench.greeted()?;
-    let reply = session.restore(&order(bench), &state, |hash| hash[5] ^= 0x10);
+    session.flaw = Some(damage());
+    let reply = session.restore(&order(bench), &state);
     require(reply.is_err(), "a refusal of the damaged state", "Ready")?;
     Ok("refused".into())
 }

@@ -73,7 +73,7 @@ fn stepped(
     let before = stand.before.as_deref();
     let states = case.states(step, &now, before.map(|before| (before, granted.dt_before)));
     let set = case.set(step);
-    if step == 0 || play.imps() != set {
+    if step == 0 || play.at.set != set {
         play.set(&set);
     }
     let passes = before.is_some_and(|before| admit::passes(case, &stand.oracle, &now, before));
@@ -88,7 +88,7 @@ fn stepped(
     let header = answer.header;
     let (said, want) = ([header.step, header.epoch], [own.step, own.epoch]);
     judge.same("F-2", "step and epoch of forces", said, want)?;
-    let generation = play.generation();
+    let generation = play.at.generation;
     let (said, want) = ([header.set, header.count], [generation, set.len() as u64]);
     judge.same("F-3", "set and count of forces", said, want)?;
     let forces = answer.forces.iter();
@@ -178,7 +178,7 @@ impl run::Case for Case {
     }
 
     fn end(&self, run: Run, _: Stand, _: &mut Judge) -> Result<(), Stop> {
-        run.closed()?.end(Duration::from_millis(500));
+        run.closed()?.solver.end(Duration::from_millis(500));
         Ok(())
     }
 

@@ -147,7 +147,7 @@ impl run::Case for Case {
             judge.same("I-1c", "step, epoch and count of states", said, want)?;
             let numbers = shown.states.iter().flat_map(|s| [s.position, s.velocity]);
             judge.keep(numbers.flatten());
-            judge.set(&shown, flow.imps(), stand, self)?;
+            judge.set(&shown, &flow.at.set, stand, self)?;
             judge.states(&shown, stand)?;
             let mut forces = vec![ImpForce::default(); stand.oracle.points.len()];
             for point in &stand.set {
@@ -200,7 +200,7 @@ impl run::Case for Case {
         let (header, points) = run.drain()?;
         judge.all_points("D-1a", (run.next(), header), &points, &mut stand)?;
         run.session.order(&Order::Close)?;
-        run.session.end(Duration::from_millis(500));
+        run.session.solver.end(Duration::from_millis(500));
         Ok(())
     }
 }

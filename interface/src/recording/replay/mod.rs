@@ -1,6 +1,6 @@
 //! Plays a recording to one solver and compares what it answers: `tandem replay`.
 //!
-//! The kit is the coupler and the other solver, as they were: orders, grants and what the other side sent come from
+//! The program is the coupler and the other solver, as they were: orders, grants and what the other side sent come from
 //! the recording, whatever the solver answers. So a difference does not grow by being fed back through the other side,
 //! and a solver can be stepped through in a debugger without the rest of the run.
 
@@ -10,17 +10,15 @@ mod script;
 use std::path::Path;
 use std::time::Duration;
 
-use interface::config::capability::Capabilities;
-use interface::message::control::{Configure, Failure, Notice, Order, Party};
-use interface::message::wire::{Grant, flags};
-use interface::recording::{End, Playback};
-use interface::transport::raw::{Kind, Message, Payload};
-
 pub use compare::Comparison;
 pub use script::ReplayError;
 use script::Script;
 
-use crate::bench::{Bench, Session, Subject};
+use super::{End, Playback};
+use crate::hosted::{Hosted, Subject};
+use crate::message::control::{Configure, Failure, Notice, Order, Party};
+use crate::message::wire::{Grant, flags};
+use crate::message::{Kind, Message, Payload};
 
 /// Longest wait for Hello, Ready, Bye, and for the end after Close.
 const CONTROL: Duration = Duration::from_mins(2);
@@ -74,14 +72,12 @@ pub fn replay(path: &Path, subject: &Subject, options: &Options) -> Result<Outco
     let end = Playback::verify(path)?;
     let party = subject.party;
     let script = Script::open(path, party)?;
-    let (how, none) = (crate::Options::default(), Capabilities::default());
-    let bench = Bench::new(subject.clone(), &how, &none);
-    let session = bench.session();
+    let solver = subject.start();
     let mut replay = Replay {
         party,
         set: &options.set,
         script,
-        session: session.map_err(|why| ReplayError::Start(party, why.to_string()))?,
+        solver: solver.map_err(|why| ReplayError::Start(party, why))?,
         comparison: Comparison::new(party, options.tolerance),
         patience: CONTROL,
         coupled: false,
@@ -94,7 +90,7 @@ pub fn replay(path: &Path, subject: &Subject, options: &Options) -> Result<Outco
     };
     Ok(Outcome {
         steps: replay.step,
-        comparison: std::mem::take(&mut replay.comparison),
+        comparison: replay.comparison,
         end,
         failed_as_recorded,
     })
@@ -104,7 +100,7 @@ struct Replay<'a> {
     party: Party,
     set: &'a [String],
     script: Script,
-    session: Session<'a>,
+    solver: Hosted,
     comparison: Comparison,
     /// Longest wait for an answer.
     patience: Duration,
@@ -117,7 +113,7 @@ impl Replay<'_> {
     fn run(&mut self) -> Result<(), Stop> {
         let hello = self.notice()?;
         if !matches!(hello, Notice::Hello(_)) {
-            return Err(self.solver(format!("{hello:?} instead of Hello")));
+            return Err(self.wrong(format!("{hello:?} instead of Hello")));
         }
         self.recorded(Kind::Notice)?;
         loop {
@@ -149,10 +145,10 @@ impl Replay<'_> {
                     }
                     Order::Close => {
                         self.send(&message)?;
-                        let end = self.session.end(CONTROL);
+                        let end = self.solver.end(CONTROL);
                         let end = end.unwrap_or_else(|| "has not ended after Close".into());
                         let right = end.ends_with("exit status 0");
-                        return if right { Ok(()) } else { Err(self.solver(end)) };
+                        return if right { Ok(()) } else { Err(self.wrong(end)) };
                     }
                     // The recorded run ended here, because of the other side or of the coupler.
                     Order::Abort(_) => return Err(self.over()),
@@ -265,7 +261,7 @@ impl Replay<'_> {
     }
 
     fn send(&mut self, message: &Message) -> Result<(), Stop> {
-        Ok(self.session.raw_run.send(message)?)
+        Ok(self.solver.run.send(message)?)
     }
 
     /// The next recorded message of a kind, or what the recording ends with instead.
@@ -279,9 +275,9 @@ impl Replay<'_> {
         let last = self.script.peek(Kind::Notice);
         let last = last.map(|message| message.map(Message::as_notice));
         match last {
-            Ok(Some(Ok(Notice::Failed(_)))) => match self.session.failure_within(self.patience) {
-                Ok(failure) => self.failed(failure),
-                Err(why) => self.solver(why.to_string()),
+            Ok(Some(Ok(Notice::Failed(_)))) => match self.notice() {
+                Ok(notice) => self.wrong(format!("{notice:?} instead of its last words")),
+                Err(stop) => stop,
             },
             Ok(_) => Stop::Over,
             Err(error) => error.into(),
@@ -295,7 +291,7 @@ impl Replay<'_> {
             Err(error) => return error.into(),
         };
         let Some(Notice::Failed(then)) = then else {
-            return self.solver(now.message);
+            return self.wrong(now.message);
         };
         if then == now {
             self.step = now.step;
@@ -328,8 +324,8 @@ impl Replay<'_> {
     /// A message that has been sent before another one that has arrived.
     fn compare_sent(&mut self, kind: Kind) -> Result<(), Stop> {
         let recorded = self.recorded(kind)?;
-        let Some(replayed) = self.session.raw_run.receive(kind)? else {
-            return Err(self.solver(format!("no {kind:?} before what follows them")));
+        let Some(replayed) = self.solver.run.receive(kind)? else {
+            return Err(self.wrong(format!("no {kind:?} before what follows them")));
         };
         self.compare(&recorded, &replayed)
     }
@@ -345,21 +341,21 @@ impl Replay<'_> {
     fn notice(&mut self) -> Result<Notice, Stop> {
         let message = self.message(Kind::Notice)?;
         let notice = message.as_notice();
-        match notice.map_err(|e| self.solver(format!("a notice that does not decode: {e}")))? {
+        match notice.map_err(|e| self.wrong(format!("a notice that does not decode: {e}")))? {
             Notice::Failed(failure) => Err(self.failed(failure)),
             other => Ok(other),
         }
     }
 
     fn message(&mut self, kind: Kind) -> Result<Message, Stop> {
-        let message = self.session.expect_within(kind, self.patience);
-        message.map_err(|why| match self.session.failed.take() {
+        let message = self.solver.expect(kind, self.patience);
+        message.map_err(|instead| match self.solver.failed.take() {
             Some(failure) => self.failed(failure),
-            None => self.solver(why.to_string()),
+            None => self.wrong(format!("expected {kind:?}, got {instead}")),
         })
     }
 
-    fn solver(&self, how: String) -> Stop {
+    fn wrong(&self, how: String) -> Stop {
         Stop::Error(ReplayError::Solver {
             party: self.party,
             step: self.step,

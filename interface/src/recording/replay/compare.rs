@@ -3,9 +3,9 @@
 use core::fmt::Display;
 use std::collections::BTreeMap;
 
-use interface::message::control::{Party, Ready};
-use interface::message::wire::{Number, Record};
-use interface::transport::raw::{Channel, Kind, Message, Payload};
+use crate::message::control::{Party, Ready};
+use crate::message::wire::{Number, Record};
+use crate::message::{Channel, Kind, Message, Payload};
 
 /// Numbers of a report that depend on the machine and not on the run.
 const OF_THE_MACHINE: [&str; 4] = ["compute_ns", "exchange_ns", "wait_ns", "cpu_ns"];
@@ -50,12 +50,6 @@ pub struct Comparison {
     scales: BTreeMap<&'static str, f64>,
     /// Ids of the IMPs, slot by slot.
     set: Vec<u64>,
-}
-
-impl Default for Comparison {
-    fn default() -> Self {
-        Self::new(Party::Dem, 0.0)
-    }
 }
 
 /// A field of the header, or of the record in a slot.
@@ -233,7 +227,7 @@ fn apart(a: f64, b: f64) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use interface::message::wire::{ImpForce, ImpInfo, StepHeader};
+    use crate::message::wire::{ImpForce, ImpInfo, StepHeader};
 
     fn forces(x: f64) -> Message {
         let force = |x| ImpForce {

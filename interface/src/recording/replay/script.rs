@@ -3,10 +3,12 @@
 use std::collections::{BTreeMap, VecDeque};
 use std::path::Path;
 
-use interface::message::control::Party;
-use interface::recording::{Playback, RecordingError};
-use interface::transport::raw::{ChannelError, Kind, Message, Payload};
+use crate::message::control::Party;
 use thiserror::Error;
+
+use crate::message::{Kind, Message, Payload};
+use crate::recording::{Playback, RecordingError};
+use crate::transport::TransportError;
 
 /// A recording could not be replayed.
 #[derive(Debug, Error)]
@@ -25,10 +27,10 @@ pub enum ReplayError {
     Override(String),
     /// The solver could not be started.
     #[error("cannot start the {0} solver: {1}")]
-    Start(Party, String),
+    Start(Party, std::io::Error),
     /// The channels do not work.
     #[error(transparent)]
-    Channel(#[from] ChannelError),
+    Channel(#[from] TransportError),
     /// The solver ended, failed or fell silent, and had not when it was recorded.
     #[error("the {party} solver at step {step}: {how}")]
     Solver {
