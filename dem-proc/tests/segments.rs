@@ -125,6 +125,58 @@ fn a_force_is_shared_by_its_foot() {
     assert_eq!(chain.forces, vec![ImpForce::default(); 3]);
 }
 
+/// Friction acts on the contact and not at the foot: the markers get its moment as couples, the spring goes the way of the surface
+/// that turns with them, in the opening its dashpot too, and no angular momentum appears.
+#[test]
+fn friction_turns_the_markers_and_goes_the_way_of_their_turning_surface() {
+    let (xi, dt, k_t, damping) = (1e-3, 1e-3, 0.6 * K, 0.1);
+    let spins = [3.0, -5.0, 7.0];
+    let spin = 0.25 * spins[0] + 0.75 * spins[1];
+    let surface = R - 0.5 * xi;
+    for opening in [true, false] {
+        let mut held = disc([0.55, A + R - xi]);
+        held.motion = Motion::Fixed;
+        let ratio = if opening { damping } else { 0.0 };
+        let law = linear_law(K, k_t, 0.9, ratio);
+        let mut dem = configured(&on_segments(vec![held], law));
+        let mut chain = floor(&[1.0, 0.4, -0.2]);
+        dem.imp_set(&chain.set);
+        if !opening {
+            chain.step(&mut dem, &OPENING);
+            chain.step(&mut dem, &step(0.0, dt));
+        }
+        for (state, spin) in chain.states.iter_mut().zip(spins) {
+            state.spin = spin;
+        }
+        let next = if opening { OPENING } else { step(dt, dt) };
+        chain.step(&mut dem, &next);
+        // The normal points down, so the tangent is that of x; the marker's reduced mass is 1 kg/m.
+        let drag = if opening {
+            2.0 * damping * k_t.sqrt()
+        } else {
+            k_t * dt
+        };
+        let friction = drag * surface * spin;
+        let total = chain.total();
+        assert!(
+            (total.x / friction - 1.0).abs() < 1e-9,
+            "{total} {friction}"
+        );
+        let couples = [0.25, 0.75, 0.0].map(|share| -surface * friction * share);
+        let mut moment = 0.0;
+        for ((force, couple), state) in chain.forces.iter().zip(couples).zip(&chain.states) {
+            assert!((force.couple - couple).abs() < 1e-9 * surface * friction.abs());
+            assert!((force.tangential - 0.6 * force.stiffness).abs() < 1e-6);
+            let [x, y] = state.position;
+            moment += x * force.force[1] - y * force.force[0] + force.couple;
+        }
+        let of_body = dem.measurement().bodies[0];
+        let ([x, y], [fx, fy]) = (of_body.position, of_body.point_force);
+        moment += x * fy - y * fx + of_body.point_torque;
+        assert!(moment.abs() < 1e-12 * K * xi, "{moment}");
+    }
+}
+
 /// Beside a vertex in a dent whose segment to the right ends before it has a foot, the maximum at the vertex counts in F-6 as the
 /// two minima do: each marker has the largest share that it can have of each within half a radius.
 #[test]
@@ -599,8 +651,8 @@ struct Moved {
     /// In s.
     dt: f64,
     started: bool,
-    /// Positions and forces of the step before.
-    last: Vec<[Vec2; 2]>,
+    /// Positions, forces and couples of the step before.
+    last: Vec<(Vec2, Vec2, f64)>,
     /// Work of the chain on the contact in J/m, by the trapezoid rule.
     work: f64,
     /// Energy in the springs at the beginning in J/m.
@@ -632,20 +684,21 @@ impl Moved {
         }
     }
 
-    /// Moves the markers to `x`, and takes a step there.
-    fn to(&mut self, x: &[[f64; 2]]) {
-        for (state, x) in self.chain.states.iter_mut().zip(x) {
-            state.position = *x;
+    /// Moves the markers to `x` and turns them with `spin` (rad/s) on the way, and takes a step there.
+    fn to(&mut self, x: &[[f64; 2]], spin: impl Fn(u32) -> f64) {
+        for (i, (state, x)) in (0..).zip(self.chain.states.iter_mut().zip(x)) {
+            (state.position, state.spin) = (*x, spin(i));
         }
         let before = if self.started { self.dt } else { 0.0 };
         self.chain.step(&mut self.dem, &step(before, self.dt));
         self.started = true;
         let now = self.chain.states.iter().zip(&self.chain.forces);
-        let now: Vec<[Vec2; 2]> = now
-            .map(|(s, f)| [s.position.into(), f.force.into()])
+        let now: Vec<(Vec2, Vec2, f64)> = now
+            .map(|(s, f)| (s.position.into(), f.force.into(), f.couple))
             .collect();
-        for ([x, f], [was, before]) in now.iter().zip(&self.last) {
-            self.work -= 0.5 * (f + before).dot(&(x - was));
+        let spins = self.chain.states.iter().map(|s| s.spin);
+        for (((x, f, c), (was, before, turned)), spin) in now.iter().zip(&self.last).zip(spins) {
+            self.work -= 0.5 * ((f + before).dot(&(x - was)) + (c + turned) * spin * self.dt);
         }
         self.last = now;
         let work = self.dem.measurement().ledger.friction_work;
@@ -686,7 +739,7 @@ fn a_vertex_in_a_dent_gives_no_energy_when_the_chain_slips() {
     let way = 2.5e-3 / (A + R);
     for n in 0..4000 {
         let phase = f64::from(n) * 1e-2;
-        moved.to(&turned(&x, way * phase.sin()));
+        moved.to(&turned(&x, way * phase.sin()), |_| 0.0);
     }
     let stored = 0.5 * 0.5 * K * 2.5e-3 * 2.5e-3;
     assert!(
@@ -698,7 +751,7 @@ fn a_vertex_in_a_dent_gives_no_energy_when_the_chain_slips() {
     assert!(moved.off().abs() < 1e-2 * stored, "{}", moved.off());
 }
 
-/// Markers around the lower half of the disc, each of which moves in and out and along on its own: minima and maxima come and go,
+/// Markers around the lower half of the disc, each of which moves in and out and along and turns on its own: minima and maxima come and go,
 /// spans of the chain part and join, springs slip. Friction never gives, and the energies balance.
 #[test]
 fn friction_of_a_chain_that_wraps_round_never_gives_energy() {
@@ -719,9 +772,14 @@ fn friction_of_a_chain_that_wraps_round_never_gives_energy() {
             };
             (0..30).map(marker).collect()
         };
+        let spin = |i: u32, time: f64| {
+            let own = time * (3.0 + 4.0 * rough(i, 6)) + 7.0 * rough(i, 7);
+            0.3 * own.sin()
+        };
         let mut moved = Moved::new(&at(0.0), frictional(K, 0.5 * K, friction));
         for n in 0..6000 {
-            moved.to(&at(1e-3 * f64::from(n)));
+            let time = 1e-3 * f64::from(n);
+            moved.to(&at(time), |i| spin(i, time));
         }
         let stored = 0.5 * K * depth * depth;
         let text = format!(
@@ -749,11 +807,11 @@ fn a_span_that_parts_keeps_its_force_and_gives_no_energy() {
     let mut moved = Moved::new(&x, frictional(K, 0.5 * K, 0.9));
     let turn = 1e-3 / distance;
     for n in 0..=100 {
-        moved.to(&turned(&x, turn * f64::from(n) / 100.0));
+        moved.to(&turned(&x, turn * f64::from(n) / 100.0), |_| 0.0);
     }
     // The two feet share one spring.
     let sideways = |moved: &Moved| {
-        let forces = moved.last.iter().map(|[x, f]| x.x * f.y - x.y * f.x);
+        let forces = moved.last.iter().map(|(x, f, _)| x.x * f.y - x.y * f.x);
         forces.sum::<f64>() / distance
     };
     let before = sideways(&moved);
@@ -764,14 +822,14 @@ fn a_span_that_parts_keeps_its_force_and_gives_no_energy() {
     let lost = moved.friction_work;
     // Out of reach of the vertex, with the feet as deep as before.
     let opened = dented(f64::acos(distance / (A + R + reached)), distance);
-    moved.to(&turned(&opened, turn));
+    moved.to(&turned(&opened, turn), |_| 0.0);
     let after = sideways(&moved);
     assert!((after / before - 1.0).abs() < 1e-2, "{before} {after}");
     let gone = moved.friction_work - lost;
     let half = 0.5 * 0.5 * K * 1e-6 * 0.5;
     assert!((gone / half - 1.0).abs() < 5e-2, "{gone} {half}");
     // Each now has a spring of its own.
-    moved.to(&turned(&opened, turn * 1.01));
+    moved.to(&turned(&opened, turn * 1.01), |_| 0.0);
     let two = sideways(&moved) - after;
     assert!(
         (two / (2.0 * 0.5 * K * 1e-5) - after.signum()).abs() < 5e-2,
@@ -779,7 +837,7 @@ fn a_span_that_parts_keeps_its_force_and_gives_no_energy() {
     );
     // And together again.
     let lost = moved.friction_work;
-    moved.to(&turned(&x, turn * 1.01));
+    moved.to(&turned(&x, turn * 1.01), |_| 0.0);
     assert!(
         moved.friction_work >= lost,
         "{lost} {}",

@@ -1,13 +1,15 @@
 //! Boundary chains: weights, forces, bounds and ways of markers, against plain matrices and closed forms.
 
-use interface::config::{Chain, Interface, MpmConfig, ShapeFunction, Spacing, Transfer};
+use interface::config::{
+    Chain, Interface, MpmConfig, ShapeFunction, Spacing, StressUpdate, Transfer,
+};
 use interface::message::wire::{EnvelopeVertex, ImpForce};
 use interface::solver::{Fault, MpmSolver};
 use nalgebra::DMatrix;
 
 use crate::against_reference::everywhere;
 use crate::blocks::{Random, Stepper, block, configured, points_fill};
-use crate::limits::{largest_eigenvalue, matrices, opening};
+use crate::limits::{largest_eigenvalue, matrices, nodes, opening};
 use crate::saved::goes_on;
 use mechanics::reference::Kernel;
 
@@ -61,6 +63,46 @@ fn plain_weights(config: &MpmConfig, positions: &[[f64; 2]], kernel: Kernel) -> 
     [n, DMatrix::from_row_slice(1, mass.len(), mass.as_slice())]
 }
 
+/// What a marker has at a node: `N`, and `g` along x and y.
+type Row = Vec<[f64; 3]>;
+
+/// `N` and `g` of the markers at all nodes as the text has them, and the moments of their weights: `sum N x - x_b` in m, and how
+/// much of a couple the nodes get.
+fn plain_rows(
+    config: &MpmConfig,
+    positions: &[[f64; 2]],
+    kernel: Kernel,
+) -> Vec<(Row, [f64; 2], f64)> {
+    let [n, _] = plain_weights(config, positions, kernel);
+    let markers = &config.chains[0].markers;
+    let both: Vec<[f64; 2]> = positions.iter().chain(markers).copied().collect();
+    let nodes = nodes(&both, kernel, config.domain[0]);
+    let nodes = nodes
+        .iter()
+        .map(|x| [0, 1].map(|a| config.domain[0][a] + CELL * x[a]));
+    let nodes: Vec<[f64; 2]> = nodes.collect();
+    let of_marker = |b: usize| {
+        let mean = |of: &dyn Fn(usize) -> f64| -> f64 {
+            (0..nodes.len()).map(|i| n[(b, i)] * of(i)).sum()
+        };
+        let middle = [0, 1].map(|a| mean(&|i| nodes[i][a]));
+        let away = |i: usize, a: usize| nodes[i][a] - middle[a];
+        let spread = mean(&|i| away(i, 0).powi(2) + away(i, 1).powi(2));
+        let inertia = spread.max(0.1 * CELL * CELL);
+        let row = (0..nodes.len()).map(|i| {
+            let per_inertia = n[(b, i)] / inertia;
+            [
+                n[(b, i)],
+                -away(i, 1) * per_inertia,
+                away(i, 0) * per_inertia,
+            ]
+        });
+        let shift = [0, 1].map(|a| middle[a] - markers[b][a]);
+        (row.collect(), shift, spread / inertia)
+    };
+    (0..markers.len()).map(of_marker).collect()
+}
+
 const KERNELS: [(ShapeFunction, Kernel, Transfer); 3] = [
     (
         ShapeFunction::QuadraticBspline,
@@ -100,21 +142,40 @@ fn the_bound_of_the_step_holds_for_the_eigenvalues_of_random_chains() {
             let (mut config, positions) = scattered(seed, floor);
             (config.shape, config.transfer) = (shape, transfer);
             let mut random = Random::new(100 + seed);
-            let stiffness: Vec<f64> = (0..9).map(|_| random.between(1e4, 1e6)).collect();
-            let forces: Vec<ImpForce> = stiffness
-                .iter()
-                .map(|&stiffness| ImpForce {
-                    force: [0.0; 2],
-                    stiffness,
-                    ..ImpForce::default()
+            // Without friction, and with contact radii up to the size of a cell.
+            let radius = CELL * [0.0, 0.25, 0.5, 1.0][seed as usize / 3];
+            config.groups[0].contact_radius = (radius > 0.0).then_some(radius);
+            let forces: Vec<ImpForce> = (0..9)
+                .map(|_| {
+                    let stiffness = random.between(1e4, 1e6);
+                    let ratio = if radius > 0.0 { 1.5 } else { 0.0 };
+                    ImpForce {
+                        stiffness,
+                        tangential: random.between(0.0, ratio) * stiffness,
+                        ..ImpForce::default()
+                    }
                 })
                 .collect();
             let limits = opening(&config, &forces);
-            let [n, mass] = plain_weights(&config, &positions, kernel);
-            let scaled = DMatrix::from_fn(9, n.ncols(), |b, i| match mass[i] {
-                m if m > 0.0 => n[(b, i)] * (stiffness[b] / m).sqrt(),
-                _ => 0.0,
-            });
+            let [_, mass] = plain_weights(&config, &positions, kernel);
+            // A row for the normal and one for the surface of each marker.
+            let mut scaled = DMatrix::zeros(18, 2 * mass.len());
+            for (b, (of_marker, ..)) in plain_rows(&config, &positions, kernel).iter().enumerate() {
+                let (sin, cos) = random.between(0.0, 6.3).sin_cos();
+                let [k, k_t] = [forces[b].stiffness, forces[b].tangential].map(f64::sqrt);
+                for (i, &[n, gx, gy]) in of_marker.iter().enumerate() {
+                    let root = if mass[i] > 0.0 {
+                        mass[i].sqrt().recip()
+                    } else {
+                        0.0
+                    };
+                    let surface = [-sin * n - radius * gx, cos * n - radius * gy];
+                    for (a, along) in [cos, sin].into_iter().enumerate() {
+                        scaled[(2 * b, 2 * i + a)] = k * root * along * n;
+                        scaled[(2 * b + 1, 2 * i + a)] = k_t * root * surface[a];
+                    }
+                }
+            }
             let exact = largest_eigenvalue(&(&scaled * scaled.transpose()));
             let bound = limits.contact_omega_sq;
             assert!(
@@ -130,7 +191,7 @@ fn the_bound_of_the_step_holds_for_the_eigenvalues_of_random_chains() {
 /// the frequency; with it no more than `1 / (eta rho L^2 sum N*)`.
 #[test]
 fn the_floor_bounds_what_a_marker_at_a_nearly_empty_node_costs() {
-    let omega_sq = |floor: f64| {
+    let omega_sq = |floor: f64, tangential: f64| {
         let mut config = block();
         config.transfer = Transfer::Flip;
         config.groups[0].fill = points_fill(vec![[0.3 - 1e-4, 0.4 - 1e-4]]);
@@ -146,20 +207,26 @@ fn the_floor_bounds_what_a_marker_at_a_nearly_empty_node_costs() {
         let pressed = ImpForce {
             force: [0.0; 2],
             stiffness: 1e4,
+            tangential,
             ..ImpForce::default()
         };
         opening(&config, &[pressed; 2]).contact_omega_sq
     };
-    let [high, low] = [0.1, 1e-12].map(omega_sq);
-    assert!(low > 100.0 * high, "{low} {high}");
+    for tangential in [0.0, 1e4] {
+        let [high, low] = [0.1, 1e-12].map(|floor| omega_sq(floor, tangential));
+        assert!(low > 100.0 * high, "{low} {high}");
+    }
+    let [plain, rough] = [0.0, 1e4].map(|tangential| omega_sq(0.1, tangential));
+    assert!(rough < 10.0 * plain, "{rough} {plain}");
 }
 
-/// Momentum of a kick is the impulse of the forces, and the torque of the shift that of plain sums.
+/// Momentum of a kick is the impulse of the forces, and what the weights add to the angular momentum that of plain sums.
 #[test]
 fn a_force_on_a_marker_gives_the_nodes_its_whole_momentum() {
     for (shape, kernel, transfer) in KERNELS {
         let mut config = chained(0.1);
         (config.shape, config.transfer) = (shape, transfer);
+        config.stress_update = StressUpdate::Usl;
         let mut mpm = configured(&config);
         let count = mpm.select_imps(&everywhere()).len();
         assert_eq!(count, 48);
@@ -167,8 +234,9 @@ fn a_force_on_a_marker_gives_the_nodes_its_whole_momentum() {
         let forces: Vec<ImpForce> = (0..count)
             .map(|_| ImpForce {
                 force: [0, 1].map(|_| random.between(-50.0, 50.0)),
+                couple: random.between(-1.0, 1.0),
                 stiffness: 1e4,
-                ..ImpForce::default()
+                tangential: 1e4,
             })
             .collect();
         let mut stepper = Stepper::new();
@@ -183,33 +251,71 @@ fn a_force_on_a_marker_gives_the_nodes_its_whole_momentum() {
             assert!((ledger.momentum[a] - 1e-4 * total).abs() < 1e-14 * 50.0 * 48.0 * 1e-4);
             assert!((chain.contact_force[a] - total).abs() < 1e-11);
         }
-        let [n, _] = plain_weights(&config, &positions, kernel);
-        let markers = &config.chains[0].markers;
-        let expected: f64 = {
-            // A linear field over the nodes is what S gives back exactly, so x_I may be taken from unit weights.
-            let both: Vec<[f64; 2]> = positions.iter().chain(markers).copied().collect();
-            let [s, _, _] = matrices(&both, kernel, config.domain[0]);
-            let at = |a: usize| {
-                let of: Vec<f64> = both.iter().map(|x| x[a]).collect();
-                let svd = s.clone().svd(true, true);
-                svd.solve(&nalgebra::DVector::from_vec(of), 1e-12)
-                    .expect("nodes")
-            };
-            let nodes = [at(0), at(1)];
-            let mean = |b: usize, a: usize| n.row(b).transpose().dot(&nodes[a]);
-            (0..count)
-                .map(|b| {
-                    let shift = [0, 1].map(|a| mean(b, a) - markers[b][a]);
-                    let f = forces[b].force;
-                    shift[0] * f[1] - shift[1] * f[0]
-                })
-                .sum()
-        };
+        let rows = plain_rows(&config, &positions, kernel);
+        let added = rows.iter().zip(&forces).map(|((_, shift, whole), f)| {
+            shift[0] * f.force[1] - shift[1] * f.force[0] + (whole - 1.0) * f.couple
+        });
+        let expected: f64 = added.sum();
         let told = chain.kinetic / 1e-4;
         assert!(
             (told - expected).abs() < 1e-6 * expected.abs(),
             "{told} {expected}"
         );
+        // FLIP changes angular momentum by itself.
+        if transfer == Transfer::Apic {
+            let given = ledger.contact_moment + chain.kinetic;
+            let off = (ledger.angular_momentum - given).abs();
+            assert!(off < 1e-12 * 1e-4 * 50.0 * 48.0, "{off}");
+        }
+    }
+}
+
+/// Hats have all their weight on one node if a marker lies on it: it takes no couple, which is told.
+#[test]
+fn a_couple_on_a_single_node_is_told_to_be_lost() {
+    let mut config = chained(0.1);
+    (config.shape, config.transfer) = (ShapeFunction::Linear, Transfer::Flip);
+    config.chains[0].markers = vec![[0.25, 0.4], [0.25, 0.45]];
+    config.chains[0].closed = false;
+    let mut mpm = configured(&config);
+    let set = mpm.select_imps(&everywhere());
+    assert_eq!(set.len(), 2);
+    let turned = ImpForce {
+        couple: 3.0,
+        stiffness: 1.0,
+        tangential: 1.0,
+        ..ImpForce::default()
+    };
+    let forces = [turned, ImpForce::default()];
+    let mut stepper = Stepper::new();
+    stepper.step(&mut mpm, 2e-4, true, &forces).unwrap();
+    let measured = mpm.measurement();
+    let (ledger, chain) = (measured.ledger, measured.groups[1]);
+    assert!((chain.kinetic / (-3.0 * 1e-4) - 1.0).abs() < 1e-9);
+    assert!(ledger.angular_momentum.abs() < 1e-9 * 3e-4);
+    assert!((ledger.contact_moment / 3e-4 - 1.0).abs() < 1e-12);
+}
+
+/// Markers of a block that turns, wherever they lie in the cells, say its spin where they rub, and nothing elsewhere.
+#[test]
+fn markers_turn_with_their_material() {
+    for (shape, _, _) in KERNELS {
+        let mut config = chained(0.1);
+        (config.shape, config.transfer) = (shape, Transfer::Flip);
+        config.groups[0].keeps_spin = true;
+        let field = ["0.3 - 2*(y - 0.4)", "-0.2 + 2*(x - 0.25)"];
+        config.groups[0].fields.velocity = Some(field.map(str::to_owned));
+        let mut mpm = configured(&config);
+        let count = mpm.select_imps(&everywhere()).len();
+        let mut forces = vec![ImpForce::default(); count];
+        for force in forces.iter_mut().step_by(3) {
+            (force.stiffness, force.tangential) = (1.0, 1.0);
+        }
+        Stepper::new().step(&mut mpm, 1e-6, false, &forces).unwrap();
+        for (state, force) in mpm.imp_states().iter().zip(&forces) {
+            let expected = if force.tangential > 0.0 { 2.0 } else { 0.0 };
+            assert!((state.spin - expected).abs() < 1e-9, "{state:?}");
+        }
     }
 }
 

@@ -7,7 +7,7 @@ use nalgebra::{DMatrix, DVector};
 
 use crate::against_reference::everywhere;
 use crate::blocks::{Random, Stepper, block, configured, points_fill, rectangle_fill};
-use crate::limits::{largest_eigenvalue, matrices, opening};
+use crate::limits::{largest_eigenvalue, nodes, opening};
 use mechanics::reference::Kernel;
 
 const SCHEMES: [ContactForceScheme; 3] = [
@@ -176,9 +176,7 @@ fn both(
     scatter: Kernel,
     lower: [f64; 2],
 ) -> [DMatrix<f64>; 2] {
-    let nodes: Vec<[f64; 2]> = (-3..24)
-        .flat_map(|j| (-3..24).map(move |i| [f64::from(i), f64::from(j)]))
-        .collect();
+    let nodes = nodes(positions, gather, lower);
     let build = |k: Kernel| {
         DMatrix::from_fn(positions.len(), nodes.len(), |p, n| {
             let d =
@@ -186,10 +184,5 @@ fn both(
             k.value(d[0]) * k.value(d[1])
         })
     };
-    let [s, t] = [gather, scatter].map(build);
-    let used: Vec<usize> = (0..nodes.len())
-        .filter(|&n| s.column(n).sum() > 1e-12)
-        .collect();
-    debug_assert_eq!(matrices(positions, gather, lower)[0].ncols(), used.len());
-    [s, t].map(|m| m.select_columns(&used))
+    [gather, scatter].map(build)
 }

@@ -14,11 +14,22 @@ use mpm_proc::Mpm;
 
 pub const CELL: f64 = 0.05;
 
+/// The nodes that a cloud touches, in cells.
+pub fn nodes(positions: &[[f64; 2]], kernel: Kernel, lower: [f64; 2]) -> Vec<[f64; 2]> {
+    let all = (-3..24).flat_map(|j| (-3..24).map(move |i| [f64::from(i), f64::from(j)]));
+    let touched = |node: &[f64; 2]| {
+        let weights = positions.iter().map(|x| {
+            let d = [0, 1].map(|a| (x[a] - lower[a]) / CELL - node[a]);
+            kernel.value(d[0]) * kernel.value(d[1])
+        });
+        weights.sum::<f64>() > 1e-12
+    };
+    all.filter(touched).collect()
+}
+
 /// `S` (points x nodes) and `dS/dx`, `dS/dy` of a cloud, over all nodes that it touches.
 pub fn matrices(positions: &[[f64; 2]], kernel: Kernel, lower: [f64; 2]) -> [DMatrix<f64>; 3] {
-    let nodes: Vec<[f64; 2]> = (-3..24)
-        .flat_map(|j| (-3..24).map(move |i| [f64::from(i), f64::from(j)]))
-        .collect();
+    let nodes = nodes(positions, kernel, lower);
     let at = |p: usize, n: usize| [0, 1].map(|a| (positions[p][a] - lower[a]) / CELL - nodes[n][a]);
     let build = |f: &dyn Fn([f64; 2]) -> f64| {
         DMatrix::from_fn(positions.len(), nodes.len(), |p, n| f(at(p, n)))
@@ -26,10 +37,7 @@ pub fn matrices(positions: &[[f64; 2]], kernel: Kernel, lower: [f64; 2]) -> [DMa
     let s = build(&|d| kernel.value(d[0]) * kernel.value(d[1]));
     let gx = build(&|d| kernel.slope(d[0]) * kernel.value(d[1]) / CELL);
     let gy = build(&|d| kernel.value(d[0]) * kernel.slope(d[1]) / CELL);
-    let used: Vec<usize> = (0..nodes.len())
-        .filter(|&n| s.column(n).sum() > 1e-12)
-        .collect();
-    [s, gx, gy].map(|m| m.select_columns(&used))
+    [s, gx, gy]
 }
 
 pub fn largest_eigenvalue(symmetric: &DMatrix<f64>) -> f64 {

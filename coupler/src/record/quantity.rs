@@ -182,7 +182,7 @@ table! {
     "fx", "N/m", "force of bodies on it", |c| c.contact_force[0];
     "fy", "N/m", "the same in y", |c| c.contact_force[1];
     "contacts", "1", "markers that bear a force", |c| c.contacts as f64;
-    "angular_shift", "N s", "angular momentum that the shift of its weights has given to the continuum so far", |c| c.kinetic;
+    "angular_shift", "N s", "angular momentum that its weights have given to the continuum so far", |c| c.kinetic;
 }
 
 table! {

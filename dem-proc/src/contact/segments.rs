@@ -2,8 +2,8 @@
 //! along the chain ([`crate::contact::chain`]), by the laws of points.
 //!
 //! The foot of a contact is a place between two markers, `(1 - s) x_a + s x_b`. It takes the part of a point with the
-//! markers' contact radius. The two markers get the force in the proportion `1 - s` to `s`. So momentum is exact, and
-//! the work of the forces on the markers equals that of the force on the foot. The history of a contact belongs to the
+//! markers' contact radius, and turns with the mean of their spins. The two markers get force and couple in the proportion
+//! `1 - s` to `s`. So momentum is exact, and the work on the markers equals that on the foot. The history of a contact belongs to the
 //! span of the chain that presses ([`crate::contact::span`]), and moves with it.
 //!
 //! An evaluation does not change what is kept: [`Side::commit`] takes over `next` and `positions`. The list of
@@ -221,20 +221,23 @@ impl<L: Law> SegmentContacts<L> {
             normal,
             tangent,
             r,
+            surface,
             ..
         } = place;
         let [a, b] = e.foot.slots.map(|slot| slot as usize);
         let [first, second] = e.foot.shares();
+        let spin = states[a].spin * first + states[b].spin * second;
+        let turning = tangent * (-surface * spin);
         let (moved, [way, speed]) = if last_step.dt > 0.0 {
             // From positions, as for points. A marker that is new touched nothing one step ago.
             let was = |slot: usize| self.state.previous[slot].unwrap_or(self.positions[slot]);
             let was = was(a) * first + was(b) * second;
             let moved = e.point - was - bodies.frames[body].displacement(*r);
-            (moved, [1.0, last_step.per_dt])
+            (moved + turning * last_step.dt, [1.0, last_step.per_dt])
         } else {
             let [va, vb] = [a, b].map(|slot| Vec2::from(states[slot].velocity));
             let of_body = bodies.state[body].velocity_at(*r);
-            (va * first + vb * second - of_body, [0.0, 1.0])
+            (va * first + vb * second + turning - of_body, [0.0, 1.0])
         };
         let along = [moved.dot(normal), moved.dot(tangent)];
         for (i, moved) in along.into_iter().enumerate() {
@@ -267,6 +270,7 @@ impl<L: Law> SegmentContacts<L> {
             normal,
             tangent,
             r,
+            surface: info.radius - 0.5 * overlap,
             center: rigid.center,
             arms: [r_n, r_t],
             constants,
@@ -286,7 +290,9 @@ impl<L: Law> SegmentContacts<L> {
         if e.least || e.alone {
             let way = 0.5 * info.radius;
             shares_within(&self.links, &self.positions, &e.foot, way, |slot, share| {
-                to.forces[slot as usize].stiffness += k.normal * share;
+                let of_slot = &mut to.forces[slot as usize];
+                of_slot.stiffness += k.normal * share;
+                of_slot.tangential += k.tangential * share;
             });
         }
         let load = &mut to.loads[body];
@@ -387,17 +393,19 @@ impl<L: Law> SegmentContacts<L> {
         }
     }
 
-    /// Divides a force (N/m, along the normal and the tangent) between the markers of a foot, and applies the reaction
-    /// to the body.
+    /// Divides a force (N/m, along the normal and the tangent) and its moment about the foot between the markers of the foot, and
+    /// applies the reaction to the body.
     fn exert(&self, near: &Near, place: &Place<L::Pair>, [n, t]: [f64; 2], to: &mut Target) {
         let force = place.normal * n + place.tangent * t;
+        let couple = -place.surface * t;
         let load = &mut to.loads[near.body as usize];
         let ([r_n, r_t], foot) = (place.arms, &place.e.foot);
         load.torque -= r_n * n + r_t * t;
         for (slot, share) in foot.slots.into_iter().zip(foot.shares()) {
             let part = force * share;
-            let own = &mut to.forces[slot as usize].force;
-            (own[0], own[1]) = (own[0] + part.x, own[1] + part.y);
+            let own = &mut to.forces[slot as usize];
+            own.force = (Vec2::from(own.force) + part).into();
+            own.couple += couple * share;
             load.force -= part;
         }
         let nearer = foot.slots[usize::from(foot.s > 0.5)];

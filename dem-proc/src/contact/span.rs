@@ -90,6 +90,8 @@ pub struct Place<P> {
     pub tangent: Vec2,
     /// From the body's centre of mass to the contact in m.
     pub r: Vec2,
+    /// From the foot to the contact in m: `r_p - xi/2`.
+    pub surface: f64,
     /// The centre of mass in m.
     pub center: Vec2,
     /// Moments in m of unit forces along the normal and the tangent.

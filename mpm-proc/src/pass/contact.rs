@@ -246,7 +246,7 @@ fn clear_contact<const W: usize, S: Shape<W>, A: AffineState>(continuum: &mut Co
     continuum.loaded.clear();
 }
 
-/// Sets the spins of points with friction to that of the field that moves points in this step: `w = sum_I g_I . v_I`.
+/// Sets the spins of points and markers with friction to that of the field that moves them in this step: `w = sum_I g_I . v_I`.
 pub fn turn_points<const W: usize, S: Shape<W>, A: AffineState>(
     continuum: &mut Continuum<W, S, A>,
 ) {
@@ -259,9 +259,6 @@ pub fn turn_points<const W: usize, S: Shape<W>, A: AffineState>(
         ..
     } = continuum;
     imps.state.spins.clear();
-    if imps.markers.is_some() {
-        return;
-    }
     for (loaded, touches) in loaded.iter().zip(touches.chunks_exact(W * W)) {
         if loaded.tangential > 0.0 {
             let along = touches.iter().map(|t| {

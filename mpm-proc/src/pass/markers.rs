@@ -13,7 +13,7 @@ use crate::kernel::transfer::AffineState;
 use crate::state::contact::{Loaded, Touch};
 use crate::state::continuum::Continuum;
 use crate::state::grid::Grid;
-use crate::state::markers::{Markers, Weight};
+use crate::state::markers::{LEAST_SPREAD, Markers, Weight};
 use crate::state::nodes::NodeAt;
 
 /// Finds the weights of all markers from the masses of the nodes.
@@ -76,10 +76,12 @@ fn weigh<const W: usize, S: Shape<W>>(
             for a in 0..2 {
                 mean[a] += share * (node[a] as f64 - xi[a]);
             }
+            let arm = [0, 1].map(|a| cell * (node[a] as f64 - xi[a]));
             markers.weights.push(Weight {
                 at: at.unwrap_or(nowhere),
                 of: of.unwrap_or(nowhere),
                 share,
+                arm,
             });
         }
     }
@@ -109,43 +111,62 @@ fn lost(markers: &Markers, marker: usize) -> Fault {
     ))
 }
 
-/// Spreads the force on the marker of one slot by its weights, if there is any force, or a body near enough to press.
+/// Spreads the force and the couple on the marker of one slot by its weights, if there are any, or a body near enough to press.
 pub fn touch_marker<const W: usize, S: Shape<W>, A: AffineState>(
     continuum: &mut Continuum<W, S, A>,
     slot: usize,
 ) {
     let ImpForce {
-        force, stiffness, ..
+        force,
+        couple,
+        stiffness,
+        tangential,
     } = continuum.imps.forces[slot];
     let marker = continuum.imps.state.members[slot].local as usize;
     let Some(markers) = &mut continuum.imps.markers else {
         return;
     };
     let shift = markers.shift[marker];
-    markers.torque[markers.chain_of[marker] as usize] += shift[0] * force[1] - shift[1] * force[0];
-    for &Weight { at, of, share } in &markers.weights[marker * W * W..][..W * W] {
+    let weights = &markers.weights[marker * W * W..][..W * W];
+    let from_mean = |w: &Weight| [w.arm[0] - shift[0], w.arm[1] - shift[1]];
+    let turns = couple != 0.0 || tangential > 0.0;
+    let (mut per_inertia, mut lacks) = (0.0, 0.0);
+    if turns {
+        let spread = |w: &Weight| from_mean(w).map(|x| w.share * x * x);
+        let spread: f64 = weights.iter().flat_map(spread).sum();
+        let inertia = spread.max(LEAST_SPREAD * continuum.grid.geometry.cell.powi(2));
+        (per_inertia, lacks) = (1.0 / inertia, 1.0 - spread / inertia);
+    }
+    markers.torque[markers.chain_of[marker] as usize] +=
+        shift[0] * force[1] - shift[1] * force[0] - lacks * couple;
+    let loaded = Loaded {
+        slot,
+        stiffness,
+        tangential,
+        radius: markers.chain(marker).radius,
+    };
+    for weight in weights {
+        let &Weight { at, of, share, .. } = weight;
+        let [x, y] = from_mean(weight).map(|x| share * x * per_inertia);
+        let curl = [-y, x];
         let (tile, node) = at.split();
         for a in 0..2 {
-            continuum.grid.contact[tile].force[node][a] += share * force[a];
+            continuum.grid.contact[tile].force[node][a] += share * force[a] + couple * curl[a];
         }
         let (tile, node) = of.split();
         let nodes = &mut continuum.grid.contact[tile];
-        nodes.stiffness[node] += stiffness * share;
-        nodes.scattered[node] += stiffness * share;
+        let weight = loaded.weight(share, curl);
+        nodes.stiffness[node] += weight;
+        nodes.scattered[node] += weight;
         continuum.touches.push(Touch {
             at,
             of,
             gather: share,
             scatter: share,
-            curl: [0.0; 2],
+            curl,
         });
     }
-    continuum.loaded.push(Loaded {
-        slot,
-        stiffness,
-        tangential: 0.0,
-        radius: 0.0,
-    });
+    continuum.loaded.push(loaded);
 }
 
 /// Moves all markers over `dt` (s) with the field that strains the points, as [`super::drift`] moves these. The half of an
@@ -201,7 +222,7 @@ pub fn move_markers<const W: usize, S: Shape<W>, A: AffineState>(
     Ok(())
 }
 
-/// Sums the angular momentum that the shift of the weights gives over a kick (s).
+/// Sums the angular momentum that the weights give over a kick (s).
 pub fn add_shift<const W: usize, S: Shape<W>, A: AffineState>(
     continuum: &mut Continuum<W, S, A>,
     kick: f64,

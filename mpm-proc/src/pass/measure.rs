@@ -261,7 +261,7 @@ fn measure_sets<const W: usize, S: Shape<W>, A: AffineState>(
 }
 
 /// The state of a chain: its position, the force of the bodies on it, and as `kinetic` the angular momentum in N s that
-/// the shift of its weights has added so far.
+/// its weights have added so far.
 fn chain_state(markers: &Markers, number: usize, imps: &Imps) -> GroupState {
     let chain = &markers.chains[number];
     let own = chain.first..chain.first + chain.count;

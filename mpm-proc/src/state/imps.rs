@@ -96,24 +96,18 @@ impl Imps {
         &mut self,
         clouds: &[Cloud<W, S, A>],
     ) {
-        self.states.clear();
-        if let Some(markers) = &self.markers {
-            let members = self.state.members.iter();
-            self.states
-                .extend(members.map(|m| markers.state(m.local as usize)));
-            return;
-        }
+        let mut states = core::mem::take(&mut self.states);
+        states.clear();
         let mut spins = self.state.spins.iter().peekable();
-        self.states.extend(self.state.members.iter().map(|m| {
-            let cloud = &clouds[m.cloud as usize];
-            let lane = cloud.lane_of[m.local as usize] as usize;
+        states.extend(self.state.members.iter().map(|m| {
             while spins.next_if(|(of, _)| of < m).is_some() {}
             ImpState {
-                position: cloud.position(lane),
-                velocity: cloud.velocity(lane),
+                position: self.position(*m, clouds),
+                velocity: self.velocity(*m, clouds),
                 spin: spins.next_if(|(of, _)| of == m).map_or(0.0, |s| s.1),
             }
         }));
+        self.states = states;
     }
 
     /// Position in m of a member that is there.

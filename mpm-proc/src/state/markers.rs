@@ -9,13 +9,26 @@
 //!
 //! An identified point has `S_Ip / m_I <= 1 / m_p` at every node. A marker without the floor `eta` would have no such
 //! bound: its share of a nearly empty node would give the contact any frequency. The weights sum to one, so momentum is
-//! exact. They shift the point of action from `x_b` to `sum N_I x_I`, and with it the angular momentum, which is
+//! exact. They shift the point of action from `x_b` to `x~ = sum N_I x_I`, and with it the angular momentum, which is
 //! measured.
+//!
+//! A marker turns as its nodes do about `x~`, and gives them the couple of friction through the same numbers,
+//!
+//! ```text
+//! w = sum g_I . v_I,   g_I = N_I (-(y_I - y~), x_I - x~) / J,   J = sum N_I |x_I - x~|^2
+//! ```
+//!
+//! so that `sum g_I = 0` and `sum x_I x g_I = 1`. Unlike half the curl of `N_I` these vanish with the mass of a node. If
+//! nearly all of the weight is on one node, nothing there can take a couple: `J` is at least `L^2/10`
+//! ([`LEAST_SPREAD`]), and what is missing is measured with the shift.
 
-use interface::message::wire::{ImpInfo, ImpState};
+use interface::message::wire::ImpInfo;
 use serde::{Deserialize, Serialize};
 
 use super::nodes::NodeAt;
+
+/// Least `J` over `L^2`; of whole weights it is 1/4 to 1/2.
+pub const LEAST_SPREAD: f64 = 0.1;
 
 /// A chain of markers along the boundary of a group.
 #[derive(Debug, Clone, PartialEq)]
@@ -45,6 +58,8 @@ pub struct Weight {
     pub of: NodeAt,
     /// `N_I`.
     pub share: f64,
+    /// From the marker to the node in m.
+    pub arm: [f64; 2],
 }
 
 /// All markers.
@@ -62,7 +77,7 @@ pub struct Markers {
     pub weights: Vec<Weight>,
     /// `sum N_I x_I - x_b` of each marker in m.
     pub shift: Vec<[f64; 2]>,
-    /// Torque in N that the shift of the weights adds in the present step, for each chain.
+    /// Torque in N that the weights add in the present step, for each chain.
     pub torque: Vec<f64>,
 }
 
@@ -75,7 +90,7 @@ pub struct MarkersState {
     pub v: Vec<[f64; 2]>,
     /// How far they have moved by a velocity that is still to be compared with the field of the strains, in m.
     pub unsettled: Vec<[f64; 2]>,
-    /// Angular momentum in N s that the shift has added so far, for each chain.
+    /// Angular momentum in N s that the weights have added so far, for each chain.
     pub spun: Vec<f64>,
 }
 
@@ -135,14 +150,5 @@ impl Markers {
                 next: next.map_or(0, |slot| slot as u32 + 1),
             }
         })
-    }
-
-    /// The state of a marker.
-    pub fn state(&self, marker: usize) -> ImpState {
-        ImpState {
-            position: self.state.x[marker],
-            velocity: self.state.v[marker],
-            spin: 0.0,
-        }
     }
 }

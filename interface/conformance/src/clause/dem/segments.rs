@@ -38,13 +38,15 @@ pub const CLAUSES: &[Clause] = clauses! {
                 forces[1] = forces[1].map(|f| 2.0 * f);
             }
         });
-    Must "F-7x" "the tangential spring moves from segment to segment" by handed,
+    Must "F-7x" "the tangential spring moves from segment to segment, and acts on the surface of markers that turn" by handed,
         needs: &["segments", "shape:disc", "feature:friction"], after: &["W-2a", "F-7v", "F-7w"];
         - "loses the spring at a vertex": on_segments(|forces| {
             if forces[0][1] > 0.0 && forces[2][1] == 0.0 {
                 forces.iter_mut().for_each(|force| force[0] = 0.0);
             }
         });
+        - "does not see markers turn": Flaw::state(|s| s.spin = 0.0);
+        - "gives markers no couple": Flaw::force(|f| f.couple = 0.0);
     Must "I-2i" "refuses a link that is not another slot" by nowhere, needs: NEEDS;
         - "ignores links to slots that do not exist": Flaw::set(|_, set| {
             let slots = set.len();
@@ -147,9 +149,10 @@ fn vertex(bench: &Bench) -> Judgement {
 }
 
 fn handed(bench: &Bench) -> Judgement {
-    /// k_t in N/m, and what the chain moves in a step in m.
+    /// k_t in N/m, what the chain moves in a step in m, and how far inside it its surface is.
     const TANGENTIAL: f64 = 3e4;
     const WAY: f64 = 1e-4;
+    const SURFACE: f64 = RADIUS - 0.5 * OVERLAP;
     let points = chain(&[[-0.05, HEIGHT], [-4.5 * WAY, HEIGHT], [0.05, HEIGHT]]);
     let mut play = bench.run_bodies(&held(law(TANGENTIAL, 0.9, 0.0)))?;
     play.set(&points.set);
@@ -160,7 +163,7 @@ fn handed(bench: &Bench) -> Judgement {
         let moved = |s: &ImpState| ImpState {
             position: [s.position[0] + way, s.position[1]],
             velocity: [WAY / dt, 0.0],
-            ..ImpState::default()
+            spin: 0.5 * WAY / SURFACE / dt,
         };
         let states: Vec<ImpState> = points.states.iter().map(moved).collect();
         let (answer, _) = play.measured(dt, &states)?;
@@ -169,9 +172,18 @@ fn handed(bench: &Bench) -> Judgement {
         near(
             &what,
             got,
-            -TANGENTIAL * way,
+            -TANGENTIAL * 1.5 * way,
             1e-6 * 12.0 * TANGENTIAL * WAY,
         )?;
+        for force in &answer.forces {
+            let want = SURFACE * force.force[0];
+            near(
+                "couple on a marker",
+                force.couple,
+                want,
+                1e-6 * SURFACE * TANGENTIAL * WAY,
+            )?;
+        }
     }
     Ok("12 steps over a vertex".into())
 }
