@@ -283,7 +283,7 @@ pub struct ReplayArgs {
     /// Repeat it with a continuum solver, in the same way.
     #[arg(long, value_name = "COMMAND", num_args = 0..=1)]
     pub mpm: Option<Option<String>>,
-    /// Repeat it with the built-in solver as a thread of this process.
+    /// Repeat it with the built-in solver in this process.
     #[arg(long)]
     pub in_process: bool,
     /// Largest allowed difference of a number, relative to the largest value of its field so far; by default the bits
@@ -585,7 +585,7 @@ pub struct ConformanceArgs {
     /// The continuum solver to test, in the same way.
     #[arg(long, value_name = "COMMAND")]
     pub mpm: Option<String>,
-    /// Test the built-in solver of that side as a thread of this process instead of starting the command.
+    /// Test the built-in solver of that side in this process instead of starting the command.
     #[arg(long)]
     pub in_process: bool,
     /// Print all clauses, and those that are not tested, without testing.

@@ -9,7 +9,7 @@ use conformance::profile::{Profile, profiles};
 use conformance::report::{Paint, json, junit, listing, row, summary};
 use conformance::{Examination, ExamineError, Judged, Options, RandomCases, examine};
 use interface::files;
-use interface::hosted::{Start, Subject};
+use interface::hosted::{Host, Start, Subject};
 use interface::message::control::Party;
 
 use crate::cli::ConformanceArgs;
@@ -126,11 +126,11 @@ pub fn words(command: &str, party: Party) -> Result<Vec<String>, String> {
     words.ok_or(format!("--{party}: not a command"))
 }
 
-/// The built-in solver, in a thread.
+/// The built-in solver, in this thread.
 pub fn built_in(party: Party) -> Subject {
     match party {
-        Party::Mpm => Subject::in_thread(party, solvers::mpm_thread),
-        _ => Subject::in_thread(party, solvers::dem_thread),
+        Party::Mpm => Subject::in_thread(|| Host::Mpm(solvers::mpm())),
+        _ => Subject::in_thread(|| Host::Dem(solvers::dem())),
     }
 }
 

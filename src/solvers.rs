@@ -25,19 +25,9 @@ pub fn mpm_process(domain: &Domain) -> Result<(), SessionError> {
     serve_mpm(domain, &mut *mpm(), true)
 }
 
-/// The continuum solver in a thread.
-pub fn mpm_thread(domain: &Domain) -> Result<(), SessionError> {
-    serve_mpm(domain, &mut *mpm(), false)
-}
-
 /// The rigid-body solver in a process of its own.
 pub fn dem_process(domain: &Domain) -> Result<(), SessionError> {
     serve_dem(domain, &mut *dem(), true)
-}
-
-/// The rigid-body solver in a thread.
-pub fn dem_thread(domain: &Domain) -> Result<(), SessionError> {
-    serve_dem(domain, &mut *dem(), false)
 }
 
 /// Joins a run as a solver.

@@ -4,7 +4,8 @@ use std::collections::BTreeSet;
 use std::path::Path;
 use std::time::{Duration, Instant};
 
-use conformance::mutant::{Flaw, Host, serve};
+use conformance::mutant::{Flaw, serve};
+use interface::hosted::Host;
 use interface::message::Payload;
 use interface::message::control::Notice;
 use interface::transport::domain::Domain;
@@ -365,7 +366,7 @@ fn a_process_that_is_told_to_has_a_flaw() {
         vec![message]
     });
     let domain = Domain::join(&run).unwrap();
-    let host = Host::Dem(|| Box::new(dem_proc::Sdem::default()));
+    let host = Host::Dem(Box::new(dem_proc::Sdem::default()));
     serve(&domain, host, passing);
 }
 

@@ -10,18 +10,16 @@ use dem_proc::Sdem;
 use interface::config::capability::Capabilities;
 use interface::config::{DemConfig, MpmConfig};
 use interface::forces::{Forces, Points};
-use interface::hosted::Subject;
+use interface::hosted::{Host, Subject};
 use interface::message::control::Party;
 use interface::message::wire::{
     EnvelopeVertex, ImpForce, ImpInfo, ImpState, Limits, PointState, bytes_of, records_of,
 };
 use interface::saved::{pack, unpack};
-use interface::session::{serve_dem, serve_mpm};
 use interface::solver::{
     Answer, DemMeasurement, DemSolver, Fault, MpmMeasurement, MpmSolver, Readiness, Refusal,
 };
 use interface::step::Step;
-use interface::transport::domain::Domain;
 use mpm_proc::Mpm;
 
 /// What is wrong.
@@ -258,9 +256,9 @@ const SELECTION: [&str; 8] = [
 ];
 
 fn subject(party: Party, wrong: Wrong) -> Subject {
-    Subject::in_thread(party, move |domain: &Domain| match party {
-        Party::Mpm => serve_mpm(domain, &mut Continuum::new(wrong), false),
-        _ => serve_dem(domain, &mut Bodies::new(wrong), false),
+    Subject::in_thread(move || match party {
+        Party::Mpm => Host::Mpm(Box::new(Continuum::new(wrong))),
+        _ => Host::Dem(Box::new(Bodies::new(wrong))),
     })
 }
 

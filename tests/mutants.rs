@@ -7,16 +7,15 @@ use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
 
 use conformance::clause::{self, Clause, NamedMutant};
-use conformance::mutant::{Flaw, Host, ProcessFlaws, change, serve};
+use conformance::mutant::{Flaw, Flawed, ProcessFlaws, change};
 use conformance::mutant_program;
 use conformance::profile::{Profile, profiles};
 
 use conformance::{Examination, Options, RandomCases, examine};
 use conformance::{PATIENCE, Verdict};
-use interface::hosted::{Start, Subject};
+use interface::hosted::{Ends, Host, Start, Subject};
 use interface::message::control::Party;
 use interface::solver::{DemSolver, MpmSolver};
-use interface::transport::domain::Domain;
 use interface::transport::raw::Message;
 
 /// The words of a mutant's command line, if a process of this program is to be one.
@@ -32,8 +31,8 @@ fn dem() -> Box<dyn DemSolver> {
 
 fn host(party: Party) -> Host {
     match party {
-        Party::Mpm => Host::Mpm(mpm),
-        _ => Host::Dem(dem),
+        Party::Mpm => Host::Mpm(mpm()),
+        _ => Host::Dem(dem()),
     }
 }
 
@@ -114,11 +113,14 @@ impl Of {
     }
 }
 
-/// A solver with this flaw, in a thread.
+/// A solver with this flaw, in the thread of the kit.
 fn flawed(of: Of, flaw: impl Fn() -> Flaw + Send + Sync + 'static) -> Subject {
     let party = of.party;
-    let solve = move |domain: &Domain| serve(domain, host(party), of.with(flaw()));
-    let start = Start::Thread(Arc::new(solve));
+    let make = move |ends| -> (Host, Ends) {
+        let flawed = Flawed::new(ends, party, of.with(flaw()));
+        (host(party), Box::new(flawed))
+    };
+    let start = Start::InThread(Arc::new(make));
     Subject { party, start }
 }
 
@@ -162,7 +164,7 @@ impl Kept {
     }
 }
 
-/// Judges a solver without a flaw by every clause that can be seen of a thread, on all cores.
+/// Judges a solver without a flaw by every clause that needs no process, on all cores.
 fn kept_by_the_flawless(of: Of) -> Vec<Kept> {
     let clauses: Vec<_> = of
         .clauses()
@@ -182,12 +184,12 @@ fn kept_by_the_flawless(of: Of) -> Vec<Kept> {
     })
 }
 
-/// What `work` makes of each item, in order. It mostly waits, so there may be more at once than there are cores.
+/// What `work` makes of each item, in order.
 fn on_all_cores<T: Sync, R: Send>(items: &[T], work: impl Fn(&T) -> R + Sync) -> Vec<R> {
     let next = AtomicUsize::new(0);
     let done = Mutex::new(Vec::new());
     std::thread::scope(|scope| {
-        for _ in 0..4 {
+        for _ in 0..std::thread::available_parallelism().map_or(1, usize::from) {
             scope.spawn(|| {
                 loop {
                     let k = next.fetch_add(1, Ordering::Relaxed);

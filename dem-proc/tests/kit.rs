@@ -2,15 +2,11 @@
 
 use conformance::random_cases;
 use dem_proc::Sdem;
-use interface::hosted::Subject;
-use interface::message::control::Party;
-use interface::session::serve_dem;
+use interface::hosted::{Host, Subject};
 
 #[test]
 fn random_cases_agree_with_the_oracle_of_the_kit() {
-    let subject = Subject::in_thread(Party::Dem, |domain| {
-        serve_dem(domain, &mut Sdem::default(), false)
-    });
+    let subject = Subject::in_thread(|| Host::Dem(Box::new(Sdem::default())));
     let broken = random_cases(&subject, 120).unwrap();
     assert!(broken.is_empty(), "{broken:#?}");
 }

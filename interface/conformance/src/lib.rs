@@ -383,9 +383,7 @@ fn judge(
     let bench = Bench::new(subject.clone(), options, hello);
     let lacks = clause.lacks(hello);
     let judgement = match clause.judge {
-        _ if clause.of_processes && !subject.is_process() => {
-            Err(Unmet::OutOfSight("it can be seen of a process only"))
-        }
+        _ if clause.of_processes && !subject.is_process() => Err(Unmet::OutOfSight),
         _ if !lacks.is_empty() => Err(Unmet::Lacking(lacks)),
         judge => judge.map_or(Ok(String::new()), |judge| judge(&bench)),
     };

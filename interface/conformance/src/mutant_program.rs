@@ -3,6 +3,7 @@
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
+use interface::hosted::Host;
 use interface::message::control::Party;
 use interface::session::process;
 use interface::solver::{DemSolver, MpmSolver};
@@ -11,7 +12,7 @@ use signal_hook::consts::SIGINT;
 use signal_hook::flag::{register, register_conditional_shutdown};
 
 use crate::clause;
-use crate::mutant::{Flaw, Host, serve};
+use crate::mutant::{Flaw, serve};
 
 /// Exit status of a mutant that cannot join its run.
 const FAILED: u8 = 3;
@@ -21,9 +22,9 @@ const BAD_INPUT: u8 = 2;
 /// A mutant as a process, with the words of its command line: its name and `--join RUN`. Without any word it lists the mutants.
 /// Returns its exit status.
 pub fn run(words: &[&str], mpm: fn() -> Box<dyn MpmSolver>, dem: fn() -> Box<dyn DemSolver>) -> u8 {
-    let dem_first = [(Party::Dem, Host::Dem(dem)), (Party::Mpm, Host::Mpm(mpm))];
+    let dem_first = [Party::Dem, Party::Mpm];
     let Some((name, more)) = words.split_first() else {
-        for (party, _) in dem_first {
+        for party in dem_first {
             println!("--{party}");
             for mutant in clause::mutants(party) {
                 println!("  {:<8} {}", mutant.name, mutant.mutant.what);
@@ -33,17 +34,19 @@ pub fn run(words: &[&str], mpm: fn() -> Box<dyn MpmSolver>, dem: fn() -> Box<dyn
     };
     let found = dem_first
         .into_iter()
-        .filter(|(party, _)| process::started_as().is_none_or(|started| started == *party))
-        .find_map(|(party, host)| {
-            let mut mutants = clause::mutants(party).into_iter();
-            Some((mutants.find(|mutant| mutant.name == *name)?, host))
-        });
-    let Some((mutant, host)) = found else {
+        .filter(|party| process::started_as().is_none_or(|started| started == *party))
+        .flat_map(|party| clause::mutants(party).into_iter().map(move |m| (m, party)))
+        .find(|(mutant, _)| mutant.name == *name);
+    let Some((mutant, party)) = found else {
         eprintln!("error: there is no mutant `{name}`");
         return BAD_INPUT;
     };
     let flaw = (mutant.mutant.flaw)();
     if let ["--join", run] = more {
+        let host = match party {
+            Party::Mpm => Host::Mpm(mpm()),
+            _ => Host::Dem(dem()),
+        };
         return join_and_serve(run, host, flaw);
     }
     eprintln!("error: a mutant is started by `tandem conformance`");

@@ -68,7 +68,7 @@ pub enum Unmet {
     /// It is about what the solver says that it does not take.
     Lacking(Vec<String>),
     /// It cannot be seen in this way of running.
-    OutOfSight(&'static str),
+    OutOfSight,
 }
 
 impl Unmet {
@@ -88,7 +88,7 @@ impl Display for Unmet {
             Self::Broken(evidence) => evidence.fmt(f),
             Self::Declined(refusal) => write!(f, "refuses {refusal}"),
             Self::Lacking(names) => write!(f, "does not take {}", names.join(", ")),
-            Self::OutOfSight(reason) => f.write_str(reason),
+            Self::OutOfSight => f.write_str("it can be seen of a process only"),
         }
     }
 }
@@ -106,7 +106,7 @@ impl From<Unmet> for Verdict {
         }
         Self::NotApplicable {
             reason: unmet.to_string(),
-            left_out: !matches!(unmet, Unmet::OutOfSight(_)),
+            left_out: !matches!(unmet, Unmet::OutOfSight),
         }
     }
 }

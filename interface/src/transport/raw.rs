@@ -1,17 +1,21 @@
 //! The raw ends of a run, to test a solver.
 //!
-//! A [`RawRun`] creates every channel of a run for one solver and holds all other ends: the coupler's and the peer's.
-//! It sends and receives [`Message`]s as they are: any header, any records, any bytes, in any order. Nothing is checked
+//! A [`RawRun`] creates every channel of a run for one solver and holds all other ends: the coupler's and the peer's. The
+//! solver is a process, which joins the run, or it gets its ends in this thread ([`RawRun::in_thread`]). A raw run sends and receives [`Message`]s as they are: any header, any records, any bytes, in any order. Nothing is checked
 //! here, on purpose. Solvers and the coupler use [`crate::session`].
 
 use std::time::Duration;
 
 use std::cell::RefCell;
+use std::rc::Rc;
 
 use crate::message::control::Party;
+use crate::message::wire::StepHeader;
+use crate::message::{CHANNELS, Records};
 pub use crate::message::{Channel, Kind, Message, Payload};
 use crate::transport::Transport;
 pub use crate::transport::TransportError as ChannelError;
+use crate::transport::direct::Direct;
 use crate::transport::domain::{Domain, OwnedDomain};
 use crate::transport::iceoryx::{Created, create, join};
 
@@ -24,17 +28,25 @@ pub struct RawRun {
     solver: Party,
     coupler: RefCell<Box<dyn Transport>>,
     peer: RefCell<Box<dyn Transport>>,
-    created: Created,
     // The last field, so that the ports are dropped before the directory is removed.
-    domain: OwnedDomain,
+    channels: Channels,
+}
+
+/// Where the channels are.
+enum Channels {
+    /// In shared memory.
+    Shared(Created, OwnedDomain),
+    /// In one thread.
+    Thread(End),
 }
 
 impl RawRun {
-    /// Creates every channel that `solver` may open, including those of a coupled run.
+    /// Creates every channel that `solver` may open, including those of a coupled run. The names are those with which it
+    /// joins.
     ///
     /// # Errors
     /// [`ChannelError`].
-    pub fn open(solver: Party) -> Result<Self, ChannelError> {
+    pub fn open(solver: Party) -> Result<(Self, Domain), ChannelError> {
         let domain = OwnedDomain::create()?;
         let names = domain.domain();
         let created = create(names, &[Party::Mpm, Party::Dem], false)?;
@@ -42,23 +54,40 @@ impl RawRun {
         let other = solver.other_solver().expect("a solver is under test");
         let mut peer = join(names, other, &[], SEND_TIMEOUT)?;
         peer.open(&Channel::before_ready(other, true))?;
-        Ok(Self {
+        let names = names.clone();
+        let run = Self {
             solver,
             coupler: RefCell::new(coupler),
             peer: RefCell::new(peer),
-            created,
-            domain,
-        })
+            channels: Channels::Shared(created, domain),
+        };
+        Ok((run, names))
     }
 
-    /// The names of the run, with which the solver joins.
-    pub fn domain(&self) -> &Domain {
-        self.domain.domain()
+    /// The same without shared memory, and the ends of a `solver` that takes turns with this run in one thread.
+    pub fn in_thread(solver: Party) -> (Self, Box<dyn Transport>) {
+        let (messages, seen) = (Direct::new(), Rc::default());
+        let end = |party| End {
+            party,
+            messages: messages.clone(),
+            seen: Rc::clone(&seen),
+        };
+        let other = solver.other_solver().expect("a solver is under test");
+        let run = Self {
+            solver,
+            coupler: RefCell::new(Box::new(end(Party::Coupler))),
+            peer: RefCell::new(Box::new(end(other))),
+            channels: Channels::Thread(end(solver)),
+        };
+        (run, Box::new(end(solver)))
     }
 
     /// From now on the solver sees the coupler as gone, although the channels still exist.
     pub fn release(&self) {
-        self.domain.release();
+        match &self.channels {
+            Channels::Shared(_, domain) => domain.release(),
+            Channels::Thread(end) => end.messages.release(),
+        }
     }
 
     fn channel(&self, kind: Kind) -> Channel {
@@ -111,6 +140,74 @@ impl RawRun {
 
     /// Channels that the solver has not opened at its end.
     pub fn unopened(&self) -> Vec<&str> {
-        self.created.unopened(self.solver)
+        match &self.channels {
+            Channels::Shared(created, _) => created.unopened(self.solver),
+            Channels::Thread(end) => end.unopened(self.solver),
+        }
+    }
+}
+
+/// One party's ends in one thread. A solver under test can be wrong in what nobody in one thread needs, so that is kept too.
+#[derive(Clone)]
+struct End {
+    party: Party,
+    messages: Direct,
+    seen: Rc<RefCell<Seen>>,
+}
+
+/// What parties have done besides sending.
+#[derive(Default)]
+struct Seen {
+    /// Channels that the solver has opened.
+    opened: [bool; CHANNELS],
+    /// Wake-ups from one party of another that have not been looked for.
+    wakes: [[u64; Party::ALL.len()]; Party::ALL.len()],
+}
+
+impl End {
+    fn unopened(&self, solver: Party) -> Vec<&'static str> {
+        let opened = self.seen.borrow().opened;
+        let channels = Channel::before_ready(solver, true).into_iter();
+        let unopened = channels.filter(|channel| !opened[channel.number()]);
+        unopened.map(Channel::name).collect()
+    }
+}
+
+impl Transport for End {
+    fn open(&mut self, channels: &[Channel]) -> Result<(), ChannelError> {
+        let mut seen = self.seen.borrow_mut();
+        for channel in channels {
+            seen.opened[channel.number()] = true;
+        }
+        Ok(())
+    }
+
+    fn send(
+        &mut self,
+        channel: Channel,
+        header: &StepHeader,
+        records: Records<'_>,
+    ) -> Result<(), ChannelError> {
+        self.messages.send(channel, header, records)
+    }
+
+    fn receive(
+        &mut self,
+        channel: Channel,
+        into: &mut Payload,
+    ) -> Result<Option<StepHeader>, ChannelError> {
+        self.messages.receive(channel, into)
+    }
+
+    fn wake(&mut self, to: Party) {
+        self.seen.borrow_mut().wakes[self.party as usize][to as usize] += 1;
+    }
+
+    fn sleep(&mut self, from: Party, _at_most: Duration) -> u64 {
+        std::mem::take(&mut self.seen.borrow_mut().wakes[from as usize][self.party as usize])
+    }
+
+    fn coupler_lives(&self) -> bool {
+        self.messages.coupler_lives()
     }
 }

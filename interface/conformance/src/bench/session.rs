@@ -7,7 +7,6 @@ use interface::config::capability::Capabilities;
 use interface::hosted::{Hosted, Subject};
 use interface::message::control::{Configure, Failure, Hello, Notice, Order, Party, Ready};
 use interface::transport::raw::{Kind, Message};
-use interface::transport::wait::until;
 
 use crate::mutant::Flaw;
 use crate::options::Options;
@@ -95,6 +94,10 @@ impl Bench {
     }
 
     fn left(&self) -> Duration {
+        if !self.subject.is_process() {
+            // It waits in no time.
+            return LIMIT;
+        }
         let left = (LIMIT + self.starting.get()).saturating_sub(self.started.elapsed());
         left.max(PROMPT)
     }
@@ -158,10 +161,13 @@ impl Session<'_> {
 
     /// The next message of this kind that comes within `time`, if one does: none is expected.
     pub fn unexpected(&mut self, kind: Kind, time: Duration) -> Result<Option<Message>, Unmet> {
-        until(time, Duration::from_millis(1), || {
-            self.take(kind).transpose()
-        })
-        .transpose()
+        let look = |solver: &mut Hosted| solver.run.receive(kind).transpose();
+        let found = self.solver.until(time, Duration::from_millis(1), look);
+        let found = found.transpose()?;
+        if let Some(message) = &found {
+            self.note(message);
+        }
+        Ok(found)
     }
 
     /// Waits for a message of this kind.
@@ -190,10 +196,10 @@ impl Session<'_> {
 
     /// Waits for what a solver says while it starts, whose time is not counted.
     fn starting(&mut self) -> Result<Notice, Unmet> {
-        let start = Instant::now();
+        let start = self.solver.elapsed();
         let notice = self.notice_within(self.bench.startup);
         let starting = &self.bench.starting;
-        starting.set(starting.get() + start.elapsed());
+        starting.set(starting.get() + self.solver.since(start));
         notice
     }
 

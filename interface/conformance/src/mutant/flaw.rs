@@ -58,8 +58,8 @@ pub struct ProcessFlaws {
     pub joins_without_note: bool,
     /// Removes the run's lock when it ends.
     pub removes_the_lock: bool,
-    /// Waits for the next grant for ever.
-    pub waits_for_ever: bool,
+    /// Ends without a word when no grant comes.
+    pub gives_up_silently: bool,
     /// Ends on Ctrl-C.
     pub ends_on_interrupt: bool,
 }

@@ -7,25 +7,15 @@ pub mod change;
 pub mod flaw;
 mod transport;
 
-use interface::message::control::Party;
-use interface::session::{Clocked, Session, SessionError, drive};
-use interface::solver::{DemSolver, MpmSolver};
+use interface::hosted::Host;
+use interface::session::{Clocked, SessionError, drive};
 use interface::transport::domain::Domain;
 use interface::transport::iceoryx::{SEND_TIMEOUT, join};
 
 pub use flaw::{Flaw, Mutant, Pass, ProcessFlaws};
 
 use crate::part::notes;
-use transport::Flawed;
-
-/// Makes the right solver that a mutant is but for its flaw.
-#[derive(Clone, Copy)]
-pub enum Host {
-    /// A continuum.
-    Mpm(fn() -> Box<dyn MpmSolver>),
-    /// A bodies' side.
-    Dem(fn() -> Box<dyn DemSolver>),
-}
+pub use transport::Flawed;
 
 /// Joins the run of `domain` as the hosted solver with a flaw, and serves until its session is over; returns its exit
 /// status.
@@ -41,11 +31,8 @@ pub fn serve(domain: &Domain, host: Host, flaw: Flaw) -> u8 {
     }
 }
 
-fn served(domain: &Domain, host: Host, flaw: Flaw) -> Result<(), SessionError> {
-    let party = match host {
-        Host::Mpm(_) => Party::Mpm,
-        Host::Dem(_) => Party::Dem,
-    };
+fn served(domain: &Domain, mut host: Host, flaw: Flaw) -> Result<(), SessionError> {
+    let party = host.party();
     let ends = join(domain, party, &[], SEND_TIMEOUT)?;
     if flaw.process.joins_without_note {
         for note in notes(domain).filter(|note| note.pid == std::process::id()) {
@@ -53,8 +40,5 @@ fn served(domain: &Domain, host: Host, flaw: Flaw) -> Result<(), SessionError> {
         }
     }
     let mut flawed = Flawed::new(ends, party, flaw);
-    match host {
-        Host::Mpm(make) => drive(Session::mpm(&mut *make(), &mut flawed, Clocked::Thread)),
-        Host::Dem(make) => drive(Session::dem(&mut *make(), &mut flawed, Clocked::Thread)),
-    }
+    drive(host.session(&mut flawed, Clocked::Process))
 }

@@ -13,8 +13,6 @@ use super::flaw::Flaw;
 
 /// How much later than Ready a mutant opens what it should have opened before, and than Bye it goes.
 const LATE: Duration = Duration::from_millis(20);
-/// Time between two looks of one who waits for ever.
-const NAP: Duration = Duration::from_millis(1);
 /// What comes to a solver, in such an order that what was sent before a message that is there is looked for after it.
 const LATE_FIRST: [Kind; 7] = [
     Kind::States,
@@ -39,6 +37,8 @@ pub struct Flawed {
     in_step: bool,
     /// Channels that it opens after Ready.
     late: Vec<Channel>,
+    /// It has said Ready.
+    ready: bool,
 }
 
 impl Flawed {
@@ -52,6 +52,7 @@ impl Flawed {
             woken: false,
             in_step: false,
             late: Vec::new(),
+            ready: false,
         }
     }
 
@@ -124,18 +125,12 @@ impl Transport for Flawed {
         };
         let process = self.flaw.process;
         match message.as_notice() {
-            Ok(Notice::Failed(failure))
-                if process.waits_for_ever && failure.message.contains("the next grant") =>
-            {
-                while self.inner.coupler_lives() {
-                    interface::transport::wait::nap(NAP);
-                }
-            }
-            Ok(Notice::Ready(_)) if process.opens_late => {
+            Ok(Notice::Ready(_)) => {
                 self.pass_on(message)?;
-                interface::transport::wait::nap(LATE);
-                self.inner.open(&self.late)?;
+                self.ready = true;
             }
+            Ok(Notice::Failed(failure))
+                if process.gives_up_silently && failure.message.contains("the next grant") => {}
             Ok(Notice::Bye) if process.goes_at_bye => {
                 self.pass_on(message)?;
                 // It assumes Close when the last points have been received: they are lost when their sender ends.
@@ -152,6 +147,10 @@ impl Transport for Flawed {
         channel: Channel,
         into: &mut Payload,
     ) -> Result<Option<StepHeader>, TransportError> {
+        if !self.late.is_empty() && self.ready {
+            interface::transport::wait::nap(LATE);
+            self.inner.open(&std::mem::take(&mut self.late))?;
+        }
         let kind = channel.kind as usize;
         if self.coming[kind].is_empty() {
             self.look()?;

@@ -1,6 +1,6 @@
 //! Sections 1, 4, 5 and 6: messages of a step. What is out of order is refused, what goes out is in order.
 
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 use interface::message::wire::flags;
 use interface::transport::raw::{Kind, Message, Payload};
@@ -136,12 +136,12 @@ fn unwoken(bench: &Bench) -> Judgement {
     let mut longest = Duration::ZERO;
     for _ in 0..4 {
         // Long enough for a solver that spins first to be asleep.
-        interface::transport::wait::nap(Duration::from_millis(2));
-        let start = Instant::now();
+        play.session.solver.leave_alone(Duration::from_millis(2));
+        let start = play.session.solver.elapsed();
         let states = Message::new(play.header(), Payload::States(points.states.clone()));
         play.session.send_silently(&states)?;
         play.forces()?;
-        longest = longest.max(start.elapsed());
+        longest = longest.max(play.session.solver.since(start));
     }
     // Two sleeps of 10 ms, and a large margin for a busy machine.
     let limit = Duration::from_millis(500);
@@ -155,15 +155,11 @@ fn wakes(bench: &Bench) -> Judgement {
     play.grant(1e-5, 1, false)?;
     // Earlier wake-ups are consumed.
     for kind in [Kind::Forces, Kind::Report] {
-        play.session.solver.run.sleep(kind, Duration::ZERO);
+        play.session.solver.sleep(kind, Duration::ZERO);
     }
     play.send_states(&points.states)?;
     for kind in [Kind::Forces, Kind::Report] {
-        let woken = play
-            .session
-            .solver
-            .run
-            .sleep(kind, Duration::from_millis(500));
+        let woken = play.session.solver.sleep(kind, Duration::from_millis(500));
         let expected = format_args!("a wake-up with {kind:?}");
         require(woken > 0, expected, "none within 0.5 s")?;
     }

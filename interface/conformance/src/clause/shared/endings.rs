@@ -1,7 +1,7 @@
 //! Sections 1, 2, 9 and 11: how a session ends, in order or not.
 
 use std::process::{Command, Stdio};
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 use interface::hosted::Start;
 use interface::message::control::{Order, Party};
@@ -40,7 +40,7 @@ pub const CLAUSES: &[Clause] = clauses! {
         - "does not name the party that sends nothing":
             change::words("dem", "other").with(change::words("mpm", "other"));
     Must "S-11b" "names the coupler when it sends nothing, at the deadline" by silent_coupler, after: &["S-11a"];
-        - "waits for the coupler for ever": Flaw::process(|m| m.waits_for_ever = true);
+        - "does not say that the coupler is silent": Flaw::process(|m| m.gives_up_silently = true);
     Must "D-2a" "runs until Close" by lives_till_close;
         - "ends after Bye": Flaw::process(|m| m.goes_at_bye = true);
     Must "X-1a" "a failure names clause and step" by named, after: &["G-2a"];
@@ -72,10 +72,11 @@ fn in_a_step(bench: &Bench) -> Result<Run<'_>, Unmet> {
 
 /// Waits for the end of a solver.
 fn ends(session: &mut Session) -> Judgement {
-    let start = Instant::now();
+    let start = session.solver.elapsed();
     let end = session.solver.end(SOON);
     let end = end.ok_or_else(|| broken("its end", format_args!("it lives {SOON:?} later")))?;
-    Ok(format!("{end}, {:.0?} later", start.elapsed()))
+    let later = session.solver.since(start);
+    Ok(format!("{end}, {later:.0?} later"))
 }
 
 fn silent(bench: &Bench) -> Judgement {
@@ -108,10 +109,10 @@ fn impatient(bench: &Bench) -> Result<Run<'_>, Unmet> {
 
 /// A failure that comes after `least` and before `most` (s) and names `who`.
 fn gives_up(run: &mut Run, who: &str, [least, most]: [f64; 2]) -> Judgement {
-    let start = Instant::now();
+    let start = run.session.solver.elapsed();
     let longest = Duration::from_secs_f64(most);
     let failure = run.session.failure_within(longest)?;
-    let waited = start.elapsed().as_secs_f64();
+    let waited = run.session.solver.since(start).as_secs_f64();
     let words = format!("after {waited:.2} s: {}", failure.message);
     require(
         waited > least && failure.message.contains(who),
@@ -174,7 +175,7 @@ fn failed(bench: &Bench) -> Judgement {
 
 fn unjoined(bench: &Bench) -> Judgement {
     let Start::Command(command) = &bench.subject.start else {
-        return Err(Unmet::OutOfSight("it can be seen of a process only"));
+        return Err(Unmet::OutOfSight);
     };
     let mut words = Command::new(&command[0]);
     words.args(&command[1..]).stdin(Stdio::null());
@@ -197,7 +198,7 @@ fn interrupted(bench: &Bench) -> Judgement {
         .and_then(|pid| i32::try_from(pid).ok());
     let pid = pid.and_then(Pid::from_raw).expect("a process has an id");
     kill_process(pid, Signal::INT).map_err(|e| broken("a process that takes a signal", e))?;
-    interface::transport::wait::nap(Duration::from_millis(20));
+    run.session.solver.leave_alone(Duration::from_millis(20));
     run.step(1e-4)?;
     run.closed()?;
     Ok("the next step is done".into())
@@ -205,7 +206,12 @@ fn interrupted(bench: &Bench) -> Judgement {
 
 fn removes_nothing(bench: &Bench) -> Judgement {
     let mut session = Run::begun(bench)?.closed()?;
-    let run = session.solver.run.domain().directory().to_path_buf();
+    let run = session
+        .solver
+        .domain()
+        .ok_or(Unmet::OutOfSight)?
+        .directory()
+        .to_path_buf();
     ends(&mut session)?;
     let there = run.join("lock").is_file();
     require(there, "the run's directory with its lock", "they are gone")?;
@@ -218,7 +224,7 @@ fn noted(bench: &Bench) -> Judgement {
     let run = Run::begun(bench)?;
     let kit = std::process::id();
     // The kit takes part as the peer.
-    let notes = notes(run.session.solver.run.domain());
+    let notes = notes(run.session.solver.domain().ok_or(Unmet::OutOfSight)?);
     let held = notes.filter(|note| note.pid != kit && note.is_locked());
     let held: Vec<String> = held.map(|note| note.pid.to_string()).collect();
     let expected = "a locked file `joined-PID.X` in the run's directory";

@@ -75,7 +75,7 @@ impl<'b> Run<'b> {
     pub fn wait_for_peer(&mut self) -> Result<(), Unmet> {
         self.grant(1e-4, 1, false)?;
         if self.session.is_of_bodies() {
-            interface::transport::wait::nap(Duration::from_millis(20));
+            self.session.solver.leave_alone(Duration::from_millis(20));
         } else {
             self.states()?;
         }

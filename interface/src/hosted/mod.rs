@@ -1,0 +1,340 @@
+//! One solver that is started alone, while all other ends of its run are in the hands of the caller: the conformance kit
+//! judges it, a replay compares what it answers ([`crate::recording::replay`]).
+
+mod in_thread;
+
+use std::io;
+use std::process::{Child, Stdio};
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+use thiserror::Error;
+
+use self::in_thread::Served;
+use crate::message::control::{Failure, Notice, Party};
+use crate::session::{Clocked, Session, process};
+use crate::solver::{DemSolver, MpmSolver};
+use crate::transport::Transport;
+use crate::transport::domain::Domain;
+use crate::transport::raw::{ChannelError, Kind, Message, RawRun};
+use crate::transport::wait::{Awaited, Spin, until, wait};
+
+/// A solver of this program.
+pub enum Host {
+    /// A continuum.
+    Mpm(Box<dyn MpmSolver>),
+    /// A bodies' side.
+    Dem(Box<dyn DemSolver>),
+}
+
+impl Host {
+    /// Its side.
+    pub fn party(&self) -> Party {
+        match self {
+            Self::Mpm(_) => Party::Mpm,
+            Self::Dem(_) => Party::Dem,
+        }
+    }
+
+    /// Its side of a session.
+    pub fn session<'a>(&'a mut self, ends: &'a mut dyn Transport, clocked: Clocked) -> Session<'a> {
+        match self {
+            Self::Mpm(solver) => Session::mpm(&mut **solver, ends, clocked),
+            Self::Dem(solver) => Session::dem(&mut **solver, ends, clocked),
+        }
+    }
+}
+
+/// The ends of a solver's channels.
+pub type Ends = Box<dyn Transport>;
+/// Makes a solver for a run in which it has these ends, and says through which ones it talks.
+pub type Make = Arc<dyn Fn(Ends) -> (Host, Ends) + Send + Sync>;
+
+/// How a solver is started.
+#[derive(Clone)]
+pub enum Start {
+    /// A program and its arguments, to which `--join RUN` is added.
+    Command(Vec<String>),
+    /// In the thread of its caller.
+    InThread(Make),
+}
+
+/// A solver that can be started alone.
+#[derive(Clone)]
+pub struct Subject {
+    /// Its side.
+    pub party: Party,
+    /// How it is started.
+    pub start: Start,
+}
+
+impl Subject {
+    /// A solver in the thread of its caller.
+    pub fn in_thread(make: impl Fn() -> Host + Send + Sync + 'static) -> Self {
+        let party = make().party();
+        let start = Start::InThread(Arc::new(move |ends| (make(), ends)));
+        Self { party, start }
+    }
+
+    /// Whether it is a process.
+    pub fn is_process(&self) -> bool {
+        matches!(self.start, Start::Command(_))
+    }
+
+    /// Starts it in a run of its own.
+    ///
+    /// # Errors
+    /// Why the run cannot be opened, or the solver not be started.
+    pub fn start(&self) -> io::Result<Hosted> {
+        let (run, worker) = match &self.start {
+            Start::Command(command) => {
+                let (run, domain) = RawRun::open(self.party).map_err(io::Error::other)?;
+                let child = process::start(command, self.party, &domain, Stdio::inherit());
+                let worker = Worker::Process {
+                    child: child?,
+                    domain,
+                    start: Instant::now(),
+                };
+                (run, worker)
+            }
+            Start::InThread(make) => {
+                let (run, ends) = RawRun::in_thread(self.party);
+                let (host, ends) = make(ends);
+                (run, Worker::InThread(Served::new(host, ends)))
+            }
+        };
+        Ok(Hosted {
+            run,
+            worker,
+            failed: None,
+            awaited: Kind::Notice,
+            ended: None,
+        })
+    }
+}
+
+/// A solver at work.
+enum Worker {
+    /// In a process, which has joined this run.
+    Process {
+        child: Child,
+        domain: Domain,
+        start: Instant,
+    },
+    /// In the thread of its caller.
+    InThread(Served),
+}
+
+impl Worker {
+    /// How it ended, if it has.
+    fn ended(&mut self) -> Option<String> {
+        match self {
+            Self::Process { child, .. } => child.try_wait().ok().flatten().map(process::describe),
+            Self::InThread(solver) => solver.ended(),
+        }
+    }
+}
+
+/// What there is instead of a message.
+#[derive(Debug, Error)]
+pub enum Instead {
+    /// The channels do not work.
+    #[error(transparent)]
+    Channel(#[from] ChannelError),
+    /// Nothing, for this long.
+    #[error("nothing for {:.1} s", .0.as_secs_f64())]
+    Nothing(Duration),
+    /// A notice, in words.
+    #[error("{0}")]
+    Notice(String),
+    /// The end of the solver.
+    #[error("a solver that {0}")]
+    End(String),
+}
+
+/// A solver in a run of its own. Dropping it ends the solver.
+pub struct Hosted {
+    /// The coupler's and the peer's ends.
+    pub run: RawRun,
+    worker: Worker,
+    /// The last words of the solver, if they came instead of a message.
+    pub failed: Option<Failure>,
+    /// What is awaited.
+    awaited: Kind,
+    /// The solver's end. It is reported at the second look, because what was sent before it is looked for in between.
+    ended: Option<String>,
+}
+
+impl Hosted {
+    /// Time since it was started. In the thread of the caller only time in which both wait counts, and it is not waited for.
+    pub fn elapsed(&self) -> Duration {
+        match &self.worker {
+            Worker::Process { start, .. } => start.elapsed(),
+            Worker::InThread(solver) => solver.waited(),
+        }
+    }
+
+    /// Time since then.
+    pub fn since(&self, start: Duration) -> Duration {
+        self.elapsed().saturating_sub(start)
+    }
+
+    /// Waits for a message of this kind.
+    ///
+    /// # Errors
+    /// What there is instead.
+    pub fn expect(&mut self, kind: Kind, deadline: Duration) -> Result<Message, Instead> {
+        (self.awaited, self.ended) = (kind, None);
+        if self.pid().is_some() {
+            return wait(self, &mut Spin::default(), deadline).map_err(Instead::Nothing)?;
+        }
+        let start = self.elapsed();
+        loop {
+            if let Some(found) = self.look() {
+                return found;
+            }
+            if self.turn() {
+                continue;
+            }
+            let silence = self.since(start);
+            if let Some(instead) = self.interruption(silence) {
+                return instead;
+            }
+            if silence >= deadline {
+                return Err(Instead::Nothing(silence));
+            }
+            if self.ended.is_none() {
+                self.skip(deadline.saturating_sub(silence));
+            }
+        }
+    }
+
+    /// Looks until something is there, for `at_most` at most, every so often if the solver is a process.
+    pub fn until<T>(
+        &mut self,
+        at_most: Duration,
+        every: Duration,
+        mut look: impl FnMut(&mut Self) -> Option<T>,
+    ) -> Option<T> {
+        if self.pid().is_some() {
+            return until(at_most, every, || look(self));
+        }
+        let end = self.elapsed() + at_most;
+        loop {
+            let found = look(self);
+            let left = end.saturating_sub(self.elapsed());
+            if found.is_some() || left.is_zero() {
+                return found;
+            }
+            if !self.turn() {
+                self.skip(left);
+            }
+        }
+    }
+
+    /// Blocks until the solver wakes the receiver of this kind, for `at_most` at most; returns how often it has since the
+    /// last call.
+    pub fn sleep(&mut self, kind: Kind, at_most: Duration) -> u64 {
+        if self.pid().is_some() {
+            return self.run.sleep(kind, at_most);
+        }
+        let woken = |solver: &mut Self| {
+            let times = solver.run.sleep(kind, Duration::ZERO);
+            (times > 0).then_some(times)
+        };
+        self.until(at_most, at_most, woken).unwrap_or(0)
+    }
+
+    /// Leaves the solver alone for this long.
+    pub fn leave_alone(&mut self, time: Duration) {
+        self.until(time, time, |_| None::<()>);
+    }
+
+    /// Waits for the end of the solver for `within` at most; returns how it ended.
+    pub fn end(&mut self, within: Duration) -> Option<String> {
+        let every = Duration::from_micros(200);
+        self.until(within, every, |solver| solver.worker.ended())
+    }
+
+    /// Process id of the solver, if it is a process.
+    pub fn pid(&self) -> Option<u32> {
+        match &self.worker {
+            Worker::Process { child, .. } => Some(child.id()),
+            Worker::InThread(_) => None,
+        }
+    }
+
+    /// The run that the solver has joined, if it is a process.
+    pub fn domain(&self) -> Option<&Domain> {
+        match &self.worker {
+            Worker::Process { domain, .. } => Some(domain),
+            Worker::InThread(_) => None,
+        }
+    }
+
+    /// Gives a solver in this thread a turn; returns whether it did anything.
+    fn turn(&mut self) -> bool {
+        match &mut self.worker {
+            Worker::Process { .. } => false,
+            Worker::InThread(solver) => solver.turn(),
+        }
+    }
+
+    /// Lets time pass while a solver in this thread waits, `at_most` and no more than it waits for.
+    fn skip(&mut self, at_most: Duration) {
+        if let Worker::InThread(solver) = &mut self.worker {
+            solver.skip(at_most);
+        }
+    }
+}
+
+impl Awaited for Hosted {
+    type Found = Result<Message, Instead>;
+
+    /// Short, because the kit often waits for the end of a solver.
+    const NAP: Duration = Duration::from_micros(500);
+
+    fn look(&mut self) -> Option<Self::Found> {
+        let message = self.run.receive(self.awaited);
+        message.map_err(Instead::from).transpose()
+    }
+
+    fn block(&mut self, at_most: Duration) {
+        self.run.sleep(self.awaited, at_most);
+    }
+
+    fn interruption(&mut self, _: Duration) -> Option<Self::Found> {
+        if self.awaited != Kind::Notice {
+            match self.run.receive(Kind::Notice) {
+                Ok(None) => {}
+                Ok(Some(notice)) => {
+                    let words = match notice.as_notice() {
+                        Ok(Notice::Failed(failure)) => {
+                            let words = format!("Failed: {}", failure.message);
+                            self.failed = Some(failure);
+                            words
+                        }
+                        Ok(notice) => format!("{notice:?}"),
+                        Err(why) => why,
+                    };
+                    return Some(Err(Instead::Notice(words)));
+                }
+                Err(error) => return Some(Err(error.into())),
+            }
+        }
+        if let Some(end) = self.ended.take() {
+            return Some(Err(Instead::End(end)));
+        }
+        self.ended = self.worker.ended();
+        None
+    }
+}
+
+impl Drop for Hosted {
+    fn drop(&mut self) {
+        if let Worker::Process { child, .. } = &mut self.worker {
+            process::kill(child);
+            let _ = child.wait();
+        }
+    }
+}
