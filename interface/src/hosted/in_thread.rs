@@ -9,7 +9,7 @@ use std::rc::Rc;
 use std::task::{Context, Poll, Waker};
 use std::time::Duration;
 
-use super::{Ends, Host};
+use super::host::{Ends, Host};
 use crate::session::{Clocked, Turn, Wait};
 
 /// What the session of a solver is to do next.

@@ -1,6 +1,7 @@
 //! One solver that is started alone, while all other ends of its run are in the hands of the caller: the conformance kit
 //! judges it, a replay compares what it answers ([`crate::recording::replay`]).
 
+mod host;
 mod in_thread;
 
 use std::io;
@@ -12,41 +13,13 @@ use thiserror::Error;
 
 use self::in_thread::Served;
 use crate::message::control::{Failure, Notice, Party};
-use crate::session::{Clocked, Session, process};
-use crate::solver::{DemSolver, MpmSolver};
-use crate::transport::Transport;
+use crate::session::process;
 use crate::transport::domain::Domain;
 use crate::transport::raw::{ChannelError, Kind, Message, RawRun};
 use crate::transport::wait::{Awaited, Spin, until, wait};
 
-/// A solver of this program.
-pub enum Host {
-    /// A continuum.
-    Mpm(Box<dyn MpmSolver>),
-    /// A bodies' side.
-    Dem(Box<dyn DemSolver>),
-}
+pub use self::host::{Ends, Host};
 
-impl Host {
-    /// Its side.
-    pub fn party(&self) -> Party {
-        match self {
-            Self::Mpm(_) => Party::Mpm,
-            Self::Dem(_) => Party::Dem,
-        }
-    }
-
-    /// Its side of a session.
-    pub fn session<'a>(&'a mut self, ends: &'a mut dyn Transport, clocked: Clocked) -> Session<'a> {
-        match self {
-            Self::Mpm(solver) => Session::mpm(&mut **solver, ends, clocked),
-            Self::Dem(solver) => Session::dem(&mut **solver, ends, clocked),
-        }
-    }
-}
-
-/// The ends of a solver's channels.
-pub type Ends = Box<dyn Transport>;
 /// Makes a solver for a run in which it has these ends, and says through which ones it talks.
 pub type Make = Arc<dyn Fn(Ends) -> (Host, Ends) + Send + Sync>;
 

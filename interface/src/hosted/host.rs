@@ -1,0 +1,35 @@
+//! A solver of this program, whichever side it is.
+
+use crate::message::control::Party;
+use crate::session::{Clocked, Session};
+use crate::solver::{DemSolver, MpmSolver};
+use crate::transport::Transport;
+
+/// A solver of this program.
+pub enum Host {
+    /// A continuum.
+    Mpm(Box<dyn MpmSolver>),
+    /// A bodies' side.
+    Dem(Box<dyn DemSolver>),
+}
+
+impl Host {
+    /// Its side.
+    pub fn party(&self) -> Party {
+        match self {
+            Self::Mpm(_) => Party::Mpm,
+            Self::Dem(_) => Party::Dem,
+        }
+    }
+
+    /// Its side of a session.
+    pub fn session<'a>(&'a mut self, ends: &'a mut dyn Transport, clocked: Clocked) -> Session<'a> {
+        match self {
+            Self::Mpm(solver) => Session::mpm(&mut **solver, ends, clocked),
+            Self::Dem(solver) => Session::dem(&mut **solver, ends, clocked),
+        }
+    }
+}
+
+/// The ends of a solver's channels.
+pub type Ends = Box<dyn Transport>;
