@@ -277,31 +277,7 @@ fn every_mutant_of_the_physics_of_a_continuum_is_found_by_its_clause() {
     every_mutant_of_physics_is_found_by_its_clause(Of::whole(Party::Mpm));
 }
 
-/// Seeds and numbers of cases of a search: the case that is known to show what is looked for, and where it does not any more,
-/// all from the start, as in every search of `.ci/nightly`, which prints where each is found.
-pub fn searches(known: Option<u64>) -> impl Iterator<Item = (u64, u64)> {
-    let whole = std::env::var_os("TANDEM_SEARCH").is_some();
-    let known = known.filter(|_| !whole).map(|seed| (seed, 1));
-    known.into_iter().chain([(0, 10_000)])
-}
-
-/// Mutants that are found late, with a seed whose case shows them: the first one, when it was looked for last.
-const LATE: &[(&str, u64)] = &[
-    ("F-7/2", 109),
-    ("F-7/4", 23),
-    ("F-7/13", 64),
-    ("F-7/17", 28),
-    ("R-3/3", 71),
-    ("R-3e/3", 17),
-    ("L-2/2", 71),
-    ("I-7a", 48),
-    ("I-7a/2", 79),
-    ("T-1a/12", 11),
-    ("N-1a/9", 63),
-];
-
-/// Mutants of what random cases judge: the first difference that they show is of their clause. The seeds are few, so a
-/// mutant that hardly ever shows is not found.
+/// Mutants of what random cases judge: the first difference that they show is of their clause. It prints which case shows it.
 fn every_mutant_of_physics_is_found_by_its_clause(of: Of) {
     let random = |mutant: &NamedMutant| mutant.clause.is_random();
     let mutants: Vec<_> = clause::mutants(of.party)
@@ -316,22 +292,13 @@ fn every_mutant_of_physics_is_found_by_its_clause(of: Of) {
     let wrong = on_all_cores(&mutants, |mutant| {
         let start = Instant::now();
         let subject = flawed(of, mutant.mutant.flaw);
-        let known = LATE.iter().find(|(name, _)| *name == mutant.name);
-        let mut found = searches(known.map(|(_, seed)| *seed)).map(|(seed, cases)| {
-            let mut options = options(all.clone());
-            options.random = RandomCases {
-                seed,
-                cases,
-                time: Duration::from_mins(2),
-                ..options.random
-            };
-            let found = examine(&subject, &options, |_| ()).expect("a kit that starts");
-            let broken: Vec<_> = found.broken(true).map(|judged| judged.clause.id).collect();
-            let case = found.judged.iter().find_map(|judged| judged.case.as_ref());
-            (broken, case.map(|(seed, _)| *seed))
-        });
-        let found = found.find(|(_, seed)| seed.is_some());
-        let (broken, seed) = found.unwrap_or_default();
+        let mut options = options(all.clone());
+        options.random.cases = 10_000;
+        options.random.time = Duration::from_mins(2);
+        let found = examine(&subject, &options, |_| ()).expect("a kit that starts");
+        let broken: Vec<_> = found.broken(true).map(|judged| judged.clause.id).collect();
+        let seed = found.judged.iter().find_map(|judged| judged.case.as_ref());
+        let seed = seed.map(|(seed, _)| *seed);
         let took = start.elapsed().as_secs_f64();
         println!("{}: {broken:?}, {seed:?}, {took:.1} s", mutant.name);
         // A wrong force may show first as another answer on the same contact. Wrong steps may show first in the forces
