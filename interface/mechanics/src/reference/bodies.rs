@@ -481,7 +481,8 @@ impl Oracle {
         let sides = [self.point(step, info, state, at), body.side(r)];
         let who = Who::Point(info.id, b, part);
         let (touch, law) = self.touch(step, (who, law), sides, place, sums);
-        let k_n = law.normal_stiffness(overlap);
+        // A bound: that of Hertz's law falls to 0 with the overlap, as steeply as a root.
+        let k_n = law.normal_stiffness(overlap - place.blur);
         let k_t = law.tangential_stiffness(k_n);
         let point = &mut sums.expected.points[slot];
         point.couple += cross(at - x, touch.force);
@@ -538,7 +539,7 @@ impl Oracle {
                     .map(|(info, k)| self.point(step, info, &states[k], place.at));
                 let who = Who::Points(first.id, second.id);
                 let (touch, law) = self.touch(step, (who, &pair.law), sides, place, sums);
-                let k_n = law.normal_stiffness(overlap);
+                let k_n = law.normal_stiffness(overlap - place.blur);
                 let k_t = law.tangential_stiffness(k_n);
                 let stiffness = [2.0 * k_n.max(k_t), 2.0 * k_t];
                 for (slot, sign) in [(q, 1.0), (p, -1.0)] {
