@@ -22,12 +22,12 @@ pub fn dem() -> Box<dyn DemSolver> {
 
 /// The continuum solver in a process of its own.
 pub fn mpm_process(domain: &Domain) -> Result<(), SessionError> {
-    serve_mpm(domain, &mut *mpm(), true)
+    serve_mpm(domain, &mut *mpm())
 }
 
 /// The rigid-body solver in a process of its own.
 pub fn dem_process(domain: &Domain) -> Result<(), SessionError> {
-    serve_dem(domain, &mut *dem(), true)
+    serve_dem(domain, &mut *dem())
 }
 
 /// Joins a run as a solver.

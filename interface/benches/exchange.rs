@@ -80,8 +80,8 @@ fn between_processes(imps: usize, window: u64, steps: u64) -> Duration {
         iceoryx::join(names, Party::Coupler, &BOTH, SEND_TIMEOUT).expect("the coupler's ends");
     let mut supervisor = Timed::new(steps, window);
     std::thread::scope(|scope| {
-        scope.spawn(move || serve_mpm(names, &mut Points::new(imps), false));
-        scope.spawn(move || serve_dem(names, &mut HalfPlane::default(), false));
+        scope.spawn(move || serve_mpm(names, &mut Points::new(imps)));
+        scope.spawn(move || serve_dem(names, &mut HalfPlane::default()));
         let session = Session::coupler(&BOTH, &mut supervisor, &mut *transport);
         drive(session).expect("an orderly end");
     });

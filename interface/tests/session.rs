@@ -84,8 +84,8 @@ fn over_shared_memory(
     let _created = iceoryx::create(names, &BOTH, false).unwrap();
     let mut transport = iceoryx::join(names, Party::Coupler, &BOTH, SEND_TIMEOUT).unwrap();
     std::thread::scope(|scope| {
-        let points = scope.spawn(move || serve_mpm(names, &mut points, false));
-        let wall = scope.spawn(move || serve_dem(names, &mut wall, false));
+        let points = scope.spawn(move || serve_mpm(names, &mut points));
+        let wall = scope.spawn(move || serve_dem(names, &mut wall));
         let verdict = drive(Session::coupler(&BOTH, supervisor, &mut *transport));
         domain.release();
         (verdict, points.join().unwrap(), wall.join().unwrap())
@@ -281,14 +281,14 @@ fn a_refusal_is_heard_though_the_other_solver_never_comes() {
                     refuse: true,
                     ..Points::default()
                 };
-                serve_mpm(names, &mut points, false)
+                serve_mpm(names, &mut points)
             });
             let mut wall = HalfPlane {
                 // The other one takes long to configure; the refusal does not wait for it.
                 configures_for: Duration::from_secs(3),
                 ..HalfPlane::default()
             };
-            let other = scope.spawn(move || serve_dem(names, &mut wall, false));
+            let other = scope.spawn(move || serve_dem(names, &mut wall));
             let begin = Instant::now();
             let session = Session::coupler(&BOTH, &mut supervisor, &mut *transport);
             let error = drive(session).unwrap_err();

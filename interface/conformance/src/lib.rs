@@ -51,6 +51,7 @@ mod trace;
 mod verdict;
 
 use std::collections::{BTreeMap, BTreeSet};
+use std::ops::Range;
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::time::{Duration, Instant};
@@ -225,21 +226,22 @@ pub fn examine(
     })
 }
 
-/// Runs random cases, from the first seed on, however long they take; returns the clauses that do not pass, with their
+/// Runs the random cases of these seeds, however long they take; returns the clauses that do not pass, with their
 /// verdicts. A clause passes if numbers were compared. For the tests of a solver.
 ///
 /// # Errors
 /// [`ExamineError`] when nothing can be judged.
 pub fn random_cases(
     subject: &Subject,
-    cases: u64,
+    seeds: Range<u64>,
 ) -> Result<Vec<(&'static str, Verdict)>, ExamineError> {
     let random = clause::of(subject.party).into_iter();
     let random = random.filter(|clause| clause.is_random());
     let options = Options {
         only: random.map(|clause| clause.id.into()).collect(),
         random: RandomCases {
-            cases,
+            seed: seeds.start,
+            cases: seeds.end - seeds.start,
             time: Duration::MAX,
             ..RandomCases::default()
         },

@@ -106,6 +106,21 @@ impl Worker {
             Self::InThread(solver) => solver.ended(),
         }
     }
+
+    /// Gives a solver in this thread a turn; returns whether it did anything.
+    fn turn(&mut self) -> bool {
+        match self {
+            Self::Process { .. } => false,
+            Self::InThread(solver) => solver.turn(),
+        }
+    }
+
+    /// Lets time pass while a solver in this thread waits, `at_most` and no more than it waits for.
+    fn skip(&mut self, at_most: Duration) {
+        if let Self::InThread(solver) = self {
+            solver.skip(at_most);
+        }
+    }
 }
 
 /// What there is instead of a message.
@@ -161,25 +176,12 @@ impl Hosted {
         if self.pid().is_some() {
             return wait(self, &mut Spin::default(), deadline).map_err(Instead::Nothing)?;
         }
-        let start = self.elapsed();
-        loop {
-            if let Some(found) = self.look() {
-                return found;
-            }
-            if self.turn() {
-                continue;
-            }
-            let silence = self.since(start);
-            if let Some(instead) = self.interruption(silence) {
-                return instead;
-            }
-            if silence >= deadline {
-                return Err(Instead::Nothing(silence));
-            }
-            if self.ended.is_none() {
-                self.skip(deadline.saturating_sub(silence));
-            }
-        }
+        self.turns(deadline, Self::look, |solver| {
+            let instead = solver.notice_instead();
+            let instead = instead.or_else(|| solver.worker.ended().map(Instead::End));
+            instead.map(Err)
+        })
+        .unwrap_or_else(|silence| Err(Instead::Nothing(silence)))
     }
 
     /// Looks until something is there, for `at_most` at most, every so often if the solver is a process.
@@ -192,23 +194,43 @@ impl Hosted {
         if self.pid().is_some() {
             return until(at_most, every, || look(self));
         }
-        let end = self.elapsed() + at_most;
+        self.turns(at_most, look, |_| None).ok()
+    }
+
+    /// Gives a solver in this thread turns until something is there, for `at_most` at most. When it only waits, there may be
+    /// something else `instead`.
+    ///
+    /// # Errors
+    /// How long nothing was there.
+    fn turns<T>(
+        &mut self,
+        at_most: Duration,
+        mut look: impl FnMut(&mut Self) -> Option<T>,
+        instead: impl Fn(&mut Self) -> Option<T>,
+    ) -> Result<T, Duration> {
+        let start = self.elapsed();
         loop {
-            let found = look(self);
-            let left = end.saturating_sub(self.elapsed());
-            if found.is_some() || left.is_zero() {
-                return found;
+            if let Some(found) = look(self) {
+                return Ok(found);
             }
-            if !self.turn() {
-                self.skip(left);
+            if self.worker.turn() {
+                continue;
             }
+            if let Some(instead) = instead(self) {
+                return Ok(instead);
+            }
+            let silence = self.since(start);
+            if silence >= at_most {
+                return Err(silence);
+            }
+            self.worker.skip(at_most.saturating_sub(silence));
         }
     }
 
     /// Blocks until the solver wakes the receiver of this kind, for `at_most` at most; returns how often it has since the
     /// last call.
     pub fn sleep(&mut self, kind: Kind, at_most: Duration) -> u64 {
-        if self.pid().is_some() {
+        if self.pid().is_some() || at_most.is_zero() {
             return self.run.sleep(kind, at_most);
         }
         let woken = |solver: &mut Self| {
@@ -229,6 +251,27 @@ impl Hosted {
         self.until(within, every, |solver| solver.worker.ended())
     }
 
+    /// A notice, if something else is awaited, or why there is none.
+    fn notice_instead(&mut self) -> Option<Instead> {
+        if self.awaited == Kind::Notice {
+            return None;
+        }
+        let notice = match self.run.receive(Kind::Notice) {
+            Ok(notice) => notice?,
+            Err(error) => return Some(error.into()),
+        };
+        let words = match notice.as_notice() {
+            Ok(Notice::Failed(failure)) => {
+                let words = format!("Failed: {}", failure.message);
+                self.failed = Some(failure);
+                words
+            }
+            Ok(notice) => format!("{notice:?}"),
+            Err(why) => why,
+        };
+        Some(Instead::Notice(words))
+    }
+
     /// Process id of the solver, if it is a process.
     pub fn pid(&self) -> Option<u32> {
         match &self.worker {
@@ -242,21 +285,6 @@ impl Hosted {
         match &self.worker {
             Worker::Process { domain, .. } => Some(domain),
             Worker::InThread(_) => None,
-        }
-    }
-
-    /// Gives a solver in this thread a turn; returns whether it did anything.
-    fn turn(&mut self) -> bool {
-        match &mut self.worker {
-            Worker::Process { .. } => false,
-            Worker::InThread(solver) => solver.turn(),
-        }
-    }
-
-    /// Lets time pass while a solver in this thread waits, `at_most` and no more than it waits for.
-    fn skip(&mut self, at_most: Duration) {
-        if let Worker::InThread(solver) = &mut self.worker {
-            solver.skip(at_most);
         }
     }
 }
@@ -277,23 +305,8 @@ impl Awaited for Hosted {
     }
 
     fn interruption(&mut self, _: Duration) -> Option<Self::Found> {
-        if self.awaited != Kind::Notice {
-            match self.run.receive(Kind::Notice) {
-                Ok(None) => {}
-                Ok(Some(notice)) => {
-                    let words = match notice.as_notice() {
-                        Ok(Notice::Failed(failure)) => {
-                            let words = format!("Failed: {}", failure.message);
-                            self.failed = Some(failure);
-                            words
-                        }
-                        Ok(notice) => format!("{notice:?}"),
-                        Err(why) => why,
-                    };
-                    return Some(Err(Instead::Notice(words)));
-                }
-                Err(error) => return Some(Err(error.into())),
-            }
+        if let Some(instead) = self.notice_instead() {
+            return Some(Err(instead));
         }
         if let Some(end) = self.ended.take() {
             return Some(Err(Instead::End(end)));

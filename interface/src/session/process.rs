@@ -25,14 +25,14 @@ fn arguments() -> impl Iterator<Item = String> {
 /// Joins the run that the arguments name (`--join RUN`) as the continuum.
 pub fn serve_mpm<M: MpmSolver>(mut solver: M) -> ExitCode {
     with_run(arguments(), |domain| {
-        session::serve_mpm(domain, &mut solver, true)
+        session::serve_mpm(domain, &mut solver)
     })
 }
 
 /// Joins the run that the arguments name (`--join RUN`) as the bodies.
 pub fn serve_dem<D: DemSolver>(mut solver: D) -> ExitCode {
     with_run(arguments(), |domain| {
-        session::serve_dem(domain, &mut solver, true)
+        session::serve_dem(domain, &mut solver)
     })
 }
 

@@ -23,17 +23,11 @@ const LOOK: Duration = Duration::from_millis(10);
 ///
 /// # Errors
 /// Any [`SessionError`]; it was sent to the coupler.
-pub fn serve_mpm(
-    domain: &Domain,
-    solver: &mut dyn MpmSolver,
-    own_process: bool,
-) -> Result<(), SessionError> {
-    if own_process {
-        let capabilities = solver.capabilities();
-        check_side(domain, hello(Party::Mpm, solver.identity(), capabilities))?;
-    }
+pub fn serve_mpm(domain: &Domain, solver: &mut dyn MpmSolver) -> Result<(), SessionError> {
+    let capabilities = solver.capabilities();
+    check_side(domain, hello(Party::Mpm, solver.identity(), capabilities))?;
     let mut transport = iceoryx::join(domain, Party::Mpm, &[], SEND_TIMEOUT)?;
-    let session = Session::mpm(solver, &mut *transport, clocked(own_process));
+    let session = Session::mpm(solver, &mut *transport, Clocked::Process);
     drive(session.traced(domain, Party::Mpm))
 }
 
@@ -41,26 +35,12 @@ pub fn serve_mpm(
 ///
 /// # Errors
 /// Any [`SessionError`]; it was sent to the coupler.
-pub fn serve_dem(
-    domain: &Domain,
-    solver: &mut dyn DemSolver,
-    own_process: bool,
-) -> Result<(), SessionError> {
-    if own_process {
-        let capabilities = solver.capabilities();
-        check_side(domain, hello(Party::Dem, solver.identity(), capabilities))?;
-    }
+pub fn serve_dem(domain: &Domain, solver: &mut dyn DemSolver) -> Result<(), SessionError> {
+    let capabilities = solver.capabilities();
+    check_side(domain, hello(Party::Dem, solver.identity(), capabilities))?;
     let mut transport = iceoryx::join(domain, Party::Dem, &[], SEND_TIMEOUT)?;
-    let session = Session::dem(solver, &mut *transport, clocked(own_process));
+    let session = Session::dem(solver, &mut *transport, Clocked::Process);
     drive(session.traced(domain, Party::Dem))
-}
-
-fn clocked(own_process: bool) -> Clocked {
-    if own_process {
-        Clocked::Process
-    } else {
-        Clocked::Thread
-    }
 }
 
 /// Refuses to serve if the process was started as another party. Then it sends Hello on the channel on which the coupler

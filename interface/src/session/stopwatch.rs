@@ -12,8 +12,6 @@ use crate::trace::Trace;
 pub enum Clocked {
     /// The process: it runs only the solver.
     Process,
-    /// The thread: it runs only the solver.
-    Thread,
     /// Nobody's: all parties share a thread, and the caller that lets them take turns measures their time.
     Shared,
 }
@@ -84,8 +82,7 @@ impl Stopwatch {
         report.exchange_ns = self.exchange_ns;
         report.wait_ns = self.wait_ns;
         report.cpu_ns = match clocked {
-            Clocked::Process => cpu_ns(true),
-            Clocked::Thread => cpu_ns(false),
+            Clocked::Process => cpu_ns(ClockId::ProcessCPUTime),
             Clocked::Shared => self.compute_ns,
         };
     }
@@ -93,17 +90,11 @@ impl Stopwatch {
 
 /// CPU time of the calling thread, which is the coupler's.
 pub fn cpu_time() -> std::time::Duration {
-    std::time::Duration::from_nanos(cpu_ns(false))
+    std::time::Duration::from_nanos(cpu_ns(ClockId::ThreadCPUTime))
 }
 
-/// CPU time in ns of this party: that of its process, or that of its thread, which leaves out the threads of a solver's
-/// pool.
-fn cpu_ns(whole_process: bool) -> u64 {
-    let clock = if whole_process {
-        ClockId::ProcessCPUTime
-    } else {
-        ClockId::ThreadCPUTime
-    };
-    let t = clock_gettime(clock);
+/// CPU time in ns of this process or thread.
+fn cpu_ns(of: ClockId) -> u64 {
+    let t = clock_gettime(of);
     t.tv_sec as u64 * 1_000_000_000 + t.tv_nsec as u64
 }

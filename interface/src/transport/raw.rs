@@ -1,8 +1,9 @@
 //! The raw ends of a run, to test a solver.
 //!
 //! A [`RawRun`] creates every channel of a run for one solver and holds all other ends: the coupler's and the peer's. The
-//! solver is a process, which joins the run, or it gets its ends in this thread ([`RawRun::in_thread`]). A raw run sends and receives [`Message`]s as they are: any header, any records, any bytes, in any order. Nothing is checked
-//! here, on purpose. Solvers and the coupler use [`crate::session`].
+//! solver is a process, which joins the run, or it gets its ends in this thread ([`RawRun::in_thread`]). A raw run sends and
+//! receives [`Message`]s as they are: any header, any records, any bytes, in any order. Nothing is checked here, on purpose.
+//! Solvers and the coupler use [`crate::session`].
 
 use std::time::Duration;
 
@@ -148,7 +149,6 @@ impl RawRun {
 }
 
 /// One party's ends in one thread. A solver under test can be wrong in what nobody in one thread needs, so that is kept too.
-#[derive(Clone)]
 struct End {
     party: Party,
     messages: Direct,

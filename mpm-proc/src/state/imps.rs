@@ -96,18 +96,28 @@ impl Imps {
         &mut self,
         clouds: &[Cloud<W, S, A>],
     ) {
-        let mut states = core::mem::take(&mut self.states);
-        states.clear();
         let mut spins = self.state.spins.iter().peekable();
-        states.extend(self.state.members.iter().map(|m| {
+        let mut state = |m: &Member, [position, velocity]: [[f64; 2]; 2]| {
             while spins.next_if(|(of, _)| of < m).is_some() {}
             ImpState {
-                position: self.position(*m, clouds),
-                velocity: self.velocity(*m, clouds),
+                position,
+                velocity,
                 spin: spins.next_if(|(of, _)| of == m).map_or(0.0, |s| s.1),
             }
-        }));
-        self.states = states;
+        };
+        let members = self.state.members.iter();
+        self.states.clear();
+        // The kind of all members is looked up once: this runs over all of them in every step.
+        match &self.markers {
+            Some(markers) => {
+                let states = members.map(|m| state(m, markers.motion(m.local)));
+                self.states.extend(states);
+            }
+            None => {
+                let states = members.map(|m| state(m, of_point(*m, clouds)));
+                self.states.extend(states);
+            }
+        }
     }
 
     /// Position in m of a member that is there.
@@ -116,11 +126,7 @@ impl Imps {
         member: Member,
         clouds: &[Cloud<W, S, A>],
     ) -> [f64; 2] {
-        if let Some(markers) = &self.markers {
-            return markers.state.x[member.local as usize];
-        }
-        let cloud = &clouds[member.cloud as usize];
-        cloud.position(cloud.lane_of[member.local as usize] as usize)
+        self.motion(member, clouds)[0]
     }
 
     /// Velocity in m/s of a member that is there.
@@ -129,15 +135,32 @@ impl Imps {
         member: Member,
         clouds: &[Cloud<W, S, A>],
     ) -> [f64; 2] {
-        if let Some(markers) = &self.markers {
-            return markers.state.v[member.local as usize];
+        self.motion(member, clouds)[1]
+    }
+
+    fn motion<const W: usize, S: Shape<W>, A: AffineState>(
+        &self,
+        member: Member,
+        clouds: &[Cloud<W, S, A>],
+    ) -> [[f64; 2]; 2] {
+        match &self.markers {
+            Some(markers) => markers.motion(member.local),
+            None => of_point(member, clouds),
         }
-        let cloud = &clouds[member.cloud as usize];
-        cloud.velocity(cloud.lane_of[member.local as usize] as usize)
     }
 
     /// Whether a point of a cloud is a member.
     pub fn has_point(&self, cloud: u32, local: u32) -> bool {
         self.markers.is_none() && self.state.members.contains(&Member { cloud, local })
     }
+}
+
+/// Position in m and velocity in m/s of a member that is a point.
+fn of_point<const W: usize, S: Shape<W>, A: AffineState>(
+    member: Member,
+    clouds: &[Cloud<W, S, A>],
+) -> [[f64; 2]; 2] {
+    let cloud = &clouds[member.cloud as usize];
+    let lane = cloud.lane_of[member.local as usize] as usize;
+    [cloud.position(lane), cloud.velocity(lane)]
 }

@@ -115,6 +115,12 @@ impl Markers {
         }
     }
 
+    /// Position in m and velocity in m/s of a marker.
+    pub fn motion(&self, marker: u32) -> [[f64; 2]; 2] {
+        let marker = marker as usize;
+        [self.state.x[marker], self.state.v[marker]]
+    }
+
     /// The chain of a marker.
     pub fn chain(&self, marker: usize) -> &Chain {
         &self.chains[self.chain_of[marker] as usize]

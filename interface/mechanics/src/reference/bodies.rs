@@ -337,6 +337,13 @@ impl Place {
             curvature: 1.0 / distance.abs().max(blur),
         }
     }
+
+    /// The least that the stiffness can be (N/m; the second is tangential), as a bound needs it. That of Hertz's law falls to 0
+    /// with the overlap, as steeply as a root.
+    fn least_stiffness(&self, law: &Law) -> [f64; 2] {
+        let k_n = law.normal_stiffness(self.overlap - self.blur);
+        [k_n, law.tangential_stiffness(k_n)]
+    }
 }
 
 impl Sums {
@@ -481,9 +488,7 @@ impl Oracle {
         let sides = [self.point(step, info, state, at), body.side(r)];
         let who = Who::Point(info.id, b, part);
         let (touch, law) = self.touch(step, (who, law), sides, place, sums);
-        // A bound: that of Hertz's law falls to 0 with the overlap, as steeply as a root.
-        let k_n = law.normal_stiffness(overlap - place.blur);
-        let k_t = law.tangential_stiffness(k_n);
+        let [k_n, k_t] = place.least_stiffness(&law);
         let point = &mut sums.expected.points[slot];
         point.couple += cross(at - x, touch.force);
         let stiffness = [k_n, k_t];
@@ -539,8 +544,7 @@ impl Oracle {
                     .map(|(info, k)| self.point(step, info, &states[k], place.at));
                 let who = Who::Points(first.id, second.id);
                 let (touch, law) = self.touch(step, (who, &pair.law), sides, place, sums);
-                let k_n = law.normal_stiffness(overlap - place.blur);
-                let k_t = law.tangential_stiffness(k_n);
+                let [k_n, k_t] = place.least_stiffness(&law);
                 let stiffness = [2.0 * k_n.max(k_t), 2.0 * k_t];
                 for (slot, sign) in [(q, 1.0), (p, -1.0)] {
                     let point = &mut sums.expected.points[slot];
