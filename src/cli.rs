@@ -463,7 +463,7 @@ pub struct PlotArgs {
     #[arg(long, value_name = "TIME,...|all", value_delimiter = ',', value_parser = which, conflicts_with = "y")]
     pub frames: Vec<Which>,
     /// Quantity that colours the points: an expression of `x y vx vy speed stress_xx stress_yy stress_zz stress_xy
-    /// pressure volume mass density group id`, and of `plastic_strain` if a material of the run keeps it. Points without a
+    /// pressure shear volume mass density group id`, and of `plastic_strain` if a material of the run keeps it. Points without a
     /// number are grey.
     #[arg(
         long,

@@ -1,77 +1,25 @@
 //! What colours can say of points and bodies.
 
-use coupler::record::frames::vtu::{Array, Mesh};
+use coupler::record::frames::numbers::{Column, Number};
+use coupler::record::frames::vtu::Mesh;
 use serde::Serialize;
 
 use crate::pack::Scale;
 
 /// Share of the numbers at either end that may lie beyond the colours, where they would take most of them.
 const EXTREMES: f64 = 0.002;
-/// Point arrays that are not useful as a colour, or of which one of [`FIELDS`] is made.
+/// Point arrays that are not useful as a colour, or of which one of [`LABELS`] is made.
 const SILENT: [&str; 4] = ["id", "mass", "volume", "stress"];
 
-/// A field that a frame may have.
-struct Kind {
-    name: &'static str,
-    label: &'static str,
-    unit: &'static str,
-    /// The number of a point or a body from the arrays that it is made of.
-    of: fn(&[&[f64]]) -> f64,
-    /// Their names, and how many numbers of each `of` looks at.
-    arrays: &'static [(&'static str, usize)],
-}
-
-/// Fields made of the arrays that every run keeps, the usual ones first.
-const FIELDS: [Kind; 7] = [
-    Kind {
-        name: "speed",
-        label: "Speed",
-        unit: "m/s",
-        of: |v| v[0][0].hypot(v[0][1]),
-        arrays: &[("velocity", 2)],
-    },
-    Kind {
-        name: "pressure",
-        label: "Pressure",
-        unit: "Pa",
-        of: |s| -(s[0][0] + s[0][1] + s[0][2]) / 3.0,
-        arrays: &[("stress", 3)],
-    },
-    Kind {
-        name: "shear",
-        label: "Largest shear stress in the plane",
-        unit: "Pa",
-        of: |s| (0.5 * (s[0][0] - s[0][1])).hypot(s[0][3]),
-        arrays: &[("stress", 4)],
-    },
-    Kind {
-        name: "density",
-        label: "Density",
-        unit: "kg/m^3",
-        of: |mv| mv[0][0] / mv[1][0],
-        arrays: &[("mass", 1), ("volume", 1)],
-    },
-    Kind {
-        name: "vx",
-        label: "Velocity to the right",
-        unit: "m/s",
-        of: |v| v[0][0],
-        arrays: &[("velocity", 2)],
-    },
-    Kind {
-        name: "vy",
-        label: "Velocity upwards",
-        unit: "m/s",
-        of: |v| v[0][1],
-        arrays: &[("velocity", 2)],
-    },
-    Kind {
-        name: "spin",
-        label: "Spin",
-        unit: "rad/s",
-        of: |w| w[0][0],
-        arrays: &[("spin", 1)],
-    },
+/// Labels of the numbers that are useful as a colour, the usual ones first.
+const LABELS: [(&str, &str); 7] = [
+    ("speed", "Speed"),
+    ("pressure", "Pressure"),
+    ("shear", "Largest shear stress in the plane"),
+    ("density", "Density"),
+    ("vx", "Velocity to the right"),
+    ("vy", "Velocity upwards"),
+    ("spin", "Spin"),
 ];
 
 /// A field that a run has.
@@ -106,63 +54,34 @@ pub struct Shown {
 
 /// The fields that this mesh has of its points or of its cells.
 pub fn fields(mesh: &Mesh) -> Vec<Field> {
-    let made = FIELDS
-        .iter()
-        .filter(|kind| kind.arrays.iter().all(|of| array(mesh, *of).is_some()))
-        .map(|kind| Field {
-            name: kind.name.to_owned(),
-            label: kind.label.to_owned(),
-            unit: kind.unit.to_owned(),
-        });
-    // Fields of a later build are shown by their own names.
+    let field = |name: &str, label: String| {
+        let unit = Number::ALL.iter().find(|number| number.name == name);
+        let unit = unit.map(|number| number.unit).filter(|unit| *unit != "1");
+        Column::of(mesh, name).map(|_| Field {
+            name: name.to_owned(),
+            label,
+            unit: unit.unwrap_or_default().to_owned(),
+        })
+    };
+    let usual = LABELS.iter();
+    let usual = usual.filter_map(|(name, label)| field(name, (*label).to_owned()));
+    // Arrays of a later build are shown by their own names.
     let others = mesh.of_points.iter().filter(|array| {
         let known = SILENT.contains(&array.name.as_str());
-        array.components == 1 && !known && !FIELDS.iter().any(|kind| kind.name == array.name)
+        array.components == 1 && !known && !LABELS.iter().any(|(name, _)| *name == array.name)
     });
-    let others = others.map(|array| Field {
-        name: array.name.clone(),
-        label: sentence(&array.name),
-        unit: String::new(),
-    });
-    made.chain(others).collect()
-}
-
-/// An array that has so many numbers for each point or cell; one of a damaged frame may have fewer.
-fn array<'a>(mesh: &'a Mesh, (name, least): (&str, usize)) -> Option<&'a Array> {
-    mesh.array(name).filter(|array| array.components >= least)
+    let others = others.filter_map(|array| field(&array.name, sentence(&array.name)));
+    usual.chain(others).collect()
 }
 
 /// The numbers of a field, of the points or cells at these places.
 pub fn values(mesh: &Mesh, field: &Field, places: &[Option<u32>]) -> Vec<f32> {
-    let kind = FIELDS.iter().find(|kind| kind.name == field.name);
-    let names = kind.map_or_else(
-        || vec![(field.name.as_str(), 1)],
-        |kind| kind.arrays.to_vec(),
-    );
-    let arrays: Option<Vec<&Array>> = names.into_iter().map(|of| array(mesh, of)).collect();
-    let Some(arrays) = arrays else {
-        return vec![f32::NAN; places.len()];
+    let column = Column::of(mesh, &field.name);
+    let at = |place: &Option<u32>| match (&column, place) {
+        (Some(column), Some(place)) => column.at(*place as usize) as f32,
+        _ => f32::NAN,
     };
-    let of = kind.map_or((|all: &[&[f64]]| all[0][0]) as fn(&[&[f64]]) -> f64, |k| {
-        k.of
-    });
-    let mut parts: Vec<&[f64]> = Vec::new();
-    let values = places.iter().map(|place| {
-        let Some(place) = place else {
-            return f32::NAN;
-        };
-        parts.clear();
-        // A damaged frame may have fewer numbers than points.
-        parts.extend(arrays.iter().filter_map(|array| {
-            let begin = *place as usize * array.components;
-            array.values.get(begin..begin + array.components)
-        }));
-        if parts.len() < arrays.len() {
-            return f32::NAN;
-        }
-        of(&parts) as f32
-    });
-    values.collect()
+    places.iter().map(at).collect()
 }
 
 /// The range of the colours: that of all numbers, unless a few of them lie far beyond the others.
@@ -198,7 +117,7 @@ fn sentence(name: &str) -> String {
 
 #[cfg(test)]
 mod tests {
-    use coupler::record::frames::vtu::Cell;
+    use coupler::record::frames::vtu::{Array, Cell};
 
     use super::*;
 

@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use coupler::record::frames::numbers::{Column, Number};
 use coupler::record::frames::vtu::Mesh;
 use coupler::record::frames::{Frame, FrameError, times};
 use mechanics::expression::{Expression, Meaning};
@@ -16,27 +17,8 @@ use crate::figure::shape::{Form, GAP, NUMBERS, Place, Shape, WHOLE, WORDS};
 use crate::figure::sheet::{Area, MARGIN, Sheet};
 use crate::plot::Labelled;
 
-/// What can be said of a point, and its unit, in the order of [`numbers`].
-const FIELDS: [(&str, &str); 16] = [
-    ("x", "m"),
-    ("y", "m"),
-    ("vx", "m/s"),
-    ("vy", "m/s"),
-    ("speed", "m/s"),
-    ("stress_xx", "Pa"),
-    ("stress_yy", "Pa"),
-    ("stress_zz", "Pa"),
-    ("stress_xy", "Pa"),
-    ("pressure", "Pa"),
-    ("volume", "m^2"),
-    ("mass", "kg/m"),
-    ("density", "kg/m^3"),
-    ("group", "1"),
-    ("id", "1"),
-    ("plastic_strain", "1"),
-];
-/// The place in [`FIELDS`] of the only one that not every run has.
-const PLASTIC_STRAIN: usize = FIELDS.len() - 1;
+/// Where a point is, in m: what expressions may name besides [`Number::ALL`], before them.
+const PLACE: [&str; 2] = ["x", "y"];
 
 /// Width in pixels of what the pictures of a row have together, without axes.
 const ROW: f64 = 700.0;
@@ -179,12 +161,20 @@ fn pictures(options: &SnapshotOptions) -> Result<Vec<Picture>, StudyError> {
     for run in &options.runs {
         for time in times_of(Path::new(&run.what), &options.at)? {
             let frame = Frame::read(Path::new(&run.what), time).map_err(|e| unread(&e))?;
-            if colour.uses(&|slot| slot == PLASTIC_STRAIN) {
-                has_plastic_strain(&run.what, &frame)?;
-            }
             let of = run.label.as_ref().map(|label| format!("{label}, "));
             let caption = format!("{}t = {} s", of.unwrap_or_default(), label(time));
-            pictures.push(picture(caption, &frame, &colour, options.forces)?);
+            let dots = frame.points.as_ref().map(|points| dots(points, &colour));
+            let dots = dots.unwrap_or(Ok(Vec::new()));
+            pictures.push(Picture {
+                caption,
+                dots: dots.map_err(|name| without(&name, &run.what, time))?,
+                outlines: outlines(&frame),
+                forces: if options.forces {
+                    forces(&frame)?
+                } else {
+                    Vec::new()
+                },
+            });
         }
     }
     Ok(pictures)
@@ -192,10 +182,10 @@ fn pictures(options: &SnapshotOptions) -> Result<Vec<Picture>, StudyError> {
 
 /// What colours say, and lines of contact forces, with the largest in N/m to three digits.
 fn legend(options: &SnapshotOptions, grey: bool, largest: f64) -> String {
-    let named = FIELDS.iter().find(|field| field.0 == options.colour.what);
+    let named = Number::ALL.iter().find(|n| n.name == options.colour.what);
     let mut legend = match (&options.colour.label, named) {
         (Some(label), _) => label.clone(),
-        (None, Some((name, unit))) if *unit != "1" => format!("{name} [{unit}]"),
+        (None, Some(n)) if n.unit != "1" => format!("{} [{}]", n.name, n.unit),
         (None, _) => options.colour.what.clone(),
     };
     if grey {
@@ -293,17 +283,12 @@ fn unread(error: &FrameError) -> StudyError {
 }
 
 fn compile(text: &str) -> Result<Expression, StudyError> {
-    let slot = |name: &str| {
-        FIELDS
-            .iter()
-            .position(|field| field.0 == name)
-            .map(Meaning::Slot)
-    };
+    let names = || PLACE.into_iter().chain(Number::ALL.iter().map(|n| n.name));
+    let slot = |name: &str| names().position(|known| known == name).map(Meaning::Slot);
     Expression::compile(text, &slot).map_err(|error| {
-        let names = FIELDS.map(|field| field.0).join(", ");
         StudyError::asked(
             format!("`{text}`: {}", error.message),
-            format!("a point has {names}"),
+            format!("a point has {}", names().collect::<Vec<_>>().join(", ")),
         )
     })
 }
@@ -319,42 +304,26 @@ fn ends(numbers: impl Iterator<Item = f64>, given: [Option<f64>; 2]) -> [f64; 2]
     [0, 1].map(|k| given[k].unwrap_or(all[k]))
 }
 
-fn picture(
-    caption: String,
-    frame: &Frame,
-    colour: &Expression,
-    with_forces: bool,
-) -> Result<Picture, StudyError> {
-    let points = frame.points.as_ref();
+/// The outlines of the bodies of a frame.
+fn outlines(frame: &Frame) -> Vec<Vec<Place>> {
     let bodies = frame.bodies.iter().flat_map(Mesh::cells);
     let outline = |body: &[[f64; 2]]| body.iter().map(|p| (p[0], p[1])).collect();
-    let none = || Ok(Vec::new());
-    Ok(Picture {
-        caption,
-        dots: points.map_or_else(none, |points| dots(points, colour))?,
-        outlines: bodies.map(outline).collect(),
-        forces: if with_forces {
-            forces(frame)?
-        } else {
-            Vec::new()
-        },
-    })
+    bodies.map(outline).collect()
 }
 
-/// Refuses a frame of points without plastic strain.
-fn has_plastic_strain(run: &str, frame: &Frame) -> Result<(), StudyError> {
-    let points = frame.points.as_ref();
-    if points.is_none_or(|points| points.array("plastic_strain").is_some()) {
-        return Ok(());
-    }
-    Err(StudyError::asked(
-        format!(
-            "the points of {run} have no `plastic_strain` at {} s",
-            frame.time
-        ),
-        "a run has it if one of its materials keeps it (`von_mises`, `mu_i`, sand with `critical_state` or `separates`) \
-         and `output.fields` names it or is left out; else choose another quantity for --colour",
-    ))
+/// Refuses a frame without a number of points.
+fn without(name: &str, run: &str, time: f64) -> StudyError {
+    let help = match name {
+        "plastic_strain" => {
+            "a run has it if one of its materials keeps it (`von_mises`, `mu_i`, sand with `critical_state` or `separates`) \
+             and `output.fields` names it or is left out; else choose another quantity for --colour"
+        }
+        _ => "name it in `output.fields`, and run again; or choose another quantity for --colour",
+    };
+    StudyError::asked(
+        format!("the points of {run} have no `{name}` at {time} s"),
+        help,
+    )
 }
 
 /// The contact forces of a frame.
@@ -379,48 +348,27 @@ fn forces(frame: &Frame) -> Result<Vec<([Place; 2], f64)>, StudyError> {
         .collect())
 }
 
-fn dots(points: &Mesh, colour: &Expression) -> Result<Vec<Dot>, StudyError> {
-    let missing = |name: &str| StudyError::Figure(format!("the frame has no `{name}` of points"));
-    let array = |name: &str| points.array(name).ok_or_else(|| missing(name));
-    let [velocity, stress, volume, mass, group, id] =
-        ["velocity", "stress", "volume", "mass", "group", "id"].map(array);
-    let (velocity, stress, volume) = (velocity?, stress?, volume?);
-    let (mass, group, id) = (mass?, group?, id?);
-    // Whether it is needed was asked before.
-    let plastic = points.array("plastic_strain");
-    let rows = points.points.iter().enumerate().map(|(k, &[x, y])| {
-        let of = |array: &coupler::record::frames::vtu::Array, component: usize| {
-            array.values[k * array.components + component]
-        };
-        let [vx, vy] = [0, 1].map(|c| of(velocity, c));
-        let [xx, yy, zz, xy] = [0, 1, 2, 3].map(|c| of(stress, c));
-        let pressure = -(xx + yy + zz) / 3.0;
-        let volume = of(volume, 0);
-        let row = [
-            x,
-            y,
-            vx,
-            vy,
-            vx.hypot(vy),
-            xx,
-            yy,
-            zz,
-            xy,
-            pressure,
-            volume,
-            of(mass, 0),
-            of(mass, 0) / volume,
-            of(group, 0),
-            of(id, 0),
-            plastic.map_or(f64::NAN, |strain| of(strain, 0)),
-        ];
+/// The points of a frame, or the number that they lack.
+fn dots(points: &Mesh, colour: &Expression) -> Result<Vec<Dot>, String> {
+    let column = |name: &str| Column::of(points, name).ok_or_else(|| name.to_owned());
+    let volume = column("volume")?;
+    let slots = (PLACE.len()..).zip(&Number::ALL);
+    let used = slots.filter(|(slot, _)| colour.uses(&|used| used == *slot));
+    let used = used.map(|(slot, number)| Ok((slot, column(number.name)?)));
+    let used: Vec<(usize, Column)> = used.collect::<Result<_, String>>()?;
+    let mut row = [0.0; PLACE.len() + Number::ALL.len()];
+    let dot = |(k, &[x, y]): (usize, &[f64; 2])| {
+        [row[0], row[1]] = [x, y];
+        for (slot, column) in &used {
+            row[*slot] = column.at(k);
+        }
         Dot {
             at: (x, y),
-            side: volume.sqrt(),
+            side: volume.at(k).sqrt(),
             value: colour.evaluate(&row),
         }
-    });
-    Ok(rows.collect())
+    };
+    Ok(points.points.iter().enumerate().map(dot).collect())
 }
 
 #[cfg(test)]
@@ -459,6 +407,7 @@ mod tests {
             ),
             ("mass/volume", 28.0),
             ("density", 28.0),
+            ("shear", 0.5f64.hypot(8.0)),
             ("group + 10*id", 51.0),
             ("100*plastic_strain", 12.5),
         ] {

@@ -6,6 +6,7 @@
 
 mod instant;
 mod meshes;
+pub mod numbers;
 mod outline;
 pub mod vtu;
 
