@@ -224,6 +224,14 @@ fn cases() -> Vec<Case> {
     catalogue().iter().flat_map(of_scene).collect()
 }
 
+/// Number of the way with which the environment begins.
+fn turn() -> usize {
+    let turn = std::env::var("TANDEM_TURN").map_or(0, |turn| {
+        turn.parse().expect("TANDEM_TURN is a whole number")
+    });
+    turn % WAYS.len()
+}
+
 /// Whether the environment asks for a scene.
 fn wanted(case: &Case) -> bool {
     let part = std::env::var("TANDEM_SCENES").unwrap_or_default();
@@ -290,14 +298,11 @@ fn every_row_has_its_bits() {
     let longest = std::env::var("TANDEM_LONGEST").map_or(f64::INFINITY, |longest| {
         longest.parse().expect("TANDEM_LONGEST is in s")
     });
-    let turn = std::env::var("TANDEM_TURN").map_or(0, |turn| {
-        turn.parse().expect("TANDEM_TURN is a whole number")
-    });
     let rows = baseline();
     let rows = rows
         .iter()
         .filter(|row| row.wall <= longest && wanted(&row.case));
-    let ways = WAYS.into_iter().cycle().skip(turn % WAYS.len());
+    let ways = WAYS.into_iter().cycle().skip(turn());
     let work: Vec<_> = rows.zip(ways).collect();
     assert!(!work.is_empty(), "no row is left to run");
     assert_same_bits(&work);
@@ -359,7 +364,7 @@ fn a_difference_says_what_differs() {
 /// Writes rows as `baseline.csv` has them.
 fn retake(file: &OsStr) {
     let cases: Vec<Case> = cases().into_iter().filter(wanted).collect();
-    let rows = all(&cases, |case| case.run(WAYS[0], None, PATIENCE).line());
+    let rows = all(&cases, |case| case.run(WAYS[turn()], None, PATIENCE).line());
     let text = format!("{HEADER}\n{}\n", rows.join("\n"));
     fs::write(root().join(file), text).expect("the file can be written");
 }

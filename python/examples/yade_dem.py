@@ -4,7 +4,7 @@
     tandem run scenes/verification/tumble.toml --dem "/usr/bin/python3 python/examples/yade_dem.py"
     tandem run scenes/verification/tumble.toml --dem "yade -n -x python/examples/yade_dem.py"
 
-YADE finds the contacts, keeps their tangential springs and makes the forces; YADE integrates the bodies. A body is a
+YADE finds the contacts, keeps their tangential springs and makes the forces; YADE moves the bodies, as `Body.kick` says. A body is a
 clump of grid connections (a polygon's edges, swept by its sphero-radius) or a sphere (a disc); a point is a sphere that
 is put where the continuum says. What is here: words between the two, and the bounds that YADE does not know. Where the
 results differ from those of the built-in solver, and why, stands in docs/other-solvers.md.
@@ -72,12 +72,12 @@ class Body:
     def state(self):
         return O.bodies[self.id].state
 
-    def kick(self, step, load, gravity):
-        """Sets YADE's velocity so that its own kick, by its dt, ends where that of T-1 does: where steps change, the two
-        are not the same."""
-        m, more = self.motion, step.kick - step.dt
+    def kick(self, kick, load, gravity):
+        """Gives YADE the velocity of T-1: with the forces that both sides have been told, not with those of YADE's engine, which
+        ends a contact at the end of a grid connection."""
+        m = self.motion
         rates = (load.fx / m.mass + gravity[0], load.fy / m.mass + gravity[1], load.torque / m.inertia)
-        vx, vy, spin = (v + rate * (more if step.dt > 0.0 else step.kick) for v, rate in zip(m[3:6], rates))
+        vx, vy, spin = (v + rate * kick for v, rate in zip(m[3:6], rates))
         self.state.vel, self.state.angVel = (vx, vy, 0.0), (0.0, 0.0, spin)
         self.motion = m._replace(vx=vx, vy=vy, spin=spin)
 
@@ -135,13 +135,10 @@ class Yade:
         laws = [yade.Law2_ScGridCoGeom_FrictPhys_CundallStrack(), yade.Law2_ScGeom_FrictPhys_CundallStrack()]
         collider = yade.InsertionSortCollider([yade.Bo1_Sphere_Aabb(), yade.Bo1_GridConnection_Aabb()], verletDist=0.0)
         collider.avoidSelfInteractionMask = POINT | SURFACE
-        gravity = (*self.gravity, 0.0)
-        # The forces are of the step before, by intention: of `run(.., moving=False)`.
-        self.newton = yade.NewtonIntegrator(
-            damping=0.0, exactAsphericalRot=False, gravity=gravity, warnNoForceReset=False
-        )
-        self.finding = [yade.ForceResetter(), collider, yade.InteractionLoop(geometry, [physics], laws)]
-        O.engines = [*self.finding, self.newton]
+        # Without forces: `Body.kick` has set the velocities.
+        self.newton = yade.NewtonIntegrator(damping=0.0, exactAsphericalRot=False)
+        self.finding = [collider, yade.InteractionLoop(geometry, [physics], laws)]
+        O.engines = [yade.ForceResetter(), *self.finding, self.newton]
 
     def run(self, dt, moving):
         """One step of YADE: either it finds the forces, of the interval `dt` behind, or it moves the bodies by `dt`."""
@@ -226,7 +223,7 @@ class Yade:
         self.bounds.commit()
         free = [(body, load) for body, load in zip(self.all, self.loads) if body.free]
         for body, load in free:
-            body.kick(step, load, self.gravity)
+            body.kick(step.kick, load, self.gravity)
         if step.dt > 0.0:
             self.run(step.dt, moving=True)
             for body, _ in free:

@@ -220,19 +220,22 @@ impl Side for Bodies<'_> {
                 self.contacts = self.solver.contacts(&step, points.states);
             }
             let measured = answer.travel.is_none();
-            if let (true, Some(follower)) = (measured, &mut self.follower) {
-                check::numbers(
-                    Party::Dem,
-                    "F-4",
-                    step.index,
-                    Records::Forces(self.forces.on_points()),
-                )?;
-                advance(self.solver, Some(follower), &step, &self.forces)
-                    .map_err(|f| to.fault(f))?;
-                answer.limits = follower.limits(answer.limits, &self.forces);
-                answer.travel = Some(follower.travel());
+            let moved = match &mut self.follower {
+                Some(follower) if measured => {
+                    let moved = advance(self.solver, Some(&mut *follower), &step, &self.forces);
+                    answer.limits = follower.limits(answer.limits, &self.forces);
+                    answer.travel = Some(follower.travel());
+                    moved.map_err(|f| to.fault(f))
+                }
+                _ => Ok(()),
+            };
+            let limits = || check::number(Party::Dem, "L-1", step.index, &answer.limits);
+            if let Err(error) = moved.and_then(|()| limits()) {
+                // Forces that are no numbers are the cause of the rest. Otherwise their receiver looks.
+                let forces = Records::Forces(self.forces.on_points());
+                check::numbers(Party::Dem, "F-4", step.index, forces)?;
+                return Err(error);
             }
-            check::number(Party::Dem, "L-1", step.index, &answer.limits)?;
             if to.coupled {
                 let halt = if to.grant.allows(&answer.limits) {
                     0
