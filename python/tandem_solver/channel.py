@@ -104,23 +104,23 @@ class Run:
                 return True
         return False
 
-    def _service(self, name, record):
+    def _service(self, name):
         attributes = iox2.AttributeVerifier.new()
         attributes = attributes.require(iox2.AttributeKey.new("layout"), iox2.AttributeValue.new(LAYOUT_HASH))
-        builder = self.node.service_builder(iox2.ServiceName.new(name)).publish_subscribe(iox2.Slice[record])
+        builder = self.node.service_builder(iox2.ServiceName.new(name)).publish_subscribe(iox2.Slice[ctypes.c_uint8])
         builder = builder.user_header(StepHeader).max_publishers(1).max_subscribers(1).max_nodes(3)
         builder = builder.subscriber_max_buffer_size(4).subscriber_max_borrowed_samples(1)
         return builder.history_size(0).enable_safe_overflow(False).open_with_attributes(attributes)
 
-    def sender(self, name, record, room=64):
-        """The sending end of a channel; `room` is its initial slice."""
-        builder = self._service(name, record).publisher_builder().initial_max_slice_len(room)
+    def sender(self, name, room=8192):
+        """The sending end of a channel; `room` is that of its first segment in bytes."""
+        builder = self._service(name).publisher_builder().initial_max_slice_len(room)
         builder = builder.allocation_strategy(iox2.AllocationStrategy.PowerOfTwo).max_loaned_samples(1)
         return Sender(builder.backpressure_strategy(iox2.BackpressureStrategy.RetryUntilDelivered).create())
 
     def receiver(self, name, record):
-        """The receiving end of a channel."""
-        return Receiver(self._service(name, record).subscriber_builder().create(), record)
+        """The receiving end of a channel of these records."""
+        return Receiver(self._service(name).subscriber_builder().create(), ctypes.sizeof(record))
 
     def wake(self, sender, receiver):
         """The wake-ups from one party to another one (clause B-1)."""
@@ -196,7 +196,7 @@ class Sender:
     def send(self, header, count, data):
         """Sends `count` records, whose bytes are `data`, under `header` (clause C-4: the count is set here)."""
         header.count = count
-        sample = self.publisher.loan_slice_uninit(count)
+        sample = self.publisher.loan_slice_uninit(len(data))
         ctypes.memmove(sample.payload_ptr, data, len(data))
         ctypes.memmove(sample.user_header_ptr, ctypes.addressof(header), ctypes.sizeof(header))
         sample.assume_init().send()
@@ -205,19 +205,20 @@ class Sender:
 class Receiver:
     """The receiving end of a channel."""
 
-    def __init__(self, subscriber, record):
-        self.subscriber, self.size = subscriber, ctypes.sizeof(record)
+    def __init__(self, subscriber, size):
+        self.subscriber, self.size = subscriber, size
 
     def receive(self):
         """The header, the number of records and a copy of their bytes (clause C-5), or None."""
         sample = self.subscriber.receive()
         if sample is None:
             return None
-        # Not `payload().len()`: that counts bytes (upstream issue 1533).
-        count = sample.header.number_of_elements
-        data = ctypes.string_at(sample.payload_ptr, count * self.size)
+        data = ctypes.string_at(sample.payload_ptr, sample.header.number_of_elements)
         header = StepHeader.from_buffer_copy(ctypes.string_at(sample.user_header_ptr, ctypes.sizeof(StepHeader)))
         sample.delete()
+        count, rest = divmod(len(data), self.size)
+        if rest:
+            raise SessionError(f"a message of {len(data)} bytes, which are not whole records of {self.size} (C-4)")
         return header, count, data
 
 

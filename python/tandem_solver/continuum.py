@@ -29,7 +29,7 @@ from .session import Seat, allows, serve
 class _Mpm(Seat):
     """The continuum's side: the steps of a grant, and the line to the bodies."""
 
-    PARTY, OTHER, RESULTS = "mpm", "dem", ("mpm/groups", wire.GroupState)
+    PARTY, OTHER, RESULTS = "mpm", "dem", "mpm/groups"
 
     def check(self, config):
         check_fields("mpm", config, MPM)
@@ -40,10 +40,10 @@ class _Mpm(Seat):
         return self.solver.measurement()
 
     def open(self, config):
-        self.points_out = self.run.sender("mpm/points", wire.PointState)
+        self.points_out = self.run.sender("mpm/points")
         if self.coupled:
-            self.set_out = self.run.sender("imp/set", wire.ImpInfo)
-            self.states_out = self.run.sender("imp/states", wire.ImpState)
+            self.set_out = self.run.sender("imp/set")
+            self.states_out = self.run.sender("imp/states")
             self.forces_in = self.run.receiver("imp/forces", wire.ImpForce)
             self.envelopes_in = self.run.receiver("imp/envelopes", wire.EnvelopeVertex)
             radii = [group["contact_radius"] for group in config["points"] if group["contact_radius"] is not None]

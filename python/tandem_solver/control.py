@@ -3,7 +3,7 @@
 import struct
 from dataclasses import dataclass, field
 
-PROTOCOL = (7, 0)
+PROTOCOL = (8, 0)
 PARTIES = {"coupler": 0, "mpm": 1, "dem": 2}
 # Clause M-1.
 MAX_BYTES = 256 << 20

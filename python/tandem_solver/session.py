@@ -98,15 +98,15 @@ class Seat:
     PARTY: str
     OTHER: str
     # Where its measurement goes: channel and record.
-    RESULTS: tuple
+    RESULTS: str
 
     def __init__(self, run, solver):
         self.run, self.solver, self.watch, self.step = run, solver, _Stopwatch(), 0
         self.generation, self.set, self.deadline, self.ready, self.granted = 0, [], SETUP, False, False
         byte, me = ctypes.c_uint8, self.PARTY
         self.orders, self.grants = run.receiver(f"{me}/orders", byte), run.receiver(f"{me}/grants", wire.Grant)
-        self.notices = run.sender(f"{me}/notices", byte, 65536)
-        self.reports = run.sender(f"{me}/reports", wire.Report)
+        self.notices = run.sender(f"{me}/notices", 65536)
+        self.reports = run.sender(f"{me}/reports")
         self.woken, self.coupler = run.wake("coupler", me), run.wake(me, "coupler")
         self.saves = "save" in getattr(solver, "capabilities", ())
         self.restore_in = run.receiver(f"{me}/restore", byte) if self.saves else None
@@ -190,13 +190,13 @@ class Seat:
         state = self.awaited_state() if configure.restore else None
         self.check(config)
         readiness = self.solver.configure(config)
-        self.results = self.run.sender(*self.RESULTS)
+        self.results = self.run.sender(self.RESULTS)
         if self.coupled:
             self.other_woken = self.run.wake(self.OTHER, self.PARTY)
             self.other = self.run.wake(self.PARTY, self.OTHER)
         self.open(config)
         if self.saves:
-            self.saved = self.run.sender(f"{self.PARTY}/saved", ctypes.c_uint8)
+            self.saved = self.run.sender(f"{self.PARTY}/saved")
         if state is not None:
             self.take_state(state)
         self.notify(control.ready(configure.scene_hash, readiness))
@@ -329,7 +329,7 @@ def allows(grant, limits):
 class _Dem(Seat):
     """The bodies' side: the steps of a grant, and the line to the continuum."""
 
-    PARTY, OTHER, RESULTS = "dem", "mpm", ("dem/bodies", wire.BodyState)
+    PARTY, OTHER, RESULTS = "dem", "mpm", "dem/bodies"
 
     def check(self, config):
         check_fields("dem", config, DEM)
@@ -348,8 +348,8 @@ class _Dem(Seat):
         if self.coupled:
             self.set_in = self.run.receiver("imp/set", wire.ImpInfo)
             self.states_in = self.run.receiver("imp/states", wire.ImpState)
-            self.forces_out = self.run.sender("imp/forces", wire.ImpForce)
-            self.envelopes_out = self.run.sender("imp/envelopes", wire.EnvelopeVertex)
+            self.forces_out = self.run.sender("imp/forces")
+            self.envelopes_out = self.run.sender("imp/envelopes")
 
     def motions(self):
         return list(self.solver.bodies()) if hasattr(self.solver, "bodies") else self.held
@@ -467,7 +467,7 @@ def serve_dem(solver, arguments=None):
 def _say_on_the_wrong_side(run_id, expected, hello):
     """Clause O-1: says Hello where the coupler listens for another party, and waits for the end of the session."""
     run = Run(run_id, expected)
-    notices, coupler = run.sender(f"{expected}/notices", ctypes.c_uint8, 65536), run.wake(expected, "coupler")
+    notices, coupler = run.sender(f"{expected}/notices", 65536), run.wake(expected, "coupler")
     notices.send(wire.StepHeader(), len(hello), hello)
     coupler.wake()
     end = time.monotonic() + 2.0

@@ -61,7 +61,7 @@ class Record(ctypes.LittleEndianStructure):
 
     @classmethod
     def type_name(cls):
-        """The name by which iceoryx2 compares types (clause C-2)."""
+        """The name by which iceoryx2 compares headers (clause C-2)."""
         return "tandem/" + cls.NAME
 
     def fault(self):

@@ -10,7 +10,7 @@ from tandem_solver import blake3, control, wire
 
 class Control(unittest.TestCase):
     def test_the_bytes_of_the_protocol_page(self):
-        hello = "00000000 07000000 00000000 02000000 0800000000000000 6469736320302e31 67120000"
+        hello = "00000000 08000000 00000000 02000000 0800000000000000 6469736320302e31 67120000"
         capabilities = "0100000000000000 0400000000000000 73617665"
         self.assertEqual(control.hello("dem", "disc 0.1", 4711, ["save"]), bytes.fromhex(hello + capabilities))
         order = control.decode_order(bytes.fromhex(

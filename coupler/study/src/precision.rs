@@ -12,10 +12,14 @@ pub fn pareto(points: &[(f64, f64)]) -> Vec<bool> {
         .collect()
 }
 
-/// The exponent `p` of `y = C x^p` that fits best: least squares of the logarithms. `None` of fewer than two different
-/// `x`, and of numbers that have no logarithm.
+/// A relative error that is no larger than this is rounding, which has no order.
+const ROUNDING: f64 = 1e-12;
+
+/// The exponent `p` of `y = C x^p` that fits best, of relative errors `y`: least squares of the logarithms. `None` of fewer
+/// than two different `x` whose errors are finite and more than rounding.
 pub fn order(points: &[(f64, f64)]) -> Option<f64> {
-    let positive = |p: &&(f64, f64)| p.0 > 0.0 && p.1 > 0.0 && p.0.is_finite() && p.1.is_finite();
+    let finite = |p: &(f64, f64)| p.0.is_finite() && p.1.is_finite();
+    let positive = |p: &&(f64, f64)| p.0 > 0.0 && p.1 > ROUNDING && finite(p);
     let logs: Vec<(f64, f64)> = points
         .iter()
         .filter(positive)
@@ -37,7 +41,7 @@ pub fn order_against(finest: f64, points: &[(f64, f64)]) -> Option<f64> {
     let usable: Vec<(f64, f64)> = points
         .iter()
         .copied()
-        .filter(|p| p.0 > finest && p.1 > 0.0 && p.1.is_finite())
+        .filter(|p| p.0 > finest && p.1 > ROUNDING && p.1.is_finite())
         .collect();
     order(&usable)?;
     let spread = |p: f64| {
@@ -81,6 +85,12 @@ mod tests {
         }
         assert_eq!(order_against(2.5, &[(5.0, 1.0)]), None);
         assert_eq!(order_against(2.5, &[(5.0, 1.0), (2.5, 1.0)]), None);
+    }
+
+    #[test]
+    fn rounding_has_no_order() {
+        assert_eq!(order(&[(0.01, 4.103e-15), (0.005, 5.234e-15)]), None);
+        assert_eq!(order(&[(0.01, 1e-3), (0.005, 5e-15)]), None);
     }
 
     #[test]

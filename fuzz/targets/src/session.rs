@@ -125,7 +125,7 @@ fn restore(party: Party, messages: &mut Vec<Sent>) {
 
 fn bytes(payload: &Payload) -> Vec<u8> {
     let mut bytes = Vec::new();
-    payload.records().write(&mut bytes);
+    bytes.extend_from_slice(payload.records().bytes());
     bytes
 }
 

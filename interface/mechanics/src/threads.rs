@@ -77,10 +77,11 @@ impl Threads {
 
     /// Calls `act` for every task.
     #[inline]
-    pub fn each<T: Send>(&self, mut tasks: impl Iterator<Item = T> + Send, act: impl Fn(T) + Sync) {
+    pub fn each<T: Send>(&self, tasks: impl Iterator<Item = T> + Send, act: impl Fn(T) + Sync) {
         match &self.0 {
             Some(pool) if tasks.size_hint().1 != Some(1) => {
-                pool.share(&mut tasks, &|task, _| act(task), &|_| {});
+                let tasks: Vec<Slot<T>> = tasks.map(Slot::new).collect();
+                pool.share(tasks.len(), &|i, _| act(tasks[i].take()), &|_| {});
             }
             _ => tasks.for_each(act),
         }
@@ -101,6 +102,7 @@ impl Threads {
             }
             return;
         };
+        let tasks: Vec<Slot<_>> = tasks.map(Slot::new).collect();
         let places = std::iter::repeat_with(OnceLock::new).take(tasks.len());
         let done: Vec<OnceLock<(&S, usize)>> = places.collect();
         let taken = AtomicUsize::new(0);
@@ -120,7 +122,8 @@ impl Threads {
             }
             taken.store(next, Ordering::Release);
         };
-        let run = |(i, (task, place)): (usize, (T, &'a mut S)), thread: usize| {
+        let run = |i: usize, thread: usize| {
+            let (task, place): (T, &'a mut S) = tasks[i].take();
             act(task, place);
             assert!(done[i].set((place, thread)).is_ok(), "a task ran twice");
             take_next(Some(thread));
@@ -134,8 +137,22 @@ impl Threads {
                 last.is_none_or(|last| taken.load(Ordering::Acquire) > last)
             });
         };
-        pool.share(&mut tasks.enumerate(), &run, &rest);
+        pool.share(tasks.len(), &run, &rest);
         take_next(None);
+    }
+}
+
+/// A task until a thread takes it.
+struct Slot<T>(Mutex<Option<T>>);
+
+impl<T> Slot<T> {
+    fn new(task: T) -> Self {
+        Self(Mutex::new(Some(task)))
+    }
+
+    fn take(&self) -> T {
+        let task = self.0.lock().expect("nobody panics with the lock").take();
+        task.expect("each task is taken once")
     }
 }
 
@@ -147,42 +164,34 @@ struct Pool {
 }
 
 impl Pool {
-    /// Runs the tasks on all threads, the caller's among them, and `rest` on each when it finds no more. Otherwise the
+    /// Runs `count` tasks on all threads, the caller's among them, and `rest` on each when it finds no more. Otherwise the
     /// caller would sleep, and to wake it costs as much as a small loop.
     ///
-    /// `act` is `dyn`: a kernel would else be compiled into each of the three places that call it, which made a third of
-    /// `mpm-proc`.
-    fn share<T: Send>(
+    /// It knows nothing of what a task is, so that it is compiled once and not for each of a hundred loops.
+    fn share(
         &self,
-        tasks: &mut (dyn Iterator<Item = T> + Send),
-        act: &(dyn Fn(T, usize) + Sync),
+        count: usize,
+        act: &(dyn Fn(usize, usize) + Sync),
         rest: &(dyn Fn(usize) + Sync),
     ) {
-        let count = self.calls.call();
+        let call = self.calls.call();
         let mut alone = 0;
-        if !within(FIRST_LOOKS, || self.calls.all_have_seen(count)) {
+        if !within(FIRST_LOOKS, || self.calls.all_have_seen(call)) {
             loop {
-                let Some(task) = tasks.next() else {
+                if alone == count {
                     return rest(CALLER);
-                };
-                act(task, CALLER);
+                }
+                act(alone, CALLER);
                 alone += 1;
-                if self.calls.all_have_seen(count) {
+                if self.calls.all_have_seen(call) {
                     break;
                 }
             }
         }
-        let mut rest_of_tasks: Vec<T> = tasks.collect();
         let threads = self.threads.current_num_threads() + 1;
-        let all = alone + rest_of_tasks.len();
-        let mut parts: Vec<_> = (0..threads)
-            .rev()
-            .map(|thread| {
-                let from = (all * thread / threads).saturating_sub(alone);
-                Mutex::new(rest_of_tasks.split_off(from).into_iter())
-            })
-            .collect();
-        parts.reverse();
+        let begin = |thread: usize| (count * thread / threads).max(alone);
+        let parts = (0..threads).map(|thread| Mutex::new(begin(thread)..begin(thread + 1)));
+        let parts: Vec<_> = parts.collect();
         let part = |k: usize| parts[k].lock().expect("no task is made in a panic");
         let next = |thread: usize| {
             let own = part(thread).next();

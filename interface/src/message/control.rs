@@ -11,7 +11,7 @@ use crate::solver::{Fault, Readiness, Refusal};
 use crate::text;
 
 /// Version of the protocol. Another major version is refused, another minor one accepted.
-pub const PROTOCOL: (u32, u32) = (7, 0);
+pub const PROTOCOL: (u32, u32) = (8, 0);
 
 /// The parties of a session.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]

@@ -10,7 +10,7 @@ use serde::Serialize;
 
 use crate::message::codec::{DecodeError, decode, encode};
 use crate::message::control::{Notice, Order, Party};
-use crate::message::wire::{Record, StepHeader, bytes_of, records_of};
+use crate::message::wire::{Record, StepHeader, bytes_of, fill};
 
 /// What a channel carries.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize)]
@@ -202,18 +202,6 @@ impl Kind {
     ];
 }
 
-/// Repeats a macro with the record type of every kind.
-macro_rules! each_kind {
-    ($do:ident) => {
-        $do! {
-            Order: u8, Notice: u8, Grant: $crate::message::wire::Grant, Report: $crate::message::wire::Report, Saved: u8, Restore: u8, Groups: $crate::message::wire::GroupState,
-            Points: $crate::message::wire::PointState, Bodies: $crate::message::wire::BodyState, Contacts: $crate::message::wire::ContactState, Set: $crate::message::wire::ImpInfo, States: $crate::message::wire::ImpState,
-            Forces: $crate::message::wire::ImpForce, Envelopes: $crate::message::wire::EnvelopeVertex
-        }
-    };
-}
-pub(crate) use each_kind;
-
 macro_rules! define {
     ($($kind:ident: $record:ty),*) => {
         /// The records of a message, borrowed.
@@ -261,9 +249,9 @@ macro_rules! define {
                 }
             }
 
-            /// Appends their bytes, as on the wire, to `bytes`.
-            pub fn write(&self, bytes: &mut Vec<u8>) {
-                match self { $(Self::$kind(records) => bytes.extend_from_slice(bytes_of(records))),* }
+            /// Their bytes, as on the wire.
+            pub fn bytes(&self) -> &[u8] {
+                match self { $(Self::$kind(records) => bytes_of(records)),* }
             }
         }
 
@@ -286,14 +274,24 @@ macro_rules! define {
                 }
             }
 
+            /// Takes the records in `bytes`, as on the wire; whether they are whole records. Memory is reused.
+            pub fn fill(&mut self, bytes: &[u8]) -> bool {
+                match self { $(Self::$kind(records) => fill(records, bytes)),* }
+            }
+
             /// The records of `kind` in `bytes`, as on the wire; `None` if they are not whole records.
             pub fn read(kind: Kind, bytes: &[u8]) -> Option<Self> {
-                Some(match kind { $(Kind::$kind => Self::$kind(records_of(bytes)?)),* })
+                let mut payload = Self::empty(kind);
+                payload.fill(bytes).then_some(payload)
             }
         }
     };
 }
-each_kind!(define);
+define! {
+    Order: u8, Notice: u8, Grant: wire::Grant, Report: wire::Report, Saved: u8, Restore: u8, Groups: wire::GroupState,
+    Points: wire::PointState, Bodies: wire::BodyState, Contacts: wire::ContactState, Set: wire::ImpInfo,
+    States: wire::ImpState, Forces: wire::ImpForce, Envelopes: wire::EnvelopeVertex
+}
 
 fn check_all<T: Record>(records: &[T]) -> Result<(), (usize, &'static str)> {
     // Nearly always all values are allowed, and this test is much cheaper than the exact one.
@@ -423,8 +421,7 @@ mod tests {
         let mut payload = Payload::empty(Kind::Bodies);
         payload.copy_from(Records::States(&states));
         assert_eq!(payload.records(), Records::States(&states));
-        let mut bytes = Vec::new();
-        payload.records().write(&mut bytes);
+        let bytes = payload.records().bytes().to_vec();
         assert_eq!(Payload::read(Kind::States, &bytes), Some(payload));
         assert_eq!(Payload::read(Kind::States, &bytes[1..]), None);
     }

@@ -1,8 +1,8 @@
 //! The records that processes exchange, with their layout in bytes.
 //!
 //! Every record is `repr(C)`, little-endian on the machines that iceoryx2 runs on, free of padding (reserved bytes are
-//! named), and its size and field offsets are part of [`LAYOUT`], whose hash each channel carries as an attribute:
-//! iceoryx2 itself compares a type's name, size and alignment only, so two swapped fields would pass.
+//! named), and its size and field offsets are part of [`LAYOUT`], whose hash each channel carries as an attribute. To
+//! iceoryx2 itself all records are bytes.
 //!
 //! A record from another party is checked on receipt by [`Record::check`].
 
@@ -19,7 +19,6 @@ pub trait Record:
     + Default
     + core::fmt::Debug
     + PartialEq
-    + ZeroCopySend
     + FromBytes
     + IntoBytes
     + Immutable
@@ -51,13 +50,17 @@ pub fn bytes_of<T: Record>(records: &[T]) -> &[u8] {
 
 /// The records in `bytes`, as on the wire; `None` if they are not whole records.
 pub fn records_of<T: Record>(bytes: &[u8]) -> Option<Vec<T>> {
-    let records = bytes.chunks_exact(size_of::<T>());
-    if !records.remainder().is_empty() {
-        return None;
-    }
-    records
-        .map(|bytes| T::read_from_bytes(bytes).ok())
-        .collect()
+    let mut records = Vec::new();
+    fill(&mut records, bytes).then_some(records)
+}
+
+/// Replaces `records` by those in `bytes`, in the same memory; whether the bytes are whole records.
+pub(crate) fn fill<T: Record>(records: &mut Vec<T>, bytes: &[u8]) -> bool {
+    let count = bytes.len() / size_of::<T>();
+    records.resize(count, T::default());
+    let (whole, rest) = bytes.split_at(count * size_of::<T>());
+    records.as_mut_slice().as_mut_bytes().copy_from_slice(whole);
+    rest.is_empty()
 }
 
 /// A number of a record.
@@ -116,17 +119,14 @@ impl<const N: usize> Numbers for [f64; N] {
 }
 
 macro_rules! record {
-    ($(#[$meta:meta])* $name:ident, $wire_name:literal, $size:literal { $($(#[$field_meta:meta])* $field:ident : $type:ty = $offset:literal),* $(,)? }
+    ($(#[$meta:meta])* $name:ident, $size:literal { $($(#[$field_meta:meta])* $field:ident : $type:ty = $offset:literal),* $(,)? }
         $(at least zero: $($bounded:ident),*)?) => {
         $(#[$meta])*
         #[repr(C)]
         #[derive(
-            Debug, Clone, Copy, Default, PartialEq, ZeroCopySend, FromBytes, IntoBytes, Immutable,
-            Serialize, Deserialize,
+            Debug, Clone, Copy, Default, PartialEq, FromBytes, IntoBytes, Immutable, Serialize,
+            Deserialize,
         )]
-        // The type has a name of its own, because its default name is the path in this crate, which no other language
-        // has.
-        #[type_name($wire_name)]
         pub struct $name { $($(#[$field_meta])* pub $field: $type),* }
         const _: () = {
             assert!(size_of::<$name>() == $size);
@@ -167,7 +167,10 @@ impl Record for u8 {
 
 record! {
     /// Header of every message between the solvers (user header of the sample).
-    StepHeader, "tandem/StepHeader", 48 {
+    // Its default name in iceoryx2 is the path in this crate, which no other language has.
+    #[derive(ZeroCopySend)]
+    #[type_name("tandem/StepHeader")]
+    StepHeader, 48 {
         /// Epoch of the grant that this message belongs to.
         epoch: u64 = 0,
         /// Number of the step.
@@ -207,7 +210,7 @@ pub mod flags {
 
 record! {
     /// State of one IMP: position at `t_n`, velocity at `t_{n-1/2}`. Slots are ordered as the last IMP set.
-    ImpState, "tandem/ImpState", 40 {
+    ImpState, 40 {
         /// Position in m.
         position: [f64; 2] = 0,
         /// Velocity in m/s.
@@ -220,7 +223,7 @@ record! {
 
 record! {
     /// Who an IMP is. Sent when the set is rebuilt; the order of the records defines the slots.
-    ImpInfo, "tandem/ImpInfo", 32 {
+    ImpInfo, 32 {
         /// Identity of the material point, stable for the whole run.
         id: u64 = 0,
         /// Contact radius `r_p` in m.
@@ -237,7 +240,7 @@ record! {
 
 record! {
     /// Contact force on one IMP at `t_n`, summed over bodies.
-    ImpForce, "tandem/ImpForce", 40 {
+    ImpForce, 40 {
         /// Force on the point in N/m.
         force: [f64; 2] = 0,
         /// Its moment about the point in N: friction acts on the surface of the point.
@@ -255,7 +258,7 @@ record! {
 record! {
     /// One vertex of a body's envelope. Consecutive records of one body form its closed outline
     /// (one vertex: a disc; two: a rounded segment).
-    EnvelopeVertex, "tandem/EnvelopeVertex", 32 {
+    EnvelopeVertex, 32 {
         /// Index of the body.
         body: u64 = 0,
         /// Position of the vertex in m.
@@ -268,7 +271,7 @@ record! {
 
 record! {
     /// The coupler's permission to do steps.
-    Grant, "tandem/Grant", 88 {
+    Grant, 88 {
         /// Epoch: an interval of equal steps, counted from 1.
         epoch: u64 = 0,
         /// Number of the first step granted.
@@ -297,7 +300,7 @@ record! {
 
 record! {
     /// A side's limits, as shares of the composed stability criterion (docs/physics.md section 4).
-    Limits, "tandem/Limits", 48 {
+    Limits, 48 {
         /// Bound of the largest squared frequency without contact between points and bodies, in 1/s^2.
         omega_sq: f64 = 0,
         /// What contact between points and bodies adds on this side: `lambda_max(S k S^T M^-1)` on the continuum's
@@ -317,7 +320,7 @@ record! {
 
 record! {
     /// Energies, momenta and impulses of one side at `t_n` of a measured step, per metre of thickness.
-    Ledger, "tandem/Ledger", 184 {
+    Ledger, 184 {
         /// Kinetic energy in J/m (points: with the affine part; bodies: translation).
         kinetic: f64 = 0,
         /// Kinetic energy of rotation in J/m (bodies).
@@ -365,7 +368,7 @@ record! {
 
 record! {
     /// What a side says when its window is done or it halted.
-    Report, "tandem/Report", 320 {
+    Report, 320 {
         /// Epoch of the grant.
         epoch: u64 = 0,
         /// Number of the next step: all before it are done.
@@ -415,7 +418,7 @@ nested!(Limits Ledger);
 
 record! {
     /// Sums over one point group at `t_n` of a measured step.
-    GroupState, "tandem/GroupState", 136 {
+    GroupState, 136 {
         /// Mass in kg/m.
         mass: f64 = 0,
         /// Centre of mass in m.
@@ -441,7 +444,7 @@ record! {
 
 record! {
     /// One body at `t_n` of a measured step.
-    BodyState, "tandem/BodyState", 120 {
+    BodyState, 120 {
         /// Centre of mass in m.
         position: [f64; 2] = 0,
         /// Velocity in m/s.
@@ -469,7 +472,7 @@ record! {
 
 record! {
     /// One material point, for the state hash and for frames.
-    PointState, "tandem/PointState", 96 {
+    PointState, 96 {
         /// Identity.
         id: u64 = 0,
         /// Position in m.
@@ -492,7 +495,7 @@ record! {
 
 record! {
     /// One contact at `t_n` of a measured step with a frame (capability `contacts`).
-    ContactState, "tandem/ContactState", 56 {
+    ContactState, 56 {
         /// Index of the body; identity of the first point where two points touch.
         body: u64 = 0,
         /// Whom it touches: index of another body, or identity of a point.

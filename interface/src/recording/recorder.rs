@@ -75,7 +75,7 @@ fn put(bytes: &mut Vec<u8>, channel: Channel, header: &StepHeader, records: Reco
     let first = begin + MESSAGE_HEADER;
     bytes.extend([channel.number() as u8, 0, 0, 0, 0]);
     bytes.extend_from_slice(bytes_of(std::slice::from_ref(header)));
-    records.write(bytes);
+    bytes.extend_from_slice(records.bytes());
     let length = (bytes.len() - first) as u32;
     bytes[begin + 1..begin + 5].copy_from_slice(&length.to_le_bytes());
 }

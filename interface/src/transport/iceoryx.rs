@@ -1,10 +1,11 @@
 //! Channels over iceoryx2: shared memory between processes, or within one. The only files that name it are
-//! this one, [`crate::message::wire`], whose records are sent as they are, and [`crate::transport::domain`], which
+//! this one, [`crate::message::wire`], whose header is sent as it is, and [`crate::transport::domain`], which
 //! configures it.
 //!
-//! A channel has one sender and one receiver, carries slices of one record type with a [`StepHeader`], never drops and
-//! never overwrites. Lockstep keeps at most a few messages in flight, so a full channel means that the receiver is
-//! gone, and sending then fails after the deadline instead of blocking for ever.
+//! A channel has one sender and one receiver, carries the bytes of records of one type under a [`StepHeader`], never drops
+//! and never overwrites. All channels are of one type, because iceoryx2 is compiled again for each.
+//! Lockstep keeps at most a few messages in flight, so a full channel means that the receiver is gone, and sending then
+//! fails after the deadline instead of blocking for ever.
 //! A party is woken for a message through [`crate::transport::wake`].
 
 use std::time::Duration;
@@ -17,12 +18,13 @@ use iceoryx2::prelude::{
     NodeBuilder, SignalHandlingMode, ipc::Service as Ipc,
 };
 use iceoryx2::service::builder::publish_subscribe;
-use iceoryx2::service::port_factory::{self, PortFactory as _};
+use iceoryx2::service::port_factory::PortFactory as _;
+use iceoryx2::service::port_factory::publish_subscribe::PortFactory;
 
 use super::{Transport, TransportError};
 use crate::message::control::Party;
-use crate::message::wire::{Record, StepHeader, layout_hash};
-use crate::message::{CHANNELS, Channel, Kind, Payload, Records, each_kind};
+use crate::message::wire::{StepHeader, layout_hash};
+use crate::message::{CHANNELS, Channel, Kind, Payload, Records};
 use crate::transport::domain::{Domain, Part};
 use crate::transport::liveness::Hold;
 use crate::transport::names::WAKES;
@@ -34,13 +36,15 @@ use crate::transport::wake::Wakes;
 const BUFFER: usize = 4;
 /// The same between the solvers of a recorded run: more than cross while the tap sleeps.
 const RECORDED_BUFFER: usize = 64;
-/// Records of the first segment of a channel; it grows by doubling.
-const FIRST_LENGTH: usize = 64;
+/// Bytes of a message for which the first segment of a channel has room; it grows by doubling.
+const FIRST_BYTES: usize = 8 << 10;
 /// The same of notices, more than any takes: a message for which the segment must grow is lost when its sender ends
 /// before the receiver has seen the new segment, and last words are notices (clause C-6). The memory is reserved, not
 /// touched.
 const NOTICE_BYTES: usize = 64 << 10;
 const LAYOUT_KEY: &str = "layout";
+/// A channel's service.
+type Service = PortFactory<Ipc, [u8], StepHeader>;
 /// Longest wait of a send to a full channel (clause C-7). In lockstep no channel is full, unless the receiver takes nothing
 /// any more.
 pub const SEND_TIMEOUT: Duration = Duration::from_secs(10);
@@ -76,7 +80,7 @@ pub fn create(
     let takes_part = |party| party == Party::Coupler || solvers.contains(&party);
     for channel in Channel::ALL {
         if takes_part(channel.from()) && takes_part(channel.to()) {
-            made.push(create_channel(&node, channel, recorded)?);
+            made.push((channel, create_channel(&node, channel, recorded)?));
         }
     }
     Ok(Created(made))
@@ -126,14 +130,7 @@ pub fn say_as(
 }
 
 /// The channels of a run. They exist for as long as somebody holds them.
-pub struct Created(Vec<Made>);
-
-struct Made {
-    name: String,
-    from: Party,
-    to: Party,
-    service: Box<dyn Opened>,
-}
+pub struct Created(Vec<(Channel, Service)>);
 
 impl Created {
     /// Whether all of them have their segment in the shared memory of `domain`: nobody has removed one while others
@@ -144,24 +141,13 @@ impl Created {
 
     /// Channels that `party` has not opened at its end.
     pub fn unopened(&self, party: Party) -> Vec<&str> {
-        let not_open = |made: &&Made| {
-            let (senders, receivers) = made.service.ends();
-            (made.from == party && senders == 0) || (made.to == party && receivers == 0)
+        let not_open = |(channel, service): &&(Channel, Service)| {
+            let open = service.dynamic_config();
+            (channel.from() == party && open.number_of_publishers() == 0)
+                || (channel.to() == party && open.number_of_subscribers() == 0)
         };
         let made = self.0.iter().filter(not_open);
-        made.map(|made| made.name.as_str()).collect()
-    }
-}
-
-/// How many hold a sending and a receiving end at present.
-trait Opened {
-    fn ends(&self) -> (usize, usize);
-}
-
-impl<T: Record> Opened for port_factory::publish_subscribe::PortFactory<Ipc, [T], StepHeader> {
-    fn ends(&self) -> (usize, usize) {
-        let open = self.dynamic_config();
-        (open.number_of_publishers(), open.number_of_subscribers())
+        made.map(|(channel, _)| channel.name()).collect()
     }
 }
 
@@ -176,11 +162,11 @@ fn node(domain: &Domain, party: Party) -> Result<Node<Ipc>, TransportError> {
 }
 
 /// The service of a channel, with the quality that clause C-1 asks for at least.
-fn service<T: Record>(
+fn service(
     node: &Node<Ipc>,
     channel: Channel,
     recorded: bool,
-) -> Result<publish_subscribe::Builder<[T], StepHeader, Ipc>, TransportError> {
+) -> Result<publish_subscribe::Builder<[u8], StepHeader, Ipc>, TransportError> {
     let (subscribers, buffer) = if recorded && channel.is_between_solvers() {
         (2, RECORDED_BUFFER)
     } else {
@@ -190,7 +176,7 @@ fn service<T: Record>(
     let name = name.try_into().map_err(refused(name, "name it"))?;
     Ok(node
         .service_builder(&name)
-        .publish_subscribe::<[T]>()
+        .publish_subscribe::<[u8]>()
         .user_header::<StepHeader>()
         .max_publishers(1)
         .max_subscribers(subscribers)
@@ -205,41 +191,20 @@ fn create_channel(
     node: &Node<Ipc>,
     channel: Channel,
     recorded: bool,
-) -> Result<Made, TransportError> {
-    fn of<T: Record>(
-        node: &Node<Ipc>,
-        channel: Channel,
-        recorded: bool,
-    ) -> Result<Box<dyn Opened>, TransportError> {
-        let hash = layout_hash();
-        let layout = AttributeSpecifier::new()
-            .define(
-                &LAYOUT_KEY.try_into().expect("a short ASCII key"),
-                &hash.as_str().try_into().expect("16 hexadecimal digits"),
-            )
-            .map_err(refused(channel.name(), "describe it"))?;
-        let service = service::<T>(node, channel, recorded)?
-            .create_with_attributes(&layout)
-            .map_err(refused(channel.name(), "create it"))?;
-        Ok(Box::new(service))
-    }
-    macro_rules! by_kind {
-        ($($kind:ident: $record:ty),*) => {
-            match channel.kind { $(Kind::$kind => of::<$record>(node, channel, recorded)?),* }
-        };
-    }
-    Ok(Made {
-        name: channel.name().to_string(),
-        from: channel.from(),
-        to: channel.to(),
-        service: each_kind!(by_kind),
-    })
+) -> Result<Service, TransportError> {
+    let hash = layout_hash();
+    let layout = AttributeSpecifier::new()
+        .define(
+            &LAYOUT_KEY.try_into().expect("a short ASCII key"),
+            &hash.as_str().try_into().expect("16 hexadecimal digits"),
+        )
+        .map_err(refused(channel.name(), "describe it"))?;
+    service(node, channel, recorded)?
+        .create_with_attributes(&layout)
+        .map_err(refused(channel.name(), "create it"))
 }
 
-fn open_service<T: Record>(
-    node: &Node<Ipc>,
-    channel: Channel,
-) -> Result<port_factory::publish_subscribe::PortFactory<Ipc, [T], StepHeader>, TransportError> {
+fn open_service(node: &Node<Ipc>, channel: Channel) -> Result<Service, TransportError> {
     let hash = layout_hash();
     let layout = AttributeVerifier::new()
         .require(
@@ -247,123 +212,9 @@ fn open_service<T: Record>(
             &hash.as_str().try_into().expect("16 hexadecimal digits"),
         )
         .map_err(refused(channel.name(), "describe it"))?;
-    service::<T>(node, channel, false)?
+    service(node, channel, false)?
         .open_with_attributes(&layout)
         .map_err(refused(channel.name(), "open it"))
-}
-
-/// A sending end, whatever it sends.
-trait Sender {
-    fn send(&self, header: &StepHeader, records: Records<'_>) -> Result<(), TransportError>;
-}
-
-struct SenderOf<T: Record> {
-    publisher: Publisher<Ipc, [T], StepHeader>,
-    channel: Channel,
-    pick: for<'a> fn(Records<'a>) -> Option<&'a [T]>,
-}
-
-impl<T: Record> SenderOf<T> {
-    fn open(
-        node: &Node<Ipc>,
-        channel: Channel,
-        domain: &Domain,
-        send_timeout: Duration,
-        pick: for<'a> fn(Records<'a>) -> Option<&'a [T]>,
-    ) -> Result<Self, TransportError> {
-        let first = if channel.kind == Kind::Notice {
-            NOTICE_BYTES
-        } else {
-            FIRST_LENGTH
-        };
-        let domain = domain.clone();
-        let publisher = open_service::<T>(node, channel)?
-            .publisher_builder()
-            .initial_max_slice_len(first)
-            .allocation_strategy(AllocationStrategy::PowerOfTwo)
-            .max_loaned_samples(1)
-            .backpressure_strategy(BackpressureStrategy::RetryUntilDelivered)
-            .set_backpressure_handler(move |info: &BackpressureInfo| {
-                // A receiver that was killed leaves its channel full, and its run without a coupler.
-                let over = info.elapsed_time > send_timeout;
-                if over || (info.elapsed_time > LOOK && !domain.coupler_lives()) {
-                    BackpressureAction::DiscardDataAndFail
-                } else {
-                    BackpressureAction::Retry
-                }
-            })
-            .create()
-            .map_err(refused(channel.name(), "send on it"))?;
-        Ok(Self {
-            publisher,
-            channel,
-            pick,
-        })
-    }
-}
-
-impl<T: Record> Sender for SenderOf<T> {
-    fn send(&self, header: &StepHeader, records: Records<'_>) -> Result<(), TransportError> {
-        let name = self.channel.name();
-        let records = (self.pick)(records).ok_or(TransportError::NotHere(name))?;
-        let mut sample = self
-            .publisher
-            .loan_slice_uninit(records.len())
-            .map_err(refused(name, "loan memory from it"))?;
-        *sample.user_header_mut() = *header;
-        match sample.write_from_slice(records).send() {
-            Ok(_) => Ok(()),
-            Err(_) => Err(TransportError::Full {
-                channel: name.to_string(),
-            }),
-        }
-    }
-}
-
-/// A receiving end, whatever it receives.
-trait Receiver {
-    fn receive(&self, into: &mut Payload) -> Result<Option<StepHeader>, TransportError>;
-}
-
-struct ReceiverOf<T: Record> {
-    subscriber: Subscriber<Ipc, [T], StepHeader>,
-    channel: Channel,
-    pick: for<'a> fn(&'a mut Payload) -> Option<&'a mut Vec<T>>,
-}
-
-impl<T: Record> ReceiverOf<T> {
-    fn open(
-        node: &Node<Ipc>,
-        channel: Channel,
-        pick: for<'a> fn(&'a mut Payload) -> Option<&'a mut Vec<T>>,
-    ) -> Result<Self, TransportError> {
-        let subscriber = open_service::<T>(node, channel)?
-            .subscriber_builder()
-            .create()
-            .map_err(refused(channel.name(), "receive from it"))?;
-        Ok(Self {
-            subscriber,
-            channel,
-            pick,
-        })
-    }
-}
-
-impl<T: Record> Receiver for ReceiverOf<T> {
-    fn receive(&self, into: &mut Payload) -> Result<Option<StepHeader>, TransportError> {
-        let name = self.channel.name();
-        let sample = self
-            .subscriber
-            .receive()
-            .map_err(refused(name, "receive from it"))?;
-        let Some(sample) = sample else {
-            return Ok(None);
-        };
-        let records = (self.pick)(into).ok_or(TransportError::NotHere(name))?;
-        records.clear();
-        records.extend_from_slice(sample.payload());
-        Ok(Some(*sample.user_header()))
-    }
 }
 
 /// One party's ends.
@@ -371,8 +222,8 @@ struct Ends {
     party: Party,
     domain: Domain,
     send_timeout: Duration,
-    senders: [Option<Box<dyn Sender>>; CHANNELS],
-    receivers: [Option<Box<dyn Receiver>>; CHANNELS],
+    senders: [Option<Publisher<Ipc, [u8], StepHeader>>; CHANNELS],
+    receivers: [Option<Subscriber<Ipc, [u8], StepHeader>>; CHANNELS],
     /// `None` for one that only listens: nobody wakes it.
     wakes: Option<Wakes>,
     // The node outlives its ports.
@@ -446,32 +297,38 @@ impl Ends {
         if channel.from() != self.party {
             return self.open_receiver(channel);
         }
-        let (node, domain, send_timeout) = (&self.node, &self.domain, self.send_timeout);
-        macro_rules! by_kind {
-            ($($kind:ident: $record:ty),*) => {
-                match channel.kind {
-                    $(Kind::$kind => Box::new(SenderOf::<$record>::open(node, channel, domain, send_timeout, |records| {
-                        if let Records::$kind(records) = records { Some(records) } else { None }
-                    })?)),*
+        let (domain, send_timeout) = (self.domain.clone(), self.send_timeout);
+        let publisher = open_service(&self.node, channel)?
+            .publisher_builder()
+            .initial_max_slice_len(if channel.kind == Kind::Notice {
+                NOTICE_BYTES
+            } else {
+                FIRST_BYTES
+            })
+            .allocation_strategy(AllocationStrategy::PowerOfTwo)
+            .max_loaned_samples(1)
+            .backpressure_strategy(BackpressureStrategy::RetryUntilDelivered)
+            .set_backpressure_handler(move |info: &BackpressureInfo| {
+                // A receiver that was killed leaves its channel full, and its run without a coupler.
+                let over = info.elapsed_time > send_timeout;
+                if over || (info.elapsed_time > LOOK && !domain.coupler_lives()) {
+                    BackpressureAction::DiscardDataAndFail
+                } else {
+                    BackpressureAction::Retry
                 }
-            };
-        }
-        self.senders[channel.number()] = Some(each_kind!(by_kind));
+            })
+            .create()
+            .map_err(refused(channel.name(), "send on it"))?;
+        self.senders[channel.number()] = Some(publisher);
         Ok(())
     }
 
     fn open_receiver(&mut self, channel: Channel) -> Result<(), TransportError> {
-        let node = &self.node;
-        macro_rules! by_kind {
-            ($($kind:ident: $record:ty),*) => {
-                match channel.kind {
-                    $(Kind::$kind => Box::new(ReceiverOf::<$record>::open(node, channel, |payload| {
-                        if let Payload::$kind(records) = payload { Some(records) } else { None }
-                    })?)),*
-                }
-            };
-        }
-        self.receivers[channel.number()] = Some(each_kind!(by_kind));
+        let subscriber = open_service(&self.node, channel)?
+            .subscriber_builder()
+            .create()
+            .map_err(refused(channel.name(), "receive from it"))?;
+        self.receivers[channel.number()] = Some(subscriber);
         Ok(())
     }
 }
@@ -488,10 +345,18 @@ impl Transport for Ends {
         header: &StepHeader,
         records: Records<'_>,
     ) -> Result<(), TransportError> {
-        match &self.senders[channel.number()] {
-            Some(sender) => sender.send(header, records),
-            None => Err(TransportError::NotHere(channel.name())),
-        }
+        let name = channel.name();
+        let publisher = self.senders[channel.number()].as_ref();
+        let publisher = publisher.ok_or(TransportError::NotHere(name))?;
+        let bytes = records.bytes();
+        let mut sample = publisher
+            .loan_slice_uninit(bytes.len())
+            .map_err(refused(name, "loan memory from it"))?;
+        *sample.user_header_mut() = *header;
+        let sent = sample.write_from_slice(bytes).send();
+        sent.map(|_| ()).map_err(|_| TransportError::Full {
+            channel: name.to_string(),
+        })
     }
 
     fn receive(
@@ -499,10 +364,27 @@ impl Transport for Ends {
         channel: Channel,
         into: &mut Payload,
     ) -> Result<Option<StepHeader>, TransportError> {
-        match &self.receivers[channel.number()] {
-            Some(receiver) => receiver.receive(into),
-            None => Ok(None),
+        let Some(subscriber) = &self.receivers[channel.number()] else {
+            return Ok(None);
+        };
+        let name = channel.name();
+        let sample = subscriber
+            .receive()
+            .map_err(refused(name, "receive from it"))?;
+        let Some(sample) = sample else {
+            return Ok(None);
+        };
+        if into.kind() != channel.kind {
+            return Err(TransportError::NotHere(name));
         }
+        if !into.fill(sample.payload()) {
+            let bytes = sample.payload().len();
+            return Err(TransportError::Torn {
+                channel: name,
+                bytes,
+            });
+        }
+        Ok(Some(*sample.user_header()))
     }
 
     fn wake(&mut self, to: Party) {
@@ -534,6 +416,28 @@ mod tests {
 
     use super::*;
     use crate::transport::domain::OwnedDomain;
+
+    /// iceoryx2 sees bytes: what kept half a record out is ours to do.
+    #[test]
+    fn half_a_record_is_refused() {
+        let owned = OwnedDomain::create().unwrap();
+        let (domain, solvers) = (owned.domain(), [Party::Mpm]);
+        let _made = create(domain, &solvers, false).unwrap();
+        let join = |party| join(domain, party, &solvers, SEND_TIMEOUT).unwrap();
+        let (mut coupler, mut mpm) = (join(Party::Coupler), join(Party::Mpm));
+        let channel = Channel::of(Party::Mpm, Kind::Report);
+        let mut look = |bytes: &[u8]| {
+            let header = StepHeader::default();
+            mpm.send(channel, &header, Records::Notice(bytes)).unwrap();
+            let mut into = Payload::empty(Kind::Report);
+            let found = coupler.receive(channel, &mut into);
+            found.map(|_| into.len()).map_err(|e| e.to_string())
+        };
+        assert_eq!(look(&[0; 640]), Ok(2));
+        let told = look(&[0; 321]).unwrap_err();
+        assert!(told.contains("321 bytes") && told.contains("C-4"), "{told}");
+        assert_eq!(look(&[]), Ok(0));
+    }
 
     /// It went on trying for ten seconds after its coupler had been killed.
     #[test]

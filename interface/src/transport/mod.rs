@@ -45,6 +45,14 @@ pub enum TransportError {
     /// This party does not send or receive on this channel, or has not opened it.
     #[error("channel {0}: its end is not open here")]
     NotHere(&'static str),
+    /// The bytes of a message are not whole records (clause C-4).
+    #[error("channel {channel}: a message of {bytes} bytes, which are not whole records (C-4)")]
+    Torn {
+        /// Name of the channel.
+        channel: &'static str,
+        /// Its length.
+        bytes: usize,
+    },
     /// The receiver has not taken what was sent before.
     #[error("channel {channel}: full; the receiver has stopped taking messages")]
     Full {
