@@ -108,15 +108,12 @@ impl Imps {
         let members = self.state.members.iter();
         self.states.clear();
         // The kind of all members is looked up once: this runs over all of them in every step.
-        match &self.markers {
-            Some(markers) => {
-                let states = members.map(|m| state(m, markers.motion(m.local)));
-                self.states.extend(states);
-            }
-            None => {
-                let states = members.map(|m| state(m, of_point(*m, clouds)));
-                self.states.extend(states);
-            }
+        if let Some(markers) = &self.markers {
+            let states = members.map(|m| state(m, markers.motion(m.local)));
+            self.states.extend(states);
+        } else {
+            let states = members.map(|m| state(m, of_point(*m, clouds)));
+            self.states.extend(states);
         }
     }
 
