@@ -40,26 +40,26 @@ pub fn decode_state<T: DeserializeOwned>(bytes: &[u8]) -> Result<T, DecodeError>
     }
 }
 
-/// The value at the beginning of `bytes`, and how many bytes it takes.
+/// The value at the beginning of `bytes`, and how many bytes it takes. For a text, bincode allocates the length that
+/// the bytes announce before it checks that so many are there, unless that exceeds a limit. The limit must be known at
+/// compile time, so there is one for each size of message, at most 256 times as large. They are few, because each is
+/// another copy of the code for every type.
 ///
 /// # Errors
 /// [`DecodeError`] when bytes are missing or out of range.
 pub fn decode_first<T: DeserializeOwned>(bytes: &[u8]) -> Result<(T, usize), DecodeError> {
-    if bytes.len() <= MAX_BYTES {
-        limited::<T, { 4 * MAX_BYTES }>(bytes)
-    } else {
-        limited::<T, { 1 << 42 }>(bytes)
+    macro_rules! bounded {
+        ($($bits:literal)*) => {
+            match bytes.len() {
+                $(length if length <= 1 << $bits => {
+                    let layout = bincode::config::legacy().with_limit::<{ 1 << ($bits + 2) }>();
+                    bincode::serde::decode_from_slice(bytes, layout)
+                })*
+                length => return Err(DecodeError(format!("{length} bytes"))),
+            }
+        };
     }
-}
-
-/// The same, if its texts and lists are said to have `LIMIT` bytes of memory at most: four times those of the message.
-/// bincode allocates for a text what the bytes announce before it checks that so many are there, which costs nothing as long
-/// as nobody writes there. The limit must be known at compile time, and each is another copy of the code for every type.
-fn limited<T: DeserializeOwned, const LIMIT: usize>(
-    bytes: &[u8],
-) -> Result<(T, usize), DecodeError> {
-    let layout = bincode::config::legacy().with_limit::<LIMIT>();
-    bincode::serde::decode_from_slice(bytes, layout).map_err(|e| DecodeError(e.to_string()))
+    bounded!(12 18 24 30 40).map_err(|e| DecodeError(e.to_string()))
 }
 
 fn layout() -> impl bincode::config::Config {
@@ -94,7 +94,7 @@ pub fn decode_beginning<T: DeserializeOwned>(bytes: &[u8]) -> Result<(T, usize),
     if bytes.len() > MAX_BYTES {
         return Err(DecodeError(format!("{} bytes", bytes.len())));
     }
-    limited::<T, { 4 * MAX_BYTES }>(bytes)
+    decode_first(bytes)
 }
 
 #[cfg(test)]
