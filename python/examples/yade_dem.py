@@ -73,8 +73,7 @@ class Body:
         return O.bodies[self.id].state
 
     def kick(self, kick, load, gravity):
-        """Gives YADE the velocity of T-1: with the forces that both sides have been told, not with those of YADE's engine, which
-        ends a contact at the end of a grid connection."""
+        """Gives YADE the velocity of T-1: with the forces that both sides have been told. YADE's own kick gave others."""
         m = self.motion
         rates = (load.fx / m.mass + gravity[0], load.fy / m.mass + gravity[1], load.torque / m.inertia)
         vx, vy, spin = (v + rate * kick for v, rate in zip(m[3:6], rates))
