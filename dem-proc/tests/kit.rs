@@ -11,10 +11,12 @@ fn random_cases_agree_with_the_oracle_of_the_kit() {
     agree(0..120);
 }
 
-/// The force of Hertz's law at an overlap of 4e-9 m, whose own rounding is a part in a thousand of its stiffness.
+/// The force of Hertz's law at an overlap of 4e-9 m, whose own rounding is a part in a thousand of its stiffness; two bodies
+/// that part by more than their reach within one step, whose dashpot the oracle forgot.
 #[test]
-fn a_case_at_the_edge_of_rounding_is_no_false_alarm() {
+fn cases_that_the_oracle_judged_wrongly_agree() {
     agree(114_170..114_190);
+    agree(1_786_150..1_786_160);
 }
 
 fn agree(seeds: Range<u64>) {

@@ -472,7 +472,8 @@ impl Oracle {
         let (radii, away) = ([info.radius, a], x - near.point);
         let mut place = Place::between(x, radii, away, near.distance, info.radius);
         let Place { overlap, at, .. } = place;
-        if overlap < -2.0 * info.radius {
+        let who = Who::Point(info.id, b, part);
+        if overlap < -2.0 * info.radius && !self.history.contains_key(&who) {
             return;
         }
         if has_two_normals(outline, x, near.distance, place.blur) && overlap > -place.blur {
@@ -486,7 +487,6 @@ impl Oracle {
         let surface = surfaces.get(info.group as usize).map_or("", String::as_str);
         let law = self.law([surface, &body.surface], &self.config.point_contact);
         let sides = [self.point(step, info, state, at), body.side(r)];
-        let who = Who::Point(info.id, b, part);
         let (touch, law) = self.touch(step, (who, law), sides, place, sums);
         let [k_n, k_t] = place.least_stiffness(&law);
         let point = &mut sums.expected.points[slot];
@@ -537,12 +537,12 @@ impl Oracle {
                 let least = first.radius.min(second.radius);
                 let place = Place::between(at(q), radii, away, away.norm(), least);
                 let overlap = place.overlap;
-                if overlap < -2.0 * least {
+                let who = Who::Points(first.id, second.id);
+                if overlap < -2.0 * least && !self.history.contains_key(&who) {
                     continue;
                 }
                 let sides = [(first, q), (second, p)]
                     .map(|(info, k)| self.point(step, info, &states[k], place.at));
-                let who = Who::Points(first.id, second.id);
                 let (touch, law) = self.touch(step, (who, &pair.law), sides, place, sums);
                 let [k_n, k_t] = place.least_stiffness(&law);
                 let stiffness = [2.0 * k_n.max(k_t), 2.0 * k_t];
@@ -600,7 +600,8 @@ impl Oracle {
         let (one, other) = (&self.bodies[i], &self.bodies[j]);
         let (a, b) = (one.vertices[v].1, other.vertices[e].1);
         let (away, apart) = (x - y, (x - y).norm());
-        if apart > (1.5 + BLUR) * (a + b) {
+        let who = Who::Bodies(i, v, j, e);
+        if apart > (1.5 + BLUR) * (a + b) && !self.history.contains_key(&who) {
             return None;
         }
         let place = Place::between(x, [a, b], away, apart, a + b);
@@ -612,7 +613,6 @@ impl Oracle {
         } = place;
         let (r, s) = (at - one.pose.xy(), at - other.pose.xy());
         let law = self.law([&one.surface, &other.surface], common);
-        let who = Who::Bodies(i, v, j, e);
         let sides = [one.side(r), other.side(s)];
         let (touch, law) = self.touch(step, (who, law), sides, place, sums);
         let mut row = DVector::zeros(3 * self.bodies.len());
