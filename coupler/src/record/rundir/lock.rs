@@ -25,8 +25,17 @@ const LOOK: Duration = Duration::from_millis(20);
 /// The lock, until it is dropped, whatever ends the process.
 #[derive(Debug)]
 pub(super) struct Lock {
-    _file: File,
-    _directory: File,
+    file: File,
+    directory: File,
+}
+
+impl Drop for Lock {
+    fn drop(&mut self) {
+        // Closing does not unlock while a process that another thread starts has the files, which it has until its program begins.
+        for held in [&self.file, &self.directory] {
+            let _ = held.unlock();
+        }
+    }
 }
 
 impl Lock {
@@ -37,26 +46,25 @@ impl Lock {
     pub fn take(dir: &Path) -> Result<Self, RunDirError> {
         let path = dir.join(LOCK);
         let directory = open(dir).map_err(fail("open", dir))?;
-        let mut file = files::open(dir, LOCK, How::Make).map_err(|error| match error.kind() {
+        let file = files::open(dir, LOCK, How::Make).map_err(|error| match error.kind() {
             ErrorKind::InvalidInput => fail("lock", &path)(error),
             _ => fail("write in the run directory", dir)(error),
         })?;
-        take(dir, &directory, dir)?;
-        take(dir, &file, &path)?;
+        let mut lock = Self { file, directory };
+        take(dir, &lock.directory, dir)?;
+        take(dir, &lock.file, &path)?;
         let words = std::env::args_os().map(|word| word.to_string_lossy().into_owned());
         let words: Vec<String> = words.collect();
         let pid = std::process::id();
         let start = start_of(pid).unwrap_or_default();
         let words = words.join(" ");
         let holder = format!("process {pid} of tick {start} on {} (`{words}`)\n", host());
+        let file = &mut lock.file;
         file.set_len(0)
             .and_then(|()| file.rewind())
             .and_then(|()| file.write_all(holder.as_bytes()))
             .map_err(fail("write", &path))?;
-        Ok(Self {
-            _file: file,
-            _directory: directory,
-        })
+        Ok(lock)
     }
 }
 
@@ -151,7 +159,11 @@ fn holders(locks: &str, inode: u64) -> Vec<u32> {
 
 /// Whether a run directory has a running owner.
 pub fn in_use(dir: &Path) -> bool {
-    let is_held = |file: File| matches!(file.try_lock_shared(), Err(TryLockError::WouldBlock));
+    let is_held = |file: File| {
+        let refused = matches!(file.try_lock_shared(), Err(TryLockError::WouldBlock));
+        let _ = file.unlock();
+        refused
+    };
     files::open(dir, LOCK, How::Read).is_ok_and(is_held) || open(dir).is_ok_and(is_held)
 }
 
@@ -179,6 +191,8 @@ mod tests {
         let lock = Lock::take(dir.path()).unwrap();
         std::fs::remove_file(dir.path().join(LOCK)).unwrap();
         assert!(in_use(dir.path()));
+        // As a process has the files that is about to be started.
+        let (_file, _directory) = (lock.file.try_clone(), lock.directory.try_clone());
         let told = Lock::take(dir.path()).unwrap_err().to_string();
         assert!(
             told.contains(&format!("process {}", std::process::id())),
