@@ -463,8 +463,8 @@ pub struct PlotArgs {
     #[arg(long, value_name = "TIME,...|all", value_delimiter = ',', value_parser = which, conflicts_with = "y")]
     pub frames: Vec<Which>,
     /// Quantity that colours the points: an expression of `x y vx vy speed stress_xx stress_yy stress_zz stress_xy
-    /// pressure shear volume mass density group id`, and of `plastic_strain` if a material of the run keeps it. Points without a
-    /// number are grey.
+    /// pressure shear volume mass density group id`, and of `plastic_strain` if a material of the run keeps it. Points
+    /// without a number are grey.
     #[arg(
         long,
         value_name = "[LABEL=]EXPRESSION",

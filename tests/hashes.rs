@@ -8,7 +8,7 @@
 //!     TANDEM_TURN=3 cargo test --release --test tandem-tests -- --ignored --nocapture every_row
 //!
 //! A change of arithmetic that is meant takes rows again instead, which then replace those of `baseline.csv` in a commit of its
-//! own that says what changed them:
+//! own that says what changed them (in the way of `TANDEM_TURN`, by processes without it):
 //!
 //!     TANDEM_RETAKE=rows.csv cargo test --release --test tandem-tests -- --ignored every_row
 //!

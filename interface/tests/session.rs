@@ -193,7 +193,7 @@ fn a_failing_solver_is_quoted_and_the_other_is_released() {
 }
 
 #[test]
-fn a_number_that_is_not_finite_is_refused_where_it_is_sent() {
+fn a_force_that_is_not_finite_ends_the_session_by_its_clause() {
     on_every_transport(|way| {
         let wall = HalfPlane {
             nan_at: Some(7),

@@ -4,8 +4,8 @@
     tandem run scenes/verification/tumble.toml --dem "/usr/bin/python3 python/examples/yade_dem.py"
     tandem run scenes/verification/tumble.toml --dem "yade -n -x python/examples/yade_dem.py"
 
-YADE finds the contacts, keeps their tangential springs and makes the forces; YADE moves the bodies, as `Body.kick` says. A body is a
-clump of grid connections (a polygon's edges, swept by its sphero-radius) or a sphere (a disc); a point is a sphere that
+YADE finds the contacts, keeps their tangential springs and makes the forces; YADE moves the bodies, with the velocities
+that `Body.kick` sets. A body is a clump of grid connections (a polygon's edges, swept by its sphero-radius) or a sphere (a disc); a point is a sphere that
 is put where the continuum says. What is here: words between the two, and the bounds that YADE does not know. Where the
 results differ from those of the built-in solver, and why, stands in docs/other-solvers.md.
 """

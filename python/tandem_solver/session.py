@@ -97,7 +97,7 @@ class Seat:
 
     PARTY: str
     OTHER: str
-    # Where its measurement goes: channel and record.
+    # The channel of its measurement.
     RESULTS: str
 
     def __init__(self, run, solver):

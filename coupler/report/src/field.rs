@@ -55,8 +55,8 @@ pub struct Shown {
 /// The fields that this mesh has of its points or of its cells.
 pub fn fields(mesh: &Mesh) -> Vec<Field> {
     let field = |name: &str, label: String| {
-        let unit = Number::ALL.iter().find(|number| number.name == name);
-        let unit = unit.map(|number| number.unit).filter(|unit| *unit != "1");
+        let unit = Number::named(name).map(|number| number.unit);
+        let unit = unit.filter(|unit| *unit != "1");
         Column::of(mesh, name).map(|_| Field {
             name: name.to_owned(),
             label,

@@ -182,7 +182,7 @@ fn pictures(options: &SnapshotOptions) -> Result<Vec<Picture>, StudyError> {
 
 /// What colours say, and lines of contact forces, with the largest in N/m to three digits.
 fn legend(options: &SnapshotOptions, grey: bool, largest: f64) -> String {
-    let named = Number::ALL.iter().find(|n| n.name == options.colour.what);
+    let named = Number::named(&options.colour.what);
     let mut legend = match (&options.colour.label, named) {
         (Some(label), _) => label.clone(),
         (None, Some(n)) if n.unit != "1" => format!("{} [{}]", n.name, n.unit),

@@ -124,9 +124,7 @@ fn restore(party: Party, messages: &mut Vec<Sent>) {
 }
 
 fn bytes(payload: &Payload) -> Vec<u8> {
-    let mut bytes = Vec::new();
-    bytes.extend_from_slice(payload.records().bytes());
-    bytes
+    payload.records().bytes().to_vec()
 }
 
 /// Numbers at the edges of something, as bits.

@@ -229,9 +229,10 @@ impl Side for Bodies<'_> {
                 }
                 _ => Ok(()),
             };
-            let limits = || check::number(Party::Dem, "L-1", step.index, &answer.limits);
-            if let Err(error) = moved.and_then(|()| limits()) {
-                // Forces that are no numbers are the cause of the rest. Otherwise their receiver looks.
+            let sound =
+                moved.and_then(|()| check::number(Party::Dem, "L-1", step.index, &answer.limits));
+            if let Err(error) = sound {
+                // Forces that are not finite are the cause of the rest. Where nothing else is wrong, their receiver finds them.
                 let forces = Records::Forces(self.forces.on_points());
                 check::numbers(Party::Dem, "F-4", step.index, forces)?;
                 return Err(error);

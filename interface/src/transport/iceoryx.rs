@@ -17,6 +17,7 @@ use iceoryx2::prelude::{
     AllocationStrategy, AttributeSpecifier, AttributeVerifier, BackpressureStrategy, Node,
     NodeBuilder, SignalHandlingMode, ipc::Service as Ipc,
 };
+use iceoryx2::service::attribute::{AttributeKey, AttributeValue};
 use iceoryx2::service::builder::publish_subscribe;
 use iceoryx2::service::port_factory::PortFactory as _;
 use iceoryx2::service::port_factory::publish_subscribe::PortFactory;
@@ -42,7 +43,6 @@ const FIRST_BYTES: usize = 8 << 10;
 /// before the receiver has seen the new segment, and last words are notices (clause C-6). The memory is reserved, not
 /// touched.
 const NOTICE_BYTES: usize = 64 << 10;
-const LAYOUT_KEY: &str = "layout";
 /// A channel's service.
 type Service = PortFactory<Ipc, [u8], StepHeader>;
 /// Longest wait of a send to a full channel (clause C-7). In lockstep no channel is full, unless the receiver takes nothing
@@ -63,8 +63,8 @@ fn refused<E: core::fmt::Debug>(
     }
 }
 
-/// Creates every channel of a run, and the file of its wake-ups, with these solvers (the coupler's privilege), to be kept for as long as the
-/// run lasts. In a `recorded` run a second subscriber may listen between the solvers.
+/// Creates every channel of a run, and the file of its wake-ups, with these solvers (the coupler's privilege), to be kept
+/// for as long as the run lasts. In a `recorded` run a second subscriber may listen between the solvers.
 ///
 /// # Errors
 /// [`TransportError`].
@@ -187,17 +187,21 @@ fn service(
         .enable_safe_overflow(false))
 }
 
+/// The attribute of clause C-3.
+fn layout() -> (AttributeKey, AttributeValue) {
+    let key = "layout".try_into().expect("a short ASCII key");
+    let hash = layout_hash().as_str().try_into();
+    (key, hash.expect("16 hexadecimal digits"))
+}
+
 fn create_channel(
     node: &Node<Ipc>,
     channel: Channel,
     recorded: bool,
 ) -> Result<Service, TransportError> {
-    let hash = layout_hash();
+    let (key, hash) = layout();
     let layout = AttributeSpecifier::new()
-        .define(
-            &LAYOUT_KEY.try_into().expect("a short ASCII key"),
-            &hash.as_str().try_into().expect("16 hexadecimal digits"),
-        )
+        .define(&key, &hash)
         .map_err(refused(channel.name(), "describe it"))?;
     service(node, channel, recorded)?
         .create_with_attributes(&layout)
@@ -205,12 +209,9 @@ fn create_channel(
 }
 
 fn open_service(node: &Node<Ipc>, channel: Channel) -> Result<Service, TransportError> {
-    let hash = layout_hash();
+    let (key, hash) = layout();
     let layout = AttributeVerifier::new()
-        .require(
-            &LAYOUT_KEY.try_into().expect("a short ASCII key"),
-            &hash.as_str().try_into().expect("16 hexadecimal digits"),
-        )
+        .require(&key, &hash)
         .map_err(refused(channel.name(), "describe it"))?;
     service(node, channel, false)?
         .open_with_attributes(&layout)

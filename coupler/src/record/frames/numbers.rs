@@ -43,6 +43,11 @@ impl Number {
         number("id", "1", &[("id", 1)], first),
         number("plastic_strain", "1", &[("plastic_strain", 1)], first),
     ];
+
+    /// The one of this name.
+    pub fn named(name: &str) -> Option<&'static Self> {
+        Self::ALL.iter().find(|number| number.name == name)
+    }
 }
 
 const fn number(
@@ -72,9 +77,8 @@ pub struct Column<'m> {
 impl<'m> Column<'m> {
     /// The number of this name, or the array of this name with one number of each; `None` if the frame has none.
     pub fn of(mesh: &'m Mesh, name: &str) -> Option<Self> {
-        let known = Number::ALL.iter().find(|number| number.name == name);
         let lone = [(name, 1)];
-        let (names, of) = known.map_or((&lone[..], first as _), |n| (n.arrays, n.of));
+        let (names, of) = Number::named(name).map_or((&lone[..], first as _), |n| (n.arrays, n.of));
         let array = |&(name, least): &(&str, usize)| {
             // One of a damaged frame may have fewer.
             mesh.array(name).filter(|array| array.components >= least)
