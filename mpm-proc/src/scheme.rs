@@ -85,28 +85,27 @@ impl<const W: usize, S: Shape<W>, A: AffineState> Scheme for Continuum<W, S, A> 
     }
 
     fn points(&self) -> Vec<PointState> {
-        let point = |group: usize, cloud: &Cloud<W, S, A>, (i, &lane): (usize, &u32)| {
-            let (stress, volume) = cloud.state.stresses.of_lane(lane as usize);
-            let plastic = cloud.plastic_strain(lane as usize);
-            PointState {
-                id: cloud.first_id + i as u64,
-                position: self.grid.geometry.entered(cloud.position(lane as usize)),
-                velocity: cloud.velocity(lane as usize),
-                stress,
-                volume: volume * cloud.volume,
-                mass: cloud.mass,
-                group: group as u32,
-                plastic_strain: plastic as f32,
+        let mut points = Vec::new();
+        for (group, cloud) in self.clouds.iter().enumerate() {
+            for (i, &lane) in cloud.lane_of.iter().enumerate() {
+                if lane == NO_POINT {
+                    continue;
+                }
+                let lane = lane as usize;
+                let (stress, volume) = cloud.state.stresses.of_lane(lane);
+                points.push(PointState {
+                    id: cloud.first_id + i as u64,
+                    position: self.grid.geometry.entered(cloud.position(lane)),
+                    velocity: cloud.velocity(lane),
+                    stress,
+                    volume: volume * cloud.volume,
+                    mass: cloud.mass,
+                    group: group as u32,
+                    plastic_strain: cloud.plastic_strain(lane) as f32,
+                });
             }
-        };
-        let clouds = self.clouds.iter().enumerate();
-        clouds
-            .flat_map(|(group, c)| {
-                let stays = |l: &(usize, &u32)| *l.1 != NO_POINT;
-                let lanes = c.lane_of.iter().enumerate().filter(stays);
-                lanes.map(move |l| point(group, c, l))
-            })
-            .collect()
+        }
+        points
     }
 
     fn bytes(&self) -> usize {

@@ -8,6 +8,8 @@ use crate::kernel::shape::Shape;
 use crate::kernel::transfer::AffineState;
 use crate::scheme::Scheme;
 use crate::state::continuum::Continuum;
+use crate::state::holds::Hold;
+use crate::state::point_set::PointSet;
 
 /// The narrower limits of two.
 pub fn narrowest(a: &Limits, b: &Limits) -> Limits {
@@ -36,11 +38,30 @@ pub fn measure<'a, const W: usize, S: Shape<W>, A: AffineState>(
         let of = continuum.measurement();
         add(ledger, &of.ledger);
         groups.extend_from_slice(&of.groups[..1]);
-        let probes = continuum.probes.iter().map(|probe| (false, probe.number));
-        let holds = continuum.holds.all.iter();
-        let numbers = probes.chain(holds.map(|hold| (true, hold.points.number)));
-        sets.extend(numbers.zip(of.groups[1..].iter().copied()));
+        add_sets(
+            &mut sets,
+            &continuum.probes,
+            &continuum.holds.all,
+            &of.groups[1..],
+        );
     }
+    append(groups, sets);
+}
+
+/// Adds the records `of` probes and holds.
+fn add_sets(
+    sets: &mut Vec<((bool, usize), GroupState)>,
+    probes: &[PointSet],
+    holds: &[Hold],
+    of: &[GroupState],
+) {
+    let probes = probes.iter().map(|probe| (false, probe.number));
+    let numbers = probes.chain(holds.iter().map(|hold| (true, hold.points.number)));
+    sets.extend(numbers.zip(of.iter().copied()));
+}
+
+/// Appends the records of probes and holds in the order of their indices.
+fn append(groups: &mut Vec<GroupState>, mut sets: Vec<((bool, usize), GroupState)>) {
     sets.sort_by_key(|(number, _)| *number);
     groups.extend(sets.into_iter().map(|(_, state)| state));
 }
@@ -71,12 +92,12 @@ fn add(sum: &mut Ledger, of: &Ledger) {
 pub fn points<'a, const W: usize, S: Shape<W>, A: AffineState>(
     continua: impl Iterator<Item = &'a Continuum<W, S, A>>,
 ) -> Vec<PointState> {
-    let of = |(group, continuum): (usize, &Continuum<W, S, A>)| {
-        let mut points = continuum.points();
-        for p in &mut points {
-            p.group = group as u32;
+    let mut all = Vec::new();
+    for (group, continuum) in continua.enumerate() {
+        for point in continuum.points() {
+            let group = group as u32;
+            all.push(PointState { group, ..point });
         }
-        points
-    };
-    continua.enumerate().flat_map(of).collect()
+    }
+    all
 }

@@ -11,8 +11,8 @@ use serde::{Deserialize, Serialize};
 pub(crate) struct Sealed {
     /// Its length in bytes.
     pub bytes: u64,
-    /// BLAKE3 of these.
-    hash: [u8; 32],
+    /// BLAKE3 of these, in hexadecimal digits.
+    hash: String,
 }
 
 /// Seals a table while it is written.
@@ -33,7 +33,7 @@ impl Seal {
     pub fn sealed(&self) -> Sealed {
         Sealed {
             bytes: self.bytes,
-            hash: self.hasher.finalize().into(),
+            hash: self.hasher.finalize().to_string(),
         }
     }
 }

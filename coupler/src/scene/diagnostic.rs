@@ -202,17 +202,20 @@ pub fn shorten(value: &str) -> String {
 
 /// The candidate for which `word` is probably a typing error, if one is similar.
 pub fn nearest<'a>(word: &str, candidates: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
+    nearest_of(word, &candidates.into_iter().collect::<Vec<_>>())
+}
+
+fn nearest_of<'a>(word: &str, candidates: &[&'a str]) -> Option<&'a str> {
     if word.len() > WORD_LIMIT {
         return None;
     }
     let word = word.to_lowercase();
-    candidates
-        .into_iter()
-        .take(COMPARED_LIMIT)
+    let short = candidates.iter().take(COMPARED_LIMIT);
+    short
         .filter(|candidate| candidate.len() <= 2 * WORD_LIMIT)
         .map(|candidate| {
             let distance = strsim::damerau_levenshtein(&word, &candidate.to_lowercase());
-            (distance, candidate)
+            (distance, *candidate)
         })
         .min_by_key(|(distance, _)| *distance)
         // A word with up to a third of its letters wrong is a typing error; with more it is another word.
@@ -224,16 +227,19 @@ pub fn nearest<'a>(word: &str, candidates: impl IntoIterator<Item = &'a str>) ->
 pub fn suggestion<'a>(
     word: &str,
     what: &str,
-    candidates: impl IntoIterator<Item = &'a str> + Clone,
+    candidates: impl IntoIterator<Item = &'a str>,
 ) -> String {
-    let mut listed = candidates.clone().into_iter();
-    let first: Vec<&str> = listed.by_ref().take(CANDIDATES_LIMIT).collect();
-    let mut all = first.join(", ");
-    let more = listed.count();
+    suggestion_of(word, what, &candidates.into_iter().collect::<Vec<_>>())
+}
+
+fn suggestion_of(word: &str, what: &str, candidates: &[&str]) -> String {
+    let listed = candidates.len().min(CANDIDATES_LIMIT);
+    let mut all = candidates[..listed].join(", ");
+    let more = candidates.len() - listed;
     if more > 0 {
         write!(all, " and {more} more").expect("a text takes all");
     }
-    match nearest(word, candidates) {
+    match nearest_of(word, candidates) {
         Some(candidate) => format!("did you mean `{candidate}`? {what}: {all}"),
         None => format!("{what}: {all}"),
     }

@@ -80,10 +80,18 @@ impl Threads {
     pub fn each<T: Send>(&self, tasks: impl Iterator<Item = T> + Send, act: impl Fn(T) + Sync) {
         match &self.0 {
             Some(pool) if tasks.size_hint().1 != Some(1) => {
-                let tasks: Vec<Slot<T>> = tasks.map(Slot::new).collect();
-                pool.share(tasks.len(), &|i, _| act(tasks[i].take()), &|_| {});
+                // Plain loops, here and where this is called: adaptors of iterators are compiled anew for each of a hundred loops.
+                let mut slots = Vec::new();
+                for task in tasks {
+                    slots.push(Slot::new(task));
+                }
+                pool.share(slots.len(), &|i, _| act(slots[i].take()), &|_| {});
             }
-            _ => tasks.for_each(act),
+            _ => {
+                for task in tasks {
+                    act(task);
+                }
+            }
         }
     }
 

@@ -94,15 +94,13 @@ pub fn over_tiles<D: Share, M, F: Fn(&Tile, D, &mut M) + Sync>(
     memory: fn() -> M,
     work: &F,
 ) {
-    let mut rest = Some(share);
-    let parts = tiles.chunks(part(threads, tiles.len())).map(|tiles| {
-        let blocks = tiles.iter().map(|tile| tile.blocks).sum();
-        let share = rest.take().expect("what the last part left");
-        let (own, others) = share.divide(tiles.len(), blocks);
-        rest = Some(others);
-        (tiles, own)
-    });
-    threads.each(parts, |(tiles, share)| {
+    let part = part(threads, tiles.len());
+    let parts = Parts {
+        tiles,
+        part,
+        rest: Some(share),
+    };
+    threads.each(parts, |(tiles, share): (&[Tile], D)| {
         let mut memory = memory();
         let mut rest = share;
         for tile in tiles {
@@ -113,10 +111,44 @@ pub fn over_tiles<D: Share, M, F: Fn(&Tile, D, &mut M) + Sync>(
     });
 }
 
+/// The parts of a list of tiles, each with what it shares.
+struct Parts<'a, D> {
+    tiles: &'a [Tile],
+    /// Tiles in one part.
+    part: usize,
+    rest: Option<D>,
+}
+
+impl<'a, D: Share> Iterator for Parts<'a, D> {
+    type Item = (&'a [Tile], D);
+
+    fn next(&mut self) -> Option<Self::Item> {
+        if self.tiles.is_empty() {
+            return None;
+        }
+        let (tiles, others) = self.tiles.split_at(self.part.min(self.tiles.len()));
+        self.tiles = others;
+        let mut blocks = 0;
+        for tile in tiles {
+            blocks += tile.blocks;
+        }
+        let (own, rest) = self.rest.take()?.divide(tiles.len(), blocks);
+        self.rest = Some(rest);
+        Some((tiles, own))
+    }
+
+    fn size_hint(&self) -> (usize, Option<usize>) {
+        let parts = self.tiles.len().div_ceil(self.part);
+        (parts, Some(parts))
+    }
+}
+
 /// Calls `work` with every item.
 pub fn over_items<T: Send, F: Fn(&mut T) + Sync>(threads: &Threads, items: &mut [T], work: &F) {
     let part = part(threads, items.len());
     threads.each(items.chunks_mut(part), |items| {
-        items.iter_mut().for_each(work);
+        for item in items {
+            work(item);
+        }
     });
 }

@@ -182,10 +182,20 @@ pub fn fill_window<'a, const W: usize, N>(
     tile: &Tile,
     field: impl Fn(&'a N) -> &'a [[f64; 2]; NODES],
 ) {
+    let mut around = [field(&nodes[tile.around[0] as usize]); 9];
+    for (of, t) in around.iter_mut().zip(tile.around) {
+        *of = field(&nodes[t as usize]);
+    }
+    copy_window::<W>(window, &around);
+}
+
+/// Copies a vector field of the nine node tiles around a point tile. Not inlined: the copies are many instructions, and every
+/// loop over points has several windows.
+#[inline(never)]
+fn copy_window<const W: usize>(window: &mut VectorWindow, around: &[&[[f64; 2]; NODES]; 9]) {
     for run in 0..3 {
         let y = runs(W)[run];
-        let nodes_of = |x: usize| field(&nodes[tile.around[3 * run + x] as usize]).as_flattened();
-        let (left, own, right) = (nodes_of(0), nodes_of(1), nodes_of(2));
+        let [left, own, right] = [0, 1, 2].map(|x| around[3 * run + x].as_flattened());
         for row in 0..y.length {
             let to = &mut window.0[2 * (y.window + row) * pitch(W)..][..2 * pitch(W)];
             let from = 2 * (y.own + row) * TILE;

@@ -87,7 +87,7 @@ fn find_rows<const W: usize, S: Shape<W>, A: AffineState>(continuum: &mut Contin
         }
     }
     let (tiles, walls) = (&grid.tiles, &grid.walls);
-    holds.prepare(|at| {
+    holds.prepare(&|at| {
         let (tile, n) = at.split();
         let tile = &tiles[tile];
         let free = walls.free(node(first_node(tile.at), n));

@@ -132,8 +132,12 @@ pub fn touch_marker<const W: usize, S: Shape<W>, A: AffineState>(
     let turns = couple != 0.0 || tangential > 0.0;
     let (mut per_inertia, mut lacks) = (0.0, 0.0);
     if turns {
-        let spread = |w: &Weight| from_mean(w).map(|x| w.share * x * x);
-        let spread: f64 = weights.iter().flat_map(spread).sum();
+        let mut spread = 0.0;
+        for w in weights {
+            for x in from_mean(w) {
+                spread += w.share * x * x;
+            }
+        }
         let inertia = spread.max(LEAST_SPREAD * continuum.grid.geometry.cell.powi(2));
         (per_inertia, lacks) = (1.0 / inertia, 1.0 - spread / inertia);
     }

@@ -13,6 +13,7 @@ use crate::kernel::point_tile::Tile;
 use crate::kernel::shape::Shape;
 use crate::kernel::transfer::AffineState;
 use crate::state::continuum::Continuum;
+use crate::state::holds::Hold;
 use crate::state::imps::Imps;
 use crate::state::markers::Markers;
 use crate::state::point_set::PointSet;
@@ -58,12 +59,15 @@ pub fn update_ledger<const W: usize, S: Shape<W>, A: AffineState>(
         }
     }
     let ahead = core::mem::take(&mut continuum.state.totals.ahead);
-    for [plastic, viscous, work] in
-        core::iter::once(ahead).chain(losses_of_tiles(&continuum.clouds))
-    {
-        continuum.state.totals.plastic_work += plastic;
-        continuum.state.totals.viscous_work += viscous;
-        continuum.state.totals.stress_work += work - plastic - viscous;
+    let totals = &mut continuum.state.totals;
+    let mut add = |[plastic, viscous, work]: [f64; 3]| {
+        totals.plastic_work += plastic;
+        totals.viscous_work += viscous;
+        totals.stress_work += work - plastic - viscous;
+    };
+    add(ahead);
+    for cloud in &continuum.clouds {
+        losses_of_tiles(&cloud.state.stress_reports, cloud.volume, &mut add);
     }
     let (mut contact_force, mut moment) = ([0.0; 2], 0.0);
     for (m, f) in (continuum.imps.state.members.iter()).zip(&continuum.imps.forces) {
@@ -86,15 +90,19 @@ pub fn update_ledger<const W: usize, S: Shape<W>, A: AffineState>(
 pub fn sum_stress_ahead<const W: usize, S: Shape<W>, A: AffineState>(
     continuum: &mut Continuum<W, S, A>,
 ) {
-    let add = |sum: [f64; 3], told: [f64; 3]| core::array::from_fn(|i| sum[i] + told[i]);
-    continuum.state.totals.ahead = losses_of_tiles(&continuum.clouds).fold([0.0; 3], add);
-    for report in continuum
-        .clouds
-        .iter_mut()
-        .flat_map(|c| &mut c.state.stress_reports)
-    {
-        (report.lost, report.work) = ([0.0; 2], 0.0);
+    let mut ahead = [0.0; 3];
+    let mut add = |of: [f64; 3]| {
+        for i in 0..3 {
+            ahead[i] += of[i];
+        }
+    };
+    for cloud in &mut continuum.clouds {
+        losses_of_tiles(&cloud.state.stress_reports, cloud.volume, &mut add);
+        for report in &mut cloud.state.stress_reports {
+            (report.lost, report.work) = ([0.0; 2], 0.0);
+        }
     }
+    continuum.state.totals.ahead = ahead;
 }
 
 /// If the step is measured, takes the quantities at `t_{n+1/2}`.
@@ -131,6 +139,15 @@ pub fn close_ledger<const W: usize, S: Shape<W>, A: AffineState>(
     continuum.state.totals.transfer_work += kick.transfer;
 }
 
+/// The points of a record after those of groups: of a probe or a hold; none of a chain.
+fn set_of<'a>(number: usize, probes: &'a [PointSet], holds: &'a [Hold]) -> Option<&'a PointSet> {
+    let hold = number.checked_sub(probes.len());
+    match hold {
+        None => probes.get(number),
+        Some(hold) => holds.get(hold).map(|hold| &hold.points),
+    }
+}
+
 /// Takes the quantities at `t_{n+1/2}`, with the weight `after`.
 fn close_measurement<const W: usize, S: Shape<W>, A: AffineState>(
     continuum: &mut Continuum<W, S, A>,
@@ -138,8 +155,10 @@ fn close_measurement<const W: usize, S: Shape<W>, A: AffineState>(
 ) {
     let MpmMeasurement { ledger, groups } = &mut continuum.measurement;
     let (groups, sets) = groups.split_at_mut(continuum.clouds.len());
-    let holds = continuum.holds.all.iter().map(|hold| &hold.points);
-    for (set, state) in continuum.probes.iter().chain(holds).zip(sets) {
+    for (number, state) in sets.iter_mut().enumerate() {
+        let Some(set) = set_of(number, &continuum.probes, &continuum.holds.all) else {
+            break; // chains follow
+        };
         let (velocity, kinetic) = set.motion(&continuum.clouds[set.cloud as usize]);
         state.kinetic += after * kinetic;
         for a in 0..2 {
@@ -289,17 +308,13 @@ fn chain_state(markers: &Markers, number: usize, imps: &Imps) -> GroupState {
     state
 }
 
-/// For each tile in the last stress pass: what it lost to plastic flow and to viscous stress, and the work of its stress, in J/m.
-fn losses_of_tiles<const W: usize, S: Shape<W>, A: AffineState>(
-    clouds: &[Cloud<W, S, A>],
-) -> impl Iterator<Item = [f64; 3]> {
-    clouds.iter().flat_map(|cloud| {
-        let told = |report: &StressReport| {
-            let [plastic, viscous] = report.lost;
-            [plastic, viscous, report.work].map(|sum| cloud.volume * sum)
-        };
-        cloud.state.stress_reports.iter().map(told)
-    })
+/// Calls `found` with each tile's part of the last stress pass, of points of this `volume` (m^2): what it lost to plastic flow
+/// and to viscous stress, and the work of its stress, in J/m.
+fn losses_of_tiles(reports: &[StressReport], volume: f64, found: &mut dyn FnMut([f64; 3])) {
+    for report in reports {
+        let [plastic, viscous] = report.lost;
+        found([plastic, viscous, report.work].map(|sum| volume * sum));
+    }
 }
 
 /// Counts a point at `x` (m) on which bodies press with `force` (N/m).
@@ -350,11 +365,13 @@ impl<const W: usize, S: Shape<W>, A: AffineState> Cloud<W, S, A> {
 
     /// Angular momentum about the origin in N s, with that of the affine part: `m (x x v + B_yx - B_xy)`, on cells of `cell` (m).
     pub fn angular_momentum(&self, cell: f64) -> f64 {
-        let blocks = self.tiles.iter().flat_map(|tile| {
-            (0..tile.blocks)
-                .map(|b| tile.live(b) * self.angular_momentum_of_block(tile.first + b, cell))
-        });
-        sum(blocks.fold(ZERO, |sum, of| sum + of))
+        let mut total = ZERO;
+        for tile in &self.tiles {
+            for b in 0..tile.blocks {
+                total += tile.live(b) * self.angular_momentum_of_block(tile.first + b, cell);
+            }
+        }
+        sum(total)
     }
 
     /// `sum m_p x_p` in kg.

@@ -4,12 +4,11 @@ use interface::Vec2;
 use interface::message::wire::EnvelopeVertex;
 use mechanics::outline::{crosses_ray, nearest_on_edge};
 
-use crate::kernel::lanes::LANES;
 use crate::kernel::point_tile::Tile;
 use crate::kernel::shape::Shape;
 use crate::kernel::transfer::AffineState;
 use crate::state::imps::{Imps, Member};
-use crate::state::points::{Cloud, NO_POINT};
+use crate::state::points::Cloud;
 
 /// Chooses the points within `reach + r_p + V_d` of an envelope, or inside one.
 pub fn select_imps<const W: usize, S: Shape<W>, A: AffineState>(
@@ -24,8 +23,9 @@ pub fn select_imps<const W: usize, S: Shape<W>, A: AffineState>(
         for (c, cloud) in clouds.iter().enumerate() {
             for tile in &cloud.tiles {
                 let margin = cloud.radius + imps.skin;
-                select_in_tile(cloud, tile, &outlines, margin, |local| {
-                    imps.state.members.push(Member {
+                let members = &mut imps.state.members;
+                select_in_tile(cloud, tile, &outlines, margin, &mut |local| {
+                    members.push(Member {
                         cloud: c as u32,
                         local,
                     });
@@ -77,18 +77,22 @@ pub(super) struct Bounds {
 
 impl FromIterator<Vec2> for Bounds {
     fn from_iter<I: IntoIterator<Item = Vec2>>(points: I) -> Self {
-        let empty = Self {
-            lower: Vec2::repeat(f64::INFINITY),
-            upper: Vec2::repeat(f64::NEG_INFINITY),
-        };
-        points.into_iter().fold(empty, |b, p| Self {
-            lower: b.lower.inf(&p),
-            upper: b.upper.sup(&p),
-        })
+        let mut bounds = Self::EMPTY;
+        points.into_iter().for_each(|p| bounds.widen(p));
+        bounds
     }
 }
 
 impl Bounds {
+    const EMPTY: Self = Self {
+        lower: Vec2::new(f64::INFINITY, f64::INFINITY),
+        upper: Vec2::new(f64::NEG_INFINITY, f64::NEG_INFINITY),
+    };
+
+    fn widen(&mut self, p: Vec2) {
+        (self.lower, self.upper) = (self.lower.inf(&p), self.upper.sup(&p));
+    }
+
     /// Whether something in one box can be within `distance` of something in the other.
     pub fn near(&self, other: &Self, distance: f64) -> bool {
         // Slightly more, because the distances are compared after rounding.
@@ -107,32 +111,19 @@ fn select_in_tile<const W: usize, S: Shape<W>, A: AffineState>(
     tile: &Tile,
     outlines: &[Outline],
     margin: f64,
-    mut found: impl FnMut(u32),
+    found: &mut dyn FnMut(u32),
 ) {
-    let points = || {
-        (tile.first..tile.first + tile.blocks).flat_map(|block| {
-            (0..LANES).filter_map(move |k| {
-                let local = cloud.state.ids[block][k];
-                let position = Vec2::from(cloud.position(block * LANES + k));
-                (local != NO_POINT).then_some((local, position))
-            })
-        })
-    };
-    let bounds: Bounds = points().map(|(_, p)| p).collect();
-    let near: Vec<LocalOutline> = outlines
-        .iter()
-        .filter(|o| o.bounds.near(&bounds, o.reach + margin))
-        .map(|o| LocalOutline::new(o, &bounds, o.reach + margin))
-        .filter(|o| !o.near.is_empty() || !o.crossed.is_empty())
-        .collect();
+    let mut bounds = Bounds::EMPTY;
+    cloud.points_of(tile, &mut |_, p| bounds.widen(p.into()));
+    let near = LocalOutline::all(outlines, &bounds, margin);
     if near.is_empty() {
         return;
     }
-    for (local, p) in points() {
-        if near.iter().any(|o| o.asks_for(p)) {
+    cloud.points_of(tile, &mut |local, p| {
+        if LocalOutline::any_asks_for(&near, p.into()) {
             found(local);
         }
-    }
+    });
 }
 
 /// The part of an outline that matters for a box.
@@ -143,6 +134,20 @@ struct LocalOutline {
 }
 
 impl LocalOutline {
+    /// What matters of these outlines, of which points within their reach and `margin` (m) are wanted.
+    fn all(outlines: &[Outline], bounds: &Bounds, margin: f64) -> Vec<Self> {
+        outlines
+            .iter()
+            .filter(|o| o.bounds.near(bounds, o.reach + margin))
+            .map(|o| Self::new(o, bounds, o.reach + margin))
+            .filter(|o| !o.near.is_empty() || !o.crossed.is_empty())
+            .collect()
+    }
+
+    fn any_asks_for(outlines: &[Self], p: Vec2) -> bool {
+        outlines.iter().any(|o| o.asks_for(p))
+    }
+
     fn new(outline: &Outline, bounds: &Bounds, distance: f64) -> Self {
         let box_of = |(a, b): &(Vec2, Vec2)| [*a, *b].into_iter().collect::<Bounds>();
         Self {

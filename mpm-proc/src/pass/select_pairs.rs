@@ -1,10 +1,9 @@
 //! Chooses the points of two groups that may touch: those within `r_a + r_b + V_d` of a point of the other group
 //! (PROTOCOL.md I-7).
 
-use crate::kernel::lanes::LANES;
 use crate::kernel::shape::Shape;
 use crate::kernel::transfer::AffineState;
-use crate::state::points::{Cloud, NO_POINT};
+use crate::state::points::Cloud;
 
 /// A point: its id less the cloud's first id, and its position in m.
 type Point = (u32, [f64; 2]);
@@ -16,32 +15,25 @@ pub fn near_one_another<const W: usize, S: Shape<W>, A: AffineState>(
     skin: f64,
 ) -> [Vec<u32>; 2] {
     let distance = clouds[0].radius + clouds[1].radius + skin;
-    let extents = clouds.map(extent);
-    let [a, b] = [0, 1].map(|i| within(clouds[i], &extents[1 - i], distance));
+    let extents = [extent(clouds[0]), extent(clouds[1])];
+    let a = within(clouds[0], &extents[1], distance);
+    let b = within(clouds[1], &extents[0], distance);
     let bins = [Bins::new(&a, distance), Bins::new(&b, distance)];
     [bins[1].near(&a), bins[0].near(&b)]
 }
 
-fn points<const W: usize, S: Shape<W>, A: AffineState>(
-    cloud: &Cloud<W, S, A>,
-) -> impl Iterator<Item = Point> {
-    let blocks = cloud.tiles.iter().flat_map(|t| t.first..t.first + t.blocks);
-    let lanes = blocks.flat_map(|block| (0..LANES).map(move |k| (block, k)));
-    lanes.filter_map(|(block, k)| {
-        let local = cloud.state.ids[block][k];
-        (local != NO_POINT).then(|| (local, cloud.position(block * LANES + k)))
-    })
-}
-
 /// Smallest and largest coordinates of a cloud's points in m.
 fn extent<const W: usize, S: Shape<W>, A: AffineState>(cloud: &Cloud<W, S, A>) -> [[f64; 2]; 2] {
-    let empty = [[f64::INFINITY; 2], [f64::NEG_INFINITY; 2]];
-    points(cloud).fold(empty, |[lower, upper], (_, x)| {
-        [
-            [lower[0].min(x[0]), lower[1].min(x[1])],
-            [upper[0].max(x[0]), upper[1].max(x[1])],
-        ]
-    })
+    let [mut lower, mut upper] = [[f64::INFINITY; 2], [f64::NEG_INFINITY; 2]];
+    for tile in &cloud.tiles {
+        cloud.points_of(tile, &mut |_, x| {
+            for a in 0..2 {
+                lower[a] = lower[a].min(x[a]);
+                upper[a] = upper[a].max(x[a]);
+            }
+        });
+    }
+    [lower, upper]
 }
 
 /// The points of a cloud that lie within `distance` (m) of a box.
@@ -52,7 +44,15 @@ fn within<const W: usize, S: Shape<W>, A: AffineState>(
 ) -> Vec<Point> {
     let d = distance * (1.0 + 1e-9); // slightly more, because coordinates are rounded
     let inside = |x: &[f64; 2]| (0..2).all(|a| lower[a] - d <= x[a] && x[a] <= upper[a] + d);
-    points(cloud).filter(|(_, x)| inside(x)).collect()
+    let mut found = Vec::new();
+    for tile in &cloud.tiles {
+        cloud.points_of(tile, &mut |local, x| {
+            if inside(&x) {
+                found.push((local, x));
+            }
+        });
+    }
+    found
 }
 
 /// Points in square bins as wide as the distance that is asked for.

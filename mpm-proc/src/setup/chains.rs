@@ -4,19 +4,17 @@ use interface::config::{Interface, MpmConfig};
 use interface::solver::Refusal;
 
 use super::fields::Fields;
-use crate::kernel::shape::Shape;
-use crate::kernel::transfer::AffineState;
 use crate::state::markers::{Chain, Markers};
-use crate::state::points::Cloud;
 
-/// The markers of the configuration, whose identities begin with `first_id`; none where bodies meet points.
+/// The markers of the configuration, whose identities begin with `first_id`, on clouds of these contact radii (m); none
+/// where bodies meet points.
 ///
 /// # Errors
 /// A [`Refusal`] of a velocity that is not finite at a marker.
-pub fn markers<const W: usize, S: Shape<W>, A: AffineState>(
+pub fn markers(
     config: &MpmConfig,
     first_id: u64,
-    clouds: &[Cloud<W, S, A>],
+    radii: &[f64],
 ) -> Result<Option<Markers>, Refusal> {
     if config.interface == Interface::Points {
         return Ok(None);
@@ -34,7 +32,7 @@ pub fn markers<const W: usize, S: Shape<W>, A: AffineState>(
             closed: chain.closed,
             full: chain.floor * mass,
             mass,
-            radius: clouds[chain.group].radius,
+            radius: radii[chain.group],
         });
         x.extend_from_slice(&chain.markers);
         v.extend(Fields::new(config, chain.group)?.velocities(&chain.markers)?);

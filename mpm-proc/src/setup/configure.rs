@@ -140,15 +140,16 @@ impl<'a> Parts<'a> {
         self,
         shape: impl Fn(&FilledRegion) -> S,
     ) -> Result<(Box<dyn Scheme>, Readiness), Refusal> {
-        let groups = 0..self.config.groups.len();
+        let groups = self.config.groups.len();
         let apart = self.config.layers || self.config.grid_contact.is_some();
-        let mut continua: Vec<Continuum<W, S, A>> = if apart {
-            groups
-                .map(|g| self.continuum(g..g + 1, &shape))
-                .collect::<Result<_, _>>()?
+        let mut continua: Vec<Continuum<W, S, A>> = Vec::new();
+        if apart {
+            for g in 0..groups {
+                continua.push(self.continuum(g..g + 1, &shape)?);
+            }
         } else {
-            vec![self.continuum(groups, &shape)?]
-        };
+            continua.push(self.continuum(0..groups, &shape)?);
+        }
         let readiness = self.readiness(&continua);
         let mut threads = self.threads;
         let scheme: Box<dyn Scheme> =
@@ -177,15 +178,13 @@ impl<'a> Parts<'a> {
         shape: &impl Fn(&FilledRegion) -> S,
     ) -> Result<Continuum<W, S, A>, Refusal> {
         let mut clouds = Vec::new();
-        let (mut probes, mut holds) = (Vec::new(), Vec::new());
+        let holds = self.holds(groups.clone())?;
         let before = &self.points[..groups.start];
         let mut first_id = before.iter().map(|p| p.positions.len() as u64).sum();
         for g in groups.clone() {
             let (group, points) = (&self.config.groups[g], &self.points[g]);
             let fields = Fields::new(self.config, g)?;
             let number = clouds.len() as u32;
-            probes.extend(self.probes(g, number)?);
-            holds.extend(self.holds(g, number)?);
             let material = &self.config.materials[group.material];
             let blocks = points.positions.len().div_ceil(LANES);
             let model = if group.rigid {
@@ -216,8 +215,7 @@ impl<'a> Parts<'a> {
             clouds.push(cloud);
             first_id += points.positions.len() as u64;
         }
-        probes.sort_by_key(|probe: &PointSet| probe.number);
-        holds.sort_by_key(|hold: &Hold| hold.points.number);
+        let radii: Vec<f64> = clouds.iter().map(|cloud| cloud.radius).collect();
         // Grains touch at nodes that move by themselves, so no image may follow another node.
         let mirrors = S::MIRRORED && self.config.grid_contact.is_none();
         let walls = WallNodes::new(&self.config.walls, self.geometry.cells, mirrors);
@@ -226,7 +224,7 @@ impl<'a> Parts<'a> {
             transfer: Transfer::new(self.config.transfer),
             imps: Imps {
                 skin: self.config.skin,
-                markers: markers(self.config, first_id, &clouds)?,
+                markers: markers(self.config, first_id, &radii)?,
                 ..Imps::default()
             },
             touches: Vec::new(),
@@ -242,7 +240,7 @@ impl<'a> Parts<'a> {
             loads_of_nodes: Vec::new(),
             stages: self.stages.clone(),
             damping: None,
-            probes,
+            probes: self.probes(groups)?,
             holds: Holds::new(holds),
             threads: Threads::default(),
             clouds,
@@ -251,45 +249,53 @@ impl<'a> Parts<'a> {
         Ok(continuum)
     }
 
-    /// The probes of a group, which is cloud number `cloud` of its continuum.
-    fn probes(&self, group: usize, cloud: u32) -> Result<Vec<PointSet>, Refusal> {
-        let probes = self.config.probes.iter().enumerate();
-        let name = &self.config.groups[group].name;
-        let of_group = probes.filter(|(_, probe)| probe.points == *name);
-        of_group
-            .map(|(i, probe)| self.set(i, group, cloud, probe.within, &format!("mpm.probe.{i}")))
-            .collect()
+    /// The probes of some of the groups, each of which is a cloud of their continuum.
+    fn probes(&self, groups: Range<usize>) -> Result<Vec<PointSet>, Refusal> {
+        let mut found = Vec::new();
+        for (i, probe) in self.config.probes.iter().enumerate() {
+            if let Some(cloud) = self.cloud(&groups, &probe.points) {
+                let key = format!("mpm.probe.{i}");
+                found.push(self.set(i, groups.start, cloud, probe.within, &key)?);
+            }
+        }
+        Ok(found)
     }
 
-    /// The holds of a group, likewise.
-    fn holds(&self, group: usize, cloud: u32) -> Result<Vec<Hold>, Refusal> {
-        let holds = self.config.forcing.holds.iter().enumerate();
-        let name = &self.config.groups[group].name;
-        let of_group = holds.filter(|(_, hold)| hold.points == *name);
-        of_group
-            .map(|(i, hold)| {
+    /// The holds of some of the groups, likewise.
+    fn holds(&self, groups: Range<usize>) -> Result<Vec<Hold>, Refusal> {
+        let mut found = Vec::new();
+        for (i, hold) in self.config.forcing.holds.iter().enumerate() {
+            if let Some(cloud) = self.cloud(&groups, &hold.points) {
                 let key = format!("mpm.hold.{i}");
-                Ok(Hold {
-                    points: self.set(i, group, cloud, hold.within, &key)?,
+                found.push(Hold {
+                    points: self.set(i, groups.start, cloud, hold.within, &key)?,
                     along: [hold.hold_x, hold.hold_y],
                     impulse: [0.0; 2],
-                })
-            })
-            .collect()
+                });
+            }
+        }
+        Ok(found)
+    }
+
+    /// Which of these groups has this name, counted from the first of them.
+    fn cloud(&self, groups: &Range<usize>, name: &str) -> Option<usize> {
+        let of = &self.config.groups[groups.clone()];
+        of.iter().position(|group| group.name == name)
     }
 
     fn set(
         &self,
         number: usize,
-        group: usize,
-        cloud: u32,
+        first: usize,
+        cloud: usize,
         within: [[f64; 2]; 2],
         key: &str,
     ) -> Result<PointSet, Refusal> {
+        let group = first + cloud;
         let positions = &self.points[group].positions;
         Ok(PointSet {
             number,
-            cloud,
+            cloud: cloud as u32,
             locals: points_within(self.config, group, positions, within, key)?,
         })
     }
@@ -298,32 +304,41 @@ impl<'a> Parts<'a> {
         &self,
         continua: &[Continuum<W, S, A>],
     ) -> Readiness {
-        let clouds = || continua.iter().flat_map(|c| &c.clouds);
         let cell = self.geometry.cell;
-        // Rigid points have no waves.
-        let courant_time = clouds()
-            .map(|c| cell / c.material.wave_speed())
-            .filter(|t| t.is_finite())
-            .reduce(f64::min);
-        let omega_sq = clouds()
-            .map(|c| stiffest_place(&c.shape) * c.material.stiffness_at_rest())
-            .fold(0.0, f64::max)
-            / (cell * cell);
-        let mut notes = self.notes.clone();
+        let mut ready = Readiness {
+            items: 0,
+            bytes: 0,
+            courant_time: f64::INFINITY,
+            mass_min: f64::INFINITY,
+            stiffness_max: 0.0,
+            notes: self.notes.clone(),
+        };
+        let mut stiffest: f64 = 0.0;
+        for continuum in continua {
+            ready.bytes += continuum.bytes() as u64;
+            for cloud in &continuum.clouds {
+                ready.items += cloud.len() as u64;
+                ready.mass_min = ready.mass_min.min(cloud.mass);
+                // Rigid points have no waves.
+                ready.courant_time = ready.courant_time.min(cell / cloud.material.wave_speed());
+                let place = stiffest_place(&cloud.shape);
+                stiffest = stiffest.max(place * cloud.material.stiffness_at_rest());
+            }
+        }
+        // Of none there is none.
+        for least in [&mut ready.courant_time, &mut ready.mass_min] {
+            if !least.is_finite() {
+                *least = 0.0;
+            }
+        }
+        let omega_sq = stiffest / (cell * cell);
         if omega_sq > 0.0 {
-            notes.push(format!(
+            ready.notes.push(format!(
                 "stable without contact up to dt = {:.3e} s at the initial density",
                 2.0 / omega_sq.sqrt()
             ));
         }
-        Readiness {
-            items: clouds().map(|c| c.len() as u64).sum(),
-            bytes: continua.iter().map(|c| c.bytes() as u64).sum(),
-            courant_time: courant_time.unwrap_or(0.0),
-            mass_min: clouds().map(|c| c.mass).reduce(f64::min).unwrap_or(0.0),
-            stiffness_max: 0.0,
-            notes,
-        }
+        ready
     }
 }
 

@@ -70,6 +70,20 @@ impl Grid {
                 }
             }
         }
+        self.allocate(wanted, W, &mut |overlap, number| {
+            let around = usize::from(overlap.run[1]) * 3 + usize::from(overlap.run[0]);
+            clouds[overlap.cloud as usize].tiles[overlap.tile as usize].around[around] = number;
+        });
+    }
+
+    /// Allocates the node tiles that are `wanted` for shape functions of this width, and calls `found` with the number of the
+    /// one of each window's part.
+    fn allocate(
+        &mut self,
+        mut wanted: Vec<([i32; 2], Overlap)>,
+        width: usize,
+        found: &mut dyn FnMut(Overlap, u32),
+    ) {
         wanted.sort_unstable_by_key(|(at, o)| (*at, o.cloud, o.tile));
         self.tiles.clear();
         let seen = !self.mapped.is_empty();
@@ -77,7 +91,7 @@ impl Grid {
         self.overlaps.clear();
         let mut places: Vec<[i32; 2]> = wanted.iter().map(|(at, _)| *at).collect();
         places.dedup();
-        Images::complete(&self.walls, W, &mut places);
+        Images::complete(&self.walls, width, &mut places);
         let mut rest = &wanted[..];
         for place in places {
             // None where a tile only holds originals of images.
@@ -86,15 +100,14 @@ impl Grid {
             let at = [place[1], place[0]];
             let number = self.tiles.len() as u32;
             for (_, overlap) in group {
-                let around = usize::from(overlap.run[1]) * 3 + usize::from(overlap.run[0]);
-                clouds[overlap.cloud as usize].tiles[overlap.tile as usize].around[around] = number;
+                found(*overlap, number);
             }
             self.tiles.push(NodeTile {
                 at,
                 index: self.tiles.len(),
                 first: self.overlaps.len() as u32,
                 count: group.len() as u32,
-                walled: self.walls.acts_on(first_node(at), W),
+                walled: self.walls.acts_on(first_node(at), width),
                 imaged: false,
                 mass: [0.0; NODES],
                 per_mass: [0.0; NODES],
@@ -107,7 +120,7 @@ impl Grid {
             });
             self.overlaps.extend(group.iter().map(|(_, o)| *o));
         }
-        (self.images).find(&self.geometry, &self.walls, W, &mut self.tiles);
+        (self.images).find(&self.geometry, &self.walls, width, &mut self.tiles);
         if !self.contact.is_empty() {
             self.contact.clear();
             self.make_room_for_contact();

@@ -110,7 +110,7 @@ impl Holds {
 
     /// Numbers the nodes and finds the independent rows, unless the weights are those of the step before. `mobility` is
     /// `1/m_I` in m/kg, 0 along the directions that a wall holds.
-    pub fn prepare(&mut self, mobility: impl Fn(NodeAt) -> [f64; 2]) {
+    pub fn prepare(&mut self, mobility: &dyn Fn(NodeAt) -> [f64; 2]) {
         let along = || self.rows.iter().map(|row| row.along);
         let weights = || self.weights.iter().map(|w| (w.at, w.along));
         let same = weights().eq(self.found_for.0.iter().map(|w| (w.at, w.along)))

@@ -299,6 +299,17 @@ impl<const W: usize, S: Shape<W>, A: AffineState> Cloud<W, S, A> {
         &self.tiles[self.tiles.partition_point(|t| t.first <= block) - 1]
     }
 
+    /// Calls `found` with each point of a tile: its identity less the cloud's first, and its position in m.
+    pub fn points_of(&self, tile: &Tile, found: &mut dyn FnMut(u32, [f64; 2])) {
+        for block in tile.first..tile.first + tile.blocks {
+            for (k, &local) in self.state.ids[block].iter().enumerate() {
+                if local != NO_POINT {
+                    found(local, self.position(block * LANES + k));
+                }
+            }
+        }
+    }
+
     /// Sorts the points by tile and cell, and lays out the tiles. The caller then gives each tile its neighbours.
     pub fn sort(&mut self, grid: &Geometry) {
         let offset = self.shape.offset();
@@ -422,16 +433,15 @@ impl<const W: usize, S: Shape<W>, A: AffineState> Cloud<W, S, A> {
         // Loads that a branch no longer has are left out; its new loads begin at zero.
         if let Some(loads) = &mut self.loads {
             let mut sources = Vec::with_capacity(self.state.ids.len() * LANES);
-            let mut blocks = self.state.ids.iter();
+            let mut ids = &self.state.ids[..];
             for &(_, points) in &self.state.tiles {
-                let of_tile = || blocks.next().expect("blocks of its points");
-                let ids: Vec<_> = core::iter::repeat_with(of_tile)
-                    .take((points as usize).div_ceil(LANES))
-                    .collect();
-                // Lanes without a point come from the first of their tile.
-                let point = |&id: &u32| if id == NO_POINT { ids[0][0] } else { id };
-                let lane = |id| self.lane_of[point(id) as usize];
-                sources.extend(ids.iter().copied().flatten().map(lane));
+                let (of_tile, others) = ids.split_at((points as usize).div_ceil(LANES));
+                for &id in of_tile.as_flattened() {
+                    // Lanes without a point come from the first of their tile.
+                    let point = if id == NO_POINT { of_tile[0][0] } else { id };
+                    sources.push(self.lane_of[point as usize]);
+                }
+                ids = others;
             }
             loads.reorder(&sources, self.state.tiles.len());
             if let Some(last) = saved.loads {
