@@ -140,16 +140,18 @@ impl<L: Law> SegmentContacts<L> {
     fn successors(&self, held: &[Held], found: &[Extremum], successors: &mut Vec<Option<usize>>) {
         let successor = |held: &Held| {
             let (at, old) = (self.place(held)?, self.slot(held.ids[0])?);
-            let minima = spans(found).enumerate().flat_map(|(i, span)| {
-                let minima = span.iter().filter(|e| e.least);
-                minima.map(move |e| (i, e))
-            });
-            let far = minima.filter_map(|(i, e)| {
-                let info = self.state.set[e.foot.slots[0] as usize];
-                let far = (at - e.point).norm();
-                (info.group == self.state.set[old].group && far <= info.radius).then_some((i, far))
-            });
-            far.min_by(|a, b| a.1.total_cmp(&b.1)).map(|(i, _)| i)
+            let mut nearest: Option<(usize, f64)> = None;
+            for (i, span) in spans(found).enumerate() {
+                for e in span.iter().filter(|e| e.least) {
+                    let info = self.state.set[e.foot.slots[0] as usize];
+                    let far = (at - e.point).norm();
+                    let may = info.group == self.state.set[old].group && far <= info.radius;
+                    if may && nearest.is_none_or(|(_, least)| far < least) {
+                        nearest = Some((i, far));
+                    }
+                }
+            }
+            nearest.map(|(i, _)| i)
         };
         successors.clear();
         successors.extend(held.iter().map(successor));

@@ -110,43 +110,19 @@ impl Threads {
             }
             return;
         };
-        let tasks: Vec<Slot<_>> = tasks.map(Slot::new).collect();
-        let places = std::iter::repeat_with(OnceLock::new).take(tasks.len());
-        let done: Vec<OnceLock<(&S, usize)>> = places.collect();
-        let taken = AtomicUsize::new(0);
-        let taking = Mutex::new(take);
-        // Takes the places that are next, as long as this thread has run them, or all of them.
-        let take_next = |thread: Option<usize>| {
-            // If another thread takes at present, it or the next one finds these places too.
-            let Ok(mut take) = taking.try_lock() else {
-                return;
-            };
-            let mut next = taken.load(Ordering::Relaxed);
-            while let Some((place, by)) = done.get(next).and_then(OnceLock::get)
-                && thread.is_none_or(|thread| thread == *by)
-            {
-                take(place);
-                next += 1;
-            }
-            taken.store(next, Ordering::Release);
-        };
-        let run = |i: usize, thread: usize| {
-            let (task, place): (T, &'a mut S) = tasks[i].take();
+        let (mut slots, mut done) = (Vec::new(), Vec::new());
+        for task in tasks {
+            slots.push(Slot::new(task));
+            done.push(OnceLock::new());
+        }
+        let act = |i: usize| {
+            let (task, place): (T, &'a mut S) = slots[i].take();
             act(task, place);
-            assert!(done[i].set((place, thread)).is_ok(), "a task ran twice");
-            take_next(Some(thread));
+            let place: &S = place;
+            assert!(done[i].set(place).is_ok(), "a task ran twice");
         };
-        let rest = |thread: usize| {
-            let last = done
-                .iter()
-                .rposition(|place| place.get().is_some_and(|(_, by)| *by == thread));
-            within(LOOKS, || {
-                take_next(Some(thread));
-                last.is_none_or(|last| taken.load(Ordering::Acquire) > last)
-            });
-        };
-        pool.share(tasks.len(), &run, &rest);
-        take_next(None);
+        let mut take = |i: usize| take(done[i].get().expect("its task has run"));
+        pool.share_in_order(slots.len(), &act, Mutex::new(&mut take));
     }
 }
 
@@ -225,6 +201,47 @@ impl Pool {
             // Without these the scope would sleep although all have ended.
             within(LAST_LOOKS, || false);
         });
+    }
+
+    /// Runs `count` tasks, and calls `take` for every one in order, as soon as those up to it have run.
+    fn share_in_order(
+        &self,
+        count: usize,
+        act: &(dyn Fn(usize) + Sync),
+        taking: Mutex<&mut (dyn FnMut(usize) + Send)>,
+    ) {
+        // By which thread each task was run.
+        let done: Vec<OnceLock<usize>> = (0..count).map(|_| OnceLock::new()).collect();
+        let taken = AtomicUsize::new(0);
+        // Takes the tasks that are next, as long as this thread has run them, or all of them.
+        let take_next = |thread: Option<usize>| {
+            // If another thread takes at present, it or the next one finds these too.
+            let Ok(mut take) = taking.try_lock() else {
+                return;
+            };
+            let mut next = taken.load(Ordering::Relaxed);
+            while let Some(by) = done.get(next).and_then(OnceLock::get)
+                && thread.is_none_or(|thread| thread == *by)
+            {
+                take(next);
+                next += 1;
+            }
+            taken.store(next, Ordering::Release);
+        };
+        let run = |i: usize, thread: usize| {
+            act(i);
+            assert!(done[i].set(thread).is_ok(), "a task ran twice");
+            take_next(Some(thread));
+        };
+        let rest = |thread: usize| {
+            let last = done.iter().rposition(|by| by.get() == Some(&thread));
+            within(LOOKS, || {
+                take_next(Some(thread));
+                last.is_none_or(|last| taken.load(Ordering::Acquire) > last)
+            });
+        };
+        self.share(count, &run, &rest);
+        take_next(None);
     }
 }
 
