@@ -122,7 +122,7 @@ impl Threads {
             assert!(done[i].set(place).is_ok(), "a task ran twice");
         };
         let mut take = |i: usize| take(done[i].get().expect("its task has run"));
-        pool.share_in_order(slots.len(), &act, Mutex::new(&mut take));
+        pool.share_in_order(slots.len(), &act, &mut take);
     }
 }
 
@@ -208,11 +208,11 @@ impl Pool {
         &self,
         count: usize,
         act: &(dyn Fn(usize) + Sync),
-        taking: Mutex<&mut (dyn FnMut(usize) + Send)>,
+        take: &mut (dyn FnMut(usize) + Send),
     ) {
         // By which thread each task was run.
         let done: Vec<OnceLock<usize>> = (0..count).map(|_| OnceLock::new()).collect();
-        let taken = AtomicUsize::new(0);
+        let (taken, taking) = (AtomicUsize::new(0), Mutex::new(take));
         // Takes the tasks that are next, as long as this thread has run them, or all of them.
         let take_next = |thread: Option<usize>| {
             // If another thread takes at present, it or the next one finds these too.
