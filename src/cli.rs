@@ -579,7 +579,7 @@ pub struct JoinArgs {
 /// Arguments of `conformance`.
 #[derive(Debug, Args)]
 pub struct ConformanceArgs {
-    /// The rigid-body solver to test: a command that joins a run when called with `--join RUN`.
+    /// The rigid-body solver to test: a command that joins a run when called with `--join RUN`, or `built-in`.
     #[arg(long, value_name = "COMMAND", conflicts_with = "mpm")]
     pub dem: Option<String>,
     /// The continuum solver to test, in the same way.

@@ -14,6 +14,7 @@ use interface::message::control::Party;
 
 use crate::cli::ConformanceArgs;
 use crate::exit::BAD_INPUT;
+use crate::run::this_program;
 use crate::terminal::{self, say};
 use crate::{logging, solvers};
 
@@ -116,7 +117,11 @@ fn subject(args: &ConformanceArgs) -> Result<Subject, String> {
     if args.in_process {
         return Ok(built_in(party));
     }
-    let start = Start::Command(words(command, party)?);
+    let command = match command.as_str() {
+        "built-in" => this_program(party.name())?,
+        command => words(command, party)?,
+    };
+    let start = Start::Command(command);
     Ok(Subject { party, start })
 }
 
