@@ -8,6 +8,7 @@ use std::time::Duration;
 use conformance::profile::{Profile, profiles};
 use conformance::report::{Paint, json, junit, listing, row, summary};
 use conformance::{Examination, ExamineError, Judged, Options, RandomCases, examine};
+use coupler::scene::BUILT_IN;
 use interface::files;
 use interface::hosted::{Host, Start, Subject};
 use interface::message::control::Party;
@@ -118,7 +119,7 @@ fn subject(args: &ConformanceArgs) -> Result<Subject, String> {
         return Ok(built_in(party));
     }
     let command = match command.as_str() {
-        "built-in" => this_program(party.name())?,
+        BUILT_IN => this_program(party.name())?,
         command => words(command, party)?,
     };
     let start = Start::Command(command);

@@ -210,8 +210,9 @@ fn nearest_of<'a>(word: &str, candidates: &[&'a str]) -> Option<&'a str> {
         return None;
     }
     let word = word.to_lowercase();
-    let short = candidates.iter().take(COMPARED_LIMIT);
-    short
+    candidates
+        .iter()
+        .take(COMPARED_LIMIT)
         .filter(|candidate| candidate.len() <= 2 * WORD_LIMIT)
         .map(|candidate| {
             let distance = strsim::damerau_levenshtein(&word, &candidate.to_lowercase());

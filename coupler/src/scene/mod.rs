@@ -49,7 +49,7 @@ pub use model::{
 pub use needs::{refused, unmet};
 pub use placement::{pressing, refuse_points_within_bodies};
 pub use schema::schema;
-pub use solvers::solver_override;
+pub use solvers::{BUILT_IN, solver_override};
 pub use written::VERSION;
 
 /// A scene file that has been read once, to make several of its variants.

@@ -9,7 +9,7 @@ use super::problems::Problems;
 use super::written::SolversWritten;
 
 /// The name of the solver that comes with Tandem.
-const BUILT_IN: &str = "built-in";
+pub const BUILT_IN: &str = "built-in";
 
 /// The words of a command, as a shell splits them. Those that begin with `./` or `../` are paths relative to
 /// `directory`. They are made absolute, so that the command means the same when it is read from another directory.

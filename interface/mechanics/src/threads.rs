@@ -80,8 +80,9 @@ impl Threads {
     pub fn each<T: Send>(&self, tasks: impl Iterator<Item = T> + Send, act: impl Fn(T) + Sync) {
         match &self.0 {
             Some(pool) if tasks.size_hint().1 != Some(1) => {
-                // Plain loops, here and where this is called: adaptors of iterators are compiled anew for each of a hundred loops.
-                let mut slots = Vec::new();
+                // Plain loops, here and where this is called: adaptors of iterators are compiled anew for each of a hundred
+                // loops.
+                let mut slots = Vec::with_capacity(tasks.size_hint().0);
                 for task in tasks {
                     slots.push(Slot::new(task));
                 }
@@ -110,7 +111,8 @@ impl Threads {
             }
             return;
         };
-        let (mut slots, mut done) = (Vec::new(), Vec::new());
+        let count = tasks.len();
+        let (mut slots, mut done) = (Vec::with_capacity(count), Vec::with_capacity(count));
         for task in tasks {
             slots.push(Slot::new(task));
             done.push(OnceLock::new());
@@ -122,7 +124,7 @@ impl Threads {
             assert!(done[i].set(place).is_ok(), "a task ran twice");
         };
         let mut take = |i: usize| take(done[i].get().expect("its task has run"));
-        pool.share_in_order(slots.len(), &act, &mut take);
+        pool.share_in_order(count, &act, &mut take);
     }
 }
 

@@ -232,7 +232,8 @@ impl Side for Bodies<'_> {
             let sound =
                 moved.and_then(|()| check::number(Party::Dem, "L-1", step.index, &answer.limits));
             if let Err(error) = sound {
-                // Forces that are not finite are the cause of the rest. Where nothing else is wrong, their receiver finds them.
+                // Forces that are not finite are the cause of the rest. Where nothing else is wrong, their receiver finds
+                // them.
                 let forces = Records::Forces(self.forces.on_points());
                 check::numbers(Party::Dem, "F-4", step.index, forces)?;
                 return Err(error);

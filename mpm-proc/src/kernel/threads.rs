@@ -1,6 +1,8 @@
 //! Loops over tiles that threads share: each tile has its own data, so that no two threads ever hold the same, and no sum
 //! depends on the order of threads.
 
+use std::slice::Chunks;
+
 use mechanics::threads::Threads;
 
 use crate::kernel::point_tile::Tile;
@@ -94,10 +96,8 @@ pub fn over_tiles<D: Share, M, F: Fn(&Tile, D, &mut M) + Sync>(
     memory: fn() -> M,
     work: &F,
 ) {
-    let part = part(threads, tiles.len());
     let parts = Parts {
-        tiles,
-        part,
+        tiles: tiles.chunks(part(threads, tiles.len())),
         rest: Some(share),
     };
     threads.each(parts, |(tiles, share): (&[Tile], D)| {
@@ -113,9 +113,7 @@ pub fn over_tiles<D: Share, M, F: Fn(&Tile, D, &mut M) + Sync>(
 
 /// The parts of a list of tiles, each with what it shares.
 struct Parts<'a, D> {
-    tiles: &'a [Tile],
-    /// Tiles in one part.
-    part: usize,
+    tiles: Chunks<'a, Tile>,
     rest: Option<D>,
 }
 
@@ -123,11 +121,7 @@ impl<'a, D: Share> Iterator for Parts<'a, D> {
     type Item = (&'a [Tile], D);
 
     fn next(&mut self) -> Option<Self::Item> {
-        if self.tiles.is_empty() {
-            return None;
-        }
-        let (tiles, others) = self.tiles.split_at(self.part.min(self.tiles.len()));
-        self.tiles = others;
+        let tiles = self.tiles.next()?;
         let mut blocks = 0;
         for tile in tiles {
             blocks += tile.blocks;
@@ -138,8 +132,7 @@ impl<'a, D: Share> Iterator for Parts<'a, D> {
     }
 
     fn size_hint(&self) -> (usize, Option<usize>) {
-        let parts = self.tiles.len().div_ceil(self.part);
-        (parts, Some(parts))
+        self.tiles.size_hint()
     }
 }
 

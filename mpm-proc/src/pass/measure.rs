@@ -13,7 +13,6 @@ use crate::kernel::point_tile::Tile;
 use crate::kernel::shape::Shape;
 use crate::kernel::transfer::AffineState;
 use crate::state::continuum::Continuum;
-use crate::state::holds::Hold;
 use crate::state::imps::Imps;
 use crate::state::markers::Markers;
 use crate::state::point_set::PointSet;
@@ -67,7 +66,9 @@ pub fn update_ledger<const W: usize, S: Shape<W>, A: AffineState>(
     };
     add(ahead);
     for cloud in &continuum.clouds {
-        losses_of_tiles(&cloud.state.stress_reports, cloud.volume, &mut add);
+        for loss in losses_of_tiles(&cloud.state.stress_reports, cloud.volume) {
+            add(loss);
+        }
     }
     let (mut contact_force, mut moment) = ([0.0; 2], 0.0);
     for (m, f) in (continuum.imps.state.members.iter()).zip(&continuum.imps.forces) {
@@ -91,13 +92,12 @@ pub fn sum_stress_ahead<const W: usize, S: Shape<W>, A: AffineState>(
     continuum: &mut Continuum<W, S, A>,
 ) {
     let mut ahead = [0.0; 3];
-    let mut add = |of: [f64; 3]| {
-        for i in 0..3 {
-            ahead[i] += of[i];
-        }
-    };
     for cloud in &mut continuum.clouds {
-        losses_of_tiles(&cloud.state.stress_reports, cloud.volume, &mut add);
+        for loss in losses_of_tiles(&cloud.state.stress_reports, cloud.volume) {
+            for (sum, of_tile) in ahead.iter_mut().zip(loss) {
+                *sum += of_tile;
+            }
+        }
         for report in &mut cloud.state.stress_reports {
             (report.lost, report.work) = ([0.0; 2], 0.0);
         }
@@ -139,15 +139,6 @@ pub fn close_ledger<const W: usize, S: Shape<W>, A: AffineState>(
     continuum.state.totals.transfer_work += kick.transfer;
 }
 
-/// The points of a record after those of groups: of a probe or a hold; none of a chain.
-fn set_of<'a>(number: usize, probes: &'a [PointSet], holds: &'a [Hold]) -> Option<&'a PointSet> {
-    let hold = number.checked_sub(probes.len());
-    match hold {
-        None => probes.get(number),
-        Some(hold) => holds.get(hold).map(|hold| &hold.points),
-    }
-}
-
 /// Takes the quantities at `t_{n+1/2}`, with the weight `after`.
 fn close_measurement<const W: usize, S: Shape<W>, A: AffineState>(
     continuum: &mut Continuum<W, S, A>,
@@ -155,10 +146,8 @@ fn close_measurement<const W: usize, S: Shape<W>, A: AffineState>(
 ) {
     let MpmMeasurement { ledger, groups } = &mut continuum.measurement;
     let (groups, sets) = groups.split_at_mut(continuum.clouds.len());
-    for (number, state) in sets.iter_mut().enumerate() {
-        let Some(set) = set_of(number, &continuum.probes, &continuum.holds.all) else {
-            break; // chains follow
-        };
+    let holds = continuum.holds.all.iter().map(|hold| &hold.points);
+    for (set, state) in continuum.probes.iter().chain(holds).zip(sets) {
         let (velocity, kinetic) = set.motion(&continuum.clouds[set.cloud as usize]);
         state.kinetic += after * kinetic;
         for a in 0..2 {
@@ -308,13 +297,13 @@ fn chain_state(markers: &Markers, number: usize, imps: &Imps) -> GroupState {
     state
 }
 
-/// Calls `found` with each tile's part of the last stress pass, of points of this `volume` (m^2): what it lost to plastic flow
-/// and to viscous stress, and the work of its stress, in J/m.
-fn losses_of_tiles(reports: &[StressReport], volume: f64, found: &mut dyn FnMut([f64; 3])) {
-    for report in reports {
+/// For each tile in the last stress pass, of points of this `volume` (m^2): what it lost to plastic flow and to viscous
+/// stress, and the work of its stress, in J/m.
+fn losses_of_tiles(reports: &[StressReport], volume: f64) -> impl Iterator<Item = [f64; 3]> {
+    reports.iter().map(move |report| {
         let [plastic, viscous] = report.lost;
-        found([plastic, viscous, report.work].map(|sum| volume * sum));
-    }
+        [plastic, viscous, report.work].map(|sum| volume * sum)
+    })
 }
 
 /// Counts a point at `x` (m) on which bodies press with `force` (N/m).

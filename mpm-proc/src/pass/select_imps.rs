@@ -120,7 +120,7 @@ fn select_in_tile<const W: usize, S: Shape<W>, A: AffineState>(
         return;
     }
     cloud.points_of(tile, &mut |local, p| {
-        if LocalOutline::any_asks_for(&near, p.into()) {
+        if near.iter().any(|o| o.asks_for(p.into())) {
             found(local);
         }
     });
@@ -142,10 +142,6 @@ impl LocalOutline {
             .map(|o| Self::new(o, bounds, o.reach + margin))
             .filter(|o| !o.near.is_empty() || !o.crossed.is_empty())
             .collect()
-    }
-
-    fn any_asks_for(outlines: &[Self], p: Vec2) -> bool {
-        outlines.iter().any(|o| o.asks_for(p))
     }
 
     fn new(outline: &Outline, bounds: &Bounds, distance: f64) -> Self {

@@ -31,7 +31,8 @@ pub(super) struct Lock {
 
 impl Drop for Lock {
     fn drop(&mut self) {
-        // Closing does not unlock while a process that another thread starts has the files, which it has until its program begins.
+        // Closing does not unlock while a process that another thread starts has the files, too. It has them until its
+        // program begins.
         for held in [&self.file, &self.directory] {
             let _ = held.unlock();
         }
