@@ -157,7 +157,7 @@ fn hyperqueue_of_its_own_goes_on_after_an_interrupt() {
     }
     let place = Place::new();
     // Small steps, so that it is not over before it is interrupted.
-    let factor = 0.01 * runs() as f64 / RUNS as f64;
+    let factor = 0.03 * runs() as f64 / RUNS as f64;
     let slow = format!("--engine hyperqueue --jobs 2 --set time.step_factor={factor}");
     let line = study("out", &slow);
     let arguments = words(&line);

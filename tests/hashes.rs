@@ -2,8 +2,9 @@
 //! [`determinism.rs`](determinism.rs) compares a run with other runs of the same binary; this compares it with another
 //! binary, so that a change of the structure is seen to have changed no number.
 //!
-//! The normal command runs every row that is quick in one way, the ways taking turns. All rows take about an hour in the
-//! same manner; with another number each row has another way:
+//! The normal command runs every row that is quick in one way, the ways taking turns; `scenes.rs` compares the variants
+//! called `quick`, which it runs anyway. All rows take about an hour in the same manner; with another number each row has
+//! another way:
 //!
 //!     TANDEM_TURN=3 cargo test --release --test tandem-tests -- --ignored --nocapture every_row
 //!
@@ -32,7 +33,7 @@ use coupler::scene::Scene;
 use crate::harness::{Place, RunFiles, catalogue, root, scene};
 
 /// Ways to run a scene that must not show in its result; the first is the one that the file was taken with.
-const WAYS: [&[&str]; 7] = [
+pub const WAYS: [&[&str]; 7] = [
     &[],
     &["--in-process"],
     &["--threads", "2"],
@@ -50,6 +51,8 @@ const PATIENCE: Duration = Duration::from_mins(30);
 const WORKERS: usize = 2;
 
 const HEADER: &str = "scene,variant,exit,steps,state_hash,history_lines,history_blake3,wall_s";
+/// The variant that `tests/scenes.rs` runs of every scene.
+pub const QUICK_VARIANT: &str = "quick";
 /// The variant of a scene as it stands.
 const PLAIN: &str = "plain";
 /// Stands for the state and the steps that a run does not have.
@@ -130,8 +133,12 @@ impl Case {
         }
     }
 
-    /// Runs it, which may take `patience`. If a solver stops it, `lines` of the history are looked at; without, all but the
-    /// last, which a shorter or longer window may lack.
+    /// Whether it belongs to the scenes not all of which are to reach their end.
+    pub fn is_at_the_edge(&self) -> bool {
+        self.scene.starts_with("extreme/")
+    }
+
+    /// Runs it, which may take `patience`. For `lines` see [`Outcome::of`].
     fn run(&self, way: &[&str], lines: Option<usize>, patience: Duration) -> Row {
         let (place, path) = (Place::new(), scene(&self.scene));
         let out = place.path("out");
@@ -144,19 +151,7 @@ impl Case {
         place.assert_clean(&ended.runs);
         let files = RunFiles::read(&out);
         let exit = ended.status.code().expect("it is not killed");
-        let steps = files.summary["steps"].to_string();
-        let history = fs::read_to_string(out.join("history.csv")).expect("a run leaves a history");
-        let mut rows: Vec<&str> = history.split_inclusive('\n').collect();
-        if exit == STOPPED {
-            rows.truncate(lines.unwrap_or(rows.len() - 1));
-        }
-        let outcome = Outcome {
-            exit,
-            steps: if exit == STOPPED { NONE.into() } else { steps },
-            state: files.summary["state_hash"].as_str().unwrap_or(NONE).into(),
-            lines: rows.len(),
-            history: blake3::hash(rows.concat().as_bytes()).to_string(),
-        };
+        let outcome = Outcome::of(&files, exit, lines);
         let (case, wall) = (self.clone(), files.number("wall_s"));
         Row {
             case,
@@ -167,8 +162,27 @@ impl Case {
 }
 
 impl Outcome {
+    /// Of a run, by its files. If a solver has stopped it, `lines` of the history are looked at; without, all but the last,
+    /// which a shorter or longer window may lack.
+    pub fn of(files: &RunFiles, exit: i32, lines: Option<usize>) -> Self {
+        let steps = files.summary["steps"].to_string();
+        let history = files.dir.join("history.csv");
+        let history = fs::read_to_string(history).expect("a run leaves a history");
+        let mut rows: Vec<&str> = history.split_inclusive('\n').collect();
+        if exit == STOPPED {
+            rows.truncate(lines.unwrap_or(rows.len() - 1));
+        }
+        Self {
+            exit,
+            steps: if exit == STOPPED { NONE.into() } else { steps },
+            state: files.summary["state_hash"].as_str().unwrap_or(NONE).into(),
+            lines: rows.len(),
+            history: blake3::hash(rows.concat().as_bytes()).to_string(),
+        }
+    }
+
     /// What of it another one has otherwise.
-    fn differences(&self, other: &Self) -> Vec<String> {
+    pub fn differences(&self, other: &Self) -> Vec<String> {
         let mut found = Vec::new();
         let mut compare = |what: &str, ours: &dyn ToString, theirs: &dyn ToString| {
             let (ours, theirs) = (ours.to_string(), theirs.to_string());
@@ -278,12 +292,18 @@ fn assert_same_bits(work: &[(&Row, &[&str])]) {
     );
 }
 
+/// But for the variants called `quick`, whose bits [`scenes`](crate::scenes) compares.
 #[test]
 fn every_quick_row_has_its_bits() {
     let rows = baseline();
     // Those at the edge as well, but for one of a million steps.
-    let edge = |row: &Row| row.case.scene.starts_with("extreme/") && row.wall < 10.0;
-    let quick = rows.iter().filter(|row| row.wall <= QUICK || edge(row));
+    let quick = rows.iter().filter(|row| {
+        if row.case.is_at_the_edge() {
+            row.wall < 10.0
+        } else {
+            row.wall <= QUICK && row.case.variant != QUICK_VARIANT
+        }
+    });
     let work: Vec<_> = quick.zip(WAYS.into_iter().cycle()).collect();
     assert!(work.len() > 50, "only {} rows are quick", work.len());
     assert_same_bits(&work);

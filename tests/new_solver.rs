@@ -54,12 +54,38 @@ fn a_new_solver_in_python_collides_and_passes_its_tests() {
     has(&said, "Ran 2 tests");
 }
 
+/// Lets the package compile its dependencies with the features, the versions and the profile of this tree. So cargo takes
+/// what is there and does not compile 67 crates once more: only the two that have a path, which are not optimised.
+fn with_features_of_this_tree(package: &Path) {
+    let read = |path: &Path| -> toml::Table { fs::read_to_string(path).unwrap().parse().unwrap() };
+    let tree = root();
+    let mut manifest = read(package);
+    manifest["profile"] = read(&tree.join("Cargo.toml"))["profile"].clone();
+    let packages = manifest["profile"]["release"]["package"].as_table_mut();
+    let packages = packages.unwrap();
+    for name in ["interface", "mechanics"] {
+        let plain = toml::Table::from_iter([("opt-level".to_owned(), 0.into())]);
+        packages.insert(name.to_owned(), plain.into());
+    }
+    let dependencies = manifest["dependencies"].as_table_mut().unwrap();
+    // It has no library: cargo warns of that, and unites the features of its dependencies with those of the package.
+    let program = toml::Table::from_iter([("path".to_owned(), tree.to_str().unwrap().into())]);
+    dependencies.insert("tandem".to_owned(), program.into());
+    fs::write(package, manifest.to_string()).unwrap();
+    fs::copy(
+        tree.join("Cargo.lock"),
+        package.with_file_name("Cargo.lock"),
+    )
+    .unwrap();
+}
+
 #[test]
 fn a_new_solver_in_rust_collides_and_passes_its_tests() {
     let place = Place::new();
     let next = new(&place, "my-own", "rust");
     has(&next, "cargo build --release");
     let package = place.path("my-own/Cargo.toml");
+    with_features_of_this_tree(&package);
     // With what has been compiled for this test, and by the flags of this tree, which a command within it gets.
     let target = Path::new(env!("CARGO_BIN_EXE_tandem")).parent().unwrap();
     let mut tests = Command::new("cargo");
