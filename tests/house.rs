@@ -13,11 +13,14 @@ use crate::harness::root;
 /// What each crate sees of the others, by dependencies of any kind. The tests of `simulation` play the built-in solvers, those of
 /// `rapier-dem` run scenes; nobody sees `fuzzing` and `guard`.
 const ARROWS: &str = "
-    interface:
+    config:
+    interface: config
     mechanics: interface
     mpm-proc: conformance interface mechanics
     dem-proc: conformance interface mechanics
-    coupler: interface mechanics
+    record: interface mechanics
+    scene: interface mechanics record
+    coupler: interface record scene
     conformance: interface mechanics
     simulation: dem-proc interface mechanics mpm-proc
     study: coupler interface mechanics

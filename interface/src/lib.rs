@@ -22,7 +22,6 @@
 
 #![cfg_attr(not(test), warn(clippy::disallowed_methods))]
 
-pub mod config;
 pub mod files;
 pub mod forces;
 pub mod hosted;
@@ -38,6 +37,8 @@ pub mod step;
 pub mod text;
 pub mod trace;
 pub mod transport;
+
+pub use config;
 
 /// A vector in the plane.
 pub type Vec2 = nalgebra::Vector2<f64>;

@@ -17,8 +17,7 @@ use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant, SystemTime};
 
-use coupler::record::course::COURSE;
-use coupler::record::rundir::{FRAME_LIST, in_use};
+use coupler::record::rundir::{COURSE, FRAME_LIST, in_use};
 use http_body_util::channel::{Channel, Sender};
 use http_body_util::{Either, Full};
 use hyper::body::{Bytes, Incoming};

@@ -3,8 +3,8 @@
 use std::io;
 use std::path::{Path, PathBuf};
 
-use coupler::record::course::COURSE;
 use coupler::record::log::{self, Line};
+use coupler::record::rundir::COURSE;
 use coupler::record::{Summary, Table};
 use coupler::scene::Scene;
 use coupler::scene::diagnostic::SceneErrors;

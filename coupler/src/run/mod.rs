@@ -12,6 +12,7 @@
 
 mod account;
 pub mod checkpoint;
+mod course;
 mod disk;
 pub mod estimate;
 pub mod failure;

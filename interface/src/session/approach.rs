@@ -113,7 +113,7 @@ mod tests {
             group("a"),
             group("b")
         );
-        Approach::new(&serde_json::from_str(&text).expect("a configuration"))
+        Approach::new(&MpmConfig::from_json(&text).expect("a configuration"))
     }
 
     /// Both points of a pair may approach. So the set is old after half the travel, and contact closes at twice the

@@ -147,7 +147,7 @@ impl Side for Continuum<'_> {
         &mut self,
         configure: &Configure,
     ) -> Result<Result<Readiness, Refusal>, serde_json::Error> {
-        let config: MpmConfig = serde_json::from_str(&configure.config)?;
+        let config = MpmConfig::from_json(&configure.config)?;
         self.approach = Approach::new(&config);
         let configured = self.solver.configure(&config);
         if configure.coupled && configured.is_ok() {

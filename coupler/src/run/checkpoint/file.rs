@@ -24,9 +24,8 @@ use thiserror::Error;
 
 use super::state::CouplerState;
 use crate::record::Sealed;
-use crate::record::course::COURSE;
 use crate::record::log;
-use crate::record::rundir::{CHECKPOINTS, HISTORY, LOG, SCENE};
+use crate::record::rundir::{CHECKPOINTS, COURSE, HISTORY, LOG, SCENE};
 use crate::scene::Scene;
 
 const MAGIC: &[u8] = b"tandem checkpoint 2\n";

@@ -7,8 +7,7 @@ use interface::recording::RecordingSink;
 
 use super::file::{self, Checkpoint};
 use crate::record::background::{Background, Mark};
-use crate::record::course::COURSE;
-use crate::record::rundir::{HISTORY, RunDir, RunDirError, fail};
+use crate::record::rundir::{COURSE, HISTORY, RunDir, RunDirError, fail};
 use crate::scene::CheckpointPlan;
 
 /// Number of checkpoints that are not deleted, besides those for other scenes: the newest one and the one before.

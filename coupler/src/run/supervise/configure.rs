@@ -36,12 +36,12 @@ impl Run<'_> {
                 // Probes, holds and chains are reported like groups, after them.
                 let sets = config.probes.len() + config.forcing.holds.len() + config.chains.len();
                 let told = config.groups.len() + sets;
-                (to_json(&MpmConfig { threads, ..config }), told)
+                (MpmConfig { threads, ..config }.to_json(), told)
             }
             Party::Dem => {
                 let config = self.scene.dem.clone().expect("it takes part");
                 let bodies = config.bodies.len();
-                (to_json(&DemConfig { threads, ..config }), bodies)
+                (DemConfig { threads, ..config }.to_json(), bodies)
             }
             Party::Coupler => unreachable!("the coupler is told nothing"),
         };
@@ -58,8 +58,4 @@ impl Run<'_> {
             restore: restored.map(|at| self.restored.swap_remove(at).1),
         }
     }
-}
-
-fn to_json<T: serde::Serialize>(config: &T) -> String {
-    serde_json::to_string(config).expect("configurations have string keys only")
 }

@@ -4,13 +4,13 @@ use interface::message::wire::BodyState;
 use interface::recording::RecordingSink;
 
 use crate::record::background::Mark;
-use crate::record::course::Course;
 use crate::record::frames::{Frames, Listed, ReportedFields};
 use crate::record::history::History;
 use crate::record::progress::Progress;
 use crate::record::rundir::{HISTORY, RunDir, RunDirError};
 use crate::run::account::Account;
 use crate::run::checkpoint::CouplerState;
+use crate::run::course::Course;
 use crate::run::options::RunOptions;
 use crate::scene::Scene;
 

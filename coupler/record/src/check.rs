@@ -1,0 +1,660 @@
+//! Columns of the history and the scene's checks: recorded sample by sample, evaluated at the end.
+//!
+//! ```text
+//! let mut recorder = Recorder::new(columns, checks, end);      // header() for history.csv
+//! recorder.record(&sample);                      // at every history output, from t_0 to the end; then row()
+//! let results = recorder.finish();               // for summary.json
+//! ```
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Deserializer, Serialize};
+
+use crate::quantity::Sample;
+use mechanics::expression::Expression;
+
+/// A column of the history.
+#[derive(Debug, Clone)]
+pub struct Column {
+    /// Name in the header.
+    pub name: String,
+    /// Unit in the header.
+    pub unit: String,
+    /// Over `[sample, initial sample]`.
+    pub value: Expression,
+}
+
+/// A condition that a run must meet.
+#[derive(Debug, Clone)]
+pub struct Check {
+    /// What is checked.
+    pub name: String,
+    /// Over `[sample, initial sample]`.
+    pub value: Expression,
+    /// How the value's history becomes one number.
+    pub when: When,
+    /// Begin and end of the window in s.
+    pub window: [f64; 2],
+    /// What the number must be.
+    pub expected: Expected,
+    /// Where the expected figure comes from.
+    pub source: String,
+}
+
+/// How the value's history becomes one number.
+#[derive(Debug, Clone, Copy, PartialEq, Default, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case", deny_unknown_fields)]
+pub enum When<Time = f64> {
+    /// The last value of the window.
+    #[default]
+    End,
+    /// The value at this time in s, interpolated between history outputs.
+    At(Time),
+    /// The largest value of the window.
+    Max,
+    /// The smallest value of the window.
+    Min,
+    /// The largest rise above the least value before it in the window.
+    Rise,
+    /// The time in s at which the value is largest in the window.
+    TimeOfMax,
+    /// The mean over the window's time.
+    Mean,
+    /// The root of the mean square over the window's time.
+    Rms,
+    /// The largest distance from the reference, which may depend on time.
+    MaxError,
+    /// The root mean square distance from the reference, which may depend on time.
+    RmsError,
+}
+
+impl<Time> When<Time> {
+    /// The same with another form of the time.
+    pub fn map<T>(&self, time: impl FnOnce(&Time) -> T) -> When<T> {
+        match self {
+            Self::End => When::End,
+            Self::At(at) => When::At(time(at)),
+            Self::Max => When::Max,
+            Self::Min => When::Min,
+            Self::Rise => When::Rise,
+            Self::TimeOfMax => When::TimeOfMax,
+            Self::Mean => When::Mean,
+            Self::Rms => When::Rms,
+            Self::MaxError => When::MaxError,
+            Self::RmsError => When::RmsError,
+        }
+    }
+}
+
+/// What the number must be. Bounds and scales depend on nothing but constants and initial quantities.
+#[derive(Debug, Clone)]
+pub enum Expected {
+    /// Not below this.
+    AtLeast(Expression),
+    /// Not above this.
+    AtMost(Expression),
+    /// Within these two.
+    Between(Expression, Expression),
+    /// Near the reference.
+    Near {
+        /// The reference.
+        reference: Reference,
+        /// Largest distance, in the unit that `measure` gives it.
+        tolerance: f64,
+        /// What distances are divided by.
+        measure: Measure,
+    },
+}
+
+/// What a check's distances are divided by.
+#[derive(Debug, Clone)]
+pub enum Measure {
+    /// Nothing.
+    Absolute,
+    /// The size of the reference.
+    Relative,
+    /// The size of this.
+    Scale(Expression),
+}
+
+/// What a value must be near.
+#[derive(Debug, Clone)]
+pub enum Reference {
+    /// Over `[sample, initial sample]`.
+    Expression(Expression),
+    /// Times in s and values, in order of time; between them linear, outside constant.
+    Table(Vec<[f64; 2]>),
+}
+
+/// The verdict on a check, as in `summary.json`. Numbers that could not be computed are NaN, which JSON writes as null.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+pub struct CheckResult {
+    /// What was checked.
+    pub name: String,
+    /// The value of the run. For `max_error`: the value where the distance is largest.
+    #[serde(deserialize_with = "number")]
+    pub value: f64,
+    /// What the scene expects, in its own terms.
+    pub expected: Meant,
+    /// The number from which the error is counted: the reference, the bound, or the middle of `between`.
+    #[serde(deserialize_with = "number")]
+    pub reference: f64,
+    /// Distance of the value from the reference, or beyond the bound; 0 within the bound.
+    #[serde(deserialize_with = "number")]
+    pub error: f64,
+    /// Largest error that passes. It is 0 for bounds, since their error is the distance beyond them.
+    #[serde(deserialize_with = "number")]
+    pub tolerance: f64,
+    /// Whether it passes. A NaN never does.
+    pub pass: bool,
+    /// Where the expected figure comes from.
+    pub source: String,
+    /// Why it fails, if the numbers do not show it. It is for people and not in the summary.
+    #[serde(skip)]
+    pub reason: Option<String>,
+}
+
+/// A number that JSON writes as null where it is not finite.
+///
+/// # Errors
+/// It is neither a number nor null.
+pub fn number<'de, D: Deserializer<'de>>(from: D) -> Result<f64, D::Error> {
+    Option::deserialize(from).map(|number| number.unwrap_or(f64::NAN))
+}
+
+/// What a check expects, under the keys of the scene and with its expressions as numbers: one of `at_least`, `at_most`,
+/// `between` and `reference`, and with `reference` also the tolerance. Empty if the run has no sample.
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
+#[serde(default)]
+pub struct Meant {
+    /// Not below this.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub at_least: Option<f64>,
+    /// Not above this.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub at_most: Option<f64>,
+    /// Within these two.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub between: Option<[Option<f64>; 2]>,
+    /// Near this. If the reference depends on time, its value at the time of the check's value.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub reference: Option<f64>,
+    /// Largest distance in the value's unit, or with `scale` as a share of it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub tolerance: Option<f64>,
+    /// Largest distance as a share of the reference.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub relative_tolerance: Option<f64>,
+    /// What distances are divided by.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub scale: Option<f64>,
+}
+
+impl Meant {
+    /// The verdict on a value that has this distance from the reference. Without a reference the distance does not count.
+    #[must_use]
+    pub fn judge(&self, value: f64, distance: f64) -> Judged {
+        let number = |meant: Option<f64>| meant.unwrap_or(f64::NAN);
+        let (reference, error, tolerance, bounds);
+        if let Some(ends) = self.between {
+            let [lower, upper] = ends.map(number);
+            reference = 0.5 * (lower + upper);
+            (error, tolerance) = (beyond(lower - value) + beyond(value - upper), 0.0);
+            bounds = lower.is_finite() && upper.is_finite();
+        } else if let Some(bound) = self.at_least.or(self.at_most) {
+            let excess = if self.at_least.is_some() {
+                bound - value
+            } else {
+                value - bound
+            };
+            (reference, error, tolerance) = (bound, beyond(excess), 0.0);
+            bounds = bound.is_finite();
+        } else {
+            reference = number(self.reference);
+            let unit = if self.relative_tolerance.is_some() {
+                reference.abs()
+            } else {
+                self.scale.map_or(1.0, f64::abs)
+            };
+            (error, tolerance) = (
+                distance / unit,
+                number(self.relative_tolerance.or(self.tolerance)),
+            );
+            bounds = self.scale.is_none_or(f64::is_finite);
+        }
+        Judged {
+            reference,
+            error,
+            tolerance,
+            // False for NaN.
+            pass: error <= tolerance && value.is_finite() && bounds,
+            finite: bounds,
+        }
+    }
+
+    /// The same as it is read from the summary, in which JSON has null for numbers that are not finite.
+    #[must_use]
+    pub fn finite(self) -> Self {
+        let finite = |number: Option<f64>| number.filter(|number| number.is_finite());
+        Self {
+            at_least: finite(self.at_least),
+            at_most: finite(self.at_most),
+            between: self.between.map(|ends| ends.map(finite)),
+            reference: finite(self.reference),
+            tolerance: finite(self.tolerance),
+            relative_tolerance: finite(self.relative_tolerance),
+            scale: finite(self.scale),
+        }
+    }
+}
+
+/// How a value compares with what is expected.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Judged {
+    /// As in [`CheckResult::reference`].
+    pub reference: f64,
+    /// As in [`CheckResult::error`].
+    pub error: f64,
+    /// As in [`CheckResult::tolerance`].
+    pub tolerance: f64,
+    /// Whether it passes. A NaN never does.
+    pub pass: bool,
+    /// Whether what is expected is finite. An infinite bound or scale would pass for any run.
+    finite: bool,
+}
+
+/// Takes samples; returns rows of the history and verdicts.
+#[derive(Debug, Clone)]
+pub struct Recorder {
+    columns: Vec<Column>,
+    checks: Vec<(Check, Progress)>,
+    /// The present sample, then the first.
+    slots: Vec<f64>,
+    row: Vec<f64>,
+    /// Times that are nearer than this (s) to an end of a window count as within it, because output times are rounded.
+    time_slack: f64,
+}
+
+impl Recorder {
+    /// A recorder of these columns and checks without samples, for a run that ends at `end` (s).
+    pub fn new(columns: &[Column], checks: &[Check], end: f64) -> Self {
+        let checks = checks.iter().cloned();
+        Self {
+            columns: columns.to_vec(),
+            checks: checks.map(|check| (check, Progress::default())).collect(),
+            slots: Vec::new(),
+            row: Vec::new(),
+            time_slack: 1e-9 * end,
+        }
+    }
+
+    /// The part of what was recorded on which later records depend.
+    pub fn so_far(&self) -> Recorded {
+        let progress = self.checks.iter().map(|(_, progress)| progress.clone());
+        Recorded {
+            slots: self.slots.clone(),
+            checks: progress.collect(),
+        }
+    }
+
+    /// Continues from another recorder of the same scene.
+    pub fn resume(&mut self, recorded: Recorded) {
+        self.slots = recorded.slots;
+        for ((_, progress), kept) in self.checks.iter_mut().zip(recorded.checks) {
+            *progress = kept;
+        }
+    }
+
+    /// Names and units of the history's columns, as `name [unit]`; the first is the time.
+    pub fn header(&self) -> Vec<String> {
+        let columns = self
+            .columns
+            .iter()
+            .map(|c| format!("{} [{}]", c.name, c.unit));
+        std::iter::once("time [s]".to_owned())
+            .chain(columns)
+            .collect()
+    }
+
+    /// Takes a sample. The first one is that of `t_0`, to which the `initial.` quantities refer.
+    pub fn record(&mut self, sample: &Sample) {
+        let values = sample.values();
+        if self.slots.is_empty() {
+            self.slots = [values, values].concat();
+        } else {
+            self.slots[..values.len()].copy_from_slice(values);
+        }
+        let (slots, time) = (&self.slots, sample.time());
+        self.row.clear();
+        self.row.push(time);
+        let columns = self
+            .columns
+            .iter()
+            .map(|column| column.value.evaluate(slots));
+        self.row.extend(columns);
+        for (check, progress) in &mut self.checks {
+            let point = Point {
+                time,
+                value: check.value.evaluate(slots),
+                reference: check.expected.reference(slots, time),
+            };
+            progress.take(check, point, self.time_slack);
+        }
+    }
+
+    /// The present row of the history, in the order of [`Self::header`].
+    pub fn row(&self) -> &[f64] {
+        &self.row
+    }
+
+    /// The values of the first sample; empty before it.
+    pub fn initial(&self) -> &[f64] {
+        &self.slots[self.slots.len() / 2..]
+    }
+
+    /// Whether there has been a sample.
+    pub fn has_begun(&self) -> bool {
+        !self.slots.is_empty()
+    }
+
+    /// The verdicts that later samples cannot change, for a run that has reached `time` (s).
+    pub fn so_far_at(&self, time: f64) -> Vec<CheckResult> {
+        let over = |check: &Check| match check.when {
+            When::At(at) => at,
+            _ => check.window[1],
+        };
+        let reached = self.checks.iter().filter(|(check, _)| over(check) <= time);
+        let judged = reached.map(|(check, progress)| judge(check, progress, &self.slots));
+        if self.has_begun() {
+            judged.collect()
+        } else {
+            Vec::new()
+        }
+    }
+
+    /// The verdicts, in the order of the scene.
+    pub fn finish(&self) -> Vec<CheckResult> {
+        self.checks
+            .iter()
+            .map(|(check, progress)| judge(check, progress, &self.slots))
+            .collect()
+    }
+}
+
+/// What a recorder must keep of its samples.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+pub struct Recorded {
+    slots: Vec<f64>,
+    checks: Vec<Progress>,
+}
+
+/// A value and its reference at one time.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+struct Point {
+    time: f64,
+    value: f64,
+    reference: f64,
+}
+
+impl Point {
+    fn distance(&self) -> f64 {
+        (self.value - self.reference).abs()
+    }
+}
+
+/// What a check must keep of the history so far: a few numbers, for any length of the run.
+#[derive(Debug, Clone, Default, Serialize, Deserialize)]
+struct Progress {
+    /// Last sample, in the window or not.
+    before: Option<Point>,
+    /// Last sample of the window.
+    last: Option<Point>,
+    /// The sample that decides the check, if there is a single one.
+    chosen: Option<Point>,
+    /// The least value in the window so far, if the check is about rises.
+    least: Option<f64>,
+    /// Time in the window so far, and integrals over it of value, value^2, reference^2, distance^2.
+    span: f64,
+    integrals: [f64; 4],
+}
+
+impl Progress {
+    fn take(&mut self, check: &Check, point: Point, slack: f64) {
+        if let When::At(time) = check.when {
+            self.take_at(time, point, slack);
+        }
+        let [from, to] = check.window;
+        if point.time >= from - slack && point.time <= to + slack {
+            if let Some(last) = self.last {
+                self.integrate(last, point);
+            }
+            if check.when == When::Rise {
+                let risen = self.risen(point);
+                self.choose(When::Max, risen);
+            } else {
+                self.choose(check.when, point);
+            }
+            self.last = Some(point);
+        }
+        self.before = Some(point);
+    }
+
+    /// Interpolates at `time` once it lies between two samples.
+    fn take_at(&mut self, time: f64, point: Point, slack: f64) {
+        if self.chosen.is_some() {
+            return;
+        }
+        if (point.time - time).abs() <= slack {
+            self.chosen = Some(point);
+        } else if let Some(before) = self.before.filter(|p| p.time < time && time < point.time) {
+            let w = (time - before.time) / (point.time - before.time);
+            self.chosen = Some(Point {
+                time,
+                value: before.value + w * (point.value - before.value),
+                reference: before.reference + w * (point.reference - before.reference),
+            });
+        }
+    }
+
+    /// The rise of the value above its least value so far.
+    fn risen(&mut self, point: Point) -> Point {
+        let least = self.least.map_or(point.value, |l| l.min(point.value));
+        self.least = Some(least);
+        Point {
+            value: point.value - least,
+            ..point
+        }
+    }
+
+    /// Keeps the extreme sample. The first NaN is kept for good: it must fail the check.
+    fn choose(&mut self, when: When, point: Point) {
+        let measure = |p: &Point| match when {
+            When::Max | When::TimeOfMax => p.value,
+            When::Min => -p.value,
+            When::MaxError => p.distance(),
+            _ => 0.0,
+        };
+        match when {
+            When::End => self.chosen = Some(point),
+            When::Max | When::TimeOfMax | When::Min | When::MaxError => {
+                let held = self.chosen.as_ref().map(measure);
+                let better = held.is_none_or(|held| {
+                    !held.is_nan() && (measure(&point) > held || measure(&point).is_nan())
+                });
+                if better {
+                    self.chosen = Some(point);
+                }
+            }
+            When::At(_) | When::Rise | When::Mean | When::Rms | When::RmsError => {}
+        }
+    }
+
+    /// Trapezoidal rule.
+    fn integrate(&mut self, a: Point, b: Point) {
+        let width = b.time - a.time;
+        self.span += width;
+        let integrands = |p: Point| {
+            [
+                p.value,
+                p.value.powi(2),
+                p.reference.powi(2),
+                p.distance().powi(2),
+            ]
+        };
+        let (at_a, at_b) = (integrands(a), integrands(b));
+        for (k, integral) in self.integrals.iter_mut().enumerate() {
+            *integral += 0.5 * width * (at_a[k] + at_b[k]);
+        }
+    }
+
+    /// Value, reference and distance, if the window has the samples that the check needs.
+    fn outcome(&self, when: When) -> Option<(f64, f64, f64)> {
+        let last = self.last;
+        // A window with one sample has no length; its mean is that sample.
+        let mean = |k: usize, single: f64| {
+            if self.span > 0.0 {
+                self.integrals[k] / self.span
+            } else {
+                single
+            }
+        };
+        match when {
+            When::End | When::At(_) | When::Max | When::Min | When::Rise | When::MaxError => {
+                self.chosen.map(|p| (p.value, p.reference, p.distance()))
+            }
+            When::TimeOfMax => self.chosen.map(|p| {
+                let time = if p.value.is_nan() { f64::NAN } else { p.time };
+                (time, p.reference, (time - p.reference).abs())
+            }),
+            When::Mean => last.map(|p| {
+                let value = mean(0, p.value);
+                (value, p.reference, (value - p.reference).abs())
+            }),
+            When::Rms => last.map(|p| {
+                let value = mean(1, p.value.powi(2)).sqrt();
+                (value, p.reference, (value - p.reference).abs())
+            }),
+            When::RmsError => last.map(|p| {
+                let rms = |k, single: f64| mean(k, single.powi(2)).sqrt();
+                (rms(1, p.value), rms(2, p.reference), rms(3, p.distance()))
+            }),
+        }
+    }
+}
+
+impl Expected {
+    /// As the scene says it; `told` is a number in words.
+    pub fn in_words(&self, told: impl Fn(f64) -> String) -> String {
+        let words = |expression: &Expression| {
+            let number = expression.as_number().map(&told);
+            number.unwrap_or_else(|| expression.source().to_owned())
+        };
+        match self {
+            Self::AtLeast(least) => format!("at least {}", words(least)),
+            Self::AtMost(most) => format!("at most {}", words(most)),
+            Self::Between(least, most) => [least, most].map(words).join(" to "),
+            Self::Near { reference, .. } => match reference {
+                Reference::Expression(reference) => words(reference),
+                Reference::Table(_) => "a table over time".to_owned(),
+            },
+        }
+    }
+
+    /// The reference at a time; NaN if there is a bound instead.
+    fn reference(&self, slots: &[f64], time: f64) -> f64 {
+        match self {
+            Self::Near { reference, .. } => reference.at(slots, time),
+            Self::AtLeast(_) | Self::AtMost(_) | Self::Between(..) => f64::NAN,
+        }
+    }
+
+    /// The expectation in numbers, with the reference with which the value is compared.
+    fn meant(&self, slots: &[f64], reference: f64) -> Meant {
+        let number = |expression: &Expression| Some(expression.evaluate(slots));
+        let mut meant = Meant::default();
+        match self {
+            Self::AtLeast(bound) => meant.at_least = number(bound),
+            Self::AtMost(bound) => meant.at_most = number(bound),
+            Self::Between(lower, upper) => meant.between = Some([lower, upper].map(number)),
+            Self::Near {
+                tolerance, measure, ..
+            } => {
+                meant.reference = Some(reference);
+                match measure {
+                    Measure::Relative => meant.relative_tolerance = Some(*tolerance),
+                    Measure::Absolute => meant.tolerance = Some(*tolerance),
+                    Measure::Scale(scale) => {
+                        meant.tolerance = Some(*tolerance);
+                        meant.scale = number(scale);
+                    }
+                }
+            }
+        }
+        meant
+    }
+}
+
+impl Reference {
+    fn at(&self, slots: &[f64], time: f64) -> f64 {
+        match self {
+            Self::Expression(expression) => expression.evaluate(slots),
+            Self::Table(table) => interpolate(table, time),
+        }
+    }
+}
+
+/// Linear between the rows of `table` and constant outside; NaN if there are no rows.
+fn interpolate(table: &[[f64; 2]], time: f64) -> f64 {
+    let after = table.partition_point(|row| row[0] < time);
+    match (after.checked_sub(1).map(|i| table[i]), table.get(after)) {
+        (Some([t0, v0]), Some([t1, v1])) => v0 + (v1 - v0) * (time - t0) / (t1 - t0),
+        (None, Some([_, v])) => *v,
+        (Some([_, v]), None) => v,
+        (None, None) => f64::NAN,
+    }
+}
+
+fn judge(check: &Check, progress: &Progress, slots: &[f64]) -> CheckResult {
+    let outcome = progress.outcome(check.when);
+    let (value, reference, distance) = outcome.unwrap_or((f64::NAN, f64::NAN, f64::NAN));
+    let mut result = CheckResult {
+        name: check.name.clone(),
+        value,
+        expected: Meant::default(),
+        reference: f64::NAN,
+        error: f64::NAN,
+        tolerance: 0.0,
+        pass: false,
+        source: check.source.clone(),
+        reason: None,
+    };
+    // Without a sample no expression has a value.
+    if !slots.is_empty() {
+        result.expected = check.expected.meant(slots, reference);
+    }
+    if outcome.is_none() {
+        let [from, to] = check.window;
+        result.reason = Some(match check.when {
+            When::At(time) => format!("the run has no samples around {time} s"),
+            _ => format!("the run has no sample between {from} s and {to} s"),
+        });
+        return result;
+    }
+    let judged = result.expected.judge(value, distance);
+    (result.reference, result.error, result.tolerance) =
+        (judged.reference, judged.error, judged.tolerance);
+    result.pass = judged.pass;
+    if !value.is_finite() {
+        result.reason = Some("the value is not a finite number".to_owned());
+    } else if !judged.finite {
+        result.reason = Some("the expected value is not a finite number".to_owned());
+    }
+    result
+}
+
+/// `excess` if it is positive, else 0. It is NaN for NaN, which `f64::max` would lose.
+fn beyond(excess: f64) -> f64 {
+    if excess <= 0.0 { 0.0 } else { excess }
+}
+
+#[cfg(test)]
+mod tests;

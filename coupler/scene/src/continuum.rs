@@ -1,0 +1,158 @@
+//! The continuum's part of a scene: grid, walls, materials, groups of points.
+
+use std::collections::BTreeMap;
+
+use interface::config::{
+    ConfigFault, GroupConfig, GroupPair, InitialFields, MaterialConfig, MpmConfig,
+};
+
+use super::chains::chains;
+use super::forcing;
+use super::problems::Problems;
+use super::written::{MaterialWritten, MpmWritten, PointsWritten};
+use crate::diagnostic::suggestion;
+
+/// The continuum's configuration, unless something was refused. The skin is set later.
+pub(super) fn continuum(
+    problems: &mut Problems,
+    written: &MpmWritten,
+    gravity: [f64; 2],
+    constants: &BTreeMap<String, f64>,
+    group_pairs: &[GroupPair],
+) -> Option<MpmConfig> {
+    if written.points.is_empty() || written.material.is_empty() {
+        let help =
+            "a continuum needs a material and a group of points; without one leave `[mpm]` out";
+        problems.refuse_key("mpm", "`[mpm]` has no points or no material", help);
+        return None;
+    }
+    let materials = written.material.iter().enumerate();
+    let configured =
+        materials.map(|(i, written)| material(problems, &format!("mpm.material.{i}"), written));
+    let configured = configured.collect();
+    let materials = written.material.iter().map(|m| m.name.as_str());
+    problems.names("mpm.material", "materials", materials);
+    let groups = written.points.iter().map(|g| g.name.as_str());
+    problems.names("mpm.points", "groups of points", groups);
+    let groups = written.points.iter().enumerate();
+    let groups: Vec<GroupConfig> = groups
+        .map(|(i, points)| {
+            let path = format!("mpm.points.{i}");
+            let (velocity, fields) = forcing::initial(problems, &path, points, constants);
+            GroupConfig {
+                velocity,
+                fields,
+                ..group(problems, &path, points, written)
+            }
+        })
+        .collect();
+    let forcing = forcing::forcing(problems, written, constants);
+    let chains = chains(problems, written, &groups);
+    let mut config = MpmConfig {
+        domain: written.domain,
+        cell: written.cell,
+        gravity,
+        shape: written.shape,
+        transfer: written.transfer,
+        stress_update: written.stress_update,
+        plane: written.plane,
+        walls: written.walls,
+        materials: configured,
+        groups,
+        contact_force: written.contact_force,
+        forcing,
+        constants: constants.clone(),
+        leaving: written.leaving,
+        grid_contact: written.grid_contact,
+        layers: written.layers,
+        group_pairs: group_pairs.iter().map(|pair| pair.between).collect(),
+        interface: written.interface,
+        chains,
+        skin: 0.0,
+        probes: written.probe.clone(),
+        threads: 1,
+    };
+    problems.config_faults(config.faults());
+    if problems.any() {
+        return None;
+    }
+    for (i, group) in config.groups.iter_mut().enumerate() {
+        radius(problems, &format!("mpm.points.{i}"), group, written.cell);
+    }
+    Some(config)
+}
+
+fn material(problems: &mut Problems, path: &str, written: &MaterialWritten) -> MaterialConfig {
+    let mut material = MaterialConfig {
+        name: written.name.clone(),
+        density: written.density,
+        model: written.model,
+    };
+    // If both moduli are above 0, Poisson's ratio lies within its limits, -1 and 1/2.
+    let model = written.model.key();
+    let (bulk, shear) = written.model.moduli();
+    let poisson = (3.0 * bulk - 2.0 * shear) / (2.0 * (3.0 * bulk + shear));
+    // The rounding of K = E/3, G = E/2 is far below this.
+    if bulk > 0.0 && shear > 0.0 && poisson < -1e-6 {
+        problems.warn(format!(
+            "`{path}.model.{model}` has a negative Poisson's ratio ({poisson:.4}): are K and G exchanged?"
+        ));
+    }
+    // Faults of the numbers are reported when all numbers are known.
+    if let Some(test) = written
+        .friction_test
+        .filter(|_| written.model.faults("").is_empty())
+    {
+        match written.model.measured(test) {
+            Ok(model) => material.model = model,
+            Err(fault) => problems.config_faults(vec![ConfigFault {
+                key: format!("{path}.{}", fault.key),
+                ..fault
+            }]),
+        }
+    }
+    material
+}
+
+fn group(
+    problems: &mut Problems,
+    path: &str,
+    written: &PointsWritten,
+    mpm: &MpmWritten,
+) -> GroupConfig {
+    let known = mpm.material.iter().map(|m| m.name.as_str());
+    let material = known.clone().position(|name| name == written.material);
+    if material.is_none() {
+        problems.refuse(
+            &format!("{path}.material"),
+            format!("no material \"{}\"", written.material),
+            suggestion(&written.material, "materials of this scene", known),
+        );
+    }
+    GroupConfig {
+        name: written.name.clone(),
+        material: material.unwrap_or(0),
+        fill: written.fill.clone(),
+        spacing: written.spacing,
+        lattice: written.lattice,
+        velocity: [0.0; 2],
+        fields: InitialFields::default(),
+        contact_radius: written.contact_radius,
+        rigid: written.rigid,
+        keeps_spin: written.keeps_spin,
+    }
+}
+
+/// Warns if the scene's contact radius is out of the range of Jiang 2020 eq. 45, and fills it in if the scene has none.
+fn radius(problems: &mut Problems, path: &str, group: &mut GroupConfig, cell: f64) {
+    if let (Some(radius), Some([low, high])) =
+        (group.contact_radius, group.radius_out_of_range(cell))
+    {
+        problems.warn(format!(
+            "`{path}.contact_radius` = {radius} m lies outside {low:.4e} to {high} m (point distance \
+             to cell, Jiang 2020 eq. 45)"
+        ));
+    }
+    let default = group.default_contact_radius(cell);
+    group.contact_radius.get_or_insert(default);
+}

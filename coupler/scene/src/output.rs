@@ -1,0 +1,641 @@
+//! Constants, columns and checks: compiles every expression, resolves every name, and reads every reference.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::io;
+use std::path::Path;
+
+use interface::config::MaterialModel;
+use interface::files;
+
+use crate::diagnostic::suggestion;
+use mechanics::expression::{Expression, ExpressionError, Meaning, reserved_names};
+use record::check::{Check, Column, Expected, Measure, Reference, When};
+use record::frames::Field;
+use record::quantity::Quantities;
+
+use super::problems::Problems;
+use super::written::{
+    CheckWritten, ColumnWritten, NumberOrExpression, OutputWritten, ReferenceWritten, TableWritten,
+};
+
+/// Largest table of a reference in bytes.
+const CSV_LIMIT: u64 = 64 << 20;
+/// Most names of a circle of constants that a message shows.
+const CIRCLE_LIMIT: usize = 20;
+
+/// The constants as numbers. Each may use the others, in any order.
+pub(super) fn constants(
+    problems: &mut Problems,
+    written: &BTreeMap<String, NumberOrExpression>,
+) -> BTreeMap<String, f64> {
+    let mut known: BTreeMap<String, f64> = BTreeMap::new();
+    let mut pending: Vec<(&String, &String)> = Vec::new();
+    let mut taken = BTreeSet::from([
+        "t",
+        "time",
+        "momentum_error",
+        "angular_momentum",
+        "angular_momentum_error",
+    ]);
+    taken.extend(reserved_names());
+    for (name, value) in written {
+        constant_name(problems, name, &taken);
+        match value {
+            NumberOrExpression::Number(number) => {
+                known.insert(name.clone(), *number);
+            }
+            NumberOrExpression::Expression(source) => pending.push((name, source)),
+        }
+    }
+    // Each expression waits for its first unknown name, so that it is not compiled again without need.
+    let mut waiting: BTreeMap<String, Vec<(&String, &String)>> = BTreeMap::new();
+    let mut stuck = Vec::new();
+    while let Some((name, source)) = pending.pop() {
+        match compile_constant(source, &known) {
+            Ok(number) => {
+                known.insert(name.clone(), number);
+                pending.extend(waiting.remove(name).unwrap_or_default());
+            }
+            Err(error) => match error.unknown_name {
+                Some(missing) => waiting.entry(missing).or_default().push((name, source)),
+                None => stuck.push((name, source)),
+            },
+        }
+    }
+    let waits = waiting
+        .iter()
+        .filter(|(missing, _)| written.contains_key(*missing));
+    let waits = waits.flat_map(|(missing, names)| {
+        let names = names.iter().map(|(name, _)| name.as_str());
+        names.map(move |name| (name, missing.as_str()))
+    });
+    let needs: BTreeMap<&str, &str> = waits.collect();
+    let circles = circles(&needs);
+    stuck.extend(waiting.values().flatten());
+    // Of constants that wait for others, the circle or the fault of the others is told.
+    stuck.retain(|(name, _)| {
+        circles.contains_key(name.as_str()) || !needs.contains_key(name.as_str())
+    });
+    stuck.sort();
+    for (name, source) in stuck {
+        if problems.is_full() {
+            break;
+        }
+        if let Err(error) = compile_constant(source, &known) {
+            let path = format!("constants.{name}");
+            if let Some(circle) = circles.get(name.as_str()) {
+                let all = circle.iter().chain(&circle[..1]).copied();
+                let all: Vec<&str> = all.take(CIRCLE_LIMIT).collect();
+                let message = format!(
+                    "constants may not depend on each other in a circle: {}",
+                    all.join(" needs ")
+                );
+                let help = Some("give one of them as a number".to_owned());
+                problems.refuse_within(&path, &error.at, &message, help);
+                continue;
+            }
+            let others = written.keys().filter(|other| *other != name);
+            let help = suggestion_for(&error, others.map(String::as_str));
+            problems.refuse_within(&path, &error.at, &error.message, Some(help));
+        }
+    }
+    for (name, value) in known.iter().filter(|(_, value)| !value.is_finite()) {
+        let path = format!("constants.{name}");
+        let what = format!("a finite number, not {value}");
+        problems.number(&path, *value, false, &what);
+    }
+    known
+}
+
+fn constant_name(problems: &mut Problems, name: &str, taken: &BTreeSet<&str>) {
+    let path = format!("constants.{name}");
+    problems.name(&path, name);
+    if taken.contains(name) {
+        let taken: Vec<&str> = taken.iter().copied().collect();
+        problems.refuse_key(
+            &path,
+            format!("`{name}` already means something in expressions"),
+            format!("use another name; these are taken: {}", taken.join(", ")),
+        );
+    }
+}
+
+/// A column is named in expressions of `tandem plot` and in tables of a study.
+fn column_name(problems: &mut Problems, path: &str, name: &str) {
+    let good = |c: char| c.is_ascii_alphanumeric() || c == '_' || c == '.';
+    if !name.starts_with(|c: char| c.is_ascii_alphabetic() || c == '_') || !name.chars().all(good) {
+        let message =
+            format!("`{path}` is \"{name}\", expected a letter, then letters, digits, `_` or `.`");
+        problems.refuse(
+            path,
+            message,
+            "`tandem plot` names the column in expressions",
+        );
+    } else if name == "time" {
+        let message = format!("`{path}` is \"time\", which every history has as its first column");
+        problems.refuse(path, message, "give it another name, or leave it out");
+    }
+}
+
+/// The circles of constants that need one another, each from its first name on. `needs` has what each name waits for.
+fn circles<'n>(needs: &BTreeMap<&'n str, &'n str>) -> BTreeMap<&'n str, Vec<&'n str>> {
+    let mut circles = BTreeMap::new();
+    // On which walk a name was met.
+    let mut met: BTreeMap<&str, usize> = BTreeMap::new();
+    for (walk, start) in needs.keys().enumerate() {
+        let (mut path, mut at) = (Vec::new(), *start);
+        while !met.contains_key(at) {
+            met.insert(at, walk);
+            path.push(at);
+            match needs.get(at) {
+                Some(next) => at = next,
+                None => break,
+            }
+        }
+        if met.get(at) == Some(&walk)
+            && let Some(begin) = path.iter().position(|name| *name == at)
+            && needs.contains_key(at)
+        {
+            let mut circle = path.split_off(begin);
+            let first = (0..circle.len()).min_by_key(|&k| circle[k]).unwrap_or(0);
+            circle.rotate_left(first);
+            circles.insert(circle[0], circle);
+        }
+    }
+    circles
+}
+
+fn compile_constant(source: &str, known: &BTreeMap<String, f64>) -> Result<f64, ExpressionError> {
+    let meaning = |name: &str| known.get(name).copied().map(Meaning::Number);
+    let compiled = Expression::compile(source, &meaning)?;
+    // Every name was a number, so the expression has no variables.
+    Ok(compiled.evaluate(&[]))
+}
+
+pub(super) fn suggestion_for<'n>(
+    error: &ExpressionError,
+    names: impl Iterator<Item = &'n str> + Clone,
+) -> String {
+    match &error.unknown_name {
+        Some(name) => suggestion(name, "known here", names),
+        None => {
+            "numbers, names, + - * / ^, parentheses and functions such as sqrt or max".to_owned()
+        }
+    }
+}
+
+/// The names with which columns and checks are compiled.
+pub(super) struct Context<'a> {
+    pub constants: &'a BTreeMap<String, f64>,
+    pub quantities: &'a Quantities,
+    /// End of the run in s.
+    pub end: f64,
+    /// Directory of CSV files.
+    pub directory: &'a Path,
+}
+
+/// The names on which an expression may depend.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Scope {
+    /// Constants.
+    Constants,
+    /// Constants and initial quantities, which do not change within a run.
+    Unchanging,
+    /// All names.
+    All,
+}
+
+impl Context<'_> {
+    fn meaning(&self, scope: Scope, name: &str) -> Option<Meaning> {
+        if let Some(number) = self.constants.get(name) {
+            return Some(Meaning::Number(*number));
+        }
+        let allowed = match scope {
+            Scope::Constants => false,
+            Scope::Unchanging => name.starts_with("initial."),
+            Scope::All => true,
+        };
+        allowed.then(|| self.quantities.meaning(name)).flatten()
+    }
+
+    fn compile(
+        &self,
+        problems: &mut Problems,
+        scope: Scope,
+        path: &str,
+        source: &str,
+    ) -> Option<Expression> {
+        match Expression::compile(source, &|name| self.meaning(scope, name)) {
+            Ok(expression) => Some(expression),
+            Err(error) => {
+                let help = self.help(scope, &error);
+                problems.refuse_within(path, &error.at, &error.message, Some(help));
+                None
+            }
+        }
+    }
+
+    fn help(&self, scope: Scope, error: &ExpressionError) -> String {
+        let constants = self.constants.keys().map(String::as_str);
+        match (scope, &error.unknown_name) {
+            (Scope::All, Some(name)) => {
+                let bare = name.strip_prefix("initial.").unwrap_or(name);
+                let all = self.quantities.names().chain(["t"]).chain(constants);
+                match crate::diagnostic::nearest(bare, all) {
+                    Some(near) if bare.len() < name.len() => {
+                        format!("did you mean `initial.{near}`?")
+                    }
+                    Some(near) => format!("did you mean `{near}`?"),
+                    None => "quantities are listed in docs/quantities.csv, such as `t`, \
+                             `energy.kinetic`, `body.NAME.vx`, `points.NAME.y`"
+                        .to_owned(),
+                }
+            }
+            (Scope::Unchanging, Some(name)) if self.quantities.index(name).is_some() => {
+                format!("this must not change within the run: use constants or `initial.{name}`")
+            }
+            _ => suggestion_for(error, constants),
+        }
+    }
+
+    fn number_or_expression(
+        &self,
+        problems: &mut Problems,
+        scope: Scope,
+        path: &str,
+        written: &NumberOrExpression,
+    ) -> Option<Expression> {
+        let expression = match written {
+            NumberOrExpression::Number(number) => Expression::constant(*number),
+            NumberOrExpression::Expression(source) => {
+                self.compile(problems, scope, path, source)?
+            }
+        };
+        if let Some(number) = expression.as_number().filter(|number| !number.is_finite()) {
+            let help =
+                "give a finite number: with this one the check would pass or fail for any result";
+            problems.refuse(path, format!("it is {number}"), help);
+            return None;
+        }
+        Some(expression)
+    }
+
+    /// A number made of constants.
+    fn number(
+        &self,
+        problems: &mut Problems,
+        path: &str,
+        written: &NumberOrExpression,
+    ) -> Option<f64> {
+        self.number_or_expression(problems, Scope::Constants, path, written)?
+            .as_number()
+    }
+
+    /// A time of the run.
+    fn time(
+        &self,
+        problems: &mut Problems,
+        path: &str,
+        written: Option<&NumberOrExpression>,
+        default: f64,
+    ) -> f64 {
+        let Some(time) = written.and_then(|w| self.number(problems, path, w)) else {
+            return default;
+        };
+        let expected = format!("a time between 0 and the end of the run ({} s)", self.end);
+        let end = self.end * (1.0 + 1e-12);
+        problems.number(path, time, (0.0..=end).contains(&time), &expected);
+        time
+    }
+
+    /// A column of the history.
+    pub fn column(
+        &self,
+        problems: &mut Problems,
+        path: &str,
+        written: &ColumnWritten,
+    ) -> Option<Column> {
+        column_name(problems, &format!("{path}.name"), &written.name);
+        let value = self.compile(
+            problems,
+            Scope::All,
+            &format!("{path}.value"),
+            &written.value,
+        )?;
+        Some(Column {
+            name: written.name.clone(),
+            unit: written.unit.clone(),
+            value,
+        })
+    }
+
+    /// A check, with the numbers of its reference if that is a table.
+    pub fn check(
+        &self,
+        problems: &mut Problems,
+        path: &str,
+        written: &CheckWritten,
+    ) -> Option<Check> {
+        if written.source.trim().is_empty() {
+            problems.refuse(
+                &format!("{path}.source"),
+                "a check without a source",
+                "say where the expected figure comes from: paper and section, or closed form",
+            );
+        }
+        let when = self.when(problems, path, &written.when);
+        let from = self.time(
+            problems,
+            &format!("{path}.from"),
+            written.from.as_ref(),
+            0.0,
+        );
+        let to = self.time(
+            problems,
+            &format!("{path}.to"),
+            written.to.as_ref(),
+            self.end,
+        );
+        if to < from {
+            problems.refuse(
+                &format!("{path}.to"),
+                format!("the window ends at {to} s, before it begins at {from} s"),
+                "exchange `from` and `to`",
+            );
+        }
+        let value = self.compile(
+            problems,
+            Scope::All,
+            &format!("{path}.value"),
+            &written.value,
+        );
+        let expected = self.expected(problems, path, written, when);
+        Some(Check {
+            name: written.name.clone(),
+            value: value?,
+            when,
+            window: [from, to],
+            expected: expected?,
+            source: written.source.clone(),
+        })
+    }
+
+    fn when(
+        &self,
+        problems: &mut Problems,
+        path: &str,
+        written: &When<NumberOrExpression>,
+    ) -> When {
+        let path = format!("{path}.when.at");
+        written.map(|time| self.time(problems, &path, Some(time), self.end))
+    }
+
+    fn expected(
+        &self,
+        problems: &mut Problems,
+        path: &str,
+        written: &CheckWritten,
+        when: When,
+    ) -> Option<Expected> {
+        let forms = [
+            written.at_least.is_some(),
+            written.at_most.is_some(),
+            written.between.is_some(),
+            written.reference.is_some(),
+        ];
+        let count = forms.iter().filter(|present| **present).count();
+        if count != 1 {
+            problems.refuse_key(
+                path,
+                format!(
+                    "check \"{}\" has {count} of `at_least`, `at_most`, `between`, `reference`, \
+                     expected exactly one",
+                    written.name
+                ),
+                "say what the value must be, in one way",
+            );
+            return None;
+        }
+        let along_time = matches!(when, When::MaxError | When::RmsError);
+        if let Some(reference) = &written.reference {
+            return self.near(problems, path, written, reference, when);
+        }
+        for (key, present) in [
+            ("tolerance", written.tolerance.is_some()),
+            ("relative_tolerance", written.relative_tolerance.is_some()),
+            ("scale", written.scale.is_some()),
+        ] {
+            if present {
+                let message = format!("`{key}` has no effect on a bound");
+                problems.refuse_key(
+                    &format!("{path}.{key}"),
+                    message,
+                    "it belongs to `reference`",
+                );
+            }
+        }
+        if along_time {
+            problems.refuse(
+                &format!("{path}.when"),
+                "an error needs a reference to compare with",
+                "give a `reference` and a tolerance, or use `max` or `rms`",
+            );
+        }
+        let mut bound = |key: &str, bound: &NumberOrExpression| {
+            let path = format!("{path}.{key}");
+            self.number_or_expression(problems, Scope::Unchanging, &path, bound)
+        };
+        match (&written.at_least, &written.at_most, &written.between) {
+            (Some(lower), ..) => bound("at_least", lower).map(Expected::AtLeast),
+            (_, Some(upper), _) => bound("at_most", upper).map(Expected::AtMost),
+            (.., Some([lower, upper])) => {
+                let (lower, upper) = (bound("between.0", lower), bound("between.1", upper));
+                Some(Expected::Between(lower?, upper?))
+            }
+            (None, None, None) => None,
+        }
+    }
+
+    fn near(
+        &self,
+        problems: &mut Problems,
+        path: &str,
+        written: &CheckWritten,
+        reference: &ReferenceWritten,
+        when: When,
+    ) -> Option<Expected> {
+        let tolerance = self.tolerance(problems, path, written);
+        let reference_path = format!("{path}.reference");
+        let scope = match when {
+            When::Rise | When::TimeOfMax | When::Mean | When::Rms => Scope::Unchanging,
+            _ => Scope::All,
+        };
+        let reference = match reference {
+            ReferenceWritten::Number(number) => {
+                Some(Reference::Expression(Expression::constant(*number)))
+            }
+            ReferenceWritten::Expression(source) => self
+                .compile(problems, scope, &reference_path, source)
+                .map(Reference::Expression),
+            ReferenceWritten::Table(table) => {
+                if scope == Scope::Unchanging {
+                    problems.refuse(
+                        &reference_path,
+                        "a mean, a rise or a time cannot be compared with a table over time",
+                        "use `when = \"rms_error\"`, or a number",
+                    );
+                }
+                self.table(problems, &reference_path, table)
+                    .map(Reference::Table)
+            }
+        };
+        let scale = written.scale.as_ref().map(|scale| {
+            let path = format!("{path}.scale");
+            self.number_or_expression(problems, Scope::Unchanging, &path, scale)
+        });
+        let measure = match (scale, written.relative_tolerance.is_some()) {
+            (Some(_), true) => {
+                problems.refuse_key(
+                    &format!("{path}.scale"),
+                    "`scale` and `relative_tolerance` both divide the error",
+                    "use `scale` with `tolerance`",
+                );
+                return None;
+            }
+            (Some(scale), false) => Measure::Scale(scale?),
+            (None, true) => Measure::Relative,
+            (None, false) => Measure::Absolute,
+        };
+        Some(Expected::Near {
+            reference: reference?,
+            tolerance: tolerance?,
+            measure,
+        })
+    }
+
+    fn tolerance(
+        &self,
+        problems: &mut Problems,
+        path: &str,
+        written: &CheckWritten,
+    ) -> Option<f64> {
+        let (key, tolerance) = match (&written.tolerance, &written.relative_tolerance) {
+            (Some(tolerance), None) => ("tolerance", tolerance),
+            (None, Some(tolerance)) => ("relative_tolerance", tolerance),
+            (both, _) => {
+                let has = if both.is_some() { "both" } else { "neither" };
+                let message = format!(
+                    "check \"{}\" has {has} of `tolerance` and `relative_tolerance`, expected one",
+                    written.name
+                );
+                let help = "`tolerance` is in the value's unit, `relative_tolerance` a fraction of \
+                            the reference";
+                problems.refuse_key(path, message, help);
+                return None;
+            }
+        };
+        let path = format!("{path}.{key}");
+        let number = self.number(problems, &path, tolerance)?;
+        problems.not_negative(&path, number, "a tolerance");
+        Some(number)
+    }
+
+    fn table(
+        &self,
+        problems: &mut Problems,
+        path: &str,
+        written: &TableWritten,
+    ) -> Option<Vec<[f64; 2]>> {
+        let rows = match (&written.csv, &written.points) {
+            (Some(csv), None) => {
+                let time = written.t.as_deref().unwrap_or("t");
+                let value = written.value.as_deref().unwrap_or("value");
+                match read_csv(&self.directory.join(csv), time, value) {
+                    Ok(rows) => rows,
+                    Err((message, help)) => {
+                        problems.refuse(&format!("{path}.csv"), message, help);
+                        return None;
+                    }
+                }
+            }
+            (None, Some(points)) => points.clone(),
+            _ => {
+                let help = "a file with `csv = \"file.csv\"`, or the numbers with `points`";
+                problems.refuse(path, "a table needs one of `csv` and `points`", help);
+                return None;
+            }
+        };
+        let ordered = rows.windows(2).all(|pair| pair[0][0] < pair[1][0]);
+        let finite = rows.iter().flatten().all(|number| number.is_finite());
+        if rows.is_empty() || !ordered || !finite {
+            problems.refuse(
+                path,
+                "a table over time needs at least one row, finite numbers, and times that grow",
+                "sort the rows by time and drop repeated times",
+            );
+            return None;
+        }
+        Some(rows)
+    }
+}
+
+/// Two columns of a CSV file with a header.
+fn read_csv(file: &Path, time: &str, value: &str) -> Result<Vec<[f64; 2]>, (String, String)> {
+    let shown = file.display();
+    let unreadable = |error: io::Error| {
+        let help = "CSV files are looked for beside the scene file";
+        (format!("cannot read {shown}: {error}"), help.to_owned())
+    };
+    let table = files::read_named(file, CSV_LIMIT).map_err(unreadable)?;
+    let mut reader = csv::ReaderBuilder::new()
+        .trim(csv::Trim::All)
+        .comment(Some(b'#'))
+        .from_reader(&table[..]);
+    let fault = |error: csv::Error| {
+        let help = "a header, then rows of as many numbers, separated by commas";
+        (format!("{shown}: {error}"), help.to_owned())
+    };
+    let header = reader.headers().map_err(fault)?.clone();
+    let column = |name: &str| {
+        header
+            .iter()
+            .position(|known| known == name)
+            .ok_or_else(|| {
+                let help = suggestion(name, "columns of the file", header.iter());
+                (format!("{shown} has no column `{name}`"), help)
+            })
+    };
+    let columns = [column(time)?, column(value)?];
+    let mut rows = Vec::new();
+    for record in reader.records() {
+        let record = record.map_err(fault)?;
+        let line = record.position().map_or(0, csv::Position::line);
+        let number = |column: usize| {
+            let written = record.get(column).unwrap_or_default();
+            written.parse::<f64>().map_err(|_| {
+                let message = format!("{shown}:{line}: \"{written}\" is not a number");
+                (message, "use a point for decimals".to_owned())
+            })
+        };
+        rows.push([number(columns[0])?, number(columns[1])?]);
+    }
+    Ok(rows)
+}
+
+/// Refuses plastic strain in frames if no material has it.
+pub(super) fn plastic_strain<'a>(
+    problems: &mut Problems,
+    written: &OutputWritten,
+    mut models: impl Iterator<Item = &'a MaterialModel>,
+) {
+    let mut asked = written.fields.iter().flatten();
+    if asked.any(|&field| field == Field::PlasticStrain)
+        && !models.any(MaterialModel::keeps_plastic_strain)
+    {
+        problems.refuse(
+            "output.fields",
+            "`output.fields` names `plastic_strain`, which no material of the scene keeps",
+            "von_mises and mu_i keep it, drucker_prager and mohr_coulomb with `critical_state` or `separates`",
+        );
+    }
+}

@@ -1,0 +1,353 @@
+//! The plan of a scene, before anything is started: what will run, and what is left out and why.
+
+use std::fmt::{self, Write as _};
+
+use interface::config::friction::FrictionTest;
+use interface::config::{
+    ContactLaw, DemConfig, GroupConfig, MaterialConfig, Motion, MpmConfig, Wall,
+};
+use serde::Serialize;
+
+use super::{Criterion, Scene};
+
+/// What a scene will run.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Plan {
+    /// Name of the scene.
+    pub scene: String,
+    /// What to look at in the results.
+    pub about: String,
+    /// What will run, a line each.
+    pub runs: Vec<String>,
+    /// What is left out, and why.
+    pub left_out: Vec<LeftOut>,
+    /// Things that are allowed but probably not meant.
+    pub warnings: Vec<String>,
+}
+
+/// Something that a scene does not need.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+pub struct LeftOut {
+    /// What is not done or kept.
+    pub what: String,
+    /// Why not.
+    pub why: String,
+}
+
+impl Plan {
+    pub(super) fn new(scene: &Scene) -> Self {
+        Self {
+            scene: scene.name.clone(),
+            about: scene.about.clone(),
+            runs: runs(scene),
+            left_out: left_out(scene),
+            warnings: scene.warnings.clone(),
+        }
+    }
+}
+
+impl Scene {
+    /// Explanations of its numbers, one a line: for each material with friction, the angle at which it fails in each
+    /// test.
+    pub fn notes(&self) -> Vec<String> {
+        let materials = self.mpm.iter().flat_map(|mpm| &mpm.materials);
+        materials.filter_map(friction_in_words).collect()
+    }
+
+    /// Approximate number of material points.
+    pub fn points_estimate(&self) -> f64 {
+        self.mpm.as_ref().map_or(0.0, points)
+    }
+
+    /// Approximate number of cells with points: at most one for each point.
+    pub fn cells_estimate(&self) -> f64 {
+        let groups = self.mpm.iter().flat_map(|mpm| {
+            mpm.groups.iter().map(|group: &GroupConfig| {
+                let points = group.points_estimate(mpm.cell);
+                match group.fill.area() / (mpm.cell * mpm.cell) {
+                    cells if cells > 0.0 => cells.min(points),
+                    _ => points,
+                }
+            })
+        });
+        groups.sum()
+    }
+}
+
+fn points(mpm: &MpmConfig) -> f64 {
+    mpm.groups.iter().map(|g| g.points_estimate(mpm.cell)).sum()
+}
+
+fn nodes(mpm: &MpmConfig) -> [f64; 2] {
+    let [lower, upper] = mpm.domain;
+    [0, 1].map(|axis| ((upper[axis] - lower[axis]) / mpm.cell).round() + 1.0)
+}
+
+/// Rows of the history: one at the start and one at the end, whether or not the interval divides the run. The term 1e-9 allows
+/// for rounding.
+fn rows(scene: &Scene) -> f64 {
+    (scene.time.end / scene.output.every - 1e-9).ceil() + 1.0
+}
+
+fn runs(scene: &Scene) -> Vec<String> {
+    let mut runs = Vec::new();
+    if let Some(mpm) = &scene.mpm {
+        let [nx, ny] = nodes(mpm);
+        runs.push(format!(
+            "MPM process{}: about {} points in groups: {}, grid of {} x {} cells of {} m, shape {}, transfer {}",
+            other(scene.solvers.mpm.as_ref()),
+            points(mpm),
+            mpm.groups.iter().map(|g| g.name.as_str()).collect::<Vec<_>>().join(", "),
+            nx - 1.0,
+            ny - 1.0,
+            mpm.cell,
+            spelling(&mpm.shape),
+            spelling(&mpm.transfer)
+        ));
+        runs.extend(scene.notes());
+    }
+    if let Some(dem) = &scene.dem {
+        let count = |motion| dem.bodies.iter().filter(|b| b.motion == motion).count();
+        runs.push(format!(
+            "DEM process{}: bodies: {} free, {} driven, {} fixed",
+            other(scene.solvers.dem.as_ref()),
+            count(Motion::Free),
+            count(Motion::Driven),
+            count(Motion::Fixed)
+        ));
+        if scene.mpm.is_some() && !dem.bodies.is_empty() {
+            let law = law_in_words(dem.point_contact);
+            runs.push(format!(
+                "contact of points and bodies: {law}; skin {} m",
+                dem.skin
+            ));
+        }
+        if let Some(law) = dem.body_contact {
+            runs.push(format!("contact among bodies: {}", law_in_words(law)));
+        }
+        for pair in &dem.group_pairs {
+            let groups = scene.mpm.as_ref().map_or(&[][..], |mpm| &mpm.groups);
+            let [a, b] = pair.between.map(|group| &groups[group].name);
+            let law = law_in_words(pair.law);
+            runs.push(format!(
+                "contact of the points of {a} and {b}: {law}; skin {} m",
+                dem.skin
+            ));
+        }
+        for pair in &dem.contact_pairs {
+            let [a, b] = &pair.between;
+            let law = law_in_words(pair.law);
+            runs.push(format!("contact of {a} and {b}: {law}"));
+        }
+    }
+    runs.push(match scene.time.criterion {
+        Criterion::Composed => format!(
+            "step: composed of both sides' limits, safety {}, in windows of up to {} steps",
+            scene.time.safety, scene.coupling.window
+        ),
+        Criterion::Jiang2020 => "step: Jiang 2020 eq. 51: NOT SAFE in general".to_owned(),
+    });
+    if let Some(start) = &scene.start {
+        runs.push(format!("begins with the state of {}", start.from()));
+    }
+    runs.push(format!(
+        "history: {} columns every {} s, {} rows; {} checks",
+        scene.output.columns.len(),
+        scene.output.every,
+        rows(scene),
+        scene.checks.len()
+    ));
+    if let Some(rows) = scene.output.frames {
+        runs.push(format!(
+            "frames: all points and bodies every {} s",
+            rows as f64 * scene.output.every
+        ));
+    }
+    runs.extend(checkpoints(scene));
+    runs
+}
+
+/// The angles at which a material fails, if it has friction.
+fn friction_in_words(material: &MaterialConfig) -> Option<String> {
+    let angles = FrictionTest::ALL.map(|test| {
+        let angle = material.model.fails_at(test);
+        angle.map(|angle| format!("{angle:.1} degrees in {}", test.words()))
+    });
+    let angles: Vec<String> = angles.into_iter().flatten().collect();
+    let name = &material.name;
+    (!angles.is_empty()).then(|| format!("material {name} fails at {}", angles.join(", ")))
+}
+
+/// When the run saves its state.
+fn checkpoints(scene: &Scene) -> Option<String> {
+    let plan = scene.output.checkpoint.as_ref()?;
+    let wall = plan.wall.map(|wall| format!("every {wall} s of wall time"));
+    let time = plan.time.map(|time| format!("every {time} s"));
+    let kept = plan.at.iter().map(|at| format!("at {at} s"));
+    let end = plan.end.then(|| "at the end".to_owned());
+    let all: Vec<String> = time
+        .into_iter()
+        .chain(wall)
+        .chain(kept)
+        .chain(end)
+        .collect();
+    Some(format!("checkpoints: {}", all.join(", and ")))
+}
+
+/// The command of a solver that is not the built-in one.
+fn other(command: Option<&Vec<String>>) -> String {
+    command.map_or_else(String::new, |words| format!(" `{}`", words.join(" ")))
+}
+
+/// A value as in a scene file; as JSON if it is a table.
+fn spelling(value: &impl Serialize) -> String {
+    let json = serde_json::to_string(value).unwrap_or_default();
+    json.trim_matches('"').to_owned()
+}
+
+fn law_in_words(law: ContactLaw) -> String {
+    let ContactLaw::Linear {
+        normal_stiffness,
+        tangential_stiffness,
+        friction,
+        damping_ratio,
+        damped_mass,
+    } = law
+    else {
+        return spelling(&law);
+    };
+    let mut words = format!("linear spring, k_n {normal_stiffness:e} N/m");
+    if friction > 0.0 {
+        let _ = write!(
+            words,
+            ", friction {friction} through k_t {tangential_stiffness:e} N/m"
+        );
+    }
+    if damping_ratio > 0.0 {
+        let _ = write!(words, ", damping ratio {damping_ratio}");
+        if damped_mass > 0.0 {
+            let _ = write!(words, " of {damped_mass} kg/m for each point");
+        }
+    }
+    words
+}
+
+fn left_out(scene: &Scene) -> Vec<LeftOut> {
+    let mut list = List::default();
+    let (mpm, dem) = (scene.mpm.as_ref(), scene.dem.as_ref());
+    list.add(mpm.is_none(), "MPM process", "the scene has no `[mpm]`");
+    list.add(dem.is_none(), "DEM process", "the scene has no `[dem]`");
+    if let Some(mpm) = mpm {
+        list.of_points(mpm, dem.is_some());
+    }
+    if let Some(dem) = dem {
+        list.of_bodies(dem, mpm.is_some());
+    }
+    let output = &scene.output;
+    list.add(
+        output.columns.is_empty(),
+        "columns of the history except the time",
+        "the scene has no `[[output.column]]`",
+    );
+    list.add(
+        output.frames.is_none(),
+        "frames",
+        "the scene has no `output.frames`",
+    );
+    list.add(
+        output.checkpoint.is_none(),
+        "checkpoints",
+        "the scene has no `output.checkpoint`",
+    );
+    list.0
+}
+
+/// What is left out, as found so far.
+#[derive(Default)]
+struct List(Vec<LeftOut>);
+
+impl List {
+    fn add(&mut self, applies: bool, what: &str, why: &str) {
+        if applies {
+            self.0.push(LeftOut {
+                what: what.to_owned(),
+                why: why.to_owned(),
+            });
+        }
+    }
+
+    fn of_points(&mut self, mpm: &MpmConfig, coupled: bool) {
+        let plastic = mpm.materials.iter().any(|m| m.model.is_plastic());
+        self.add(
+            !plastic,
+            "plastic state of points",
+            "no material flows plastically",
+        );
+        let walls = mpm.walls.by_axis();
+        let is_open = |(_, wall): &(_, Wall)| *wall == Wall::Open;
+        self.add(
+            walls.as_flattened().iter().all(is_open),
+            "conditions on the domain's walls",
+            "all four are open",
+        );
+        self.add(mpm.gravity == [0.0; 2], "body force", "gravity is zero");
+        self.add(
+            !coupled,
+            "exchange of points and forces",
+            "there is nothing to exchange with",
+        );
+    }
+
+    fn of_bodies(&mut self, dem: &DemConfig, coupled: bool) {
+        let fixed = dem.bodies.iter().filter(|b| b.motion == Motion::Fixed);
+        let fixed = fixed.count();
+        self.add(
+            fixed > 0,
+            &format!("motion of {fixed} of {} bodies", dem.bodies.len()),
+            "fixed bodies are not integrated",
+        );
+        if coupled {
+            self.add(
+                dem.point_laws().all(|law| law.friction() == 0.0),
+                "tangential history of points on bodies",
+                "their contact has no friction",
+            );
+            self.add(
+                dem.point_laws().all(|law| law.damping_ratio() == 0.0),
+                "viscous force of points on bodies",
+                "their contact has no damping",
+            );
+        }
+        let alone = dem.bodies.len() == 1;
+        self.add(
+            dem.body_contact.is_none() || alone,
+            "search and contact among bodies",
+            if alone {
+                "there is one body"
+            } else {
+                "the scene has no `[body_contact]`"
+            },
+        );
+    }
+}
+
+impl fmt::Display for Plan {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        writeln!(f, "{}", self.scene)?;
+        if !self.about.is_empty() {
+            writeln!(f, "  {}", self.about)?;
+        }
+        writeln!(f, "runs")?;
+        for line in &self.runs {
+            writeln!(f, "  {line}")?;
+        }
+        writeln!(f, "left out")?;
+        for LeftOut { what, why } in &self.left_out {
+            writeln!(f, "  {what}: {why}")?;
+        }
+        for warning in &self.warnings {
+            writeln!(f, "warning: {warning}")?;
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,73 @@
+//! The configuration that the coupler sends to each solver: its part of the scene, checked and in SI units.
+//!
+//! The leaf types (shapes, transfers, material models, outlines, contact laws) are written in scene files exactly as
+//! they are here. The configuration is JSON in the message Configure, so that a solver in any language can read it;
+//! [`schema`] describes it.
+//!
+//! A crate of its own, so that all that `serde` and `schemars` derive here can be compiled without optimisation
+//! (`Cargo.toml` of the workspace); solvers name it as `interface::config`.
+
+#![forbid(unsafe_code)]
+
+mod bodies;
+mod bodies_faults;
+pub mod capability;
+mod chain_faults;
+mod continuum;
+mod continuum_faults;
+mod fault;
+pub mod friction;
+mod lattice;
+mod law;
+pub mod laws;
+pub mod material;
+pub mod needs;
+mod pairs_faults;
+pub mod polygon;
+mod region;
+pub mod schema;
+pub mod surfaces;
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+pub use self::bodies::*;
+pub use self::continuum::*;
+pub use self::continuum_faults::{CELLS_MAX, POINTS_MAX};
+pub use self::fault::ConfigFault;
+pub use self::lattice::{Following, points_of_ring};
+pub use self::law::{ContactLaw, ratio_of_restitution};
+pub use self::material::{CriticalState, Frictional, Inertial, MaterialConfig, MaterialModel};
+
+/// What the bodies are in contact with on the continuum's side.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum Interface {
+    /// Its points, each a disc of its contact radius (Jiang 2020).
+    #[default]
+    Points,
+    /// The segments between the markers of its boundary (Singer 2022; capability `segments`).
+    Segments,
+}
+
+/// The two configurations as JSON text.
+macro_rules! json {
+    ($($config:ty)*) => {$(
+        impl $config {
+            /// Reads the text of the message Configure.
+            ///
+            /// # Errors
+            /// It is not JSON, or not such a configuration.
+            pub fn from_json(text: &str) -> serde_json::Result<Self> {
+                serde_json::from_str(text)
+            }
+
+            /// The text for the message Configure.
+            pub fn to_json(&self) -> String {
+                serde_json::to_string(self).expect("configurations have string keys only")
+            }
+        }
+    )*};
+}
+
+json!(MpmConfig DemConfig);
