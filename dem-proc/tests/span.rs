@@ -3,6 +3,7 @@
 use dem_proc::contact::span::{Held, Transferred};
 use dem_proc::law::history::{Numbers, Part};
 use dem_proc::law::tangent::{Coulomb, Elongation, Mindlin, Sheared, Tangent};
+use mechanics::generate::Random;
 
 fn transfer<H: Numbers>(
     held: &[Held],
@@ -56,11 +57,8 @@ fn a_spring_that_parts_keeps_its_force() {
 /// with one that follows the load.
 #[test]
 fn no_transfer_gives_energy() {
-    let mut seed = 1_u64;
-    let mut random = move || {
-        seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1);
-        (seed >> 33) as f64 / (1_u64 << 31) as f64
-    };
+    let mut numbers = Random::new(1);
+    let mut random = move || numbers.unit();
     let (constant, following) = (
         Coulomb::new(2.0, 0.5),
         Mindlin {

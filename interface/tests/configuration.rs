@@ -24,12 +24,8 @@ fn every_bit_of_a_number_comes_back() {
         0.1,
         1.0 / 3.0,
     ];
-    let mut bits = 1_u64;
-    let mut any = || {
-        bits = bits.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1);
-        f64::from_bits(bits)
-    };
-    let any = std::iter::repeat_with(&mut any).take(20_000);
+    let mut numbers = fastrand::Rng::with_seed(1);
+    let any = std::iter::repeat_with(|| f64::from_bits(numbers.u64(..))).take(20_000);
     for number in some.into_iter().chain(any).filter(|x| x.is_finite()) {
         let mut bodies = plain_bodies();
         bodies.bodies[0].spin = number;

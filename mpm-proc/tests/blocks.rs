@@ -1,4 +1,4 @@
-//! Blocks of points, steps, and numbers from a seed.
+//! Blocks of points, and steps.
 
 use interface::config::{
     Fill, GroupConfig, MaterialConfig, MaterialModel, MpmConfig, Plane, ShapeFunction, Spacing,
@@ -7,28 +7,9 @@ use interface::config::{
 use interface::message::wire::{ImpForce, Limits};
 use interface::solver::{Fault, MpmSolver};
 use interface::step::Step;
+pub use mechanics::generate::Random;
 
 use mpm_proc::Mpm;
-
-/// Numbers in [0, 1) that are the same in every run (xorshift64*).
-pub struct Random(pub u64);
-
-impl Random {
-    pub fn new(seed: u64) -> Self {
-        Self(seed.wrapping_mul(0x9e37_79b9_7f4a_7c15) | 1)
-    }
-
-    pub fn unit(&mut self) -> f64 {
-        self.0 ^= self.0 >> 12;
-        self.0 ^= self.0 << 25;
-        self.0 ^= self.0 >> 27;
-        (self.0.wrapping_mul(0x2545_f491_4f6c_dd1d) >> 11) as f64 / (1_u64 << 53) as f64
-    }
-
-    pub fn between(&mut self, low: f64, high: f64) -> f64 {
-        low + (high - low) * self.unit()
-    }
-}
 
 pub const BULK: f64 = 5.0e5;
 pub const SHEAR: f64 = 3.0e5;

@@ -29,7 +29,7 @@ const COMPARED: usize = 100;
 #[derive(Clone)]
 struct Driver {
     stepper: (u64, f64, f64),
-    random: u64,
+    random: Random,
     chosen: bool,
     /// Whether bodies press on points.
     coupled: bool,
@@ -41,7 +41,7 @@ impl Driver {
     fn new(config: &MpmConfig, dt: f64) -> Self {
         Self {
             stepper: (0, 0.0, 0.0),
-            random: 7,
+            random: Random::new(7),
             chosen: false,
             coupled: config.grid_contact.is_none(),
             dt,
@@ -63,7 +63,7 @@ impl Driver {
     /// One step; the first one opens. Returns a hash of what the solver says.
     fn step(&mut self, mpm: &mut Mpm) -> Result<u64, Fault> {
         let mut said = Hashed(DefaultHasher::new());
-        let mut random = Random(self.random);
+        let mut random = self.random.clone();
         let mut forces = Vec::new();
         if self.coupled {
             if !self.chosen || mpm.travel() > 0.008 {
@@ -107,7 +107,7 @@ impl Driver {
             said.say(&mpm.points());
         }
         self.stepper = (stepper.index, stepper.time, stepper.before);
-        self.random = random.0;
+        self.random = random;
         Ok(said.0.finish())
     }
 

@@ -145,7 +145,7 @@ impl<T> Drop for Background<T> {
 
 /// A file of `bytes` bytes to which a thread appends. A piece that is written only in part, because the disk is full, is
 /// removed again. `path` is for messages.
-pub fn appends(mut file: File, path: PathBuf, bytes: u64) -> Background<Vec<u8>> {
+pub(crate) fn appends(mut file: File, path: PathBuf, bytes: u64) -> Background<Vec<u8>> {
     let mut length = bytes;
     Background::begin(bytes, move |piece: Vec<u8>| {
         let written = file.write_all(&piece);

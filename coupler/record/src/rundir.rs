@@ -51,7 +51,7 @@ const NEXT: &str = ".tandem.next";
 /// Folder of the files of the earlier run while they are replaced.
 const EARLIER: &str = ".tandem.earlier";
 /// Folder of a run that failed to start, beside the result of an earlier one.
-pub const FAILED_START: &str = "failed-start";
+pub(crate) const FAILED_START: &str = "failed-start";
 
 /// A run directory in use.
 #[derive(Debug, Clone)]
@@ -166,7 +166,7 @@ impl RunDir {
     }
 
     /// Whether Tandem has written this file.
-    pub fn has_written(&self, name: &str) -> bool {
+    pub(crate) fn has_written(&self, name: &str) -> bool {
         self.inner().ours.names.contains(name)
     }
 
@@ -296,7 +296,7 @@ impl RunDir {
     ///
     /// # Errors
     /// [`RunDirError`].
-    pub fn put_aside(&self, name: &str) -> Result<(), RunDirError> {
+    pub(crate) fn put_aside(&self, name: &str) -> Result<(), RunDirError> {
         displace(self.path(), name, format!("{name}.changed"))
     }
 
@@ -328,7 +328,7 @@ impl RunDir {
     ///
     /// # Errors
     /// The file cannot be written.
-    pub fn write_whole(&self, name: &str, bytes: &[u8]) -> Result<(), RunDirError> {
+    pub(crate) fn write_whole(&self, name: &str, bytes: &[u8]) -> Result<(), RunDirError> {
         self.replace(name, bytes, false)
     }
 

@@ -133,11 +133,8 @@ mod tests {
     #[test]
     fn what_is_left_is_orthogonal_to_every_row() {
         let columns = 60;
-        let mut seed = 7_u32;
-        let mut random = || {
-            seed = seed.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
-            f64::from(seed >> 8) / f64::from(1 << 24)
-        };
+        let mut numbers = mechanics::generate::Random::new(7);
+        let mut random = || numbers.unit();
         let mut rows: Vec<Vec<f64>> = Vec::new();
         for k in 0..90 {
             let first = (k * 55) / 90;
