@@ -29,7 +29,7 @@ fn every_bit_of_a_number_comes_back() {
     for number in some.into_iter().chain(any).filter(|x| x.is_finite()) {
         let mut bodies = plain_bodies();
         bodies.bodies[0].spin = number;
-        let again: DemConfig = serde_json::from_str(&text(&bodies)).unwrap();
+        let again = DemConfig::from_json(&bodies.to_json()).unwrap();
         assert_eq!(again.bodies[0].spin.to_bits(), number.to_bits(), "{number}");
     }
 }

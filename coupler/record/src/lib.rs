@@ -14,7 +14,6 @@
 
 pub mod background;
 pub mod check;
-
 mod error;
 pub mod frames;
 pub mod history;

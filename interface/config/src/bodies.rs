@@ -250,6 +250,7 @@ pub enum Motion {
 
 impl Motion {
     /// 1 along x, along y and for the angle where forces move the body, 0 where they do not.
+    #[inline] // as `push`
     pub fn yielding(&self) -> [f64; 3] {
         match *self {
             Self::Free | Self::Pushed { .. } => [1.0; 3],
@@ -263,6 +264,8 @@ impl Motion {
     }
 
     /// External force (N/m) and torque (N) at a time (s).
+    // Called in every step: so it is compiled where it is called, with optimisation.
+    #[inline]
     pub fn push(&self, time: f64) -> (Vector2<f64>, f64) {
         match *self {
             Self::Pushed {
