@@ -11,8 +11,8 @@ use interface::message::control::Notice;
 use interface::transport::domain::Domain;
 
 use crate::harness::{
-    Ended, PATIENCE, Place, RunFiles, Running, dice, has, lives, run_of, scene, segments, signal,
-    until,
+    Ended, PATIENCE, Place, RunFiles, Running, at_once, dice, has, lives, run_of, scene, segments,
+    signal, until,
 };
 
 /// From a death to the end of the run. It takes some ms; the limit is for a machine that is busy with other things, and shorter
@@ -223,13 +223,10 @@ fn a_solver_is_stopped(party: &str, other: &str) {
     ended.says(&[&stopped]);
 }
 
-/// Stops processes for longer than the deadline of the scene; all go on, and to the same bits.
-fn processes_are_stopped_for_a_while(who: &[&str]) {
+/// Stops processes for longer than the deadline of the scene; all go on, and to the bits of a run that was left alone.
+fn processes_are_stopped_for_a_while(who: &[&str], state: &str) {
     let place = Place::new();
-    let more = ["--variant", "quick", "--set", "coupling.deadline=0.5"];
-    let scene = scene("jiang2020/drop_hard");
-    place.run("undisturbed", &scene, &more).expect(0);
-    let mut run = place.start_run("out", &scene, &more);
+    let mut run = place.start_run("out", &scene("jiang2020/drop_hard"), &PAUSED);
     run.stepping("out");
     let pids: Vec<u32> = who
         .iter()
@@ -247,21 +244,29 @@ fn processes_are_stopped_for_a_while(who: &[&str]) {
     }
     let ended = run.end().expect(0);
     place.assert_clean(&ended.runs);
-    let [ours, theirs] = ["out", "undisturbed"].map(|out| RunFiles::read(&place.path(out)));
-    assert_eq!(ours.text("state_hash"), theirs.text("state_hash"));
+    let files = RunFiles::read(&place.path("out"));
+    assert_eq!(files.text("state_hash"), state, "{who:?}");
 }
 
-#[test]
-fn a_pause_of_any_process_costs_nothing() {
-    for who in ["mpm", "dem", "coupler"] {
-        processes_are_stopped_for_a_while(&[who]);
-    }
-}
+/// How a run goes that is stopped for a while.
+const PAUSED: [&str; 4] = ["--variant", "quick", "--set", "coupling.deadline=0.5"];
 
 #[test]
-fn a_pause_of_several_processes_costs_nothing() {
-    processes_are_stopped_for_a_while(&["mpm", "dem"]);
-    processes_are_stopped_for_a_while(&["coupler", "mpm", "dem"]);
+fn a_pause_of_any_processes_costs_nothing() {
+    let place = Place::new();
+    let scene = scene("jiang2020/drop_hard");
+    place.run("undisturbed", &scene, &PAUSED).expect(0);
+    let undisturbed = RunFiles::read(&place.path("undisturbed"));
+    let state = undisturbed.text("state_hash");
+    let [mpm, dem, coupler] = ["mpm", "dem", "coupler"];
+    let who: [&[&str]; 5] = [
+        &[mpm],
+        &[dem],
+        &[coupler],
+        &[mpm, dem],
+        &[coupler, mpm, dem],
+    ];
+    at_once(&who, |who| processes_are_stopped_for_a_while(who, state));
 }
 
 #[test]
@@ -385,8 +390,15 @@ fn start_flawed<'a>(place: &'a Place, flaw: &str) -> Running<'a> {
     place.start_run("out", &scene("jiang2020/collision_hard"), &more)
 }
 
-/// Interrupts a run whose solver hangs `at` a place.
-fn a_run_that_hangs_is_interrupted(at: &str, signals: usize, reason: &str) {
+/// Interrupts runs whose solver hangs `at` a place, one once and one twice.
+fn a_run_that_hangs_is_interrupted(at: &str) {
+    let ways = [(1, "they did not answer"), (2, "it was asked twice")];
+    at_once(&ways, |&(signals, reason)| {
+        a_run_that_hangs_is_signalled(at, signals, reason);
+    });
+}
+
+fn a_run_that_hangs_is_signalled(at: &str, signals: usize, reason: &str) {
     let place = Place::new();
     let mut run = start_flawed(&place, at);
     let dem = run.solver("out", "dem");
@@ -411,15 +423,13 @@ fn a_run_that_hangs_is_interrupted(at: &str, signals: usize, reason: &str) {
 /// The coupler was deaf for up to two minutes, and a second Ctrl-C left the solvers and what is in shared memory.
 #[test]
 fn an_interrupt_is_heard_while_a_goodbye_is_waited_for() {
-    a_run_that_hangs_is_interrupted("goodbye", 1, "they did not answer");
-    a_run_that_hangs_is_interrupted("goodbye", 2, "it was asked twice");
+    a_run_that_hangs_is_interrupted("goodbye");
 }
 
 /// The first Ctrl-C waited for the report until `coupling.deadline`.
 #[test]
 fn an_interrupt_is_heard_while_a_report_is_waited_for() {
-    a_run_that_hangs_is_interrupted("report", 1, "they did not answer");
-    a_run_that_hangs_is_interrupted("report", 2, "it was asked twice");
+    a_run_that_hangs_is_interrupted("report");
 }
 
 /// It was ended by SIGBUS, without a word.

@@ -209,9 +209,10 @@ fn the_solver_of_the_guide_holds_discs_as_the_built_in_one_does() {
     let command = format!("python3 '{}'", path.display());
     same_physics(&command, &more);
     // And it is judged as what it says that it takes.
-    let kit = ["conformance", "--require", "held", "--dem", &command];
+    let kit = ["conformance", "--require", "held", "--cases", "20"];
     let judged = Command::new(env!("CARGO_BIN_EXE_tandem"))
         .args(kit)
+        .args(["--dem", &command])
         .output();
     let judged = judged.expect("the kit starts");
     let told = String::from_utf8_lossy(&judged.stdout);

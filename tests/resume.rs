@@ -18,12 +18,12 @@ use crate::harness::{
 use crate::hashes;
 use interface::recording::{End, Playback};
 
-/// A coupled run with frames that takes some tenths of a second, and how it keeps checkpoints.
+/// A coupled run with frames that takes a second or two, and how it keeps checkpoints.
 const LONG: &[&str] = &[
     "--variant",
     "quick",
     "--set",
-    "time.end=0.3",
+    "time.end=0.1",
     "--set",
     "output.every=1e-3",
     "--set",
@@ -240,7 +240,7 @@ fn what_cannot_be_resumed_is_refused_with_the_reason() {
     // Another scene in the place of the one that was run.
     let file = place.path("other").join("scene.toml");
     let text = fs::read_to_string(&file).unwrap();
-    fs::write(&file, text.replace("end = 0.3", "end = 0.31")).unwrap();
+    fs::write(&file, text.replace("end = 0.1", "end = 0.11")).unwrap();
     let ended = resume(&place, "other", &[]);
     ended.expect(2).says(&["is not of this run", "scene hash"]);
 }

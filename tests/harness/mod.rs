@@ -585,6 +585,16 @@ pub fn has(text: &str, words: &str) {
     assert!(text.contains(words), "no `{words}` in: {text}");
 }
 
+/// Does each piece of the work in a thread of its own: for work that waits.
+pub fn at_once<W: Sync>(work: &[W], one: impl Fn(&W) + Sync) {
+    let one = &one;
+    std::thread::scope(|scope| {
+        for piece in work {
+            scope.spawn(move || one(piece));
+        }
+    });
+}
+
 /// Looks until something is found, for `limit` at most.
 pub fn until<T>(limit: Duration, mut look: impl FnMut() -> Option<T>) -> Option<T> {
     let start = Instant::now();

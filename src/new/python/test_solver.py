@@ -44,7 +44,7 @@ class Alone(unittest.TestCase):
 class InTandem(unittest.TestCase):
     def test_the_kit_passes_it(self):
         command = shlex.join([sys.executable, str(HERE / "solver.py")])
-        kit = [os.environ.get("TANDEM", "tandem"), "conformance", "--require", "held", "--dem", command]
+        kit = [os.environ.get("TANDEM", "tandem"), "conformance", "--require", "held", "--cases", "100", "--dem", command]
         judged = subprocess.run(kit, capture_output=True, text=True)
         self.assertEqual(judged.returncode, 0, judged.stdout[-4000:] + judged.stderr)
 
