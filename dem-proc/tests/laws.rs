@@ -139,11 +139,11 @@ fn a_contact_that_has_slid_and_rolled_loses_its_springs_when_it_opens() {
         radius,
         surfaces: [0; 2],
     });
-    let (overlap, u, theta, last) = (1e-3, 1e-5, 1e-3, 4e-4);
+    let (overlap, u, theta, last) = (0.05, 1e-5, 0.3_f64, 0.2_f64);
     let pressed = Kinematics {
         overlap,
         moved: [0.0, u],
-        rolled: theta,
+        turned: [theta.sin(), 0.0],
         ..Kinematics::default()
     };
     let response = mixed.response(&pair, &pressed, &AnyMemory::default());
@@ -157,7 +157,7 @@ fn a_contact_that_has_slid_and_rolled_loses_its_springs_when_it_opens() {
     let opened = Kinematics {
         overlap: -1e-6,
         moved: [1e-3, 0.0],
-        rolled: last,
+        turned: [0.0, -last.sin()],
         ..Kinematics::default()
     };
     let loss = mixed.separate(&pair, &opened, &response.history);

@@ -65,10 +65,11 @@ impl<L: Law> Law for Rolling<L> {
         } else {
             1.0
         };
+        let rolled_by = kinematics.rolled();
         let cap = pair.1 * response.normal.max(0.0);
-        let moment = within(moment_before * kept - stiffness * kinematics.rolled, cap);
+        let moment = within(moment_before * kept - stiffness * rolled_by, cap);
         let after = Part([moment, stiffness]);
-        let work = -0.5 * (moment_before + moment) * kinematics.rolled;
+        let work = -0.5 * (moment_before + moment) * rolled_by;
         let loss = Loss {
             friction: response.loss.friction + work - (energy(&after) - energy(rolled)),
             ..response.loss
@@ -90,7 +91,7 @@ impl<L: Law> Law for Rolling<L> {
     ) -> Loss {
         let loss = self.law.separate(&pair.0, kinematics, before);
         Loss {
-            friction: loss.friction + energy(rolled) - 0.5 * rolled.0[0] * kinematics.rolled,
+            friction: loss.friction + energy(rolled) - 0.5 * rolled.0[0] * kinematics.rolled(),
             ..loss
         }
     }

@@ -4,7 +4,9 @@
 use std::collections::BTreeMap;
 
 use interface::Vec2;
-use interface::config::{BodyConfig, BodyShape, ContactLaw, DemConfig, Motion as Drive};
+use interface::config::{
+    BodyConfig, BodyShape, ContactLaw, DemConfig, Motion as Drive, OverlapMeasure,
+};
 use interface::message::wire::{BodyState, ContactState, ImpInfo, ImpState, Ledger};
 use interface::step::Step;
 use nalgebra::{DMatrix, DVector, Vector3};
@@ -127,7 +129,7 @@ impl Body {
     fn side(&self, r: Vec2) -> Side {
         let light = self.mobility().xy().max();
         let fast = self.velocity.xy() + left(r) * self.velocity.z;
-        (light, Some(self.moved(r)), fast)
+        (light, Some(self.moved(r).push(self.last.z)), fast)
     }
 
     /// Displacement in m, in the last drift, of the material that is now at `r` (m) from the centre of mass.
@@ -165,7 +167,7 @@ impl Body {
 pub enum Who {
     /// Id of the point, body, part of the body.
     Point(u64, usize, usize),
-    /// The owner of the vertex and its vertex, the owner of the edge and its edge.
+    /// The owner of the vertex and its vertex, the owner of the edge and its edge; 0 where that is the nearest one.
     Bodies(usize, usize, usize, usize),
     /// Ids of the two points.
     Points(u64, u64),
@@ -182,6 +184,8 @@ pub struct Touch {
     pub at: Vec2,
     /// On the point, the first point, or the owner of the vertex, in N/m.
     pub force: Vec2,
+    /// On the owner of the vertex against rolling, in N.
+    moment: f64,
     /// Displacement over the last step of one side relative to the other, in m.
     pub moved: f64,
     /// How far the force may be off by rounding, in N/m.
@@ -302,9 +306,9 @@ struct Sums {
 /// A normal spring: its stiffness in N/m, and by how much sqrt(m) u, sqrt(m) v, sqrt(I) theta of each body stretch it.
 type Spring = (f64, DVector<f64>);
 
-/// One of two that may touch: 1/m in m/kg, and where they touch the displacement over the last step in m, if it is known, and
-/// the velocity in m/s.
-type Side = (f64, Option<Vec2>, Vec2);
+/// One of two that may touch: 1/m in m/kg, and where they touch the displacement (m) and the rotation (rad) over the last step,
+/// if they are known, and the velocity in m/s.
+type Side = (f64, Option<Vec3>, Vec2);
 
 /// Where two may touch.
 #[derive(Clone, Copy)]
@@ -514,7 +518,8 @@ impl Oracle {
     fn point(&self, step: &Step, info: &ImpInfo, state: &ImpState, at: Vec2) -> Side {
         let (x, was) = (Vec2::from(state.position), self.previous.get(&info.id));
         let turning = left(at - x) * state.spin;
-        let moved = was.map(|was| x - was + turning * step.dt_before);
+        // Nothing resists the rolling of a point.
+        let moved = was.map(|was| (x - was + turning * step.dt_before).push(0.0));
         (1.0 / info.mass, moved, Vec2::from(state.velocity) + turning)
     }
 
@@ -555,7 +560,7 @@ impl Oracle {
         }
     }
 
-    /// Jiang 2020 eq. 39 read literally: every vertex at every edge, both ways. Two discs count once.
+    /// Every vertex at every edge, both ways (Jiang 2020 eq. 39 read literally), or at the nearest one. Two discs count once.
     fn bodies_and_bodies(&self, step: &Step, sums: &mut Sums) {
         if self.config.body_contact.is_none() {
             return;
@@ -571,11 +576,23 @@ impl Oracle {
                 }
                 let outline: Vec<Vec2> = other.outline().map(|(v, _)| v).collect();
                 for (v, (x, _)) in one.outline().enumerate() {
-                    let nearest = |[a, b]: [Vec2; 2]| nearest_on_edge(a, b, x, 0, 1).0;
-                    let places = if other.is_round() {
-                        outline.clone()
+                    let apart = |y: Vec2| (y, (x - y).norm());
+                    let nearest_on = |[a, b]: [Vec2; 2]| apart(nearest_on_edge(a, b, x, 0, 1).0);
+                    let places: Vec<(Vec2, f64)> = if other.is_round() {
+                        outline.iter().map(|y| apart(*y)).collect()
+                    } else if self.config.overlap == OverlapMeasure::NearestEdge {
+                        let near = nearest(&outline, x);
+                        let radii = one.vertices[v].1 + other.vertices[0].1;
+                        let blur = BLUR * radii;
+                        if near.distance < radii + blur
+                            && has_two_normals(&outline, x, near.distance, blur)
+                        {
+                            sums.expected.doubtful =
+                                Some("a vertex as near to one edge as to another");
+                        }
+                        vec![(near.point, near.distance)]
                     } else {
-                        edges(&outline).map(nearest).collect()
+                        edges(&outline).map(nearest_on).collect()
                     };
                     for (e, y) in places.into_iter().enumerate() {
                         let spring = self.vertex_and_edge(step, [(i, v), (j, e)], x, y, sums);
@@ -587,19 +604,20 @@ impl Oracle {
         sums.expected.own_omega_sq = frequency(&springs);
     }
 
-    /// A vertex of one body at `x`, and the place `y` of an edge of another one that is nearest to it. Returns the spring.
+    /// A vertex of one body at `x`, and the place `y` of an edge of another one that is nearest to it, `apart`, which is
+    /// negative if the vertex is inside. Returns the spring.
     fn vertex_and_edge(
         &self,
         step: &Step,
         [(i, v), (j, e)]: [(usize, usize); 2],
         x: Vec2,
-        y: Vec2,
+        (y, apart): (Vec2, f64),
         sums: &mut Sums,
     ) -> Option<Spring> {
         let common = self.config.body_contact.as_ref()?;
         let (one, other) = (&self.bodies[i], &self.bodies[j]);
         let (a, b) = (one.vertices[v].1, other.vertices[e].1);
-        let (away, apart) = (x - y, (x - y).norm());
+        let away = x - y;
         let who = Who::Bodies(i, v, j, e);
         if apart > (1.5 + BLUR) * (a + b) && !self.history.contains_key(&who) {
             return None;
@@ -618,7 +636,8 @@ impl Oracle {
         let mut row = DVector::zeros(3 * self.bodies.len());
         for (b, sign, r) in [(i, 1.0, r), (j, -1.0, s)] {
             let load = &mut sums.expected.loads[b];
-            load.bodies += touch.force.push(cross(r, touch.force)) * sign;
+            let moment = cross(r, touch.force) + touch.moment;
+            load.bodies += touch.force.push(moment) * sign;
             load.blur += touch.blur;
             let roots = self.bodies[b].mobility().map(f64::sqrt);
             let stretch = normal.push(cross(r, normal)).component_mul(&roots) * sign;
@@ -661,8 +680,9 @@ impl Oracle {
         };
         let moved = match (gone, other_gone) {
             (Some(gone), Some(other)) if per_dt > 0.0 => gone - other,
-            _ => Vec2::zeros(),
+            _ => Vec3::zeros(),
         };
+        let (moved, rolled) = (moved.xy(), moved.z);
         let velocity = if per_dt > 0.0 {
             moved * per_dt
         } else {
@@ -672,6 +692,7 @@ impl Oracle {
             overlap,
             moved: along(moved, normal),
             velocity: along(velocity, normal),
+            rolled,
         };
         let before = self.history.get(&who).copied().unwrap_or_default();
         let exerted = law.exert(&motion, &before);
@@ -694,6 +715,7 @@ impl Oracle {
             overlap,
             at,
             force,
+            moment: exerted.moment,
             moved: moved.norm(),
             blur: place.blur * steep,
         };

@@ -22,6 +22,8 @@ pub struct Motion {
     pub moved: [f64; 2],
     /// u in m/s.
     pub velocity: [f64; 2],
+    /// Rotation of the first relative to the second over the last step in rad.
+    pub rolled: f64,
 }
 
 /// What is remembered of a contact.
@@ -31,6 +33,8 @@ pub struct History {
     pub spring: f64,
     /// `k_t` at which it had that force, in N/m.
     stiffness: f64,
+    /// Moment of the rolling spring on the first in N, and the `k_r` at which it had that moment, in N.
+    rolling: [f64; 2],
     /// Forces of the dashpots along N and T in N/m.
     dashpots: [f64; 2],
 }
@@ -40,6 +44,8 @@ pub struct History {
 pub struct Exerted {
     /// Along N and T in N/m.
     pub force: [f64; 2],
+    /// Against rolling, in N.
+    pub moment: f64,
     /// For the next step.
     pub history: History,
     /// In the springs, in J/m.
@@ -69,6 +75,8 @@ pub struct Law {
     damped: f64,
     /// In Pa.
     adhesion: f64,
+    /// `mu_r R*` in m.
+    rolling: f64,
 }
 
 impl Law {
@@ -91,6 +99,7 @@ impl Law {
             },
             damped: if other > 0.0 { other } else { pair.mass },
             adhesion: number("adhesion"),
+            rolling: number("rolling_friction") * pair.radius,
         }
     }
 
@@ -165,25 +174,29 @@ impl Law {
         let pressing = (spring - c[0] * motion.velocity[0]).max(0.0);
         // The tangential spring, which gives way where the contact unloads, then Coulomb's limit.
         let limit = self.friction * pressing;
-        let kept = if k_t < before.stiffness {
-            k_t / before.stiffness
-        } else {
-            1.0
-        };
+        let kept = share(k_t, before.stiffness);
         let tangential = (before.spring * kept - k_t * motion.moved[1]).clamp(-limit, limit);
         let dragged = (tangential - c[1] * motion.velocity[1]).clamp(-limit, limit);
+        // The rolling spring likewise.
+        let k_r = 2.25 * k_n * self.rolling * self.rolling;
+        let kept = share(k_r, before.rolling[1]);
+        let cap = self.rolling * pressing;
+        let moment = (before.rolling[0] * kept - k_r * motion.rolled).clamp(-cap, cap);
         let history = History {
             spring: tangential,
             stiffness: k_t,
+            rolling: [moment, k_r],
             dashpots: [pressing - spring, dragged - tangential],
         };
-        let work = -0.5 * (before.spring + tangential) * motion.moved[1];
+        let work = -0.5 * (before.spring + tangential) * motion.moved[1]
+            - 0.5 * (before.rolling[0] + moment) * motion.rolled;
         // The pull grows with the root of the overlap, and a dashpot that follows the stiffness with the fourth root.
         let drag = (c[0] * motion.velocity[0]).abs() + (c[1] * motion.velocity[1]).abs();
         let growing = if self.is_linear() { 0.0 } else { 0.25 * drag };
         let steep = (0.5 * pull + growing) / xi;
         Exerted {
             force: [pressing - pull, dragged],
+            moment,
             history,
             stored: stored - pulled + energy(&history),
             friction: work - (energy(&history) - energy(before)),
@@ -193,9 +206,19 @@ impl Law {
     }
 }
 
-/// A contact that is not, or no more: its spring is forgotten.
+/// What a spring keeps of its force where its stiffness is this, and was that at the last step.
+fn share(stiffness: f64, before: f64) -> f64 {
+    if stiffness < before {
+        stiffness / before
+    } else {
+        1.0
+    }
+}
+
+/// A contact that is not, or no more: its springs are forgotten.
 fn opened(motion: &Motion, before: &History) -> Exerted {
-    let sliding = -0.5 * before.spring * motion.moved[1];
+    let [moment, _] = before.rolling;
+    let sliding = -0.5 * (before.spring * motion.moved[1] + moment * motion.rolled);
     let [least, most] = viscous(before.dashpots, [0.0; 2], motion.moved);
     Exerted {
         friction: sliding + energy(before),
@@ -204,13 +227,12 @@ fn opened(motion: &Motion, before: &History) -> Exerted {
     }
 }
 
-/// In a tangential spring, in J/m.
+/// In the tangential and the rolling spring, in J/m.
 fn energy(history: &History) -> f64 {
-    if history.stiffness > 0.0 {
-        0.5 * history.spring * history.spring / history.stiffness
-    } else {
-        0.0
-    }
+    let [moment, rolling] = history.rolling;
+    let springs = [(history.spring, history.stiffness), (moment, rolling)];
+    let stiff = springs.into_iter().filter(|(_, k)| *k > 0.0);
+    stiff.map(|(force, k)| 0.5 * force * force / k).sum()
 }
 
 /// Least and most work of dashpots, whose forces (N/m) were and are these, on the way `moved` (m).

@@ -56,6 +56,7 @@ impl Dice<'_, Scale> {
             0 if self.takes.has("pairs") => Vec::new(),
             k => self.bodies(1 + k as usize % 3, touching),
         };
+        let overlap = self.measure(&bodies, touching);
         let laws = [0; 3].map(|_| self.law(true));
         let between = self.law(false);
         let mut config = DemConfig {
@@ -63,7 +64,7 @@ impl Dice<'_, Scale> {
             bodies,
             point_contact: laws[0],
             body_contact: touching.then_some(between),
-            overlap: OverlapMeasure::EachEdge,
+            overlap,
             point_surfaces: vec![String::new(); 2],
             skin: self.scale.radius * self.between(0.05, 0.5),
             threads: 1,
@@ -123,7 +124,7 @@ impl Dice<'_, Scale> {
             damping_ratio,
             damped_mass,
             adhesion,
-            rolling_friction: 0.0,
+            rolling_friction: self.rolling_friction(of_points),
         };
         let area = ContactLaw::Area {
             area_stiffness: k / self.scale.radius,
@@ -144,6 +145,27 @@ impl Dice<'_, Scale> {
             restitution: if damps { self.between(0.3, 1.0) } else { 1.0 },
             adhesion,
         })
+    }
+
+    /// Dice that leave the others as they are, so that known seeds stay those of their cases.
+    fn aside(&self) -> Rng {
+        Rng::with_seed(self.rng.clone().u64(..))
+    }
+
+    fn rolling_friction(&self, of_points: bool) -> f64 {
+        let mut rng = self.aside();
+        let resists = !of_points && self.takes.meets("feature:rolling_friction") && rng.bool();
+        if resists { rng.f64() } else { 0.0 }
+    }
+
+    fn measure(&self, bodies: &[BodyConfig], touching: bool) -> OverlapMeasure {
+        let able = touching && self.takes.has("overlap:nearest_edge");
+        let convex = bodies.iter().all(|body| body.shape.is_convex());
+        if able && convex && self.aside().bool() {
+            OverlapMeasure::NearestEdge
+        } else {
+            OverlapMeasure::EachEdge
+        }
     }
 
     /// A law, or the other one where a solver takes only laws of one kind in a scene.
