@@ -44,7 +44,7 @@ pub const WAYS: [&[&str]; 7] = [
 ];
 
 /// Longest run in s, as the file has it, that the normal command makes.
-const QUICK: f64 = 3.0;
+const QUICK: f64 = 1.5;
 /// Longest wait for a run that is taken for the first time.
 const PATIENCE: Duration = Duration::from_mins(30);
 /// Runs at a time; each has three processes.
@@ -299,7 +299,7 @@ fn every_quick_row_has_its_bits() {
     // Those at the edge as well, but for one of a million steps.
     let quick = rows.iter().filter(|row| {
         if row.case.is_at_the_edge() {
-            row.wall < 10.0
+            row.wall < 5.0
         } else {
             row.wall <= QUICK && row.case.variant != QUICK_VARIANT
         }
