@@ -7,6 +7,7 @@
 
 use std::collections::HashSet;
 
+use interface::config::material::Frictional;
 use interface::config::{
     Drift, MaterialModel, MpmConfig, ShapeFunction, StressUpdate, Transfer, Wall, Walls,
 };
@@ -63,7 +64,21 @@ impl Kernel {
     }
 }
 
-/// A point of linear elastic or von Mises' material.
+/// What a point does beside Hencky's elasticity, or instead of it.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub enum RefLaw {
+    /// Nothing.
+    #[default]
+    Elastic,
+    /// Yields at a stress that hardens; both moduli in Pa.
+    VonMises([f64; 2]),
+    /// Yields by friction.
+    DruckerPrager(Frictional),
+    /// Neo-Hookean, with the deformation gradient so far.
+    NeoHookean(nalgebra::Matrix2<f64>),
+}
+
+/// A point.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct RefPoint {
     /// Its group.
@@ -90,9 +105,9 @@ pub struct RefPoint {
     pub bulk: f64,
     /// Shear modulus in Pa.
     pub shear: f64,
-    /// Yield stress and hardening modulus of von Mises' material in Pa; `None`: elastic.
-    pub yields: Option<[f64; 2]>,
-    /// Equivalent plastic strain.
+    /// As its material.
+    pub law: RefLaw,
+    /// Equivalent plastic strain of von Mises' material.
     pub plastic_strain: f64,
     /// Dissipated by plastic flow in J/m.
     pub lost: f64,
@@ -109,6 +124,12 @@ impl RefPoint {
 
     /// Elastic energy in J/m.
     pub fn stored(&self) -> f64 {
+        if let RefLaw::NeoHookean(f) = self.law {
+            let (ln, trace) = (self.ratio.ln(), f.norm_squared() + 1.0);
+            let lame = self.bulk - 2.0 / 3.0 * self.shear;
+            let dense = self.shear * (trace - 3.0 - 2.0 * ln) + lame * ln * ln;
+            return 0.5 * self.volume * dense;
+        }
         let (mean, deviator) = self.kirchhoff();
         let dense = 0.5 * mean * mean / self.bulk + 0.25 * deviator.norm_squared() / self.shear;
         self.volume * dense
@@ -159,19 +180,18 @@ struct Node {
 /// An index along an axis, and all indices at which it appears, with signs.
 type Along = (i64, Vec<(i64, [f64; 2])>);
 
-/// Bulk and shear modulus of a material, and yield stress and hardening modulus if it yields, in Pa.
-fn moduli(model: &MaterialModel) -> Option<([f64; 2], Option<[f64; 2]>)> {
+fn law(model: &MaterialModel) -> Option<RefLaw> {
     match *model {
-        MaterialModel::LinearElastic {
-            bulk_modulus: bulk,
-            shear_modulus: shear,
-        } => Some(([bulk, shear], None)),
+        MaterialModel::LinearElastic { .. } => Some(RefLaw::Elastic),
         MaterialModel::VonMises {
-            bulk_modulus: bulk,
-            shear_modulus: shear,
             yield_stress: strength,
             hardening_modulus: hardening,
-        } => Some(([bulk, shear], Some([strength, hardening]))),
+            ..
+        } => Some(RefLaw::VonMises([strength, hardening])),
+        MaterialModel::DruckerPrager(numbers) if numbers.is_plain() => {
+            Some(RefLaw::DruckerPrager(numbers))
+        }
+        MaterialModel::NeoHookean { .. } => Some(RefLaw::NeoHookean(nalgebra::Matrix2::identity())),
         _ => None,
     }
 }
@@ -227,7 +247,8 @@ impl Reference {
         for (g, group) in c.groups.iter().enumerate() {
             let region = fill(group, c.cell, "").ok()?;
             let material = c.materials.get(group.material)?;
-            let ([bulk, shear], yields) = moduli(&material.model)?;
+            let law = law(&material.model)?;
+            let (bulk, shear) = material.model.moduli();
             if g == 0 || c.layers {
                 layers.push(empty.clone());
             }
@@ -245,7 +266,7 @@ impl Reference {
                     volume: region.box_area(),
                     bulk,
                     shear,
-                    yields,
+                    law,
                     ..RefPoint::default()
                 });
             }
@@ -750,8 +771,8 @@ impl Reference {
         }
     }
 
-    /// Hencky's elasticity with matrices and their eigenvectors: `b <- f b f^T`, `eps = ln(b)/2`. Then a radial return of the
-    /// Cauchy stress.
+    /// Hencky's elasticity with matrices and their eigenvectors: `b <- f b f^T`, `eps = ln(b)/2`. Then the return of the Cauchy
+    /// stress to a yield surface. Or a stress of the whole deformation.
     fn stress(&mut self, i: usize, l: nalgebra::Matrix2<f64>) {
         use nalgebra::Matrix3;
         let p = &mut self.points[i];
@@ -763,6 +784,16 @@ impl Reference {
             let diagonal = Matrix3::from_diagonal(&eigen.eigenvalues.map(of));
             eigen.eigenvectors * diagonal * eigen.eigenvectors.transpose()
         };
+        if let RefLaw::NeoHookean(whole) = &mut p.law {
+            *whole = f.fixed_view::<2, 2>(0, 0) * *whole;
+            p.ratio = whole.determinant();
+            let lame = p.bulk - 2.0 / 3.0 * p.shear;
+            let round = lame * p.ratio.ln();
+            let b = *whole * whole.transpose();
+            let [xx, yy, zz] = [b.m11, b.m22, 1.0].map(|b| p.shear * (b - 1.0) + round);
+            p.stress = [xx, yy, zz, p.shear * b.m12].map(|tau| tau / p.ratio);
+            return;
+        }
         let (mean, deviator) = p.kirchhoff();
         let strain = deviator / (2.0 * p.shear) + one * (mean / (3.0 * p.bulk));
         let b = f * function(strain * 2.0, f64::exp) * f.transpose();
@@ -770,20 +801,57 @@ impl Reference {
         let volumetric = one * strain.trace();
         let new = volumetric * p.bulk + (strain - volumetric / 3.0) * (2.0 * p.shear);
         p.ratio *= f.determinant();
-        let mut new = new / p.ratio;
-        if let Some([strength, hardening]) = p.yields {
-            let mean = one * (new.trace() / 3.0);
-            let deviator = new - mean;
-            let q = (1.5 * deviator.norm_squared()).sqrt();
-            let stiff = 3.0 * p.shear / p.ratio;
-            let beyond = q - strength - hardening * p.plastic_strain;
-            if beyond > 0.0 {
-                let flow = beyond / (stiff + hardening);
-                new = mean + deviator * (1.0 - stiff * flow / q);
+        let trial = new / p.ratio;
+        let mean = trial.trace() / 3.0;
+        let deviator = trial - one * mean;
+        let new = match p.law {
+            RefLaw::VonMises([strength, hardening]) => {
+                let q = (1.5 * deviator.norm_squared()).sqrt();
+                let stiff = 3.0 * p.shear / p.ratio;
+                let beyond = q - strength - hardening * p.plastic_strain;
+                let flow = beyond.max(0.0) / (stiff + hardening);
                 p.plastic_strain += flow;
                 p.lost += (q - stiff * flow) * flow * p.ratio * p.volume;
+                let kept = if flow > 0.0 {
+                    1.0 - stiff * flow / q
+                } else {
+                    1.0
+                };
+                one * mean + deviator * kept
             }
-        }
+            RefLaw::DruckerPrager(numbers) => {
+                let tau = (0.5 * deviator.norm_squared()).sqrt();
+                let (new_mean, new_tau) = by_friction(&numbers, mean, tau);
+                let in_shear = new_tau * (tau - new_tau) / p.shear;
+                let in_volume = new_mean * (mean - new_mean) / p.bulk;
+                p.lost += (in_shear + in_volume) * p.ratio * p.ratio * p.volume;
+                let kept = if tau > 0.0 { new_tau / tau } else { 1.0 };
+                one * new_mean + deviator * kept
+            }
+            _ => trial,
+        };
         p.stress = [new[(0, 0)], new[(1, 1)], new[(2, 2)], new[(0, 1)]];
     }
+}
+
+/// Returns a mean stress and a `tau` in Pa to Drucker-Prager's surfaces, `tau + q sigma <= k` and `sigma <= sigma_t`
+/// (Jiang 2020 eqs. 31 to 35). From beyond both it goes to that on whose side of the line it is that halves their corner, and to
+/// the corner if it would end beyond the other one. With the moduli it is scaled by the volume, which makes no difference.
+fn by_friction(numbers: &Frictional, mean: f64, tau: f64) -> (f64, f64) {
+    let root = |angle: f64| (9.0 + 12.0 * angle.to_radians().tan().powi(2)).sqrt();
+    let slope = |angle: f64| 3.0 * angle.to_radians().tan() / root(angle);
+    let (q, q_flow) = (slope(numbers.friction_angle), slope(numbers.dilation_angle));
+    let k = 3.0 * numbers.cohesion / root(numbers.friction_angle);
+    let most = numbers.tensile_strength.min(k / q);
+    let halves = ((1.0 + q * q).sqrt() - q) * (mean - most);
+    let to_shear = mean <= most || tau - (k - q * most) > halves;
+    let flow =
+        (tau + q * mean - k).max(0.0) / (numbers.shear_modulus + numbers.bulk_modulus * q * q_flow);
+    let moved = if to_shear {
+        mean - numbers.bulk_modulus * q_flow * flow
+    } else {
+        mean
+    };
+    let new = moved.min(most);
+    (new, tau.min(k - q * new))
 }

@@ -4,4 +4,4 @@ pub mod bodies;
 mod continuum;
 pub mod law;
 
-pub use continuum::{Kernel, RefPoint, Reference};
+pub use continuum::{Kernel, RefLaw, RefPoint, Reference};

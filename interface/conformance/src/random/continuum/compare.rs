@@ -7,6 +7,7 @@ use interface::message::wire::{
 };
 use interface::solver::Readiness;
 use mechanics::outline::nearest;
+use mechanics::reference::RefLaw;
 
 use super::super::judge::{Judge, Result, show};
 use super::case::Case;
@@ -204,9 +205,9 @@ impl Judge<'_> {
             };
             let p = *stand.oracle.point(k);
             let strain = if stand.strains { p.plastic_strain } else { 0.0 };
-            let of_strain = match p.yields {
-                Some(_) => ("R-5e", "plastic_strain", 2e-7 * strain + 10.0 * blur),
-                None => (clause, "plastic_strain", 0.0),
+            let of_strain = match p.law {
+                RefLaw::VonMises(_) => ("R-5e", "plastic_strain", 2e-7 * strain + 10.0 * blur),
+                _ => (clause, "plastic_strain", 0.0),
             };
             let want = PointState {
                 position: p.x,

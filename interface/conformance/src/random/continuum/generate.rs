@@ -3,6 +3,7 @@
 
 use fastrand::Rng;
 use interface::config::capability::{Capabilities, LAYERS, PAIRS};
+use interface::config::material::Frictional;
 use interface::config::{
     Drift, Fill, GroupConfig, InitialFields, MaterialConfig, MaterialModel, MpmConfig,
     ShapeFunction, Spacing, StressUpdate, Transfer, Wall, Walls,
@@ -67,11 +68,9 @@ impl Dice<'_, Scale> {
         let materials: Vec<_> = (0..count).map(|_| self.material(alone)).collect();
         let mut groups = self.groups(count, spacing, layers && !pairs, transfer.is_affine());
         for group in &mut groups {
-            // A stress beyond the yield surface is none that a run begins with.
-            if matches!(
-                materials[group.material].model,
-                MaterialModel::VonMises { .. }
-            ) {
+            // A run begins with no stress beyond a yield surface, nor with one that has no deformation.
+            let model = &materials[group.material].model;
+            if !matches!(model, MaterialModel::LinearElastic { .. }) {
                 group.fields.stress = None;
             }
         }
@@ -108,6 +107,10 @@ impl Dice<'_, Scale> {
             .map(|k| (8 * k, self.between(0.0, 0.8) * skin))
             .collect();
         let bodies = self.bodies(config.domain);
+        if config.walls.periodic().contains(&true) {
+            // A body sees no points beyond the other end, and a solver may refuse it there.
+            pushes.clear();
+        }
         if !alone {
             self.rub(&mut pushes, spacing);
         }
@@ -179,12 +182,17 @@ impl Dice<'_, Scale> {
             ("wall:slip", Wall::Slip),
             ("wall:tangential", Wall::Tangential),
         ];
-        let mut wall = || self.member(&walls).unwrap_or(Wall::Open);
+        let mut pair = || {
+            let ends = [0; 2].map(|_| self.member(&walls).unwrap_or(Wall::Open));
+            let closed = self.takes.has("wall:periodic") && self.rng.u32(0..8) == 0;
+            if closed { [Wall::Periodic; 2] } else { ends }
+        };
+        let ([left, right], [bottom, top]) = (pair(), pair());
         Walls {
-            left: wall(),
-            right: wall(),
-            bottom: wall(),
-            top: wall(),
+            left,
+            right,
+            bottom,
+            top,
         }
     }
 
@@ -199,15 +207,48 @@ impl Dice<'_, Scale> {
         let shear_modulus = density * self.scale.wave * self.scale.wave * self.between(0.3, 1.0)
             / (ratio + 4.0 / 3.0);
         let mut material = scene::material(density, [ratio * shear_modulus, shear_modulus]);
-        if self.takes.has("material:von_mises") && !alone && self.rarely() {
-            material.model = MaterialModel::VonMises {
-                bulk_modulus: ratio * shear_modulus,
-                shear_modulus,
-                yield_stress: self.between(1e-3, 2e-2) * shear_modulus,
-                hardening_modulus: self.between(0.0, 1.0) * shear_modulus,
-            };
+        if self.takes.has("material:linear_elastic") && !alone && self.often() {
+            material.model = self.other_model(ratio * shear_modulus, shear_modulus);
         }
         material
+    }
+
+    /// A model of these moduli (Pa) that yields, or is elastic in another way than the usual one.
+    fn other_model(&mut self, bulk_modulus: f64, shear_modulus: f64) -> MaterialModel {
+        let strength = |dice: &mut Self| dice.between(1e-3, 2e-2) * shear_modulus;
+        let yields = MaterialModel::VonMises {
+            bulk_modulus,
+            shear_modulus,
+            yield_stress: strength(self),
+            hardening_modulus: self.between(0.0, 1.0) * shear_modulus,
+        };
+        let friction_angle = self.between(5.0, 50.0);
+        let rubs = MaterialModel::DruckerPrager(Frictional {
+            bulk_modulus,
+            shear_modulus,
+            friction_angle,
+            dilation_angle: self.perhaps(|dice| dice.between(0.0, friction_angle)),
+            cohesion: self.perhaps(strength),
+            tensile_strength: self.perhaps(strength),
+            critical_state: None,
+            separates: false,
+        });
+        let models = [
+            ("material:von_mises", yields),
+            ("material:drucker_prager", rubs),
+            (
+                "material:neo_hookean",
+                MaterialModel::NeoHookean {
+                    bulk_modulus,
+                    shear_modulus,
+                },
+            ),
+        ];
+        let elastic = MaterialModel::LinearElastic {
+            bulk_modulus,
+            shear_modulus,
+        };
+        self.member(&models).unwrap_or(elastic)
     }
 
     /// Groups side by side, or on one another where they are `apart`: on layers and without contact.
