@@ -23,6 +23,16 @@ pub fn decades(rng: &mut Rng, from: f64, to: f64) -> f64 {
 }
 
 impl<S> Dice<'_, S> {
+    /// Others, which leave these as they are, so that known seeds stay those of their cases.
+    pub fn aside(&self) -> Dice<'_, ()> {
+        Dice {
+            rng: Rng::with_seed(self.rng.clone().u64(..)),
+            takes: self.takes,
+            dt: self.dt,
+            scale: (),
+        }
+    }
+
     /// One in four.
     pub fn rarely(&mut self) -> bool {
         self.rng.u32(0..4) == 0

@@ -147,21 +147,17 @@ impl Dice<'_, Scale> {
         })
     }
 
-    /// Dice that leave the others as they are, so that known seeds stay those of their cases.
-    fn aside(&self) -> Rng {
-        Rng::with_seed(self.rng.clone().u64(..))
-    }
-
     fn rolling_friction(&self, of_points: bool) -> f64 {
-        let mut rng = self.aside();
-        let resists = !of_points && self.takes.meets("feature:rolling_friction") && rng.bool();
-        if resists { rng.f64() } else { 0.0 }
+        let resists = !of_points && self.takes.meets("feature:rolling_friction");
+        let mut dice = self.aside();
+        let resists = resists && dice.often();
+        dice.when(resists, |dice| dice.between(0.0, 1.0))
     }
 
     fn measure(&self, bodies: &[BodyConfig], touching: bool) -> OverlapMeasure {
         let able = touching && self.takes.has("overlap:nearest_edge");
         let convex = bodies.iter().all(|body| body.shape.is_convex());
-        if able && convex && self.aside().bool() {
+        if able && convex && self.aside().often() {
             OverlapMeasure::NearestEdge
         } else {
             OverlapMeasure::EachEdge

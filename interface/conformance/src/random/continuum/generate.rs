@@ -184,7 +184,7 @@ impl Dice<'_, Scale> {
         ];
         let mut pair = || {
             let ends = [0; 2].map(|_| self.member(&walls).unwrap_or(Wall::Open));
-            let closed = self.takes.has("wall:periodic") && self.rng.u32(0..8) == 0;
+            let closed = self.takes.has("wall:periodic") && self.aside().rng.u32(0..8) == 0;
             if closed { [Wall::Periodic; 2] } else { ends }
         };
         let ([left, right], [bottom, top]) = (pair(), pair());
@@ -207,48 +207,18 @@ impl Dice<'_, Scale> {
         let shear_modulus = density * self.scale.wave * self.scale.wave * self.between(0.3, 1.0)
             / (ratio + 4.0 / 3.0);
         let mut material = scene::material(density, [ratio * shear_modulus, shear_modulus]);
-        if self.takes.has("material:linear_elastic") && !alone && self.often() {
-            material.model = self.other_model(ratio * shear_modulus, shear_modulus);
+        if self.takes.has("material:von_mises") && !alone && self.rarely() {
+            material.model = MaterialModel::VonMises {
+                bulk_modulus: ratio * shear_modulus,
+                shear_modulus,
+                yield_stress: self.between(1e-3, 2e-2) * shear_modulus,
+                hardening_modulus: self.between(0.0, 1.0) * shear_modulus,
+            };
+        } else if self.takes.has("material:linear_elastic") && !alone {
+            let model = self.aside().model(ratio * shear_modulus, shear_modulus);
+            material.model = model.unwrap_or(material.model);
         }
         material
-    }
-
-    /// A model of these moduli (Pa) that yields, or is elastic in another way than the usual one.
-    fn other_model(&mut self, bulk_modulus: f64, shear_modulus: f64) -> MaterialModel {
-        let strength = |dice: &mut Self| dice.between(1e-3, 2e-2) * shear_modulus;
-        let yields = MaterialModel::VonMises {
-            bulk_modulus,
-            shear_modulus,
-            yield_stress: strength(self),
-            hardening_modulus: self.between(0.0, 1.0) * shear_modulus,
-        };
-        let friction_angle = self.between(5.0, 50.0);
-        let rubs = MaterialModel::DruckerPrager(Frictional {
-            bulk_modulus,
-            shear_modulus,
-            friction_angle,
-            dilation_angle: self.perhaps(|dice| dice.between(0.0, friction_angle)),
-            cohesion: self.perhaps(strength),
-            tensile_strength: self.perhaps(strength),
-            critical_state: None,
-            separates: false,
-        });
-        let models = [
-            ("material:von_mises", yields),
-            ("material:drucker_prager", rubs),
-            (
-                "material:neo_hookean",
-                MaterialModel::NeoHookean {
-                    bulk_modulus,
-                    shear_modulus,
-                },
-            ),
-        ];
-        let elastic = MaterialModel::LinearElastic {
-            bulk_modulus,
-            shear_modulus,
-        };
-        self.member(&models).unwrap_or(elastic)
     }
 
     /// Groups side by side, or on one another where they are `apart`: on layers and without contact.
@@ -424,5 +394,35 @@ impl Dice<'_, Scale> {
             bodies.push(Outline { vertices, reach });
         }
         bodies
+    }
+}
+
+impl Dice<'_, ()> {
+    /// A model of these moduli (Pa) that yields by friction, or is elastic in another way than the usual one; or none.
+    fn model(&mut self, bulk_modulus: f64, shear_modulus: f64) -> Option<MaterialModel> {
+        let strength = |dice: &mut Self| dice.between(1e-3, 2e-2) * shear_modulus;
+        let friction_angle = self.between(5.0, 50.0);
+        let rubs = MaterialModel::DruckerPrager(Frictional {
+            bulk_modulus,
+            shear_modulus,
+            friction_angle,
+            dilation_angle: self.perhaps(|dice| dice.between(0.0, friction_angle)),
+            cohesion: self.perhaps(strength),
+            tensile_strength: self.perhaps(strength),
+            critical_state: None,
+            separates: false,
+        });
+        let models = [
+            ("material:drucker_prager", rubs),
+            (
+                "material:neo_hookean",
+                MaterialModel::NeoHookean {
+                    bulk_modulus,
+                    shear_modulus,
+                },
+            ),
+        ];
+        let drawn = self.member(&models);
+        drawn.filter(|_| self.often())
     }
 }
