@@ -63,7 +63,7 @@ fn is(value: &Value, kind: Kind) -> bool {
 
 /// All keys of `summary.json`, with the types that scripts rely on.
 #[track_caller]
-fn assert_complete(files: &RunFiles) {
+fn assert_complete(files: &RunFiles, way: &[&str]) {
     let summary = &files.summary;
     for (key, kind) in KEYS {
         assert!(
@@ -83,8 +83,10 @@ fn assert_complete(files: &RunFiles) {
             let time = summary[key][party].as_f64();
             time.unwrap_or_else(|| panic!("{key}.{party} is missing"))
         });
+        // In one process they are differences of wall and CPU times (docs/next.md), which other programs change.
+        let apart = !way.contains(&"--in-process");
         assert!(
-            0.0 <= stepping && stepping <= all,
+            !apart || 0.0 <= stepping && stepping <= all,
             "{party}: {stepping} of {all} s"
         );
         for part in ["compute", "exchange", "wait"] {
@@ -160,7 +162,7 @@ fn runs_and_reads_back(row: &Row, way: &[&str]) {
     let files = RunFiles::read(&place.path("out"));
     let differences = row.outcome.differences(&Outcome::of(&files, 0, None));
     assert!(differences.is_empty(), "{way:?}: {differences:?}");
-    assert_complete(&files);
+    assert_complete(&files, way);
     assert_eq!(files.text("status"), "done");
     assert_eq!(files.summary["reason"], Value::Null);
     let checks = files.summary["checks"].as_array().unwrap();
@@ -300,7 +302,7 @@ fn a_check_that_fails_is_exit_1_and_says_so() {
     assert_eq!(files.text("status"), "check_failed");
     assert_eq!(files.check("kinetic energy handed over")["pass"], false);
     assert_eq!(files.check("the collision is over")["pass"], true);
-    assert_complete(&files);
+    assert_complete(&files, &[]);
 }
 
 /// Below tan 33 = 0.649 nothing holds the block of `sudden_load`, and its check of standing says so.
