@@ -163,17 +163,20 @@ impl Account {
             .iter()
             .map(|(&party, report)| (party, report.cpu_ns as f64 * 1e-9))
             .collect();
-        let shared: f64 = if self.shared_thread {
-            cpu.values().sum()
-        } else {
-            0.0
-        };
-        let own = interface::session::cpu_time().saturating_sub(self.cpu_at_start);
-        cpu.insert(Party::Coupler, own.as_secs_f64() - shared);
+        cpu.insert(Party::Coupler, self.own_cpu());
         Moment {
             at: Instant::now(),
             cpu,
         }
+    }
+
+    /// CPU time of the coupler in this process so far, in s. Of a shared thread it is what the solvers have left; they report
+    /// wall times there, which may be more than all CPU time.
+    fn own_cpu(&self) -> f64 {
+        let all = interface::session::cpu_time().saturating_sub(self.cpu_at_start);
+        let reports = self.reports.values().filter(|_| self.shared_thread);
+        let shared: f64 = reports.map(|report| report.cpu_ns as f64 * 1e-9).sum();
+        (all.as_secs_f64() - shared).max(0.0)
     }
 
     /// Time of stepping, of this process and of earlier ones.
@@ -235,7 +238,6 @@ impl Account {
         let mut spent = self.earlier.clone();
         spent.wall += wall.as_secs_f64();
         spent.waited += self.waited.as_secs_f64();
-        let mut shared = 0.0;
         for (&party, report) in &self.reports {
             let own = [
                 report.compute_ns,
@@ -247,12 +249,8 @@ impl Account {
             for (sum, ns) in sums.iter_mut().zip(own) {
                 *sum += seconds(ns);
             }
-            if self.shared_thread {
-                shared += seconds(report.cpu_ns);
-            }
         }
-        let cpu = interface::session::cpu_time().saturating_sub(self.cpu_at_start);
-        spent.cpu += (cpu.as_secs_f64() - shared).max(0.0);
+        spent.cpu += self.own_cpu();
         spent.stepping = self.stepped();
         spent
     }
@@ -371,4 +369,29 @@ fn by_name(times: &BTreeMap<Party, f64>) -> BTreeMap<String, f64> {
     times
         .map(|(p, &time)| (p.name().to_owned(), time))
         .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+
+    use super::*;
+
+    /// Beside other programs, the wall times that solvers report of a shared thread are more than its CPU time.
+    #[test]
+    fn stepping_takes_no_more_of_a_shared_thread_than_the_whole_run() {
+        let file = Path::new(env!("CARGO_MANIFEST_DIR"));
+        let file = file.join("../scenes/jiang2020/collision_hard.toml");
+        let scene = Scene::load(&file, None, &[]).unwrap();
+        let mut account = Account::new(&scene, true);
+        let report = Report {
+            cpu_ns: 1_000_000_000,
+            ..Report::default()
+        };
+        account.reports.insert(Party::Mpm, report);
+        account.reported();
+        account.drained();
+        let spent = account.spent(account.lasted());
+        assert!(spent.stepping.cpu[&Party::Coupler] <= spent.cpu);
+    }
 }
