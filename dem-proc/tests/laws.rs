@@ -143,7 +143,7 @@ fn a_contact_that_has_slid_and_rolled_loses_its_springs_when_it_opens() {
     let pressed = Kinematics {
         overlap,
         moved: [0.0, u],
-        turned: [theta.sin(), 0.0],
+        sines: [theta.sin(), 0.0],
         ..Kinematics::default()
     };
     let response = mixed.response(&pair, &pressed, &AnyMemory::default());
@@ -157,7 +157,7 @@ fn a_contact_that_has_slid_and_rolled_loses_its_springs_when_it_opens() {
     let opened = Kinematics {
         overlap: -1e-6,
         moved: [1e-3, 0.0],
-        turned: [0.0, -last.sin()],
+        sines: [0.0, -last.sin()],
         ..Kinematics::default()
     };
     let loss = mixed.separate(&pair, &opened, &response.history);

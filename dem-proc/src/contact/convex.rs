@@ -93,12 +93,12 @@ fn kinematics(moves: &Moves, spot: &Spot, pair: [u32; 2], arms: [Vec2; 2]) -> Ki
     let frames = pair.map(|b| moves.frame(b));
     let [a, b] = [0, 1].map(|i| frames[i].displacement(arms[i]));
     let [moved, velocity] = moves.scaled(along(a - b));
-    let [turned, _] = moves.scaled(frames.map(|frame| frame.last.sin));
+    let [sines, _] = moves.scaled(frames.map(|frame| frame.last.sin));
     Kinematics {
         overlap: spot.depth,
         moved,
         velocity,
-        turned,
+        sines,
     }
 }
 

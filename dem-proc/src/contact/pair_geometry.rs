@@ -433,7 +433,7 @@ impl Separations {
             overlap,
             moved: moved.map(|u| u * moves),
             velocity: moved.map(|u| u * speeds),
-            turned: [v.sin, e.sin].map(|sine| sine * moves),
+            sines: [v.sin, e.sin].map(|sine| sine * moves),
             sides,
         }
     }
@@ -466,7 +466,7 @@ pub struct PairGeometry {
     overlap: Lanes,
     moved: LaneVec,
     velocity: LaneVec,
-    turned: LaneVec,
+    sines: LaneVec,
     /// The bodies that own the vertices, and those that own the edges.
     sides: [Side; 2],
 }
@@ -480,12 +480,12 @@ impl PairGeometry {
             self.moved.map(Lanes::to_array),
             self.velocity.map(Lanes::to_array),
         );
-        let turned = self.turned.map(Lanes::to_array);
+        let sines = self.sines.map(Lanes::to_array);
         each(|l| Kinematics {
             overlap: overlap[l],
             moved: [moved[0][l], moved[1][l]],
             velocity: [velocity[0][l], velocity[1][l]],
-            turned: [turned[0][l], turned[1][l]],
+            sines: [sines[0][l], sines[1][l]],
         })
     }
 

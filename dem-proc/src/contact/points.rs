@@ -199,7 +199,7 @@ impl<G: Geometry> OfPoints<G> {
             overlap,
             moved,
             velocity,
-            turned: [0.0; 2],
+            sines: [0.0; 2],
         };
         let (constants, (before, ())) = (&chunk.constants[k], &chunk.history[k]);
         let (force, loss, history) = if overlap > 0.0 {

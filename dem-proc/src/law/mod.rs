@@ -31,14 +31,14 @@ pub struct Kinematics {
     /// Relative velocity of the two surfaces at `t_{n-1/2}` along `N` and `T` in m/s.
     pub velocity: [f64; 2],
     /// Sines of the rotations of the two bodies over the last step, each below a quarter of a turn.
-    pub turned: [f64; 2],
+    pub sines: [f64; 2],
 }
 
 impl Kinematics {
     /// Relative rotation over the last step in rad.
     #[inline]
     pub fn rolled(&self) -> f64 {
-        self.turned[0].asin() - self.turned[1].asin()
+        self.sines[0].asin() - self.sines[1].asin()
     }
 
     /// Share of the last step before two surfaces separated, which were in contact at its beginning and are apart now:

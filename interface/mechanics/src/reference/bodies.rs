@@ -351,6 +351,14 @@ impl Place {
 }
 
 impl Sums {
+    /// Rounding decides about a contact whose place `x`, so far from an outline (m), is as near to one edge as to another.
+    fn doubt(&mut self, outline: &[Vec2], (x, distance): (Vec2, f64), place: &Place) {
+        let Place { overlap, blur, .. } = *place;
+        if overlap > -blur && has_two_normals(outline, x, distance, blur) {
+            self.expected.doubtful = Some("a place as near to one edge as to another");
+        }
+    }
+
     /// A contact presses on the point in a slot, this way, with stiffnesses (N/m; the second is tangential). The smallest radius of the two is `least`
     /// (m); F-6 counts what is within half of it.
     fn press(
@@ -480,9 +488,7 @@ impl Oracle {
         if overlap < -2.0 * info.radius && !self.history.contains_key(&who) {
             return;
         }
-        if has_two_normals(outline, x, near.distance, place.blur) && overlap > -place.blur {
-            sums.expected.doubtful = Some("a point as near to one edge as to another");
-        }
+        sums.doubt(outline, (x, near.distance), &place);
         if a == 0.0 {
             place.radius = info.radius;
         }
@@ -576,24 +582,7 @@ impl Oracle {
                 }
                 let outline: Vec<Vec2> = other.outline().map(|(v, _)| v).collect();
                 for (v, (x, _)) in one.outline().enumerate() {
-                    let apart = |y: Vec2| (y, (x - y).norm());
-                    let nearest_on = |[a, b]: [Vec2; 2]| apart(nearest_on_edge(a, b, x, 0, 1).0);
-                    let places: Vec<(Vec2, f64)> = if other.is_round() {
-                        outline.iter().map(|y| apart(*y)).collect()
-                    } else if self.config.overlap == OverlapMeasure::NearestEdge {
-                        let near = nearest(&outline, x);
-                        let radii = one.vertices[v].1 + other.vertices[0].1;
-                        let blur = BLUR * radii;
-                        if near.distance < radii + blur
-                            && has_two_normals(&outline, x, near.distance, blur)
-                        {
-                            sums.expected.doubtful =
-                                Some("a vertex as near to one edge as to another");
-                        }
-                        vec![(near.point, near.distance)]
-                    } else {
-                        edges(&outline).map(nearest_on).collect()
-                    };
+                    let places = self.places(x, &outline, other.is_round());
                     for (e, y) in places.into_iter().enumerate() {
                         let spring = self.vertex_and_edge(step, [(i, v), (j, e)], x, y, sums);
                         springs.extend(spring);
@@ -602,6 +591,20 @@ impl Oracle {
             }
         }
         sums.expected.own_omega_sq = frequency(&springs);
+    }
+
+    /// Where a vertex at `x` may touch an outline, or discs at its vertices: places, each with its distance from `x`, in m.
+    fn places(&self, x: Vec2, outline: &[Vec2], round: bool) -> Vec<(Vec2, f64)> {
+        let apart = |y: Vec2| (y, (x - y).norm());
+        if round {
+            return outline.iter().map(|y| apart(*y)).collect();
+        }
+        if self.config.overlap == OverlapMeasure::NearestEdge {
+            let near = nearest(outline, x);
+            return vec![(near.point, near.distance)];
+        }
+        let nearest_on = |[a, b]: [Vec2; 2]| apart(nearest_on_edge(a, b, x, 0, 1).0);
+        edges(outline).map(nearest_on).collect()
     }
 
     /// A vertex of one body at `x`, and the place `y` of an edge of another one that is nearest to it, `apart`, which is
@@ -629,6 +632,10 @@ impl Oracle {
             normal,
             ..
         } = place;
+        if self.config.overlap == OverlapMeasure::NearestEdge && !other.is_round() {
+            let (outline, _) = other.parts().swap_remove(0);
+            sums.doubt(&outline, (x, apart), &place);
+        }
         let (r, s) = (at - one.pose.xy(), at - other.pose.xy());
         let law = self.law([&one.surface, &other.surface], common);
         let sides = [one.side(r), other.side(s)];

@@ -64,17 +64,17 @@ impl Kernel {
     }
 }
 
-/// What a point does beside Hencky's elasticity, or instead of it.
+/// The law of a point. The first three have Hencky's elasticity.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub enum RefLaw {
-    /// Nothing.
+    /// It does not yield.
     #[default]
     Elastic,
-    /// Yields at a stress that hardens; both moduli in Pa.
+    /// Yield stress and hardening modulus in Pa.
     VonMises([f64; 2]),
-    /// Yields by friction.
+    /// Strength by friction.
     DruckerPrager(Frictional),
-    /// Neo-Hookean, with the deformation gradient so far.
+    /// Deformation gradient so far.
     NeoHookean(nalgebra::Matrix2<f64>),
 }
 
@@ -105,7 +105,7 @@ pub struct RefPoint {
     pub bulk: f64,
     /// Shear modulus in Pa.
     pub shear: f64,
-    /// As its material.
+    /// The law of its material.
     pub law: RefLaw,
     /// Equivalent plastic strain of von Mises' material.
     pub plastic_strain: f64,
@@ -122,12 +122,16 @@ impl RefPoint {
         (mean, stress - nalgebra::Matrix3::identity() * mean)
     }
 
+    /// `K - 2 G/3` in Pa.
+    fn lame(&self) -> f64 {
+        self.bulk - 2.0 / 3.0 * self.shear
+    }
+
     /// Elastic energy in J/m.
     pub fn stored(&self) -> f64 {
         if let RefLaw::NeoHookean(f) = self.law {
             let (ln, trace) = (self.ratio.ln(), f.norm_squared() + 1.0);
-            let lame = self.bulk - 2.0 / 3.0 * self.shear;
-            let dense = self.shear * (trace - 3.0 - 2.0 * ln) + lame * ln * ln;
+            let dense = self.shear * (trace - 3.0 - 2.0 * ln) + self.lame() * ln * ln;
             return 0.5 * self.volume * dense;
         }
         let (mean, deviator) = self.kirchhoff();
@@ -784,12 +788,12 @@ impl Reference {
             let diagonal = Matrix3::from_diagonal(&eigen.eigenvalues.map(of));
             eigen.eigenvectors * diagonal * eigen.eigenvectors.transpose()
         };
-        if let RefLaw::NeoHookean(whole) = &mut p.law {
-            *whole = f.fixed_view::<2, 2>(0, 0) * *whole;
+        if let RefLaw::NeoHookean(before) = p.law {
+            let whole = f.fixed_view::<2, 2>(0, 0) * before;
+            p.law = RefLaw::NeoHookean(whole);
             p.ratio = whole.determinant();
-            let lame = p.bulk - 2.0 / 3.0 * p.shear;
-            let round = lame * p.ratio.ln();
-            let b = *whole * whole.transpose();
+            let round = p.lame() * p.ratio.ln();
+            let b = whole * whole.transpose();
             let [xx, yy, zz] = [b.m11, b.m22, 1.0].map(|b| p.shear * (b - 1.0) + round);
             p.stress = [xx, yy, zz, p.shear * b.m12].map(|tau| tau / p.ratio);
             return;
@@ -835,8 +839,8 @@ impl Reference {
 }
 
 /// Returns a mean stress and a `tau` in Pa to Drucker-Prager's surfaces, `tau + q sigma <= k` and `sigma <= sigma_t`
-/// (Jiang 2020 eqs. 31 to 35). From beyond both it goes to that on whose side of the line it is that halves their corner, and to
-/// the corner if it would end beyond the other one. With the moduli it is scaled by the volume, which makes no difference.
+/// (Jiang 2020 eqs. 31 to 35). A line halves the corner of the two surfaces. A stress beyond both returns to the surface on its
+/// side of the line, or to the corner if it would end beyond the other surface. Only the ratio of the moduli matters.
 fn by_friction(numbers: &Frictional, mean: f64, tau: f64) -> (f64, f64) {
     let root = |angle: f64| (9.0 + 12.0 * angle.to_radians().tan().powi(2)).sqrt();
     let slope = |angle: f64| 3.0 * angle.to_radians().tan() / root(angle);
