@@ -13,8 +13,6 @@ use std::fs;
 use std::os::unix::fs::PermissionsExt;
 use std::path::{Path, PathBuf};
 use std::sync::Mutex;
-use std::sync::atomic::{AtomicU64, Ordering};
-use std::thread;
 use std::time::{Duration, Instant};
 
 use fastrand::Rng;
@@ -23,7 +21,7 @@ use serde_json::Value;
 use crate::harness::needs::Need;
 use crate::harness::seen::Seen;
 use crate::harness::{
-    Ended, PATIENCE, Place, Running, children, dice, scene, segments, signal, until,
+    Ended, PATIENCE, Place, Running, at_once, children, dice, scene, segments, signal, until,
 };
 
 /// What is set in the scene that is run if no other is asked for: a coupled run of some hundredths of a second.
@@ -196,14 +194,8 @@ impl Rig {
 
     /// Plays rounds, some at once.
     fn play(&self, first: u64, rounds: u64, jobs: u64) {
-        let next = AtomicU64::new(first);
-        let next = || Some(next.fetch_add(1, Ordering::Relaxed)).filter(|n| *n < first + rounds);
-        let one_after_another = || std::iter::from_fn(next).for_each(|number| self.round(number));
-        thread::scope(|scope| {
-            for _ in 0..jobs {
-                scope.spawn(one_after_another);
-            }
-        });
+        let numbers: Vec<u64> = (first..first + rounds).collect();
+        at_once(jobs as usize, &numbers, |number| self.round(*number));
     }
 
     /// Plays one round. Its files are kept if something is wrong.

@@ -198,7 +198,7 @@ fn a_slow_start_is_no_fault_and_an_endless_one_is_found_soon() {
     // The second: 3 s at first, 2 s for the first clause, which blocks the others.
     let silent = "sh -c 'sleep 600' silent";
     let both = [(late.as_str(), "20", 0), (silent, "3", 1)];
-    at_once(&both, |&(command, startup, expected)| {
+    at_once(both.len(), &both, |&(command, startup, expected)| {
         let (status, took) = code(command, startup);
         assert_eq!(status, Some(expected), "{command}");
         assert!(took < 300.0, "{took:.1} s");

@@ -266,7 +266,9 @@ fn a_pause_of_any_processes_costs_nothing() {
         &[mpm, dem],
         &[coupler, mpm, dem],
     ];
-    at_once(&who, |who| processes_are_stopped_for_a_while(who, state));
+    at_once(who.len(), &who, |who| {
+        processes_are_stopped_for_a_while(who, state);
+    });
 }
 
 #[test]
@@ -393,7 +395,7 @@ fn start_flawed<'a>(place: &'a Place, flaw: &str) -> Running<'a> {
 /// Interrupts runs whose solver hangs `at` a place, one once and one twice.
 fn a_run_that_hangs_is_interrupted(at: &str) {
     let ways = [(1, "they did not answer"), (2, "it was asked twice")];
-    at_once(&ways, |&(signals, reason)| {
+    at_once(ways.len(), &ways, |&(signals, reason)| {
         a_run_that_hangs_is_signalled(at, signals, reason);
     });
 }

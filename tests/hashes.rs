@@ -23,14 +23,12 @@
 use std::ffi::OsStr;
 use std::fs;
 use std::path::{Path, PathBuf};
-use std::sync::Mutex;
-use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::Duration;
 
 use coupler::record::summary::Status;
 use coupler::scene::Scene;
 
-use crate::harness::{Place, RunFiles, catalogue, root, scene};
+use crate::harness::{Place, RunFiles, at_once, catalogue, root, scene};
 
 /// Ways to run a scene that must not show in its result; the first is the one that the file was taken with.
 pub const WAYS: [&[&str]; 7] = [
@@ -48,7 +46,7 @@ const QUICK: f64 = 1.5;
 /// Longest wait for a run that is taken for the first time.
 const PATIENCE: Duration = Duration::from_mins(30);
 /// Runs at a time; each has three processes.
-const WORKERS: usize = 2;
+pub const WORKERS: usize = 2;
 
 const HEADER: &str = "scene,variant,exit,steps,state_hash,history_lines,history_blake3,wall_s";
 /// The variant that `tests/scenes.rs` runs of every scene.
@@ -252,29 +250,9 @@ fn wanted(case: &Case) -> bool {
     format!("{} {}", case.scene, case.variant).contains(&part)
 }
 
-/// Does all of the work, [`WORKERS`] pieces at a time; results in the order of the work.
-pub fn all<W: Sync, R: Send>(work: &[W], one: impl Fn(&W) -> R + Sync) -> Vec<R> {
-    let (next, results) = (AtomicUsize::new(0), Mutex::new(Vec::new()));
-    std::thread::scope(|scope| {
-        for _ in 0..WORKERS {
-            scope.spawn(|| {
-                loop {
-                    let k = next.fetch_add(1, Ordering::Relaxed);
-                    let Some(piece) = work.get(k) else { break };
-                    let result = one(piece);
-                    results.lock().unwrap().push((k, result));
-                }
-            });
-        }
-    });
-    let mut results = results.into_inner().unwrap();
-    results.sort_by_key(|(k, _)| *k);
-    results.into_iter().map(|(_, result)| result).collect()
-}
-
 /// Runs rows, each in its way, and asserts that they come out as the file says.
 fn assert_same_bits(work: &[(&Row, &[&str])]) {
-    let complaints = all(work, |(row, way)| {
+    let complaints = at_once(WORKERS, work, |(row, way)| {
         let Case { scene, variant } = &row.case;
         let name = format!("{scene}, variant {variant}, way {way:?}");
         let found = row.case.run(way, Some(row.outcome.lines), row.patience());
@@ -296,7 +274,7 @@ fn assert_same_bits(work: &[(&Row, &[&str])]) {
 #[test]
 fn every_quick_row_has_its_bits() {
     let rows = baseline();
-    // Those at the edge as well, but for one of a million steps.
+    // Those at the edge as well, longer ones too.
     let quick = rows.iter().filter(|row| {
         if row.case.is_at_the_edge() {
             row.wall < 5.0
@@ -384,7 +362,9 @@ fn a_difference_says_what_differs() {
 /// Writes rows as `baseline.csv` has them.
 fn retake(file: &OsStr) {
     let cases: Vec<Case> = cases().into_iter().filter(wanted).collect();
-    let rows = all(&cases, |case| case.run(WAYS[turn()], None, PATIENCE).line());
+    let rows = at_once(WORKERS, &cases, |case| {
+        case.run(WAYS[turn()], None, PATIENCE).line()
+    });
     let text = format!("{HEADER}\n{}\n", rows.join("\n"));
     fs::write(root().join(file), text).expect("the file can be written");
 }

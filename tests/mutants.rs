@@ -2,10 +2,10 @@
 //! clause must be broken by some mutant: a clause that no mutant can trip is no clause.
 
 use std::collections::{BTreeMap, BTreeSet};
-use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
 
+use crate::harness::at_once;
 use conformance::clause::{self, Clause, NamedMutant};
 use conformance::mutant::{Flaw, Flawed, ProcessFlaws, change};
 use conformance::mutant_program;
@@ -171,7 +171,7 @@ fn kept_by_the_flawless(of: Of) -> Vec<Kept> {
         .into_iter()
         .filter(|c| !c.of_processes && !c.is_random())
         .collect();
-    on_all_cores(&clauses, |clause| {
+    at_once(cores(), &clauses, |clause| {
         let logs = Arc::new(Mutex::new(Vec::new()));
         let heard = logs.clone();
         let subject = flawed(of, move || listening(&heard));
@@ -184,25 +184,9 @@ fn kept_by_the_flawless(of: Of) -> Vec<Kept> {
     })
 }
 
-/// What `work` makes of each item, in order.
-fn on_all_cores<T: Sync, R: Send>(items: &[T], work: impl Fn(&T) -> R + Sync) -> Vec<R> {
-    let next = AtomicUsize::new(0);
-    let done = Mutex::new(Vec::new());
-    std::thread::scope(|scope| {
-        for _ in 0..std::thread::available_parallelism().map_or(1, usize::from) {
-            scope.spawn(|| {
-                loop {
-                    let k = next.fetch_add(1, Ordering::Relaxed);
-                    let Some(item) = items.get(k) else { return };
-                    let result = work(item);
-                    done.lock().expect("no panic").push((k, result));
-                }
-            });
-        }
-    });
-    let mut done = done.into_inner().expect("no panic");
-    done.sort_by_key(|(k, _)| *k);
-    done.into_iter().map(|(_, result)| result).collect()
+/// Pieces of work at a time.
+fn cores() -> usize {
+    std::thread::available_parallelism().map_or(1, usize::from)
 }
 
 /// What is wrong with how a mutant was judged.
@@ -248,12 +232,12 @@ fn every_mutant_breaks_its_clause_alone(of: Of) {
         .into_iter()
         .filter(judged)
         .collect();
-    let mut work = on_all_cores(&mutants, |mutant| {
+    let mut work = at_once(cores(), &mutants, |mutant| {
         (mutant.clone(), to_be_judged(&kept, mutant))
     });
     // The longest first, so that none is waited for alone at the end.
     work.sort_by_key(|(_, asked)| std::cmp::Reverse(asked.len()));
-    let wrong = on_all_cores(&work, |(mutant, asked)| {
+    let wrong = at_once(cores(), &work, |(mutant, asked)| {
         if !asked.iter().any(|id| id == mutant.clause.id) {
             return vec![format!("{}: does nothing where it is judged", mutant.name)];
         }
@@ -289,7 +273,7 @@ fn every_mutant_of_physics_is_found_by_its_clause(of: Of) {
         .filter(|c| c.is_random())
         .map(|c| c.id.into())
         .collect();
-    let wrong = on_all_cores(&mutants, |mutant| {
+    let wrong = at_once(cores(), &mutants, |mutant| {
         let start = Instant::now();
         let subject = flawed(of, mutant.mutant.flaw);
         let mut options = options(all.clone());

@@ -2,8 +2,8 @@
 
 use std::path::Path;
 
-use crate::harness::{Place, RunFiles, catalogue, has, root, scene};
-use crate::hashes::{Outcome, QUICK_VARIANT, Row, WAYS, all, baseline};
+use crate::harness::{Place, RunFiles, at_once, catalogue, has, root, scene};
+use crate::hashes::{Outcome, QUICK_VARIANT, Row, WAYS, WORKERS, baseline};
 use serde_json::Value;
 
 /// What a value of the summary is.
@@ -63,7 +63,7 @@ fn is(value: &Value, kind: Kind) -> bool {
 
 /// All keys of `summary.json`, with the types that scripts rely on.
 #[track_caller]
-fn assert_complete(files: &RunFiles, way: &[&str]) {
+fn assert_complete(files: &RunFiles) {
     let summary = &files.summary;
     for (key, kind) in KEYS {
         assert!(
@@ -83,10 +83,8 @@ fn assert_complete(files: &RunFiles, way: &[&str]) {
             let time = summary[key][party].as_f64();
             time.unwrap_or_else(|| panic!("{key}.{party} is missing"))
         });
-        // In one process they are differences of wall and CPU times (docs/next.md), which other programs change.
-        let apart = !way.contains(&"--in-process");
         assert!(
-            !apart || 0.0 <= stepping && stepping <= all,
+            0.0 <= stepping && stepping <= all,
             "{party}: {stepping} of {all} s"
         );
         for part in ["compute", "exchange", "wait"] {
@@ -162,7 +160,7 @@ fn runs_and_reads_back(row: &Row, way: &[&str]) {
     let files = RunFiles::read(&place.path("out"));
     let differences = row.outcome.differences(&Outcome::of(&files, 0, None));
     assert!(differences.is_empty(), "{way:?}: {differences:?}");
-    assert_complete(&files, way);
+    assert_complete(&files);
     assert_eq!(files.text("status"), "done");
     assert_eq!(files.summary["reason"], Value::Null);
     let checks = files.summary["checks"].as_array().unwrap();
@@ -216,7 +214,7 @@ fn every_scene_passes_and_reads_back() {
     let mut scenes = catalogue();
     scenes.retain(|path| !path.starts_with(root().join("scenes/extreme")));
     assert_eq!(rows.len(), scenes.len(), "each has a variant `quick`");
-    let failed = all(&rows, |(row, way)| {
+    let failed = at_once(WORKERS, &rows, |(row, way)| {
         let passes = std::panic::catch_unwind(|| runs_and_reads_back(row, way));
         passes.err().map(|_| row.case.scene.clone())
     });
@@ -302,7 +300,7 @@ fn a_check_that_fails_is_exit_1_and_says_so() {
     assert_eq!(files.text("status"), "check_failed");
     assert_eq!(files.check("kinetic energy handed over")["pass"], false);
     assert_eq!(files.check("the collision is over")["pass"], true);
-    assert_complete(&files, &[]);
+    assert_complete(&files);
 }
 
 /// Below tan 33 = 0.649 nothing holds the block of `sudden_load`, and its check of standing says so.

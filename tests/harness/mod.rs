@@ -12,6 +12,8 @@ use std::fs::{self, File};
 use std::os::unix::process::ExitStatusExt;
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, ExitStatus, Stdio};
+use std::sync::Mutex;
+use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::{Duration, Instant};
 
 use serde_json::Value;
@@ -585,14 +587,28 @@ pub fn has(text: &str, words: &str) {
     assert!(text.contains(words), "no `{words}` in: {text}");
 }
 
-/// Does each piece of the work in a thread of its own: for work that waits.
-pub fn at_once<W: Sync>(work: &[W], one: impl Fn(&W) + Sync) {
-    let one = &one;
+/// Does all of the work, so many pieces at a time; results in the order of the work.
+pub fn at_once<W: Sync, R: Send>(
+    pieces: usize,
+    work: &[W],
+    one: impl Fn(&W) -> R + Sync,
+) -> Vec<R> {
+    let (next, results) = (AtomicUsize::new(0), Mutex::new(Vec::new()));
     std::thread::scope(|scope| {
-        for piece in work {
-            scope.spawn(move || one(piece));
+        for _ in 0..pieces {
+            scope.spawn(|| {
+                loop {
+                    let k = next.fetch_add(1, Ordering::Relaxed);
+                    let Some(piece) = work.get(k) else { break };
+                    let result = one(piece);
+                    results.lock().unwrap().push((k, result));
+                }
+            });
         }
     });
+    let mut results = results.into_inner().unwrap();
+    results.sort_by_key(|(k, _)| *k);
+    results.into_iter().map(|(_, result)| result).collect()
 }
 
 /// Looks until something is found, for `limit` at most.
