@@ -12,6 +12,8 @@ use super::start::{Place, Start};
 use crate::StudyError;
 use crate::output;
 
+/// Has the number of the array.
+const NOTE: &str = "slurm.job";
 /// Time between two looks at the directories of the runs.
 const LOOK: Duration = Duration::from_millis(500);
 /// Time between two questions to the queue.
@@ -27,14 +29,16 @@ pub(super) fn work(
     place: &Place,
     look: &mut dyn FnMut() -> usize,
 ) -> Result<(), StudyError> {
-    let noted = place.runs.join("slurm.job");
+    let noted = place.runs.join(NOTE);
     let earlier = files::read_named_text(&noted, SMALL).ok();
     let job = if let Some(job) = earlier.filter(|job| is_queued(job)) {
         tracing::info!("waiting for the job {job} of an earlier call");
         job
     } else {
         let job = submit(starts, place)?;
-        output::write(&noted, &job)?;
+        // Whole or not at all: a call that is killed while it writes must not leave an array that nobody waits for.
+        files::replace(place.runs, NOTE, job.as_bytes(), false)
+            .map_err(StudyError::file("write", &noted))?;
         tracing::info!("submitted the job {job}");
         job
     };
