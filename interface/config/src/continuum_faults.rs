@@ -137,11 +137,12 @@ impl MpmConfig {
                         reached has no bound, and usl strains the point by it; another way out is \"ugimp\" or a B-spline";
             found.add("mpm.stress_update", "\"usl\"", "\"usavg\"", help);
         }
-        // Measured: it gains energy within tens of steps, the more quickly the shorter they are; with B-splines it does
+        // Measured: they gain energy within tens of steps, the more quickly the shorter they are; with B-splines they do
         // not (docs/results/verification.md).
-        if last && self.grid_contact.is_some() && self.shape == ShapeFunction::Ugimp {
-            let help = "usl is unstable with grid_contact and shape = \"ugimp\"; another way out is a B-spline";
-            found.add("mpm.stress_update", "\"usl\"", "\"usf\"", help);
+        let by_contact = last || self.stress_update == StressUpdate::Usavg;
+        if by_contact && self.grid_contact.is_some() && self.shape == ShapeFunction::Ugimp {
+            let help = "usl and usavg are unstable with grid_contact and shape = \"ugimp\": take a B-spline";
+            found.add("mpm.shape", "\"ugimp\"", "\"quadratic_bspline\"", help);
         }
         let shares =
             |m: &MaterialConfig| matches!(&m.model, MaterialModel::MuI(m) if m.volume_rate > 0.0);

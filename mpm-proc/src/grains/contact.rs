@@ -9,6 +9,10 @@
 //!
 //! This does not apply to a rigid grain, because it cannot move at one node alone ([`super::onto_rigid`]).
 
+use core::ops::AddAssign;
+
+use serde::{Deserialize, Serialize};
+
 use crate::kernel::tiles::{NODES, first_node, node};
 use crate::state::grid::Grid;
 use crate::state::images::Images;
@@ -20,6 +24,23 @@ pub type Gradients = [[f64; 2]; NODES];
 
 /// Marks a tile that no other grain has.
 const ALONE: u32 = u32::MAX;
+
+/// Energies in J/m that contact dissipates.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
+pub struct Losses {
+    /// By friction.
+    pub friction: f64,
+    /// By impulses along the normal, since impacts of nodes are inelastic. Negative where they give energy: a node may
+    /// part before the kick that presses it on another.
+    pub impact: f64,
+}
+
+impl AddAssign for Losses {
+    fn add_assign(&mut self, other: Self) {
+        self.friction += other.friction;
+        self.impact += other.impact;
+    }
+}
 
 /// The nodes on which grains may touch.
 #[derive(Debug, Default)]
@@ -152,9 +173,9 @@ impl SharedNodes {
     }
 
     /// Corrects the velocities of approaching grains at every shared node. `nodes` are the tiles of each grain; grains
-    /// in `rigid` are left out. Returns the energy in J/m that friction dissipates.
-    pub fn touch(&self, nodes: &mut [&mut [NodeTile]], rigid: &[bool], friction: f64) -> f64 {
-        let mut work = 0.0;
+    /// in `rigid` are left out.
+    pub fn touch(&self, nodes: &mut [&mut [NodeTile]], rigid: &[bool], friction: f64) -> Losses {
+        let mut losses = Losses::default();
         let mut parties = Vec::new();
         for together in self.places() {
             for i in bits(together.iter().fold(0, |met, shared| met | shared.met)) {
@@ -173,14 +194,14 @@ impl SharedNodes {
                     })
                 }));
                 if parties.len() > 1 {
-                    work += collide(&mut parties, friction);
+                    losses += collide(&mut parties, friction);
                     for p in &parties {
                         nodes[p.grain][p.tile].after[i] = p.velocity;
                     }
                 }
             }
         }
-        work
+        losses
     }
 }
 
@@ -201,8 +222,8 @@ pub fn way_out(own: [f64; 2], others: [f64; 2]) -> Option<[f64; 2]> {
     (length > 0.0).then(|| way.map(|c| c / length))
 }
 
-/// Contact of the grains at one node; returns the energy in J/m that friction dissipates.
-fn collide(parties: &mut [Party], friction: f64) -> f64 {
+/// Contact of the grains at one node.
+fn collide(parties: &mut [Party], friction: f64) -> Losses {
     let mass: f64 = parties.iter().map(|p| p.mass).sum();
     let sum = |of: &dyn Fn(&Party) -> [f64; 2]| {
         let mut sum = [0.0; 2];
@@ -240,16 +261,18 @@ fn collide(parties: &mut [Party], friction: f64) -> f64 {
     });
     // The work of an impulse in a kick is the impulse times the mean of the velocities before and after the whole kick.
     // So sticking dissipates nothing: friction removes the energy that forces supplied in the same kick.
-    let mut work = 0.0;
+    let mut losses = Losses::default();
     for p in parties {
         for a in 0..2 {
-            p.velocity[a] += p.change[0][a] - excess[0][a];
-            let rubbed = p.change[1][a] - excess[1][a];
+            let [pressed, rubbed] = [0, 1].map(|k| p.change[k][a] - excess[k][a]);
+            p.velocity[a] += pressed;
             p.velocity[a] += rubbed;
-            work -= 0.5 * p.mass * rubbed * (p.before[a] + p.velocity[a]);
+            let mean = 0.5 * (p.before[a] + p.velocity[a]);
+            losses.impact -= p.mass * pressed * mean;
+            losses.friction -= p.mass * rubbed * mean;
         }
     }
-    work
+    losses
 }
 
 #[cfg(test)]
@@ -281,18 +304,20 @@ mod tests {
     fn those_that_approach_go_on_together_along_the_normal_and_slide() {
         let mut pair = two([3.0, 1.0], [0.0, 0.0]);
         let before = momentum(&pair);
-        assert_eq!(collide(&mut pair, 0.0), 0.0);
+        let lost = collide(&mut pair, 0.0);
         assert_eq!(
             [pair[0].velocity, pair[1].velocity],
             [[2.0, 1.0], [2.0, 0.0]]
         );
+        // The relative speed of 3 of the reduced mass 2/3.
+        assert_eq!([lost.friction, lost.impact], [0.0, 3.0]);
         assert_eq!(momentum(&pair), before);
     }
 
     #[test]
     fn those_that_part_are_left_alone() {
         let mut pair = two([-1.0, 5.0], [1.0, 0.0]);
-        assert_eq!(collide(&mut pair, 10.0), 0.0);
+        assert_eq!(collide(&mut pair, 10.0), Losses::default());
         assert_eq!(
             [pair[0].velocity, pair[1].velocity],
             [[-1.0, 5.0], [1.0, 0.0]]
@@ -303,7 +328,7 @@ mod tests {
     #[test]
     fn friction_slips_at_its_limit_and_sticks_below() {
         let mut pair = two([3.0, 6.0], [0.0, 0.0]);
-        let work = collide(&mut pair, 0.5);
+        let work = collide(&mut pair, 0.5).friction;
         // Normal impulse 2 x 1 = 2; friction 1: 0.5 m/s of mass 2, 1 m/s of mass 1.
         assert_eq!(
             [pair[0].velocity, pair[1].velocity],
@@ -327,7 +352,7 @@ mod tests {
             p.before = [0.0; 2];
         }
         let before = momentum(&pair);
-        let work = collide(&mut pair, 0.5);
+        let work = collide(&mut pair, 0.5).friction;
         assert!((momentum(&pair)[1] - before[1]).abs() < 1e-15);
         for p in &pair {
             assert!((p.velocity[1] - common[1]).abs() < 1e-15, "{p:?}");

@@ -28,7 +28,7 @@ use crate::state::continuum::{Continuum, SavedContinuum};
 use crate::state::grid::Grid;
 use crate::state::saved::FORMAT;
 use crate::step;
-use contact::SharedNodes;
+use contact::{Losses, SharedNodes};
 use mechanics::threads::Threads;
 use rigid::{MotionState, RigidMotion, move_rigidly};
 
@@ -56,8 +56,8 @@ pub struct Grains<const W: usize, S: Shape<W>, A: AffineState> {
 /// The state of grains besides each of them, all of which is saved.
 #[derive(Debug, Clone, Copy, Default, Serialize, Deserialize)]
 struct GrainsState {
-    /// Dissipated by friction between grains so far in J/m.
-    friction_work: f64,
+    /// By contact between grains so far.
+    lost: Losses,
     /// Whether bodies of the other solver are near. Grains do not feel them, so the run stops.
     bodies_near: bool,
 }
@@ -89,16 +89,16 @@ impl<const W: usize, S: Shape<W>, A: AffineState> Grains<W, S, A> {
     /// moves its points.
     fn correct(&mut self, step: &Step) -> Result<Limits, Fault> {
         self.each(&|grain| grain.move_nodes(step))?; //  v_g^L                                 Bardenhagen (8) ... (11)
-        let slid = if step.kick() > 0.0 {
+        let lost = if step.kick() > 0.0 {
             self.touch() //                              v_g~                                  Bardenhagen (12) ... (24)
         } else {
-            0.0 // the opening step has no velocities of its own
+            Losses::default() // the opening step has no velocities of its own
         };
         let limits = self.each(&|grain| grain.move_points(step))?;
         if step.measure {
-            self.measure(step.centring() * slid);
+            self.measure(step.centring(), lost);
         }
-        self.state.friction_work += slid;
+        self.state.lost += lost;
         Ok(limits)
     }
 
@@ -116,8 +116,8 @@ impl<const W: usize, S: Shape<W>, A: AffineState> Grains<W, S, A> {
         Ok(limits)
     }
 
-    /// Contact on shared nodes; returns the energy in J/m that friction dissipates.
-    fn touch(&mut self) -> f64 {
+    /// Contact on shared nodes.
+    fn touch(&mut self) -> Losses {
         self.shared.find(self.all.iter().map(|g| &g.continuum.grid));
         for (number, grain) in self.all.iter().enumerate() {
             self.shared.add_density_gradients(number, &grain.continuum);
@@ -130,23 +130,31 @@ impl<const W: usize, S: Shape<W>, A: AffineState> Grains<W, S, A> {
             .iter_mut()
             .map(|g| (&mut g.continuum.grid.tiles[..], &mut g.rigid))
             .unzip();
-        let mut work = self.shared.touch(&mut nodes, &rigid, friction);
+        let mut lost = self.shared.touch(&mut nodes, &rigid, friction);
         for (number, motion) in motions.into_iter().enumerate() {
             if let Some(motion) = motion {
                 let shared = &self.shared;
-                work += shared.press_on(number, motion, &mut nodes, &rigid, &geometry, friction);
+                lost.friction +=
+                    shared.press_on(number, motion, &mut nodes, &rigid, &geometry, friction);
             }
         }
         for grain in &mut self.all {
             let Grid { images, tiles, .. } = &mut grain.continuum.grid;
             follow(images, tiles);
         }
-        work
+        if !self.all[0].continuum.books_kick() {
+            lost.impact = 0.0;
+        }
+        lost
     }
 
-    fn measure(&mut self, slid: f64) {
+    /// Takes the share `centring` of what the present step has `lost`. Energy that impacts give beyond what they have
+    /// taken is created, and stays in the residual.
+    fn measure(&mut self, centring: f64, lost: Losses) {
         several::measure(&mut self.measurement, self.all.iter().map(|g| &g.continuum));
-        self.measurement.ledger.friction_work += self.state.friction_work + slid;
+        let ledger = &mut self.measurement.ledger;
+        ledger.friction_work += self.state.lost.friction + centring * lost.friction;
+        ledger.viscous_work += (self.state.lost.impact + centring * lost.impact).max(0.0);
     }
 }
 

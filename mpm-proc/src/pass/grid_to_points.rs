@@ -34,7 +34,7 @@ pub fn grid_to_points<const W: usize, S: Shape<W>, A: AffineState>(
 ) -> Result<(), Fault> {
     match continuum.stress_update {
         // The velocities were gathered, and mapped to the field that strains the points.
-        StressUpdate::Musl | StressUpdate::Usavg => {
+        StressUpdate::Musl | StressUpdate::Usavg if continuum.maps_kicked() => {
             transfer_pass::<W, false, true, S, A>(continuum, Which::All, dt);
         }
         StressUpdate::Usf if continuum.maps_near_loads() => {
@@ -46,7 +46,7 @@ pub fn grid_to_points<const W: usize, S: Shape<W>, A: AffineState>(
             transfer_pass::<W, false, true, S, A>(continuum, Which::NearLoad, dt);
             transfer_pass::<W, true, true, S, A>(continuum, Which::Elsewhere, dt);
         }
-        StressUpdate::Usf | StressUpdate::Usl => {
+        _ => {
             transfer_pass::<W, true, true, S, A>(continuum, Which::All, dt);
         }
     }

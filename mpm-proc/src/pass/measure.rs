@@ -15,6 +15,7 @@ use crate::kernel::transfer::AffineState;
 use crate::state::continuum::Continuum;
 use crate::state::imps::Imps;
 use crate::state::markers::Markers;
+use crate::state::nodes::NodeTile;
 use crate::state::point_set::PointSet;
 use crate::state::points::{Cloud, StressReport};
 use crate::state::totals::KickWork;
@@ -51,6 +52,10 @@ pub fn update_ledger<const W: usize, S: Shape<W>, A: AffineState>(
             continuum.kick.transfer += tile.smoothing_work;
         }
         continuum.state.totals.applied_impulse += continuum.holds.impulse;
+        if continuum.books_kick() {
+            let gained = continuum.grid.tiles.iter().map(NodeTile::gained);
+            continuum.kick.transfer += gained.sum::<f64>() + continuum.kinetic_of_points();
+        }
         if let Some(damping) = continuum.damping_of_points() {
             let impulse = damping.beyond_nodes(&continuum.clouds, &continuum.grid);
             continuum.state.totals.applied_impulse += impulse;
@@ -120,6 +125,9 @@ pub fn close_ledger<const W: usize, S: Shape<W>, A: AffineState>(
             0.5 * cloud.mass * of_tiles.sum::<f64>()
         };
         continuum.kick.transfer += continuum.clouds.iter().map(taken).sum::<f64>();
+        if continuum.books_kick() {
+            continuum.kick.transfer -= continuum.kinetic_of_points();
+        }
     }
     let kick = continuum.kick;
     if step.measure {
@@ -137,6 +145,16 @@ pub fn close_ledger<const W: usize, S: Shape<W>, A: AffineState>(
     continuum.state.totals.viscous_work += kick.damping;
     continuum.state.totals.driven_work += kick.driven;
     continuum.state.totals.transfer_work += kick.transfer;
+}
+
+impl<const W: usize, S: Shape<W>, A: AffineState> Continuum<W, S, A> {
+    /// In J/m.
+    fn kinetic_of_points(&self) -> f64 {
+        self.clouds
+            .iter()
+            .map(|cloud| cloud.motions().kinetic)
+            .sum()
+    }
 }
 
 /// Takes the quantities at `t_{n+1/2}`, with the weight `after`.

@@ -39,7 +39,8 @@ pub fn update_stress_first<const W: usize, S: Shape<W>, A: AffineState>(
 }
 
 /// The stress at `t_{n+1}`, from velocities after the kick: those of the nodes (USL), or those of the points, mapped to
-/// the nodes once more (MUSL; and USAVG, which updates up to the middle of the step).
+/// the nodes once more (MUSL; and USAVG, which updates up to the middle of the step). Contact on the grid has acted on the
+/// first alone, so there USAVG takes those (docs/energy.md).
 pub fn update_stress_last<const W: usize, S: Shape<W>, A: AffineState>(
     continuum: &mut Continuum<W, S, A>,
     dt: f64,
@@ -48,7 +49,8 @@ pub fn update_stress_last<const W: usize, S: Shape<W>, A: AffineState>(
         StressUpdate::Usf => return,
         StressUpdate::Usl => (Velocity::After, dt),
         StressUpdate::Musl => (Velocity::Before, dt),
-        StressUpdate::Usavg => (Velocity::Before, 0.5 * dt),
+        StressUpdate::Usavg if continuum.maps_kicked() => (Velocity::Before, 0.5 * dt),
+        StressUpdate::Usavg => (Velocity::After, 0.5 * dt),
     };
     if velocity == Velocity::Before {
         transfer_pass::<W, true, false, S, A>(continuum, Which::All, 0.0);

@@ -99,6 +99,24 @@ impl<const W: usize, S: Shape<W>, A: AffineState> Continuum<W, S, A> {
             || matches!(self.stress_update, StressUpdate::Usf | StressUpdate::Usl)
     }
 
+    /// Whether the velocities of points after the kick are mapped to the nodes within the step. Contact on the grid would
+    /// not have acted on what the nodes get.
+    pub fn maps_kicked(&self) -> bool {
+        match self.stress_update {
+            StressUpdate::Usf | StressUpdate::Usl => false,
+            StressUpdate::Musl => true,
+            StressUpdate::Usavg => self.drift == Drift::Mapped,
+        }
+    }
+
+    /// Whether what FLIP and contact on the grid lose in a kick are terms of the ledger. Where all of the stress is updated
+    /// before or after the kick, its work has a part of them with the opposite sign (docs/energy.md).
+    pub fn books_kick(&self) -> bool {
+        let mean = self.stress_update == StressUpdate::Usavg && !self.maps_kicked();
+        let flip = self.transfer.increment && self.transfer.pic_fraction() == 0.0;
+        mean && flip && !A::PRESENT && self.transfer.filter.is_none() && self.damping.is_none()
+    }
+
     /// Whether points near loads move with velocities that are mapped once more for them.
     pub fn maps_near_loads(&self) -> bool {
         let mapped = self.drift == Drift::Mapped && !self.loaded.is_empty();

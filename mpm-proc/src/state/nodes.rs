@@ -51,6 +51,16 @@ pub struct NodeTile {
 }
 
 impl NodeTile {
+    /// Kinetic energy that its nodes gain in the kick, in J/m.
+    pub fn gained(&self) -> f64 {
+        let nodes = self.mass.iter().zip(&self.before).zip(&self.after);
+        let twice = nodes.map(|((m, before), after)| {
+            let gain = |a: usize| (after[a] - before[a]) * (after[a] + before[a]);
+            m * (gain(0) + gain(1))
+        });
+        0.5 * twice.sum::<f64>()
+    }
+
     /// Momentum of the nodes before the kick in N s/m, and their angular momentum in N s.
     pub fn momentum_before(&self, geometry: &Geometry) -> [f64; 3] {
         let origin = first_node(self.at);
