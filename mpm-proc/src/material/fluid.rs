@@ -51,6 +51,9 @@ impl Material for Fluid {
 
     #[inline(always)]
     fn update(&self, point: &mut Point<()>, by: &Deformation, per_dt: f64) -> Dissipated {
+        if per_dt == 0.0 {
+            return Dissipated::NOTHING; // an interval of no length keeps the stress of the one before
+        }
         point.volume *= swelling(by.xx + by.yy);
         let pressure = splat(self.bulk / self.exponent) * (self.power(point.volume) - splat(1.0));
         // 2 mu dev(D)
@@ -161,5 +164,14 @@ mod tests {
         let [xx, _, _, xy] = stress(&path.point);
         assert!((xy / (8.9e-4 * rate) - 1.0).abs() < 1e-12 && xx.abs() < 1e-12);
         assert!((path.viscous / (8.9e-4 * rate * 2.0) - 1.0).abs() < 1e-12);
+    }
+
+    #[test]
+    fn an_interval_of_no_length_keeps_the_stress() {
+        let mut path = Path::new(WATER);
+        path.shear(0.02, 1);
+        let before = stress(&path.point);
+        WATER.update(&mut path.point, &Deformation::NOTHING, 0.0);
+        assert!(before[3] > 0.0 && stress(&path.point) == before);
     }
 }
