@@ -205,16 +205,17 @@ impl WallNodes {
 
     /// The velocity of `node` after the walls have acted, without friction.
     pub fn hold(&self, node: [i64; 2], v: [f64; 2]) -> [f64; 2] {
-        self.act(node, v, 0.0)
+        self.act(node, v, 0.0)[0]
     }
 
-    /// The velocity of `node` after a kick, after the walls have acted. Friction can reduce the velocity along a wall
-    /// by its coefficient times the velocity into the wall that the wall removes.
-    pub fn hold_after_kick(&self, node: [i64; 2], v: [f64; 2]) -> [f64; 2] {
+    /// The velocity of `node` after a kick, after the walls have acted, and what friction has taken of it. Friction can reduce the
+    /// velocity along a wall by its coefficient times the velocity into the wall that the wall removes.
+    pub fn hold_after_kick(&self, node: [i64; 2], v: [f64; 2]) -> [[f64; 2]; 2] {
         self.act(node, v, 1.0)
     }
 
-    fn act(&self, node: [i64; 2], mut v: [f64; 2], friction: f64) -> [f64; 2] {
+    fn act(&self, node: [i64; 2], mut v: [f64; 2], friction: f64) -> [[f64; 2]; 2] {
+        let mut taken = [0.0; 2];
         for a in 0..2 {
             match self.at(node, a) {
                 (Hold::Nothing, _) => {}
@@ -226,31 +227,26 @@ impl WallNodes {
                     let into = (v[a] * out).max(0.0);
                     v[a] -= into * out;
                     let most = friction * coefficient * into;
-                    v[1 - a] -= v[1 - a].clamp(-most, most);
+                    let along = v[1 - a];
+                    v[1 - a] -= along.clamp(-most, most);
+                    taken[1 - a] += along - v[1 - a];
                 }
             }
         }
-        v
-    }
-
-    /// Work of friction per mass in a kick, in m^2/s^2, from the velocities of a node `before` the kick, after it
-    /// without the wall (`free`) and with it (`held`). The work of an impulse in a kick is the impulse times the mean
-    /// of the velocities before and after the whole kick.
-    pub fn slid(&self, node: [i64; 2], before: [f64; 2], free: [f64; 2], held: [f64; 2]) -> f64 {
-        let mut work = 0.0;
-        for a in 0..2 {
-            if let (Hold::Into(_), _) = self.at(node, a) {
-                let along = 1 - a;
-                work += 0.5 * (free[along] - held[along]) * (before[along] + held[along]);
-            }
-        }
-        work
+        [v, taken]
     }
 
     /// Whether points may lie a little beyond the wall, because it holds them: along x and y, low and high end.
     pub fn closed(&self) -> [[bool; 2]; 2] {
         self.hold.map(|ends| ends.map(|h| h != Hold::Nothing))
     }
+}
+
+/// Work of friction per mass in a kick, in m^2/s^2: what it has `taken`, times the mean of the velocities `before` the whole kick
+/// and after it (`held`).
+pub fn slid(before: [f64; 2], [held, taken]: [[f64; 2]; 2]) -> f64 {
+    let along = |a: usize| 0.5 * taken[a] * (before[a] + held[a]);
+    along(0) + along(1)
 }
 
 #[cfg(test)]
@@ -268,15 +264,30 @@ mod tests {
             [10, 20],
             true,
         );
-        assert_eq!(walls.hold_after_kick([5, 0], [3.0, -2.0]), [2.0, 0.0]);
-        assert_eq!(walls.hold_after_kick([5, 0], [-0.5, -2.0]), [0.0, 0.0]);
-        assert_eq!(walls.hold_after_kick([5, 0], [3.0, 2.0]), [3.0, 2.0]);
+        let after = |walls: &WallNodes, node, free| walls.hold_after_kick(node, free)[0];
+        assert_eq!(after(&walls, [5, 0], [3.0, -2.0]), [2.0, 0.0]);
+        assert_eq!(after(&walls, [5, 0], [-0.5, -2.0]), [0.0, 0.0]);
+        assert_eq!(after(&walls, [5, 0], [3.0, 2.0]), [3.0, 2.0]);
         assert_eq!(walls.hold([5, 0], [3.0, -2.0]), [3.0, 0.0]);
         // Sticking loses nothing of the energy that a force gives in the same kick; sliding loses force times distance.
-        let work =
-            |before, free| walls.slid([5, 0], before, free, walls.hold_after_kick([5, 0], free));
+        let work = |before, free| slid(before, walls.hold_after_kick([5, 0], free));
         assert_eq!(work([0.0; 2], [0.5, -2.0]), 0.0);
         assert_eq!(work([3.0, 0.0], [3.0, -2.0]), 2.5);
+    }
+
+    /// What a wall takes of the motion into it is no work of the friction of another wall that this motion is along.
+    #[test]
+    fn in_a_corner_only_friction_rubs() {
+        let friction = Wall::Friction { coefficient: 0.5 };
+        let both = Walls {
+            left: friction,
+            bottom: friction,
+            ..Walls::default()
+        };
+        let walls = WallNodes::new(&both, [10, 20], true);
+        let held = walls.hold_after_kick([0, 0], [-1.0, 4.0]);
+        assert_eq!(held, [[0.0, 3.5], [0.0, 0.5]]);
+        assert_eq!(slid([2.0, 4.0], held), 0.25 * 7.5);
     }
 
     #[test]
@@ -336,13 +347,15 @@ mod tests {
         };
         let held = walls(true);
         assert_eq!(held.hold([0, 5], [3.0, -2.0]), [3.0, 0.0]);
-        assert_eq!(held.hold_after_kick([4, 20], [3.0, -2.0]), [0.0, -2.0]);
+        assert_eq!(
+            held.hold_after_kick([4, 20], [3.0, -2.0]),
+            [[0.0, -2.0], [0.0; 2]]
+        );
         assert_eq!(held.hold([0, 20], [3.0, -2.0]), [0.0; 2]);
         assert_eq!(
             [held.free([0, 5]), held.free([4, 20])],
             [[1.0, 0.0], [0.0, 1.0]]
         );
-        assert_eq!(held.slid([0, 5], [3.0, -2.0], [3.0, -2.0], [3.0, 0.0]), 0.0);
         assert_eq!(held.original([-1, 3]), Some(([1, 3], [1.0, -1.0], false)));
         assert_eq!(held.original([4, 22]), Some(([4, 18], [-1.0, 1.0], false)));
         assert_eq!(walls(false).original([-1, 3]), None);
