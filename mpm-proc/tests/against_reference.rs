@@ -78,7 +78,7 @@ fn compare_at(
         reference.step(before, dt, &forces);
         for a in 0..2 {
             impulse[a] +=
-                reference.wall_impulse[a] + 0.5 * (before + dt) * mass * config.gravity[a];
+                reference.told.applied[a] + 0.5 * (before + dt) * mass * config.gravity[a];
         }
         let states = mpm.imp_states().iter().zip(&forces);
         for ((p, f), r) in states.zip(&reference.points) {

@@ -110,9 +110,9 @@ fn affine_transfers_conserve_angular_momentum() {
             walls: interface::config::Walls::default(),
             stress_update: interface::config::StressUpdate::Usf,
             drift: interface::config::Drift::Nodal,
-            wall_impulse: [0.0; 2],
-            elastic: 0.0,
-            plastic: 0.0,
+            body_force: None,
+            time: 0.0,
+            told: mechanics::reference::Told::default(),
         };
         let spin = |r: &Reference| -> f64 {
             r.points

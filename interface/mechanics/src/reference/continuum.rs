@@ -7,14 +7,15 @@
 
 use std::collections::HashSet;
 
-use interface::config::material::Frictional;
 use interface::config::{
-    Drift, MaterialModel, MpmConfig, ShapeFunction, StressUpdate, Transfer, Wall, Walls,
+    Drift, MpmConfig, Plane, ShapeFunction, StressUpdate, Transfer, Wall, Walls,
 };
+use interface::impulse::at;
 use interface::message::wire::ImpForce;
 
+use super::material::{RefPoint, law};
 use crate::expression::{Expression, Meaning};
-use crate::fill::{fill, refuse_overlap};
+use crate::fill::{FilledRegion, fill, refuse_overlap};
 
 /// A shape function of the distance from a node in cells, and its derivative, as the paper prints them.
 #[derive(Debug, Clone, Copy)]
@@ -64,82 +65,6 @@ impl Kernel {
     }
 }
 
-/// The law of a point. The first three have Hencky's elasticity.
-#[derive(Debug, Clone, Copy, Default, PartialEq)]
-pub enum RefLaw {
-    /// It does not yield.
-    #[default]
-    Elastic,
-    /// Yield stress and hardening modulus in Pa.
-    VonMises([f64; 2]),
-    /// Strength by friction.
-    DruckerPrager(Frictional),
-    /// Deformation gradient so far.
-    NeoHookean(nalgebra::Matrix2<f64>),
-}
-
-/// A point.
-#[derive(Debug, Clone, Copy, Default)]
-pub struct RefPoint {
-    /// Its group.
-    pub group: usize,
-    /// Position in m.
-    pub x: [f64; 2],
-    /// Velocity in m/s.
-    pub v: [f64; 2],
-    /// `B_p` in m^2/s.
-    pub b: [[f64; 2]; 2],
-    /// Cauchy stress xx, yy, zz, xy in Pa.
-    pub stress: [f64; 4],
-    /// Volume over the initial one.
-    pub ratio: f64,
-    /// In kg/m.
-    pub mass: f64,
-    /// Initial volume in m^2.
-    pub volume: f64,
-    /// How far it has moved by a velocity that is still to be compared with the field of its strains, in m.
-    pub unsettled: [f64; 2],
-    /// Spin in rad/s of the field that moved it in the last step, if there was friction.
-    pub spin: f64,
-    /// Bulk modulus in Pa.
-    pub bulk: f64,
-    /// Shear modulus in Pa.
-    pub shear: f64,
-    /// The law of its material.
-    pub law: RefLaw,
-    /// Equivalent plastic strain of von Mises' material.
-    pub plastic_strain: f64,
-    /// Dissipated by plastic flow in J/m.
-    pub lost: f64,
-}
-
-impl RefPoint {
-    /// Kirchhoff stress in Pa: its mean, and its deviator.
-    fn kirchhoff(&self) -> (f64, nalgebra::Matrix3<f64>) {
-        let [xx, yy, zz, xy] = self.stress.map(|s| s * self.ratio);
-        let stress = nalgebra::Matrix3::new(xx, xy, 0.0, xy, yy, 0.0, 0.0, 0.0, zz);
-        let mean = stress.trace() / 3.0;
-        (mean, stress - nalgebra::Matrix3::identity() * mean)
-    }
-
-    /// `K - 2 G/3` in Pa.
-    fn lame(&self) -> f64 {
-        self.bulk - 2.0 / 3.0 * self.shear
-    }
-
-    /// Elastic energy in J/m.
-    pub fn stored(&self) -> f64 {
-        if let RefLaw::NeoHookean(f) = self.law {
-            let (ln, trace) = (self.ratio.ln(), f.norm_squared() + 1.0);
-            let dense = self.shear * (trace - 3.0 - 2.0 * ln) + self.lame() * ln * ln;
-            return 0.5 * self.volume * dense;
-        }
-        let (mean, deviator) = self.kirchhoff();
-        let dense = 0.5 * mean * mean / self.bulk + 0.25 * deviator.norm_squared() / self.shear;
-        self.volume * dense
-    }
-}
-
 /// Points over a dense grid with a rim of three nodes.
 #[derive(Debug, Clone)]
 pub struct Reference {
@@ -163,12 +88,33 @@ pub struct Reference {
     pub stress_update: StressUpdate,
     /// As configured.
     pub drift: Drift,
-    /// Impulse of the walls on the points in the last step, in N s/m.
-    pub wall_impulse: [f64; 2],
-    /// Elastic energy of the points at `t_n` of the last step, in J/m.
+    /// Acceleration in m/s^2 besides gravity: of the initial position and the time.
+    pub body_force: Option<[Expression; 2]>,
+    /// `t_n` of the next step in s.
+    pub time: f64,
+    /// Of the last step.
+    pub told: Told,
+}
+
+/// What a step has told.
+#[derive(Debug, Clone, Default)]
+pub struct Told {
+    /// Impulse of walls, supports and loads on the points in N s/m.
+    pub applied: [f64; 2],
+    /// Impulse of the supports on the nodes as the points feel it, in N s/m, and its moment about the origin in N s.
+    pub support: [f64; 3],
+    /// Moment about the origin of the loads at `t_n` in N.
+    pub load_moment: f64,
+    /// Elastic energy of the points at `t_n` in J/m.
     pub elastic: f64,
-    /// Dissipated by plastic flow up to then, in J/m.
-    pub plastic: f64,
+    /// Dissipated by plastic flow and by viscous stress up to then, in J/m.
+    pub lost: [f64; 2],
+    /// Work of the loads up to then, in J/m.
+    pub driven: f64,
+    /// Dissipated in the kick by walls with friction, in J/m.
+    pub rubbed: f64,
+    /// Whether rounding has decided which supports are independent.
+    pub is_doubtful: bool,
 }
 
 const RIM: i64 = 3;
@@ -184,22 +130,6 @@ struct Node {
 /// An index along an axis, and all indices at which it appears, with signs.
 type Along = (i64, Vec<(i64, [f64; 2])>);
 
-fn law(model: &MaterialModel) -> Option<RefLaw> {
-    match *model {
-        MaterialModel::LinearElastic { .. } => Some(RefLaw::Elastic),
-        MaterialModel::VonMises {
-            yield_stress: strength,
-            hardening_modulus: hardening,
-            ..
-        } => Some(RefLaw::VonMises([strength, hardening])),
-        MaterialModel::DruckerPrager(numbers) if numbers.is_plain() => {
-            Some(RefLaw::DruckerPrager(numbers))
-        }
-        MaterialModel::NeoHookean { .. } => Some(RefLaw::NeoHookean(nalgebra::Matrix2::identity())),
-        _ => None,
-    }
-}
-
 fn kernel(shape: ShapeFunction, box_in_cells: f64) -> Kernel {
     match shape {
         ShapeFunction::Linear => Kernel::Linear,
@@ -209,21 +139,105 @@ fn kernel(shape: ShapeFunction, box_in_cells: f64) -> Kernel {
     }
 }
 
-/// Formulas in x and y.
+/// Formulas in these variables.
+fn compiled<const N: usize>(sources: &[String; N], names: &[&str]) -> Option<[Expression; N]> {
+    let slot = |name: &str| names.iter().position(|n| *n == name).map(Meaning::Slot);
+    let each = sources
+        .iter()
+        .map(|source| Expression::compile(source, &slot).ok());
+    each.collect::<Option<Vec<_>>>()?.try_into().ok()
+}
+
+/// Values of formulas in x and y.
 fn field<const N: usize>(sources: Option<&[String; N]>, x: [f64; 2]) -> Option<[f64; N]> {
     let Some(sources) = sources else {
         return Some([0.0; N]);
     };
-    let slot = |name: &str| match name {
-        "x" => Some(Meaning::Slot(0)),
-        "y" => Some(Meaning::Slot(1)),
-        _ => None,
-    };
-    let mut values = [0.0; N];
-    for (value, source) in values.iter_mut().zip(sources) {
-        *value = Expression::compile(source, &slot).ok()?.evaluate(&x);
+    Some(compiled(sources, &["x", "y"])?.map(|formula| formula.evaluate(&x)))
+}
+
+/// Mean distance from a wall in cells of the mass at its nodes, if points `spacing` cells apart fill the half space beside it.
+fn touching(kernel: Kernel, spacing: f64) -> f64 {
+    let (mut mass, mut moment) = (0.0, 0.0);
+    for row in 0..(4.0 / spacing) as usize {
+        let y = (row as f64 + 0.5) * spacing;
+        mass += kernel.value(y);
+        moment += kernel.value(y) * y;
     }
-    Some(values)
+    moment / mass
+}
+
+/// Rows made orthogonal, each to those before, without those that depend on these; and whether rounding decides that of one.
+fn orthogonal(rows: impl Iterator<Item = Vec<f64>>) -> (Vec<Vec<f64>>, bool) {
+    let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
+    let (mut found, mut is_doubtful): (Vec<Vec<f64>>, bool) = (Vec::new(), false);
+    for mut row in rows {
+        let whole = dot(&row, &row).sqrt();
+        for other in found.iter().chain(&found) {
+            let along = dot(&row, other);
+            row.iter_mut().zip(other).for_each(|(x, y)| *x -= along * y);
+        }
+        let rest = dot(&row, &row).sqrt();
+        is_doubtful |= (1e-10..1e-4).contains(&(rest / whole));
+        if rest > 1e-7 * whole {
+            found.push(row.iter().map(|x| x / rest).collect());
+        }
+    }
+    (found, is_doubtful)
+}
+
+/// Whether a point was in a region at the start.
+pub fn is_within(x: [f64; 2], [low, high]: [[f64; 2]; 2]) -> bool {
+    (0..2).all(|a| low[a] <= x[a] && x[a] <= high[a])
+}
+
+/// The points of a group, with what is prescribed for them.
+fn points(
+    c: &MpmConfig,
+    g: usize,
+    of: &FilledRegion,
+    kernels: [Kernel; 2],
+) -> Option<Vec<RefPoint>> {
+    let group = &c.groups[g];
+    let material = c.materials.get(group.material)?;
+    let (bulk, shear) = material.model.moduli();
+    let mut points = Vec::new();
+    for &x in &of.positions {
+        let more = field(group.fields.velocity.as_ref(), x)?;
+        let point = RefPoint {
+            group: g,
+            x,
+            v: [0, 1].map(|a| group.velocity[a] + more[a]),
+            start: x,
+            was: x,
+            touching: [0, 1].map(|a| touching(kernels[a], of.sides[a] / c.cell)),
+            mass: material.density * of.box_area(),
+            volume: of.box_area(),
+            bulk,
+            shear,
+            law: law(material)?,
+            thins: c.plane == Plane::Stress,
+            ..RefPoint::default()
+        };
+        points.push(point.under(field(group.fields.stress.as_ref(), x)?));
+    }
+    let tractions = c.forcing.tractions.iter();
+    for traction in tractions.filter(|t| t.points == group.name) {
+        let is_loaded = |p: &&mut RefPoint| is_within(p.start, traction.within);
+        let count = points.iter_mut().filter(is_loaded).count() as f64;
+        for p in points.iter_mut().filter(is_loaded) {
+            p.dead = [0, 1].map(|a| p.dead[a] + traction.force[a] / count);
+        }
+    }
+    for hold in c.forcing.holds.iter().filter(|h| h.points == group.name) {
+        let is_held = |p: &&mut RefPoint| is_within(p.start, hold.within);
+        for p in points.iter_mut().filter(is_held) {
+            for a in (0..2).filter(|a| [hold.hold_x, hold.hold_y][*a]) {
+                (p.held[a], p.v[a]) = (true, 0.0);
+            }
+        }
+    }
+    Some(points)
 }
 
 impl Reference {
@@ -243,37 +257,22 @@ impl Reference {
             walls: c.walls,
             stress_update: c.stress_update,
             drift: c.drift(),
-            wall_impulse: [0.0; 2],
-            elastic: 0.0,
-            plastic: 0.0,
+            body_force: match &c.forcing.body_force {
+                None => None,
+                Some(of) => Some(compiled(of, &["x", "y", "t"])?),
+            },
+            time: 0.0,
+            told: Told::default(),
         };
         let (mut layers, mut filled) = (Vec::new(), Vec::new());
         for (g, group) in c.groups.iter().enumerate() {
             let region = fill(group, c.cell, "").ok()?;
-            let material = c.materials.get(group.material)?;
-            let law = law(&material.model)?;
-            let (bulk, shear) = material.model.moduli();
             if g == 0 || c.layers {
                 layers.push(empty.clone());
             }
             let layer = layers.last_mut()?;
             layer.kernels = region.sides.map(|side| kernel(c.shape, side / c.cell));
-            for &x in &region.positions {
-                let more = field(group.fields.velocity.as_ref(), x)?;
-                layer.points.push(RefPoint {
-                    group: g,
-                    x,
-                    v: [0, 1].map(|a| group.velocity[a] + more[a]),
-                    stress: field(group.fields.stress.as_ref(), x)?,
-                    ratio: 1.0,
-                    mass: material.density * region.box_area(),
-                    volume: region.box_area(),
-                    bulk,
-                    shear,
-                    law,
-                    ..RefPoint::default()
-                });
-            }
+            layer.points.extend(points(c, g, &region, layer.kernels)?);
             filled.push(region);
         }
         let apart = |a: usize, b: usize| {
@@ -358,22 +357,142 @@ impl Reference {
         ]
     }
 
-    fn hold(&self, node: [i64; 2], mut v: [f64; 2]) -> [f64; 2] {
+    /// The walls that act at a node: each with its axis, and the sign of the way out.
+    fn walls_at(&self, node: [i64; 2]) -> impl Iterator<Item = (Wall, usize, f64)> + use<> {
         let w = &self.walls;
-        for (acts, wall, axis) in [
-            (node[0] <= 0, w.left, 0),
-            (node[0] >= self.cells[0], w.right, 0),
-            (node[1] <= 0, w.bottom, 1),
-            (node[1] >= self.cells[1], w.top, 1),
-        ] {
+        let ends = [
+            (node[0] <= 0, w.left, 0, -1.0),
+            (node[0] >= self.cells[0], w.right, 0, 1.0),
+            (node[1] <= 0, w.bottom, 1, -1.0),
+            (node[1] >= self.cells[1], w.top, 1, 1.0),
+        ];
+        let acting = ends.into_iter().filter(|end| end.0);
+        acting.map(|(_, wall, axis, out)| (wall, axis, out))
+    }
+
+    /// The velocity that walls leave of one of a node. With friction nothing moves into them, and they take of the velocity along
+    /// them as much as across, times their coefficient and `rubs`; if it is `None` they let everything pass. With what friction
+    /// has taken.
+    fn act(
+        &self,
+        nodes: &[Node],
+        node: [i64; 2],
+        mut v: [f64; 2],
+        rubs: Option<f64>,
+    ) -> [[f64; 2]; 2] {
+        let mut taken = [0.0; 2];
+        for (wall, axis, out) in self.walls_at(node) {
             match wall {
-                Wall::Fixed if acts => v = [0.0; 2],
-                Wall::Slip if acts => v[axis] = 0.0,
-                Wall::Tangential if acts => v[1 - axis] = 0.0,
+                Wall::Fixed => v = [0.0; 2],
+                Wall::Slip => v[axis] = 0.0,
+                Wall::Tangential => v[1 - axis] = 0.0,
+                Wall::Friction { coefficient } => {
+                    let Some(rubs) = rubs.filter(|_| !self.is_apart(nodes, node, axis)) else {
+                        continue;
+                    };
+                    let into = (v[axis] * out).max(0.0);
+                    v[axis] -= into * out;
+                    let most = rubs * coefficient * into;
+                    let along = v[1 - axis].clamp(-most, most);
+                    v[1 - axis] -= along;
+                    taken[1 - axis] += along;
+                }
                 _ => {}
             }
         }
-        v
+        [v, taken]
+    }
+
+    /// The components of the velocity of a node that no wall prescribes: 1 or 0.
+    fn free(&self, node: [i64; 2]) -> [f64; 2] {
+        self.act(&[], node, [1.0; 2], None)[0]
+    }
+
+    /// Whether the mass that reaches the node of a wall across `axis` which is nearest to `node` is on the whole farther from it
+    /// than where its surface is at the wall.
+    fn is_apart(&self, nodes: &[Node], node: [i64; 2], axis: usize) -> bool {
+        let mut at = node;
+        at[axis] = node[axis].clamp(0, self.cells[axis]);
+        let inward = if at[axis] == 0 { 1.0 } else { -1.0 };
+        let mut sum = 0.0;
+        for (place, _) in &nodes
+            .iter()
+            .find(|other| other.at == at)
+            .expect("a node")
+            .places
+        {
+            for p in &self.points {
+                let distance = inward * self.distance(p, at)[axis];
+                sum += p.mass * self.weight(p, *place) * (distance - p.touching[axis]);
+            }
+        }
+        sum > 0.0
+    }
+
+    /// Lets held points stand still, by the smallest change of the velocities of the nodes in the norm of kinetic energy. Its
+    /// impulse in N s/m, and the moment about the origin in N s.
+    fn support(&mut self, nodes: &[Node], mass: &[f64], velocity: &mut [[f64; 2]]) -> [f64; 3] {
+        let mut impulse = [0.0; 3];
+        for a in 0..2 {
+            let row = |p: &RefPoint, scale: fn(f64) -> f64| -> Vec<f64> {
+                let of_node = |(node, m): (&Node, &f64)| {
+                    let free = self.free(node.at)[a];
+                    let places = node.places.iter();
+                    let s: f64 = places.map(|(at, sign)| sign[a] * self.weight(p, *at)).sum();
+                    if *m > 0.0 { free * s * scale(*m) } else { 0.0 }
+                };
+                nodes.iter().zip(mass).map(of_node).collect()
+            };
+            let held = || self.points.iter().filter(|p| p.held[a]);
+            // Of velocities, and of velocities times the roots of the masses.
+            let (_, by_weights) = orthogonal(held().map(|p| row(p, |_| 1.0)));
+            let (rows, by_masses) = orthogonal(held().map(|p| row(p, |m| m.sqrt().recip())));
+            self.told.is_doubtful |= by_weights || by_masses;
+            for row in rows {
+                let along: f64 = (0..nodes.len())
+                    .map(|n| row[n] * mass[n].sqrt() * velocity[n][a])
+                    .sum();
+                for n in (0..nodes.len()).filter(|n| row[*n] != 0.0) {
+                    let change = -along * row[n] / mass[n].sqrt();
+                    velocity[n][a] += change;
+                    let x = [0, 1].map(|a| self.lower[a] + self.cell * nodes[n].at[a] as f64);
+                    let mut of_node = [0.0; 2];
+                    of_node[a] = mass[n] * change;
+                    impulse[a] += of_node[a];
+                    impulse[2] += at(x, of_node)[2];
+                }
+            }
+        }
+        impulse
+    }
+
+    /// The loads of `t_n`, and their work since the step before: by the trapezoidal rule, on the way of the nodes that `velocity`
+    /// says they have had, or with a body force, or where these do not strain the points, on that of the points.
+    fn load(&mut self, nodes: &[Node], velocity: &[[f64; 2]], dt_before: f64) {
+        self.told.load_moment = 0.0;
+        if self.body_force.is_none() && self.points.iter().all(|p| p.dead == [0.0; 2]) {
+            return;
+        }
+        for i in 0..self.points.len() {
+            let field = self.interpolate(nodes, i, |n, _| velocity[n]);
+            let p = &mut self.points[i];
+            let [x, y] = p.start;
+            let mut load = p.dead;
+            if let Some(formulas) = &self.body_force {
+                load = [0, 1].map(|a| load[a] + p.mass * formulas[a].evaluate(&[x, y, self.time]));
+            }
+            let by_field = self.body_force.is_none() && self.stress_update != StressUpdate::Usl;
+            for a in 0..2 {
+                let way = if by_field {
+                    dt_before * field[a]
+                } else {
+                    p.x[a] - p.was[a]
+                };
+                self.told.driven += 0.5 * (p.load[a] + load[a]) * way;
+            }
+            (p.load, p.was) = (load, p.x);
+            self.told.load_moment += at(p.x, load)[2];
+        }
     }
 
     fn momentum(&self) -> [f64; 2] {
@@ -397,7 +516,9 @@ impl Reference {
         let alpha = self.pic_fraction(kick);
         let inertia = self.inertia();
         let nodes = self.nodes();
-        let (mass, before) = self.map(&nodes, inertia);
+        let (mass, mut before) = self.map(&nodes, inertia);
+        let felt = self.support(&nodes, &mass, &mut before).map(|p| alpha * p);
+        self.load(&nodes, &before, dt_before);
         let [first, last] = self.shares();
         let settles = self.drift == Drift::Mapped && dt > 0.0;
         if settles && first > 0.0 {
@@ -415,8 +536,9 @@ impl Reference {
             }
         }
         self.strain(&nodes, &before, first * dt_before, 0.5);
-        self.elastic = self.points.iter().map(RefPoint::stored).sum();
-        self.plastic = self.points.iter().map(|p| p.lost).sum();
+        self.told.elastic = self.points.iter().map(RefPoint::stored).sum();
+        self.told.lost = self.lost();
+        self.told.rubbed = 0.0;
         let mut after = vec![[0.0; 2]; nodes.len()];
         for (n, node) in nodes.iter().enumerate() {
             let mut f = [0.0; 2];
@@ -429,7 +551,7 @@ impl Reference {
                     let internal = [xx * g[0] + xy * g[1], xy * g[0] + yy * g[1]];
                     let curl = self.curl(p, *place);
                     for a in 0..2 {
-                        let outer = contact.force[a] + p.mass * self.gravity[a];
+                        let outer = contact.force[a] + p.load[a] + p.mass * self.gravity[a];
                         let turning = contact.couple * curl[a];
                         f[a] += sign[a] * (outer * s + turning - v * internal[a]); // (13), (47)
                     }
@@ -437,9 +559,15 @@ impl Reference {
             }
             if mass[n] > 0.0 {
                 let free = [0, 1].map(|a| before[n][a] + kick * f[a] / mass[n]); // (17), (48)
-                after[n] = self.hold(node.at, free);
+                let [held, taken] = self.act(&nodes, node.at, free, Some(1.0));
+                after[n] = held;
+                for a in 0..2 {
+                    self.told.rubbed += 0.5 * mass[n] * taken[a] * (before[n][a] + held[a]);
+                }
             }
         }
+        let kicked = self.support(&nodes, &mass, &mut after);
+        self.told.support = [0, 1, 2].map(|k| felt[k] + kicked[k]);
         self.filter_by_order(&nodes, kick, inertia);
         if self.stress_update == StressUpdate::Usl {
             self.strain(&nodes, &after, dt, -0.5);
@@ -471,7 +599,8 @@ impl Reference {
                 v
             })
             .collect();
-        let (_, again) = self.map(&nodes, inertia);
+        let (_, mut again) = self.map(&nodes, inertia);
+        self.support(&nodes, &mass, &mut again);
         self.strain(&nodes, &again, last * dt, -0.5);
         let mapped = self.places_near_loads(&nodes, forces);
         let moving = |n: usize, place: [i64; 2]| {
@@ -493,14 +622,14 @@ impl Reference {
                 *drift = self.interpolate(&nodes, i, moving);
             }
         }
-        // Gravity and contact are known; the rest of the change of momentum is due to the walls.
+        // Gravity and contact are known; the rest of the change of momentum is due to walls, supports and loads.
         let end = self.momentum();
         for a in 0..2 {
             let outer = self.points.iter().zip(forces);
             let outer: f64 = outer
                 .map(|(p, f)| f.force[a] + p.mass * self.gravity[a])
                 .sum();
-            self.wall_impulse[a] = end[a] - start[a] - kick * outer;
+            self.told.applied[a] = end[a] - start[a] - kick * outer;
         }
         for ((p, v), spin) in self.points.iter_mut().zip(drift).zip(spins) {
             p.spin = spin;
@@ -529,6 +658,12 @@ impl Reference {
         0.5 * p.mass * (square(p.v) + (square(p.b[0]) + square(p.b[1])) / self.inertia())
     }
 
+    /// What plastic flow and viscous stress have dissipated so far, in J/m.
+    pub fn lost(&self) -> [f64; 2] {
+        let of = |lost: fn(&RefPoint) -> f64| self.points.iter().map(lost).sum();
+        [of(|p| p.lost), of(|p| p.viscous)]
+    }
+
     /// The largest squared frequency in 1/s^2 that contact with these forces may have, from below: by power iteration. Each
     /// point has a stiffness along two directions, the first of which is that of its force; along the second acts its tangential
     /// stiffness on a surface of these radii (m), and what else there is of the stiffness at its centre.
@@ -549,7 +684,7 @@ impl Reference {
                 (f.tangential, tangent, *radius),
             ] {
                 let at = |node: &Node| -> [f64; 2] {
-                    let free = self.hold(node.at, [1.0; 2]);
+                    let free = self.free(node.at);
                     let mut row = [0.0; 2];
                     for (place, sign) in &node.places {
                         let (s, curl) = (self.weight(p, *place), self.curl(p, *place));
@@ -614,8 +749,9 @@ impl Reference {
             Kernel::Quadratic | Kernel::Ugimp(_) => 2,
             Kernel::Cubic => 3,
         };
-        // Near loads at the other end too.
-        let closed = self.walls.periodic().contains(&true);
+        // Near loads at the other end too, and a support acts on all points that it holds.
+        let closed = self.walls.periodic().contains(&true)
+            || self.points.iter().any(|p| p.held != [false; 2]);
         if closed && !loaded.is_empty() {
             return places().collect();
         }
@@ -740,7 +876,8 @@ impl Reference {
         let velocity = (0..nodes.len())
             .map(|n| {
                 if mass[n] > 0.0 {
-                    self.hold(nodes[n].at, momentum[n].map(|p| p / mass[n]))
+                    let free = momentum[n].map(|p| p / mass[n]);
+                    self.act(nodes, nodes[n].at, free, Some(0.0))[0]
                 } else {
                     [0.0; 2]
                 }
@@ -771,91 +908,7 @@ impl Reference {
                 * (nalgebra::Matrix2::identity() - at * half)
                     .try_inverse()
                     .expect("regular");
-            self.stress(i, middle);
+            self.points[i].strain(middle, dt);
         }
     }
-
-    /// Hencky's elasticity with matrices and their eigenvectors: `b <- f b f^T`, `eps = ln(b)/2`. Then the return of the Cauchy
-    /// stress to a yield surface. Or a stress of the whole deformation.
-    fn stress(&mut self, i: usize, l: nalgebra::Matrix2<f64>) {
-        use nalgebra::Matrix3;
-        let p = &mut self.points[i];
-        let l = Matrix3::new(l.m11, l.m12, 0.0, l.m21, l.m22, 0.0, 0.0, 0.0, 0.0);
-        let one = Matrix3::identity();
-        let f = (one - l * 0.5).try_inverse().expect("regular") * (one + l * 0.5);
-        let function = |m: Matrix3<f64>, of: fn(f64) -> f64| {
-            let eigen = m.symmetric_eigen();
-            let diagonal = Matrix3::from_diagonal(&eigen.eigenvalues.map(of));
-            eigen.eigenvectors * diagonal * eigen.eigenvectors.transpose()
-        };
-        if let RefLaw::NeoHookean(before) = p.law {
-            let whole = f.fixed_view::<2, 2>(0, 0) * before;
-            p.law = RefLaw::NeoHookean(whole);
-            p.ratio = whole.determinant();
-            let round = p.lame() * p.ratio.ln();
-            let b = whole * whole.transpose();
-            let [xx, yy, zz] = [b.m11, b.m22, 1.0].map(|b| p.shear * (b - 1.0) + round);
-            p.stress = [xx, yy, zz, p.shear * b.m12].map(|tau| tau / p.ratio);
-            return;
-        }
-        let (mean, deviator) = p.kirchhoff();
-        let strain = deviator / (2.0 * p.shear) + one * (mean / (3.0 * p.bulk));
-        let b = f * function(strain * 2.0, f64::exp) * f.transpose();
-        let strain = function((b + b.transpose()) * 0.5, f64::ln) * 0.5;
-        let volumetric = one * strain.trace();
-        let new = volumetric * p.bulk + (strain - volumetric / 3.0) * (2.0 * p.shear);
-        p.ratio *= f.determinant();
-        let trial = new / p.ratio;
-        let mean = trial.trace() / 3.0;
-        let deviator = trial - one * mean;
-        let new = match p.law {
-            RefLaw::VonMises([strength, hardening]) => {
-                let q = (1.5 * deviator.norm_squared()).sqrt();
-                let stiff = 3.0 * p.shear / p.ratio;
-                let beyond = q - strength - hardening * p.plastic_strain;
-                let flow = beyond.max(0.0) / (stiff + hardening);
-                p.plastic_strain += flow;
-                p.lost += (q - stiff * flow) * flow * p.ratio * p.volume;
-                let kept = if flow > 0.0 {
-                    1.0 - stiff * flow / q
-                } else {
-                    1.0
-                };
-                one * mean + deviator * kept
-            }
-            RefLaw::DruckerPrager(numbers) => {
-                let tau = (0.5 * deviator.norm_squared()).sqrt();
-                let (new_mean, new_tau) = by_friction(&numbers, mean, tau);
-                let in_shear = new_tau * (tau - new_tau) / p.shear;
-                let in_volume = new_mean * (mean - new_mean) / p.bulk;
-                p.lost += (in_shear + in_volume) * p.ratio * p.ratio * p.volume;
-                let kept = if tau > 0.0 { new_tau / tau } else { 1.0 };
-                one * new_mean + deviator * kept
-            }
-            _ => trial,
-        };
-        p.stress = [new[(0, 0)], new[(1, 1)], new[(2, 2)], new[(0, 1)]];
-    }
-}
-
-/// Returns a mean stress and a `tau` in Pa to Drucker-Prager's surfaces, `tau + q sigma <= k` and `sigma <= sigma_t`
-/// (Jiang 2020 eqs. 31 to 35). A line halves the corner of the two surfaces. A stress beyond both returns to the surface on its
-/// side of the line, or to the corner if it would end beyond the other surface. Only the ratio of the moduli matters.
-fn by_friction(numbers: &Frictional, mean: f64, tau: f64) -> (f64, f64) {
-    let root = |angle: f64| (9.0 + 12.0 * angle.to_radians().tan().powi(2)).sqrt();
-    let slope = |angle: f64| 3.0 * angle.to_radians().tan() / root(angle);
-    let (q, q_flow) = (slope(numbers.friction_angle), slope(numbers.dilation_angle));
-    let k = 3.0 * numbers.cohesion / root(numbers.friction_angle);
-    let most = numbers.tensile_strength.min(k / q);
-    let halves = ((1.0 + q * q).sqrt() - q) * (mean - most);
-    let to_shear = mean <= most || tau - (k - q * most) > halves;
-    let flow =
-        (tau + q * mean - k).max(0.0) / (numbers.shear_modulus + numbers.bulk_modulus * q * q_flow);
-    let moved = if to_shear {
-        mean - numbers.bulk_modulus * q_flow * flow
-    } else {
-        mean
-    };
-    let new = moved.min(most);
-    (new, tau.min(k - q * new))
 }

@@ -3,5 +3,7 @@
 pub mod bodies;
 mod continuum;
 pub mod law;
+mod material;
 
-pub use continuum::{Kernel, RefLaw, RefPoint, Reference};
+pub use continuum::{Kernel, Reference, Told, is_within};
+pub use material::{RefLaw, RefPoint};

@@ -154,7 +154,7 @@ pub const CLAUSES: &[Clause] = clauses! {
         - "reports all points as of the first group": Flaw::point(|point| point.group = 0);
         - "reports plastic strain of an elastic material": Flaw::point(|point| point.plastic_strain = 1e-3);
         - "reverses shear stress": Flaw::point(|point| point.stress[3] *= -1.0);
-    Must "R-5e" "the plastic strain of von Mises' material is the equivalent one",
+    Must "R-5e" "plastic strain is the equivalent one of von Mises' material and the shear strain of sand with a memory",
         needs: &[PLASTIC_STRAIN, "material:von_mises"], after: &["F-1a"];
         - "reports the plastic shear strain": Flaw::point(|point| point.plastic_strain *= 3.0_f32.sqrt());
         - "has half the hardening": of_config(|config| {

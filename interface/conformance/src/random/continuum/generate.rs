@@ -2,11 +2,11 @@
 //! orders of magnitude; speeds, forces and steps follow from them, so that strains stay moderate.
 
 use fastrand::Rng;
-use interface::config::capability::{Capabilities, LAYERS, PAIRS};
-use interface::config::material::Frictional;
+use interface::config::capability::{Capabilities, LAYERS, PAIRS, STRESS_WORK};
+use interface::config::material::{CriticalState, Frictional, Inertial};
 use interface::config::{
-    Drift, Fill, GroupConfig, InitialFields, MaterialConfig, MaterialModel, MpmConfig,
-    ShapeFunction, Spacing, StressUpdate, Transfer, Wall, Walls,
+    Drift, Fill, GroupConfig, Hold, InitialFields, MaterialConfig, MaterialModel, MpmConfig, Plane,
+    Probe, ShapeFunction, Spacing, StressUpdate, Traction, Transfer, Wall, Walls,
 };
 
 use super::super::dice::{Dice, decades};
@@ -63,27 +63,23 @@ impl Dice<'_, Scale> {
         let walls = if alone {
             Walls::default()
         } else {
-            self.walls()
+            let drawn = self.walls();
+            self.aside().rough(drawn)
         };
         let materials: Vec<_> = (0..count).map(|_| self.material(alone)).collect();
         let mut groups = self.groups(count, spacing, layers && !pairs, transfer.is_affine());
-        for group in &mut groups {
-            // A run begins with no stress beyond a yield surface, nor with one that has no deformation.
-            let model = &materials[group.material].model;
-            if !matches!(model, MaterialModel::LinearElastic { .. }) {
-                group.fields.stress = None;
-            }
-        }
+        let plane = self.prestress(&mut groups, &materials);
         let domain = self.domain(&groups, &walls);
         let most = 1e-3 * self.scale.wave / self.dt;
         let gravity = self.perhaps(|dice| dice.vector(most));
-        let config = MpmConfig {
+        let mut config = MpmConfig {
             domain,
             cell: self.scale.cell,
             gravity,
             shape,
             transfer,
             stress_update,
+            plane,
             walls,
             materials,
             layers,
@@ -91,6 +87,9 @@ impl Dice<'_, Scale> {
             skin: self.between(0.05, 1.0) * self.scale.cell,
             ..scene::scene(groups)
         };
+        if !alone {
+            self.aside().force(&mut config, most);
+        }
         let epochs = self.epochs(true);
         let steps = plan::steps(&epochs);
         let points = config
@@ -215,10 +214,47 @@ impl Dice<'_, Scale> {
                 hardening_modulus: self.between(0.0, 1.0) * shear_modulus,
             };
         } else if self.takes.has("material:linear_elastic") && !alone {
-            let model = self.aside().model(ratio * shear_modulus, shear_modulus);
+            let model = self
+                .aside()
+                .model(&self.scale, [ratio * shear_modulus, shear_modulus]);
             material.model = model.unwrap_or(material.model);
         }
         material
+    }
+
+    /// Plane strain or stress. A run begins with no stress beyond a yield surface, nor with one that has no deformation, nor where
+    /// rounding decides whether grains touch.
+    fn prestress(&self, groups: &mut [GroupConfig], materials: &[MaterialConfig]) -> Plane {
+        let mut aside = self.aside();
+        let elastic = |m: &MaterialModel| {
+            matches!(
+                m,
+                MaterialModel::LinearElastic { .. } | MaterialModel::Hypoelastic { .. }
+            )
+        };
+        let thins = !self.takes.has(NO_GRID)
+            && materials.iter().all(|m| elastic(&m.model))
+            && aside.takes.meets("plane:stress")
+            && aside.rarely();
+        for group in groups {
+            let model = materials[group.material].model;
+            let pressure = -aside.between(1e-3, 1e-2) * model.moduli().0;
+            let stress = &mut group.fields.stress;
+            match model {
+                _ if elastic(&model) => {
+                    if let (true, Some([_, _, zz, _])) = (thins, stress) {
+                        *zz = "0".into();
+                    }
+                }
+                MaterialModel::NeoHookean { .. } | MaterialModel::VonMises { .. } => *stress = None,
+                _ if !aside.takes.meets("feature:fields") => *stress = None,
+                _ => {
+                    let normal = || format!("{pressure}");
+                    *stress = Some([normal(), normal(), normal(), "0".into()]);
+                }
+            }
+        }
+        if thins { Plane::Stress } else { Plane::Strain }
     }
 
     /// Groups side by side, or on one another where they are `apart`: on layers and without contact.
@@ -398,11 +434,15 @@ impl Dice<'_, Scale> {
 }
 
 impl Dice<'_, ()> {
-    /// A model of these moduli (Pa) that yields by friction, or is elastic in another way than the usual one; or none.
-    fn model(&mut self, bulk_modulus: f64, shear_modulus: f64) -> Option<MaterialModel> {
+    /// A model of these moduli (Pa) that is no solid of the usual elasticity; or none.
+    fn model(
+        &mut self,
+        scale: &Scale,
+        [bulk_modulus, shear_modulus]: [f64; 2],
+    ) -> Option<MaterialModel> {
         let strength = |dice: &mut Self| dice.between(1e-3, 2e-2) * shear_modulus;
         let friction_angle = self.between(5.0, 50.0);
-        let rubs = MaterialModel::DruckerPrager(Frictional {
+        let sand = Frictional {
             bulk_modulus,
             shear_modulus,
             friction_angle,
@@ -411,18 +451,177 @@ impl Dice<'_, ()> {
             tensile_strength: self.perhaps(strength),
             critical_state: None,
             separates: false,
-        });
+        };
+        let sand = self.memory(sand);
+        let elastic = MaterialModel::NeoHookean {
+            bulk_modulus,
+            shear_modulus,
+        };
+        let cone = Frictional {
+            critical_state: self.critical_state(),
+            ..sand
+        };
         let models = [
-            ("material:drucker_prager", rubs),
             (
-                "material:neo_hookean",
-                MaterialModel::NeoHookean {
+                "material:drucker_prager",
+                MaterialModel::DruckerPrager(cone),
+            ),
+            ("material:mohr_coulomb", MaterialModel::MohrCoulomb(sand)),
+            ("material:neo_hookean", elastic),
+            ("material:fluid", self.fluid(scale, bulk_modulus)),
+            (
+                "material:hypoelastic",
+                MaterialModel::Hypoelastic {
                     bulk_modulus,
                     shear_modulus,
                 },
             ),
+            (
+                "material:mu_i",
+                MaterialModel::MuI(self.grains(scale, [bulk_modulus, shear_modulus])),
+            ),
         ];
-        let drawn = self.member(&models);
+        // Grains begin under pressure, and a stress without an energy is compared by its work.
+        let whole = self.takes.meets("feature:fields") && self.takes.has(STRESS_WORK);
+        let drawn = self.member(&models[..if whole { 6 } else { 4 }]);
         drawn.filter(|_| self.often())
+    }
+
+    /// The same walls, of which some have friction.
+    fn rough(&mut self, mut walls: Walls) -> Walls {
+        for wall in [
+            &mut walls.left,
+            &mut walls.right,
+            &mut walls.bottom,
+            &mut walls.top,
+        ] {
+            let coefficient = self.between(0.0, 1.0);
+            if *wall != Wall::Periodic && self.takes.meets("wall:friction") && self.rarely() {
+                *wall = Wall::Friction { coefficient };
+            }
+        }
+        walls
+    }
+
+    /// Adds loads that accelerate points as `most` (m/s^2) does, a support, and probes.
+    fn force(&mut self, config: &mut MpmConfig, most: f64) {
+        let forcing = &mut config.forcing;
+        if self.takes.meets("feature:fields") && self.rarely() {
+            let mut formula = || {
+                let [of_space, of_time] = [
+                    self.way(most / config.cell),
+                    self.way(most / (50.0 * self.dt)),
+                ];
+                let x = config.domain[0][0];
+                format!(
+                    "({})*(1 + y*y/(1 + y*y)) + ({of_space})*(x - ({x})) + ({of_time})*t",
+                    self.way(most)
+                )
+            };
+            forcing.body_force = Some([formula(), formula()]);
+        }
+        if self.rarely() {
+            let (points, within) = self.some(&config.groups, config.cell);
+            let density = config.materials[0].density;
+            let force = self.vector(most * density * config.cell * config.cell);
+            forcing.tractions.push(Traction {
+                points,
+                within,
+                force,
+            });
+        }
+        let filters = config.transfer.filters();
+        if self.takes.meets("feature:holds") && !filters && self.rarely() {
+            let (points, within) = self.some(&config.groups, config.cell);
+            let [hold_x, hold_y] =
+                [[true, false], [false, true], [true, true]][self.rng.usize(0..3)];
+            let name = "hold".into();
+            forcing.holds.push(Hold {
+                name,
+                points,
+                within,
+                hold_x,
+                hold_y,
+            });
+        }
+        if self.takes.meets("feature:probes") {
+            for k in 0..self.rng.u32(0..3) {
+                let (points, within) = self.some(&config.groups, config.cell);
+                config.probes.push(Probe {
+                    name: format!("probe{k}"),
+                    points,
+                    within,
+                });
+            }
+        }
+    }
+
+    /// The name of a group, and a region with some of its points.
+    fn some(&mut self, groups: &[GroupConfig], cell: f64) -> (String, [[f64; 2]; 2]) {
+        let group = &groups[self.rng.usize(0..groups.len())];
+        let middle = match (&group.fill, group.spacing) {
+            (Fill::Points { positions }, _) => positions[self.rng.usize(0..positions.len())],
+            (fill, Spacing::Counts(counts)) => {
+                let [lower, upper] = fill.bounds();
+                [0, 1].map(|a| {
+                    let place =
+                        (f64::from(self.rng.u32(0..counts[a])) + 0.5) / f64::from(counts[a]);
+                    lower[a] + (upper[a] - lower[a]) * place
+                })
+            }
+            (fill, _) => fill.bounds()[0],
+        };
+        let reach = [0; 2].map(|_| self.between(0.1, 1.5) * cell);
+        let ends = [-1.0, 1.0].map(|sign| [0, 1].map(|a| middle[a] + sign * reach[a]));
+        (group.name.clone(), ends)
+    }
+
+    /// The same sand, perhaps with grains that separate.
+    fn memory(&mut self, sand: Frictional) -> Frictional {
+        let fields = self.takes.meets("feature:fields");
+        if !fields || !self.takes.meets("feature:separates") || !self.rarely() {
+            return sand;
+        }
+        Frictional {
+            cohesion: 0.0,
+            separates: true,
+            ..sand
+        }
+    }
+
+    fn critical_state(&mut self) -> Option<CriticalState> {
+        if !self.takes.meets("feature:critical_state") || !self.rarely() {
+            return None;
+        }
+        Some(if self.often() {
+            CriticalState::ShearStrain(self.between(1e-3, 1e-2))
+        } else {
+            CriticalState::Volume(1.0 + self.between(1e-3, 1e-1))
+        })
+    }
+
+    fn fluid(&mut self, scale: &Scale, bulk_modulus: f64) -> MaterialModel {
+        let inert = scale.density * scale.cell * scale.wave;
+        MaterialModel::Fluid {
+            bulk_modulus,
+            exponent: [1.0, self.between(2.0, 8.0)][self.rng.usize(0..2)],
+            viscosity: self.perhaps(|dice| dice.between(0.0, 0.05) * inert),
+        }
+    }
+
+    /// Grains whose inertial number is about that at which friction is halfway.
+    fn grains(&mut self, scale: &Scale, [bulk_modulus, shear_modulus]: [f64; 2]) -> Inertial {
+        let static_friction = self.between(0.1, 0.8);
+        let inertial_number = self.between(0.1, 1.0);
+        Inertial {
+            bulk_modulus,
+            shear_modulus,
+            static_friction,
+            limit_friction: static_friction + self.between(0.05, 0.5),
+            inertial_number,
+            grain_diameter: self.about(inertial_number * scale.cell),
+            grain_density: self.about(scale.density),
+            volume_rate: 0.0,
+        }
     }
 }

@@ -5,7 +5,7 @@ use interface::config::MpmConfig;
 use interface::impulse::at;
 use interface::message::wire::{GroupState, ImpForce, Ledger};
 use interface::step::Step;
-use mechanics::reference::{RefPoint, Reference};
+use mechanics::reference::{RefPoint, Reference, is_within};
 
 /// Where a point is kept, and what does not change of it.
 #[derive(Debug, Clone, Copy)]
@@ -24,6 +24,8 @@ pub struct Oracle {
     layers: Vec<Reference>,
     /// In the order of the configuration.
     pub points: Vec<Identity>,
+    /// The points of each record of a measurement: of the groups, of the probes, of the supports.
+    sets: Vec<Vec<usize>>,
     /// The configuration.
     pub config: MpmConfig,
     /// Speed of the fastest pressure wave in m/s.
@@ -32,7 +34,9 @@ pub struct Oracle {
     start: f64,
     applied: [f64; 2],
     contact: [f64; 2],
-    /// Moments about the origin of weights, and of the forces, so far in N s.
+    /// Dissipated so far by walls with friction, in J/m.
+    rubbed: f64,
+    /// Moments about the origin of weights, loads and supports, and of the forces, so far in N s.
     moments: [f64; 2],
 }
 
@@ -43,8 +47,10 @@ pub struct Expected {
     pub contact_omega_sq: f64,
     /// The ledger, if the step is measured.
     pub ledger: Ledger,
-    /// The groups likewise.
+    /// The groups likewise, then the probes and supports.
     pub groups: Vec<GroupState>,
+    /// Length of the kick in s.
+    pub kick: f64,
 }
 
 impl Oracle {
@@ -60,11 +66,11 @@ impl Oracle {
                     layer,
                     place,
                 });
-                let stiff = (p.bulk + 4.0 / 3.0 * p.shear) * p.volume / p.mass;
-                wave = wave.max(stiff.sqrt());
+                wave = wave.max(p.wave_sq().sqrt());
             }
         }
         let mut oracle = Self {
+            sets: Vec::new(),
             points,
             layers,
             config: config.clone(),
@@ -72,10 +78,38 @@ impl Oracle {
             start: 0.0,
             applied: [0.0; 2],
             contact: [0.0; 2],
+            rubbed: 0.0,
             moments: [0.0; 2],
         };
+        oracle.sets = oracle.sets()?;
         oracle.start = oracle.all().iter().map(RefPoint::stored).sum();
         Some(oracle)
+    }
+
+    fn sets(&self) -> Option<Vec<Vec<usize>>> {
+        let c = &self.config;
+        let of_groups =
+            (0..c.groups.len()).map(|g| (g, [[f64::NEG_INFINITY; 2], [f64::INFINITY; 2]]));
+        let probes = c.probes.iter().map(|probe| (&probe.points, probe.within));
+        let holds = c
+            .forcing
+            .holds
+            .iter()
+            .map(|hold| (&hold.points, hold.within));
+        let named = |name: &String| c.groups.iter().position(|group| group.name == *name);
+        let of_regions = probes
+            .chain(holds)
+            .map(|(name, within)| Some((named(name)?, within)));
+        let all: Option<Vec<_>> = of_groups.map(Some).chain(of_regions).collect();
+        let points = |(g, within): (usize, _)| {
+            let is_in =
+                |k: &usize| self.points[*k].group == g && is_within(self.point(*k).start, within);
+            (0..self.points.len()).filter(is_in).collect()
+        };
+        // How several supports share an impulse is their solver's own affair.
+        let all = all.filter(|_| c.forcing.holds.len() < 2 && c.forcing.stages.is_empty())?;
+        let sets: Vec<Vec<usize>> = all.into_iter().map(points).collect();
+        sets.iter().all(|set| !set.is_empty()).then_some(sets)
     }
 
     /// A point.
@@ -89,10 +123,10 @@ impl Oracle {
         (0..self.points.len()).map(|k| *self.point(k)).collect()
     }
 
-    /// Speed of the fastest point in m/s.
+    /// Speed of the fastest point in m/s, of as much kinetic energy as it has with its affine field.
     pub fn fastest(&self) -> f64 {
-        let speeds = self.all().into_iter().map(|p| p.v[0].hypot(p.v[1]));
-        speeds.fold(0.0, f64::max)
+        let speed = |k: usize| (2.0 * self.kinetic(k) / self.point(k).mass).sqrt();
+        (0..self.points.len()).map(speed).fold(0.0, f64::max)
     }
 
     /// Whether no point comes near the edge of the domain in a step of `dt` (s), and none is strained too far for a comparison.
@@ -111,14 +145,16 @@ impl Oracle {
         self.layers[self.points[k].layer].kinetic(self.point(k))
     }
 
-    /// A step with the force on each point; `bounds`: with what limits have to bound.
-    pub fn step(&mut self, step: &Step, forces: &[ImpForce], bounds: bool) -> Expected {
+    /// A step with the force on each point; `bounds`: with what limits have to bound. `None` where rounding decides what held
+    /// points the nodes can tell apart.
+    pub fn step(&mut self, step: &Step, forces: &[ImpForce], bounds: bool) -> Option<Expected> {
         let before = self.all();
         let energies =
             |o: &Self| -> Vec<f64> { (0..o.points.len()).map(|k| o.kinetic(k)).collect() };
         let kinetic = energies(self);
         let (kick, w) = (step.kick(), step.centring());
-        let (mut contact_omega_sq, mut elastic, mut plastic) = (0.0_f64, 0.0, 0.0);
+        let (mut contact_omega_sq, mut elastic, mut lost) = (0.0_f64, 0.0, [0.0; 2]);
+        let (mut rubbed, mut driven, mut support) = (0.0, 0.0, [0.0; 2]);
         for number in 0..self.layers.len() {
             let own = self
                 .points
@@ -133,26 +169,39 @@ impl Oracle {
             }
             if step.is_opening() {
                 elastic += layer.points.iter().map(RefPoint::stored).sum::<f64>();
-                plastic += layer.points.iter().map(|p| p.lost).sum::<f64>();
+                lost = [0, 1].map(|k| lost[k] + layer.lost()[k]);
                 continue;
             }
+            layer.time = step.time;
             layer.step(step.dt_before, step.dt, &own);
-            elastic += layer.elastic;
-            plastic += layer.plastic;
+            let told = &layer.told;
+            elastic += told.elastic;
+            rubbed += told.rubbed;
+            driven += told.driven;
             for a in 0..2 {
+                lost[a] += told.lost[a];
+                support[a] += told.support[a];
                 let mass: f64 = layer.points.iter().map(|p| p.mass).sum();
-                self.applied[a] += layer.wall_impulse[a] + kick * mass * layer.gravity[a];
+                self.applied[a] += told.applied[a] + kick * mass * layer.gravity[a];
             }
+            self.moments[0] += told.support[2] + kick * told.load_moment;
         }
         let (after, done) = (energies(self), self.all());
         let mut ledger = Ledger {
             elastic,
-            plastic_work: plastic,
+            plastic_work: lost[0],
+            viscous_work: lost[1],
+            friction_work: self.rubbed + w * rubbed,
+            driven_work: driven,
             stress_work: elastic - self.start,
             ..Ledger::default()
         };
+        self.rubbed += rubbed;
         let now = [&before[..], &done];
-        let groups = self.sums(now, [&kinetic, &after], w, forces, &mut ledger);
+        let mut groups = self.sums(now, [&kinetic, &after], w, forces, &mut ledger);
+        if let ([_], Some(hold)) = (&self.config.forcing.holds[..], groups.last_mut()) {
+            hold.contact_force = support.map(|p| if kick > 0.0 { p / kick } else { 0.0 });
+        }
         for a in 0..2 {
             self.contact[a] += kick * ledger.contact_force[a];
         }
@@ -164,11 +213,13 @@ impl Oracle {
             self.moments[1] += kick * (at(p.x, f.force)[2] + f.couple);
         }
         [ledger.applied_moment, ledger.contact_moment] = self.moments;
-        Expected {
+        let is_doubtful = self.layers.iter().any(|layer| layer.told.is_doubtful);
+        (!is_doubtful).then_some(Expected {
             contact_omega_sq,
             ledger,
             groups,
-        }
+            kick,
+        })
     }
 
     /// The groups, and what the ledger has of points and forces: of the points and their energies before and after the kick,
@@ -181,35 +232,36 @@ impl Oracle {
         forces: &[ImpForce],
         ledger: &mut Ledger,
     ) -> Vec<GroupState> {
-        let mut groups = vec![GroupState::default(); self.config.groups.len()];
-        for (k, id) in self.points.iter().enumerate() {
-            let (p, f, group) = (&before[k], &forces[k], &mut groups[id.group]);
-            let first = group.mass == 0.0;
-            let centred = (1.0 - w) * kinetic[k] + w * after[k];
-            group.mass += p.mass;
-            group.kinetic += centred;
-            ledger.kinetic += centred;
+        for (k, (p, f)) in before.iter().zip(forces).enumerate() {
             let pressed = f.force != [0.0; 2];
-            group.contacts += u64::from(pressed);
+            ledger.kinetic += (1.0 - w) * kinetic[k] + w * after[k];
             ledger.contacts += u64::from(pressed);
-            let first_pressed = pressed && group.contacts == 1;
             for a in 0..2 {
-                let x = p.x[a];
-                group.position[a] += p.mass * x;
-                group.velocity[a] += p.mass * ((1.0 - w) * p.v[a] + w * done[k].v[a]);
-                group.contact_force[a] += f.force[a];
-                widen(&mut group.lower[a], &mut group.upper[a], x, first);
-                if pressed {
-                    widen(
-                        &mut group.loaded_lower[a],
-                        &mut group.loaded_upper[a],
-                        x,
-                        first_pressed,
-                    );
-                }
-                ledger.gravity -= p.mass * self.config.gravity[a] * x;
+                ledger.gravity -= p.mass * self.config.gravity[a] * p.x[a];
                 ledger.momentum[a] += p.mass * done[k].v[a];
                 ledger.contact_force[a] += f.force[a];
+            }
+        }
+        let mut groups = vec![GroupState::default(); self.sets.len()];
+        for (group, set) in groups.iter_mut().zip(&self.sets) {
+            for &k in set {
+                let (p, f, first) = (&before[k], &forces[k], group.mass == 0.0);
+                group.mass += p.mass;
+                group.kinetic += (1.0 - w) * kinetic[k] + w * after[k];
+                let pressed = f.force != [0.0; 2];
+                group.contacts += u64::from(pressed);
+                let first_pressed = pressed && group.contacts == 1;
+                for a in 0..2 {
+                    let x = p.x[a];
+                    group.position[a] += p.mass * x;
+                    group.velocity[a] += p.mass * ((1.0 - w) * p.v[a] + w * done[k].v[a]);
+                    group.contact_force[a] += f.force[a];
+                    widen(&mut group.lower[a], &mut group.upper[a], x, first);
+                    if pressed {
+                        let [low, high] = [&mut group.loaded_lower[a], &mut group.loaded_upper[a]];
+                        widen(low, high, x, first_pressed);
+                    }
+                }
             }
         }
         let turning = |p: &RefPoint| p.mass * (at(p.x, p.v)[2] + p.b[1][0] - p.b[0][1]);
