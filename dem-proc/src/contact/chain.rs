@@ -113,13 +113,14 @@ struct Seen {
 }
 
 /// Finds the extrema of the distance of `center` (m) along the segments that begin at the slots `segments` (ascending),
-/// in the order of the chain. Markers are at `x` (m). `contact` is the distance (m) below which disc and chain touch.
+/// in the order of the chain. Markers are at `x` (m). `contact` gives the distance (m) below which the disc and the marker of a
+/// slot touch.
 pub fn extrema(
     links: &Links,
     x: &[Vec2],
     segments: &[u32],
     center: Vec2,
-    contact: f64,
+    contact: &dyn Fn(u32) -> f64,
     found: &mut Vec<Extremum>,
 ) {
     found.clear();
@@ -153,7 +154,7 @@ pub fn extrema(
     };
     let mut walked = 0;
     for &start in segments.iter().filter(|&&slot| begins(slot)) {
-        walked += walk.run(start, &see, &listed);
+        walked += walk.run(start, false, &see, &listed);
     }
     if walked == segments.len() {
         return;
@@ -162,7 +163,7 @@ pub fn extrema(
     let lowest = |start: u32| around(links, start).all(|slot| slot >= start);
     for &start in segments {
         if on_a_ring(links, start, &listed) && lowest(start) {
-            walk.run(start, &see, &listed);
+            walk.run(start, true, &see, &listed);
         }
     }
 }
@@ -189,17 +190,18 @@ fn on_a_ring(links: &Links, start: u32, listed: &impl Fn(u32) -> bool) -> bool {
 struct Walk<'a> {
     x: &'a [Vec2],
     center: Vec2,
-    contact: f64,
+    contact: &'a dyn Fn(u32) -> f64,
     span: u32,
     found: &'a mut Vec<Extremum>,
 }
 
 impl Walk<'_> {
-    /// Goes from the segment that begins at `start` to the last one that is listed, at most once round a ring. Returns
+    /// Goes from the segment that begins at `start` to the last one that is listed, or once round a ring. Returns
     /// the number of segments.
     fn run(
         &mut self,
         start: u32,
+        ring: bool,
         see: &impl Fn(u32) -> Option<Seen>,
         listed: &impl Fn(u32) -> bool,
     ) -> usize {
@@ -209,7 +211,10 @@ impl Walk<'_> {
             return 0;
         };
         let (mut here, mut count) = (first, 1);
-        let closes = loop {
+        if !ring && first.s <= 0.0 {
+            self.add(Foot::vertex(first.from), true, first.normal, false);
+        }
+        loop {
             if here.s > 0.0 && here.s < 1.0 {
                 let foot = Foot {
                     slots: [here.from, here.to],
@@ -219,24 +224,19 @@ impl Walk<'_> {
             }
             let next = Some(here.to).filter(|&to| listed(to)).and_then(see);
             let Some(next) = next else {
-                break false;
+                break;
             };
             self.corner(&here, &next);
             if next.from == start {
-                break true;
+                break;
             }
             here = next;
             count += 1;
-        };
-        if closes {
+        }
+        if ring {
             self.join_ends(begin, of_begin);
-        } else {
-            if first.s <= 0.0 {
-                self.add(Foot::vertex(first.from), true, first.normal, false);
-            }
-            if here.s >= 1.0 {
-                self.add(Foot::vertex(here.to), true, here.normal, false);
-            }
+        } else if here.s >= 1.0 {
+            self.add(Foot::vertex(here.to), true, here.normal, false);
         }
         count
     }
@@ -281,7 +281,7 @@ impl Walk<'_> {
             span: self.span,
         });
         // After a place out of reach a new span begins.
-        if !(least || outside && distance < self.contact) {
+        if !(least || outside && distance < (self.contact)(foot.slots[0])) {
             self.span += 1;
         }
     }

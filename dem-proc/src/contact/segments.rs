@@ -106,7 +106,10 @@ impl<L: Law> SegmentContacts<L> {
             next: Memory::default(),
             positions: Vec::new(),
             near: NearSegments::new(skin),
-            results: Results::default(),
+            results: Results {
+                lightest: f64::INFINITY,
+                ..Results::default()
+            },
             room: Room::default(),
         }
     }
@@ -232,8 +235,10 @@ impl<L: Law> SegmentContacts<L> {
         let turning = tangent * (-surface * spin);
         let (moved, [way, speed]) = if last_step.dt > 0.0 {
             // From positions, as for points. A marker that is new touched nothing one step ago.
-            let was = |slot: usize| self.state.previous[slot].unwrap_or(self.positions[slot]);
-            let was = was(a) * first + was(b) * second;
+            let [Some(was_a), Some(was_b)] = [a, b].map(|slot| self.state.previous[slot]) else {
+                return;
+            };
+            let was = was_a * first + was_b * second;
             let moved = e.point - was - bodies.frames[body].displacement(*r);
             (moved + turning * last_step.dt, [1.0, last_step.per_dt])
         } else {
@@ -432,18 +437,15 @@ impl<L: Law> SegmentContacts<L> {
         let body = near.body as usize;
         let center = on.bodies.outline_of(body)[near.part as usize];
         let segments = self.near.of(near);
-        let radius = self.state.set[segments[0] as usize].radius;
         let of_disc = on.bodies.radius_at(body, near.part);
-        let contact = of_disc + radius;
+        let own = |slot: u32| self.state.set[slot as usize].radius;
         let (x, found) = (&self.positions, &mut room.found);
-        extrema(&self.links, x, segments, center, contact, found);
-        found.retain(|e| {
-            let own = self.state.set[e.foot.slots[0] as usize].radius;
-            e.distance < of_disc + (1.0 + REACH) * own
-        });
+        let contact = |slot: u32| of_disc + own(slot);
+        extrema(&self.links, x, segments, center, &contact, found);
+        found.retain(|e| e.distance < of_disc + (1.0 + REACH) * own(e.foot.slots[0]));
         let depth = admissible_depth(on.bodies, body, near.part);
         for e in found.iter().filter(|e| e.least) {
-            let own = self.state.set[e.foot.slots[0] as usize].radius;
+            let own = own(e.foot.slots[0]);
             let through = came_through(e, own);
             let deep = e.outside && of_disc - e.distance > depth;
             if (through || deep) && to.results.sums.passed.is_none() {
