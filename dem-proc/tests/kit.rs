@@ -19,6 +19,15 @@ fn cases_that_the_oracle_judged_wrongly_agree() {
     agree(1_786_150..1_786_160);
 }
 
+/// Of chains: markers that come while a disc presses them, two radii near one disc, the minimum at the beginning of a chain,
+/// and damping before the first set.
+#[test]
+fn cases_that_the_solver_answered_wrongly_agree() {
+    for seed in [19, 36, 1511, 1762] {
+        agree(seed..seed + 1);
+    }
+}
+
 fn agree(seeds: Range<u64>) {
     let subject = Subject::in_thread(|| Host::Dem(Box::new(Sdem::default())));
     let broken = random_cases(&subject, seeds).unwrap();

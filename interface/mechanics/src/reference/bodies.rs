@@ -1,19 +1,24 @@
 //! The oracle of the bodies' side: what PROTOCOL.md and docs/physics.md say of a step, term by term, without lists, trees
 //! or chunks. It shares with the built-in solver the configuration's types and the mass properties of a shape.
 
+mod area;
+mod chain;
+
 use std::collections::BTreeMap;
 
 use interface::Vec2;
 use interface::config::{
-    BodyConfig, BodyShape, ContactLaw, DemConfig, Motion as Drive, OverlapMeasure,
+    BodyConfig, BodyShape, ContactLaw, DemConfig, Interface, Motion as Drive, OverlapMeasure,
 };
 use interface::message::wire::{BodyState, ContactState, ImpInfo, ImpState, Ledger};
 use interface::step::Step;
 use nalgebra::{DMatrix, DVector, Vector3};
 
-use super::law::{History, Law, Motion, Pair};
+use super::law::{Exerted, History, Law, Motion, Pair};
 use crate::mass::{cross, swept, union_of_discs};
-use crate::outline::{nearest, nearest_on_edge};
+use crate::outline::{Feature, nearest, nearest_on_edge};
+pub use area::{Shared, shared};
+use chain::Span;
 
 /// Distances (m) below this share of a point's radius are not told apart: rounding, and its growth over a run.
 pub const BLUR: f64 = 1e-8;
@@ -130,6 +135,13 @@ impl Body {
         let light = self.mobility().xy().max();
         let fast = self.velocity.xy() + left(r) * self.velocity.z;
         (light, Some(self.moved(r).push(self.last.z)), fast)
+    }
+
+    /// What a contact at `r` (m) from the centre of mass adds to its squared frequency (L-2), with stiffnesses along N and T.
+    fn rate(&self, r: Vec2, normal: Vec2, [k_n, k_t]: [f64; 2]) -> f64 {
+        let (light, turns) = (self.mobility().xy().max(), self.mobility().z);
+        let (n, t) = (cross(r, normal), cross(r, left(normal)));
+        k_n * (light + n * n * turns) + k_t * (light + t * t * turns)
     }
 
     /// Displacement in m, in the last drift, of the material that is now at `r` (m) from the centre of mass.
@@ -282,6 +294,8 @@ pub struct Oracle {
     /// At `t_n`.
     pub bodies: Vec<Body>,
     history: BTreeMap<Who, History>,
+    /// What presses of chains.
+    spans: Vec<Span>,
     /// Position in m of each point one step before.
     previous: BTreeMap<u64, Vec2>,
     /// Poses at the last envelopes.
@@ -298,6 +312,7 @@ pub struct Oracle {
 struct Sums {
     expected: Expected,
     history: BTreeMap<Who, History>,
+    spans: Vec<Span>,
     stored: f64,
     friction: f64,
     viscous: [f64; 2],
@@ -323,6 +338,8 @@ struct Place {
     blur: f64,
     /// How much the normal turns (rad) by a shift of a metre.
     curvature: f64,
+    /// How much the overlap grows by a shift of a metre along N: the law gets motions times this, and forces are times this.
+    gain: f64,
 }
 
 impl Place {
@@ -339,6 +356,7 @@ impl Place {
             radius: if a * b > 0.0 { a * b / (a + b) } else { 0.0 },
             blur,
             curvature: 1.0 / distance.abs().max(blur),
+            gain: 1.0,
         }
     }
 
@@ -356,6 +374,20 @@ impl Sums {
         let Place { overlap, blur, .. } = *place;
         if overlap > -blur && has_two_normals(outline, x, distance, blur) {
             self.expected.doubtful = Some("a place as near to one edge as to another");
+        }
+    }
+
+    /// Adds up what a contact has stored and dissipated.
+    fn book(&mut self, exerted: &Exerted, (law, before): (&Law, &History), place: &Place) {
+        // Where contact begins, what is not a spring begins at once.
+        let jumps = law.dashpots([1.0; 2]) != [0.0; 2] || *before != History::default();
+        if place.overlap.abs() <= place.blur && jumps {
+            self.expected.doubtful = Some("a contact that just begins or ends");
+        }
+        self.stored += exerted.stored;
+        self.friction += exerted.friction;
+        for (sum, viscous) in self.viscous.iter_mut().zip(exerted.viscous) {
+            *sum += viscous;
         }
     }
 
@@ -390,6 +422,7 @@ impl Oracle {
             config: config.clone(),
             bodies: config.bodies.iter().map(Body::new).collect(),
             history: BTreeMap::new(),
+            spans: Vec::new(),
             previous: BTreeMap::new(),
             published: None,
             friction: 0.0,
@@ -412,6 +445,14 @@ impl Oracle {
         found.map_or(common, |pair| &pair.law)
     }
 
+    /// The law between the points of a group and a body.
+    fn law_of_points(&self, group: u32, b: usize) -> &ContactLaw {
+        let surfaces = &self.config.point_surfaces;
+        let surface = surfaces.get(group as usize).map_or("", String::as_str);
+        let surfaces = [surface, &self.bodies[b].surface];
+        self.law(surfaces, &self.config.point_contact)
+    }
+
     /// The outlines have been asked for.
     pub fn publish(&mut self) {
         self.published = Some(self.bodies.iter().map(|b| b.pose).collect());
@@ -426,13 +467,17 @@ impl Oracle {
         };
         sums.expected.points = vec![exact; set.len()];
         sums.expected.loads = vec![OnBody::default(); self.bodies.len()];
-        self.points_and_bodies(step, set, states, &mut sums);
+        if self.config.interface == Interface::Segments {
+            self.discs_and_chains(step, set, states, &mut sums);
+        } else {
+            self.points_and_bodies(step, set, states, &mut sums);
+        }
         self.pairs_of_points(step, set, states, &mut sums);
         self.bodies_and_bodies(step, &mut sums);
         self.kick(step, &mut sums);
         let mut expected = sums.expected;
         if step.dt_before > 0.0 || step.dt > 0.0 {
-            self.history = sums.history;
+            (self.history, self.spans) = (sums.history, sums.spans);
             let places = set.iter().zip(states);
             self.previous = places.map(|(i, s)| (i.id, s.position.into())).collect();
             for body in &mut self.bodies {
@@ -481,8 +526,20 @@ impl Oracle {
     ) {
         let (x, body) = (Vec2::from(state.position), &self.bodies[b]);
         let near = nearest(outline, x);
-        let (radii, away) = ([info.radius, a], x - near.point);
+        let (radii, mut away) = ([info.radius, a], x - near.point);
+        let on_edge = match near.feature {
+            // Which side of an edge it is on, rounding decides, and nothing rests on it.
+            Feature::Edge(e) if near.distance.abs() <= BLUR * info.radius => {
+                let edge = outline[(e + 1) % outline.len()] - outline[e];
+                away = -left(edge) * near.distance.signum();
+                true
+            }
+            _ => false,
+        };
         let mut place = Place::between(x, radii, away, near.distance, info.radius);
+        if on_edge {
+            place.curvature = 1.0 / info.radius;
+        }
         let Place { overlap, at, .. } = place;
         let who = Who::Point(info.id, b, part);
         if overlap < -2.0 * info.radius && !self.history.contains_key(&who) {
@@ -493,9 +550,7 @@ impl Oracle {
             place.radius = info.radius;
         }
         let r = at - body.pose.xy();
-        let surfaces = &self.config.point_surfaces;
-        let surface = surfaces.get(info.group as usize).map_or("", String::as_str);
-        let law = self.law([surface, &body.surface], &self.config.point_contact);
+        let law = self.law_of_points(info.group, b);
         let sides = [self.point(step, info, state, at), body.side(r)];
         let (touch, law) = self.touch(step, (who, law), sides, place, sums);
         let [k_n, k_t] = place.least_stiffness(&law);
@@ -514,9 +569,7 @@ impl Oracle {
         load.blur += touch.blur;
         // L-2 counts what is within half a radius, as F-6 does.
         if overlap + 0.5 * info.radius > 0.0 {
-            let (light, turns) = (sides[1].0, body.mobility().z);
-            let (n, t) = (cross(r, place.normal), cross(r, left(place.normal)));
-            load.rate += k_n * (light + n * n * turns) + k_t * (light + t * t * turns);
+            load.rate += body.rate(r, place.normal, [k_n, k_t]);
         }
     }
 
@@ -580,6 +633,12 @@ impl Oracle {
                 if i == j || again || !moves {
                     continue;
                 }
+                if self.config.overlap == OverlapMeasure::Area {
+                    // The pair is one contact.
+                    let once = (i < j).then(|| self.area(step, [i, j], sums));
+                    springs.extend(once.flatten());
+                    continue;
+                }
                 let outline: Vec<Vec2> = other.outline().map(|(v, _)| v).collect();
                 for (v, (x, _)) in one.outline().enumerate() {
                     let places = self.places(x, &outline, other.is_round());
@@ -617,7 +676,6 @@ impl Oracle {
         (y, apart): (Vec2, f64),
         sums: &mut Sums,
     ) -> Option<Spring> {
-        let common = self.config.body_contact.as_ref()?;
         let (one, other) = (&self.bodies[i], &self.bodies[j]);
         let (a, b) = (one.vertices[v].1, other.vertices[e].1);
         let away = x - y;
@@ -626,16 +684,25 @@ impl Oracle {
             return None;
         }
         let place = Place::between(x, [a, b], away, apart, a + b);
-        let Place {
-            overlap,
-            at,
-            normal,
-            ..
-        } = place;
         if self.config.overlap == OverlapMeasure::NearestEdge && !other.is_round() {
             let (outline, _) = other.parts().swap_remove(0);
             sums.doubt(&outline, (x, apart), &place);
         }
+        self.pair(step, who, [i, j], place, sums)
+    }
+
+    /// A contact between two bodies, booked. Returns the spring.
+    fn pair(
+        &self,
+        step: &Step,
+        who: Who,
+        [i, j]: [usize; 2],
+        place: Place,
+        sums: &mut Sums,
+    ) -> Option<Spring> {
+        let common = self.config.body_contact.as_ref()?;
+        let (one, other) = (&self.bodies[i], &self.bodies[j]);
+        let Place { at, normal, .. } = place;
         let (r, s) = (at - one.pose.xy(), at - other.pose.xy());
         let law = self.law([&one.surface, &other.surface], common);
         let sides = [one.side(r), other.side(s)];
@@ -650,11 +717,11 @@ impl Oracle {
             let stretch = normal.push(cross(r, normal)).component_mul(&roots) * sign;
             row.fixed_rows_mut::<3>(3 * b).copy_from(&stretch);
         }
-        if overlap <= 0.0 {
+        if place.overlap <= 0.0 {
             return None;
         }
         sums.expected.damping = sums.expected.damping.max(law.damping_ratio);
-        Some((law.normal_stiffness(overlap), row))
+        Some((law.normal_stiffness(place.overlap), row * place.gain))
     }
 
     /// What a contact exerts, booked, and its law.
@@ -671,6 +738,7 @@ impl Oracle {
             normal,
             at,
             radius,
+            gain,
             ..
         } = place;
         let lightness = light + other_light;
@@ -697,26 +765,17 @@ impl Oracle {
         };
         let motion = Motion {
             overlap,
-            moved: along(moved, normal),
-            velocity: along(velocity, normal),
+            moved: along(moved * gain, normal),
+            velocity: along(velocity * gain, normal),
             rolled,
         };
         let before = self.history.get(&who).copied().unwrap_or_default();
         let exerted = law.exert(&motion, &before);
         let [f_n, f_t] = exerted.force;
         let [by_place, by_speed] = exerted.sensitivity;
-        let force = normal * f_n + left(normal) * f_t;
-        let steep = by_place + by_speed * per_dt + place.curvature * force.norm();
-        // Where contact begins, what is not a spring begins at once.
-        let jumps = law.dashpots([1.0; 2]) != [0.0; 2] || before != History::default();
-        if overlap.abs() <= place.blur && jumps {
-            sums.expected.doubtful = Some("a contact that just begins or ends");
-        }
-        sums.stored += exerted.stored;
-        sums.friction += exerted.friction;
-        for k in 0..2 {
-            sums.viscous[k] += exerted.viscous[k];
-        }
+        let force = (normal * f_n + left(normal) * f_t) * gain;
+        let steep = (by_place + by_speed * per_dt) * gain + place.curvature * force.norm();
+        sums.book(&exerted, (&law, &before), &place);
         let touch = Touch {
             who,
             overlap,
@@ -834,8 +893,8 @@ fn along(v: Vec2, normal: Vec2) -> [f64; 2] {
     [v.dot(&normal), v.dot(&left(normal))]
 }
 
-/// Whether two places of an outline, more than a little apart, are both nearest to `x` within `blur` (m): then rounding
-/// decides which way a point is pushed. `distance` is that of the nearest (m).
+/// Whether two places of an outline, more than a little apart, are both nearest to `x` within `blur` (m), or it is on a corner
+/// or a segment: then rounding decides which way a point is pushed. `distance` is that of the nearest (m).
 fn has_two_normals(outline: &[Vec2], x: Vec2, distance: f64, blur: f64) -> bool {
     if outline.len() == 1 {
         return distance <= blur;
@@ -844,5 +903,7 @@ fn has_two_normals(outline: &[Vec2], x: Vec2, distance: f64, blur: f64) -> bool 
     let near = |y: &Vec2| (x - y).norm() - distance.abs() <= 2.0 * blur;
     let nearest: Vec<Vec2> = feet.filter(near).collect();
     let apart = |a: &Vec2, b: &Vec2| (a - b).norm() > 1e-4 * blur.sqrt();
-    distance.abs() <= blur || nearest.iter().any(|a| nearest.iter().any(|b| apart(a, b)))
+    let on_it = distance.abs() <= blur;
+    on_it && (outline.len() == 2 || nearest.len() > 1)
+        || nearest.iter().any(|a| nearest.iter().any(|b| apart(a, b)))
 }

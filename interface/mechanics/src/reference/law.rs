@@ -39,6 +39,25 @@ pub struct History {
     dashpots: [f64; 2],
 }
 
+impl History {
+    /// In the tangential and the rolling spring, in J/m.
+    pub fn energy(&self) -> f64 {
+        let [moment, rolling] = self.rolling;
+        let springs = [(self.spring, self.stiffness), (moment, rolling)];
+        let stiff = springs.into_iter().filter(|(_, k)| *k > 0.0);
+        stiff.map(|(force, k)| 0.5 * force * force / k).sum()
+    }
+
+    /// Takes a part of another one, which belongs to a contact of the same constant stiffness.
+    pub fn add(&mut self, part: f64, other: &Self) {
+        self.spring += part * other.spring;
+        self.stiffness = other.stiffness;
+        for (own, others) in self.dashpots.iter_mut().zip(other.dashpots) {
+            *own += part * others;
+        }
+    }
+}
+
 /// What a contact exerts, on the side that N points to, and what it has dissipated over the last step.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Exerted {
@@ -126,7 +145,7 @@ impl Law {
     }
 
     /// Force of the normal spring in N/m, and its energy in J/m.
-    fn spring(&self, xi: f64) -> (f64, f64) {
+    pub fn spring(&self, xi: f64) -> (f64, f64) {
         let ([k, _], [hertz, _]) = (self.linear, self.hertz);
         let (mut force, mut energy) = (k * xi, 0.5 * k * xi * xi);
         force += hertz * xi.powf(1.5);
@@ -145,7 +164,7 @@ impl Law {
     }
 
     /// Adhesion in N/m at an overlap (m), and its energy in J/m.
-    fn pull(&self, xi: f64) -> (f64, f64) {
+    pub fn pull(&self, xi: f64) -> (f64, f64) {
         let force = self.adhesion * 2.0 * (2.0 * self.pair.radius * xi).sqrt();
         (force, 2.0 / 3.0 * force * xi)
     }
@@ -162,15 +181,27 @@ impl Law {
 
     /// The contact at `t_n`, given its history.
     pub fn exert(&self, motion: &Motion, before: &History) -> Exerted {
+        let xi = motion.overlap.max(0.0);
+        let ((spring, stored), (pull, pulled)) = (self.spring(xi), self.pull(xi));
+        let mut exerted = self.exert_spring(motion, spring, before);
+        exerted.force[0] -= pull;
+        exerted.stored += stored - pulled;
+        if xi > 0.0 {
+            // The pull grows with the root of the overlap.
+            exerted.sensitivity[0] += 0.5 * pull / xi;
+        }
+        exerted
+    }
+
+    /// The same of normal springs that press with `spring` (N/m), of whose energy and adhesion it knows nothing.
+    pub fn exert_spring(&self, motion: &Motion, spring: f64, before: &History) -> Exerted {
         if motion.overlap <= 0.0 {
             return opened(motion, before);
         }
-        let xi = motion.overlap;
-        let k_n = self.normal_stiffness(xi);
+        let k_n = self.normal_stiffness(motion.overlap);
         let k_t = self.tangential_stiffness(k_n);
         let c = self.dashpots([k_n, k_t]);
-        let ((spring, stored), (pull, pulled)) = (self.spring(xi), self.pull(xi));
-        // F_n = max(0, spring - c_n u_N), less the pull.
+        // F_n = max(0, spring - c_n u_N).
         let pressing = (spring - c[0] * motion.velocity[0]).max(0.0);
         // The tangential spring, which gives way where the contact unloads, then Coulomb's limit.
         let limit = self.friction * pressing;
@@ -190,18 +221,17 @@ impl Law {
         };
         let work = -0.5 * (before.spring + tangential) * motion.moved[1]
             - 0.5 * (before.rolling[0] + moment) * motion.rolled;
-        // The pull grows with the root of the overlap, and a dashpot that follows the stiffness with the fourth root.
+        // A dashpot that follows the stiffness grows with the fourth root of the overlap.
         let drag = (c[0] * motion.velocity[0]).abs() + (c[1] * motion.velocity[1]).abs();
         let growing = if self.is_linear() { 0.0 } else { 0.25 * drag };
-        let steep = (0.5 * pull + growing) / xi;
         Exerted {
-            force: [pressing - pull, dragged],
+            force: [pressing, dragged],
             moment,
             history,
-            stored: stored - pulled + energy(&history),
-            friction: work - (energy(&history) - energy(before)),
+            stored: history.energy(),
+            friction: work - (history.energy() - before.energy()),
             viscous: viscous(before.dashpots, history.dashpots, motion.moved),
-            sensitivity: [k_n + k_t + steep, c[0] + c[1]],
+            sensitivity: [k_n + k_t + growing / motion.overlap, c[0] + c[1]],
         }
     }
 }
@@ -221,18 +251,10 @@ fn opened(motion: &Motion, before: &History) -> Exerted {
     let sliding = -0.5 * (before.spring * motion.moved[1] + moment * motion.rolled);
     let [least, most] = viscous(before.dashpots, [0.0; 2], motion.moved);
     Exerted {
-        friction: sliding + energy(before),
+        friction: sliding + before.energy(),
         viscous: [least.min(0.0), most.max(0.0)],
         ..Exerted::default()
     }
-}
-
-/// In the tangential and the rolling spring, in J/m.
-fn energy(history: &History) -> f64 {
-    let [moment, rolling] = history.rolling;
-    let springs = [(history.spring, history.stiffness), (moment, rolling)];
-    let stiff = springs.into_iter().filter(|(_, k)| *k > 0.0);
-    stiff.map(|(force, k)| 0.5 * force * force / k).sum()
 }
 
 /// Least and most work of dashpots, whose forces (N/m) were and are these, on the way `moved` (m).

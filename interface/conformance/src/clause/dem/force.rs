@@ -1,4 +1,4 @@
-//! Section 7: the force where a point is on the outline to the last bit, which random cases never hit.
+//! Section 7: the force where a point is on the outline to the last bit; in random cases it is there within rounding.
 
 use interface::config::{BodyShape, Motion};
 

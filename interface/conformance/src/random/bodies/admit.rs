@@ -1,8 +1,10 @@
 //! Which cases can be run: what no coupled run would do is left out, since no clause says what a solver does there.
 
 use interface::Vec2;
+use interface::config::{BodyShape, OverlapMeasure};
+use mechanics::mass::cross;
 use mechanics::outline::nearest;
-use mechanics::reference::bodies::{Expected, Oracle, Vec3, Who};
+use mechanics::reference::bodies::{BLUR, Body, Expected, Oracle, Vec3, Who, shared};
 use mechanics::reference::law::{Law, Pair};
 
 use super::case::Case;
@@ -11,8 +13,11 @@ use super::case::Case;
 const MOVES: f64 = 0.45;
 /// Deepest overlap of a point, as a share of its radius.
 const DEEP: f64 = 0.95;
-/// Deepest overlap of two bodies, as a share of the sum of their sphero-radii.
+/// Deepest overlap of two bodies, as a share of the sum of their sphero-radii; of an area its mean depth, as a share of the
+/// thickness of the thinner one.
 const DEEP_BODIES: f64 = 0.3;
+/// Least width of an area that two bodies share over its square root.
+const NARROW: f64 = 0.4;
 /// Most by which a body turns in a step, in rad.
 const TURNS: f64 = 0.3;
 
@@ -20,8 +25,16 @@ const TURNS: f64 = 0.3;
 pub fn is_sound(case: &Case, oracle: &Oracle, poses: &[Vec3], expected: &Expected) -> bool {
     let bodies = &case.config.bodies;
     let too_deep = expected.touches.iter().any(|touch| match touch.who {
-        Who::Point(id, ..) => touch.overlap > DEEP * radius(case, id),
+        Who::Point(id, b, _) => {
+            // Not beyond the outline of a polygon, and not as deep in what has no inside.
+            let (corners, own) = (bodies[b].shape.vertices().len(), radius(case, id));
+            let on_it = bodies[b].sphero_radius + (1.0 + BLUR) * own;
+            let round = corners < 3 || matches!(bodies[b].shape, BodyShape::Cluster { .. });
+            touch.overlap > if round { DEEP * own } else { on_it }
+        }
         Who::Points(p, q) => touch.overlap > 0.5 * radius(case, p).min(radius(case, q)),
+        // `is_through` looks at them.
+        Who::Bodies(..) if case.config.overlap == OverlapMeasure::Area => false,
         Who::Bodies(i, _, j, _) => {
             let both = bodies[i].sphero_radius + bodies[j].sphero_radius;
             touch.overlap > DEEP_BODIES * both || touch.moved > 0.2 * both
@@ -35,7 +48,40 @@ pub fn is_sound(case: &Case, oracle: &Oracle, poses: &[Vec3], expected: &Expecte
         let finite = moved.norm().is_finite();
         !finite || moved.z.abs() > TURNS || moved.xy().norm() > most
     });
-    !too_deep && !too_far
+    let area = case.config.body_contact.is_some() && case.config.overlap == OverlapMeasure::Area;
+    !(too_deep || too_far || (area && is_through(oracle, poses)))
+}
+
+/// Whether two bodies that share an area reach through one another, at these `poses` or after the step.
+fn is_through(oracle: &Oracle, poses: &[Vec3]) -> bool {
+    let outline = |body: &Body| body.parts().swap_remove(0).0;
+    let now: Vec<_> = oracle.bodies.iter().map(outline).collect();
+    let mut then = oracle.bodies.clone();
+    then.iter_mut()
+        .zip(poses)
+        .for_each(|(body, pose)| body.pose = *pose);
+    let then: Vec<_> = then.iter().map(outline).collect();
+    let pairs = (0..now.len()).flat_map(|j| (0..j).map(move |i| [i, j]));
+    pairs.into_iter().any(|[i, j]| {
+        let both = [&then, &now].map(|at| shared(&at[i], &at[j]));
+        let thinner = thickness(&now[i]).min(thickness(&now[j]));
+        let deep = both.iter().flatten().any(|shared| {
+            let (area, width) = (shared.area, shared.push.norm());
+            area > DEEP_BODIES * thinner * width || width < NARROW * area.sqrt()
+        });
+        let turned = matches!(both, [Some(then), Some(now)] if then.push.dot(&now.push) < 0.0);
+        deep || turned
+    })
+}
+
+/// The least width of a convex outline in m.
+fn thickness(outline: &[Vec2]) -> f64 {
+    let edges = outline.iter().zip(outline.iter().cycle().skip(1));
+    let widths = edges.map(|(a, b)| {
+        let across = outline.iter().map(|x| cross((b - a).normalize(), x - a));
+        across.fold(0.0, f64::max)
+    });
+    widths.fold(f64::INFINITY, f64::min)
 }
 
 /// Whether a point passes a body that it is near by more than it may, from `before` to `now` (m).
@@ -49,6 +95,16 @@ pub fn passes(case: &Case, oracle: &Oracle, now: &[Vec2], before: &[Vec2]) -> bo
             };
             moved.norm() > MOVES * point.info.radius && !body.parts().iter().all(far)
         })
+    })
+}
+
+/// Whether a chain goes through a disc: it is as near to the centre as no chain comes that is pressed from outside.
+pub fn pierces(case: &Case, oracle: &Oracle, now: &[Vec2]) -> bool {
+    let walkers = case.points.windows(2).zip(now.windows(2));
+    let mut segments = walkers.filter(|(pair, _)| pair[0].segment != 0);
+    segments.any(|(pair, ends)| {
+        let near = |(center, _)| nearest(ends, center).distance <= 0.6 * pair[0].info.radius;
+        oracle.bodies.iter().flat_map(Body::outline).any(near)
     })
 }
 

@@ -13,7 +13,7 @@ use super::super::plan::{self, Course, Epoch};
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Along {
-    /// The surface of a body, with it.
+    /// The surface of a body, with it. Of a cluster it is that of one of the discs, which follows from its id.
     Body(usize),
     /// Another point, which comes before it.
     Point(usize),
@@ -39,6 +39,9 @@ pub struct Walker {
     pub spin: f64,
     /// Steps in which it is in the set: from, and up to but without.
     pub present: Vec<[u32; 2]>,
+    /// A segment of a chain between it and the next one in the list: 1 from it to that, -1 from that to it, 0 none.
+    #[serde(default)]
+    pub segment: i32,
 }
 
 impl Walker {
@@ -81,8 +84,22 @@ impl Case {
 
     /// The set in a step.
     pub fn set(&self, step: u32) -> Vec<ImpInfo> {
-        let present = self.points.iter().filter(|point| point.is_present(step));
-        present.map(|point| point.info).collect()
+        let present = || self.points.iter().filter(|point| point.is_present(step));
+        let mut set: Vec<ImpInfo> = present().map(|point| point.info).collect();
+        // The next one in the list has the next slot if it is there too.
+        for (slot, pair) in self
+            .points
+            .windows(2)
+            .filter(|pair| pair[0].is_present(step))
+            .enumerate()
+        {
+            match (pair[1].is_present(step), pair[0].segment) {
+                (true, 1) => set[slot].next = slot as u32 + 2,
+                (true, -1) => set[slot + 1].next = slot as u32 + 1,
+                _ => {}
+            }
+        }
+        set
     }
 
     /// Positions of all points in a step, those included that are not in the set.
@@ -93,8 +110,9 @@ impl Case {
             positions.push(match point.along {
                 Along::Body(b) => {
                     let body = &oracle.bodies[b];
-                    // Of a cluster it goes around the first disc.
-                    let (outline, a) = body.parts().swap_remove(0);
+                    let mut parts = body.parts();
+                    let part = point.info.id as usize % parts.len();
+                    let (outline, a) = parts.swap_remove(part);
                     let (place, normal) = around(&outline, a + point.info.radius, way, body.pose.z);
                     place + normal * (a + point.info.radius - overlap)
                 }

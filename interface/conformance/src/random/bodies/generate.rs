@@ -2,12 +2,15 @@
 //! magnitude; the step follows from them by stability, and speeds from the step, so that nothing passes through anything.
 
 use fastrand::Rng;
+use interface::Vec2;
 use interface::config::capability::Capabilities;
 use interface::config::surfaces::ContactPair;
 use interface::config::{
-    BodyConfig, BodyInertia, BodyShape, ContactLaw, DemConfig, GroupPair, Motion, OverlapMeasure,
+    BodyConfig, BodyInertia, BodyShape, ContactLaw, DemConfig, GroupPair, Interface, Motion,
+    OverlapMeasure,
 };
 use interface::message::wire::ImpInfo;
+use mechanics::reference::bodies::{Oracle, shared};
 
 use super::super::dice::{Dice, decades};
 use super::super::plan::Course;
@@ -88,14 +91,177 @@ impl Dice<'_, Scale> {
                 law,
             });
         }
+        self.seldom(&mut config);
         let epochs = self.epochs(self.takes.has("contacts"));
         let steps = epochs.iter().flat_map(|e| &e.windows).sum();
-        let points = self.points(&config, steps);
+        let mut points = self.points(&config, steps);
+        if config.interface == Interface::Segments {
+            points = self.chains(&config.bodies, steps);
+        } else {
+            self.aside().put_on_outlines(&config.bodies, &mut points);
+        }
         Case {
             config,
             points,
             epochs,
         }
+    }
+
+    /// Makes some cases such of a kind that hardly comes about by itself.
+    fn seldom(&self, config: &mut DemConfig) {
+        let mut dice = self.aside();
+        let kind = dice.rng.u32(0..10);
+        let takes = |names: &[&str]| names.iter().all(|name| self.takes.meets(name));
+        let touching = config.body_contact.is_some() && config.bodies.len() > 1;
+        let sharp = ["overlap:area", "shape:polygon", "law:linear"];
+        let rolling = ["feature:rolling_friction", "law:granular", "shape:disc"];
+        let chain = self.takes.has("segments") && self.takes.meets("shape:disc");
+        match kind {
+            0 | 1 if touching && takes(&sharp) => self.sharpen(&mut dice, config),
+            2 | 3 if touching && takes(&rolling) => self.roll(&mut dice, config),
+            4 | 5 if !config.bodies.is_empty() && chain => {
+                config.interface = Interface::Segments;
+                config.overlap = OverlapMeasure::EachEdge;
+                config.group_pairs.clear();
+                let cornered = |body: &&mut BodyConfig| body.shape.vertices().len() > 1;
+                let cornered = config.bodies.iter_mut().filter(cornered);
+                for body in cornered.filter(|body| !matches!(body.shape, BodyShape::Cluster { .. }))
+                {
+                    body.sphero_radius = extent(body);
+                    body.shape = BodyShape::Disc;
+                }
+            }
+            _ => {}
+        }
+    }
+
+    /// Polygons with sharp corners, whose contact is measured by the area that they share.
+    fn sharpen(&self, dice: &mut Dice<()>, config: &mut DemConfig) {
+        config.overlap = OverlapMeasure::Area;
+        for body in &mut config.bodies {
+            let (size, corners) = (extent(body), dice.rng.u32(3..8));
+            let vertices = dice.star(corners, [0.0; 2], |_| size);
+            (body.shape, body.sphero_radius) = (BodyShape::Polygon { vertices }, 0.0);
+        }
+        let k = self.scale.stiffness;
+        let rubs = dice.often() && self.takes.meets("feature:friction");
+        let damps = dice.rarely() && self.takes.meets("feature:damping");
+        config.body_contact = Some(ContactLaw::Linear {
+            normal_stiffness: k,
+            tangential_stiffness: dice.when(rubs, |dice| k * dice.between(0.1, 1.0)),
+            friction: dice.when(rubs, |dice| dice.between(0.05, 1.2)),
+            damping_ratio: dice.when(damps, |dice| dice.between(0.01, 0.5)),
+            damped_mass: 0.0,
+        });
+        // Each comes along the row until it touches the one before it.
+        let place = |config: &DemConfig, b: usize| Vec2::from(config.bodies[b].position);
+        for b in 1..config.bodies.len() {
+            let outline = |b: usize| {
+                Oracle::new(config).bodies[b]
+                    .outline()
+                    .map(|(v, _)| v)
+                    .collect()
+            };
+            let [first, second]: [Vec<Vec2>; 2] = [outline(b - 1), outline(b)];
+            let back = place(config, b - 1) - place(config, b);
+            let (mut apart, mut within) = (0.0, 1.0);
+            for _ in 0..40 {
+                let middle = 0.5 * (apart + within);
+                let moved: Vec<Vec2> = second.iter().map(|x| x + back * middle).collect();
+                let touch = shared(&first, &moved).is_some();
+                *(if touch { &mut within } else { &mut apart }) = middle;
+            }
+            let deep = dice.between(-0.1, 0.3) * self.scale.radius;
+            let shift = back * within + back.normalize() * deep;
+            for body in &mut config.bodies[b..] {
+                body.position = (Vec2::from(body.position) + shift).into();
+            }
+        }
+    }
+
+    /// Discs that touch and turn, most of them where they are.
+    fn roll(&self, dice: &mut Dice<()>, config: &mut DemConfig) {
+        let k = self.scale.stiffness;
+        config.body_contact = Some(ContactLaw::Granular {
+            normal_stiffness: k,
+            tangential_stiffness: k * dice.between(0.1, 1.0),
+            friction: dice.between(0.05, 1.2),
+            damping_ratio: 0.0,
+            damped_mass: 0.0,
+            adhesion: 0.0,
+            rolling_friction: dice.between(0.01, 1.0),
+        });
+        let held = Motion::Guided {
+            hold_x: true,
+            hold_y: true,
+            hold_angle: false,
+        };
+        let ways = [
+            ("motion:guided", held),
+            ("motion:free", Motion::Free),
+            ("motion:driven", Motion::Driven),
+        ];
+        let mut before: Option<(Vec2, Vec2, f64)> = None;
+        for body in &mut config.bodies {
+            (body.sphero_radius, body.shape) = (extent(body), BodyShape::Disc);
+            body.velocity = [0.0; 2];
+            body.spin = decades(&mut dice.rng, -3.5, -0.5) * dice.way(0.3) / self.dt;
+            body.motion = dice.member(&ways).unwrap_or(Motion::Free);
+            let (was, a) = (Vec2::from(body.position), body.sphero_radius);
+            if let Some((old, at, b)) = before {
+                let deep = (a + b) * (1.0 - dice.between(0.01, 0.25));
+                body.position = (at + (was - old).normalize() * deep).into();
+            }
+            before = Some((was, body.position.into(), a));
+        }
+    }
+
+    /// Chains of markers along a body each, from flat to bent, whose markers come and go as points do.
+    fn chains(&self, bodies: &[BodyConfig], steps: u32) -> Vec<Walker> {
+        let mut dice = self.aside();
+        let mut points = Vec::new();
+        for group in 0..dice.rng.u32(1..3) {
+            let radius = self.scale.radius * dice.between(0.6, 1.0);
+            let mass = dice.about(self.scale.mass);
+            let body = dice.rng.usize(0..bodies.len());
+            let reach = bodies[body].sphero_radius + radius;
+            let (way, overlap) = dice.walk(radius, steps);
+            let count = dice.rng.u32(2..9);
+            let spacing = dice.between(0.5, 3.0) * radius;
+            let spacing = spacing.min(4.0 * reach / f64::from(count));
+            // The middle of a flat chain is this much nearer than a marker a metre aside.
+            let bend = dice.between(-0.2, 1.5) / (2.0 * reach);
+            let segment = if dice.often() { 1 } else { -1 };
+            let change = dice.rng.u32(1..steps.max(2));
+            let present = dice.presence(&[change], steps);
+            for k in 0..count {
+                let aside = (f64::from(k) - 0.5 * f64::from(count)) * spacing;
+                let aside = aside + dice.way(0.2 * spacing);
+                // The disc is to the right of the chain.
+                let along = |&(step, way): &(u32, f64)| (step, way - f64::from(segment) * aside);
+                let mut deep = |&(step, deep): &(u32, f64)| {
+                    (step, deep - bend * aside * aside + dice.way(0.05 * radius))
+                };
+                points.push(Walker {
+                    info: ImpInfo {
+                        // Of a cluster all of them go along the same disc.
+                        id: 2 * points.len() as u64 + 1,
+                        radius,
+                        mass,
+                        group,
+                        next: 0,
+                    },
+                    along: Along::Body(body),
+                    way: Course(way.0.iter().map(along).collect()),
+                    overlap: Course(overlap.0.iter().map(&mut deep).collect()),
+                    noise: dice.vector(0.1 * radius / dice.dt),
+                    spin: dice.way(0.1 / dice.dt),
+                    present: present.clone(),
+                    segment: if k + 1 < count { segment } else { 0 },
+                });
+            }
+        }
+        points
     }
 
     fn law(&mut self, of_points: bool) -> ContactLaw {
@@ -320,6 +486,7 @@ impl Dice<'_, Scale> {
                 },
                 spin: 0.0,
                 present: self.presence(&changes, steps),
+                segment: 0,
             });
         }
         for point in &mut points {
@@ -328,6 +495,43 @@ impl Dice<'_, Scale> {
             }
         }
         points
+    }
+}
+
+/// The farthest place of a body from the origin of its shape in m.
+fn extent(body: &BodyConfig) -> f64 {
+    let corners = body.shape.vertices().into_iter();
+    let corners = corners.map(|[x, y]| x.hypot(y));
+    corners.fold(0.0, f64::max) + body.sphero_radius
+}
+
+impl<S> Dice<'_, S> {
+    /// Some points on polygons begin on their outlines.
+    fn put_on_outlines(&mut self, bodies: &[BodyConfig], points: &mut [Walker]) {
+        if self.rng.u32(0..6) > 0 {
+            return;
+        }
+        for point in points {
+            let Along::Body(b) = point.along else {
+                continue;
+            };
+            let is_polygon = matches!(
+                bodies[b].shape,
+                BodyShape::Polygon { .. } | BodyShape::Rectangle { .. }
+            );
+            if !is_polygon || self.often() {
+                continue;
+            }
+            let (stay, radius) = (self.rng.u32(1..20), point.info.radius);
+            let mut last = (stay, bodies[b].sphero_radius + radius);
+            let mut course = vec![(0, last.1), last];
+            for &(step, wanted) in point.overlap.0.iter().filter(|(step, _)| *step > stay) {
+                let change = 0.15 * radius * f64::from(step - last.0);
+                last = (step, last.1 + (wanted - last.1).clamp(-change, change));
+                course.push(last);
+            }
+            point.overlap = Course(course);
+        }
     }
 
     fn presence(&mut self, changes: &[u32], steps: u32) -> Vec<[u32; 2]> {
