@@ -23,9 +23,9 @@ fn cases_that_the_oracle_judged_wrongly_agree() {
 /// and damping before the first set.
 #[test]
 fn cases_that_the_solver_answered_wrongly_agree() {
-    for seed in [19, 36, 1511, 1762] {
-        agree(seed..seed + 1);
-    }
+    // Seeds 19 and 36 are among those of the first test.
+    agree(1_500..1_520);
+    agree(1_750..1_770);
 }
 
 fn agree(seeds: Range<u64>) {

@@ -18,7 +18,6 @@ use super::law::{Exerted, History, Law, Motion, Pair};
 use crate::mass::{cross, swept, union_of_discs};
 use crate::outline::{Feature, nearest, nearest_on_edge};
 pub use area::{Shared, shared};
-use chain::Span;
 
 /// Distances (m) below this share of a point's radius are not told apart: rounding, and its growth over a run.
 pub const BLUR: f64 = 1e-8;
@@ -285,6 +284,16 @@ pub struct Expected {
     pub viscous_most: f64,
     /// The bodies as measured in this step.
     pub bodies: Vec<BodyState>,
+}
+
+/// Places of a chain that a disc presses, with their spring.
+#[derive(Debug, Clone)]
+struct Span {
+    /// Body and disc of it.
+    disc: (usize, usize),
+    /// The minima that press: ids of two markers, share of the second, and force of the normal spring in N/m.
+    minima: Vec<([u64; 2], f64, f64)>,
+    history: History,
 }
 
 /// The bodies and what they remember.

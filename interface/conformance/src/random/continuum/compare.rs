@@ -267,8 +267,7 @@ impl Judge<'_> {
         let (t, want) = (Tolerance::of(stand), &expected.ledger);
         let config = &stand.oracle.config;
         // Strains of a few percent are worked up by a quadrature of the step.
-        let worked = want.stress_work.abs() + want.plastic_work;
-        let works = 0.02 * worked + t.stored.max(1e-6 * want.kinetic);
+        let works = 0.02 * expected.worked + t.stored.max(1e-6 * want.kinetic);
         // Where a step goes beyond the yield surface, parts grains or rubs a fluid, its work less what it dissipates is no better
         // than the quadrature.
         let has_energy = stand.oracle.all().iter().all(RefPoint::has_energy);

@@ -30,8 +30,8 @@ pub struct Oracle {
     pub config: MpmConfig,
     /// Speed of the fastest pressure wave in m/s.
     pub wave: f64,
-    /// Elastic energy at the start in J/m.
-    start: f64,
+    /// Elastic energy of each point at the start in J/m.
+    start: Vec<f64>,
     applied: [f64; 2],
     contact: [f64; 2],
     /// Dissipated so far by walls with friction, in J/m.
@@ -49,6 +49,8 @@ pub struct Expected {
     pub ledger: Ledger,
     /// The groups likewise, then the probes and supports.
     pub groups: Vec<GroupState>,
+    /// What stress has worked on each point since the start, without signs, in J/m: the scale of its quadrature.
+    pub worked: f64,
     /// Length of the kick in s.
     pub kick: f64,
 }
@@ -75,14 +77,14 @@ impl Oracle {
             layers,
             config: config.clone(),
             wave,
-            start: 0.0,
+            start: Vec::new(),
             applied: [0.0; 2],
             contact: [0.0; 2],
             rubbed: 0.0,
             moments: [0.0; 2],
         };
         oracle.sets = oracle.sets()?;
-        oracle.start = oracle.all().iter().map(RefPoint::stored).sum();
+        oracle.start = oracle.all().iter().map(RefPoint::stored).collect();
         Some(oracle)
     }
 
@@ -193,7 +195,7 @@ impl Oracle {
             viscous_work: lost[1],
             friction_work: self.rubbed + w * rubbed,
             driven_work: driven,
-            stress_work: elastic - self.start,
+            stress_work: elastic - self.start.iter().sum::<f64>(),
             ..Ledger::default()
         };
         self.rubbed += rubbed;
@@ -213,11 +215,14 @@ impl Oracle {
             self.moments[1] += kick * (at(p.x, f.force)[2] + f.couple);
         }
         [ledger.applied_moment, ledger.contact_moment] = self.moments;
+        let stored = done.iter().map(RefPoint::stored).zip(&self.start);
+        let worked = stored.map(|(now, start)| (now - start).abs()).sum::<f64>() + lost[0];
         let is_doubtful = self.layers.iter().any(|layer| layer.told.is_doubtful);
         (!is_doubtful).then_some(Expected {
             contact_omega_sq,
             ledger,
             groups,
+            worked,
             kick,
         })
     }

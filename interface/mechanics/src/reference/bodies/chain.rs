@@ -5,19 +5,9 @@ use interface::Vec2;
 use interface::message::wire::{ImpInfo, ImpState};
 use interface::step::Step;
 
-use super::{OnPoint, Oracle, Place, Sums, Touch, Who, along, left};
+use super::{OnPoint, Oracle, Place, Span, Sums, Touch, Who, along, left};
 use crate::mass::cross;
 use crate::reference::law::{History, Law, Motion, Pair};
-
-/// Places of a chain that a disc presses, with their spring.
-#[derive(Debug, Clone)]
-pub struct Span {
-    /// Body and disc of it.
-    disc: (usize, usize),
-    /// The minima that press: ids of two markers, share of the second, and force of the normal spring in N/m.
-    minima: Vec<([u64; 2], f64, f64)>,
-    history: History,
-}
 
 /// Markers in the order of their segments.
 struct Chain<'a> {
