@@ -143,10 +143,10 @@ tandem run scenes/bardenhagen2000/shear.toml --set output.frames=1.2e-7 --out ru
 tandem run scenes/bardenhagen2000/shear.toml --variant friction --set output.frames=1.2e-7 --out runs/friction
 docs/results/shear.py runs/friction --at 0.25,0.5,0.75 --out profile.csv
 tandem plot "without slip=runs/no_slip" "friction 0.3=runs/friction" --frames 9e-6 --columns 2 \
-    --colour "grain=sin(12.9*group)" --out docs/results/figures/bardenhagen_06_grains.svg
+    --colour "grain=sin(12.9*group)" --out docs/results/figures/bardenhagen_06_grains.png
 tandem plot "friction 0.3=runs/friction" --frames 7.56e-6,8.52e-6 --clim 0,0.4 --columns 2 \
     --colour "principal stress difference [GPa]=sqrt((stress_xx-stress_yy)^2+4*stress_xy^2)/1e9" \
-    --out docs/results/figures/bardenhagen_07_chains.svg
+    --out docs/results/figures/bardenhagen_07_chains.png
 tandem plot "friction 0.3=profile.csv" --x x --y "25 %=shear_25" --y "50 %=shear_50" \
     --y "75 %=shear_75" --y "uniform=uniform" --out docs/results/figures/bardenhagen_08_profile.svg
 
