@@ -23,6 +23,12 @@ impl Fluid {
     fn power(&self, volume: Lanes) -> Lanes {
         (splat(-self.exponent) * volume.ln()).exp()
     }
+
+    /// `K/gamma (J^-gamma - 1)` in Pa.
+    #[inline(always)]
+    fn pressure(&self, point: &Point<()>) -> Lanes {
+        splat(self.bulk / self.exponent) * (self.power(point.volume) - splat(1.0))
+    }
 }
 
 impl Material for Fluid {
@@ -44,8 +50,9 @@ impl Material for Fluid {
             );
         }
         let mut point = self.initial();
-        point.stress = stress;
         point.volume = splat(base.powf(-1.0 / self.exponent));
+        let pressure = self.pressure(&point);
+        [point.stress.xx, point.stress.yy, point.stress.zz] = [-pressure; 3]; // to the bit that of its volume
         Ok(point)
     }
 
@@ -55,7 +62,7 @@ impl Material for Fluid {
             return Dissipated::NOTHING; // an interval of no length keeps the stress of the one before
         }
         point.volume *= swelling(by.xx + by.yy);
-        let pressure = splat(self.bulk / self.exponent) * (self.power(point.volume) - splat(1.0));
+        let pressure = self.pressure(point);
         // 2 mu dev(D)
         let mean = (by.xx + by.yy) * splat(1.0 / 3.0);
         let twice_mu = splat(2.0 * self.viscosity * per_dt);
