@@ -6,7 +6,6 @@ use std::f64::consts::TAU;
 
 use crate::alone::Alone;
 use crate::small_scenes::{body, fixed, linear_law, polygon_shape, rectangle_shape, scene};
-use dem_proc::contact::approach::thickness;
 use interface::Vec2;
 use interface::config::capability::word;
 use interface::config::{
@@ -14,6 +13,7 @@ use interface::config::{
 };
 use mechanics::generate::Random;
 use mechanics::outline::nearest;
+use mechanics::outline::thickness;
 
 const MEASURES: [OverlapMeasure; 3] = [
     OverlapMeasure::EachEdge,

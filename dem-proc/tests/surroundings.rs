@@ -1,11 +1,12 @@
 //! What bounds the motion of surfaces: widths, ways through an outline, accelerations, the way ahead.
 
 use dem_proc::body::bodies::Bodies;
-use dem_proc::contact::approach::{outer_acceleration, thickness};
+use dem_proc::contact::approach::outer_acceleration;
 use dem_proc::contact::passage::goes_through;
 use dem_proc::lists::now::Ahead;
 use interface::Vec2;
 use interface::config::{BodyConfig, BodyShape, DemConfig, Motion};
+use mechanics::outline::thickness;
 
 use crate::opening::grain;
 

@@ -21,7 +21,6 @@ use interface::Vec2;
 use interface::config::Motion;
 
 use crate::body::bodies::Bodies;
-use mechanics::mass::cross;
 
 /// Terms of the sum over vertices and edges in which two bodies can meet at once: flush squares with aligned corners
 /// (docs/physics.md section 5).
@@ -92,18 +91,4 @@ pub fn first_contact(bodies: &Bodies, stiffness: f64) -> f64 {
         .iter()
         .map(|s| s.inverse_mass + s.inverse_inertia * s.extent * s.extent);
     2.0 * TERMS * stiffness * mobility.fold(0.0, f64::max)
-}
-
-/// The smallest width of a convex outline in m: the thickness of a plate, 0 of a segment or a point.
-pub fn thickness(outline: &[Vec2]) -> f64 {
-    let n = outline.len();
-    if n < 3 {
-        return 0.0;
-    }
-    let width = |i: usize| {
-        let (a, edge) = (outline[i], outline[(i + 1) % n] - outline[i]);
-        let heights = outline.iter().map(|p| cross(edge, p - a).abs());
-        heights.fold(0.0, f64::max) / edge.norm()
-    };
-    (0..n).map(width).fold(f64::INFINITY, f64::min)
 }

@@ -8,9 +8,9 @@ use mechanics::outline::{contact_point, see};
 
 use crate::body::bodies::Bodies;
 use crate::body::shape::edge_count;
-use crate::contact::approach::thickness;
 use crate::contact::convex::{Candidate, Measure, Spot};
 use crate::contact::passage::{Passage, TIP, admissible_depth, goes_through};
+use mechanics::outline::thickness;
 
 /// Measures a contact by the distance of a vertex from the nearest edge.
 #[derive(Debug, Default)]

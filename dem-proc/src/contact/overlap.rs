@@ -11,11 +11,11 @@
 use interface::Vec2;
 
 use crate::body::bodies::Bodies;
-use crate::contact::approach::thickness;
 use crate::contact::convex::{Candidate, Measure, Spot};
 use crate::contact::passage::Passage;
 use crate::parry::{Gap, gap};
 use mechanics::mass::cross;
+use mechanics::outline::thickness;
 
 /// Smallest ratio of the width of an overlap to the root of its area for which the force has the right direction: half
 /// of it is the root of `tan(alpha / 2)` for a corner of the angle `alpha`.

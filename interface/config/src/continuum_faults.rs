@@ -163,13 +163,8 @@ impl MpmConfig {
                 help,
             );
         }
-        let elastic = |model: &MaterialModel| {
-            matches!(
-                model,
-                MaterialModel::LinearElastic { .. } | MaterialModel::Hypoelastic { .. }
-            )
-        };
-        let plastic = self.materials.iter().find(|m| !elastic(&m.model));
+        let mut materials = self.materials.iter();
+        let plastic = materials.find(|m| !m.model.takes_plane_stress());
         if let (Plane::Stress, Some(material)) = (self.plane, plastic) {
             let help = format!(
                 "stress is possible with linear_elastic and hypoelastic only; \"{}\" needs the stress out of plane",

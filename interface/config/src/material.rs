@@ -146,6 +146,11 @@ impl MaterialModel {
         word(self)
     }
 
+    /// Whether the thickness can follow from the stress out of plane: a solid that is elastic at small strains and does not yield.
+    pub fn takes_plane_stress(&self) -> bool {
+        matches!(self, Self::LinearElastic { .. } | Self::Hypoelastic { .. })
+    }
+
     /// K and G in Pa; a fluid has no G.
     pub fn moduli(&self) -> (f64, f64) {
         match *self {

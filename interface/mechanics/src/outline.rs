@@ -191,6 +191,20 @@ pub fn see(outline: &[Vec2], edges: impl IntoIterator<Item = usize>, p: Vec2) ->
     }
 }
 
+/// The smallest width of a convex outline in m: the thickness of a plate, 0 of a segment or a point.
+pub fn thickness(outline: &[Vec2]) -> f64 {
+    let n = outline.len();
+    if n < 3 {
+        return 0.0;
+    }
+    let width = |i: usize| {
+        let (a, edge) = (outline[i], outline[(i + 1) % n] - outline[i]);
+        let heights = outline.iter().map(|p| cross(edge, p - a).abs());
+        heights.fold(0.0, f64::max) / edge.norm()
+    };
+    (0..n).map(width).fold(f64::INFINITY, f64::min)
+}
+
 /// The contact point (eq. 41, sign corrected): `p = X - (a_V - xi/2) N` for a vertex or point `X` of radius `a_V`.
 ///
 /// It uses the signed normal, so that it moves smoothly when a point passes the outline of a body without

@@ -3,7 +3,6 @@
 use crate::kernel::point_tile::Which;
 use crate::kernel::window::fill_window;
 use crate::state::nodes::{MappedTile, NodeTile};
-use interface::config::StressUpdate;
 use interface::solver::Fault;
 
 use super::check_points::check_points;
@@ -32,23 +31,19 @@ pub fn grid_to_points<const W: usize, S: Shape<W>, A: AffineState>(
     continuum: &mut Continuum<W, S, A>,
     dt: f64,
 ) -> Result<(), Fault> {
-    match continuum.stress_update {
+    if continuum.maps_kicked() {
         // The velocities were gathered, and mapped to the field that strains the points.
-        StressUpdate::Musl | StressUpdate::Usavg if continuum.maps_kicked() => {
-            transfer_pass::<W, false, true, S, A>(continuum, Which::All, dt);
-        }
-        StressUpdate::Usf if continuum.maps_near_loads() => {
-            find_near_loads(continuum);
-            transfer_pass::<W, true, false, S, A>(continuum, Which::NearLoad, 0.0);
-            map_velocities(continuum, Which::NearLoad);
-            hold_mapped(continuum);
-            continuum.grid.complete_mapped();
-            transfer_pass::<W, false, true, S, A>(continuum, Which::NearLoad, dt);
-            transfer_pass::<W, true, true, S, A>(continuum, Which::Elsewhere, dt);
-        }
-        _ => {
-            transfer_pass::<W, true, true, S, A>(continuum, Which::All, dt);
-        }
+        transfer_pass::<W, false, true, S, A>(continuum, Which::All, dt);
+    } else if continuum.maps_near_loads() {
+        find_near_loads(continuum);
+        transfer_pass::<W, true, false, S, A>(continuum, Which::NearLoad, 0.0);
+        map_velocities(continuum, Which::NearLoad);
+        hold_mapped(continuum);
+        continuum.grid.complete_mapped();
+        transfer_pass::<W, false, true, S, A>(continuum, Which::NearLoad, dt);
+        transfer_pass::<W, true, true, S, A>(continuum, Which::Elsewhere, dt);
+    } else {
+        transfer_pass::<W, true, true, S, A>(continuum, Which::All, dt);
     }
     if continuum.imps.markers.is_some() {
         move_markers(continuum, dt)?;

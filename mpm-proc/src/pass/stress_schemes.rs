@@ -45,17 +45,18 @@ pub fn update_stress_last<const W: usize, S: Shape<W>, A: AffineState>(
     continuum: &mut Continuum<W, S, A>,
     dt: f64,
 ) {
-    let (velocity, dt) = match continuum.stress_update {
+    let dt = match continuum.stress_update {
         StressUpdate::Usf => return,
-        StressUpdate::Usl => (Velocity::After, dt),
-        StressUpdate::Musl => (Velocity::Before, dt),
-        StressUpdate::Usavg if continuum.maps_kicked() => (Velocity::Before, 0.5 * dt),
-        StressUpdate::Usavg => (Velocity::After, 0.5 * dt),
+        StressUpdate::Usl | StressUpdate::Musl => dt,
+        StressUpdate::Usavg => 0.5 * dt,
     };
-    if velocity == Velocity::Before {
+    let velocity = if continuum.maps_kicked() {
         transfer_pass::<W, true, false, S, A>(continuum, Which::All, 0.0);
         points_to_grid(continuum);
-    }
+        Velocity::Before
+    } else {
+        Velocity::After
+    };
     stress_pass(continuum, dt, (velocity, PositionsAt::Start), true, false);
     sum_stress_ahead(continuum);
 }

@@ -12,7 +12,7 @@ use super::start::{Place, Start};
 use crate::StudyError;
 use crate::output;
 
-/// Has the number of the array.
+/// The file with the number of the array.
 const NOTE: &str = "slurm.job";
 /// Time between two looks at the directories of the runs.
 const LOOK: Duration = Duration::from_millis(500);

@@ -106,13 +106,17 @@ impl Body {
         self.vertices.iter().map(|(v, a)| (self.at(*v), *a))
     }
 
+    /// Positions of its vertices in m.
+    pub fn corners(&self) -> Vec<Vec2> {
+        self.outline().map(|(v, _)| v).collect()
+    }
+
     /// The outlines that a point touches one by one, each with its sphero-radius: one, or the discs of a cluster.
     pub fn parts(&self) -> Vec<(Vec<Vec2>, f64)> {
         if self.cluster {
             return self.outline().map(|(v, a)| (vec![v], a)).collect();
         }
-        let outline = self.outline().map(|(v, _)| v);
-        vec![(outline.collect(), self.vertices[0].1)]
+        vec![(self.corners(), self.vertices[0].1)]
     }
 
     /// Whether it is a disc, or several.
@@ -648,7 +652,7 @@ impl Oracle {
                     springs.extend(once.flatten());
                     continue;
                 }
-                let outline: Vec<Vec2> = other.outline().map(|(v, _)| v).collect();
+                let outline = other.corners();
                 for (v, (x, _)) in one.outline().enumerate() {
                     let places = self.places(x, &outline, other.is_round());
                     for (e, y) in places.into_iter().enumerate() {
@@ -694,8 +698,7 @@ impl Oracle {
         }
         let place = Place::between(x, [a, b], away, apart, a + b);
         if self.config.overlap == OverlapMeasure::NearestEdge && !other.is_round() {
-            let (outline, _) = other.parts().swap_remove(0);
-            sums.doubt(&outline, (x, apart), &place);
+            sums.doubt(&other.corners(), (x, apart), &place);
         }
         self.pair(step, who, [i, j], place, sums)
     }

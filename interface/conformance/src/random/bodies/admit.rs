@@ -2,8 +2,7 @@
 
 use interface::Vec2;
 use interface::config::{BodyShape, OverlapMeasure};
-use mechanics::mass::cross;
-use mechanics::outline::nearest;
+use mechanics::outline::{nearest, thickness};
 use mechanics::reference::bodies::{BLUR, Body, Expected, Oracle, Vec3, Who, shared};
 use mechanics::reference::law::{Law, Pair};
 
@@ -54,13 +53,12 @@ pub fn is_sound(case: &Case, oracle: &Oracle, poses: &[Vec3], expected: &Expecte
 
 /// Whether two bodies that share an area reach through one another, at these `poses` or after the step.
 fn is_through(oracle: &Oracle, poses: &[Vec3]) -> bool {
-    let outline = |body: &Body| body.parts().swap_remove(0).0;
-    let now: Vec<_> = oracle.bodies.iter().map(outline).collect();
+    let now: Vec<_> = oracle.bodies.iter().map(Body::corners).collect();
     let mut then = oracle.bodies.clone();
     then.iter_mut()
         .zip(poses)
         .for_each(|(body, pose)| body.pose = *pose);
-    let then: Vec<_> = then.iter().map(outline).collect();
+    let then: Vec<_> = then.iter().map(Body::corners).collect();
     let pairs = (0..now.len()).flat_map(|j| (0..j).map(move |i| [i, j]));
     pairs.into_iter().any(|[i, j]| {
         let both = [&then, &now].map(|at| shared(&at[i], &at[j]));
@@ -72,16 +70,6 @@ fn is_through(oracle: &Oracle, poses: &[Vec3]) -> bool {
         let turned = matches!(both, [Some(then), Some(now)] if then.push.dot(&now.push) < 0.0);
         deep || turned
     })
-}
-
-/// The least width of a convex outline in m.
-fn thickness(outline: &[Vec2]) -> f64 {
-    let edges = outline.iter().zip(outline.iter().cycle().skip(1));
-    let widths = edges.map(|(a, b)| {
-        let across = outline.iter().map(|x| cross((b - a).normalize(), x - a));
-        across.fold(0.0, f64::max)
-    });
-    widths.fold(f64::INFINITY, f64::min)
 }
 
 /// Whether a point passes a body that it is near by more than it may, from `before` to `now` (m).

@@ -107,7 +107,7 @@ impl Dice<'_, Scale> {
         }
     }
 
-    /// Makes some cases such of a kind that hardly comes about by itself.
+    /// Makes some cases of a kind that random numbers hardly bring about: areas, rolling, chains.
     fn seldom(&self, config: &mut DemConfig) {
         let mut dice = self.aside();
         let kind = dice.rng.u32(0..10);
@@ -156,13 +156,8 @@ impl Dice<'_, Scale> {
         // Each comes along the row until it touches the one before it.
         let place = |config: &DemConfig, b: usize| Vec2::from(config.bodies[b].position);
         for b in 1..config.bodies.len() {
-            let outline = |b: usize| {
-                Oracle::new(config).bodies[b]
-                    .outline()
-                    .map(|(v, _)| v)
-                    .collect()
-            };
-            let [first, second]: [Vec<Vec2>; 2] = [outline(b - 1), outline(b)];
+            let bodies = Oracle::new(config).bodies;
+            let [first, second] = [b - 1, b].map(|b| bodies[b].corners());
             let back = place(config, b - 1) - place(config, b);
             let (mut apart, mut within) = (0.0, 1.0);
             for _ in 0..40 {

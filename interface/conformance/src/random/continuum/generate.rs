@@ -226,14 +226,8 @@ impl Dice<'_, Scale> {
     /// rounding decides whether grains touch.
     fn prestress(&self, groups: &mut [GroupConfig], materials: &[MaterialConfig]) -> Plane {
         let mut aside = self.aside();
-        let elastic = |m: &MaterialModel| {
-            matches!(
-                m,
-                MaterialModel::LinearElastic { .. } | MaterialModel::Hypoelastic { .. }
-            )
-        };
         let thins = !self.takes.has(NO_GRID)
-            && materials.iter().all(|m| elastic(&m.model))
+            && materials.iter().all(|m| m.model.takes_plane_stress())
             && aside.takes.meets("plane:stress")
             && aside.rarely();
         for group in groups {
@@ -241,7 +235,7 @@ impl Dice<'_, Scale> {
             let pressure = -aside.between(1e-3, 1e-2) * model.moduli().0;
             let stress = &mut group.fields.stress;
             match model {
-                _ if elastic(&model) => {
+                _ if model.takes_plane_stress() => {
                     if let (true, Some([_, _, zz, _])) = (thins, stress) {
                         *zz = "0".into();
                     }
@@ -452,7 +446,7 @@ impl Dice<'_, ()> {
             critical_state: None,
             separates: false,
         };
-        let sand = self.memory(sand);
+        let sand = self.separating(sand);
         let elastic = MaterialModel::NeoHookean {
             bulk_modulus,
             shear_modulus,
@@ -577,7 +571,7 @@ impl Dice<'_, ()> {
     }
 
     /// The same sand, perhaps with grains that separate.
-    fn memory(&mut self, sand: Frictional) -> Frictional {
+    fn separating(&mut self, sand: Frictional) -> Frictional {
         let fields = self.takes.meets("feature:fields");
         if !fields || !self.takes.meets("feature:separates") || !self.rarely() {
             return sand;

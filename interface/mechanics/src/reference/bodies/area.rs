@@ -69,9 +69,8 @@ impl Oracle {
     /// Two bodies that share an area. Returns the spring, which is that of an overlap as wide as it is.
     pub(super) fn area(&self, step: &Step, [i, j]: [usize; 2], sums: &mut Sums) -> Option<Spring> {
         let [one, other] = [i, j].map(|b| &self.bodies[b]);
-        let outline = |body: &Body| body.parts().swap_remove(0).0;
         let who = Who::Bodies(i, 0, j, 0);
-        let Some(shared) = shared(&outline(one), &outline(other)) else {
+        let Some(shared) = shared(&one.corners(), &other.corners()) else {
             if self
                 .history
                 .get(&who)
