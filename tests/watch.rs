@@ -5,7 +5,7 @@ use std::io::{Read, Write};
 use std::net::TcpStream;
 
 use crate::harness::browser::Reader;
-use crate::harness::{PATIENCE, Place, Running, scene, signal, until};
+use crate::harness::{Ended, PATIENCE, Place, Running, scene, signal, until};
 
 const HARD: &str = "jiang2020/collision_hard";
 
@@ -36,6 +36,13 @@ fn begun(place: &Place) -> (Running<'_>, String) {
 }
 
 /// The status line and the text of an answer.
+/// The server ends with the run.
+fn nobody_is_left(place: &Place, ended: &Ended) {
+    let gone = until(PATIENCE, || place.processes().is_empty().then_some(()));
+    assert!(gone.is_some(), "{:?} live on", place.processes());
+    place.assert_clean(&ended.runs);
+}
+
 fn get(address: &str, target: &str, host: Option<&str>, method: &str) -> (String, String) {
     let place = address.strip_prefix("http://").unwrap();
     let place = &place[..place.find('/').unwrap()];
@@ -62,7 +69,7 @@ fn only_who_has_the_token_sees_a_run_and_nobody_changes_it() {
         (own, None, "GET", "200"),
         ("/", None, "GET", "403"),
         ("/?token=0", None, "GET", "403"),
-        ("/events", None, "GET", "403"),
+        ("/news", None, "GET", "403"),
         (own, Some("elsewhere.example"), "GET", "403"),
         (own, None, "POST", "405"),
         (&own.replace("/?", "/../scene.toml?"), None, "GET", "404"),
@@ -78,10 +85,7 @@ fn only_who_has_the_token_sees_a_run_and_nobody_changes_it() {
     );
     signal(run.pid(), "INT");
     let ended = run.end().expect(130);
-    // The server ends with the run: nobody follows it.
-    let gone = until(PATIENCE, || place.processes().is_empty().then_some(()));
-    assert!(gone.is_some(), "{:?} live on", place.processes());
-    place.assert_clean(&ended.runs);
+    nobody_is_left(&place, &ended);
 }
 
 #[test]
@@ -128,9 +132,7 @@ fn a_browser_follows_a_run_to_its_end() {
         status()
     );
     reader.assert_silent();
-    let gone = until(PATIENCE, || place.processes().is_empty().then_some(()));
-    assert!(gone.is_some(), "{:?} live on", place.processes());
-    place.assert_clean(&ended.runs);
+    nobody_is_left(&place, &ended);
 }
 
 /// A length of 1e12 ended the server with SIGABRT, 2^64 - 1 a thread of it, 625 idle connections all of it, and a slow
@@ -189,9 +191,7 @@ fn what_the_server_hears_has_limits() {
     drop(idle);
     signal(run.pid(), "INT");
     let ended = run.end().expect(130);
-    let gone = until(PATIENCE, || place.processes().is_empty().then_some(()));
-    assert!(gone.is_some(), "{:?} live on", place.processes());
-    place.assert_clean(&ended.runs);
+    nobody_is_left(&place, &ended);
 }
 
 #[test]

@@ -3,7 +3,7 @@
 //! | address | what |
 //! | --- | --- |
 //! | `/?token=T` | the page of the run as it stands |
-//! | `/events?token=T` | server-sent events: `state` when the run has written something, `end` when it has ended |
+//! | `/news?token=T&after=N` | the number of the run's state, once it is not `N`, and whether the run has ended |
 //!
 //! It reads what the run has written and writes nothing. A page is made when a browser asks for it, at most once for each
 //! state; a run that nobody looks at costs a look at a few files a second.
@@ -12,14 +12,12 @@ use std::convert::Infallible;
 use std::io;
 use std::net::{Ipv4Addr, SocketAddr, TcpListener};
 use std::path::{Path, PathBuf};
-use std::pin::pin;
-use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
+use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant, SystemTime};
 
 use coupler::record::rundir::{COURSE, FRAME_LIST, in_use};
-use http_body_util::channel::{Channel, Sender};
-use http_body_util::{Either, Full};
+use http_body_util::Full;
 use hyper::body::{Bytes, Incoming};
 use hyper::header::{self, HeaderValue};
 use hyper::server::conn::http1;
@@ -41,14 +39,12 @@ const LOOK: Duration = Duration::from_secs(1);
 /// After a page nothing new is told for so many times the CPU time that it took: a run may need the processor, and pages of
 /// large runs take long. Not the wall time: beside other work a page of a second would be the only one for an hour.
 const REST: u32 = 60;
-/// Time between two signs of life to a browser that waits.
-const SIGN_OF_LIFE: Duration = Duration::from_secs(10);
-/// How long browsers have to ask for the last page.
+/// Longest wait of a browser for news; then it asks again.
+const NO_NEWS: Duration = Duration::from_secs(10);
+/// How long a browser that follows has to ask again, or for the last page.
 const FAREWELL: Duration = Duration::from_secs(10);
-/// How long the last page may take to be made and sent to those that have asked for it.
-const LAST_PAGE: Duration = Duration::from_mins(2);
-/// Browsers that can follow at a time.
-const BROWSERS: usize = 16;
+/// How long an answer may take; the last page of a large run takes long.
+const ANSWER: Duration = Duration::from_mins(2);
 /// Connections at a time; more are closed at once.
 const CONNECTIONS: usize = 64;
 /// How long a browser may take to send its request.
@@ -77,11 +73,10 @@ struct Shared {
     host: [String; 2],
     news: watch::Sender<News>,
     page: Mutex<Option<Made>>,
-    followers: AtomicUsize,
     /// Connections, each of one request.
     answering: AtomicUsize,
-    /// Pages that were sent since the end.
-    farewells: AtomicUsize,
+    /// When somebody was last answered, once a browser follows.
+    told: Mutex<Option<Instant>>,
 }
 
 /// A page.
@@ -122,9 +117,8 @@ impl Live {
             host: [format!("127.0.0.1:{port}"), format!("localhost:{port}")],
             news: watch::Sender::new(News::default()),
             page: Mutex::default(),
-            followers: AtomicUsize::new(0),
             answering: AtomicUsize::new(0),
-            farewells: AtomicUsize::new(0),
+            told: Mutex::default(),
         };
         Ok(Self {
             listener,
@@ -157,26 +151,19 @@ impl Live {
         let listener = tokio::net::TcpListener::from_std(self.listener.try_clone()?)?;
         let mut seen = None;
         let mut looked: Option<Instant> = None;
-        let mut end: Option<(Instant, usize)> = None;
+        let mut ended = false;
         while !stop() {
-            if end.is_none() && looked.is_none_or(|at| at.elapsed() >= LOOK) {
+            if !ended && looked.is_none_or(|at| at.elapsed() >= LOOK) {
                 looked = Some(Instant::now());
                 // In this order: after its end the run writes nothing more.
-                let ended = !in_use(&self.shared.dir);
+                ended = !in_use(&self.shared.dir);
                 let files = self.shared.files();
-                // Before the message, because a browser that knows the end stops reading.
-                let waiting = self.shared.followers.load(Ordering::Acquire);
                 if ended || (seen.as_ref() != Some(&files) && self.shared.has_rested()) {
                     seen = Some(files);
                     self.shared.publish(ended);
                 }
-                if ended {
-                    end = Some((Instant::now(), waiting));
-                }
             }
-            if let Some((at, waiting)) = end
-                && self.shared.has_said_farewell(at, waiting)
-            {
+            if ended && self.shared.is_left_alone() {
                 break;
             }
             match timeout(TICK, listener.accept()).await {
@@ -195,48 +182,40 @@ impl Live {
     }
 }
 
-/// What a connection is used for, as its request has shown.
-#[derive(Default)]
-struct Use {
-    follows: AtomicBool,
-    has_last_page: AtomicBool,
-}
-
-/// Answers one request, in bounded time unless it is of a browser that follows.
+/// Answers one request, in bounded time.
 async fn connection(shared: Arc<Shared>, stream: TcpStream) {
-    let used = Arc::new(Use::default());
     let answers = service_fn(|request| {
-        let (shared, used) = (shared.clone(), used.clone());
-        async move { Ok::<_, Infallible>(shared.answer(&request, &used).await) }
+        let shared = shared.clone();
+        async move { Ok::<_, Infallible>(shared.answer(&request).await) }
     });
-    let mut serving = pin!(
-        http1::Builder::new()
-            .timer(TokioTimer::new())
-            .header_read_timeout(REQUEST)
-            .max_buf_size(HEAD)
-            .keep_alive(false)
-            .serve_connection(TokioIo::new(stream), answers)
-    );
-    loop {
-        // A browser that goes away in the middle is no error.
-        match timeout(LAST_PAGE, &mut serving).await {
-            Ok(Ok(())) if used.has_last_page.load(Ordering::Acquire) => {
-                shared.farewells.fetch_add(1, Ordering::AcqRel);
-                break;
-            }
-            Err(_) if used.follows.load(Ordering::Acquire) => {}
-            _ => break,
-        }
-    }
+    let serving = http1::Builder::new()
+        .timer(TokioTimer::new())
+        .header_read_timeout(REQUEST)
+        .max_buf_size(HEAD)
+        .keep_alive(false)
+        .serve_connection(TokioIo::new(stream), answers);
+    // A browser that goes away in the middle is no error.
+    let _ = timeout(ANSWER, serving).await;
+    let mut told = shared.told.lock().expect("no thread panics with it");
+    *told = told.map(|_| Instant::now());
     shared.answering.fetch_sub(1, Ordering::AcqRel);
 }
 
-/// A page, or what is told of a run.
-type Answer = Response<Either<Full<Bytes>, Channel<Bytes, Infallible>>>;
+type Answer = Response<Full<Bytes>>;
 
-fn whole(status: StatusCode, text: impl Into<Bytes>) -> Answer {
-    let mut answer = Response::new(Either::Left(Full::new(text.into())));
+/// An answer that nobody keeps.
+fn whole(status: StatusCode, kind: &'static str, text: impl Into<Bytes>) -> Answer {
+    let mut answer = Response::new(Full::new(text.into()));
     *answer.status_mut() = status;
+    for (name, value) in [
+        (header::CONTENT_TYPE, kind),
+        (header::CACHE_CONTROL, "no-store"),
+        (header::REFERRER_POLICY, "no-referrer"),
+        (header::X_CONTENT_TYPE_OPTIONS, "nosniff"),
+    ] {
+        let value = HeaderValue::from_static(value);
+        answer.headers_mut().insert(name, value);
+    }
     answer
 }
 
@@ -268,55 +247,51 @@ impl Shared {
         names.into_iter().map(of).collect()
     }
 
-    async fn answer(self: Arc<Self>, request: &Request<Incoming>, used: &Use) -> Answer {
+    async fn answer(self: Arc<Self>, request: &Request<Incoming>) -> Answer {
+        let refused = |status, why: &'static str| whole(status, "text/plain", why);
         let query = request.uri().query().unwrap_or_default();
-        let knows = query
-            .split('&')
-            .any(|pair| pair.strip_prefix("token=") == Some(&self.token));
+        let value = |key: &str| query.split('&').find_map(|pair| pair.strip_prefix(key));
         // A request from another site by a DNS name that points here has another host (DNS rebinding).
         let host = request.headers().get(header::HOST);
         let of_here = host.is_some_and(|host| self.host.iter().any(|own| host == own.as_str()));
-        if !of_here || !knows {
+        if !of_here || value("token=") != Some(&self.token) {
             let why = "The address lacks the token that `tandem watch` has printed.";
-            return whole(StatusCode::FORBIDDEN, why);
+            return refused(StatusCode::FORBIDDEN, why);
         }
         if !matches!(*request.method(), Method::GET | Method::HEAD) {
             let why = "This server shows a run; nothing can be changed here.";
-            return whole(StatusCode::METHOD_NOT_ALLOWED, why);
+            return refused(StatusCode::METHOD_NOT_ALLOWED, why);
         }
+        let after = value("after=").and_then(|state| state.parse().ok());
         match request.uri().path() {
-            "/" => self.send_page(used).await,
-            "/events" => self.send_events(used),
-            _ => whole(StatusCode::NOT_FOUND, ""),
+            "/" => self.send_page().await,
+            "/news" => self.send_news(after.unwrap_or(0)).await,
+            _ => refused(StatusCode::NOT_FOUND, ""),
         }
     }
 
-    async fn send_page(self: Arc<Self>, used: &Use) -> Answer {
-        let ended = self.news.borrow().ended;
+    async fn send_page(self: Arc<Self>) -> Answer {
         let made = tokio::task::spawn_blocking(move || self.page()).await;
         let html = made.ok().and_then(Result::ok);
         let html = html.unwrap_or_else(|| NOT_YET.to_owned());
-        let mut answer = whole(StatusCode::OK, html);
-        for (name, value) in [
-            (header::CONTENT_TYPE, "text/html; charset=utf-8"),
-            (header::CACHE_CONTROL, "no-store"),
-            (header::REFERRER_POLICY, "no-referrer"),
-            (header::X_CONTENT_TYPE_OPTIONS, "nosniff"),
-        ] {
-            let value = HeaderValue::from_static(value);
-            answer.headers_mut().insert(name, value);
-        }
-        used.has_last_page.store(ended, Ordering::Release);
-        answer
+        whole(StatusCode::OK, "text/html; charset=utf-8", html)
     }
 
-    /// Whether the browsers that followed when the run ended, `at`, have the last page, or do not ask for it.
-    fn has_said_farewell(&self, at: Instant, waiting: usize) -> bool {
-        let gone = match self.answering.load(Ordering::Acquire) {
-            0 => FAREWELL,
-            _ => LAST_PAGE,
-        };
-        self.farewells.load(Ordering::Acquire) >= waiting || at.elapsed() >= gone
+    /// Waits for another state than this one, and tells it.
+    async fn send_news(&self, after: u64) -> Answer {
+        let mut news = self.news.subscribe();
+        let _ = timeout(NO_NEWS, news.wait_for(|news| news.state != after)).await;
+        let News { state, ended } = *self.news.borrow();
+        *self.told.lock().expect("no thread panics with it") = Some(Instant::now());
+        let news = format!("{{\"state\":{state},\"ended\":{ended}}}");
+        whole(StatusCode::OK, "application/json", news)
+    }
+
+    /// Whether nobody is being answered, and no browser that follows was lately, which may ask again.
+    fn is_left_alone(&self) -> bool {
+        let told = *self.told.lock().expect("no thread panics with it");
+        self.answering.load(Ordering::Acquire) == 0
+            && told.is_none_or(|at| at.elapsed() >= FAREWELL)
     }
 
     /// Whether the last page is old enough for another one.
@@ -347,50 +322,6 @@ impl Shared {
         });
         Ok(html)
     }
-
-    fn send_events(self: Arc<Self>, used: &Use) -> Answer {
-        if self.followers.fetch_add(1, Ordering::AcqRel) >= BROWSERS {
-            self.followers.fetch_sub(1, Ordering::AcqRel);
-            return whole(StatusCode::SERVICE_UNAVAILABLE, "");
-        }
-        used.follows.store(true, Ordering::Release);
-        let (out, body) = Channel::new(1);
-        tokio::spawn(async move {
-            self.follow(out).await;
-            self.followers.fetch_sub(1, Ordering::AcqRel);
-        });
-        let mut answer = Response::new(Either::Right(body));
-        for (name, value) in [
-            (header::CONTENT_TYPE, "text/event-stream"),
-            (header::CACHE_CONTROL, "no-store"),
-        ] {
-            let value = HeaderValue::from_static(value);
-            answer.headers_mut().insert(name, value);
-        }
-        answer
-    }
-
-    /// Tells of every change until the end, or until nobody listens.
-    async fn follow(&self, mut out: Sender<Bytes, Infallible>) {
-        let mut news = self.news.subscribe();
-        let mut told = 0;
-        loop {
-            let changed = timeout(SIGN_OF_LIFE, news.wait_for(|news| news.state != told));
-            let changed = changed.await.ok().and_then(Result::ok).map(|news| *news);
-            let words = match changed {
-                None => ": still here\n\n".to_owned(),
-                Some(News { state, ended }) => {
-                    told = state;
-                    let name = if ended { "end" } else { "state" };
-                    format!("event: {name}\ndata: {told}\n\n")
-                }
-            };
-            let sent = out.send_data(Bytes::from(words)).await;
-            if sent.is_err() || changed.is_some_and(|news| news.ended) {
-                return;
-            }
-        }
-    }
 }
 
 /// CPU time of this thread.
@@ -415,15 +346,13 @@ mod tests {
     fn a_browser_that_has_asked_for_the_last_page_gets_it_however_long_that_takes_to_make() {
         let folder = tempfile::tempdir().unwrap();
         let shared = Live::listen(folder.path(), 0).unwrap().shared;
-        let (now, long_ago) = (Instant::now(), Instant::now().checked_sub(2 * FAREWELL));
-        let long_ago = long_ago.unwrap();
-        assert!(shared.has_said_farewell(now, 0));
-        assert!(!shared.has_said_farewell(now, 1));
-        assert!(shared.has_said_farewell(long_ago, 1), "nobody asks");
+        assert!(shared.is_left_alone(), "nobody has followed");
+        *shared.told.lock().unwrap() = Some(Instant::now());
+        assert!(!shared.is_left_alone());
+        *shared.told.lock().unwrap() = Instant::now().checked_sub(2 * FAREWELL);
+        assert!(shared.is_left_alone());
         shared.answering.store(1, Ordering::Release);
-        assert!(!shared.has_said_farewell(long_ago, 1));
-        shared.farewells.store(1, Ordering::Release);
-        assert!(shared.has_said_farewell(long_ago, 1));
+        assert!(!shared.is_left_alone());
     }
 
     /// Who makes pages all the time takes a processor from the run.

@@ -43,37 +43,24 @@ async function renew() {
   scrollTo(left, top);
 }
 
-const news = new EventSource(`events${location.search}`);
-let renewing = null;
-let again = false;
-let over = false;
-
-/** One renewal at a time, and twice as long between two as one takes, so that a large page leaves the run its processors. */
-async function heard() {
-  // The server ends with the run: after its last page there is nobody to ask.
-  if (over) return;
-  if (renewing) {
-    again = true;
-    return;
-  }
-  const begun = performance.now();
-  renewing = renew();
-  await renewing.catch(() => {});
-  await new Promise((done) => { setTimeout(done, Math.max(1000, 2 * (performance.now() - begun))); });
-  renewing = null;
-  if (again) {
-    again = false;
-    heard();
-  }
+/** What the server says of the run when that has gone on, or after some seconds: a number that grows with it. */
+async function told(after) {
+  const answer = await fetch(`news${location.search}&after=${after}`, { cache: "no-store" });
+  return answer.json();
 }
 
-news.addEventListener("state", heard);
-news.addEventListener("end", async () => {
-  over = true;
-  news.close();
-  await renewing?.catch(() => {});
-  await renew().catch(() => {});
+/** Renews the page until the run has ended. The server bounds how often that is. */
+async function follow() {
+  let news = { state: 0, ended: false };
+  while (!news.ended) {
+    const last = news.state;
+    news = await told(last).catch(() => news);
+    if (news.state !== last) await renew().catch(() => {});
+    else await new Promise((done) => { setTimeout(done, 1000); });
+  }
   document.documentElement.dataset.live = "ended";
-});
+}
+
 document.documentElement.dataset.live = "yes";
 if (window.tandem.player) window.tandem.player.show(window.tandem.player.times.length - 1);
+follow();
