@@ -18,7 +18,7 @@ use interface::step::Step;
 use crate::cli::{CheckArgs, PlanArgs};
 use crate::cost::measure;
 use crate::exit::BAD_INPUT;
-use crate::run::{options, untrusted};
+use crate::run::{options, trusted};
 use crate::terminal::{complain, say};
 use crate::{machine, solvers};
 
@@ -61,7 +61,7 @@ pub fn check(args: &CheckArgs) -> ExitCode {
 /// Says that a scene is valid, if it is.
 fn valid(mut scene: Scene, path: &Path, which: &str) -> Result<(), String> {
     let begun = begin(&mut scene, POINTS_AT_ONCE)?;
-    let lack = resources::check(&scene).err().map(|lack| lack.in_words());
+    let lack = resources::check(&scene).err().map(|lack| lack.to_string());
     let too_long = Estimate::new(&scene, begun.ready, begun.limits.as_ref()).too_long();
     let warnings = scene.warnings.iter().chain(&begun.warning);
     for warning in warnings.chain(&too_long).chain(&lack) {
@@ -82,7 +82,7 @@ fn valid(mut scene: Scene, path: &Path, which: &str) -> Result<(), String> {
 pub fn plan(args: &PlanArgs) -> ExitCode {
     let shown = args
         .scene
-        .load()
+        .load_with(&[])
         .map_err(|errors| errors.to_string())
         .and_then(|mut scene| {
             let plan = scene.plan();
@@ -113,9 +113,9 @@ fn say_cost(scene: &Scene, args: &PlanArgs) {
     if args.measure == 0.0 {
         return;
     }
-    let measured = match untrusted(scene, &args.how) {
-        Some(_) => Err("the scene names programs as solvers (`--trust` starts them)".to_owned()),
-        None => options(&args.how, false, scene)
+    let measured = match trusted(scene, &args.how) {
+        Err(_) => Err("the scene names programs as solvers (`--trust` starts them)".to_owned()),
+        Ok(()) => options(&args.how, false, scene)
             .and_then(|options| measure(scene, options, Duration::from_secs_f64(args.measure))),
     };
     match measured {
@@ -147,7 +147,7 @@ fn begin(scene: &mut Scene, most: f64) -> Result<Begun, String> {
         Some(_) => None,
         None => Branch::find(scene).map_err(|errors| errors.to_string())?,
     };
-    resources::check_memory(scene).map_err(|error| format!("error: {}", error.in_words()))?;
+    resources::check_memory(scene).map_err(|error| format!("error: {error}"))?;
     refuse_points_within_bodies(scene).map_err(|errors| errors.to_string())?;
     let mut begun = Begun::default();
     if scene.points_estimate() > most {

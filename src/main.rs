@@ -28,6 +28,7 @@ use clap::Parser;
 use cli::{Cli, Command, SchemaOf};
 use coupler::run::resources::check_addresses;
 use coupler::scene;
+use interface::session::{serve_dem, serve_mpm};
 use interface::transport::remains::sweep;
 use interface::{config, processor};
 use signal_hook::consts::SIGXFSZ;
@@ -45,7 +46,7 @@ fn main() -> ExitCode {
     let code = match check_addresses() {
         Ok(()) => obey(Cli::parse().command),
         Err(error) => {
-            complain(format_args!("error: {}", error.in_words()));
+            complain(format_args!("error: {error}"));
             ExitCode::from(exit::BAD_INPUT)
         }
     };
@@ -90,7 +91,7 @@ fn obey(command: Command) -> ExitCode {
             }
             ExitCode::SUCCESS
         }
-        Command::Mpm(args) => solvers::join(&args, solvers::mpm_process),
-        Command::Dem(args) => solvers::join(&args, solvers::dem_process),
+        Command::Mpm(args) => solvers::join(&args, |run| serve_mpm(run, &mut *solvers::mpm())),
+        Command::Dem(args) => solvers::join(&args, |run| serve_dem(run, &mut *solvers::dem())),
     }
 }

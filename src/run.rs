@@ -1,5 +1,6 @@
 //! `tandem run`: this process becomes the coupler.
 
+use std::fmt::Display;
 use std::io;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -18,8 +19,9 @@ use coupler::scene::{Scene, refuse_points_within_bodies, solver_override};
 use interface::trace;
 use interface::transport::remains::sweep;
 use signal_hook::consts::SIGUSR1;
+use study::case::Source;
 
-use crate::cli::{HowArgs, LogFormat, ResumeArgs, RunArgs, SceneArgs};
+use crate::cli::{HowArgs, LogFormat, ResumeArgs, RunArgs};
 use crate::exit::BAD_INPUT;
 use crate::signals::{interrupt, on_signal};
 use crate::terminal::{complain, say};
@@ -30,36 +32,23 @@ const DIRECTORY_MAX: usize = 120;
 
 /// Runs a scene from the command line.
 pub fn run(args: &RunArgs) -> ExitCode {
+    run_unless_refused(args).unwrap_or_else(refuse)
+}
+
+/// # Errors
+/// Why nothing was started.
+fn run_unless_refused(args: &RunArgs) -> Result<ExitCode, String> {
     let solvers = [("mpm", &args.mpm), ("dem", &args.dem)]
         .into_iter()
         .filter_map(|(side, command)| Some(solver_override(side, command.as_ref()?)));
     let page = args.report.then(|| Ok("output.report=true".to_owned()));
-    let scene = match solvers.chain(page).collect::<Result<Vec<_>, _>>() {
-        Ok(more) => args.scene.load_with(&more),
-        Err(error) => return refuse(&error),
-    };
-    let found = scene.and_then(|mut scene| {
-        let branch = Branch::find(&mut scene)?;
-        Ok((scene, branch))
-    });
-    let (scene, branch) = match found {
-        Ok(found) => found,
-        Err(errors) => {
-            complain(errors);
-            return ExitCode::from(BAD_INPUT);
-        }
-    };
-    if let Some(refusal) = untrusted(&scene, &args.how) {
-        return refuse(&refusal);
-    }
-    let options = match options(&args.how, args.record, &scene) {
-        Ok(options) => options,
-        Err(error) => return refuse(&error),
-    };
-    if let Err(errors) = refuse_points_within_bodies(&scene) {
-        complain(errors);
-        return ExitCode::from(BAD_INPUT);
-    }
+    let more: Result<Vec<_>, _> = solvers.chain(page).collect();
+    let scene = args.scene.load_with(&more.map_err(error)?);
+    let mut scene = scene.map_err(|errors| errors.to_string())?;
+    let branch = Branch::find(&mut scene).map_err(|errors| errors.to_string())?;
+    trusted(&scene, &args.how).map_err(error)?;
+    let options = options(&args.how, args.record, &scene).map_err(error)?;
+    refuse_points_within_bodies(&scene).map_err(|errors| errors.to_string())?;
     let out = args
         .out
         .clone()
@@ -69,21 +58,17 @@ pub fn run(args: &RunArgs) -> ExitCode {
         && let Some(done) = done().filter(|done| done.scene_hash == scene.hash)
     {
         say(format_args!("results in {}", out.display()));
-        return done.status.exit_code().into();
+        return Ok(done.status.exit_code().into());
     }
     if let Some(start) = &scene.start
         && same_directory(&start.run, &out)
     {
-        return refuse(
-            "the run would replace the one whose state it begins with; give another `--out`",
-        );
+        let why = "the run would replace the one whose state it begins with; give another `--out`";
+        return Err(error(why));
     }
     let killed = Killed::find(&out);
-    let created = RunDir::create(&out, &scene.resolved_toml);
-    let (dir, log) = match created.and_then(|dir| Ok((dir.clone(), LogFile::of(&dir, false)?))) {
-        Ok(opened) => opened,
-        Err(error) => return refuse(&with_advice(&error)),
-    };
+    let dir = RunDir::create(&out, &scene.resolved_toml).map_err(with_advice)?;
+    let log = LogFile::of(&dir, false).map_err(with_advice)?;
     logging::of_run(&log, args.how.log);
     if args.watch {
         watch::beside(&out);
@@ -97,7 +82,7 @@ pub fn run(args: &RunArgs) -> ExitCode {
         tracing::info!(from, step = branch.about().step, "begins with another run");
     }
     let finished = run_scene(&scene, &options, &dir, branch);
-    finish(args.how.log, &scene, &dir, &out, &finished)
+    Ok(finish(args.how.log, &scene, &dir, &out, &finished))
 }
 
 fn same_directory(a: &Path, b: &Path) -> bool {
@@ -106,33 +91,20 @@ fn same_directory(a: &Path, b: &Path) -> bool {
 
 /// Goes on with a run from its newest checkpoint.
 pub fn resume(args: &ResumeArgs) -> ExitCode {
-    let scene = match Scene::of_run(&args.dir) {
-        Ok(scene) => scene,
-        Err(errors) => {
-            complain(errors);
-            return ExitCode::from(BAD_INPUT);
-        }
-    };
-    if let Some(refusal) = untrusted(&scene, &args.how) {
-        return refuse(&refusal);
-    }
+    resume_unless_refused(args).unwrap_or_else(refuse)
+}
+
+/// # Errors
+/// Why nothing was started.
+fn resume_unless_refused(args: &ResumeArgs) -> Result<ExitCode, String> {
+    let scene = Scene::of_run(&args.dir).map_err(|errors| errors.to_string())?;
+    trusted(&scene, &args.how).map_err(error)?;
     let killed = Killed::find(&args.dir);
-    let dir = match RunDir::reopen(&args.dir) {
-        Ok(dir) => dir,
-        Err(error) => return refuse(&with_advice(&error)),
-    };
-    let resumed = match Resumed::find(&scene, &dir, args.new_tables) {
-        Ok(resumed) => resumed,
-        Err(error) => return cannot_resume(&scene, &dir, killed.as_ref(), &error),
-    };
-    let log = match LogFile::of(&dir, true) {
-        Ok(log) => log,
-        Err(error) => return refuse(&with_advice(&error)),
-    };
-    let options = match options(&args.how, false, &scene) {
-        Ok(options) => options,
-        Err(error) => return refuse(&error),
-    };
+    let dir = RunDir::reopen(&args.dir).map_err(with_advice)?;
+    let resumed = Resumed::find(&scene, &dir, args.new_tables)
+        .map_err(|error| cannot_resume(&scene, &dir, killed.as_ref(), &error))?;
+    let log = LogFile::of(&dir, true).map_err(with_advice)?;
+    let options = options(&args.how, false, &scene).map_err(error)?;
     logging::of_run(&log, args.how.log);
     begin(&scene, &args.how, &args.dir);
     for damaged in &resumed.passed_over {
@@ -149,7 +121,7 @@ pub fn resume(args: &ResumeArgs) -> ExitCode {
         "resumed"
     );
     let finished = resumed.run(&scene, &options, &dir);
-    finish(args.how.log, &scene, &dir, &args.dir, &finished)
+    Ok(finish(args.how.log, &scene, &dir, &args.dir, &finished))
 }
 
 /// Why a run cannot go on, and what to do instead; of one whose coupler was killed also how far it came, which becomes
@@ -158,21 +130,21 @@ fn cannot_resume(
     scene: &Scene,
     dir: &RunDir,
     killed: Option<&Killed>,
-    error: &CheckpointError,
-) -> ExitCode {
+    why: &CheckpointError,
+) -> String {
     if let Some(killed) = killed {
         complain(format_args!("{}: {}", dir.path().display(), killed.words()));
         match killed.write_summary(scene, dir) {
             Ok(_) => complain("summary.json now says so"),
-            Err(error) => complain(format_args!("error: {}", with_advice(&error))),
+            Err(error) => complain(with_advice(error)),
         }
     }
-    let CheckpointError::None { .. } = error else {
-        return refuse(&error.to_string());
+    let CheckpointError::None { .. } = why else {
+        return error(why);
     };
     let (dir, trust) = (dir.path().display(), trust_of(scene));
-    refuse(&format!(
-        "{error}\n  `tandem run {dir}/scene.toml --out OTHER{trust}` starts it again and leaves {dir} as it is; \
+    error(format_args!(
+        "{why}\n  `tandem run {dir}/scene.toml --out OTHER{trust}` starts it again and leaves {dir} as it is; \
          `--out {dir}` replaces what is there"
     ))
 }
@@ -187,8 +159,8 @@ fn trust_of(scene: &Scene) -> &'static str {
     }
 }
 
-fn with_advice(error: &RunDirError) -> String {
-    format!("{error} ({})", error.advice())
+fn with_advice(why: RunDirError) -> String {
+    error(format_args!("{why} ({})", why.advice()))
 }
 
 /// What is said and done before any run.
@@ -239,7 +211,7 @@ fn finish(
         outcome::show(summary, scene);
     }
     if let Some(error) = unwritten {
-        give_reason(log, &with_advice(error));
+        give_reason(log, &format!("{error} ({})", error.advice()));
     }
     if place != out {
         say(format_args!(
@@ -280,22 +252,28 @@ fn give_reason(log: LogFormat, reason: &str) {
     }
 }
 
-fn refuse(error: &str) -> ExitCode {
-    complain(format_args!("error: {error}"));
+fn error(why: impl Display) -> String {
+    format!("error: {why}")
+}
+
+fn refuse(why: String) -> ExitCode {
+    complain(why);
     ExitCode::from(BAD_INPUT)
 }
 
-/// Why a scene is not run that names programs as solvers: it may come from anybody, and they would run as the user.
-pub fn untrusted(scene: &Scene, how: &HowArgs) -> Option<String> {
+/// Refuses a scene that names programs as solvers: it may come from anybody, and they would run as the user.
+///
+/// # Errors
+/// Why it is not run.
+pub fn trusted(scene: &Scene, how: &HowArgs) -> Result<(), String> {
     let programs = scene.programs();
-    if programs.is_empty() || how.trust {
-        return None;
-    }
+    let Some((first, _)) = programs.first().filter(|_| !how.trust) else {
+        return Ok(());
+    };
     let each = programs
         .iter()
         .map(|(side, command)| format!("\n  as its {side}: {command}"));
-    let first = programs.first().map_or("dem", |(side, _)| side);
-    Some(format!(
+    Err(format!(
         "the scene would start a program of its own, with all that you may do{}\n  \
          `--trust` starts it; `--set solvers.{first}=built-in` runs without it; nothing was started",
         each.collect::<String>()
@@ -303,7 +281,7 @@ pub fn untrusted(scene: &Scene, how: &HowArgs) -> Option<String> {
 }
 
 /// `runs/NAME`, with the variant and the overrides behind it: a scene that was changed is another run.
-fn default_out(args: &SceneArgs, name: &str, hash: &str) -> PathBuf {
+fn default_out(args: &Source, name: &str, hash: &str) -> PathBuf {
     let mut name = name.to_owned();
     if let Some(variant) = &args.variant {
         name = format!("{name}-{variant}");
@@ -338,7 +316,7 @@ pub fn options(args: &HowArgs, record: bool, scene: &Scene) -> Result<RunOptions
                 "--in-process: the scene names a solver that is a separate process; `--set solvers.{side}=built-in` selects the built-in one"
             ));
         }
-        resources::check_memory(scene).map_err(|error| error.in_words())?;
+        resources::check_memory(scene).map_err(|error| error.to_string())?;
         Solvers::InProcess {
             mpm: solvers::mpm,
             dem: solvers::dem,
@@ -346,7 +324,7 @@ pub fn options(args: &HowArgs, record: bool, scene: &Scene) -> Result<RunOptions
     } else {
         resources::check_memory(scene)
             .and_then(|()| resources::check(scene))
-            .map_err(|error| error.in_words())?;
+            .map_err(|error| error.to_string())?;
         Solvers::Processes {
             mpm: process(scene.solvers.mpm.as_ref(), "mpm")?,
             dem: process(scene.solvers.dem.as_ref(), "dem")?,
@@ -400,8 +378,8 @@ mod tests {
     #[test]
     fn a_changed_scene_has_a_directory_of_its_own() {
         let out = |variant: Option<&str>, set: &[&str]| {
-            let scene = SceneArgs {
-                scene: PathBuf::from("silo.toml"),
+            let scene = Source {
+                path: PathBuf::from("silo.toml"),
                 variant: variant.map(str::to_owned),
                 set: set.iter().map(|&s| s.to_owned()).collect(),
             };

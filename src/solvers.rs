@@ -2,8 +2,8 @@
 
 use std::process::ExitCode;
 
+use interface::session::SessionError;
 use interface::session::process;
-use interface::session::{SessionError, serve_dem, serve_mpm};
 use interface::solver::{DemSolver, MpmSolver};
 use interface::transport::domain::Domain;
 
@@ -18,16 +18,6 @@ pub fn mpm() -> Box<dyn MpmSolver> {
 /// The rigid-body solver.
 pub fn dem() -> Box<dyn DemSolver> {
     Box::new(dem_proc::Sdem::default())
-}
-
-/// The continuum solver in a process of its own.
-pub fn mpm_process(domain: &Domain) -> Result<(), SessionError> {
-    serve_mpm(domain, &mut *mpm())
-}
-
-/// The rigid-body solver in a process of its own.
-pub fn dem_process(domain: &Domain) -> Result<(), SessionError> {
-    serve_dem(domain, &mut *dem())
 }
 
 /// Joins a run as a solver.

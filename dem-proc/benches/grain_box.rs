@@ -4,7 +4,20 @@ use dem_proc::Sdem;
 use interface::config::{ContactLaw, DemConfig};
 use interface::solver::DemSolver;
 use interface::step::Step;
-use mechanics::generate::{Grain, Packing, Sizes, open_box};
+use mechanics::generate::{Arrangement, BodyFill, Grain, Sizes};
+
+use walls::open_box;
+
+#[path = "../tests/small_scenes/walls.rs"]
+mod walls;
+
+/// Spheropentagons, a tenth rounded, moderately irregular.
+#[allow(dead_code)] // not by all that measure this box
+pub const PENTAGON: Grain = Grain::Polygon {
+    corners: 5,
+    roundness: 0.1,
+    irregularity: 0.5,
+};
 
 /// Stiffness of a contact in N/m.
 pub const STIFFNESS: f64 = 1e6;
@@ -13,19 +26,27 @@ pub const DT: f64 = 2e-5;
 
 /// As many grains in a box as wide as high would be, with room to fall.
 pub fn grain_box(grain: Grain, count: usize, threads: usize) -> DemConfig {
-    let packing = Packing {
+    let width = 0.02 * (count as f64).sqrt().round();
+    let mut bodies = open_box(width, 4.0 * width, 0.01);
+    let packing = BodyFill {
+        name: "grain".into(),
+        count: count as u32,
         grain,
-        sizes: Sizes::Uniform {
+        size: Sizes::Uniform {
             from: 0.008,
             to: 0.01,
         },
         density: 2000.0,
-        looseness: 0.0,
+        arrange: Arrangement::Rows {
+            corner: [0.0; 2],
+            width,
+            looseness: 0.0,
+        },
         seed: 1,
+        velocity: [0.0; 2],
+        surface: String::new(),
     };
-    let width = 0.02 * (count as f64).sqrt().round();
-    let mut bodies = open_box(width, 4.0 * width, 0.01);
-    bodies.extend(packing.rows(count, width));
+    bodies.extend(packing.bodies());
     let law = ContactLaw::Linear {
         normal_stiffness: STIFFNESS,
         tangential_stiffness: 0.5 * STIFFNESS,
@@ -68,7 +89,7 @@ pub fn run(config: &DemConfig, steps: usize) -> Sdem {
 }
 
 /// The same grains where they are in `dem`, standing still.
-#[allow(dead_code)] // not by all that measure this box
+#[allow(dead_code)] // likewise
 fn at_rest(mut config: DemConfig, dem: &Sdem) -> DemConfig {
     for (body, state) in config.bodies.iter_mut().zip(&dem.bodies().state) {
         // The grains' shapes have their centroids in their origins, so the centre of mass is the position.

@@ -8,12 +8,12 @@ use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use interface::config::DemConfig;
 use mechanics::generate::Grain;
 
-use grain_box::{DT, grain_box, pile, run, step};
+use grain_box::{DT, PENTAGON, grain_box, pile, run, step};
 
 mod grain_box;
 
 fn settling(c: &mut Criterion) {
-    for (name, grain) in [("discs", Grain::Disc), ("pentagons", Grain::PENTAGON)] {
+    for (name, grain) in [("discs", Grain::Disc), ("pentagons", PENTAGON)] {
         let mut group = c.benchmark_group(name);
         group.sample_size(20);
         group.warm_up_time(Duration::from_millis(500));

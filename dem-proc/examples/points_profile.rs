@@ -79,11 +79,8 @@ fn set_up(pentagons: bool, bodies: usize, around: usize) -> (Sdem, Vec<ImpState>
         sphero_radius,
         inertia: BodyInertia::Mass(1.0),
         position: place(b),
-        angle: 0.0,
-        velocity: [0.0; 2],
-        spin: 0.0,
         motion: Motion::Fixed,
-        surface: String::new(),
+        ..BodyConfig::default()
     };
     let law = ContactLaw::Linear {
         normal_stiffness: 1e5,

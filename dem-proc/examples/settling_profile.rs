@@ -12,7 +12,7 @@ use interface::config::DemConfig;
 use interface::session::cpu_time;
 use mechanics::generate::Grain;
 
-use grain_box::{DT, grain_box, run, step};
+use grain_box::{DT, PENTAGON, grain_box, run, step};
 
 #[path = "../benches/grain_box.rs"]
 mod grain_box;
@@ -24,7 +24,7 @@ fn main() {
             .map_or(default, |a| a.parse().expect("a number"))
     };
     let grain = match args.get(1).map(String::as_str) {
-        Some("pentagons") => Grain::PENTAGON,
+        Some("pentagons") => PENTAGON,
         _ => Grain::Disc,
     };
     let (count, threads) = (number(2, 1000), number(3, 1));

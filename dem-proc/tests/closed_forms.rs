@@ -1,5 +1,6 @@
 //! Bodies in contact with bodies, compared with closed forms.
 
+use crate::small_scenes::walls::{open_box, wall};
 use crate::small_scenes::*;
 use dem_proc::Sdem;
 use interface::Vec2;
@@ -7,7 +8,6 @@ use interface::config::{
     BodyConfig, BodyInertia, BodyShape, ContactLaw, DemConfig, Motion, ratio_of_restitution,
 };
 use interface::solver::DemSolver;
-use mechanics::generate::{open_box, wall};
 
 /// Does `n` steps of `dt`; the first is the first step of a run.
 fn run(dem: &mut Sdem, n: usize, dt: f64) {
@@ -455,7 +455,6 @@ fn guided_and_pushed_bodies_move_as_told_and_their_holders_work_is_counted() {
     assert!((l.momentum[0] - l.applied_impulse[0] - 0.5).abs() < 1e-12);
 }
 
-/// A guided body feels contact: a piston of 1 kg on a spring of k swings with `sqrt(k)`, whatever pushes sideways.
 #[test]
 fn a_ramped_push_follows_its_ramp() {
     let pushed = BodyConfig {

@@ -1,11 +1,11 @@
 //! Rigid clusters of discs (Singer 2022).
 
+use crate::small_scenes::walls::wall;
 use crate::small_scenes::*;
 use dem_proc::Sdem;
 use interface::Vec2;
 use interface::config::{BodyConfig, BodyInertia, BodyShape};
 use interface::solver::DemSolver;
-use mechanics::generate::wall;
 
 /// `n` x `n` discs of radius `a` that touch, about the origin.
 fn grid(n: usize, a: f64) -> BodyShape {

@@ -79,7 +79,7 @@ fn the_force_between_bodies_does_not_jump_as_one_slides_past_the_other() {
 fn lists_leave_no_trace() {
     let run = |skin: f64| {
         let mut random = Random(4);
-        let mut bodies = mechanics::generate::open_box(0.8, 1.0, 0.05);
+        let mut bodies = walls::open_box(0.8, 1.0, 0.05);
         for i in 0..16 {
             let vertices = random.star(5, 0.06, 0.08);
             bodies.push(BodyConfig {

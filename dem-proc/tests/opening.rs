@@ -7,7 +7,7 @@ use dem_proc::contact::impact::{Impacts, Pressing, Relative, SurfaceMotion};
 use dem_proc::contact::pair_geometry::LANES;
 use dem_proc::lists::now::Ahead;
 use interface::Vec2;
-use interface::config::{BodyConfig, BodyInertia, BodyShape, DemConfig, Motion};
+use interface::config::{BodyConfig, BodyInertia, BodyShape, DemConfig};
 use mechanics::generate::Random;
 
 /// Of 1 kg/m, with a sphero-radius of 0.1 m.
@@ -19,10 +19,7 @@ pub fn grain(shape: BodyShape, position: [f64; 2]) -> BodyConfig {
         inertia: BodyInertia::Mass(1.0),
         position,
         angle: 0.3,
-        velocity: [0.0; 2],
-        spin: 0.0,
-        motion: Motion::Free,
-        surface: String::new(),
+        ..BodyConfig::default()
     }
 }
 

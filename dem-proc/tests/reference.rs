@@ -34,10 +34,8 @@ fn crowd(random: &mut Random, skin: f64) -> (DemConfig, Vec<ImpInfo>, Vec<ImpSta
         inertia: BodyInertia::Mass(1.0),
         position,
         angle: 0.3,
-        velocity: [0.0; 2],
-        spin: 0.0,
         motion,
-        surface: String::new(),
+        ..BodyConfig::default()
     };
     let mut bodies = vec![make(
         star(random, 400, 1.5, 1.6),

@@ -1,10 +1,10 @@
 //! Laws by pairs of surfaces: each pair has its own numbers, everything else the law for all.
 
+use crate::small_scenes::walls::wall;
 use crate::small_scenes::*;
 use interface::config::surfaces::ContactPair;
 use interface::config::{BodyConfig, BodyInertia, BodyShape, ContactLaw, DemConfig};
 use interface::solver::DemSolver;
-use mechanics::generate::wall;
 
 fn pair(a: &str, b: &str, law: ContactLaw) -> ContactPair {
     ContactPair {

@@ -128,49 +128,45 @@ mod x86 {
         #[cfg(test)]
         pub fn tandem_processor_lacks(leaf_1: u32, leaf_7: u32, extended: u32, kept: u32) -> u32;
     }
-}
 
-#[cfg(all(
-    test,
-    target_arch = "x86_64",
-    target_os = "linux",
-    target_feature = "avx2"
-))]
-mod tests {
-    use super::{assert_checked, x86};
+    #[cfg(test)]
+    mod tests {
+        use super::super::assert_checked;
+        use super::*;
 
-    /// What the check makes of the bits of a processor.
-    fn lacks(bits: [i32; 4]) -> bool {
-        let [a, b, c, d] = bits.map(i32::cast_unsigned);
-        // SAFETY: a function of four numbers that touches no memory.
-        unsafe { x86::tandem_processor_lacks(a, b, c, d) == 1 }
-    }
-
-    #[test]
-    fn the_first_processors_with_avx2_suffice_and_those_before_do_not() {
-        assert_checked();
-        // As `cpuid` tells them: Haswell of 2013, Sandy Bridge of 2011 (AVX without AVX2), Nehalem of 2008.
-        let haswell = [0x7ffa_fbff, 0x0000_27ab, 0x21, 0x7];
-        assert!(!lacks(haswell));
-        assert!(lacks([0x1fba_e3ff, 0, 0x1, 0x7]));
-        assert!(lacks([0x009c_e3bd, 0, 0x1, 0]));
-        assert!(lacks([haswell[0], haswell[1], haswell[2], 0x3])); // noxsave, or an old hypervisor
-    }
-
-    #[test]
-    fn each_feature_is_needed() {
-        let needed = [x86::LEAF_1, x86::LEAF_7, x86::EXTENDED, x86::KEPT];
-        assert!(!lacks(needed));
-        assert!(!lacks([-1; 4]));
-        let mut count = 0;
-        for (word, bits) in needed.into_iter().enumerate() {
-            for bit in (0..32).map(|bit| 1 << bit).filter(|bit| bits & bit != 0) {
-                let mut without = [-1; 4];
-                without[word] &= !bit;
-                assert!(lacks(without), "bit {bit:#x} of word {word}");
-                count += 1;
-            }
+        /// What the check makes of the bits of a processor.
+        fn lacks(bits: [i32; 4]) -> bool {
+            let [a, b, c, d] = bits.map(i32::cast_unsigned);
+            // SAFETY: a function of four numbers that touches no memory.
+            unsafe { tandem_processor_lacks(a, b, c, d) == 1 }
         }
-        assert_eq!(count, 18);
+
+        #[test]
+        fn the_first_processors_with_avx2_suffice_and_those_before_do_not() {
+            assert_checked();
+            // As `cpuid` tells them: Haswell of 2013, Sandy Bridge of 2011 (AVX without AVX2), Nehalem of 2008.
+            let haswell = [0x7ffa_fbff, 0x0000_27ab, 0x21, 0x7];
+            assert!(!lacks(haswell));
+            assert!(lacks([0x1fba_e3ff, 0, 0x1, 0x7]));
+            assert!(lacks([0x009c_e3bd, 0, 0x1, 0]));
+            assert!(lacks([haswell[0], haswell[1], haswell[2], 0x3])); // noxsave, or an old hypervisor
+        }
+
+        #[test]
+        fn each_feature_is_needed() {
+            let needed = [LEAF_1, LEAF_7, EXTENDED, KEPT];
+            assert!(!lacks(needed));
+            assert!(!lacks([-1; 4]));
+            let mut count = 0;
+            for (word, bits) in needed.into_iter().enumerate() {
+                for bit in (0..32).map(|bit| 1 << bit).filter(|bit| bits & bit != 0) {
+                    let mut without = [-1; 4];
+                    without[word] &= !bit;
+                    assert!(lacks(without), "bit {bit:#x} of word {word}");
+                    count += 1;
+                }
+            }
+            assert_eq!(count, 18);
+        }
     }
 }

@@ -1,8 +1,8 @@
 //! The case that speed is measured on: a column of sand or rubber that collapses.
 
 use interface::config::{
-    Fill, Frictional, GroupConfig, MaterialConfig, MaterialModel, MpmConfig, Plane, ShapeFunction,
-    Spacing, StressUpdate, Transfer, Wall, Walls,
+    Fill, Frictional, GroupConfig, MaterialConfig, MaterialModel, MpmConfig, ShapeFunction,
+    Spacing, Transfer, Wall, Walls,
 };
 
 /// Rubber.
@@ -40,8 +40,6 @@ pub fn column(points: usize, threads: usize, model: MaterialModel) -> MpmConfig 
         gravity: [0.0, -9.81],
         shape: ShapeFunction::QuadraticBspline,
         transfer: Transfer::Apic,
-        stress_update: StressUpdate::Usf,
-        plane: Plane::Strain,
         walls: Walls {
             left: Wall::Slip,
             bottom: Wall::Fixed,
@@ -67,17 +65,7 @@ pub fn column(points: usize, threads: usize, model: MaterialModel) -> MpmConfig 
             rigid: false,
             keeps_spin: false,
         }],
-        contact_force: interface::config::ContactForceScheme::default(),
-        forcing: interface::config::Forcing::default(),
-        constants: std::collections::BTreeMap::new(),
-        leaving: interface::config::Leaving::default(),
-        grid_contact: None,
-        layers: false,
-        group_pairs: Vec::new(),
-        interface: interface::config::Interface::Points,
-        chains: Vec::new(),
-        skin: 0.0,
-        probes: Vec::new(),
         threads,
+        ..MpmConfig::default()
     }
 }

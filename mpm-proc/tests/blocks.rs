@@ -1,10 +1,10 @@
 //! Blocks of points, and steps.
 
 use interface::config::{
-    Fill, GroupConfig, MaterialConfig, MaterialModel, MpmConfig, Plane, ShapeFunction, Spacing,
-    StressUpdate, Transfer, Wall, Walls,
+    Fill, GroupConfig, MaterialConfig, MaterialModel, MpmConfig, ShapeFunction, Spacing, Transfer,
+    Wall, Walls,
 };
-use interface::message::wire::{ImpForce, Limits};
+use interface::message::wire::{EnvelopeVertex, ImpForce, Limits};
 use interface::solver::{Fault, MpmSolver};
 use interface::step::Step;
 pub use mechanics::generate::Random;
@@ -19,12 +19,8 @@ pub fn block() -> MpmConfig {
     MpmConfig {
         domain: [[-0.2, 0.1], [0.8, 0.9]],
         cell: 0.05,
-        gravity: [0.0, 0.0],
         shape: ShapeFunction::QuadraticBspline,
         transfer: Transfer::Apic,
-        stress_update: StressUpdate::Usf,
-        plane: Plane::Strain,
-        walls: Walls::default(),
         materials: vec![MaterialConfig {
             name: "rubber".into(),
             density: 1000.0,
@@ -42,18 +38,9 @@ pub fn block() -> MpmConfig {
             rigid: false,
             keeps_spin: false,
         }],
-        contact_force: interface::config::ContactForceScheme::default(),
-        forcing: interface::config::Forcing::default(),
-        constants: std::collections::BTreeMap::new(),
-        leaving: interface::config::Leaving::default(),
-        grid_contact: None,
-        layers: false,
-        group_pairs: Vec::new(),
-        interface: interface::config::Interface::Points,
-        chains: Vec::new(),
         skin: 0.01,
-        probes: Vec::new(),
         threads: 1,
+        ..MpmConfig::default()
     }
 }
 
@@ -166,4 +153,15 @@ pub fn bits(mpm: &Mpm) -> Vec<u64> {
         .flat_map(|p| [p.position, p.velocity].concat())
         .map(f64::to_bits)
         .collect()
+}
+
+/// An outline so large that every point is an IMP.
+pub fn everywhere() -> Vec<EnvelopeVertex> {
+    [[-9.0, -9.0], [9.0, -9.0], [9.0, 9.0], [-9.0, 9.0]]
+        .map(|position| EnvelopeVertex {
+            body: 0,
+            position,
+            reach: 0.0,
+        })
+        .to_vec()
 }

@@ -7,8 +7,7 @@ use interface::message::wire::{EnvelopeVertex, ImpForce};
 use interface::solver::{Fault, MpmSolver};
 use nalgebra::DMatrix;
 
-use crate::against_reference::everywhere;
-use crate::blocks::{Random, Stepper, block, configured, points_fill};
+use crate::blocks::{Random, Stepper, block, configured, everywhere, points_fill};
 use crate::limits::{largest_eigenvalue, matrices, nodes, opening};
 use crate::saved::goes_on;
 use mechanics::reference::Kernel;

@@ -4,8 +4,7 @@ use interface::config::{ShapeFunction, Spacing, Transfer};
 use interface::message::wire::ImpForce;
 use interface::solver::MpmSolver;
 
-use crate::against_reference::everywhere;
-use crate::blocks::{Random, Stepper, block, configured, points_fill};
+use crate::blocks::{Random, Stepper, block, configured, everywhere, points_fill};
 use mpm_proc::Mpm;
 
 fn random_cloud(shape: ShapeFunction, transfer: Transfer, threads: usize) -> (Mpm, Random) {

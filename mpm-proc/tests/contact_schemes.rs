@@ -5,8 +5,7 @@ use interface::message::wire::ImpForce;
 use interface::solver::MpmSolver;
 use nalgebra::{DMatrix, DVector};
 
-use crate::against_reference::everywhere;
-use crate::blocks::{Random, Stepper, block, configured, points_fill, rectangle_fill};
+use crate::blocks::{Random, Stepper, block, configured, everywhere, points_fill, rectangle_fill};
 use crate::limits::{largest_eigenvalue, nodes, opening};
 use mechanics::reference::Kernel;
 

@@ -4,8 +4,7 @@ use interface::config::{ShapeFunction, Spacing, Transfer};
 use interface::message::wire::ImpForce;
 use interface::solver::MpmSolver;
 
-use crate::against_reference::everywhere;
-use crate::blocks::{Stepper, block, configured, points_fill};
+use crate::blocks::{Stepper, block, configured, everywhere, points_fill};
 
 /// Let a point of APIC be alone on its nodes, `m_I = m S_I`. A couple `c` over a kick `k` gives them `c k g_I / (m S_I)`, so the
 /// point gets no velocity and `B = c k / (2 m) [[0, -1], [1, 0]]`: the angular momentum `m (B_yx - B_xy) = c k`, with

@@ -4,8 +4,9 @@ use interface::config::{MaterialModel, ShapeFunction, StressUpdate, Transfer};
 use interface::message::wire::ImpForce;
 use interface::solver::MpmSolver;
 
-use crate::against_reference::everywhere;
-use crate::blocks::{BULK, SHEAR, Stepper, block, configured, elastic_model, neo_hookean_model};
+use crate::blocks::{
+    BULK, SHEAR, Stepper, block, configured, elastic_model, everywhere, neo_hookean_model,
+};
 
 /// Where the wall is, on the left of the block, in m.
 const WALL: f64 = 0.1;

@@ -3,8 +3,7 @@
 use interface::config::{Leaving, MpmConfig, Spacing};
 use interface::solver::MpmSolver;
 
-use crate::against_reference::everywhere;
-use crate::blocks::{Stepper, block, configured};
+use crate::blocks::{Stepper, block, configured, everywhere};
 
 /// The block flies through the open left wall, spinning, under gravity.
 fn flying() -> MpmConfig {

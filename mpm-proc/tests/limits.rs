@@ -5,9 +5,9 @@ use interface::message::wire::{ImpForce, Limits, PointState};
 use interface::solver::MpmSolver;
 use nalgebra::{DMatrix, DVector};
 
-use crate::against_reference::everywhere;
 use crate::blocks::{
-    BULK, Random, SHEAR, Stepper, block, configured, elastic_model, first_step, points_fill,
+    BULK, Random, SHEAR, Stepper, block, configured, elastic_model, everywhere, first_step,
+    points_fill,
 };
 use mechanics::reference::Kernel;
 use mpm_proc::Mpm;

@@ -4,8 +4,7 @@ use interface::config::{MpmConfig, StressUpdate, Transfer};
 use interface::message::wire::ImpForce;
 use interface::solver::MpmSolver;
 
-use crate::against_reference::everywhere;
-use crate::blocks::{BULK, SHEAR, Stepper, block, configured, neo_hookean_model};
+use crate::blocks::{BULK, SHEAR, Stepper, block, configured, everywhere, neo_hookean_model};
 
 /// A block that swings by two per cent of its size and moves through half a cell in the time in which a wave crosses two.
 fn swinging(transfer: Transfer, update: StressUpdate) -> MpmConfig {

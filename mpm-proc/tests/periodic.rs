@@ -4,8 +4,9 @@ use interface::config::{MpmConfig, ShapeFunction, Spacing, Transfer, Wall, Walls
 use interface::message::wire::ImpForce;
 use interface::solver::{Fault, MpmSolver};
 
-use crate::against_reference::everywhere;
-use crate::blocks::{Stepper, bits, block, configured, disc_fill, rectangle_fill, walls};
+use crate::blocks::{
+    Stepper, bits, block, configured, disc_fill, everywhere, rectangle_fill, walls,
+};
 
 const AROUND: Walls = walls(
     Wall::Periodic,

@@ -4,8 +4,7 @@ use interface::config::{Chain, GroupConfig, Hold, Interface, MpmConfig, Probe, T
 use interface::message::wire::ImpForce;
 use interface::solver::{Fault, MpmSolver};
 
-use crate::against_reference::everywhere;
-use crate::blocks::{Stepper, block, configured, disc_fill};
+use crate::blocks::{Stepper, block, configured, disc_fill, everywhere};
 use mpm_proc::Mpm;
 
 fn refused(change: impl Fn(&mut MpmConfig), key: &str, says: &str) {

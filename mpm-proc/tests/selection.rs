@@ -4,8 +4,7 @@ use interface::config::{Probe, Transfer};
 use interface::message::wire::ImpForce;
 use interface::solver::MpmSolver;
 
-use crate::against_reference::everywhere;
-use crate::blocks::{Stepper, block, configured};
+use crate::blocks::{Stepper, block, configured, everywhere};
 
 /// A block that flies: mass, extent and centre are those of its points at `t_n`, the velocity is that of the flight, and so are
 /// those of a probe.

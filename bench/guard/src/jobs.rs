@@ -21,7 +21,7 @@ use mpm_proc::Mpm;
 
 use crate::yardsticks::{Grid, Mail, PlainDiscs, Polygons};
 use column::{ELASTIC, SAND, column};
-use grain_box::{DT, pile, run, step};
+use grain_box::{DT, PENTAGON, pile, run, step};
 use toys::{Course, HalfPlane, Points};
 
 #[path = "../../../mpm-proc/benches/column.rs"]
@@ -91,7 +91,7 @@ fn discs() -> (Slice, Slice) {
 
 /// A settled pile of 500 spheropentagons.
 fn pentagons() -> (Slice, Slice) {
-    let mut dem = run(&pile(Grain::PENTAGON, 500), 500);
+    let mut dem = run(&pile(PENTAGON, 500), 500);
     let mut plain = Polygons::new(600);
     let work = move || (0..60).for_each(|_| step(&mut dem, DT, false));
     (Box::new(work), Box::new(move || plain.run(20)))

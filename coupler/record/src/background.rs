@@ -1,5 +1,5 @@
 //! Background writing: a thread does what takes a disk, in its order, so that no step waits for one. The recorder has a
-//! thread of its own, which packs small messages into blocks while it waits, and the screen one that leaves texts out.
+//! thread of its own, which packs small messages into blocks while it waits.
 
 use std::fs::File;
 use std::io::{self, Seek, SeekFrom, Write};

@@ -192,8 +192,9 @@ pub struct Meant {
 impl Meant {
     /// The verdict on a value that has this distance from the reference. Without a reference the distance does not count.
     #[must_use]
-    pub fn judge(&self, value: f64, distance: f64) -> Judged {
+    pub fn judge(&self, value: f64, distance: f64) -> CheckResult {
         let number = |meant: Option<f64>| meant.unwrap_or(f64::NAN);
+        // An infinite bound or scale would pass for any run.
         let (reference, error, tolerance, bounds);
         if let Some(ends) = self.between {
             let [lower, upper] = ends.map(number);
@@ -221,13 +222,21 @@ impl Meant {
             );
             bounds = self.scale.is_none_or(f64::is_finite);
         }
-        Judged {
+        let reason = match (value.is_finite(), bounds) {
+            (false, _) => Some("the value is not a finite number".to_owned()),
+            (_, false) => Some("the expected value is not a finite number".to_owned()),
+            _ => None,
+        };
+        CheckResult {
+            value,
+            expected: *self,
             reference,
             error,
             tolerance,
             // False for NaN.
-            pass: error <= tolerance && value.is_finite() && bounds,
-            finite: bounds,
+            pass: error <= tolerance && reason.is_none(),
+            reason,
+            ..CheckResult::default()
         }
     }
 
@@ -245,21 +254,6 @@ impl Meant {
             scale: finite(self.scale),
         }
     }
-}
-
-/// How a value compares with what is expected.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Judged {
-    /// As in [`CheckResult::reference`].
-    pub reference: f64,
-    /// As in [`CheckResult::error`].
-    pub error: f64,
-    /// As in [`CheckResult::tolerance`].
-    pub tolerance: f64,
-    /// Whether it passes. A NaN never does.
-    pub pass: bool,
-    /// Whether what is expected is finite. An infinite bound or scale would pass for any run.
-    finite: bool,
 }
 
 /// Takes samples; returns rows of the history and verdicts.
@@ -616,39 +610,32 @@ fn interpolate(table: &[[f64; 2]], time: f64) -> f64 {
 fn judge(check: &Check, progress: &Progress, slots: &[f64]) -> CheckResult {
     let outcome = progress.outcome(check.when);
     let (value, reference, distance) = outcome.unwrap_or((f64::NAN, f64::NAN, f64::NAN));
-    let mut result = CheckResult {
-        name: check.name.clone(),
-        value,
-        expected: Meant::default(),
-        reference: f64::NAN,
-        error: f64::NAN,
-        tolerance: 0.0,
-        pass: false,
-        source: check.source.clone(),
-        reason: None,
-    };
     // Without a sample no expression has a value.
-    if !slots.is_empty() {
-        result.expected = check.expected.meant(slots, reference);
+    let expected = if slots.is_empty() {
+        Meant::default()
+    } else {
+        check.expected.meant(slots, reference)
+    };
+    let [from, to] = check.window;
+    let judged = match (outcome, check.when) {
+        (Some(_), _) => expected.judge(value, distance),
+        (None, when) => CheckResult {
+            value,
+            expected,
+            reference,
+            error: distance,
+            reason: Some(match when {
+                When::At(time) => format!("the run has no samples around {time} s"),
+                _ => format!("the run has no sample between {from} s and {to} s"),
+            }),
+            ..CheckResult::default()
+        },
+    };
+    CheckResult {
+        name: check.name.clone(),
+        source: check.source.clone(),
+        ..judged
     }
-    if outcome.is_none() {
-        let [from, to] = check.window;
-        result.reason = Some(match check.when {
-            When::At(time) => format!("the run has no samples around {time} s"),
-            _ => format!("the run has no sample between {from} s and {to} s"),
-        });
-        return result;
-    }
-    let judged = result.expected.judge(value, distance);
-    (result.reference, result.error, result.tolerance) =
-        (judged.reference, judged.error, judged.tolerance);
-    result.pass = judged.pass;
-    if !value.is_finite() {
-        result.reason = Some("the value is not a finite number".to_owned());
-    } else if !judged.finite {
-        result.reason = Some("the expected value is not a finite number".to_owned());
-    }
-    result
 }
 
 /// `excess` if it is positive, else 0. It is NaN for NaN, which `f64::max` would lose.

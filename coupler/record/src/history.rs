@@ -8,7 +8,7 @@ use std::time::{Duration, Instant};
 use interface::files::How;
 
 use super::background::{Background, Mark, appends};
-use super::rundir::{HISTORY, RunDir, RunDirError, fail};
+use super::rundir::{RunDir, RunDirError, fail};
 use super::seal::{Seal, Sealed};
 
 /// Buffer for rows that are not in the file yet, in bytes.
@@ -30,19 +30,11 @@ pub struct History {
 }
 
 impl History {
-    /// Begins `history.csv`.
-    ///
-    /// # Errors
-    /// [`RunDirError`].
-    pub fn begin(dir: &RunDir, header: &[String]) -> Result<Self, RunDirError> {
-        Self::begin_table(dir, HISTORY, header)
-    }
-
-    /// Begins the table `name`, which is written like `history.csv`.
+    /// Begins the table `name`.
     ///
     /// # Errors
     /// The file cannot be written.
-    pub fn begin_table(dir: &RunDir, name: &str, header: &[String]) -> Result<Self, RunDirError> {
+    pub fn begin(dir: &RunDir, name: &str, header: &[String]) -> Result<Self, RunDirError> {
         let (file, path) = dir.open(name, How::Replace)?;
         let mut history = Self::of(file, path, Seal::default());
         let mut writer = csv::Writer::from_writer(Vec::new());
@@ -70,7 +62,7 @@ impl History {
     ) -> Result<Self, RunDirError> {
         if at.bytes == 0 {
             dir.put_aside(name)?;
-            return Self::begin_table(dir, name, header);
+            return Self::begin(dir, name, header);
         }
         let seal = at.compare(dir.path(), name);
         let seal = seal.map_err(fail("resume", &dir.path().join(name)))?;
@@ -146,6 +138,7 @@ impl History {
 
 #[cfg(test)]
 mod tests {
+    use super::super::rundir::HISTORY;
     use super::*;
     use std::fs;
 
@@ -153,7 +146,8 @@ mod tests {
     fn rows_reach_the_file_as_a_whole() {
         let dir = tempfile::tempdir().unwrap();
         let run = RunDir::create(dir.path(), "").unwrap();
-        let mut history = History::begin(&run, &["time [s]".into(), "x [m]".into()]).unwrap();
+        let mut history =
+            History::begin(&run, HISTORY, &["time [s]".into(), "x [m]".into()]).unwrap();
         let mut sizes = std::collections::BTreeSet::new();
         let began = std::time::Instant::now();
         // Writes at least so many rows, and until the writing thread has been seen idle in between.
@@ -182,7 +176,8 @@ mod tests {
     fn numbers_read_back_to_the_same_bits() {
         let dir = tempfile::tempdir().unwrap();
         let run = RunDir::create(dir.path(), "").unwrap();
-        let mut history = History::begin(&run, &["time [s]".into(), "x [m]".into()]).unwrap();
+        let mut history =
+            History::begin(&run, HISTORY, &["time [s]".into(), "x [m]".into()]).unwrap();
         let row = [0.1 + 0.2, 1e-300 / 3.0];
         history.row(&row).unwrap();
         history.finish().unwrap();

@@ -306,31 +306,28 @@ impl Quantities {
     ) -> Self {
         let mut registry = Self::default();
         registry.add("", OF_RUN);
-        for group in groups {
-            registry.groups += 1;
-            registry.add(&format!("points.{group}."), OF_GROUP);
-        }
-        for probe in probes {
-            registry.probes += 1;
-            registry.add(&format!("probe.{probe}."), OF_PROBE);
-        }
-        for hold in holds {
-            registry.holds += 1;
-            registry.add(&format!("hold.{hold}."), OF_HOLD);
-        }
-        for chain in chains {
-            registry.chains += 1;
-            registry.add(&format!("chain.{chain}."), OF_CHAIN);
-        }
-        for body in bodies {
-            registry.bodies += 1;
-            registry.add(&format!("body.{body}."), OF_BODY);
-        }
+        registry.groups = registry.add_each("points", groups, OF_GROUP);
+        let [probes, holds, chains] = [probes, holds, chains].map(|names| names.iter().copied());
+        registry.probes = registry.add_each("probe", probes, OF_PROBE);
+        registry.holds = registry.add_each("hold", holds, OF_HOLD);
+        registry.chains = registry.add_each("chain", chains, OF_CHAIN);
+        registry.bodies = registry.add_each("body", bodies, OF_BODY);
         for (fill, count) in fills {
             registry.fills.push(count as usize);
             registry.add(&format!("fill.{fill}."), OF_FILL);
         }
         registry
+    }
+
+    /// Adds what has these names; returns how many there are.
+    fn add_each<'a, T: ?Sized>(
+        &mut self,
+        kind: &str,
+        names: impl IntoIterator<Item = &'a str>,
+        rows: &[Row<T>],
+    ) -> usize {
+        let add = |name| self.add(&format!("{kind}.{name}."), rows);
+        names.into_iter().map(add).count()
     }
 
     fn add<T: ?Sized>(&mut self, prefix: &str, rows: &[Row<T>]) {
@@ -402,9 +399,7 @@ impl Quantities {
         let (bodies, mut filled) = measured.bodies.split_at(self.bodies);
         sample.values.clear();
         sample.add(OF_RUN, &measured.ledgers);
-        for group in groups {
-            sample.add(OF_GROUP, group);
-        }
+        sample.add_each(OF_GROUP, groups);
         for &now in probes {
             let place = sample.values.len();
             let first = match first.get(place..place + 2) {
@@ -413,15 +408,9 @@ impl Quantities {
             };
             sample.add(OF_PROBE, &Followed { now, first });
         }
-        for hold in holds {
-            sample.add(OF_HOLD, hold);
-        }
-        for chain in chains {
-            sample.add(OF_CHAIN, chain);
-        }
-        for body in bodies {
-            sample.add(OF_BODY, body);
-        }
+        sample.add_each(OF_HOLD, holds);
+        sample.add_each(OF_CHAIN, chains);
+        sample.add_each(OF_BODY, bodies);
         for count in &self.fills {
             let (fill, others) = filled.split_at(*count);
             sample.add(OF_FILL, fill);
@@ -458,6 +447,12 @@ fn list<T: ?Sized>(table: &mut String, of: &str, rows: &[Row<T>]) {
 impl Sample {
     fn add<T: ?Sized>(&mut self, rows: &[Row<T>], of: &T) {
         self.values.extend(rows.iter().map(|row| (row.value)(of)));
+    }
+
+    fn add_each<T>(&mut self, rows: &[Row<T>], each: &[T]) {
+        for one in each {
+            self.add(rows, one);
+        }
     }
 
     /// The values, in the order of the registry; empty before the first fill.

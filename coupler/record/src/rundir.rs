@@ -119,7 +119,7 @@ impl RunDir {
             root: path.to_path_buf(),
             inner: Arc::new(Mutex::new(inner)),
         };
-        dir.write_whole(SCENE, scene.as_bytes())?;
+        dir.replace(SCENE, scene.as_bytes(), false)?;
         Ok(dir)
     }
 
@@ -289,7 +289,7 @@ impl RunDir {
     /// # Errors
     /// [`RunDirError`].
     pub fn write_summary(&self, summary: &Summary) -> Result<(), RunDirError> {
-        self.write_whole(SUMMARY, &json_of(summary))
+        self.replace(SUMMARY, &json_of(summary), false)
     }
 
     /// Gives a file of the run a name that the run does not use, where it stays: `history.csv.changed`.
@@ -321,18 +321,11 @@ impl RunDir {
             let ([x, y], [vx, vy]) = (b.position, b.velocity);
             let _ = writeln!(text, "{name},{x},{y},{},{vx},{vy},{}", b.angle, b.spin);
         }
-        self.write_whole(BODIES, text.as_bytes())
+        self.replace(BODIES, text.as_bytes(), false)
     }
 
-    /// Writes a whole file: a reader sees the old one or the new one, never a part.
-    ///
-    /// # Errors
-    /// The file cannot be written.
-    pub(crate) fn write_whole(&self, name: &str, bytes: &[u8]) -> Result<(), RunDirError> {
-        self.replace(name, bytes, false)
-    }
-
-    /// The same; with `durably` the file is on the disk when this returns.
+    /// Writes a whole file: a reader sees the old one or the new one, never a part. With `durably` the file is on the disk when
+    /// this returns.
     ///
     /// # Errors
     /// The file cannot be written.
@@ -520,13 +513,13 @@ mod tests {
     /// A directory with the files of an earlier run, and a new run that is about to take its place.
     fn exchange(root: &Path) -> RunDir {
         let earlier = RunDir::create(root, "earlier").unwrap();
-        earlier.write_whole(BODIES, b"earlier").unwrap();
+        earlier.replace(BODIES, b"earlier", false).unwrap();
         earlier
-            .write_whole("frames/points_0000.vtu", b"earlier")
+            .replace("frames/points_0000.vtu", b"earlier", false)
             .unwrap();
         drop(earlier);
         let new = RunDir::create(root, "new").unwrap();
-        new.write_whole(HISTORY, b"new").unwrap();
+        new.replace(HISTORY, b"new", false).unwrap();
         assert!(new.is_beside());
         new
     }

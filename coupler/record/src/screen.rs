@@ -1,17 +1,17 @@
 //! Standard error during a run, written by a separate thread: a stopped terminal (Ctrl-S), or a pipe that nobody reads,
 //! does not delay a step. Messages for which the queue has no room are left out and counted; the log has all of them.
 
+use std::fmt;
 use std::io::{self, Write, stderr};
-use std::sync::Arc;
-use std::sync::atomic::{AtomicU64, Ordering};
-use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
-use std::thread;
+use std::sync::{Arc, Mutex, MutexGuard};
 use std::time::{Duration, Instant};
 
 use interface::transport::wait::until_there;
 
+use crate::background::Background;
+
 /// Largest number of texts that wait to be shown.
-const WAITING: usize = 256;
+const WAITING: u64 = 256;
 /// Time between two looks at the end.
 const LOOK: Duration = Duration::from_millis(1);
 
@@ -23,17 +23,31 @@ enum Shown {
 }
 
 /// Shows text on standard error.
-#[derive(Debug, Clone)]
-pub struct Screen {
-    queue: SyncSender<Shown>,
-    counts: Arc<Counts>,
+#[derive(Clone)]
+pub struct Screen(Arc<Mutex<Queue>>);
+
+struct Queue {
+    writer: Background<Shown>,
+    /// Texts that were left out since the last one that was not.
+    left_out: u64,
 }
 
-#[derive(Debug, Default)]
-struct Counts {
-    given: AtomicU64,
-    shown: AtomicU64,
-    left_out: AtomicU64,
+impl fmt::Debug for Screen {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str("Screen")
+    }
+}
+
+impl Queue {
+    /// Gives something to the writer; if there is no room, returns it.
+    fn give(&mut self, shown: Shown) -> Option<Shown> {
+        if self.writer.behind() >= WAITING {
+            return Some(shown);
+        }
+        let given = self.writer.give(shown, 1);
+        given.expect("what cannot be shown is no error");
+        None
+    }
 }
 
 impl Screen {
@@ -42,50 +56,55 @@ impl Screen {
         Self::of(stderr())
     }
 
-    fn of(out: impl Write + Send + 'static) -> Self {
-        let (queue, taken) = sync_channel(WAITING);
-        let counts = Arc::new(Counts::default());
-        let ours = counts.clone();
-        thread::spawn(move || show_all(out, &taken, &ours));
-        Self { queue, counts }
+    fn of(mut out: impl Write + Send + 'static) -> Self {
+        let writer = Background::begin(0, move |shown| {
+            // A reader that has closed the pipe is no error.
+            match shown {
+                Shown::Text(text, left_out) => {
+                    if left_out > 0 {
+                        let _ =
+                            writeln!(out, "({left_out} messages are not shown: nobody read them)");
+                    }
+                    let _ = out.write_all(&text);
+                }
+                Shown::Drawing(draw) => draw(),
+            }
+            Ok(())
+        });
+        let left_out = 0;
+        Self(Arc::new(Queue { writer, left_out }.into()))
+    }
+
+    fn lock(&self) -> MutexGuard<'_, Queue> {
+        self.0.lock().expect("who gives does not panic")
     }
 
     /// Shows a text soon, or leaves it out.
     pub fn text(&self, text: &[u8]) {
-        let before = self.counts.left_out.swap(0, Ordering::Relaxed);
-        if self.give(Shown::Text(text.to_vec(), before)).is_some() {
-            let left_out = before + 1;
-            self.counts.left_out.fetch_add(left_out, Ordering::Relaxed);
-        }
+        let mut queue = self.lock();
+        let before = queue.left_out;
+        let unsent = queue.give(Shown::Text(text.to_vec(), before));
+        queue.left_out = unsent.map_or(0, |_| before + 1);
     }
 
     /// Draws something soon; if there is no room, returns the drawing.
     pub fn draw(&self, drawing: Box<dyn FnOnce() + Send>) -> Option<Box<dyn FnOnce() + Send>> {
-        match self.give(Shown::Drawing(drawing)) {
+        match self.lock().give(Shown::Drawing(drawing)) {
             Some(Shown::Drawing(drawing)) => Some(drawing),
             _ => None,
         }
     }
 
-    fn give(&self, shown: Shown) -> Option<Shown> {
-        self.counts.given.fetch_add(1, Ordering::AcqRel);
-        let unsent = self.queue.try_send(shown).err()?;
-        self.counts.given.fetch_sub(1, Ordering::AcqRel);
-        let (std::sync::mpsc::TrySendError::Full(shown)
-        | std::sync::mpsc::TrySendError::Disconnected(shown)) = unsent;
-        Some(shown)
-    }
-
     /// Waits until everything is shown, or nothing has been shown for `patience`.
     pub fn finish(&self, patience: Duration) {
-        let mut moved = (self.counts.shown.load(Ordering::Acquire), Instant::now());
+        let behind = || self.lock().writer.behind();
+        let mut moved = (behind(), Instant::now());
         until_there(LOOK, || {
-            let shown = self.counts.shown.load(Ordering::Acquire);
-            if shown != moved.0 {
-                moved = (shown, Instant::now());
+            let left = behind();
+            if left != moved.0 {
+                moved = (left, Instant::now());
             }
-            let all = shown >= self.counts.given.load(Ordering::Acquire);
-            (all || moved.1.elapsed() >= patience).then_some(())
+            (left == 0 || moved.1.elapsed() >= patience).then_some(())
         });
     }
 }
@@ -101,26 +120,11 @@ impl Write for &Screen {
     }
 }
 
-fn show_all(mut out: impl Write, taken: &Receiver<Shown>, counts: &Counts) {
-    for shown in taken {
-        // A reader that has closed the pipe is no error.
-        match shown {
-            Shown::Text(text, left_out) => {
-                if left_out > 0 {
-                    let _ = writeln!(out, "({left_out} messages are not shown: nobody read them)");
-                }
-                let _ = out.write_all(&text);
-            }
-            Shown::Drawing(draw) => draw(),
-        }
-        counts.shown.fetch_add(1, Ordering::AcqRel);
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
     use std::io::Read;
+    use std::thread;
 
     #[test]
     fn unread_output_delays_no_step_and_is_counted() {

@@ -3,7 +3,6 @@
 //! columns for every run.
 
 use crate::record::Sealed;
-use crate::record::background::Mark;
 use crate::record::history::History;
 use crate::record::ledger::Energies;
 use crate::record::rundir::{COURSE, RunDir, RunDirError};
@@ -13,7 +12,8 @@ use crate::run::stability::Bound;
 /// `course.csv` being written.
 #[derive(Debug)]
 pub struct Course {
-    rows: History,
+    /// Its file.
+    pub rows: History,
     /// The last step in s, and the number of steps by each limit, at the moment that is measured next.
     steps: [f64; 1 + Bound::ALL.len()],
 }
@@ -21,17 +21,12 @@ pub struct Course {
 impl Course {
     /// The file of a new run.
     pub fn begin(dir: &RunDir) -> Result<Self, RunDirError> {
-        Ok(Self::of(History::begin_table(dir, COURSE, &header())?))
+        Ok(Self::of(History::begin(dir, COURSE, &header())?))
     }
 
     /// The file of a run that continues, behind what it had at the checkpoint.
     pub fn resume(dir: &RunDir, at: &Sealed) -> Result<Self, RunDirError> {
         Ok(Self::of(History::resume(dir, COURSE, &header(), at)?))
-    }
-
-    /// What the writer was given so far.
-    pub fn sealed(&self) -> Sealed {
-        self.rows.sealed()
     }
 
     fn of(rows: History) -> Self {
@@ -57,21 +52,6 @@ impl Course {
         row.extend(self.steps);
         row.extend(energies.parts().map(|(_, value)| value));
         self.rows.row(&row)
-    }
-
-    /// Gives every row to the writer. When the mark is reached, the rows are in the file.
-    pub fn flush(&mut self) -> Result<Mark, RunDirError> {
-        self.rows.flush()
-    }
-
-    /// Waits until every row is in the file.
-    pub fn finish(&mut self) -> Result<(), RunDirError> {
-        self.rows.finish()
-    }
-
-    /// Bytes that the writer has not written yet.
-    pub fn behind(&self) -> u64 {
-        self.rows.behind()
     }
 }
 
@@ -106,7 +86,7 @@ mod tests {
         };
         course.before(&Pace::new(plan, 0.1));
         course.row(0.0, &energies).unwrap();
-        course.finish().unwrap();
+        course.rows.finish().unwrap();
         let text = fs::read_to_string(dir.path().join(COURSE)).unwrap();
         let lines: Vec<Vec<&str>> = text.lines().map(|l| l.split(',').collect()).collect();
         assert_eq!(lines[0].len(), lines[1].len());

@@ -14,29 +14,12 @@ use crate::scene::{Criterion, Scene};
 pub struct Estimate {
     /// The sides of the scene, with what they say as they are ready; none of another program, which is not asked.
     pub ready: Vec<(Party, Option<Readiness>)>,
-    /// Upper limits of the step, smallest first. Empty if the solvers have not been asked.
-    pub limits: Vec<StepLimit>,
-    /// The step while bodies collide or separate, if they can.
-    pub impacts: Option<Impacts>,
+    /// Upper limits of the step in s, each with where it comes from, smallest first. Empty if the solvers have not been asked.
+    pub limits: Vec<(f64, String)>,
+    /// The step in s while one contact of the lightest body opens or closes, if bodies can collide, and the number of such
+    /// steps in an impact.
+    pub impacts: Option<[f64; 2]>,
     end: f64,
-}
-
-/// An upper limit of the step.
-#[derive(Debug, Clone, PartialEq)]
-pub struct StepLimit {
-    /// Where it comes from.
-    pub name: String,
-    /// The step in s.
-    pub step: f64,
-}
-
-/// The cost of resolving impacts between bodies.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Impacts {
-    /// Step in s while one contact of the lightest body opens or closes.
-    pub step: f64,
-    /// Number of such steps in an impact.
-    pub steps: f64,
 }
 
 impl Estimate {
@@ -67,7 +50,7 @@ const LONG: f64 = 86_400.0;
 impl Estimate {
     /// Number of steps, if the step stays as it is at the start.
     fn steps(&self) -> Option<f64> {
-        Some((self.end / self.limits.first()?.step).ceil())
+        Some((self.end / self.limits.first()?.0).ceil())
     }
 
     /// That the run takes longer than a day, however fast the machine is.
@@ -90,13 +73,11 @@ fn step_limits(
     scene: &Scene,
     [mpm, dem]: [Option<&Readiness>; 2],
     sides: &Sides,
-) -> Vec<StepLimit> {
+) -> Vec<(f64, String)> {
     let stability = Stability::new(&scene.time, mpm, dem);
     let at_the_start = stability.limit(sides);
-    let mut limits = vec![StepLimit {
-        name: format!("at the start ({})", at_the_start.bound.name()),
-        step: at_the_start.dt,
-    }];
+    let name = format!("at the start ({})", at_the_start.bound.name());
+    let mut limits = vec![(at_the_start.dt, name)];
     if let (Some(mpm), Some(dem), Criterion::Composed) = (mpm, dem, scene.time.criterion)
         && mpm.mass_min > 0.0
         && sides.mpm.contact_omega_sq == 0.0
@@ -104,26 +85,20 @@ fn step_limits(
         // docs/physics.md section 4: contact adds k_n over the mass of the point to the squared frequency.
         let mut touching = *sides;
         touching.mpm.contact_omega_sq = dem.stiffness_max / mpm.mass_min;
-        limits.push(StepLimit {
-            name: "once the lightest point presses on the stiffest contact".to_owned(),
-            step: stability.limit(&touching).dt,
-        });
+        let name = "once the lightest point presses on the stiffest contact";
+        limits.push((stability.limit(&touching).dt, name.to_owned()));
     }
-    limits.push(StepLimit {
-        name: "the scene's own limit (time.max_step)".to_owned(),
-        step: scene.time.max_step.unwrap_or(f64::INFINITY),
-    });
-    limits.push(StepLimit {
-        name: "history interval (output.every)".to_owned(),
-        step: scene.output.every,
-    });
-    limits.retain(|limit| limit.step.is_finite() && limit.step > 0.0);
-    limits.sort_by(|a, b| a.step.total_cmp(&b.step));
+    let own = scene.time.max_step.unwrap_or(f64::INFINITY);
+    limits.push((own, "the scene's own limit (time.max_step)".to_owned()));
+    let every = scene.output.every;
+    limits.push((every, "history interval (output.every)".to_owned()));
+    limits.retain(|(step, _)| step.is_finite() && *step > 0.0);
+    limits.sort_by(|a, b| a.0.total_cmp(&b.0));
     limits
 }
 
 /// The step of impacts, if the criterion resolves them.
-fn impacts(scene: &Scene, ready: &Readiness) -> Option<Impacts> {
+fn impacts(scene: &Scene, ready: &Readiness) -> Option<[f64; 2]> {
     let dem = scene.dem.as_ref()?;
     dem.body_contact?;
     let Criterion::Composed = scene.time.criterion else {
@@ -138,7 +113,7 @@ fn impacts(scene: &Scene, ready: &Readiness) -> Option<Impacts> {
     let step = (angle / omega).min(cap);
     // Number of steps in half a period of an elastic contact.
     let steps = (PI / (omega * step)).ceil();
-    (step.is_finite() && step > 0.0).then_some(Impacts { step, steps })
+    (step.is_finite() && step > 0.0).then_some([step, steps])
 }
 
 impl Display for Estimate {
@@ -155,17 +130,17 @@ impl Display for Estimate {
                 ready.map_or_else(|| "not known".to_owned(), |ready| ready.items.to_string());
             writeln!(f, "  {things:<8} {items}, memory {}", memory(ready))?;
         }
-        for (i, limit) in self.limits.iter().enumerate() {
+        for (i, (step, from)) in self.limits.iter().enumerate() {
             let name = if i == 0 { "step" } else { "" };
             let binds = if i == 0 { "  <- binds" } else { "" };
-            writeln!(f, "  {name:<8} {:.3e} s  {}{binds}", limit.step, limit.name)?;
+            writeln!(f, "  {name:<8} {step:.3e} s  {from}{binds}")?;
         }
         let more = if self.impacts.is_some() {
             ", and more for impacts"
         } else {
             ""
         };
-        if let Some(Impacts { step, steps }) = self.impacts {
+        if let Some([step, steps]) = self.impacts {
             writeln!(
                 f,
                 "  impacts  {step:.3e} s  while bodies come into contact or separate: about {steps} steps each \
@@ -205,10 +180,7 @@ mod tests {
                     ..Readiness::default()
                 }),
             )],
-            limits: vec![StepLimit {
-                name: String::new(),
-                step: 1e-5,
-            }],
+            limits: vec![(1e-5, String::new())],
             impacts: None,
             end,
         };

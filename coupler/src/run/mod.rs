@@ -53,7 +53,7 @@ use crate::run::checkpoint::{Checkpoint, Origin};
 use crate::run::disk::Disk;
 use crate::run::failure::RunError;
 pub use crate::run::options::{RunOptions, Solvers};
-use crate::run::resources::{Segments, SharedMemory};
+use crate::run::resources::SharedMemory;
 use crate::run::supervise::Run;
 use crate::scene::Scene;
 use crate::scene::diagnostic::SceneErrors;
@@ -212,17 +212,16 @@ fn processes(
     let domain = OwnedDomain::create().map_err(|e| SessionError::Channel(e.into()))?;
     let names = domain.domain();
     run.resources.disk = Disk::of(names.clone(), run.deadlines());
-    let with_cause = |error: SessionError, segments: &Segments| match resources::cause(
-        &error, names, segments,
-    ) {
-        Some(cause) => RunError::SharedMemory { error, cause },
-        None => RunError::from(error),
-    };
+    let with_cause =
+        |error: SessionError, memory: &SharedMemory| match resources::cause(&error, memory) {
+            Some(cause) => RunError::SharedMemory { error, cause },
+            None => RunError::from(error),
+        };
     let channels = iceoryx::create(names, &parties, sink.is_some())
-        .map_err(|error| with_cause(error.into(), &Segments::none()))?;
-    let segments = Segments::of(names, &channels);
-    run.resources.shared_memory = Some(SharedMemory::new(names.clone(), segments.clone()));
-    let caused = |error| with_cause(error, &segments);
+        .map_err(|error| with_cause(error.into(), &SharedMemory::of(names, None)))?;
+    let memory = SharedMemory::of(names, Some(&channels));
+    run.resources.shared_memory = Some(memory.clone());
+    let caused = |error| with_cause(error, &memory);
     let coupler = iceoryx::join(names, Party::Coupler, &parties, SEND_TIMEOUT)
         .map_err(|error| caused(error.into()))?;
     let mut tap = match &sink {

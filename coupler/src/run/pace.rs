@@ -31,15 +31,6 @@ pub struct Epoch {
     pub bound: Bound,
 }
 
-/// Why no step can be planned.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Collapsed {
-    /// The step that the limits allow, in s.
-    pub dt: f64,
-    /// The limit that requires it.
-    pub bound: Bound,
-}
-
 /// Plans epochs, and counts the steps by the limit that determined them.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Pace {
@@ -125,13 +116,13 @@ impl Pace {
     /// The next epoch from `time` (s) on.
     ///
     /// # Errors
-    /// [`Collapsed`] if the limits require a step below the shortest one of the scene.
+    /// The limit, if it requires a step below the shortest one of the scene.
     pub fn epoch(
         &mut self,
         time: f64,
         stability: &Stability,
         sides: &Sides,
-    ) -> Result<Epoch, Collapsed> {
+    ) -> Result<Epoch, StepLimit> {
         let StepLimit {
             dt: limit,
             mut bound,
@@ -150,7 +141,7 @@ impl Pace {
             steps = EPOCH_WHILE_GROWING;
         }
         if dt.is_nan() || dt < self.plan.shortest() {
-            return Err(Collapsed { dt, bound });
+            return Err(StepLimit { dt, bound });
         }
         let left = self.next_output() - time;
         let needed = (left / dt * (1.0 - 1e-12)).ceil().max(1.0);

@@ -40,11 +40,12 @@ const PAIR: f64 = 100.0;
 /// a margin.
 const ADDRESSES: u64 = 512 << 20;
 
-/// The machine lacks a resource that a run needs.
+/// The machine lacks a resource that a run needs, and what the user can do about it.
 #[derive(Debug, Error)]
 pub enum ResourceError {
     /// Memory is too small.
-    #[error("about {what} need at least {about} of memory, and {free} can be had", about = Bytes(*.needed), free = Bytes(*.free))]
+    #[error("about {what} need at least {about} of memory, and {free} can be had (use larger cells or a wider spacing of \
+             points (it may be meant along the other axis), and do not put bodies in one place)", about = Bytes(*.needed), free = Bytes(*.free))]
     Memory {
         /// Numbers of points, or of bodies and their pairs.
         what: String,
@@ -54,10 +55,12 @@ pub enum ResourceError {
         free: u64,
     },
     /// The address space is too small for any run.
-    #[error("the system allows {} of address space, and each process needs {}", Bytes(*.0), Bytes(ADDRESSES))]
+    #[error("the system allows {} of address space, and each process needs {} (raise the limit (`ulimit -v unlimited`))", Bytes(*.0), Bytes(ADDRESSES))]
     Addresses(u64),
     /// Shared memory is too small.
-    #[error("the run needs about {about} of shared memory, and /dev/shm has {free} free", about = Bytes(*.needed), free = Bytes(*.free))]
+    #[error("the run needs about {about} of shared memory, and /dev/shm has {free} free (make it larger \
+             (`mount -o remount,size=1G /dev/shm`; `--shm-size` of a container), remove what is in it, or run with \
+             --in-process)", about = Bytes(*.needed), free = Bytes(*.free))]
     SharedMemory {
         /// In bytes.
         needed: u64,
@@ -65,7 +68,8 @@ pub enum ResourceError {
         free: u64,
     },
     /// Files may not be as long as the run needs in shared memory.
-    #[error("the system allows files of {free} at most, and shared memory needs files of {about}", free = Bytes(*.allowed), about = Bytes(*.needed))]
+    #[error("the system allows files of {free} at most, and shared memory needs files of {about} (the \
+             system limits the size of files: raise the limit (`ulimit -f`), or run with --in-process)", free = Bytes(*.allowed), about = Bytes(*.needed))]
     FileSize {
         /// In bytes.
         needed: u64,
@@ -73,32 +77,9 @@ pub enum ResourceError {
         allowed: u64,
     },
     /// Too few files may be open.
-    #[error("too many open files: each process of the run needs up to {needs}, and the system allows {0}", needs = FILES)]
+    #[error("too many open files: each process of the run needs up to {needs}, and the system allows {0} (raise the \
+             limit (`ulimit -n 1024`), or run with --in-process)", needs = FILES)]
     Files(u64),
-}
-
-impl ResourceError {
-    /// The lack, and what the user can do about it.
-    pub fn in_words(&self) -> String {
-        format!("{self} ({})", self.advice())
-    }
-
-    /// What the user can do about it.
-    fn advice(&self) -> &'static str {
-        match self {
-            Self::Memory { .. } => {
-                "use larger cells or a wider spacing of points (it may be meant along the other axis), and do not put bodies in one place"
-            }
-            Self::Addresses(_) => "raise the limit (`ulimit -v unlimited`)",
-            Self::SharedMemory { .. } => {
-                "make it larger (`mount -o remount,size=1G /dev/shm`; `--shm-size` of a container), remove what is in it, or run with --in-process"
-            }
-            Self::FileSize { .. } => {
-                "the system limits the size of files: raise the limit (`ulimit -f`), or run with --in-process"
-            }
-            Self::Files(_) => "raise the limit (`ulimit -n 1024`), or run with --in-process",
-        }
-    }
 }
 
 /// A number of bytes, formatted for people.
@@ -256,51 +237,29 @@ pub const REMOVED: &str = "somebody has removed the run's files from shared memo
 
 /// The segments of a run in shared memory.
 #[derive(Clone)]
-pub struct Segments {
-    /// The segments that existed after its channels had been created.
+pub struct SharedMemory {
+    domain: Domain,
+    /// The segments that existed after the channels had been created.
     found: Vec<PathBuf>,
     /// Whether there was one for each channel.
     complete: bool,
-}
-
-impl Segments {
-    /// None yet.
-    pub fn none() -> Self {
-        Self {
-            found: Vec::new(),
-            complete: true,
-        }
-    }
-
-    /// The segments of a run whose channels have just been created.
-    pub fn of(domain: &Domain, channels: &Created) -> Self {
-        Self {
-            found: domain.segments(),
-            complete: channels.are_there(domain),
-        }
-    }
-
-    /// Whether none has been removed.
-    fn are_there(&self, domain: &Domain) -> bool {
-        self.complete && domain.is_intact(&self.found)
-    }
-}
-
-/// The shared memory of a run while its solvers join.
-pub struct SharedMemory {
-    domain: Domain,
-    segments: Segments,
     looked: Option<Instant>,
 }
 
 impl SharedMemory {
-    /// For a run with these segments.
-    pub fn new(domain: Domain, segments: Segments) -> Self {
+    /// That of a run; `channels` have just been created, if there are any yet.
+    pub fn of(domain: &Domain, channels: Option<&Created>) -> Self {
         Self {
-            domain,
-            segments,
+            domain: domain.clone(),
+            found: channels.map_or_else(Vec::new, |_| domain.segments()),
+            complete: channels.is_none_or(|channels| channels.are_there(domain)),
             looked: None,
         }
+    }
+
+    /// Whether a segment has been removed.
+    fn lacks_one(&self) -> bool {
+        !(self.complete && self.domain.is_intact(&self.found))
     }
 
     /// Looks from time to time; returns whether a file was removed that a solver may still have to open. No error would
@@ -310,18 +269,18 @@ impl SharedMemory {
             return false;
         }
         self.looked = Some(Instant::now());
-        !self.segments.are_there(&self.domain)
+        self.lacks_one()
     }
 }
 
 /// What happened to shared memory, if it may be the cause of this end of a session.
-pub fn cause(error: &SessionError, domain: &Domain, segments: &Segments) -> Option<String> {
+pub fn cause(error: &SessionError, memory: &SharedMemory) -> Option<String> {
     if !may_be_of_memory(error) {
         return None;
     }
     // The removal may still be in progress, because the first missing file can end a run.
-    let are_gone = || (!segments.are_there(domain)).then_some(());
-    if until(MOMENT, MOMENT, are_gone).is_some() {
+    let is_gone = || memory.lacks_one().then_some(());
+    if until(MOMENT, MOMENT, is_gone).is_some() {
         return Some(REMOVED.to_owned());
     }
     let free = free_memory()?;
@@ -397,20 +356,20 @@ mod tests {
             refusal: Refusal::new("dem.body", "overlap"),
         };
         let others = [vanished("was killed by signal 9"), refused];
-        let none = Segments::none();
+        let none = SharedMemory::of(owned.domain(), None);
         for error in &of_memory {
-            assert_eq!(cause(error, owned.domain(), &none), None, "{error}");
+            assert_eq!(cause(error, &none), None, "{error}");
         }
         fs::remove_dir_all(owned.domain().directory()).unwrap();
         for error in &of_memory {
-            let found = cause(error, owned.domain(), &none);
+            let found = cause(error, &none);
             assert!(
                 found.is_some_and(|cause| cause.contains("removed")),
                 "{error}"
             );
         }
         for error in &others {
-            assert_eq!(cause(error, owned.domain(), &none), None, "{error}");
+            assert_eq!(cause(error, &none), None, "{error}");
         }
     }
 
@@ -422,18 +381,21 @@ mod tests {
         let names = owned.domain();
         let created = iceoryx::create(names, &[Party::Mpm, Party::Dem], false).unwrap();
         let error = SessionError::from(TransportError::NotHere("mpm/orders"));
-        assert_eq!(cause(&error, names, &Segments::of(names, &created)), None);
+        assert_eq!(
+            cause(&error, &SharedMemory::of(names, Some(&created))),
+            None
+        );
         let segments = names.segments();
         let of_a_channel = segments
             .iter()
             .find(|path| path.extension() == Some("dynamic".as_ref()));
-        let mut memory = SharedMemory::new(names.clone(), Segments::of(names, &created));
+        let mut memory = SharedMemory::of(names, Some(&created));
         assert!(!memory.is_lost());
         fs::remove_file(of_a_channel.expect("one for each channel")).unwrap();
         assert!(!memory.is_lost(), "not yet looked again");
         memory.looked = None;
         assert!(memory.is_lost());
-        let found = cause(&error, names, &Segments::of(names, &created));
+        let found = cause(&error, &SharedMemory::of(names, Some(&created)));
         assert!(found.is_some_and(|cause| cause.contains("removed")));
     }
 }

@@ -8,7 +8,7 @@
 
 use std::f64::consts::TAU;
 
-use interface::message::wire::Limits;
+use interface::message::wire::{Budget, Limits};
 use interface::solver::Readiness;
 use serde::{Deserialize, Serialize};
 
@@ -77,17 +77,6 @@ pub struct Sides {
     pub dem: Limits,
 }
 
-/// The part of the allowed step that a side may use before it must halt.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-pub struct Budget {
-    /// Squared frequencies, own and contact, in 1/s^2.
-    pub omega_sq: f64,
-    /// Speed in m/s.
-    pub speed: f64,
-    /// Damping ratio.
-    pub damping: f64,
-}
-
 /// Budgets of both sides.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Budgets {
@@ -95,15 +84,6 @@ pub struct Budgets {
     pub mpm: Budget,
     /// The bodies'.
     pub dem: Budget,
-}
-
-impl Budget {
-    /// No limit: the side never halts. The numbers are finite, because others must not be sent.
-    pub const UNLIMITED: Self = Self {
-        omega_sq: f64::MAX,
-        speed: f64::MAX,
-        damping: f64::MAX,
-    };
 }
 
 /// How a scene computes the step limit.

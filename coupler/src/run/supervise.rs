@@ -29,10 +29,10 @@ use crate::run::disk::Disk;
 use crate::run::failure::RunError;
 use crate::run::launch::Processes;
 use crate::run::options::{RunOptions, Solvers};
-use crate::run::pace::{Collapsed, Epoch};
+use crate::run::pace::Epoch;
 use crate::run::pause::Pauses;
 use crate::run::resources::{REMOVED, SharedMemory};
-use crate::run::stability::{Bound, Budgets, Sides, Stability};
+use crate::run::stability::{Bound, Budgets, Sides, Stability, StepLimit};
 use crate::scene::Scene;
 
 /// A window takes about this long, so that the bar moves and Ctrl-C has an effect.
@@ -348,13 +348,10 @@ impl<'a> Run<'a> {
             ..Grant::default()
         };
         let Budgets { mpm, dem } = under_way.budgets;
-        let budget = |party: &Party| {
-            let budget = match party {
-                Party::Mpm => mpm,
-                Party::Dem => dem,
-                Party::Coupler => unreachable!("the coupler is granted nothing"),
-            };
-            [budget.omega_sq, budget.speed, budget.damping]
+        let budget = |party: &Party| match party {
+            Party::Mpm => mpm,
+            Party::Dem => dem,
+            Party::Coupler => unreachable!("the coupler is granted nothing"),
         };
         let budgets = self.parties.iter().map(budget).collect();
         self.account.tally.grants += 1;
@@ -610,12 +607,12 @@ impl<'a> Run<'a> {
         self.outputs.progress.show(&state);
     }
 
-    fn collapsed(&self, collapsed: Collapsed) -> RunError {
+    fn collapsed(&self, limit: StepLimit) -> RunError {
         RunError::Collapsed {
             time: self.account.tally.clock.time(),
             step: self.account.tally.clock.index(),
-            bound: collapsed.bound,
-            dt: collapsed.dt,
+            bound: limit.bound,
+            dt: limit.dt,
             min_step: self.scene.time.shortest(),
         }
     }

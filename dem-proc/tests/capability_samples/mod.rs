@@ -123,11 +123,7 @@ fn two(change: impl Fn(&mut BodyConfig)) -> DemConfig {
             sphero_radius: 0.1,
             inertia: BodyInertia::Density(1e3),
             position: [x, 0.0],
-            angle: 0.0,
-            velocity: [0.0; 2],
-            spin: 0.0,
-            motion: Motion::Free,
-            surface: String::new(),
+            ..BodyConfig::default()
         };
         change(&mut body);
         body

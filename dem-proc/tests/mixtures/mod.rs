@@ -386,11 +386,9 @@ pub fn crowd() -> DemConfig {
         inertia: BodyInertia::Density(500.0),
         position: [(i % SIDE) as f64, (i / SIDE) as f64]
             .map(|x| CROWDED * x + random.between(-7e-4, 7e-4)),
-        angle: 0.0,
         velocity: [random.between(-1.0, 1.0), random.between(-1.0, 1.0)],
         spin: random.between(-5.0, 5.0),
-        motion: Motion::Free,
-        surface: String::new(),
+        ..BodyConfig::default()
     };
     DemConfig {
         gravity: [0.0, -9.81],

@@ -1,5 +1,7 @@
 //! What the tests share: small scenes, and a driver that steps bodies and points together.
 
+pub mod walls;
+
 use dem_proc::Sdem;
 use interface::Vec2;
 use interface::config::{BodyConfig, BodyInertia, BodyShape, ContactLaw, DemConfig, Motion};
@@ -14,12 +16,7 @@ pub fn body(shape: BodyShape, sphero_radius: f64) -> BodyConfig {
         shape,
         sphero_radius,
         inertia: BodyInertia::Mass(1.0),
-        position: [0.0, 0.0],
-        angle: 0.0,
-        velocity: [0.0, 0.0],
-        spin: 0.0,
-        motion: Motion::Free,
-        surface: String::new(),
+        ..BodyConfig::default()
     }
 }
 

@@ -23,11 +23,8 @@ fn scene() -> DemConfig {
         sphero_radius: 0.01,
         inertia: BodyInertia::Mass(2.0),
         position: [0.0, y],
-        angle: 0.0,
-        velocity: [0.0; 2],
-        spin: 0.0,
         motion,
-        surface: String::new(),
+        ..BodyConfig::default()
     };
     DemConfig {
         gravity: [0.0, -9.81],

@@ -7,7 +7,7 @@ use std::collections::{BTreeMap, VecDeque};
 
 use arbitrary::Unstructured;
 use interface::message::control::{Configure, Order, Party};
-use interface::message::wire::{Grant, StepHeader, bytes_of, records_of};
+use interface::message::wire::{Budget, Grant, StepHeader, bytes_of, records_of};
 use interface::message::{Channel, Kind, Payload, Records};
 use interface::session::{Clocked, Next, Part, Session, Solvers, Stop, Supervisor, Turn};
 use interface::transport::raw::Message;
@@ -335,12 +335,16 @@ impl Lead {
                 _ => None,
             })
         };
-        let budgets = |g: &Grant| [g.budget_omega_sq, g.budget_speed, g.budget_damping];
+        let budget = |grant: &Grant| Budget {
+            omega_sq: grant.budget_omega_sq,
+            speed: grant.budget_speed,
+            damping: grant.budget_damping,
+        };
         let pairs = grants(Party::Mpm).zip(grants(Party::Dem));
         Self {
             configures: vec![part(Party::Mpm, 1), part(Party::Dem, 2)],
             grants: pairs
-                .map(|(a, b)| (a, vec![budgets(&a), budgets(&b)]))
+                .map(|(a, b)| (a, vec![budget(&a), budget(&b)]))
                 .collect(),
         }
     }

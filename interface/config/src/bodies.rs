@@ -105,7 +105,7 @@ pub enum OverlapMeasure {
 }
 
 /// A spheropolygon body.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct BodyConfig {
     /// Name, by which quantities refer to it.
@@ -132,10 +132,11 @@ pub struct BodyConfig {
 }
 
 /// The polygon of a spheropolygon, in the body's own coordinates (m).
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case", deny_unknown_fields)]
 pub enum BodyShape {
     /// The origin alone: with the sphero-radius a disc.
+    #[default]
     Disc,
     /// A rounded segment.
     Segment {
@@ -207,6 +208,13 @@ pub enum BodyInertia {
     Density(f64),
     /// Mass in kg/m, spread evenly over the swept area.
     Mass(f64),
+}
+
+impl Default for BodyInertia {
+    /// 1 kg/m.
+    fn default() -> Self {
+        Self::Mass(1.0)
+    }
 }
 
 /// How a body moves.

@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 use super::{Interface, MaterialConfig};
 
 /// The configuration of the continuum's solver. SI units, per metre of thickness. Every field is present.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct MpmConfig {
     /// Lower left and upper right corner of the grid in m. Points may leave it only through periodic walls.
@@ -187,10 +187,11 @@ pub enum Leaving {
 }
 
 /// Shape function of the grid (Jiang 2020 appendix; docs/physics.md section 1).
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum ShapeFunction {
     /// Linear hat functions (the original MPM).
+    #[default]
     Linear,
     /// Uniform generalised interpolation: linear hats averaged over a box of half width `l_p` that does not deform.
     Ugimp,
@@ -201,12 +202,13 @@ pub enum ShapeFunction {
 }
 
 /// Transfer of velocities between grid and points.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case", deny_unknown_fields)]
 pub enum Transfer {
     /// Particle in cell (Jiang 2020 eq. 26).
     Pic,
     /// Fluid implicit particle (eq. 27).
+    #[default]
     Flip,
     /// `pic_fraction` of PIC and the rest FLIP (eq. 28).
     Blend {

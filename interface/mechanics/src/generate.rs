@@ -1,4 +1,4 @@
-//! Generated sets of bodies: random polygons, packings from a seed, stacks, boxes to hold them.
+//! Generated sets of bodies: random polygons, packings from a seed, stacks.
 //!
 //! Everything is a function of its parameters and a seed, the same on every machine. It makes configurations and knows
 //! nothing of what is done with them, so scenes, tests and benches of any solver may use it.
@@ -114,145 +114,6 @@ pub enum Grain {
     },
 }
 
-impl Grain {
-    /// Spheropentagons, a tenth rounded, moderately irregular.
-    pub const PENTAGON: Self = Self::Polygon {
-        corners: 5,
-        roundness: 0.1,
-        irregularity: 0.5,
-    };
-
-    /// A free body of this kind: its circle has radius `radius` (m) about `position` (m).
-    pub fn body(
-        &self,
-        name: String,
-        radius: f64,
-        density: f64,
-        position: [f64; 2],
-        random: &mut Random,
-    ) -> BodyConfig {
-        let (shape, sphero_radius) = match *self {
-            Self::Disc => (BodyShape::Disc, radius),
-            Self::Square { roundness } => {
-                let a = roundness * radius;
-                let side = (radius - a) * 2.0_f64.sqrt();
-                (
-                    BodyShape::Rectangle {
-                        width: side,
-                        height: side,
-                    },
-                    a,
-                )
-            }
-            Self::Polygon {
-                corners,
-                roundness,
-                irregularity,
-            } => {
-                let a = roundness * radius;
-                let phase = random.between(0.0, TAU);
-                let share = TAU / f64::from(corners);
-                let vertex = |i: u32| {
-                    let jitter = 0.45 * irregularity * random.between(-1.0, 1.0);
-                    let (sin, cos) = (phase + share * (f64::from(i) + jitter)).sin_cos();
-                    [(radius - a) * cos, (radius - a) * sin]
-                };
-                (
-                    BodyShape::Polygon {
-                        vertices: (0..corners).map(vertex).collect(),
-                    },
-                    a,
-                )
-            }
-        };
-        BodyConfig {
-            name,
-            shape,
-            sphero_radius,
-            inertia: BodyInertia::Density(density),
-            position,
-            angle: 0.0,
-            velocity: [0.0, 0.0],
-            spin: 0.0,
-            motion: Motion::Free,
-            surface: String::new(),
-        }
-    }
-}
-
-/// A fixed rounded segment from `from` to `to` (m).
-pub fn wall(name: &str, from: [f64; 2], to: [f64; 2], sphero_radius: f64) -> BodyConfig {
-    BodyConfig {
-        name: name.to_owned(),
-        shape: BodyShape::Segment { ends: [from, to] },
-        sphero_radius,
-        inertia: BodyInertia::Density(1000.0),
-        position: [0.0, 0.0],
-        angle: 0.0,
-        velocity: [0.0, 0.0],
-        spin: 0.0,
-        motion: Motion::Fixed,
-        surface: String::new(),
-    }
-}
-
-/// Floor and two side walls around `0..width` x `0..height` (m), open above.
-pub fn open_box(width: f64, height: f64, sphero_radius: f64) -> Vec<BodyConfig> {
-    let a = sphero_radius;
-    vec![
-        wall("floor", [-a, -a], [width + a, -a], a),
-        wall("left wall", [-a, -a], [-a, height], a),
-        wall("right wall", [width + a, -a], [width + a, height], a),
-    ]
-}
-
-/// What a packing is made of.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Packing {
-    /// Kind of grain.
-    pub grain: Grain,
-    /// Sizes.
-    pub sizes: Sizes,
-    /// Density in kg/m^3.
-    pub density: f64,
-    /// Distance of neighbouring cells' edges over the largest diameter; 0: largest grains touch.
-    pub looseness: f64,
-    /// Seed.
-    pub seed: u64,
-}
-
-impl Packing {
-    /// `count` grains in rows from the floor up, on a triangular lattice between x = 0 and `width` (m) that holds the
-    /// largest size, so that none overlap. Let it settle under gravity for a dense packing.
-    pub fn rows(&self, count: usize, width: f64) -> Vec<BodyConfig> {
-        let mut random = Random::new(self.seed);
-        let pitch = 2.0 * self.sizes.largest() * (1.0 + self.looseness);
-        let rise = pitch * (PI / 3.0).sin();
-        let full = (width / pitch).floor().max(1.0) as usize;
-        let mut bodies = Vec::with_capacity(count);
-        let mut row = 0;
-        while bodies.len() < count {
-            let shifted = row % 2 == 1 && (full as f64 + 0.5) * pitch > width;
-            let in_row = if shifted { full - 1 } else { full }.max(1);
-            let offset = if row % 2 == 1 { pitch } else { 0.5 * pitch };
-            for i in 0..in_row.min(count - bodies.len()) {
-                let radius = self.sizes.draw(&mut random);
-                let position = [
-                    offset + pitch * i as f64,
-                    0.5 * pitch + rise * f64::from(row),
-                ];
-                let name = format!("grain {}", bodies.len());
-                bodies.push(
-                    self.grain
-                        .body(name, radius, self.density, position, &mut random),
-                );
-            }
-            row += 1;
-        }
-        bodies
-    }
-}
-
 /// A set of bodies of one kind, as a scene asks for it.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
@@ -311,16 +172,24 @@ impl BodyFill {
                 width,
                 looseness,
             } => {
-                let packing = Packing {
-                    grain: self.grain,
-                    sizes: self.size,
-                    density: self.density,
-                    looseness,
-                    seed: u64::from(self.seed),
-                };
-                let mut bodies = packing.rows(self.count as usize, width);
-                for body in &mut bodies {
-                    body.position = [body.position[0] + corner[0], body.position[1] + corner[1]];
+                let mut random = Random::new(u64::from(self.seed));
+                let count = self.count as usize;
+                let pitch = 2.0 * self.size.largest() * (1.0 + looseness);
+                let rise = pitch * (PI / 3.0).sin();
+                let full = (width / pitch).floor().max(1.0) as usize;
+                let mut bodies = Vec::with_capacity(count);
+                let mut row = 0;
+                while bodies.len() < count {
+                    let shifted = row % 2 == 1 && (full as f64 + 0.5) * pitch > width;
+                    let in_row = if shifted { full - 1 } else { full }.max(1);
+                    let offset = if row % 2 == 1 { pitch } else { 0.5 * pitch };
+                    for i in 0..in_row.min(count - bodies.len()) {
+                        let x = offset + pitch * i as f64;
+                        let y = 0.5 * pitch + rise * f64::from(row);
+                        let at = [x + corner[0], y + corner[1]];
+                        bodies.push(self.body(at, &mut random));
+                    }
+                    row += 1;
                 }
                 bodies
             }
@@ -328,11 +197,7 @@ impl BodyFill {
                 let mut random = Random::new(u64::from(self.seed));
                 let mut top = foot[1];
                 let grain = |_| {
-                    let size = self.size.draw(&mut random);
-                    let at = [foot[0], 0.0];
-                    let mut body =
-                        self.grain
-                            .body(String::new(), size, self.density, at, &mut random);
+                    let mut body = self.body([foot[0], 0.0], &mut random);
                     let heights = body.shape.vertices().into_iter().map(|v| v[1]);
                     let [low, high] = heights
                         .fold([f64::INFINITY, f64::NEG_INFINITY], |[l, h], y| {
@@ -347,10 +212,59 @@ impl BodyFill {
         };
         for (i, body) in bodies.iter_mut().enumerate() {
             body.name = format!("{}_{i}", self.name);
-            body.velocity = self.velocity;
-            body.surface.clone_from(&self.surface);
         }
         bodies
+    }
+
+    /// The next of its bodies, whose circle is about `position` (m); it has no name yet.
+    fn body(&self, position: [f64; 2], random: &mut Random) -> BodyConfig {
+        let radius = self.size.draw(random);
+        let (shape, sphero_radius) = match self.grain {
+            Grain::Disc => (BodyShape::Disc, radius),
+            Grain::Square { roundness } => {
+                let a = roundness * radius;
+                let side = (radius - a) * 2.0_f64.sqrt();
+                (
+                    BodyShape::Rectangle {
+                        width: side,
+                        height: side,
+                    },
+                    a,
+                )
+            }
+            Grain::Polygon {
+                corners,
+                roundness,
+                irregularity,
+            } => {
+                let a = roundness * radius;
+                let phase = random.between(0.0, TAU);
+                let share = TAU / f64::from(corners);
+                let vertex = |i: u32| {
+                    let jitter = 0.45 * irregularity * random.between(-1.0, 1.0);
+                    let (sin, cos) = (phase + share * (f64::from(i) + jitter)).sin_cos();
+                    [(radius - a) * cos, (radius - a) * sin]
+                };
+                (
+                    BodyShape::Polygon {
+                        vertices: (0..corners).map(vertex).collect(),
+                    },
+                    a,
+                )
+            }
+        };
+        BodyConfig {
+            name: String::new(),
+            shape,
+            sphero_radius,
+            inertia: BodyInertia::Density(self.density),
+            position,
+            angle: 0.0,
+            velocity: self.velocity,
+            spin: 0.0,
+            motion: Motion::Free,
+            surface: self.surface.clone(),
+        }
     }
 }
 
@@ -371,16 +285,28 @@ mod tests {
                 deviation: 0.001,
             },
         ] {
-            let packing = Packing {
-                grain: Grain::PENTAGON,
-                sizes,
+            let packing = BodyFill {
+                name: "grain".into(),
+                count: 200,
+                grain: Grain::Polygon {
+                    corners: 5,
+                    roundness: 0.1,
+                    irregularity: 0.5,
+                },
+                size: sizes,
                 density: 2000.0,
-                looseness: 0.0,
+                arrange: Arrangement::Rows {
+                    corner: [0.0; 2],
+                    width: 0.3,
+                    looseness: 0.0,
+                },
                 seed: 3,
+                velocity: [0.0; 2],
+                surface: String::new(),
             };
-            let bodies = packing.rows(200, 0.3);
-            assert_eq!(bodies, packing.rows(200, 0.3));
-            assert_ne!(bodies, Packing { seed: 4, ..packing }.rows(200, 0.3));
+            let bodies = packing.bodies();
+            assert_eq!(bodies, packing.bodies());
+            assert_ne!(bodies, BodyFill { seed: 4, ..packing }.bodies());
             let largest = sizes.largest();
             for (i, a) in bodies.iter().enumerate() {
                 assert!(a.position[0] >= largest * 0.999 && a.position[0] <= 0.3 - largest * 0.999);

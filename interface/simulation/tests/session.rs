@@ -5,7 +5,7 @@ use std::rc::Rc;
 use std::time::Duration;
 
 use interface::message::control::{Configure, Party};
-use interface::message::wire::{BodyState, Grant, PointState, flags};
+use interface::message::wire::{BodyState, Budget, Grant, PointState, flags};
 use interface::session::{
     Clocked, Next, Part, Session, SessionError, Solvers, Stop, Supervisor, Turn, Wait,
 };
@@ -188,9 +188,13 @@ impl Supervisor for ToySupervisor<'_> {
             ..Grant::default()
         };
         let budget = if opening || closing {
-            [f64::MAX; 3]
+            Budget::UNLIMITED
         } else {
-            [self.budget, 100.0, self.damping]
+            Budget {
+                omega_sq: self.budget,
+                speed: 100.0,
+                damping: self.damping,
+            }
         };
         Ok(Some((grant, vec![budget; 2])))
     }

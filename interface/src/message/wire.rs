@@ -509,7 +509,38 @@ record! {
     }
 }
 
+/// What the limits of a side may become within the granted step before it must halt.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Budget {
+    /// Squared frequencies, own and contact, in 1/s^2.
+    pub omega_sq: f64,
+    /// Speed in m/s.
+    pub speed: f64,
+    /// Damping ratio.
+    pub damping: f64,
+}
+
+impl Budget {
+    /// No limit: the side never halts. The numbers are finite, because others must not be sent.
+    pub const UNLIMITED: Self = Self {
+        omega_sq: f64::MAX,
+        speed: f64::MAX,
+        damping: f64::MAX,
+    };
+}
+
 impl Grant {
+    /// This grant, for a side with this budget.
+    #[must_use]
+    pub fn within(self, budget: Budget) -> Self {
+        Self {
+            budget_omega_sq: budget.omega_sq,
+            budget_speed: budget.speed,
+            budget_damping: budget.damping,
+            ..self
+        }
+    }
+
     /// Whether a side with these limits may continue with the granted step.
     pub fn allows(&self, limits: &Limits) -> bool {
         limits.omega_sq + limits.contact_omega_sq <= self.budget_omega_sq

@@ -10,7 +10,7 @@ use super::solvers::{CONFIGURATION, Part, Solvers, StartDeadlines, clause_of};
 use crate::config::capability::SAVE;
 use crate::message::codec::encode;
 use crate::message::control::{Configure, Hello, Notice, Order, Party};
-use crate::message::wire::{Grant, StepHeader, flags};
+use crate::message::wire::{Budget, Grant, StepHeader, flags};
 use crate::message::{Channel, Kind, Payload, Records};
 
 /// Time for the other solver to complain too, shorter than the [`super::connection::ANSWER`] for which the first one waits.
@@ -20,9 +20,8 @@ const HEARING: Duration = Duration::from_millis(250);
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Stop(pub String);
 
-/// The steps that come next, and the budgets of each solver in the order of the solvers: squared frequency in 1/s^2,
-/// speed in m/s and damping in 1/s.
-pub type Next = (Grant, Vec<[f64; 3]>);
+/// The steps that come next, and the budget of each solver in the order of the solvers.
+pub type Next = (Grant, Vec<Budget>);
 
 /// The run that a session belongs to, which makes the decisions. A [`Stop`] ends the session.
 pub trait Supervisor {

@@ -8,7 +8,7 @@ use super::pieces::Incoming;
 use crate::config::capability::{CONTACTS, PLASTIC_STRAIN, SAVE};
 use crate::message::control::{Configure, Hello, PROTOCOL, Party};
 use crate::message::wire::{
-    BodyState, ContactState, Grant, GroupState, PointState, Report, StepHeader, flags,
+    BodyState, Budget, ContactState, Grant, GroupState, PointState, Report, StepHeader, flags,
 };
 use crate::message::{Channel, Kind, Records};
 use crate::solver::{MOST_ITEMS, Readiness};
@@ -289,22 +289,14 @@ impl Solvers {
     }
 
     /// L-3, G-2: the grant of each solver.
-    pub(super) fn grant(&mut self, grant: Grant, budgets: &[[f64; 3]]) -> Result<(), SessionError> {
+    pub(super) fn grant(&mut self, grant: Grant, budgets: &[Budget]) -> Result<(), SessionError> {
         self.round.grant = grant;
         self.round.within = true;
-        for (sent, &[omega_sq, speed, damping]) in self.each.iter_mut().zip(budgets) {
-            let flags = if sent.has(SAVE) {
-                grant.flags
-            } else {
-                grant.flags & !flags::CHECKPOINT
-            };
-            sent.grant = Grant {
-                flags,
-                budget_omega_sq: omega_sq,
-                budget_speed: speed,
-                budget_damping: damping,
-                ..grant
-            };
+        for (sent, &budget) in self.each.iter_mut().zip(budgets) {
+            sent.grant = grant.within(budget);
+            if !sent.has(SAVE) {
+                sent.grant.flags &= !flags::CHECKPOINT;
+            }
             check::number(Party::Coupler, "G-2", grant.first, &sent.grant)?;
         }
         Ok(())
@@ -336,9 +328,31 @@ impl Solvers {
         header: &StepHeader,
         records: Records<'_>,
     ) -> Result<(), SessionError> {
+        let step = self.round.grant.first;
+        self.take(i, header, records, (clause_of(records.kind()), step))
+    }
+
+    /// D-1: takes the points of the i-th solver at the end.
+    pub(super) fn take_final_points(
+        &mut self,
+        i: usize,
+        header: &StepHeader,
+        points: &[PointState],
+    ) -> Result<(), SessionError> {
+        let of_end = ("D-1", self.each[i].step);
+        self.take(i, header, Records::Points(points), of_end)
+    }
+
+    /// Takes records of a step, which have to be as a clause says.
+    fn take(
+        &mut self,
+        i: usize,
+        header: &StepHeader,
+        records: Records<'_>,
+        (clause, step): (&'static str, u64),
+    ) -> Result<(), SessionError> {
         let sent = &self.each[i];
-        let (party, step) = (sent.party, self.round.grant.first);
-        let clause = clause_of(records.kind());
+        let party = sent.party;
         if header.step != step || !check::counted(header, records) {
             let name = Channel::of(party, records.kind()).name();
             let message = format!(
@@ -368,30 +382,6 @@ impl Solvers {
             }
             other => unreachable!("{:?} do not come before a report", other.kind()),
         }
-        Ok(())
-    }
-
-    /// D-1: takes the points of the i-th solver at the end.
-    pub(super) fn take_final_points(
-        &mut self,
-        i: usize,
-        header: &StepHeader,
-        points: &[PointState],
-    ) -> Result<(), SessionError> {
-        let sent = &self.each[i];
-        let (step, records) = (sent.step, Records::Points(points));
-        if header.step != step || !check::counted(header, records) {
-            let message = format!(
-                "{} points of step {} announced, {} there",
-                header.count,
-                header.step,
-                points.len()
-            );
-            return Err(broken(Party::Mpm, "D-1", step, message));
-        }
-        check::numbers(Party::Mpm, "D-1", step, records)?;
-        check_points(sent, "D-1", step, points)?;
-        copy(points, &mut self.round.points);
         Ok(())
     }
 }

@@ -8,11 +8,8 @@
 use std::time::Duration;
 
 use std::cell::RefCell;
-use std::rc::Rc;
 
 use crate::message::control::Party;
-use crate::message::wire::StepHeader;
-use crate::message::{CHANNELS, Records};
 pub use crate::message::{Channel, Kind, Message, Payload};
 use crate::transport::Transport;
 pub use crate::transport::TransportError as ChannelError;
@@ -38,7 +35,7 @@ enum Channels {
     /// In shared memory.
     Shared(Created, OwnedDomain),
     /// In one thread.
-    Thread(End),
+    Thread(Direct),
 }
 
 impl RawRun {
@@ -67,27 +64,22 @@ impl RawRun {
 
     /// The same without shared memory, and the ends of a `solver` that takes turns with this run in one thread.
     pub fn in_thread(solver: Party) -> (Self, Box<dyn Transport>) {
-        let (messages, seen) = (Direct::new(), Rc::default());
-        let end = |party| End {
-            party,
-            messages: messages.clone(),
-            seen: Rc::clone(&seen),
-        };
+        let ends = Direct::new();
         let other = solver.other_solver().expect("a solver is under test");
         let run = Self {
             solver,
-            coupler: RefCell::new(Box::new(end(Party::Coupler))),
-            peer: RefCell::new(Box::new(end(other))),
-            channels: Channels::Thread(end(solver)),
+            coupler: RefCell::new(Box::new(ends.clone())),
+            peer: RefCell::new(Box::new(ends.of(other))),
+            channels: Channels::Thread(ends.clone()),
         };
-        (run, Box::new(end(solver)))
+        (run, Box::new(ends.of(solver)))
     }
 
     /// From now on the solver sees the coupler as gone, although the channels still exist.
     pub fn release(&self) {
         match &self.channels {
             Channels::Shared(_, domain) => domain.release(),
-            Channels::Thread(end) => end.messages.release(),
+            Channels::Thread(ends) => ends.release(),
         }
     }
 
@@ -143,71 +135,7 @@ impl RawRun {
     pub fn unopened(&self) -> Vec<&str> {
         match &self.channels {
             Channels::Shared(created, _) => created.unopened(self.solver),
-            Channels::Thread(end) => end.unopened(self.solver),
+            Channels::Thread(ends) => ends.unopened(self.solver),
         }
-    }
-}
-
-/// One party's ends in one thread. A solver under test can be wrong in what nobody in one thread needs, so that is kept too.
-struct End {
-    party: Party,
-    messages: Direct,
-    seen: Rc<RefCell<Seen>>,
-}
-
-/// What parties have done besides sending.
-#[derive(Default)]
-struct Seen {
-    /// Channels that the solver has opened.
-    opened: [bool; CHANNELS],
-    /// Wake-ups from one party of another that have not been looked for.
-    wakes: [[u64; Party::ALL.len()]; Party::ALL.len()],
-}
-
-impl End {
-    fn unopened(&self, solver: Party) -> Vec<&'static str> {
-        let opened = self.seen.borrow().opened;
-        let channels = Channel::before_ready(solver, true).into_iter();
-        let unopened = channels.filter(|channel| !opened[channel.number()]);
-        unopened.map(Channel::name).collect()
-    }
-}
-
-impl Transport for End {
-    fn open(&mut self, channels: &[Channel]) -> Result<(), ChannelError> {
-        let mut seen = self.seen.borrow_mut();
-        for channel in channels {
-            seen.opened[channel.number()] = true;
-        }
-        Ok(())
-    }
-
-    fn send(
-        &mut self,
-        channel: Channel,
-        header: &StepHeader,
-        records: Records<'_>,
-    ) -> Result<(), ChannelError> {
-        self.messages.send(channel, header, records)
-    }
-
-    fn receive(
-        &mut self,
-        channel: Channel,
-        into: &mut Payload,
-    ) -> Result<Option<StepHeader>, ChannelError> {
-        self.messages.receive(channel, into)
-    }
-
-    fn wake(&mut self, to: Party) {
-        self.seen.borrow_mut().wakes[self.party as usize][to as usize] += 1;
-    }
-
-    fn sleep(&mut self, from: Party, _at_most: Duration) -> u64 {
-        std::mem::take(&mut self.seen.borrow_mut().wakes[from as usize][self.party as usize])
-    }
-
-    fn coupler_lives(&self) -> bool {
-        self.messages.coupler_lives()
     }
 }

@@ -47,12 +47,8 @@ pub fn body(shape: BodyShape, motion: Motion) -> BodyConfig {
         shape,
         sphero_radius: 0.0,
         inertia: BodyInertia::Density(2000.0),
-        position: [0.0, 0.0],
-        angle: 0.0,
-        velocity: [0.0; 2],
-        spin: 0.0,
         motion,
-        surface: String::new(),
+        ..BodyConfig::default()
     }
 }
 

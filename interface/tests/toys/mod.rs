@@ -4,14 +4,12 @@
 #![allow(dead_code, reason = "tests and benches use different parts")]
 
 use interface::config::capability::{Capabilities, PLASTIC_STRAIN, SAVE};
-use interface::config::{
-    ContactLaw, DemConfig, MpmConfig, Plane, ShapeFunction, StressUpdate, Transfer, Walls,
-};
+use interface::config::{ContactLaw, DemConfig, MpmConfig};
 use interface::forces::Forces;
 use interface::message::control::{Configure, Party};
 use interface::message::wire::{
-    BodyState, EnvelopeVertex, Grant, GroupState, ImpForce, ImpInfo, ImpState, Ledger, Limits,
-    PointState, Report, flags,
+    BodyState, Budget, EnvelopeVertex, Grant, GroupState, ImpForce, ImpInfo, ImpState, Ledger,
+    Limits, PointState, Report, flags,
 };
 use interface::saved;
 use interface::session::{Next, Part, Solvers, Stop, Supervisor};
@@ -370,26 +368,9 @@ pub fn mpm_config() -> MpmConfig {
     MpmConfig {
         domain: [[0.0, 0.0], [1.0, 1.0]],
         cell: 0.1,
-        gravity: [0.0, 0.0],
-        shape: ShapeFunction::Linear,
-        transfer: Transfer::Flip,
-        stress_update: StressUpdate::Usf,
-        plane: Plane::Strain,
-        walls: Walls::default(),
-        materials: Vec::new(),
-        groups: Vec::new(),
-        contact_force: interface::config::ContactForceScheme::default(),
-        forcing: interface::config::Forcing::default(),
-        constants: std::collections::BTreeMap::new(),
-        leaving: interface::config::Leaving::default(),
-        grid_contact: None,
-        layers: false,
-        group_pairs: Vec::new(),
-        interface: interface::config::Interface::Points,
-        chains: Vec::new(),
         skin: 0.02,
-        probes: Vec::new(),
         threads: 1,
+        ..MpmConfig::default()
     }
 }
 
@@ -503,7 +484,12 @@ impl Supervisor for Course {
             dt: self.clock.dt(),
             ..Grant::default()
         };
-        Ok(Some((grant, vec![[self.budget, 10.0, 0.0]; 2])))
+        let budget = Budget {
+            omega_sq: self.budget,
+            speed: 10.0,
+            damping: 0.0,
+        };
+        Ok(Some((grant, vec![budget; 2])))
     }
 
     fn collected(&mut self, solvers: &mut Solvers) -> Result<(), Stop> {

@@ -3,7 +3,7 @@
 use std::process::Command;
 
 use CRATE::Solver;
-use interface::config::{BodyConfig, BodyInertia, BodyShape, ContactLaw, DemConfig, Motion};
+use interface::config::{BodyConfig, BodyInertia, BodyShape, ContactLaw, DemConfig};
 use interface::forces::{Forces, Load, Points};
 use interface::message::wire::{ImpInfo, ImpState};
 use interface::solver::DemSolver;
@@ -16,12 +16,7 @@ fn a_point_is_pushed_away_and_the_disc_the_other_way() {
         shape: BodyShape::Disc,
         sphero_radius: 0.1,
         inertia: BodyInertia::Mass(2.0),
-        position: [0.0; 2],
-        angle: 0.0,
-        velocity: [0.0; 2],
-        spin: 0.0,
-        motion: Motion::Free,
-        surface: String::new(),
+        ..BodyConfig::default()
     };
     let law = ContactLaw::Linear {
         normal_stiffness: 1e4,

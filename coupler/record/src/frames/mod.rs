@@ -163,7 +163,7 @@ impl Series {
             Ok(())
         };
         keep().map_err(fail("go on in", &dir.join(FRAMES)))?;
-        self.dir.write_whole(FRAME_LIST, &self.list())
+        self.dir.replace(FRAME_LIST, &self.list(), false)
     }
 
     fn write(&mut self, instant: &Instant) -> Result<(), RunDirError> {
@@ -184,13 +184,13 @@ impl Series {
             self.write_part("contacts", number, &contacts)?;
         }
         self.times.push(instant.time);
-        self.dir.write_whole(FRAME_LIST, &self.list())
+        self.dir.replace(FRAME_LIST, &self.list(), false)
     }
 
     fn write_part(&self, part: &str, number: usize, mesh: &Mesh) -> Result<(), RunDirError> {
         let name = format!("{FRAMES}/{}", file(part, number));
         self.dir
-            .write_whole(&name, &mesh.to_file(self.content.precision))
+            .replace(&name, &mesh.to_file(self.content.precision), false)
     }
 
     /// ParaView's list of the files and their times.

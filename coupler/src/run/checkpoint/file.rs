@@ -232,16 +232,10 @@ pub(crate) fn read(bytes: &[u8]) -> Result<Checkpoint, String> {
         return Err("it is too short".into());
     };
     let (body, hash) = bytes.split_at(body);
-    if !body.starts_with(MAGIC) {
-        return Err("it does not begin like a checkpoint".into());
-    }
     if blake3::hash(body).as_bytes() != hash {
         return Err("its hash is not that of its content".into());
     }
-    let mut rest = &body[MAGIC.len()..];
-    let length = take_number(&mut rest)?;
-    let about: About =
-        serde_json::from_slice(take(&mut rest, length)?).map_err(|e| e.to_string())?;
+    let (about, mut rest) = description(body)?;
     let state = unpack(&mut rest)?;
     let state = saved::unpack(FORMAT, &state).map_err(|e| e.message)?;
     let mut solvers = Vec::new();
@@ -256,6 +250,15 @@ pub(crate) fn read(bytes: &[u8]) -> Result<Checkpoint, String> {
         state,
         solvers,
     })
+}
+
+/// The description at the beginning of a checkpoint, and what follows.
+fn description(bytes: &[u8]) -> Result<(About, &[u8]), String> {
+    let rest = bytes.strip_prefix(MAGIC);
+    let mut rest = rest.ok_or("it does not begin like a checkpoint")?;
+    let length = take_number(&mut rest)?;
+    let about = serde_json::from_slice(take(&mut rest, length)?).map_err(|e| e.to_string())?;
+    Ok((about, rest))
 }
 
 /// The state that each solver saved in the checkpoint in `bytes`.
@@ -330,14 +333,9 @@ pub(crate) type Found = (PathBuf, Checkpoint, Vec<CheckpointError>);
 pub(crate) fn newest(dir: &Path, ours: &About) -> Result<Found, CheckpointError> {
     let mut passed_over = Vec::new();
     for name in list(dir) {
-        match open(dir, &name) {
-            Ok(checkpoint) => {
-                let path = dir.join(name);
-                return match checkpoint.about.differs(ours) {
-                    None => Ok((path, checkpoint, passed_over)),
-                    Some(what) => Err(CheckpointError::Differs { path, what }),
-                };
-            }
+        match usable(dir, &name, ours) {
+            Ok(checkpoint) => return Ok((dir.join(name), checkpoint, passed_over)),
+            Err(error @ CheckpointError::Differs { .. }) => return Err(error),
             Err(error) => passed_over.push(error),
         }
     }
@@ -377,6 +375,18 @@ pub(crate) fn unchanged(
         }
     }
     Ok(aside)
+}
+
+/// Reads a checkpoint of a run like `ours`.
+fn usable(dir: &Path, name: &str, ours: &About) -> Result<Checkpoint, CheckpointError> {
+    let checkpoint = open(dir, name)?;
+    match checkpoint.about.differs(ours) {
+        None => Ok(checkpoint),
+        Some(what) => Err(CheckpointError::Differs {
+            path: dir.join(name),
+            what,
+        }),
+    }
 }
 
 /// Reads a checkpoint of a run directory.
@@ -420,17 +430,9 @@ fn begin(dir: &Path, name: &str) -> Result<(About, u64, File), CheckpointError> 
         .take(first + ABOUT)
         .read_to_end(&mut begin)
         .map_err(unread(dir, name))?;
-    let read = || {
-        let rest = begin.strip_prefix(MAGIC);
-        let mut rest = rest.ok_or("it does not begin like a checkpoint")?;
-        let length = take_number(&mut rest)?;
-        let about: About =
-            serde_json::from_slice(take(&mut rest, length)?).map_err(|e| e.to_string())?;
-        let before = first + length as u64 + HASH as u64;
-        Ok((before.saturating_add(about.bytes), about))
-    };
-    let (written, about) = read().map_err(|what: String| damaged(&dir.join(name), what))?;
-    Ok((about, written, file))
+    let (about, rest) = description(&begin).map_err(|what| damaged(&dir.join(name), what))?;
+    let before = (begin.len() - rest.len() + HASH) as u64;
+    Ok((about.clone(), before.saturating_add(about.bytes), file))
 }
 
 /// The last checkpoint in `dir` of a run like `ours` that is not after `time` (s), or the last one if there is no
@@ -448,12 +450,7 @@ pub(crate) fn of_time(
         let at = begin(dir, &name)?.0.time;
         // A written time is rounded by at most this.
         if time.is_none_or(|time| at <= time * (1.0 + 1e-12)) {
-            let checkpoint = open(dir, &name)?;
-            let path = dir.join(name);
-            return match checkpoint.about.differs(ours) {
-                None => Ok(checkpoint),
-                Some(what) => Err(CheckpointError::Differs { path, what }),
-            };
+            return usable(dir, &name, ours);
         }
         there.push(format!("{at} s"));
     }

@@ -75,7 +75,7 @@ impl Run<'_> {
             bodies: self.latest.bodies.clone(),
             origin: self.latest.origin.clone(),
             history: self.outputs.history.sealed(),
-            course: self.outputs.course.sealed(),
+            course: self.outputs.course.rows.sealed(),
             frames: self
                 .outputs
                 .frames

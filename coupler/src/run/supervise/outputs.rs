@@ -42,7 +42,7 @@ impl Outputs {
         account: &Account,
         start: &[BodyState],
     ) -> Result<Self, RunDirError> {
-        let history = History::begin(dir, &account.recorder.header())?;
+        let history = History::begin(dir, HISTORY, &account.recorder.header())?;
         let tables = (history, Course::begin(dir)?);
         Self::new(scene, options, dir, tables, Listed::default(), start)
     }
@@ -87,7 +87,7 @@ impl Outputs {
 
     /// Whether so much waits for the disk that nothing should be added.
     pub(super) fn is_behind(&self) -> bool {
-        self.history.behind().max(self.course.behind()) > BEHIND
+        self.history.behind().max(self.course.rows.behind()) > BEHIND
             || self.frames.as_ref().is_some_and(Frames::is_behind)
             || self.sink.as_ref().is_some_and(RecordingSink::is_behind)
     }
@@ -97,7 +97,7 @@ impl Outputs {
     /// # Errors
     /// [`RunDirError`].
     pub(super) fn flush(&mut self) -> Result<Vec<Mark>, RunDirError> {
-        let mut marks = vec![self.history.flush()?, self.course.flush()?];
+        let mut marks = vec![self.history.flush()?, self.course.rows.flush()?];
         marks.extend(self.frames.as_ref().map(Frames::mark));
         Ok(marks)
     }
@@ -105,7 +105,7 @@ impl Outputs {
     /// Waits until tables and frames are written; returns the results of both.
     pub(super) fn finish(&mut self) -> [Result<(), RunDirError>; 2] {
         self.progress.finish();
-        let tables = self.history.finish().and(self.course.finish());
+        let tables = self.history.finish().and(self.course.rows.finish());
         let frames = self.frames.as_mut().map_or(Ok(()), Frames::finish);
         // A checkpoint waits for the frames that it lists, so their writer ends first.
         self.frames = None;

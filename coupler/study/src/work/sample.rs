@@ -3,7 +3,7 @@
 use std::fmt;
 use std::path::Path;
 
-use coupler::record::check::Judged;
+use coupler::record::check::CheckResult;
 
 use super::row::count;
 use super::sweep::SweepReport;
@@ -40,7 +40,7 @@ impl SampleReport {
             let quantiles = (0..SHARES.len()).map(|k| cell(found.map(|found| found.quantiles[k])));
             line.extend(quantiles);
             let judged = found.and_then(|found| self.judged(name, found.mean));
-            line.push(cell(judged.map(|judged| judged.reference)));
+            line.push(cell(judged.as_ref().map(|judged| judged.reference)));
             line.push(
                 judged
                     .map_or("-", |judged| if judged.pass { "yes" } else { "no" })
@@ -62,7 +62,7 @@ impl SampleReport {
 
     /// The verdict of a check on the mean of its values, if all runs are compared with the same and by their value alone
     /// (`rms_error` is not).
-    fn judged(&self, name: &str, mean: f64) -> Option<Judged> {
+    fn judged(&self, name: &str, mean: f64) -> Option<CheckResult> {
         let rows = self.runs.rows.iter().filter(|row| row.outcome().whole());
         let mut verdicts = rows.filter_map(|row| row.outcome().check(name)).peekable();
         let expected = verdicts.peek()?.expected;

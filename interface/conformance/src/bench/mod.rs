@@ -13,5 +13,5 @@ mod session;
 pub use bodies::Answer;
 pub use continuum::{Shown, around_all, outline};
 pub use points::Points;
-pub use run::{Budget, Run, WindowReport, at_least};
+pub use run::{Run, WindowReport, at_least};
 pub use session::{Bench, HASH, PATIENCE, Session, configure};

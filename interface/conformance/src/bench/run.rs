@@ -3,8 +3,8 @@
 
 use interface::message::control::{Configure, Order, Ready};
 use interface::message::wire::{
-    BodyState, ContactState, EnvelopeVertex, Grant, GroupState, ImpInfo, PointState, Report,
-    StepHeader, flags,
+    BodyState, Budget, ContactState, EnvelopeVertex, Grant, GroupState, ImpInfo, PointState,
+    Report, StepHeader, flags,
 };
 use interface::step::{Clock, Step};
 use interface::transport::raw::{Kind, Message, Payload};
@@ -12,26 +12,6 @@ use interface::transport::raw::{Kind, Message, Payload};
 use super::points::Points;
 use super::session::{Bench, Session};
 use crate::verdict::{Unmet, broken, require};
-
-/// What a grant allows the solver's limits to be.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Budget {
-    /// 1/s^2.
-    pub omega_sq: f64,
-    /// m/s.
-    pub speed: f64,
-    /// Damping ratio.
-    pub damping: f64,
-}
-
-impl Budget {
-    /// Nothing limits.
-    pub const ALL: Self = Self {
-        omega_sq: f64::MAX,
-        speed: f64::MAX,
-        damping: f64::MAX,
-    };
-}
 
 /// Where a run stands, as far as the kit knows.
 #[derive(Debug, Clone)]
@@ -154,7 +134,7 @@ impl Bench {
             session,
             ready,
             window: self.window,
-            budget: Budget::ALL,
+            budget: Budget::UNLIMITED,
             points: Points::new(),
             outlines: Vec::new(),
             travel: 0.0,
@@ -216,10 +196,9 @@ impl<'b> Run<'b> {
             steps_in_epoch,
             dt_before_epoch,
             dt,
-            budget_omega_sq: self.budget.omega_sq,
-            budget_speed: self.budget.speed,
-            budget_damping: self.budget.damping,
+            ..Grant::default()
         }
+        .within(self.budget)
     }
 
     /// Sends a grant.

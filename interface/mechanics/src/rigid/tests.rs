@@ -19,11 +19,8 @@ fn config(shape: BodyShape, motion: Motion) -> BodyConfig {
         sphero_radius: RADIUS,
         inertia: BodyInertia::Mass(MASS),
         position: [0.1, 0.2],
-        angle: 0.0,
-        velocity: [0.0; 2],
-        spin: 0.0,
         motion,
-        surface: String::new(),
+        ..BodyConfig::default()
     }
 }
 

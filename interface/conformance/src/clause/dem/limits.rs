@@ -1,10 +1,10 @@
 //! Sections 5 and 8: limits bound what the bodies can do, and who is beyond its budget halts.
 
 use interface::config::{BodyConfig, DemConfig};
-use interface::message::wire::flags;
+use interface::message::wire::{Budget, flags};
 
 use super::scene::{MASS, RADIUS, SPHERO, STIFFNESS, disc, law, one_disc, pressed, scene};
-use crate::bench::{Bench, Budget, Run};
+use crate::bench::{Bench, Run};
 use crate::clause::{Clause, clauses};
 use crate::mutant::{Flaw, change};
 use crate::verdict::{Judgement, require};

@@ -51,11 +51,8 @@ pub fn body(shape: BodyShape, position: [f64; 2], motion: Motion) -> BodyConfig 
         sphero_radius: SPHERO,
         inertia: BodyInertia::Mass(MASS),
         position,
-        angle: 0.0,
-        velocity: [0.0; 2],
-        spin: 0.0,
         motion,
-        surface: String::new(),
+        ..BodyConfig::default()
     }
 }
 

@@ -1,10 +1,10 @@
 //! Section 5, halting.
 
-use interface::message::wire::{StepHeader, flags};
+use interface::message::wire::{Budget, StepHeader, flags};
 use interface::transport::raw::{Kind, Message, Payload};
 
 use super::scene::{DT, block, push, scene, single};
-use crate::bench::{Bench, Budget, Run, configure};
+use crate::bench::{Bench, Run, configure};
 use crate::clause::{Clause, clauses};
 use crate::mutant::{Flaw, change};
 use crate::verdict::{Judgement, Unmet, require};
@@ -14,10 +14,10 @@ pub const CLAUSES: &[Clause] = clauses! {
         - "ignores the budget of speed": Flaw::grant(|grant| grant.budget_speed = f64::MAX);
     Must "H-1b" "compares the frequency with contact with the budget" by stiff, after: &["H-1a", "L-2c"];
         - "ignores stiff contacts": Flaw::force(|f| f.stiffness = if f.stiffness > 1e8 { 1.0 } else { f.stiffness });
-    Must "H-2b" "stops after a step with HALT_AFTER" by |bench| window(bench, Budget::ALL, 4, Some(0), (true, 1));
+    Must "H-2b" "stops after a step with HALT_AFTER" by |bench| window(bench, Budget::UNLIMITED, 4, Some(0), (true, 1));
         - "continues after HALT_AFTER": Flaw::forces(|header, _| header.flags = 0);
     Must "H-2c" "HALT_AFTER on the last step has no effect"
-        by |bench| window(bench, Budget::ALL, 2, Some(1), (false, 2));
+        by |bench| window(bench, Budget::UNLIMITED, 2, Some(1), (false, 2));
         - "halts at the end of the window": change::report(|report, now| {
             let ends = report.next == now.grant.first + now.grant.steps;
             report.halted |= u64::from(now.of_forces & flags::HALT_AFTER != 0 && ends);
@@ -45,7 +45,7 @@ pub const CLAUSES: &[Clause] = clauses! {
 
 const SLOW: Budget = Budget {
     speed: 0.5,
-    ..Budget::ALL
+    ..Budget::UNLIMITED
 };
 
 /// The next message is HALT_BEFORE of this step, and the report fits it.
@@ -60,7 +60,7 @@ fn halted(flow: &mut Run, step: u64) -> Result<(), Unmet> {
 /// It continues when it is allowed to.
 fn continues(mut flow: Run) -> Judgement {
     let step = flow.next();
-    flow.budget = Budget::ALL;
+    flow.budget = Budget::UNLIMITED;
     flow.begin_epoch(DT);
     flow.coast(DT, 3)?;
     Ok(format!("before step {step}"))

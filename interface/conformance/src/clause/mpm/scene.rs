@@ -2,8 +2,8 @@
 //! Lengths are around a metre, a wave crosses a cell in a millisecond.
 
 use interface::config::{
-    Fill, GroupConfig, InitialFields, MaterialConfig, MaterialModel, MpmConfig, Plane,
-    ShapeFunction, Spacing, StressUpdate, Transfer, Walls,
+    Fill, GroupConfig, InitialFields, MaterialConfig, MaterialModel, MpmConfig, ShapeFunction,
+    Spacing, Transfer,
 };
 use interface::message::wire::ImpForce;
 
@@ -41,26 +41,13 @@ pub fn scene(groups: Vec<GroupConfig>) -> MpmConfig {
     MpmConfig {
         domain: [[0.0; 2], [1.0; 2]],
         cell: CELL,
-        gravity: [0.0; 2],
         shape: ShapeFunction::Linear,
         transfer: Transfer::Flip,
-        stress_update: StressUpdate::Usf,
-        plane: Plane::Strain,
-        walls: Walls::default(),
         materials: vec![material(DENSITY, MODULI)],
         groups,
-        contact_force: interface::config::ContactForceScheme::default(),
-        forcing: interface::config::Forcing::default(),
-        constants: std::collections::BTreeMap::new(),
-        leaving: interface::config::Leaving::default(),
-        grid_contact: None,
-        layers: false,
-        group_pairs: Vec::new(),
-        interface: interface::config::Interface::Points,
-        chains: Vec::new(),
         skin: SKIN,
-        probes: Vec::new(),
         threads: 1,
+        ..MpmConfig::default()
     }
 }
 

@@ -1,9 +1,9 @@
 //! Section 5, halting, as far as it is the same for both sides.
 
-use interface::message::wire::flags;
+use interface::message::wire::{Budget, flags};
 
 use super::run::led;
-use crate::bench::{Bench, Budget, Run, configure};
+use crate::bench::{Bench, Run, configure};
 use crate::clause::dem::limits::lively;
 use crate::clause::mpm::scene::single;
 use crate::clause::{Clause, clauses};
@@ -25,7 +25,7 @@ pub const CLAUSES: &[Clause] = clauses! {
 /// Less than what moves in these clauses.
 const SLOW: Budget = Budget {
     speed: 0.05,
-    ..Budget::ALL
+    ..Budget::UNLIMITED
 };
 const DT: f64 = 1e-4;
 
@@ -54,7 +54,7 @@ fn last_step(bench: &Bench) -> Judgement {
 }
 
 fn halt_is_free(bench: &Bench) -> Judgement {
-    let (plain, _) = six_steps(bench, Budget::ALL)?;
+    let (plain, _) = six_steps(bench, Budget::UNLIMITED)?;
     let (halting, halts) = six_steps(bench, SLOW)?;
     if let Some(step) = plain.iter().zip(&halting).position(|(a, b)| a != b) {
         let [a, b] = [&plain[step], &halting[step]].map(|numbers| format!("{numbers:?}"));
