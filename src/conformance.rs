@@ -13,7 +13,7 @@ use interface::files;
 use interface::hosted::{Host, Start, Subject};
 use interface::message::control::Party;
 
-use crate::cli::ConformanceArgs;
+use crate::cli::{ConformanceArgs, SolverArgs};
 use crate::exit::BAD_INPUT;
 use crate::run::this_program;
 use crate::terminal::{self, say};
@@ -28,7 +28,7 @@ const NOT_STARTED: u8 = 3;
 pub fn judge(args: &ConformanceArgs) -> ExitCode {
     if args.list {
         let both = [Party::Dem, Party::Mpm];
-        let asked = |party: &Party| match (&args.dem, &args.mpm) {
+        let asked = |party: &Party| match (&args.solver.dem, &args.solver.mpm) {
             (None, None) => true,
             (dem, _) => dem.is_some() == (*party == Party::Dem),
         };
@@ -37,7 +37,8 @@ pub fn judge(args: &ConformanceArgs) -> ExitCode {
         }
         return ExitCode::SUCCESS;
     }
-    let prepared = subject(args).and_then(|subject| Ok((required(args, subject.party)?, subject)));
+    let prepared = args.solver.subject();
+    let prepared = prepared.and_then(|subject| Ok((required(args, subject.party)?, subject)));
     let (required, subject) = match prepared {
         Ok(prepared) => prepared,
         Err(error) => return complain(&error, BAD_INPUT),
@@ -104,39 +105,36 @@ fn required(args: &ConformanceArgs, party: Party) -> Result<Option<&'static Prof
     found.map(Some).ok_or_else(unknown)
 }
 
-fn complain(error: &str, status: u8) -> ExitCode {
+pub fn complain(error: &str, status: u8) -> ExitCode {
     terminal::complain(format_args!("error: {error}"));
     ExitCode::from(status)
 }
 
-fn subject(args: &ConformanceArgs) -> Result<Subject, String> {
-    let (party, command) = match (&args.dem, &args.mpm) {
-        (Some(command), None) => (Party::Dem, command),
-        (None, Some(command)) => (Party::Mpm, command),
-        _ => return Err("expected one of --dem COMMAND and --mpm COMMAND".into()),
-    };
-    if args.in_process {
-        return Ok(built_in(party));
-    }
-    let command = match command.as_str() {
-        BUILT_IN => this_program(party.name())?,
-        command => words(command, party)?,
-    };
-    let start = Start::Command(command);
-    Ok(Subject { party, start })
-}
-
-/// The words of a command, as a shell splits them.
-pub fn words(command: &str, party: Party) -> Result<Vec<String>, String> {
-    let words = shlex::split(command).filter(|words| !words.is_empty());
-    words.ok_or(format!("--{party}: not a command"))
-}
-
-/// The built-in solver, in this thread.
-pub fn built_in(party: Party) -> Subject {
-    match party {
-        Party::Mpm => Subject::in_thread(|| Host::Mpm(solvers::mpm())),
-        _ => Subject::in_thread(|| Host::Dem(solvers::dem())),
+impl SolverArgs {
+    /// The solver that was asked for.
+    ///
+    /// # Errors
+    /// None was, or what was given is no command.
+    pub fn subject(&self) -> Result<Subject, String> {
+        let (party, command) = match (&self.dem, &self.mpm) {
+            (Some(command), None) => (Party::Dem, command),
+            (None, Some(command)) => (Party::Mpm, command),
+            _ => return Err("expected one of --dem COMMAND and --mpm COMMAND".into()),
+        };
+        if self.in_process {
+            return Ok(match party {
+                Party::Mpm => Subject::in_thread(|| Host::Mpm(solvers::mpm())),
+                _ => Subject::in_thread(|| Host::Dem(solvers::dem())),
+            });
+        }
+        let command = match command.as_str() {
+            BUILT_IN => this_program(party.name())?,
+            command => shlex::split(command)
+                .filter(|words| !words.is_empty())
+                .ok_or(format!("--{party}: not a command"))?,
+        };
+        let start = Start::Command(command);
+        Ok(Subject { party, start })
     }
 }
 

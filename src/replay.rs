@@ -3,17 +3,15 @@
 use std::process::ExitCode;
 use std::time::Duration;
 
-use interface::hosted::{Start, Subject};
-use interface::message::control::Party;
+use interface::hosted::Subject;
 use interface::recording::End;
 use interface::recording::replay::{Options, Outcome, ReplayError, replay};
 use interface::transport::remains::sweep;
 
 use crate::cli::ReplayArgs;
-use crate::conformance::{built_in, words};
+use crate::conformance::complain;
 use crate::exit::BAD_INPUT;
 use crate::logging;
-use crate::run::this_program;
 use crate::terminal::{self, say};
 
 /// Some answer differs.
@@ -23,7 +21,7 @@ const FAILED: u8 = 3;
 
 /// Plays a recording to one solver.
 pub fn run(args: &ReplayArgs) -> ExitCode {
-    let subject = match subject(args) {
+    let subject = match args.solver.subject() {
         Ok(subject) => subject,
         Err(error) => return complain(&error, BAD_INPUT),
     };
@@ -51,23 +49,6 @@ pub fn run(args: &ReplayArgs) -> ExitCode {
             complain(&error.to_string(), status)
         }
     }
-}
-
-fn subject(args: &ReplayArgs) -> Result<Subject, String> {
-    let (party, command) = match (&args.dem, &args.mpm) {
-        (Some(command), _) => (Party::Dem, command),
-        (_, Some(command)) => (Party::Mpm, command),
-        _ => return Err("expected one of --dem and --mpm".into()),
-    };
-    if args.in_process {
-        return Ok(built_in(party));
-    }
-    let words = match command {
-        Some(command) => words(command, party)?,
-        None => this_program(party.name())?,
-    };
-    let start = Start::Command(words);
-    Ok(Subject { party, start })
 }
 
 /// The result for people.
@@ -106,9 +87,4 @@ fn show(outcome: &Outcome, subject: &Subject, tolerance: f64) -> ExitCode {
             ExitCode::from(DIFFERENT)
         }
     }
-}
-
-fn complain(error: &str, status: u8) -> ExitCode {
-    terminal::complain(format_args!("error: {error}"));
-    ExitCode::from(status)
 }

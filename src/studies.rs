@@ -2,24 +2,20 @@
 
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
 
 use coupler::record::summary::Status;
 use coupler::run::killed::Killed;
-use coupler::scene::{Measurand, Scene};
+use coupler::scene::Scene;
 use study::StudyError;
 use study::case::Source;
-use study::engine::Engine;
-use study::figure::axis::Scale;
-use study::plot::{Labelled, PlotOptions};
-use study::runner::RunnerOptions;
-use study::sample::{Over, Sample};
-use study::snapshots::SnapshotOptions;
+use study::plot::PlotOptions;
 use study::stability::edge::Search;
-use study::stability::{MapOptions, maps, table};
+use study::stability::{StabilityOptions, maps, table};
 use study::vary::Vary;
 use study::work::StudyOptions;
 
-use crate::cli::{EngineArg, PlotArgs, RunsArgs, StabilityArgs, StudyArgs};
 use crate::logging;
 use crate::signals::interrupt;
 use crate::terminal::{complain, say};
@@ -45,55 +41,13 @@ const STIFFNESS: &str = "contact.linear.normal_stiffness";
 const DECADES: i32 = 7;
 
 /// Studies a scene.
-pub fn study(args: &StudyArgs) -> ExitCode {
-    let result = || {
-        let vary = args.vary.iter().map(|v| Vary::parse(v));
-        let over: Vec<Vec<Over>> = args
-            .over
-            .iter()
-            .map(|o| Over::parse(o))
-            .collect::<Result<_, _>>()?;
-        let options = StudyOptions {
-            source: Source {
-                path: args.scene.scene.clone(),
-                variant: args.scene.variant.clone(),
-                set: args.scene.set.clone(),
-            },
-            vary: vary.collect::<Result<_, _>>()?,
-            sample: args.sample.map(|count| Sample {
-                over: over.into_iter().flatten().collect(),
-                count: count.into(),
-                seed: args.seed,
-            }),
-            error: match (&args.error, &args.finer[..]) {
-                (Some(name), _) => Some(Measurand::Check(name.clone())),
-                (None, []) => None,
-                (None, names) => Some(Measurand::Finer(names.to_vec())),
-            },
-            resolution: args.resolution.clone(),
-            along: args.along.clone(),
-            values: args.value.clone(),
-            repeat: args.repeat.map(usize::from),
-            scatter: args.scatter,
-        };
-        let runner = RunnerOptions {
-            engine: match args.engine {
-                EngineArg::Local => Engine::Local,
-                EngineArg::Hyperqueue => Engine::HyperQueue,
-                EngineArg::Slurm => Engine::Slurm,
-            },
-            cores: args.cores.map(usize::from),
-            memory: args.memory.map(|mib| mib as usize),
-            ..runner(&args.runs)?
-        };
-        let out = &args.runs.out;
-        match &args.commands {
-            Some(file) => study::work::commands(&options, runner, out, file).map(Err),
-            None => study::work::study(&options, runner, out).map(Ok),
-        }
-    };
+pub fn study(args: &StudyOptions) -> ExitCode {
     logging::of_study();
-    match result() {
+    let result = asked_to_end().and_then(|interrupt| match &args.commands {
+        Some(file) => study::work::commands(args, interrupt, file).map(Err),
+        None => study::work::study(args, interrupt).map(Ok),
+    });
+    match result {
         Ok(Err(missing)) => {
             say(missing);
             ExitCode::SUCCESS
@@ -111,7 +65,7 @@ pub fn study(args: &StudyArgs) -> ExitCode {
 }
 
 /// Maps the stability of scenes.
-pub fn stability(args: &StabilityArgs) -> ExitCode {
+pub fn stability(args: &StabilityOptions) -> ExitCode {
     logging::of_study();
     let made = if args.table { compare(args) } else { map(args) };
     match made {
@@ -124,54 +78,14 @@ pub fn stability(args: &StabilityArgs) -> ExitCode {
     }
 }
 
-/// Draws curves out of tables.
-pub fn plot(args: &PlotArgs) -> ExitCode {
-    let labelled =
-        |all: &[String]| -> Vec<Labelled> { all.iter().map(|one| Labelled::parse(one)).collect() };
-    for run in labelled(&args.data) {
+/// Draws curves out of tables, and pictures of frames.
+pub fn plot(args: &PlotOptions) -> ExitCode {
+    for run in &args.data {
         if let Some(killed) = Killed::find(Path::new(&run.what)) {
             complain(format_args!("note: {}: {}", run.what, killed.words()));
         }
     }
-    let named_after = || {
-        let name = args.out.file_stem();
-        name.map(|name| name.to_string_lossy().into_owned())
-    };
-    let title = args.title.clone();
-    if !args.frames.is_empty() {
-        let options = SnapshotOptions {
-            runs: labelled(&args.data),
-            at: args.frames.clone(),
-            colour: Labelled::parse(&args.colour),
-            between: args.clim,
-            forces: args.forces,
-            limits: [args.xlim, args.ylim].map(Option::unwrap_or_default),
-            columns: args.columns,
-            rate: args.rate,
-            // Each picture has its time above it.
-            title: title.unwrap_or_default(),
-        };
-        return drawn(args, study::snapshots::snapshots(&options, &args.out));
-    }
-    let scale = |log: bool| if log { Scale::Log } else { Scale::Linear };
-    let options = PlotOptions {
-        data: labelled(&args.data),
-        x: args.x.clone(),
-        y: labelled(&args.y),
-        expected: labelled(&args.expected),
-        by: args.by.clone(),
-        slope: args.slope,
-        scales: [scale(args.xlog), scale(args.ylog)],
-        limits: [args.xlim, args.ylim].map(Option::unwrap_or_default),
-        dots: args.dots,
-        title: title.or_else(named_after).unwrap_or_default(),
-        words: [args.xlabel.clone(), args.ylabel.clone()],
-    };
-    drawn(args, study::plot::plot(&options, &args.out))
-}
-
-fn drawn(args: &PlotArgs, drawn: Result<(), StudyError>) -> ExitCode {
-    match drawn {
+    match study::plot::plot(args) {
         Ok(()) => {
             say(args.out.display());
             ExitCode::SUCCESS
@@ -180,8 +94,8 @@ fn drawn(args: &PlotArgs, drawn: Result<(), StudyError>) -> ExitCode {
     }
 }
 
-fn map(args: &StabilityArgs) -> Result<String, StudyError> {
-    let search = search(args)?;
+fn map(args: &StabilityOptions) -> Result<String, StudyError> {
+    assert_sound(&args.search)?;
     let given = args.vary.as_deref();
     let wanted: Vec<(PathBuf, Option<&str>)> = if args.scenes.is_empty() {
         let of_catalogue = |name: &str| Path::new("scenes").join(name).with_extension("toml");
@@ -192,22 +106,19 @@ fn map(args: &StabilityArgs) -> Result<String, StudyError> {
         let scenes = args.scenes.iter().cloned();
         scenes.map(|scene| (scene, given)).collect()
     };
-    let mut options: Vec<MapOptions> = Vec::new();
-    for (path, vary) in wanted {
+    let with_column = |(path, vary)| {
         let source = source(args, path)?;
         let column = match vary {
             Some(vary) => Vary::parse(vary)?,
             None => decades(&source)?,
         };
-        options.push(MapOptions {
-            source,
-            column,
-            along: args.edge.clone(),
-            search,
-            residual: args.residual,
-        });
-    }
-    let reports = maps(&options, runner(&args.runs)?, &args.runs.out)?;
+        Ok((source, column))
+    };
+    let wanted: Vec<(Source, Vary)> = wanted
+        .into_iter()
+        .map(with_column)
+        .collect::<Result<_, StudyError>>()?;
+    let reports = maps(&wanted, args, asked_to_end()?)?;
     Ok(reports.iter().map(ToString::to_string).collect())
 }
 
@@ -226,7 +137,7 @@ fn decades(source: &Source) -> Result<Vary, StudyError> {
     })
 }
 
-fn compare(args: &StabilityArgs) -> Result<String, StudyError> {
+fn compare(args: &StabilityOptions) -> Result<String, StudyError> {
     let scenes = if args.scenes.is_empty() {
         catalogue(Path::new("scenes")).map_err(|source| StudyError::File {
             action: "look for scenes in",
@@ -240,18 +151,13 @@ fn compare(args: &StabilityArgs) -> Result<String, StudyError> {
         .into_iter()
         .map(|path| source(args, path))
         .collect::<Result<_, _>>()?;
-    let report = table(
-        &sources,
-        search(args)?,
-        args.residual,
-        runner(&args.runs)?,
-        &args.runs.out,
-    )?;
+    assert_sound(&args.search)?;
+    let report = table(&sources, args, asked_to_end()?)?;
     Ok(report.to_string())
 }
 
 /// A scene with the variant that is asked for, or its quick one.
-fn source(args: &StabilityArgs, path: PathBuf) -> Result<Source, StudyError> {
+fn source(args: &StabilityOptions, path: PathBuf) -> Result<Source, StudyError> {
     let plain = Scene::load(&path, None, &args.set).map_err(StudyError::Scene)?;
     let quick = || {
         let mut variants = plain.variants.iter();
@@ -264,23 +170,19 @@ fn source(args: &StabilityArgs, path: PathBuf) -> Result<Source, StudyError> {
     })
 }
 
-fn search(args: &StabilityArgs) -> Result<Search, StudyError> {
+fn assert_sound(search: &Search) -> Result<(), StudyError> {
     let wrong = |what: &str, help: &str| Err(StudyError::Asked(what.into(), help.into()));
-    let [low, high] = args.between;
+    let [low, high] = search.between;
     if !(low > 0.0 && high > low && high.is_finite()) {
         return wrong(
             &format!("--between {low},{high}: the search is logarithmic"),
             "give two numbers above 0, the smaller first",
         );
     }
-    if args.ratio.is_nan() || args.ratio <= 1.0 {
-        return wrong(&format!("--ratio {}", args.ratio), "a ratio is above 1");
+    if search.ratio.is_nan() || search.ratio <= 1.0 {
+        return wrong(&format!("--ratio {}", search.ratio), "a ratio is above 1");
     }
-    Ok(Search {
-        range: args.between,
-        grid: args.grid.into(),
-        ratio: args.ratio,
-    })
+    Ok(())
 }
 
 /// Every scene file below a folder, sorted.
@@ -298,25 +200,11 @@ fn catalogue(folder: &Path) -> std::io::Result<Vec<PathBuf>> {
     Ok(files)
 }
 
-fn runner(args: &RunsArgs) -> Result<RunnerOptions, StudyError> {
-    let program = std::env::current_exe().map_err(|source| StudyError::File {
-        action: "find",
-        path: "this program".into(),
-        source,
-    })?;
+/// Set when the user asks to end.
+fn asked_to_end() -> Result<Arc<AtomicBool>, StudyError> {
     let interrupt = interrupt(false)
         .map_err(|e| StudyError::Asked(e, "start it where signals are allowed".to_owned()))?;
-    Ok(RunnerOptions {
-        program,
-        engine: Engine::Local,
-        threads: args.threads,
-        in_process: args.in_process,
-        trust: args.trust,
-        jobs: args.jobs.map(usize::from),
-        cores: None,
-        memory: None,
-        interrupt: interrupt.to_end,
-    })
+    Ok(interrupt.to_end)
 }
 
 fn ended(error: &StudyError) -> ExitCode {

@@ -8,31 +8,25 @@ use std::time::{Duration, Instant};
 use crate::harness::at_once;
 use conformance::clause::{self, Clause, NamedMutant};
 use conformance::mutant::{Flaw, Flawed, ProcessFlaws, change};
-use conformance::mutant_program;
 use conformance::profile::{Profile, profiles};
 
 use conformance::{Examination, Options, RandomCases, examine};
 use conformance::{PATIENCE, Verdict};
 use interface::hosted::{Ends, Host, Start, Subject};
 use interface::message::control::Party;
-use interface::solver::{DemSolver, MpmSolver};
 use interface::transport::raw::Message;
+
+#[allow(dead_code, reason = "its `main`")]
+#[path = "../examples/mutant.rs"]
+mod program;
 
 /// The words of a mutant's command line, if a process of this program is to be one.
 const MUTANT: &str = "TANDEM_MUTANT";
 
-fn mpm() -> Box<dyn MpmSolver> {
-    Box::new(mpm_proc::Mpm::default())
-}
-
-fn dem() -> Box<dyn DemSolver> {
-    Box::new(dem_proc::Sdem::default())
-}
-
 fn host(party: Party) -> Host {
     match party {
-        Party::Mpm => Host::Mpm(mpm()),
-        _ => Host::Dem(dem()),
+        Party::Mpm => Host::Mpm(Box::new(mpm_proc::Mpm::default())),
+        _ => Host::Dem(Box::new(dem_proc::Sdem::default())),
     }
 }
 
@@ -53,7 +47,7 @@ pub fn command(name: &str) -> Vec<String> {
 fn a_process_that_is_told_to_is_a_mutant() {
     if let Ok(words) = std::env::var(MUTANT) {
         let words: Vec<&str> = words.split_whitespace().collect();
-        std::process::exit(mutant_program::run(&words, mpm, dem).into());
+        std::process::exit(program::run(&words).into());
     }
 }
 

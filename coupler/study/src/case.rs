@@ -2,19 +2,24 @@
 
 use std::path::{Path, PathBuf};
 
+use clap::Args;
 use coupler::scene::Scene;
+use coupler::scene::diagnostic::SceneErrors;
 
 use crate::StudyError;
 use crate::vary::{PLAIN, Setting, VARIANT};
 
-/// A scene file, with what all runs of it have in common.
-#[derive(Debug, Clone, PartialEq, Eq)]
+/// A scene with overrides.
+#[derive(Debug, Clone, PartialEq, Eq, Args)]
 pub struct Source {
     /// Scene file.
+    #[arg(value_name = "SCENE")]
     pub path: PathBuf,
-    /// Variant of all runs.
+    /// Named variant of the scene, such as `quick`.
+    #[arg(long, value_name = "NAME")]
     pub variant: Option<String>,
-    /// `KEY=VALUE` of all runs.
+    /// Override a scene key, such as `mpm.cell=0.002`; may be repeated.
+    #[arg(long, value_name = "KEY=VALUE")]
     pub set: Vec<String>,
 }
 
@@ -28,6 +33,18 @@ pub struct Case {
 }
 
 impl Source {
+    /// The scene with more keys set, after those of the user.
+    ///
+    /// # Errors
+    /// What is wrong with the scene.
+    pub fn load_with(&self, more: &[String]) -> Result<Scene, SceneErrors> {
+        Scene::load(
+            &self.path,
+            self.variant.as_deref(),
+            &[&self.set, more].concat(),
+        )
+    }
+
     /// Title of the scene and its variant.
     pub fn title(&self) -> String {
         let variant = self.variant.as_deref().map(|v| format!(" ({v})"));

@@ -1,7 +1,8 @@
 //! `tandem plot`: curves out of what runs and studies have written.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
+use clap::Args;
 use mechanics::expression::{Expression, Meaning};
 use plotters::style::BLACK;
 
@@ -12,6 +13,7 @@ use crate::figure::axis::{Scale, extent};
 use crate::figure::chart::{CURVE, Chart, DISCS, Panel, Series};
 use crate::figure::file::kind;
 use crate::figure::shape::Form;
+use crate::snapshots::{Which, snapshots, which};
 
 /// Points of an expected curve.
 const EXPECTED: usize = 401;
@@ -30,66 +32,148 @@ pub struct Labelled {
     pub what: String,
 }
 
-impl Labelled {
+impl From<&str> for Labelled {
     /// Reads `LABEL=WHAT` or `WHAT`.
-    pub fn parse(argument: &str) -> Self {
-        match argument.split_once('=') {
-            Some((label, what)) => Self {
-                label: Some(label.trim().to_owned()),
-                what: what.trim().to_owned(),
-            },
-            None => Self {
-                label: None,
-                what: argument.trim().to_owned(),
-            },
+    fn from(argument: &str) -> Self {
+        let (label, what) = match argument.split_once('=') {
+            Some((label, what)) => (Some(label.trim().to_owned()), what),
+            None => (None, argument),
+        };
+        Self {
+            label,
+            what: what.trim().to_owned(),
         }
     }
+}
 
+impl Labelled {
     fn name(&self) -> &str {
         self.label.as_deref().unwrap_or(&self.what)
     }
 }
 
-/// What is asked for.
-#[derive(Debug, Clone)]
+/// What is drawn.
+#[expect(
+    clippy::struct_excessive_bools,
+    reason = "each is an option of its own"
+)]
+#[derive(Debug, Args)]
 pub struct PlotOptions {
-    /// Run directories, of which `history.csv` is read, and CSV files.
+    /// Run directories, whose history.csv or frames are read, and CSV files; each may have a label for the legend.
+    #[arg(required = true, value_name = "[LABEL=]DATA")]
     pub data: Vec<Labelled>,
-    /// Expression of columns below.
-    pub x: String,
-    /// Expressions of columns beside.
+    /// Figure to write; with frames also a film (.gif).
+    #[arg(long, alias = "output", value_name = "FILE.svg|.png")]
+    pub out: PathBuf,
+    /// Expression of columns; may be repeated.
+    #[arg(
+        long,
+        required_unless_present = "frames",
+        value_name = "[LABEL=]EXPRESSION",
+        allow_hyphen_values = true
+    )]
     pub y: Vec<Labelled>,
-    /// Expressions of `x`, in the axes' units, that are drawn dashed.
+    /// Draw pictures of the frames at these times in s, or of all frames.
+    #[arg(long, value_name = "TIME,...|all", value_delimiter = ',', value_parser = which, conflicts_with = "y")]
+    pub frames: Vec<Which>,
+    /// Quantity that colours the points: an expression of `x y vx vy speed stress_xx stress_yy stress_zz stress_xy
+    /// pressure shear volume mass density group id`, and of `plastic_strain` if a material of the run keeps it. Points
+    /// without a number are grey.
+    #[arg(
+        long,
+        value_name = "[LABEL=]EXPRESSION",
+        default_value = "speed",
+        visible_alias = "color",
+        requires = "frames",
+        allow_hyphen_values = true
+    )]
+    pub colour: Labelled,
+    /// Values of the first and the last colour; by default the smallest and the largest value of the points.
+    #[arg(long, value_name = "LOW,HIGH", value_parser = numbers::<2>, requires = "frames", allow_hyphen_values = true)]
+    pub clim: Option<[f64; 2]>,
+    /// Also draw contact forces, as lines from centre to centre whose width is proportional to the force.
+    #[arg(long, requires = "frames")]
+    pub forces: bool,
+    /// Pictures per second of a film.
+    #[arg(long, value_name = "N", default_value_t = 10.0, requires = "frames")]
+    pub rate: f64,
+    /// Pictures in a row; more make each smaller. By default 2, and 1 of a single picture or a film.
+    #[arg(long, value_name = "N", requires = "frames")]
+    pub columns: Option<usize>,
+    /// Expression of columns for the horizontal axis.
+    #[arg(
+        long,
+        value_name = "EXPRESSION",
+        default_value = "time",
+        allow_hyphen_values = true
+    )]
+    pub x: String,
+    /// Expected curve, as an expression of `x`; drawn dashed; may be repeated.
+    #[arg(long, value_name = "[LABEL=]EXPRESSION", allow_hyphen_values = true)]
     pub expected: Vec<Labelled>,
-    /// Column whose different texts make different curves.
+    /// Column whose values distinguish curves: one curve for each value.
+    #[arg(long, value_name = "COLUMN")]
     pub by: Option<String>,
-    /// Width along x over which the slope of y is drawn in its stead.
+    /// Draw the slope of y over x instead, as a difference quotient over this width.
+    #[arg(long, value_name = "WIDTH")]
     pub slope: Option<f64>,
-    /// How numbers lie along x and y.
-    pub scales: [Scale; 2],
-    /// First and last x and y, where they are given; what is beyond these x is left out.
-    pub limits: [[Option<f64>; 2]; 2],
+    /// First and last x of the axis, in m with frames; either may be left out: `,0.5`.
+    #[arg(long, value_name = "LEFT,RIGHT", value_parser = ends, allow_hyphen_values = true)]
+    pub xlim: Option<Ends>,
+    /// First and last y of the axis, in the same way.
+    #[arg(long, value_name = "BOTTOM,TOP", value_parser = ends, allow_hyphen_values = true)]
+    pub ylim: Option<Ends>,
+    /// A logarithmic x axis.
+    #[arg(long, conflicts_with = "frames")]
+    pub xlog: bool,
+    /// A logarithmic y axis.
+    #[arg(long, conflicts_with = "frames")]
+    pub ylog: bool,
     /// Dots instead of lines.
+    #[arg(long)]
     pub dots: bool,
-    /// Above the figure.
-    pub title: String,
-    /// Below and beside the axes, instead of the expressions.
-    pub words: [Option<String>; 2],
+    /// Title; of curves the name of the file by default.
+    #[arg(long)]
+    pub title: Option<String>,
+    /// Label of the x axis; the expression and its unit by default.
+    #[arg(long, value_name = "TEXT", conflicts_with = "frames")]
+    pub xlabel: Option<String>,
+    /// Label of the y axis; the expression and its unit by default.
+    #[arg(long, value_name = "TEXT", conflicts_with = "frames")]
+    pub ylabel: Option<String>,
 }
 
-/// Draws the figure to `path`.
-///
-/// # Errors
-/// [`StudyError::Asked`]: data cannot be read, a name is no column, or nothing is there to be drawn; [`StudyError::Figure`]
-/// and [`StudyError::File`].
-pub fn plot(options: &PlotOptions, path: &Path) -> Result<(), StudyError> {
-    if kind(path)? == "gif" {
-        return Err(StudyError::asked(
-            format!("--out {}: one figure is no film", path.display()),
-            "a film is of frames: `--frames all --out FILE.gif`",
-        ));
+/// The first and the last number of an axis, if they are given.
+type Ends = [Option<f64>; 2];
+
+fn ends(text: &str) -> Result<Ends, String> {
+    let (low, high) = text
+        .split_once(',')
+        .ok_or("expected LOW,HIGH, of which one may be left out")?;
+    let end = |text: &str| match text.trim() {
+        "" => Ok(None),
+        number => number
+            .parse()
+            .map(Some)
+            .map_err(|e| format!("{number}: {e}")),
+    };
+    match [end(low)?, end(high)?] {
+        [Some(low), Some(high)] if low >= high => Err("LOW is not below HIGH".to_owned()),
+        ends => Ok(ends),
     }
-    options.assert_sound()?;
+}
+
+/// Reads numbers with commas between them.
+pub(crate) fn numbers<const N: usize>(text: &str) -> Result<[f64; N], String> {
+    let all: Result<Vec<f64>, _> = text.split(',').map(|n| n.trim().parse()).collect();
+    let all = all.map_err(|e| format!("{e}"))?;
+    let count = all.len();
+    all.try_into()
+        .map_err(|_| format!("{count} numbers, expected {N} with commas between them"))
+}
+
+/// The curves of the data, and the units of x and y.
+fn measured(options: &PlotOptions) -> Result<(Vec<Series>, [String; 2]), StudyError> {
     let mut curves: Vec<Series> = Vec::new();
     let mut units: Option<[String; 2]> = None;
     let many = (options.data.len() > 1, options.y.len() > 1);
@@ -130,13 +214,32 @@ pub fn plot(options: &PlotOptions, path: &Path) -> Result<(), StudyError> {
             units.get_or_insert_with(|| [unit(&options.x), unit(&y.what)]);
         }
     }
+    Ok((curves, units.unwrap_or_default()))
+}
+
+/// Draws curves, or frames where these are asked for.
+///
+/// # Errors
+/// [`StudyError::Asked`]: data cannot be read, a name is no column, or nothing is there to be drawn; [`StudyError::Figure`]
+/// and [`StudyError::File`].
+pub fn plot(options: &PlotOptions) -> Result<(), StudyError> {
+    let path = &options.out;
+    if !options.frames.is_empty() {
+        return snapshots(options);
+    }
+    if kind(path)? == "gif" {
+        return Err(StudyError::asked(
+            format!("--out {}: one figure is no film", path.display()),
+            "a film is of frames: `--frames all --out FILE.gif`",
+        ));
+    }
+    options.assert_sound()?;
+    let (mut curves, [x_unit, y_unit]) = measured(options)?;
     let across = extent(curves.iter().flat_map(|c| &c.points[0]).map(|p| p.0));
     for (line, dashes) in options.expected.iter().zip(DASHES.into_iter().cycle()) {
         let form = Form::Line(1.3, dashes);
-        curves.push(expected(line, across, options.scales[0], form)?);
+        curves.push(expected(line, across, options.scales()[0], form)?);
     }
-    let [below, beside] = &options.words;
-    let [x_unit, y_unit] = units.unwrap_or_default();
     let with_unit = |e: &str, unit: &str| match unit {
         "" | "1" => e.to_owned(),
         unit => format!("{e} [{unit}]"),
@@ -149,14 +252,18 @@ pub fn plot(options: &PlotOptions, path: &Path) -> Result<(), StudyError> {
     let panel = Panel {
         words: [
             String::new(),
-            below.clone().unwrap_or_else(x),
-            beside.clone().unwrap_or_else(y),
+            options.xlabel.clone().unwrap_or_else(x),
+            options.ylabel.clone().unwrap_or_else(y),
         ],
-        scales: options.scales.map(Some),
-        limits: options.limits,
+        scales: options.scales().map(Some),
+        limits: options.limits(),
+    };
+    let named_after = || {
+        let name = path.file_stem().unwrap_or_default();
+        name.to_string_lossy().into_owned()
     };
     let chart = Chart {
-        title: options.title.clone(),
+        title: options.title.clone().unwrap_or_else(named_after),
         panels: vec![panel],
         series: curves,
         ..Chart::default()
@@ -165,10 +272,20 @@ pub fn plot(options: &PlotOptions, path: &Path) -> Result<(), StudyError> {
 }
 
 impl PlotOptions {
+    /// First and last x and y, where they are given.
+    pub(crate) fn limits(&self) -> [Ends; 2] {
+        [self.xlim, self.ylim].map(Option::unwrap_or_default)
+    }
+
+    /// How numbers lie along x and y.
+    fn scales(&self) -> [Scale; 2] {
+        [self.xlog, self.ylog].map(|log| if log { Scale::Log } else { Scale::Linear })
+    }
+
     fn assert_sound(&self) -> Result<(), StudyError> {
         for (axis, name) in ["x", "y"].into_iter().enumerate() {
             let below_zero = |end: &Option<f64>| end.is_some_and(|end| end <= 0.0);
-            if self.scales[axis] == Scale::Log && self.limits[axis].iter().any(below_zero) {
+            if self.scales()[axis] == Scale::Log && self.limits()[axis].iter().any(below_zero) {
                 return Err(StudyError::asked(
                     format!("--{name}lim: a logarithmic axis is above 0"),
                     format!("give ends above 0, or leave out --{name}log"),
@@ -180,12 +297,12 @@ impl PlotOptions {
 
     /// Whether a point is where x is shown, and has a place there.
     fn shows(&self, (x, y): (f64, f64)) -> bool {
-        let [from, to] = self.limits[0];
+        let ([from, to], scales) = (self.limits()[0], self.scales());
         let has = |scale: Scale, number: f64| scale == Scale::Linear || number > 0.0;
         from.is_none_or(|from| x >= from)
             && to.is_none_or(|to| x <= to)
-            && has(self.scales[0], x)
-            && has(self.scales[1], y)
+            && has(scales[0], x)
+            && has(scales[1], y)
     }
 }
 
@@ -365,14 +482,14 @@ mod tests {
     fn an_expected_curve_is_drawn_where_it_is_a_number() {
         let expected =
             |line: &Labelled, first, last| expected(line, [first, last], Scale::Linear, CURVE);
-        let line = Labelled::parse("law=sqrt(x-1)");
+        let line = Labelled::from("law=sqrt(x-1)");
         let curve = expected(&line, 0.0, 5.0).unwrap();
         assert_eq!((curve.label.as_str(), curve.colour), ("law", Some(BLACK)));
         assert_eq!(curve.points[0].last(), Some(&(5.0, 2.0)));
         assert!(curve.points[0].iter().all(|p| p.0 >= 1.0));
-        let weight = expected(&Labelled::parse("25"), 0.0, 1.0).unwrap();
+        let weight = expected(&Labelled::from("25"), 0.0, 1.0).unwrap();
         assert_eq!(weight.points[0], [(0.0, 25.0), (1.0, 25.0)]);
-        assert!(expected(&Labelled::parse("y"), 0.0, 1.0).is_err());
-        assert!(expected(&Labelled::parse("sqrt(x-9)"), 0.0, 1.0).is_err());
+        assert!(expected(&Labelled::from("y"), 0.0, 1.0).is_err());
+        assert!(expected(&Labelled::from("sqrt(x-9)"), 0.0, 1.0).is_err());
     }
 }

@@ -9,6 +9,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::time::{Duration, Instant};
 
+use clap::Args;
 use coupler::record::rundir::in_use;
 use coupler::record::summary::Status;
 use coupler::record::{Summary, log};
@@ -18,7 +19,7 @@ use interface::transport::wait::{until, until_there};
 use crate::StudyError;
 use crate::case::Case;
 use crate::engine::start::{Place, Start};
-use crate::engine::{Engine, local};
+use crate::engine::{Engine, Queue, local};
 use crate::output::write;
 use crate::progress::Progress;
 
@@ -34,34 +35,37 @@ const PARTIAL: Duration = Duration::from_secs(10);
 const NAME: usize = 16;
 
 /// How the runs of a study are started.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Args)]
 pub struct RunnerOptions {
-    /// The program, which has the subcommand `run`.
-    pub program: PathBuf,
-    /// What starts them.
-    pub engine: Engine,
+    /// Directory of the results; runs that it already contains are not repeated.
+    #[arg(long, alias = "output", value_name = "DIR")]
+    pub out: PathBuf,
+    /// Largest number of runs at the same time: by default 1 on this machine, 100 in Slurm. With more than one their times are
+    /// those of runs that share the machine.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
+    pub jobs: Option<u16>,
     /// Threads of each solver.
+    #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u16).range(1..))]
     pub threads: u16,
-    /// Both solvers as threads of one process.
+    /// Run both solvers of a run in one thread of one process.
+    #[arg(long)]
     pub in_process: bool,
-    /// Whether the programs that a scene names as solvers may be started.
+    /// Start the programs that the scene names as solvers; without it a scene that names any is refused.
+    #[arg(long)]
     pub trust: bool,
-    /// Most runs at once; by default what the engine takes.
-    pub jobs: Option<usize>,
-    /// Processors of a run; by default one for each thread of its solvers.
-    pub cores: Option<usize>,
-    /// Memory of a run in MiB, for engines that share it out.
-    pub memory: Option<usize>,
-    /// Set from outside to end.
-    pub interrupt: Arc<AtomicBool>,
 }
 
 /// Starts runs and finds what they left.
 #[derive(Debug)]
 pub struct Runner {
     options: RunnerOptions,
+    queue: Queue,
+    /// Set from outside to end.
+    interrupt: Arc<AtomicBool>,
     /// Directory of the runs.
     runs: PathBuf,
+    /// This program, which has the subcommand `run`.
+    program: PathBuf,
     /// Of the program itself: another build is another method.
     program_hash: blake3::Hash,
     started: AtomicUsize,
@@ -129,12 +133,16 @@ impl Timed {
 }
 
 impl Runner {
-    /// A runner whose runs are in `out/runs`.
+    /// A runner that is to end when `interrupt` is set.
     ///
     /// # Errors
     /// The directory cannot be made, or the program cannot be read.
-    pub fn new(options: RunnerOptions, out: &Path) -> Result<Self, StudyError> {
-        let runs = out.join("runs");
+    pub fn new(
+        options: &RunnerOptions,
+        queue: Queue,
+        interrupt: Arc<AtomicBool>,
+    ) -> Result<Self, StudyError> {
+        let runs = options.out.join("runs");
         fs::create_dir_all(&runs).map_err(|error| {
             let what = format!("cannot create the directory {}: {error}", runs.display());
             StudyError::asked(what, "give another with `--out`")
@@ -143,11 +151,16 @@ impl Runner {
         let runs = runs
             .canonicalize()
             .map_err(StudyError::file("find the directory", &runs))?;
-        let program = files::read_named(&options.program, STATE)
-            .map_err(StudyError::file("read the program", &options.program))?;
+        let program =
+            std::env::current_exe().map_err(StudyError::file("find", Path::new("this program")))?;
+        let content = files::read_named(&program, STATE)
+            .map_err(StudyError::file("read the program", &program))?;
         Ok(Self {
-            program_hash: blake3::hash(&program),
-            options,
+            program_hash: blake3::hash(&content),
+            program,
+            options: options.clone(),
+            queue,
+            interrupt,
             runs,
             started: AtomicUsize::new(0),
         })
@@ -160,12 +173,12 @@ impl Runner {
 
     /// Most runs at once, of the engine that has no queue of its own.
     pub fn jobs(&self) -> usize {
-        self.options.jobs.unwrap_or(1)
+        self.options.jobs.map_or(1, usize::from)
     }
 
     /// Whether this machine makes the runs, as many at once as it was asked to.
     pub fn is_local(&self) -> bool {
-        self.options.engine == Engine::Local
+        self.queue.engine == Engine::Local
     }
 
     /// Whether no run shares the machine with another, so that its time is its own.
@@ -175,7 +188,7 @@ impl Runner {
 
     /// How runs are started, in words.
     pub fn in_words(&self) -> String {
-        match self.options.engine {
+        match self.queue.engine {
             Engine::Local => format!("{} at once", self.jobs()),
             Engine::HyperQueue => "by HyperQueue".to_owned(),
             Engine::Slurm => "by Slurm".to_owned(),
@@ -213,7 +226,7 @@ impl Runner {
         let start = self.prepare(case, 0)?;
         self.started.fetch_add(1, Ordering::Relaxed);
         for _ in 0..TRIES {
-            local::wait(&start, &self.options.interrupt)?;
+            local::wait(&start, &self.interrupt)?;
             if self.interrupted() {
                 return Err(StudyError::Interrupted);
             }
@@ -335,10 +348,8 @@ impl Runner {
                 }
                 starts.iter().filter(|(k, _)| found[*k].is_none()).count()
             };
-            let worked = self
-                .options
-                .engine
-                .work(&commands, &self.place(), &mut look);
+            let engine = self.queue.engine;
+            let worked = engine.work(&commands, &self.place(), &mut look);
             if self.interrupted() {
                 // An engine may have ended before its runs.
                 let busy = || directories.iter().any(|directory| in_use(directory));
@@ -428,7 +439,7 @@ impl Runner {
     fn command(&self, scene: &Path, directory: &Path, trust: bool) -> Vec<String> {
         let text = |path: &Path| path.to_string_lossy().into_owned();
         let mut command = vec![
-            text(&self.options.program),
+            text(&self.program),
             "run".into(),
             text(scene),
             "--out".into(),
@@ -453,16 +464,16 @@ impl Runner {
         let solvers = if self.options.in_process { 1 } else { 2 };
         Place {
             runs: &self.runs,
-            jobs: self.options.jobs,
+            jobs: self.options.jobs.map(usize::from),
             // The third process, the coupler, waits nearly all the time.
-            cores: self.options.cores.unwrap_or(solvers * threads),
-            memory: self.options.memory,
-            interrupt: &self.options.interrupt,
+            cores: self.queue.cores.map_or(solvers * threads, usize::from),
+            memory: self.queue.memory,
+            interrupt: &self.interrupt,
         }
     }
 
     fn interrupted(&self) -> bool {
-        self.options.interrupt.load(Ordering::Relaxed)
+        self.interrupt.load(Ordering::Relaxed)
     }
 }
 

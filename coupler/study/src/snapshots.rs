@@ -15,7 +15,7 @@ use crate::figure::axis::{Axis, Scale, extent, label};
 use crate::figure::file::{kind, write};
 use crate::figure::shape::{Form, GAP, NUMBERS, Place, Shape, WHOLE, WORDS};
 use crate::figure::sheet::{Area, MARGIN, Sheet};
-use crate::plot::Labelled;
+use crate::plot::PlotOptions;
 
 /// Where a point is, in m: what expressions may name besides [`Number::ALL`], before them.
 const PLACE: [&str; 2] = ["x", "y"];
@@ -45,27 +45,14 @@ pub enum Which {
     At(f64),
 }
 
-/// What is asked for.
-#[derive(Debug, Clone)]
-pub struct SnapshotOptions {
-    /// Run directories.
-    pub runs: Vec<Labelled>,
-    /// The frames.
-    pub at: Vec<Which>,
-    /// What colours say: an expression of the fields of a point.
-    pub colour: Labelled,
-    /// Values of the first and the last colour; what the points have, where it is left out.
-    pub between: Option<[f64; 2]>,
-    /// Whether contact forces are drawn.
-    pub forces: bool,
-    /// First and last x and y in m; as far as anything is, where they are left out.
-    pub limits: [[Option<f64>; 2]; 2],
-    /// Panels in a row; by default 2, and 1 of a single picture or a film.
-    pub columns: Option<usize>,
-    /// Pictures a second of a film.
-    pub rate: f64,
-    /// Above the figure.
-    pub title: String,
+pub(crate) fn which(text: &str) -> Result<Which, String> {
+    match text.trim() {
+        "all" => Ok(Which::All),
+        time => time
+            .parse()
+            .map(Which::At)
+            .map_err(|e| format!("{time}: {e}; expected times in s or `all`")),
+    }
 }
 
 /// A frame: points and contact forces with their numbers, and outlines of bodies.
@@ -86,14 +73,15 @@ struct Dot {
     value: f64,
 }
 
-/// Draws the frames to `path`.
+/// Draws the frames.
 ///
 /// # Errors
 /// [`StudyError::Asked`]: a frame cannot be read, or the expression is invalid; [`StudyError::Figure`] and
 /// [`StudyError::File`].
-pub fn snapshots(options: &SnapshotOptions, path: &Path) -> Result<(), StudyError> {
+pub(crate) fn snapshots(options: &PlotOptions) -> Result<(), StudyError> {
+    let path = &options.out;
     let film = kind(path)? == "gif";
-    if !options.between.is_none_or(|[low, high]| low < high) {
+    if !options.clim.is_none_or(|[low, high]| low < high) {
         return Err(StudyError::asked("--clim: not in order", "give LOW,HIGH"));
     }
     if options.rate.is_nan() || options.rate <= 0.0 {
@@ -107,15 +95,15 @@ pub fn snapshots(options: &SnapshotOptions, path: &Path) -> Result<(), StudyErro
     let outlines = || pictures.iter().flat_map(|picture| &picture.outlines);
     let corners = || outlines().flatten().copied();
     let places = || dots().map(|dot| dot.at).chain(corners());
-    let x = ends(places().map(|place| place.0), options.limits[0]);
-    let y = ends(places().map(|place| place.1), options.limits[1]);
+    let x = ends(places().map(|place| place.0), options.limits()[0]);
+    let y = ends(places().map(|place| place.1), options.limits()[1]);
     if let Some([low, high]) = [x, y].into_iter().find(|[low, high]| low >= high) {
         return Err(StudyError::asked(
             format!("nothing is shown from {low} to {high} m"),
             "give --xlim LEFT,RIGHT and --ylim BOTTOM,TOP in m where something is",
         ));
     }
-    let given = options.between.map_or([None; 2], |ends| ends.map(Some));
+    let given = options.clim.map_or([None; 2], |ends| ends.map(Some));
     let between = ends(dots().map(|dot| dot.value), given);
     let forces = pictures.iter().flat_map(|picture| &picture.forces);
     let largest = forces.map(|(_, force)| *force).fold(0.0, f64::max);
@@ -145,7 +133,11 @@ pub fn snapshots(options: &SnapshotOptions, path: &Path) -> Result<(), StudyErro
             }
         };
         let areas: Vec<Area> = pictures.iter().enumerate().map(area).collect();
-        let mut sheet = Sheet::new(&options.title, &areas, columns);
+        let mut sheet = Sheet::new(
+            options.title.as_deref().unwrap_or_default(),
+            &areas,
+            columns,
+        );
         bar(&mut sheet, between);
         sheet.note(&legend, WORDS);
         sheet.height += MARGIN;
@@ -155,11 +147,11 @@ pub fn snapshots(options: &SnapshotOptions, path: &Path) -> Result<(), StudyErro
 }
 
 /// The frames that are asked for.
-fn pictures(options: &SnapshotOptions) -> Result<Vec<Picture>, StudyError> {
+fn pictures(options: &PlotOptions) -> Result<Vec<Picture>, StudyError> {
     let colour = compile(&options.colour.what)?;
     let mut pictures = Vec::new();
-    for run in &options.runs {
-        for time in times_of(Path::new(&run.what), &options.at)? {
+    for run in &options.data {
+        for time in times_of(Path::new(&run.what), &options.frames)? {
             let frame = Frame::read(Path::new(&run.what), time).map_err(|e| unread(&e))?;
             let of = run.label.as_ref().map(|label| format!("{label}, "));
             let caption = format!("{}t = {} s", of.unwrap_or_default(), label(time));
@@ -181,7 +173,7 @@ fn pictures(options: &SnapshotOptions) -> Result<Vec<Picture>, StudyError> {
 }
 
 /// What colours say, and lines of contact forces, with the largest in N/m to three digits.
-fn legend(options: &SnapshotOptions, grey: bool, largest: f64) -> String {
+fn legend(options: &PlotOptions, grey: bool, largest: f64) -> String {
     let named = Number::named(&options.colour.what);
     let mut legend = match (&options.colour.label, named) {
         (Some(label), _) => label.clone(),

@@ -41,7 +41,6 @@
 mod bench;
 pub mod clause;
 pub mod mutant;
-pub mod mutant_program;
 mod options;
 mod part;
 pub mod profile;

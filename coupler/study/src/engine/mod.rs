@@ -6,18 +6,36 @@ pub(crate) mod local;
 mod slurm;
 pub(crate) mod start;
 
+use clap::{Args, ValueEnum};
+
 use self::start::{Place, Start};
 use crate::StudyError;
 
 /// What starts the runs of a study.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, ValueEnum)]
 pub enum Engine {
-    /// A bounded number of processes of this machine.
+    /// Processes of this machine, `--jobs` at once.
+    #[default]
     Local,
-    /// HyperQueue: the server that `HQ_SERVER_DIR` names, or one of its own on this machine.
+    /// HyperQueue's Python package; of the server that `HQ_SERVER_DIR` names, or on this machine.
+    #[value(name = "hyperqueue")]
     HyperQueue,
     /// One job array of Slurm.
     Slurm,
+}
+
+/// What starts the runs of a study, and what each may use.
+#[derive(Debug, Clone, Copy, Default, Args)]
+pub struct Queue {
+    /// What starts the runs.
+    #[arg(long, value_enum, default_value_t)]
+    pub engine: Engine,
+    /// Processors that a queue keeps for a run; by default one for each thread of its two solvers.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
+    pub cores: Option<u16>,
+    /// Memory that a queue keeps for a run.
+    #[arg(long, value_name = "MIB", value_parser = clap::value_parser!(u32).range(1..))]
+    pub memory: Option<u32>,
 }
 
 impl Engine {

@@ -21,7 +21,7 @@ pub(crate) struct Place<'a> {
     /// Processors of a run.
     pub cores: usize,
     /// Memory of a run in MiB, if it was said.
-    pub memory: Option<usize>,
+    pub memory: Option<u32>,
     /// Set from outside to end.
     pub interrupt: &'a AtomicBool,
 }

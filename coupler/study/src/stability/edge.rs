@@ -1,5 +1,9 @@
 //! Where something that holds at small values ceases to hold: a coarse grid, then bisection in the logarithm.
 
+use clap::Args;
+
+use crate::plot::numbers;
+
 /// What was tried, and what it says of the edge.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Edge {
@@ -12,13 +16,16 @@ pub struct Edge {
 }
 
 /// How an edge is looked for.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Args)]
 pub struct Search {
-    /// Smallest and largest value.
-    pub range: [f64; 2],
-    /// Values of the grid, both ends included; at least 2.
-    pub grid: usize,
-    /// Largest ratio between the values on either side of the edge.
+    /// Range of the search: stable at the first value, unstable at the second.
+    #[arg(long, value_name = "LOW,HIGH", default_value = "0.5,8", value_parser = numbers::<2>)]
+    pub between: [f64; 2],
+    /// Values of the grid along a column, before bisection.
+    #[arg(long, value_name = "N", default_value_t = 5, value_parser = clap::value_parser!(u16).range(2..))]
+    pub grid: u16,
+    /// Largest ratio between an unstable value and the stable one below it, at which the search ends.
+    #[arg(long, value_name = "RATIO", default_value_t = 1.1)]
     pub ratio: f64,
 }
 
@@ -46,9 +53,9 @@ impl Search {
     }
 
     fn grid(&self) -> Vec<f64> {
-        let [low, high] = self.range;
+        let [low, high] = self.between;
         let steps = self.grid.max(2) - 1;
-        let at = |k: usize| tidy(low * (high / low).powf(k as f64 / steps as f64));
+        let at = |k: u16| tidy(low * (high / low).powf(f64::from(k) / f64::from(steps)));
         (0..=steps).map(at).collect()
     }
 }
@@ -78,7 +85,7 @@ mod tests {
     use super::*;
 
     const SEARCH: Search = Search {
-        range: [0.5, 8.0],
+        between: [0.5, 8.0],
         grid: 5,
         ratio: 1.05,
     };

@@ -2,34 +2,22 @@
 
 use std::fmt;
 use std::path::Path;
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
 
 use plotters::style::RGBColor;
 
-use super::edge::{Edge, Search};
-use super::{STEP_FACTOR, Trial, freed, setting, usable};
+use super::edge::Edge;
+use super::{STEP_FACTOR, StabilityOptions, Trial, freed, setting, usable};
 use crate::StudyError;
 use crate::case::Source;
+use crate::engine::Queue;
 use crate::figure::axis::Scale;
 use crate::figure::chart::{Chart, DISCS, Panel, Series};
 use crate::figure::shape::{Form, WHOLE};
 use crate::output::{number, write_table};
-use crate::runner::{Runner, RunnerOptions};
+use crate::runner::Runner;
 use crate::vary::{Vary, with_unit};
-
-/// A map to be made.
-#[derive(Debug, Clone)]
-pub struct MapOptions {
-    /// The scene.
-    pub source: Source,
-    /// The key of the columns and its values, which are numbers.
-    pub column: Vary,
-    /// The key along a column.
-    pub along: String,
-    /// How the edge is looked for along a column.
-    pub search: Search,
-    /// Largest share of energy from nowhere of a stable run.
-    pub residual: f64,
-}
 
 /// A column of a map.
 #[derive(Debug, Clone)]
@@ -47,76 +35,74 @@ pub struct Column {
 pub struct MapReport {
     /// Title of the scene.
     pub title: String,
-    /// What was asked for.
-    pub options: MapOptions,
+    /// The key of the columns.
+    pub column: String,
+    /// The key along a column.
+    pub along: String,
     /// The columns.
     pub columns: Vec<Column>,
 }
 
-/// Makes maps, and writes `stability.csv`, `edges.csv` and `stability.svg` to `out`.
+/// Makes the map of each scene over a key and its values, which are numbers; writes `stability.csv`, `edges.csv` and
+/// `stability.svg`.
 ///
 /// # Errors
 /// [`StudyError`].
 pub fn maps(
-    wanted: &[MapOptions],
-    runner: RunnerOptions,
-    out: &Path,
+    wanted: &[(Source, Vary)],
+    options: &StabilityOptions,
+    interrupt: Arc<AtomicBool>,
 ) -> Result<Vec<MapReport>, StudyError> {
     let mut tasks = Vec::new();
-    for (k, options) in wanted.iter().enumerate() {
-        let Some(values) = options.column.numbers() else {
+    for (k, (source, column)) in wanted.iter().enumerate() {
+        let Some(values) = column.numbers() else {
             return Err(StudyError::asked(
-                format!(
-                    "--vary {}: a map has numbers along its axis",
-                    options.column.key
-                ),
+                format!("--vary {}: a map has numbers along its axis", column.key),
                 "for values that are no numbers make a map each",
             ));
         };
-        let source = freed(&options.source)?;
-        let (title, key) = (options.source.title(), &options.column.key);
-        tracing::info!("{title}: {} columns over {key}", values.len());
+        let title = source.title();
+        let source = freed(source)?;
+        tracing::info!("{title}: {} columns over {}", values.len(), column.key);
         for at in values {
-            let first = setting(&options.along, options.search.range[0]);
+            let first = setting(&options.edge, options.search.between[0]);
             // Every key is known and every value allowed before anything is started.
-            source.case(&[setting(&options.column.key, at), first])?;
+            source.case(&[setting(&column.key, at), first])?;
             tasks.push((k, at, source.clone()));
         }
     }
-    let runner = Runner::new(runner, out)?;
+    let runner = Runner::new(&options.runs, Queue::default(), interrupt)?;
     let columns = runner.each(&tasks, |(k, at, source)| {
-        column(&wanted[*k], *at, source, &runner)
+        column((&wanted[*k].1.key, *at), options, source, &runner)
     })?;
     let mut reports: Vec<MapReport> = wanted
         .iter()
-        .map(|options| MapReport {
-            title: options.source.title(),
-            options: options.clone(),
+        .map(|(source, column)| MapReport {
+            title: source.title(),
+            column: column.key.clone(),
+            along: options.edge.clone(),
             columns: Vec::new(),
         })
         .collect();
     for ((k, _, _), column) in tasks.iter().zip(columns) {
         reports[*k].columns.push(column);
     }
-    write(&reports, out)?;
+    write(&reports, &options.runs.out)?;
     Ok(reports)
 }
 
 fn column(
-    options: &MapOptions,
-    at: f64,
+    (key, at): (&str, f64),
+    options: &StabilityOptions,
     source: &Source,
     runner: &Runner,
 ) -> Result<Column, StudyError> {
     let mut trials = Vec::new();
     let edge = options.search.find(|value| {
-        let case = source.case(&[
-            setting(&options.column.key, at),
-            setting(&options.along, value),
-        ])?;
+        let case = source.case(&[setting(key, at), setting(&options.edge, value)])?;
         let outcome = runner.run(&case)?;
         let trial = Trial::new(case, outcome, options.residual);
-        let forced = options.along == STEP_FACTOR && value > 1.0;
+        let forced = options.edge == STEP_FACTOR && value > 1.0;
         if !forced {
             usable(&trial)?;
         }
@@ -125,7 +111,7 @@ fn column(
         Ok(stable)
     })?;
     let column = Column { at, edge, trials };
-    tracing::info!("{} {at:e}: {}", options.column.key, column.in_words());
+    tracing::info!("{key} {at:e}: {}", column.in_words());
     Ok(column)
 }
 
@@ -151,7 +137,7 @@ impl Column {
 
 impl MapReport {
     fn forced(&self) -> bool {
-        self.options.along == STEP_FACTOR
+        self.along == STEP_FACTOR
     }
 
     /// Runs that were stable and those that were not; named lines, of which the last is the measured edge.
@@ -212,14 +198,10 @@ impl MapReport {
         let beside = if self.forced() {
             "step / composed step".to_owned()
         } else {
-            with_unit(&self.options.along)
+            with_unit(&self.along)
         };
         Panel {
-            words: [
-                self.title.clone(),
-                with_unit(&self.options.column.key),
-                beside,
-            ],
+            words: [self.title.clone(), with_unit(&self.column), beside],
             scales: [Some(Scale::Log); 2],
             ..Panel::default()
         }
@@ -265,9 +247,9 @@ fn write(reports: &[MapReport], out: &Path) -> Result<(), StudyError> {
         for column in &report.columns {
             let head = vec![
                 report.title.clone(),
-                report.options.column.key.clone(),
+                report.column.clone(),
                 column.at.to_string(),
-                report.options.along.clone(),
+                report.along.clone(),
             ];
             for ((value, _), trial) in column.edge.tried.iter().zip(&column.trials) {
                 let mut row = head.clone();
@@ -300,12 +282,7 @@ fn write(reports: &[MapReport], out: &Path) -> Result<(), StudyError> {
 /// The edges for people.
 impl fmt::Display for MapReport {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let along = &self.options.along;
-        writeln!(
-            f,
-            "{}: {along} over {}",
-            self.title, self.options.column.key
-        )?;
+        writeln!(f, "{}: {} over {}", self.title, self.along, self.column)?;
         for column in &self.columns {
             write!(f, "  {:>10.3e}  {}", column.at, column.in_words())?;
             if self.forced()

@@ -8,21 +8,57 @@ pub mod edge;
 mod map;
 mod table;
 
+use std::path::PathBuf;
+
+use clap::Args;
 use coupler::record::Summary;
 use coupler::record::summary::Status;
 
 use crate::StudyError;
 use crate::case::{Case, Source};
 use crate::output::number;
+use crate::runner::RunnerOptions;
 use crate::vary::Setting;
+use edge::Search;
 
-pub use map::{MapOptions, MapReport, maps};
+pub use map::{MapReport, maps};
 pub use table::{TableReport, table};
 
 /// Scene key that forces the step.
 pub const STEP_FACTOR: &str = "time.step_factor";
 /// Rows of the history of a run, besides the first.
 const OUTPUTS: f64 = 20.0;
+
+/// What is compared, or mapped.
+#[derive(Debug, Args)]
+pub struct StabilityOptions {
+    /// Scene files; by default a selection of those in `scenes/`.
+    pub scenes: Vec<PathBuf>,
+    /// The runs.
+    #[command(flatten)]
+    pub runs: RunnerOptions,
+    /// Named variant of the scenes; `quick` by default if they have it.
+    #[arg(long, value_name = "NAME")]
+    pub variant: Option<String>,
+    /// Override a scene key; may be repeated.
+    #[arg(long, value_name = "KEY=VALUE")]
+    pub set: Vec<String>,
+    /// Columns of the map: a scene key and its numbers. By default decades of `contact.linear.normal_stiffness`.
+    #[arg(long, value_name = "KEY=N1,N2,...")]
+    pub vary: Option<String>,
+    /// Key that varies along a column; its limit of stability is searched for.
+    #[arg(long, value_name = "KEY", default_value = STEP_FACTOR)]
+    pub edge: String,
+    /// How the limit is searched for.
+    #[command(flatten)]
+    pub search: Search,
+    /// Largest share of the energy in play that a stable run may create numerically.
+    #[arg(long, value_name = "SHARE", default_value_t = 0.05)]
+    pub residual: f64,
+    /// Compare the steps of criteria over all scenes instead of making maps.
+    #[arg(long, conflicts_with = "vary")]
+    pub table: bool,
+}
 
 /// A scene whose step nothing but the criterion makes.
 fn freed(source: &Source) -> Result<Source, StudyError> {

@@ -1,16 +1,18 @@
 //! The table over scenes: how long a step the composed criterion gives against others, and how far it is from the edge.
 
 use std::fmt;
-use std::path::Path;
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
 
 use coupler::record::summary::Status;
 
-use super::edge::{Edge, Search};
-use super::{STEP_FACTOR, Trial, freed, setting};
+use super::edge::Edge;
+use super::{STEP_FACTOR, StabilityOptions, Trial, freed, setting};
 use crate::StudyError;
 use crate::case::Source;
+use crate::engine::Queue;
 use crate::output::{number, write, write_table};
-use crate::runner::{Runner, RunnerOptions};
+use crate::runner::Runner;
 
 /// Share of a step that is asked for, below which something else held it back: steps are up to 3 % below their limit, and
 /// shortened to meet the next row.
@@ -44,22 +46,19 @@ pub struct TableReport {
     pub left_out: Vec<(String, String)>,
 }
 
-/// Makes the table, and writes `stability.csv` and `stability.md` to `out`.
+/// Makes the table of these scenes, and writes `stability.csv` and `stability.md`.
 ///
 /// # Errors
 /// [`StudyError`].
 pub fn table(
     sources: &[Source],
-    search: Search,
-    residual: f64,
-    runner: RunnerOptions,
-    out: &Path,
+    options: &StabilityOptions,
+    interrupt: Arc<AtomicBool>,
 ) -> Result<TableReport, StudyError> {
     let freed_sources: Vec<Source> = sources.iter().map(freed).collect::<Result<_, _>>()?;
-    let runner = Runner::new(runner, out)?;
-    let tried = runner.each(&freed_sources, |source| {
-        line(source, search, residual, &runner)
-    })?;
+    let runner = Runner::new(&options.runs, Queue::default(), interrupt)?;
+    let tried = runner.each(&freed_sources, |source| line(source, options, &runner))?;
+    let out = &options.runs.out;
     let mut report = TableReport {
         lines: Vec::new(),
         left_out: Vec::new(),
@@ -82,16 +81,11 @@ enum Tried {
     Stops(String),
 }
 
-fn line(
-    source: &Source,
-    search: Search,
-    residual: f64,
-    runner: &Runner,
-) -> Result<Tried, StudyError> {
+fn line(source: &Source, options: &StabilityOptions, runner: &Runner) -> Result<Tried, StudyError> {
     let trial = |settings: &[(String, String)]| -> Result<Trial, StudyError> {
         let case = source.case(settings)?;
         let outcome = runner.run(&case)?;
-        Ok(Trial::new(case, outcome, residual))
+        Ok(Trial::new(case, outcome, options.residual))
     };
     let composed = trial(&[])?;
     if composed.outcome.status == Status::Failed {
@@ -104,7 +98,7 @@ fn line(
     let contact_alone = composed.outcome.criteria.contact_alone;
     let contact_alone = contact_alone.map(constant).transpose()?;
     let mut steps = Vec::new();
-    let edge = search.find(|factor| {
+    let edge = options.search.find(|factor| {
         let forced = trial(&[setting(STEP_FACTOR, factor)])?;
         steps.push((factor, forced.outcome.dt_max));
         Ok(forced.stable)

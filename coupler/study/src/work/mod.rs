@@ -9,8 +9,11 @@ mod sweep;
 
 use std::collections::BTreeMap;
 use std::fmt;
-use std::path::Path;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
 
+use clap::Args;
 use coupler::record::Summary;
 use coupler::scene::{Measurand, Study};
 
@@ -22,35 +25,72 @@ pub use self::sweep::SweepReport;
 use self::measure::{Measurement, Value};
 use crate::StudyError;
 use crate::case::{Case, Source, scene_title};
+use crate::engine::Queue;
 use crate::output::write;
 use crate::precision::pareto;
 use crate::runner::{Found, Repeat, Runner, RunnerOptions, Timed};
-use crate::sample::Sample;
+use crate::sample::{Over, Sample};
 use crate::vary::{VARIANT, Vary, combinations};
 
 /// Most times that a run is timed, unless it is said.
-pub const MOST: usize = 7;
+const MOST: usize = 7;
 
-/// What is studied.
-#[derive(Debug, Clone)]
+/// What is studied, and how.
+#[derive(Debug, Args)]
 pub struct StudyOptions {
     /// The scene.
+    #[command(flatten)]
     pub source: Source,
-    /// Replaces what the scene varies, unless empty.
-    pub vary: Vec<Vary>,
-    /// Values that are drawn, in place of all that vary.
-    pub sample: Option<Sample>,
-    /// Replaces what the scene takes for the error.
-    pub error: Option<Measurand>,
-    /// Replaces the key of the resolution.
+    /// The runs.
+    #[command(flatten)]
+    pub runs: RunnerOptions,
+    /// What starts them.
+    #[command(flatten)]
+    pub queue: Queue,
+    /// Start nothing: write the command of each run that is missing as a line of FILE, for another queue. The same command
+    /// without this option makes the table of what is there.
+    #[arg(long, value_name = "FILE")]
+    pub commands: Option<PathBuf>,
+    /// Values of a scene key, or of `variant`; every combination with the values of other keys is run. May be repeated.
+    /// By default those of the scene's `[study]`.
+    #[arg(long, value_name = "KEY=V1,V2,...")]
+    pub vary: Vec<String>,
+    /// Draw the values of N runs from the ranges of `--over`, as a Latin hypercube, in place of combinations.
+    #[arg(
+        long,
+        value_name = "N",
+        value_parser = clap::value_parser!(u16).range(2..),
+        requires = "over",
+        conflicts_with_all = ["vary", "error", "finer", "resolution", "along"]
+    )]
+    pub sample: Option<u16>,
+    /// Range of a scene key: `uniform(A,B)`, `log_uniform(A,B)`, or `integer(A,B)` for whole numbers. May be repeated.
+    #[arg(long, value_name = "KEY=uniform(A,B),...", requires = "sample")]
+    pub over: Vec<String>,
+    /// Seed of the sample.
+    #[arg(long, value_name = "N", default_value_t = 0, requires = "sample")]
+    pub seed: u64,
+    /// Check whose error is used.
+    #[arg(long, value_name = "CHECK", conflicts_with = "finer")]
+    pub error: Option<String>,
+    /// Column or check that is compared with the finest run, in place of a check's error; may be repeated.
+    #[arg(long, value_name = "NAME")]
+    pub finer: Vec<String>,
+    /// Scene key whose number is the resolution of a run.
+    #[arg(long, value_name = "KEY")]
     pub resolution: Option<String>,
-    /// Replaces the keys that lead along a curve, unless empty.
+    /// Varied key that changes along a curve instead of distinguishing curves; may be repeated.
+    #[arg(long, value_name = "KEY")]
     pub along: Vec<String>,
-    /// Checks and columns whose values are shown in place of an error, unless empty.
-    pub values: Vec<String>,
-    /// Most runs of each case for its times; by default [`MOST`], and one where times are not what is shown.
-    pub repeat: Option<usize>,
-    /// How near the two least times of a case are to come, as a share of the least.
+    /// Check or column whose value is shown for each combination, in place of an error; may be repeated. If no check
+    /// has a reference, the default is all checks, or all columns of a scene without checks.
+    #[arg(long, value_name = "NAME", conflicts_with_all = ["error", "finer"])]
+    pub value: Vec<String>,
+    /// Largest number of times that each run is timed, 7 by default; the smallest CPU time of stepping counts.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
+    pub repeat: Option<u16>,
+    /// A run is timed again until its two smallest times differ by at most this share of the smallest.
+    #[arg(long, value_name = "SHARE", default_value_t = 0.05)]
     pub scatter: f64,
 }
 
@@ -95,17 +135,14 @@ impl fmt::Display for Report {
     }
 }
 
-/// Runs a study, and writes `study.csv` and `study.svg` to `out`.
+/// Runs a study, and writes `study.csv` and `study.svg` to its directory.
 ///
 /// # Errors
 /// [`StudyError`]. Nothing is started unless every run has a valid scene.
-pub fn study(
-    options: &StudyOptions,
-    runner: RunnerOptions,
-    out: &Path,
-) -> Result<Report, StudyError> {
+pub fn study(options: &StudyOptions, interrupt: Arc<AtomicBool>) -> Result<Report, StudyError> {
     let design = Design::new(options)?;
-    let runner = Runner::new(runner, out)?;
+    let runner = Runner::new(&options.runs, options.queue, interrupt)?;
+    let out = &options.runs.out;
     let (total, how) = (design.cases.len(), runner.in_words());
     tracing::info!("{total} runs, {how}; {}", design.measure.title());
     // Times are compared where they are what is shown, and a run has the machine for itself or shares it with its like.
@@ -115,7 +152,7 @@ pub fn study(
         _ => MOST,
     };
     let repeat = Repeat {
-        most: options.repeat.unwrap_or(usual),
+        most: options.repeat.map_or(usual, usize::from),
         scatter: options.scatter,
     };
     let table = out.join("study.csv");
@@ -149,12 +186,12 @@ pub fn study(
 /// [`StudyError`].
 pub fn commands(
     options: &StudyOptions,
-    runner: RunnerOptions,
-    out: &Path,
+    interrupt: Arc<AtomicBool>,
     file: &Path,
 ) -> Result<String, StudyError> {
     let cases = Design::new(options)?.cases;
-    let lines = Runner::new(runner, out)?.commands(&cases)?;
+    let runner = Runner::new(&options.runs, options.queue, interrupt)?;
+    let lines = runner.commands(&cases)?;
     let mut text = lines.join("\n");
     if !lines.is_empty() {
         text.push('\n');
@@ -187,17 +224,26 @@ impl Design {
                 values: values.clone(),
             })
         };
-        let drawn = options.sample.as_ref().map(Sample::draw).transpose()?;
+        let asked = options.vary.iter().map(|vary| Vary::parse(vary));
+        let asked: Vec<Vary> = asked.collect::<Result<_, _>>()?;
+        let drawn = options.sample.map(|count| {
+            let over = options.over.iter().map(|over| Over::parse(over));
+            let over: Vec<Vec<Over>> = over.collect::<Result<_, _>>()?;
+            let (over, count) = (over.concat(), count.into());
+            let seed = options.seed;
+            Sample { over, count, seed }.draw()
+        });
+        let drawn = drawn.transpose()?;
         let vary: Vec<Vary> = if let Some(runs) = &drawn {
             let column = |k: usize| Vary {
                 key: runs[0][k].0.clone(),
                 values: runs.iter().map(|run| run[k].1.clone()).collect(),
             };
             (0..runs[0].len()).map(column).collect()
-        } else if options.vary.is_empty() {
+        } else if asked.is_empty() {
             from_scene().collect()
         } else {
-            options.vary.clone()
+            asked
         };
         if vary.is_empty() {
             return Err(StudyError::asked(
@@ -211,12 +257,14 @@ impl Design {
             .iter()
             .map(|settings| options.source.case(settings))
             .collect::<Result<_, _>>()?;
-        let wanted = options.error.clone().or_else(|| declared.error.clone());
+        let error = options.error.clone().map(Measurand::Check);
+        let finer = (!options.finer.is_empty()).then(|| Measurand::Finer(options.finer.clone()));
+        let wanted = error.or(finer).or_else(|| declared.error.clone());
         let wanted = wanted.filter(|_| !sampled);
-        let measure = if options.values.is_empty() {
+        let measure = if options.value.is_empty() {
             Measurement::new(wanted, &cases)?
         } else {
-            Measurement::values(&options.values, &cases[0].scene)?
+            Measurement::values(&options.value, &cases[0].scene)?
         };
         let asked = options.resolution.clone();
         let resolution = match &measure {
