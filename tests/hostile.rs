@@ -107,6 +107,47 @@ fn outside(place: &Place) -> PathBuf {
     outside
 }
 
+/// Folders of Tandem's own in a run's directory; a link in the place of one is removed.
+const OWN: [&str; 2] = [".tandem.next", ".tandem.earlier"];
+
+/// Each command on a copy of a whole run in which `put` has made something in the place of `name`. Those that `refused`
+/// tells by whether they write, and by their words, end with exit status 2 and name it; the others may. Nothing outside
+/// changes.
+fn obeyed_with(
+    place: &Place,
+    (name, what): (&str, &str),
+    put: impl Fn(&Path),
+    refused: impl Fn(bool, &[String]) -> bool,
+) {
+    let (dir, outside) = (place.path("hostile"), place.path("outside"));
+    for (writes, words) in commands(dir.to_str().unwrap()) {
+        let _ = fs::remove_dir_all(&dir);
+        copy(&place.path("run"), &dir);
+        let path = dir.join(name);
+        if path.is_dir() {
+            fs::remove_dir_all(&path).unwrap();
+        } else {
+            let _ = fs::remove_file(&path);
+        }
+        put(&path);
+        let ended = obey(place, &words);
+        let status = ended.status.code();
+        if refused(writes, &words) {
+            assert_eq!(status, Some(2), "{what}: {words:?}: {ended:?}");
+            has(&ended.stderr, name.rsplit('/').next().unwrap());
+        } else {
+            assert!(
+                matches!(status, Some(0 | 2)),
+                "{what}: {words:?}: {ended:?}"
+            );
+        }
+        assert_untouched(&outside, what);
+        let removed = fs::symlink_metadata(&path).is_err();
+        assert!(!removed || OWN.contains(&name), "{what} was removed");
+        let _ = fs::remove_dir_all(place.path("branch"));
+    }
+}
+
 /// `resume` wrote through a link in the place of the log or of a table, `run` through one in that of the lock; a pipe in the
 /// place of any file made every command wait for ever.
 #[test]
@@ -114,38 +155,18 @@ fn a_link_or_a_pipe_in_the_place_of_any_file_of_a_run_is_refused_at_once() {
     let place = Place::new();
     let outside = outside(&place);
     whole_run(&place, "run");
-    let dir = place.path("hostile");
     for name in files_of(&place.path("run")) {
         for kind in ["link", "dangling link", "pipe", "link to /dev/zero"] {
             let what = format!("{kind} in the place of {name}");
-            for (writes, words) in commands(dir.to_str().unwrap()) {
-                let _ = fs::remove_dir_all(&dir);
-                copy(&place.path("run"), &dir);
-                let path = dir.join(&name);
-                fs::remove_file(&path).unwrap();
-                match kind {
-                    "link" => symlink(outside.join("mine"), &path).unwrap(),
-                    "dangling link" => symlink(outside.join("new"), &path).unwrap(),
-                    "pipe" => pipe(&path),
-                    _ => symlink("/dev/zero", &path).unwrap(),
-                }
-                let ended = obey(&place, &words);
-                let status = ended.status.code();
-                let reads = words.iter().any(|word| word.ends_with(&name));
-                if writes || reads {
-                    assert_eq!(status, Some(2), "{what}: {words:?}: {}", ended.stderr);
-                    let file = name.rsplit('/').next().unwrap();
-                    assert!(ended.stderr.contains(file), "{what}: {}", ended.stderr);
-                } else {
-                    assert!(
-                        matches!(status, Some(0 | 2)),
-                        "{what}: {words:?}: {ended:?}"
-                    );
-                }
-                assert_untouched(&outside, &what);
-                assert!(fs::symlink_metadata(&path).is_ok(), "{what} was removed");
-                let _ = fs::remove_dir_all(place.path("branch"));
-            }
+            let put = |path: &Path| match kind {
+                "link" => symlink(outside.join("mine"), path).unwrap(),
+                "dangling link" => symlink(outside.join("new"), path).unwrap(),
+                "pipe" => pipe(path),
+                _ => symlink("/dev/zero", path).unwrap(),
+            };
+            let reads = |words: &[String]| words.iter().any(|word| word.ends_with(&name));
+            let refused = |writes, words: &[String]| writes || reads(words);
+            obeyed_with(&place, (&name, &what), put, refused);
         }
     }
 }
@@ -155,38 +176,13 @@ fn a_link_in_the_place_of_a_folder_of_a_run_is_refused() {
     let place = Place::new();
     let outside = outside(&place);
     whole_run(&place, "run");
-    let dir = place.path("hostile");
-    for folder in [
-        "frames",
-        "checkpoints",
-        "failed-start",
-        ".tandem.next",
-        ".tandem.earlier",
-    ] {
-        for (writes, words) in commands(dir.to_str().unwrap()) {
-            let _ = fs::remove_dir_all(&dir);
-            copy(&place.path("run"), &dir);
-            let _ = fs::remove_dir_all(dir.join(folder));
-            symlink(&outside, dir.join(folder)).unwrap();
-            let ended = obey(&place, &words);
-            // The last two are Tandem's own and are removed, as links.
-            if writes && !folder.starts_with('.') {
-                assert_eq!(
-                    ended.status.code(),
-                    Some(2),
-                    "{folder}: {words:?}: {ended:?}"
-                );
-                has(&ended.stderr, folder);
-            } else {
-                let status = ended.status.code();
-                assert!(
-                    matches!(status, Some(0 | 2)),
-                    "{folder}: {words:?}: {ended:?}"
-                );
-            }
-            assert_untouched(&outside, folder);
-            let _ = fs::remove_dir_all(place.path("branch"));
-        }
+    let put = |path: &Path| symlink(&outside, path).unwrap();
+    for folder in ["frames", "checkpoints", "failed-start"]
+        .into_iter()
+        .chain(OWN)
+    {
+        let refused = |writes, _: &[String]| writes && !OWN.contains(&folder);
+        obeyed_with(&place, (folder, folder), put, refused);
     }
 }
 

@@ -1,6 +1,6 @@
 //! Steps that are too long end in a verdict, never in numbers that are none.
 
-use crate::harness::{Place, RunFiles, scene};
+use crate::harness::{Ended, Place, RunFiles, scene};
 use serde_json::Value;
 
 /// Every number in a value is finite: JSON has no others, a NaN would have become a null.
@@ -20,21 +20,27 @@ fn nulls(value: &Value, path: &str) -> Vec<String> {
     }
 }
 
-/// Runs the hard collision with a contact of `stiffness` and the step of `criterion`; returns exit code and files,
-/// which have finite numbers only.
-fn collide(place: &Place, criterion: &str, stiffness: &str) -> (i32, RunFiles) {
-    let out = format!("{criterion}-{stiffness}");
+/// Runs the hard collision with a contact of `stiffness` and the step of `criterion`, and `more` on the command line.
+fn run(place: &Place, out: &str, [criterion, stiffness]: [&str; 2], more: &[&str]) -> Ended {
+    let criterion = format!("time.criterion=\"{criterion}\"");
+    let stiffness = format!("contact.linear.normal_stiffness={stiffness}");
     let set = [
         "--variant",
         "quick",
         "--set",
-        &format!("time.criterion=\"{criterion}\""),
+        &criterion,
         "--set",
-        &format!("contact.linear.normal_stiffness={stiffness}"),
+        &stiffness,
     ];
-    let ended = place.run(&out, &scene("jiang2020/collision_hard"), &set);
+    let words = [&set, more].concat();
+    place.run(out, &scene("jiang2020/collision_hard"), &words)
+}
+
+/// The same; returns exit code and files, which have finite numbers only.
+fn collide(place: &Place, criterion: &str, stiffness: &str) -> (i32, RunFiles) {
+    let ended = run(place, stiffness, [criterion, stiffness], &[]);
     place.assert_clean(&ended.runs);
-    let files = RunFiles::read(&place.path(&out));
+    let files = RunFiles::read(&place.path(stiffness));
     files.history().assert_sound();
     (ended.status.code().expect("it is not killed"), files)
 }
@@ -108,18 +114,7 @@ fn a_step_below_the_shortest_is_stopped_with_what_binds_it() {
 fn the_steps_of_a_stopped_run_do_not_depend_on_the_window() {
     let place = Place::new();
     let stopped = ["1", "7", "64"].map(|window| {
-        let set = [
-            "--variant",
-            "quick",
-            "--set",
-            "time.criterion=\"jiang2020\"",
-            "--set",
-            "contact.linear.normal_stiffness=2e8",
-            "--window",
-            window,
-        ];
-        let scene = scene("jiang2020/collision_hard");
-        place.run(window, &scene, &set).expect(4);
+        run(&place, window, ["jiang2020", "2e8"], &["--window", window]).expect(4);
         let files = RunFiles::read(&place.path(window));
         (files.number("steps"), files.number("time"))
     });
@@ -130,20 +125,10 @@ fn the_steps_of_a_stopped_run_do_not_depend_on_the_window() {
 #[test]
 fn created_energy_is_told_first_and_above_a_bound_of_the_scene_the_run_has_failed() {
     let place = Place::new();
-    let set = [
-        "--variant",
-        "quick",
-        "--set",
-        "time.criterion=\"jiang2020\"",
-        "--set",
-        "contact.linear.normal_stiffness=4e7",
-        "--set",
-        "check=[]",
-    ];
     for (out, bound, code) in [("small", "0.1", 1), ("large", "0.4", 0)] {
         let bound = format!("time.created_energy={bound}");
-        let more = [&set[..], &["--set", &bound]].concat();
-        let ended = place.run(out, &scene("jiang2020/collision_hard"), &more);
+        let more = ["--set", "check=[]", "--set", &bound];
+        let ended = run(&place, out, ["jiang2020", "4e7"], &more);
         let words = "of the energy in play was created numerically";
         ended.expect(code).says(&[words, "at t = "]);
         let files = RunFiles::read(&place.path(out));

@@ -6,7 +6,6 @@
 
 mod blocks;
 
-mod against_reference;
 mod chains;
 mod closed_forms;
 mod conservation;
