@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use coupler::scene::BUILT_IN;
 use study::case::Source;
-use study::plot::PlotOptions;
+use study::plot_options::PlotOptions;
 use study::stability::StabilityOptions;
 use study::work::StudyOptions;
 

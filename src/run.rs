@@ -67,8 +67,8 @@ fn run_unless_refused(args: &RunArgs) -> Result<ExitCode, String> {
         return Err(error(why));
     }
     let killed = Killed::find(&out);
-    let dir = RunDir::create(&out, &scene.resolved_toml).map_err(with_advice)?;
-    let log = LogFile::of(&dir, false).map_err(with_advice)?;
+    let dir = RunDir::create(&out, &scene.resolved_toml).map_err(|e| with_advice(&e))?;
+    let log = LogFile::of(&dir, false).map_err(|e| with_advice(&e))?;
     logging::of_run(&log, args.how.log);
     if args.watch {
         watch::beside(&out);
@@ -100,10 +100,10 @@ fn resume_unless_refused(args: &ResumeArgs) -> Result<ExitCode, String> {
     let scene = Scene::of_run(&args.dir).map_err(|errors| errors.to_string())?;
     trusted(&scene, &args.how).map_err(error)?;
     let killed = Killed::find(&args.dir);
-    let dir = RunDir::reopen(&args.dir).map_err(with_advice)?;
+    let dir = RunDir::reopen(&args.dir).map_err(|e| with_advice(&e))?;
     let resumed = Resumed::find(&scene, &dir, args.new_tables)
         .map_err(|error| cannot_resume(&scene, &dir, killed.as_ref(), &error))?;
-    let log = LogFile::of(&dir, true).map_err(with_advice)?;
+    let log = LogFile::of(&dir, true).map_err(|e| with_advice(&e))?;
     let options = options(&args.how, false, &scene).map_err(error)?;
     logging::of_run(&log, args.how.log);
     begin(&scene, &args.how, &args.dir);
@@ -136,7 +136,7 @@ fn cannot_resume(
         complain(format_args!("{}: {}", dir.path().display(), killed.words()));
         match killed.write_summary(scene, dir) {
             Ok(_) => complain("summary.json now says so"),
-            Err(error) => complain(with_advice(error)),
+            Err(error) => complain(with_advice(&error)),
         }
     }
     let CheckpointError::None { .. } = why else {
@@ -159,7 +159,7 @@ fn trust_of(scene: &Scene) -> &'static str {
     }
 }
 
-fn with_advice(why: RunDirError) -> String {
+fn with_advice(why: &RunDirError) -> String {
     error(format_args!("{why} ({})", why.advice()))
 }
 

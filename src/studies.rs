@@ -10,7 +10,7 @@ use coupler::run::killed::Killed;
 use coupler::scene::Scene;
 use study::StudyError;
 use study::case::Source;
-use study::plot::PlotOptions;
+use study::plot_options::PlotOptions;
 use study::stability::edge::Search;
 use study::stability::{StabilityOptions, maps, table};
 use study::vary::Vary;

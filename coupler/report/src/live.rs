@@ -36,7 +36,7 @@ use crate::record::Record;
 
 /// Time between two looks at the run's files.
 const LOOK: Duration = Duration::from_secs(1);
-/// After a page nothing new is told for so many times the CPU time that it took: a run may need the processor, and pages of
+/// After a page there is no news for so many times the CPU time that it took: a run may need the processor, and pages of
 /// large runs take long. Not the wall time: beside other work a page of a second would be the only one for an hour.
 const REST: u32 = 60;
 /// Longest wait of a browser for news; then it asks again.
@@ -75,8 +75,8 @@ struct Shared {
     page: Mutex<Option<Made>>,
     /// Connections, each of one request.
     answering: AtomicUsize,
-    /// When somebody was last answered, once a browser follows.
-    told: Mutex<Option<Instant>>,
+    /// When an answer was last sent, once a browser has asked for news.
+    last_news: Mutex<Option<Instant>>,
 }
 
 /// A page.
@@ -118,7 +118,7 @@ impl Live {
             news: watch::Sender::new(News::default()),
             page: Mutex::default(),
             answering: AtomicUsize::new(0),
-            told: Mutex::default(),
+            last_news: Mutex::default(),
         };
         Ok(Self {
             listener,
@@ -196,8 +196,8 @@ async fn connection(shared: Arc<Shared>, stream: TcpStream) {
         .serve_connection(TokioIo::new(stream), answers);
     // A browser that goes away in the middle is no error.
     let _ = timeout(ANSWER, serving).await;
-    let mut told = shared.told.lock().expect("no thread panics with it");
-    *told = told.map(|_| Instant::now());
+    let mut last = shared.last_news.lock().expect("no thread panics with it");
+    *last = last.map(|_| Instant::now());
     shared.answering.fetch_sub(1, Ordering::AcqRel);
 }
 
@@ -277,21 +277,21 @@ impl Shared {
         whole(StatusCode::OK, "text/html; charset=utf-8", html)
     }
 
-    /// Waits for another state than this one, and tells it.
+    /// The state as soon as it is another one than this.
     async fn send_news(&self, after: u64) -> Answer {
         let mut news = self.news.subscribe();
         let _ = timeout(NO_NEWS, news.wait_for(|news| news.state != after)).await;
         let News { state, ended } = *self.news.borrow();
-        *self.told.lock().expect("no thread panics with it") = Some(Instant::now());
+        *self.last_news.lock().expect("no thread panics with it") = Some(Instant::now());
         let news = format!("{{\"state\":{state},\"ended\":{ended}}}");
         whole(StatusCode::OK, "application/json", news)
     }
 
     /// Whether nobody is being answered, and no browser that follows was lately, which may ask again.
     fn is_left_alone(&self) -> bool {
-        let told = *self.told.lock().expect("no thread panics with it");
+        let last = *self.last_news.lock().expect("no thread panics with it");
         self.answering.load(Ordering::Acquire) == 0
-            && told.is_none_or(|at| at.elapsed() >= FAREWELL)
+            && last.is_none_or(|at| at.elapsed() >= FAREWELL)
     }
 
     /// Whether the last page is old enough for another one.
@@ -347,9 +347,9 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let shared = Live::listen(folder.path(), 0).unwrap().shared;
         assert!(shared.is_left_alone(), "nobody has followed");
-        *shared.told.lock().unwrap() = Some(Instant::now());
+        *shared.last_news.lock().unwrap() = Some(Instant::now());
         assert!(!shared.is_left_alone());
-        *shared.told.lock().unwrap() = Instant::now().checked_sub(2 * FAREWELL);
+        *shared.last_news.lock().unwrap() = Instant::now().checked_sub(2 * FAREWELL);
         assert!(shared.is_left_alone());
         shared.answering.store(1, Ordering::Release);
         assert!(!shared.is_left_alone());

@@ -44,7 +44,7 @@ async function renew() {
 }
 
 /** What the server says of the run when that has gone on, or after some seconds: a number that grows with it. */
-async function told(after) {
+async function newsAfter(after) {
   const answer = await fetch(`news${location.search}&after=${after}`, { cache: "no-store" });
   return answer.json();
 }
@@ -54,7 +54,7 @@ async function follow() {
   let news = { state: 0, ended: false };
   while (!news.ended) {
     const last = news.state;
-    news = await told(last).catch(() => news);
+    news = await newsAfter(last).catch(() => news);
     if (news.state !== last) await renew().catch(() => {});
     else await new Promise((done) => { setTimeout(done, 1000); });
   }

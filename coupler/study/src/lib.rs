@@ -6,7 +6,7 @@
 //! | [`runner`], [`engine`] | runs of the program, on this machine or through a queue, resumable |
 //! | [`precision`], [`work`] | Pareto fronts and orders; `tandem study`: error against run time |
 //! | [`stability`] | `tandem stability`: where a step becomes unstable, and what criteria say of it |
-//! | [`plot`] | `tandem plot`: curves out of what was written as CSV |
+//! | [`plot`], [`plot_options`] | `tandem plot`: curves out of what was written as CSV, and its command line |
 //! | [`snapshots`] | `tandem plot --frames`: pictures of the points and bodies of a run |
 //! | [`figure`] | all of these as SVG |
 //!
@@ -21,6 +21,7 @@ mod error;
 pub mod figure;
 mod output;
 pub mod plot;
+pub mod plot_options;
 pub mod precision;
 mod progress;
 pub mod runner;

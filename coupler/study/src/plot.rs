@@ -2,7 +2,6 @@
 
 use std::path::PathBuf;
 
-use clap::Args;
 use mechanics::expression::{Expression, Meaning};
 use plotters::style::BLACK;
 
@@ -13,7 +12,8 @@ use crate::figure::axis::{Scale, extent};
 use crate::figure::chart::{CURVE, Chart, DISCS, Panel, Series};
 use crate::figure::file::kind;
 use crate::figure::shape::Form;
-use crate::snapshots::{Which, snapshots, which};
+use crate::plot_options::{Labelled, PlotOptions};
+use crate::snapshots::snapshots;
 
 /// Points of an expected curve.
 const EXPECTED: usize = 401;
@@ -22,155 +22,6 @@ const DASHES: [(f64, f64); 4] = [(8.0, 5.0), (2.0, 4.0), (16.0, 5.0), (5.0, 9.0)
 
 /// Rows that have the same text, if they were grouped by one, and their points.
 type Group<'a> = (Option<&'a str>, Vec<(f64, f64)>);
-
-/// Something with a name in the legend.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Labelled {
-    /// The name, if it was given one.
-    pub label: Option<String>,
-    /// The thing.
-    pub what: String,
-}
-
-impl From<&str> for Labelled {
-    /// Reads `LABEL=WHAT` or `WHAT`.
-    fn from(argument: &str) -> Self {
-        let (label, what) = match argument.split_once('=') {
-            Some((label, what)) => (Some(label.trim().to_owned()), what),
-            None => (None, argument),
-        };
-        Self {
-            label,
-            what: what.trim().to_owned(),
-        }
-    }
-}
-
-impl Labelled {
-    fn name(&self) -> &str {
-        self.label.as_deref().unwrap_or(&self.what)
-    }
-}
-
-/// What is drawn.
-#[expect(
-    clippy::struct_excessive_bools,
-    reason = "each is an option of its own"
-)]
-#[derive(Debug, Args)]
-pub struct PlotOptions {
-    /// Run directories, whose history.csv or frames are read, and CSV files; each may have a label for the legend.
-    #[arg(required = true, value_name = "[LABEL=]DATA")]
-    pub data: Vec<Labelled>,
-    /// Figure to write; with frames also a film (.gif).
-    #[arg(long, alias = "output", value_name = "FILE.svg|.png")]
-    pub out: PathBuf,
-    /// Expression of columns; may be repeated.
-    #[arg(
-        long,
-        required_unless_present = "frames",
-        value_name = "[LABEL=]EXPRESSION",
-        allow_hyphen_values = true
-    )]
-    pub y: Vec<Labelled>,
-    /// Draw pictures of the frames at these times in s, or of all frames.
-    #[arg(long, value_name = "TIME,...|all", value_delimiter = ',', value_parser = which, conflicts_with = "y")]
-    pub frames: Vec<Which>,
-    /// Quantity that colours the points: an expression of `x y vx vy speed stress_xx stress_yy stress_zz stress_xy
-    /// pressure shear volume mass density group id`, and of `plastic_strain` if a material of the run keeps it. Points
-    /// without a number are grey.
-    #[arg(
-        long,
-        value_name = "[LABEL=]EXPRESSION",
-        default_value = "speed",
-        visible_alias = "color",
-        requires = "frames",
-        allow_hyphen_values = true
-    )]
-    pub colour: Labelled,
-    /// Values of the first and the last colour; by default the smallest and the largest value of the points.
-    #[arg(long, value_name = "LOW,HIGH", value_parser = numbers::<2>, requires = "frames", allow_hyphen_values = true)]
-    pub clim: Option<[f64; 2]>,
-    /// Also draw contact forces, as lines from centre to centre whose width is proportional to the force.
-    #[arg(long, requires = "frames")]
-    pub forces: bool,
-    /// Pictures per second of a film.
-    #[arg(long, value_name = "N", default_value_t = 10.0, requires = "frames")]
-    pub rate: f64,
-    /// Pictures in a row; more make each smaller. By default 2, and 1 of a single picture or a film.
-    #[arg(long, value_name = "N", requires = "frames")]
-    pub columns: Option<usize>,
-    /// Expression of columns for the horizontal axis.
-    #[arg(
-        long,
-        value_name = "EXPRESSION",
-        default_value = "time",
-        allow_hyphen_values = true
-    )]
-    pub x: String,
-    /// Expected curve, as an expression of `x`; drawn dashed; may be repeated.
-    #[arg(long, value_name = "[LABEL=]EXPRESSION", allow_hyphen_values = true)]
-    pub expected: Vec<Labelled>,
-    /// Column whose values distinguish curves: one curve for each value.
-    #[arg(long, value_name = "COLUMN")]
-    pub by: Option<String>,
-    /// Draw the slope of y over x instead, as a difference quotient over this width.
-    #[arg(long, value_name = "WIDTH")]
-    pub slope: Option<f64>,
-    /// First and last x of the axis, in m with frames; either may be left out: `,0.5`.
-    #[arg(long, value_name = "LEFT,RIGHT", value_parser = ends, allow_hyphen_values = true)]
-    pub xlim: Option<Ends>,
-    /// First and last y of the axis, in the same way.
-    #[arg(long, value_name = "BOTTOM,TOP", value_parser = ends, allow_hyphen_values = true)]
-    pub ylim: Option<Ends>,
-    /// A logarithmic x axis.
-    #[arg(long, conflicts_with = "frames")]
-    pub xlog: bool,
-    /// A logarithmic y axis.
-    #[arg(long, conflicts_with = "frames")]
-    pub ylog: bool,
-    /// Dots instead of lines.
-    #[arg(long)]
-    pub dots: bool,
-    /// Title; of curves the name of the file by default.
-    #[arg(long)]
-    pub title: Option<String>,
-    /// Label of the x axis; the expression and its unit by default.
-    #[arg(long, value_name = "TEXT", conflicts_with = "frames")]
-    pub xlabel: Option<String>,
-    /// Label of the y axis; the expression and its unit by default.
-    #[arg(long, value_name = "TEXT", conflicts_with = "frames")]
-    pub ylabel: Option<String>,
-}
-
-/// The first and the last number of an axis, if they are given.
-type Ends = [Option<f64>; 2];
-
-fn ends(text: &str) -> Result<Ends, String> {
-    let (low, high) = text
-        .split_once(',')
-        .ok_or("expected LOW,HIGH, of which one may be left out")?;
-    let end = |text: &str| match text.trim() {
-        "" => Ok(None),
-        number => number
-            .parse()
-            .map(Some)
-            .map_err(|e| format!("{number}: {e}")),
-    };
-    match [end(low)?, end(high)?] {
-        [Some(low), Some(high)] if low >= high => Err("LOW is not below HIGH".to_owned()),
-        ends => Ok(ends),
-    }
-}
-
-/// Reads numbers with commas between them.
-pub(crate) fn numbers<const N: usize>(text: &str) -> Result<[f64; N], String> {
-    let all: Result<Vec<f64>, _> = text.split(',').map(|n| n.trim().parse()).collect();
-    let all = all.map_err(|e| format!("{e}"))?;
-    let count = all.len();
-    all.try_into()
-        .map_err(|_| format!("{count} numbers, expected {N} with commas between them"))
-}
 
 /// The curves of the data, and the units of x and y.
 fn measured(options: &PlotOptions) -> Result<(Vec<Series>, [String; 2]), StudyError> {
@@ -272,11 +123,6 @@ pub fn plot(options: &PlotOptions) -> Result<(), StudyError> {
 }
 
 impl PlotOptions {
-    /// First and last x and y, where they are given.
-    pub(crate) fn limits(&self) -> [Ends; 2] {
-        [self.xlim, self.ylim].map(Option::unwrap_or_default)
-    }
-
     /// How numbers lie along x and y.
     fn scales(&self) -> [Scale; 2] {
         [self.xlog, self.ylog].map(|log| if log { Scale::Log } else { Scale::Linear })

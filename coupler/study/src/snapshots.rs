@@ -15,7 +15,7 @@ use crate::figure::axis::{Axis, Scale, extent, label};
 use crate::figure::file::{kind, write};
 use crate::figure::shape::{Form, GAP, NUMBERS, Place, Shape, WHOLE, WORDS};
 use crate::figure::sheet::{Area, MARGIN, Sheet};
-use crate::plot::PlotOptions;
+use crate::plot_options::{PlotOptions, Which};
 
 /// Where a point is, in m: what expressions may name besides [`Number::ALL`], before them.
 const PLACE: [&str; 2] = ["x", "y"];
@@ -35,25 +35,6 @@ const FORCES: RGBColor = RGBColor(213, 94, 0);
 const BODIES: RGBColor = RGBColor(225, 225, 225);
 /// Of a point whose value is no number: no colour of Viridis.
 const NO_NUMBER: RGBColor = RGBColor(170, 170, 170);
-
-/// Which frames.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Which {
-    /// All that the run has.
-    All,
-    /// That of this time in s.
-    At(f64),
-}
-
-pub(crate) fn which(text: &str) -> Result<Which, String> {
-    match text.trim() {
-        "all" => Ok(Which::All),
-        time => time
-            .parse()
-            .map(Which::At)
-            .map_err(|e| format!("{time}: {e}; expected times in s or `all`")),
-    }
-}
 
 /// A frame: points and contact forces with their numbers, and outlines of bodies.
 struct Picture {

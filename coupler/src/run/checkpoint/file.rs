@@ -232,6 +232,7 @@ pub(crate) fn read(bytes: &[u8]) -> Result<Checkpoint, String> {
         return Err("it is too short".into());
     };
     let (body, hash) = bytes.split_at(body);
+    after_magic(body)?;
     if blake3::hash(body).as_bytes() != hash {
         return Err("its hash is not that of its content".into());
     }
@@ -252,10 +253,14 @@ pub(crate) fn read(bytes: &[u8]) -> Result<Checkpoint, String> {
     })
 }
 
+fn after_magic(bytes: &[u8]) -> Result<&[u8], String> {
+    let rest = bytes.strip_prefix(MAGIC);
+    rest.ok_or_else(|| "it does not begin like a checkpoint".into())
+}
+
 /// The description at the beginning of a checkpoint, and what follows.
 fn description(bytes: &[u8]) -> Result<(About, &[u8]), String> {
-    let rest = bytes.strip_prefix(MAGIC);
-    let mut rest = rest.ok_or("it does not begin like a checkpoint")?;
+    let mut rest = after_magic(bytes)?;
     let length = take_number(&mut rest)?;
     let about = serde_json::from_slice(take(&mut rest, length)?).map_err(|e| e.to_string())?;
     Ok((about, rest))
@@ -432,7 +437,8 @@ fn begin(dir: &Path, name: &str) -> Result<(About, u64, File), CheckpointError> 
         .map_err(unread(dir, name))?;
     let (about, rest) = description(&begin).map_err(|what| damaged(&dir.join(name), what))?;
     let before = (begin.len() - rest.len() + HASH) as u64;
-    Ok((about.clone(), before.saturating_add(about.bytes), file))
+    let written = before.saturating_add(about.bytes);
+    Ok((about, written, file))
 }
 
 /// The last checkpoint in `dir` of a run like `ours` that is not after `time` (s), or the last one if there is no

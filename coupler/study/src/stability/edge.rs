@@ -2,7 +2,7 @@
 
 use clap::Args;
 
-use crate::plot::numbers;
+use crate::plot_options::numbers;
 
 /// What was tried, and what it says of the edge.
 #[derive(Debug, Clone, PartialEq, Default)]
