@@ -3,13 +3,13 @@
 //! binary, so that a change of the structure is seen to have changed no number.
 //!
 //! The normal command runs every row that is quick in one way, the ways taking turns; `scenes.rs` compares the variants
-//! called `quick`, which it runs anyway. All rows take about an hour in the same manner; with another number each row has
-//! another way:
+//! called `quick`, which it runs anyway. All rows take about an hour in the same manner; `TANDEM_NIGHT`, the number of a night,
+//! takes a quarter of them, which after four nights has another way:
 //!
-//!     TANDEM_TURN=3 cargo test --release --test tandem-tests -- --ignored --nocapture every_row
+//!     TANDEM_NIGHT=3 cargo test --release --test tandem-tests -- --ignored --nocapture every_row
 //!
 //! A change of arithmetic that is meant takes rows again instead, which then replace those of `baseline.csv` in a commit of its
-//! own that says what changed them (in the way of `TANDEM_TURN`, by processes without it):
+//! own that says what changed them:
 //!
 //!     TANDEM_RETAKE=rows.csv cargo test --release --test tandem-tests -- --ignored every_row
 //!
@@ -45,6 +45,8 @@ pub const WAYS: [&[&str]; 7] = [
 const QUICK: f64 = 1.5;
 /// Longest wait for a run that is taken for the first time.
 const PATIENCE: Duration = Duration::from_mins(30);
+/// Nights after which all rows have been run.
+const NIGHTS: usize = 4;
 /// Runs at a time; each has three processes.
 pub const WORKERS: usize = 2;
 
@@ -236,12 +238,17 @@ fn cases() -> Vec<Case> {
     catalogue().iter().flat_map(of_scene).collect()
 }
 
-/// Number of the way with which the environment begins.
-fn turn() -> usize {
-    let turn = std::env::var("TANDEM_TURN").map_or(0, |turn| {
-        turn.parse().expect("TANDEM_TURN is a whole number")
-    });
-    turn % WAYS.len()
+/// The number of the night whose part of the work the environment asks for.
+fn night() -> Option<usize> {
+    let night = std::env::var("TANDEM_NIGHT").ok()?;
+    Some(night.parse().expect("TANDEM_NIGHT is a whole number"))
+}
+
+/// What of long work is done in this night; all of it if there is none.
+pub fn of_the_night<W>(work: Vec<W>) -> Vec<W> {
+    let Some(night) = night() else { return work };
+    let work = work.into_iter().skip(night % NIGHTS);
+    work.step_by(NIGHTS).collect()
 }
 
 /// Whether the environment asks for a scene.
@@ -300,8 +307,9 @@ fn every_row_has_its_bits() {
     let rows = rows
         .iter()
         .filter(|row| row.wall <= longest && wanted(&row.case));
-    let ways = WAYS.into_iter().cycle().skip(turn());
-    let work: Vec<_> = rows.zip(ways).collect();
+    let round = night().map_or(0, |night| night / NIGHTS);
+    let ways = WAYS.into_iter().cycle().skip(round % WAYS.len());
+    let work = of_the_night(rows.zip(ways).collect());
     assert!(!work.is_empty(), "no row is left to run");
     assert_same_bits(&work);
 }
@@ -363,7 +371,7 @@ fn a_difference_says_what_differs() {
 fn retake(file: &OsStr) {
     let cases: Vec<Case> = cases().into_iter().filter(wanted).collect();
     let rows = at_once(WORKERS, &cases, |case| {
-        case.run(WAYS[turn()], None, PATIENCE).line()
+        case.run(WAYS[0], None, PATIENCE).line()
     });
     let text = format!("{HEADER}\n{}\n", rows.join("\n"));
     fs::write(root().join(file), text).expect("the file can be written");

@@ -5,7 +5,7 @@
 //!     TANDEM_TABLE=docs/results/resume.md cargo test --release --workspace --test tandem-tests -- --ignored --nocapture every_scene_that_is_killed
 //!
 //! `TANDEM_SCENES=silo` leaves out scenes without `silo` in their name, `TANDEM_LONGEST=20` those that take more than 20 s,
-//! `TANDEM_SHORTEST=3` those that take less than 3 s.
+//! `TANDEM_SHORTEST=3` those that take less than 3 s, `TANDEM_NIGHT` all but a quarter, as in [`hashes`].
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -13,7 +13,7 @@ use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use crate::harness::{
-    Ended, PATIENCE, Place, RunFiles, dice, python_can_join, root, scene, signal, until,
+    Ended, PATIENCE, Place, RunFiles, at_once, dice, python_can_join, root, scene, signal, until,
 };
 use crate::hashes;
 use interface::recording::{End, Playback};
@@ -493,17 +493,16 @@ fn every_scene_that_is_killed_three_times_goes_on_to_the_same_bits() {
     let wanted = variable("TANDEM_SCENES");
     let seconds = |name: &str, otherwise: f64| variable(name).parse().unwrap_or(otherwise);
     let lengths = seconds("TANDEM_SHORTEST", 0.0)..=seconds("TANDEM_LONGEST", 120.0);
-    let mut table = Vec::new();
-    for row in hashes::baseline() {
-        let (case, wall) = (row.case, row.wall);
-        let (name, variant) = (case.scene.as_str(), case.variant.as_str());
-        // What is reported of the last steps of a run that a solver stops depends on the window.
-        if name.contains(&wanted) && lengths.contains(&wall) && row.outcome.exit != 3 {
-            let line = kill_three_times(name, variant);
-            println!("{line}");
-            table.push(line);
-        }
-    }
+    let mut rows = hashes::of_the_night(hashes::baseline());
+    // What is reported of the last steps of a run that a solver stops depends on the window.
+    rows.retain(|row| {
+        row.case.scene.contains(&wanted) && lengths.contains(&row.wall) && row.outcome.exit != 3
+    });
+    let table = at_once(hashes::WORKERS, &rows, |row| {
+        let line = kill_three_times(&row.case.scene, &row.case.variant);
+        println!("{line}");
+        line
+    });
     assert!(!table.is_empty(), "no scene has `{wanted}` in its name");
     if let Some(file) = std::env::var_os("TANDEM_TABLE") {
         let head = "scene,variant,wall time in s,killed (checkpoints then),result";
