@@ -3,6 +3,7 @@
 use interface::config::capability::CONTACTS;
 use interface::config::{BodyInertia, ContactLaw, DemConfig, Motion};
 
+use super::segments::on_segments;
 use crate::clause::{Clause, clauses};
 use crate::mutant::{Flaw, change};
 
@@ -84,6 +85,19 @@ pub const CLAUSES: &[Clause] = clauses! {
         - "forgets all springs at a new set": without_contacts().with(Flaw::set(|header, set| {
             set.iter_mut().for_each(|info| info.id += 1000 * header.set);
         }));
+        - "shares a force on a segment evenly": on_segments(|forces| {
+            let mean = [0, 1].map(|i| 0.5 * (forces[0][i] + forces[1][i]));
+            if forces[2] == [0.0; 2] {
+                (forces[0], forces[1]) = (mean, mean);
+            }
+        });
+        - "gives all of a force on a segment to the nearer marker": on_segments(|forces| {
+            if forces[2] == [0.0; 2] {
+                let sum = [0, 1].map(|i| forces[0][i] + forces[1][i]);
+                let is_first = forces[0][0].hypot(forces[0][1]) >= forces[1][0].hypot(forces[1][1]);
+                (forces[0], forces[1]) = if is_first { (sum, [0.0; 2]) } else { ([0.0; 2], sum) };
+            }
+        });
         - "keeps springs by slot": without_contacts().with(Flaw::set(|_, set| (0..).zip(set).for_each(|(slot, info)| info.id = slot)));
     Must "F-5" "stiffness is above 0 where there is a force";
         - "gives no stiffness to a point that is pushed": Flaw::force(|f| { if f.force != [0.0; 2] { f.stiffness = 0.0; } });
