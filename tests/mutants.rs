@@ -272,7 +272,7 @@ fn every_mutant_of_physics_is_found_by_its_clause(of: Of) {
         let subject = flawed(of, mutant.mutant.flaw);
         let mut options = options(all.clone());
         options.random.cases = 10_000;
-        options.random.time = Duration::from_mins(2);
+        options.random.time = Duration::from_hours(1);
         let found = examine(&subject, &options, |_| ()).expect("a kit that starts");
         let broken: Vec<_> = found.broken(true).map(|judged| judged.clause.id).collect();
         let seed = found.judged.iter().find_map(|judged| judged.case.as_ref());

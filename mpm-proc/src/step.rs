@@ -13,7 +13,7 @@ use crate::pass::leaving::remove_left;
 use crate::pass::limits::limits;
 use crate::pass::loads::apply_loads;
 use crate::pass::markers::place_markers;
-use crate::pass::measure::{close_ledger, update_ledger};
+use crate::pass::measure::{close_ledger, count_damping_of_points, update_ledger};
 use crate::pass::points_to_grid::points_to_grid;
 use crate::pass::sort::keep_sorted;
 use crate::pass::stress_schemes::{update_stress_first, update_stress_last};
@@ -80,6 +80,7 @@ pub fn move_points<const W: usize, S: Shape<W>, A: AffineState>(
     update_ledger(c, step); //                     impulses; energies if the step is measured
     if step.dt_before + step.dt > 0.0 {
         filter_velocities(c); //                with XPIC only
+        count_damping_of_points(c); //          in a stage with damping, with FLIP
         update_stress_last(c, step.dt); //      with USL, MUSL and USAVG only
         grid_to_points(c, step.dt)?; //         v_p^{n+1/2}, B_p, x_p^{n+1}          (26) ... (28), (31)
     } // The opening step moves no points: a transfer without a kick would still smooth the velocities.

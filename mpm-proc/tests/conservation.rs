@@ -101,6 +101,8 @@ fn affine_transfers_conserve_angular_momentum() {
                 })
                 .collect(),
             kernels: [kernel; 2],
+            spread: [kernel; 2],
+            stages: Vec::new(),
             transfer: Transfer::Apic,
             lower: [0.0; 2],
             cells: [6, 6],
@@ -111,7 +113,7 @@ fn affine_transfers_conserve_angular_momentum() {
             drift: interface::config::Drift::Nodal,
             body_force: None,
             time: 0.0,
-            told: mechanics::reference::Told::default(),
+            totals: mechanics::reference::Totals::default(),
         };
         let spin = |r: &Reference| -> f64 {
             r.points

@@ -19,7 +19,7 @@ use crate::kernel::transfer::AffineState;
 use crate::pass::check_points::check_points;
 use crate::pass::leaving::remove_left;
 use crate::pass::limits::limits;
-use crate::pass::measure::{close_ledger, update_ledger};
+use crate::pass::measure::{close_ledger, count_damping_of_points, update_ledger};
 use crate::state::contact::ContactLoad;
 use crate::state::continuum::Continuum;
 use crate::state::nodes::NodeTile;
@@ -121,6 +121,7 @@ pub fn move_rigidly<const W: usize, S: Shape<W>, A: AffineState>(
 ) -> Result<Limits, Fault> {
     update_ledger(continuum, step);
     if step.dt_before + step.dt > 0.0 {
+        count_damping_of_points(continuum);
         let kicked = motion.velocities_at_nodes(&continuum.grid.tiles, &continuum.grid.geometry);
         let given = core::mem::take(&mut motion.given).component_div(&motion.masses());
         let [vx, vy, spin] = (kicked + given).into();

@@ -76,12 +76,13 @@ impl Damping {
         }
     }
 
-    /// The impulse in N s/m that points which damp their own velocities get beyond that of the nodes: the momenta of both
-    /// differ where a wall or a support has changed the velocities of the nodes. Called before the points take the kick.
+    /// The impulse in N s/m that points which damp the share `own` of their velocities get beyond that of the nodes: the momenta
+    /// of both differ where a wall or a support has changed the velocities of the nodes. Called before the points take the kick.
     pub fn beyond_nodes<const W: usize, S: Shape<W>, A: AffineState>(
         &self,
         clouds: &[Cloud<W, S, A>],
         grid: &Grid,
+        own: f64,
     ) -> [f64; 3] {
         let geometry = &grid.geometry;
         let mut momentum = [0.0; 3];
@@ -108,7 +109,7 @@ impl Damping {
                 [own[0] - original[0], own[1] - original[1], moment],
             );
         }
-        momentum.map(|p| (self.kept - 1.0) * p)
+        momentum.map(|p| own * (self.kept - 1.0) * p)
     }
 
     /// The loss in J/m of points that damp their own velocities, from the velocities set aside to those after the kick.

@@ -56,9 +56,7 @@ pub fn update_ledger<const W: usize, S: Shape<W>, A: AffineState>(
             let gained = continuum.grid.tiles.iter().map(NodeTile::gained);
             continuum.kick.transfer += gained.sum::<f64>() + continuum.kinetic_of_points();
         }
-        if let Some(damping) = continuum.damping_of_points() {
-            let impulse = damping.beyond_nodes(&continuum.clouds, &continuum.grid);
-            continuum.state.totals.applied_impulse += impulse;
+        if continuum.damping_of_points().is_some() {
             over_velocities(continuum, |v, aside| *aside = *v);
         }
     }
@@ -89,6 +87,17 @@ pub fn update_ledger<const W: usize, S: Shape<W>, A: AffineState>(
     if step.measure {
         measure(continuum, contact_force, 1.0 - step.centring());
         measure_sets(continuum, kick, 1.0 - step.centring());
+    }
+}
+
+/// Counts the impulse of points that damp their own velocities, as the filter of the transfer has left them.
+pub fn count_damping_of_points<const W: usize, S: Shape<W>, A: AffineState>(
+    continuum: &mut Continuum<W, S, A>,
+) {
+    if let Some(damping) = continuum.damping_of_points() {
+        let own = 1.0 - continuum.transfer.pic_fraction();
+        let impulse = damping.beyond_nodes(&continuum.clouds, &continuum.grid, own);
+        continuum.state.totals.applied_impulse += impulse;
     }
 }
 

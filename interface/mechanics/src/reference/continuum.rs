@@ -8,7 +8,8 @@
 use std::collections::HashSet;
 
 use interface::config::{
-    Drift, MpmConfig, Plane, ShapeFunction, StressUpdate, Transfer, Wall, Walls,
+    ContactForceScheme, Drift, MpmConfig, Plane, ShapeFunction, Stage, StressUpdate, Transfer,
+    Wall, Walls,
 };
 use interface::impulse::at;
 use interface::message::wire::ImpForce;
@@ -72,6 +73,8 @@ pub struct Reference {
     pub points: Vec<RefPoint>,
     /// Along x and y.
     pub kernels: [Kernel; 2],
+    /// Through which contact forces reach the nodes, along x and y.
+    pub spread: [Kernel; 2],
     /// As configured.
     pub transfer: Transfer,
     /// Lower left corner of the grid in m.
@@ -88,17 +91,19 @@ pub struct Reference {
     pub stress_update: StressUpdate,
     /// As configured.
     pub drift: Drift,
+    /// In order of their start.
+    pub stages: Vec<Stage>,
     /// Acceleration in m/s^2 besides gravity: of the initial position and the time.
     pub body_force: Option<[Expression; 2]>,
     /// `t_n` of the next step in s.
     pub time: f64,
     /// Of the last step.
-    pub told: Told,
+    pub totals: Totals,
 }
 
-/// What a step has told.
+/// Sums over the points and nodes of a step.
 #[derive(Debug, Clone, Default)]
-pub struct Told {
+pub struct Totals {
     /// Impulse of walls, supports and loads on the points in N s/m.
     pub applied: [f64; 2],
     /// Impulse of the supports on the nodes as the points feel it, in N s/m, and its moment about the origin in N s.
@@ -113,8 +118,26 @@ pub struct Told {
     pub driven: f64,
     /// Dissipated in the kick by walls with friction, in J/m.
     pub rubbed: f64,
+    /// Dissipated in the kick by the damping of its stage, in J/m.
+    pub damped: f64,
     /// Whether rounding has decided which supports are independent.
     pub is_doubtful: bool,
+}
+
+impl Totals {
+    /// Adds those of another layer.
+    pub fn add(&mut self, of: &Self) {
+        let add = |sum: &mut [f64], of: &[f64]| sum.iter_mut().zip(of).for_each(|(s, x)| *s += x);
+        add(&mut self.applied, &of.applied);
+        add(&mut self.support, &of.support);
+        add(&mut self.lost, &of.lost);
+        self.load_moment += of.load_moment;
+        self.elastic += of.elastic;
+        self.driven += of.driven;
+        self.rubbed += of.rubbed;
+        self.damped += of.damped;
+        self.is_doubtful |= of.is_doubtful;
+    }
 }
 
 const RIM: i64 = 3;
@@ -249,6 +272,7 @@ impl Reference {
         let empty = Self {
             points: Vec::new(),
             kernels: [Kernel::Linear; 2],
+            spread: [Kernel::Linear; 2],
             transfer: c.transfer,
             lower: c.domain[0],
             cells,
@@ -257,12 +281,13 @@ impl Reference {
             walls: c.walls,
             stress_update: c.stress_update,
             drift: c.drift(),
+            stages: c.forcing.stages.clone(),
             body_force: match &c.forcing.body_force {
                 None => None,
                 Some(of) => Some(compiled(of, &["x", "y", "t"])?),
             },
             time: 0.0,
-            told: Told::default(),
+            totals: Totals::default(),
         };
         let (mut layers, mut filled) = (Vec::new(), Vec::new());
         for (g, group) in c.groups.iter().enumerate() {
@@ -272,6 +297,13 @@ impl Reference {
             }
             let layer = layers.last_mut()?;
             layer.kernels = region.sides.map(|side| kernel(c.shape, side / c.cell));
+            layer.spread = match c.contact_force {
+                ContactForceScheme::Point => layer.kernels,
+                ContactForceScheme::NearestNodes => [Kernel::Linear; 2],
+                ContactForceScheme::Traction => region
+                    .sides
+                    .map(|side| kernel(ShapeFunction::Ugimp, side / c.cell)),
+            };
             layer.points.extend(points(c, g, &region, layer.kernels)?);
             filled.push(region);
         }
@@ -344,8 +376,12 @@ impl Reference {
     }
 
     fn weight(&self, p: &RefPoint, place: [i64; 2]) -> f64 {
+        self.value(self.kernels, p, place)
+    }
+
+    fn value(&self, [x, y]: [Kernel; 2], p: &RefPoint, place: [i64; 2]) -> f64 {
         let d = self.distance(p, place);
-        self.kernels[0].value(d[0]) * self.kernels[1].value(d[1])
+        x.value(d[0]) * y.value(d[1])
     }
 
     fn gradient(&self, p: &RefPoint, place: [i64; 2]) -> [f64; 2] {
@@ -447,7 +483,7 @@ impl Reference {
             // Of velocities, and of velocities times the roots of the masses.
             let (_, by_weights) = orthogonal(held().map(|p| row(p, |_| 1.0)));
             let (rows, by_masses) = orthogonal(held().map(|p| row(p, |m| m.sqrt().recip())));
-            self.told.is_doubtful |= by_weights || by_masses;
+            self.totals.is_doubtful |= by_weights || by_masses;
             for row in rows {
                 let along: f64 = (0..nodes.len())
                     .map(|n| row[n] * mass[n].sqrt() * velocity[n][a])
@@ -469,7 +505,7 @@ impl Reference {
     /// The loads of `t_n`, and their work since the step before: by the trapezoidal rule, on the way of the nodes that `velocity`
     /// says they have had, or with a body force, or where these do not strain the points, on that of the points.
     fn load(&mut self, nodes: &[Node], velocity: &[[f64; 2]], dt_before: f64) {
-        self.told.load_moment = 0.0;
+        self.totals.load_moment = 0.0;
         if self.body_force.is_none() && self.points.iter().all(|p| p.dead == [0.0; 2]) {
             return;
         }
@@ -488,10 +524,10 @@ impl Reference {
                 } else {
                     p.x[a] - p.was[a]
                 };
-                self.told.driven += 0.5 * (p.load[a] + load[a]) * way;
+                self.totals.driven += 0.5 * (p.load[a] + load[a]) * way;
             }
             (p.load, p.was) = (load, p.x);
-            self.told.load_moment += at(p.x, load)[2];
+            self.totals.load_moment += at(p.x, load)[2];
         }
     }
 
@@ -514,6 +550,8 @@ impl Reference {
         let kick = 0.5 * (dt_before + dt);
         let start = self.momentum();
         let alpha = self.pic_fraction(kick);
+        let [kept, gained] = self.damping(kick);
+        let own: Vec<[f64; 2]> = self.points.iter().map(|p| p.v).collect();
         let inertia = self.inertia();
         let nodes = self.nodes();
         let (mass, mut before) = self.map(&nodes, inertia);
@@ -536,9 +574,9 @@ impl Reference {
             }
         }
         self.strain(&nodes, &before, first * dt_before, 0.5);
-        self.told.elastic = self.points.iter().map(RefPoint::stored).sum();
-        self.told.lost = self.lost();
-        self.told.rubbed = 0.0;
+        self.totals.elastic = self.points.iter().map(RefPoint::stored).sum();
+        self.totals.lost = self.lost();
+        (self.totals.rubbed, self.totals.damped) = (0.0, 0.0);
         let mut after = vec![[0.0; 2]; nodes.len()];
         for (n, node) in nodes.iter().enumerate() {
             let mut f = [0.0; 2];
@@ -548,26 +586,30 @@ impl Reference {
                 for (place, sign) in &node.places {
                     let g = self.gradient(p, *place);
                     let s = self.weight(p, *place);
+                    let spread = self.value(self.spread, p, *place);
                     let internal = [xx * g[0] + xy * g[1], xy * g[0] + yy * g[1]];
                     let curl = self.curl(p, *place);
                     for a in 0..2 {
-                        let outer = contact.force[a] + p.load[a] + p.mass * self.gravity[a];
-                        let turning = contact.couple * curl[a];
-                        f[a] += sign[a] * (outer * s + turning - v * internal[a]); // (13), (47)
+                        let outer = p.load[a] + p.mass * self.gravity[a];
+                        let of_contact = contact.force[a] * spread + contact.couple * curl[a];
+                        f[a] += sign[a] * (outer * s + of_contact - v * internal[a]); // (13), (47)
                     }
                 }
             }
             if mass[n] > 0.0 {
-                let free = [0, 1].map(|a| before[n][a] + kick * f[a] / mass[n]); // (17), (48)
-                let [held, taken] = self.act(&nodes, node.at, free, Some(1.0));
+                let gain = f.map(|f| kick * f / mass[n]);
+                let damped = [0, 1].map(|a| kept * before[n][a] + gained * gain[a]); // (17), (48)
+                let [held, taken] = self.act(&nodes, node.at, damped, Some(1.0));
                 after[n] = held;
                 for a in 0..2 {
-                    self.told.rubbed += 0.5 * mass[n] * taken[a] * (before[n][a] + held[a]);
+                    let twice = mass[n] * (before[n][a] + held[a]);
+                    self.totals.rubbed += 0.5 * taken[a] * twice;
+                    self.totals.damped += 0.5 * (before[n][a] + gain[a] - damped[a]) * twice;
                 }
             }
         }
         let kicked = self.support(&nodes, &mass, &mut after);
-        self.told.support = [0, 1, 2].map(|k| felt[k] + kicked[k]);
+        self.totals.support = [0, 1, 2].map(|k| felt[k] + kicked[k]);
         self.filter_by_order(&nodes, kick, inertia);
         if self.stress_update == StressUpdate::Usl {
             self.strain(&nodes, &after, dt, -0.5);
@@ -582,7 +624,7 @@ impl Reference {
                         let d = self.distance(&p, *place).map(|d| -d * self.cell);
                         for a in 0..2 {
                             v[a] += s * sign[a] * after[n][a];
-                            dv[a] += s * sign[a] * (after[n][a] - before[n][a]);
+                            dv[a] += s * sign[a] * (after[n][a] - kept * before[n][a]);
                             for c in 0..2 {
                                 b[a][c] += s * sign[a] * after[n][a] * d[c]; // (31)
                             }
@@ -591,7 +633,7 @@ impl Reference {
                 }
                 let p = &mut self.points[i];
                 for a in 0..2 {
-                    p.v[a] = alpha * v[a] + (1.0 - alpha) * (p.v[a] + dv[a]); // (26) ... (28)
+                    p.v[a] = alpha * v[a] + (1.0 - alpha) * (kept * p.v[a] + dv[a]); // (26) ... (28)
                 }
                 if self.transfer.is_affine() {
                     p.b = b;
@@ -599,6 +641,9 @@ impl Reference {
                 v
             })
             .collect();
+        if !matches!(self.transfer, Transfer::Pic | Transfer::Apic) {
+            self.damp_points(&own, [kept, gained]);
+        }
         let (_, mut again) = self.map(&nodes, inertia);
         self.support(&nodes, &mass, &mut again);
         self.strain(&nodes, &again, last * dt, -0.5);
@@ -629,7 +674,7 @@ impl Reference {
             let outer: f64 = outer
                 .map(|(p, f)| f.force[a] + p.mass * self.gravity[a])
                 .sum();
-            self.told.applied[a] = end[a] - start[a] - kick * outer;
+            self.totals.applied[a] = end[a] - start[a] - kick * outer;
         }
         for ((p, v), spin) in self.points.iter_mut().zip(drift).zip(spins) {
             p.spin = spin;
@@ -664,13 +709,14 @@ impl Reference {
         [of(|p| p.lost), of(|p| p.viscous)]
     }
 
-    /// The largest squared frequency in 1/s^2 that contact with these forces may have, from below: by power iteration. Each
-    /// point has a stiffness along two directions, the first of which is that of its force; along the second acts its tangential
-    /// stiffness on a surface of these radii (m), and what else there is of the stiffness at its centre.
+    /// The largest squared frequency in 1/s^2 that contact with these forces may have. Each point has a stiffness along two
+    /// directions, the first of which is that of its force; along the second acts its tangential stiffness on a surface of these
+    /// radii (m), and what else there is of the stiffness at its centre. Springs reach the nodes through the spread of forces, and
+    /// feel them through the shape function.
     pub fn contact_omega_sq(&self, forces: &[ImpForce], radii: &[f64]) -> f64 {
         let nodes = self.nodes();
         let (mass, _) = self.map(&nodes, self.inertia());
-        let mut rows: Vec<(f64, Vec<[f64; 2]>)> = Vec::new();
+        let mut springs = Vec::new();
         for ((p, f), radius) in self.points.iter().zip(forces).zip(radii) {
             let size = f.force[0].hypot(f.force[1]);
             let normal = match size {
@@ -683,56 +729,34 @@ impl Reference {
                 (f.stiffness - f.tangential, tangent, 0.0),
                 (f.tangential, tangent, *radius),
             ] {
-                let at = |node: &Node| -> [f64; 2] {
-                    let free = self.free(node.at);
-                    let mut row = [0.0; 2];
-                    for (place, sign) in &node.places {
-                        let (s, curl) = (self.weight(p, *place), self.curl(p, *place));
-                        for a in 0..2 {
-                            row[a] += free[a] * sign[a] * (s * along[a] - radius * curl[a]);
+                let through = |kernels: [Kernel; 2]| -> Vec<f64> {
+                    let at = |(node, mass): (&Node, &f64)| {
+                        let (free, mut row) = (self.free(node.at), [0.0; 2]);
+                        for (place, sign) in &node.places {
+                            let (s, curl) = (self.value(kernels, p, *place), self.curl(p, *place));
+                            for a in 0..2 {
+                                row[a] += free[a] * sign[a] * (s * along[a] - radius * curl[a]);
+                            }
                         }
-                    }
-                    row
+                        row.map(|x| if *mass > 0.0 { x / mass.sqrt() } else { 0.0 })
+                    };
+                    nodes.iter().zip(&mass).flat_map(at).collect()
                 };
                 if k > 0.0 {
-                    rows.push((k, nodes.iter().map(at).collect()));
+                    springs.push((k, through(self.spread), through(self.kernels)));
                 }
             }
         }
-        let mut largest = 0.0_f64;
-        for start in [[1.0, 0.0], [0.0, 1.0], [1.0, 1.0]] {
-            let mut u = vec![start; nodes.len()];
-            for _ in 0..20 {
-                let mut f = vec![[0.0; 2]; nodes.len()];
-                for (k, row) in &rows {
-                    let of_node = |(s, u): (&[f64; 2], &[f64; 2])| s[0] * u[0] + s[1] * u[1];
-                    let at: f64 = row.iter().zip(&u).map(of_node).sum();
-                    for (f, s) in f.iter_mut().zip(row) {
-                        *f = [0, 1].map(|a| f[a] + k * s[a] * at);
-                    }
-                }
-                let (mut work, mut inert) = (0.0, 0.0);
-                for ((f, m), u) in f.iter().zip(&mass).zip(&u) {
-                    work += f[0] * u[0] + f[1] * u[1];
-                    inert += m * (u[0] * u[0] + u[1] * u[1]);
-                }
-                if work <= 0.0 {
-                    break;
-                }
-                largest = largest.max(work / inert);
-                let by_mass =
-                    |(f, m): (&[f64; 2], &f64)| f.map(|f| if *m > 0.0 { f / m } else { 0.0 });
-                u = f.iter().zip(&mass).map(by_mass).collect();
-                let size = u
-                    .as_flattened()
-                    .iter()
-                    .fold(0.0_f64, |most, u| most.max(u.abs()));
-                for u in u.as_flattened_mut() {
-                    *u /= size;
-                }
-            }
+        if springs.is_empty() {
+            return 0.0;
         }
-        largest
+        let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
+        let all = nalgebra::DMatrix::from_fn(springs.len(), springs.len(), |i, j| {
+            let ((_, _, felt), (k, given, _)) = (&springs[i], &springs[j]);
+            k * dot(felt, given)
+        });
+        let values = all.complex_eigenvalues();
+        values.iter().map(|value| value.re).fold(0.0, f64::max)
     }
 
     /// Where nodes are that see forces, or that a point sees which sees one of these.
@@ -802,8 +826,36 @@ impl Reference {
         spin
     }
 
+    /// The stage of the step.
+    fn stage(&self) -> Option<&Stage> {
+        self.stages.iter().rev().find(|s| s.from <= self.time)
+    }
+
+    /// The shares of a velocity and of what forces add to it that a kick leaves: those of `dv/dt = a - c v`.
+    fn damping(&self, kick: f64) -> [f64; 2] {
+        match kick * self.stage().map_or(0.0, |stage| stage.damping) {
+            0.0 => [1.0; 2],
+            lost => [(-lost).exp(), -(-lost).exp_m1() / lost],
+        }
+    }
+
+    /// What damping takes of points that keep velocities of their own, from these on: its impulse on each, times the mean of the
+    /// velocities before and after. Walls with friction have taken a part of what forces seem to have added.
+    fn damp_points(&mut self, own: &[[f64; 2]], [kept, gained]: [f64; 2]) {
+        self.totals.damped = (1.0 / gained - 1.0) * self.totals.rubbed;
+        for (p, v) in self.points.iter().zip(own) {
+            for a in 0..2 {
+                let added = (p.v[a] - kept * v[a]) / gained;
+                self.totals.damped += 0.5 * p.mass * (v[a] + added - p.v[a]) * (v[a] + p.v[a]);
+            }
+        }
+    }
+
     /// alpha of eq. 28 over a kick.
     fn pic_fraction(&self, kick: f64) -> f64 {
+        if let Some(of_stage) = self.stage().and_then(|stage| stage.pic_fraction) {
+            return of_stage;
+        }
         match self.transfer {
             Transfer::Flip | Transfer::Xpic { .. } | Transfer::FlipXpic { .. } => 0.0,
             Transfer::Blend { pic_fraction } => pic_fraction,

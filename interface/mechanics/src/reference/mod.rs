@@ -5,5 +5,5 @@ mod continuum;
 pub mod law;
 mod material;
 
-pub use continuum::{Kernel, Reference, Told, is_within};
+pub use continuum::{Kernel, Reference, Totals, is_within};
 pub use material::{RefLaw, RefPoint};

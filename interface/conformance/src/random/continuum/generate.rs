@@ -5,8 +5,9 @@ use fastrand::Rng;
 use interface::config::capability::{Capabilities, LAYERS, PAIRS, STRESS_WORK};
 use interface::config::material::{CriticalState, Frictional, Inertial};
 use interface::config::{
-    Drift, Fill, GroupConfig, Hold, InitialFields, MaterialConfig, MaterialModel, MpmConfig, Plane,
-    Probe, ShapeFunction, Spacing, StressUpdate, Traction, Transfer, Wall, Walls,
+    ContactForceScheme, Drift, Fill, GroupConfig, Hold, InitialFields, MaterialConfig,
+    MaterialModel, MpmConfig, Plane, Probe, ShapeFunction, Spacing, Stage, StressUpdate, Traction,
+    Transfer, Wall, Walls,
 };
 
 use super::super::dice::{Dice, decades};
@@ -481,8 +482,11 @@ impl Dice<'_, ()> {
         drawn.filter(|_| self.often())
     }
 
-    /// The same walls, of which some have friction.
+    /// The same walls, of which some have friction; or none.
     fn rough(&mut self, mut walls: Walls) -> Walls {
+        if self.rng.u32(0..8) == 0 {
+            return Walls::default();
+        }
         for wall in [
             &mut walls.left,
             &mut walls.right,
@@ -497,7 +501,7 @@ impl Dice<'_, ()> {
         walls
     }
 
-    /// Adds loads that accelerate points as `most` (m/s^2) does, a support, and probes.
+    /// Adds loads that accelerate points as `most` (m/s^2) does, supports, probes, stages, and a way for contact forces to the grid.
     fn force(&mut self, config: &mut MpmConfig, most: f64) {
         let forcing = &mut config.forcing;
         if self.takes.meets("feature:fields") && self.rarely() {
@@ -525,18 +529,9 @@ impl Dice<'_, ()> {
             });
         }
         let filters = config.transfer.filters();
-        if self.takes.meets("feature:holds") && !filters && self.rarely() {
-            let (points, within) = self.some(&config.groups, config.cell);
-            let [hold_x, hold_y] =
-                [[true, false], [false, true], [true, true]][self.rng.usize(0..3)];
-            let name = "hold".into();
-            forcing.holds.push(Hold {
-                name,
-                points,
-                within,
-                hold_x,
-                hold_y,
-            });
+        let holds = self.takes.meets("feature:holds") && !filters && self.rarely();
+        if holds {
+            forcing.holds.push(self.hold(&config.groups, config.cell));
         }
         if self.takes.meets("feature:probes") {
             for k in 0..self.rng.u32(0..3) {
@@ -547,6 +542,44 @@ impl Dice<'_, ()> {
                     within,
                 });
             }
+        }
+        if holds && self.often() {
+            let hold = self.hold(&config.groups, config.cell);
+            forcing.holds.push(Hold {
+                name: "other".into(),
+                ..hold
+            });
+        }
+        let blends = matches!(config.transfer, Transfer::Flip | Transfer::Blend { .. });
+        for k in 0..self.rng.u32(0..8).saturating_sub(5) {
+            let from = (f64::from(k) + self.rng.f64()) * 20.0 * self.dt;
+            forcing.stages.push(Stage {
+                from: if k == 0 && self.often() { 0.0 } else { from },
+                damping: self.perhaps(|dice| dice.between(0.0, 1.0) / dice.dt),
+                pic_fraction: (blends && self.often()).then(|| self.rng.f64()),
+            });
+        }
+        let splines = config.shape != ShapeFunction::Linear;
+        let schemes = [
+            (
+                "contact_force:nearest_nodes",
+                ContactForceScheme::NearestNodes,
+            ),
+            ("contact_force:traction", ContactForceScheme::Traction),
+        ];
+        let scheme = self.member(&schemes[..if splines { 2 } else { 1 }]);
+        config.contact_force = scheme.filter(|_| self.rarely()).unwrap_or_default();
+    }
+
+    fn hold(&mut self, groups: &[GroupConfig], cell: f64) -> Hold {
+        let (points, within) = self.some(groups, cell);
+        let [hold_x, hold_y] = [[true, false], [false, true], [true, true]][self.rng.usize(0..3)];
+        Hold {
+            name: "hold".into(),
+            points,
+            within,
+            hold_x,
+            hold_y,
         }
     }
 

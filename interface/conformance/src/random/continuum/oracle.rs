@@ -5,7 +5,7 @@ use interface::config::MpmConfig;
 use interface::impulse::at;
 use interface::message::wire::{GroupState, ImpForce, Ledger};
 use interface::step::Step;
-use mechanics::reference::{RefPoint, Reference, is_within};
+use mechanics::reference::{RefPoint, Reference, Totals, is_within};
 
 /// Where a point is kept, and what does not change of it.
 #[derive(Debug, Clone, Copy)]
@@ -36,6 +36,8 @@ pub struct Oracle {
     contact: [f64; 2],
     /// Dissipated so far by walls with friction, in J/m.
     rubbed: f64,
+    /// Dissipated so far by the damping of stages, in J/m.
+    damped: f64,
     /// Moments about the origin of weights, loads and supports, and of the forces, so far in N s.
     moments: [f64; 2],
 }
@@ -47,7 +49,8 @@ pub struct Expected {
     pub contact_omega_sq: f64,
     /// The ledger, if the step is measured.
     pub ledger: Ledger,
-    /// The groups likewise, then the probes and supports.
+    /// The groups likewise, then the probes and supports, of which the last one has the force of all: how several share it is
+    /// their solver's own affair.
     pub groups: Vec<GroupState>,
     /// What stress has worked on each point since the start, without signs, in J/m: the scale of its quadrature.
     pub worked: f64,
@@ -81,6 +84,7 @@ impl Oracle {
             applied: [0.0; 2],
             contact: [0.0; 2],
             rubbed: 0.0,
+            damped: 0.0,
             moments: [0.0; 2],
         };
         oracle.sets = oracle.sets()?;
@@ -108,9 +112,7 @@ impl Oracle {
                 |k: &usize| self.points[*k].group == g && is_within(self.point(*k).start, within);
             (0..self.points.len()).filter(is_in).collect()
         };
-        // How several supports share an impulse is their solver's own affair.
-        let all = all.filter(|_| c.forcing.holds.len() < 2 && c.forcing.stages.is_empty())?;
-        let sets: Vec<Vec<usize>> = all.into_iter().map(points).collect();
+        let sets: Vec<Vec<usize>> = all?.into_iter().map(points).collect();
         sets.iter().all(|set| !set.is_empty()).then_some(sets)
     }
 
@@ -155,8 +157,7 @@ impl Oracle {
             |o: &Self| -> Vec<f64> { (0..o.points.len()).map(|k| o.kinetic(k)).collect() };
         let kinetic = energies(self);
         let (kick, w) = (step.kick(), step.centring());
-        let (mut contact_omega_sq, mut elastic, mut lost) = (0.0_f64, 0.0, [0.0; 2]);
-        let (mut rubbed, mut driven, mut support) = (0.0, 0.0, [0.0; 2]);
+        let (mut contact_omega_sq, mut totals) = (0.0_f64, Totals::default());
         for number in 0..self.layers.len() {
             let own = self
                 .points
@@ -170,39 +171,40 @@ impl Oracle {
                 contact_omega_sq = contact_omega_sq.max(layer.contact_omega_sq(&own, &radii));
             }
             if step.is_opening() {
-                elastic += layer.points.iter().map(RefPoint::stored).sum::<f64>();
-                lost = [0, 1].map(|k| lost[k] + layer.lost()[k]);
+                totals.elastic += layer.points.iter().map(RefPoint::stored).sum::<f64>();
+                totals.lost = [0, 1].map(|k| totals.lost[k] + layer.lost()[k]);
                 continue;
             }
             layer.time = step.time;
             layer.step(step.dt_before, step.dt, &own);
-            let told = &layer.told;
-            elastic += told.elastic;
-            rubbed += told.rubbed;
-            driven += told.driven;
-            for a in 0..2 {
-                lost[a] += told.lost[a];
-                support[a] += told.support[a];
-                let mass: f64 = layer.points.iter().map(|p| p.mass).sum();
-                self.applied[a] += told.applied[a] + kick * mass * layer.gravity[a];
-            }
-            self.moments[0] += told.support[2] + kick * told.load_moment;
+            totals.add(&layer.totals);
         }
+        let mass: f64 = before.iter().map(|p| p.mass).sum();
+        for a in 0..2 {
+            self.applied[a] += totals.applied[a] + kick * mass * self.config.gravity[a];
+        }
+        self.moments[0] += totals.support[2] + kick * totals.load_moment;
         let (after, done) = (energies(self), self.all());
         let mut ledger = Ledger {
-            elastic,
-            plastic_work: lost[0],
-            viscous_work: lost[1],
-            friction_work: self.rubbed + w * rubbed,
-            driven_work: driven,
-            stress_work: elastic - self.start.iter().sum::<f64>(),
+            elastic: totals.elastic,
+            plastic_work: totals.lost[0],
+            viscous_work: totals.lost[1] + self.damped + w * totals.damped,
+            friction_work: self.rubbed + w * totals.rubbed,
+            driven_work: totals.driven,
+            stress_work: totals.elastic - self.start.iter().sum::<f64>(),
             ..Ledger::default()
         };
-        self.rubbed += rubbed;
+        self.rubbed += totals.rubbed;
+        self.damped += totals.damped;
         let now = [&before[..], &done];
         let mut groups = self.sums(now, [&kinetic, &after], w, forces, &mut ledger);
-        if let ([_], Some(hold)) = (&self.config.forcing.holds[..], groups.last_mut()) {
-            hold.contact_force = support.map(|p| if kick > 0.0 { p / kick } else { 0.0 });
+        let holds = groups
+            .iter_mut()
+            .rev()
+            .take(self.config.forcing.holds.len());
+        for (k, hold) in holds.enumerate() {
+            let whole = k == 0 && kick > 0.0;
+            hold.contact_force = [0, 1].map(|a| if whole { totals.support[a] / kick } else { 0.0 });
         }
         for a in 0..2 {
             self.contact[a] += kick * ledger.contact_force[a];
@@ -216,9 +218,8 @@ impl Oracle {
         }
         [ledger.applied_moment, ledger.contact_moment] = self.moments;
         let stored = done.iter().map(RefPoint::stored).zip(&self.start);
-        let worked = stored.map(|(now, start)| (now - start).abs()).sum::<f64>() + lost[0];
-        let is_doubtful = self.layers.iter().any(|layer| layer.told.is_doubtful);
-        (!is_doubtful).then_some(Expected {
+        let worked = stored.map(|(now, start)| (now - start).abs()).sum::<f64>() + totals.lost[0];
+        (!totals.is_doubtful).then_some(Expected {
             contact_omega_sq,
             ledger,
             groups,
