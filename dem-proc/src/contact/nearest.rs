@@ -9,7 +9,7 @@ use mechanics::outline::{contact_point, see};
 use crate::body::bodies::Bodies;
 use crate::body::shape::edge_count;
 use crate::contact::convex::{Candidate, Measure, Spot};
-use crate::contact::passage::{Passage, TIP, admissible_depth, goes_through};
+use crate::contact::passage::{Passage, TIP, admissible_depth, goes_through, penetration};
 use mechanics::outline::thickness;
 
 /// Measures a contact by the distance of a vertex from the nearest edge.
@@ -68,19 +68,24 @@ impl Measure for NearestEdge {
     ) -> Option<Passage> {
         let [v, e] = candidate.bodies.map(|b| b as usize);
         let of_vertex = bodies.state[v].radius;
+        let now = bodies.outline[candidate.vertex as usize];
+        let outlines = [v, e].map(|b| bodies.outline_of(b));
+        // Bodies without a sphero-radius have no contact distance. The tip that may be cut off is small compared with both bodies.
+        let reach = || {
+            let thinner = outlines.map(thickness).into_iter().filter(|t| *t > 0.0);
+            let tip = TIP * thinner.reduce(f64::min).unwrap_or(0.0);
+            tip.max(of_vertex + bodies.state[e].radius)
+        };
         let through = || {
-            let now = bodies.outline[candidate.vertex as usize];
             let [own, other] = [v, e].map(|b| &bodies.frames[b]);
             let moved = own.displacement(now - own.center) - other.displacement(now - other.center);
-            // Bodies without a sphero-radius have no contact distance. The tip that may be cut off is small compared
-            // with both bodies.
-            let thickness = [v, e].map(|b| thickness(bodies.outline_of(b)));
-            let thinner = thickness.into_iter().filter(|t| *t > 0.0);
-            let tip = TIP * thinner.reduce(f64::min).unwrap_or(0.0);
-            let reach = tip.max(of_vertex + bodies.state[e].radius);
-            goes_through(bodies.outline_of(e), now - other.turned(moved), now, reach)
+            goes_through(outlines[1], now - other.turned(moved), now, reach())
         };
-        if turned && through() {
+        let behind = outlines[0].iter().map(|x| (now - x).dot(&spot.normal));
+        let sinks = || {
+            behind.fold(0.0, f64::max) > TIP * candidate.length && penetration(outlines) > reach()
+        };
+        if turned && through() || sinks() {
             Some(Passage::Through)
         } else if spot.depth - of_vertex > admissible_depth(bodies, e, 0) {
             Some(Passage::Deep)

@@ -32,7 +32,9 @@
 //!   vertex. A corner that slides past a sharp tip of the other body changes from one side of the tip to the other even
 //!   at a small overlap; at an overlap `xi` it cuts off a piece of the tip of `2 xi / tan(alpha/2)` along the outline,
 //!   for an angle `alpha`. A quarter of the thickness of the thinner body is allowed, or more if the sphero-radii allow
-//!   more.
+//!   more. Where faces of two bodies are flush, each vertex may be nearest to a face beside the one through which it came, and
+//!   bodies sink into one another at no overlap: a vertex that has its own body behind that face is looked at more closely, and
+//!   the way by which the outlines would have to move apart may be no longer than that piece.
 //! - *Area* ([`crate::contact::overlap`]): when an overlap reaches across a thin body, the width of the overlap that
 //!   determines the force becomes zero and then reverses. So the criteria are a width below a fifth of the root of the
 //!   area, which is that of a corner of 1.1 degrees, and a normal that has turned.
@@ -210,6 +212,22 @@ pub fn goes_through(outline: &[Vec2], from: Vec2, to: Vec2, reach: f64) -> bool 
     };
     let inside = seen.iter().any(|s| s.distance < 0.0);
     (inside || (0..edge_count(n)).any(meets)) && leap(outline, &seen) > reach
+}
+
+/// The least way in m by which two convex outlines would have to move apart; 0 of a segment or a point.
+pub fn penetration([one, other]: [&[Vec2]; 2]) -> f64 {
+    if one.len().min(other.len()) < 3 {
+        return 0.0;
+    }
+    let mut least = f64::INFINITY;
+    for [own, other] in [[one, other], [other, one]] {
+        for (i, a) in own.iter().enumerate() {
+            let edge = own[(i + 1) % own.len()] - a;
+            let depths = other.iter().map(|x| cross(edge, x - a) / edge.norm());
+            least = least.min(depths.fold(0.0, f64::max));
+        }
+    }
+    least
 }
 
 /// The shorter path along a closed outline between two of its points in m. For a segment it goes round one of its ends.
