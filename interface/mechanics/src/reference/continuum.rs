@@ -120,6 +120,8 @@ pub struct Totals {
     pub rubbed: f64,
     /// Dissipated in the kick by the damping of its stage, in J/m.
     pub damped: f64,
+    /// Work of driven walls in the kick, in J/m. Not with walls, other than driven ones of the same speed, that act along them.
+    pub pulled: f64,
     /// Whether rounding has decided which supports are independent.
     pub is_doubtful: bool,
 }
@@ -136,22 +138,47 @@ impl Totals {
         self.driven += of.driven;
         self.rubbed += of.rubbed;
         self.damped += of.damped;
+        self.pulled += of.pulled;
         self.is_doubtful |= of.is_doubtful;
     }
 }
 
 const RIM: i64 = 3;
 
-/// A node that is free or held, and all positions at which it appears, with the sign of its velocity there: its own
-/// position, and those beyond walls where it is an image.
+/// A node that is free or held, and all positions at which it appears: its own position, and those beyond walls where it is an
+/// image.
 #[derive(Debug, Clone)]
 struct Node {
     at: [i64; 2],
-    places: Vec<([i64; 2], [f64; 2])>,
+    places: Vec<Image<[i64; 2]>>,
 }
 
-/// An index along an axis, and all indices at which it appears, with signs.
-type Along = (i64, Vec<(i64, [f64; 2])>);
+/// Where a node appears.
+#[derive(Debug, Clone, Copy)]
+struct Image<At> {
+    at: At,
+    /// Its velocity there over its own.
+    sign: [f64; 2],
+    /// What is added to it: of a driven wall twice the velocity, in m/s.
+    moves: [f64; 2],
+}
+
+impl<At> Image<At> {
+    fn own(at: At) -> Self {
+        Self {
+            at,
+            sign: [1.0; 2],
+            moves: [0.0; 2],
+        }
+    }
+
+    fn velocity(&self, v: [f64; 2]) -> [f64; 2] {
+        [0, 1].map(|a| self.sign[a] * v[a] + self.moves[a])
+    }
+}
+
+/// An index along an axis, and all indices at which it appears.
+type Along = (i64, Vec<Image<i64>>);
 
 fn kernel(shape: ShapeFunction, box_in_cells: f64) -> Kernel {
     match shape {
@@ -207,6 +234,14 @@ fn orthogonal(rows: impl Iterator<Item = Vec<f64>>) -> (Vec<Vec<f64>>, bool) {
         }
     }
     (found, is_doubtful)
+}
+
+/// The velocity in m/s of a wall across `axis` that moves along itself.
+fn driven(wall: Wall, axis: usize) -> Option<[f64; 2]> {
+    match wall {
+        Wall::Driven { speed } => Some([0, 1].map(|a| if a == axis { 0.0 } else { speed })),
+        _ => None,
+    }
 }
 
 /// Whether a point was in a region at the start.
@@ -323,28 +358,32 @@ impl Reference {
         };
         if low == Wall::Periodic {
             return (0..n)
-                .map(|i| (i, [i - n, i, i + n].map(|i| (i, [1.0; 2])).to_vec()))
+                .map(|i| (i, [i - n, i, i + n].map(Image::own).to_vec()))
                 .collect();
         }
         let bspline = matches!(self.kernels[axis], Kernel::Quadratic | Kernel::Cubic);
-        let sign = |wall| match wall {
-            Wall::Fixed if bspline => Some([-1.0; 2]),
-            Wall::Slip if bspline => Some([0, 1].map(|a| if a == axis { -1.0 } else { 1.0 })),
-            Wall::Tangential if bspline => Some([0, 1].map(|a| if a == axis { 1.0 } else { -1.0 })),
-            _ => None,
+        let mirrors = |wall| bspline && !matches!(wall, Wall::Open | Wall::Friction { .. });
+        let image = |wall, at| {
+            let sign = match wall {
+                Wall::Slip => [0, 1].map(|a| if a == axis { -1.0 } else { 1.0 }),
+                Wall::Tangential => [0, 1].map(|a| if a == axis { 1.0 } else { -1.0 }),
+                _ => [-1.0; 2],
+            };
+            let moves = driven(wall, axis).map_or([0.0; 2], |v| v.map(|v| 2.0 * v));
+            Image { at, sign, moves }
         };
         let (first, last) = (
-            if sign(low).is_some() { 0 } else { -RIM },
-            if sign(high).is_some() { n } else { n + RIM },
+            if mirrors(low) { 0 } else { -RIM },
+            if mirrors(high) { n } else { n + RIM },
         );
         (first..=last)
             .map(|i| {
-                let mut places = vec![(i, [1.0; 2])];
-                if let Some(sign) = sign(low).filter(|_| i > 0) {
-                    places.push((-i, sign));
+                let mut places = vec![Image::own(i)];
+                if mirrors(low) && i > 0 {
+                    places.push(image(low, -i));
                 }
-                if let Some(sign) = sign(high).filter(|_| i < n) {
-                    places.push((2 * n - i, sign));
+                if mirrors(high) && i < n {
+                    places.push(image(high, 2 * n - i));
                 }
                 (i, places)
             })
@@ -357,9 +396,14 @@ impl Reference {
         for (j, in_column) in &rows {
             for (i, in_row) in &columns {
                 let mut places = Vec::new();
-                for (y, sy) in in_column {
-                    for (x, sx) in in_row {
-                        places.push(([*x, *y], [sx[0] * sy[0], sx[1] * sy[1]]));
+                for y in in_column {
+                    for x in in_row {
+                        places.push(Image {
+                            at: [x.at, y.at],
+                            sign: [0, 1].map(|a| x.sign[a] * y.sign[a]),
+                            // Across a driven wall others are open or periodic.
+                            moves: [0, 1].map(|a| x.moves[a] + y.moves[a]),
+                        });
                     }
                 }
                 nodes.push(Node {
@@ -422,6 +466,7 @@ impl Reference {
                 Wall::Fixed => v = [0.0; 2],
                 Wall::Slip => v[axis] = 0.0,
                 Wall::Tangential => v[1 - axis] = 0.0,
+                Wall::Driven { .. } => v = driven(wall, axis).unwrap_or_default(),
                 Wall::Friction { coefficient } => {
                     let Some(rubs) = rubs.filter(|_| !self.is_apart(nodes, node, axis)) else {
                         continue;
@@ -441,6 +486,10 @@ impl Reference {
 
     /// The components of the velocity of a node that no wall prescribes: 1 or 0.
     fn free(&self, node: [i64; 2]) -> [f64; 2] {
+        let still = |wall| matches!(wall, Wall::Driven { .. });
+        if self.walls_at(node).any(|(wall, ..)| still(wall)) {
+            return [0.0; 2];
+        }
         self.act(&[], node, [1.0; 2], None)[0]
     }
 
@@ -451,15 +500,11 @@ impl Reference {
         at[axis] = node[axis].clamp(0, self.cells[axis]);
         let inward = if at[axis] == 0 { 1.0 } else { -1.0 };
         let mut sum = 0.0;
-        for (place, _) in &nodes
-            .iter()
-            .find(|other| other.at == at)
-            .expect("a node")
-            .places
-        {
+        let of_wall = nodes.iter().find(|other| other.at == at);
+        for place in &of_wall.expect("a node").places {
             for p in &self.points {
                 let distance = inward * self.distance(p, at)[axis];
-                sum += p.mass * self.weight(p, *place) * (distance - p.touching[axis]);
+                sum += p.mass * self.weight(p, place.at) * (distance - p.touching[axis]);
             }
         }
         sum > 0.0
@@ -474,7 +519,7 @@ impl Reference {
                 let of_node = |(node, m): (&Node, &f64)| {
                     let free = self.free(node.at)[a];
                     let places = node.places.iter();
-                    let s: f64 = places.map(|(at, sign)| sign[a] * self.weight(p, *at)).sum();
+                    let s: f64 = places.map(|i| i.sign[a] * self.weight(p, i.at)).sum();
                     if *m > 0.0 { free * s * scale(*m) } else { 0.0 }
                 };
                 nodes.iter().zip(mass).map(of_node).collect()
@@ -583,12 +628,12 @@ impl Reference {
             for (p, contact) in self.points.iter().zip(forces) {
                 let [xx, yy, _, xy] = p.stress;
                 let v = p.volume * p.ratio;
-                for (place, sign) in &node.places {
-                    let g = self.gradient(p, *place);
-                    let s = self.weight(p, *place);
-                    let spread = self.value(self.spread, p, *place);
+                for Image { at, sign, .. } in &node.places {
+                    let g = self.gradient(p, *at);
+                    let s = self.weight(p, *at);
+                    let spread = self.value(self.spread, p, *at);
                     let internal = [xx * g[0] + xy * g[1], xy * g[0] + yy * g[1]];
-                    let curl = self.curl(p, *place);
+                    let curl = self.curl(p, *at);
                     for a in 0..2 {
                         let outer = p.load[a] + p.mass * self.gravity[a];
                         let of_contact = contact.force[a] * spread + contact.couple * curl[a];
@@ -619,14 +664,15 @@ impl Reference {
                 let p = self.points[i];
                 let (mut v, mut dv, mut b) = ([0.0; 2], [0.0; 2], [[0.0; 2]; 2]);
                 for (n, node) in nodes.iter().enumerate() {
-                    for (place, sign) in &node.places {
-                        let s = self.weight(&p, *place);
-                        let d = self.distance(&p, *place).map(|d| -d * self.cell);
+                    for image in &node.places {
+                        let s = self.weight(&p, image.at);
+                        let d = self.distance(&p, image.at).map(|d| -d * self.cell);
+                        let [after, before] = [&after, &before].map(|v| image.velocity(v[n]));
                         for a in 0..2 {
-                            v[a] += s * sign[a] * after[n][a];
-                            dv[a] += s * sign[a] * (after[n][a] - kept * before[n][a]);
+                            v[a] += s * after[a];
+                            dv[a] += s * (after[a] - kept * before[a]);
                             for c in 0..2 {
-                                b[a][c] += s * sign[a] * after[n][a] * d[c]; // (31)
+                                b[a][c] += s * after[a] * d[c]; // (31)
                             }
                         }
                     }
@@ -675,6 +721,16 @@ impl Reference {
                 .map(|(p, f)| f.force[a] + p.mass * self.gravity[a])
                 .sum();
             self.totals.applied[a] = end[a] - start[a] - kick * outer;
+        }
+        self.totals.pulled = 0.0;
+        let w = self.walls;
+        let pulls = driven(w.left, 0).or(driven(w.right, 0));
+        if let Some(v) = pulls.or(driven(w.bottom, 1)).or(driven(w.top, 1)) {
+            for a in 0..2 {
+                let loads: f64 = self.points.iter().map(|p| kick * p.load[a]).sum();
+                let of_walls = self.totals.applied[a] - loads - self.totals.support[a];
+                self.totals.pulled += v[a] * of_walls;
+            }
         }
         for ((p, v), spin) in self.points.iter_mut().zip(drift).zip(spins) {
             p.spin = spin;
@@ -732,8 +788,8 @@ impl Reference {
                 let through = |kernels: [Kernel; 2]| -> Vec<f64> {
                     let at = |(node, mass): (&Node, &f64)| {
                         let (free, mut row) = (self.free(node.at), [0.0; 2]);
-                        for (place, sign) in &node.places {
-                            let (s, curl) = (self.value(kernels, p, *place), self.curl(p, *place));
+                        for Image { at, sign, .. } in &node.places {
+                            let (s, curl) = (self.value(kernels, p, *at), self.curl(p, *at));
                             for a in 0..2 {
                                 row[a] += free[a] * sign[a] * (s * along[a] - radius * curl[a]);
                             }
@@ -761,7 +817,7 @@ impl Reference {
 
     /// Where nodes are that see forces, or that a point sees which sees one of these.
     fn places_near_loads(&self, nodes: &[Node], forces: &[ImpForce]) -> HashSet<[i64; 2]> {
-        let places = || nodes.iter().flat_map(|node| &node.places).map(|p| p.0);
+        let places = || nodes.iter().flat_map(|node| &node.places).map(|p| p.at);
         let presses = |f: &ImpForce| f.force != [0.0; 2] || f.couple != 0.0;
         let pressed = || self.points.iter().zip(forces).filter(|p| presses(p.1));
         let loaded: HashSet<[i64; 2]> = places()
@@ -795,11 +851,11 @@ impl Reference {
     ) -> [f64; 2] {
         let (p, mut v) = (&self.points[point], [0.0_f64; 2]);
         for (n, node) in nodes.iter().enumerate() {
-            for (place, sign) in &node.places {
-                let s = self.weight(p, *place);
+            for image in &node.places {
+                let s = self.weight(p, image.at);
                 if s != 0.0 {
-                    let of_node = velocity(n, *place);
-                    v = [0, 1].map(|a| v[a] + s * sign[a] * of_node[a]);
+                    let there = image.velocity(velocity(n, image.at));
+                    v = [0, 1].map(|a| v[a] + s * there[a]);
                 }
             }
         }
@@ -815,12 +871,10 @@ impl Reference {
     ) -> f64 {
         let (p, mut spin) = (&self.points[point], 0.0);
         for (n, node) in nodes.iter().enumerate() {
-            for (place, sign) in &node.places {
-                let curl = self.curl(p, *place);
-                let of_node = velocity(n, *place);
-                for a in 0..2 {
-                    spin += curl[a] * sign[a] * of_node[a];
-                }
+            for image in &node.places {
+                let curl = self.curl(p, image.at);
+                let there = image.velocity(velocity(n, image.at));
+                spin += curl[0] * there[0] + curl[1] * there[1];
             }
         }
         spin
@@ -893,11 +947,12 @@ impl Reference {
         for _ in 0..order {
             let (_, held) = self.map(nodes, inertia);
             for (n, node) in nodes.iter().enumerate() {
-                for (place, sign) in &node.places {
-                    for i in 0..self.points.len() {
-                        let s = self.weight(&self.points[i], *place);
+                for image in &node.places {
+                    let there = image.velocity(held[n]);
+                    for p in 0..self.points.len() {
+                        let s = self.weight(&self.points[p], image.at);
                         for a in 0..2 {
-                            self.points[i].v[a] -= s * sign[a] * held[n][a];
+                            self.points[p].v[a] -= s * there[a];
                         }
                     }
                 }
@@ -914,14 +969,14 @@ impl Reference {
         let mut momentum = vec![[0.0; 2]; nodes.len()];
         for (n, node) in nodes.iter().enumerate() {
             for p in &self.points {
-                for (place, sign) in &node.places {
-                    let s = self.weight(p, *place);
-                    let d = self.distance(p, *place).map(|d| -d * self.cell); // x_I - x_p
+                for image in &node.places {
+                    let s = self.weight(p, image.at);
+                    let d = self.distance(p, image.at).map(|d| -d * self.cell); // x_I - x_p
+                    let affine = p.b.map(|b| (b[0] * d[0] + b[1] * d[1]) / inertia);
+                    // A velocity and its image are images of one another.
+                    let v = image.velocity([0, 1].map(|a| p.v[a] + affine[a]));
                     mass[n] += p.mass * s;
-                    for a in 0..2 {
-                        let affine = (p.b[a][0] * d[0] + p.b[a][1] * d[1]) / inertia;
-                        momentum[n][a] += p.mass * s * sign[a] * (p.v[a] + affine);
-                    }
+                    momentum[n] = [0, 1].map(|a| momentum[n][a] + p.mass * s * v[a]);
                 }
             }
         }
@@ -945,11 +1000,11 @@ impl Reference {
             let p = self.points[i];
             let mut l = [[0.0; 2]; 2];
             for (n, node) in nodes.iter().enumerate() {
-                for (place, sign) in &node.places {
-                    let g = self.gradient(&p, *place);
+                for image in &node.places {
+                    let (g, there) = (self.gradient(&p, image.at), image.velocity(velocity[n]));
                     for a in 0..2 {
                         for b in 0..2 {
-                            l[a][b] += sign[a] * velocity[n][a] * g[b] * dt;
+                            l[a][b] += there[a] * g[b] * dt;
                         }
                     }
                 }

@@ -65,7 +65,13 @@ impl Dice<'_, Scale> {
             Walls::default()
         } else {
             let drawn = self.walls();
-            self.aside().rough(drawn)
+            let walls = self.aside().rough(drawn);
+            let speed = 0.03 * self.scale.wave;
+            if transfer.filters() {
+                walls
+            } else {
+                self.aside().pull(walls, speed)
+            }
         };
         let materials: Vec<_> = (0..count).map(|_| self.material(alone)).collect();
         let mut groups = self.groups(count, spacing, layers && !pairs, transfer.is_affine());
@@ -501,6 +507,38 @@ impl Dice<'_, ()> {
         walls
     }
 
+    /// The same walls, of which some move at `most` this speed (m/s), with none that acts along those.
+    fn pull(&mut self, walls: Walls, most: f64) -> Walls {
+        let (speed, which) = (self.way(most), self.rng.u32(0..48));
+        if !self.takes.meets("wall:driven") || which > 5 {
+            return walls;
+        }
+        let driven = Wall::Driven { speed };
+        let [one, other] = match which % 3 {
+            0 => [driven; 2],
+            1 => [driven, Wall::Open],
+            _ if self.takes.meets("wall:slip") => [Wall::Slip, driven],
+            _ => [Wall::Open, driven],
+        };
+        let across = |ends: [Wall; 2]| match ends {
+            [Wall::Periodic, _] => Wall::Periodic,
+            _ => Wall::Open,
+        };
+        let [left, right, bottom, top] = if which < 3 {
+            let across = across([walls.left, walls.right]);
+            [across, across, one, other]
+        } else {
+            let across = across([walls.bottom, walls.top]);
+            [one, other, across, across]
+        };
+        Walls {
+            left,
+            right,
+            bottom,
+            top,
+        }
+    }
+
     /// Adds loads that accelerate points as `most` (m/s^2) does, supports, probes, stages, and a way for contact forces to the grid.
     fn force(&mut self, config: &mut MpmConfig, most: f64) {
         let forcing = &mut config.forcing;
@@ -551,7 +589,12 @@ impl Dice<'_, ()> {
             });
         }
         let blends = matches!(config.transfer, Transfer::Flip | Transfer::Blend { .. });
-        for k in 0..self.rng.u32(0..8).saturating_sub(5) {
+        let w = config.walls;
+        let driven = |wall: Wall| matches!(wall, Wall::Driven { .. });
+        // What damping takes along driven walls is not told apart from what these give.
+        let pulled = [w.left, w.right, w.bottom, w.top].into_iter().any(driven);
+        let stages = self.rng.u32(0..8).saturating_sub(5);
+        for k in 0..if pulled { 0 } else { stages } {
             let from = (f64::from(k) + self.rng.f64()) * 20.0 * self.dt;
             forcing.stages.push(Stage {
                 from: if k == 0 && self.often() { 0.0 } else { from },

@@ -38,6 +38,8 @@ pub struct Oracle {
     rubbed: f64,
     /// Dissipated so far by the damping of stages, in J/m.
     damped: f64,
+    /// Work of driven walls so far, in J/m.
+    pulled: f64,
     /// Moments about the origin of weights, loads and supports, and of the forces, so far in N s.
     moments: [f64; 2],
 }
@@ -85,6 +87,7 @@ impl Oracle {
             contact: [0.0; 2],
             rubbed: 0.0,
             damped: 0.0,
+            pulled: 0.0,
             moments: [0.0; 2],
         };
         oracle.sets = oracle.sets()?;
@@ -190,12 +193,13 @@ impl Oracle {
             plastic_work: totals.lost[0],
             viscous_work: totals.lost[1] + self.damped + w * totals.damped,
             friction_work: self.rubbed + w * totals.rubbed,
-            driven_work: totals.driven,
+            driven_work: totals.driven + self.pulled + w * totals.pulled,
             stress_work: totals.elastic - self.start.iter().sum::<f64>(),
             ..Ledger::default()
         };
         self.rubbed += totals.rubbed;
         self.damped += totals.damped;
+        self.pulled += totals.pulled;
         let now = [&before[..], &done];
         let mut groups = self.sums(now, [&kinetic, &after], w, forces, &mut ledger);
         let holds = groups
