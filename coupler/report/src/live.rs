@@ -287,7 +287,7 @@ impl Shared {
         whole(StatusCode::OK, "application/json", news)
     }
 
-    /// Whether nobody is being answered, and no browser that follows was lately, which may ask again.
+    /// Whether no request is being answered, and no browser has asked for news so lately that it may ask again.
     fn is_left_alone(&self) -> bool {
         let last = *self.last_news.lock().expect("no thread panics with it");
         self.answering.load(Ordering::Acquire) == 0

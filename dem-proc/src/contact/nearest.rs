@@ -4,13 +4,12 @@
 //! The distance is signed, as for points: a vertex that has crossed the outline itself is pushed back to the side from
 //! which it came. The history of a contact belongs to the vertex and the other body, so it is kept around corners.
 
-use mechanics::outline::{contact_point, see};
+use mechanics::outline::{contact_point, see, thickness};
 
 use crate::body::bodies::Bodies;
 use crate::body::shape::edge_count;
 use crate::contact::convex::{Candidate, Measure, Spot};
 use crate::contact::passage::{Passage, TIP, admissible_depth, goes_through, penetration};
-use mechanics::outline::thickness;
 
 /// Measures a contact by the distance of a vertex from the nearest edge.
 #[derive(Debug, Default)]

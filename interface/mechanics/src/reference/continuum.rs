@@ -486,8 +486,8 @@ impl Reference {
 
     /// The components of the velocity of a node that no wall prescribes: 1 or 0.
     fn free(&self, node: [i64; 2]) -> [f64; 2] {
-        let still = |wall| matches!(wall, Wall::Driven { .. });
-        if self.walls_at(node).any(|(wall, ..)| still(wall)) {
+        let mut walls = self.walls_at(node);
+        if walls.any(|(wall, axis, _)| driven(wall, axis).is_some()) {
             return [0.0; 2];
         }
         self.act(&[], node, [1.0; 2], None)[0]
@@ -723,9 +723,9 @@ impl Reference {
             self.totals.applied[a] = end[a] - start[a] - kick * outer;
         }
         self.totals.pulled = 0.0;
-        let w = self.walls;
-        let pulls = driven(w.left, 0).or(driven(w.right, 0));
-        if let Some(v) = pulls.or(driven(w.bottom, 1)).or(driven(w.top, 1)) {
+        let ends = self.walls.by_axis().into_iter().zip(0..);
+        let mut walls = ends.flat_map(|(ends, axis)| ends.map(|(_, wall)| (wall, axis)));
+        if let Some(v) = walls.find_map(|(wall, axis)| driven(wall, axis)) {
             for a in 0..2 {
                 let loads: f64 = self.points.iter().map(|p| kick * p.load[a]).sum();
                 let of_walls = self.totals.applied[a] - loads - self.totals.support[a];

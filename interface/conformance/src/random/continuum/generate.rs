@@ -589,10 +589,10 @@ impl Dice<'_, ()> {
             });
         }
         let blends = matches!(config.transfer, Transfer::Flip | Transfer::Blend { .. });
-        let w = config.walls;
-        let driven = |wall: Wall| matches!(wall, Wall::Driven { .. });
+        let walls = config.walls.by_axis();
         // What damping takes along driven walls is not told apart from what these give.
-        let pulled = [w.left, w.right, w.bottom, w.top].into_iter().any(driven);
+        let driven = |(_, wall): &(_, Wall)| matches!(wall, Wall::Driven { .. });
+        let pulled = walls.as_flattened().iter().any(driven);
         let stages = self.rng.u32(0..8).saturating_sub(5);
         for k in 0..if pulled { 0 } else { stages } {
             let from = (f64::from(k) + self.rng.f64()) * 20.0 * self.dt;
