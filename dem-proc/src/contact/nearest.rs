@@ -3,13 +3,21 @@
 //!
 //! The distance is signed, as for points: a vertex that has crossed the outline itself is pushed back to the side from
 //! which it came. The history of a contact belongs to the vertex and the other body, so it is kept around corners.
+//!
+//! Chen 2023 takes the edge that is nearest to the vertex. Where faces of two bodies are flush, the vertex at a corner may be nearest
+//! to the face beside the one on which its body rests, and the bodies sink into one another. So for a vertex inside the outline the
+//! edge is taken behind which its whole body is least deep. It is the nearest where the vertex is the deepest of its body.
 
-use mechanics::outline::{contact_point, see, thickness};
+use interface::Vec2;
+use mechanics::mass::outward;
+use mechanics::outline::{Seen, contact_point, nearest, see, thickness};
 
 use crate::body::bodies::Bodies;
 use crate::body::shape::edge_count;
 use crate::contact::convex::{Candidate, Measure, Spot};
-use crate::contact::passage::{Passage, TIP, admissible_depth, goes_through, penetration};
+use crate::contact::passage::{
+    Passage, TIP, TURN, admissible_depth, goes_through, leap, penetration,
+};
 
 /// Measures a contact by the distance of a vertex from the nearest edge.
 #[derive(Debug, Default)]
@@ -48,7 +56,11 @@ impl Measure for NearestEdge {
         let [v, e] = candidate.bodies.map(|b| &bodies.state[b as usize]);
         let outline = bodies.outline_of(candidate.bodies[1] as usize);
         let vertex = bodies.outline[candidate.vertex as usize];
-        let seen = see(outline, 0..edge_count(outline.len()), vertex);
+        let mut seen = see(outline, 0..edge_count(outline.len()), vertex);
+        if seen.distance < 0.0 {
+            let own = bodies.outline_of(candidate.bodies[0] as usize);
+            seen = faced(own, outline, vertex, seen);
+        }
         let depth = v.radius + e.radius - seen.distance;
         (depth > -closing).then(|| Spot {
             depth,
@@ -84,7 +96,17 @@ impl Measure for NearestEdge {
         let sinks = || {
             behind.fold(0.0, f64::max) > TIP * candidate.length && penetration(outlines) > reach()
         };
-        if turned && through() || sinks() {
+        // Nearer to the other side than to the edge that pushes it.
+        let to_edge = spot.depth - of_vertex - bodies.state[e].radius;
+        let past_middle = || {
+            let near = see(outlines[1], 0..edge_count(outlines[1].len()), now);
+            let leaps = || {
+                let places = [now + spot.normal * to_edge, now].map(|x| nearest(outlines[1], x));
+                leap(outlines[1], &places) > reach()
+            };
+            near.normal.dot(&spot.normal) < TURN && leaps()
+        };
+        if turned && through() || to_edge > 0.0 && past_middle() || sinks() {
             Some(Passage::Through)
         } else if spot.depth - of_vertex > admissible_depth(bodies, e, 0) {
             Some(Passage::Deep)
@@ -92,4 +114,29 @@ impl Measure for NearestEdge {
             None
         }
     }
+}
+
+/// Of the edges of an outline around a vertex at `p`, the one behind which the body of the vertex with the outline `own` is least deep;
+/// `nearest` is nearest to the vertex.
+fn faced(own: &[Vec2], outline: &[Vec2], p: Vec2, nearest: Seen) -> Seen {
+    let whole = |seen: &Seen| {
+        let behind = own.iter().map(|x| (p - x).dot(&seen.normal));
+        behind.fold(0.0, f64::max) - seen.distance
+    };
+    let mut least = whole(&nearest);
+    if least <= -nearest.distance {
+        return nearest; // The vertex is the deepest of its body, and deeper behind all other edges.
+    }
+    least *= 1.0 - 1e-9; // Rounding is no reason to take another edge.
+    let mut best = nearest;
+    for (i, a) in outline.iter().enumerate() {
+        let normal = outward(outline[(i + 1) % outline.len()] - a);
+        let distance = (p - a).dot(&normal);
+        let seen = Seen { distance, normal };
+        let whole = whole(&seen);
+        if whole < least {
+            (least, best) = (whole, seen);
+        }
+    }
+    best
 }

@@ -29,12 +29,12 @@
 //!   sphero-radii. By the kinematic limit the distance decreases by at most half of that in a step, so no vertex gets
 //!   to the other side undetected.
 //! - *Nearest edge* ([`crate::contact::nearest`]): the distance is signed, so both criteria for points apply to a
-//!   vertex. A corner that slides past a sharp tip of the other body changes from one side of the tip to the other even
-//!   at a small overlap; at an overlap `xi` it cuts off a piece of the tip of `2 xi / tan(alpha/2)` along the outline,
-//!   for an angle `alpha`. A quarter of the thickness of the thinner body is allowed, or more if the sphero-radii allow
-//!   more. Where faces of two bodies are flush, each vertex may be nearest to a face beside the one through which it came, and
-//!   bodies sink into one another at no overlap: a vertex that has its own body behind that face is looked at more closely, and
-//!   the way by which the outlines would have to move apart may be no longer than that piece.
+//!   vertex. It is also through if it is nearer to the other side than to the edge that pushes it. A corner that slides
+//!   past a sharp tip of the other body changes from one side of the tip to the other even at a small overlap; at an
+//!   overlap `xi` it cuts off a piece of the tip of `2 xi / tan(alpha/2)` along the outline, for an angle `alpha`. A
+//!   quarter of the thickness of the thinner body is allowed, or more if the sphero-radii allow more. A vertex that has
+//!   its own body behind its edge may be where a soft contact let faces of two bodies slide through: then the way by
+//!   which the outlines would have to move apart may be no longer than that piece.
 //! - *Area* ([`crate::contact::overlap`]): when an overlap reaches across a thin body, the width of the overlap that
 //!   determines the force becomes zero and then reverses. So the criteria are a width below a fifth of the root of the
 //!   area, which is that of a corner of 1.1 degrees, and a normal that has turned.
@@ -230,8 +230,8 @@ pub fn penetration([one, other]: [&[Vec2]; 2]) -> f64 {
     least
 }
 
-/// The shorter path along a closed outline between two of its points in m. For a segment it goes round one of its ends.
-fn leap(outline: &[Vec2], seen: &[Nearest; 2]) -> f64 {
+/// The shorter path in m along a closed outline between two of its points. For a segment it goes round one of its ends.
+pub fn leap(outline: &[Vec2], seen: &[Nearest; 2]) -> f64 {
     let n = outline.len();
     let length = |i: usize| (outline[(i + 1) % n] - outline[i]).norm();
     let before = |i: usize| (0..i).map(length).sum::<f64>();

@@ -381,6 +381,31 @@ impl Place {
     }
 }
 
+/// An edge of an outline around a vertex.
+struct Face {
+    /// Outwards.
+    normal: Vec2,
+    /// How deep the vertex and its whole body are behind it, in m.
+    depth: f64,
+    whole: f64,
+}
+
+/// The edges of an outline, that first behind which a body with the corners `own`, of which one is at `x` (m), is least deep.
+fn faces(own: &[Vec2], outline: &[Vec2], x: Vec2) -> Vec<Face> {
+    let face = |[a, b]: [Vec2; 2]| {
+        let normal = -left((b - a).normalize());
+        let depth = |x: &Vec2| (a - x).dot(&normal);
+        Face {
+            normal,
+            depth: depth(&x),
+            whole: own.iter().map(depth).fold(f64::NEG_INFINITY, f64::max),
+        }
+    };
+    let mut all: Vec<_> = edges(outline).map(face).collect();
+    all.sort_by(|a, b| a.whole.total_cmp(&b.whole));
+    all
+}
+
 impl Sums {
     /// Rounding decides about a contact whose place `x`, so far from an outline (m), is as near to one edge as to another.
     fn doubt(&mut self, outline: &[Vec2], (x, distance): (Vec2, f64), place: &Place) {
@@ -652,9 +677,9 @@ impl Oracle {
                     springs.extend(once.flatten());
                     continue;
                 }
-                let outline = other.corners();
+                let (own, outline) = (one.corners(), other.corners());
                 for (v, (x, _)) in one.outline().enumerate() {
-                    let places = self.places(x, &outline, other.is_round());
+                    let places = self.places(x, [&own, &outline], other.is_round());
                     for (e, y) in places.into_iter().enumerate() {
                         let spring = self.vertex_and_edge(step, [(i, v), (j, e)], x, y, sums);
                         springs.extend(spring);
@@ -666,14 +691,18 @@ impl Oracle {
     }
 
     /// Where a vertex at `x` may touch an outline, or discs at its vertices: places, each with its distance from `x`, in m.
-    fn places(&self, x: Vec2, outline: &[Vec2], round: bool) -> Vec<(Vec2, f64)> {
+    fn places(&self, x: Vec2, [own, outline]: [&[Vec2]; 2], round: bool) -> Vec<(Vec2, f64)> {
         let apart = |y: Vec2| (y, (x - y).norm());
         if round {
             return outline.iter().map(|y| apart(*y)).collect();
         }
         if self.config.overlap == OverlapMeasure::NearestEdge {
             let near = nearest(outline, x);
-            return vec![(near.point, near.distance)];
+            if near.distance >= 0.0 {
+                return vec![(near.point, near.distance)];
+            }
+            let faced = faces(own, outline, x).remove(0);
+            return vec![(x + faced.normal * faced.depth, -faced.depth)];
         }
         let nearest_on = |[a, b]: [Vec2; 2]| apart(nearest_on_edge(a, b, x, 0, 1).0);
         edges(outline).map(nearest_on).collect()
@@ -698,7 +727,13 @@ impl Oracle {
         }
         let place = Place::between(x, [a, b], away, apart, a + b);
         if self.config.overlap == OverlapMeasure::NearestEdge && !other.is_round() {
-            sums.doubt(&other.corners(), (x, apart), &place);
+            let faces = faces(&one.corners(), &other.corners(), x);
+            let tie = faces.len() > 1 && faces[1].whole - faces[0].whole <= 4.0 * place.blur;
+            if apart >= 0.0 {
+                sums.doubt(&other.corners(), (x, apart), &place);
+            } else if tie {
+                sums.expected.doubtful = Some("a body as deep behind one edge as behind another");
+            }
         }
         self.pair(step, who, [i, j], place, sums)
     }
