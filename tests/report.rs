@@ -401,6 +401,8 @@ fn a_large_run_is_small_and_quick() {
         "--set",
         "time.end=0.1",
         "--set",
+        "output.every=5e-4",
+        "--set",
         "output.frames=5e-4",
         "--set",
         "check=[]",
