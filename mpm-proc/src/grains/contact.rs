@@ -33,12 +33,15 @@ pub struct Losses {
     /// By impulses along the normal, since impacts of nodes are inelastic. Negative where they give energy: a node may
     /// part before the kick that presses it on another.
     pub impact: f64,
+    /// By a stage's damping, which grains take for more than it is by what contact has taken.
+    pub damping: f64,
 }
 
 impl AddAssign for Losses {
     fn add_assign(&mut self, other: Self) {
         self.friction += other.friction;
         self.impact += other.impact;
+        self.damping += other.damping;
     }
 }
 

@@ -142,6 +142,9 @@ impl<const W: usize, S: Shape<W>, A: AffineState> Grains<W, S, A> {
             let Grid { images, tiles, .. } = &mut grain.continuum.grid;
             follow(images, tiles);
         }
+        if let Some(damping) = self.all[0].continuum.damping_of_points() {
+            lost.damping = damping.beside(lost.friction + lost.impact);
+        }
         if !self.all[0].continuum.books_kick() {
             lost.impact = 0.0;
         }
@@ -155,6 +158,7 @@ impl<const W: usize, S: Shape<W>, A: AffineState> Grains<W, S, A> {
         let ledger = &mut self.measurement.ledger;
         ledger.friction_work += self.state.lost.friction + centring * lost.friction;
         ledger.viscous_work += (self.state.lost.impact + centring * lost.impact).max(0.0);
+        ledger.viscous_work += self.state.lost.damping + centring * lost.damping;
     }
 }
 
@@ -197,11 +201,15 @@ impl<const W: usize, S: Shape<W>, A: AffineState> Scheme for Grains<W, S, A> {
 
     fn select_imps(&mut self, envelopes: &[EnvelopeVertex]) -> &[ImpInfo] {
         self.state.bodies_near = !envelopes.is_empty();
+        for grain in &mut self.all {
+            grain.continuum.imps.state.travel = 0.0;
+        }
         &[]
     }
 
     fn travel(&self) -> f64 {
-        0.0
+        let travels = self.all.iter().map(|g| g.continuum.imps.state.travel);
+        travels.fold(0.0, f64::max)
     }
 
     fn imp_states(&mut self) -> &[ImpState] {

@@ -112,6 +112,11 @@ impl Damping {
         momentum.map(|p| own * (self.kept - 1.0) * p)
     }
 
+    /// What [`Self::loss`] leaves out where others have `taken` (J/m) from the nodes in the same kick.
+    pub fn beside(&self, taken: f64) -> f64 {
+        (1.0 / self.gained - 1.0) * taken
+    }
+
     /// The loss in J/m of points that damp their own velocities, from the velocities set aside to those after the kick.
     /// With `w = v' - E v` of a point, which is `(1 - E)/(c k) a k`, its impulse is `m ((E - 1) v + (1 - (c k)/(1 - E)) w)`.
     /// What walls do to the nodes is a part of `w` and no damping: `by_walls` is their work in J/m. Of a loss that a
@@ -123,7 +128,7 @@ impl Damping {
     ) -> f64 {
         let of_kick = 1.0 - 1.0 / self.gained;
         let of_own = splat(self.kept - 1.0 - self.kept * of_kick);
-        let mut work = of_kick * -by_walls;
+        let mut work = self.beside(by_walls);
         for cloud in clouds {
             let mut twice = ZERO;
             for tile in &cloud.tiles {
