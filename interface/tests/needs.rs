@@ -4,8 +4,8 @@ use interface::config::capability::Capabilities;
 use interface::config::needs::{Need, missing};
 use interface::config::surfaces::ContactPair;
 use interface::config::{
-    BodyShape, ContactLaw, CriticalState, Frictional, Hold, Interface, Lattice, MaterialModel,
-    Motion, Probe, Transfer, Wall,
+    BodyShape, ContactLaw, CriticalState, Frictional, GridContact, Hold, Interface, Lattice,
+    MaterialModel, Motion, Probe, Transfer, Wall,
 };
 
 use crate::plain::{body, plain_bodies, plain_continuum};
@@ -85,6 +85,8 @@ fn what_a_continuum_is_asked_for_besides_is_told_by_its_key() {
             volume_rate: 1.0,
         }),
     });
+    config.grid_contact = Some(GridContact { friction: 0.0 });
+    (config.groups[0].keeps_spin, config.groups[0].rigid) = (true, true);
     let needs = config.needs();
     let told = said(&needs);
     for need in [
@@ -100,6 +102,9 @@ fn what_a_continuum_is_asked_for_besides_is_told_by_its_key() {
         ("transfer:blend", "mpm.transfer", 1),
         ("feature:probes", "mpm.probe.0", 2),
         ("feature:holds", "mpm.hold.0", 1),
+        ("feature:grid_contact", "mpm.grid_contact", 1),
+        ("feature:keeps_spin", "mpm.points.0.keeps_spin", 1),
+        ("feature:rigid", "mpm.points.0.rigid", 1),
     ] {
         assert!(told.contains(&need), "{need:?} in {told:?}");
     }

@@ -102,6 +102,7 @@ fn affine_transfers_conserve_angular_momentum() {
                 .collect(),
             kernels: [kernel; 2],
             spread: [kernel; 2],
+            meets: false,
             stages: Vec::new(),
             transfer: Transfer::Apic,
             lower: [0.0; 2],

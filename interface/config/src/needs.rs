@@ -10,7 +10,7 @@ use serde::Serialize;
 
 use crate::capability::{Capabilities, LAYERS, PAIRS, SEGMENTS, word};
 use crate::{
-    ContactLaw, DemConfig, Frictional, Interface, Lattice, MaterialModel, MpmConfig,
+    ContactLaw, DemConfig, Frictional, GroupConfig, Interface, Lattice, MaterialModel, MpmConfig,
     OverlapMeasure, Wall,
 };
 
@@ -63,7 +63,7 @@ impl MpmConfig {
     ///
     /// Single words: `layers`, `pairs`, `segments`. Families: `shape`, `transfer`, `stress_update`, `plane`,
     /// `wall`, `material`, `fill`, `lattice` (where it is not the default), `contact_force`, whose members are the
-    /// words of the configuration, and `feature`: `probes`, `holds`.
+    /// words of the configuration, and `feature`: `probes`, `holds`, `grid_contact`, `keeps_spin`, `rigid`, and what sand may need.
     pub fn needs(&self) -> Vec<Need> {
         let mut needs = Vec::new();
         if self.layers {
@@ -97,6 +97,16 @@ impl MpmConfig {
         needs.extend(Need::of_all("feature:probes", probes));
         let holds = (0..self.forcing.holds.len()).map(|i| format!("mpm.hold.{i}"));
         needs.extend(Need::of_all("feature:holds", holds));
+        if self.grid_contact.is_some() {
+            needs.push(Need::once("feature:grid_contact", "mpm.grid_contact"));
+        }
+        let of_groups = |feature: &str, asks: fn(&GroupConfig) -> bool| {
+            let those = self.groups.iter().enumerate().filter(|(_, g)| asks(g));
+            let keys = those.map(|(g, _)| format!("mpm.points.{g}.{feature}"));
+            Need::of_all(format!("feature:{feature}"), keys)
+        };
+        needs.extend(of_groups("keeps_spin", |g| g.keeps_spin));
+        needs.extend(of_groups("rigid", |g| g.rigid));
         needs.extend(self.needs_of_sand());
         needs
     }

@@ -63,6 +63,9 @@ const TAKES: [(&str, &[&str]); 10] = [
             "critical_state",
             "separates",
             "volume_rate",
+            "grid_contact",
+            "keeps_spin",
+            "rigid",
         ],
     ),
 ];
@@ -138,6 +141,9 @@ mod tests {
                     "critical_state",
                     "separates",
                     "volume_rate",
+                    "grid_contact",
+                    "keeps_spin",
+                    "rigid",
                 ]
                 .map(ToOwned::to_owned)
                 .into(),

@@ -1,7 +1,8 @@
 //! What the generators of both sides draw.
 
 use fastrand::Rng;
-use interface::config::capability::Capabilities;
+use interface::config::capability::{Capabilities, word};
+use serde::Serialize;
 
 use super::plan::Epoch;
 
@@ -72,6 +73,20 @@ impl<S> Dice<'_, S> {
     /// About this large, within a factor of 3 either way.
     pub fn about(&mut self, typical: f64) -> f64 {
         typical * 3f64.powf(self.way(1.0))
+    }
+
+    /// One of those members of a family that the solver takes.
+    pub fn one_of<T: Clone + Serialize>(&mut self, family: &str, of: &[T]) -> Option<T> {
+        let names: Vec<String> = of
+            .iter()
+            .map(|member| format!("{family}:{}", word(member)))
+            .collect();
+        let named: Vec<_> = names
+            .iter()
+            .map(String::as_str)
+            .zip(of.iter().cloned())
+            .collect();
+        self.member(&named)
     }
 
     /// One of those that the solver takes.

@@ -9,12 +9,14 @@ use std::collections::HashSet;
 
 use interface::config::{
     ContactForceScheme, Drift, MpmConfig, Plane, ShapeFunction, Stage, StressUpdate, Transfer,
-    Wall, Walls,
+    Walls,
 };
 use interface::impulse::at;
 use interface::message::wire::ImpForce;
+use nalgebra::Vector2;
 
 use super::material::{RefPoint, law};
+use super::nodes::{Image, Node, driven};
 use crate::expression::{Expression, Meaning};
 use crate::fill::{FilledRegion, fill, refuse_overlap};
 
@@ -91,6 +93,8 @@ pub struct Reference {
     pub stress_update: StressUpdate,
     /// As configured.
     pub drift: Drift,
+    /// Whether layers touch on the nodes ([`super::grid_contact`]).
+    pub meets: bool,
     /// In order of their start.
     pub stages: Vec<Stage>,
     /// Acceleration in m/s^2 besides gravity: of the initial position and the time.
@@ -116,18 +120,20 @@ pub struct Totals {
     pub lost: [f64; 2],
     /// Work of the loads up to then, in J/m.
     pub driven: f64,
-    /// Dissipated in the kick by walls with friction, in J/m.
+    /// Dissipated in the kick by walls with friction and by friction between layers, in J/m.
     pub rubbed: f64,
+    /// Dissipated in the kick by impacts of layers, in J/m.
+    pub pressed: f64,
     /// Dissipated in the kick by the damping of its stage, in J/m.
     pub damped: f64,
     /// Work of driven walls in the kick, in J/m. Not with walls, other than driven ones of the same speed, that act along them.
     pub pulled: f64,
-    /// Whether rounding has decided which supports are independent.
+    /// Whether rounding has decided which supports are independent, or how layers face one another.
     pub is_doubtful: bool,
 }
 
 impl Totals {
-    /// Adds those of another layer.
+    /// Adds those of another layer or step.
     pub fn add(&mut self, of: &Self) {
         let add = |sum: &mut [f64], of: &[f64]| sum.iter_mut().zip(of).for_each(|(s, x)| *s += x);
         add(&mut self.applied, &of.applied);
@@ -137,48 +143,24 @@ impl Totals {
         self.elastic += of.elastic;
         self.driven += of.driven;
         self.rubbed += of.rubbed;
+        self.pressed += of.pressed;
         self.damped += of.damped;
         self.pulled += of.pulled;
         self.is_doubtful |= of.is_doubtful;
     }
 }
 
-const RIM: i64 = 3;
-
-/// A node that is free or held, and all positions at which it appears: its own position, and those beyond walls where it is an
-/// image.
+/// The nodes of a step that have taken their kick.
 #[derive(Debug, Clone)]
-struct Node {
-    at: [i64; 2],
-    places: Vec<Image<[i64; 2]>>,
+pub struct Kicked {
+    pub(super) nodes: Vec<Node>,
+    pub(super) mass: Vec<f64>,
+    /// Velocities before the kick and after it in m/s.
+    pub(super) before: Vec<[f64; 2]>,
+    pub(super) after: Vec<[f64; 2]>,
+    /// What contact on the nodes has taken of their energy, in J/m.
+    pub(super) met: f64,
 }
-
-/// Where a node appears.
-#[derive(Debug, Clone, Copy)]
-struct Image<At> {
-    at: At,
-    /// Its velocity there over its own.
-    sign: [f64; 2],
-    /// What is added to it: of a driven wall twice the velocity, in m/s.
-    moves: [f64; 2],
-}
-
-impl<At> Image<At> {
-    fn own(at: At) -> Self {
-        Self {
-            at,
-            sign: [1.0; 2],
-            moves: [0.0; 2],
-        }
-    }
-
-    fn velocity(&self, v: [f64; 2]) -> [f64; 2] {
-        [0, 1].map(|a| self.sign[a] * v[a] + self.moves[a])
-    }
-}
-
-/// An index along an axis, and all indices at which it appears.
-type Along = (i64, Vec<Image<i64>>);
 
 fn kernel(shape: ShapeFunction, box_in_cells: f64) -> Kernel {
     match shape {
@@ -236,14 +218,6 @@ fn orthogonal(rows: impl Iterator<Item = Vec<f64>>) -> (Vec<Vec<f64>>, bool) {
     (found, is_doubtful)
 }
 
-/// The velocity in m/s of a wall across `axis` that moves along itself.
-fn driven(wall: Wall, axis: usize) -> Option<[f64; 2]> {
-    match wall {
-        Wall::Driven { speed } => Some([0, 1].map(|a| if a == axis { 0.0 } else { speed })),
-        _ => None,
-    }
-}
-
 /// Whether a point was in a region at the start.
 pub fn is_within(x: [f64; 2], [low, high]: [[f64; 2]; 2]) -> bool {
     (0..2).all(|a| low[a] <= x[a] && x[a] <= high[a])
@@ -273,8 +247,9 @@ fn points(
             volume: of.box_area(),
             bulk,
             shear,
-            law: law(material)?,
+            law: law(material),
             thins: c.plane == Plane::Stress,
+            turns: group.keeps_spin,
             ..RefPoint::default()
         };
         points.push(point.under(field(group.fields.stress.as_ref(), x)?));
@@ -316,6 +291,7 @@ impl Reference {
             walls: c.walls,
             stress_update: c.stress_update,
             drift: c.drift(),
+            meets: c.grid_contact.is_some(),
             stages: c.forcing.stages.clone(),
             body_force: match &c.forcing.body_force {
                 None => None,
@@ -327,7 +303,7 @@ impl Reference {
         let (mut layers, mut filled) = (Vec::new(), Vec::new());
         for (g, group) in c.groups.iter().enumerate() {
             let region = fill(group, c.cell, "").ok()?;
-            if g == 0 || c.layers {
+            if g == 0 || c.layers || c.grid_contact.is_some() {
                 layers.push(empty.clone());
             }
             let layer = layers.last_mut()?;
@@ -349,77 +325,11 @@ impl Reference {
         Some(layers)
     }
 
-    /// Along `axis`: numbers of nodes with their places and signs.
-    fn along(&self, axis: usize) -> Vec<Along> {
-        let n = self.cells[axis];
-        let [low, high] = match axis {
-            0 => [self.walls.left, self.walls.right],
-            _ => [self.walls.bottom, self.walls.top],
-        };
-        if low == Wall::Periodic {
-            return (0..n)
-                .map(|i| (i, [i - n, i, i + n].map(Image::own).to_vec()))
-                .collect();
-        }
-        let bspline = matches!(self.kernels[axis], Kernel::Quadratic | Kernel::Cubic);
-        let mirrors = |wall| bspline && !matches!(wall, Wall::Open | Wall::Friction { .. });
-        let image = |wall, at| {
-            let sign = match wall {
-                Wall::Slip => [0, 1].map(|a| if a == axis { -1.0 } else { 1.0 }),
-                Wall::Tangential => [0, 1].map(|a| if a == axis { 1.0 } else { -1.0 }),
-                _ => [-1.0; 2],
-            };
-            let moves = driven(wall, axis).map_or([0.0; 2], |v| v.map(|v| 2.0 * v));
-            Image { at, sign, moves }
-        };
-        let (first, last) = (
-            if mirrors(low) { 0 } else { -RIM },
-            if mirrors(high) { n } else { n + RIM },
-        );
-        (first..=last)
-            .map(|i| {
-                let mut places = vec![Image::own(i)];
-                if mirrors(low) && i > 0 {
-                    places.push(image(low, -i));
-                }
-                if mirrors(high) && i < n {
-                    places.push(image(high, 2 * n - i));
-                }
-                (i, places)
-            })
-            .collect()
-    }
-
-    fn nodes(&self) -> Vec<Node> {
-        let (columns, rows) = (self.along(0), self.along(1));
-        let mut nodes = Vec::new();
-        for (j, in_column) in &rows {
-            for (i, in_row) in &columns {
-                let mut places = Vec::new();
-                for y in in_column {
-                    for x in in_row {
-                        places.push(Image {
-                            at: [x.at, y.at],
-                            sign: [0, 1].map(|a| x.sign[a] * y.sign[a]),
-                            // Across a driven wall others are open or periodic.
-                            moves: [0, 1].map(|a| x.moves[a] + y.moves[a]),
-                        });
-                    }
-                }
-                nodes.push(Node {
-                    at: [*i, *j],
-                    places,
-                });
-            }
-        }
-        nodes
-    }
-
-    fn distance(&self, p: &RefPoint, place: [i64; 2]) -> [f64; 2] {
+    pub(super) fn distance(&self, p: &RefPoint, place: [i64; 2]) -> [f64; 2] {
         [0, 1].map(|a| (p.x[a] - self.lower[a]) / self.cell - place[a] as f64)
     }
 
-    fn weight(&self, p: &RefPoint, place: [i64; 2]) -> f64 {
+    pub(super) fn weight(&self, p: &RefPoint, place: [i64; 2]) -> f64 {
         self.value(self.kernels, p, place)
     }
 
@@ -435,79 +345,6 @@ impl Reference {
             kx.slope(d[0]) * ky.value(d[1]) / self.cell,
             kx.value(d[0]) * ky.slope(d[1]) / self.cell,
         ]
-    }
-
-    /// The walls that act at a node: each with its axis, and the sign of the way out.
-    fn walls_at(&self, node: [i64; 2]) -> impl Iterator<Item = (Wall, usize, f64)> + use<> {
-        let w = &self.walls;
-        let ends = [
-            (node[0] <= 0, w.left, 0, -1.0),
-            (node[0] >= self.cells[0], w.right, 0, 1.0),
-            (node[1] <= 0, w.bottom, 1, -1.0),
-            (node[1] >= self.cells[1], w.top, 1, 1.0),
-        ];
-        let acting = ends.into_iter().filter(|end| end.0);
-        acting.map(|(_, wall, axis, out)| (wall, axis, out))
-    }
-
-    /// The velocity that walls leave of one of a node. With friction nothing moves into them, and they take of the velocity along
-    /// them as much as across, times their coefficient and `rubs`; if it is `None` they let everything pass. With what friction
-    /// has taken.
-    fn act(
-        &self,
-        nodes: &[Node],
-        node: [i64; 2],
-        mut v: [f64; 2],
-        rubs: Option<f64>,
-    ) -> [[f64; 2]; 2] {
-        let mut taken = [0.0; 2];
-        for (wall, axis, out) in self.walls_at(node) {
-            match wall {
-                Wall::Fixed => v = [0.0; 2],
-                Wall::Slip => v[axis] = 0.0,
-                Wall::Tangential => v[1 - axis] = 0.0,
-                Wall::Driven { .. } => v = driven(wall, axis).unwrap_or_default(),
-                Wall::Friction { coefficient } => {
-                    let Some(rubs) = rubs.filter(|_| !self.is_apart(nodes, node, axis)) else {
-                        continue;
-                    };
-                    let into = (v[axis] * out).max(0.0);
-                    v[axis] -= into * out;
-                    let most = rubs * coefficient * into;
-                    let along = v[1 - axis].clamp(-most, most);
-                    v[1 - axis] -= along;
-                    taken[1 - axis] += along;
-                }
-                _ => {}
-            }
-        }
-        [v, taken]
-    }
-
-    /// The components of the velocity of a node that no wall prescribes: 1 or 0.
-    fn free(&self, node: [i64; 2]) -> [f64; 2] {
-        let mut walls = self.walls_at(node);
-        if walls.any(|(wall, axis, _)| driven(wall, axis).is_some()) {
-            return [0.0; 2];
-        }
-        self.act(&[], node, [1.0; 2], None)[0]
-    }
-
-    /// Whether the mass that reaches the node of a wall across `axis` which is nearest to `node` is on the whole farther from it
-    /// than where its surface is at the wall.
-    fn is_apart(&self, nodes: &[Node], node: [i64; 2], axis: usize) -> bool {
-        let mut at = node;
-        at[axis] = node[axis].clamp(0, self.cells[axis]);
-        let inward = if at[axis] == 0 { 1.0 } else { -1.0 };
-        let mut sum = 0.0;
-        let of_wall = nodes.iter().find(|other| other.at == at);
-        for place in &of_wall.expect("a node").places {
-            for p in &self.points {
-                let distance = inward * self.distance(p, at)[axis];
-                sum += p.mass * self.weight(p, place.at) * (distance - p.touching[axis]);
-            }
-        }
-        sum > 0.0
     }
 
     /// Lets held points stand still, by the smallest change of the velocities of the nodes in the norm of kinetic energy. Its
@@ -587,22 +424,22 @@ impl Reference {
     }
 
     /// One step; `forces` holds a contact force for each point.
-    #[expect(
-        clippy::too_many_lines,
-        reason = "a step from top to bottom, as it is written on paper"
-    )]
     pub fn step(&mut self, dt_before: f64, dt: f64, forces: &[ImpForce]) {
+        let kicked = self.kick(dt_before, dt, forces);
+        self.advance(dt_before, dt, forces, &kicked);
+    }
+
+    /// The first part of a step, up to the new velocities of the nodes.
+    pub fn kick(&mut self, dt_before: f64, dt: f64, forces: &[ImpForce]) -> Kicked {
         let kick = 0.5 * (dt_before + dt);
-        let start = self.momentum();
         let alpha = self.pic_fraction(kick);
         let [kept, gained] = self.damping(kick);
-        let own: Vec<[f64; 2]> = self.points.iter().map(|p| p.v).collect();
         let inertia = self.inertia();
         let nodes = self.nodes();
         let (mass, mut before) = self.map(&nodes, inertia);
         let felt = self.support(&nodes, &mass, &mut before).map(|p| alpha * p);
         self.load(&nodes, &before, dt_before);
-        let [first, last] = self.shares();
+        let [first, _] = self.shares();
         let settles = self.drift == Drift::Mapped && dt > 0.0;
         if settles && first > 0.0 {
             for i in 0..self.points.len() {
@@ -655,45 +492,49 @@ impl Reference {
         }
         let kicked = self.support(&nodes, &mass, &mut after);
         self.totals.support = [0, 1, 2].map(|k| felt[k] + kicked[k]);
-        self.filter_by_order(&nodes, kick, inertia);
+        Kicked {
+            nodes,
+            mass,
+            before,
+            after,
+            met: 0.0,
+        }
+    }
+
+    /// The second part: the points take the velocities of the nodes and move.
+    pub fn advance(&mut self, dt_before: f64, dt: f64, forces: &[ImpForce], kicked: &Kicked) {
+        let Kicked {
+            nodes,
+            mass,
+            after,
+            met,
+            ..
+        } = kicked;
+        let kick = 0.5 * (dt_before + dt);
+        let start = self.momentum();
+        let alpha = self.pic_fraction(kick);
+        let [kept, gained] = self.damping(kick);
+        let own: Vec<[f64; 2]> = self.points.iter().map(|p| p.v).collect();
+        let inertia = self.inertia();
+        let [first, last] = self.shares();
+        let settles = self.drift == Drift::Mapped && dt > 0.0;
+        self.filter_by_order(nodes, kick, inertia);
         if self.stress_update == StressUpdate::Usl {
-            self.strain(&nodes, &after, dt, -0.5);
+            self.strain(nodes, after, dt, -0.5);
         }
-        let mut drift: Vec<[f64; 2]> = (0..self.points.len())
-            .map(|i| {
-                let p = self.points[i];
-                let (mut v, mut dv, mut b) = ([0.0; 2], [0.0; 2], [[0.0; 2]; 2]);
-                for (n, node) in nodes.iter().enumerate() {
-                    for image in &node.places {
-                        let s = self.weight(&p, image.at);
-                        let d = self.distance(&p, image.at).map(|d| -d * self.cell);
-                        let [after, before] = [&after, &before].map(|v| image.velocity(v[n]));
-                        for a in 0..2 {
-                            v[a] += s * after[a];
-                            dv[a] += s * (after[a] - kept * before[a]);
-                            for c in 0..2 {
-                                b[a][c] += s * after[a] * d[c]; // (31)
-                            }
-                        }
-                    }
-                }
-                let p = &mut self.points[i];
-                for a in 0..2 {
-                    p.v[a] = alpha * v[a] + (1.0 - alpha) * (kept * p.v[a] + dv[a]); // (26) ... (28)
-                }
-                if self.transfer.is_affine() {
-                    p.b = b;
-                }
-                v
-            })
-            .collect();
+        let mut drift: Vec<[f64; 2]> = self.gather(kicked, kept, alpha);
         if !matches!(self.transfer, Transfer::Pic | Transfer::Apic) {
-            self.damp_points(&own, [kept, gained]);
+            self.damp_points(&own, [kept, gained], *met);
         }
-        let (_, mut again) = self.map(&nodes, inertia);
-        self.support(&nodes, &mass, &mut again);
-        self.strain(&nodes, &again, last * dt, -0.5);
-        let mapped = self.places_near_loads(&nodes, forces);
+        let again = if self.meets && self.stress_update == StressUpdate::Usavg {
+            after.clone() // Velocities that are mapped once more approach again.
+        } else {
+            let (_, mut again) = self.map(nodes, inertia);
+            self.support(nodes, mass, &mut again);
+            again
+        };
+        self.strain(nodes, &again, last * dt, -0.5);
+        let mapped = self.places_near_loads(nodes, forces);
         let moving = |n: usize, place: [i64; 2]| {
             let is_mapped = last > 0.0 || mapped.contains(&place);
             if self.drift == Drift::Mapped && is_mapped {
@@ -705,14 +546,63 @@ impl Reference {
         let spins: Vec<f64> = (0..self.points.len())
             .map(|i| match forces[i].tangential {
                 0.0 => 0.0,
-                _ => self.spin(&nodes, i, moving),
+                _ => self.spin(nodes, i, moving),
             })
             .collect();
         if self.drift == Drift::Mapped {
             for (i, drift) in drift.iter_mut().enumerate() {
-                *drift = self.interpolate(&nodes, i, moving);
+                *drift = self.interpolate(nodes, i, moving);
             }
         }
+        self.count_walls(start, kick, forces);
+        for ((p, v), spin) in self.points.iter_mut().zip(drift).zip(spins) {
+            p.spin = spin;
+            for a in 0..2 {
+                p.x[a] += dt * v[a];
+                if settles {
+                    p.x[a] += p.unsettled[a];
+                    p.unsettled[a] = first * dt * v[a];
+                }
+            }
+        }
+    }
+
+    /// Velocities of all points after the kick (26) ... (28), of which damping leaves `kept` of their own and PIC `alpha`; with
+    /// those of the nodes at the points.
+    fn gather(&mut self, kicked: &Kicked, kept: f64, alpha: f64) -> Vec<[f64; 2]> {
+        let mut at_points = Vec::new();
+        for i in 0..self.points.len() {
+            let p = self.points[i];
+            let (mut v, mut dv, mut b) = ([0.0; 2], [0.0; 2], [[0.0; 2]; 2]);
+            for (n, node) in kicked.nodes.iter().enumerate() {
+                for image in &node.places {
+                    let s = self.weight(&p, image.at);
+                    let d = self.distance(&p, image.at).map(|d| -d * self.cell);
+                    let both = [&kicked.after, &kicked.before];
+                    let [after, before] = both.map(|v| image.velocity(v[n]));
+                    for a in 0..2 {
+                        v[a] += s * after[a];
+                        dv[a] += s * (after[a] - kept * before[a]);
+                        for c in 0..2 {
+                            b[a][c] += s * after[a] * d[c]; // (31)
+                        }
+                    }
+                }
+            }
+            let p = &mut self.points[i];
+            for a in 0..2 {
+                p.v[a] = alpha * v[a] + (1.0 - alpha) * (kept * p.v[a] + dv[a]);
+            }
+            if self.transfer.is_affine() {
+                p.b = b;
+            }
+            at_points.push(v);
+        }
+        at_points
+    }
+
+    /// Counts what walls have done to the momentum, which was `start` before the kick.
+    fn count_walls(&mut self, start: [f64; 2], kick: f64, forces: &[ImpForce]) {
         // Gravity and contact are known; the rest of the change of momentum is due to walls, supports and loads.
         let end = self.momentum();
         for a in 0..2 {
@@ -730,16 +620,6 @@ impl Reference {
                 let loads: f64 = self.points.iter().map(|p| kick * p.load[a]).sum();
                 let of_walls = self.totals.applied[a] - loads - self.totals.support[a];
                 self.totals.pulled += v[a] * of_walls;
-            }
-        }
-        for ((p, v), spin) in self.points.iter_mut().zip(drift).zip(spins) {
-            p.spin = spin;
-            for a in 0..2 {
-                p.x[a] += dt * v[a];
-                if settles {
-                    p.x[a] += p.unsettled[a];
-                    p.unsettled[a] = first * dt * v[a];
-                }
             }
         }
     }
@@ -829,9 +709,9 @@ impl Reference {
             Kernel::Quadratic | Kernel::Ugimp(_) => 2,
             Kernel::Cubic => 3,
         };
-        // Near loads at the other end too, and a support acts on all points that it holds.
+        // Near loads at the other end too, a support acts on all points that it holds, and a spin is that of a group.
         let closed = self.walls.periodic().contains(&true)
-            || self.points.iter().any(|p| p.held != [false; 2]);
+            || self.points.iter().any(|p| p.turns || p.held != [false; 2]);
         if closed && !loaded.is_empty() {
             return places().collect();
         }
@@ -894,9 +774,10 @@ impl Reference {
     }
 
     /// What damping takes of points that keep velocities of their own, from these on: its impulse on each, times the mean of the
-    /// velocities before and after. Walls with friction have taken a part of what forces seem to have added.
-    fn damp_points(&mut self, own: &[[f64; 2]], [kept, gained]: [f64; 2]) {
-        self.totals.damped = (1.0 / gained - 1.0) * self.totals.rubbed;
+    /// velocities before and after. Walls with friction, and others on the nodes that have `met` these, have taken a part of what
+    /// forces seem to have added.
+    fn damp_points(&mut self, own: &[[f64; 2]], [kept, gained]: [f64; 2], met: f64) {
+        self.totals.damped = (1.0 / gained - 1.0) * (self.totals.rubbed + met);
         for (p, v) in self.points.iter().zip(own) {
             for a in 0..2 {
                 let added = (p.v[a] - kept * v[a]) / gained;
@@ -918,6 +799,16 @@ impl Reference {
             }
             _ => 1.0,
         }
+    }
+
+    /// Whether impacts of nodes count as a loss: with FLIP alone, and with velocities that are not mapped again.
+    pub fn books_impacts(&self, kick: f64) -> bool {
+        let plain = !self.transfer.filters() && !self.transfer.is_affine();
+        let undamped = self.stage().is_none_or(|stage| stage.damping == 0.0);
+        self.stress_update == StressUpdate::Usavg
+            && plain
+            && undamped
+            && self.pic_fraction(kick) == 0.0
     }
 
     /// The filter of XPIC, where the transfer has one.
@@ -963,18 +854,41 @@ impl Reference {
         }
     }
 
+    /// Spin in rad/s of a group, whose points have the same mass, about its centre, as nodes get it; 0 where they do not.
+    fn turn(&self, group: usize) -> f64 {
+        let own = || self.points.iter().filter(|p| p.turns && p.group == group);
+        let count = own().count() as f64;
+        let mean = |of: fn(&RefPoint) -> [f64; 2]| {
+            own().map(|p| Vector2::from(of(p))).sum::<Vector2<f64>>() / count
+        };
+        let (x, v) = (mean(|p| p.x), mean(|p| p.v));
+        let (mut turning, mut inertia) = (0.0, 0.0);
+        for p in own() {
+            let arm = Vector2::from(p.x) - x;
+            turning += arm.perp(&(Vector2::from(p.v) - v));
+            inertia += arm.norm_squared();
+        }
+        if inertia > 0.0 {
+            turning / inertia
+        } else {
+            0.0
+        }
+    }
+
     /// Mass and velocity of the nodes (18) ... (20), (30), walls obeyed.
     fn map(&self, nodes: &[Node], inertia: f64) -> (Vec<f64>, Vec<[f64; 2]>) {
+        let turns: Vec<f64> = self.points.iter().map(|p| self.turn(p.group)).collect();
         let mut mass = vec![0.0; nodes.len()];
         let mut momentum = vec![[0.0; 2]; nodes.len()];
         for (n, node) in nodes.iter().enumerate() {
-            for p in &self.points {
+            for (p, turn) in self.points.iter().zip(&turns) {
                 for image in &node.places {
                     let s = self.weight(p, image.at);
                     let d = self.distance(p, image.at).map(|d| -d * self.cell); // x_I - x_p
                     let affine = p.b.map(|b| (b[0] * d[0] + b[1] * d[1]) / inertia);
+                    let around = [-turn * d[1], turn * d[0]];
                     // A velocity and its image are images of one another.
-                    let v = image.velocity([0, 1].map(|a| p.v[a] + affine[a]));
+                    let v = image.velocity([0, 1].map(|a| p.v[a] + affine[a] + around[a]));
                     mass[n] += p.mass * s;
                     momentum[n] = [0, 1].map(|a| momentum[n][a] + p.mass * s * v[a]);
                 }
@@ -996,7 +910,8 @@ impl Reference {
     /// Strains every point by the velocities of the nodes over `dt` (21) ... (24), with gradients of the middle of the
     /// interval; `half` is how much of it is past where the points stand.
     fn strain(&mut self, nodes: &[Node], velocity: &[[f64; 2]], dt: f64, half: f64) {
-        for i in 0..self.points.len() {
+        let swellings = self.swellings(nodes, dt);
+        for (i, swelling) in swellings.into_iter().enumerate() {
             let p = self.points[i];
             let mut l = [[0.0; 2]; 2];
             for (n, node) in nodes.iter().enumerate() {
@@ -1015,7 +930,7 @@ impl Reference {
                 * (nalgebra::Matrix2::identity() - at * half)
                     .try_inverse()
                     .expect("regular");
-            self.points[i].strain(middle, dt);
+            self.points[i].strain(middle, dt, swelling);
         }
     }
 }

@@ -69,6 +69,8 @@ pub struct RefPoint {
     pub law: RefLaw,
     /// Whether its thickness follows, so that there is no stress out of plane.
     pub thins: bool,
+    /// Whether its nodes get the spin of its group.
+    pub turns: bool,
     /// Of von Mises' material the equivalent plastic strain, of sand with a memory the plastic shear strain; else 0.
     pub plastic_strain: f64,
     /// Logarithm of the volume over that at which separated grains touch; 0 where they do.
@@ -79,9 +81,9 @@ pub struct RefPoint {
     pub viscous: f64,
 }
 
-/// The law of a material, where it is known here.
-pub(super) fn law(material: &MaterialConfig) -> Option<RefLaw> {
-    Some(match material.model {
+/// The law of a material.
+pub(super) fn law(material: &MaterialConfig) -> RefLaw {
+    match material.model {
         MaterialModel::LinearElastic { .. } => RefLaw::Elastic,
         MaterialModel::Hypoelastic { .. } => RefLaw::Hypoelastic,
         MaterialModel::VonMises {
@@ -91,15 +93,14 @@ pub(super) fn law(material: &MaterialConfig) -> Option<RefLaw> {
         } => RefLaw::VonMises([strength, hardening]),
         MaterialModel::DruckerPrager(numbers) => RefLaw::DruckerPrager(numbers),
         MaterialModel::MohrCoulomb(numbers) => RefLaw::MohrCoulomb(numbers),
-        MaterialModel::MuI(numbers) if numbers.volume_rate == 0.0 => RefLaw::MuI(numbers),
-        MaterialModel::MuI(_) => return None,
+        MaterialModel::MuI(numbers) => RefLaw::MuI(numbers),
         MaterialModel::NeoHookean { .. } => RefLaw::NeoHookean(Matrix2::identity()),
         MaterialModel::Fluid {
             exponent,
             viscosity,
             ..
         } => RefLaw::Fluid([exponent, viscosity]),
-    })
+    }
 }
 
 fn tensor([xx, yy, zz, xy]: [f64; 4]) -> Matrix3<f64> {
@@ -231,11 +232,15 @@ impl RefPoint {
         self.volume * dense
     }
 
-    /// Strains it by a gradient of the middle of `dt` (s), which is the displacement's. An interval of no length does nothing.
-    pub(super) fn strain(&mut self, l: Matrix2<f64>, dt: f64) {
+    /// Strains it by a gradient of the middle of `dt` (s), which is the displacement's, and by a `swelling` of `ln J`, whose work is
+    /// viscous. An interval of no length does nothing.
+    pub(super) fn strain(&mut self, l: Matrix2<f64>, dt: f64, swelling: f64) {
         if dt == 0.0 {
             return;
         }
+        let pressed = |p: &Self| 0.25 * swelling * p.volume * p.ratio * (p.stress[0] + p.stress[1]);
+        self.viscous -= pressed(self);
+        let l = l + Matrix2::identity() * (0.5 * swelling);
         let l = Matrix3::new(l.m11, l.m12, 0.0, l.m21, l.m22, 0.0, 0.0, 0.0, 0.0);
         let stress = match self.law {
             RefLaw::NeoHookean(before) => self.neo_hookean(&before, &l),
@@ -244,6 +249,7 @@ impl RefPoint {
             _ => self.hencky(&l, dt),
         };
         self.stress = components(&stress);
+        self.viscous -= pressed(self);
     }
 
     fn neo_hookean(&mut self, before: &Matrix2<f64>, l: &Matrix3<f64>) -> Matrix3<f64> {

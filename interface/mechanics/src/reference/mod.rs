@@ -2,8 +2,12 @@
 
 pub mod bodies;
 mod continuum;
+pub mod grid_contact;
 pub mod law;
 mod material;
+mod nodes;
+mod volumes;
+mod walls;
 
 pub use continuum::{Kernel, Reference, Totals, is_within};
 pub use material::{RefLaw, RefPoint};

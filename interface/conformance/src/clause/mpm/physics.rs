@@ -1,7 +1,9 @@
 //! Sections 3 to 9: what a continuum does and says, judged by random cases beside the oracle ([`crate::random`]).
 
 use interface::config::capability::PLASTIC_STRAIN;
-use interface::config::{MaterialModel, MpmConfig, ShapeFunction, StressUpdate, Transfer, Walls};
+use interface::config::{
+    GridContact, MaterialModel, MpmConfig, ShapeFunction, StressUpdate, Transfer, Walls,
+};
 use interface::transport::raw::Payload;
 
 use crate::clause::{Clause, clauses};
@@ -69,15 +71,13 @@ pub const CLAUSES: &[Clause] = clauses! {
                 config.shape = ShapeFunction::QuadraticBspline;
             }
         });
-        - "is softer in shear": of_config(|config| {
-            for material in &mut config.materials {
-                if let MaterialModel::LinearElastic { shear_modulus, .. } = &mut material.model {
-                    *shear_modulus *= 0.999;
-                }
-            }
-        });
+        - "is softer in shear":
+            of_model(|model| { if let MaterialModel::LinearElastic { shear_modulus, .. } = model { *shear_modulus *= 0.999; } });
         - "has no walls": of_config(|config| config.walls = Walls::default());
         - "does not fall": of_config(|config| config.gravity = [0.0; 2]);
+        - "does not rub on the grid": of_config(|config| config.grid_contact = config.grid_contact.map(|_| GridContact { friction: 0.0 }));
+        - "lets nodes of groups meet without contact": of_config(|config| config.grid_contact = None);
+        - "gives nodes no spin": of_config(|config| config.groups.iter_mut().for_each(|group| group.keeps_spin = false));
     Must "F-1a" "a force acts in its step, once, at the position of its point", after: &["T-1a"];
         - "applies forces one step late": change::after_others(|before, now| now.copy_from_slice(before));
         - "keeps a tenth of a force for the next step": change::after_others(|before, now| {
@@ -157,22 +157,26 @@ pub const CLAUSES: &[Clause] = clauses! {
     Must "R-5e" "plastic strain is the equivalent one of von Mises' material and the shear strain of sand with a memory",
         needs: &[PLASTIC_STRAIN, "material:von_mises"], after: &["F-1a"];
         - "reports the plastic shear strain": Flaw::point(|point| point.plastic_strain *= 3.0_f32.sqrt());
-        - "has half the hardening": of_config(|config| {
-            for material in &mut config.materials {
-                if let MaterialModel::VonMises { hardening_modulus, .. } = &mut material.model {
-                    *hardening_modulus *= 0.5;
-                }
-            }
-        });
+        - "has half the hardening":
+            of_model(|model| { if let MaterialModel::VonMises { hardening_modulus, .. } = model { *hardening_modulus *= 0.5; } });
     Must "D-1a" "all points at the end, in order of their ids, of the next step", after: &["F-1a"];
         - "sends its points in reverse order": Flaw::points(|_, points| points.reverse());
         - "leaves the step out of the final header": Flaw::points(|header, _| header.step = 0);
         - "leaves out the last half kick":
             Flaw::grant(|grant| { if grant.dt == 0.0 { grant.dt_before_epoch = 0.0; } });
+        - "shares no volumes":
+            of_model(|model| { if let MaterialModel::MuI(numbers) = model { numbers.volume_rate = 0.0; } });
 };
 
 fn of_config(change: fn(&mut MpmConfig)) -> Flaw {
     Flaw::config(change)
+}
+
+fn of_model(change: fn(&mut MaterialModel)) -> Flaw {
+    Flaw::config(move |config: &mut MpmConfig| {
+        let models = config.materials.iter_mut().map(|m| &mut m.model);
+        models.for_each(change);
+    })
 }
 
 /// The travel that a set allows is less by half a radius, so it is more where radii are small and the skin has the rest.

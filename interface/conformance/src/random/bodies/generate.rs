@@ -191,17 +191,13 @@ impl Dice<'_, Scale> {
             hold_y: true,
             hold_angle: false,
         };
-        let ways = [
-            ("motion:guided", held),
-            ("motion:free", Motion::Free),
-            ("motion:driven", Motion::Driven),
-        ];
+        let ways = [held, Motion::Free, Motion::Driven];
         let mut before: Option<(Vec2, Vec2, f64)> = None;
         for body in &mut config.bodies {
             (body.sphero_radius, body.shape) = (extent(body), BodyShape::Disc);
             body.velocity = [0.0; 2];
             body.spin = decades(&mut dice.rng, -3.5, -0.5) * dice.way(0.3) / self.dt;
-            body.motion = dice.member(&ways).unwrap_or(Motion::Free);
+            body.motion = dice.one_of("motion", &ways).unwrap_or(Motion::Free);
             let (was, a) = (Vec2::from(body.position), body.sphero_radius);
             if let Some((old, at, b)) = before {
                 let deep = (a + b) * (1.0 - dice.between(0.01, 0.25));
@@ -431,8 +427,7 @@ impl Dice<'_, Scale> {
         let mass = self.about(self.scale.mass);
         let whole = BodyInertia::Mass(mass);
         let density = BodyInertia::Density(mass / (extent * extent));
-        let either = [("inertia:mass", whole), ("inertia:density", density)];
-        self.member(&either).unwrap_or(whole)
+        self.one_of("inertia", &[whole, density]).unwrap_or(whole)
     }
 
     fn points(&mut self, config: &DemConfig, steps: u32) -> Vec<Walker> {

@@ -281,7 +281,7 @@ impl Judge<'_> {
         let has_energy = stand.oracle.all().iter().all(RefPoint::has_energy);
         let elastic = want.plastic_work + want.viscous_work == 0.0 && has_energy;
         let staged = !config.forcing.stages.is_empty();
-        let flip = config.transfer == Transfer::Flip && !staged;
+        let flip = config.transfer == Transfer::Flip && !staged && config.grid_contact.is_none();
         let corners = config.domain.iter().map(|[x, y]| x.hypot(*y));
         let moment = t.impulse * corners.fold(config.cell, f64::max);
         let rows = [
@@ -328,14 +328,10 @@ impl Judge<'_> {
         let least = fastest - Tolerance::of(stand).v;
         self.at_least("L-2a", "speed in m/s", limits.speed, least)?;
         let radius = |k: usize| stand.oracle.points[k].radius;
-        let all = (0..stand.oracle.points.len())
-            .map(radius)
-            .fold(f64::INFINITY, f64::min);
-        let of_set = stand
-            .set
-            .iter()
-            .map(|k| radius(*k))
-            .fold(f64::INFINITY, f64::min);
+        let least =
+            |of: &mut dyn Iterator<Item = usize>| of.map(radius).fold(f64::INFINITY, f64::min);
+        let all = least(&mut (0..stand.oracle.points.len()));
+        let of_set = least(&mut stand.set.iter().copied());
         // Of all points, or of those of the set.
         let said = limits.radius_min;
         let want = if said == of_set { of_set } else { all };

@@ -5,7 +5,7 @@ use fastrand::Rng;
 use interface::config::capability::{Capabilities, LAYERS, PAIRS, STRESS_WORK};
 use interface::config::material::{CriticalState, Frictional, Inertial};
 use interface::config::{
-    ContactForceScheme, Drift, Fill, GroupConfig, Hold, InitialFields, MaterialConfig,
+    ContactForceScheme, Drift, Fill, GridContact, GroupConfig, Hold, InitialFields, MaterialConfig,
     MaterialModel, MpmConfig, Plane, Probe, ShapeFunction, Spacing, Stage, StressUpdate, Traction,
     Transfer, Wall, Walls,
 };
@@ -96,6 +96,7 @@ impl Dice<'_, Scale> {
         };
         if !alone {
             self.aside().force(&mut config, most);
+            self.aside().meet(&mut config);
         }
         let epochs = self.epochs(true);
         let steps = plan::steps(&epochs);
@@ -112,12 +113,17 @@ impl Dice<'_, Scale> {
         let travel = (0..self.rng.u32(0..4))
             .map(|k| (8 * k, self.between(0.0, 0.8) * skin))
             .collect();
-        let bodies = self.bodies(config.domain);
+        let mut bodies = self.bodies(config.domain);
+        if config.grid_contact.is_some() {
+            // Groups that touch there feel no bodies.
+            (bodies, pushes) = (Vec::new(), Vec::new());
+        }
         if config.walls.periodic().contains(&true) {
             // A body sees no points beyond the other end, and a solver may refuse it there.
             pushes.clear();
         }
         if !alone {
+            self.aside().share(&mut config);
             self.rub(&mut pushes, spacing);
         }
         Case {
@@ -131,23 +137,14 @@ impl Dice<'_, Scale> {
 
     /// How points and nodes exchange what they have.
     fn scheme(&mut self, alone: bool) -> (ShapeFunction, StressUpdate, Transfer) {
-        let shapes = [
-            ("shape:quadratic_bspline", ShapeFunction::QuadraticBspline),
-            ("shape:cubic_bspline", ShapeFunction::CubicBspline),
-            ("shape:ugimp", ShapeFunction::Ugimp),
-            ("shape:linear", ShapeFunction::Linear),
-        ];
-        let shape = self.member(&shapes).filter(|_| !alone);
-        let shape = shape.unwrap_or(ShapeFunction::Linear);
-        let updates = [
-            ("stress_update:usf", StressUpdate::Usf),
-            ("stress_update:usl", StressUpdate::Usl),
-            ("stress_update:musl", StressUpdate::Musl),
-            ("stress_update:usavg", StressUpdate::Usavg),
-        ];
-        let stress_update = match self.member(&updates) {
-            Some(StressUpdate::Usl) if shape == ShapeFunction::Linear => StressUpdate::Usf,
-            drawn => drawn.unwrap_or(StressUpdate::Usf),
+        use ShapeFunction::{CubicBspline, Linear, QuadraticBspline, Ugimp};
+        use StressUpdate::{Musl, Usavg, Usf, Usl};
+        let shape = self.one_of("shape", &[QuadraticBspline, CubicBspline, Ugimp, Linear]);
+        let shape = shape.filter(|_| !alone);
+        let shape = shape.unwrap_or(Linear);
+        let stress_update = match self.one_of("stress_update", &[Usf, Usl, Musl, Usavg]) {
+            Some(Usl) if shape == Linear => Usf,
+            drawn => drawn.unwrap_or(Usf),
         };
         let transfer = if alone {
             Transfer::Flip
@@ -162,34 +159,29 @@ impl Dice<'_, Scale> {
         let pic_rate = self.between(0.0, 0.5) / self.dt;
         let pic_fraction = self.rng.f64();
         let transfers = [
-            ("transfer:flip", Transfer::Flip),
-            ("transfer:pic", Transfer::Pic),
-            ("transfer:blend", Transfer::Blend { pic_fraction }),
-            ("transfer:xpic", Transfer::Xpic { order }),
-            ("transfer:flip_pic", Transfer::FlipPic { pic_rate }),
-            ("transfer:flip_xpic", Transfer::FlipXpic { order, pic_rate }),
-            ("transfer:apic", Transfer::Apic),
-            ("transfer:aflip", Transfer::Aflip { pic_rate }),
+            Transfer::Flip,
+            Transfer::Pic,
+            Transfer::Blend { pic_fraction },
+            Transfer::Xpic { order },
+            Transfer::FlipPic { pic_rate },
+            Transfer::FlipXpic { order, pic_rate },
+            Transfer::Apic,
+            Transfer::Aflip { pic_rate },
         ];
-        let splines = matches!(
-            shape,
-            ShapeFunction::QuadraticBspline | ShapeFunction::CubicBspline
-        );
         // The last two need a spline.
-        let count = if splines { 8 } else { 6 };
-        self.member(&transfers[..count]).unwrap_or(Transfer::Flip)
+        let count = match shape {
+            ShapeFunction::QuadraticBspline | ShapeFunction::CubicBspline => 8,
+            _ => 6,
+        };
+        let drawn = self.one_of("transfer", &transfers[..count]);
+        drawn.unwrap_or(Transfer::Flip)
     }
 
     fn walls(&mut self) -> Walls {
-        let walls = [
-            ("wall:open", Wall::Open),
-            ("wall:open", Wall::Open),
-            ("wall:fixed", Wall::Fixed),
-            ("wall:slip", Wall::Slip),
-            ("wall:tangential", Wall::Tangential),
-        ];
+        use Wall::{Fixed, Open, Slip, Tangential};
+        let walls = [Open, Open, Fixed, Slip, Tangential];
         let mut pair = || {
-            let ends = [0; 2].map(|_| self.member(&walls).unwrap_or(Wall::Open));
+            let ends = [0; 2].map(|_| self.one_of("wall", &walls).unwrap_or(Open));
             let closed = self.takes.has("wall:periodic") && self.aside().rng.u32(0..8) == 0;
             if closed { [Wall::Periodic; 2] } else { ends }
         };
@@ -316,10 +308,7 @@ impl Dice<'_, Scale> {
         // The affine velocities that points of such a transfer begin with are their solver's own.
         let velocity = (self.takes.meets("feature:fields") && !affine && self.often()).then(|| {
             let mut field = || {
-                let (a, b) = (
-                    self.way(speed / self.scale.cell),
-                    self.way(speed / self.scale.cell),
-                );
+                let [a, b] = self.vector(speed / self.scale.cell);
                 format!("({a})*(x - ({}))+({b})*(y - ({}))", corner[0], corner[1])
             };
             [field(), field()]
@@ -341,16 +330,13 @@ impl Dice<'_, Scale> {
     /// A domain around these groups, with more room at walls through which points would leave.
     fn domain(&mut self, groups: &[GroupConfig], walls: &Walls) -> [[f64; 2]; 2] {
         let mut domain = [[0.0; 2]; 2];
-        for (a, ends) in [[walls.left, walls.right], [walls.bottom, walls.top]]
-            .iter()
-            .enumerate()
-        {
+        for (a, ends) in walls.by_axis().into_iter().enumerate() {
             let along = || groups.iter().flat_map(|g| g.fill.bounds().map(|x| x[a]));
             let [low, high] = [
                 along().fold(f64::INFINITY, f64::min),
                 along().fold(f64::NEG_INFINITY, f64::max),
             ];
-            let mut room = |wall: Wall| match wall {
+            let mut room = |(_, wall)| match wall {
                 Wall::Open => self.between(1.0, 3.0),
                 _ => self.between(0.05, 1.0),
             };
@@ -463,28 +449,19 @@ impl Dice<'_, ()> {
             ..sand
         };
         let models = [
-            (
-                "material:drucker_prager",
-                MaterialModel::DruckerPrager(cone),
-            ),
-            ("material:mohr_coulomb", MaterialModel::MohrCoulomb(sand)),
-            ("material:neo_hookean", elastic),
-            ("material:fluid", self.fluid(scale, bulk_modulus)),
-            (
-                "material:hypoelastic",
-                MaterialModel::Hypoelastic {
-                    bulk_modulus,
-                    shear_modulus,
-                },
-            ),
-            (
-                "material:mu_i",
-                MaterialModel::MuI(self.grains(scale, [bulk_modulus, shear_modulus])),
-            ),
+            MaterialModel::DruckerPrager(cone),
+            MaterialModel::MohrCoulomb(sand),
+            elastic,
+            self.fluid(scale, bulk_modulus),
+            MaterialModel::Hypoelastic {
+                bulk_modulus,
+                shear_modulus,
+            },
+            MaterialModel::MuI(self.grains(scale, [bulk_modulus, shear_modulus])),
         ];
         // Grains begin under pressure, and a stress without an energy is compared by its work.
         let whole = self.takes.meets("feature:fields") && self.takes.has(STRESS_WORK);
-        let drawn = self.member(&models[..if whole { 6 } else { 4 }]);
+        let drawn = self.one_of("material", &models[..if whole { 6 } else { 4 }]);
         drawn.filter(|_| self.often())
     }
 
@@ -604,14 +581,42 @@ impl Dice<'_, ()> {
         }
         let splines = config.shape != ShapeFunction::Linear;
         let schemes = [
-            (
-                "contact_force:nearest_nodes",
-                ContactForceScheme::NearestNodes,
-            ),
-            ("contact_force:traction", ContactForceScheme::Traction),
+            ContactForceScheme::NearestNodes,
+            ContactForceScheme::Traction,
         ];
-        let scheme = self.member(&schemes[..if splines { 2 } else { 1 }]);
+        let scheme = self.one_of("contact_force", &schemes[..if splines { 2 } else { 1 }]);
         config.contact_force = scheme.filter(|_| self.rarely()).unwrap_or_default();
+    }
+
+    /// Lets grains share their volumes with others near them; or not.
+    fn share(&mut self, config: &mut MpmConfig) {
+        let first = config.stress_update == StressUpdate::Usf;
+        let takes = self.takes.meets("feature:volume_rate") && first;
+        for material in config.materials.iter_mut().filter(|_| takes) {
+            if let MaterialModel::MuI(numbers) = &mut material.model {
+                numbers.volume_rate = self.perhaps(|dice| dice.between(0.0, 0.1) / dice.dt);
+            }
+        }
+    }
+
+    /// Lets groups touch on the grid, or nodes get the spins of their groups; or neither.
+    fn meet(&mut self, config: &mut MpmConfig) {
+        let (which, friction) = (self.rng.u32(0..16), self.between(0.0, 1.0));
+        let meets = self.takes.meets("feature:grid_contact") && which < 4;
+        if meets && !config.layers && config.groups.len() > 1 && config.forcing.holds.is_empty() {
+            config.grid_contact = Some(GridContact { friction });
+            let by_first = matches!(config.stress_update, StressUpdate::Usf | StressUpdate::Musl);
+            if config.shape == ShapeFunction::Ugimp && !by_first {
+                config.stress_update = StressUpdate::Usf;
+            }
+        }
+        let plain = !config.transfer.filters() && !config.transfer.is_affine();
+        let closed = config.walls.periodic().contains(&true);
+        if self.takes.meets("feature:keeps_spin") && plain && !closed && which % 4 == 0 {
+            for group in &mut config.groups {
+                group.keeps_spin = self.often();
+            }
+        }
     }
 
     fn hold(&mut self, groups: &[GroupConfig], cell: f64) -> Hold {

@@ -5,6 +5,7 @@ use interface::config::MpmConfig;
 use interface::impulse::at;
 use interface::message::wire::{GroupState, ImpForce, Ledger};
 use interface::step::Step;
+use mechanics::reference::grid_contact::meet;
 use mechanics::reference::{RefPoint, Reference, Totals, is_within};
 
 /// Where a point is kept, and what does not change of it.
@@ -32,14 +33,9 @@ pub struct Oracle {
     pub wave: f64,
     /// Elastic energy of each point at the start in J/m.
     start: Vec<f64>,
-    applied: [f64; 2],
     contact: [f64; 2],
-    /// Dissipated so far by walls with friction, in J/m.
-    rubbed: f64,
-    /// Dissipated so far by the damping of stages, in J/m.
-    damped: f64,
-    /// Work of driven walls so far, in J/m.
-    pulled: f64,
+    /// Of all steps before.
+    past: Totals,
     /// Moments about the origin of weights, loads and supports, and of the forces, so far in N s.
     moments: [f64; 2],
 }
@@ -83,11 +79,8 @@ impl Oracle {
             config: config.clone(),
             wave,
             start: Vec::new(),
-            applied: [0.0; 2],
             contact: [0.0; 2],
-            rubbed: 0.0,
-            damped: 0.0,
-            pulled: 0.0,
+            past: Totals::default(),
             moments: [0.0; 2],
         };
         oracle.sets = oracle.sets()?;
@@ -100,11 +93,8 @@ impl Oracle {
         let of_groups =
             (0..c.groups.len()).map(|g| (g, [[f64::NEG_INFINITY; 2], [f64::INFINITY; 2]]));
         let probes = c.probes.iter().map(|probe| (&probe.points, probe.within));
-        let holds = c
-            .forcing
-            .holds
-            .iter()
-            .map(|hold| (&hold.points, hold.within));
+        let holds = c.forcing.holds.iter();
+        let holds = holds.map(|hold| (&hold.points, hold.within));
         let named = |name: &String| c.groups.iter().position(|group| group.name == *name);
         let of_regions = probes
             .chain(holds)
@@ -152,8 +142,7 @@ impl Oracle {
         self.layers[self.points[k].layer].kinetic(self.point(k))
     }
 
-    /// A step with the force on each point; `bounds`: with what limits have to bound. `None` where rounding decides what held
-    /// points the nodes can tell apart.
+    /// A step with the force on each point; `bounds`: with what limits have to bound. `None` where rounding decides.
     pub fn step(&mut self, step: &Step, forces: &[ImpForce], bounds: bool) -> Option<Expected> {
         let before = self.all();
         let energies =
@@ -161,12 +150,10 @@ impl Oracle {
         let kinetic = energies(self);
         let (kick, w) = (step.kick(), step.centring());
         let (mut contact_omega_sq, mut totals) = (0.0_f64, Totals::default());
+        let (mut kicked, mut pushed) = (Vec::new(), Vec::new());
         for number in 0..self.layers.len() {
-            let own = self
-                .points
-                .iter()
-                .zip(forces)
-                .filter(|(id, _)| id.layer == number);
+            let own = self.points.iter().zip(forces);
+            let own = own.filter(|(id, _)| id.layer == number);
             let (radii, own): (Vec<f64>, Vec<ImpForce>) =
                 own.map(|(id, force)| (id.radius, *force)).unzip();
             let layer = &mut self.layers[number];
@@ -179,33 +166,37 @@ impl Oracle {
                 continue;
             }
             layer.time = step.time;
-            layer.step(step.dt_before, step.dt, &own);
+            kicked.push(layer.kick(step.dt_before, step.dt, &own));
+            pushed.push(own);
+        }
+        if let (Some(contact), false) = (self.config.grid_contact, kicked.is_empty()) {
+            totals.add(&meet(&self.layers, &mut kicked, contact.friction, kick));
+        }
+        for ((layer, kicked), forces) in self.layers.iter_mut().zip(&kicked).zip(&pushed) {
+            layer.advance(step.dt_before, step.dt, forces, kicked);
             totals.add(&layer.totals);
         }
         let mass: f64 = before.iter().map(|p| p.mass).sum();
         for a in 0..2 {
-            self.applied[a] += totals.applied[a] + kick * mass * self.config.gravity[a];
+            totals.applied[a] += kick * mass * self.config.gravity[a];
         }
         self.moments[0] += totals.support[2] + kick * totals.load_moment;
         let (after, done) = (energies(self), self.all());
+        let so_far = |of: fn(&Totals) -> f64| of(&self.past) + w * of(&totals);
         let mut ledger = Ledger {
             elastic: totals.elastic,
             plastic_work: totals.lost[0],
-            viscous_work: totals.lost[1] + self.damped + w * totals.damped,
-            friction_work: self.rubbed + w * totals.rubbed,
-            driven_work: totals.driven + self.pulled + w * totals.pulled,
+            viscous_work: totals.lost[1] + so_far(|t| t.damped) + so_far(|t| t.pressed).max(0.0),
+            friction_work: so_far(|t| t.rubbed),
+            driven_work: totals.driven + so_far(|t| t.pulled),
             stress_work: totals.elastic - self.start.iter().sum::<f64>(),
             ..Ledger::default()
         };
-        self.rubbed += totals.rubbed;
-        self.damped += totals.damped;
-        self.pulled += totals.pulled;
+        self.past.add(&totals);
         let now = [&before[..], &done];
         let mut groups = self.sums(now, [&kinetic, &after], w, forces, &mut ledger);
-        let holds = groups
-            .iter_mut()
-            .rev()
-            .take(self.config.forcing.holds.len());
+        let count = self.config.forcing.holds.len();
+        let holds = groups.iter_mut().rev().take(count);
         for (k, hold) in holds.enumerate() {
             let whole = k == 0 && kick > 0.0;
             hold.contact_force = [0, 1].map(|a| if whole { totals.support[a] / kick } else { 0.0 });
@@ -213,7 +204,7 @@ impl Oracle {
         for a in 0..2 {
             self.contact[a] += kick * ledger.contact_force[a];
         }
-        ledger.applied_impulse = self.applied;
+        ledger.applied_impulse = self.past.applied;
         ledger.contact_impulse = self.contact;
         for (p, f) in before.iter().zip(forces) {
             let weight = self.config.gravity.map(|g| p.mass * g);

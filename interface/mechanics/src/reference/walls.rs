@@ -1,0 +1,162 @@
+//! The walls of the oracle: the nodes that are images beyond them, and what they do to velocities.
+
+use interface::config::Wall;
+
+use super::continuum::{Kernel, Reference};
+use super::nodes::{Image, Node, driven};
+
+/// Nodes beyond the domain on each side.
+const RIM: i64 = 3;
+
+/// An index along an axis, and all indices at which it appears.
+type Along = (i64, Vec<Image<i64>>);
+
+impl Reference {
+    /// Along `axis`: numbers of nodes with their places and signs.
+    fn along(&self, axis: usize) -> Vec<Along> {
+        let n = self.cells[axis];
+        let [low, high] = match axis {
+            0 => [self.walls.left, self.walls.right],
+            _ => [self.walls.bottom, self.walls.top],
+        };
+        if low == Wall::Periodic {
+            return (0..n)
+                .map(|i| (i, [i - n, i, i + n].map(Image::own).to_vec()))
+                .collect();
+        }
+        let mirrors = |wall| self.mirrors(wall, axis);
+        let image = |wall, at| {
+            let sign = match wall {
+                Wall::Slip => [0, 1].map(|a| if a == axis { -1.0 } else { 1.0 }),
+                Wall::Tangential => [0, 1].map(|a| if a == axis { 1.0 } else { -1.0 }),
+                _ => [-1.0; 2],
+            };
+            let moves = driven(wall, axis).map_or([0.0; 2], |v| v.map(|v| 2.0 * v));
+            Image { at, sign, moves }
+        };
+        let (first, last) = (
+            if mirrors(low) { 0 } else { -RIM },
+            if mirrors(high) { n } else { n + RIM },
+        );
+        (first..=last)
+            .map(|i| {
+                let mut places = vec![Image::own(i)];
+                if mirrors(low) && i > 0 {
+                    places.push(image(low, -i));
+                }
+                if mirrors(high) && i < n {
+                    places.push(image(high, 2 * n - i));
+                }
+                (i, places)
+            })
+            .collect()
+    }
+
+    /// Whether nodes beyond a wall across `axis` are images. One that touches others moves by itself.
+    pub(super) fn mirrors(&self, wall: Wall, axis: usize) -> bool {
+        let bspline = matches!(self.kernels[axis], Kernel::Quadratic | Kernel::Cubic);
+        let open = matches!(wall, Wall::Open | Wall::Friction { .. } | Wall::Periodic);
+        bspline && !self.meets && !open
+    }
+
+    pub(super) fn nodes(&self) -> Vec<Node> {
+        let (columns, rows) = (self.along(0), self.along(1));
+        let mut nodes = Vec::new();
+        for (j, in_column) in &rows {
+            for (i, in_row) in &columns {
+                let mut places = Vec::new();
+                for y in in_column {
+                    for x in in_row {
+                        places.push(Image {
+                            at: [x.at, y.at],
+                            sign: [0, 1].map(|a| x.sign[a] * y.sign[a]),
+                            // Across a driven wall others are open or periodic.
+                            moves: [0, 1].map(|a| x.moves[a] + y.moves[a]),
+                        });
+                    }
+                }
+                nodes.push(Node {
+                    at: [*i, *j],
+                    places,
+                });
+            }
+        }
+        nodes
+    }
+
+    /// The walls that act at a node: each with its axis, and the sign of the way out.
+    pub(super) fn walls_at(
+        &self,
+        node: [i64; 2],
+    ) -> impl Iterator<Item = (Wall, usize, f64)> + use<> {
+        let w = &self.walls;
+        let ends = [
+            (node[0] <= 0, w.left, 0, -1.0),
+            (node[0] >= self.cells[0], w.right, 0, 1.0),
+            (node[1] <= 0, w.bottom, 1, -1.0),
+            (node[1] >= self.cells[1], w.top, 1, 1.0),
+        ];
+        let acting = ends.into_iter().filter(|end| end.0);
+        acting.map(|(_, wall, axis, out)| (wall, axis, out))
+    }
+
+    /// The velocity that walls leave of one of a node. With friction nothing moves into them, and they take of the velocity along
+    /// them as much as across, times their coefficient and `rubs`; if it is `None` they let everything pass. With what friction
+    /// has taken.
+    pub(super) fn act(
+        &self,
+        nodes: &[Node],
+        node: [i64; 2],
+        mut v: [f64; 2],
+        rubs: Option<f64>,
+    ) -> [[f64; 2]; 2] {
+        let mut taken = [0.0; 2];
+        for (wall, axis, out) in self.walls_at(node) {
+            match wall {
+                Wall::Fixed => v = [0.0; 2],
+                Wall::Slip => v[axis] = 0.0,
+                Wall::Tangential => v[1 - axis] = 0.0,
+                Wall::Driven { .. } => v = driven(wall, axis).unwrap_or_default(),
+                Wall::Friction { coefficient } => {
+                    let Some(rubs) = rubs.filter(|_| !self.is_apart(nodes, node, axis)) else {
+                        continue;
+                    };
+                    let into = (v[axis] * out).max(0.0);
+                    v[axis] -= into * out;
+                    let most = rubs * coefficient * into;
+                    let along = v[1 - axis].clamp(-most, most);
+                    v[1 - axis] -= along;
+                    taken[1 - axis] += along;
+                }
+                _ => {}
+            }
+        }
+        [v, taken]
+    }
+
+    /// The components of the velocity of a node that no wall prescribes: 1 or 0.
+    pub(super) fn free(&self, node: [i64; 2]) -> [f64; 2] {
+        let mut walls = self.walls_at(node);
+        if walls.any(|(wall, axis, _)| driven(wall, axis).is_some()) {
+            return [0.0; 2];
+        }
+        self.act(&[], node, [1.0; 2], None)[0]
+    }
+
+    /// Whether the mass that reaches the node of a wall across `axis` which is nearest to `node` is on the whole farther from it
+    /// than where its surface is at the wall.
+    fn is_apart(&self, nodes: &[Node], node: [i64; 2], axis: usize) -> bool {
+        let mut at = node;
+        at[axis] = node[axis].clamp(0, self.cells[axis]);
+        let inward = if at[axis] == 0 { 1.0 } else { -1.0 };
+        let mut sum = 0.0;
+        let of_wall = nodes.iter().find(|other| other.at == at);
+        for place in &of_wall.expect("a node").places {
+            for p in &self.points {
+                let distance = inward * self.distance(p, at)[axis];
+                sum += p.mass * self.weight(p, place.at) * (distance - p.touching[axis]);
+            }
+        }
+        sum > 0.0
+    }
+}
