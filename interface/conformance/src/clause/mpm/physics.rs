@@ -78,6 +78,8 @@ pub const CLAUSES: &[Clause] = clauses! {
         - "does not rub on the grid": of_config(|config| config.grid_contact = config.grid_contact.map(|_| GridContact { friction: 0.0 }));
         - "lets nodes of groups meet without contact": of_config(|config| config.grid_contact = None);
         - "gives nodes no spin": of_config(|config| config.groups.iter_mut().for_each(|group| group.keeps_spin = false));
+        - "shares no volumes":
+            of_model(|model| { if let MaterialModel::MuI(numbers) = model { numbers.volume_rate = 0.0; } });
     Must "F-1a" "a force acts in its step, once, at the position of its point", after: &["T-1a"];
         - "applies forces one step late": change::after_others(|before, now| now.copy_from_slice(before));
         - "keeps a tenth of a force for the next step": change::after_others(|before, now| {
@@ -164,8 +166,6 @@ pub const CLAUSES: &[Clause] = clauses! {
         - "leaves the step out of the final header": Flaw::points(|header, _| header.step = 0);
         - "leaves out the last half kick":
             Flaw::grant(|grant| { if grant.dt == 0.0 { grant.dt_before_epoch = 0.0; } });
-        - "shares no volumes":
-            of_model(|model| { if let MaterialModel::MuI(numbers) = model { numbers.volume_rate = 0.0; } });
 };
 
 fn of_config(change: fn(&mut MpmConfig)) -> Flaw {

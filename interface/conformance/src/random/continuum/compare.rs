@@ -1,7 +1,7 @@
 //! What a continuum answers beside what the oracle expects.
 
 use interface::Vec2;
-use interface::config::{Transfer, Walls};
+use interface::config::{StressUpdate, Transfer, Walls};
 use interface::message::wire::{
     GroupState, ImpForce, ImpInfo, ImpState, Ledger, Limits, PointState, Report, StepHeader, flags,
 };
@@ -281,7 +281,9 @@ impl Judge<'_> {
         let has_energy = stand.oracle.all().iter().all(RefPoint::has_energy);
         let elastic = want.plastic_work + want.viscous_work == 0.0 && has_energy;
         let staged = !config.forcing.stages.is_empty();
-        let flip = config.transfer == Transfer::Flip && !staged && config.grid_contact.is_none();
+        // Velocities that are not mapped once more after groups have met leave a part to FLIP.
+        let again = config.grid_contact.is_none() || config.stress_update != StressUpdate::Usavg;
+        let flip = config.transfer == Transfer::Flip && !staged && again;
         let corners = config.domain.iter().map(|[x, y]| x.hypot(*y));
         let moment = t.impulse * corners.fold(config.cell, f64::max);
         let rows = [

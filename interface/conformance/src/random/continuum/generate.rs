@@ -70,7 +70,7 @@ impl Dice<'_, Scale> {
             if transfer.filters() {
                 walls
             } else {
-                self.aside().pull(walls, speed)
+                self.aside().aside().pull(walls, speed)
             }
         };
         let materials: Vec<_> = (0..count).map(|_| self.material(alone)).collect();
@@ -96,7 +96,7 @@ impl Dice<'_, Scale> {
         };
         if !alone {
             self.aside().force(&mut config, most);
-            self.aside().meet(&mut config);
+            self.aside().aside().meet(&mut config);
         }
         let epochs = self.epochs(true);
         let steps = plan::steps(&epochs);
