@@ -36,10 +36,12 @@ class Plugin(unittest.TestCase):
             kit = Path(folder) / "kit"
             kit.write_text(KIT.format(python=sys.executable, document=json.dumps({"clauses": clauses}), status=status))
             kit.chmod(0o755)
+            # The plugin of this tree, whatever is installed.
+            path = os.pathsep.join([str(Path(__file__).parents[1]), os.environ.get("PYTHONPATH", "")])
             words = ["-m", "pytest", "-p", "tandem_pytest", "-rsxf", "--tandem-mpm", "my solver"]
             ended = subprocess.run(
                 [sys.executable, *words, "--tandem-options", "--require held", folder],
-                capture_output=True, text=True, cwd=folder, env={**os.environ, "TANDEM": str(kit)},
+                capture_output=True, text=True, cwd=folder, env={**os.environ, "TANDEM": str(kit), "PYTHONPATH": path},
             )
             return ended.returncode, ended.stdout + ended.stderr
 

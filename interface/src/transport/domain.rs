@@ -37,7 +37,7 @@ const CLOSING: Duration = Duration::from_secs(1);
 #[derive(Debug, Error)]
 pub enum DomainError {
     /// The directory or its lock cannot be made.
-    #[error("cannot create the run's directory {path}: {source}")]
+    #[error("cannot create the run's directory in shared memory, {path}: {source}")]
     Create {
         /// Where.
         path: PathBuf,
