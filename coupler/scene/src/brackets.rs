@@ -1,9 +1,9 @@
 //! Finds the bracket that is still open where a parser stops in a text that is not TOML.
 
-/// Position at which the innermost bracket was opened that is still open at `end`, both in bytes from the start.
-/// Brackets in strings and comments do not count.
+/// Position at which the innermost bracket was opened that is still open at `end` and behind the line of it, both in bytes from the
+/// start. Brackets in strings and comments do not count.
 pub(super) fn open_at(text: &str, end: usize) -> Option<usize> {
-    let bytes = &text.as_bytes()[..end.min(text.len())];
+    let bytes = &text.as_bytes()[..line_end(text.as_bytes(), end.min(text.len()))];
     let mut open = Vec::new();
     let mut at = 0;
     while let Some(&byte) = bytes.get(at) {
@@ -21,7 +21,7 @@ pub(super) fn open_at(text: &str, end: usize) -> Option<usize> {
             _ => at + 1,
         };
     }
-    open.pop()
+    open.into_iter().rev().find(|at| *at < end)
 }
 
 fn line_end(bytes: &[u8], from: usize) -> usize {
@@ -70,7 +70,9 @@ mod tests {
         ] {
             assert_eq!(open_at(text, text.len()), opened, "{text}");
         }
-        assert_eq!(open_at("a = [1]", 6), Some(4));
+        // A key in a header may be wrong without one that is open.
+        assert_eq!(open_at("a = { b = 1 }\n[[a.c]]\n", 16), None);
+        assert_eq!(open_at("a = [1, 2\nb = 3", 10), Some(4));
         assert_eq!(open_at("ä = [", 99), Some(5));
     }
 }
