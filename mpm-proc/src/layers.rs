@@ -114,8 +114,7 @@ impl<const W: usize, S: Shape<W>, A: AffineState> Scheme for Layers<W, S, A> {
     }
 
     fn travel(&self) -> f64 {
-        let travels = self.all.iter().map(|layer| layer.imps.state.travel);
-        travels.fold(0.0, f64::max)
+        several::travel(self.all.iter())
     }
 
     fn imp_states(&mut self) -> &[ImpState] {

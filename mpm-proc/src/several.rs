@@ -23,6 +23,14 @@ pub fn narrowest(a: &Limits, b: &Limits) -> Limits {
     }
 }
 
+/// How far IMPs have moved at most since they were chosen, in m.
+pub fn travel<'a, const W: usize, S: Shape<W>, A: AffineState>(
+    continua: impl Iterator<Item = &'a Continuum<W, S, A>>,
+) -> f64 {
+    let travels = continua.map(|continuum| continuum.imps.state.travel);
+    travels.fold(0.0, f64::max)
+}
+
 /// The measurement of all continua: sums, and the records of groups, of probes and of holds, each in the order of the
 /// scene.
 pub fn measure<'a, const W: usize, S: Shape<W>, A: AffineState>(

@@ -92,9 +92,9 @@ impl Measure for NearestEdge {
             let moved = own.displacement(now - own.center) - other.displacement(now - other.center);
             goes_through(outlines[1], now - other.turned(moved), now, reach())
         };
-        let behind = outlines[0].iter().map(|x| (now - x).dot(&spot.normal));
         let sinks = || {
-            behind.fold(0.0, f64::max) > TIP * candidate.length && penetration(outlines) > reach()
+            let whole = behind(outlines[0], now, spot.normal);
+            whole > TIP * candidate.length && penetration(outlines) > reach()
         };
         // Nearer to the other side than to the edge that pushes it.
         let to_edge = spot.depth - of_vertex - bodies.state[e].radius;
@@ -116,13 +116,16 @@ impl Measure for NearestEdge {
     }
 }
 
+/// How far a body with the outline `own` reaches behind its vertex `p`, against a direction.
+fn behind(own: &[Vec2], p: Vec2, direction: Vec2) -> f64 {
+    let depths = own.iter().map(|x| (p - x).dot(&direction));
+    depths.fold(0.0, f64::max)
+}
+
 /// Of the edges of an outline around a vertex at `p`, the one behind which the body of the vertex with the outline `own` is least deep;
 /// `nearest` is nearest to the vertex.
 fn faced(own: &[Vec2], outline: &[Vec2], p: Vec2, nearest: Seen) -> Seen {
-    let whole = |seen: &Seen| {
-        let behind = own.iter().map(|x| (p - x).dot(&seen.normal));
-        behind.fold(0.0, f64::max) - seen.distance
-    };
+    let whole = |seen: &Seen| behind(own, p, seen.normal) - seen.distance;
     let mut least = whole(&nearest);
     if least <= -nearest.distance {
         return nearest; // The vertex is the deepest of its body, and deeper behind all other edges.

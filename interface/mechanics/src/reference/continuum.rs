@@ -877,11 +877,13 @@ impl Reference {
 
     /// Mass and velocity of the nodes (18) ... (20), (30), walls obeyed.
     fn map(&self, nodes: &[Node], inertia: f64) -> (Vec<f64>, Vec<[f64; 2]>) {
-        let turns: Vec<f64> = self.points.iter().map(|p| self.turn(p.group)).collect();
+        let groups = self.points.iter().map(|p| p.group + 1).max().unwrap_or(0);
+        let turns: Vec<f64> = (0..groups).map(|group| self.turn(group)).collect();
         let mut mass = vec![0.0; nodes.len()];
         let mut momentum = vec![[0.0; 2]; nodes.len()];
         for (n, node) in nodes.iter().enumerate() {
-            for (p, turn) in self.points.iter().zip(&turns) {
+            for p in &self.points {
+                let turn = turns[p.group];
                 for image in &node.places {
                     let s = self.weight(p, image.at);
                     let d = self.distance(p, image.at).map(|d| -d * self.cell); // x_I - x_p

@@ -15,10 +15,7 @@ impl Reference {
     /// Along `axis`: numbers of nodes with their places and signs.
     fn along(&self, axis: usize) -> Vec<Along> {
         let n = self.cells[axis];
-        let [low, high] = match axis {
-            0 => [self.walls.left, self.walls.right],
-            _ => [self.walls.bottom, self.walls.top],
-        };
+        let [low, high] = self.walls.by_axis()[axis].map(|(_, wall)| wall);
         if low == Wall::Periodic {
             return (0..n)
                 .map(|i| (i, [i - n, i, i + n].map(Image::own).to_vec()))
@@ -89,15 +86,13 @@ impl Reference {
         &self,
         node: [i64; 2],
     ) -> impl Iterator<Item = (Wall, usize, f64)> + use<> {
-        let w = &self.walls;
-        let ends = [
-            (node[0] <= 0, w.left, 0, -1.0),
-            (node[0] >= self.cells[0], w.right, 0, 1.0),
-            (node[1] <= 0, w.bottom, 1, -1.0),
-            (node[1] >= self.cells[1], w.top, 1, 1.0),
-        ];
-        let acting = ends.into_iter().filter(|end| end.0);
-        acting.map(|(_, wall, axis, out)| (wall, axis, out))
+        let ends = self.walls.by_axis().into_iter().enumerate();
+        let cells = self.cells;
+        ends.flat_map(move |(axis, [(_, low), (_, high)])| {
+            let before = (node[axis] <= 0).then_some((low, axis, -1.0));
+            let beyond = (node[axis] >= cells[axis]).then_some((high, axis, 1.0));
+            before.into_iter().chain(beyond)
+        })
     }
 
     /// The velocity that walls leave of one of a node. With friction nothing moves into them, and they take of the velocity along
