@@ -86,7 +86,7 @@ fn what_a_continuum_is_asked_for_besides_is_told_by_its_key() {
         }),
     });
     config.grid_contact = Some(GridContact { friction: 0.0 });
-    (config.groups[0].keeps_spin, config.groups[0].rigid) = (true, true);
+    config.groups[0].keeps_spin = true;
     let needs = config.needs();
     let told = said(&needs);
     for need in [
@@ -104,7 +104,6 @@ fn what_a_continuum_is_asked_for_besides_is_told_by_its_key() {
         ("feature:holds", "mpm.hold.0", 1),
         ("feature:grid_contact", "mpm.grid_contact", 1),
         ("feature:keeps_spin", "mpm.points.0.keeps_spin", 1),
-        ("feature:rigid", "mpm.points.0.rigid", 1),
     ] {
         assert!(told.contains(&need), "{need:?} in {told:?}");
     }

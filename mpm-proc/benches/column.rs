@@ -62,7 +62,6 @@ pub fn column(points: usize, threads: usize, model: MaterialModel) -> MpmConfig 
             velocity: [0.0, 0.0],
             fields: interface::config::InitialFields::default(),
             contact_radius: None,
-            rigid: false,
             keeps_spin: false,
         }],
         threads,

@@ -35,7 +35,6 @@ pub fn block() -> MpmConfig {
             velocity: [0.0, 0.0],
             fields: interface::config::InitialFields::default(),
             contact_radius: None,
-            rigid: false,
             keeps_spin: false,
         }],
         skin: 0.01,

@@ -10,20 +10,18 @@ use crate::blocks::{Stepper, bits, block, configured, disc_fill, rectangle_fill,
 use mpm_proc::Mpm;
 
 /// Two blocks side by side, 0.1 apart, the left one on its way to the right at 1 m/s.
-fn pair(rigid: [bool; 2]) -> MpmConfig {
+fn pair() -> MpmConfig {
     let mut config = block();
     config.transfer = Transfer::Flip;
     config.grid_contact = Some(GridContact { friction: 0.3 });
     config.groups = [("left", 0.0, 1.0), ("right", 0.3, 0.0)]
         .into_iter()
-        .zip(rigid)
-        .map(|((name, x, v), rigid)| GroupConfig {
+        .map(|(name, x, v)| GroupConfig {
             name: name.into(),
             fill: rectangle_fill([x, 0.3], [x + 0.2, 0.5]),
             spacing: Spacing::PerCell(4),
             lattice: interface::config::Lattice::default(),
             velocity: [v, 0.0],
-            rigid,
             ..config.groups[0].clone()
         })
         .collect();
@@ -58,19 +56,17 @@ fn collided(config: &MpmConfig, steps: usize) -> Mpm {
 
 #[test]
 fn a_collision_keeps_momentum_gains_no_energy_and_ends() {
-    for rigid in [[false, false], [false, true], [true, false]] {
-        let config = pair(rigid);
-        let before = sums(&configured(&config));
-        let mpm = collided(&config, 1500);
-        let after = sums(&mpm);
-        for a in 0..2 {
-            let error = (after.0[a] - before.0[a]).abs();
-            assert!(error < 1e-12 * before.0[0], "{rigid:?} {a}: {error:e}");
-        }
-        assert!(after.2 < before.2, "{rigid:?}: {} {}", after.2, before.2);
-        let [left, right] = mean_velocities(&mpm);
-        assert!(right > left && right > 0.5, "{rigid:?}: {left} {right}");
+    let config = pair();
+    let before = sums(&configured(&config));
+    let mpm = collided(&config, 1500);
+    let after = sums(&mpm);
+    for a in 0..2 {
+        let error = (after.0[a] - before.0[a]).abs();
+        assert!(error < 1e-12 * before.0[0], "{a}: {error:e}");
     }
+    assert!(after.2 < before.2, "{} {}", after.2, before.2);
+    let [left, right] = mean_velocities(&mpm);
+    assert!(right > left && right > 0.5, "{left} {right}");
 }
 
 /// USAVG strains by the velocities of the nodes after contact, and books what the kick loses (docs/energy.md). The ledger of
@@ -78,7 +74,7 @@ fn a_collision_keeps_momentum_gains_no_energy_and_ends() {
 #[test]
 fn with_usavg_the_ledger_of_contact_closes_to_second_order() {
     let [coarse, fine] = [2e-4, 1e-4].map(|dt| {
-        let mut config = pair([false; 2]);
+        let mut config = pair();
         config.stress_update = StressUpdate::Usavg;
         config.groups[1].fill = rectangle_fill([0.2, 0.3], [0.4, 0.5]);
         let (mut mpm, mut stepper) = (configured(&config), Stepper::new());
@@ -97,11 +93,11 @@ fn with_usavg_the_ledger_of_contact_closes_to_second_order() {
     assert!(coarse < 2e-3 && fine < coarse / 3.0, "{coarse:e} {fine:e}");
 }
 
-/// Off centre, a rigid grain turns; what it wins at nodes is what the others lose there, with the same arm.
+/// Off centre, the hit one turns; what it wins at nodes is what the other loses there, with the same arm.
 #[test]
 fn an_off_centre_hit_keeps_angular_momentum() {
-    // Of the transfers here, APIC alone keeps the deformable grain's angular momentum.
-    let mut config = pair([false, true]);
+    // Of the transfers here, APIC alone keeps angular momentum.
+    let mut config = pair();
     config.transfer = Transfer::Apic;
     config.groups[0].fill = rectangle_fill([0.0, 0.4], [0.2, 0.6]);
     let before = sums(&configured(&config));
@@ -123,7 +119,7 @@ fn an_off_centre_hit_keeps_angular_momentum() {
 /// Far apart, each grain moves as it would alone, bit for bit; and the threads do not matter.
 #[test]
 fn grains_that_do_not_meet_know_nothing_of_each_other() {
-    let mut config = pair([false, false]);
+    let mut config = pair();
     config.groups[0].velocity = [-0.5, 0.25];
     // With usl points move with the nodes whether there is contact on the grid or not.
     let mut apart = config.clone();
@@ -143,26 +139,6 @@ fn grains_that_do_not_meet_know_nothing_of_each_other() {
         collided(&config, 600).points(),
         collided(&threads, 600).points()
     );
-}
-
-#[test]
-fn a_rigid_grain_falls() {
-    let mut config = pair([true, true]);
-    config.gravity = [0.0, -10.0];
-    config.groups.truncate(1);
-    let start = configured(&config).points();
-    let mpm = collided(&config, 500);
-    // Half a kick too early: velocities are of t_{n+1/2}, positions the sum of them.
-    let (n, dt) = (500.0, 2e-4);
-    let fallen = 10.0 * dt * dt * 0.5 * n * n;
-    for (a, b) in start.iter().zip(mpm.points()) {
-        let expected = a.position[1] - fallen;
-        assert!(
-            (b.position[1] - expected).abs() < 1e-12,
-            "{} {expected}",
-            b.position[1]
-        );
-    }
 }
 
 /// Two discs about (`x`, `y`) that meet off centre and rub, in a domain of 20 by 16 cells that closes on itself.

@@ -452,20 +452,18 @@ fn every_model_goes_on_in_every_surrounding() {
     }
 }
 
-/// Two blocks that meet, one of them rigid where `rigid` says so, with friction.
-fn grains(rigid: [bool; 2]) -> MpmConfig {
+/// Two blocks that meet, with friction.
+fn grains() -> MpmConfig {
     let mut config = flying();
     config.transfer = Transfer::Flip;
     config.grid_contact = Some(GridContact { friction: 0.3 });
     config.groups[0].fields.velocity = None;
     config.groups = [("left", [0.0, 0.33], 3.0), ("right", [0.32, 0.3], 0.0)]
         .into_iter()
-        .zip(rigid)
-        .map(|((name, lower, v), rigid)| GroupConfig {
+        .map(|(name, lower, v)| GroupConfig {
             name: name.into(),
             fill: rectangle(lower),
             velocity: [v, 0.0],
-            rigid,
             ..config.groups[0].clone()
         })
         .collect();
@@ -476,8 +474,8 @@ fn grains(rigid: [bool; 2]) -> MpmConfig {
 fn grains_go_on_to_the_same_bits() {
     let mut n = 0;
     for shape in SHAPES {
-        for rigid in [[false, false], [false, true], [true, false]] {
-            let mut config = grains(rigid);
+        for closed in [true, false, false] {
+            let mut config = grains();
             config.shape = shape;
             config.transfer = [Transfer::Flip, Transfer::Pic, Transfer::Xpic { order: 2 }][n % 3];
             if n % 2 == 0 && matches!(shape, ShapeFunction::QuadraticBspline) {
@@ -500,13 +498,13 @@ fn grains_go_on_to_the_same_bits() {
                 config.walls = Walls::default();
                 config.domain[1][0] = 0.7;
             }
-            if rigid == [false; 2] && config.leaving == Leaving::Stop {
+            if closed && config.leaving == Leaving::Stop {
                 config.walls.left = Wall::Periodic;
                 config.walls.right = Wall::Periodic;
                 config.walls.bottom = [Wall::Driven { speed: 3.0 }, Wall::Open][n % 2];
             }
             config.threads = 1 + n % 2;
-            goes_on(&format!("grains {n}: {shape:?} {rigid:?}"), &config);
+            goes_on(&format!("grains {n}: {shape:?}"), &config);
             n += 1;
         }
     }
@@ -514,10 +512,10 @@ fn grains_go_on_to_the_same_bits() {
 
 #[test]
 fn grains_remember_that_bodies_of_another_solver_are_near() {
-    let mut mpm = configured(&grains([false, true]));
+    let mut mpm = configured(&grains());
     mpm.select_imps(&Driver::envelope());
     let bytes = mpm.save().unwrap();
-    let mut fresh = configured(&grains([false, true]));
+    let mut fresh = configured(&grains());
     fresh.restore(&bytes).unwrap();
     let fault = Stepper::new().step(&mut fresh, 0.0, false, &[]);
     assert!(fault.unwrap_err().to_string().contains("grid_contact"));

@@ -107,8 +107,8 @@ class Springs:
         self.courant_time = min(self.courant_time, cell / wave)
         if group["lattice"] != "grid":
             raise Refusal(f"{key}.lattice", "only \"grid\" is known here")
-        if group["rigid"] or any(group["fields"].values()):
-            raise Refusal(key, "neither `rigid` nor initial fields are known here")
+        if any(group["fields"].values()):
+            raise Refusal(key, "initial fields are not known here")
         h, places = lattice(group["fill"], group["spacing"], cell)
         if not places:
             raise Refusal(f"{key}.fill", "only `disc`, `points` and `rectangle`, with points as far apart along x as along y")

@@ -39,7 +39,7 @@ MPM = (
     " group_pair:list interface:text chain:list skin:number probe:list threads:count"
 )
 GROUP = (
-    "name:text material:any fill:any spacing:any lattice:text velocity:pair fields:any contact_radius:any rigid:flag"
+    "name:text material:any fill:any spacing:any lattice:text velocity:pair fields:any contact_radius:any"
     " keeps_spin:flag"
 )
 

@@ -138,7 +138,6 @@ fn group(
         velocity: [0.0; 2],
         fields: InitialFields::default(),
         contact_radius: written.contact_radius,
-        rigid: written.rigid,
         keeps_spin: written.keeps_spin,
     }
 }

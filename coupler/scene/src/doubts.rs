@@ -78,12 +78,7 @@ fn unlisted(what: &str, density: f64) -> String {
 
 /// Groups that are less than a few cells across.
 fn resolution(mpm: &MpmConfig, doubt: &mut impl FnMut(&str, String)) {
-    for (g, group) in mpm
-        .groups
-        .iter()
-        .enumerate()
-        .filter(|(_, group)| !group.rigid)
-    {
+    for (g, group) in mpm.groups.iter().enumerate() {
         let across = match &group.fill {
             // Points by themselves need not be a solid.
             Fill::Points { .. } => continue,

@@ -239,7 +239,7 @@ fn sides(problems: &mut Problems, written: &SceneWritten, bodies: bool) {
         problems.refuse_key(
             "mpm.grid_contact",
             "`mpm.grid_contact` cannot be combined with `[dem]`: contact on the grid does not include bodies",
-            "leave one of them out, or make the bodies groups of points with `rigid = true`",
+            "leave one of them out, or make the bodies groups of points",
         );
     }
     if written.mpm.is_none() && !bodies {

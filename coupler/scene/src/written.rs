@@ -208,9 +208,6 @@ pub(crate) struct PointsWritten {
     pub stress: Option<[NumberOrExpression; 4]>,
     /// Contact radius r_p in m; half the point spacing by default.
     pub contact_radius: Option<f64>,
-    /// Whether the points move as one rigid body; needs `mpm.grid_contact`. Only the density of its material is used.
-    #[serde(default)]
-    pub rigid: bool,
     /// Whether the nodes get the group's spin as a linear field, so that rigid rotation causes no strain: for a solid
     /// that flies and rotates, with `flip`, `pic` or a blend. Not with periodic walls.
     #[serde(default)]

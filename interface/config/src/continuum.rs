@@ -369,8 +369,6 @@ pub struct GroupConfig {
     pub fields: InitialFields,
     /// Contact radius `r_p` in m; null: half the point spacing.
     pub contact_radius: Option<f64>,
-    /// Whether the points move as one rigid body; only with `grid_contact`.
-    pub rigid: bool,
     /// Whether the nodes get the spin w of the group as a linear field, `v_p + w x (x_I - x_p)` in place of `v_p`, so
     /// that rigid rotation causes no strain; with `pic`, `flip` and `blend`, and without periodic walls.
     pub keeps_spin: bool,

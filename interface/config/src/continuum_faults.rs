@@ -275,7 +275,6 @@ impl MpmConfig {
                 "a length above 0",
             );
         }
-        self.rigid_faults(found, group, &path);
         self.spin_faults(found, group, &path);
         let spacing_is_sound = group.spacing_faults(found, &path);
         let fill_is_sound = group.fill_faults(found, &path);
@@ -299,46 +298,12 @@ impl MpmConfig {
             Transfer::Xpic { .. } | Transfer::FlipXpic { .. } => {
                 "xpic filters velocities: use transfer = \"flip\""
             }
-            _ if group.rigid => "a rigid group keeps its spin anyway: leave it out",
             _ if self.walls.periodic().contains(&true) => {
                 "a group that crosses periodic walls has no centre of rotation: leave it out"
             }
             _ => return,
         };
         found.add(format!("{path}.keeps_spin"), "true", "false", help);
-    }
-
-    fn rigid_faults(&self, found: &mut Faults, group: &GroupConfig, path: &str) {
-        if !group.rigid {
-            return;
-        }
-        if self.grid_contact.is_none() {
-            let help = "rigid points have contact only on the grid: add `[mpm.grid_contact]`, or make it a body of `[dem]`";
-            found.add(
-                format!("{path}.rigid"),
-                "true",
-                "false without mpm.grid_contact",
-                help,
-            );
-        }
-        if self.walls.periodic().contains(&true) {
-            let help =
-                "a group that crosses periodic walls has no centre of rotation: leave it out";
-            found.add(format!("{path}.rigid"), "true", "false", help);
-        }
-        if group.fields.velocity.is_some() {
-            let expected = "the same for all points of a rigid group";
-            found.add(
-                format!("{path}.velocity"),
-                "a formula",
-                expected,
-                "write two numbers",
-            );
-        }
-        if group.fields.stress.is_some() {
-            let help = "a rigid group has no stress; leave it out";
-            found.add(format!("{path}.stress"), "a formula", "nothing", help);
-        }
     }
 
     /// Refuses a region that reaches out of the domain. Over a periodic wall it may reach, by at most one period.

@@ -63,7 +63,7 @@ impl MpmConfig {
     ///
     /// Single words: `layers`, `pairs`, `segments`. Families: `shape`, `transfer`, `stress_update`, `plane`,
     /// `wall`, `material`, `fill`, `lattice` (where it is not the default), `contact_force`, whose members are the
-    /// words of the configuration, and `feature`: `probes`, `holds`, `grid_contact`, `keeps_spin`, `rigid`, and what sand may need.
+    /// words of the configuration, and `feature`: `probes`, `holds`, `grid_contact`, `keeps_spin`, and what sand may need.
     pub fn needs(&self) -> Vec<Need> {
         let mut needs = Vec::new();
         if self.layers {
@@ -106,7 +106,6 @@ impl MpmConfig {
             Need::of_all(format!("feature:{feature}"), keys)
         };
         needs.extend(of_groups("keeps_spin", |g| g.keeps_spin));
-        needs.extend(of_groups("rigid", |g| g.rigid));
         needs.extend(self.needs_of_sand());
         needs
     }

@@ -138,7 +138,6 @@ mod tests {
             velocity: [0.0; 2],
             fields: InitialFields::default(),
             contact_radius: None,
-            rigid: false,
             keeps_spin: false,
             lattice: Lattice::default(),
         }

@@ -14,7 +14,7 @@ const BUILT_IN: SolverPair = SolverPair {
         let material = r#"{"name": "jelly", "density": 1000, "model": {"linear_elastic": {"bulk_modulus": 2000, "shear_modulus": 1000}}}"#;
         let block = r#"{"name": "block", "material": 0, "fill": {"rectangle": {"lower": [0.4, 0.42], "upper": [0.6, 0.52]}},
             "spacing": {"distance": 0.05}, "velocity": [0, -3], "contact_radius": 0.01,
-            "lattice": "grid", "fields": {}, "rigid": false, "keeps_spin": false}"#;
+            "lattice": "grid", "fields": {}, "keeps_spin": false}"#;
         let mpm = format!(
             r#"{{"domain": [[0, 0], [1, 1]], "cell": 0.1, "gravity": [0, -9.81], "shape": "linear", "transfer": "flip",
             "stress_update": "usf", "contact_force": "point",

@@ -101,7 +101,7 @@ mod tests {
             format!(
                 r#"{{"name": "{name}", "material": 0, "fill": {{"points": {{"positions": []}}}},
                     "spacing": {{"per_cell": 4}}, "lattice": "grid", "velocity": [0, 0], "fields": {{}},
-                    "contact_radius": 0.2, "rigid": false, "keeps_spin": false}}"#
+                    "contact_radius": 0.2, "keeps_spin": false}}"#
             )
         };
         let text = format!(

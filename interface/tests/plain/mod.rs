@@ -33,7 +33,6 @@ pub fn plain_continuum() -> MpmConfig {
             velocity: [0.0; 2],
             fields: InitialFields::default(),
             contact_radius: None,
-            rigid: false,
             keeps_spin: false,
         }],
         skin: 0.01,

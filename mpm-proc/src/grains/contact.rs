@@ -6,8 +6,6 @@
 //! density alone, "which results in small errors in momentum conservation". Here the direction of a grain is that of
 //! the gradient of its own density less that of the others', so that two grains have the same line. The imbalance of
 //! three or more grains is distributed to all in proportion to mass. So momentum is conserved to rounding.
-//!
-//! This does not apply to a rigid grain, because it cannot move at one node alone ([`super::onto_rigid`]).
 
 use core::ops::AddAssign;
 
@@ -33,7 +31,7 @@ pub struct Losses {
     /// By impulses along the normal, since impacts of nodes are inelastic. Negative where they give energy: a node may
     /// part before the kick that presses it on another.
     pub impact: f64,
-    /// By a stage's damping, which grains take for more than it is by what contact has taken.
+    /// By a stage's damping, as far as `Damping::loss` leaves it out: what contact has taken looks to it as if forces had given less.
     pub damping: f64,
 }
 
@@ -171,20 +169,18 @@ impl SharedNodes {
     }
 
     /// The shared tiles, place by place; in each the tiles of the grains that have it.
-    pub fn places(&self) -> impl Iterator<Item = &[Shared]> {
+    fn places(&self) -> impl Iterator<Item = &[Shared]> {
         self.shared.chunk_by(|a, b| a.at == b.at)
     }
 
-    /// Corrects the velocities of approaching grains at every shared node. `nodes` are the tiles of each grain; grains
-    /// in `rigid` are left out.
-    pub fn touch(&self, nodes: &mut [&mut [NodeTile]], rigid: &[bool], friction: f64) -> Losses {
+    /// Corrects the velocities of approaching grains at every shared node. `nodes` are the tiles of each grain.
+    pub fn touch(&self, nodes: &mut [&mut [NodeTile]], friction: f64) -> Losses {
         let mut losses = Losses::default();
         let mut parties = Vec::new();
         for together in self.places() {
             for i in bits(together.iter().fold(0, |met, shared| met | shared.met)) {
                 parties.clear();
-                let soft = together.iter().filter(|s| !rigid[s.grain as usize]);
-                parties.extend(soft.filter_map(|shared| {
+                parties.extend(together.iter().filter_map(|shared| {
                     let tile = &nodes[shared.grain as usize][shared.tile as usize];
                     (shared.met >> i & 1 == 1).then_some(Party {
                         grain: shared.grain as usize,
@@ -219,7 +215,7 @@ fn has_mass(tile: &NodeTile) -> u64 {
 }
 
 /// The unit vector away from a grain towards others, by the gradients of their densities; `None` if these cancel.
-pub fn way_out(own: [f64; 2], others: [f64; 2]) -> Option<[f64; 2]> {
+fn way_out(own: [f64; 2], others: [f64; 2]) -> Option<[f64; 2]> {
     let way = [0, 1].map(|a| others[a] - own[a]);
     let length = way[0].hypot(way[1]);
     (length > 0.0).then(|| way.map(|c| c / length))

@@ -1,15 +1,11 @@
-//! Several bodies of points with contact on the grid (Bardenhagen 2000), among them rigid ones (the MPM-DEM scheme of
-//! Jiang 2020 section 5.4, after Liu, Sun and Zhou 2018).
+//! Several bodies of points with contact on the grid (Bardenhagen 2000).
 //!
 //! Each group of points is a grain with its own nodal velocities, so that grains do not interact until their nodes have
 //! been kicked. Then, if a node of the regular grid has mass of two or more grains, the velocities of those that
-//! approach are corrected: between deformable grains node by node ([`contact`]), against a rigid grain for all nodes
-//! together ([`onto_rigid`], [`rigid`]). Two rigid grains have no contact.
+//! approach are corrected ([`contact`]).
 
 mod contact;
 mod density;
-mod onto_rigid;
-mod rigid;
 
 use interface::message::wire::{EnvelopeVertex, ImpForce, ImpInfo, ImpState, Limits, PointState};
 use interface::saved::ConfigurationMark;
@@ -30,13 +26,10 @@ use crate::state::saved::FORMAT;
 use crate::step;
 use contact::{Losses, SharedNodes};
 use mechanics::threads::Threads;
-use rigid::{MotionState, RigidMotion, move_rigidly};
 
 /// A body of points with its own nodes.
 pub struct Grain<const W: usize, S: Shape<W>, A: AffineState> {
     continuum: Continuum<W, S, A>,
-    /// Its motion, if it moves as one rigid body.
-    rigid: Option<RigidMotion>,
     /// The contact and the result of the present step.
     load: ContactLoad,
     outcome: Result<Limits, Fault>,
@@ -63,14 +56,9 @@ struct GrainsState {
 }
 
 impl<const W: usize, S: Shape<W>, A: AffineState> Grains<W, S, A> {
-    /// Grains of one cloud each, of which some move as one, with friction between them.
-    pub fn new(
-        continua: impl IntoIterator<Item = (Continuum<W, S, A>, bool)>,
-        friction: f64,
-        threads: Threads,
-    ) -> Self {
-        let grains = continua.into_iter().map(|(continuum, rigid)| Grain {
-            rigid: rigid.then(|| RigidMotion::of(&continuum.clouds[0])),
+    /// Grains of one cloud each, with friction between them.
+    pub fn new(continua: Vec<Continuum<W, S, A>>, friction: f64, threads: Threads) -> Self {
+        let grains = continua.into_iter().map(|continuum| Grain {
             continuum,
             load: ContactLoad::default(),
             outcome: Ok(Limits::default()),
@@ -122,22 +110,10 @@ impl<const W: usize, S: Shape<W>, A: AffineState> Grains<W, S, A> {
         for (number, grain) in self.all.iter().enumerate() {
             self.shared.add_density_gradients(number, &grain.continuum);
         }
-        let friction = self.friction;
-        let geometry = self.all[0].continuum.grid.geometry;
-        let rigid: Vec<bool> = self.all.iter().map(|g| g.rigid.is_some()).collect();
-        let (mut nodes, motions): (Vec<_>, Vec<_>) = self
-            .all
-            .iter_mut()
-            .map(|g| (&mut g.continuum.grid.tiles[..], &mut g.rigid))
-            .unzip();
-        let mut lost = self.shared.touch(&mut nodes, &rigid, friction);
-        for (number, motion) in motions.into_iter().enumerate() {
-            if let Some(motion) = motion {
-                let shared = &self.shared;
-                lost.friction +=
-                    shared.press_on(number, motion, &mut nodes, &rigid, &geometry, friction);
-            }
-        }
+        let grids = self.all.iter_mut().map(|g| &mut g.continuum.grid.tiles[..]);
+        let mut lost = self
+            .shared
+            .touch(&mut grids.collect::<Vec<_>>(), self.friction);
         for grain in &mut self.all {
             let Grid { images, tiles, .. } = &mut grain.continuum.grid;
             follow(images, tiles);
@@ -169,18 +145,15 @@ impl<const W: usize, S: Shape<W>, A: AffineState> Grain<W, S, A> {
     }
 
     fn move_points(&mut self, step: &Step) -> Result<Limits, Fault> {
-        match &mut self.rigid {
-            None => step::move_points(&mut self.continuum, step, self.load),
-            Some(motion) => move_rigidly(&mut self.continuum, step, motion),
-        }
+        step::move_points(&mut self.continuum, step, self.load)
     }
 }
 
-/// The states of all grains: of their continua, and of the rigid ones' motions.
+/// The states of all grains.
 #[derive(Serialize, Deserialize)]
 struct SavedGrains<A> {
     own: GrainsState,
-    all: Vec<(SavedContinuum<A>, Option<MotionState>)>,
+    all: Vec<SavedContinuum<A>>,
 }
 
 impl<const W: usize, S: Shape<W>, A: AffineState> Scheme for Grains<W, S, A> {
@@ -208,8 +181,7 @@ impl<const W: usize, S: Shape<W>, A: AffineState> Scheme for Grains<W, S, A> {
     }
 
     fn travel(&self) -> f64 {
-        let travels = self.all.iter().map(|g| g.continuum.imps.state.travel);
-        travels.fold(0.0, f64::max)
+        several::travel(self.all.iter().map(|g| &g.continuum))
     }
 
     fn imp_states(&mut self) -> &[ImpState] {
@@ -229,11 +201,7 @@ impl<const W: usize, S: Shape<W>, A: AffineState> Scheme for Grains<W, S, A> {
     }
 
     fn save(&self, mark: &ConfigurationMark) -> Vec<u8> {
-        let of = |grain: &Grain<W, S, A>| {
-            let motion = grain.rigid.as_ref().map(|motion| motion.state);
-            (grain.continuum.saved(), motion)
-        };
-        let all = self.all.iter().map(of).collect();
+        let all = self.all.iter().map(|g| g.continuum.saved()).collect();
         let own = self.state;
         mark.seal(FORMAT, &SavedGrains { own, all })
     }
@@ -241,11 +209,8 @@ impl<const W: usize, S: Shape<W>, A: AffineState> Scheme for Grains<W, S, A> {
     fn restore(&mut self, mark: &ConfigurationMark, saved: &[u8]) -> Result<(), Refusal> {
         let SavedGrains { own, all } = mark.open(FORMAT, saved)?;
         self.state = own;
-        for (grain, (continuum, motion)) in self.all.iter_mut().zip(all) {
-            grain.continuum.take_over(continuum)?;
-            if let (Some(rigid), Some(motion)) = (&mut grain.rigid, motion) {
-                rigid.state = motion;
-            }
+        for (grain, saved) in self.all.iter_mut().zip(all) {
+            grain.continuum.take_over(saved)?;
         }
         Ok(())
     }

@@ -19,7 +19,6 @@ mod perfect_plasticity;
 mod point;
 #[cfg(test)]
 mod properties;
-mod rigid;
 #[cfg(test)]
 mod single_point;
 mod von_mises;
@@ -35,5 +34,4 @@ pub use mohr_coulomb::MohrCoulomb;
 pub use mu_i::MuI;
 pub use neo_hookean::NeoHookean;
 pub use point::{Deformation, Dissipated, Point, Rows, Stress};
-pub use rigid::Rigid;
 pub use von_mises::VonMises;

@@ -65,7 +65,6 @@ const TAKES: [(&str, &[&str]); 10] = [
             "volume_rate",
             "grid_contact",
             "keeps_spin",
-            "rigid",
         ],
     ),
 ];
@@ -143,7 +142,6 @@ mod tests {
                     "volume_rate",
                     "grid_contact",
                     "keeps_spin",
-                    "rigid",
                 ]
                 .map(ToOwned::to_owned)
                 .into(),

@@ -21,7 +21,7 @@ use crate::kernel::transfer::{AffineState, Slopes, Transfer};
 use crate::layers::Layers;
 use crate::material::{
     Constitutive, DruckerPrager, Elastic, Fluid, GrainLaw, Granular, Jaumann, Material, Moduli,
-    MohrCoulomb, MuI, NeoHookean, PlaneStrain, PlaneStress, Rigid, Stresses, VonMises,
+    MohrCoulomb, MuI, NeoHookean, PlaneStrain, PlaneStress, Stresses, VonMises,
 };
 use crate::pass::gaps::touching;
 use crate::pass::limits::stiffest_place;
@@ -99,11 +99,6 @@ impl<'a> Parts<'a> {
             for x in &mut filled.positions {
                 *x = geometry.entered(*x); // what reaches over a periodic wall
             }
-            if group.rigid && filled.positions.len() < 2 {
-                let message =
-                    "a single point cannot rotate: a rigid group needs two points or more";
-                return Err(Refusal::new(format!("{key}.rigid"), message));
-            }
             notes.extend(notes::radius(group, config.cell));
             points.push(filled);
         }
@@ -154,9 +149,7 @@ impl<'a> Parts<'a> {
         let mut threads = self.threads;
         let scheme: Box<dyn Scheme> =
             if let Some(GridContact { friction }) = self.config.grid_contact {
-                let rigid = self.config.groups.iter().map(|g| g.rigid);
-                let grains = continua.into_iter().zip(rigid);
-                Box::new(Grains::new(grains, friction, threads))
+                Box::new(Grains::new(continua, friction, threads))
             } else if self.config.layers {
                 for layer in &mut continua {
                     layer.threads = threads.clone();
@@ -187,11 +180,7 @@ impl<'a> Parts<'a> {
             let number = clouds.len() as u32;
             let material = &self.config.materials[group.material];
             let blocks = points.positions.len().div_ceil(LANES);
-            let model = if group.rigid {
-                Box::new(Rigid)
-            } else {
-                constitutive(&material.model, material.density, self.config.plane)
-            };
+            let model = constitutive(&material.model, material.density, self.config.plane);
             let mut stresses = Stresses::new(&*model, blocks);
             fields.prestress(&*model, &mut stresses, &points.positions)?;
             let shape = shape(points);
@@ -319,7 +308,6 @@ impl<'a> Parts<'a> {
             for cloud in &continuum.clouds {
                 ready.items += cloud.len() as u64;
                 ready.mass_min = ready.mass_min.min(cloud.mass);
-                // Rigid points have no waves.
                 ready.courant_time = ready.courant_time.min(cell / cloud.material.wave_speed());
                 let place = stiffest_place(&cloud.shape);
                 stiffest = stiffest.max(place * cloud.material.stiffness_at_rest());

@@ -18,7 +18,7 @@ use interface::saved::ConfigurationMark;
 pub use interface::saved::refusal;
 
 /// Name of the format; the number rises with every change of what is saved.
-pub const FORMAT: &str = "tandem-mpm 10";
+pub const FORMAT: &str = "tandem-mpm 11";
 
 /// What the numbers of a state of `config` depend on.
 pub fn mark(config: &MpmConfig) -> ConfigurationMark {
@@ -94,7 +94,6 @@ fn mark_group(mark: &mut ConfigurationMark, g: usize, group: &GroupConfig) {
         velocity: _, // of the start
         fields: _,   // likewise
         contact_radius,
-        rigid,
         keeps_spin,
     } = group;
     mark.add(format!("mpm.points.{g}.name"), name);
@@ -109,6 +108,5 @@ fn mark_group(mark: &mut ConfigurationMark, g: usize, group: &GroupConfig) {
     mark.add(format!("mpm.points.{g}.spacing"), spacing);
     mark.add(format!("mpm.points.{g}.lattice"), lattice);
     mark.add(format!("mpm.points.{g}.contact_radius"), contact_radius);
-    mark.add(format!("mpm.points.{g}.rigid"), rigid);
     mark.add(format!("mpm.points.{g}.keeps_spin"), keeps_spin);
 }

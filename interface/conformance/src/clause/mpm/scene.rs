@@ -62,7 +62,6 @@ pub fn group(fill: Fill) -> GroupConfig {
         velocity: [0.0; 2],
         fields: InitialFields::default(),
         contact_radius: Some(RADIUS),
-        rigid: false,
         keeps_spin: false,
     }
 }
