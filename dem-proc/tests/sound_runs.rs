@@ -293,6 +293,13 @@ fn flush_planks_hold_one_another() {
     assert_eq!(end, End::Sound);
 }
 
+/// A corner that touches the tip of another stone lightly slides from one of its faces to the other, and its normal turns.
+#[test]
+fn a_corner_slides_past_a_tip() {
+    let end = run(&pile(500_028, OverlapMeasure::Area, 1e9), 1.5);
+    assert_eq!(end, End::Sound);
+}
+
 /// Ten thousand runs and a thousand of mutated stiffness, seeds from `FIRST` on:
 /// `SEEDS=1700 cargo test --release -p dem-proc --test dem-tests -- --ignored --nocapture ten_thousand_runs`.
 #[test]

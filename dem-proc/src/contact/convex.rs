@@ -67,9 +67,14 @@ pub trait Measure: Debug + Default + Send + Sync + 'static {
     /// The contact of a candidate; `None` if its distance is above `closing` (m).
     fn meet(&mut self, bodies: &Bodies, candidate: Candidate, closing: f64) -> Option<Spot>;
     /// The criterion by which a candidate that presses has gone too far ([`crate::contact::passage`]). `turned`: its
-    /// normal has rotated since the last step, in the frame of the second body.
-    fn passage(bodies: &Bodies, candidate: Candidate, spot: &Spot, turned: bool)
-    -> Option<Passage>;
+    /// normal has rotated since the last step, in the frame of the second body, in which the bodies have approached by
+    /// at most this (m).
+    fn passage(
+        bodies: &Bodies,
+        candidate: Candidate,
+        spot: &Spot,
+        turned: Option<f64>,
+    ) -> Option<Passage>;
 }
 
 /// Pairs of convex bodies, measured by `M`.
@@ -195,6 +200,7 @@ impl<M: Measure> PairKind for Convex<M> {
             if spot.depth > 0.0 {
                 let response = chunk.law.response(constants, &kinematics, before);
                 let turned = frames[1].turned(was.0.into()).dot(&spot.normal) < TURN;
+                let turned = turned.then_some(closing);
                 let passage = M::passage(bodies, *candidate, &spot, turned);
                 met.passed = passage.map(|passage| PassedBodies {
                     bodies: pair,

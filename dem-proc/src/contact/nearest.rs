@@ -75,7 +75,7 @@ impl Measure for NearestEdge {
         bodies: &Bodies,
         candidate: Candidate,
         spot: &Spot,
-        turned: bool,
+        turned: Option<f64>,
     ) -> Option<Passage> {
         let [v, e] = candidate.bodies.map(|b| b as usize);
         let of_vertex = bodies.state[v].radius;
@@ -106,7 +106,7 @@ impl Measure for NearestEdge {
             };
             near.normal.dot(&spot.normal) < TURN && leaps()
         };
-        if turned && through() || to_edge > 0.0 && past_middle() || sinks() {
+        if turned.is_some() && through() || to_edge > 0.0 && past_middle() || sinks() {
             Some(Passage::Through)
         } else if spot.depth - of_vertex > admissible_depth(bodies, e, 0) {
             Some(Passage::Deep)

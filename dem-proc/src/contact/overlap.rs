@@ -12,7 +12,7 @@ use interface::Vec2;
 
 use crate::body::bodies::Bodies;
 use crate::contact::convex::{Candidate, Measure, Spot};
-use crate::contact::passage::Passage;
+use crate::contact::passage::{Passage, TIP, penetration};
 use crate::parry::{Gap, gap};
 use mechanics::mass::cross;
 use mechanics::outline::thickness;
@@ -181,11 +181,15 @@ impl Measure for OverlapArea {
         bodies: &Bodies,
         candidate: Candidate,
         spot: &Spot,
-        turned: bool,
+        turned: Option<f64>,
     ) -> Option<Passage> {
         let length = pair_length(bodies, candidate.bodies);
         let (area, width) = (spot.depth * length, spot.gain * length);
-        if turned {
+        let through = |approached| {
+            let outlines = candidate.bodies.map(|b| bodies.outline_of(b as usize));
+            penetration(outlines) + approached > TIP * candidate.length
+        };
+        if turned.is_some_and(through) {
             Some(Passage::Through)
         } else if width < NARROW * area.sqrt() {
             Some(Passage::Deep)
