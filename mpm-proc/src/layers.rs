@@ -1,10 +1,10 @@
-//! A grid layer for each group (Chen 2023 section 3.3): every group of points is a continuum with its own nodes, so
-//! that groups never exchange momentum through the grid. They interact only through the forces of the bodies' side,
-//! which bodies and points of other groups exert on their points.
+//! The continua of a scene: one for all groups of points, or a layer with nodes of its own for each group (Chen 2023
+//! section 3.3), so that groups never exchange momentum through the grid. Points of layers touch in pairs, whose forces
+//! come from the bodies' side as those of bodies do, or layers touch on their nodes ([`crate::grid_contact`]).
 //!
-//! The layers are stepped one after another. Each has its own walls, loads and step limits. A contact force acts on the
-//! masses of one layer, so the contribution of contact to the frequency is the largest of all layers, where the
-//! stiffness of a pair counts twice at both ends: `k (e_p - e_q)(e_p - e_q)^T <= 2 k (e_p e_p^T + e_q e_q^T)`.
+//! Each layer has its own walls, loads and step limits. A contact force acts on the masses of one layer, so the
+//! contribution of contact to the frequency is the largest of all layers, where the stiffness of a pair counts twice at
+//! both ends: `k (e_p - e_q)(e_p - e_q)^T <= 2 k (e_p e_p^T + e_q e_q^T)`.
 
 use core::ops::Range;
 
@@ -12,140 +12,256 @@ use interface::message::wire::{EnvelopeVertex, ImpForce, ImpInfo, ImpState, Limi
 use interface::saved::ConfigurationMark;
 use interface::solver::{Fault, MpmMeasurement, Refusal};
 use interface::step::Step;
+use mechanics::threads::Threads;
+use serde::{Deserialize, Serialize};
 
+use crate::grid_contact::{GridContact, Losses};
 use crate::kernel::shape::Shape;
+use crate::kernel::threads::over_items;
 use crate::kernel::transfer::AffineState;
 use crate::pass::select_imps::select_imps;
+use crate::pass::select_markers::select_markers;
 use crate::pass::select_pairs::near_one_another;
 use crate::scheme::Scheme;
 use crate::several;
+use crate::state::contact::ContactLoad;
 use crate::state::continuum::{Continuum, SavedContinuum};
 use crate::state::saved::FORMAT;
 use crate::step;
 
+/// A continuum with nodes of its own.
+struct Layer<const W: usize, S: Shape<W>, A: AffineState> {
+    continuum: Continuum<W, S, A>,
+    /// Number of its first group.
+    first: u32,
+    /// Its IMPs among those of all layers.
+    slots: Range<usize>,
+    /// The contact and the result of the present step.
+    load: ContactLoad,
+    outcome: Result<Limits, Fault>,
+}
+
 /// The layers of a scene.
 pub struct Layers<const W: usize, S: Shape<W>, A: AffineState> {
-    /// One continuum of one cloud for each group.
-    all: Vec<Continuum<W, S, A>>,
+    all: Vec<Layer<W, S, A>>,
     /// Groups whose points touch.
     pairs: Vec<[usize; 2]>,
+    /// Contact on the nodes, if there is any.
+    on_grid: Option<GridContact>,
+    /// Of layers that are stepped at once.
+    threads: Threads,
     /// The IMPs of all layers by id; those of one layer follow one another.
     infos: Vec<ImpInfo>,
     states: Vec<ImpState>,
     measurement: MpmMeasurement,
 }
 
+/// The state of all layers.
+#[derive(Serialize, Deserialize)]
+struct SavedLayers<A> {
+    layers: Vec<SavedContinuum<A>>,
+    /// By contact on the nodes so far.
+    lost: Losses,
+}
+
 impl<const W: usize, S: Shape<W>, A: AffineState> Layers<W, S, A> {
-    /// Layers of one cloud each, of which `pairs` touch.
-    pub fn new(all: Vec<Continuum<W, S, A>>, pairs: Vec<[usize; 2]>) -> Self {
+    /// One continuum, or one of a single cloud for each group, of which `pairs` touch. Several threads work on one layer,
+    /// or each on its own where there are more layers.
+    pub fn new(
+        continua: Vec<Continuum<W, S, A>>,
+        pairs: Vec<[usize; 2]>,
+        on_grid: Option<GridContact>,
+        mut threads: Threads,
+    ) -> Self {
+        let within = if continua.len() > threads.count() {
+            Threads::default()
+        } else {
+            core::mem::take(&mut threads)
+        };
+        let layers = (0..).zip(continua).map(|(first, mut continuum)| {
+            continuum.threads = within.clone();
+            Layer {
+                continuum,
+                first,
+                slots: 0..0,
+                load: ContactLoad::default(),
+                outcome: Ok(Limits::default()),
+            }
+        });
         Self {
-            all,
+            all: layers.collect(),
             pairs,
+            on_grid,
+            threads,
             infos: Vec::new(),
             states: Vec::new(),
             measurement: MpmMeasurement::default(),
         }
     }
 
+    fn continua(&self) -> impl Iterator<Item = &Continuum<W, S, A>> {
+        self.all.iter().map(|layer| &layer.continuum)
+    }
+
+    /// Does `work` with every layer; returns the narrowest limits.
+    fn each(
+        &mut self,
+        work: &(impl Fn(&mut Layer<W, S, A>) -> Result<Limits, Fault> + Sync),
+    ) -> Result<Limits, Fault> {
+        over_items(&self.threads, &mut self.all, &|layer| {
+            layer.outcome = work(layer);
+        });
+        let mut limits = Limits::default();
+        for layer in &mut self.all {
+            let of = core::mem::replace(&mut layer.outcome, Ok(Limits::default()))?;
+            limits = several::narrowest(&limits, &of);
+        }
+        Ok(limits)
+    }
+
     /// Makes one list from the IMPs of all layers.
     fn write_infos(&mut self) {
         self.infos.clear();
-        for (group, layer) in (0..).zip(&self.all) {
-            let infos = layer.imps.infos.iter();
-            self.infos
-                .extend(infos.map(|info| ImpInfo { group, ..*info }));
+        for Layer {
+            continuum, first, ..
+        } in &self.all
+        {
+            let infos = continuum.imps.infos.iter();
+            self.infos.extend(infos.map(|info| ImpInfo {
+                group: first + info.group,
+                ..*info
+            }));
         }
     }
 
-    /// The slots of each layer.
-    fn slots(&self) -> Vec<Range<usize>> {
+    /// Says which slots each layer has; returns how many there are.
+    fn number_slots(&mut self) -> usize {
         let mut end = 0;
-        let of = |layer: &Continuum<W, S, A>| {
+        for layer in &mut self.all {
             let start = end;
-            end += layer.imps.state.members.len();
-            start..end
-        };
-        self.all.iter().map(of).collect()
+            end += layer.continuum.imps.state.members.len();
+            layer.slots = start..end;
+        }
+        end
     }
 }
 
 impl<const W: usize, S: Shape<W>, A: AffineState> Scheme for Layers<W, S, A> {
     fn predict(&mut self, step: &Step) -> Result<(), Fault> {
-        (self.all.iter_mut()).try_for_each(|layer| step::predict(layer, step))
+        self.each(&|layer| step::predict(&mut layer.continuum, step).map(|()| Limits::default()))?;
+        Ok(())
     }
 
     fn correct(&mut self, step: &Step, forces: &[ImpForce]) -> Result<Limits, Fault> {
-        let slots = self.slots();
-        let count = slots.last().map_or(0, |last| last.end);
+        let count = self.number_slots();
         if !forces.is_empty() && forces.len() != count {
             return Err(Fault::Other(format!(
                 "{} contact forces arrived for {count} identified material points",
                 forces.len(),
             )));
         }
-        let mut limits = Limits::default();
-        for (layer, slots) in self.all.iter_mut().zip(slots) {
-            let forces = forces.get(slots).unwrap_or_default();
-            limits = several::narrowest(&limits, &step::correct(layer, step, forces)?);
+        self.each(&|layer| {
+            let own = forces.get(layer.slots.clone()).unwrap_or_default();
+            layer.load = step::move_nodes(&mut layer.continuum, step, own)?;
+            Ok(Limits::default())
+        })?;
+        if let Some(contact) = &mut self.on_grid {
+            let mut continua: Vec<_> = self.all.iter_mut().map(|l| &mut l.continuum).collect();
+            contact.act(&mut continua, step); //    v_g~                                   Bardenhagen (12) ... (24)
         }
-        if step.measure {
-            several::measure(&mut self.measurement, self.all.iter());
+        let limits =
+            self.each(&|layer| step::move_points(&mut layer.continuum, step, layer.load))?;
+        if step.measure && self.all.len() > 1 {
+            let continua = self.all.iter().map(|layer| &layer.continuum);
+            several::measure(&mut self.measurement, continua);
+            if let Some(contact) = &self.on_grid {
+                contact.measure(&mut self.measurement.ledger, step.centring());
+            }
+        }
+        if let Some(contact) = &mut self.on_grid {
+            contact.close();
         }
         Ok(limits)
     }
 
     fn select_imps(&mut self, envelopes: &[EnvelopeVertex]) -> &[ImpInfo] {
-        for layer in &mut self.all {
-            select_imps(&mut layer.imps, &layer.clouds, envelopes);
+        for Layer { continuum, .. } in &mut self.all {
+            let Continuum { imps, clouds, .. } = continuum;
+            if imps.markers.is_some() {
+                select_markers(imps, envelopes);
+                imps.write_infos(clouds);
+            } else {
+                select_imps(imps, clouds, envelopes);
+            }
         }
         for &[a, b] in &self.pairs {
-            let skin = self.all[a].imps.skin;
-            let clouds = [a, b].map(|group| &self.all[group].clouds[0]);
-            for (group, locals) in [a, b].into_iter().zip(near_one_another(clouds, skin)) {
-                self.all[group].imps.add(&locals);
+            let [one, other] = [a, b].map(|group| &self.all[group].continuum);
+            let near = near_one_another([&one.clouds[0], &other.clouds[0]], one.imps.skin);
+            for (group, locals) in [a, b].into_iter().zip(near) {
+                let Continuum { imps, clouds, .. } = &mut self.all[group].continuum;
+                imps.add(&locals, clouds);
             }
         }
         for layer in &mut self.all {
-            layer.imps.close(&layer.clouds);
-            layer.make_room_for_contact();
+            layer.continuum.make_room_for_contact();
         }
         self.write_infos();
         &self.infos
     }
 
     fn travel(&self) -> f64 {
-        several::travel(self.all.iter())
+        let travels = self.continua().map(|continuum| continuum.imps.state.travel);
+        travels.fold(0.0, f64::max)
     }
 
     fn imp_states(&mut self) -> &[ImpState] {
         self.states.clear();
-        for layer in &mut self.all {
-            self.states.extend_from_slice(layer.imp_states());
+        for Layer { continuum, .. } in &mut self.all {
+            continuum
+                .imps
+                .add_states(&continuum.clouds, &mut self.states);
         }
         &self.states
     }
 
     fn measurement(&self) -> &MpmMeasurement {
-        &self.measurement
+        match &self.all[..] {
+            [only] => &only.continuum.measurement,
+            _ => &self.measurement,
+        }
     }
 
     fn points(&self) -> Vec<PointState> {
-        several::points(self.all.iter())
+        let mut points = Vec::new();
+        for Layer {
+            continuum, first, ..
+        } in &self.all
+        {
+            continuum.add_points(*first, &mut points);
+        }
+        points
     }
 
     fn bytes(&self) -> usize {
-        self.all.iter().map(Scheme::bytes).sum()
+        self.continua().map(Continuum::bytes).sum()
     }
 
     fn save(&self, mark: &ConfigurationMark) -> Vec<u8> {
-        let all: Vec<_> = self.all.iter().map(Continuum::saved).collect();
-        mark.seal(FORMAT, &all)
+        let layers = self.continua().map(Continuum::saved).collect();
+        let lost = self
+            .on_grid
+            .as_ref()
+            .map_or_else(Losses::default, |c| c.lost);
+        mark.seal(FORMAT, &SavedLayers { layers, lost })
     }
 
     fn restore(&mut self, mark: &ConfigurationMark, saved: &[u8]) -> Result<(), Refusal> {
-        let all: Vec<SavedContinuum<A>> = mark.open(FORMAT, saved)?;
-        for (layer, saved) in self.all.iter_mut().zip(all) {
-            layer.take_over(saved)?;
+        let SavedLayers { layers, lost } = mark.open(FORMAT, saved)?;
+        for (layer, saved) in self.all.iter_mut().zip(layers) {
+            layer.continuum.take_over(saved)?;
+        }
+        if let Some(contact) = &mut self.on_grid {
+            contact.lost = lost;
         }
         self.write_infos();
         Ok(())

@@ -3,7 +3,7 @@
 //! [`Mpm`] implements [`interface::solver::MpmSolver`]. `step.rs` is the algorithm of Jiang 2020 section 2.2, one call
 //! a line. The passes that it calls are in `pass/`, their data in `state/`, the parts of the loops in `kernel/`, and
 //! `setup/` builds a solver from a configuration. Files depend on others of the same folder or of a later one in this
-//! list, without cycles: `setup`, `grains`, `step.rs`, `pass`, `state`, [`material`], [`kernel`].
+//! list, without cycles: `setup`, `layers`, `grid_contact`, `step.rs`, `pass`, `state`, [`material`], [`kernel`].
 //!
 //! [`kernel`] and [`material`] are public so that the examples of [`material::Material`] and [`kernel::shape::Shape`]
 //! run as tests; other crates have no use for them.
@@ -51,7 +51,7 @@
     reason = "tile and cell numbers are range-checked where the grid is made"
 )]
 
-mod grains;
+mod grid_contact;
 pub mod kernel;
 mod layers;
 mod level;

@@ -1,12 +1,10 @@
-//! Combines the answers of several continua, if each group of a scene is a separate continuum ([`crate::grains`],
-//! [`crate::layers`]).
+//! Combines the answers of several continua ([`crate::layers`]).
 
-use interface::message::wire::{GroupState, Ledger, Limits, PointState};
+use interface::message::wire::{GroupState, Ledger, Limits};
 use interface::solver::MpmMeasurement;
 
 use crate::kernel::shape::Shape;
 use crate::kernel::transfer::AffineState;
-use crate::scheme::Scheme;
 use crate::state::continuum::Continuum;
 use crate::state::holds::Hold;
 use crate::state::point_set::PointSet;
@@ -23,14 +21,6 @@ pub fn narrowest(a: &Limits, b: &Limits) -> Limits {
     }
 }
 
-/// How far IMPs have moved at most since they were chosen, in m.
-pub fn travel<'a, const W: usize, S: Shape<W>, A: AffineState>(
-    continua: impl Iterator<Item = &'a Continuum<W, S, A>>,
-) -> f64 {
-    let travels = continua.map(|continuum| continuum.imps.state.travel);
-    travels.fold(0.0, f64::max)
-}
-
 /// The measurement of all continua: sums, and the records of groups, of probes and of holds, each in the order of the
 /// scene.
 pub fn measure<'a, const W: usize, S: Shape<W>, A: AffineState>(
@@ -43,7 +33,7 @@ pub fn measure<'a, const W: usize, S: Shape<W>, A: AffineState>(
     // Whether each belongs to a probe or a hold, and its index there.
     let mut sets: Vec<((bool, usize), GroupState)> = Vec::new();
     for continuum in continua {
-        let of = continuum.measurement();
+        let of = &continuum.measurement;
         add(ledger, &of.ledger);
         groups.extend_from_slice(&of.groups[..1]);
         add_sets(
@@ -94,18 +84,4 @@ fn add(sum: &mut Ledger, of: &Ledger) {
         sum.contact_impulse[a] += of.contact_impulse[a];
         sum.contact_force[a] += of.contact_force[a];
     }
-}
-
-/// All points; each continuum is the group of its place.
-pub fn points<'a, const W: usize, S: Shape<W>, A: AffineState>(
-    continua: impl Iterator<Item = &'a Continuum<W, S, A>>,
-) -> Vec<PointState> {
-    let mut all = Vec::new();
-    for (group, continuum) in continua.enumerate() {
-        for point in continuum.points() {
-            let group = group as u32;
-            all.push(PointState { group, ..point });
-        }
-    }
-    all
 }

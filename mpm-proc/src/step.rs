@@ -40,20 +40,8 @@ pub fn predict<const W: usize, S: Shape<W>, A: AffineState>(
     Ok(())
 }
 
-/// The second part, with the forces `f_p^n` of the bodies (46) on the IMPs; empty where there are none.
-///
-/// # Errors
-/// A [`Fault`] that names the point.
-pub fn correct<const W: usize, S: Shape<W>, A: AffineState>(
-    c: &mut Continuum<W, S, A>,
-    step: &Step,
-    forces: &[ImpForce],
-) -> Result<Limits, Fault> {
-    let load = move_nodes(c, step, forces)?;
-    move_points(c, step, load)
-}
-
-/// The nodes take the forces of the bodies and move.
+/// The second part, with the forces `f_p^n` of the bodies (46) on the IMPs, empty where there are none: the nodes move. Layers
+/// may touch on them after it ([`crate::layers`]).
 ///
 /// # Errors
 /// A [`Fault`] that names the point.
@@ -68,7 +56,7 @@ pub fn move_nodes<const W: usize, S: Shape<W>, A: AffineState>(
     Ok(load)
 }
 
-/// The points take the velocities of the nodes and move.
+/// The third part: the points take the velocities of the nodes and move.
 ///
 /// # Errors
 /// A [`Fault`] that names the point.

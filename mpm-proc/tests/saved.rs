@@ -31,8 +31,6 @@ struct Driver {
     stepper: (u64, f64, f64),
     random: Random,
     chosen: bool,
-    /// Whether bodies press on points.
-    coupled: bool,
     dt: f64,
     domain: [[f64; 2]; 2],
 }
@@ -43,7 +41,6 @@ impl Driver {
             stepper: (0, 0.0, 0.0),
             random: Random::new(7),
             chosen: false,
-            coupled: config.grid_contact.is_none(),
             dt,
             domain: config.domain,
         }
@@ -65,29 +62,26 @@ impl Driver {
         let mut said = Hashed(DefaultHasher::new());
         let mut random = self.random.clone();
         let mut forces = Vec::new();
-        if self.coupled {
-            if !self.chosen || mpm.travel() > 0.008 {
-                said.say(&mpm.select_imps(&Self::envelope()));
-                self.chosen = true;
-            }
-            let states = mpm.imp_states();
-            said.say(&states);
-            let far =
-                |x: f64, a: usize| self.domain[0][a] + 0.11 < x && x < self.domain[1][a] - 0.11;
-            for state in states {
-                let numbers = [0; 4].map(|_| random.between(-1.0, 1.0));
-                let pressed = numbers[0] > 0.2 && far(state.position[0], 0);
-                forces.push(if pressed {
-                    ImpForce {
-                        force: [20.0 * numbers[1], 20.0 * numbers[2]],
-                        couple: 0.1 * numbers[2],
-                        stiffness: 1e4 * (1.0 + numbers[3]),
-                        tangential: 4e3 * (1.0 + numbers[3]),
-                    }
-                } else {
-                    ImpForce::default()
-                });
-            }
+        if !self.chosen || mpm.travel() > 0.008 {
+            said.say(&mpm.select_imps(&Self::envelope()));
+            self.chosen = true;
+        }
+        let states = mpm.imp_states();
+        said.say(&states);
+        let far = |x: f64, a: usize| self.domain[0][a] + 0.11 < x && x < self.domain[1][a] - 0.11;
+        for state in states {
+            let numbers = [0; 4].map(|_| random.between(-1.0, 1.0));
+            let pressed = numbers[0] > 0.2 && far(state.position[0], 0);
+            forces.push(if pressed {
+                ImpForce {
+                    force: [20.0 * numbers[1], 20.0 * numbers[2]],
+                    couple: 0.1 * numbers[2],
+                    stiffness: 1e4 * (1.0 + numbers[3]),
+                    tangential: 4e3 * (1.0 + numbers[3]),
+                }
+            } else {
+                ImpForce::default()
+            });
         }
         let (index, time, before) = self.stepper;
         let mut stepper = Stepper {
@@ -508,17 +502,6 @@ fn grains_go_on_to_the_same_bits() {
             n += 1;
         }
     }
-}
-
-#[test]
-fn grains_remember_that_bodies_of_another_solver_are_near() {
-    let mut mpm = configured(&grains());
-    mpm.select_imps(&Driver::envelope());
-    let bytes = mpm.save().unwrap();
-    let mut fresh = configured(&grains());
-    fresh.restore(&bytes).unwrap();
-    let fault = Stepper::new().step(&mut fresh, 0.0, false, &[]);
-    assert!(fault.unwrap_err().to_string().contains("grid_contact"));
 }
 
 /// A run of the block under forces, after 60 steps.

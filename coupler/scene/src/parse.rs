@@ -228,20 +228,8 @@ fn checks(problems: &mut Problems, written: &SceneWritten, context: &Context) ->
     checks
 }
 
-/// Checks which sides there are, and whether they can be combined. `bodies`: whether there is a bodies' side.
+/// Checks that there is a side. `bodies`: whether there is a bodies' side.
 fn sides(problems: &mut Problems, written: &SceneWritten, bodies: bool) {
-    if bodies
-        && written
-            .mpm
-            .as_ref()
-            .is_some_and(|m| m.grid_contact.is_some())
-    {
-        problems.refuse_key(
-            "mpm.grid_contact",
-            "`mpm.grid_contact` cannot be combined with `[dem]`: contact on the grid does not include bodies",
-            "leave one of them out, or make the bodies groups of points",
-        );
-    }
     if written.mpm.is_none() && !bodies {
         problems.refuse_key(
             "",

@@ -61,13 +61,6 @@ pub fn apply_contact<const W: usize, S: Shape<W>, A: AffineState>(
     if forces.is_empty() {
         return Ok(ContactLoad::default());
     }
-    if forces.len() != continuum.imps.state.members.len() {
-        return Err(Fault::Other(format!(
-            "{} contact forces arrived for {} identified material points",
-            forces.len(),
-            continuum.imps.state.members.len()
-        )));
-    }
     for slot in 0..forces.len() {
         touch(continuum, slot)?;
     }

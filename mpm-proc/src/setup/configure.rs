@@ -5,14 +5,14 @@ use core::ops::Range;
 
 use interface::config::material::Frictional;
 use interface::config::{
-    GridContact, MaterialModel, MpmConfig, Plane, ShapeFunction, Transfer as TransferConfig,
+    MaterialModel, MpmConfig, Plane, ShapeFunction, Transfer as TransferConfig,
 };
 use interface::solver::{MpmMeasurement, Readiness, Refusal};
 use mechanics::fill::{FilledRegion, fill, refuse_overlap};
 use mechanics::threads::Threads;
 
 use super::grid::geometry;
-use crate::grains::Grains;
+use crate::grid_contact::GridContact;
 use crate::kernel::lanes::LANES;
 use crate::kernel::shape::{CubicBspline, Linear, QuadraticBspline, Shape, Ugimp};
 use crate::kernel::spread::Spread;
@@ -146,22 +146,13 @@ impl<'a> Parts<'a> {
             continua.push(self.continuum(0..groups, &shape)?);
         }
         let readiness = self.readiness(&continua);
-        let mut threads = self.threads;
-        let scheme: Box<dyn Scheme> =
-            if let Some(GridContact { friction }) = self.config.grid_contact {
-                Box::new(Grains::new(continua, friction, threads))
-            } else if self.config.layers {
-                for layer in &mut continua {
-                    layer.threads = threads.clone();
-                }
-                Box::new(Layers::new(continua, self.config.group_pairs.clone()))
-            } else {
-                let [mut continuum] = <[_; 1]>::try_from(continua)
-                    .unwrap_or_else(|_| unreachable!("all groups are one continuum"));
-                core::mem::swap(&mut continuum.threads, &mut threads);
-                Box::new(continuum)
-            };
-        Ok((scheme, readiness))
+        let pairs = self.config.group_pairs.clone();
+        let on_grid = self
+            .config
+            .grid_contact
+            .map(|c| GridContact::new(c.friction));
+        let layers = Layers::new(continua, pairs, on_grid, self.threads);
+        Ok((Box::new(layers), readiness))
     }
 
     /// The continuum of some of the groups, for one thread.
@@ -205,7 +196,7 @@ impl<'a> Parts<'a> {
             first_id += points.positions.len() as u64;
         }
         let radii: Vec<f64> = clouds.iter().map(|cloud| cloud.radius).collect();
-        // Grains touch at nodes that move by themselves, so no image may follow another node.
+        // Layers touch at nodes that move by themselves, so no image may follow another node.
         let mirrors = S::MIRRORED && self.config.grid_contact.is_none();
         let walls = WallNodes::new(&self.config.walls, self.geometry.cells, mirrors);
         let mut continuum = Continuum {

@@ -2,6 +2,7 @@
 //! work on it.
 
 use interface::config::{Drift, StressUpdate};
+use interface::message::wire::PointState;
 use interface::solver::{MpmMeasurement, Refusal};
 use mechanics::threads::Threads;
 use serde::{Deserialize, Serialize};
@@ -11,9 +12,10 @@ use super::grid::Grid;
 use super::holds::Holds;
 use super::imps::{Imps, ImpsState};
 use super::markers::MarkersState;
+use super::nodes::NodeTile;
 use super::outside::Outside;
 use super::point_set::PointSet;
-use super::points::{Cloud, SavedCloud};
+use super::points::{Cloud, NO_POINT, SavedCloud};
 use super::settling::Settling;
 use super::stages::{Damping, Stages};
 use super::totals::{KickWork, Totals};
@@ -153,6 +155,35 @@ impl<const W: usize, S: Shape<W>, A: AffineState> Continuum<W, S, A> {
         }
         self.imps.write_infos(&self.clouds);
         Ok(())
+    }
+
+    /// Adds all points by id; the clouds are groups from `first` on.
+    pub fn add_points(&self, first: u32, points: &mut Vec<PointState>) {
+        for (group, cloud) in (first..).zip(&self.clouds) {
+            for (i, &lane) in cloud.lane_of.iter().enumerate() {
+                if lane == NO_POINT {
+                    continue;
+                }
+                let lane = lane as usize;
+                let (stress, volume) = cloud.state.stresses.of_lane(lane);
+                points.push(PointState {
+                    id: cloud.first_id + i as u64,
+                    position: self.grid.geometry.entered(cloud.position(lane)),
+                    velocity: cloud.velocity(lane),
+                    stress,
+                    volume: volume * cloud.volume,
+                    mass: cloud.mass,
+                    group,
+                    plastic_strain: cloud.plastic_strain(lane) as f32,
+                });
+            }
+        }
+    }
+
+    /// Bytes of memory in use.
+    pub fn bytes(&self) -> usize {
+        let nodes = size_of::<NodeTile>() * self.grid.tiles.capacity();
+        nodes + self.clouds.iter().map(Cloud::bytes).sum::<usize>()
     }
 
     /// Makes room for the contact of bodies where there are IMPs.

@@ -24,8 +24,6 @@ pub struct Imps {
     pub state: ImpsState,
     /// The same points, as sent to the bodies' side.
     pub infos: Vec<ImpInfo>,
-    /// Their states, as of the last [`Self::refresh`].
-    pub states: Vec<ImpState>,
     /// The forces of the present step; empty where there are no bodies.
     pub forces: Vec<ImpForce>,
     /// Verlet skin `V_d` in m.
@@ -46,17 +44,14 @@ pub struct ImpsState {
 }
 
 impl Imps {
-    /// Adds points of the first cloud to a set that [`Self::close`] ends.
-    pub fn add(&mut self, locals: &[u32]) {
-        let member = |&local: &u32| Member { cloud: 0, local };
-        self.state.members.extend(locals.iter().map(member));
-    }
-
-    /// Ends a set to which points have been added: each once, by id.
-    pub fn close<const W: usize, S: Shape<W>, A: AffineState>(
+    /// Adds points of the first cloud; each is in the set once.
+    pub fn add<const W: usize, S: Shape<W>, A: AffineState>(
         &mut self,
+        locals: &[u32],
         clouds: &[Cloud<W, S, A>],
     ) {
+        let member = |&local: &u32| Member { cloud: 0, local };
+        self.state.members.extend(locals.iter().map(member));
         // Ids rise with the cloud and within it.
         self.state.members.sort_unstable();
         self.state.members.dedup();
@@ -91,10 +86,11 @@ impl Imps {
         }));
     }
 
-    /// Reads the states of the IMPs.
-    pub fn refresh<const W: usize, S: Shape<W>, A: AffineState>(
-        &mut self,
+    /// Adds the states of the IMPs to a list.
+    pub fn add_states<const W: usize, S: Shape<W>, A: AffineState>(
+        &self,
         clouds: &[Cloud<W, S, A>],
+        states: &mut Vec<ImpState>,
     ) {
         let mut spins = self.state.spins.iter().peekable();
         let mut state = |m: &Member, [position, velocity]: [[f64; 2]; 2]| {
@@ -106,14 +102,11 @@ impl Imps {
             }
         };
         let members = self.state.members.iter();
-        self.states.clear();
         // The kind of all members is looked up once: this runs over all of them in every step.
         if let Some(markers) = &self.markers {
-            let states = members.map(|m| state(m, markers.motion(m.local)));
-            self.states.extend(states);
+            states.extend(members.map(|m| state(m, markers.motion(m.local))));
         } else {
-            let states = members.map(|m| state(m, of_point(*m, clouds)));
-            self.states.extend(states);
+            states.extend(members.map(|m| state(m, of_point(*m, clouds))));
         }
     }
 

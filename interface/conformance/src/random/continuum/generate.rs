@@ -113,11 +113,7 @@ impl Dice<'_, Scale> {
         let travel = (0..self.rng.u32(0..4))
             .map(|k| (8 * k, self.between(0.0, 0.8) * skin))
             .collect();
-        let mut bodies = self.bodies(config.domain);
-        if config.grid_contact.is_some() {
-            // Groups that touch there feel no bodies.
-            (bodies, pushes) = (Vec::new(), Vec::new());
-        }
+        let bodies = self.bodies(config.domain);
         if config.walls.periodic().contains(&true) {
             // A body sees no points beyond the other end, and a solver may refuse it there.
             pushes.clear();

@@ -1,4 +1,4 @@
-//! The gradient of a grain's density at the nodes, from which its outward normal follows (Bardenhagen 2000 eq. 24).
+//! The gradient of a layer's density at the nodes, from which its outward normal follows (Bardenhagen 2000 eq. 24).
 //!
 //! The paper maps masses to cell centres by quadratic B-splines `b` and takes the gradient of the bilinear function
 //! through them at the nodes. Both together are one sum over points: along its own axis the difference of the two
@@ -14,7 +14,7 @@
 //! A node beyond a periodic wall is an image ([`crate::state::images`]): its contributions go to its original, which
 //! has the contacts.
 
-use super::contact::SharedNodes;
+use super::nodes::SharedNodes;
 use crate::kernel::lanes::LANES;
 use crate::kernel::point_tile::Tile;
 use crate::kernel::shape::Shape;
@@ -26,7 +26,7 @@ use crate::state::images::Images;
 use crate::state::nodes::{NodeAt, bits};
 
 impl SharedNodes {
-    /// Adds the gradients of grain `number` at the nodes where others have mass too.
+    /// Adds the gradients of layer `number` at the nodes where others have mass too.
     pub fn add_density_gradients<const W: usize, S: Shape<W>, A: AffineState>(
         &mut self,
         number: usize,
@@ -35,7 +35,7 @@ impl SharedNodes {
         let geometry = continuum.grid.geometry;
         self.count(number, &continuum.grid.images);
         for cloud in &continuum.clouds {
-            // Only the direction matters, and that all grains use the same unit: kg/m for each cell.
+            // Only the direction matters, and that all layers use the same unit: kg/m for each cell.
             for tile in &cloud.tiles {
                 let near = Near::new(self, tile, &continuum.grid);
                 if near.is_empty() {
@@ -84,7 +84,7 @@ struct Near<'a> {
     first: [i64; 2],
     /// The nodes that count, row by row: those where others have mass too, and their images.
     met: [u32; 3 * TILE],
-    /// The grain's images, where some of the nodes are.
+    /// The layer's images, where some of the nodes are.
     images: Option<&'a Images>,
 }
 
@@ -124,7 +124,7 @@ impl<'a> Near<'a> {
         met
     }
 
-    /// The node tile that holds a node, or the original of an image, and its number in the tile. `None` if the grain
+    /// The node tile that holds a node, or the original of an image, and its number in the tile. `None` if the layer
     /// has no such tile and thus no mass at the node.
     fn holder(&self, node: [i64; 2]) -> Option<(u32, usize)> {
         let (around, within) = in_reach(self.tile, node)?;

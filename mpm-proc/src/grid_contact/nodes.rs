@@ -1,11 +1,11 @@
-//! Contact between grains on the nodes that they share (Bardenhagen 2000 eqs. 12 to 23).
+//! Contact between layers on the nodes that they share (Bardenhagen 2000 eqs. 12 to 23).
 //!
-//! Where grains have mass at the same node, their velocity there is compared with that of all of them together. If a
-//! grain is faster along its outward normal, its normal velocity is set to the common one (eq. 14), and friction
-//! reduces the tangential difference up to its limit (eq. 23). In the paper each grain takes the direction from its own
-//! density alone, "which results in small errors in momentum conservation". Here the direction of a grain is that of
-//! the gradient of its own density less that of the others', so that two grains have the same line. The imbalance of
-//! three or more grains is distributed to all in proportion to mass. So momentum is conserved to rounding.
+//! Where layers have mass at the same node, their velocity there is compared with that of all of them together. If a
+//! layer is faster along its outward normal, its normal velocity is set to the common one (eq. 14), and friction
+//! reduces the tangential difference up to its limit (eq. 23). In the paper each layer takes the direction from its own
+//! density alone, "which results in small errors in momentum conservation". Here the direction of a layer is that of
+//! the gradient of its own density less that of the others', so that two layers have the same line. The imbalance of
+//! three or more layers is distributed to all in proportion to mass. So momentum is conserved to rounding.
 
 use core::ops::AddAssign;
 
@@ -17,10 +17,10 @@ use crate::state::images::Images;
 use crate::state::nodes::{NodeAt, NodeTile, bits};
 use crate::state::walls::WallNodes;
 
-/// The gradient of a grain's density at the nodes of a tile, up to a factor that is the same for all grains.
+/// The gradient of a layer's density at the nodes of a tile, up to a factor that is the same for all layers.
 pub type Gradients = [[f64; 2]; NODES];
 
-/// Marks a tile that no other grain has.
+/// Marks a tile that no other layer has.
 const ALONE: u32 = u32::MAX;
 
 /// Energies in J/m that contact dissipates.
@@ -43,38 +43,38 @@ impl AddAssign for Losses {
     }
 }
 
-/// The nodes on which grains may touch.
+/// The nodes on which layers may touch.
 #[derive(Debug, Default)]
 pub struct SharedNodes {
-    /// Every node tile of every grain: row, column, grain, number of the tile in the grain's grid.
+    /// Every node tile of every layer: row, column, layer, number of the tile in the layer's grid.
     tiles: Vec<([i32; 2], u32, u32)>,
-    /// The tiles that more than one grain has, in the same order, with their gradients.
+    /// The tiles that more than one layer has, in the same order, with their gradients.
     shared: Vec<Shared>,
-    /// For each grain and tile of it, its number in `shared`, or [`ALONE`].
+    /// For each layer and tile of it, its number in `shared`, or [`ALONE`].
     slots: Vec<Vec<u32>>,
-    /// For each tile of one grain, the nodes at which its density is wanted, a bit for each.
+    /// For each tile of one layer, the nodes at which its density is wanted, a bit for each.
     counted: Vec<u64>,
 }
 
-/// The node tile of a grain at a place that others have too.
+/// The node tile of a layer at a place that others have too.
 #[derive(Debug)]
 pub struct Shared {
     /// Row and column.
     pub at: [i32; 2],
-    /// Number of the grain.
-    pub grain: u32,
-    /// Number of the tile in the grain's grid.
+    /// Number of the layer.
+    pub layer: u32,
+    /// Number of the tile in the layer's grid.
     pub tile: u32,
-    /// Its nodes at which the grain has mass and another one too, a bit for each.
+    /// Its nodes at which the layer has mass and another one too, a bit for each.
     pub met: u64,
-    /// Gradient of the grain's density at those.
+    /// Gradient of the layer's density at those.
     pub gradient: Gradients,
 }
 
-/// One grain at one node.
+/// One layer at one node.
 #[derive(Debug, Clone, Copy)]
 struct Party {
-    grain: usize,
+    layer: usize,
     tile: usize,
     mass: f64,
     /// Before the kick of the step.
@@ -87,7 +87,7 @@ struct Party {
 }
 
 impl SharedNodes {
-    /// Finds the tiles that more than one grain has, and their nodes where more than one has mass.
+    /// Finds the tiles that more than one layer has, and their nodes where more than one has mass.
     pub fn find<'a>(&mut self, grids: impl Iterator<Item = &'a Grid>) {
         let grids: Vec<&Grid> = grids.collect();
         self.tiles.clear();
@@ -110,14 +110,14 @@ impl SharedNodes {
             }
             let (mut once, mut twice) = (0, 0);
             let first = self.shared.len();
-            for &(at, grain, tile) in together {
-                let has = has_mass(&grids[grain as usize].tiles[tile as usize]);
+            for &(at, layer, tile) in together {
+                let has = has_mass(&grids[layer as usize].tiles[tile as usize]);
                 twice |= once & has;
                 once |= has;
-                self.slots[grain as usize][tile as usize] = self.shared.len() as u32;
+                self.slots[layer as usize][tile as usize] = self.shared.len() as u32;
                 self.shared.push(Shared {
                     at,
-                    grain,
+                    layer,
                     tile,
                     met: has,
                     gradient: [[0.0; 2]; NODES],
@@ -129,18 +129,18 @@ impl SharedNodes {
         }
     }
 
-    /// A tile of a grain that others have too.
-    pub fn shared(&mut self, grain: usize, tile: u32) -> Option<&mut Shared> {
-        match self.slots[grain][tile as usize] {
+    /// A tile of a layer that others have too.
+    pub fn shared(&mut self, layer: usize, tile: u32) -> Option<&mut Shared> {
+        match self.slots[layer][tile as usize] {
             ALONE => None,
             slot => Some(&mut self.shared[slot as usize]),
         }
     }
 
-    /// Finds the nodes of a grain at which its density counts: those where others have mass too, and their images.
-    pub fn count(&mut self, grain: usize, images: &Images) {
+    /// Finds the nodes of a layer at which its density counts: those where others have mass too, and their images.
+    pub fn count(&mut self, layer: usize, images: &Images) {
         self.counted.clear();
-        for &slot in &self.slots[grain] {
+        for &slot in &self.slots[layer] {
             let shared = self.shared.get(slot as usize); // none for ALONE
             self.counted.push(shared.map_or(0, |shared| shared.met));
         }
@@ -150,15 +150,15 @@ impl SharedNodes {
         }
     }
 
-    /// Those of a tile, a bit for each, of the grain that was asked for last.
+    /// Those of a tile, a bit for each, of the layer that was asked for last.
     pub fn counted(&self, tile: u32) -> u64 {
         self.counted[tile as usize]
     }
 
-    /// Removes from the gradients of a grain the components across walls that hold nodes. The density ends there, but
-    /// the grain does not, and contact must not move what is held.
-    pub fn keep_along_walls(&mut self, grain: usize, walls: &WallNodes) {
-        for &slot in self.slots[grain].iter().filter(|&&slot| slot != ALONE) {
+    /// Removes from the gradients of a layer the components across walls that hold nodes. The density ends there, but
+    /// the layer does not, and contact must not move what is held.
+    pub fn keep_along_walls(&mut self, layer: usize, walls: &WallNodes) {
+        for &slot in self.slots[layer].iter().filter(|&&slot| slot != ALONE) {
             let shared = &mut self.shared[slot as usize];
             let origin = first_node([shared.at[1], shared.at[0]]);
             for i in bits(shared.met) {
@@ -168,12 +168,12 @@ impl SharedNodes {
         }
     }
 
-    /// The shared tiles, place by place; in each the tiles of the grains that have it.
+    /// The shared tiles, place by place; in each the tiles of the layers that have it.
     fn places(&self) -> impl Iterator<Item = &[Shared]> {
         self.shared.chunk_by(|a, b| a.at == b.at)
     }
 
-    /// Corrects the velocities of approaching grains at every shared node. `nodes` are the tiles of each grain.
+    /// Corrects the velocities of approaching layers at every shared node. `nodes` are the tiles of each layer.
     pub fn touch(&self, nodes: &mut [&mut [NodeTile]], friction: f64) -> Losses {
         let mut losses = Losses::default();
         let mut parties = Vec::new();
@@ -181,9 +181,9 @@ impl SharedNodes {
             for i in bits(together.iter().fold(0, |met, shared| met | shared.met)) {
                 parties.clear();
                 parties.extend(together.iter().filter_map(|shared| {
-                    let tile = &nodes[shared.grain as usize][shared.tile as usize];
+                    let tile = &nodes[shared.layer as usize][shared.tile as usize];
                     (shared.met >> i & 1 == 1).then_some(Party {
-                        grain: shared.grain as usize,
+                        layer: shared.layer as usize,
                         tile: shared.tile as usize,
                         mass: tile.mass[i],
                         before: tile.before[i],
@@ -195,7 +195,7 @@ impl SharedNodes {
                 if parties.len() > 1 {
                     losses += collide(&mut parties, friction);
                     for p in &parties {
-                        nodes[p.grain][p.tile].after[i] = p.velocity;
+                        nodes[p.layer][p.tile].after[i] = p.velocity;
                     }
                 }
             }
@@ -214,14 +214,14 @@ fn has_mass(tile: &NodeTile) -> u64 {
     has
 }
 
-/// The unit vector away from a grain towards others, by the gradients of their densities; `None` if these cancel.
+/// The unit vector away from a layer towards others, by the gradients of their densities; `None` if these cancel.
 fn way_out(own: [f64; 2], others: [f64; 2]) -> Option<[f64; 2]> {
     let way = [0, 1].map(|a| others[a] - own[a]);
     let length = way[0].hypot(way[1]);
     (length > 0.0).then(|| way.map(|c| c / length))
 }
 
-/// Contact of the grains at one node.
+/// Contact of the layers at one node.
 fn collide(parties: &mut [Party], friction: f64) -> Losses {
     let mass: f64 = parties.iter().map(|p| p.mass).sum();
     let sum = |of: &dyn Fn(&Party) -> [f64; 2]| {
@@ -280,7 +280,7 @@ mod tests {
 
     fn party(mass: f64, velocity: [f64; 2], gradient: [f64; 2]) -> Party {
         Party {
-            grain: 0,
+            layer: 0,
             tile: 0,
             mass,
             before: velocity,
@@ -323,7 +323,7 @@ mod tests {
         );
     }
 
-    /// Each grain feels mu times its own normal force, and friction's work is the kinetic energy that it takes.
+    /// Each layer feels mu times its own normal force, and friction's work is the kinetic energy that it takes.
     #[test]
     fn friction_slips_at_its_limit_and_sticks_below() {
         let mut pair = two([3.0, 6.0], [0.0, 0.0]);
