@@ -29,7 +29,7 @@ use interface::step::Step;
 
 use crate::kernel::lanes::{ZERO, splat, sum};
 use crate::kernel::shape::Shape;
-use crate::kernel::tiles::{Geometry, NODES, first_node, node};
+use crate::kernel::tiles::NODES;
 use crate::kernel::transfer::{AffineState, Transfer};
 use crate::state::grid::Grid;
 use crate::state::nodes::NodeTile;
@@ -49,30 +49,17 @@ pub fn begin_stage(stages: &Stages, transfer: &mut Transfer, step: &Step) -> Opt
 }
 
 impl Damping {
-    /// Damps the new velocities of a tile, before the walls act. Returns the impulse of each node in N s/m.
-    pub fn act(&self, tile: &mut NodeTile) -> [[f64; 2]; NODES] {
-        let mut impulse = [[0.0; 2]; NODES];
+    /// Damps the new velocities of a tile, before the walls act.
+    pub fn act(&self, tile: &mut NodeTile) {
         for i in 0..NODES {
+            let mut impulse = [0.0; 2];
             for a in 0..2 {
                 let (before, free) = (tile.before[i][a], tile.after[i][a]);
                 let damped = self.kept * before + self.gained * (free - before);
-                impulse[i][a] = tile.mass[i] * (damped - free);
+                impulse[a] = tile.mass[i] * (damped - free);
                 tile.after[i][a] = damped;
             }
-        }
-        impulse
-    }
-
-    /// Counts impulse and dissipation of a tile, after the walls have acted: a kick changes the kinetic energy of a
-    /// node by its impulse times the mean of the velocities before and after.
-    pub fn count(impulse: &[[f64; 2]; NODES], tile: &mut NodeTile, geometry: &Geometry) {
-        let origin = first_node(tile.at);
-        for i in 0..NODES {
-            (tile.wall).count(geometry.place(node(origin, i)), impulse[i]);
-            for a in 0..2 {
-                let mean = 0.5 * (tile.before[i][a] + tile.after[i][a]);
-                tile.damping_work -= impulse[i][a] * mean;
-            }
+            tile.damping.push(impulse);
         }
     }
 

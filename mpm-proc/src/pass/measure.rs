@@ -48,7 +48,7 @@ pub fn update_ledger<const W: usize, S: Shape<W>, A: AffineState>(
             continuum.state.totals.applied_impulse += tile.wall.impulse;
             continuum.kick.driven += tile.wall.work;
             continuum.kick.friction += tile.friction_work;
-            continuum.kick.damping += tile.damping_work;
+            continuum.kick.damping += tile.lost_by_damping();
             continuum.kick.transfer += tile.smoothing_work;
         }
         continuum.state.totals.applied_impulse += continuum.holds.impulse;

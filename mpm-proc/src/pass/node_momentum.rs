@@ -36,7 +36,7 @@ pub fn sum_momentum<const W: usize, S: Shape<W>, A: AffineState>(
         }
         tile.wall = WallContribution::default();
         tile.friction_work = 0.0;
-        tile.damping_work = 0.0;
+        tile.damping.clear();
         tile.smoothing_work = 0.0;
         for (i, sum) in sum.iter().enumerate() {
             tile.mass[i] = sum[0];

@@ -95,7 +95,9 @@ impl NodeTile {
                 after[a] = f[a].mul_add(gain, before[a] + fall[a]);
             }
         }
-        let damped = act.damping.map(|d| d.act(self));
+        if let Some(damping) = act.damping {
+            damping.act(self);
+        }
         let (origin, walls) = (first_node(self.at), act.walls);
         for i in bits(self.walled) {
             let free = self.after[i];
@@ -108,8 +110,8 @@ impl NodeTile {
             self.wall.count(place, impulse);
             self.after[i] = held;
         }
-        if let Some(impulse) = &damped {
-            Damping::count(impulse, self, &act.geometry);
+        for (i, impulse) in self.damping.iter().enumerate() {
+            (self.wall).count(act.geometry.place(node(origin, i)), *impulse);
         }
     }
 }

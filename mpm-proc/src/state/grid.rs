@@ -113,7 +113,7 @@ impl Grid {
                 per_mass: [0.0; NODES],
                 before: [[0.0; 2]; NODES],
                 after: [[0.0; 2]; NODES],
-                damping_work: 0.0,
+                damping: Vec::new(),
                 smoothing_work: 0.0,
                 wall: WallContribution::default(),
                 friction_work: 0.0,

@@ -40,8 +40,8 @@ pub struct NodeTile {
     pub before: [[f64; 2]; NODES],
     /// `v_I^{n+1/2}` in m/s.
     pub after: [[f64; 2]; NODES],
-    /// Work of damping in the present step in J/m.
-    pub damping_work: f64,
+    /// Impulse of damping on each node in the present step in N s/m; none without damping.
+    pub damping: Vec<[f64; 2]>,
     /// Work of driven walls on the part of the momentum that is smoothed into the points, in J/m: the transfer takes it on.
     pub smoothing_work: f64,
     /// What walls and damping give in the present step.
@@ -51,6 +51,19 @@ pub struct NodeTile {
 }
 
 impl NodeTile {
+    /// What damping dissipates in the kick, in J/m: a kick changes the kinetic energy of a node by its impulse times the mean of the
+    /// velocities before and after all that acts on it, walls, supports and contact on the grid too.
+    pub fn lost_by_damping(&self) -> f64 {
+        let velocities = self.before.iter().zip(&self.after);
+        let mut work = 0.0;
+        for (impulse, (before, after)) in self.damping.iter().zip(velocities) {
+            for a in 0..2 {
+                work -= impulse[a] * (0.5 * (before[a] + after[a]));
+            }
+        }
+        work
+    }
+
     /// Kinetic energy that its nodes gain in the kick, in J/m.
     pub fn gained(&self) -> f64 {
         let nodes = self.mass.iter().zip(&self.before).zip(&self.after);

@@ -158,8 +158,23 @@ pub struct Kicked {
     /// Velocities before the kick and after it in m/s.
     pub(super) before: Vec<[f64; 2]>,
     pub(super) after: Vec<[f64; 2]>,
+    /// Impulses that damping has taken, in N s/m.
+    pub(super) damped: Vec<[f64; 2]>,
     /// What contact on the nodes has taken of their energy, in J/m.
     pub(super) met: f64,
+}
+
+impl Kicked {
+    /// What damping has taken of the energy of the nodes, in J/m: its impulses times the means of the velocities before and after
+    /// all that acts on them.
+    fn lost_by_damping(&self) -> f64 {
+        let of_node = |((lost, before), after): ((&[f64; 2], &[f64; 2]), &[f64; 2])| {
+            let mean = |a: usize| 0.5 * (before[a] + after[a]);
+            lost[0] * mean(0) + lost[1] * mean(1)
+        };
+        let nodes = self.damped.iter().zip(&self.before).zip(&self.after);
+        nodes.map(of_node).sum()
+    }
 }
 
 fn kernel(shape: ShapeFunction, box_in_cells: f64) -> Kernel {
@@ -458,8 +473,8 @@ impl Reference {
         self.strain(&nodes, &before, first * dt_before, 0.5);
         self.totals.elastic = self.points.iter().map(RefPoint::stored).sum();
         self.totals.lost = self.lost();
-        (self.totals.rubbed, self.totals.damped) = (0.0, 0.0);
-        let mut after = vec![[0.0; 2]; nodes.len()];
+        self.totals.rubbed = 0.0;
+        let [mut after, mut lost] = [(); 2].map(|()| vec![[0.0; 2]; nodes.len()]);
         for (n, node) in nodes.iter().enumerate() {
             let mut f = [0.0; 2];
             for (p, contact) in self.points.iter().zip(forces) {
@@ -483,10 +498,10 @@ impl Reference {
                 let damped = [0, 1].map(|a| kept * before[n][a] + gained * gain[a]); // (17), (48)
                 let [held, taken] = self.act(&nodes, node.at, damped, Some(1.0));
                 after[n] = held;
+                lost[n] = [0, 1].map(|a| mass[n] * (before[n][a] + gain[a] - damped[a]));
                 for a in 0..2 {
                     let twice = mass[n] * (before[n][a] + held[a]);
                     self.totals.rubbed += 0.5 * taken[a] * twice;
-                    self.totals.damped += 0.5 * (before[n][a] + gain[a] - damped[a]) * twice;
                 }
             }
         }
@@ -497,6 +512,7 @@ impl Reference {
             mass,
             before,
             after,
+            damped: lost,
             met: 0.0,
         }
     }
@@ -523,7 +539,9 @@ impl Reference {
             self.strain(nodes, after, dt, -0.5);
         }
         let mut drift: Vec<[f64; 2]> = self.gather(kicked, kept, alpha);
-        if !matches!(self.transfer, Transfer::Pic | Transfer::Apic) {
+        if matches!(self.transfer, Transfer::Pic | Transfer::Apic) {
+            self.totals.damped = kicked.lost_by_damping();
+        } else {
             self.damp_points(&own, [kept, gained], *met);
         }
         let again = if self.meets && self.stress_update == StressUpdate::Usavg {
