@@ -52,7 +52,7 @@ tandem plot runs/blocks --y "front of the sand=100*front" --y "block 2=100*left_
     --title "Figure 20: where the blocks and the front are" --out docs/results/figures/jiang_20_blocks.svg
 
 B="tandem run scenes/jiang2020/blocks.toml --in-process --set time.end=0.45 --set time.min_step=1e-8"
-$B --variant no_gate --set mpm.transfer=flip --out runs/flip; $B --variant no_gate --out runs/apic
+$B --variant no_gate --set mpm.transfer=flip --set mpm.leaving=remove --out runs/flip; $B --variant no_gate --out runs/apic
 $B --variant no_gate --set time.max_step=5e-6 --out runs/apic5; $B --variant no_gate --set time.max_step=2e-6 --out runs/apic2
 tandem plot "FLIP, no gate=runs/flip" "APIC, composed step, no gate=runs/apic" "APIC, 5 us, no gate=runs/apic5" \
     "APIC, 2 us, no gate=runs/apic2" "APIC, composed step, gate at 2 m/s=runs/blocks" --y "100*front" --expected "blocks=30" --xlim ,0.27 \
