@@ -165,21 +165,23 @@ impl<const W: usize, S: Shape<W>, A: AffineState> Scheme for Layers<W, S, A> {
             layer.load = step::move_nodes(&mut layer.continuum, step, own)?;
             Ok(Limits::default())
         })?;
+        let mut lost = Losses::default();
         if let Some(contact) = &mut self.on_grid {
             let mut continua: Vec<_> = self.all.iter_mut().map(|l| &mut l.continuum).collect();
-            contact.act(&mut continua, step); //    v_g~                                   Bardenhagen (12) ... (24)
+            lost = contact.act(&mut continua, step); // v_g~                               Bardenhagen (12) ... (24)
         }
         let limits =
             self.each(&|layer| step::move_points(&mut layer.continuum, step, layer.load))?;
-        if step.measure && self.all.len() > 1 {
+        let combines = step.measure && self.all.len() > 1;
+        if combines {
             let continua = self.all.iter().map(|layer| &layer.continuum);
             several::measure(&mut self.measurement, continua);
-            if let Some(contact) = &self.on_grid {
-                contact.measure(&mut self.measurement.ledger, step.centring());
-            }
         }
         if let Some(contact) = &mut self.on_grid {
-            contact.close();
+            if combines {
+                contact.measure(&mut self.measurement.ledger, lost, step.centring());
+            }
+            contact.lost += lost;
         }
         Ok(limits)
     }
@@ -194,16 +196,19 @@ impl<const W: usize, S: Shape<W>, A: AffineState> Scheme for Layers<W, S, A> {
                 select_imps(imps, clouds, envelopes);
             }
         }
+        let mut near = vec![Vec::new(); self.all.len()];
         for &[a, b] in &self.pairs {
             let [one, other] = [a, b].map(|group| &self.all[group].continuum);
-            let near = near_one_another([&one.clouds[0], &other.clouds[0]], one.imps.skin);
-            for (group, locals) in [a, b].into_iter().zip(near) {
-                let Continuum { imps, clouds, .. } = &mut self.all[group].continuum;
-                imps.add(&locals, clouds);
+            let found = near_one_another([&one.clouds[0], &other.clouds[0]], one.imps.skin);
+            for (group, locals) in [a, b].into_iter().zip(found) {
+                near[group].extend(locals);
             }
         }
-        for layer in &mut self.all {
-            layer.continuum.make_room_for_contact();
+        for (Layer { continuum, .. }, locals) in self.all.iter_mut().zip(near) {
+            if !locals.is_empty() {
+                continuum.imps.add(&locals, &continuum.clouds);
+            }
+            continuum.make_room_for_contact();
         }
         self.write_infos();
         &self.infos

@@ -1,7 +1,7 @@
 //! Finds the bracket that is still open where a parser stops in a text that is not TOML.
 
-/// Position at which the innermost bracket was opened that is still open at `end` and behind the line of it, both in bytes from the
-/// start. Brackets in strings and comments do not count.
+/// Position of the innermost bracket that is open at `end` and is not closed on that line, both in bytes from the start. Brackets
+/// in strings and comments do not count.
 pub(super) fn open_at(text: &str, end: usize) -> Option<usize> {
     let bytes = &text.as_bytes()[..line_end(text.as_bytes(), end.min(text.len()))];
     let mut open = Vec::new();
@@ -70,7 +70,7 @@ mod tests {
         ] {
             assert_eq!(open_at(text, text.len()), opened, "{text}");
         }
-        // A key in a header may be wrong without one that is open.
+        // A header closes its own brackets, even if its key is wrong.
         assert_eq!(open_at("a = { b = 1 }\n[[a.c]]\n", 16), None);
         assert_eq!(open_at("a = [1, 2\nb = 3", 10), Some(4));
         assert_eq!(open_at("ä = [", 99), Some(5));

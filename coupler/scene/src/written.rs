@@ -134,7 +134,7 @@ pub(crate) struct MpmWritten {
     #[serde(default)]
     pub contact_force: ContactForceScheme,
     /// Contact between the groups of points on the grid (Bardenhagen 2000): each group is a body with its own nodal
-    /// velocities. Without it all groups are one continuum. It cannot be combined with `[dem]`.
+    /// velocities. Without it all groups are one continuum.
     pub grid_contact: Option<GridContact>,
     /// Whether each group of points has its own grid layer, so that groups never exchange momentum through the grid;
     /// false by default. Groups of `[[group_pair]]` need it.

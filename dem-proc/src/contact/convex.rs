@@ -67,8 +67,8 @@ pub trait Measure: Debug + Default + Send + Sync + 'static {
     /// The contact of a candidate; `None` if its distance is above `closing` (m).
     fn meet(&mut self, bodies: &Bodies, candidate: Candidate, closing: f64) -> Option<Spot>;
     /// The criterion by which a candidate that presses has gone too far ([`crate::contact::passage`]). `turned`: its
-    /// normal has rotated since the last step, in the frame of the second body, in which the bodies have approached by
-    /// at most this (m).
+    /// normal has rotated since the last step, in the frame of the second body; with how far the bodies have approached
+    /// at most in that step, in m.
     fn passage(
         bodies: &Bodies,
         candidate: Candidate,
@@ -199,8 +199,8 @@ impl<M: Measure> PairKind for Convex<M> {
             };
             if spot.depth > 0.0 {
                 let response = chunk.law.response(constants, &kinematics, before);
-                let turned = frames[1].turned(was.0.into()).dot(&spot.normal) < TURN;
-                let turned = turned.then_some(closing);
+                let along = frames[1].turned(was.0.into()).dot(&spot.normal);
+                let turned = (along < TURN).then_some(closing);
                 let passage = M::passage(bodies, *candidate, &spot, turned);
                 met.passed = passage.map(|passage| PassedBodies {
                     bodies: pair,

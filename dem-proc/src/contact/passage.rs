@@ -37,8 +37,8 @@
 //!   which the outlines would have to move apart may be no longer than that piece.
 //! - *Area* ([`crate::contact::overlap`]): when an overlap reaches across a thin body, the width of the overlap that
 //!   determines the force becomes zero and then reverses. So the criteria are a width below a fifth of the root of the
-//!   area, which is that of a corner of 1.1 degrees, and a normal that has turned while the bodies were deeper in one
-//!   another than by that quarter: a corner that slides past the tip of another one turns it as well.
+//!   area, which is that of a corner of 1.1 degrees, and a normal that has turned. The second counts only if the bodies
+//!   have been deeper in one another than that quarter, because a corner that slides past a tip turns its normal too.
 
 use interface::Vec2;
 use interface::solver::{Fault, Refusal};

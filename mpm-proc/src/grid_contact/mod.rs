@@ -24,8 +24,6 @@ pub struct GridContact {
     shared: SharedNodes,
     /// Coefficient of Coulomb friction.
     friction: f64,
-    /// In the present step.
-    losing: Losses,
     /// In all steps before, which is saved.
     pub lost: Losses,
 }
@@ -39,14 +37,14 @@ impl GridContact {
         }
     }
 
-    /// Corrects the velocities of nodes that have been kicked.
+    /// Corrects the velocities of nodes that have been kicked. Returns what that dissipates.
     pub fn act<const W: usize, S: Shape<W>, A: AffineState>(
         &mut self,
         layers: &mut [&mut Continuum<W, S, A>],
         step: &Step,
-    ) {
+    ) -> Losses {
         if step.kick() == 0.0 {
-            return; // The opening step has no velocities of its own.
+            return Losses::default(); // The opening step has no velocities of its own.
         }
         self.shared.find(layers.iter().map(|layer| &layer.grid));
         for (number, layer) in layers.iter().enumerate() {
@@ -54,31 +52,27 @@ impl GridContact {
         }
         let grids = layers.iter_mut().map(|layer| &mut layer.grid.tiles[..]);
         let mut tiles: Vec<_> = grids.collect();
-        self.losing = self.shared.touch(&mut tiles, self.friction);
+        let mut lost = self.shared.touch(&mut tiles, self.friction);
         for layer in &mut *layers {
             let Grid { images, tiles, .. } = &mut layer.grid;
             follow(images, tiles);
         }
         let first = &layers[0];
         if let Some(damping) = first.damping_of_points() {
-            self.losing.damping = damping.beside(self.losing.friction + self.losing.impact);
+            lost.damping = damping.beside(lost.friction + lost.impact);
         }
         if !first.books_kick() {
-            self.losing.impact = 0.0;
+            lost.impact = 0.0;
         }
+        lost
     }
 
-    /// Adds what has been lost to a measurement, with the share `centring` of the present step. Energy that impacts give
-    /// beyond what they have taken is created, and stays in the residual.
-    pub fn measure(&self, ledger: &mut Ledger, centring: f64) {
-        let (lost, losing) = (self.lost, self.losing);
-        ledger.friction_work += lost.friction + centring * losing.friction;
-        ledger.viscous_work += (lost.impact + centring * losing.impact).max(0.0);
-        ledger.viscous_work += lost.damping + centring * losing.damping;
-    }
-
-    /// Ends a step.
-    pub fn close(&mut self) {
-        self.lost += core::mem::take(&mut self.losing);
+    /// Adds what has been lost to a measurement, of the present step the share `centring`. Energy that impacts give beyond
+    /// what they have taken is created, and stays in the residual.
+    pub fn measure(&self, ledger: &mut Ledger, of_step: Losses, centring: f64) {
+        let before = self.lost;
+        ledger.friction_work += before.friction + centring * of_step.friction;
+        ledger.viscous_work += (before.impact + centring * of_step.impact).max(0.0);
+        ledger.viscous_work += before.damping + centring * of_step.damping;
     }
 }

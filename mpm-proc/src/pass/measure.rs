@@ -44,11 +44,14 @@ pub fn update_ledger<const W: usize, S: Shape<W>, A: AffineState>(
         }
         let [x, y] = gravity.map(|g| kick * mass * g);
         continuum.state.totals.applied_impulse += [x, y, kick * moment];
+        let by_points = continuum.damping_of_points().is_some();
         for tile in &continuum.grid.tiles {
             continuum.state.totals.applied_impulse += tile.wall.impulse;
             continuum.kick.driven += tile.wall.work;
             continuum.kick.friction += tile.friction_work;
-            continuum.kick.damping += tile.lost_by_damping();
+            if !by_points {
+                continuum.kick.damping += tile.lost_by_damping();
+            }
             continuum.kick.transfer += tile.smoothing_work;
         }
         continuum.state.totals.applied_impulse += continuum.holds.impulse;
@@ -56,7 +59,7 @@ pub fn update_ledger<const W: usize, S: Shape<W>, A: AffineState>(
             let gained = continuum.grid.tiles.iter().map(NodeTile::gained);
             continuum.kick.transfer += gained.sum::<f64>() + continuum.kinetic_of_points();
         }
-        if continuum.damping_of_points().is_some() {
+        if by_points {
             over_velocities(continuum, |v, aside| *aside = *v);
         }
     }

@@ -24,7 +24,7 @@ pub fn decades(rng: &mut Rng, from: f64, to: f64) -> f64 {
 }
 
 impl<S> Dice<'_, S> {
-    /// Others, which leave these as they are, so that known seeds stay those of their cases. Two of one place draw the same.
+    /// Others, which leave these as they are, so that known seeds stay those of their cases. Two calls in a row give the same numbers.
     pub fn aside(&self) -> Dice<'_, ()> {
         Dice {
             rng: Rng::with_seed(self.rng.clone().u64(..)),

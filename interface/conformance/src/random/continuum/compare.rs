@@ -281,7 +281,7 @@ impl Judge<'_> {
         let has_energy = stand.oracle.all().iter().all(RefPoint::has_energy);
         let elastic = want.plastic_work + want.viscous_work == 0.0 && has_energy;
         let staged = !config.forcing.stages.is_empty();
-        // Velocities that are not mapped once more after groups have met leave a part to FLIP.
+        // With usavg, velocities are not mapped once more after groups have met, and FLIP takes a part of them.
         let again = config.grid_contact.is_none() || config.stress_update != StressUpdate::Usavg;
         let flip = config.transfer == Transfer::Flip && !staged && again;
         let corners = config.domain.iter().map(|[x, y]| x.hypot(*y));
