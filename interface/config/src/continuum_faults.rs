@@ -217,6 +217,15 @@ impl MpmConfig {
                 let help = format!("xpic does not support the moving wall {name}: use flip");
                 found.add("mpm.transfer", "xpic", "another transfer", help);
             }
+            // Damping slows a point in the frame of the domain, its mirror image in that of the wall.
+            let stages = self.forcing.stages.iter().enumerate();
+            for (s, stage) in stages.filter(|(_, stage)| stage.damping > 0.0) {
+                let key = format!("mpm.stage.{s}.damping");
+                let help = format!(
+                    "damping slows the material to rest, while the wall {name} moves it: leave it out"
+                );
+                found.add(key, stage.damping.to_string(), "0", help);
+            }
             for (other, wall) in across {
                 if !matches!(wall, Wall::Periodic | Wall::Open) {
                     let help = format!(

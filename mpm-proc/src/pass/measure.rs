@@ -48,7 +48,7 @@ pub fn update_ledger<const W: usize, S: Shape<W>, A: AffineState>(
         for tile in &continuum.grid.tiles {
             continuum.state.totals.applied_impulse += tile.wall.impulse;
             continuum.kick.driven += tile.wall.work;
-            continuum.kick.friction += tile.friction_work;
+            continuum.kick.friction += tile.lost_by_friction();
             if !by_points {
                 continuum.kick.damping += tile.lost_by_damping();
             }

@@ -35,9 +35,8 @@ pub fn sum_momentum<const W: usize, S: Shape<W>, A: AffineState>(
             add_window::<W, 4>(&mut sum, &window.0, o.run);
         }
         tile.wall = WallContribution::default();
-        tile.friction_work = 0.0;
+        tile.friction.clear();
         tile.damping.clear();
-        tile.smoothing_work = 0.0;
         for (i, sum) in sum.iter().enumerate() {
             tile.mass[i] = sum[0];
             tile.before[i] = [sum[1], sum[2]];
@@ -126,9 +125,7 @@ impl NodeTile {
         for i in bits(self.walled) {
             let held = walls.hold(node(origin, i), self.before[i]);
             let felt = pic_fraction * self.mass[i];
-            let work = walls.drive(node(origin, i), felt, self.before[i], held);
-            self.wall.work += work;
-            self.smoothing_work += work;
+            self.wall.work += walls.drive(node(origin, i), felt, self.before[i], held);
             let impulse = [0, 1].map(|a| felt * (held[a] - self.before[i][a]));
             self.wall.count(geometry.place(node(origin, i)), impulse);
             self.before[i] = held;

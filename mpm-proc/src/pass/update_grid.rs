@@ -12,7 +12,7 @@ use crate::state::grid::Grid;
 use crate::state::nodes::{NodeTile, bits};
 use crate::state::points::Cloud;
 use crate::state::stages::Damping;
-use crate::state::walls::{WallNodes, slid};
+use crate::state::walls::WallNodes;
 use mechanics::threads::Threads;
 
 /// `v_I^{n+1/2} = v_I^{n-1/2} + (f_I^int + f_I^cont + m_I g) / m_I kick`, with walls (eqs. 17, 48).
@@ -98,12 +98,14 @@ impl NodeTile {
         if let Some(damping) = act.damping {
             damping.act(self);
         }
+        self.smoothing_work = self.wall.work;
         let (origin, walls) = (first_node(self.at), act.walls);
         for i in bits(self.walled) {
             let free = self.after[i];
-            let after = walls.hold_after_kick(node(origin, i), free);
-            self.friction_work += self.mass[i] * slid(self.before[i], after);
-            let held = after[0];
+            let [held, rubbed] = walls.hold_after_kick(node(origin, i), free);
+            if rubbed != [0.0; 2] {
+                self.friction.push((i, rubbed.map(|v| -self.mass[i] * v)));
+            }
             self.wall.work += walls.drive(node(origin, i), self.mass[i], free, held);
             let impulse = [0, 1].map(|a| self.mass[i] * (held[a] - free[a]));
             let place = act.geometry.place(node(origin, i));

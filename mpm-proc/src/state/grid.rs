@@ -116,7 +116,7 @@ impl Grid {
                 damping: Vec::new(),
                 smoothing_work: 0.0,
                 wall: WallContribution::default(),
-                friction_work: 0.0,
+                friction: Vec::new(),
             });
             self.overlaps.extend(group.iter().map(|(_, o)| *o));
         }

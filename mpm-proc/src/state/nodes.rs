@@ -46,22 +46,28 @@ pub struct NodeTile {
     pub smoothing_work: f64,
     /// What walls and damping give in the present step.
     pub wall: WallContribution,
-    /// Work of wall friction in the present step in J/m.
-    pub friction_work: f64,
+    /// Impulses of wall friction in the present step in N s/m, with the numbers of the nodes that it acts on.
+    pub friction: Vec<(usize, [f64; 2])>,
 }
 
 impl NodeTile {
-    /// What damping dissipates in the kick, in J/m: a kick changes the kinetic energy of a node by its impulse times the mean of the
-    /// velocities before and after all that acts on it, walls, supports and contact on the grid too.
+    /// What damping dissipates in the kick, in J/m.
     pub fn lost_by_damping(&self) -> f64 {
-        let velocities = self.before.iter().zip(&self.after);
-        let mut work = 0.0;
-        for (impulse, (before, after)) in self.damping.iter().zip(velocities) {
-            for a in 0..2 {
-                work -= impulse[a] * (0.5 * (before[a] + after[a]));
-            }
-        }
-        work
+        let each = self.damping.iter().enumerate();
+        each.map(|(i, impulse)| self.lost(i, *impulse)).sum()
+    }
+
+    /// What wall friction dissipates in the kick, in J/m.
+    pub fn lost_by_friction(&self) -> f64 {
+        let each = self.friction.iter();
+        each.map(|&(i, impulse)| self.lost(i, impulse)).sum()
+    }
+
+    /// What an impulse (N s/m) on a node in the kick takes of its energy, in J/m: the impulse times the mean of the velocities before
+    /// and after all that acts on the node, walls, supports and contact on the grid too.
+    fn lost(&self, node: usize, impulse: [f64; 2]) -> f64 {
+        let mean = |a: usize| 0.5 * (self.before[node][a] + self.after[node][a]);
+        -(impulse[0] * mean(0) + impulse[1] * mean(1))
     }
 
     /// Kinetic energy that its nodes gain in the kick, in J/m.

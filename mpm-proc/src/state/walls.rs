@@ -242,13 +242,6 @@ impl WallNodes {
     }
 }
 
-/// Work of friction per mass in a kick, in m^2/s^2: what it has `taken`, times the mean of the velocities `before` the whole kick
-/// and after it (`held`).
-pub fn slid(before: [f64; 2], [held, taken]: [[f64; 2]; 2]) -> f64 {
-    let along = |a: usize| 0.5 * taken[a] * (before[a] + held[a]);
-    along(0) + along(1)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -269,10 +262,6 @@ mod tests {
         assert_eq!(after(&walls, [5, 0], [-0.5, -2.0]), [0.0, 0.0]);
         assert_eq!(after(&walls, [5, 0], [3.0, 2.0]), [3.0, 2.0]);
         assert_eq!(walls.hold([5, 0], [3.0, -2.0]), [3.0, 0.0]);
-        // Sticking loses nothing of the energy that a force gives in the same kick; sliding loses force times distance.
-        let work = |before, free| slid(before, walls.hold_after_kick([5, 0], free));
-        assert_eq!(work([0.0; 2], [0.5, -2.0]), 0.0);
-        assert_eq!(work([3.0, 0.0], [3.0, -2.0]), 2.5);
     }
 
     /// What a wall takes of the motion into it is no work of the friction of another wall that this motion is along.
@@ -287,7 +276,6 @@ mod tests {
         let walls = WallNodes::new(&both, [10, 20], true);
         let held = walls.hold_after_kick([0, 0], [-1.0, 4.0]);
         assert_eq!(held, [[0.0, 3.5], [0.0, 0.5]]);
-        assert_eq!(slid([2.0, 4.0], held), 0.25 * 7.5);
     }
 
     #[test]

@@ -126,6 +126,8 @@ pub struct Totals {
     pub pressed: f64,
     /// Dissipated in the kick by the damping of its stage, in J/m.
     pub damped: f64,
+    /// Taken by the transfer in the kick, in J/m.
+    pub smoothed: f64,
     /// Work of driven walls in the kick, in J/m. Not with walls, other than driven ones of the same speed, that act along them.
     pub pulled: f64,
     /// Whether rounding has decided which supports are independent, or how layers face one another.
@@ -145,6 +147,7 @@ impl Totals {
         self.rubbed += of.rubbed;
         self.pressed += of.pressed;
         self.damped += of.damped;
+        self.smoothed += of.smoothed;
         self.pulled += of.pulled;
         self.is_doubtful |= of.is_doubtful;
     }
@@ -158,22 +161,36 @@ pub struct Kicked {
     /// Velocities before the kick and after it in m/s.
     pub(super) before: Vec<[f64; 2]>,
     pub(super) after: Vec<[f64; 2]>,
-    /// Impulses that damping has taken, in N s/m.
+    /// Impulses that damping has taken, and that walls with friction have, in N s/m.
     pub(super) damped: Vec<[f64; 2]>,
+    pub(super) rubbed: Vec<[f64; 2]>,
+    /// Impulse that walls and supports give to the velocities before the kick, as points feel it, in N s/m.
+    pub(super) eased: [f64; 2],
+    /// That of supports alone, and its moment about the origin in N s.
+    pub(super) felt: [f64; 3],
     /// What contact on the nodes has taken of their energy, in J/m.
     pub(super) met: f64,
 }
 
 impl Kicked {
-    /// What damping has taken of the energy of the nodes, in J/m: its impulses times the means of the velocities before and after
-    /// all that acts on them.
-    fn lost_by_damping(&self) -> f64 {
-        let of_node = |((lost, before), after): ((&[f64; 2], &[f64; 2]), &[f64; 2])| {
+    /// Energy in J/m that impulses have taken of the nodes: times the means of the velocities before and after all that acts on
+    /// them.
+    fn lost(&self, taken: &[[f64; 2]]) -> f64 {
+        let of_node = |((taken, before), after): ((&[f64; 2], &[f64; 2]), &[f64; 2])| {
             let mean = |a: usize| 0.5 * (before[a] + after[a]);
-            lost[0] * mean(0) + lost[1] * mean(1)
+            taken[0] * mean(0) + taken[1] * mean(1)
         };
-        let nodes = self.damped.iter().zip(&self.before).zip(&self.after);
+        let nodes = taken.iter().zip(&self.before).zip(&self.after);
         nodes.map(of_node).sum()
+    }
+
+    /// Energy in J/m that the nodes gain.
+    fn gained(&self) -> f64 {
+        let square = |v: &[f64; 2]| v[0] * v[0] + v[1] * v[1];
+        let velocities = self.before.iter().zip(&self.after);
+        let each = self.mass.iter().zip(velocities);
+        each.map(|(m, (before, after))| 0.5 * m * (square(after) - square(before)))
+            .sum()
     }
 }
 
@@ -453,6 +470,11 @@ impl Reference {
         let nodes = self.nodes();
         let (mass, mut before) = self.map(&nodes, inertia);
         let felt = self.support(&nodes, &mass, &mut before).map(|p| alpha * p);
+        let mut eased = [0.0; 2];
+        for (i, p) in self.points.iter().enumerate() {
+            let v = self.interpolate(&nodes, i, |n, _| before[n]);
+            eased = [0, 1].map(|a| eased[a] + alpha * p.mass * (v[a] - p.v[a]));
+        }
         self.load(&nodes, &before, dt_before);
         let [first, _] = self.shares();
         let settles = self.drift == Drift::Mapped && dt > 0.0;
@@ -473,8 +495,7 @@ impl Reference {
         self.strain(&nodes, &before, first * dt_before, 0.5);
         self.totals.elastic = self.points.iter().map(RefPoint::stored).sum();
         self.totals.lost = self.lost();
-        self.totals.rubbed = 0.0;
-        let [mut after, mut lost] = [(); 2].map(|()| vec![[0.0; 2]; nodes.len()]);
+        let [mut after, mut lost, mut rubbed] = [(); 3].map(|()| vec![[0.0; 2]; nodes.len()]);
         for (n, node) in nodes.iter().enumerate() {
             let mut f = [0.0; 2];
             for (p, contact) in self.points.iter().zip(forces) {
@@ -499,10 +520,7 @@ impl Reference {
                 let [held, taken] = self.act(&nodes, node.at, damped, Some(1.0));
                 after[n] = held;
                 lost[n] = [0, 1].map(|a| mass[n] * (before[n][a] + gain[a] - damped[a]));
-                for a in 0..2 {
-                    let twice = mass[n] * (before[n][a] + held[a]);
-                    self.totals.rubbed += 0.5 * taken[a] * twice;
-                }
+                rubbed[n] = taken.map(|v| mass[n] * v);
             }
         }
         let kicked = self.support(&nodes, &mass, &mut after);
@@ -513,6 +531,9 @@ impl Reference {
             before,
             after,
             damped: lost,
+            rubbed,
+            eased,
+            felt,
             met: 0.0,
         }
     }
@@ -520,17 +541,11 @@ impl Reference {
     /// The second part: the points take the velocities of the nodes and move.
     pub fn advance(&mut self, dt_before: f64, dt: f64, forces: &[ImpForce], kicked: &Kicked) {
         let Kicked {
-            nodes,
-            mass,
-            after,
-            met,
-            ..
+            nodes, mass, after, ..
         } = kicked;
         let kick = 0.5 * (dt_before + dt);
         let start = self.momentum();
-        let alpha = self.pic_fraction(kick);
-        let [kept, gained] = self.damping(kick);
-        let own: Vec<[f64; 2]> = self.points.iter().map(|p| p.v).collect();
+        let own = self.points.clone();
         let inertia = self.inertia();
         let [first, last] = self.shares();
         let settles = self.drift == Drift::Mapped && dt > 0.0;
@@ -538,11 +553,17 @@ impl Reference {
         if self.stress_update == StressUpdate::Usl {
             self.strain(nodes, after, dt, -0.5);
         }
-        let mut drift: Vec<[f64; 2]> = self.gather(kicked, kept, alpha);
-        if matches!(self.transfer, Transfer::Pic | Transfer::Apic) {
-            self.totals.damped = kicked.lost_by_damping();
-        } else {
-            self.damp_points(&own, [kept, gained], *met);
+        // What driven walls have given before the kick is no loss of the points.
+        let wall = self.driven().unwrap_or_default();
+        let of_walls = |a: usize| wall[a] * (kicked.eased[a] - kicked.felt[a]);
+        self.totals.smoothed = of_walls(0) + of_walls(1);
+        let mut drift: Vec<[f64; 2]> = self.gather(kicked, &own, kick);
+        self.totals.rubbed = kicked.lost(&kicked.rubbed);
+        self.count_walls(start, kick, forces);
+        self.totals.damped = self.lost_by_damping(kick, kicked, &own);
+        if self.books_impacts(kick) {
+            let kinetic = |points: &[RefPoint]| points.iter().map(|p| self.kinetic(p)).sum::<f64>();
+            self.totals.smoothed = kicked.gained() + kinetic(&own) - kinetic(&self.points);
         }
         let again = if self.meets && self.stress_update == StressUpdate::Usavg {
             after.clone() // Velocities that are mapped once more approach again.
@@ -572,7 +593,6 @@ impl Reference {
                 *drift = self.interpolate(nodes, i, moving);
             }
         }
-        self.count_walls(start, kick, forces);
         for ((p, v), spin) in self.points.iter_mut().zip(drift).zip(spins) {
             p.spin = spin;
             for a in 0..2 {
@@ -585,13 +605,20 @@ impl Reference {
         }
     }
 
-    /// Velocities of all points after the kick (26) ... (28), of which damping leaves `kept` of their own and PIC `alpha`; with
-    /// those of the nodes at the points.
-    fn gather(&mut self, kicked: &Kicked, kept: f64, alpha: f64) -> Vec<[f64; 2]> {
-        let mut at_points = Vec::new();
+    /// Velocities of all points after the kick (26) ... (28); with those of the nodes at the points. `own` is from before a filter.
+    fn gather(&mut self, kicked: &Kicked, own: &[RefPoint], kick: f64) -> Vec<[f64; 2]> {
+        let (mut at_points, inertia) = (Vec::new(), self.inertia());
+        let alpha = self.pic_fraction(kick);
+        let [kept, _] = if self.damps_nodes() {
+            [1.0; 2]
+        } else {
+            self.damping(kick)
+        };
+        let smooths = alpha > 0.0 || self.transfer.filters() || self.transfer.is_affine();
         for i in 0..self.points.len() {
             let p = self.points[i];
-            let (mut v, mut dv, mut b) = ([0.0; 2], [0.0; 2], [[0.0; 2]; 2]);
+            let (mut v, mut dv) = ([0.0; 2], [0.0; 2]);
+            let [mut b, mut db] = [[[0.0; 2]; 2]; 2];
             for (n, node) in kicked.nodes.iter().enumerate() {
                 for image in &node.places {
                     let s = self.weight(&p, image.at);
@@ -603,6 +630,7 @@ impl Reference {
                         dv[a] += s * (after[a] - kept * before[a]);
                         for c in 0..2 {
                             b[a][c] += s * after[a] * d[c]; // (31)
+                            db[a][c] += s * (after[a] - kept * before[a]) * d[c];
                         }
                     }
                 }
@@ -615,13 +643,30 @@ impl Reference {
                 p.b = b;
             }
             at_points.push(v);
+            // What a point lacks of the gain of the nodes acts as a force does.
+            let lost = |old: f64, gain: f64, new: f64| {
+                0.5 * p.mass * (kept * old + gain - new) * (old + new)
+            };
+            for a in (0..2).filter(|_| smooths) {
+                self.totals.smoothed += lost(own[i].v[a], dv[a], p.v[a]);
+                for c in (0..2).filter(|_| self.transfer.is_affine()) {
+                    self.totals.smoothed += lost(own[i].b[a][c], db[a][c], b[a][c]) / inertia;
+                }
+            }
         }
         at_points
     }
 
+    /// Velocity in m/s of the driven walls, if there are any.
+    fn driven(&self) -> Option<[f64; 2]> {
+        let ends = self.walls.by_axis().into_iter().zip(0..);
+        let mut walls = ends.flat_map(|(ends, axis)| ends.map(|(_, wall)| (wall, axis)));
+        walls.find_map(|(wall, axis)| driven(wall, axis))
+    }
+
     /// Counts what walls have done to the momentum, which was `start` before the kick.
     fn count_walls(&mut self, start: [f64; 2], kick: f64, forces: &[ImpForce]) {
-        // Gravity and contact are known; the rest of the change of momentum is due to walls, supports and loads.
+        // Gravity and contact are known; the rest of the change of momentum is due to walls, supports and loads, or damping.
         let end = self.momentum();
         for a in 0..2 {
             let outer = self.points.iter().zip(forces);
@@ -631,9 +676,7 @@ impl Reference {
             self.totals.applied[a] = end[a] - start[a] - kick * outer;
         }
         self.totals.pulled = 0.0;
-        let ends = self.walls.by_axis().into_iter().zip(0..);
-        let mut walls = ends.flat_map(|(ends, axis)| ends.map(|(_, wall)| (wall, axis)));
-        if let Some(v) = walls.find_map(|(wall, axis)| driven(wall, axis)) {
+        if let Some(v) = self.driven() {
             for a in 0..2 {
                 let loads: f64 = self.points.iter().map(|p| kick * p.load[a]).sum();
                 let of_walls = self.totals.applied[a] - loads - self.totals.support[a];
@@ -791,17 +834,26 @@ impl Reference {
         }
     }
 
-    /// What damping takes of points that keep velocities of their own, from these on: its impulse on each, times the mean of the
-    /// velocities before and after. Walls with friction, and others on the nodes that have `met` these, have taken a part of what
-    /// forces seem to have added.
-    fn damp_points(&mut self, own: &[[f64; 2]], [kept, gained]: [f64; 2], met: f64) {
-        self.totals.damped = (1.0 / gained - 1.0) * (self.totals.rubbed + met);
-        for (p, v) in self.points.iter().zip(own) {
+    /// Whether damping acts on the velocities of the nodes alone.
+    fn damps_nodes(&self) -> bool {
+        matches!(self.transfer, Transfer::Pic | Transfer::Apic)
+    }
+
+    /// What damping takes of the energy, in J/m: its impulses times the means of the velocities before and after. Walls with friction,
+    /// and others on the nodes, have taken a part of what forces seem to have added to points.
+    fn lost_by_damping(&self, kick: f64, kicked: &Kicked, own: &[RefPoint]) -> f64 {
+        if self.damps_nodes() {
+            return kicked.lost(&kicked.damped);
+        }
+        let [kept, gained] = self.damping(kick);
+        let mut damped = (1.0 / gained - 1.0) * (self.totals.rubbed + kicked.met);
+        for (p, own) in self.points.iter().zip(own) {
             for a in 0..2 {
-                let added = (p.v[a] - kept * v[a]) / gained;
-                self.totals.damped += 0.5 * p.mass * (v[a] + added - p.v[a]) * (v[a] + p.v[a]);
+                let taken = own.v[a] + (p.v[a] - kept * own.v[a]) / gained - p.v[a];
+                damped += 0.5 * p.mass * taken * (own.v[a] + p.v[a]);
             }
         }
+        damped
     }
 
     /// alpha of eq. 28 over a kick.
@@ -819,11 +871,12 @@ impl Reference {
         }
     }
 
-    /// Whether impacts of nodes count as a loss: with FLIP alone, and with velocities that are not mapped again.
+    /// Whether what nodes lose in a kick counts: with FLIP alone, and with velocities that are not mapped again.
     pub fn books_impacts(&self, kick: f64) -> bool {
         let plain = !self.transfer.filters() && !self.transfer.is_affine();
         let undamped = self.stage().is_none_or(|stage| stage.damping == 0.0);
         self.stress_update == StressUpdate::Usavg
+            && self.drift == Drift::Nodal
             && plain
             && undamped
             && self.pic_fraction(kick) == 0.0

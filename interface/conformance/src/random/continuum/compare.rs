@@ -1,7 +1,7 @@
 //! What a continuum answers beside what the oracle expects.
 
 use interface::Vec2;
-use interface::config::{StressUpdate, Transfer, Walls};
+use interface::config::{Transfer, Walls};
 use interface::message::wire::{
     GroupState, ImpForce, ImpInfo, ImpState, Ledger, Limits, PointState, Report, StepHeader, flags,
 };
@@ -281,24 +281,20 @@ impl Judge<'_> {
         let has_energy = stand.oracle.all().iter().all(RefPoint::has_energy);
         let elastic = want.plastic_work + want.viscous_work == 0.0 && has_energy;
         let staged = !config.forcing.stages.is_empty();
-        // With usavg, velocities are not mapped once more after groups have met, and FLIP takes a part of them.
-        let again = config.grid_contact.is_none() || config.stress_update != StressUpdate::Usavg;
-        let flip = config.transfer == Transfer::Flip && !staged && again;
+        // But for APIC, what walls and damping turn is not told apart from what the transfer does; a periodic wall may say of itself
+        // that it turns what it moves to the other end.
+        let apic = config.transfer == Transfer::Apic && !config.walls.periodic().contains(&true);
+        let turned = apic || config.walls == Walls::default() && !staged;
         let corners = config.domain.iter().map(|[x, y]| x.hypot(*y));
         let moment = t.impulse * corners.fold(config.cell, f64::max);
         let rows = [
             (true, "kinetic", t.energy),
             (true, "viscous_work", t.stored),
             (stand.works && elastic, "stress_work", works),
-            (flip, "transfer_work", 0.0),
+            (true, "transfer_work", t.stored),
             (true, "angular_momentum", moment),
             (true, "contact_moment", moment),
-            // What walls and damping turn is not told apart from what the transfer does.
-            (
-                config.walls == Walls::default() && !staged,
-                "applied_moment",
-                moment,
-            ),
+            (turned, "applied_moment", moment),
         ];
         let asked = rows.into_iter().filter(|(asked, ..)| *asked);
         let rows: Vec<_> = asked.map(|(_, name, most)| ("N-1a", name, most)).collect();

@@ -563,15 +563,16 @@ impl Dice<'_, ()> {
         }
         let blends = matches!(config.transfer, Transfer::Flip | Transfer::Blend { .. });
         let walls = config.walls.by_axis();
-        // What damping takes along driven walls is not told apart from what these give.
         let driven = |(_, wall): &(_, Wall)| matches!(wall, Wall::Driven { .. });
         let pulled = walls.as_flattened().iter().any(driven);
         let stages = self.rng.u32(0..8).saturating_sub(5);
-        for k in 0..if pulled { 0 } else { stages } {
+        for k in 0..stages {
             let from = (f64::from(k) + self.rng.f64()) * 20.0 * self.dt;
             forcing.stages.push(Stage {
                 from: if k == 0 && self.often() { 0.0 } else { from },
-                damping: self.perhaps(|dice| dice.between(0.0, 1.0) / dice.dt),
+                damping: self.when(!pulled, |dice| {
+                    dice.perhaps(|dice| dice.between(0.0, 1.0) / dice.dt)
+                }),
                 pic_fraction: (blends && self.often()).then(|| self.rng.f64()),
             });
         }

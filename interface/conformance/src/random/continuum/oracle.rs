@@ -1,7 +1,7 @@
 //! The oracle of the continuum's side: layers of points, each moved by the plain reference of [`mechanics::reference`], and
 //! what section 9 of PROTOCOL.md says of them.
 
-use interface::config::MpmConfig;
+use interface::config::{MpmConfig, Transfer};
 use interface::impulse::at;
 use interface::message::wire::{GroupState, ImpForce, Ledger};
 use interface::step::Step;
@@ -180,7 +180,6 @@ impl Oracle {
         for a in 0..2 {
             totals.applied[a] += kick * mass * self.config.gravity[a];
         }
-        self.moments[0] += totals.support[2] + kick * totals.load_moment;
         let (after, done) = (energies(self), self.all());
         let so_far = |of: fn(&Totals) -> f64| of(&self.past) + w * of(&totals);
         let mut ledger = Ledger {
@@ -189,6 +188,7 @@ impl Oracle {
             viscous_work: totals.lost[1] + so_far(|t| t.damped) + so_far(|t| t.pressed).max(0.0),
             friction_work: so_far(|t| t.rubbed),
             driven_work: totals.driven + so_far(|t| t.pulled),
+            transfer_work: so_far(|t| t.smoothed),
             stress_work: totals.elastic - self.start.iter().sum::<f64>(),
             ..Ledger::default()
         };
@@ -206,11 +206,18 @@ impl Oracle {
         }
         ledger.applied_impulse = self.past.applied;
         ledger.contact_impulse = self.contact;
-        for (p, f) in before.iter().zip(forces) {
-            let weight = self.config.gravity.map(|g| p.mass * g);
-            self.moments[0] += kick * at(p.x, weight)[2];
-            self.moments[1] += kick * (at(p.x, f.force)[2] + f.couple);
+        let (mut weight, mut contact, mut gained) = (0.0, 0.0, 0.0);
+        for ((p, f), done) in before.iter().zip(forces).zip(&done) {
+            weight += kick * at(p.x, self.config.gravity.map(|g| p.mass * g))[2];
+            contact += kick * (at(p.x, f.force)[2] + f.couple);
+            gained += turning(done, p.x) - turning(p, p.x);
         }
+        self.moments[1] += contact;
+        self.moments[0] += if self.config.transfer == Transfer::Apic {
+            gained - contact // APIC itself turns nothing.
+        } else {
+            weight + totals.support[2] + kick * totals.load_moment
+        };
         [ledger.applied_moment, ledger.contact_moment] = self.moments;
         let stored = done.iter().map(RefPoint::stored).zip(&self.start);
         let worked = stored.map(|(now, start)| (now - start).abs()).sum::<f64>() + totals.lost[0];
@@ -265,14 +272,18 @@ impl Oracle {
                 }
             }
         }
-        let turning = |p: &RefPoint| p.mass * (at(p.x, p.v)[2] + p.b[1][0] - p.b[0][1]);
-        ledger.angular_momentum = done.iter().map(turning).sum();
+        ledger.angular_momentum = done.iter().map(|p| turning(p, p.x)).sum();
         for group in &mut groups {
             group.position = group.position.map(|x| x / group.mass);
             group.velocity = group.velocity.map(|p| p / group.mass);
         }
         groups
     }
+}
+
+/// Angular momentum in N s of a point at `x`.
+fn turning(p: &RefPoint, x: [f64; 2]) -> f64 {
+    p.mass * (at(x, p.v)[2] + p.b[1][0] - p.b[0][1])
 }
 
 fn widen(lower: &mut f64, upper: &mut f64, x: f64, first: bool) {
