@@ -5,7 +5,7 @@ use crate::small_scenes::*;
 use dem_proc::Sdem;
 use interface::Vec2;
 use interface::config::{
-    BodyConfig, BodyInertia, BodyShape, ContactLaw, DemConfig, ratio_of_restitution,
+    BodyConfig, BodyInertia, BodyShape, ContactLaw, DemConfig, Motion, ratio_of_restitution,
 };
 use interface::solver::DemSolver;
 
@@ -407,6 +407,69 @@ fn rolling_resistance_stops_a_disc_and_its_loss_is_booked() {
         (ledger.friction_work - lost).abs() < 5e-3 * lost,
         "{ledger:?}"
     );
+}
+
+#[test]
+fn guided_and_pushed_bodies_move_as_told_and_their_holders_work_is_counted() {
+    let pushed = BodyConfig {
+        motion: Motion::Pushed {
+            force: [3.0, 0.0],
+            torque: 0.2,
+            ramp: 0.0,
+            until: Some(0.5),
+        },
+        inertia: BodyInertia::Mass(2.0),
+        ..body(BodyShape::Disc, 0.1)
+    };
+    let mut dem = configured(&scene(vec![pushed], spring(1e5)));
+    let dt = 1e-4;
+    run(&mut dem, 10_001, dt); // up to t = 1
+    let l = dem.measurement().ledger;
+    let state = dem.bodies().state[0];
+    assert!((state.velocity.x - 0.75).abs() < 1e-3 && (state.spin - 0.1 / 0.01).abs() < 1e-2);
+    assert!((l.driven_work / (l.kinetic + l.kinetic_rotation) - 1.0).abs() < 1e-9);
+    assert!((Vec2::from(l.applied_impulse) - Vec2::from(l.momentum)).norm() < 1e-12);
+
+    let guided = BodyConfig {
+        motion: Motion::Guided {
+            hold_x: true,
+            hold_y: false,
+            hold_angle: true,
+        },
+        velocity: [0.5, 0.0],
+        ..body(BodyShape::Disc, 0.1)
+    };
+    let mut config = scene(vec![guided], spring(1e5));
+    config.gravity = [4.0, -9.81];
+    let mut dem = configured(&config);
+    run(&mut dem, 1001, 1e-3);
+    let state = dem.bodies().state[0];
+    assert_eq!((state.velocity.x, state.spin), (0.5, 0.0));
+    let l = dem.measurement().ledger;
+    // The guide removes the work of gravity along x: -4 N over 0.5 m.
+    assert!((l.driven_work + 2.0).abs() < 1e-9, "{}", l.driven_work);
+    let start = 0.5 * 0.25;
+    // The mean of the squares at two half steps is above the square at t_n by (g dt / 2)^2: 1.2e-5 J/m here.
+    assert!((l.kinetic + l.gravity - l.driven_work - start).abs() < 2e-5);
+    // Only the initial momentum is not an applied impulse.
+    assert!((l.momentum[0] - l.applied_impulse[0] - 0.5).abs() < 1e-12);
+}
+
+#[test]
+fn a_ramped_push_follows_its_ramp() {
+    let pushed = BodyConfig {
+        motion: Motion::Pushed {
+            force: [0.0, 6.0],
+            torque: 0.0,
+            ramp: 1.0,
+            until: None,
+        },
+        ..body(BodyShape::Disc, 0.1)
+    };
+    let mut dem = configured(&scene(vec![pushed], spring(1e5)));
+    run(&mut dem, 1000, 1e-3);
+    // v = 6 t^2 / 2 at half a step before t = 1.
+    assert!((dem.bodies().state[0].velocity.y - 3.0).abs() < 5e-3);
 }
 
 /// Two discs part in the last step before a step of no length, as at the end of a run: what was left in the tangential spring

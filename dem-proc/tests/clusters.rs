@@ -1,8 +1,11 @@
 //! Rigid clusters of discs (Singer 2022).
 
+use crate::small_scenes::walls::wall;
 use crate::small_scenes::*;
+use dem_proc::Sdem;
 use interface::Vec2;
-use interface::config::{BodyInertia, BodyShape};
+use interface::config::{BodyConfig, BodyInertia, BodyShape};
+use interface::solver::DemSolver;
 
 /// `n` x `n` discs of radius `a` that touch, about the origin.
 fn grid(n: usize, a: f64) -> BodyShape {
@@ -35,6 +38,47 @@ fn mass_and_inertia_add_up() {
     assert!((b.inertia / inertia - 1.0).abs() < 1e-14);
     assert!((dem.bodies().state[0].center - Vec2::new(3.0, 4.0)).norm() < 1e-15);
     assert!((b.shape.extent - a * (1.0 + 2.0_f64.sqrt())).abs() < 1e-15);
+}
+
+/// Two blocks of 8 x 8 discs with Singer's kind of law, friction and adhesion, one on the other: they stay.
+#[test]
+fn two_cluster_blocks_rest_on_one_another() {
+    let a = 0.00125;
+    let block = |y: f64| BodyConfig {
+        position: [0.0, y],
+        inertia: BodyInertia::Mass(0.28),
+        ..body(grid(8, a), a)
+    };
+    let law = hertz_law(1e8, 0.3, 0.6, 0.3, 30.0);
+    let floor = wall("floor", [-0.1, -a], [0.1, -a], a);
+    let mut config = scene(vec![floor, block(0.01), block(0.03)], law);
+    config.gravity = [0.0, -9.81];
+    config.skin = 0.0005;
+    let mut dem = Sdem::default();
+    dem.configure(&config).unwrap();
+    let dt = 2e-6;
+    for i in 0..40_000 {
+        let mut step = step(if i == 0 { 0.0 } else { dt }, dt);
+        step.measure = i == 39_999;
+        dem.contact(&step, &[], &mut []).unwrap();
+        dem.advance(&step).unwrap();
+    }
+    let m = dem.measurement();
+    let weight = 2.0 * 0.28 * 9.81;
+    assert!(
+        (m.bodies[0].body_force[1] / -weight - 1.0).abs() < 1e-3,
+        "{:?}",
+        m.bodies[0]
+    );
+    for (b, y) in [(1, 0.01), (2, 0.03)] {
+        let state = &dem.bodies().state[b];
+        assert!(
+            (state.center - Vec2::new(0.0, y)).norm() < 2e-5,
+            "{}",
+            state.center
+        );
+        assert!(state.angle.abs() < 1e-6 && state.velocity.norm() < 1e-4);
+    }
 }
 
 /// Area, centroid and polar moment about the centroid of the covered region, from a million random points, and their

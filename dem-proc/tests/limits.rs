@@ -152,3 +152,54 @@ fn dashpots_of_a_block_are_declared_as_what_they_are_to_a_point() {
     assert!((declared(16.0) - 1.0).abs() < 1e-15);
     assert_eq!(declared(0.1), 0.25);
 }
+
+/// Points that move as one block of mass M on n springs: `x = A exp(-zeta w t) cos(...)`, `w^2 = n k/M`, whatever the points'
+/// own mass and number are, when the dashpots are of M/n.
+#[test]
+fn a_block_on_points_swings_with_the_ratio_of_its_own() {
+    let (k, block, zeta): (f64, f64, f64) = (1e4, 40.0, 0.2);
+    for n in [1_u32, 2, 5] {
+        let law = interface::config::ContactLaw::Linear {
+            normal_stiffness: k,
+            tangential_stiffness: 0.0,
+            friction: 0.0,
+            damping_ratio: zeta,
+            damped_mass: block / f64::from(n),
+        };
+        let mut config = scene(vec![fixed(BodyShape::Disc, 1.0)], spring(k));
+        config.point_contact = law; // not between bodies
+        // All at the same place of the disc: the same overlap.
+        let each: Vec<_> = (0..n)
+            .map(|i| (info(u64::from(i), 0.05, 0.01), at(1.05 - 0.02, 0.0)))
+            .collect();
+        let mut points = Points::new(&each);
+        let mut dem = configured(&config);
+        dem.imp_set(&points.set);
+        let omega = (f64::from(n) * k / block).sqrt();
+        let swing = omega * (1.0 - zeta * zeta).sqrt();
+        let steps = 20_000;
+        let dt = std::f64::consts::TAU / swing / f64::from(steps);
+        // Pressed so that it rests at an overlap of 0.02; it begins with a velocity towards the disc.
+        let (rest, v0) = (1.03, -0.01 * omega);
+        let mut v = v0;
+        for i in 0..=steps {
+            let step = step(if i == 0 { 0.0 } else { dt }, dt);
+            dem.contact(&step, &points.states, &mut points.forces)
+                .unwrap();
+            let force: f64 = points.forces.iter().map(|f| f.force[0]).sum();
+            v += (force - f64::from(n) * k * 0.02) / block * step.kick();
+            for state in &mut points.states {
+                state.velocity[0] = v;
+                state.position[0] += v * dt;
+            }
+            dem.advance(&step).unwrap();
+        }
+        let fall = (-std::f64::consts::TAU * zeta / (1.0 - zeta * zeta).sqrt()).exp();
+        assert!(
+            (v / v0 - fall).abs() < 2e-3,
+            "{n} points: {} {fall}",
+            v / v0
+        );
+        assert!((points.states[0].position[0] - rest).abs() < 1e-4);
+    }
+}

@@ -55,6 +55,30 @@ fn a_run_that_is_resumed_goes_on_to_the_same_bits() {
 }
 
 #[test]
+fn so_does_one_without_points_and_one_on_more_threads() {
+    let config = scene(LINEAR, Some(LINEAR), OverlapMeasure::EachEdge);
+    compare_without_points(&config);
+    for threads in [1, 2] {
+        let many = DemConfig { threads, ..crowd() };
+        compare("many", &many, Cloud::in_gaps(), 9, 25);
+    }
+}
+
+fn compare_without_points(config: &DemConfig) {
+    let mut straight = TestRun::new(config, Cloud::default());
+    for _ in 0..120 {
+        straight.step();
+    }
+    let bytes = straight.dem.save().unwrap();
+    let mut resumed = TestRun::new(config, Cloud::default());
+    resumed.dem.restore(&bytes).unwrap();
+    resumed.done = straight.done;
+    for i in 0..100 {
+        assert!(resumed.step() == straight.step(), "step {i} differs");
+    }
+}
+
+#[test]
 fn a_state_goes_from_one_thread_to_others() {
     let mut straight = TestRun::new(&crowd(), Cloud::in_gaps());
     for _ in 0..20 {

@@ -1,8 +1,8 @@
 //! `contact` evaluates and commits nothing: whoever asks twice gets the same bits as who asks once.
 
-use crate::mixtures::{Cloud, TestRun, all};
+use crate::mixtures::{Cloud, LINEAR, TestRun, all, crowd};
 use crate::small_scenes::Random;
-use interface::config::DemConfig;
+use interface::config::{DemConfig, OverlapMeasure};
 use interface::message::wire::ImpForce;
 use interface::solver::DemSolver;
 use interface::step::Step;
@@ -58,4 +58,25 @@ fn an_evaluation_leaves_no_trace() {
     let faults = each.map(|(name, config)| compare(name, &config, &Cloud::new(60), 201));
     let faults: Vec<usize> = faults.collect();
     assert!(faults.iter().sum::<usize>() > 100, "{faults:?}");
+}
+
+#[test]
+fn nor_does_one_without_points_or_on_two_threads() {
+    let config = crate::mixtures::scene(LINEAR, Some(LINEAR), OverlapMeasure::EachEdge);
+    compare_bodies_alone(&config);
+    let threads = 2;
+    let many = DemConfig { threads, ..crowd() };
+    compare("two threads", &many, &Cloud::in_gaps(), 40);
+}
+
+/// Other steps alone make the trial.
+fn compare_bodies_alone(config: &DemConfig) {
+    let run = || TestRun::new(config, Cloud::default());
+    let (mut once, mut often) = (run(), run());
+    let mut random = Random(5);
+    for i in 0..201 {
+        try_out(&mut often, &mut random);
+        assert!(once.step() == often.step(), "step {i} differs");
+    }
+    assert!(once.dem.contacts() > 0);
 }

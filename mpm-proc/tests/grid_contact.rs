@@ -3,6 +3,7 @@
 use interface::config::{
     GridContact, GroupConfig, MpmConfig, ShapeFunction, Spacing, StressUpdate, Transfer, Wall,
 };
+use interface::message::wire::PointState;
 use interface::solver::MpmSolver;
 
 use crate::blocks::{Stepper, bits, block, configured, disc_fill, rectangle_fill, walls};
@@ -90,6 +91,54 @@ fn with_usavg_the_ledger_of_contact_closes_to_second_order() {
         residuals.fold(0.0, f64::max)
     });
     assert!(coarse < 2e-3 && fine < coarse / 3.0, "{coarse:e} {fine:e}");
+}
+
+/// Off centre, the hit one turns; what it wins at nodes is what the other loses there, with the same arm.
+#[test]
+fn an_off_centre_hit_keeps_angular_momentum() {
+    // Of the transfers here, APIC alone keeps angular momentum.
+    let mut config = pair();
+    config.transfer = Transfer::Apic;
+    config.groups[0].fill = rectangle_fill([0.0, 0.4], [0.2, 0.6]);
+    let before = sums(&configured(&config));
+    let mpm = collided(&config, 1500);
+    let after = sums(&mpm);
+    let points = mpm.points();
+    let spun = |p: &[PointState]| p.iter().map(|p| p.velocity[1].abs()).fold(0.0, f64::max);
+    assert!(spun(&points[points.len() / 2..]) > 0.05, "nothing turned");
+    assert!((after.0[0] / before.0[0] - 1.0).abs() < 1e-12);
+    // Velocities on points leave out their affine part, a share of (spacing/size)^2.
+    assert!(
+        (after.1 / before.1 - 1.0).abs() < 5e-3,
+        "{} {}",
+        after.1,
+        before.1
+    );
+}
+
+/// Far apart, each grain moves as it would alone, bit for bit; and the threads do not matter.
+#[test]
+fn grains_that_do_not_meet_know_nothing_of_each_other() {
+    let mut config = pair();
+    config.groups[0].velocity = [-0.5, 0.25];
+    // With usl points move with the nodes whether there is contact on the grid or not.
+    let mut apart = config.clone();
+    apart.stress_update = StressUpdate::Usl;
+    let together = collided(&apart, 100);
+    let mut alone = apart;
+    alone.grid_contact = None;
+    alone.groups.truncate(1);
+    let single = collided(&alone, 100);
+    assert_eq!(
+        together.points()[..single.points().len()],
+        single.points()[..]
+    );
+    let mut threads = config.clone();
+    threads.threads = 2;
+    assert_eq!(
+        collided(&config, 600).points(),
+        collided(&threads, 600).points()
+    );
 }
 
 /// Two discs about (`x`, `y`) that meet off centre and rub, in a domain of 20 by 16 cells that closes on itself.

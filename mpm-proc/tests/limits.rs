@@ -185,53 +185,103 @@ fn both_frequencies_bound_the_eigenvalues_of_random_clouds() {
     }
 }
 
-/// A body presses on a point alone along any normal. With a friction as stiff as the contact the frequency is its own, with a
-/// stiffer one a bound. Of more points the kit compares the bound with the frequency (`kit.rs`).
+/// Stiffness of each point, and that of its friction: the same if it is alone.
+fn pressed_with_friction(random: &mut Random, count: usize) -> Vec<ImpForce> {
+    let force = |_| {
+        let stiffness = random.between(1e4, 1e6);
+        let ratio = if count == 1 {
+            1.0
+        } else {
+            random.between(0.0, 1.5)
+        };
+        ImpForce {
+            stiffness,
+            tangential: ratio * stiffness,
+            ..ImpForce::default()
+        }
+    };
+    (0..count).map(force).collect()
+}
+
+/// Points pressed by two bodies along any normals, with friction on their surfaces. A point alone has its own frequency.
 #[test]
-fn a_point_alone_with_friction_has_its_own_contact_frequency() {
+fn the_contact_frequency_bounds_that_of_surfaces_with_friction() {
     for (shape, kernel) in [
         (ShapeFunction::QuadraticBspline, Kernel::Quadratic),
         (ShapeFunction::CubicBspline, Kernel::Cubic),
         (ShapeFunction::Ugimp, Kernel::Ugimp(0.25)),
         (ShapeFunction::Linear, Kernel::Linear),
     ] {
-        for seed in 0..4 {
+        let (mut tightest, mut beyond) = (0.0_f64, 0.0_f64);
+        for seed in 0..16 {
             let mut random = Random::new(seed);
             let mut config = block();
             (config.shape, config.transfer) = (shape, Transfer::Flip);
-            let radius = 0.025 * [0.5, 1.0, 2.0, 4.0][seed as usize];
+            let radius = 0.025 * [0.5, 1.0, 2.0, 4.0][seed as usize % 4];
             config.groups[0].contact_radius = Some(radius);
-            let positions = scattered(&mut config, &mut random, 1);
-            let stiffness = random.between(1e4, 1e6);
-            let ratio = if seed % 2 == 0 { 1.0 } else { 3.0 };
-            let press = ImpForce {
-                stiffness,
-                tangential: ratio * stiffness,
-                ..ImpForce::default()
-            };
-            let limits = opening(&config, &[press]);
+            let count = [1, 12, 40][seed as usize % 3];
+            let positions = scattered(&mut config, &mut random, count);
+            let forces = pressed_with_friction(&mut random, count);
+            let limits = opening(&config, &forces);
             let [s, gx, gy] = matrices(&positions, kernel, config.domain[0]);
-            let (y, x) = random.between(0.0, 6.3).sin_cos();
             let n = s.ncols();
-            // A row for the normal and one for the surface, which turns with the point.
-            let mut rows = DMatrix::zeros(2, 2 * n);
-            for i in 0..n {
-                let root = (stiffness / (s[i] * MASS)).sqrt();
-                let turn = [-0.5 * gy[i], 0.5 * gx[i]];
-                for (a, [along, across]) in [[x, -y], [y, x]].into_iter().enumerate() {
-                    rows[(0, a * n + i)] = root * s[i] * along;
-                    let surface = s[i] * across - radius * turn[a];
-                    rows[(1, a * n + i)] = f64::sqrt(ratio) * root * surface;
+            let root = (s.row_sum().transpose() * MASS).map(|m| 1.0 / m.sqrt());
+            // For each body a row for the normal and one for the tangent of each point, with and without its turn.
+            let rows = |arm: f64, bodies: usize, random: &mut Random| {
+                let mut rows = DMatrix::zeros(2 * bodies * count, 2 * n);
+                for (p, f) in forces.iter().enumerate() {
+                    // The first body's shares: of both bodies the same stiffness is the larger.
+                    let ratio = (f.stiffness / f.tangential).max(1.0);
+                    let normal = if bodies == 1 {
+                        1.0
+                    } else {
+                        random.between(0.0, 1.0)
+                    };
+                    let least = (1.0 - (1.0 - normal) * ratio).max(0.0);
+                    let tangential = random.between(least, (normal * ratio).min(1.0));
+                    for (body, shares) in [[normal, tangential], [1.0 - normal, 1.0 - tangential]]
+                        .into_iter()
+                        .take(bodies)
+                        .enumerate()
+                    {
+                        let [k, k_t] = [shares[0] * f.stiffness, shares[1] * f.tangential];
+                        let (y, x) = random.between(0.0, 6.3).sin_cos();
+                        let row = 2 * (bodies * p + body);
+                        for i in 0..n {
+                            let turn = [-0.5 * gy[(p, i)], 0.5 * gx[(p, i)]];
+                            for (a, [along, across]) in [[x, -y], [y, x]].into_iter().enumerate() {
+                                let weight = s[(p, i)];
+                                let surface = weight * across - arm * turn[a];
+                                rows[(row, a * n + i)] = k.sqrt() * weight * along * root[i];
+                                rows[(row + 1, a * n + i)] = k_t.sqrt() * surface * root[i];
+                            }
+                        }
+                    }
+                }
+                largest_eigenvalue(&(&rows * rows.transpose()))
+            };
+            for bodies in [1, 2, 1, 2] {
+                let exact = rows(radius, bodies, &mut random);
+                let share = exact / limits.contact_omega_sq;
+                assert!(share <= 1.0 + 1e-9, "{shape:?} {seed}: {share}");
+                tightest = tightest.max(share);
+                if count == 1 && bodies == 1 {
+                    assert!(share > 1.0 - 1e-9, "{shape:?} {seed}: {share}");
                 }
             }
-            let exact = largest_eigenvalue(&(&rows * rows.transpose()));
-            let share = exact / limits.contact_omega_sq;
-            assert!(share < 1.0 + 1e-9, "{shape:?} {seed}: {share}");
-            assert!(
-                share > 1.0 - 1e-9 || ratio > 1.0,
-                "{shape:?} {seed}: {share}"
-            );
+            let centres: Vec<ImpForce> = forces
+                .iter()
+                .map(|f| ImpForce {
+                    stiffness: f.stiffness.max(f.tangential),
+                    ..ImpForce::default()
+                })
+                .collect();
+            let at_centres = opening(&config, &centres).contact_omega_sq;
+            beyond = beyond.max(rows(radius, 1, &mut random) / at_centres);
         }
+        assert!(tightest > 0.5, "{shape:?}: {tightest}");
+        // What the bound without the turn would miss.
+        assert!(beyond > 1.0, "{shape:?}: {beyond}");
     }
 }
 

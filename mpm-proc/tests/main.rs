@@ -5,10 +5,10 @@
 )]
 
 mod blocks;
-
 mod chains;
 mod closed_forms;
 mod conservation;
+mod contact_schemes;
 mod convergence;
 mod dissipation;
 mod drift;
@@ -27,3 +27,4 @@ mod refusals;
 mod saved;
 mod selection;
 mod spin;
+mod volumes;

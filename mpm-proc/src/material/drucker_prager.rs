@@ -110,13 +110,21 @@ mod tests {
 
     use super::*;
     use crate::material::model::Material;
-    use crate::material::single_point::{Path, stress};
+    use crate::material::point::Point;
+    use crate::material::single_point::{Path, cayley, stress};
 
     const MODULI: Moduli = Moduli {
         bulk: 5.0e5,
         shear: 3.2e5,
         density: 1500.0,
     };
+
+    fn invariants(point: &Point<()>) -> (f64, f64) {
+        let [xx, yy, zz, xy] = stress(point);
+        let mean = (xx + yy + zz) / 3.0;
+        let j2 = 0.5 * ((xx - mean).powi(2) + (yy - mean).powi(2) + (zz - mean).powi(2)) + xy * xy;
+        (mean, j2.sqrt())
+    }
 
     fn numbers(phi: f64, psi: f64, cohesion: f64, tension: f64) -> Frictional {
         Frictional {
@@ -135,6 +143,19 @@ mod tests {
         DruckerPrager::new(MODULI.density, &numbers(phi, psi, cohesion, tension))
     }
 
+    /// In one-dimensional compression of an elastic material tau/sigma_m is fixed by the moduli; below q_phi nothing
+    /// yields.
+    #[test]
+    fn within_the_surfaces_it_is_elastic() {
+        let mut path = Path::new(material(60.0, 0.0, 0.0, 0.0));
+        path.stretch([0.0, -0.01], 100);
+        let [_, yy, _, _] = stress(&path.point);
+        let modulus = MODULI.bulk + 4.0 / 3.0 * MODULI.shear;
+        let (volume, ln) = (path.point.volume.to_array()[0], cayley(-0.01, 100).ln());
+        assert!((yy * volume / (ln * modulus) - 1.0).abs() < 1e-12);
+        assert!(path.plastic.abs() < 1e-16);
+    }
+
     /// `2 K + 2 G/3` at rest, whatever the surface.
     #[test]
     fn at_rest_the_stiffness_is_that_of_the_elastic_part() {
@@ -142,6 +163,29 @@ mod tests {
         let stiffness = model.stiffness_over_density(&model.initial()).to_array()[0];
         let expected = (2.0 * MODULI.bulk + 2.0 / 3.0 * MODULI.shear) / MODULI.density;
         assert!((stiffness / expected - 1.0).abs() < 1e-12, "{stiffness}");
+    }
+
+    /// Compress evenly to a mean stress, then shear: tau levels at k - q sigma_m, with psi = 0 at constant sigma_m;
+    /// the work of further shear is all plastic.
+    #[test]
+    fn shear_levels_at_the_yield_stress() {
+        let model = material(30.0, 0.0, 1.0e3, 0.0);
+        let mut path = Path::new(model);
+        path.stretch([-0.01, -0.01], 100);
+        let (mean, _) = invariants(&path.point);
+        path.shear(0.5, 5000);
+        let (after, tau) = invariants(&path.point);
+        let tan = 30.0_f64.to_radians().tan();
+        let root = (9.0 + 12.0 * tan * tan).sqrt();
+        let expected = 3.0e3 / root - 3.0 * tan / root * mean;
+        assert!((after / mean - 1.0).abs() < 1e-12);
+        assert!((tau / expected - 1.0).abs() < 1e-12, "{tau} {expected}");
+        let work = path.plastic;
+        path.shear(0.1, 1000);
+        let volume = path.point.volume.to_array()[0];
+        let rate = (path.plastic - work) / (0.1 * tau * volume);
+        // The deviator follows the strain rate, but for the out-of-plane part left from compression and the spin.
+        assert!((rate - 1.0).abs() < 0.01, "{rate}");
     }
 
     /// The material that a test gives 30 degrees.
@@ -204,5 +248,55 @@ mod tests {
             };
             assert!(!yields(3.0 - 1e-9) && yields(3.0 + 1e-9), "{test:?}");
         }
+    }
+
+    /// At constant volume dilation drives the mean stress down the surface: d sigma_m / d tau = -1/q_phi.
+    #[test]
+    fn confined_dilation_climbs_the_surface() {
+        let model = material(35.0, 25.0, 0.0, 0.0);
+        let mut path = Path::new(model);
+        path.stretch([-0.01, -0.01], 100);
+        let (before, _) = invariants(&path.point);
+        path.shear(0.02, 2000);
+        let (mean, tau) = invariants(&path.point);
+        assert!(mean < before);
+        assert!((tau / (-model.q_phi * mean) - 1.0).abs() < 1e-12);
+        // Plastic flow: d eps_v^p = q_psi d gamma^p with tau = G (gamma - gamma^p): all of it in closed form.
+        let gamma_p = (before - mean) / (MODULI.bulk * model.q_psi);
+        assert!(gamma_p > 0.0 && gamma_p < 0.02);
+    }
+
+    #[test]
+    fn tension_of_sand_ends_at_the_apex() {
+        for (psi, lateral) in [(0.0, 0.0), (25.0, 0.0), (0.0, -0.004), (25.0, 0.009)] {
+            let mut path = Path::new(material(35.0, psi, 0.0, 0.0));
+            path.stretch([0.01, lateral], 7);
+            let s = stress(&path.point);
+            assert!(
+                s.iter().all(|s| s.abs() < 1e-9) || invariants(&path.point).0 <= 1e-9,
+                "{psi} {s:?}"
+            );
+            // Pulled apart and sheared: no stress is possible.
+            path.stretch([0.02, 0.02], 1);
+            assert!(stress(&path.point).iter().all(|s| s.abs() < 1e-9));
+        }
+    }
+
+    #[test]
+    fn the_tension_cut_off_leaves_small_shear_alone() {
+        let model = material(30.0, 10.0, 5.0e3, 1.0e3);
+        let mut path = Path::new(model);
+        path.shear(0.002, 10);
+        let (_, tau) = invariants(&path.point);
+        path.stretch([0.005, 0.005], 1);
+        let (mean, after) = invariants(&path.point);
+        assert!((mean - 1.0e3).abs() < 1e-9, "{mean}");
+        // Equal stretch in the plane adds to the deviator out of plane; the shear before it has turned the stress a
+        // little, by its angle of 1e-3, and is by now that of a larger area.
+        let [xx, _, zz, _] = stress(&path.point);
+        let tau = tau / path.point.volume.to_array()[0];
+        let expected = (tau * tau + (xx - zz).powi(2) / 3.0).sqrt();
+        assert!((after / expected - 1.0).abs() < 1e-3, "{after} {expected}");
+        assert!(after <= model.k_phi - model.q_phi * mean + 1e-9);
     }
 }

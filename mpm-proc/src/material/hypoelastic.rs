@@ -121,6 +121,22 @@ mod tests {
         density: 1000.0,
     };
 
+    /// `sigma_yy = (K + 4G/3) ln(h/h_0)` for a rate form: increments of true strain.
+    #[test]
+    fn uniaxial_strain() {
+        let mut path = Path::new(Elastic(Jaumann(PlaneStrain(MODULI))));
+        path.stretch([0.0, -0.05], 1000);
+        let [xx, yy, zz, xy] = stress(&path.point);
+        assert!((yy / ((5.0e5 + 4.0e5) * -0.05) - 1.0).abs() < 1e-12);
+        assert!((xx / ((5.0e5 - 2.0e5) * -0.05) - 1.0).abs() < 1e-12);
+        assert!((zz / xx - 1.0).abs() < 1e-12 && xy == 0.0);
+        let volume = path.point.volume.to_array()[0];
+        assert!((volume - (-0.05_f64).exp()).abs() < 1e-8);
+        // sigma:eps/2 of the same state.
+        let energy = MODULI.energy(&path.point.stress).to_array()[0];
+        assert!((energy / (0.5 * yy * -0.05) - 1.0).abs() < 1e-12);
+    }
+
     /// The Jaumann rate in simple shear: `sigma_xy = G sin(gamma)`, `sigma_xx = G (1 - cos(gamma))` (Dienes 1979).
     #[test]
     fn simple_shear() {
@@ -152,5 +168,20 @@ mod tests {
         assert!((txx + tyy - xx - yy).abs() < 1e-9 * half && tzz == zz);
         assert!((MODULI.energy(&path.point.stress).to_array()[0] / energy - 1.0).abs() < 1e-10);
         assert!((path.point.volume.to_array()[0] - (0.01_f64).exp()).abs() < 1e-6);
+    }
+
+    /// `sigma_xx = E eps_xx` where y is free: eps_yy = -nu eps_xx by definition of E and nu.
+    #[test]
+    fn plane_stress_is_youngs_modulus() {
+        let (k, g) = (MODULI.bulk, MODULI.shear);
+        let young = 9.0 * k * g / (3.0 * k + g);
+        let nu = (3.0 * k - 2.0 * g) / (2.0 * (3.0 * k + g));
+        let mut path = Path::new(Elastic(Jaumann(PlaneStress(MODULI))));
+        path.stretch([1e-3, -nu * 1e-3], 10);
+        let [xx, yy, zz, _] = stress(&path.point);
+        assert!((xx / (young * 1e-3) - 1.0).abs() < 1e-12, "{xx}");
+        assert!(yy.abs() < 1e-9 * xx && zz == 0.0);
+        let volume = path.point.volume.to_array()[0];
+        assert!((volume - ((1.0 - 2.0 * nu) * 1e-3).exp()).abs() < 1e-11);
     }
 }

@@ -151,6 +151,20 @@ mod tests {
     }
 
     #[test]
+    fn rotation_makes_no_stress_and_turns_what_is_there() {
+        let mut path = Path::new(MODEL);
+        path.stretch([0.2, -0.1], 10);
+        let [xx, yy, ..] = stress(&path.point);
+        // A step turns by 2 atan(w/2) where the spin is w.
+        path.turn(2.0 * 20.0 * (0.5_f64 / 20.0).tan(), 20);
+        let [txx, tyy, _, txy] = stress(&path.point);
+        let (centre, half) = (0.5 * (xx + yy), 0.5 * (xx - yy));
+        assert!((txx - centre - half * 2.0_f64.cos()).abs() < 1e-11 * half);
+        assert!((txy - half * 2.0_f64.sin()).abs() < 1e-11 * half);
+        assert!((txx + tyy - xx - yy).abs() < 1e-11 * half);
+    }
+
+    #[test]
     fn turned_inside_out_is_not_a_number() {
         let mut path = Path::new(MODEL);
         path.stretch([-2.5, 0.0], 1); // beyond -2 the end is on the other side of the start

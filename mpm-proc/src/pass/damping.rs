@@ -134,3 +134,34 @@ impl Damping {
         -work
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn damping_alone_is_the_exponential_and_keeps_the_terminal_velocity() {
+        let (c, k, a) = (300.0, 1e-2, 7.0);
+        let damping = Damping::over(c, k).expect("some");
+        assert!((damping.kept - (-3.0_f64).exp()).abs() < 1e-16);
+        let terminal = a / c;
+        let next = damping.kept * terminal + damping.gained * a * k;
+        assert!((next / terminal - 1.0).abs() < 1e-14);
+        assert!(Damping::over(0.0, k).is_none() && Damping::over(c, 0.0).is_none());
+        // Small rates: no cancellation.
+        let little = Damping::over(1e-12, 1e-3).expect("some");
+        assert!((little.gained - 1.0).abs() < 1e-14);
+    }
+
+    #[test]
+    fn damping_never_narrows_the_step_limit() {
+        // Leapfrog of v' = -w^2 x - c v with k = 1: both roots of z^2 - (1 + E - g w^2) z + E within the unit circle.
+        for c in [0.01, 0.3, 2.0, 20.0] {
+            let d = Damping::over(c, 1.0).expect("some");
+            for w in [0.1, 1.0, 1.9, 1.999] {
+                let trace: f64 = 1.0 + d.kept - d.gained * w * w;
+                assert!(trace.abs() <= 1.0 + d.kept, "c {c}, w {w}");
+            }
+        }
+    }
+}

@@ -1,0 +1,187 @@
+//! How a contact force reaches the grid: momentum, and the step limit of each way.
+
+use interface::config::{ContactForceScheme, ShapeFunction, Spacing, Transfer};
+use interface::message::wire::ImpForce;
+use interface::solver::MpmSolver;
+use nalgebra::{DMatrix, DVector};
+
+use crate::blocks::{Random, Stepper, block, configured, everywhere, points_fill, rectangle_fill};
+use crate::limits::{largest_eigenvalue, nodes, opening};
+use mechanics::reference::Kernel;
+
+const SCHEMES: [ContactForceScheme; 3] = [
+    ContactForceScheme::Point,
+    ContactForceScheme::NearestNodes,
+    ContactForceScheme::Traction,
+];
+
+const SHAPES: [(ShapeFunction, Kernel, Transfer); 3] = [
+    (
+        ShapeFunction::QuadraticBspline,
+        Kernel::Quadratic,
+        Transfer::Apic,
+    ),
+    (ShapeFunction::CubicBspline, Kernel::Cubic, Transfer::Apic),
+    (ShapeFunction::Ugimp, Kernel::Ugimp(0.25), Transfer::Flip),
+];
+
+#[test]
+fn momentum_is_exact_and_a_point_alone_gets_its_force() {
+    for scheme in SCHEMES {
+        for (shape, _, transfer) in SHAPES {
+            let mut random = Random::new(11);
+            let mut config = block();
+            config.contact_force = scheme;
+            (config.shape, config.transfer) = (shape, transfer);
+            let mut mpm = configured(&config);
+            let count = mpm.select_imps(&everywhere()).len();
+            let mut stepper = Stepper::new();
+            let mut impulse = [0.0; 2];
+            for n in 0..20 {
+                let forces: Vec<ImpForce> = (0..count)
+                    .map(|_| ImpForce {
+                        force: [random.between(-90.0, 90.0), random.between(-90.0, 90.0)],
+                        stiffness: 0.0,
+                        ..ImpForce::default()
+                    })
+                    .collect();
+                let kick = if n == 0 { 1e-4 } else { 2e-4 };
+                for f in &forces {
+                    for a in 0..2 {
+                        impulse[a] += kick * f.force[a];
+                    }
+                }
+                stepper
+                    .step(&mut mpm, 2e-4, true, &forces)
+                    .expect("a sound step");
+                let ledger = mpm.measurement().ledger;
+                for a in 0..2 {
+                    let error = ledger.momentum[a] - impulse[a];
+                    assert!(
+                        error.abs() < 1e-13 * 90.0 * 48.0,
+                        "{scheme:?} {shape:?}: {error:e}"
+                    );
+                }
+            }
+        }
+    }
+}
+
+/// The schemes differ, and a traction through uGIMP is the point scheme.
+#[test]
+fn each_scheme_is_another() {
+    let run = |shape, transfer, scheme| {
+        let mut config = block();
+        config.contact_force = scheme;
+        (config.shape, config.transfer) = (shape, transfer);
+        // Off the lattice of the cells, on which no box lies across a node.
+        config.groups[0].fill = rectangle_fill([0.11, 0.31], [0.41, 0.51]);
+        let mut mpm = configured(&config);
+        let count = mpm.select_imps(&everywhere()).len();
+        let mut forces = vec![ImpForce::default(); count];
+        forces[17].force = [50.0, 20.0];
+        Stepper::new()
+            .step(&mut mpm, 2e-4, false, &forces)
+            .expect("a sound step");
+        mpm.points()
+            .iter()
+            .map(|p| p.velocity[0])
+            .collect::<Vec<_>>()
+    };
+    let far = |a: &[f64], b: &[f64]| {
+        a.iter()
+            .zip(b)
+            .map(|(a, b)| (a - b).abs())
+            .fold(0.0, f64::max)
+    };
+    let spline = |s| run(ShapeFunction::QuadraticBspline, Transfer::Apic, s);
+    let [point, nodes, traction] = SCHEMES.map(spline);
+    assert!(far(&point, &nodes) > 1e-6 && far(&point, &traction) > 1e-6);
+    assert!(far(&nodes, &traction) > 1e-6);
+    let ugimp = |s| run(ShapeFunction::Ugimp, Transfer::Flip, s);
+    let [point, nodes, traction] = SCHEMES.map(ugimp);
+    assert!(far(&point, &traction) < 1e-15 && far(&point, &nodes) > 1e-6);
+}
+
+/// `sqrt(G(T) G(S))` is above the norm of contact's operator, and so above its spectral radius.
+#[test]
+fn the_limit_of_each_scheme_bounds_its_operator() {
+    for scheme in SCHEMES {
+        for (shape, kernel, transfer) in SHAPES {
+            for seed in 0..9 {
+                let mut random = Random::new(100 + seed);
+                let mut config = block();
+                config.contact_force = scheme;
+                (config.shape, config.transfer) = (shape, transfer);
+                let count = [1, 12, 40][seed as usize % 3];
+                let positions: Vec<[f64; 2]> = (0..count)
+                    .map(|_| [random.between(0.2, 0.4), random.between(0.3, 0.5)])
+                    .collect();
+                config.groups[0].fill = points_fill(positions.clone());
+                config.groups[0].spacing = Spacing::Distance(0.025);
+                let stiffness: Vec<f64> = (0..count)
+                    .map(|i| {
+                        if i % 3 == 1 {
+                            0.0
+                        } else {
+                            random.between(1e4, 1e6)
+                        }
+                    })
+                    .collect();
+                let force = |&stiffness| ImpForce {
+                    force: [0.0; 2],
+                    stiffness,
+                    ..ImpForce::default()
+                };
+                let forces: Vec<ImpForce> = stiffness.iter().map(force).collect();
+                let limits = opening(&config, &forces);
+
+                let scatter = match scheme {
+                    ContactForceScheme::Point => kernel,
+                    ContactForceScheme::NearestNodes => Kernel::Linear,
+                    ContactForceScheme::Traction => Kernel::Ugimp(0.25),
+                };
+                let mass = 1000.0 * 0.025 * 0.025;
+                let lower = config.domain[0];
+                let [s, t] = both(&positions, kernel, scatter, lower);
+                let nodal: DVector<f64> = s.row_sum().transpose() * mass;
+                let root = |m: &DMatrix<f64>| {
+                    DMatrix::from_fn(count, m.ncols(), |p, i| {
+                        stiffness[p].sqrt() * m[(p, i)] / nodal[i].sqrt()
+                    })
+                };
+                let operator = root(&t).transpose() * root(&s);
+                let norm = largest_eigenvalue(&(operator.transpose() * &operator)).sqrt();
+                let bound = limits.contact_omega_sq;
+                assert!(
+                    norm <= bound * (1.0 + 1e-9),
+                    "{scheme:?} {shape:?}: {norm} {bound}"
+                );
+                assert!(norm > 0.05 * bound, "{scheme:?} {shape:?}: {norm} {bound}");
+                if count == 1 {
+                    // One point: the operator's only eigenvalue is k sum S T / m.
+                    let eigenvalue = (root(&s) * root(&t).transpose())[(0, 0)];
+                    assert!(eigenvalue <= bound * (1.0 + 1e-12));
+                }
+            }
+        }
+    }
+}
+
+/// `S` and `T` of a cloud over the nodes with mass.
+fn both(
+    positions: &[[f64; 2]],
+    gather: Kernel,
+    scatter: Kernel,
+    lower: [f64; 2],
+) -> [DMatrix<f64>; 2] {
+    let nodes = nodes(positions, gather, lower);
+    let build = |k: Kernel| {
+        DMatrix::from_fn(positions.len(), nodes.len(), |p, n| {
+            let d =
+                [0, 1].map(|a| (positions[p][a] - lower[a]) / crate::limits::CELL - nodes[n][a]);
+            k.value(d[0]) * k.value(d[1])
+        })
+    };
+    [gather, scatter].map(build)
+}
