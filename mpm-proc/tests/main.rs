@@ -5,13 +5,11 @@
 )]
 
 mod blocks;
-
 mod chains;
 mod closed_forms;
 mod conservation;
 mod contact_schemes;
 mod convergence;
-mod couples;
 mod dissipation;
 mod drift;
 mod driven_walls;
@@ -19,14 +17,12 @@ mod forcing;
 mod grid_contact;
 mod holds;
 mod kit;
-mod layers;
 mod leaving;
 mod limits;
 mod no_allocation;
 mod orders;
 mod periodic;
 mod physics;
-mod rated;
 mod refusals;
 mod saved;
 mod selection;

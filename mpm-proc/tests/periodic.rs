@@ -4,9 +4,7 @@ use interface::config::{MpmConfig, ShapeFunction, Spacing, Transfer, Wall, Walls
 use interface::message::wire::ImpForce;
 use interface::solver::{Fault, MpmSolver};
 
-use crate::blocks::{
-    Stepper, bits, block, configured, disc_fill, everywhere, rectangle_fill, walls,
-};
+use crate::blocks::{Stepper, bits, block, configured, disc_fill, everywhere, walls};
 
 const AROUND: Walls = walls(
     Wall::Periodic,
@@ -148,65 +146,6 @@ fn crossing_makes_the_set_of_identified_points_stale() {
     assert_eq!(mpm.travel(), f64::INFINITY);
     mpm.select_imps(&[]);
     assert_eq!(mpm.travel(), 0.0);
-}
-
-/// What holds a whole cell beside the wall would pull at a field that is linear up to it.
-#[test]
-fn a_field_that_is_linear_up_to_a_wall_stays_so() {
-    for (shape, wall, field) in [
-        (
-            ShapeFunction::QuadraticBspline,
-            Wall::Slip,
-            ["x+0.2", "0.3"],
-        ),
-        (ShapeFunction::CubicBspline, Wall::Slip, ["x+0.2", "0.3"]),
-        (
-            ShapeFunction::QuadraticBspline,
-            Wall::Fixed,
-            ["x+0.2", "2*(x+0.2)"],
-        ),
-        (
-            ShapeFunction::CubicBspline,
-            Wall::Fixed,
-            ["x+0.2", "2*(x+0.2)"],
-        ),
-        (
-            ShapeFunction::QuadraticBspline,
-            Wall::Tangential,
-            ["0.3", "x+0.2"],
-        ),
-        (
-            ShapeFunction::CubicBspline,
-            Wall::Tangential,
-            ["0.3", "x+0.2"],
-        ),
-    ] {
-        let mut config = block();
-        config.shape = shape;
-        config.walls.left = wall;
-        config.groups[0].fill = rectangle_fill([-0.2, 0.1], [0.3, 0.9]);
-        config.groups[0].fields.velocity = Some(field.map(Into::into));
-        let mut mpm = configured(&config);
-        let start = mpm.points();
-        let mut stepper = Stepper::new();
-        stepper.run(&mut mpm, 1e-9, 2);
-        let mut compared = 0;
-        for (a, b) in start.iter().zip(mpm.points()) {
-            // Away from the free end, and from the edges that slide along the wall.
-            if a.position[0] < 0.15 && (0.25..0.75).contains(&a.position[1]) {
-                compared += 1;
-                for axis in 0..2 {
-                    let dv = b.velocity[axis] - a.velocity[axis];
-                    assert!(
-                        dv.abs() < 1e-5,
-                        "{shape:?} {wall:?}: {dv:e} at {:?}",
-                        a.position
-                    );
-                }
-            }
-        }
-        assert!(compared > 100);
-    }
 }
 
 /// A region may reach over a periodic wall: the rest of it begins at the other end.

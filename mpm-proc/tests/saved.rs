@@ -10,8 +10,8 @@ use std::hash::Hasher;
 
 use interface::config::material::{CriticalState, Frictional, Inertial};
 use interface::config::{
-    ContactForceScheme, Fill, Forcing, GridContact, GroupConfig, Hold, Leaving, MaterialModel,
-    MpmConfig, Plane, ShapeFunction, Spacing, Stage, StressUpdate, Traction, Transfer, Wall, Walls,
+    ContactForceScheme, Fill, Forcing, Hold, Leaving, MaterialModel, MpmConfig, ShapeFunction,
+    Spacing, Stage, StressUpdate, Traction, Transfer, Wall,
 };
 use interface::message::wire::{EnvelopeVertex, ImpForce};
 use interface::solver::{Fault, MpmSolver};
@@ -346,70 +346,35 @@ const TRANSFERS: [Transfer; 7] = [
     },
 ];
 
-const UPDATES: [StressUpdate; 3] = [StressUpdate::Usf, StressUpdate::Usl, StressUpdate::Musl];
+const UPDATES: [StressUpdate; 3] = [StressUpdate::Usf, StressUpdate::Usavg, StressUpdate::Musl];
 
-/// Every shape with every transfer and stress update that it takes; materials, contact schemes and surroundings
-/// in turn, so that each of them meets many of the others.
-fn covering() -> Vec<(String, MpmConfig)> {
-    let mut cases = Vec::new();
-    for shape in SHAPES {
-        for transfer in TRANSFERS {
-            for update in UPDATES {
-                let n = cases.len();
-                let mut config = flying();
-                (config.shape, config.transfer) = (shape, transfer);
-                config.stress_update = update;
-                let model = models()[(n + n / 9) % 9];
-                config.materials[0].model = model;
-                if n % 12 == 0 {
-                    config.plane = Plane::Stress;
-                    config.materials[0].model = models()[0];
-                }
-                config.contact_force = [
-                    ContactForceScheme::Point,
-                    ContactForceScheme::NearestNodes,
-                    ContactForceScheme::Traction,
-                ][n % 3];
-                if shape == ShapeFunction::Linear && n % 3 == 2 {
-                    config.contact_force = ContactForceScheme::Point;
-                }
-                surround(&mut config, n / 2);
-                share_volumes_with_usf_only(&mut config);
-                config.threads = 1 + n % 2;
-                if Mpm::new().configure(&config).is_ok() {
-                    let name = format!("{n}: {shape:?} {transfer:?} {update:?} {model:?}");
-                    cases.push((name, config));
-                } else {
-                    let affine = transfer.is_affine();
-                    let plain = matches!(shape, ShapeFunction::Linear | ShapeFunction::Ugimp);
-                    let unstable = shape == ShapeFunction::Linear && update == StressUpdate::Usl;
-                    assert!(
-                        affine && plain || unstable,
-                        "{shape:?} {transfer:?} {update:?}"
-                    );
-                }
-            }
-        }
-    }
-    cases
-}
-
-/// The other updates of the stress refuse a `volume_rate`.
-fn share_volumes_with_usf_only(config: &mut MpmConfig) {
-    if let MaterialModel::MuI(grains) = &mut config.materials[0].model
-        && config.stress_update != StressUpdate::Usf
-    {
-        grains.volume_rate = 0.0;
-    }
-}
-
+/// Random cases (`kit.rs`) save within windows and go on with one thread; here chosen points, removed points and threads change.
 #[test]
 fn a_restored_solver_goes_on_to_the_same_bits() {
-    let cases = covering();
-    assert_eq!(cases.len(), 67);
     let mut moments = Vec::new();
-    for (name, config) in &cases {
-        moments.extend(goes_on(name, config));
+    for n in 0..18 {
+        let mut config = flying();
+        config.materials[0].model = models()[(n + n / 6) % 9];
+        config.shape = SHAPES[n % 4];
+        config.transfer = TRANSFERS[n % 7];
+        if config.transfer.is_affine() {
+            config.shape = ShapeFunction::CubicBspline;
+        }
+        config.stress_update = UPDATES[n / 2 % 3];
+        if config.shape != ShapeFunction::Linear {
+            config.contact_force = [
+                ContactForceScheme::Point,
+                ContactForceScheme::NearestNodes,
+                ContactForceScheme::Traction,
+            ][n % 3];
+        }
+        if let MaterialModel::MuI(grains) = &mut config.materials[0].model {
+            config.stress_update = StressUpdate::Usf; // the others take no volume_rate
+            grains.volume_rate = 500.0;
+        }
+        surround(&mut config, n);
+        config.threads = 1 + n % 2;
+        moments.extend(goes_on(&format!("case {n}"), &config));
     }
     for moment in [
         "before any step",
@@ -419,88 +384,7 @@ fn a_restored_solver_goes_on_to_the_same_bits() {
         "mid-way",
     ] {
         let count = moments.iter().filter(|m| **m == moment).count();
-        assert!(count >= 6, "{moment}: {count} of {}", cases.len());
-    }
-}
-
-/// The rest of what the product of choices leaves out: each contact scheme and stress update with each model, in each surrounding.
-#[test]
-fn every_model_goes_on_in_every_surrounding() {
-    for (m, model) in models().into_iter().enumerate() {
-        for around in 0..6 {
-            let mut config = flying();
-            config.materials[0].model = model;
-            let n = m + around;
-            config.transfer = [Transfer::Apic, Transfer::Flip][n % 2];
-            config.stress_update = [StressUpdate::Usf, StressUpdate::Usavg][n / 2 % 2];
-            config.contact_force = [
-                ContactForceScheme::Traction,
-                ContactForceScheme::Point,
-                ContactForceScheme::NearestNodes,
-            ][(m + 2 * around) % 3];
-            surround(&mut config, around);
-            share_volumes_with_usf_only(&mut config);
-            config.threads = 1 + n % 2;
-            goes_on(&format!("{model:?}, surrounding {around}"), &config);
-        }
-    }
-}
-
-/// Two blocks that meet, with friction.
-fn grains() -> MpmConfig {
-    let mut config = flying();
-    config.transfer = Transfer::Flip;
-    config.grid_contact = Some(GridContact { friction: 0.3 });
-    config.groups[0].fields.velocity = None;
-    config.groups = [("left", [0.0, 0.33], 3.0), ("right", [0.32, 0.3], 0.0)]
-        .into_iter()
-        .map(|(name, lower, v)| GroupConfig {
-            name: name.into(),
-            fill: rectangle(lower),
-            velocity: [v, 0.0],
-            ..config.groups[0].clone()
-        })
-        .collect();
-    config
-}
-
-#[test]
-fn grains_go_on_to_the_same_bits() {
-    let mut n = 0;
-    for shape in SHAPES {
-        for closed in [true, false, false] {
-            let mut config = grains();
-            config.shape = shape;
-            config.transfer = [Transfer::Flip, Transfer::Pic, Transfer::Xpic { order: 2 }][n % 3];
-            if n % 2 == 0 && matches!(shape, ShapeFunction::QuadraticBspline) {
-                config.transfer = Transfer::Apic;
-            }
-            config.materials[0].model = models()[n % 6];
-            if shape != ShapeFunction::Ugimp {
-                config.stress_update = UPDATES[n / 2 % 3];
-            }
-            if shape == ShapeFunction::Linear && config.stress_update == StressUpdate::Usl {
-                config.stress_update = StressUpdate::Musl;
-            }
-            config.walls.bottom = [Wall::Friction { coefficient: 0.2 }, Wall::Open][n % 2];
-            if n % 4 == 3 {
-                force(&mut config);
-                config.forcing.tractions[0].within = [[0.0, 0.3], [0.3, 0.4]];
-            }
-            if n % 5 == 4 {
-                config.leaving = Leaving::Remove;
-                config.walls = Walls::default();
-                config.domain[1][0] = 0.7;
-            }
-            if closed && config.leaving == Leaving::Stop {
-                config.walls.left = Wall::Periodic;
-                config.walls.right = Wall::Periodic;
-                config.walls.bottom = [Wall::Driven { speed: 3.0 }, Wall::Open][n % 2];
-            }
-            config.threads = 1 + n % 2;
-            goes_on(&format!("grains {n}: {shape:?}"), &config);
-            n += 1;
-        }
+        assert!(count >= 2, "{moment}: {count} of 18");
     }
 }
 

@@ -169,33 +169,3 @@ fn in_reach(tile: &Tile, node: [i64; 2]) -> Option<(usize, usize)> {
     let [x, y] = from.map(|f| f as usize);
     Some((y / TILE * 3 + x / TILE, y % TILE * TILE + x % TILE))
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    /// The kernel is the paper's two steps in one: masses to cell centres, then the gradient of the bilinear function.
-    #[test]
-    fn one_sum_is_both_steps_of_the_paper() {
-        for k in 0..50 {
-            let at = [7.3 + 0.017 * f64::from(k), 4.9 - 0.013 * f64::from(k)];
-            let centre = |i: i64, j: i64| {
-                spline(at[0] - (i as f64 + 0.5)) * spline(at[1] - (j as f64 + 0.5))
-            };
-            let first = at.map(|x| x.floor() as i64 - 1);
-            let along = [0, 1].map(|a| kernel(at[a] - first[a] as f64));
-            let mut covered = 0.0;
-            for j in 0..4 {
-                for i in 0..4 {
-                    let (x, y) = (first[0] + i as i64, first[1] + j as i64);
-                    let right = centre(x, y - 1) + centre(x, y);
-                    let left = centre(x - 1, y - 1) + centre(x - 1, y);
-                    let gradient = along[0][i].0 * along[1][j].1;
-                    assert!((gradient - 0.5 * (right - left)).abs() < 1e-15);
-                    covered += along[0][i].1 * along[1][j].1;
-                }
-            }
-            assert!((covered - 1.0).abs() < 1e-14, "nothing reaches further");
-        }
-    }
-}

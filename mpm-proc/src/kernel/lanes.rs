@@ -55,23 +55,3 @@ pub fn smallest(lanes: Lanes) -> f64 {
 pub fn first(count: usize) -> Lanes {
     Lanes::new(core::array::from_fn(|k| if k < count { 1.0 } else { 0.0 }))
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn indices_are_the_whole_numbers() {
-        assert_eq!(
-            indices(Lanes::new([0.0, 1.0, 43.0, 127.0])),
-            [0, 1, 43, 127]
-        );
-    }
-
-    #[test]
-    fn reductions() {
-        let x = Lanes::new([3.0, -1.0, 7.0, 2.0]);
-        assert_eq!((sum(x), largest(x), smallest(x)), (11.0, 7.0, -1.0));
-        assert_eq!(first(3).to_array(), [1.0, 1.0, 1.0, 0.0]);
-    }
-}

@@ -236,85 +236,27 @@ impl Shape<3> for Ugimp {
 mod tests {
     use super::*;
 
-    /// A2 and A4 as printed, corrected by docs/physics.md section 1; `x` is the distance from a node in cells.
-    fn paper(kind: &str, l: f64, x: f64) -> f64 {
-        let r = x.abs();
-        match kind {
-            "linear" => (1.0 - r).max(0.0),
-            "quadratic" if r < 0.5 => 0.75 - r * r,
-            "quadratic" if r < 1.5 => 0.5 * (1.5 - r).powi(2),
-            "cubic" if r < 1.0 => 0.5 * r.powi(3) - r * r + 2.0 / 3.0,
-            "cubic" if r < 2.0 => (2.0 - r).powi(3) / 6.0,
-            "ugimp" if r < l => 1.0 - (r * r + l * l) / (2.0 * l),
-            "ugimp" if r < 1.0 - l => 1.0 - r,
-            "ugimp" if r < 1.0 + l => (1.0 + l - r).powi(2) / (4.0 * l),
-            _ => 0.0,
-        }
-    }
-
-    fn check<const W: usize, S: Shape<W>>(shape: S, kind: &str, l: f64) {
-        let offset = shape.offset()[0];
+    /// Over a thousand places in a cell. The bound is reached within 2 %.
+    fn check<const W: usize, S: Shape<W>>(shape: S) {
         let mut stiffest: f64 = 0.0;
         for step in 0..1000 {
-            let d = offset + (f64::from(step) + 0.5) / 1000.0;
-            let at = |d: f64| shape.weights(0, splat(d)).map(|w| w.to_array()[2]);
-            let w = at(d);
-            let g = shape.gradients(0, splat(d)).map(|g| g.to_array()[1]);
-            assert!(
-                (w.iter().sum::<f64>() - 1.0).abs() < 1e-14,
-                "partition of unity"
-            );
-            assert!(g.iter().sum::<f64>().abs() < 1e-14);
-            let linear: f64 = (0..W).map(|i| w[i] * (i as f64 - d)).sum();
-            assert!(linear.abs() < 1e-14, "{kind}: linear completeness {linear}");
-            let slope: f64 = (0..W).map(|i| g[i] * (i as f64 - d)).sum();
-            assert!(
-                (slope - 1.0).abs() < 1e-13,
-                "{kind}: gradient of a linear field {slope}"
-            );
-            let h = 1e-6;
-            let (ahead, behind) = (at(d + h), at(d - h));
-            for i in 0..W {
-                assert!(w[i] >= -1e-16, "{kind}: {i} at {d}: {}", w[i]);
-                assert!((w[i] - paper(kind, l, d - i as f64)).abs() < 1e-14);
-                assert!((g[i] - (ahead[i] - behind[i]) / (2.0 * h)).abs() < 1e-5);
-            }
-            let sum = (0..W)
-                .filter(|&i| w[i] > 0.0)
-                .map(|i| g[i] * g[i] / w[i])
-                .sum();
-            stiffest = stiffest.max(sum);
-            if let Some(inverse) = S::INVERSE_INERTIA {
-                let inertia: f64 = (0..W).map(|i| w[i] * (i as f64 - d).powi(2)).sum();
-                assert!((inertia * inverse - 1.0).abs() < 1e-13);
-            }
+            let d = splat(shape.offset()[0] + (f64::from(step) + 0.5) / 1000.0);
+            let [w, g] =
+                [shape.weights(0, d), shape.gradients(0, d)].map(|of| of.map(|x| x.to_array()[2]));
+            let own = (0..W).filter(|&i| w[i] > 0.0).map(|i| g[i] * g[i] / w[i]);
+            stiffest = stiffest.max(own.sum());
         }
-        if let Some(bound) = shape.stiffest(0) {
-            assert!(
-                stiffest <= bound * (1.0 + 1e-12),
-                "{kind}: {stiffest} {bound}"
-            );
-            assert!(stiffest > 0.98 * bound, "{kind}: {stiffest} {bound}");
-        }
+        let bound = shape.stiffest(0).expect("a bound");
+        assert!(stiffest <= bound * (1.0 + 1e-12), "{stiffest} {bound}");
+        assert!(stiffest > 0.98 * bound, "{stiffest} {bound}");
     }
 
     #[test]
-    fn shapes_are_those_of_the_paper_and_complete() {
-        check(QuadraticBspline, "quadratic", 0.0);
-        check(CubicBspline, "cubic", 0.0);
-        check(Linear, "linear", 0.0);
+    fn no_place_is_stiffer_than_the_bound() {
+        check(QuadraticBspline);
+        check(CubicBspline);
         for l in [0.05, 0.25, 1.0 / 6.0, 0.5] {
-            check(Ugimp::new([l, 0.3]), "ugimp", l);
-        }
-    }
-
-    #[test]
-    fn ugimp_of_a_box_as_wide_as_a_cell_is_the_quadratic_spline() {
-        let d = Lanes::new([0.5, 0.7, 1.1, 1.4]);
-        let a = Ugimp::new([0.5, 0.5]).weights(1, d);
-        let b = QuadraticBspline.weights(1, d);
-        for (a, b) in a.iter().zip(b) {
-            assert!(crate::kernel::lanes::largest((*a - b).abs()) < 1e-15);
+            check(Ugimp::new([l, 0.3]));
         }
     }
 }

@@ -179,19 +179,6 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_runs_of_a_window_cover_it_once() {
-        for w in 2..=4 {
-            let mut next = 0;
-            for run in runs(w) {
-                assert_eq!(run.window, next);
-                assert!(run.own + run.length <= TILE);
-                next += run.length;
-            }
-            assert_eq!(next, pitch(w));
-        }
-    }
-
-    #[test]
     fn a_point_is_found_in_the_window_of_its_tile_and_of_its_neighbours_margin() {
         let grid = Geometry {
             lower: [-1.0, 2.0],

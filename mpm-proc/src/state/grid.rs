@@ -272,22 +272,3 @@ const fn covered(w: usize) -> [[u64; 3]; 3] {
     }
     covered
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn nodes_are_widened_as_one_by_one() {
-        for (reach, node) in [(1, 0), (2, 63), (3, 7), (3, 28)] {
-            let rows = widened(1 << node, reach);
-            let [x, y] = [node % TILE, node / TILE].map(|i| TILE + i);
-            for (j, row) in rows.iter().enumerate() {
-                for i in 0..3 * TILE {
-                    let near = x.abs_diff(i) <= reach && y.abs_diff(j) <= reach;
-                    assert_eq!(row >> i & 1 == 1, near, "{reach} {node}: {i} {j}");
-                }
-            }
-        }
-    }
-}

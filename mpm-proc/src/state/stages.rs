@@ -58,29 +58,3 @@ impl Damping {
         })
     }
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn the_last_stage_that_has_begun_counts() {
-        let stage = |from, damping, pic_fraction| Stage {
-            from,
-            damping,
-            pic_fraction,
-        };
-        let stages = Stages {
-            stages: vec![stage(0.0, 5.0, Some(1.0)), stage(0.5, 0.0, None)],
-            pic_fraction: 0.1,
-        };
-        assert_eq!(stages.at(0.0), (5.0, 1.0));
-        assert_eq!(stages.at(0.49), (5.0, 1.0));
-        assert_eq!(stages.at(0.5), (0.0, 0.1));
-        let later = Stages {
-            stages: vec![stage(1.0, 5.0, None)],
-            pic_fraction: 0.2,
-        };
-        assert_eq!(later.at(0.0), (0.0, 0.2));
-    }
-}
