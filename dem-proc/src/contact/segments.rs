@@ -47,10 +47,8 @@ struct Results {
 #[derive(Debug, Default, Serialize, Deserialize)]
 #[serde(bound = "H: Numbers")]
 struct State<H> {
-    #[serde(with = "crate::saved")]
     set: Vec<ImpInfo>,
     /// Positions one step before in m, slot by slot; `None` for a new marker, or if there was no step.
-    #[serde(with = "crate::saved")]
     previous: Vec<Option<Vec2>>,
     memory: Memory<H>,
 }

@@ -1,4 +1,6 @@
-//! The saved state of the solver: the states of its components ([`crate::saved`]).
+//! The saved state of the solver. The state of a component is one struct, which derives `Serialize` and `Deserialize` and
+//! is saved whole; what stands beside it belongs to the configuration, follows from the state, or is a result of one
+//! evaluation.
 //!
 //! Lists are not saved. They are built again, in the same order, from the saved positions of bodies and points at which
 //! they were first built. The hash of a checkpoint decides whether bytes are what was saved, and the mark whether the
@@ -16,7 +18,7 @@ use crate::contact::side::Side;
 use crate::system::{State, System};
 
 /// Name of the format of the bytes.
-pub const FORMAT: &str = "tandem-dem 9";
+pub const FORMAT: &str = "tandem-dem 10";
 
 /// The state before a step.
 #[derive(Serialize, Deserialize)]
