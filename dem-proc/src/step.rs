@@ -9,7 +9,6 @@ use crate::contact::impact::{Impacts, SurfaceMotion};
 use crate::contact::passage::{Passed, PassedBodies};
 use crate::contact::side::{AfterKick, Interval, Side, Targets};
 use crate::law::LastStep;
-use crate::ledger::measure;
 use crate::lists::now::{Ahead, Now};
 use crate::system::System;
 
@@ -155,7 +154,7 @@ impl System {
     pub(crate) fn respond(&mut self, step: &Step, imps: &[ImpState]) -> Result<Answer, Fault> {
         self.kick(step)?; //                              eq. 42, v^{n-1/2} -> v^{n+1/2}
         if step.measure {
-            self.measurement = measure(self, step, imps); // docs/physics.md section 7
+            self.measurement = self.measure(step, imps); //  docs/physics.md section 7
         }
         Ok(self.answer(step, imps)) //                    docs/physics.md section 4
     }
@@ -325,7 +324,7 @@ impl System {
 
     /// Commits the result of the last evaluation, except the velocities, which the drift commits.
     fn commit(&mut self, step: &Step) {
-        self.state.totals = self.kick_of(step).after(&self.state.totals);
+        self.state.totals = self.totals_after(step);
         self.state.speed = self.kicked.speed;
         self.sides.all_mut().for_each(Side::commit);
     }

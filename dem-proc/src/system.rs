@@ -73,7 +73,13 @@ impl Sides {
         self.bodies.iter().chain(of_points).map(|side| &**side)
     }
 
-    /// The same.
+    /// Each, in the order of the ledger.
+    pub fn each(&self) -> [Option<&dyn Side>; 3] {
+        let of_points = [Some(&*self.points), self.point_pairs.as_deref()];
+        [of_points[0], of_points[1], self.bodies.as_deref()]
+    }
+
+    /// The same as [`Self::all`].
     pub fn all_mut(&mut self) -> impl Iterator<Item = &mut (dyn Side + 'static)> {
         let of_points = std::iter::once(&mut self.points).chain(&mut self.point_pairs);
         (self.bodies.iter_mut().chain(of_points)).map(|side| &mut **side)
