@@ -13,7 +13,6 @@ use interface::Vec2;
 use wide::f64x4;
 
 use crate::body::bodies::{Bodies, Rigid};
-use crate::body::edge::normal_on;
 use crate::body::frame::{Frame, LastMove};
 use crate::body::load::PairLoad;
 use crate::contact::passage::DEEP;
@@ -398,10 +397,8 @@ impl Separations {
         let overlap = gather(|l| pair[l].reach) - distance;
         let per_distance = Lanes::ONE / distance;
         let away = [of(&self.x), of(&self.y)];
-        let mut normal = away.map(|x| x * per_distance);
-        if distance.simd_eq(Lanes::ZERO).any() {
-            normal = at_zero_distance(bodies, pair, distance, normal);
-        }
+        // If a vertex is exactly on an edge, this is not a number. The overlap is too large, and the run ends here.
+        let normal = away.map(|x| x * per_distance);
         // Eq. 41: p = X - (a_V - xi/2) N, as a lever arm about either centre, along N and T.
         let back = Lanes::HALF.mul_neg_add(overlap, gather(|l| pair[l].radius));
         let [of_vertex, of_edge] = [each(|l| pair[l].bodies[0]), each(|l| pair[l].bodies[1])];
@@ -437,25 +434,6 @@ impl Separations {
             sides,
         }
     }
-}
-
-/// Replaces the normals of pairs whose vertex is exactly on the edge.
-#[cold]
-fn at_zero_distance(
-    bodies: &Bodies,
-    pair: [&VertexEdge; LANES],
-    distance: Lanes,
-    normal: LaneVec,
-) -> LaneVec {
-    let (distance, [x, y]) = (distance.to_array(), normal.map(Lanes::to_array));
-    let mended: [Vec2; LANES] = core::array::from_fn(|l| {
-        if distance[l] > 0.0 {
-            return Vec2::new(x[l], y[l]);
-        }
-        let [a, b] = pair[l].edge.map(|i| bodies.outline[i as usize]);
-        normal_on(a, b)
-    });
-    gather_vec(|l| mended[l])
 }
 
 /// Normal, overlap and relative motion of four pairs.
