@@ -13,7 +13,7 @@ use interface::Vec2;
 use crate::body::bodies::Bodies;
 use crate::contact::convex::{Candidate, Measure, Spot};
 use crate::contact::passage::{Passage, TIP, penetration};
-use crate::parry::{Gap, gap};
+use crate::parry::nearest_points;
 use mechanics::mass::cross;
 use mechanics::outline::thickness;
 
@@ -158,23 +158,20 @@ impl Measure for OverlapArea {
                 half_width,
             });
         }
-        match gap(a, b, closing) {
-            Gap::Beyond => None,
-            Gap::Within([p, q]) => {
-                let apart = (p - q).norm();
-                Some(Spot {
-                    depth: -apart,
-                    gain: 1.0,
-                    normal: if apart > 0.0 {
-                        (p - q) / apart
-                    } else {
-                        Vec2::y()
-                    },
-                    point: q,
-                    half_width,
-                })
+        nearest_points(a, b, closing).map(|[p, q]| {
+            let apart = (p - q).norm();
+            Spot {
+                depth: -apart,
+                gain: 1.0,
+                normal: if apart > 0.0 {
+                    (p - q) / apart
+                } else {
+                    Vec2::y()
+                },
+                point: q,
+                half_width,
             }
-        }
+        })
     }
 
     fn passage(
