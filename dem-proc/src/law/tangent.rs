@@ -1,6 +1,6 @@
 //! Friction: the tangential part of a law.
 
-use super::history::{Numbers, Part, Plain, TANGENT};
+use super::history::{ELONGATION, Numbers, Part, Plain, SHEARED};
 
 /// Tangential part of a law.
 pub trait Tangent: Plain {
@@ -76,7 +76,7 @@ impl Coulomb {
 
 /// Elongation `xi_t` of the tangential spring along `T` in m. It is a number and not a vector, so it rotates with the
 /// contact frame.
-pub type Elongation = Part<TANGENT, 1>;
+pub type Elongation = Part<ELONGATION, 1>;
 
 impl Tangent for Coulomb {
     type State = Elongation;
@@ -137,7 +137,7 @@ impl Mindlin {
 }
 
 /// Force of the spring and `k_t` at the last step, both in N/m.
-pub type Sheared = Part<TANGENT, 2>;
+pub type Sheared = Part<SHEARED, 2>;
 
 impl Tangent for Mindlin {
     type State = Sheared;
