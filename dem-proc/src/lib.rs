@@ -45,7 +45,6 @@ pub mod law;
 mod ledger;
 pub mod lists;
 pub mod parry;
-mod saved;
 mod setup;
 mod solver;
 mod step;

@@ -90,7 +90,6 @@ impl DemSolver for Sdem {
 
     fn imp_set(&mut self, set: &[ImpInfo]) {
         self.system.state.sets.replace(set);
-        (self.system.sides.all_mut()).for_each(|side| side.imp_set(set));
     }
 
     fn contact(

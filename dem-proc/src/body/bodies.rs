@@ -43,10 +43,8 @@ impl Body {
 #[derive(Debug, Clone, Copy, Serialize, Deserialize)]
 pub struct Pose {
     /// Centre of mass `c` in m.
-    #[serde(with = "crate::saved")]
     pub center: Vec2,
     /// Velocity of the centre of mass in m/s.
-    #[serde(with = "crate::saved")]
     pub velocity: Vec2,
     /// Angle in rad, a plain sum: vertices are rebuilt from it, so no rotation matrix drifts.
     pub angle: f64,

@@ -8,7 +8,7 @@ use std::fmt::Debug;
 use std::sync::Mutex;
 
 use interface::message::wire::{ContactState, ImpInfo, ImpState};
-use interface::saved::{pack, unpack};
+use interface::saved::{pack, refusal, unpack};
 use interface::solver::Refusal;
 
 use crate::body::bodies::Bodies;
@@ -19,7 +19,6 @@ use crate::law::history::{self, Numbers};
 use crate::law::{LastStep, Law, PairProperties};
 use crate::lists::now::{Among, Now, Sets, Slots};
 use crate::lists::watch::{Look, Watching};
-use crate::saved::one_for_each;
 use crate::threads::{CHUNK, Spare, Threads};
 
 /// A kind of pairs: which are near, where they touch, and on what their force acts.
@@ -473,7 +472,11 @@ impl<K: PairKind, L: Law> Side for Contacts<K, L> {
             };
             kept.build(&self.law, &self.kind, &among);
         }
-        one_for_each(&kept.history, kept.pairs().len())?;
+        let (found, expected) = (kept.history.len(), kept.pairs().len());
+        if found != expected {
+            let text = format!("the saved state has {found} pairs in a list, expected {expected}");
+            return Err(refusal(text));
+        }
         (self.kept, self.rebuilt) = (kept, false);
         Ok(())
     }

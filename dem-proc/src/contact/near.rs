@@ -61,6 +61,11 @@ impl NearSegments {
         }
     }
 
+    /// Whether the list is not out of date.
+    pub fn is_listed(&self) -> bool {
+        self.listed
+    }
+
     /// Marks the list as out of date.
     pub fn forget(&mut self) {
         self.listed = false;

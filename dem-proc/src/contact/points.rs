@@ -126,10 +126,8 @@ pub struct PointWatch {
     /// In m.
     pub skin: f64,
     /// Positions of the points one step before in m, NaN for points that are new to the set; empty if there was no step.
-    #[serde(with = "crate::saved")]
     previous: Vec<Vec2>,
     /// Positions of the points when the list was built in m.
-    #[serde(with = "crate::saved")]
     pub built_at: Vec<Vec2>,
     displacement: Displacement,
     /// Positions of the points in the last evaluation in m.

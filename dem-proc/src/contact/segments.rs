@@ -47,9 +47,8 @@ struct Results {
 #[derive(Debug, Default, Serialize, Deserialize)]
 #[serde(bound = "H: Numbers")]
 struct State<H> {
-    set: Vec<ImpInfo>,
-    /// Positions one step before in m, slot by slot; `None` for a new marker, or if there was no step.
-    previous: Vec<Option<Vec2>>,
+    /// Ids of the markers one step before, ascending, and their positions in m; empty if there was no step.
+    previous: Vec<(u64, Vec2)>,
     memory: Memory<H>,
 }
 
@@ -60,6 +59,7 @@ pub struct SegmentContacts<L: Law> {
     /// Surface of each point group; empty if the scene has no table of laws.
     surfaces: Vec<u32>,
     state: State<L::History>,
+    set: Vec<ImpInfo>,
     links: Links,
     next: Memory<L::History>,
     positions: Vec<Vec2>,
@@ -100,6 +100,7 @@ impl<L: Law> SegmentContacts<L> {
             law,
             surfaces,
             state: State::default(),
+            set: Vec::new(),
             links: Links::default(),
             next: Memory::default(),
             positions: Vec::new(),
@@ -121,10 +122,19 @@ impl<L: Law> SegmentContacts<L> {
 
     /// Slot of a marker, by its id.
     fn slot(&self, id: u64) -> Option<usize> {
-        self.state
-            .set
-            .binary_search_by_key(&id, |info| info.id)
-            .ok()
+        self.set.binary_search_by_key(&id, |info| info.id).ok()
+    }
+
+    /// Position in m of the marker of a slot one step before; `None` for a new marker, or if there was no step.
+    fn was(&self, slot: usize) -> Option<Vec2> {
+        let (id, previous) = (self.set[slot].id, &self.state.previous);
+        // Mostly the set is the same.
+        let at = if previous.get(slot).is_some_and(|(of, _)| *of == id) {
+            slot
+        } else {
+            previous.binary_search_by_key(&id, |(of, _)| *of).ok()?
+        };
+        Some(previous[at].1)
     }
 
     /// The minima at which a disc pressed in the last step.
@@ -144,9 +154,9 @@ impl<L: Law> SegmentContacts<L> {
             let mut nearest: Option<(usize, f64)> = None;
             for (i, span) in spans(found).enumerate() {
                 for e in span.iter().filter(|e| e.least) {
-                    let info = self.state.set[e.foot.slots[0] as usize];
+                    let info = self.set[e.foot.slots[0] as usize];
                     let far = (at - e.point).norm();
-                    let may = info.group == self.state.set[old].group && far <= info.radius;
+                    let may = info.group == self.set[old].group && far <= info.radius;
                     if may && nearest.is_none_or(|(_, least)| far < least) {
                         nearest = Some((i, far));
                     }
@@ -190,13 +200,13 @@ impl<L: Law> SegmentContacts<L> {
 
     /// Overlap of a disc with the chain at an extremum in m.
     fn overlap(&self, bodies: &Bodies, near: &Near, e: &Extremum) -> f64 {
-        let own = self.state.set[e.foot.slots[0] as usize].radius;
+        let own = self.set[e.foot.slots[0] as usize].radius;
         bodies.radius_at(near.body as usize, near.part) + own - e.distance
     }
 
     /// The constants of a disc and the marker of a slot.
     fn pair_properties(&self, bodies: &Bodies, near: &Near, slot: usize) -> PairProperties {
-        let (info, body) = (&self.state.set[slot], near.body as usize);
+        let (info, body) = (&self.set[slot], near.body as usize);
         let of_group = self.surfaces.get(info.group as usize).copied().unwrap_or(0);
         PairProperties {
             mass: 1.0 / (1.0 / info.mass + bodies.state[body].inverse_mass),
@@ -233,7 +243,7 @@ impl<L: Law> SegmentContacts<L> {
         let turning = tangent * (-surface * spin);
         let (moved, [way, speed]) = if last_step.dt > 0.0 {
             // From positions, as for points. A marker that is new touched nothing one step ago.
-            let [Some(was_a), Some(was_b)] = [a, b].map(|slot| self.state.previous[slot]) else {
+            let [Some(was_a), Some(was_b)] = [a, b].map(|slot| self.was(slot)) else {
                 return;
             };
             let was = was_a * first + was_b * second;
@@ -254,7 +264,7 @@ impl<L: Law> SegmentContacts<L> {
     /// The geometry and the constants of an extremum. Also adds the stiffness that it may have until the next exchange.
     fn seen(&self, on: &Evaluation, near: &Near, e: &Extremum, to: &mut Target) -> Place<L::Pair> {
         let (bodies, body) = (on.bodies, near.body as usize);
-        let info = &self.state.set[e.foot.slots[0] as usize];
+        let info = &self.set[e.foot.slots[0] as usize];
         let overlap = self.overlap(bodies, near, e);
         let rigid = &bodies.frames[body];
         let normal = (e.point - bodies.outline_of(body)[near.part as usize]) / e.distance;
@@ -391,7 +401,7 @@ impl<L: Law> SegmentContacts<L> {
         Held {
             body: near.body,
             part: near.part,
-            ids: foot.slots.map(|slot| self.state.set[slot as usize].id),
+            ids: foot.slots.map(|slot| self.set[slot as usize].id),
             s: foot.s,
             force: place.elastic[0],
             spring,
@@ -416,7 +426,7 @@ impl<L: Law> SegmentContacts<L> {
         let nearer = foot.slots[usize::from(foot.s > 0.5)];
         to.results.pressing.push(ContactState {
             body: near.body.into(),
-            other: self.state.set[nearer as usize].id,
+            other: self.set[nearer as usize].id,
             with: POINT,
             position: (place.r + place.center).into(),
             force: (-force).into(),
@@ -436,7 +446,7 @@ impl<L: Law> SegmentContacts<L> {
         let center = on.bodies.outline_of(body)[near.part as usize];
         let segments = self.near.of(near);
         let of_disc = on.bodies.radius_at(body, near.part);
-        let own = |slot: u32| self.state.set[slot as usize].radius;
+        let own = |slot: u32| self.set[slot as usize].radius;
         let (x, found) = (&self.positions, &mut room.found);
         let contact = |slot: u32| of_disc + own(slot);
         extrema(&self.links, x, segments, center, &contact, found);
@@ -448,7 +458,7 @@ impl<L: Law> SegmentContacts<L> {
             let deep = e.outside && of_disc - e.distance > depth;
             if (through || deep) && to.results.sums.passed.is_none() {
                 to.results.sums.passed = Some(Passed::Body {
-                    id: self.state.set[e.foot.slots[0] as usize].id,
+                    id: self.set[e.foot.slots[0] as usize].id,
                     body,
                     passage: if through {
                         Passage::Through
@@ -499,26 +509,16 @@ impl Results {
 }
 
 impl<L: Law> Side for SegmentContacts<L> {
-    fn imp_set(&mut self, set: &[ImpInfo]) {
-        let was = |id: u64| {
-            let slot = self
-                .state
-                .set
-                .binary_search_by_key(&id, |info| info.id)
-                .ok()?;
-            self.state.previous.get(slot).copied().flatten()
-        };
-        self.state.previous = set.iter().map(|info| was(info.id)).collect();
-        self.state.set = set.to_vec();
-        self.links = Links::of(set);
-        self.near.forget();
-    }
-
     fn update_list(&mut self, now: &Now, _: &Threads) {
         self.positions.clear();
         let positions = now.states.iter().map(|s| Vec2::from(s.position));
         self.positions.extend(positions);
-        let (set, links) = (&self.state.set, &self.links);
+        if now.sets.replaced.is_some() || !self.near.is_listed() {
+            self.set.clone_from(&now.sets.now);
+            self.links = Links::of(&self.set);
+            self.near.forget();
+        }
+        let (set, links) = (&self.set, &self.links);
         self.near.update(now.bodies, set, links, &self.positions);
     }
 
@@ -567,11 +567,15 @@ impl<L: Law> Side for SegmentContacts<L> {
 
     fn commit(&mut self) {
         let Self {
-            state, positions, ..
+            state,
+            set,
+            positions,
+            ..
         } = self;
         std::mem::swap(&mut state.memory, &mut self.next);
         state.previous.clear();
-        (state.previous).extend(positions.iter().copied().map(Some));
+        let ids = set.iter().map(|info| info.id);
+        state.previous.extend(ids.zip(positions.iter().copied()));
     }
 
     fn damping_ratio(&self) -> f64 {
@@ -592,7 +596,6 @@ impl<L: Law> Side for SegmentContacts<L> {
 
     fn restore(&mut self, saved: &[u8], _: &Bodies, _: &Sets) -> Result<(), Refusal> {
         self.state = unpack("segments", saved)?;
-        self.links = Links::of(&self.state.set);
         self.near.forget();
         Ok(())
     }

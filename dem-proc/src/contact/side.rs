@@ -3,7 +3,7 @@
 
 use std::fmt::Debug;
 
-use interface::message::wire::{ContactState, ImpForce, ImpInfo};
+use interface::message::wire::{ContactState, ImpForce};
 use interface::solver::Refusal;
 
 use crate::body::bodies::Bodies;
@@ -80,8 +80,6 @@ pub struct AfterKick<'a> {
 
 /// What a step needs from contacts, for any law.
 pub trait Side: Debug + Send + Sync {
-    /// The set was replaced: slots are now in the order of `set`.
-    fn imp_set(&mut self, _set: &[ImpInfo]) {}
     /// Builds a new list if a pair that is not in the present one could touch: two bodies, within two steps.
     fn update_list(&mut self, now: &Now, threads: &Threads);
     /// Evaluates every pair of the list (eqs. 38 to 41, 43, 44). Adds forces and torques, in the order of the list, to
