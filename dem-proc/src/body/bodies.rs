@@ -192,22 +192,15 @@ impl Bodies {
             let shape = &what.shape;
             let radius = |k: usize| shape.radii.get(k).copied().unwrap_or(shape.radius);
             bodies.radii.extend((0..vertices.len()).map(radius));
-            let edge = |k: usize| shape.vertices[shape.edge_end(k)] - shape.vertices[k];
-            let inverse = |edge: Vec2| {
-                if edge == Vec2::zeros() {
-                    0.0
-                } else {
+            let inverse = |k: usize| {
+                let edge = vertices[shape.edge_end(k)] - vertices[k];
+                if k < shape.edge_count() && edge != Vec2::zeros() {
                     1.0 / edge.norm_squared()
+                } else {
+                    0.0
                 }
             };
-            let ends = (0..vertices.len()).map(|k| {
-                if k < shape.edge_count() {
-                    edge(k)
-                } else {
-                    Vec2::zeros()
-                }
-            });
-            bodies.inverse_length_sq.extend(ends.map(inverse));
+            (bodies.inverse_length_sq).extend((0..vertices.len()).map(inverse));
             bodies.properties.push(what);
             let mut free = 0.0;
             match body.motion {
