@@ -289,9 +289,7 @@ impl System {
                     count: self.constants.per_resolution_sq[0],
                 },
             };
-            let [stiff, impact] = bodies.omega_sq(&after, &self.threads);
-            let stiff = stiff.max(after.impacts.count * impact).sqrt();
-            let omega = bodies.crossing(&after, stiff);
+            let omega = bodies.omega(&after, &self.threads);
             omega_sq = omega * omega;
             if opening(step) && (self.kicked.speed > 0.0 || outer > 0.0) {
                 omega_sq = omega_sq.max(self.constants.first_contact);

@@ -9,6 +9,8 @@
     reason = "without it the compiler calls functions for each pair, which costs a quarter of the step"
 )]
 
+use std::ops::{Deref, DerefMut};
+
 use interface::Vec2;
 use wide::f64x4;
 
@@ -42,7 +44,29 @@ pub fn first(count: usize) -> Lanes {
 }
 
 /// Room for a chunk, and for the unused lanes of its last pairs.
-pub type Room<T> = [T; CHUNK + LANES];
+#[derive(Debug)]
+pub struct Room<T>([T; CHUNK + LANES]);
+
+impl<T: Copy + Default> Default for Room<T> {
+    fn default() -> Self {
+        Self([T::default(); CHUNK + LANES])
+    }
+}
+
+impl<T> Deref for Room<T> {
+    type Target = [T; CHUNK + LANES];
+    #[inline(always)]
+    fn deref(&self) -> &Self::Target {
+        &self.0
+    }
+}
+
+impl<T> DerefMut for Room<T> {
+    #[inline(always)]
+    fn deref_mut(&mut self) -> &mut Self::Target {
+        &mut self.0
+    }
+}
 
 /// The first `count` bits.
 #[inline(always)]
@@ -51,19 +75,10 @@ pub fn bits(count: usize) -> u32 {
 }
 
 /// Numbers of some pairs of a chunk, ascending.
-#[derive(Debug)]
+#[derive(Debug, Default)]
 pub struct Numbers {
     list: Room<u32>,
     count: usize,
-}
-
-impl Default for Numbers {
-    fn default() -> Self {
-        Self {
-            list: [0; CHUNK + LANES],
-            count: 0,
-        }
-    }
 }
 
 impl Numbers {
@@ -260,7 +275,7 @@ impl<'a> Moves<'a> {
 }
 
 /// The distances of pairs of a chunk, and which of them are in reach.
-#[derive(Debug)]
+#[derive(Debug, Default)]
 pub struct Separations {
     /// Vector from the edge to the vertex of every pair in m.
     x: Room<f64>,
@@ -273,19 +288,6 @@ pub struct Separations {
     pub close: Numbers,
     /// Whether the overlap of a pair is too large.
     any_deep: bool,
-}
-
-impl Default for Separations {
-    fn default() -> Self {
-        Self {
-            x: [0.0; CHUNK + LANES],
-            y: [0.0; CHUNK + LANES],
-            distance_sq: [0.0; CHUNK + LANES],
-            pressing: Numbers::default(),
-            close: Numbers::default(),
-            any_deep: false,
-        }
-    }
 }
 
 /// If the squared distance is below this share of the squared contact distance, the vertex is too near to the edge.

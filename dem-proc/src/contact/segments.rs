@@ -18,7 +18,7 @@ use serde::{Deserialize, Serialize};
 use crate::body::bodies::Bodies;
 use crate::body::load::Load;
 use crate::contact::chain::{Extremum, Foot, Links, came_through, extrema, shares_within};
-use crate::contact::frame_contacts::POINT;
+use crate::contact::frame_contacts::{POINT, between};
 use crate::contact::impact::Pressing;
 use crate::contact::near::{Near, NearSegments};
 use crate::contact::passage::{Passage, Passed, admissible_depth};
@@ -424,13 +424,9 @@ impl<L: Law> SegmentContacts<L> {
             load.force -= part;
         }
         let nearer = foot.slots[usize::from(foot.s > 0.5)];
-        to.results.pressing.push(ContactState {
-            body: near.body.into(),
-            other: self.set[nearer as usize].id,
-            with: POINT,
-            position: (place.r + place.center).into(),
-            force: (-force).into(),
-        });
+        let ids = [near.body.into(), self.set[nearer as usize].id];
+        let contact = between(ids, POINT, place.r + place.center, -force);
+        to.results.pressing.push(contact);
     }
 
     /// Evaluates the contacts of one disc.

@@ -16,7 +16,6 @@ use crate::contact::overlap::OverlapArea;
 use crate::contact::pairs::VertexEdges;
 use crate::contact::point_body::PointBody;
 use crate::contact::point_pairs::PointPairs;
-use crate::contact::points::OfPoints;
 use crate::contact::segments::SegmentContacts;
 use crate::contact::side::Side;
 use crate::law::Law;
@@ -65,7 +64,7 @@ fn pair_side(config: &DemConfig) -> Option<Box<dyn Side>> {
     let groups = pairs.iter().map(|pair| pair.between);
     let geometry = PointPairs::new(groups, |group| surfaces.number(&group.to_string()));
     let build = With {
-        kind: OfPoints(geometry),
+        kind: geometry,
         skin: config.skin,
     };
     let others = table.iter().filter(|pair| pair.law != *law);
@@ -82,7 +81,7 @@ fn point_side(config: &DemConfig, surfaces_of: &Surfaces) -> Box<dyn Side> {
     if config.interface == Interface::Segments {
         return with_table(surfaces_of, law, &table, SegmentsWith { surfaces, skin });
     }
-    let kind = OfPoints(PointBody { surfaces });
+    let kind = PointBody { surfaces };
     with_laws(surfaces_of, law, &table, With { kind, skin })
 }
 
