@@ -1,11 +1,9 @@
-//! A list of the segments of a boundary chain that are near each disc. It is rebuilt when it no longer holds all of
-//! them.
+//! A list of the segments of a boundary chain that are near each disc.
 
 use interface::Vec2;
 use interface::message::wire::ImpInfo;
 
 use crate::body::bodies::Bodies;
-use crate::body::displacement::Displacement;
 use crate::contact::chain::Links;
 use crate::lists::neighbours::REACH;
 use mechanics::outline::foot;
@@ -24,65 +22,27 @@ pub struct Near {
 /// The segments near each disc.
 #[derive(Debug, Default)]
 pub struct NearSegments {
-    skin: f64,
     discs: Vec<Near>,
     /// Slots at which segments begin, ascending for each disc.
     segments: Vec<u32>,
-    built_at: Vec<Vec2>,
-    listed: bool,
-    displacement: Displacement,
     /// Buffer for the segments around a body. It is kept, so that no step allocates.
     around: Vec<u32>,
 }
 
 impl NearSegments {
-    /// An empty list. Segments are listed up to `skin` (m) farther away than they can matter.
-    pub fn new(skin: f64) -> Self {
-        Self {
-            skin,
-            ..Self::default()
-        }
-    }
-
-    /// Whether the list is not out of date.
-    pub fn is_listed(&self) -> bool {
-        self.listed
-    }
-
-    /// Marks the list as out of date.
-    pub fn forget(&mut self) {
-        self.listed = false;
-    }
-
-    /// The bodies move with surface speeds up to `speed` (m/s) for `dt` (s).
-    pub fn advance(&mut self, speed: f64, dt: f64) {
-        self.displacement.advance(speed, dt);
-    }
-
-    /// Rebuilds the list if a segment that is not in it could matter to a disc. The markers of `set` are at `positions`
-    /// (m).
-    pub fn update(&mut self, bodies: &Bodies, set: &[ImpInfo], links: &Links, positions: &[Vec2]) {
-        if self.listed {
-            let moved = positions.iter().zip(&self.built_at);
-            let moved = moved.map(|(now, at)| (now - at).norm_squared());
-            let left = self.skin - moved.fold(0.0, f64::max).sqrt();
-            if set.is_empty() || left > 0.0 && self.displacement.stays_below(left, bodies) {
-                return;
-            }
-        }
-        self.list(bodies, set, links, positions);
-        self.built_at.clear();
-        self.built_at.extend_from_slice(positions);
-        self.displacement.reset(bodies);
-        self.listed = true;
-    }
-
-    fn list(&mut self, bodies: &Bodies, set: &[ImpInfo], links: &Links, positions: &[Vec2]) {
+    /// Lists the segments up to `skin` (m) farther away than they can matter. The markers of `set` are at `positions` (m).
+    pub fn list(
+        &mut self,
+        bodies: &Bodies,
+        (set, links): (&[ImpInfo], &Links),
+        positions: &[Vec2],
+        skin: f64,
+    ) {
         // Whether the segment that begins at a slot is near a disc of radius `r` (m) around `center` (m).
         let is_near = |from: u32, center: Vec2, r: f64| {
             links.next(from).is_some_and(|to| {
                 let [a, b] = [from, to].map(|slot| positions[slot as usize]);
-                let margin = (1.0 + REACH) * set[from as usize].radius + self.skin;
+                let margin = (1.0 + REACH) * set[from as usize].radius + skin;
                 (foot(a, b, center).0 - center).norm() <= r + margin
             })
         };

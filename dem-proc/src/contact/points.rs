@@ -60,8 +60,7 @@ impl<G: Geometry> On<'_, G> {
     /// Displacement in m of the point of a slot over the last step; `None` if it is new to the set, or there was no step.
     #[inline]
     pub fn way(&self, slot: u32) -> Option<Vec2> {
-        let was = self.watch.previous.get(slot as usize)?;
-        (!was.x.is_nan()).then(|| self.position(slot) - was)
+        Some(self.position(slot) - self.watch.was(slot)?)
     }
 
     /// Displacement over the last step of what lies at `arm` (m) from the point of a slot, with the spin of the point;
@@ -114,7 +113,7 @@ pub struct PointWatch {
     displacement: Displacement,
     /// Positions of the points in the last evaluation in m.
     #[serde(skip)]
-    positions: Vec<Vec2>,
+    pub positions: Vec<Vec2>,
 }
 
 impl Watching for PointWatch {
@@ -156,6 +155,13 @@ impl Watching for PointWatch {
 }
 
 impl PointWatch {
+    /// Position in m of the point of a slot one step before; `None` if it is new to the set, or there was no step.
+    #[inline]
+    pub fn was(&self, slot: u32) -> Option<Vec2> {
+        let was = *self.previous.get(slot as usize)?;
+        (!was.x.is_nan()).then_some(was)
+    }
+
     /// Whether a list still holds all pairs that may touch, by the rule `stays`. Its arguments are how far points have moved
     /// at most since the list was built, in m, and by how much bodies have.
     pub fn holds(&mut self, now: &Now, stays: impl FnOnce(f64, &mut Displacement) -> bool) -> bool {

@@ -6,8 +6,8 @@
 //! `1 - s` to `s`. So momentum is exact, and the work on the markers equals that on the foot. The history of a contact belongs to the
 //! span of the chain that presses ([`crate::contact::span`]), and moves with it.
 //!
-//! An evaluation does not change what is kept: [`Side::commit`] takes over `next` and `positions`. The list of
-//! segments near each disc has no effect on the results. It is rebuilt when it is needed, and is not saved.
+//! An evaluation does not change what is kept: [`Side::keep_list`] takes over `fresh`, and [`Side::commit`] `next`. The list
+//! of segments near each disc has no effect on the results.
 
 use interface::Vec2;
 use interface::message::wire::{ContactState, ImpForce, ImpInfo, ImpState};
@@ -18,16 +18,20 @@ use serde::{Deserialize, Serialize};
 use crate::body::bodies::Bodies;
 use crate::body::load::Load;
 use crate::contact::chain::{Extremum, Foot, Links, came_through, extrema, shares_within};
+use crate::contact::engine::Listing;
 use crate::contact::frame_contacts::{POINT, between};
 use crate::contact::impact::Pressing;
 use crate::contact::near::{Near, NearSegments};
 use crate::contact::passage::{Passage, Passed, admissible_depth};
+use crate::contact::point_body::PointBody;
+use crate::contact::points::PointWatch;
 use crate::contact::side::{Interval, Side, Sums, Targets};
 use crate::contact::span::{Held, Memory, Place, Transferred};
 use crate::law::history::Numbers;
 use crate::law::{Kinematics, LastStep, Law, Loss, PairProperties};
 use crate::lists::neighbours::REACH;
-use crate::lists::now::{Now, Sets};
+use crate::lists::now::{Now, Sets, Slots};
+use crate::lists::watch::Watching;
 use crate::threads::Threads;
 use mechanics::mass::cross;
 use mechanics::outline::contact_point;
@@ -44,11 +48,10 @@ struct Results {
 }
 
 /// What is kept from one step to the next.
-#[derive(Debug, Default, Serialize, Deserialize)]
+#[derive(Debug, Serialize, Deserialize)]
 #[serde(bound = "H: Numbers")]
 struct State<H> {
-    /// Ids of the markers one step before, ascending, and their positions in m; empty if there was no step.
-    previous: Vec<(u64, Vec2)>,
+    watch: PointWatch,
     memory: Memory<H>,
 }
 
@@ -59,10 +62,12 @@ pub struct SegmentContacts<L: Law> {
     /// Surface of each point group; empty if the scene has no table of laws.
     surfaces: Vec<u32>,
     state: State<L::History>,
+    /// Replaces the watch of the state if the last evaluation built a list.
+    fresh: PointWatch,
+    rebuilt: bool,
     set: Vec<ImpInfo>,
     links: Links,
     next: Memory<L::History>,
-    positions: Vec<Vec2>,
     near: NearSegments,
     results: Results,
     room: Room<L>,
@@ -99,12 +104,16 @@ impl<L: Law> SegmentContacts<L> {
         Self {
             law,
             surfaces,
-            state: State::default(),
+            state: State {
+                watch: PointWatch::new(skin),
+                memory: Memory::default(),
+            },
+            fresh: PointWatch::new(skin),
+            rebuilt: false,
             set: Vec::new(),
             links: Links::default(),
             next: Memory::default(),
-            positions: Vec::new(),
-            near: NearSegments::new(skin),
+            near: NearSegments::default(),
             results: Results {
                 lightest: f64::INFINITY,
                 ..Results::default()
@@ -113,28 +122,25 @@ impl<L: Law> SegmentContacts<L> {
         }
     }
 
+    /// Where markers and bodies were, for the last evaluation.
+    fn watch(&self) -> &PointWatch {
+        if self.rebuilt {
+            &self.fresh
+        } else {
+            &self.state.watch
+        }
+    }
+
     /// Present position in m of a minimum of the last step; `None` if its markers are no longer in the set.
     fn place(&self, held: &Held) -> Option<Vec2> {
         let slots = [self.slot(held.ids[0])?, self.slot(held.ids[1])?];
         let slots = slots.map(|slot| slot as u32);
-        Some(Foot { slots, s: held.s }.of(&self.positions))
+        Some(Foot { slots, s: held.s }.of(&self.watch().positions))
     }
 
     /// Slot of a marker, by its id.
     fn slot(&self, id: u64) -> Option<usize> {
         self.set.binary_search_by_key(&id, |info| info.id).ok()
-    }
-
-    /// Position in m of the marker of a slot one step before; `None` for a new marker, or if there was no step.
-    fn was(&self, slot: usize) -> Option<Vec2> {
-        let (id, previous) = (self.set[slot].id, &self.state.previous);
-        // Mostly the set is the same.
-        let at = if previous.get(slot).is_some_and(|(of, _)| *of == id) {
-            slot
-        } else {
-            previous.binary_search_by_key(&id, |(of, _)| *of).ok()?
-        };
-        Some(previous[at].1)
     }
 
     /// The minima at which a disc pressed in the last step.
@@ -243,7 +249,7 @@ impl<L: Law> SegmentContacts<L> {
         let turning = tangent * (-surface * spin);
         let (moved, [way, speed]) = if last_step.dt > 0.0 {
             // From positions, as for points. A marker that is new touched nothing one step ago.
-            let [Some(was_a), Some(was_b)] = [a, b].map(|slot| self.was(slot)) else {
+            let [Some(was_a), Some(was_b)] = e.foot.slots.map(|slot| self.watch().was(slot)) else {
                 return;
             };
             let was = was_a * first + was_b * second;
@@ -304,11 +310,17 @@ impl<L: Law> SegmentContacts<L> {
         let k = k.times((on.interval.impacts).count(kinematics.velocity[0], mobility, &pressing));
         if e.least || e.alone {
             let way = 0.5 * info.radius;
-            shares_within(&self.links, &self.positions, &e.foot, way, |slot, share| {
-                let of_slot = &mut to.forces[slot as usize];
-                of_slot.stiffness += k.normal * share;
-                of_slot.tangential += k.tangential * share;
-            });
+            shares_within(
+                &self.links,
+                &self.watch().positions,
+                &e.foot,
+                way,
+                |slot, share| {
+                    let of_slot = &mut to.forces[slot as usize];
+                    of_slot.stiffness += k.normal * share;
+                    of_slot.tangential += k.tangential * share;
+                },
+            );
         }
         let load = &mut to.loads[body];
         if e.least {
@@ -443,7 +455,7 @@ impl<L: Law> SegmentContacts<L> {
         let segments = self.near.of(near);
         let of_disc = on.bodies.radius_at(body, near.part);
         let own = |slot: u32| self.set[slot as usize].radius;
-        let (x, found) = (&self.positions, &mut room.found);
+        let (x, found) = (&self.watch().positions, &mut room.found);
         let contact = |slot: u32| of_disc + own(slot);
         extrema(&self.links, x, segments, center, &contact, found);
         found.retain(|e| e.distance < of_disc + (1.0 + REACH) * own(e.foot.slots[0]));
@@ -506,16 +518,17 @@ impl Results {
 
 impl<L: Law> Side for SegmentContacts<L> {
     fn update_list(&mut self, now: &Now, _: &Threads) {
-        self.positions.clear();
-        let positions = now.states.iter().map(|s| Vec2::from(s.position));
-        self.positions.extend(positions);
-        if now.sets.replaced.is_some() || !self.near.is_listed() {
-            self.set.clone_from(&now.sets.now);
-            self.links = Links::of(&self.set);
-            self.near.forget();
+        self.rebuilt = !PointBody::holds(&mut self.state.watch, now);
+        if self.rebuilt {
+            let watch = &mut self.fresh;
+            watch.begin(&self.state.watch, now, &Slots::of(now.sets));
+            if now.sets.replaced.is_some() {
+                self.set.clone_from(&now.sets.now);
+                self.links = Links::of(&self.set);
+            }
+            let chain = (&self.set[..], &self.links);
+            (self.near).list(now.bodies, chain, &watch.built_at, watch.skin);
         }
-        let (set, links) = (&self.set, &self.links);
-        self.near.update(now.bodies, set, links, &self.positions);
     }
 
     fn evaluate(&mut self, now: &Now, interval: Interval, _: &Threads, to: &mut Targets) {
@@ -559,19 +572,16 @@ impl<L: Law> Side for SegmentContacts<L> {
         found.extend_from_slice(&self.results.pressing);
     }
 
-    fn keep_list(&mut self) {}
+    fn keep_list(&mut self) {
+        if std::mem::replace(&mut self.rebuilt, false) {
+            std::mem::swap(&mut self.state.watch, &mut self.fresh);
+        }
+    }
 
     fn commit(&mut self) {
-        let Self {
-            state,
-            set,
-            positions,
-            ..
-        } = self;
-        std::mem::swap(&mut state.memory, &mut self.next);
-        state.previous.clear();
-        let ids = set.iter().map(|info| info.id);
-        state.previous.extend(ids.zip(positions.iter().copied()));
+        self.keep_list();
+        std::mem::swap(&mut self.state.memory, &mut self.next);
+        self.state.watch.commit();
     }
 
     fn damping_ratio(&self) -> f64 {
@@ -583,16 +593,24 @@ impl<L: Law> Side for SegmentContacts<L> {
     }
 
     fn advance(&mut self, speed: f64, dt: f64) {
-        self.near.advance(speed, dt);
+        self.state.watch.advance(speed, dt);
     }
 
     fn save(&self) -> Vec<u8> {
         pack("segments", &self.state)
     }
 
-    fn restore(&mut self, saved: &[u8], _: &Bodies, _: &Sets) -> Result<(), Refusal> {
+    fn restore(&mut self, saved: &[u8], bodies: &Bodies, sets: &Sets) -> Result<(), Refusal> {
         self.state = unpack("segments", saved)?;
-        self.near.forget();
+        self.rebuilt = false;
+        let watch = &self.state.watch;
+        if let Some(then) = watch.bodies_then(bodies) {
+            self.set
+                .clone_from(sets.replaced.as_ref().unwrap_or(&sets.now));
+            self.links = Links::of(&self.set);
+            let chain = (&self.set[..], &self.links);
+            (self.near).list(&then, chain, &watch.built_at, watch.skin);
+        }
         Ok(())
     }
 }
