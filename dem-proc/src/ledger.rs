@@ -10,9 +10,9 @@ use interface::step::Step;
 
 use crate::body::bodies::Rigid;
 use crate::body::load::Load;
-use crate::system::System;
+use crate::system::Sdem;
 
-impl System {
+impl Sdem {
     /// Energy in all contact springs of the last evaluation in J/m.
     pub(crate) fn contact_energy(&self, imps: &[ImpState]) -> f64 {
         let now = self.now(imps);

@@ -51,4 +51,4 @@ mod step;
 mod system;
 pub mod threads;
 
-pub use solver::Sdem;
+pub use system::Sdem;

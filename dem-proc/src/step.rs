@@ -10,16 +10,19 @@ use crate::contact::passage::{Passed, PassedBodies};
 use crate::contact::side::{AfterKick, Interval, Side, Targets};
 use crate::law::LastStep;
 use crate::lists::now::{Ahead, Now};
-use crate::system::System;
+use crate::system::Sdem;
 
 /// Whether this is an opening step: it computes forces, limits and a measurement, and leaves the state unchanged.
 fn opening(step: &Step) -> bool {
     step.dt_before == 0.0 && step.dt == 0.0
 }
 
-impl System {
+impl Sdem {
     /// Step 1 of section 4.2: contact lists, contact forces, forces on the bodies, and the velocities after the kick.
-    pub(crate) fn contact(
+    ///
+    /// # Errors
+    /// As [`interface::solver::DemSolver::contact`].
+    pub fn contact(
         &mut self,
         step: &Step,
         imps: &[ImpState],
@@ -38,7 +41,7 @@ impl System {
     }
 
     /// Steps 2 and 3 of section 4.2: commits the result of [`Self::contact`], and moves the bodies.
-    pub(crate) fn advance(&mut self, step: &Step) {
+    pub(crate) fn move_on(&mut self, step: &Step) {
         self.keep_lists();
         if !opening(step) {
             self.commit(step); //                         histories, ledger, v^{n+1/2}

@@ -1,8 +1,9 @@
-//! A configured solver: its bodies, their contacts, and the results that one step leaves for the next.
+//! The solver: its bodies, their contacts, and the results that one step leaves for the next.
 
 use interface::Vec2;
 use interface::ledger::Totals;
 use interface::message::wire::{EnvelopeVertex, ImpForce, ImpState};
+use interface::saved::ConfigurationMark;
 use interface::solver::DemMeasurement;
 use serde::{Deserialize, Serialize};
 
@@ -28,9 +29,11 @@ pub(crate) struct State {
     pub sets: Sets,
 }
 
-/// A configured solver.
+/// The spheropolygon solver. It has no bodies until it is configured.
 #[derive(Debug)]
-pub struct System {
+pub struct Sdem {
+    /// Of the configuration, for saved states.
+    pub(crate) mark: ConfigurationMark,
     /// Acceleration of gravity in m/s^2.
     pub(crate) gravity: Vec2,
     /// The bodies.
@@ -149,7 +152,7 @@ pub(crate) struct LimitConstants {
     pub per_resolution_sq: [f64; 2],
 }
 
-impl System {
+impl Sdem {
     /// Bodies and points, for whoever does not ask what may touch in the next steps.
     pub(crate) fn now<'a>(&'a self, imps: &'a [ImpState]) -> Now<'a> {
         Now {

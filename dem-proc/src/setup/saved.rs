@@ -15,7 +15,7 @@ use crate::body::bodies::Pose;
 use crate::body::frame::LastMove;
 use crate::body::load::{Load, PairLoad};
 use crate::contact::side::Side;
-use crate::system::{State, System};
+use crate::system::{Sdem, State};
 
 /// Name of the format of the bytes.
 pub const FORMAT: &str = "tandem-dem 10";
@@ -29,9 +29,9 @@ pub struct Saved {
     sides: Vec<Vec<u8>>,
 }
 
-impl System {
+impl Sdem {
     /// The state before the next step.
-    pub fn save(&self) -> Saved {
+    pub(crate) fn saved(&self) -> Saved {
         Saved {
             bodies: self.bodies.save(),
             state: self.state.clone(),
@@ -43,7 +43,7 @@ impl System {
     ///
     /// # Errors
     /// A refusal if it is no state of this configuration.
-    pub fn restore(&mut self, saved: Saved) -> Result<(), Refusal> {
+    pub(crate) fn take(&mut self, saved: Saved) -> Result<(), Refusal> {
         self.bodies.restore(&saved.bodies);
         self.state = saved.state;
         // Driven bodies may have another speed than in the saved run.
