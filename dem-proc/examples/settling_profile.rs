@@ -9,7 +9,6 @@
 
 use std::time::Instant;
 
-use dem_proc::Sdem;
 use interface::config::DemConfig;
 use interface::session::cpu_time;
 use mechanics::generate::Grain;

@@ -41,8 +41,8 @@ use mechanics::outline::contact_point;
 struct Results {
     sums: Sums,
     energy: f64,
-    /// Smallest reduced mass of a pair in reach in kg/m; infinite if there is none.
-    lightest: f64,
+    /// Smallest reduced mass of a pair in reach in kg/m.
+    lightest: Option<f64>,
     /// The contacts that press, for frames; the force at a maximum of the distance is negated.
     pressing: Vec<ContactState>,
 }
@@ -114,10 +114,7 @@ impl<L: Law> SegmentContacts<L> {
             links: Links::default(),
             next: Memory::default(),
             near: NearSegments::default(),
-            results: Results {
-                lightest: f64::INFINITY,
-                ..Results::default()
-            },
+            results: Results::default(),
             room: Room::default(),
         }
     }
@@ -279,7 +276,8 @@ impl<L: Law> SegmentContacts<L> {
         let (r_n, r_t) = (cross(r, normal), cross(r, tangent));
         let properties = self.pair_properties(bodies, near, e.foot.slots[0] as usize);
         let constants = self.law.pair(&properties);
-        to.results.lightest = to.results.lightest.min(properties.mass);
+        let lightest = to.results.lightest.unwrap_or(f64::INFINITY);
+        to.results.lightest = Some(lightest.min(properties.mass));
         let elastic = if overlap > 0.0 {
             self.law.normal(&constants, overlap)
         } else {
@@ -543,7 +541,6 @@ impl<L: Law> Side for SegmentContacts<L> {
             forces: &mut *to.forces,
             loads: &mut *to.by_points,
             results: Results {
-                lightest: f64::INFINITY,
                 pressing,
                 ..Results::default()
             },
@@ -585,11 +582,8 @@ impl<L: Law> Side for SegmentContacts<L> {
     }
 
     fn damping_ratio(&self) -> f64 {
-        if self.results.lightest < f64::INFINITY {
-            self.law.damping_ratio(self.results.lightest)
-        } else {
-            0.0
-        }
+        let lightest = self.results.lightest;
+        lightest.map_or(0.0, |mass| self.law.damping_ratio(mass))
     }
 
     fn advance(&mut self, speed: f64, dt: f64) {
