@@ -4,6 +4,7 @@ use interface::config::DemConfig;
 use interface::config::capability::Capabilities;
 use interface::forces::{Forces, Points};
 use interface::message::wire::{ContactState, EnvelopeVertex, ImpInfo, ImpState};
+use interface::saved::ConfigurationMark;
 use interface::solver::{Answer, DemMeasurement, DemSolver, Fault, Readiness, Refusal};
 use interface::step::Step;
 
@@ -19,7 +20,11 @@ impl Default for Sdem {
             threads: 1,
             ..DemConfig::default()
         };
-        build(&nothing).expect("nothing in it is refused").0
+        let (solver, _) = build(&nothing).expect("nothing in it is refused");
+        Self {
+            mark: ConfigurationMark::default(),
+            ..solver
+        }
     }
 }
 

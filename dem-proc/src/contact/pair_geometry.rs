@@ -287,7 +287,7 @@ pub struct Separations {
     /// The same for the pairs that do not press but are in reach.
     pub close: Numbers,
     /// Whether the overlap of a pair is too large.
-    any_deep: bool,
+    pub any_deep: bool,
 }
 
 /// If the squared distance is below this share of the squared contact distance, the vertex is too near to the edge.
@@ -337,21 +337,8 @@ impl Separations {
 
     /// The first pair whose overlap is too large ([`crate::contact::passage`]), and its overlap in m. The arguments are
     /// those of [`Self::find`].
-    #[inline(always)]
-    pub fn deep<'a>(
-        &self,
-        pairs: &'a [VertexEdge],
-        among: &Numbers,
-    ) -> Option<(&'a VertexEdge, f64)> {
-        if self.any_deep {
-            self.first_deep(pairs, among)
-        } else {
-            None
-        }
-    }
-
     #[cold]
-    fn first_deep<'a>(
+    pub fn first_deep<'a>(
         &self,
         pairs: &'a [VertexEdge],
         among: &Numbers,

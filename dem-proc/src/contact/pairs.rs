@@ -170,13 +170,15 @@ impl<L: Law> Chunk<'_, VertexEdges, L> {
         if watch.is_by_body() {
             separations.keep_close(self.pairs, looked_at, |pair| watch.closing(pair, closing));
         }
-        outcomes.deep = separations
-            .deep(self.pairs, looked_at)
-            .map(|(pair, overlap)| PassedBodies {
+        outcomes.deep = None;
+        if separations.any_deep {
+            let deep = separations.first_deep(self.pairs, looked_at);
+            outcomes.deep = deep.map(|(pair, overlap)| PassedBodies {
                 bodies: pair.bodies,
                 passage: Passage::Deep,
                 overlap,
             });
+        }
         outcomes.count = 0;
         outcomes.stiffest = Lanes::ZERO;
         outcomes.loss = [Lanes::ZERO; 2];

@@ -25,11 +25,9 @@ use crate::parry::Bounds;
 /// Which groups touch one another.
 #[derive(Debug, Clone, Default)]
 pub struct PointPairs {
-    /// One more than the largest index of a group that touches another one.
-    groups: usize,
-    /// For every two groups, whether they touch.
+    /// For every two groups up to the last that touches another one, whether they touch.
     pairs: Vec<bool>,
-    /// Surface of each group; empty if there is no table of laws.
+    /// The surface of each of them.
     surfaces: Vec<u32>,
 }
 
@@ -45,15 +43,14 @@ impl PointPairs {
             (touching[a * groups + b], touching[b * groups + a]) = (true, true);
         }
         Self {
-            groups,
             pairs: touching,
             surfaces: (0..groups).map(surface).collect(),
         }
     }
 
     fn touch(&self, a: u32, b: u32) -> bool {
-        let [a, b] = [a as usize, b as usize];
-        a.max(b) < self.groups && self.pairs[a * self.groups + b]
+        let (groups, [a, b]) = (self.surfaces.len(), [a as usize, b as usize]);
+        a.max(b) < groups && self.pairs[a * groups + b]
     }
 }
 
