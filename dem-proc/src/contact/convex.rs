@@ -85,7 +85,7 @@ pub struct Convex<M>(PhantomData<M>);
 #[derive(Debug)]
 pub struct Met {
     near: Near,
-    pressing: Pressing,
+    pressing: Pressing<f64>,
     loads: [PairLoad; 2],
     loss: Loss,
     passed: Option<PassedBodies>,

@@ -19,8 +19,8 @@
 //!   contacts that hardly carry load and open and close all the time.
 //!
 //! The third case is that of most contacts, and a bound shows it without the geometry of the contact: the amplitude is
-//! at most that of the bodies' relative motion ([`SurfaceMotion`]), computed for four pairs at a time. Only pairs above
-//! this bound are examined.
+//! at most that of the bodies' relative motion ([`SurfaceMotion`]). Only pairs above this bound are examined, four at a
+//! time.
 //!
 //! Of a point only the velocity is known, so its amplitude is taken to be `omega u`. In the middle of an impact that is
 //! too little, but the step stays what it was when the contact closed: it is lengthened only after an epoch, by a tenth.
@@ -31,23 +31,38 @@ use interface::Vec2;
 
 use crate::body::bodies::{Bodies, Rigid};
 use crate::contact::approach::Near;
-use crate::contact::pair_geometry::{LANES, Lanes, each};
+use crate::contact::pair_geometry::{
+    LANES, LaneVec, Lanes, cross, dot, each, gather, gather_vec, sub,
+};
 use crate::lists::now::Ahead;
 
 /// Speeds below this share of the fastest surface's speed are ignored: their energy is a millionth.
 const NEGLIGIBLE: f64 = 1e-3;
 
-/// Overlap, force and stiffness of two that are near.
+/// Overlap, force and stiffness of two bodies that are near, or of four such pairs.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
-pub struct Pressing {
+pub struct Pressing<N> {
     /// Overlap `xi` in m; negative if they do not touch.
-    pub overlap: f64,
+    pub overlap: N,
     /// Normal force in N/m, 0 if they do not touch.
-    pub force: f64,
+    pub force: N,
     /// Bound of the stiffness in N/m.
-    pub stiffness: f64,
+    pub stiffness: N,
     /// Largest distance in m of the first contact point from the nearest point; 0 if the point itself is listed.
-    pub width: f64,
+    pub width: N,
+}
+
+impl Pressing<f64> {
+    /// Four of the same.
+    #[inline]
+    fn of_four(&self) -> Pressing<Lanes> {
+        Pressing {
+            overlap: Lanes::splat(self.overlap),
+            force: Lanes::splat(self.force),
+            stiffness: Lanes::splat(self.stiffness),
+            width: Lanes::splat(self.width),
+        }
+    }
 }
 
 /// The data to recognise impacts in a step.
@@ -67,17 +82,17 @@ pub struct Impacts<'a> {
     pub count: f64,
 }
 
-/// The relative motion of a pair along its normal, positive if the two separate.
+/// The relative motion of four pairs along their normals, positive if they separate.
 #[derive(Debug, Clone, Copy)]
 struct Along {
     /// In 1/kg.
-    mobility: f64,
+    mobility: Lanes,
     /// In m/s.
-    velocity: f64,
+    velocity: Lanes,
     /// In m/s^2.
-    acceleration: f64,
-    /// Additional acceleration in m/s^2 and velocity in m/s by which a pair that does not touch may approach by rotation.
-    turning: [f64; 2],
+    acceleration: Lanes,
+    /// Additional acceleration in m/s^2 and velocity in m/s by which pairs that do not touch may approach by rotation.
+    turning: [Lanes; 2],
 }
 
 /// How a body moves after the kick, and its share in the frequency of its contacts: the numbers of a bound for all of
@@ -173,67 +188,96 @@ impl Relative {
     }
 }
 
-/// One body of a pair that is near.
-struct Side<'a> {
-    state: &'a Rigid,
-    /// Velocity and spin after the kick.
-    kicked: (Vec2, f64),
+/// Four pairs that are near, as [`Near`].
+#[derive(Debug, Clone, Copy)]
+pub struct Nears {
+    /// The bodies that the normals point to, then the others.
+    pub bodies: [[u32; LANES]; 2],
+    /// Unit normals.
+    pub normal: LaneVec,
+    /// Contact points on the first bodies in m.
+    pub point: LaneVec,
+}
+
+/// One body of each of four pairs.
+struct Side {
     /// Lever arm of the contact in m, and across the normal.
-    arm: Vec2,
-    across: f64,
+    arm: LaneVec,
+    across: Lanes,
+    /// After the kick.
+    velocity: LaneVec,
+    spin: Lanes,
+    before: LaneVec,
+    spin_before: Lanes,
+    mobility: Lanes,
 }
 
-impl Side<'_> {
+impl Side {
+    #[inline(always)]
+    fn new(bodies: &Bodies, kicked: &[(Vec2, f64)], near: &Nears, side: usize) -> Self {
+        let state = each(|l| &bodies.state[near.bodies[side][l] as usize]);
+        let kicked = each(|l| &kicked[near.bodies[side][l] as usize]);
+        let arm = sub(near.point, gather_vec(|l| state[l].center));
+        let across = cross(arm, near.normal);
+        let inverse_mass = gather(|l| state[l].inverse_mass);
+        Self {
+            arm,
+            across,
+            velocity: gather_vec(|l| kicked[l].0),
+            spin: gather(|l| kicked[l].1),
+            before: gather_vec(|l| state[l].velocity),
+            spin_before: gather(|l| state[l].spin),
+            mobility: inverse_mass + gather(|l| state[l].inverse_inertia) * across * across,
+        }
+    }
+
     /// Acceleration in m/s^2 by which the surface leaves its tangent.
-    fn bend(&self) -> f64 {
-        self.kicked.1 * self.kicked.1 * dot(self.arm, self.arm).sqrt()
+    #[inline(always)]
+    fn bend(&self) -> Lanes {
+        self.spin * self.spin * dot(self.arm, self.arm).sqrt()
     }
-
-    /// In 1/kg.
-    fn mobility(&self) -> f64 {
-        self.state.inverse_mass + self.state.inverse_inertia * self.across * self.across
-    }
-}
-
-/// The dot product, with one rounding less.
-#[inline]
-fn dot(a: Vec2, b: Vec2) -> f64 {
-    a.x.mul_add(b.x, a.y * b.y)
 }
 
 impl Impacts<'_> {
     /// Whether the contact of two bodies that are near opens or closes.
-    pub fn is_one(&self, bodies: &Bodies, near: &Near, pressing: &Pressing) -> bool {
-        let normal = near.normal;
-        let [own, other] = near.bodies.map(|b| {
-            let state = &bodies.state[b as usize];
-            let arm = near.point - state.center;
-            Side {
-                state,
-                kicked: self.kicked[b as usize],
-                arm,
-                across: arm.x.mul_add(normal.y, -(arm.y * normal.x)),
-            }
-        });
-        // The component along the normal, of the first body less that of the second.
-        let along = |(velocity, spin): (Vec2, f64), (other_velocity, other_spin): (Vec2, f64)| {
-            let turning = spin * own.across - other_spin * other.across;
-            dot(velocity - other_velocity, normal) + turning
+    pub fn is_one(&self, bodies: &Bodies, near: &Near, pressing: &Pressing<f64>) -> bool {
+        let all = |v: Vec2| gather_vec(|_| v);
+        let nears = Nears {
+            bodies: near.bodies.map(|b| [b; LANES]),
+            normal: all(near.normal),
+            point: all(near.point),
         };
-        let velocity = along(own.kicked, other.kicked);
-        let before = |side: &Side| (side.state.velocity, side.state.spin);
+        self.among(bodies, &nears, &pressing.of_four()) != 0
+    }
+
+    /// Which of the contacts of four pairs open or close, as bits.
+    #[inline(always)]
+    pub fn among(&self, bodies: &Bodies, near: &Nears, pressing: &Pressing<Lanes>) -> u32 {
+        let zero = Lanes::ZERO;
+        let own = Side::new(bodies, self.kicked, near, 0);
+        let other = Side::new(bodies, self.kicked, near, 1);
+        // The component along the normal, of the first body less that of the second.
+        let along = |[a, b]: [LaneVec; 2], [spin, other_spin]: [Lanes; 2]| {
+            let turning = spin * own.across - other_spin * other.across;
+            dot(sub(a, b), near.normal) + turning
+        };
+        let velocity = along([own.velocity, other.velocity], [own.spin, other.spin]);
         let acceleration = if self.kick > 0.0 {
-            (velocity - along(before(&own), before(&other))) / self.kick
+            let before = along(
+                [own.before, other.before],
+                [own.spin_before, other.spin_before],
+            );
+            (velocity - before) / Lanes::splat(self.kick)
         } else {
-            0.0
+            zero
         };
         let along = Along {
-            mobility: own.mobility() + other.mobility(),
+            mobility: own.mobility + other.mobility,
             velocity,
             acceleration,
             turning: [
                 own.bend() + other.bend(),
-                (own.kicked.1 - other.kicked.1).abs() * pressing.width,
+                (own.spin - other.spin).abs() * pressing.width,
             ],
         };
         self.open_or_close(&along, pressing)
@@ -241,26 +285,26 @@ impl Impacts<'_> {
 
     /// How many times the stiffness of a contact of points counts.
     #[inline]
-    pub fn count(&self, velocity: f64, mobility: f64, pressing: &Pressing) -> f64 {
+    pub fn count(&self, velocity: f64, mobility: f64, pressing: &Pressing<f64>) -> f64 {
         if self.count == 1.0 || velocity.abs() <= NEGLIGIBLE * self.speed {
             return 1.0;
         }
         let along = Along {
-            mobility,
-            velocity,
-            acceleration: 0.0,
-            turning: [0.0; 2],
+            mobility: Lanes::splat(mobility),
+            velocity: Lanes::splat(velocity),
+            acceleration: Lanes::ZERO,
+            turning: [Lanes::ZERO; 2],
         };
-        if self.open_or_close(&along, pressing) {
-            self.count
-        } else {
+        if self.open_or_close(&along, &pressing.of_four()) == 0 {
             1.0
+        } else {
+            self.count
         }
     }
 
-    #[inline]
-    fn open_or_close(&self, along: &Along, pressing: &Pressing) -> bool {
-        let positive = |x: f64| if x > 0.0 { x } else { 0.0 };
+    #[inline(always)]
+    fn open_or_close(&self, along: &Along, pressing: &Pressing<Lanes>) -> u32 {
+        let zero = Lanes::ZERO;
         let Along {
             mobility,
             velocity,
@@ -269,17 +313,20 @@ impl Impacts<'_> {
         } = *along;
         let omega_sq = pressing.stiffness * mobility;
         let omega = omega_sq.sqrt();
-        let negligible = self.outer + omega * (NEGLIGIBLE * self.speed);
-        if pressing.overlap > 0.0 {
-            let amplitude_sq = acceleration * acceleration + omega_sq * velocity * velocity;
-            let least = positive(pressing.force * mobility - acceleration) + negligible;
-            return amplitude_sq > least * least;
+        let negligible = Lanes::splat(self.outer) + omega * Lanes::splat(NEGLIGIBLE * self.speed);
+        let amplitude_sq = acceleration * acceleration + omega_sq * velocity * velocity;
+        let least = (pressing.force * mobility - acceleration).fast_max(zero) + negligible;
+        let opens = amplitude_sq.simd_gt(least * least).to_bitmask();
+        let presses = pressing.overlap.simd_gt(zero).to_bitmask();
+        if presses == (1 << LANES) - 1 {
+            return opens;
         }
-        let time = self.ahead.time();
-        let drawn = positive(-acceleration) + bend;
-        let closing = positive(turning - velocity);
-        let way = closing * time + 0.5 * drawn * time * time;
+        let time = Lanes::splat(self.ahead.time());
+        let drawn = (-acceleration).fast_max(zero) + bend;
+        let closing = (turning - velocity).fast_max(zero);
+        let way = closing * time + Lanes::HALF * drawn * time * time;
         let speed = closing + drawn * time;
-        way > -pressing.overlap && omega * speed > negligible
+        let closes = way.simd_gt(-pressing.overlap) & (omega * speed).simd_gt(negligible);
+        presses & opens | !presses & closes.to_bitmask()
     }
 }

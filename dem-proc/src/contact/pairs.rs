@@ -17,9 +17,10 @@ use crate::body::load::PairLoad;
 use crate::contact::approach::Near;
 use crate::contact::engine::{Chunk, Listing, On, PairKind};
 use crate::contact::frame_contacts::{BODY, between};
-use crate::contact::impact::{Pressing, Relative};
+use crate::contact::impact::{Nears, Pressing, Relative};
 use crate::contact::pair_geometry::{
-    Answers, LANES, Lanes, Numbers, Room, Separations, away, bits, dot, each, first,
+    Answers, LANES, Lanes, Numbers, Room, Separations, away, bits, dot, each, first, gather,
+    gather_vec,
 };
 use crate::contact::passage::{Passage, Passed, PassedBodies};
 use crate::contact::side::{AfterKick, Sums, Targets};
@@ -90,28 +91,28 @@ impl Outcomes {
         pair_bodies.zip(loads)
     }
 
-    /// Whether the contact of an entry opens or closes.
-    fn is_impact(&self, entry: usize, pairs: &[VertexEdge], after: &AfterKick) -> bool {
-        let pair = &pairs[self.numbers[entry] as usize];
-        let away = away::<false>(after.bodies, [pair; LANES]);
+    /// Which of the contacts of four entries open or close, as bits.
+    #[inline(always)]
+    fn impacts(&self, entries: [u32; LANES], pairs: &[VertexEdge], after: &AfterKick) -> u32 {
+        let bodies = after.bodies;
+        let at = each(|l| entries[l] as usize);
+        let pair = each(|l| &pairs[self.numbers[at[l]] as usize]);
+        let away = away::<false>(bodies, pair);
         let distance = dot(away, away).sqrt();
         // If a vertex is exactly on an edge, its normal is not a number and nothing opens or closes. The overlap is too
         // large, and the run ends with this step.
-        let [distance, x, y] =
-            [distance, away[0] / distance, away[1] / distance].map(|of| of.to_array()[0]);
-        let near = Near {
-            bodies: pair.bodies,
-            normal: Vec2::new(x, y),
-            point: after.bodies.outline[pair.vertex as usize],
-            length: pair.reach,
+        let near = Nears {
+            bodies: [each(|l| pair[l].bodies[0]), each(|l| pair[l].bodies[1])],
+            normal: [away[0] / distance, away[1] / distance],
+            point: gather_vec(|l| bodies.outline[pair[l].vertex as usize]),
         };
         let pressing = Pressing {
-            overlap: pair.reach - distance,
-            force: self.force[entry],
-            stiffness: self.stiffness[entry],
-            width: 0.0,
+            overlap: gather(|l| pair[l].reach) - distance,
+            force: gather(|l| self.force[at[l]]),
+            stiffness: gather(|l| self.stiffness[at[l]]),
+            width: Lanes::ZERO,
         };
-        after.impacts.is_one(after.bodies, &near, &pressing)
+        after.impacts.among(bodies, &near, &pressing)
     }
 
     /// Adds the first `count` lanes of four evaluated pairs.
@@ -351,17 +352,28 @@ impl PairKind for VertexEdges {
         after: &AfterKick,
         stiffest: f64,
     ) -> [f64; 2] {
+        let motions = after.motions;
         let mut largest = Lanes::splat(largest);
+        let mut asked = Numbers::default();
         for i in (0..found.count).step_by(LANES) {
             let four = &found.pair_bodies[i..i + LANES];
-            let both = Relative::of(after.motions, each(|l| four[l]));
+            let both = Relative::of(motions, each(|l| four[l]));
             largest = largest.fast_max(both.rate * first(found.count - i));
             let calm = bits(found.presses.saturating_sub(i)) & both.calm(stiffest, &after.impacts);
             let higher = both.rate.simd_gt(Lanes::splat(of_impact)).to_bitmask();
             let may_open = higher & !calm & bits(found.count - i);
-            for l in (0..LANES).filter(|l| may_open >> l & 1 == 1) {
-                if found.is_impact(i + l, pairs, after) {
-                    of_impact = of_impact.max(both.rate.to_array()[l]);
+            if may_open != 0 {
+                asked.append(may_open, i as u32);
+            }
+        }
+        asked.pad();
+        for i in (0..asked.count()).step_by(LANES) {
+            let entries = asked.four(i);
+            let opening = found.impacts(entries, pairs, after);
+            for (l, entry) in entries.into_iter().enumerate() {
+                if opening >> l & 1 == 1 {
+                    let of = found.pair_bodies[entry as usize].map(|b| &motions[b as usize]);
+                    of_impact = of_impact.max(of[0].rate() + of[1].rate());
                 }
             }
         }
