@@ -45,11 +45,10 @@ pub mod law;
 mod ledger;
 pub mod lists;
 pub mod parry;
-mod saved;
 mod setup;
 mod solver;
 mod step;
 mod system;
 pub mod threads;
 
-pub use solver::Sdem;
+pub use system::Sdem;

@@ -96,15 +96,6 @@ impl BoxTree {
     }
 }
 
-/// The gap between two convex polygons.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Gap {
-    /// It is larger than the margin.
-    Beyond,
-    /// Their nearest points in m; twice the same point if they touch.
-    Within([Vec2; 2]),
-}
-
 /// A convex polygon in world coordinates, as GJK sees it.
 struct Hull<'a>(&'a [Vec2]);
 
@@ -120,11 +111,12 @@ impl SupportMap for Hull<'_> {
     }
 }
 
-/// The gap between two convex polygons up to `margin` (m), by the algorithm of Gilbert, Johnson and Keerthi (1988).
-pub fn gap(a: &[Vec2], b: &[Vec2], margin: f64) -> Gap {
+/// The nearest points in m of two convex polygons, by the algorithm of Gilbert, Johnson and Keerthi (1988): twice the same
+/// point if they touch, `None` if the gap is larger than `margin` (m).
+pub fn nearest_points(a: &[Vec2], b: &[Vec2], margin: f64) -> Option<[Vec2; 2]> {
     match closest_points_support_map_support_map(&Pose::IDENTITY, &Hull(a), &Hull(b), margin) {
-        ClosestPoints::Disjoint => Gap::Beyond,
-        ClosestPoints::WithinMargin(p, q) => Gap::Within([p, q].map(|p| Vec2::new(p.x, p.y))),
-        ClosestPoints::Intersecting => Gap::Within([a[0], a[0]]),
+        ClosestPoints::Disjoint => None,
+        ClosestPoints::WithinMargin(p, q) => Some([p, q].map(|p| Vec2::new(p.x, p.y))),
+        ClosestPoints::Intersecting => Some([a[0], a[0]]),
     }
 }

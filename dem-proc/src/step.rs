@@ -9,18 +9,20 @@ use crate::contact::impact::{Impacts, SurfaceMotion};
 use crate::contact::passage::{Passed, PassedBodies};
 use crate::contact::side::{AfterKick, Interval, Side, Targets};
 use crate::law::LastStep;
-use crate::ledger::measure;
 use crate::lists::now::{Ahead, Now};
-use crate::system::System;
+use crate::system::Sdem;
 
 /// Whether this is an opening step: it computes forces, limits and a measurement, and leaves the state unchanged.
 fn opening(step: &Step) -> bool {
     step.dt_before == 0.0 && step.dt == 0.0
 }
 
-impl System {
+impl Sdem {
     /// Step 1 of section 4.2: contact lists, contact forces, forces on the bodies, and the velocities after the kick.
-    pub(crate) fn contact(
+    ///
+    /// # Errors
+    /// As [`interface::solver::DemSolver::contact`].
+    pub fn contact(
         &mut self,
         step: &Step,
         imps: &[ImpState],
@@ -39,7 +41,7 @@ impl System {
     }
 
     /// Steps 2 and 3 of section 4.2: commits the result of [`Self::contact`], and moves the bodies.
-    pub(crate) fn advance(&mut self, step: &Step) {
+    pub(crate) fn move_on(&mut self, step: &Step) {
         self.keep_lists();
         if !opening(step) {
             self.commit(step); //                         histories, ledger, v^{n+1/2}
@@ -155,7 +157,7 @@ impl System {
     pub(crate) fn respond(&mut self, step: &Step, imps: &[ImpState]) -> Result<Answer, Fault> {
         self.kick(step)?; //                              eq. 42, v^{n-1/2} -> v^{n+1/2}
         if step.measure {
-            self.measurement = measure(self, step, imps); // docs/physics.md section 7
+            self.measurement = self.measure(step, imps); //  docs/physics.md section 7
         }
         Ok(self.answer(step, imps)) //                    docs/physics.md section 4
     }
@@ -290,9 +292,7 @@ impl System {
                     count: self.constants.per_resolution_sq[0],
                 },
             };
-            let [stiff, impact] = bodies.omega_sq(&after, &self.threads);
-            let stiff = stiff.max(after.impacts.count * impact).sqrt();
-            let omega = bodies.crossing(&after, stiff);
+            let omega = bodies.omega(&after, &self.threads);
             omega_sq = omega * omega;
             if opening(step) && (self.kicked.speed > 0.0 || outer > 0.0) {
                 omega_sq = omega_sq.max(self.constants.first_contact);
@@ -325,7 +325,7 @@ impl System {
 
     /// Commits the result of the last evaluation, except the velocities, which the drift commits.
     fn commit(&mut self, step: &Step) {
-        self.state.totals = self.kick_of(step).after(&self.state.totals);
+        self.state.totals = self.totals_after(step);
         self.state.speed = self.kicked.speed;
         self.sides.all_mut().for_each(Side::commit);
     }

@@ -1,8 +1,9 @@
-//! A configured solver: its bodies, their contacts, and the results that one step leaves for the next.
+//! The solver: its bodies, their contacts, and the results that one step leaves for the next.
 
 use interface::Vec2;
 use interface::ledger::Totals;
 use interface::message::wire::{EnvelopeVertex, ImpForce, ImpState};
+use interface::saved::ConfigurationMark;
 use interface::solver::DemMeasurement;
 use serde::{Deserialize, Serialize};
 
@@ -28,9 +29,11 @@ pub(crate) struct State {
     pub sets: Sets,
 }
 
-/// A configured solver.
+/// The spheropolygon solver. It has no bodies until it is configured.
 #[derive(Debug)]
-pub struct System {
+pub struct Sdem {
+    /// Of the configuration, for saved states.
+    pub(crate) mark: ConfigurationMark,
     /// Acceleration of gravity in m/s^2.
     pub(crate) gravity: Vec2,
     /// The bodies.
@@ -73,7 +76,13 @@ impl Sides {
         self.bodies.iter().chain(of_points).map(|side| &**side)
     }
 
-    /// The same.
+    /// Each, in the order of the ledger.
+    pub fn each(&self) -> [Option<&dyn Side>; 3] {
+        let of_points = [Some(&*self.points), self.point_pairs.as_deref()];
+        [of_points[0], of_points[1], self.bodies.as_deref()]
+    }
+
+    /// The same as [`Self::all`].
     pub fn all_mut(&mut self) -> impl Iterator<Item = &mut (dyn Side + 'static)> {
         let of_points = std::iter::once(&mut self.points).chain(&mut self.point_pairs);
         (self.bodies.iter_mut().chain(of_points)).map(|side| &mut **side)
@@ -143,7 +152,7 @@ pub(crate) struct LimitConstants {
     pub per_resolution_sq: [f64; 2],
 }
 
-impl System {
+impl Sdem {
     /// Bodies and points, for whoever does not ask what may touch in the next steps.
     pub(crate) fn now<'a>(&'a self, imps: &'a [ImpState]) -> Now<'a> {
         Now {

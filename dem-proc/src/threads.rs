@@ -135,11 +135,6 @@ impl<T: Default> Spare<T> {
         self.lock().push(memory);
     }
 
-    /// How many there are, outside of loops.
-    pub fn count(&self) -> usize {
-        self.lock().len()
-    }
-
     fn lock(&self) -> std::sync::MutexGuard<'_, Vec<T>> {
         self.0.lock().expect("nobody panics while he holds it")
     }

@@ -2,9 +2,9 @@
 
 use dem_proc::body::surfaces::Surfaces;
 use dem_proc::law::contact::Contact;
-use dem_proc::law::dashpot::Viscous;
-use dem_proc::law::history::{DASHPOT, Numbers, Part, TANGENT};
-use dem_proc::law::mixed::{AnyLaw, AnyMemory};
+use dem_proc::law::dashpot::{Drag, Viscous};
+use dem_proc::law::history::{All, Numbers, Part};
+use dem_proc::law::mixed::AnyLaw;
 use dem_proc::law::normal::{Adhesive, Area, Hertz, Linear, Normal};
 use dem_proc::law::rolling::Rolling;
 use dem_proc::law::table::Table;
@@ -146,7 +146,7 @@ fn a_contact_that_has_slid_and_rolled_loses_its_springs_when_it_opens() {
         sines: [theta.sin(), 0.0],
         ..Kinematics::default()
     };
-    let response = mixed.response(&pair, &pressed, &AnyMemory::default());
+    let response = mixed.response(&pair, &pressed, &All::default());
     let k_r = 2.25 * k_n * (mu_r * radius) * (mu_r * radius);
     let held = 0.5 * k_t * u * u + 0.5 * k_r * theta * theta;
     let near = |a: f64, b: f64| assert!((a - b).abs() < 1e-12 * b.abs(), "{a} {b}");
@@ -165,7 +165,7 @@ fn a_contact_that_has_slid_and_rolled_loses_its_springs_when_it_opens() {
     assert_eq!(loss.viscous, 0.0);
 }
 
-type Two = (Part<TANGENT, 1>, Part<DASHPOT, 2>);
+type Two = (Elongation, Drag);
 
 #[derive(Serialize, Deserialize)]
 #[serde(bound = "H: Numbers")]
@@ -180,10 +180,10 @@ fn what_two_laws_both_remember_goes_over() {
         back
     }
     assert_eq!(restored::<Two>()[1], (Part([3.0]), Part([4.0, 5.0])));
-    assert_eq!(restored::<(Part<TANGENT, 1>, ())>()[1].0, Part([3.0]));
-    assert_eq!(restored::<((), Part<DASHPOT, 2>)>()[1].1, Part([4.0, 5.0]));
+    assert_eq!(restored::<(Elongation, ())>()[1].0, Part([3.0]));
+    assert_eq!(restored::<((), Drag)>()[1].1, Part([4.0, 5.0]));
     // A tangential spring with two numbers belongs to another law.
-    let other = restored::<(Part<TANGENT, 2>, Part<DASHPOT, 2>)>();
+    let other = restored::<(Sheared, Drag)>();
     assert_eq!(other[1], (Part([0.0; 2]), Part([4.0, 5.0])));
     assert_eq!(restored::<()>().len(), 2);
 }

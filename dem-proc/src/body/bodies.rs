@@ -43,10 +43,8 @@ impl Body {
 #[derive(Debug, Clone, Copy, Serialize, Deserialize)]
 pub struct Pose {
     /// Centre of mass `c` in m.
-    #[serde(with = "crate::saved")]
     pub center: Vec2,
     /// Velocity of the centre of mass in m/s.
-    #[serde(with = "crate::saved")]
     pub velocity: Vec2,
     /// Angle in rad, a plain sum: vertices are rebuilt from it, so no rotation matrix drifts.
     pub angle: f64,
@@ -194,22 +192,15 @@ impl Bodies {
             let shape = &what.shape;
             let radius = |k: usize| shape.radii.get(k).copied().unwrap_or(shape.radius);
             bodies.radii.extend((0..vertices.len()).map(radius));
-            let edge = |k: usize| shape.vertices[shape.edge_end(k)] - shape.vertices[k];
-            let inverse = |edge: Vec2| {
-                if edge == Vec2::zeros() {
-                    0.0
-                } else {
+            let inverse = |k: usize| {
+                let edge = vertices[shape.edge_end(k)] - vertices[k];
+                if k < shape.edge_count() && edge != Vec2::zeros() {
                     1.0 / edge.norm_squared()
+                } else {
+                    0.0
                 }
             };
-            let ends = (0..vertices.len()).map(|k| {
-                if k < shape.edge_count() {
-                    edge(k)
-                } else {
-                    Vec2::zeros()
-                }
-            });
-            bodies.inverse_length_sq.extend(ends.map(inverse));
+            (bodies.inverse_length_sq).extend((0..vertices.len()).map(inverse));
             bodies.properties.push(what);
             let mut free = 0.0;
             match body.motion {

@@ -11,7 +11,6 @@ use crate::body::bodies::Bodies;
 #[derive(Debug, Clone, Default, Serialize, Deserialize)]
 pub struct Displacement {
     /// Poses of the bodies at the reference time.
-    #[serde(with = "crate::saved")]
     start: Vec<(Vec2, f64)>,
     /// Upper bound of the largest displacement since `start` in m: the sum of largest speed times step. It is replaced
     /// by the exact value when the sum is too coarse.

@@ -3,8 +3,6 @@
 
 use interface::Vec2;
 
-use mechanics::mass::outward;
-
 /// Vector from the nearest point of the edge `a b` to a vertex (eq. 38), and its squared length. Unsigned distance.
 /// `inverse_length_sq` is `1/|b - a|^2`, a constant of a rigid body, and 0 for an edge without length, which is a disc.
 /// There is no branch and no division, so that the loop over a list can be vectorised.
@@ -20,10 +18,4 @@ pub fn vertex_edge(vertex: Vec2, a: Vec2, b: Vec2, inverse_length_sq: f64) -> (V
     let along = if along < 1.0 { along } else { 1.0 };
     let d = from_a - edge * along;
     (d, d.norm_squared())
-}
-
-/// The normal of a vertex exactly on an edge: the edge's outward normal; of one disc exactly on another: +y.
-#[cold]
-pub fn normal_on(a: Vec2, b: Vec2) -> Vec2 {
-    if a == b { Vec2::y() } else { outward(b - a) }
 }

@@ -8,7 +8,6 @@ use serde::{Deserialize, Serialize};
 #[repr(C)]
 pub struct LastMove {
     /// Displacement of the centre of mass in m.
-    #[serde(with = "crate::saved")]
     pub shift: Vec2,
     /// Sine of the rotation.
     pub sin: f64,

@@ -25,8 +25,6 @@ pub struct Shape {
     pub moments: AreaMoments,
     /// The boxes of the edges in the body's frame, for outlines with many edges.
     pub edges: Option<BoxTree>,
-    /// Whether no corner is reflex.
-    pub convex: bool,
     /// Whether the outline has edges. A disc has none, nor has a cluster: its vertices are the centres of its discs.
     pub has_edges: bool,
 }
@@ -53,14 +51,6 @@ impl Shape {
         }
         let extent = a + vertices.iter().map(Vec2::norm).fold(0.0, f64::max);
         let edges = (edge_count(n) > EDGES_WITHOUT_TREE).then(|| edge_tree(&vertices));
-        let convex = (0..n).all(|i| {
-            let (before, here, next) = (
-                vertices[(i + n - 1) % n],
-                vertices[i],
-                vertices[(i + 1) % n],
-            );
-            cross(here - before, next - here) >= 0.0
-        });
         Ok(Self {
             vertices,
             radius: a,
@@ -68,7 +58,6 @@ impl Shape {
             extent,
             moments,
             edges,
-            convex,
             has_edges: n > 1,
         })
     }
@@ -158,7 +147,6 @@ fn cluster(centers: &[[f64; 2]], radii: &[f64], a: f64) -> Result<Shape, ShapeEr
         radii,
         moments,
         edges: None,
-        convex: vertices.len() == 1,
         has_edges: false,
         vertices,
     })

@@ -18,8 +18,8 @@ use crate::body::bodies::Bodies;
 use crate::body::frame::Frame;
 use crate::body::load::PairLoad;
 use crate::contact::approach::Near;
-use crate::contact::engine::{Chunk, On, PairKind};
-use crate::contact::frame_contacts::between_bodies;
+use crate::contact::engine::{Chunk, Listing, On, PairKind};
+use crate::contact::frame_contacts::{BODY, between};
 use crate::contact::impact::Pressing;
 use crate::contact::pair_geometry::Moves;
 use crate::contact::pairs::pair_properties;
@@ -27,7 +27,7 @@ use crate::contact::passage::{Passage, Passed, PassedBodies, TURN};
 use crate::contact::side::{AfterKick, Sums, Targets};
 use crate::law::history::{GEOMETRY, Part};
 use crate::law::{Kinematics, Law, Loss, PairProperties};
-use crate::lists::neighbours::{Listed, close_pairs};
+use crate::lists::neighbours::Search;
 use crate::lists::now::{Among, Now};
 use crate::lists::watch::Watch;
 use mechanics::mass::cross;
@@ -107,31 +107,27 @@ fn kinematics(moves: &Moves, spot: &Spot, pair: [u32; 2], arms: [Vec2; 2]) -> Ki
     }
 }
 
-impl<M: Measure> PairKind for Convex<M> {
-    const OF_POINTS: bool = false;
+impl<M: Measure> Listing for Convex<M> {
     type Pair = Candidate;
     type Key = ([u32; 2], u32);
-    type List = Listed<Candidate>;
+    type Extra = Search<Candidate>;
     type Watch = Watch;
-    /// The normal of the last step, zero where there was no contact.
-    type Memory = Part<GEOMETRY, 2>;
-    type Found = Vec<Met>;
-    type Room = M;
 
     fn holds(watch: &mut Watch, now: &Now) -> bool {
         watch.holds(now)
     }
 
-    fn list(&self, among: &Among, watch: &Watch, list: &mut Listed<Candidate>) {
-        close_pairs(among, watch, list, |pair, margin, found| {
+    fn list(
+        &self,
+        among: &Among,
+        watch: &Watch,
+        pairs: &mut Vec<Candidate>,
+        search: &mut Search<Candidate>,
+    ) {
+        search.close_pairs(among, watch, pairs, |pair, margin, found| {
             M::list(among.bodies, pair, margin, &mut found.pairs);
         });
-        let key = |candidate: &Candidate| (candidate.bodies, candidate.vertex);
-        list.all.sort_unstable_by_key(key);
-    }
-
-    fn pairs(list: &Listed<Candidate>) -> &[Candidate] {
-        &list.all
+        pairs.sort_unstable_by_key(|candidate| (candidate.bodies, candidate.vertex));
     }
 
     fn key(candidate: Candidate, _: impl Fn(u32) -> Option<u32>) -> Option<Self::Key> {
@@ -142,6 +138,14 @@ impl<M: Measure> PairKind for Convex<M> {
         let radii = (candidate.bodies).map(|b| among.bodies.state[b as usize].radius);
         pair_properties(among.bodies, candidate.bodies, radii)
     }
+}
+
+impl<M: Measure> PairKind for Convex<M> {
+    const OF_POINTS: bool = false;
+    /// The normal of the last step, zero where there was no contact.
+    type Memory = Part<GEOMETRY, 2>;
+    type Found = Vec<Met>;
+    type Room = M;
 
     fn depth(on: &On<Self>, candidate: Candidate, measure: &mut M) -> f64 {
         let spot = measure.meet(on.bodies, candidate, 0.0);
@@ -244,7 +248,7 @@ impl<M: Measure> PairKind for Convex<M> {
         let pressing = found.into_iter().flatten();
         let pressing = pressing.filter(|met| met.pressing.overlap > 0.0);
         contacts.extend(pressing.map(|Met { near, loads, .. }| {
-            between_bodies(near.bodies, near.point, loads[0].force)
+            between(near.bodies.map(u64::from), BODY, near.point, loads[0].force)
         }));
     }
 
@@ -265,7 +269,7 @@ impl<M: Measure> PairKind for Convex<M> {
         [largest, of_impact]
     }
 
-    fn fastest_crossing(_: &Listed<Candidate>, _: f64) -> f64 {
+    fn fastest_crossing(_: &Search<Candidate>, _: f64) -> f64 {
         f64::INFINITY
     }
 

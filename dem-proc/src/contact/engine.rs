@@ -8,7 +8,7 @@ use std::fmt::Debug;
 use std::sync::Mutex;
 
 use interface::message::wire::{ContactState, ImpInfo, ImpState};
-use interface::saved::{pack, unpack};
+use interface::saved::{pack, refusal, unpack};
 use interface::solver::Refusal;
 
 use crate::body::bodies::Bodies;
@@ -19,22 +19,40 @@ use crate::law::history::{self, Numbers};
 use crate::law::{LastStep, Law, PairProperties};
 use crate::lists::now::{Among, Now, Sets, Slots};
 use crate::lists::watch::{Look, Watching};
-use crate::saved::one_for_each;
 use crate::threads::{CHUNK, Spare, Threads};
 
-/// A kind of pairs: which are near, where they touch, and on what their force acts.
-pub trait PairKind: Debug + Send + Sync + Sized + 'static {
-    /// Whether one of the two is a point. Then nobody needs the results of a chunk after they were added, and a damping
-    /// ratio refers to the lightest pair.
-    const OF_POINTS: bool;
+/// Pairs in a list: which may touch.
+pub trait Listing: Debug + Send + Sync + Sized + 'static {
     /// Two that may touch.
     type Pair: Copy + Debug + Send + Sync;
     /// What distinguishes a pair from the others of a list.
     type Key: Copy + Ord;
-    /// The pairs that may touch, with what belongs to them.
-    type List: Debug + Default + Send + Sync;
+    /// What belongs to a list beside its pairs.
+    type Extra: Debug + Default + Send + Sync;
     /// Where the two were when the list was built.
     type Watch: Watching;
+
+    /// Whether a list still holds all pairs that may touch.
+    fn holds(watch: &mut Self::Watch, now: &Now) -> bool;
+    /// Lists the pairs for the places and margins of `watch`, in ascending order of their keys.
+    fn list(
+        &self,
+        among: &Among,
+        watch: &Self::Watch,
+        pairs: &mut Vec<Self::Pair>,
+        extra: &mut Self::Extra,
+    );
+    /// Key of a pair whose points are in other slots; `None` if one of them is in none.
+    fn key(pair: Self::Pair, slot: impl Fn(u32) -> Option<u32>) -> Option<Self::Key>;
+    /// The constants of a pair for its law.
+    fn properties(&self, among: &Among, pair: Self::Pair) -> PairProperties;
+}
+
+/// A kind of pairs: where they touch, and on what their force acts.
+pub trait PairKind: Listing {
+    /// Whether one of the two is a point. Then nobody needs the results of a chunk after they were added, and a damping
+    /// ratio refers to the lightest pair.
+    const OF_POINTS: bool;
     /// What the geometry remembers of a pair from step to step.
     type Memory: Numbers;
     /// The results of a chunk.
@@ -42,16 +60,6 @@ pub trait PairKind: Debug + Send + Sync + Sized + 'static {
     /// Working memory for a chunk.
     type Room: Debug + Default + Send;
 
-    /// Whether a list still holds all pairs that may touch.
-    fn holds(watch: &mut Self::Watch, now: &Now) -> bool;
-    /// Builds the list for the places and margins of `watch`.
-    fn list(&self, among: &Among, watch: &Self::Watch, list: &mut Self::List);
-    /// The pairs, in ascending order of their keys.
-    fn pairs(list: &Self::List) -> &[Self::Pair];
-    /// Key of a pair whose points are in other slots; `None` if one of them is in none.
-    fn key(pair: Self::Pair, slot: impl Fn(u32) -> Option<u32>) -> Option<Self::Key>;
-    /// The constants of a pair for its law.
-    fn properties(&self, among: &Among, pair: Self::Pair) -> PairProperties;
     /// Overlap in m, for the energy.
     fn depth(on: &On<Self>, pair: Self::Pair, room: &mut Self::Room) -> f64;
     /// Evaluates the pairs of a chunk. `next` gets their histories.
@@ -69,8 +77,8 @@ pub trait PairKind: Debug + Send + Sync + Sized + 'static {
         found: Option<&Self::Found>,
         contacts: &mut Vec<ContactState>,
     );
-    /// The larger ones of `known` and of the rates of the chunk's pairs in 1/s^2, as [`Side::omega_sq`] has them.
-    /// `stiffest` is the largest stiffness in N/m of a pair that presses.
+    /// The larger ones of `known` and of the rates in 1/s^2, upper bounds of squared frequencies: of the chunk's pairs in
+    /// reach, and of those whose contact opens or closes ([`crate::contact::impact`]). `stiffest` is the largest stiffness in N/m of a pair that presses.
     fn rates(
         _found: &Self::Found,
         _pairs: &[Self::Pair],
@@ -81,7 +89,7 @@ pub trait PairKind: Debug + Send + Sync + Sized + 'static {
         known
     }
     /// Upper bound in 1/s of [`crossing_rate`] for surfaces up to `speed` (m/s).
-    fn fastest_crossing(_list: &Self::List, _speed: f64) -> f64 {
+    fn fastest_crossing(_extra: &Self::Extra, _speed: f64) -> f64 {
         0.0
     }
     /// Calls `act` for the pairs of a chunk that are within `closing` (m) of one another, or as `watch` says.
@@ -97,17 +105,17 @@ pub trait PairKind: Debug + Send + Sync + Sized + 'static {
 
 /// What an evaluation reads.
 #[derive(Debug)]
-pub struct On<'a, K: PairKind> {
-    /// The kind of pairs.
-    pub kind: &'a K,
+pub struct On<'a, K: Listing> {
     /// The bodies.
     pub bodies: &'a Bodies,
     /// The set of points.
     pub set: &'a [ImpInfo],
     /// Their states.
     pub states: &'a [ImpState],
-    /// The list.
-    pub list: &'a K::List,
+    /// The pairs of the list.
+    pub pairs: &'a [K::Pair],
+    /// What belongs to them.
+    pub extra: &'a K::Extra,
     /// Where the two were when it was built.
     pub watch: &'a K::Watch,
     /// The intervals before and after.
@@ -118,13 +126,13 @@ pub struct On<'a, K: PairKind> {
     pub look: Look,
 }
 
-impl<K: PairKind> Clone for On<'_, K> {
+impl<K: Listing> Clone for On<'_, K> {
     fn clone(&self) -> Self {
         *self
     }
 }
 
-impl<K: PairKind> Copy for On<'_, K> {}
+impl<K: Listing> Copy for On<'_, K> {}
 
 /// Some pairs of a list, and the data that their evaluation needs.
 #[derive(Debug)]
@@ -151,7 +159,8 @@ pub struct Chunk<'a, K: PairKind, L: Law> {
 struct Kept<K: PairKind, L: Law> {
     watch: K::Watch,
     history: Vec<(L::History, K::Memory)>,
-    list: K::List,
+    pairs: Vec<K::Pair>,
+    extra: K::Extra,
     constants: Vec<L::Pair>,
     /// Mobility of each pair in 1/kg, with bodies that do not rotate.
     mobility: Vec<f64>,
@@ -164,21 +173,18 @@ impl<K: PairKind, L: Law> Kept<K, L> {
         Self {
             watch,
             history,
-            list: K::List::default(),
+            pairs: Vec::new(),
+            extra: K::Extra::default(),
             constants: Vec::new(),
             mobility: Vec::new(),
             lightest: f64::INFINITY,
         }
     }
 
-    fn pairs(&self) -> &[K::Pair] {
-        K::pairs(&self.list)
-    }
-
     /// Builds the list, with the constants of its pairs.
     fn build(&mut self, law: &L, kind: &K, among: &Among) {
-        kind.list(among, &self.watch, &mut self.list);
-        let pairs = K::pairs(&self.list);
+        kind.list(among, &self.watch, &mut self.pairs, &mut self.extra);
+        let pairs = &self.pairs;
         let of = |pair| kind.properties(among, pair);
         match pairs.first() {
             Some(&any) => self.constants.resize(pairs.len(), law.pair(&of(any))),
@@ -205,7 +211,7 @@ impl<K: PairKind, L: Law> Kept<K, L> {
     /// Takes the histories from an `old` list.
     fn carry(&mut self, old: &Self, slots: &Slots, threads: &Threads) {
         let key = |pair: K::Pair| K::key(pair, Some).expect("every slot is one");
-        let (pairs, all) = (old.pairs(), K::pairs(&self.list));
+        let (pairs, all) = (&old.pairs, &self.pairs);
         self.history.resize(all.len(), Default::default());
         let chunks = all.chunks(CHUNK).zip(self.history.chunks_mut(CHUNK));
         threads.each(all.len(), chunks, |(new, histories)| {
@@ -279,11 +285,11 @@ impl<K: PairKind, L: Law> Contacts<K, L> {
         (moves, look): (Moves<'a>, Look),
     ) -> On<'a, K> {
         On {
-            kind: &self.kind,
             bodies: now.bodies,
             set: &now.sets.now,
             states: now.states,
-            list: &self.current().list,
+            pairs: &self.current().pairs,
+            extra: &self.current().extra,
             watch: &self.current().watch,
             interval,
             moves,
@@ -299,7 +305,7 @@ impl<K: PairKind, L: Law> Contacts<K, L> {
             on,
             law: &self.law,
             number,
-            pairs: &now.pairs()[here.clone()],
+            pairs: &now.pairs[here.clone()],
             constants: &now.constants[here.clone()],
             mobility: &now.mobility[here.clone()],
             history: &now.history[here],
@@ -308,7 +314,7 @@ impl<K: PairKind, L: Law> Contacts<K, L> {
 
     /// The results of each chunk, and its pairs.
     fn results(&self) -> impl Iterator<Item = (&K::Found, &[K::Pair])> {
-        self.found.iter().zip(self.current().pairs().chunks(CHUNK))
+        self.found.iter().zip(self.current().pairs.chunks(CHUNK))
     }
 }
 
@@ -366,7 +372,7 @@ impl<K: PairKind, L: Law> Side for Contacts<K, L> {
         let moves = Moves::of(now.bodies, self.interval.last_step, &[]);
         let on = self.on(now, self.interval, (moves, Look::default()));
         let current = self.current();
-        let pairs = current.pairs().iter().zip(&current.constants);
+        let pairs = current.pairs.iter().zip(&current.constants);
         let mut room = self.rooms.take();
         let energy = pairs
             .zip(&self.next)
@@ -398,10 +404,10 @@ impl<K: PairKind, L: Law> Side for Contacts<K, L> {
     /// contacts of that body, and its norm is at most `Lambda_b`. So the Rayleigh quotient of a vector `x` is at most
     /// `sum_b Lambda_b |x on b's contacts|^2 / |x|^2`, and this is at most the largest `Lambda_A + Lambda_B` of one
     /// contact. The bound is exact for two bodies and one contact.
-    fn omega_sq(&self, after: &AfterKick, threads: &Threads) -> [f64; 2] {
+    fn omega(&self, after: &AfterKick, threads: &Threads) -> f64 {
         let all = Mutex::new([0.0_f64; 2]);
-        let count = self.current().history.len();
-        threads.each(count, self.results(), |(found, pairs)| {
+        let current = self.current();
+        threads.each(current.history.len(), self.results(), |(found, pairs)| {
             let known = || all.lock().expect("nobody panics while he holds it");
             let before = *known();
             let now = K::rates(found, pairs, before, after, self.sums.stiffest);
@@ -409,15 +415,11 @@ impl<K: PairKind, L: Law> Side for Contacts<K, L> {
             let mut known = known();
             *known = [known[0].max(now[0]), known[1].max(now[1])];
         });
-        all.into_inner().expect("likewise")
-    }
-
-    fn crossing(&self, after: &AfterKick, known: f64) -> f64 {
-        let current = self.current();
-        let most = K::fastest_crossing(&current.list, after.impacts.speed);
-        let mut largest = known;
-        if most <= known || self.sums.in_reach == 0 {
-            return known;
+        let [stiff, impact] = all.into_inner().expect("likewise");
+        let mut largest = stiff.max(after.impacts.count * impact).sqrt();
+        let most = K::fastest_crossing(&current.extra, after.impacts.speed);
+        if most <= largest || self.sums.in_reach == 0 {
+            return largest;
         }
         for (found, pairs) in self.results() {
             let margins = (&current.watch, self.interval.closing);
@@ -473,7 +475,11 @@ impl<K: PairKind, L: Law> Side for Contacts<K, L> {
             };
             kept.build(&self.law, &self.kind, &among);
         }
-        one_for_each(&kept.history, kept.pairs().len())?;
+        let (found, expected) = (kept.history.len(), kept.pairs.len());
+        if found != expected {
+            let text = format!("the saved state has {found} pairs in a list, expected {expected}");
+            return Err(refusal(text));
+        }
         (self.kept, self.rebuilt) = (kept, false);
         Ok(())
     }

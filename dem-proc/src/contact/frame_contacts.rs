@@ -3,30 +3,19 @@
 use interface::Vec2;
 use interface::message::wire::ContactState;
 
-/// The values of [`ContactState::with`] for two bodies, for a body and a point, and for two points.
-const BODY: u64 = 0;
+/// The value of [`ContactState::with`] for two bodies.
+pub(crate) const BODY: u64 = 0;
+/// For a body and a point.
 pub(crate) const POINT: u64 = 1;
+/// For two points.
 pub(crate) const POINTS: u64 = 2;
 
-/// A contact of the two `bodies` at `at` (m), with this force (N/m) on the first of them.
-pub(crate) fn between_bodies(bodies: [u32; 2], at: Vec2, force: Vec2) -> ContactState {
-    let [body, other] = bodies.map(u64::from);
+/// A contact of two at `at` (m), with this force (N/m) on the first of them.
+pub(crate) fn between([body, other]: [u64; 2], with: u64, at: Vec2, force: Vec2) -> ContactState {
     ContactState {
         body,
         other,
-        with: BODY,
-        position: at.into(),
-        force: force.into(),
-    }
-}
-
-/// A contact of two points with these identities at `at` (m), with this force (N/m) on the first of them.
-pub(crate) fn between_points(ids: [u64; 2], at: Vec2, force: Vec2) -> ContactState {
-    let [body, other] = ids;
-    ContactState {
-        body,
-        other,
-        with: POINTS,
+        with,
         position: at.into(),
         force: force.into(),
     }

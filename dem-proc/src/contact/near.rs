@@ -1,13 +1,12 @@
-//! A list of the segments of a boundary chain that are near each disc. It is rebuilt when it no longer holds all of
-//! them.
+//! A list of the segments of a boundary chain that are near each disc.
 
 use interface::Vec2;
 use interface::message::wire::ImpInfo;
 
 use crate::body::bodies::Bodies;
-use crate::body::displacement::Displacement;
 use crate::contact::chain::Links;
 use crate::lists::neighbours::REACH;
+use mechanics::outline::foot;
 
 /// A disc with segments near it.
 #[derive(Debug, Clone, Copy)]
@@ -20,100 +19,47 @@ pub struct Near {
     segments: [u32; 2],
 }
 
-/// A segment that could be listed.
-#[derive(Debug, Clone, Copy)]
-struct Segment {
-    from: u32,
-    /// In m.
-    ends: [Vec2; 2],
-    /// Largest distance from a surface in m.
-    margin: f64,
-}
-
-impl Segment {
-    /// Whether the segment is near a disc of radius `r` (m) around `center` (m).
-    fn is_near(&self, center: Vec2, r: f64) -> bool {
-        let [a, b] = self.ends;
-        (mechanics::outline::foot(a, b, center).0 - center).norm() <= r + self.margin
-    }
-}
-
 /// The segments near each disc.
 #[derive(Debug, Default)]
 pub struct NearSegments {
-    skin: f64,
     discs: Vec<Near>,
     /// Slots at which segments begin, ascending for each disc.
     segments: Vec<u32>,
-    built_at: Vec<Vec2>,
-    listed: bool,
-    displacement: Displacement,
-    /// Buffers for all segments, and for those around a body. They are kept, so that no step allocates.
-    room: [Vec<Segment>; 2],
+    /// Buffer for the segments around a body. It is kept, so that no step allocates.
+    around: Vec<u32>,
 }
 
 impl NearSegments {
-    /// An empty list. Segments are listed up to `skin` (m) farther away than they can matter.
-    pub fn new(skin: f64) -> Self {
-        Self {
-            skin,
-            ..Self::default()
-        }
-    }
-
-    /// Marks the list as out of date.
-    pub fn forget(&mut self) {
-        self.listed = false;
-    }
-
-    /// The bodies move with surface speeds up to `speed` (m/s) for `dt` (s).
-    pub fn advance(&mut self, speed: f64, dt: f64) {
-        self.displacement.advance(speed, dt);
-    }
-
-    /// Rebuilds the list if a segment that is not in it could matter to a disc. The markers of `set` are at `positions`
-    /// (m).
-    pub fn update(&mut self, bodies: &Bodies, set: &[ImpInfo], links: &Links, positions: &[Vec2]) {
-        if self.listed {
-            let moved = positions.iter().zip(&self.built_at);
-            let moved = moved.map(|(now, at)| (now - at).norm_squared());
-            let left = self.skin - moved.fold(0.0, f64::max).sqrt();
-            if set.is_empty() || left > 0.0 && self.displacement.stays_below(left, bodies) {
-                return;
-            }
-        }
-        self.list(bodies, set, links, positions);
-        self.built_at.clear();
-        self.built_at.extend_from_slice(positions);
-        self.displacement.reset(bodies);
-        self.listed = true;
-    }
-
-    fn list(&mut self, bodies: &Bodies, set: &[ImpInfo], links: &Links, positions: &[Vec2]) {
-        let [all, around] = &mut self.room;
+    /// Lists the segments up to `skin` (m) farther away than they can matter. The markers of `set` are at `positions` (m).
+    pub fn list(
+        &mut self,
+        bodies: &Bodies,
+        (set, links): (&[ImpInfo], &Links),
+        positions: &[Vec2],
+        skin: f64,
+    ) {
+        // Whether the segment that begins at a slot is near a disc of radius `r` (m) around `center` (m).
+        let is_near = |from: u32, center: Vec2, r: f64| {
+            links.next(from).is_some_and(|to| {
+                let [a, b] = [from, to].map(|slot| positions[slot as usize]);
+                let margin = (1.0 + REACH) * set[from as usize].radius + skin;
+                (foot(a, b, center).0 - center).norm() <= r + margin
+            })
+        };
         self.discs.clear();
         self.segments.clear();
-        all.clear();
-        all.extend((0..set.len() as u32).filter_map(|from| {
-            let to = links.next(from)?;
-            Some(Segment {
-                from,
-                ends: [from, to].map(|slot| positions[slot as usize]),
-                margin: (1.0 + REACH) * set[from as usize].radius + self.skin,
-            })
-        }));
-        for body in 0..bodies.len() {
-            let (center, extent) = (bodies.state[body].center, bodies.state[body].extent);
-            around.clear();
-            around.extend(all.iter().filter(|s| s.is_near(center, extent)));
-            if around.is_empty() {
+        for (body, state) in bodies.state.iter().enumerate() {
+            let all = 0..set.len() as u32;
+            self.around.clear();
+            (self.around).extend(all.filter(|&from| is_near(from, state.center, state.extent)));
+            if self.around.is_empty() {
                 continue;
             }
             for (part, &at) in (0..).zip(bodies.outline_of(body)) {
                 let radius = bodies.radius_at(body, part);
                 let first = self.segments.len();
-                let near = around.iter().filter(|s| s.is_near(at, radius));
-                self.segments.extend(near.map(|s| s.from));
+                let around = self.around.iter().copied();
+                (self.segments).extend(around.filter(|&from| is_near(from, at, radius)));
                 let count = self.segments.len() - first;
                 if count > 0 {
                     self.discs.push(Near {

@@ -13,7 +13,7 @@ use interface::Vec2;
 use crate::body::bodies::Bodies;
 use crate::contact::convex::{Candidate, Measure, Spot};
 use crate::contact::passage::{Passage, TIP, penetration};
-use crate::parry::{Gap, gap};
+use crate::parry::nearest_points;
 use mechanics::mass::cross;
 use mechanics::outline::thickness;
 
@@ -52,17 +52,10 @@ impl OverlapArea {
     pub fn overlap(&mut self, first: &[Vec2], second: &[Vec2]) -> Option<Overlap> {
         self.corners.clear();
         self.corners.extend(first.iter().map(|p| (*p, false)));
-        for (j, a) in second.iter().enumerate() {
-            let b = second[if j + 1 == second.len() { 0 } else { j + 1 }];
+        for (a, b) in around(second) {
             self.spare.clear();
             let side = |p: Vec2| cross(b - a, p - a);
-            for (i, &(p, of_second)) in self.corners.iter().enumerate() {
-                let next = if i + 1 == self.corners.len() {
-                    0
-                } else {
-                    i + 1
-                };
-                let q = self.corners[next].0;
+            for (&(p, of_second), &(q, _)) in around(&self.corners) {
                 let (from, to) = (side(p), side(q));
                 let crossing = || p + (q - p) * (from / (from - to));
                 match (from >= 0.0, to >= 0.0) {
@@ -81,13 +74,17 @@ impl OverlapArea {
     }
 }
 
+/// Each corner of an outline, and the one after it.
+fn around<T>(outline: &[T]) -> impl Iterator<Item = (&T, &T)> {
+    outline.iter().zip(outline.iter().cycle().skip(1))
+}
+
 /// The sums over the corners of an overlap, relative to the first corner.
 fn measure(corners: &[Corner]) -> Option<Overlap> {
     let origin = corners.first()?.0;
     let (mut twice, mut first) = (0.0, Vec2::zeros());
     let (mut gradient, mut turning) = (Vec2::zeros(), 0.0);
-    for (i, &(p, of_second)) in corners.iter().enumerate() {
-        let q = corners[if i + 1 == corners.len() { 0 } else { i + 1 }].0;
+    for (&(p, of_second), &(q, _)) in around(corners) {
         let (p, q) = (p - origin, q - origin);
         let triangle = cross(p, q);
         twice += triangle;
@@ -158,23 +155,20 @@ impl Measure for OverlapArea {
                 half_width,
             });
         }
-        match gap(a, b, closing) {
-            Gap::Beyond => None,
-            Gap::Within([p, q]) => {
-                let apart = (p - q).norm();
-                Some(Spot {
-                    depth: -apart,
-                    gain: 1.0,
-                    normal: if apart > 0.0 {
-                        (p - q) / apart
-                    } else {
-                        Vec2::y()
-                    },
-                    point: q,
-                    half_width,
-                })
+        nearest_points(a, b, closing).map(|[p, q]| {
+            let apart = (p - q).norm();
+            Spot {
+                depth: -apart,
+                gain: 1.0,
+                normal: if apart > 0.0 {
+                    (p - q) / apart
+                } else {
+                    Vec2::y()
+                },
+                point: q,
+                half_width,
             }
-        }
+        })
     }
 
     fn passage(

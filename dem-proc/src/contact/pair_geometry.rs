@@ -9,11 +9,12 @@
     reason = "without it the compiler calls functions for each pair, which costs a quarter of the step"
 )]
 
+use std::ops::{Deref, DerefMut};
+
 use interface::Vec2;
 use wide::f64x4;
 
 use crate::body::bodies::{Bodies, Rigid};
-use crate::body::edge::normal_on;
 use crate::body::frame::{Frame, LastMove};
 use crate::body::load::PairLoad;
 use crate::contact::passage::DEEP;
@@ -43,7 +44,29 @@ pub fn first(count: usize) -> Lanes {
 }
 
 /// Room for a chunk, and for the unused lanes of its last pairs.
-pub type Room<T> = [T; CHUNK + LANES];
+#[derive(Debug)]
+pub struct Room<T>([T; CHUNK + LANES]);
+
+impl<T: Copy + Default> Default for Room<T> {
+    fn default() -> Self {
+        Self([T::default(); CHUNK + LANES])
+    }
+}
+
+impl<T> Deref for Room<T> {
+    type Target = [T; CHUNK + LANES];
+    #[inline(always)]
+    fn deref(&self) -> &Self::Target {
+        &self.0
+    }
+}
+
+impl<T> DerefMut for Room<T> {
+    #[inline(always)]
+    fn deref_mut(&mut self) -> &mut Self::Target {
+        &mut self.0
+    }
+}
 
 /// The first `count` bits.
 #[inline(always)]
@@ -52,19 +75,10 @@ pub fn bits(count: usize) -> u32 {
 }
 
 /// Numbers of some pairs of a chunk, ascending.
-#[derive(Debug)]
+#[derive(Debug, Default)]
 pub struct Numbers {
     list: Room<u32>,
     count: usize,
-}
-
-impl Default for Numbers {
-    fn default() -> Self {
-        Self {
-            list: [0; CHUNK + LANES],
-            count: 0,
-        }
-    }
 }
 
 impl Numbers {
@@ -261,7 +275,7 @@ impl<'a> Moves<'a> {
 }
 
 /// The distances of pairs of a chunk, and which of them are in reach.
-#[derive(Debug)]
+#[derive(Debug, Default)]
 pub struct Separations {
     /// Vector from the edge to the vertex of every pair in m.
     x: Room<f64>,
@@ -273,20 +287,7 @@ pub struct Separations {
     /// The same for the pairs that do not press but are in reach.
     pub close: Numbers,
     /// Whether the overlap of a pair is too large.
-    any_deep: bool,
-}
-
-impl Default for Separations {
-    fn default() -> Self {
-        Self {
-            x: [0.0; CHUNK + LANES],
-            y: [0.0; CHUNK + LANES],
-            distance_sq: [0.0; CHUNK + LANES],
-            pressing: Numbers::default(),
-            close: Numbers::default(),
-            any_deep: false,
-        }
-    }
+    pub any_deep: bool,
 }
 
 /// If the squared distance is below this share of the squared contact distance, the vertex is too near to the edge.
@@ -336,21 +337,8 @@ impl Separations {
 
     /// The first pair whose overlap is too large ([`crate::contact::passage`]), and its overlap in m. The arguments are
     /// those of [`Self::find`].
-    #[inline(always)]
-    pub fn deep<'a>(
-        &self,
-        pairs: &'a [VertexEdge],
-        among: &Numbers,
-    ) -> Option<(&'a VertexEdge, f64)> {
-        if self.any_deep {
-            self.first_deep(pairs, among)
-        } else {
-            None
-        }
-    }
-
     #[cold]
-    fn first_deep<'a>(
+    pub fn first_deep<'a>(
         &self,
         pairs: &'a [VertexEdge],
         among: &Numbers,
@@ -398,10 +386,8 @@ impl Separations {
         let overlap = gather(|l| pair[l].reach) - distance;
         let per_distance = Lanes::ONE / distance;
         let away = [of(&self.x), of(&self.y)];
-        let mut normal = away.map(|x| x * per_distance);
-        if distance.simd_eq(Lanes::ZERO).any() {
-            normal = at_zero_distance(bodies, pair, distance, normal);
-        }
+        // If a vertex is exactly on an edge, this is not a number. The overlap is too large, and the run ends here.
+        let normal = away.map(|x| x * per_distance);
         // Eq. 41: p = X - (a_V - xi/2) N, as a lever arm about either centre, along N and T.
         let back = Lanes::HALF.mul_neg_add(overlap, gather(|l| pair[l].radius));
         let [of_vertex, of_edge] = [each(|l| pair[l].bodies[0]), each(|l| pair[l].bodies[1])];
@@ -437,25 +423,6 @@ impl Separations {
             sides,
         }
     }
-}
-
-/// Replaces the normals of pairs whose vertex is exactly on the edge.
-#[cold]
-fn at_zero_distance(
-    bodies: &Bodies,
-    pair: [&VertexEdge; LANES],
-    distance: Lanes,
-    normal: LaneVec,
-) -> LaneVec {
-    let (distance, [x, y]) = (distance.to_array(), normal.map(Lanes::to_array));
-    let mended: [Vec2; LANES] = core::array::from_fn(|l| {
-        if distance[l] > 0.0 {
-            return Vec2::new(x[l], y[l]);
-        }
-        let [a, b] = pair[l].edge.map(|i| bodies.outline[i as usize]);
-        normal_on(a, b)
-    });
-    gather_vec(|l| mended[l])
 }
 
 /// Normal, overlap and relative motion of four pairs.

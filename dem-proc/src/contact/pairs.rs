@@ -15,8 +15,8 @@ use crate::body::bodies::Bodies;
 use crate::body::edge::vertex_edge;
 use crate::body::load::PairLoad;
 use crate::contact::approach::Near;
-use crate::contact::engine::{Chunk, On, PairKind};
-use crate::contact::frame_contacts::between_bodies;
+use crate::contact::engine::{Chunk, Listing, On, PairKind};
+use crate::contact::frame_contacts::{BODY, between};
 use crate::contact::impact::{Nears, Pressing, Relative};
 use crate::contact::pair_geometry::{
     Answers, LANES, Lanes, Numbers, Room, Separations, away, bits, dot, each, first, gather,
@@ -55,7 +55,7 @@ fn separation(bodies: &Bodies, pair: &VertexEdge) -> (Vec2, f64) {
 }
 
 /// The pairs of a chunk that are in reach.
-#[derive(Debug)]
+#[derive(Debug, Default)]
 pub struct Outcomes {
     /// The pairs of the chunk that the evaluation looked at. The others are too far apart.
     looked_at: Numbers,
@@ -80,32 +80,13 @@ pub struct Outcomes {
     deep: Option<PassedBodies>,
 }
 
-impl Default for Outcomes {
-    fn default() -> Self {
-        Self {
-            looked_at: Numbers::default(),
-            count: 0,
-            pair_bodies: [[0; 2]; CHUNK + LANES],
-            numbers: [0; CHUNK + LANES],
-            force: [0.0; CHUNK + LANES],
-            stiffness: [0.0; CHUNK + LANES],
-            stiffest: Lanes::ZERO,
-            on_vertex: [PairLoad::default(); CHUNK + LANES],
-            on_edge: [PairLoad::default(); CHUNK + LANES],
-            loss: [Lanes::ZERO; 2],
-            presses: 0,
-            deep: None,
-        }
-    }
-}
-
 impl Outcomes {
     /// The pairs in reach, with the loads on their bodies.
     fn each(&self) -> impl Iterator<Item = ([usize; 2], [&PairLoad; 2])> {
         let pair_bodies = self.pair_bodies[..self.count]
             .iter()
             .map(|m| m.map(|b| b as usize));
-        let loads = self.on_vertex.iter().zip(&self.on_edge);
+        let loads = self.on_vertex.iter().zip(self.on_edge.iter());
         let loads = loads.map(|(v, e)| [v, e]);
         pair_bodies.zip(loads)
     }
@@ -154,43 +135,6 @@ impl Outcomes {
         self.on_edge[lanes].copy_from_slice(&loads[1]);
         self.count += count;
     }
-
-    /// As [`PairKind::rates`].
-    fn rates(
-        &self,
-        pairs: &[VertexEdge],
-        [largest, mut of_impact]: [f64; 2],
-        after: &AfterKick,
-        stiffest: f64,
-    ) -> [f64; 2] {
-        let motions = after.motions;
-        let mut largest = Lanes::splat(largest);
-        let mut asked = Numbers::default();
-        for i in (0..self.count).step_by(LANES) {
-            let four = &self.pair_bodies[i..i + LANES];
-            let both = Relative::of(motions, each(|l| four[l]));
-            largest = largest.fast_max(both.rate * first(self.count - i));
-            let calm = bits(self.presses.saturating_sub(i)) & both.calm(stiffest, &after.impacts);
-            let higher = both.rate.simd_gt(Lanes::splat(of_impact)).to_bitmask();
-            let may_open = higher & !calm & bits(self.count - i);
-            if may_open != 0 {
-                asked.append(may_open, i as u32);
-            }
-        }
-        asked.pad();
-        for i in (0..asked.count()).step_by(LANES) {
-            let entries = asked.four(i);
-            let found = self.impacts(entries, pairs, after);
-            for (l, entry) in entries.into_iter().enumerate() {
-                if found >> l & 1 == 1 {
-                    let of = self.pair_bodies[entry as usize].map(|b| &motions[b as usize]);
-                    of_impact = of_impact.max(of[0].rate() + of[1].rate());
-                }
-            }
-        }
-        let largest = largest.to_array().into_iter().fold(0.0, f64::max);
-        [largest, of_impact]
-    }
 }
 
 impl<L: Law> Chunk<'_, VertexEdges, L> {
@@ -227,13 +171,15 @@ impl<L: Law> Chunk<'_, VertexEdges, L> {
         if watch.is_by_body() {
             separations.keep_close(self.pairs, looked_at, |pair| watch.closing(pair, closing));
         }
-        outcomes.deep = separations
-            .deep(self.pairs, looked_at)
-            .map(|(pair, overlap)| PassedBodies {
+        outcomes.deep = None;
+        if separations.any_deep {
+            let deep = separations.first_deep(self.pairs, looked_at);
+            outcomes.deep = deep.map(|(pair, overlap)| PassedBodies {
                 bodies: pair.bodies,
                 passage: Passage::Deep,
                 overlap,
             });
+        }
         outcomes.count = 0;
         outcomes.stiffest = Lanes::ZERO;
         outcomes.loss = [Lanes::ZERO; 2];
@@ -316,26 +262,18 @@ impl<L: Law> Chunk<'_, VertexEdges, L> {
     }
 }
 
-impl PairKind for VertexEdges {
-    const OF_POINTS: bool = false;
+impl Listing for VertexEdges {
     type Pair = VertexEdge;
     type Key = (u32, u32, bool, u32, u32);
-    type List = BodyList;
+    type Extra = BodyList;
     type Watch = Watch;
-    type Memory = ();
-    type Found = Outcomes;
-    type Room = Box<Separations>;
 
     fn holds(watch: &mut Watch, now: &Now) -> bool {
         watch.holds(now)
     }
 
-    fn list(&self, among: &Among, watch: &Watch, list: &mut BodyList) {
-        list.build(among, watch);
-    }
-
-    fn pairs(list: &BodyList) -> &[VertexEdge] {
-        &list.pairs.all
+    fn list(&self, among: &Among, watch: &Watch, pairs: &mut Vec<VertexEdge>, list: &mut BodyList) {
+        list.build(among, watch, pairs);
     }
 
     fn key(pair: VertexEdge, _: impl Fn(u32) -> Option<u32>) -> Option<Self::Key> {
@@ -346,6 +284,13 @@ impl PairKind for VertexEdges {
         let radii = [pair.radius, pair.reach - pair.radius];
         pair_properties(among.bodies, pair.bodies, radii)
     }
+}
+
+impl PairKind for VertexEdges {
+    const OF_POINTS: bool = false;
+    type Memory = ();
+    type Found = Outcomes;
+    type Room = Box<Separations>;
 
     fn depth(on: &On<Self>, pair: VertexEdge, _: &mut Box<Separations>) -> f64 {
         pair.reach - separation(on.bodies, &pair).1.sqrt()
@@ -358,7 +303,7 @@ impl PairKind for VertexEdges {
         next: &mut [(L::History, ())],
         found: &mut Outcomes,
     ) {
-        if chunk.on.list.chunks[chunk.number].0 {
+        if chunk.on.extra.chunks[chunk.number].0 {
             chunk.evaluate::<true>(next, room, found);
         } else {
             chunk.evaluate::<false>(next, room, found);
@@ -395,18 +340,45 @@ impl PairKind for VertexEdges {
             let vertex = bodies.outline[pair.vertex as usize];
             let (overlap, normal) = (pair.reach - distance, away / distance);
             let at = contact_point(vertex, pair.radius, overlap, normal);
-            contacts.push(between_bodies(pair.bodies, at, found.on_vertex[i].force));
+            let (ids, force) = (pair.bodies.map(u64::from), found.on_vertex[i].force);
+            contacts.push(between(ids, BODY, at, force));
         }
     }
 
     fn rates(
         found: &Outcomes,
         pairs: &[VertexEdge],
-        known: [f64; 2],
+        [largest, mut of_impact]: [f64; 2],
         after: &AfterKick,
         stiffest: f64,
     ) -> [f64; 2] {
-        found.rates(pairs, known, after, stiffest)
+        let motions = after.motions;
+        let mut largest = Lanes::splat(largest);
+        let mut asked = Numbers::default();
+        for i in (0..found.count).step_by(LANES) {
+            let four = &found.pair_bodies[i..i + LANES];
+            let both = Relative::of(motions, each(|l| four[l]));
+            largest = largest.fast_max(both.rate * first(found.count - i));
+            let calm = bits(found.presses.saturating_sub(i)) & both.calm(stiffest, &after.impacts);
+            let higher = both.rate.simd_gt(Lanes::splat(of_impact)).to_bitmask();
+            let may_open = higher & !calm & bits(found.count - i);
+            if may_open != 0 {
+                asked.append(may_open, i as u32);
+            }
+        }
+        asked.pad();
+        for i in (0..asked.count()).step_by(LANES) {
+            let entries = asked.four(i);
+            let opening = found.impacts(entries, pairs, after);
+            for (l, entry) in entries.into_iter().enumerate() {
+                if opening >> l & 1 == 1 {
+                    let of = found.pair_bodies[entry as usize].map(|b| &motions[b as usize]);
+                    of_impact = of_impact.max(of[0].rate() + of[1].rate());
+                }
+            }
+        }
+        let largest = largest.to_array().into_iter().fold(0.0, f64::max);
+        [largest, of_impact]
     }
 
     /// Two surfaces approach by twice the speed of one. That is doubled for the curvature of paths under rotation,

@@ -6,16 +6,15 @@ use interface::message::wire::{ContactState, ImpForce};
 use mechanics::mass::cross;
 use mechanics::outline::{contact_point, see};
 
-use crate::body::bodies::Bodies;
-use crate::body::displacement::Displacement;
 use crate::body::load::Load;
 use crate::body::shape::edge_count;
-use crate::contact::frame_contacts::POINT;
+use crate::contact::engine::{Listing, On};
+use crate::contact::frame_contacts::{POINT, between};
 use crate::contact::passage::{CROSSING, Passage, Passed, TURN, admissible_depth, goes_through};
-use crate::contact::points::{Geometry, On, Outcome, PointWatch};
+use crate::contact::points::{Geometry, Outcome, PointWatch};
 use crate::law::{PairProperties, Stiffness, reduced_on_outline};
 use crate::lists::neighbours::{PointList, PointPair, REACH};
-use crate::lists::now::Among;
+use crate::lists::now::{Among, Now};
 
 /// Pairs of points and bodies.
 #[derive(Debug)]
@@ -98,28 +97,32 @@ impl OnBodies<'_> {
     }
 }
 
-impl Geometry for PointBody {
-    type List = PointList;
+impl Listing for PointBody {
     type Pair = PointPair;
-    type Arms = Arms;
-    type Effect = Effect;
+    type Key = [u32; 3];
+    type Extra = PointList;
+    type Watch = PointWatch;
 
-    fn list(&self, among: &Among, watch: &PointWatch, list: &mut PointList) {
-        list.build(among.bodies, among.set, &watch.built_at, watch.skin);
+    fn holds(watch: &mut PointWatch, now: &Now) -> bool {
+        let skin = watch.skin;
+        watch.holds(now, |moved, displacement| {
+            let left = skin - moved;
+            left > 0.0 && displacement.stays_below(left, now.bodies)
+        })
     }
 
-    #[inline]
-    fn pairs(list: &PointList) -> &[PointPair] {
-        &list.pairs
+    fn list(
+        &self,
+        among: &Among,
+        watch: &PointWatch,
+        pairs: &mut Vec<PointPair>,
+        list: &mut PointList,
+    ) {
+        list.build(among, &watch.built_at, watch.skin, pairs);
     }
 
     fn key(pair: PointPair, slot: impl Fn(u32) -> Option<u32>) -> Option<[u32; 3]> {
         Some([slot(pair.slot)?, pair.body, pair.part])
-    }
-
-    fn holds(displacement: &mut Displacement, bodies: &Bodies, skin: f64, moved: f64) -> bool {
-        let left = skin - moved;
-        left > 0.0 && displacement.stays_below(left, bodies)
     }
 
     fn properties(&self, among: &Among, pair: PointPair) -> PairProperties {
@@ -132,6 +135,11 @@ impl Geometry for PointBody {
             surfaces: [of_point, bodies.properties[body].surface],
         }
     }
+}
+
+impl Geometry for PointBody {
+    type Arms = Arms;
+    type Effect = Effect;
 
     #[inline]
     fn reach(on: &OnBodies, pair: PointPair) -> f64 {
@@ -142,7 +150,7 @@ impl Geometry for PointBody {
     #[inline]
     fn overlap(on: &OnBodies, pair: PointPair) -> (f64, Vec2) {
         let [from, to] = pair.edges.map(|i| i as usize);
-        let candidates = on.list.edges[from..to].iter().map(|&i| i as usize);
+        let candidates = on.extra.edges[from..to].iter().map(|&i| i as usize);
         let seen = see(on.outline(pair).0, candidates, on.position(pair.slot));
         let contact_distance = on.radius_of_body(pair) + on.radius(pair);
         (contact_distance - seen.distance, seen.normal)
@@ -226,7 +234,7 @@ impl Geometry for PointBody {
             return None;
         };
         let of_both = |other: &&PointPair| (other.slot, other.body) == (pair.slot, pair.body);
-        let overlaps = on.list.pairs.iter().filter(of_both);
+        let overlaps = on.pairs.iter().filter(of_both);
         let overlaps = overlaps.map(|other| Self::overlap(on, *other).0);
         Some(Passed::Body {
             id: on.set[pair.slot as usize].id,
@@ -243,12 +251,8 @@ impl Geometry for PointBody {
         force: Vec2,
     ) -> ContactState {
         let x = on.position(pair.slot);
-        ContactState {
-            body: pair.body.into(),
-            other: on.set[pair.slot as usize].id,
-            with: POINT,
-            position: contact_point(x, on.radius(pair), overlap, normal).into(),
-            force: (-force).into(),
-        }
+        let at = contact_point(x, on.radius(pair), overlap, normal);
+        let ids = [pair.body.into(), on.set[pair.slot as usize].id];
+        between(ids, POINT, at, -force)
     }
 }

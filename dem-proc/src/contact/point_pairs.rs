@@ -12,25 +12,22 @@ use interface::Vec2;
 use interface::message::wire::{ContactState, ImpForce, ImpInfo};
 use mechanics::outline::contact_point;
 
-use crate::body::bodies::Bodies;
-use crate::body::displacement::Displacement;
 use crate::body::load::Load;
-use crate::contact::frame_contacts::between_points;
+use crate::contact::engine::{Listing, On};
+use crate::contact::frame_contacts::{POINTS, between};
 use crate::contact::passage::{DEEP, Passed};
-use crate::contact::points::{Geometry, On, Outcome, PointWatch};
+use crate::contact::points::{Geometry, Outcome, PointWatch};
 use crate::law::{PairProperties, Stiffness, reduced};
-use crate::lists::neighbours::{Listed, REACH};
-use crate::lists::now::Among;
+use crate::lists::neighbours::{REACH, Search};
+use crate::lists::now::{Among, Now};
 use crate::parry::Bounds;
 
 /// Which groups touch one another.
 #[derive(Debug, Clone, Default)]
 pub struct PointPairs {
-    /// One more than the largest index of a group that touches another one.
-    groups: usize,
-    /// For every two groups, whether they touch.
+    /// For every two groups up to the last that touches another one, whether they touch.
     pairs: Vec<bool>,
-    /// Surface of each group; empty if there is no table of laws.
+    /// The surface of each of them.
     surfaces: Vec<u32>,
 }
 
@@ -46,15 +43,14 @@ impl PointPairs {
             (touching[a * groups + b], touching[b * groups + a]) = (true, true);
         }
         Self {
-            groups,
             pairs: touching,
             surfaces: (0..groups).map(surface).collect(),
         }
     }
 
     fn touch(&self, a: u32, b: u32) -> bool {
-        let [a, b] = [a as usize, b as usize];
-        a.max(b) < self.groups && self.pairs[a * self.groups + b]
+        let (groups, [a, b]) = (self.surfaces.len(), [a as usize, b as usize]);
+        a.max(b) < groups && self.pairs[a * groups + b]
     }
 }
 
@@ -90,13 +86,25 @@ fn contact_distance([a, b]: [&ImpInfo; 2]) -> f64 {
     a.radius + b.radius
 }
 
-impl Geometry for PointPairs {
-    type List = Listed<Pair>;
+impl Listing for PointPairs {
     type Pair = Pair;
-    type Arms = Arms;
-    type Effect = Effect;
+    type Key = [u32; 3];
+    type Extra = Search<Pair>;
+    type Watch = PointWatch;
 
-    fn list(&self, among: &Among, watch: &PointWatch, list: &mut Listed<Pair>) {
+    /// Both points of a pair may have moved by this much towards one another.
+    fn holds(watch: &mut PointWatch, now: &Now) -> bool {
+        let skin = watch.skin;
+        watch.holds(now, |moved, _| 2.0 * moved <= skin)
+    }
+
+    fn list(
+        &self,
+        among: &Among,
+        watch: &PointWatch,
+        pairs: &mut Vec<Pair>,
+        search: &mut Search<Pair>,
+    ) {
         let (set, positions, skin) = (among.set, &watch.built_at, watch.skin);
         // Each of two points contributes half of the largest distance at which they are listed.
         let boxes: Vec<Bounds> = (set.iter().zip(positions))
@@ -105,7 +113,7 @@ impl Geometry for PointPairs {
                 Bounds::around([x]).grown(half)
             })
             .collect();
-        list.search(&boxes, among.threads, |a, others, found| {
+        search.run(&boxes, among.threads, pairs, |a, others, found| {
             let near = others.iter().filter(|&&b| {
                 let [a, b] = [a as usize, b as usize];
                 let both = [&set[a], &set[b]];
@@ -117,19 +125,9 @@ impl Geometry for PointPairs {
         });
     }
 
-    #[inline]
-    fn pairs(list: &Listed<Pair>) -> &[Pair] {
-        &list.all
-    }
-
     fn key([a, b]: Pair, slot: impl Fn(u32) -> Option<u32>) -> Option<[u32; 3]> {
         let [a, b] = [slot(a)?, slot(b)?];
         Some([a.min(b), a.max(b), 0])
-    }
-
-    /// Both points of a pair may have moved by this much towards one another.
-    fn holds(_: &mut Displacement, _: &Bodies, skin: f64, moved: f64) -> bool {
-        2.0 * moved <= skin
     }
 
     fn properties(&self, among: &Among, pair: Pair) -> PairProperties {
@@ -140,6 +138,11 @@ impl Geometry for PointPairs {
             surfaces: [a, b].map(|info| self.surfaces[info.group as usize]),
         }
     }
+}
+
+impl Geometry for PointPairs {
+    type Arms = Arms;
+    type Effect = Effect;
 
     #[inline]
     fn reach(on: &OnPoints, pair: Pair) -> f64 {
@@ -234,6 +237,6 @@ impl Geometry for PointPairs {
     ) -> ContactState {
         let both = on.infos(pair);
         let at = contact_point(on.position(pair[0]), both[0].radius, overlap, normal);
-        between_points(both.map(|info| info.id), at, force)
+        between(both.map(|info| info.id), POINTS, at, force)
     }
 }

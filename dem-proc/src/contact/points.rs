@@ -10,37 +10,22 @@ use serde::{Deserialize, Serialize};
 use crate::body::bodies::Bodies;
 use crate::body::displacement::Displacement;
 use crate::body::load::Load;
-use crate::contact::engine::{self, Chunk, PairKind};
+use crate::contact::engine::{Chunk, Listing, On, PairKind};
 use crate::contact::impact::Pressing;
 use crate::contact::passage::Passed;
 use crate::contact::side::{Sums, Targets};
-use crate::law::{Kinematics, Law, Loss, PairProperties, Stiffness};
-use crate::lists::now::{Among, Now, Slots};
+use crate::law::{Kinematics, Law, Loss, Stiffness};
+use crate::lists::now::{Now, Slots};
 use crate::lists::watch::Watching;
 use crate::threads::CHUNK;
 
-/// A kind of pairs of which at least one side is a point: which are near, where they touch, and on what their force acts.
-pub trait Geometry: Debug + Send + Sync + Sized + 'static {
-    /// The pairs of a list, with what belongs to them.
-    type List: Debug + Default + Send + Sync;
-    /// Two that may touch.
-    type Pair: Copy + Debug + Send + Sync;
+/// A kind of pairs of which at least one side is a point: where they touch, and on what their force acts.
+pub trait Geometry: Listing<Key = [u32; 3], Watch = PointWatch> {
     /// Lever arms of a contact.
     type Arms: Copy;
     /// What a contact adds to sums, beside force and loss, and to which.
     type Effect: Copy + Debug + Send + Sync;
 
-    /// Finds the pairs within reach plus the skin, with points where `watch` has them.
-    fn list(&self, among: &Among, watch: &PointWatch, list: &mut Self::List);
-    /// The pairs, in ascending order of their keys.
-    fn pairs(list: &Self::List) -> &[Self::Pair];
-    /// Key of a pair whose points are in other slots; `None` if one of them is in none.
-    fn key(pair: Self::Pair, slot: impl Fn(u32) -> Option<u32>) -> Option<[u32; 3]>;
-    /// Whether a list still holds all pairs that may touch. Points have moved by up to `moved` (m) since it was built,
-    /// bodies by `displacement`.
-    fn holds(displacement: &mut Displacement, bodies: &Bodies, skin: f64, moved: f64) -> bool;
-    /// The constants of a pair for its law.
-    fn properties(&self, among: &Among, pair: Self::Pair) -> PairProperties;
     /// Distance in m up to which two that do not touch are in reach.
     fn reach(on: &On<Self>, pair: Self::Pair) -> f64;
     /// Overlap in m, and the unit normal towards the (first) point.
@@ -71,15 +56,11 @@ pub trait Geometry: Debug + Send + Sync + Sized + 'static {
 /// Where a point was that is new to the set.
 const NOT_KNOWN: Vec2 = Vec2::new(f64::NAN, f64::NAN);
 
-/// Points and bodies as an evaluation sees them.
-pub type On<'a, G> = engine::On<'a, OfPoints<G>>;
-
 impl<G: Geometry> On<'_, G> {
     /// Displacement in m of the point of a slot over the last step; `None` if it is new to the set, or there was no step.
     #[inline]
     pub fn way(&self, slot: u32) -> Option<Vec2> {
-        let was = self.watch.previous.get(slot as usize)?;
-        (!was.x.is_nan()).then(|| self.position(slot) - was)
+        Some(self.position(slot) - self.watch.was(slot)?)
     }
 
     /// Displacement over the last step of what lies at `arm` (m) from the point of a slot, with the spin of the point;
@@ -126,15 +107,13 @@ pub struct PointWatch {
     /// In m.
     pub skin: f64,
     /// Positions of the points one step before in m, NaN for points that are new to the set; empty if there was no step.
-    #[serde(with = "crate::saved")]
     previous: Vec<Vec2>,
     /// Positions of the points when the list was built in m.
-    #[serde(with = "crate::saved")]
     pub built_at: Vec<Vec2>,
     displacement: Displacement,
     /// Positions of the points in the last evaluation in m.
     #[serde(skip)]
-    positions: Vec<Vec2>,
+    pub positions: Vec<Vec2>,
 }
 
 impl Watching for PointWatch {
@@ -175,15 +154,34 @@ impl Watching for PointWatch {
     }
 }
 
-/// Pairs with the geometry `G`.
-#[derive(Debug)]
-pub struct OfPoints<G>(pub G);
-
-impl<G: Geometry> OfPoints<G> {
-    /// Evaluates one pair of a chunk: geometry, law, contact point. `None` if it is out of reach.
+impl PointWatch {
+    /// Position in m of the point of a slot one step before; `None` if it is new to the set, or there was no step.
     #[inline]
-    fn pair<L: Law>(chunk: &Chunk<Self, L>, k: usize) -> Option<(Outcome<G::Effect>, L::History)> {
-        let (on, law, pair) = (&chunk.on, chunk.law, chunk.pairs[k]);
+    pub fn was(&self, slot: u32) -> Option<Vec2> {
+        let was = *self.previous.get(slot as usize)?;
+        (!was.x.is_nan()).then_some(was)
+    }
+
+    /// Whether a list still holds all pairs that may touch, by the rule `stays`. Its arguments are how far points have moved
+    /// at most since the list was built, in m, and by how much bodies have.
+    pub fn holds(&mut self, now: &Now, stays: impl FnOnce(f64, &mut Displacement) -> bool) -> bool {
+        self.positions.clear();
+        let positions = now.states.iter().map(|s| Vec2::from(s.position));
+        self.positions.extend(positions);
+        if now.sets.replaced.is_some() || now.sets.now.is_empty() {
+            return now.sets.replaced.is_none();
+        }
+        let points = self.positions.iter().zip(&self.built_at);
+        let points = points.map(|(now, at)| (now - at).norm_squared());
+        stays(points.fold(0.0, f64::max).sqrt(), &mut self.displacement)
+    }
+}
+
+impl<G: Geometry, L: Law> Chunk<'_, G, L> {
+    /// Evaluates one pair: geometry, law, contact point. `None` if it is out of reach.
+    #[inline]
+    fn pair(&self, k: usize) -> Option<(Outcome<G::Effect>, L::History)> {
+        let (on, law, pair) = (&self.on, self.law, self.pairs[k]);
         let (overlap, normal) = G::overlap(on, pair);
         if overlap <= -G::reach(on, pair) {
             return None;
@@ -201,7 +199,7 @@ impl<G: Geometry> OfPoints<G> {
             velocity,
             sines: [0.0; 2],
         };
-        let (constants, (before, ())) = (&chunk.constants[k], &chunk.history[k]);
+        let (constants, (before, ())) = (&self.constants[k], &self.history[k]);
         let (force, loss, history) = if overlap > 0.0 {
             let response = law.response(constants, &kinematics, before);
             let force = [response.normal, response.tangential];
@@ -218,9 +216,9 @@ impl<G: Geometry> OfPoints<G> {
             width: 0.0,
         };
         let impacts = &on.interval.impacts;
-        let count = impacts.count(kinematics.velocity[0], chunk.mobility[k], &pressing);
+        let count = impacts.count(kinematics.velocity[0], self.mobility[k], &pressing);
         let outcome = Outcome {
-            pair: (chunk.number * CHUNK + k) as u32,
+            pair: (self.number * CHUNK + k) as u32,
             deep: G::is_deep(on, pair, overlap),
             overlap,
             force: normal * force[0] + tangent * force[1],
@@ -231,45 +229,11 @@ impl<G: Geometry> OfPoints<G> {
     }
 }
 
-impl<G: Geometry> PairKind for OfPoints<G> {
+impl<G: Geometry> PairKind for G {
     const OF_POINTS: bool = true;
-    type Pair = G::Pair;
-    type Key = [u32; 3];
-    type List = G::List;
-    type Watch = PointWatch;
     type Memory = ();
     type Found = Vec<Outcome<G::Effect>>;
     type Room = ();
-
-    fn holds(watch: &mut PointWatch, now: &Now) -> bool {
-        watch.positions.clear();
-        let positions = now.states.iter().map(|s| Vec2::from(s.position));
-        watch.positions.extend(positions);
-        if now.sets.replaced.is_some() || now.sets.now.is_empty() {
-            return now.sets.replaced.is_none();
-        }
-        let points = watch.positions.iter().zip(&watch.built_at);
-        let points = points.map(|(now, at)| (now - at).norm_squared());
-        let moved = points.fold(0.0, f64::max).sqrt();
-        G::holds(&mut watch.displacement, now.bodies, watch.skin, moved)
-    }
-
-    fn list(&self, among: &Among, watch: &PointWatch, list: &mut G::List) {
-        self.0.list(among, watch, list);
-    }
-
-    #[inline]
-    fn pairs(list: &G::List) -> &[G::Pair] {
-        G::pairs(list)
-    }
-
-    fn key(pair: G::Pair, slot: impl Fn(u32) -> Option<u32>) -> Option<[u32; 3]> {
-        G::key(pair, slot)
-    }
-
-    fn properties(&self, among: &Among, pair: G::Pair) -> PairProperties {
-        self.0.properties(among, pair)
-    }
 
     fn depth(on: &On<G>, pair: G::Pair, (): &mut ()) -> f64 {
         G::overlap(on, pair).0
@@ -285,7 +249,7 @@ impl<G: Geometry> PairKind for OfPoints<G> {
         found.clear();
         for (k, (next, ())) in next.iter_mut().enumerate() {
             *next = L::History::default();
-            if let Some((outcome, history)) = Self::pair(chunk, k) {
+            if let Some((outcome, history)) = chunk.pair(k) {
                 found.push(outcome);
                 *next = history;
             }
@@ -299,7 +263,7 @@ impl<G: Geometry> PairKind for OfPoints<G> {
             G::add(outcome, forces, loads);
             sums.loss += outcome.loss;
             if outcome.deep && sums.passed.is_none() {
-                let pair = G::pairs(on.list)[outcome.pair as usize];
+                let pair = on.pairs[outcome.pair as usize];
                 sums.passed = G::passed(on, pair, outcome.overlap);
             }
         }
@@ -312,7 +276,7 @@ impl<G: Geometry> PairKind for OfPoints<G> {
         contacts: &mut Vec<ContactState>,
     ) {
         for (k, &pair) in chunk.pairs.iter().enumerate() {
-            let in_reach = Self::pair(chunk, k);
+            let in_reach = chunk.pair(k);
             if let Some((outcome, _)) = in_reach.filter(|(outcome, _)| outcome.overlap > 0.0) {
                 let at = G::overlap(&chunk.on, pair);
                 contacts.push(G::contact_state(&chunk.on, pair, at, outcome.force));

@@ -19,7 +19,7 @@ use interface::message::wire::{ContactState, ImpState};
 use interface::step::Step;
 
 use crate::contact::frame_contacts::{POINT, POINTS};
-use crate::system::System;
+use crate::system::Sdem;
 
 /// The number N of the module's documentation.
 const PARTS: f64 = 32.0;
@@ -34,7 +34,7 @@ struct Opening {
     impact: f64,
 }
 
-impl System {
+impl Sdem {
     /// Squared frequency in 1/s^2 for which a step of `2 / omega` resolves the contacts that open with the initial
     /// velocities; 0 if there are none. `step` is the opening step, and its contacts have been evaluated.
     pub(crate) fn release(&self, step: &Step, imps: &[ImpState]) -> f64 {

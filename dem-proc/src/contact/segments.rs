@@ -6,8 +6,8 @@
 //! `1 - s` to `s`. So momentum is exact, and the work on the markers equals that on the foot. The history of a contact belongs to the
 //! span of the chain that presses ([`crate::contact::span`]), and moves with it.
 //!
-//! An evaluation does not change what is kept: [`Side::commit`] takes over `next` and `positions`. The list of
-//! segments near each disc has no effect on the results. It is rebuilt when it is needed, and is not saved.
+//! An evaluation does not change what is kept: [`Side::keep_list`] takes over `fresh`, and [`Side::commit`] `next`. The list
+//! of segments near each disc has no effect on the results.
 
 use interface::Vec2;
 use interface::message::wire::{ContactState, ImpForce, ImpInfo, ImpState};
@@ -18,16 +18,20 @@ use serde::{Deserialize, Serialize};
 use crate::body::bodies::Bodies;
 use crate::body::load::Load;
 use crate::contact::chain::{Extremum, Foot, Links, came_through, extrema, shares_within};
-use crate::contact::frame_contacts::POINT;
+use crate::contact::engine::Listing;
+use crate::contact::frame_contacts::{POINT, between};
 use crate::contact::impact::Pressing;
 use crate::contact::near::{Near, NearSegments};
 use crate::contact::passage::{Passage, Passed, admissible_depth};
+use crate::contact::point_body::PointBody;
+use crate::contact::points::PointWatch;
 use crate::contact::side::{Interval, Side, Sums, Targets};
 use crate::contact::span::{Held, Memory, Place, Transferred};
 use crate::law::history::Numbers;
 use crate::law::{Kinematics, LastStep, Law, Loss, PairProperties};
 use crate::lists::neighbours::REACH;
-use crate::lists::now::{Now, Sets};
+use crate::lists::now::{Now, Sets, Slots};
+use crate::lists::watch::Watching;
 use crate::threads::Threads;
 use mechanics::mass::cross;
 use mechanics::outline::contact_point;
@@ -37,21 +41,17 @@ use mechanics::outline::contact_point;
 struct Results {
     sums: Sums,
     energy: f64,
-    /// Smallest reduced mass of a pair in reach in kg/m; infinite if there is none.
-    lightest: f64,
+    /// Smallest reduced mass of a pair in reach in kg/m.
+    lightest: Option<f64>,
     /// The contacts that press, for frames; the force at a maximum of the distance is negated.
     pressing: Vec<ContactState>,
 }
 
 /// What is kept from one step to the next.
-#[derive(Debug, Default, Serialize, Deserialize)]
+#[derive(Debug, Serialize, Deserialize)]
 #[serde(bound = "H: Numbers")]
 struct State<H> {
-    #[serde(with = "crate::saved")]
-    set: Vec<ImpInfo>,
-    /// Positions one step before in m, slot by slot; `None` for a new marker, or if there was no step.
-    #[serde(with = "crate::saved")]
-    previous: Vec<Option<Vec2>>,
+    watch: PointWatch,
     memory: Memory<H>,
 }
 
@@ -62,9 +62,12 @@ pub struct SegmentContacts<L: Law> {
     /// Surface of each point group; empty if the scene has no table of laws.
     surfaces: Vec<u32>,
     state: State<L::History>,
+    /// Replaces the watch of the state if the last evaluation built a list.
+    fresh: PointWatch,
+    rebuilt: bool,
+    set: Vec<ImpInfo>,
     links: Links,
     next: Memory<L::History>,
-    positions: Vec<Vec2>,
     near: NearSegments,
     results: Results,
     room: Room<L>,
@@ -101,16 +104,27 @@ impl<L: Law> SegmentContacts<L> {
         Self {
             law,
             surfaces,
-            state: State::default(),
+            state: State {
+                watch: PointWatch::new(skin),
+                memory: Memory::default(),
+            },
+            fresh: PointWatch::new(skin),
+            rebuilt: false,
+            set: Vec::new(),
             links: Links::default(),
             next: Memory::default(),
-            positions: Vec::new(),
-            near: NearSegments::new(skin),
-            results: Results {
-                lightest: f64::INFINITY,
-                ..Results::default()
-            },
+            near: NearSegments::default(),
+            results: Results::default(),
             room: Room::default(),
+        }
+    }
+
+    /// Where markers and bodies were, for the last evaluation.
+    fn watch(&self) -> &PointWatch {
+        if self.rebuilt {
+            &self.fresh
+        } else {
+            &self.state.watch
         }
     }
 
@@ -118,15 +132,12 @@ impl<L: Law> SegmentContacts<L> {
     fn place(&self, held: &Held) -> Option<Vec2> {
         let slots = [self.slot(held.ids[0])?, self.slot(held.ids[1])?];
         let slots = slots.map(|slot| slot as u32);
-        Some(Foot { slots, s: held.s }.of(&self.positions))
+        Some(Foot { slots, s: held.s }.of(&self.watch().positions))
     }
 
     /// Slot of a marker, by its id.
     fn slot(&self, id: u64) -> Option<usize> {
-        self.state
-            .set
-            .binary_search_by_key(&id, |info| info.id)
-            .ok()
+        self.set.binary_search_by_key(&id, |info| info.id).ok()
     }
 
     /// The minima at which a disc pressed in the last step.
@@ -146,9 +157,9 @@ impl<L: Law> SegmentContacts<L> {
             let mut nearest: Option<(usize, f64)> = None;
             for (i, span) in spans(found).enumerate() {
                 for e in span.iter().filter(|e| e.least) {
-                    let info = self.state.set[e.foot.slots[0] as usize];
+                    let info = self.set[e.foot.slots[0] as usize];
                     let far = (at - e.point).norm();
-                    let may = info.group == self.state.set[old].group && far <= info.radius;
+                    let may = info.group == self.set[old].group && far <= info.radius;
                     if may && nearest.is_none_or(|(_, least)| far < least) {
                         nearest = Some((i, far));
                     }
@@ -192,13 +203,13 @@ impl<L: Law> SegmentContacts<L> {
 
     /// Overlap of a disc with the chain at an extremum in m.
     fn overlap(&self, bodies: &Bodies, near: &Near, e: &Extremum) -> f64 {
-        let own = self.state.set[e.foot.slots[0] as usize].radius;
+        let own = self.set[e.foot.slots[0] as usize].radius;
         bodies.radius_at(near.body as usize, near.part) + own - e.distance
     }
 
     /// The constants of a disc and the marker of a slot.
     fn pair_properties(&self, bodies: &Bodies, near: &Near, slot: usize) -> PairProperties {
-        let (info, body) = (&self.state.set[slot], near.body as usize);
+        let (info, body) = (&self.set[slot], near.body as usize);
         let of_group = self.surfaces.get(info.group as usize).copied().unwrap_or(0);
         PairProperties {
             mass: 1.0 / (1.0 / info.mass + bodies.state[body].inverse_mass),
@@ -235,7 +246,7 @@ impl<L: Law> SegmentContacts<L> {
         let turning = tangent * (-surface * spin);
         let (moved, [way, speed]) = if last_step.dt > 0.0 {
             // From positions, as for points. A marker that is new touched nothing one step ago.
-            let [Some(was_a), Some(was_b)] = [a, b].map(|slot| self.state.previous[slot]) else {
+            let [Some(was_a), Some(was_b)] = e.foot.slots.map(|slot| self.watch().was(slot)) else {
                 return;
             };
             let was = was_a * first + was_b * second;
@@ -256,7 +267,7 @@ impl<L: Law> SegmentContacts<L> {
     /// The geometry and the constants of an extremum. Also adds the stiffness that it may have until the next exchange.
     fn seen(&self, on: &Evaluation, near: &Near, e: &Extremum, to: &mut Target) -> Place<L::Pair> {
         let (bodies, body) = (on.bodies, near.body as usize);
-        let info = &self.state.set[e.foot.slots[0] as usize];
+        let info = &self.set[e.foot.slots[0] as usize];
         let overlap = self.overlap(bodies, near, e);
         let rigid = &bodies.frames[body];
         let normal = (e.point - bodies.outline_of(body)[near.part as usize]) / e.distance;
@@ -265,7 +276,8 @@ impl<L: Law> SegmentContacts<L> {
         let (r_n, r_t) = (cross(r, normal), cross(r, tangent));
         let properties = self.pair_properties(bodies, near, e.foot.slots[0] as usize);
         let constants = self.law.pair(&properties);
-        to.results.lightest = to.results.lightest.min(properties.mass);
+        let lightest = to.results.lightest.unwrap_or(f64::INFINITY);
+        to.results.lightest = Some(lightest.min(properties.mass));
         let elastic = if overlap > 0.0 {
             self.law.normal(&constants, overlap)
         } else {
@@ -296,11 +308,17 @@ impl<L: Law> SegmentContacts<L> {
         let k = k.times((on.interval.impacts).count(kinematics.velocity[0], mobility, &pressing));
         if e.least || e.alone {
             let way = 0.5 * info.radius;
-            shares_within(&self.links, &self.positions, &e.foot, way, |slot, share| {
-                let of_slot = &mut to.forces[slot as usize];
-                of_slot.stiffness += k.normal * share;
-                of_slot.tangential += k.tangential * share;
-            });
+            shares_within(
+                &self.links,
+                &self.watch().positions,
+                &e.foot,
+                way,
+                |slot, share| {
+                    let of_slot = &mut to.forces[slot as usize];
+                    of_slot.stiffness += k.normal * share;
+                    of_slot.tangential += k.tangential * share;
+                },
+            );
         }
         let load = &mut to.loads[body];
         if e.least {
@@ -393,7 +411,7 @@ impl<L: Law> SegmentContacts<L> {
         Held {
             body: near.body,
             part: near.part,
-            ids: foot.slots.map(|slot| self.state.set[slot as usize].id),
+            ids: foot.slots.map(|slot| self.set[slot as usize].id),
             s: foot.s,
             force: place.elastic[0],
             spring,
@@ -416,13 +434,9 @@ impl<L: Law> SegmentContacts<L> {
             load.force -= part;
         }
         let nearer = foot.slots[usize::from(foot.s > 0.5)];
-        to.results.pressing.push(ContactState {
-            body: near.body.into(),
-            other: self.state.set[nearer as usize].id,
-            with: POINT,
-            position: (place.r + place.center).into(),
-            force: (-force).into(),
-        });
+        let ids = [near.body.into(), self.set[nearer as usize].id];
+        let contact = between(ids, POINT, place.r + place.center, -force);
+        to.results.pressing.push(contact);
     }
 
     /// Evaluates the contacts of one disc.
@@ -438,8 +452,8 @@ impl<L: Law> SegmentContacts<L> {
         let center = on.bodies.outline_of(body)[near.part as usize];
         let segments = self.near.of(near);
         let of_disc = on.bodies.radius_at(body, near.part);
-        let own = |slot: u32| self.state.set[slot as usize].radius;
-        let (x, found) = (&self.positions, &mut room.found);
+        let own = |slot: u32| self.set[slot as usize].radius;
+        let (x, found) = (&self.watch().positions, &mut room.found);
         let contact = |slot: u32| of_disc + own(slot);
         extrema(&self.links, x, segments, center, &contact, found);
         found.retain(|e| e.distance < of_disc + (1.0 + REACH) * own(e.foot.slots[0]));
@@ -450,7 +464,7 @@ impl<L: Law> SegmentContacts<L> {
             let deep = e.outside && of_disc - e.distance > depth;
             if (through || deep) && to.results.sums.passed.is_none() {
                 to.results.sums.passed = Some(Passed::Body {
-                    id: self.state.set[e.foot.slots[0] as usize].id,
+                    id: self.set[e.foot.slots[0] as usize].id,
                     body,
                     passage: if through {
                         Passage::Through
@@ -501,27 +515,18 @@ impl Results {
 }
 
 impl<L: Law> Side for SegmentContacts<L> {
-    fn imp_set(&mut self, set: &[ImpInfo]) {
-        let was = |id: u64| {
-            let slot = self
-                .state
-                .set
-                .binary_search_by_key(&id, |info| info.id)
-                .ok()?;
-            self.state.previous.get(slot).copied().flatten()
-        };
-        self.state.previous = set.iter().map(|info| was(info.id)).collect();
-        self.state.set = set.to_vec();
-        self.links = Links::of(set);
-        self.near.forget();
-    }
-
     fn update_list(&mut self, now: &Now, _: &Threads) {
-        self.positions.clear();
-        let positions = now.states.iter().map(|s| Vec2::from(s.position));
-        self.positions.extend(positions);
-        let (set, links) = (&self.state.set, &self.links);
-        self.near.update(now.bodies, set, links, &self.positions);
+        self.rebuilt = !PointBody::holds(&mut self.state.watch, now);
+        if self.rebuilt {
+            let watch = &mut self.fresh;
+            watch.begin(&self.state.watch, now, &Slots::of(now.sets));
+            if now.sets.replaced.is_some() {
+                self.set.clone_from(&now.sets.now);
+                self.links = Links::of(&self.set);
+            }
+            let chain = (&self.set[..], &self.links);
+            (self.near).list(now.bodies, chain, &watch.built_at, watch.skin);
+        }
     }
 
     fn evaluate(&mut self, now: &Now, interval: Interval, _: &Threads, to: &mut Targets) {
@@ -536,7 +541,6 @@ impl<L: Law> Side for SegmentContacts<L> {
             forces: &mut *to.forces,
             loads: &mut *to.by_points,
             results: Results {
-                lightest: f64::INFINITY,
                 pressing,
                 ..Results::default()
             },
@@ -565,37 +569,42 @@ impl<L: Law> Side for SegmentContacts<L> {
         found.extend_from_slice(&self.results.pressing);
     }
 
-    fn keep_list(&mut self) {}
-
-    fn commit(&mut self) {
-        let Self {
-            state, positions, ..
-        } = self;
-        std::mem::swap(&mut state.memory, &mut self.next);
-        state.previous.clear();
-        (state.previous).extend(positions.iter().copied().map(Some));
-    }
-
-    fn damping_ratio(&self) -> f64 {
-        if self.results.lightest < f64::INFINITY {
-            self.law.damping_ratio(self.results.lightest)
-        } else {
-            0.0
+    fn keep_list(&mut self) {
+        if std::mem::replace(&mut self.rebuilt, false) {
+            std::mem::swap(&mut self.state.watch, &mut self.fresh);
         }
     }
 
+    fn commit(&mut self) {
+        self.keep_list();
+        std::mem::swap(&mut self.state.memory, &mut self.next);
+        self.state.watch.commit();
+    }
+
+    fn damping_ratio(&self) -> f64 {
+        let lightest = self.results.lightest;
+        lightest.map_or(0.0, |mass| self.law.damping_ratio(mass))
+    }
+
     fn advance(&mut self, speed: f64, dt: f64) {
-        self.near.advance(speed, dt);
+        self.state.watch.advance(speed, dt);
     }
 
     fn save(&self) -> Vec<u8> {
         pack("segments", &self.state)
     }
 
-    fn restore(&mut self, saved: &[u8], _: &Bodies, _: &Sets) -> Result<(), Refusal> {
+    fn restore(&mut self, saved: &[u8], bodies: &Bodies, sets: &Sets) -> Result<(), Refusal> {
         self.state = unpack("segments", saved)?;
-        self.links = Links::of(&self.state.set);
-        self.near.forget();
+        self.rebuilt = false;
+        let watch = &self.state.watch;
+        if let Some(then) = watch.bodies_then(bodies) {
+            self.set
+                .clone_from(sets.replaced.as_ref().unwrap_or(&sets.now));
+            self.links = Links::of(&self.set);
+            let chain = (&self.set[..], &self.links);
+            (self.near).list(&then, chain, &watch.built_at, watch.skin);
+        }
         Ok(())
     }
 }

@@ -3,7 +3,7 @@
 
 use std::fmt::Debug;
 
-use interface::message::wire::{ContactState, ImpForce, ImpInfo};
+use interface::message::wire::{ContactState, ImpForce};
 use interface::solver::Refusal;
 
 use crate::body::bodies::Bodies;
@@ -80,8 +80,6 @@ pub struct AfterKick<'a> {
 
 /// What a step needs from contacts, for any law.
 pub trait Side: Debug + Send + Sync {
-    /// The set was replaced: slots are now in the order of `set`.
-    fn imp_set(&mut self, _set: &[ImpInfo]) {}
     /// Builds a new list if a pair that is not in the present one could touch: two bodies, within two steps.
     fn update_list(&mut self, now: &Now, threads: &Threads);
     /// Evaluates every pair of the list (eqs. 38 to 41, 43, 44). Adds forces and torques, in the order of the list, to
@@ -93,15 +91,11 @@ pub trait Side: Debug + Send + Sync {
     fn energy(&self, now: &Now) -> f64;
     /// Appends the pairs of the last evaluation that press to `found`, in the order of the list.
     fn collect_contacts(&self, now: &Now, last_step: LastStep, found: &mut Vec<ContactState>);
-    /// Upper bounds of the squared frequency of bodies in 1/s^2: of all pairs in reach, and of those whose contact
-    /// opens or closes ([`crate::contact::impact`]); 0 if there is none.
-    fn omega_sq(&self, _: &AfterKick, _: &Threads) -> [f64; 2] {
-        [0.0; 2]
-    }
-    /// The largest [`crossing_rate`](crate::contact::approach::crossing_rate) of two bodies in reach in 1/s, or a number
-    /// not above `known` if none is larger than that.
-    fn crossing(&self, _: &AfterKick, known: f64) -> f64 {
-        known
+    /// The largest of these frequencies of bodies in 1/s, 0 if there is none: upper bounds for the pairs in reach, where
+    /// one whose contact opens or closes counts as often as [`Impacts::count`] says, and the
+    /// [`crossing_rate`](crate::contact::approach::crossing_rate) of each.
+    fn omega(&self, _: &AfterKick, _: &Threads) -> f64 {
+        0.0
     }
     /// Largest damping ratio of a contact in reach; 0 if there is none.
     fn damping_ratio(&self) -> f64;

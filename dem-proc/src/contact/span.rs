@@ -39,7 +39,7 @@ use interface::Vec2;
 use serde::{Deserialize, Serialize};
 
 use crate::contact::chain::Extremum;
-use crate::law::history::Numbers;
+use crate::law::history::{All, Numbers};
 
 /// A minimum of the distance that pressed in the last step.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -120,8 +120,6 @@ pub struct Transferred<H> {
     /// The springs that they became, in the same form. Their energies are subtracted once.
     pub begun: Vec<(usize, H)>,
     flows: Vec<Flow>,
-    /// Buffers for the numbers of a history, and for the sum of several.
-    numbers: [Vec<f64>; 2],
 }
 
 /// A part of a spring that goes to a span.
@@ -150,7 +148,6 @@ impl<H: Numbers> Transferred<H> {
             ended,
             begun,
             flows,
-            numbers,
         } = self;
         ended.clear();
         begun.clear();
@@ -181,7 +178,7 @@ impl<H: Numbers> Transferred<H> {
                 let part = f.force / sum(&|other| other.spring == f.spring);
                 (part * (f.force / brought), of(f.spring))
             });
-            *history = blend(parts, numbers);
+            *history = blend(parts);
             begun.push((first.from, *history));
         }
         let mut from = 0;
@@ -216,18 +213,12 @@ fn part(held: &[Held], successors: &[Option<usize>], flows: &mut Vec<Flow>) {
 
 /// The sum of histories, each times a factor. The energy of a spring is quadratic in its history if its stiffness is
 /// constant, and linear if force and stiffness are stored. For factors `q p` neither can grow.
-fn blend<H: Numbers>(
-    parts: impl Iterator<Item = (f64, H)>,
-    [numbers, sum]: &mut [Vec<f64>; 2],
-) -> H {
-    sum.clear();
-    sum.resize(H::COUNT, 0.0);
+fn blend<H: Numbers>(parts: impl Iterator<Item = (f64, H)>) -> H {
+    let mut sum = All::default();
     for (factor, history) in parts {
-        numbers.clear();
-        history.put(numbers);
-        for (sum, x) in sum.iter_mut().zip(&*numbers) {
+        for (sum, x) in sum.iter_mut().zip(All::of(&history)) {
             *sum += factor * x;
         }
     }
-    H::take(&mut sum.iter().copied())
+    H::take(&sum)
 }

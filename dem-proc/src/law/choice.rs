@@ -6,7 +6,7 @@ use interface::config::{ContactLaw, ratio_of_restitution};
 use super::Law;
 use super::contact::Contact;
 use super::dashpot::{Tsuji, Viscous};
-use super::mixed::{AnyLaw, OfAreas, OfGrains, OfSpheres};
+use super::mixed::AnyLaw;
 use super::normal::{Adhesive, Area, Hertz, Linear};
 use super::rolling::Rolling;
 use super::table::Table;
@@ -24,184 +24,143 @@ pub trait ForLaw: Sized {
 /// Builds something from `for_all`, and from the laws of `pairs` for their surfaces; all have been checked. Every law is
 /// a value of one of few types, in a table by pairs of surfaces, with zeros for the parts that it does not use. A type
 /// for every combination of parts would be faster by a few per cent where parts are missing, and would double the
-/// compile time. Only [`Fast`] has no table: where one law without adhesion and rolling holds for all pairs, no contact
-/// stores it.
+/// compile time. Only a linear spring without adhesion and rolling has no table, where it holds for all pairs: no
+/// contact stores it.
 pub fn with_laws<F: ForLaw>(
     surfaces: &Surfaces,
     for_all: &ContactLaw,
     pairs: &[&ContactPair],
     build: F,
 ) -> F::Output {
-    match *for_all {
-        ContactLaw::Linear { .. }
-        | ContactLaw::Granular {
-            adhesion: 0.0,
-            rolling_friction: 0.0,
-            ..
-        } if pairs.is_empty() => build.build(fast(for_all)),
+    match value(for_all) {
+        AnyLaw::Grains(Rolling { law, friction: 0.0 })
+            if pairs.is_empty() && law.normal.stress == 0.0 =>
+        {
+            build.build(Contact {
+                normal: law.normal.spring,
+                tangent: law.tangent,
+                dashpot: law.dashpot,
+            })
+        }
         _ => with_table(surfaces, for_all, pairs, build),
     }
 }
 
-/// The same without [`Fast`], for code that need not be fast. If all laws are of one kind, no loop branches on the
-/// kind.
+/// The same with a table in any case, for code that need not be fast. If all laws are of one kind, no loop branches on
+/// the kind.
 pub fn with_table<F: ForLaw>(
     surfaces: &Surfaces,
     for_all: &ContactLaw,
     pairs: &[&ContactPair],
     build: F,
 ) -> F::Output {
-    if pairs.iter().any(|pair| !pair.law.is_like(for_all)) {
-        return build.build(Table::new(surfaces, for_all, pairs, of_any_kind));
-    }
-    match for_all {
-        ContactLaw::Linear { .. } | ContactLaw::Granular { .. } => {
-            let rolls = |law: &ContactLaw| grains(law).friction > 0.0;
-            if rolls(for_all) || pairs.iter().any(|pair| rolls(&pair.law)) {
-                build.build(Table::new(surfaces, for_all, pairs, grains))
-            } else {
-                let law = |law: &ContactLaw| grains(law).law;
-                build.build(Table::new(surfaces, for_all, pairs, law))
+    let table = Table::new(surfaces, for_all, pairs, value);
+    let grains = table.of(|law| match law {
+        AnyLaw::Grains(law) => Some(law),
+        _ => None,
+    });
+    let spheres = table.of(|law| match law {
+        AnyLaw::Spheres(law) => Some(law),
+        _ => None,
+    });
+    let areas = table.of(|law| match law {
+        AnyLaw::Areas(law) => Some(law),
+        _ => None,
+    });
+    match (grains, spheres, areas) {
+        (Some(grains), _, _) => {
+            match grains.of(|Rolling { law, friction }| (friction == 0.0).then_some(law)) {
+                Some(forces) => build.build(forces),
+                None => build.build(grains),
             }
         }
-        ContactLaw::HertzMindlin { .. } => {
-            build.build(Table::new(surfaces, for_all, pairs, spheres))
-        }
-        ContactLaw::Area { .. } => build.build(Table::new(surfaces, for_all, pairs, areas)),
+        (_, Some(spheres), _) => build.build(spheres),
+        (_, _, Some(areas)) => build.build(areas),
+        _ => build.build(table),
     }
 }
 
-/// A linear spring with friction and damping, without adhesion and rolling.
-type Fast = Contact<Linear, Coulomb, Viscous>;
-
-/// Message of an assertion that laws were matched by kind before.
-const KIND: &str = "a table's laws are of one kind";
-
-/// The spring, friction and damping of a law `linear` or `granular`.
-fn fast(law: &ContactLaw) -> Fast {
-    let (ContactLaw::Linear {
-        normal_stiffness,
-        tangential_stiffness,
-        friction,
-        damping_ratio,
-        damped_mass,
-    }
-    | ContactLaw::Granular {
-        normal_stiffness,
-        tangential_stiffness,
-        friction,
-        damping_ratio,
-        damped_mass,
-        ..
-    }) = *law
-    else {
-        unreachable!("{KIND}")
-    };
-    Contact {
-        normal: Linear {
-            stiffness: normal_stiffness,
-        },
-        tangent: coulomb(tangential_stiffness, friction),
-        dashpot: Viscous {
-            ratio: damping_ratio,
-            mass: damped_mass,
-        },
-    }
-}
-
-fn of_any_kind(law: &ContactLaw) -> AnyLaw {
-    match law {
-        ContactLaw::Linear { .. } | ContactLaw::Granular { .. } => AnyLaw::Grains(grains(law)),
-        ContactLaw::HertzMindlin { .. } => AnyLaw::Spheres(spheres(law)),
-        ContactLaw::Area { .. } => AnyLaw::Areas(areas(law)),
-    }
-}
-
-/// `linear` has neither adhesion nor rolling friction.
-fn grains(law: &ContactLaw) -> OfGrains {
-    let (stress, rolling) = match *law {
+/// A configured law as a value of its type. `linear` has neither adhesion nor rolling friction.
+fn value(law: &ContactLaw) -> AnyLaw {
+    match *law {
+        ContactLaw::Linear {
+            normal_stiffness,
+            tangential_stiffness,
+            friction,
+            damping_ratio,
+            damped_mass,
+        } => value(&ContactLaw::Granular {
+            normal_stiffness,
+            tangential_stiffness,
+            friction,
+            damping_ratio,
+            damped_mass,
+            adhesion: 0.0,
+            rolling_friction: 0.0,
+        }),
         ContactLaw::Granular {
+            normal_stiffness,
+            tangential_stiffness,
+            friction,
+            damping_ratio,
+            damped_mass,
             adhesion,
             rolling_friction,
-            ..
-        } => (adhesion, rolling_friction),
-        _ => (0.0, 0.0),
-    };
-    let Contact {
-        normal: spring,
-        tangent,
-        dashpot,
-    } = fast(law);
-    Rolling {
-        law: Contact {
-            normal: Adhesive { spring, stress },
-            tangent,
-            dashpot,
-        },
-        friction: rolling,
-    }
-}
-
-fn spheres(law: &ContactLaw) -> OfSpheres {
-    let ContactLaw::HertzMindlin {
-        hertz_constant,
-        poisson_ratio,
-        friction,
-        restitution,
-        adhesion,
-    } = *law
-    else {
-        unreachable!("{KIND}")
-    };
-    let tangent = Mindlin {
-        ratio: 2.0 * (1.0 - poisson_ratio) / (2.0 - poisson_ratio),
-        friction,
-    };
-    Contact {
-        normal: Adhesive {
-            spring: Hertz {
-                constant: hertz_constant,
+        } => AnyLaw::Grains(Rolling {
+            law: Contact {
+                normal: Adhesive {
+                    spring: Linear {
+                        stiffness: normal_stiffness,
+                    },
+                    stress: adhesion,
+                },
+                tangent: Coulomb::new(tangential_stiffness, friction),
+                dashpot: Viscous {
+                    ratio: damping_ratio,
+                    mass: damped_mass,
+                },
             },
-            stress: adhesion,
-        },
-        tangent: if friction > 0.0 {
-            tangent
-        } else {
-            Mindlin::SMOOTH
-        },
-        dashpot: Tsuji {
-            ratio: ratio_of_restitution(restitution),
-        },
-    }
-}
-
-fn areas(law: &ContactLaw) -> OfAreas {
-    let ContactLaw::Area {
-        area_stiffness,
-        tangential_stiffness,
-        friction,
-    } = *law
-    else {
-        unreachable!("{KIND}")
-    };
-    Contact {
-        normal: Area {
-            stiffness: area_stiffness,
-        },
-        tangent: coulomb(tangential_stiffness, friction),
-        dashpot: Viscous {
-            ratio: 0.0,
-            mass: 0.0,
-        },
-    }
-}
-
-/// Without friction there is no spring.
-fn coulomb(stiffness: f64, friction: f64) -> Coulomb {
-    if friction > 0.0 {
-        Coulomb::new(stiffness, friction)
-    } else {
-        Coulomb::SMOOTH
+            friction: rolling_friction,
+        }),
+        ContactLaw::HertzMindlin {
+            hertz_constant,
+            poisson_ratio,
+            friction,
+            restitution,
+            adhesion,
+        } => AnyLaw::Spheres(Contact {
+            normal: Adhesive {
+                spring: Hertz {
+                    constant: hertz_constant,
+                },
+                stress: adhesion,
+            },
+            tangent: Mindlin {
+                ratio: if friction > 0.0 {
+                    2.0 * (1.0 - poisson_ratio) / (2.0 - poisson_ratio)
+                } else {
+                    0.0 // without friction there is no spring
+                },
+                friction,
+            },
+            dashpot: Tsuji {
+                ratio: ratio_of_restitution(restitution),
+            },
+        }),
+        ContactLaw::Area {
+            area_stiffness,
+            tangential_stiffness,
+            friction,
+        } => AnyLaw::Areas(Contact {
+            normal: Area {
+                stiffness: area_stiffness,
+            },
+            tangent: Coulomb::new(tangential_stiffness, friction),
+            dashpot: Viscous {
+                ratio: 0.0,
+                mass: 0.0,
+            },
+        }),
     }
 }
 

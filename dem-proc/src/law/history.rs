@@ -1,4 +1,5 @@
-//! The history of contacts from one step to the next, as numbers, so that the state of any law can be saved.
+//! The history of contacts from one step to the next, as numbers, so that the state of any law can be saved, and another
+//! law can go on from it.
 
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
@@ -6,70 +7,82 @@ use serde::{Deserialize, Deserializer, Serialize, Serializer};
 pub trait Plain: Copy + Send + Sync + std::fmt::Debug + 'static {}
 impl<T: Copy + Send + Sync + std::fmt::Debug + 'static> Plain for T {}
 
-/// What a part of a law remembers of a contact, as numbers. `OF` says which part it is.
+/// What a contact may remember, whatever its law and its geometry: each part has its place. Those that a law does not
+/// have are zero.
+pub type All = [f64; 9];
+
+/// Place of a tangential spring of constant stiffness in [`All`]: 1 number.
+pub const ELONGATION: usize = 0;
+/// Of a tangential spring that stiffens: 2 numbers.
+pub const SHEARED: usize = 1;
+/// Of a dashpot: 2 numbers.
+pub const DASHPOT: usize = 3;
+/// Of rolling: 2 numbers.
+pub const ROLLING: usize = 5;
+/// Of the geometry of a pair: 2 numbers.
+pub const GEOMETRY: usize = 7;
+
+/// What a part of a law remembers of a contact: `N` numbers, in [`All`] from `AT` on.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Part<const OF: u32, const N: usize>(pub [f64; N]);
+pub struct Part<const AT: usize, const N: usize>(pub [f64; N]);
 
-/// The tangential part of a law.
-pub const TANGENT: u32 = 1;
-/// The viscous part.
-pub const DASHPOT: u32 = 2;
-/// The rolling part.
-pub const ROLLING: u32 = 3;
-/// What the geometry of a pair remembers.
-pub const GEOMETRY: u32 = 4;
-
-impl<const OF: u32, const N: usize> Default for Part<OF, N> {
+impl<const AT: usize, const N: usize> Default for Part<AT, N> {
     fn default() -> Self {
         Self([0.0; N])
     }
 }
 
-/// The history of a contact as numbers, for a saved state. Histories of several parts are pairs of histories.
+/// The history of a contact as numbers. Histories of several parts are pairs of histories.
 pub trait Numbers: Plain + Default {
-    /// Number of values.
-    const COUNT: usize;
-    /// The parts of the history in their order, each with its number of values.
-    fn parts() -> Vec<(u32, u32)>;
-    /// Appends the values.
-    fn put(&self, numbers: &mut Vec<f64>);
-    /// Reads the numbers; missing ones are zero.
-    fn take(numbers: &mut impl Iterator<Item = f64>) -> Self;
+    /// Writes the values to their places.
+    fn put(&self, all: &mut All);
+    /// Reads the values from their places.
+    fn take(all: &All) -> Self;
+    /// What another history has of the same parts; the others start from zero.
+    #[inline]
+    fn of(other: &impl Numbers) -> Self {
+        let mut all = All::default();
+        other.put(&mut all);
+        Self::take(&all)
+    }
+}
+
+impl Numbers for All {
+    #[inline]
+    fn put(&self, all: &mut All) {
+        *all = *self;
+    }
+    #[inline]
+    fn take(all: &All) -> Self {
+        *all
+    }
 }
 
 impl Numbers for () {
-    const COUNT: usize = 0;
-    fn parts() -> Vec<(u32, u32)> {
-        Vec::new()
-    }
-    fn put(&self, _: &mut Vec<f64>) {}
-    fn take(_: &mut impl Iterator<Item = f64>) {}
+    fn put(&self, _: &mut All) {}
+    fn take(_: &All) {}
 }
 
-impl<const OF: u32, const N: usize> Numbers for Part<OF, N> {
-    const COUNT: usize = N;
-    fn parts() -> Vec<(u32, u32)> {
-        vec![(OF, N as u32)]
+impl<const AT: usize, const N: usize> Numbers for Part<AT, N> {
+    #[inline]
+    fn put(&self, all: &mut All) {
+        all[AT..AT + N].copy_from_slice(&self.0);
     }
-    fn put(&self, numbers: &mut Vec<f64>) {
-        numbers.extend(self.0);
-    }
-    fn take(numbers: &mut impl Iterator<Item = f64>) -> Self {
-        Self(std::array::from_fn(|_| numbers.next().unwrap_or(0.0)))
+    #[inline]
+    fn take(all: &All) -> Self {
+        Self(std::array::from_fn(|k| all[AT + k]))
     }
 }
 
 impl<A: Numbers, B: Numbers> Numbers for (A, B) {
-    const COUNT: usize = A::COUNT + B::COUNT;
-    fn parts() -> Vec<(u32, u32)> {
-        [A::parts(), B::parts()].concat()
+    #[inline]
+    fn put(&self, all: &mut All) {
+        self.0.put(all);
+        self.1.put(all);
     }
-    fn put(&self, numbers: &mut Vec<f64>) {
-        self.0.put(numbers);
-        self.1.put(numbers);
-    }
-    fn take(numbers: &mut impl Iterator<Item = f64>) -> Self {
-        (A::take(numbers), B::take(numbers))
+    #[inline]
+    fn take(all: &All) -> Self {
+        (A::take(all), B::take(all))
     }
 }
 
@@ -78,49 +91,28 @@ impl<A: Numbers, B: Numbers> Numbers for (A, B) {
 pub struct Saved {
     /// Length of the list.
     pairs: usize,
-    /// The parts to which the numbers of each pair belong.
-    parts: Vec<(u32, u32)>,
     /// Pairs with a history, ascending.
-    at: Vec<u32>,
-    /// Their histories, one after another.
-    numbers: Vec<f64>,
+    touching: Vec<(u32, All)>,
 }
 
 impl Saved {
     /// The form of these.
     pub fn of<H: Numbers>(histories: &[H]) -> Self {
-        let mut saved = Self {
+        let numbers = (0..).zip(histories.iter().map(All::of));
+        // The comparison is by bits, since minus zero must be restored as minus zero.
+        let touches = |(_, all): &(u32, All)| all.iter().any(|x| x.to_bits() != 0);
+        Self {
             pairs: histories.len(),
-            parts: H::parts(),
-            at: Vec::new(),
-            numbers: Vec::new(),
-        };
-        for (k, history) in (0..).zip(histories) {
-            let from = saved.numbers.len();
-            history.put(&mut saved.numbers);
-            // The comparison is by bits, since minus zero must be restored as minus zero.
-            if saved.numbers[from..].iter().all(|x| x.to_bits() == 0) {
-                saved.numbers.truncate(from);
-            } else {
-                saved.at.push(k);
-            }
+            touching: numbers.filter(touches).collect(),
         }
-        saved
     }
 
-    /// The histories. If the law has other parts than the saved one, the parts that both have are taken over, and the
-    /// others start from zero.
+    /// The histories.
     pub fn histories<H: Numbers>(&self) -> Vec<H> {
-        let of_a_pair = (self.parts.iter())
-            .map(|(_, count)| *count as usize)
-            .sum::<usize>();
-        let places = places(&self.parts, &H::parts());
         let mut histories = vec![H::default(); self.pairs];
-        let numbers = self.numbers.chunks_exact(of_a_pair.max(1));
-        for (&k, numbers) in self.at.iter().zip(numbers) {
-            let number = |place: &Option<usize>| place.map_or(0.0, |place| numbers[place]);
-            if let Some(history) = histories.get_mut(k as usize) {
-                *history = H::take(&mut places.iter().map(number));
+        for (k, all) in &self.touching {
+            if let Some(history) = histories.get_mut(*k as usize) {
+                *history = H::take(all);
             }
         }
         histories
@@ -141,19 +133,4 @@ pub fn serialize<H: Numbers, S: Serializer>(histories: &[H], to: S) -> Result<S:
 /// As the deserializer.
 pub fn deserialize<'a, H: Numbers, D: Deserializer<'a>>(from: D) -> Result<Vec<H>, D::Error> {
     Saved::deserialize(from).map(|saved| saved.histories())
-}
-
-/// The index among the `saved` numbers of each number of the `own` parts; `None` if it is not there.
-fn places(saved: &[(u32, u32)], own: &[(u32, u32)]) -> Vec<Option<usize>> {
-    let mut places = Vec::new();
-    for part in own {
-        let mut first = 0;
-        let mut found = None;
-        for other in saved {
-            found = found.or_else(|| (other == part).then_some(first));
-            first += other.1 as usize;
-        }
-        places.extend((0..part.1 as usize).map(|k| found.map(|first| first + k)));
-    }
-    places
 }

@@ -4,11 +4,11 @@
 //! so only scenes that mix kinds have this cost.
 
 use super::contact::Contact;
-use super::dashpot::{Drag, Tsuji, Viscous};
-use super::history::Part;
+use super::dashpot::{Tsuji, Viscous};
+use super::history::{All, Numbers};
 use super::normal::{Adhesive, Area, Hertz, Linear};
-use super::rolling::{Rolled, Rolling};
-use super::tangent::{Coulomb, Elongation, Mindlin, Sheared};
+use super::rolling::Rolling;
+use super::tangent::{Coulomb, Mindlin};
 use super::{Kinematics, Law, Loss, PairProperties, Response, Stiffness};
 
 /// `linear` and `granular`, with all optional parts.
@@ -40,38 +40,19 @@ pub enum AnyPair {
     Areas(OfAreas, <OfAreas as Law>::Pair),
 }
 
-/// The history of a contact of any kind: of a tangential spring with constant stiffness and of one that stiffens, of
-/// dashpots and of rolling. Parts that its kind does not use are zero.
-pub type AnyMemory = ((Elongation, Sheared), (Drag, Rolled));
-
-fn of_grains(&((elongation, _), (drag, rolled)): &AnyMemory) -> <OfGrains as Law>::History {
-    ((elongation, drag), rolled)
-}
-
-fn of_spheres(&((_, sheared), (drag, _)): &AnyMemory) -> <OfSpheres as Law>::History {
-    (sheared, drag)
-}
-
-fn of_areas(&((elongation, _), (drag, _)): &AnyMemory) -> <OfAreas as Law>::History {
-    (elongation, drag)
-}
-
-/// Turns the history `H` of a response into the history of any law.
-fn remembering<H>(
-    response: Response<H>,
-    memory: impl FnOnce(H) -> AnyMemory,
-) -> Response<AnyMemory> {
+/// Turns the history of a response into the history of any law.
+fn remembering<H: Numbers>(response: Response<H>) -> Response<All> {
     Response {
         normal: response.normal,
         tangential: response.tangential,
         moment: response.moment,
-        history: memory(response.history),
+        history: All::of(&response.history),
         loss: response.loss,
     }
 }
 
 impl Law for AnyLaw {
-    type History = AnyMemory;
+    type History = All;
     type Pair = AnyPair;
 
     fn pair(&self, properties: &PairProperties) -> AnyPair {
@@ -110,36 +91,33 @@ impl Law for AnyLaw {
         pair: &AnyPair,
         spring: f64,
         kinematics: &Kinematics,
-        before: &AnyMemory,
-    ) -> Response<AnyMemory> {
+        before: &All,
+    ) -> Response<All> {
         match pair {
-            AnyPair::Grains(law, pair) => remembering(
-                law.response_to_spring(pair, spring, kinematics, &of_grains(before)),
-                |((elongation, drag), rolled)| ((elongation, Part::default()), (drag, rolled)),
-            ),
-            AnyPair::Spheres(law, pair) => remembering(
-                law.response_to_spring(pair, spring, kinematics, &of_spheres(before)),
-                |(sheared, drag)| ((Part::default(), sheared), (drag, Part::default())),
-            ),
-            AnyPair::Areas(law, pair) => remembering(
-                law.response_to_spring(pair, spring, kinematics, &of_areas(before)),
-                |(elongation, drag)| ((elongation, Part::default()), (drag, Part::default())),
-            ),
+            AnyPair::Grains(law, pair) => {
+                remembering(law.response_to_spring(pair, spring, kinematics, &Numbers::of(before)))
+            }
+            AnyPair::Spheres(law, pair) => {
+                remembering(law.response_to_spring(pair, spring, kinematics, &Numbers::of(before)))
+            }
+            AnyPair::Areas(law, pair) => {
+                remembering(law.response_to_spring(pair, spring, kinematics, &Numbers::of(before)))
+            }
         }
     }
     #[inline]
-    fn separate(&self, pair: &AnyPair, kinematics: &Kinematics, before: &AnyMemory) -> Loss {
+    fn separate(&self, pair: &AnyPair, kinematics: &Kinematics, before: &All) -> Loss {
         match pair {
-            AnyPair::Grains(law, pair) => law.separate(pair, kinematics, &of_grains(before)),
-            AnyPair::Spheres(law, pair) => law.separate(pair, kinematics, &of_spheres(before)),
-            AnyPair::Areas(law, pair) => law.separate(pair, kinematics, &of_areas(before)),
+            AnyPair::Grains(law, pair) => law.separate(pair, kinematics, &Numbers::of(before)),
+            AnyPair::Spheres(law, pair) => law.separate(pair, kinematics, &Numbers::of(before)),
+            AnyPair::Areas(law, pair) => law.separate(pair, kinematics, &Numbers::of(before)),
         }
     }
-    fn energy(&self, pair: &AnyPair, overlap: f64, history: &AnyMemory) -> f64 {
+    fn energy(&self, pair: &AnyPair, overlap: f64, history: &All) -> f64 {
         match pair {
-            AnyPair::Grains(law, pair) => law.energy(pair, overlap, &of_grains(history)),
-            AnyPair::Spheres(law, pair) => law.energy(pair, overlap, &of_spheres(history)),
-            AnyPair::Areas(law, pair) => law.energy(pair, overlap, &of_areas(history)),
+            AnyPair::Grains(law, pair) => law.energy(pair, overlap, &Numbers::of(history)),
+            AnyPair::Spheres(law, pair) => law.energy(pair, overlap, &Numbers::of(history)),
+            AnyPair::Areas(law, pair) => law.energy(pair, overlap, &Numbers::of(history)),
         }
     }
 }

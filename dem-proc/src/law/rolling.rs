@@ -1,7 +1,7 @@
 //! Rolling resistance: a moment on top of any law.
 
 use super::history::{Part, ROLLING};
-use super::tangent::within;
+use super::tangent::{follow, stored};
 use super::{Kinematics, Law, Loss, PairProperties, Response, Stiffness};
 
 /// Elastic-plastic rolling spring (Ai, Chen, Rotter, Ooi 2011, model C without its dashpot): moment `-k_r` times the
@@ -16,15 +16,6 @@ pub struct Rolling<L> {
 
 /// Moment and `k_r` at the last step, both in N.
 pub type Rolled = Part<ROLLING, 2>;
-
-/// Energy of the rolling spring in J/m.
-fn energy(&Part([moment, stiffness]): &Rolled) -> f64 {
-    if stiffness > 0.0 {
-        0.5 * moment * moment / stiffness
-    } else {
-        0.0
-    }
-}
 
 impl<L: Law> Law for Rolling<L> {
     type History = (L::History, Rolled);
@@ -58,27 +49,18 @@ impl<L: Law> Law for Rolling<L> {
         (before, rolled): &Self::History,
     ) -> Response<Self::History> {
         let response = (self.law).response_to_spring(&pair.0, spring, kinematics, before);
-        let Part([moment_before, stiffness_before]) = *rolled;
         let stiffness = self.stiffness(pair, kinematics.overlap).rolling;
-        let kept = if stiffness < stiffness_before {
-            stiffness / stiffness_before
-        } else {
-            1.0
-        };
-        let rolled_by = kinematics.rolled();
         let cap = pair.1 * response.normal.max(0.0);
-        let moment = within(moment_before * kept - stiffness * rolled_by, cap);
-        let after = Part([moment, stiffness]);
-        let work = -0.5 * (moment_before + moment) * rolled_by;
+        let (after, work) = follow(rolled.0, stiffness, kinematics.rolled(), cap);
         let loss = Loss {
-            friction: response.loss.friction + work - (energy(&after) - energy(rolled)),
+            friction: response.loss.friction + work - (stored(after) - stored(rolled.0)),
             ..response.loss
         };
         Response {
             normal: response.normal,
             tangential: response.tangential,
-            moment,
-            history: (response.history, after),
+            moment: after[0],
+            history: (response.history, Part(after)),
             loss,
         }
     }
@@ -91,11 +73,11 @@ impl<L: Law> Law for Rolling<L> {
     ) -> Loss {
         let loss = self.law.separate(&pair.0, kinematics, before);
         Loss {
-            friction: loss.friction + energy(rolled) - 0.5 * rolled.0[0] * kinematics.rolled(),
+            friction: loss.friction + stored(rolled.0) - 0.5 * rolled.0[0] * kinematics.rolled(),
             ..loss
         }
     }
     fn energy(&self, pair: &Self::Pair, overlap: f64, history: &Self::History) -> f64 {
-        self.law.energy(&pair.0, overlap, &history.0) + energy(&history.1)
+        self.law.energy(&pair.0, overlap, &history.0) + stored(history.1.0)
     }
 }

@@ -34,6 +34,15 @@ impl<L: Copy> Table<L> {
         }
         Self { laws, surfaces: n }
     }
+
+    /// The same table of what `law` makes of each law, if it makes something of all.
+    pub fn of<M>(&self, law: impl Fn(L) -> Option<M>) -> Option<Table<M>> {
+        let laws: Option<Vec<M>> = self.laws.iter().copied().map(law).collect();
+        Some(Table {
+            laws: laws?,
+            surfaces: self.surfaces,
+        })
+    }
 }
 
 impl<L: Law + Copy> Law for Table<L> {

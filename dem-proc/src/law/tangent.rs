@@ -1,6 +1,6 @@
 //! Friction: the tangential part of a law.
 
-use super::history::{Numbers, Part, Plain, TANGENT};
+use super::history::{ELONGATION, Numbers, Part, Plain, SHEARED};
 
 /// Tangential part of a law.
 pub trait Tangent: Plain {
@@ -40,9 +40,30 @@ pub struct Slide<S> {
 /// `x` limited to the range from `-limit` to `limit`. Each comparison is one instruction, while `f64::clamp` can panic
 /// and `f64::max` handles NaN. The numbers here are always finite.
 #[inline]
-pub(super) fn within(x: f64, limit: f64) -> f64 {
+fn within(x: f64, limit: f64) -> f64 {
     let x = if x < limit { x } else { limit };
     if x > -limit { x } else { -limit }
+}
+
+/// A spring whose stiffness follows the load, given by its force (N/m) and stiffness (N/m) at the last step, or by moment
+/// and `k_r` in N: the same after a displacement `moved` (m, or rad) at the stiffness `k`, with a force of at most `cap`;
+/// and the work that went into it. It is incremental in force. When the contact unloads, the force decreases with the
+/// stiffness; otherwise a cycle of loading, shearing, unloading and shearing back would create energy (Thornton 2013).
+#[inline]
+pub(super) fn follow([force, before]: [f64; 2], k: f64, moved: f64, cap: f64) -> ([f64; 2], f64) {
+    let kept = if k < before { k / before } else { 1.0 };
+    let now = within(force * kept - k * moved, cap);
+    ([now, k], -0.5 * (force + now) * moved)
+}
+
+/// The energy of such a spring in J/m.
+#[inline]
+pub(super) fn stored([force, stiffness]: [f64; 2]) -> f64 {
+    if stiffness > 0.0 {
+        0.5 * force * force / stiffness
+    } else {
+        0.0
+    }
 }
 
 /// Coulomb friction with an incremental tangential spring (Jiang 2020 eq. 43 and the text below it).
@@ -57,18 +78,12 @@ pub struct Coulomb {
 }
 
 impl Coulomb {
-    /// No friction.
-    pub const SMOOTH: Self = Self {
-        stiffness: 0.0,
-        compliance: 0.0,
-        friction: 0.0,
-    };
-
-    /// Friction `mu` with a spring of `stiffness` (N/m), which is positive.
+    /// Friction `mu` with a spring of `stiffness` (N/m), which is positive. Without friction there is no spring.
     pub fn new(stiffness: f64, friction: f64) -> Self {
+        let slips = friction > 0.0;
         Self {
-            stiffness,
-            compliance: 1.0 / stiffness,
+            stiffness: if slips { stiffness } else { 0.0 },
+            compliance: if slips { 1.0 / stiffness } else { 0.0 },
             friction,
         }
     }
@@ -76,7 +91,7 @@ impl Coulomb {
 
 /// Elongation `xi_t` of the tangential spring along `T` in m. It is a number and not a vector, so it rotates with the
 /// contact frame.
-pub type Elongation = Part<TANGENT, 1>;
+pub type Elongation = Part<ELONGATION, 1>;
 
 impl Tangent for Coulomb {
     type State = Elongation;
@@ -128,16 +143,8 @@ pub struct Mindlin {
     pub friction: f64,
 }
 
-impl Mindlin {
-    /// No friction.
-    pub const SMOOTH: Self = Self {
-        ratio: 0.0,
-        friction: 0.0,
-    };
-}
-
 /// Force of the spring and `k_t` at the last step, both in N/m.
-pub type Sheared = Part<TANGENT, 2>;
+pub type Sheared = Part<SHEARED, 2>;
 
 impl Tangent for Mindlin {
     type State = Sheared;
@@ -145,8 +152,6 @@ impl Tangent for Mindlin {
     fn stiffness(&self, k_n: f64) -> f64 {
         self.ratio * k_n
     }
-    /// Incremental in force. When the contact unloads, the force decreases with the stiffness; otherwise a cycle of
-    /// loading, shearing, unloading and shearing back would create energy (Thornton 2013).
     #[inline]
     fn slide(
         &self,
@@ -157,34 +162,22 @@ impl Tangent for Mindlin {
         before: &Sheared,
     ) -> Slide<Sheared> {
         let cap = self.friction * pressing;
-        let [force, stiffness] = before.0;
-        let kept = if k_t < stiffness {
-            k_t / stiffness
-        } else {
-            1.0
-        };
-        let spring = within(force * kept - k_t * moved, cap);
+        let (state, work) = follow(before.0, k_t, moved, cap);
+        let spring = state[0];
         let total = within(spring + dashpot, cap);
-        let state = Part([spring, k_t]);
-        let work = -0.5 * (force + spring) * moved;
         Slide {
             spring,
             dashpot: total - spring,
-            state,
-            loss: work - (self.energy(&state) - self.energy(before)),
+            state: Part(state),
+            loss: work - (stored(state) - stored(before.0)),
         }
     }
     #[inline]
     fn separate(&self, moved: f64, before: &Sheared) -> f64 {
-        self.energy(before) - 0.5 * before.0[0] * moved
+        stored(before.0) - 0.5 * before.0[0] * moved
     }
     #[inline]
     fn energy(&self, state: &Sheared) -> f64 {
-        let [force, stiffness] = state.0;
-        if stiffness > 0.0 {
-            0.5 * force * force / stiffness
-        } else {
-            0.0
-        }
+        stored(state.0)
     }
 }

@@ -6,7 +6,6 @@
 //! bodies has a larger margin, because it also contains the pairs that may touch soon ([`crate::contact::approach`]).
 
 use interface::Vec2;
-use interface::message::wire::ImpInfo;
 use mechanics::outline::{crosses_ray, nearest_on_edge};
 
 use crate::body::bodies::Bodies;
@@ -36,11 +35,9 @@ pub struct PointPair {
     pub edges: [u32; 2],
 }
 
-/// The points and the bodies that may touch.
+/// What belongs to a list of points and bodies that may touch.
 #[derive(Debug, Clone, Default)]
 pub struct PointList {
-    /// Pairs in ascending order of slot, then body, then part.
-    pub pairs: Vec<PointPair>,
     /// Edges that may be nearest.
     pub edges: Vec<u32>,
     found: Vec<u32>,
@@ -48,32 +45,46 @@ pub struct PointList {
 }
 
 impl PointList {
-    /// Finds all pairs of points at `positions` (m) within reach plus `skin` (m), and for each pair the edges that may
-    /// become nearest.
+    /// Finds all `pairs` of points at `positions` (m) within reach plus `skin` (m), in ascending order of slot, then body,
+    /// then part, and for each pair the edges that may become nearest.
     ///
     /// An edge can become nearest only if its distance now exceeds that of the nearest edge by at most twice the skin:
     /// while both sides together move by the skin, the distance to each edge changes by at most the skin.
-    pub fn build(&mut self, bodies: &Bodies, set: &[ImpInfo], positions: &[Vec2], skin: f64) {
-        self.pairs.clear();
+    pub fn build(
+        &mut self,
+        among: &Among,
+        positions: &[Vec2],
+        skin: f64,
+        pairs: &mut Vec<PointPair>,
+    ) {
+        let bodies = among.bodies;
+        pairs.clear();
         self.edges.clear();
         let boxes = (0..bodies.len()).map(|b| {
             Bounds::around(bodies.outline_of(b).iter().copied()).grown(bodies.state[b].radius)
         });
         let tree = BoxTree::new(boxes);
-        for (slot, (info, &p)) in set.iter().zip(positions).enumerate() {
+        for (slot, (info, &p)) in among.set.iter().zip(positions).enumerate() {
             let margin = (1.0 + REACH) * info.radius + skin;
             let mut found = std::mem::take(&mut self.found);
             found.clear();
             tree.meeting(&Bounds::around([p]).grown(margin), &mut found);
             for &body in &found {
-                self.add_pair(bodies, slot as u32, body, p, margin, 2.0 * skin);
+                self.add_pair(bodies, (slot as u32, body), p, [margin, 2.0 * skin], pairs);
             }
             self.found = found;
         }
     }
 
     /// Adds the pair if the point is within `margin` of the surface or inside it.
-    fn add_pair(&mut self, bodies: &Bodies, slot: u32, body: u32, p: Vec2, margin: f64, band: f64) {
+    fn add_pair(
+        &mut self,
+        bodies: &Bodies,
+        (slot, body): (u32, u32),
+        p: Vec2,
+        [margin, band]: [f64; 2],
+        pairs: &mut Vec<PointPair>,
+    ) {
         let b = body as usize;
         let reach = bodies.state[b].radius + margin;
         let outline = bodies.outline_of(b);
@@ -85,7 +96,7 @@ impl PointList {
                 if (p - center).norm() <= bodies.radius_at(b, part) + margin {
                     let from = self.edges.len() as u32;
                     self.edges.push(0);
-                    self.pairs.push(PointPair {
+                    pairs.push(PointPair {
                         slot,
                         body,
                         part,
@@ -129,7 +140,7 @@ impl PointList {
         let may_become_nearest = |&i: &u32| distance(i as usize) <= smallest + band;
         self.edges
             .extend(near.iter().copied().filter(may_become_nearest));
-        self.pairs.push(PointPair {
+        pairs.push(PointPair {
             slot,
             body,
             part: 0,
@@ -172,13 +183,9 @@ impl VertexEdge {
     }
 }
 
-/// A list that is searched for by parts of what may touch.
+/// A search by parts of what may touch.
 #[derive(Debug, Default)]
-pub struct Listed<T> {
-    /// The pairs, in the order of their first sides.
-    pub all: Vec<T>,
-    parts: Vec<Found<T>>,
-}
+pub struct Search<T>(Vec<Found<T>>);
 
 /// What a part of a search has found, and its working memory.
 #[derive(Debug, Default)]
@@ -190,16 +197,18 @@ pub struct Found<T> {
     vertices: Vec<u32>,
 }
 
-impl<T: Copy + Default + Send + Sync> Listed<T> {
-    /// Lists what `find` appends for the numbers above each one whose boxes overlap its own.
-    pub fn search(
+impl<T: Copy + Default + Send + Sync> Search<T> {
+    /// Makes `all` what `find` appends for the numbers above each one whose boxes overlap its own, in the order of their
+    /// first sides.
+    pub fn run(
         &mut self,
         boxes: &[Bounds],
         threads: &Threads,
+        all: &mut Vec<T>,
         find: impl Fn(u32, &[u32], &mut Found<T>) + Sync,
     ) {
         let cells = Cells::new(boxes);
-        threads.search(boxes.len(), &mut self.parts, |here, found| {
+        threads.search(boxes.len(), &mut self.0, |here, found| {
             found.pairs.clear();
             let mut others = std::mem::take(&mut found.others);
             for i in here {
@@ -209,63 +218,63 @@ impl<T: Copy + Default + Send + Sync> Listed<T> {
             }
             found.others = others;
         });
-        if let [only] = &mut self.parts[..] {
-            std::mem::swap(&mut only.pairs, &mut self.all);
+        if let [only] = &mut self.0[..] {
+            std::mem::swap(&mut only.pairs, all);
             return;
         }
-        let count = self.parts.iter().map(|found| found.pairs.len()).sum();
-        self.all.resize(count, T::default());
-        let mut all = &mut self.all[..];
-        let places = self.parts.iter().map(|found| {
+        let count = self.0.iter().map(|found| found.pairs.len()).sum();
+        all.resize(count, T::default());
+        let mut all = &mut all[..];
+        let places = self.0.iter().map(|found| {
             let (own, others) = std::mem::take(&mut all).split_at_mut(found.pairs.len());
             all = others;
             (own, &found.pairs)
         });
         threads.each(count, places, |(own, found)| own.copy_from_slice(found));
     }
-}
 
-/// Lists what `find` appends for every two bodies whose bounding boxes, enlarged by their margins, overlap, if forces
-/// can move at least one of the two. The order is ascending, and the number is the sum of the margins in m.
-pub fn close_pairs<T: Copy + Default + Send + Sync>(
-    &Among {
-        bodies, threads, ..
-    }: &Among,
-    watch: &Watch,
-    list: &mut Listed<T>,
-    find: impl Fn([u32; 2], f64, &mut Found<T>) + Sync,
-) {
-    let around = |b: usize| {
-        let outline = Bounds::around(bodies.outline_of(b).iter().copied());
-        outline.grown(bodies.state[b].radius + watch.margin(b))
-    };
-    let (count, part) = (bodies.len(), threads.part(bodies.len()));
-    let mut boxes = vec![Bounds::around([Vec2::zeros()]); count];
-    let parts = boxes.chunks_mut(part).enumerate();
-    threads.each(count, parts, |(i, boxes)| {
-        for (b, of) in (i * part..).zip(boxes) {
-            *of = around(b);
-        }
-    });
-    list.search(&boxes, threads, |i, others, found| {
-        for &j in others {
-            let [a, b] = [i, j].map(|b| &bodies.state[b as usize]);
-            let margin = watch.margin(i as usize) + watch.margin(j as usize);
-            // This mainly removes bodies whose boxes overlap at a corner, while their bounding circles do not.
-            let together = a.extent + b.extent + margin;
-            let apart = (a.center - b.center).norm_squared() > together * together;
-            if !apart && (a.falls > 0.0 || b.falls > 0.0) {
-                find([i, j], margin, found);
+    /// Lists what `find` appends for every two bodies whose bounding boxes, enlarged by their margins, overlap, if forces
+    /// can move at least one of the two. The order is ascending, and the number is the sum of the margins in m.
+    pub fn close_pairs(
+        &mut self,
+        &Among {
+            bodies, threads, ..
+        }: &Among,
+        watch: &Watch,
+        all: &mut Vec<T>,
+        find: impl Fn([u32; 2], f64, &mut Found<T>) + Sync,
+    ) {
+        let around = |b: usize| {
+            let outline = Bounds::around(bodies.outline_of(b).iter().copied());
+            outline.grown(bodies.state[b].radius + watch.margin(b))
+        };
+        let (count, part) = (bodies.len(), threads.part(bodies.len()));
+        let mut boxes = vec![Bounds::around([Vec2::zeros()]); count];
+        let parts = boxes.chunks_mut(part).enumerate();
+        threads.each(count, parts, |(i, boxes)| {
+            for (b, of) in (i * part..).zip(boxes) {
+                *of = around(b);
             }
-        }
-    });
+        });
+        self.run(&boxes, threads, all, |i, others, found| {
+            for &j in others {
+                let [a, b] = [i, j].map(|b| &bodies.state[b as usize]);
+                let margin = watch.margin(i as usize) + watch.margin(j as usize);
+                // This mainly removes bodies whose boxes overlap at a corner, while their bounding circles do not.
+                let together = a.extent + b.extent + margin;
+                let apart = (a.center - b.center).norm_squared() > together * together;
+                if !apart && (a.falls > 0.0 || b.falls > 0.0) {
+                    find([i, j], margin, found);
+                }
+            }
+        });
+    }
 }
 
-/// The bodies that may touch.
+/// What belongs to a list of bodies that may touch.
 #[derive(Debug, Default)]
 pub struct BodyList {
-    /// Vertex-edge pairs in the order of [`VertexEdge::key`].
-    pub pairs: Listed<VertexEdge>,
+    search: Search<VertexEdge>,
     /// The smallest contact distance among them in m; infinite if there are none.
     pub smallest_reach: f64,
     /// Of each chunk of pairs, whether all are of discs, and the smallest contact distance in m.
@@ -274,10 +283,10 @@ pub struct BodyList {
 
 impl BodyList {
     /// Finds all vertex-edge pairs within contact distance plus margins, for bodies of which forces can move at least
-    /// one.
-    pub fn build(&mut self, among: &Among, watch: &Watch) {
+    /// one, in the order of [`VertexEdge::key`].
+    pub fn build(&mut self, among: &Among, watch: &Watch, pairs: &mut Vec<VertexEdge>) {
         let bodies = among.bodies;
-        close_pairs(among, watch, &mut self.pairs, |[i, j], margin, found| {
+        (self.search).close_pairs(among, watch, pairs, |[i, j], margin, found| {
             let [a, b] = [i, j].map(|b| &bodies.state[b as usize]);
             if a.is_disc() && b.is_disc() {
                 // They have one contact, vertex on vertex.
@@ -292,7 +301,6 @@ impl BodyList {
                 found.add_bodies(bodies, [j, i], margin);
             }
         });
-        let pairs = &self.pairs.all;
         self.chunks.resize(pairs.len().div_ceil(CHUNK), (true, 0.0));
         let chunks = pairs.chunks(CHUNK).zip(&mut self.chunks);
         (among.threads).each(pairs.len(), chunks, |(pairs, chunk)| {

@@ -44,10 +44,8 @@ impl Ahead {
 #[derive(Debug, Clone, Default, Serialize, Deserialize)]
 pub struct Sets {
     /// The present one.
-    #[serde(with = "crate::saved")]
     pub now: Vec<ImpInfo>,
     /// The set to which lists and histories belong, if it was replaced since.
-    #[serde(with = "crate::saved")]
     pub replaced: Option<Vec<ImpInfo>>,
 }
 

@@ -16,12 +16,12 @@ use crate::contact::overlap::OverlapArea;
 use crate::contact::pairs::VertexEdges;
 use crate::contact::point_body::PointBody;
 use crate::contact::point_pairs::PointPairs;
-use crate::contact::points::OfPoints;
 use crate::contact::segments::SegmentContacts;
 use crate::contact::side::Side;
 use crate::law::Law;
 use crate::law::choice::{ForLaw, normal_stiffness, with_laws, with_table};
-use crate::system::{Kicked, LimitConstants, Loads, Sides, State, System};
+use crate::setup::saved::mark;
+use crate::system::{Kicked, LimitConstants, Loads, Sdem, Sides, State};
 use crate::threads::Threads;
 
 /// Contacts in pairs of the kind `K`.
@@ -65,7 +65,7 @@ fn pair_side(config: &DemConfig) -> Option<Box<dyn Side>> {
     let groups = pairs.iter().map(|pair| pair.between);
     let geometry = PointPairs::new(groups, |group| surfaces.number(&group.to_string()));
     let build = With {
-        kind: OfPoints(geometry),
+        kind: geometry,
         skin: config.skin,
     };
     let others = table.iter().filter(|pair| pair.law != *law);
@@ -82,7 +82,7 @@ fn point_side(config: &DemConfig, surfaces_of: &Surfaces) -> Box<dyn Side> {
     if config.interface == Interface::Segments {
         return with_table(surfaces_of, law, &table, SegmentsWith { surfaces, skin });
     }
-    let kind = OfPoints(PointBody { surfaces });
+    let kind = PointBody { surfaces };
     with_laws(surfaces_of, law, &table, With { kind, skin })
 }
 
@@ -111,7 +111,7 @@ fn body_side(config: &DemConfig, surfaces: &Surfaces, law: &ContactLaw) -> Box<d
 ///
 /// # Errors
 /// A refusal that names the key.
-pub fn configure(config: &DemConfig) -> Result<(System, Readiness), Refusal> {
+pub fn configure(config: &DemConfig) -> Result<(Sdem, Readiness), Refusal> {
     if let Some(fault) = config.faults().first() {
         return Err(Refusal::new(&fault.key, fault.to_string()));
     }
@@ -123,7 +123,7 @@ pub fn configure(config: &DemConfig) -> Result<(System, Readiness), Refusal> {
 ///
 /// # Errors
 /// A refusal that names the key.
-pub fn build(config: &DemConfig) -> Result<(System, Readiness), Refusal> {
+pub fn build(config: &DemConfig) -> Result<(Sdem, Readiness), Refusal> {
     let bodies = Bodies::new(config)?;
     let threads = Threads::new(config.threads)
         .map_err(|e| Refusal::new("dem.threads", format!("{}: {e}", config.threads)))?;
@@ -144,7 +144,8 @@ pub fn build(config: &DemConfig) -> Result<(System, Readiness), Refusal> {
     let n = bodies.len();
     let free = bodies.properties.iter().filter(|b| b.yields());
     let lightest = free.map(|b| b.mass).fold(f64::INFINITY, f64::min);
-    let system = System {
+    let solver = Sdem {
+        mark: mark(config),
         gravity: config.gravity.into(),
         sides: Sides {
             points: point_side(config, &surfaces),
@@ -174,13 +175,13 @@ pub fn build(config: &DemConfig) -> Result<(System, Readiness), Refusal> {
     };
     let readiness = Readiness {
         items: n as u64,
-        bytes: system.bytes() as u64,
+        bytes: solver.bytes() as u64,
         courant_time: 0.0,
         mass_min: if lightest.is_finite() { lightest } else { 0.0 },
         stiffness_max: if n > 0 { point_stiffness } else { 0.0 }.max(pair_stiffness),
         notes,
     };
-    Ok((system, readiness))
+    Ok((solver, readiness))
 }
 
 /// The largest normal stiffness in N/m between points and bodies, and between bodies.

@@ -1,4 +1,6 @@
-//! The saved state of the solver: the states of its components ([`crate::saved`]).
+//! The saved state of the solver. The state of a component is one struct, which derives `Serialize` and `Deserialize` and
+//! is saved whole; what stands beside it belongs to the configuration, follows from the state, or is a result of one
+//! evaluation.
 //!
 //! Lists are not saved. They are built again, in the same order, from the saved positions of bodies and points at which
 //! they were first built. The hash of a checkpoint decides whether bytes are what was saved, and the mark whether the
@@ -13,10 +15,10 @@ use crate::body::bodies::Pose;
 use crate::body::frame::LastMove;
 use crate::body::load::{Load, PairLoad};
 use crate::contact::side::Side;
-use crate::system::{State, System};
+use crate::system::{Sdem, State};
 
 /// Name of the format of the bytes.
-pub const FORMAT: &str = "tandem-dem 9";
+pub const FORMAT: &str = "tandem-dem 10";
 
 /// The state before a step.
 #[derive(Serialize, Deserialize)]
@@ -27,9 +29,9 @@ pub struct Saved {
     sides: Vec<Vec<u8>>,
 }
 
-impl System {
+impl Sdem {
     /// The state before the next step.
-    pub fn save(&self) -> Saved {
+    pub(crate) fn saved(&self) -> Saved {
         Saved {
             bodies: self.bodies.save(),
             state: self.state.clone(),
@@ -41,7 +43,7 @@ impl System {
     ///
     /// # Errors
     /// A refusal if it is no state of this configuration.
-    pub fn restore(&mut self, saved: Saved) -> Result<(), Refusal> {
+    pub(crate) fn take(&mut self, saved: Saved) -> Result<(), Refusal> {
         self.bodies.restore(&saved.bodies);
         self.state = saved.state;
         // Driven bodies may have another speed than in the saved run.
