@@ -12,7 +12,7 @@ use study::StudyError;
 use study::case::Source;
 use study::plot_options::PlotOptions;
 use study::stability::edge::Search;
-use study::stability::{StabilityOptions, maps, table};
+use study::stability::{StabilityOptions, maps};
 use study::vary::Vary;
 use study::work::StudyOptions;
 
@@ -67,8 +67,7 @@ pub fn study(args: &StudyOptions) -> ExitCode {
 /// Maps the stability of scenes.
 pub fn stability(args: &StabilityOptions) -> ExitCode {
     logging::of_study();
-    let made = if args.table { compare(args) } else { map(args) };
-    match made {
+    match map(args) {
         Ok(text) => {
             say(text.trim_end());
             say(format_args!("results in {}", args.runs.out.display()));
@@ -137,25 +136,6 @@ fn decades(source: &Source) -> Result<Vary, StudyError> {
     })
 }
 
-fn compare(args: &StabilityOptions) -> Result<String, StudyError> {
-    let scenes = if args.scenes.is_empty() {
-        catalogue(Path::new("scenes")).map_err(|source| StudyError::File {
-            action: "look for scenes in",
-            path: "scenes".into(),
-            source,
-        })?
-    } else {
-        args.scenes.clone()
-    };
-    let sources: Vec<Source> = scenes
-        .into_iter()
-        .map(|path| source(args, path))
-        .collect::<Result<_, _>>()?;
-    assert_sound(&args.search)?;
-    let report = table(&sources, args, asked_to_end()?)?;
-    Ok(report.to_string())
-}
-
 /// A scene with the variant that is asked for, or its quick one.
 fn source(args: &StabilityOptions, path: PathBuf) -> Result<Source, StudyError> {
     let plain = Scene::load(&path, None, &args.set).map_err(StudyError::Scene)?;
@@ -183,21 +163,6 @@ fn assert_sound(search: &Search) -> Result<(), StudyError> {
         return wrong(&format!("--ratio {}", search.ratio), "a ratio is above 1");
     }
     Ok(())
-}
-
-/// Every scene file below a folder, sorted.
-fn catalogue(folder: &Path) -> std::io::Result<Vec<PathBuf>> {
-    let mut files = Vec::new();
-    for entry in std::fs::read_dir(folder)? {
-        let path = entry?.path();
-        if path.is_dir() {
-            files.extend(catalogue(&path)?);
-        } else if path.extension().is_some_and(|e| e == "toml") {
-            files.push(path);
-        }
-    }
-    files.sort();
-    Ok(files)
 }
 
 /// Set when the user asks to end.

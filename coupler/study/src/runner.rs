@@ -19,7 +19,7 @@ use interface::transport::wait::{until, until_there};
 use crate::StudyError;
 use crate::case::Case;
 use crate::engine::start::{Place, Start};
-use crate::engine::{Engine, Queue, local};
+use crate::engine::{Engine, Queue};
 use crate::output::write;
 use crate::progress::Progress;
 
@@ -81,6 +81,14 @@ pub struct Repeat {
     pub most: usize,
     /// A case is run again until its two least CPU times of stepping are so near, as a share of the least.
     pub scatter: f64,
+}
+
+impl Repeat {
+    /// For who does not compare times.
+    pub const ONCE: Self = Self {
+        most: 1,
+        scatter: 0.0,
+    };
 }
 
 /// A case that was run, once or more often.
@@ -214,35 +222,12 @@ impl Runner {
         }
     }
 
-    /// Runs a case on this machine, unless it has been.
-    ///
-    /// # Errors
-    /// [`StudyError::Interrupted`], and files that cannot be written. A run that fails is an outcome.
-    pub fn run(&self, case: &Case) -> Result<Summary, StudyError> {
-        if let Some(known) = self.left(case, 0).filter(Summary::settled) {
-            return Ok(known);
-        }
-        self.free(&[self.directory(case, 0)])?;
-        let start = self.prepare(case, 0)?;
-        self.started.fetch_add(1, Ordering::Relaxed);
-        for _ in 0..TRIES {
-            local::wait(&start, &self.interrupt)?;
-            if self.interrupted() {
-                return Err(StudyError::Interrupted);
-            }
-            if let Some(outcome) = self.left(case, 0) {
-                return Ok(outcome);
-            }
-        }
-        Ok(lost(&start))
-    }
-
     /// Runs cases as often as their times ask for, unless they have been. All cases are run before one is repeated, so that
     /// what else the machine does at a time falls on repetitions of many cases and not on all of one. `partial` is told now
     /// and then what the first runs of all cases have left so far.
     ///
     /// # Errors
-    /// Of [`Self::run`], and of the engine.
+    /// [`StudyError::Interrupted`], files that cannot be written, and those of the engine. A run that fails is an outcome.
     pub fn timed(
         &self,
         cases: &[Case],
@@ -267,18 +252,6 @@ impl Runner {
             }
         }
         Ok(timed)
-    }
-
-    /// Works on items, as many at once as runs may be, in their order as far as that goes.
-    ///
-    /// # Errors
-    /// The first that `work` gave.
-    pub fn each<T: Sync, R: Send>(
-        &self,
-        items: &[T],
-        work: impl Fn(&T) -> Result<R, StudyError> + Sync,
-    ) -> Result<Vec<R>, StudyError> {
-        local::pool(items, self.jobs(), work, &mut || ())
     }
 
     /// The commands of the first runs of cases that have not ended yet, as lines for a shell.

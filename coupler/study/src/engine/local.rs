@@ -2,7 +2,7 @@
 
 use std::path::Path;
 use std::process::{Child, Command, Stdio};
-use std::sync::Mutex;
+use std::sync::OnceLock;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::thread;
 use std::time::Duration;
@@ -30,34 +30,30 @@ pub(super) fn work(
         }
         wait(start, place.interrupt)
     };
-    let idle = &mut || {
+    pool(starts, place.jobs.unwrap_or(1), work, &mut || {
         look();
-    };
-    pool(starts, place.jobs.unwrap_or(1), work, idle).map(drop)
+    })
 }
 
 /// Works on items, at most so many at once, in their order as far as that goes; `idle` is called now and then.
 ///
 /// # Errors
 /// The first that `work` gave.
-pub(crate) fn pool<T: Sync, R: Send>(
+fn pool<T: Sync>(
     items: &[T],
     most: usize,
-    work: impl Fn(&T) -> Result<R, StudyError> + Sync,
+    work: impl Fn(&T) -> Result<(), StudyError> + Sync,
     idle: &mut dyn FnMut(),
-) -> Result<Vec<R>, StudyError> {
+) -> Result<(), StudyError> {
     let next = AtomicUsize::new(0);
-    let results = Mutex::new(Vec::new());
+    let failure = OnceLock::new();
     let take = || {
-        loop {
-            let k = next.fetch_add(1, Ordering::Relaxed);
-            let Some(item) = items.get(k) else { break };
-            let result = work(item);
-            if result.is_err() {
+        while let Some(item) = items.get(next.fetch_add(1, Ordering::Relaxed)) {
+            if let Err(error) = work(item) {
+                let _ = failure.set(error);
                 // The others find no more to start.
                 next.fetch_max(items.len(), Ordering::Relaxed);
             }
-            results.lock().expect("no thread panics").push((k, result));
         }
     };
     thread::scope(|scope| {
@@ -72,13 +68,11 @@ pub(crate) fn pool<T: Sync, R: Send>(
             idle();
         }
     });
-    let mut results = results.into_inner().expect("no thread panics");
-    results.sort_by_key(|(k, _)| *k);
-    results.into_iter().map(|(_, result)| result).collect()
+    failure.into_inner().map_or(Ok(()), Err)
 }
 
 /// Starts a run and waits for its end; an interrupt is passed on.
-pub(crate) fn wait(start: &Start, interrupt: &AtomicBool) -> Result<(), StudyError> {
+fn wait(start: &Start, interrupt: &AtomicBool) -> Result<(), StudyError> {
     let mut child = spawn(&start.command, &start.log)?;
     let program = Path::new(&start.command[0]);
     let mut told = false;
@@ -122,17 +116,18 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_pool_is_bounded_keeps_the_order_and_stops_at_an_error() {
-        let (now, most) = (AtomicUsize::new(0), AtomicUsize::new(0));
+    fn a_pool_is_bounded_does_all_and_stops_at_an_error() {
+        let [now, most, sum] = [0; 3].map(AtomicUsize::new);
         let items: Vec<u64> = (0..40).collect();
         let work = |k: &u64| {
             most.fetch_max(now.fetch_add(1, Ordering::Relaxed) + 1, Ordering::Relaxed);
             thread::sleep(Duration::from_millis((40 - k) % 7));
             now.fetch_sub(1, Ordering::Relaxed);
-            Ok(10 * k)
+            sum.fetch_add(*k as usize, Ordering::Relaxed);
+            Ok(())
         };
-        let results = pool(&items, 3, work, &mut || ()).unwrap();
-        assert_eq!(results, items.iter().map(|k| 10 * k).collect::<Vec<_>>());
+        pool(&items, 3, work, &mut || ()).unwrap();
+        assert_eq!(sum.load(Ordering::Relaxed), (0..40).sum::<usize>());
         assert!((2..=3).contains(&most.load(Ordering::Relaxed)));
         let begun = AtomicUsize::new(0);
         let fails = |_: &u64| -> Result<(), _> {

@@ -2,7 +2,7 @@
 //! that a command may as well be started again by a queue whose worker was lost.
 
 mod hyperqueue;
-pub(crate) mod local;
+mod local;
 mod slurm;
 pub(crate) mod start;
 

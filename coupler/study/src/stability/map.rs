@@ -10,13 +10,13 @@ use plotters::style::RGBColor;
 use super::edge::Edge;
 use super::{STEP_FACTOR, StabilityOptions, Trial, freed, setting, usable};
 use crate::StudyError;
-use crate::case::Source;
+use crate::case::{Case, Source};
 use crate::engine::Queue;
 use crate::figure::axis::Scale;
 use crate::figure::chart::{Chart, DISCS, Panel, Series};
 use crate::figure::shape::{Form, WHOLE};
 use crate::output::{number, write_table};
-use crate::runner::Runner;
+use crate::runner::{Repeat, Runner};
 use crate::vary::{Vary, with_unit};
 
 /// A column of a map.
@@ -53,69 +53,80 @@ pub fn maps(
     options: &StabilityOptions,
     interrupt: Arc<AtomicBool>,
 ) -> Result<Vec<MapReport>, StudyError> {
-    let mut tasks = Vec::new();
-    for (k, (source, column)) in wanted.iter().enumerate() {
-        let Some(values) = column.numbers() else {
+    let (mut sources, mut reports) = (Vec::new(), Vec::new());
+    for (source, vary) in wanted {
+        let Some(values) = vary.numbers() else {
             return Err(StudyError::asked(
-                format!("--vary {}: a map has numbers along its axis", column.key),
+                format!("--vary {}: a map has numbers along its axis", vary.key),
                 "for values that are no numbers make a map each",
             ));
         };
         let title = source.title();
-        let source = freed(source)?;
-        tracing::info!("{title}: {} columns over {}", values.len(), column.key);
-        for at in values {
-            let first = setting(&options.edge, options.search.between[0]);
-            // Every key is known and every value allowed before anything is started.
-            source.case(&[setting(&column.key, at), first])?;
-            tasks.push((k, at, source.clone()));
-        }
-    }
-    let runner = Runner::new(&options.runs, Queue::default(), interrupt)?;
-    let columns = runner.each(&tasks, |(k, at, source)| {
-        column((&wanted[*k].1.key, *at), options, source, &runner)
-    })?;
-    let mut reports: Vec<MapReport> = wanted
-        .iter()
-        .map(|(source, column)| MapReport {
-            title: source.title(),
-            column: column.key.clone(),
+        tracing::info!("{title}: {} columns over {}", values.len(), vary.key);
+        sources.push(freed(source)?);
+        reports.push(MapReport {
+            title,
+            column: vary.key.clone(),
             along: options.edge.clone(),
-            columns: Vec::new(),
-        })
-        .collect();
-    for ((k, _, _), column) in tasks.iter().zip(columns) {
-        reports[*k].columns.push(column);
+            columns: values.into_iter().map(Column::at).collect(),
+        });
+    }
+    // Every key is known and every value allowed before anything is started.
+    let mut round = next_round(&reports, &sources, options)?;
+    let runner = Runner::new(&options.runs, Queue::default(), interrupt)?;
+    while !round.is_empty() {
+        let (places, cases): (Vec<_>, Vec<Case>) = round.into_iter().unzip();
+        let ended = runner.timed(&cases, Repeat::ONCE, &mut |_| ())?;
+        for ((map, column, value), (case, ended)) in
+            places.into_iter().zip(cases.into_iter().zip(ended))
+        {
+            let trial = Trial::new(case, ended.outcome, options.residual);
+            if options.edge != STEP_FACTOR || value <= 1.0 {
+                usable(&trial)?;
+            }
+            let column = &mut reports[map].columns[column];
+            column.edge.take(value, trial.stable);
+            column.trials.push(trial);
+        }
+        round = next_round(&reports, &sources, options)?;
     }
     write(&reports, &options.runs.out)?;
     Ok(reports)
 }
 
-fn column(
-    (key, at): (&str, f64),
+/// A run: its map, its column, and its value along that.
+type Wanted = ((usize, usize, f64), Case);
+
+/// The runs that come next in all columns.
+fn next_round(
+    reports: &[MapReport],
+    sources: &[Source],
     options: &StabilityOptions,
-    source: &Source,
-    runner: &Runner,
-) -> Result<Column, StudyError> {
-    let mut trials = Vec::new();
-    let edge = options.search.find(|value| {
-        let case = source.case(&[setting(key, at), setting(&options.edge, value)])?;
-        let outcome = runner.run(&case)?;
-        let trial = Trial::new(case, outcome, options.residual);
-        let forced = options.edge == STEP_FACTOR && value > 1.0;
-        if !forced {
-            usable(&trial)?;
+) -> Result<Vec<Wanted>, StudyError> {
+    let mut round = Vec::new();
+    for (map, (report, source)) in reports.iter().zip(sources).enumerate() {
+        for (k, column) in report.columns.iter().enumerate() {
+            for value in options.search.next(&column.edge) {
+                let settings = [
+                    setting(&report.column, column.at),
+                    setting(&report.along, value),
+                ];
+                round.push(((map, k, value), source.case(&settings)?));
+            }
         }
-        let stable = trial.stable;
-        trials.push(trial);
-        Ok(stable)
-    })?;
-    let column = Column { at, edge, trials };
-    tracing::info!("{key} {at:e}: {}", column.in_words());
-    Ok(column)
+    }
+    Ok(round)
 }
 
 impl Column {
+    fn at(at: f64) -> Self {
+        Self {
+            at,
+            edge: Edge::default(),
+            trials: Vec::new(),
+        }
+    }
+
     fn in_words(&self) -> String {
         match (self.edge.stable, self.edge.unstable) {
             (Some(low), Some(high)) => format!("stable up to {low}, unstable from {high}"),

@@ -6,7 +6,6 @@
 
 pub mod edge;
 mod map;
-mod table;
 
 use std::path::PathBuf;
 
@@ -22,17 +21,16 @@ use crate::vary::Setting;
 use edge::Search;
 
 pub use map::{MapReport, maps};
-pub use table::{TableReport, table};
 
 /// Scene key that forces the step.
 pub const STEP_FACTOR: &str = "time.step_factor";
 /// Rows of the history of a run, besides the first.
 const OUTPUTS: f64 = 20.0;
 
-/// What is compared, or mapped.
+/// What is mapped.
 #[derive(Debug, Args)]
 pub struct StabilityOptions {
-    /// Scene files; by default a selection of those in `scenes/`.
+    /// Scene files; by default those of the maps in docs/stability.md.
     pub scenes: Vec<PathBuf>,
     /// The runs.
     #[command(flatten)]
@@ -55,9 +53,6 @@ pub struct StabilityOptions {
     /// Largest share of the energy in play that a stable run may create numerically.
     #[arg(long, value_name = "SHARE", default_value_t = 0.05)]
     pub residual: f64,
-    /// Compare the steps of criteria over all scenes instead of making maps.
-    #[arg(long, conflicts_with = "vary")]
-    pub table: bool,
 }
 
 /// A scene whose step nothing but the criterion makes.
@@ -69,7 +64,7 @@ fn freed(source: &Source) -> Result<Source, StudyError> {
     Ok(freed)
 }
 
-/// A run of a map or table.
+/// A run of a map.
 #[derive(Debug, Clone)]
 pub struct Trial {
     /// The run.
@@ -91,7 +86,7 @@ impl Trial {
     }
 
     /// Columns of a table of trials.
-    const COLUMNS: [&str; 12] = [
+    const COLUMNS: [&str; 11] = [
         "stable",
         "status",
         "residual_max [1]",
@@ -102,7 +97,6 @@ impl Trial {
         "composed [s]",
         "jiang2020 [s]",
         "lightest_point [s]",
-        "contact_alone [s]",
         "reason",
     ];
 
@@ -123,7 +117,6 @@ impl Trial {
             number(o.criteria.composed),
             number(o.criteria.jiang2020),
             number(o.criteria.lightest_point),
-            number(o.criteria.contact_alone),
             o.reason.clone().unwrap_or_default(),
         ]
     }
