@@ -11,7 +11,6 @@ use super::edge::Edge;
 use super::{STEP_FACTOR, StabilityOptions, Trial, freed, setting, usable};
 use crate::StudyError;
 use crate::case::{Case, Source};
-use crate::engine::Queue;
 use crate::figure::axis::Scale;
 use crate::figure::chart::{Chart, DISCS, Panel, Series};
 use crate::figure::shape::{Form, WHOLE};
@@ -73,7 +72,7 @@ pub fn maps(
     }
     // Every key is known and every value allowed before anything is started.
     let mut round = next_round(&reports, &sources, options)?;
-    let runner = Runner::new(&options.runs, Queue::default(), interrupt)?;
+    let runner = Runner::new(&options.runs, interrupt)?;
     while !round.is_empty() {
         let (places, cases): (Vec<_>, Vec<Case>) = round.into_iter().unzip();
         let ended = runner.timed(&cases, Repeat::ONCE, &mut |_| ())?;

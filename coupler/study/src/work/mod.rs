@@ -25,7 +25,6 @@ pub use self::sweep::SweepReport;
 use self::measure::{Measurement, Value};
 use crate::StudyError;
 use crate::case::{Case, Source, scene_title};
-use crate::engine::Queue;
 use crate::output::write;
 use crate::precision::pareto;
 use crate::runner::{Found, Repeat, Runner, RunnerOptions, Timed};
@@ -44,9 +43,6 @@ pub struct StudyOptions {
     /// The runs.
     #[command(flatten)]
     pub runs: RunnerOptions,
-    /// What starts them.
-    #[command(flatten)]
-    pub queue: Queue,
     /// Start nothing: write the command of each run that is missing as a line of FILE, for another queue. The same command
     /// without this option makes the table of what is there.
     #[arg(long, value_name = "FILE")]
@@ -141,10 +137,10 @@ impl fmt::Display for Report {
 /// [`StudyError`]. Nothing is started unless every run has a valid scene.
 pub fn study(options: &StudyOptions, interrupt: Arc<AtomicBool>) -> Result<Report, StudyError> {
     let design = Design::new(options)?;
-    let runner = Runner::new(&options.runs, options.queue, interrupt)?;
+    let runner = Runner::new(&options.runs, interrupt)?;
     let out = &options.runs.out;
-    let (total, how) = (design.cases.len(), runner.in_words());
-    tracing::info!("{total} runs, {how}; {}", design.measure.title());
+    let (total, jobs) = (design.cases.len(), runner.jobs());
+    tracing::info!("{total} runs, {jobs} at once; {}", design.measure.title());
     // Times are compared where they are what is shown, and a run has the machine for itself or shares it with its like.
     let usual = match &design.measure {
         Measurement::Values(_) => 1,
@@ -190,7 +186,7 @@ pub fn commands(
     file: &Path,
 ) -> Result<String, StudyError> {
     let cases = Design::new(options)?.cases;
-    let runner = Runner::new(&options.runs, options.queue, interrupt)?;
+    let runner = Runner::new(&options.runs, interrupt)?;
     let lines = runner.commands(&cases)?;
     let mut text = lines.join("\n");
     if !lines.is_empty() {

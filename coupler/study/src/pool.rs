@@ -1,6 +1,7 @@
-//! Runs as processes of this machine: a bounded pool.
+//! What starts runs: processes of this machine, so many at once. What ended is told by the run directories alone, so that a
+//! process may as well be one that waits for a queue, and a run whose node was lost may be started again.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
 use std::sync::OnceLock;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
@@ -11,7 +12,6 @@ use interface::files;
 use interface::transport::wait::{until, until_there};
 use rustix::process::{Pid, Signal, kill_process_group};
 
-use super::start::{Place, Start};
 use crate::StudyError;
 
 /// Time between two looks at a run.
@@ -19,20 +19,38 @@ const LOOK: Duration = Duration::from_millis(5);
 /// Time between two looks at all of them.
 const IDLE: Duration = Duration::from_millis(100);
 
-pub(super) fn work(
+/// A run that is to be made.
+#[derive(Debug)]
+pub(crate) struct Start {
+    /// Its words.
+    pub command: Vec<String>,
+    /// File of its standard error.
+    pub log: PathBuf,
+}
+
+impl Start {
+    /// As a line for a shell.
+    pub fn line(&self) -> String {
+        let words = self.command.iter().map(String::as_str);
+        shlex::try_join(words).expect("paths on a command line have no zero byte")
+    }
+}
+
+/// Makes runs, at most `jobs` at once, and returns when they are over, or when it was interrupted and has ended them.
+/// `look` is called now and then.
+pub(crate) fn work(
     starts: &[&Start],
-    place: &Place,
-    look: &mut dyn FnMut() -> usize,
+    jobs: usize,
+    interrupt: &AtomicBool,
+    look: &mut dyn FnMut(),
 ) -> Result<(), StudyError> {
     let work = |start: &&Start| {
-        if place.interrupted() {
+        if interrupt.load(Ordering::Relaxed) {
             return Ok(());
         }
-        wait(start, place.interrupt)
+        wait(start, interrupt)
     };
-    pool(starts, place.jobs.unwrap_or(1), work, &mut || {
-        look();
-    })
+    pool(starts, jobs, work, look)
 }
 
 /// Works on items, at most so many at once, in their order as far as that goes; `idle` is called now and then.
@@ -80,7 +98,10 @@ fn wait(start: &Start, interrupt: &AtomicBool) -> Result<(), StudyError> {
         let looked = child.try_wait().transpose();
         if looked.is_none() && interrupt.load(Ordering::Relaxed) && !told {
             told = true;
-            signal(&child, Signal::TERM);
+            // It may have ended meanwhile, which the next look finds out.
+            if let Some(group) = i32::try_from(child.id()).ok().and_then(Pid::from_raw) {
+                let _ = kill_process_group(group, Signal::TERM);
+            }
         }
         looked
     });
@@ -90,7 +111,7 @@ fn wait(start: &Start, interrupt: &AtomicBool) -> Result<(), StudyError> {
 }
 
 /// Starts a command in a group of its own, so that Ctrl-C from the terminal reaches it once, through us.
-pub(super) fn spawn(command: &[String], log: &Path) -> Result<Child, StudyError> {
+fn spawn(command: &[String], log: &Path) -> Result<Child, StudyError> {
     use std::os::unix::process::CommandExt;
     let (program, arguments) = command.split_first().expect("a command has a first word");
     let said = files::make_named(log).map_err(StudyError::file("create", log))?;
@@ -102,13 +123,6 @@ pub(super) fn spawn(command: &[String], log: &Path) -> Result<Child, StudyError>
         .process_group(0)
         .spawn()
         .map_err(StudyError::file("start", Path::new(program)))
-}
-
-/// Sends a signal to a group of processes. It may have ended meanwhile, which the next look finds out.
-pub(super) fn signal(child: &Child, signal: Signal) {
-    if let Some(pid) = i32::try_from(child.id()).ok().and_then(Pid::from_raw) {
-        let _ = kill_process_group(pid, signal);
-    }
 }
 
 #[cfg(test)]
