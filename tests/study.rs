@@ -607,11 +607,9 @@ fn what_cannot_be_studied_is_refused_before_anything_is_started() {
         .says(&["cannot create the directory", "file/runs"]);
     let map = |more: &str| tandem(&place, &format!("stability {bar} --out out {more}")).expect(2);
     map("--vary mpm.shape=linear,ugimp").says(&["has numbers along its axis"]);
-    map("--between 2,1").says(&["--between 2,1"]);
+    map("--vary time.safety=1 --between 2,1").says(&["--between 2,1"]);
     map("--vary contact.linear.stiffness=1,2").says(&["unknown key `stiffness`"]);
-    tandem(&place, "stability --out out")
-        .expect(2)
-        .says(&["cannot read the scene file"]);
+    map("").says(&["--vary <KEY=N1,N2,...>"]);
 }
 
 /// Eq. 51 allows 3.2 times the composed step here and is unstable (tests/instability.rs); the composed step is stable,

@@ -42,24 +42,24 @@ pub struct MapReport {
     pub columns: Vec<Column>,
 }
 
-/// Makes the map of each scene over a key and its values, which are numbers; writes `stability.csv`, `edges.csv` and
-/// `stability.svg`.
+/// Makes the map of each scene over the key that is varied; writes `stability.csv`, `edges.csv` and `stability.svg`.
 ///
 /// # Errors
 /// [`StudyError`].
 pub fn maps(
-    wanted: &[(Source, Vary)],
+    wanted: &[Source],
     options: &StabilityOptions,
     interrupt: Arc<AtomicBool>,
 ) -> Result<Vec<MapReport>, StudyError> {
+    let vary = Vary::parse(&options.vary)?;
+    let Some(values) = vary.numbers() else {
+        return Err(StudyError::asked(
+            format!("--vary {}: a map has numbers along its axis", vary.key),
+            "for values that are no numbers make a map each",
+        ));
+    };
     let (mut sources, mut reports) = (Vec::new(), Vec::new());
-    for (source, vary) in wanted {
-        let Some(values) = vary.numbers() else {
-            return Err(StudyError::asked(
-                format!("--vary {}: a map has numbers along its axis", vary.key),
-                "for values that are no numbers make a map each",
-            ));
-        };
+    for source in wanted {
         let title = source.title();
         tracing::info!("{title}: {} columns over {}", values.len(), vary.key);
         sources.push(freed(source)?);
@@ -67,7 +67,7 @@ pub fn maps(
             title,
             column: vary.key.clone(),
             along: options.edge.clone(),
-            columns: values.into_iter().map(Column::at).collect(),
+            columns: values.iter().copied().map(Column::at).collect(),
         });
     }
     // Every key is known and every value allowed before anything is started.

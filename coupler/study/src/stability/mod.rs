@@ -30,7 +30,8 @@ const OUTPUTS: f64 = 20.0;
 /// What is mapped.
 #[derive(Debug, Args)]
 pub struct StabilityOptions {
-    /// Scene files; by default those of the maps in docs/stability.md.
+    /// Scene files.
+    #[arg(required = true)]
     pub scenes: Vec<PathBuf>,
     /// The runs.
     #[command(flatten)]
@@ -41,9 +42,9 @@ pub struct StabilityOptions {
     /// Override a scene key; may be repeated.
     #[arg(long, value_name = "KEY=VALUE")]
     pub set: Vec<String>,
-    /// Columns of the map: a scene key and its numbers. By default decades of `contact.linear.normal_stiffness`.
+    /// Columns of the map: a scene key and its numbers.
     #[arg(long, value_name = "KEY=N1,N2,...")]
-    pub vary: Option<String>,
+    pub vary: String,
     /// Key that varies along a column; its limit of stability is searched for.
     #[arg(long, value_name = "KEY", default_value = STEP_FACTOR)]
     pub edge: String,
