@@ -609,7 +609,9 @@ fn what_cannot_be_studied_is_refused_before_anything_is_started() {
     map("--vary mpm.shape=linear,ugimp").says(&["has numbers along its axis"]);
     map("--vary time.safety=1 --between 2,1").says(&["--between 2,1"]);
     map("--vary contact.linear.stiffness=1,2").says(&["unknown key `stiffness`"]);
-    map("").says(&["--vary <KEY=N1,N2,...>"]);
+    tandem(&place, "stability --out out")
+        .expect(2)
+        .says(&["<SCENES>"]);
 }
 
 /// Eq. 51 allows 3.2 times the composed step here and is unstable (tests/instability.rs); the composed step is stable,

@@ -18,6 +18,10 @@ use crate::output::{number, write_table};
 use crate::runner::{Repeat, Runner};
 use crate::vary::{Vary, with_unit};
 
+/// Columns of a scene's map unless others are asked for: decades of its own stiffness, from itself up, and how many.
+const STIFFNESS: &str = "contact.linear.normal_stiffness";
+const DECADES: i32 = 7;
+
 /// A column of a map.
 #[derive(Debug, Clone)]
 pub struct Column {
@@ -36,13 +40,11 @@ pub struct MapReport {
     pub title: String,
     /// The key of the columns.
     pub column: String,
-    /// The key along a column.
-    pub along: String,
     /// The columns.
     pub columns: Vec<Column>,
 }
 
-/// Makes the map of each scene over the key that is varied; writes `stability.csv`, `edges.csv` and `stability.svg`.
+/// Makes the map of each scene over its columns; writes `stability.csv`, `edges.csv` and `stability.svg`.
 ///
 /// # Errors
 /// [`StudyError`].
@@ -51,23 +53,25 @@ pub fn maps(
     options: &StabilityOptions,
     interrupt: Arc<AtomicBool>,
 ) -> Result<Vec<MapReport>, StudyError> {
-    let vary = Vary::parse(&options.vary)?;
-    let Some(values) = vary.numbers() else {
-        return Err(StudyError::asked(
-            format!("--vary {}: a map has numbers along its axis", vary.key),
-            "for values that are no numbers make a map each",
-        ));
-    };
     let (mut sources, mut reports) = (Vec::new(), Vec::new());
     for source in wanted {
+        let vary = match &options.vary {
+            Some(vary) => Vary::parse(vary)?,
+            None => decades(source)?,
+        };
+        let Some(values) = vary.numbers() else {
+            return Err(StudyError::asked(
+                format!("--vary {}: a map has numbers along its axis", vary.key),
+                "for values that are no numbers make a map each",
+            ));
+        };
         let title = source.title();
         tracing::info!("{title}: {} columns over {}", values.len(), vary.key);
         sources.push(freed(source)?);
         reports.push(MapReport {
             title,
-            column: vary.key.clone(),
-            along: options.edge.clone(),
-            columns: values.iter().copied().map(Column::at).collect(),
+            column: vary.key,
+            columns: values.into_iter().map(Column::at).collect(),
         });
     }
     // Every key is known and every value allowed before anything is started.
@@ -80,7 +84,7 @@ pub fn maps(
             places.into_iter().zip(cases.into_iter().zip(ended))
         {
             let trial = Trial::new(case, ended.outcome, options.residual);
-            if options.edge != STEP_FACTOR || value <= 1.0 {
+            if value <= 1.0 {
                 usable(&trial)?;
             }
             let column = &mut reports[map].columns[column];
@@ -91,6 +95,21 @@ pub fn maps(
     }
     write(&reports, &options.runs.out)?;
     Ok(reports)
+}
+
+/// The stiffness of a scene's contact and decades above it.
+fn decades(source: &Source) -> Result<Vary, StudyError> {
+    let own = source.case(&[])?.number(STIFFNESS).ok_or_else(|| {
+        StudyError::asked(
+            format!("{} has no `{STIFFNESS}` to vary", source.path.display()),
+            "name the columns: `--vary KEY=N1,N2,...`",
+        )
+    })?;
+    let values = (0..DECADES).map(|k| (own * 10f64.powi(k)).to_string());
+    Ok(Vary {
+        key: STIFFNESS.to_owned(),
+        values: values.collect(),
+    })
 }
 
 /// A run: its map, its column, and its value along that.
@@ -108,7 +127,7 @@ fn next_round(
             for value in options.search.next(&column.edge) {
                 let settings = [
                     setting(&report.column, column.at),
-                    setting(&report.along, value),
+                    setting(STEP_FACTOR, value),
                 ];
                 round.push(((map, k, value), source.case(&settings)?));
             }
@@ -146,10 +165,6 @@ impl Column {
 }
 
 impl MapReport {
-    fn forced(&self) -> bool {
-        self.along == STEP_FACTOR
-    }
-
     /// Runs that were stable and those that were not; named lines, of which the last is the measured edge.
     fn series(&self) -> [Series; 6] {
         let series = |label: &str, colour, form, points| Series {
@@ -172,26 +187,24 @@ impl MapReport {
             points.filter_map(|c| Some((c.at, of(c)?))).collect()
         };
         // Where lines lie on one another, the lower ones are seen beside the upper ones.
-        let criteria =
-            |of: &dyn Fn(&Column) -> Option<f64>| if self.forced() { line(of) } else { Vec::new() };
         [
             series(
                 "eq. 51 with the mass of the lightest point",
                 None,
                 line_of(8.6),
-                criteria(&|c| c.multiple(|k| k.lightest_point)),
+                line(&|c| c.multiple(|k| k.lightest_point)),
             ),
             series(
                 "Jiang 2020 eq. 51",
                 None,
                 line_of(6.4),
-                criteria(&|c| c.multiple(|k| k.jiang2020)),
+                line(&|c| c.multiple(|k| k.jiang2020)),
             ),
             series(
                 "the coupler's criterion (composed, its step is 1)",
                 None,
                 line_of(4.2),
-                criteria(&|_| Some(1.0)),
+                line(&|_| Some(1.0)),
             ),
             series(
                 "measured edge: largest stable value found",
@@ -205,13 +218,12 @@ impl MapReport {
     }
 
     fn panel(&self) -> Panel {
-        let beside = if self.forced() {
-            "step / composed step".to_owned()
-        } else {
-            with_unit(&self.along)
-        };
         Panel {
-            words: [self.title.clone(), with_unit(&self.column), beside],
+            words: [
+                self.title.clone(),
+                with_unit(&self.column),
+                "step / composed step".to_owned(),
+            ],
             scales: [Some(Scale::Log); 2],
             ..Panel::default()
         }
@@ -240,13 +252,12 @@ fn chart(reports: &[MapReport]) -> Chart {
 
 fn write(reports: &[MapReport], out: &Path) -> Result<(), StudyError> {
     let text = |words: &[&str]| words.iter().map(ToString::to_string).collect::<Vec<_>>();
-    let mut runs = vec![text(&["scene", "column", "at", "along", "value"])];
+    let mut runs = vec![text(&["scene", "column", "at", "value"])];
     runs[0].extend(text(&Trial::COLUMNS));
     let mut edges = vec![text(&[
         "scene",
         "column",
         "at",
-        "along",
         "stable_to",
         "unstable_from",
         "composed [s]",
@@ -259,7 +270,6 @@ fn write(reports: &[MapReport], out: &Path) -> Result<(), StudyError> {
                 report.title.clone(),
                 report.column.clone(),
                 column.at.to_string(),
-                report.along.clone(),
             ];
             for ((value, _), trial) in column.edge.tried.iter().zip(&column.trials) {
                 let mut row = head.clone();
@@ -292,15 +302,13 @@ fn write(reports: &[MapReport], out: &Path) -> Result<(), StudyError> {
 /// The edges for people.
 impl fmt::Display for MapReport {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        writeln!(f, "{}: {} over {}", self.title, self.along, self.column)?;
+        writeln!(f, "{}: {STEP_FACTOR} over {}", self.title, self.column)?;
         for column in &self.columns {
             write!(f, "  {:>10.3e}  {}", column.at, column.in_words())?;
-            if self.forced()
-                && let (Some(eq_51), Some(point)) = (
-                    column.multiple(|k| k.jiang2020),
-                    column.multiple(|k| k.lightest_point),
-                )
-            {
+            if let (Some(eq_51), Some(point)) = (
+                column.multiple(|k| k.jiang2020),
+                column.multiple(|k| k.lightest_point),
+            ) {
                 write!(f, "; eq. 51 {eq_51:.3}, with the point's mass {point:.3}")?;
             }
             writeln!(f)?;

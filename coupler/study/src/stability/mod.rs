@@ -42,13 +42,10 @@ pub struct StabilityOptions {
     /// Override a scene key; may be repeated.
     #[arg(long, value_name = "KEY=VALUE")]
     pub set: Vec<String>,
-    /// Columns of the map: a scene key and its numbers.
+    /// Columns of the map: a scene key and its numbers. By default decades of `contact.linear.normal_stiffness`.
     #[arg(long, value_name = "KEY=N1,N2,...")]
-    pub vary: String,
-    /// Key that varies along a column; its limit of stability is searched for.
-    #[arg(long, value_name = "KEY", default_value = STEP_FACTOR)]
-    pub edge: String,
-    /// How the limit is searched for.
+    pub vary: Option<String>,
+    /// How the limit of [`STEP_FACTOR`] is searched for.
     #[command(flatten)]
     pub search: Search,
     /// Largest share of the energy in play that a stable run may create numerically.
