@@ -30,6 +30,8 @@ const DRAINING: Duration = Duration::from_secs(30);
 const TRIES: usize = 3;
 /// Least time between two tables of the runs so far.
 const PARTIAL: Duration = Duration::from_secs(10);
+/// A case is run again until its two least CPU times of stepping are so near, as a share of the least.
+const SCATTER: f64 = 0.05;
 /// Characters of a hash that name a run: 64 bits.
 const NAME: usize = 16;
 
@@ -84,23 +86,6 @@ pub struct Runner {
 /// What the runs of a list of cases have left so far.
 pub type Found = [Option<Summary>];
 
-/// How often a case is run for its times.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Repeat {
-    /// Most runs of a case.
-    pub most: usize,
-    /// A case is run again until its two least CPU times of stepping are so near, as a share of the least.
-    pub scatter: f64,
-}
-
-impl Repeat {
-    /// For who does not compare times.
-    pub const ONCE: Self = Self {
-        most: 1,
-        scatter: 0.0,
-    };
-}
-
 /// A case that was run, once or more often.
 #[derive(Debug, Clone)]
 pub struct Timed {
@@ -126,8 +111,8 @@ impl Timed {
         }
     }
 
-    fn needs_more(&self, scatter: f64) -> bool {
-        self.outcome.whole() && self.scatter().is_none_or(|s| s > scatter)
+    fn needs_more(&self) -> bool {
+        self.outcome.whole() && self.scatter().is_none_or(|s| s > SCATTER)
     }
 
     /// A run more. One that fails where others did not is what counts.
@@ -218,7 +203,7 @@ impl Runner {
         }
     }
 
-    /// Runs cases as often as their times ask for, unless they have been. All cases are run before one is repeated, so that
+    /// Runs cases as often as their times ask for, `most` times at most, unless they have been. All cases are run before one is repeated, so that
     /// what else the machine does at a time falls on repetitions of many cases and not on all of one. `partial` is told now
     /// and then what the first runs of all cases have left so far.
     ///
@@ -227,15 +212,15 @@ impl Runner {
     pub fn timed(
         &self,
         cases: &[Case],
-        repeat: Repeat,
+        most: usize,
         partial: &mut dyn FnMut(&Found),
     ) -> Result<Vec<Timed>, StudyError> {
         let all: Vec<&Case> = cases.iter().collect();
         let first = self.make(&all, 0, partial)?;
         let mut timed: Vec<Timed> = first.into_iter().map(Timed::of).collect();
-        for again in 1..repeat.most {
+        for again in 1..most {
             let open: Vec<usize> = (0..cases.len())
-                .filter(|&k| timed[k].needs_more(repeat.scatter))
+                .filter(|&k| timed[k].needs_more())
                 .collect();
             if open.is_empty() {
                 break;
@@ -449,20 +434,20 @@ mod tests {
     #[test]
     fn a_case_is_run_again_until_its_two_least_times_agree() {
         let mut timed = Timed::of(stepped(1.3, 4.0));
-        assert!(timed.needs_more(0.05), "one run shows no scatter");
+        assert!(timed.needs_more(), "one run shows no scatter");
         timed.add(stepped(1.0, 5.0));
-        assert!(timed.needs_more(0.05));
+        assert!(timed.needs_more());
         assert_eq!(timed.outcome.stepping_cpu(), 1.0);
         assert_eq!(timed.outcome.stepping_wall_s, 4.0);
         // The two least need not be the last two.
         timed.add(stepped(2.0, 3.0));
-        assert!(timed.needs_more(0.05));
+        assert!(timed.needs_more());
         timed.add(stepped(1.04, 6.0));
-        assert!(!timed.needs_more(0.05) && timed.needs_more(0.03));
+        assert!(!timed.needs_more());
         assert_eq!(timed.times, [1.0, 1.04, 1.3, 2.0]);
         assert_eq!(timed.outcome.stepping_wall_s, 3.0);
         // A run that fails is not timed again.
         timed.add(Summary::default());
-        assert!(!timed.outcome.whole() && !timed.needs_more(0.0));
+        assert!(!timed.outcome.whole() && !timed.needs_more());
     }
 }

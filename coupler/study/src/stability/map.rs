@@ -15,7 +15,7 @@ use crate::figure::axis::Scale;
 use crate::figure::chart::{Chart, DISCS, Panel, Series};
 use crate::figure::shape::{Form, WHOLE};
 use crate::output::{number, write_table};
-use crate::runner::{Repeat, Runner};
+use crate::runner::Runner;
 use crate::vary::{Vary, with_unit};
 
 /// Columns of a scene's map unless others are asked for: decades of its own stiffness, from itself up, and how many.
@@ -79,7 +79,7 @@ pub fn maps(
     let runner = Runner::new(&options.runs, interrupt)?;
     while !round.is_empty() {
         let (places, cases): (Vec<_>, Vec<Case>) = round.into_iter().unzip();
-        let ended = runner.timed(&cases, Repeat::ONCE, &mut |_| ())?;
+        let ended = runner.timed(&cases, 1, &mut |_| ())?;
         for ((map, column, value), (case, ended)) in
             places.into_iter().zip(cases.into_iter().zip(ended))
         {

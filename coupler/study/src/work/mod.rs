@@ -27,7 +27,7 @@ use crate::StudyError;
 use crate::case::{Case, Source, scene_title};
 use crate::output::write;
 use crate::precision::pareto;
-use crate::runner::{Found, Repeat, Runner, RunnerOptions, Timed};
+use crate::runner::{Found, Runner, RunnerOptions, Timed};
 use crate::sample::{Over, Sample};
 use crate::vary::{VARIANT, Vary, combinations};
 
@@ -57,7 +57,7 @@ pub struct StudyOptions {
         value_name = "N",
         value_parser = clap::value_parser!(u16).range(2..),
         requires = "over",
-        conflicts_with_all = ["vary", "error", "finer", "resolution", "along"]
+        conflicts_with_all = ["vary", "error", "finer", "resolution"]
     )]
     pub sample: Option<u16>,
     /// Range of a scene key: `uniform(A,B)`, `log_uniform(A,B)`, or `integer(A,B)` for whole numbers. May be repeated.
@@ -75,9 +75,6 @@ pub struct StudyOptions {
     /// Scene key whose number is the resolution of a run.
     #[arg(long, value_name = "KEY")]
     pub resolution: Option<String>,
-    /// Varied key that changes along a curve instead of distinguishing curves; may be repeated.
-    #[arg(long, value_name = "KEY")]
-    pub along: Vec<String>,
     /// Check or column whose value is shown for each combination, in place of an error; may be repeated. If no check
     /// has a reference, the default is all checks, or all columns of a scene without checks.
     #[arg(long, value_name = "NAME", conflicts_with_all = ["error", "finer"])]
@@ -85,9 +82,6 @@ pub struct StudyOptions {
     /// Largest number of times that each run is timed, 7 by default; the smallest CPU time of stepping counts.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
     pub repeat: Option<u16>,
-    /// A run is timed again until its two smallest times differ by at most this share of the smallest.
-    #[arg(long, value_name = "SHARE", default_value_t = 0.05)]
-    pub scatter: f64,
 }
 
 /// What a study has found.
@@ -147,10 +141,7 @@ pub fn study(options: &StudyOptions, interrupt: Arc<AtomicBool>) -> Result<Repor
         _ if !runner.is_local() => 1,
         _ => MOST,
     };
-    let repeat = Repeat {
-        most: options.repeat.map_or(usual, usize::from),
-        scatter: options.scatter,
-    };
+    let most = options.repeat.map_or(usual, usize::from);
     let table = out.join("study.csv");
     let mut partial = |found: &Found| {
         let timed = found.iter().cloned().map(|one| one.map(Timed::of));
@@ -163,7 +154,7 @@ pub fn study(options: &StudyOptions, interrupt: Arc<AtomicBool>) -> Result<Repor
             tracing::warn!("no table of the runs so far: {error}");
         }
     };
-    let timed = runner.timed(&design.cases, repeat, &mut partial)?;
+    let timed = runner.timed(&design.cases, most, &mut partial)?;
     let rows = design.rows(&runner, timed.into_iter().map(Some))?;
     let report = design.report(rows, runner.started());
     report.write_csv(&table, runner.alone())?;
@@ -267,9 +258,7 @@ impl Design {
             Measurement::Values(_) => asked.unwrap_or_else(|| along_x(&vary)),
             _ => asked.unwrap_or_else(|| resolution(&declared, &vary)),
         };
-        let along = if !options.along.is_empty() {
-            options.along.clone()
-        } else if sampled {
+        let along = if sampled {
             vary.iter().map(|vary| vary.key.clone()).collect()
         } else if let Measurement::Values(_) = &measure {
             vec![resolution.clone()]
