@@ -1,14 +1,14 @@
 //! Maps over two scene keys: the columns are given, the edge along each is looked for.
 
 use std::fmt;
-use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
+use coupler::record::summary::Criteria;
 use plotters::style::RGBColor;
 
 use super::edge::Edge;
-use super::{STEP_FACTOR, StabilityOptions, Trial, freed, setting, usable};
+use super::{STEP_FACTOR, StabilityOptions, freed, is_stable, setting, usable};
 use crate::StudyError;
 use crate::case::{Case, Source};
 use crate::figure::axis::Scale;
@@ -17,6 +17,7 @@ use crate::figure::shape::{Form, WHOLE};
 use crate::output::{number, write_table};
 use crate::runner::Runner;
 use crate::vary::{Vary, with_unit};
+use crate::work::{Row, write_rows};
 
 /// Columns of a scene's map unless others are asked for: decades of its own stiffness, from itself up, and how many.
 const STIFFNESS: &str = "contact.linear.normal_stiffness";
@@ -30,7 +31,7 @@ pub struct Column {
     /// Where it becomes unstable.
     pub edge: Edge,
     /// The runs, in the order of [`Edge::tried`].
-    pub trials: Vec<Trial>,
+    pub rows: Vec<Row>,
 }
 
 /// A map.
@@ -83,17 +84,25 @@ pub fn maps(
         for ((map, column, value), (case, ended)) in
             places.into_iter().zip(cases.into_iter().zip(ended))
         {
-            let trial = Trial::new(case, ended.outcome, options.residual);
+            let row = Row::new(
+                &runner,
+                case,
+                ended,
+                reports[map].title.clone(),
+                Some(value),
+            );
             if value <= 1.0 {
-                usable(&trial)?;
+                usable(&row)?;
             }
             let column = &mut reports[map].columns[column];
-            column.edge.take(value, trial.stable);
-            column.trials.push(trial);
+            column
+                .edge
+                .take(value, is_stable(row.outcome(), options.residual));
+            column.rows.push(row);
         }
         round = next_round(&reports, &sources, options)?;
     }
-    write(&reports, &options.runs.out)?;
+    write(&reports, options, runner.alone())?;
     Ok(reports)
 }
 
@@ -141,7 +150,7 @@ impl Column {
         Self {
             at,
             edge: Edge::default(),
-            trials: Vec::new(),
+            rows: Vec::new(),
         }
     }
 
@@ -154,12 +163,14 @@ impl Column {
         }
     }
 
-    /// A criterion's step as a multiple of the composed one, as the first run has them: the one with the smallest step.
-    fn multiple(
-        &self,
-        criterion: fn(&coupler::record::summary::Criteria) -> Option<f64>,
-    ) -> Option<f64> {
-        let criteria = &self.trials.first()?.outcome.criteria;
+    /// The steps of the criteria as the first run has them, the one with the smallest step.
+    fn criteria(&self) -> Option<&Criteria> {
+        Some(&self.rows.first()?.outcome().criteria)
+    }
+
+    /// A criterion's step as a multiple of the composed one.
+    fn multiple(&self, criterion: fn(&Criteria) -> Option<f64>) -> Option<f64> {
+        let criteria = self.criteria()?;
         Some(criterion(criteria)? / criteria.composed?)
     }
 }
@@ -250,10 +261,9 @@ fn chart(reports: &[MapReport]) -> Chart {
     }
 }
 
-fn write(reports: &[MapReport], out: &Path) -> Result<(), StudyError> {
+fn write(reports: &[MapReport], options: &StabilityOptions, alone: bool) -> Result<(), StudyError> {
+    let out = &options.runs.out;
     let text = |words: &[&str]| words.iter().map(ToString::to_string).collect::<Vec<_>>();
-    let mut runs = vec![text(&["scene", "column", "at", "value"])];
-    runs[0].extend(text(&Trial::COLUMNS));
     let mut edges = vec![text(&[
         "scene",
         "column",
@@ -264,38 +274,53 @@ fn write(reports: &[MapReport], out: &Path) -> Result<(), StudyError> {
         "jiang2020/composed",
         "lightest_point/composed",
     ])];
+    let mut rows = Vec::new();
     for report in reports {
         for column in &report.columns {
-            let head = vec![
+            rows.extend(column.rows.iter().cloned());
+            edges.push(vec![
                 report.title.clone(),
                 report.column.clone(),
                 column.at.to_string(),
-            ];
-            for ((value, _), trial) in column.edge.tried.iter().zip(&column.trials) {
-                let mut row = head.clone();
-                row.push(value.to_string());
-                row.extend(trial.cells());
-                runs.push(row);
-            }
-            let mut row = head;
-            row.extend([
                 number(column.edge.stable),
                 number(column.edge.unstable),
-                number(
-                    column
-                        .trials
-                        .first()
-                        .and_then(|t| t.outcome.criteria.composed),
-                ),
+                number(column.criteria().and_then(|criteria| criteria.composed)),
                 number(column.multiple(|k| k.jiang2020)),
                 number(column.multiple(|k| k.lightest_point)),
             ]);
-            edges.push(row);
         }
     }
-    for (name, rows) in [("stability.csv", runs), ("edges.csv", edges)] {
-        write_table(&out.join(name), &rows)?;
-    }
+    write_table(&out.join("edges.csv"), &edges)?;
+    let middle = text(&["stable", "residual_max [1]", "bound_by"]);
+    let end = text(&["composed [s]", "jiang2020 [s]", "lightest_point [s]"]);
+    write_rows(
+        &out.join("stability.csv"),
+        &rows,
+        alone,
+        [&middle, &end],
+        |row| {
+            let outcome = row.outcome();
+            let bound = outcome.dt_bound_by.iter();
+            let bound: Vec<String> = bound
+                .map(|(name, steps)| format!("{name} {steps}"))
+                .collect();
+            let criteria = &outcome.criteria;
+            [
+                vec![
+                    is_stable(outcome, options.residual).to_string(),
+                    outcome.energy.residual_max.to_string(),
+                    bound.join(" "),
+                ],
+                [
+                    criteria.composed,
+                    criteria.jiang2020,
+                    criteria.lightest_point,
+                ]
+                .map(number)
+                .to_vec(),
+            ]
+        },
+    )?;
     chart(reports).draw(&out.join("stability.svg"))
 }
 

@@ -14,10 +14,10 @@ use coupler::record::Summary;
 use coupler::record::summary::Status;
 
 use crate::StudyError;
-use crate::case::{Case, Source};
-use crate::output::number;
+use crate::case::Source;
 use crate::runner::RunnerOptions;
 use crate::vary::Setting;
+use crate::work::Row;
 use edge::Search;
 
 pub use map::{MapReport, maps};
@@ -62,62 +62,9 @@ fn freed(source: &Source) -> Result<Source, StudyError> {
     Ok(freed)
 }
 
-/// A run of a map.
-#[derive(Debug, Clone)]
-pub struct Trial {
-    /// The run.
-    pub case: Case,
-    /// What it left.
-    pub outcome: Summary,
-    /// Whether it was stable.
-    pub stable: bool,
-}
-
-impl Trial {
-    fn new(case: Case, outcome: Summary, residual: f64) -> Self {
-        let stable = outcome.whole() && outcome.energy.residual_max <= residual;
-        Self {
-            case,
-            outcome,
-            stable,
-        }
-    }
-
-    /// Columns of a table of trials.
-    const COLUMNS: [&str; 11] = [
-        "stable",
-        "status",
-        "residual_max [1]",
-        "steps",
-        "dt_min [s]",
-        "dt_max [s]",
-        "bound_by",
-        "composed [s]",
-        "jiang2020 [s]",
-        "lightest_point [s]",
-        "reason",
-    ];
-
-    fn cells(&self) -> Vec<String> {
-        let o = &self.outcome;
-        let bound = o
-            .dt_bound_by
-            .iter()
-            .map(|(name, steps)| format!("{name} {steps}"));
-        vec![
-            self.stable.to_string(),
-            o.status.name().to_owned(),
-            o.energy.residual_max.to_string(),
-            o.steps.to_string(),
-            number(o.dt_min),
-            number(o.dt_max),
-            bound.collect::<Vec<_>>().join(" "),
-            number(o.criteria.composed),
-            number(o.criteria.jiang2020),
-            number(o.criteria.lightest_point),
-            o.reason.clone().unwrap_or_default(),
-        ]
-    }
+/// Whether a run was stable, if it may create this share of the energy in play.
+fn is_stable(outcome: &Summary, residual: f64) -> bool {
+    outcome.whole() && outcome.energy.residual_max <= residual
 }
 
 fn setting(key: &str, value: f64) -> Setting {
@@ -125,11 +72,12 @@ fn setting(key: &str, value: f64) -> Setting {
 }
 
 /// Refuses runs that say nothing about stability: a scene that fails without any forced step.
-fn usable(trial: &Trial) -> Result<(), StudyError> {
-    if trial.outcome.status == Status::Failed {
-        let reason = trial.outcome.reason.clone().unwrap_or_default();
+fn usable(row: &Row) -> Result<(), StudyError> {
+    let outcome = row.outcome();
+    if outcome.status == Status::Failed {
+        let reason = outcome.reason.clone().unwrap_or_default();
         return Err(StudyError::asked(
-            format!("{} does not run: {reason}", trial.case.label(&[])),
+            format!("{} does not run: {reason}", row.case.label(&[])),
             "a map is of a scene that runs",
         ));
     }

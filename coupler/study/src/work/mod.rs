@@ -19,6 +19,7 @@ use coupler::scene::{Measurand, Study};
 
 pub use self::report::WorkReport;
 pub use self::row::Row;
+pub(crate) use self::row::write_rows;
 pub use self::sample::SampleReport;
 pub use self::sweep::SweepReport;
 
@@ -337,17 +338,9 @@ impl Design {
             .iter()
             .zip(timed)
             .filter_map(|(case, timed)| Some((case, timed?)))
-            .map(|(case, timed)| Row {
-                run: runner.name(case),
-                curve: case.label(&self.along),
-                resolution: case.number(&self.resolution),
-                values: Vec::new(),
-                error: None,
-                finest: false,
-                pareto_cpu: false,
-                pareto_wall: false,
-                case: case.clone(),
-                timed,
+            .map(|(case, timed)| {
+                let (curve, resolution) = (case.label(&self.along), case.number(&self.resolution));
+                Row::new(runner, case.clone(), timed, curve, resolution)
             })
             .collect();
         let sweep = matches!(self.measure, Measurement::Values(_));
