@@ -41,13 +41,13 @@ pub enum Command {
     },
     /// Run a scene for several resolutions and methods: error against run time, as study.csv and study.svg.
     Study(StudyOptions),
-    /// Find the steps at which scenes become unstable, and compare them with criteria: stability.csv and stability.svg.
+    /// Find the steps at which scenes become unstable, beside those of criteria: stability.csv, edges.csv and stability.svg.
     Stability(StabilityOptions),
     /// Test a solver against every clause of the protocol that can be observed from outside.
     Conformance(ConformanceArgs),
     /// Write one run, or several side by side, as one page for a browser.
     Report(ReportArgs),
-    /// Show a run in progress in a browser on this machine.
+    /// Keep the page of a run in progress up to date.
     Watch(WatchArgs),
     /// Draw curves from runs and tables, and pictures of points and bodies.
     Plot(PlotOptions),
@@ -160,7 +160,7 @@ pub struct RunArgs {
     /// Write report.html at the end, a page with the results of the run; the same as `--set output.report=true`.
     #[arg(long)]
     pub report: bool,
-    /// Show the run in a browser on this machine while it runs; `tandem watch DIR` does the same from another terminal.
+    /// Keep a page of the run for a browser up to date while it runs; `tandem watch DIR` does the same from another terminal.
     #[arg(long)]
     pub watch: bool,
     /// Record every message between the processes in the run directory, for `tandem replay`.
@@ -236,9 +236,6 @@ pub struct ReportArgs {
 pub struct WatchArgs {
     /// Run directory of a run in progress.
     pub dir: PathBuf,
-    /// Port of the loopback interface; a free one by default.
-    #[arg(long, value_name = "PORT", default_value_t = 0)]
-    pub port: u16,
     /// Started by the run itself; ends with the run and not before.
     #[arg(long, hide = true)]
     pub of_run: bool,

@@ -1,6 +1,6 @@
 //! `tandem study` and `tandem stability`: many runs of this program; `tandem plot`: curves out of what they wrote.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::process::ExitCode;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
@@ -12,33 +12,12 @@ use study::StudyError;
 use study::case::Source;
 use study::plot_options::PlotOptions;
 use study::stability::edge::Search;
-use study::stability::{StabilityOptions, maps, table};
-use study::vary::Vary;
+use study::stability::{StabilityOptions, maps};
 use study::work::StudyOptions;
 
 use crate::logging;
 use crate::signals::interrupt;
 use crate::terminal::{complain, say};
-
-/// Maps that `tandem stability` makes when no scene is named: scene, column, values.
-const MAPS: [(&str, &str); 3] = [
-    (
-        "jiang2020/collision_hard",
-        "contact.linear.normal_stiffness=6e3,6e4,6e5,6e6,6e7,6e8,6e9,6e10",
-    ),
-    (
-        "jiang2020/collision_hard",
-        "dem.body.0.density=0.2,2,20,200,2000,20000,200000,2000000",
-    ),
-    (
-        "verification/bar_on_grain",
-        "contact.linear.normal_stiffness=1e3,1e4,1e5,1e6,1e7,1e8,1e9",
-    ),
-];
-/// Columns of a scene's map unless others are asked for: decades of its own stiffness, from itself up.
-const STIFFNESS: &str = "contact.linear.normal_stiffness";
-/// How many.
-const DECADES: i32 = 7;
 
 /// Studies a scene.
 pub fn study(args: &StudyOptions) -> ExitCode {
@@ -67,8 +46,7 @@ pub fn study(args: &StudyOptions) -> ExitCode {
 /// Maps the stability of scenes.
 pub fn stability(args: &StabilityOptions) -> ExitCode {
     logging::of_study();
-    let made = if args.table { compare(args) } else { map(args) };
-    match made {
+    match map(args) {
         Ok(text) => {
             say(text.trim_end());
             say(format_args!("results in {}", args.runs.out.display()));
@@ -96,75 +74,21 @@ pub fn plot(args: &PlotOptions) -> ExitCode {
 
 fn map(args: &StabilityOptions) -> Result<String, StudyError> {
     assert_sound(&args.search)?;
-    let given = args.vary.as_deref();
-    let wanted: Vec<(PathBuf, Option<&str>)> = if args.scenes.is_empty() {
-        let of_catalogue = |name: &str| Path::new("scenes").join(name).with_extension("toml");
-        let maps = MAPS.into_iter();
-        maps.map(|(name, vary)| (of_catalogue(name), given.or(Some(vary))))
-            .collect()
-    } else {
-        let scenes = args.scenes.iter().cloned();
-        scenes.map(|scene| (scene, given)).collect()
-    };
-    let with_column = |(path, vary)| {
-        let source = source(args, path)?;
-        let column = match vary {
-            Some(vary) => Vary::parse(vary)?,
-            None => decades(&source)?,
-        };
-        Ok((source, column))
-    };
-    let wanted: Vec<(Source, Vary)> = wanted
-        .into_iter()
-        .map(with_column)
-        .collect::<Result<_, StudyError>>()?;
-    let reports = maps(&wanted, args, asked_to_end()?)?;
+    let sources = args.scenes.iter().map(|path| source(args, path));
+    let sources: Vec<Source> = sources.collect::<Result<_, _>>()?;
+    let reports = maps(&sources, args, asked_to_end()?)?;
     Ok(reports.iter().map(ToString::to_string).collect())
 }
 
-/// The stiffness of a scene's contact and decades above it.
-fn decades(source: &Source) -> Result<Vary, StudyError> {
-    let own = source.case(&[])?.number(STIFFNESS).ok_or_else(|| {
-        StudyError::Asked(
-            format!("{} has no `{STIFFNESS}` to vary", source.path.display()),
-            "name the columns: `--vary KEY=N1,N2,...`".to_owned(),
-        )
-    })?;
-    let values = (0..DECADES).map(|k| (own * 10f64.powi(k)).to_string());
-    Ok(Vary {
-        key: STIFFNESS.to_owned(),
-        values: values.collect(),
-    })
-}
-
-fn compare(args: &StabilityOptions) -> Result<String, StudyError> {
-    let scenes = if args.scenes.is_empty() {
-        catalogue(Path::new("scenes")).map_err(|source| StudyError::File {
-            action: "look for scenes in",
-            path: "scenes".into(),
-            source,
-        })?
-    } else {
-        args.scenes.clone()
-    };
-    let sources: Vec<Source> = scenes
-        .into_iter()
-        .map(|path| source(args, path))
-        .collect::<Result<_, _>>()?;
-    assert_sound(&args.search)?;
-    let report = table(&sources, args, asked_to_end()?)?;
-    Ok(report.to_string())
-}
-
 /// A scene with the variant that is asked for, or its quick one.
-fn source(args: &StabilityOptions, path: PathBuf) -> Result<Source, StudyError> {
-    let plain = Scene::load(&path, None, &args.set).map_err(StudyError::Scene)?;
+fn source(args: &StabilityOptions, path: &Path) -> Result<Source, StudyError> {
+    let plain = Scene::load(path, None, &args.set).map_err(StudyError::Scene)?;
     let quick = || {
         let mut variants = plain.variants.iter();
         variants.find(|name| *name == "quick").cloned()
     };
     Ok(Source {
-        path,
+        path: path.to_owned(),
         variant: args.variant.clone().or_else(quick),
         set: args.set.clone(),
     })
@@ -183,21 +107,6 @@ fn assert_sound(search: &Search) -> Result<(), StudyError> {
         return wrong(&format!("--ratio {}", search.ratio), "a ratio is above 1");
     }
     Ok(())
-}
-
-/// Every scene file below a folder, sorted.
-fn catalogue(folder: &Path) -> std::io::Result<Vec<PathBuf>> {
-    let mut files = Vec::new();
-    for entry in std::fs::read_dir(folder)? {
-        let path = entry?.path();
-        if path.is_dir() {
-            files.extend(catalogue(&path)?);
-        } else if path.extension().is_some_and(|e| e == "toml") {
-            files.push(path);
-        }
-    }
-    files.sort();
-    Ok(files)
 }
 
 /// Set when the user asks to end.

@@ -1,4 +1,4 @@
-//! `tandem watch`, and the same beside `tandem run --watch`: a run that goes on as a page for a browser of this machine.
+//! `tandem watch`, and the same beside `tandem run --watch`: a run that goes on as a page for a browser.
 
 use std::env;
 use std::path::Path;
@@ -7,7 +7,7 @@ use std::sync::atomic::Ordering;
 
 use coupler::record::rundir::in_use;
 use coupler::record::summary::Status;
-use report::live::Live;
+use report::live::follow;
 use rustix::process::nice;
 
 use crate::cli::WatchArgs;
@@ -15,11 +15,11 @@ use crate::exit::BAD_INPUT;
 use crate::signals::interrupt;
 use crate::terminal::{complain, say};
 
-/// How far the server stands back behind the run, which shares its processors. Not all the way: beside other work a page of
-/// 0.3 s would take minutes, and a page costs little since the server rests after it.
+/// How far it stands back behind the run, which shares its processors. Not all the way: beside other work a page of
+/// 0.3 s would take minutes, and a page costs little since there is a rest after it.
 const NICE: i32 = 10;
 
-/// Serves the page of a run until the run has ended.
+/// Keeps the page of a run up to date until the run has ended.
 pub fn watch(args: &WatchArgs) -> ExitCode {
     let dir = &args.dir;
     if !in_use(dir) {
@@ -34,16 +34,18 @@ pub fn watch(args: &WatchArgs) -> ExitCode {
         Ok(interrupt) => interrupt,
         Err(error) => return failed(&error),
     };
-    let live = match Live::listen(dir, args.port) {
-        Ok(live) => live,
-        Err(error) => return failed(&error.to_string()),
-    };
-    // Where that is refused the server is as urgent as the run, which costs a little of its time.
+    // Where that is refused this process is as urgent as the run, which costs a little of its time.
     let _ = nice(NICE);
-    say(format_args!("the run is shown at {}", live.address()));
-    // Ctrl-C on a terminal reaches a run and its server: the run ends, and has a last page.
+    // Ctrl-C on a terminal reaches a run and this process: the run ends, and has a last page.
     let stop = || !args.of_run && interrupt.to_end.load(Ordering::Relaxed);
-    match live.serve(stop) {
+    let shown = |page: &Path| {
+        let page = page.canonicalize().unwrap_or_else(|_| page.to_owned());
+        say(format_args!(
+            "the run is shown at file://{}",
+            page.display()
+        ));
+    };
+    match follow(dir, stop, shown) {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => failed(&error.to_string()),
     }
@@ -54,11 +56,11 @@ fn failed(error: &str) -> ExitCode {
     ExitCode::from(Status::Failed.exit_code())
 }
 
-/// Starts the server of the run in `dir`, which ends with it. A run goes on without one.
+/// Starts a process that shows the run in `dir`, and ends with it. A run goes on without one.
 pub fn beside(dir: &Path) {
     let started = env::current_exe().and_then(|program| {
-        let mut server = Command::new(program);
-        server.arg("watch").arg("--of-run").arg(dir).spawn()
+        let mut watch = Command::new(program);
+        watch.arg("watch").arg("--of-run").arg(dir).spawn()
     });
     if let Err(error) = started {
         complain(format_args!("warning: the run is not shown: {error}"));

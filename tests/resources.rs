@@ -55,7 +55,7 @@ fn a_small_shared_memory_is_reported_before_the_run() {
     }
     let (code, said) = after(&place, &mounts, &mount("600k"), "small");
     assert_eq!(code, Some(2), "{said}");
-    has(&said, "of shared memory, and /dev/shm has 0.6 MiB free");
+    has(&said, "of shared memory, and /dev/shm has 600.0 KiB free");
     has(&said, "--shm-size");
     assert!(!place.path("small").exists(), "nothing has begun");
     let (code, said) = after(&place, &mounts, &mount("8m"), "enough");

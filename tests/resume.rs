@@ -245,81 +245,33 @@ fn what_cannot_be_resumed_is_refused_with_the_reason() {
     ended.expect(2).says(&["is not of this run", "scene hash"]);
 }
 
-/// Messages of a recording that are of one run, whatever its windows.
-fn recorded(dir: &Path) -> BTreeMap<&'static str, u64> {
-    let mut playback = Playback::open(&dir.join("recording.tandem")).unwrap();
-    let mut messages = BTreeMap::new();
-    let (mut saved, mut next) = (0, 0);
-    while let Some(message) = playback.message().unwrap() {
-        let channel = message.channel.name();
-        saved += u64::from(channel.ends_with("saved") || channel.ends_with("restore"));
-        *messages.entry(channel).or_default() += 1;
-        if channel == "imp/forces" {
-            let step = message.header.step;
-            assert_eq!(step, next, "a gap, or a step twice");
-            next += 1;
-        }
-    }
-    assert_eq!(saved, 0, "states are no part of a recording");
-    assert!(matches!(playback.end(), Some(End::Whole { .. })));
-    messages.retain(|channel, _| !channel.ends_with("grants") && !channel.ends_with("reports"));
-    messages
-}
-
-/// A recorded run that is killed and resumed has one recording, as if nothing had been, and it replays.
+/// A recording is of the run up to where it was cut short: the rest is not recorded, and the result is as without it.
 #[test]
-fn a_recording_goes_on_with_its_run() {
+fn a_recording_ends_where_its_run_was_cut_short() {
     let place = Place::new();
     let scene = scene_of_the_test();
-    let record = [LONG, &["--record"]].concat();
-    place.run("whole", &scene, &record).expect(0);
-    let ways: [&[&str]; 3] = [&[], &["--in-process"], &["--threads", "2", "--window", "7"]];
-    for (n, way) in ways.into_iter().enumerate() {
-        let out = format!("killed_{n}");
-        let dir = place.path(&out);
-        let mut run = place.start_run(&out, &scene, &[&record, way].concat());
-        a_while_after_a_checkpoint(&dir);
-        let target = if n == 0 {
-            run.solver(&out, "dem")
-        } else {
-            run.pid()
-        };
-        signal(target, "KILL");
-        run.end();
-        let path = dir.to_str().unwrap().to_owned();
-        let second = place.start(&["resume", &path, "--log", "json"]);
-        std::thread::sleep(Duration::from_millis(dice(150)));
-        signal(second.pid(), "KILL");
-        second.end();
-        let ended = resume(&place, &out, ways[(n + 1) % 3]).expect(0);
-        assert!(
-            !ended.stderr.contains("without its recording"),
-            "{ended:#?}"
-        );
-        assert_same(&dir, &place.path("whole"));
-        assert_eq!(recorded(&dir), recorded(&place.path("whole")));
-        let recording = dir.join("recording.tandem");
-        for side in ["--dem", "--mpm"] {
-            let arguments = ["replay", recording.to_str().unwrap(), side, "--in-process"];
-            let ended = place.start(&arguments).end().expect(0);
-            assert!(ended.stdout.contains("the same, to the bit"), "{ended:#?}");
-        }
-    }
-}
-
-#[test]
-fn a_run_goes_on_without_a_recording_that_does_not_reach_so_far() {
-    let place = Place::new();
-    let record = [LONG, &["--record"]].concat();
-    place.run("torn", &scene_of_the_test(), &record).expect(0);
-    let file = place.path("torn").join("recording.tandem");
-    let bytes = fs::read(&file).unwrap();
-    fs::write(&file, &bytes[..bytes.len() / 3]).unwrap();
-    let ended = resume(&place, "torn", &[]).expect(0);
-    ended.says(&[
-        "continues without its recording",
-        "ends before the checkpoint",
-    ]);
+    place.run("whole", &scene, LONG).expect(0);
+    let dir = place.path("killed");
+    let run = place.start_run("killed", &scene, &[LONG, &["--record"]].concat());
+    a_while_after_a_checkpoint(&dir);
+    signal(run.pid(), "KILL");
+    run.end();
+    let recording = dir.join("recording.tandem");
+    let before = fs::read(&recording).unwrap();
+    let ended = resume(&place, "killed", &[]).expect(0);
+    ended.says(&["continues without its recording"]);
+    assert_same(&dir, &place.path("whole"));
+    assert_eq!(fs::read(&recording).unwrap(), before);
+    let end = Playback::verify(&recording).unwrap();
+    assert!(matches!(end, End::Torn { .. }), "{end:?}");
+    let arguments = [
+        "replay",
+        recording.to_str().unwrap(),
+        "--dem",
+        "--in-process",
+    ];
+    let ended = place.start(&arguments).end().expect(0);
+    assert!(ended.stdout.contains("the same, to the bit"), "{ended:#?}");
 }
 
 /// The discs in Python without `save`: the run says so when it begins, and `resume` says what to do.

@@ -44,12 +44,7 @@ pub struct Reader {
 impl Reader {
     /// Opens a file that asks nobody for anything, if there is a browser.
     pub fn open(page: &Path) -> Option<Self> {
-        let url = format!("file://{}", page.display());
-        Self::go(&url, &url)
-    }
-
-    /// Opens a page that may ask what begins with `own`, if there is a browser.
-    pub fn go(url: &str, own: &str) -> Option<Self> {
+        let own = format!("file://{}", page.display());
         let profile = tempfile::tempdir().expect("a directory");
         let mut wire = Wire::to(&chromium()?, profile.path());
         let target = wire.call("Target.createTarget", &json!({ "url": "about:blank" }));
@@ -59,19 +54,14 @@ impl Reader {
         for domain in ["Log", "Runtime", "Network", "Page"] {
             wire.call(&format!("{domain}.enable"), &json!({}));
         }
-        wire.call("Page.navigate", &json!({ "url": url }));
+        wire.call("Page.navigate", &json!({ "url": own }));
         let reader = Self {
             wire: wire.into(),
-            own: own.to_owned(),
+            own,
             _profile: profile,
         };
-        let asked = json!({ "expression": "document.documentElement.dataset.ready !== undefined", "returnByValue": true });
-        // An error says that the page is between two documents.
-        let ready = || {
-            let answer = reader.wire.borrow_mut().answer("Runtime.evaluate", &asked);
-            answer["result"]["result"]["value"] == true
-        };
-        until(PATIENCE, || ready().then_some(())).expect("the page starts");
+        let ready = || reader.ask_if_ready("true");
+        until(PATIENCE, ready).expect("the page starts");
         Some(reader)
     }
 
@@ -93,6 +83,15 @@ impl Reader {
         assert!(failed.is_null(), "{expression}: {failed}");
         let text = answer["result"]["value"].as_str().unwrap_or("null");
         serde_json::from_str(text).unwrap()
+    }
+
+    /// The value of an expression, unless the page is between two documents or has not started.
+    pub fn ask_if_ready(&self, expression: &str) -> Option<Value> {
+        let asked =
+            format!("document.documentElement.dataset.ready && JSON.stringify({expression})");
+        let how = json!({ "expression": asked, "returnByValue": true });
+        let answer = self.wire.borrow_mut().answer("Runtime.evaluate", &how);
+        serde_json::from_str(answer["result"]["result"]["value"].as_str()?).ok()
     }
 
     /// A number of the page.

@@ -25,8 +25,6 @@ pub enum Need {
     Mount,
     /// `parallel` of GNU.
     Parallel,
-    /// The Python package hyperqueue.
-    Hyperqueue,
     /// The daemons of Slurm and munge, and root to start them.
     Slurm,
 }

@@ -45,7 +45,7 @@ const BODIES: &str = "bodies.csv";
 /// Every message of the run.
 pub const RECORDING: &str = "recording.tandem";
 /// The files that a resumed run goes on with.
-const GROWING: [&str; 6] = [HISTORY, COURSE, LOG, RECORDING, "mpm.log", "dem.log"];
+const GROWING: [&str; 5] = [HISTORY, COURSE, LOG, "mpm.log", "dem.log"];
 /// Folder of a new run, while the files of an earlier one are still there.
 const NEXT: &str = ".tandem.next";
 /// Folder of the files of the earlier run while they are replaced.

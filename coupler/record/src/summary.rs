@@ -105,9 +105,6 @@ pub struct Criteria {
     /// `min(kappa_1 L/c, 2 kappa sqrt(m_p/k_n))` with the mass of the lightest point and the safety factor kappa: the
     /// choice of someone who knows that a point is the lightest partner in its contact.
     pub lightest_point: Option<f64>,
-    /// `sqrt(m/k_n)` without a factor. m is the mass of the lightest point, or of the lightest free body if there are
-    /// no points. It ignores waves and has no safety factor; it is half the limit of one mass on one spring.
-    pub contact_alone: Option<f64>,
 }
 
 /// The results of a run.

@@ -26,9 +26,6 @@ pub enum ReportError {
         /// Why not.
         source: io::Error,
     },
-    /// Nobody can be served.
-    #[error("cannot serve the page at {0}")]
-    Serve(String),
     /// The page cannot be made although everything was read.
     #[error("cannot make the page: {0}")]
     Page(String),

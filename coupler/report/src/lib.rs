@@ -7,7 +7,7 @@
 //! | [`thin`], [`pack`] | as much of that as a page has room for, in few bytes |
 //! | [`chart`], [`verdict`], [`words`] | curves, checks and numbers as people read them |
 //! | [`page`] | all of it in the template; `templates/` has it, the script and the style |
-//! | [`live`] | the page of a run that goes on, served to browsers of this machine |
+//! | [`live`] | the page of a run that goes on |
 //!
 //! This crate reads what a run has left and knows the coupler for the words of its files. It computes no physics.
 #![forbid(unsafe_code)]
@@ -55,7 +55,7 @@ pub fn write(runs: &[PathBuf], out: Option<&Path>) -> Result<Written, ReportErro
         .iter()
         .map(|run| Record::read(run))
         .collect::<Result<_, _>>()?;
-    let html = page::page(&records, false)?;
+    let html = page::page(&records, None)?;
     let path = match (out, runs.first()) {
         (Some(out), _) => out.to_path_buf(),
         (None, Some(run)) => run.join(REPORT),

@@ -1,6 +1,7 @@
 //! The page: everything that is known of the runs, in the template.
 
 use std::path::Path;
+use std::time::Duration;
 
 use askama::Template;
 use coupler::record::Summary;
@@ -26,9 +27,8 @@ const SCRIPT: &str = concat!(
     include_str!("../templates/player.js"),
     include_str!("../templates/chart.js"),
     include_str!("../templates/page.js"),
+    include_str!("../templates/live.js"),
 );
-/// The script of a page that follows its run.
-const LIVE: &str = include_str!("../templates/live.js");
 const STYLE: &str = include_str!("../templates/page.css");
 /// Lines of a log that are shown from its begin, and from its end.
 const LOG: [usize; 2] = [100, 400];
@@ -55,18 +55,13 @@ struct OfRun<'a> {
 
 #[derive(Debug, Template)]
 #[template(path = "page.html")]
-#[expect(
-    clippy::struct_excessive_bools,
-    reason = "each is a question of the template"
-)]
 struct Page<'a> {
     title: String,
     about: &'a str,
     style: &'a str,
     script: &'a str,
-    /// The page follows its run: it may ask where it came from for news.
-    live: bool,
-    live_script: &'a str,
+    /// When the page of a run that goes on loads itself again.
+    again: Option<Duration>,
     data: String,
     many: bool,
     has_motion: bool,
@@ -147,16 +142,16 @@ impl Run<'_> {
     }
 }
 
-/// The page of these runs; a `live` one follows its run, as [`crate::live`] serves it.
+/// The page of these runs; of a run that goes on, it loads itself `again` after this time ([`crate::live`]).
 ///
 /// # Errors
 /// [`ReportError::Page`].
-pub fn page(records: &[Record], live: bool) -> Result<String, ReportError> {
+pub fn page(records: &[Record], again: Option<Duration>) -> Result<String, ReportError> {
     let labels = labels(records);
     let charts: Vec<Charts> = records.iter().map(charts).collect();
     let none: Vec<_> = records.iter().map(|_| Err(String::new())).collect();
     // The space for motions is known when everything else is there.
-    let rest = render(records, &labels, &charts, &none, live)?.len();
+    let rest = render(records, &labels, &charts, &none, again)?.len();
     let room = LARGEST.saturating_sub(rest) as f64 * (1.0 - RESERVE) / records.len().max(1) as f64;
     let motions = records.iter().map(|record| motion(record, room as usize));
     render(
@@ -164,7 +159,7 @@ pub fn page(records: &[Record], live: bool) -> Result<String, ReportError> {
         &labels,
         &charts,
         &motions.collect::<Vec<_>>(),
-        live,
+        again,
     )
 }
 
@@ -193,7 +188,7 @@ fn render(
     labels: &[String],
     charts: &[Charts],
     motions: &[Result<Motion, String>],
-    live: bool,
+    again: Option<Duration>,
 ) -> Result<String, ReportError> {
     let of_runs = labels.iter().zip(motions).zip(charts);
     let data = Data {
@@ -211,7 +206,7 @@ fn render(
     let runs: Vec<Run> = all
         .map(|((record, label), (charts, motion))| {
             let mut run = run(record, label, charts, motion);
-            if live {
+            if again.is_some() {
                 run.status = under_way(record);
             }
             run
@@ -239,8 +234,7 @@ fn render(
         about,
         style: STYLE,
         script: SCRIPT,
-        live,
-        live_script: if live { LIVE } else { "" },
+        again,
         data,
         many: records.len() > 1,
         has_motion,

@@ -3,15 +3,13 @@
 use std::fmt::{self, Write as _};
 
 use interface::config::friction::FrictionTest;
-use interface::config::{
-    ContactLaw, DemConfig, GroupConfig, MaterialConfig, Motion, MpmConfig, Wall,
-};
+use interface::config::{ContactLaw, GroupConfig, MaterialConfig, Motion, MpmConfig, Wall};
 use serde::Serialize;
 
 use super::{Criterion, Scene};
 
 /// What a scene will run.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct Plan {
     /// Name of the scene.
     pub scene: String,
@@ -26,12 +24,12 @@ pub struct Plan {
 }
 
 /// Something that a scene does not need.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Eq)]
 pub struct LeftOut {
     /// What is not done or kept.
     pub what: String,
     /// Why not.
-    pub why: String,
+    pub why: &'static str,
 }
 
 impl Plan {
@@ -233,93 +231,56 @@ fn law_in_words(law: ContactLaw) -> String {
 }
 
 fn left_out(scene: &Scene) -> Vec<LeftOut> {
-    let mut list = List::default();
+    let mut list = Vec::new();
+    let mut add = |applies: bool, what: &str, why: &'static str| {
+        let what = what.to_owned();
+        list.extend(applies.then_some(LeftOut { what, why }));
+    };
     let (mpm, dem) = (scene.mpm.as_ref(), scene.dem.as_ref());
-    list.add(mpm.is_none(), "MPM process", "the scene has no `[mpm]`");
-    list.add(dem.is_none(), "DEM process", "the scene has no `[dem]`");
+    add(mpm.is_none(), "MPM process", "the scene has no `[mpm]`");
+    add(dem.is_none(), "DEM process", "the scene has no `[dem]`");
     if let Some(mpm) = mpm {
-        list.of_points(mpm, dem.is_some());
-    }
-    if let Some(dem) = dem {
-        list.of_bodies(dem, mpm.is_some());
-    }
-    let output = &scene.output;
-    list.add(
-        output.columns.is_empty(),
-        "columns of the history except the time",
-        "the scene has no `[[output.column]]`",
-    );
-    list.add(
-        output.frames.is_none(),
-        "frames",
-        "the scene has no `output.frames`",
-    );
-    list.add(
-        output.checkpoint.is_none(),
-        "checkpoints",
-        "the scene has no `output.checkpoint`",
-    );
-    list.0
-}
-
-/// What is left out, as found so far.
-#[derive(Default)]
-struct List(Vec<LeftOut>);
-
-impl List {
-    fn add(&mut self, applies: bool, what: &str, why: &str) {
-        if applies {
-            self.0.push(LeftOut {
-                what: what.to_owned(),
-                why: why.to_owned(),
-            });
-        }
-    }
-
-    fn of_points(&mut self, mpm: &MpmConfig, coupled: bool) {
         let plastic = mpm.materials.iter().any(|m| m.model.is_plastic());
-        self.add(
+        add(
             !plastic,
             "plastic state of points",
             "no material flows plastically",
         );
         let walls = mpm.walls.by_axis();
         let is_open = |(_, wall): &(_, Wall)| *wall == Wall::Open;
-        self.add(
+        add(
             walls.as_flattened().iter().all(is_open),
             "conditions on the domain's walls",
             "all four are open",
         );
-        self.add(mpm.gravity == [0.0; 2], "body force", "gravity is zero");
-        self.add(
-            !coupled,
+        add(mpm.gravity == [0.0; 2], "body force", "gravity is zero");
+        add(
+            dem.is_none(),
             "exchange of points and forces",
             "there is nothing to exchange with",
         );
     }
-
-    fn of_bodies(&mut self, dem: &DemConfig, coupled: bool) {
+    if let Some(dem) = dem {
         let fixed = dem.bodies.iter().filter(|b| b.motion == Motion::Fixed);
         let fixed = fixed.count();
-        self.add(
+        add(
             fixed > 0,
             &format!("motion of {fixed} of {} bodies", dem.bodies.len()),
             "fixed bodies are not integrated",
         );
-        if coupled {
-            self.add(
-                dem.point_laws().all(|law| law.friction() == 0.0),
-                "tangential history of points on bodies",
-                "their contact has no friction",
-            );
-            self.add(
-                dem.point_laws().all(|law| law.damping_ratio() == 0.0),
-                "viscous force of points on bodies",
-                "their contact has no damping",
-            );
-        }
+        let coupled = mpm.is_some();
+        add(
+            coupled && dem.point_laws().all(|law| law.friction() == 0.0),
+            "tangential history of points on bodies",
+            "their contact has no friction",
+        );
+        add(
+            coupled && dem.point_laws().all(|law| law.damping_ratio() == 0.0),
+            "viscous force of points on bodies",
+            "their contact has no damping",
+        );
         let alone = dem.bodies.len() == 1;
-        self.add(
+        add(
             dem.body_contact.is_none() || alone,
             "search and contact among bodies",
             if alone {
@@ -329,6 +290,23 @@ impl List {
             },
         );
     }
+    let output = &scene.output;
+    add(
+        output.columns.is_empty(),
+        "columns of the history except the time",
+        "the scene has no `[[output.column]]`",
+    );
+    add(
+        output.frames.is_none(),
+        "frames",
+        "the scene has no `output.frames`",
+    );
+    add(
+        output.checkpoint.is_none(),
+        "checkpoints",
+        "the scene has no `output.checkpoint`",
+    );
+    list
 }
 
 impl fmt::Display for Plan {

@@ -6,6 +6,7 @@ use std::fmt::{self, Display};
 use interface::message::control::Party;
 use interface::solver::Readiness;
 
+use crate::run::resources::Bytes;
 use crate::run::stability::{Sides, Stability};
 use crate::scene::{Criterion, Scene};
 
@@ -156,12 +157,9 @@ impl Display for Estimate {
 
 /// The memory of a state in words, which a solver may not know.
 fn memory(ready: Option<&Readiness>) -> String {
-    let bytes = ready.map_or(0, |ready| ready.bytes);
-    let units = [("GiB", 1_u64 << 30), ("MiB", 1 << 20), ("KiB", 1 << 10)];
-    match units.iter().find(|(_, size)| bytes >= *size) {
-        Some((unit, size)) => format!("{:.1} {unit}", bytes as f64 / *size as f64),
-        None if bytes == 0 => "not known".to_owned(),
-        None => format!("{bytes} B"),
+    match ready.map_or(0, |ready| ready.bytes) {
+        0 => "not known".to_owned(),
+        bytes => Bytes(bytes).to_string(),
     }
 }
 

@@ -30,7 +30,7 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::PathBuf;
 use std::time::Instant;
 
-use interface::files::How;
+use interface::files::{self, How};
 use interface::message::control::Party;
 use interface::message::{Channel, Kind};
 use interface::recording::{About, Recorder, RecordingSink, Tap};
@@ -165,32 +165,23 @@ fn run_from(scene: &Scene, options: &RunOptions, dir: &RunDir, from: Origin) -> 
     }
 }
 
-/// The recording of a run, if it has one: a new one, or that of a run that continues.
+/// The recording of a run that begins, if it is to have one.
 fn recorder(
     scene: &Scene,
     options: &RunOptions,
     dir: &RunDir,
     from: &Origin,
 ) -> Result<Option<Recorder>, RunError> {
-    let made_by = concat!("tandem ", env!("CARGO_PKG_VERSION"));
-    let about = About::run(&scene.name, &scene.hash, made_by);
-    if let Origin::Itself(checkpoint) = from {
-        let Some(length) = checkpoint.state.recording else {
-            return Ok(None);
-        };
-        let resumed = dir.open(RECORDING, How::Change).map_err(RunError::from);
-        let recorder = resumed.and_then(|(file, path)| {
-            let recorder = Recorder::resume(file, &path, &about, length);
-            recorder.map_err(|error| SessionError::from(error).into())
-        });
-        if let Err(error) = &recorder {
-            tracing::warn!("the run continues without its recording: {error}");
-        }
-        return Ok(recorder.ok());
+    if matches!(from, Origin::Itself(_)) && files::is_there(dir.path(), RECORDING) {
+        tracing::warn!(
+            "the run continues without its recording, which ends where the run was cut short"
+        );
     }
     if !options.record {
         return Ok(None);
     }
+    let made_by = concat!("tandem ", env!("CARGO_PKG_VERSION"));
+    let about = About::run(&scene.name, &scene.hash, made_by);
     let (file, path) = dir.open(RECORDING, How::Replace)?;
     let recorder = Recorder::create(file, &path, &about).map_err(SessionError::from)?;
     Ok(Some(recorder))

@@ -83,15 +83,14 @@ pub enum ResourceError {
 }
 
 /// A number of bytes, formatted for people.
-struct Bytes(u64);
+pub(super) struct Bytes(pub u64);
 
 impl Display for Bytes {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let mib = self.0 as f64 / f64::from(1 << 20);
-        if mib < 10.0 {
-            write!(f, "{mib:.1} MiB")
-        } else {
-            write!(f, "{mib:.0} MiB")
+        let units = [("GiB", 1_u64 << 30), ("MiB", 1 << 20), ("KiB", 1 << 10)];
+        match units.iter().find(|(_, size)| self.0 >= *size) {
+            Some((unit, size)) => write!(f, "{:.1} {unit}", self.0 as f64 / *size as f64),
+            None => write!(f, "{} B", self.0),
         }
     }
 }

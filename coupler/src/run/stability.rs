@@ -97,8 +97,6 @@ pub struct Stability {
     jiang2020: f64,
     /// Step of eq. 51 with the mass of the lightest point in s, in the same way.
     lightest_point: f64,
-    /// Step of the contact alone in s, in the same way.
-    contact_alone: f64,
 }
 
 /// A step and the budgets within which it stays stable.
@@ -127,7 +125,6 @@ impl Stability {
             criterion: plan.criterion,
             jiang2020: waves.min(TAU * KAPPA_2 * period(dem)),
             lightest_point: waves.min(2.0 * plan.safety * period(mpm)),
-            contact_alone: period(mpm.or(dem)),
         }
     }
 
@@ -150,7 +147,6 @@ impl Stability {
             composed: bound(shortest),
             jiang2020: bound(self.jiang2020),
             lightest_point: bound(self.lightest_point),
-            contact_alone: bound(self.contact_alone),
         };
     }
 
@@ -404,10 +400,8 @@ mod tests {
             criteria.lightest_point,
             1.6 * (2.5e-4f64 / 6e9).sqrt()
         ));
-        assert!(near(criteria.contact_alone, (2.5e-4f64 / 6e9).sqrt()));
-        // Without points, the lightest partner of a contact is a body.
+        // Without points there is no lightest one.
         Stability::new(&plan, None, Some(&dem)).compare(&sides(), &mut criteria);
-        assert!(near(criteria.contact_alone, (2.5f64 / 6e9).sqrt()));
         assert_eq!(criteria.lightest_point, None);
     }
 }

@@ -3,7 +3,7 @@
 //! | room | what is in it |
 //! | --- | --- |
 //! | [`vary`], [`sample`], [`case`] | values of scene keys, listed or drawn, and the checked scene of each run |
-//! | [`runner`], [`engine`] | runs of the program, on this machine or through a queue, resumable |
+//! | [`runner`], `pool` | runs of the program, on this machine or through a launcher, resumable |
 //! | [`precision`], [`work`] | Pareto fronts and orders; `tandem study`: error against run time |
 //! | [`stability`] | `tandem stability`: where a step becomes unstable, and what criteria say of it |
 //! | [`plot`], [`plot_options`] | `tandem plot`: curves out of what was written as CSV, and its command line |
@@ -16,12 +16,12 @@
 #![cfg_attr(not(test), warn(clippy::disallowed_methods))]
 
 pub mod case;
-pub mod engine;
 mod error;
 pub mod figure;
 mod output;
 pub mod plot;
 pub mod plot_options;
+mod pool;
 pub mod precision;
 mod progress;
 pub mod runner;

@@ -1,7 +1,7 @@
 //! Runs of the program, each in a directory named after what it runs: what is there already is not run again.
 //!
-//! A run is one command, and its state is its directory: it is over when there is a summary of the same scene. Engines
-//! only start commands, so nothing is counted twice, whoever starts a run again.
+//! A run is one command, and its state is its directory: it is over when there is a summary of the same scene. So nothing is
+//! counted twice, whoever starts a run again.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -18,9 +18,8 @@ use interface::transport::wait::{until, until_there};
 
 use crate::StudyError;
 use crate::case::Case;
-use crate::engine::start::{Place, Start};
-use crate::engine::{Engine, Queue, local};
 use crate::output::write;
+use crate::pool::{self, Start};
 use crate::progress::Progress;
 
 /// Time between two looks at runs that somebody else has started.
@@ -31,6 +30,8 @@ const DRAINING: Duration = Duration::from_secs(30);
 const TRIES: usize = 3;
 /// Least time between two tables of the runs so far.
 const PARTIAL: Duration = Duration::from_secs(10);
+/// A case is run again until its two least CPU times of stepping are so near, as a share of the least.
+const SCATTER: f64 = 0.05;
 /// Characters of a hash that name a run: 64 bits.
 const NAME: usize = 16;
 
@@ -40,10 +41,13 @@ pub struct RunnerOptions {
     /// Directory of the results; runs that it already contains are not repeated.
     #[arg(long, alias = "output", value_name = "DIR")]
     pub out: PathBuf,
-    /// Largest number of runs at the same time: by default 1 on this machine, 100 in Slurm. With more than one their times are
-    /// those of runs that share the machine.
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
-    pub jobs: Option<u16>,
+    /// Largest number of runs at the same time. With more than one their times are those of runs that share the machine.
+    #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u16).range(1..))]
+    pub jobs: u16,
+    /// Words before the command of each run, such as `srun --ntasks=1 --cpus-per-task=2` to make it in a queue. They return
+    /// when the run has ended.
+    #[arg(long, value_name = "WORDS", value_parser = launcher, default_value = "")]
+    pub launcher: Launcher,
     /// Threads of each solver.
     #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u16).range(1..))]
     pub threads: u16,
@@ -55,11 +59,19 @@ pub struct RunnerOptions {
     pub trust: bool,
 }
 
+/// Words before the command of a run.
+#[derive(Debug, Clone, Default)]
+pub struct Launcher(Vec<String>);
+
+fn launcher(words: &str) -> Result<Launcher, String> {
+    let words = shlex::split(words).ok_or("a quote is not closed")?;
+    Ok(Launcher(words))
+}
+
 /// Starts runs and finds what they left.
 #[derive(Debug)]
 pub struct Runner {
     options: RunnerOptions,
-    queue: Queue,
     /// Set from outside to end.
     interrupt: Arc<AtomicBool>,
     /// Directory of the runs.
@@ -73,15 +85,6 @@ pub struct Runner {
 
 /// What the runs of a list of cases have left so far.
 pub type Found = [Option<Summary>];
-
-/// How often a case is run for its times.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Repeat {
-    /// Most runs of a case.
-    pub most: usize,
-    /// A case is run again until its two least CPU times of stepping are so near, as a share of the least.
-    pub scatter: f64,
-}
 
 /// A case that was run, once or more often.
 #[derive(Debug, Clone)]
@@ -108,8 +111,8 @@ impl Timed {
         }
     }
 
-    fn needs_more(&self, scatter: f64) -> bool {
-        self.outcome.whole() && self.scatter().is_none_or(|s| s > scatter)
+    fn needs_more(&self) -> bool {
+        self.outcome.whole() && self.scatter().is_none_or(|s| s > SCATTER)
     }
 
     /// A run more. One that fails where others did not is what counts.
@@ -137,17 +140,13 @@ impl Runner {
     ///
     /// # Errors
     /// The directory cannot be made, or the program cannot be read.
-    pub fn new(
-        options: &RunnerOptions,
-        queue: Queue,
-        interrupt: Arc<AtomicBool>,
-    ) -> Result<Self, StudyError> {
+    pub fn new(options: &RunnerOptions, interrupt: Arc<AtomicBool>) -> Result<Self, StudyError> {
         let runs = options.out.join("runs");
         fs::create_dir_all(&runs).map_err(|error| {
             let what = format!("cannot create the directory {}: {error}", runs.display());
             StudyError::asked(what, "give another with `--out`")
         })?;
-        // Engines may work elsewhere.
+        // A launcher may work elsewhere.
         let runs = runs
             .canonicalize()
             .map_err(StudyError::file("find the directory", &runs))?;
@@ -159,7 +158,6 @@ impl Runner {
             program_hash: blake3::hash(&content),
             program,
             options: options.clone(),
-            queue,
             interrupt,
             runs,
             started: AtomicUsize::new(0),
@@ -171,28 +169,19 @@ impl Runner {
         self.started.load(Ordering::Relaxed)
     }
 
-    /// Most runs at once, of the engine that has no queue of its own.
+    /// Most runs at once.
     pub fn jobs(&self) -> usize {
-        self.options.jobs.map_or(1, usize::from)
+        self.options.jobs.into()
     }
 
-    /// Whether this machine makes the runs, as many at once as it was asked to.
+    /// Whether this machine makes the runs.
     pub fn is_local(&self) -> bool {
-        self.queue.engine == Engine::Local
+        self.options.launcher.0.is_empty()
     }
 
     /// Whether no run shares the machine with another, so that its time is its own.
     pub fn alone(&self) -> bool {
         self.is_local() && self.jobs() == 1
-    }
-
-    /// How runs are started, in words.
-    pub fn in_words(&self) -> String {
-        match self.queue.engine {
-            Engine::Local => format!("{} at once", self.jobs()),
-            Engine::HyperQueue => "by HyperQueue".to_owned(),
-            Engine::Slurm => "by Slurm".to_owned(),
-        }
     }
 
     /// Name of a case's runs: of its scene, the program, and what else decides how long it takes.
@@ -214,47 +203,24 @@ impl Runner {
         }
     }
 
-    /// Runs a case on this machine, unless it has been.
-    ///
-    /// # Errors
-    /// [`StudyError::Interrupted`], and files that cannot be written. A run that fails is an outcome.
-    pub fn run(&self, case: &Case) -> Result<Summary, StudyError> {
-        if let Some(known) = self.left(case, 0).filter(Summary::settled) {
-            return Ok(known);
-        }
-        self.free(&[self.directory(case, 0)])?;
-        let start = self.prepare(case, 0)?;
-        self.started.fetch_add(1, Ordering::Relaxed);
-        for _ in 0..TRIES {
-            local::wait(&start, &self.interrupt)?;
-            if self.interrupted() {
-                return Err(StudyError::Interrupted);
-            }
-            if let Some(outcome) = self.left(case, 0) {
-                return Ok(outcome);
-            }
-        }
-        Ok(lost(&start))
-    }
-
-    /// Runs cases as often as their times ask for, unless they have been. All cases are run before one is repeated, so that
+    /// Runs cases as often as their times ask for, `most` times at most, unless they have been. All cases are run before one is repeated, so that
     /// what else the machine does at a time falls on repetitions of many cases and not on all of one. `partial` is told now
     /// and then what the first runs of all cases have left so far.
     ///
     /// # Errors
-    /// Of [`Self::run`], and of the engine.
+    /// [`StudyError::Interrupted`], files that cannot be written, and a launcher that cannot be started. A run that fails is an outcome.
     pub fn timed(
         &self,
         cases: &[Case],
-        repeat: Repeat,
+        most: usize,
         partial: &mut dyn FnMut(&Found),
     ) -> Result<Vec<Timed>, StudyError> {
         let all: Vec<&Case> = cases.iter().collect();
         let first = self.make(&all, 0, partial)?;
         let mut timed: Vec<Timed> = first.into_iter().map(Timed::of).collect();
-        for again in 1..repeat.most {
+        for again in 1..most {
             let open: Vec<usize> = (0..cases.len())
-                .filter(|&k| timed[k].needs_more(repeat.scatter))
+                .filter(|&k| timed[k].needs_more())
                 .collect();
             if open.is_empty() {
                 break;
@@ -267,18 +233,6 @@ impl Runner {
             }
         }
         Ok(timed)
-    }
-
-    /// Works on items, as many at once as runs may be, in their order as far as that goes.
-    ///
-    /// # Errors
-    /// The first that `work` gave.
-    pub fn each<T: Sync, R: Send>(
-        &self,
-        items: &[T],
-        work: impl Fn(&T) -> Result<R, StudyError> + Sync,
-    ) -> Result<Vec<R>, StudyError> {
-        local::pool(items, self.jobs(), work, &mut || ())
     }
 
     /// The commands of the first runs of cases that have not ended yet, as lines for a shell.
@@ -346,12 +300,10 @@ impl Runner {
                     partial(&found);
                     told = Instant::now() + 20 * began.elapsed();
                 }
-                starts.iter().filter(|(k, _)| found[*k].is_none()).count()
             };
-            let engine = self.queue.engine;
-            let worked = engine.work(&commands, &self.place(), &mut look);
+            let worked = pool::work(&commands, self.jobs(), &self.interrupt, &mut look);
             if self.interrupted() {
-                // An engine may have ended before its runs.
+                // A launcher may have ended before its run.
                 let busy = || directories.iter().any(|directory| in_use(directory));
                 until(DRAINING, LOOK, || (!busy()).then_some(()));
                 look();
@@ -424,52 +376,22 @@ impl Runner {
         }
         // The summary of an unfinished run would be taken for that of this one.
         let _ = files::remove(&directory, "summary.json");
-        let solvers = &case.scene.solvers;
-        Ok(Start {
-            // The run's scene contains what the command line of the study named or trusted.
-            command: self.command(
-                &scene,
-                &directory,
-                solvers.mpm.is_some() || solvers.dem.is_some(),
-            ),
-            log: beside("err"),
-        })
-    }
-
-    fn command(&self, scene: &Path, directory: &Path, trust: bool) -> Vec<String> {
         let text = |path: &Path| path.to_string_lossy().into_owned();
-        let mut command = vec![
-            text(&self.program),
-            "run".into(),
-            text(scene),
-            "--out".into(),
-            text(directory),
-            "--unless-done".into(),
-            "--threads".into(),
-            self.options.threads.to_string(),
-            "--log".into(),
-            "json".into(),
-        ];
+        let mut command = self.options.launcher.0.clone();
+        command.extend([text(&self.program), "run".into(), text(&scene)]);
+        command.extend(["--out".into(), text(&directory), "--unless-done".into()]);
+        command.extend(["--threads".into(), self.options.threads.to_string()]);
+        command.extend(["--log", "json"].map(String::from));
         if self.options.in_process {
             command.push("--in-process".into());
         }
-        if trust {
+        // The run's scene contains what the command line of the study named or trusted.
+        let solvers = &case.scene.solvers;
+        if solvers.mpm.is_some() || solvers.dem.is_some() {
             command.push("--trust".into());
         }
-        command
-    }
-
-    fn place(&self) -> Place<'_> {
-        let threads = usize::from(self.options.threads);
-        let solvers = if self.options.in_process { 1 } else { 2 };
-        Place {
-            runs: &self.runs,
-            jobs: self.options.jobs.map(usize::from),
-            // The third process, the coupler, waits nearly all the time.
-            cores: self.queue.cores.map_or(solvers * threads, usize::from),
-            memory: self.queue.memory,
-            interrupt: &self.interrupt,
-        }
+        let log = beside("err");
+        Ok(Start { command, log })
     }
 
     fn interrupted(&self) -> bool {
@@ -512,20 +434,20 @@ mod tests {
     #[test]
     fn a_case_is_run_again_until_its_two_least_times_agree() {
         let mut timed = Timed::of(stepped(1.3, 4.0));
-        assert!(timed.needs_more(0.05), "one run shows no scatter");
+        assert!(timed.needs_more(), "one run shows no scatter");
         timed.add(stepped(1.0, 5.0));
-        assert!(timed.needs_more(0.05));
+        assert!(timed.needs_more());
         assert_eq!(timed.outcome.stepping_cpu(), 1.0);
         assert_eq!(timed.outcome.stepping_wall_s, 4.0);
         // The two least need not be the last two.
         timed.add(stepped(2.0, 3.0));
-        assert!(timed.needs_more(0.05));
+        assert!(timed.needs_more());
         timed.add(stepped(1.04, 6.0));
-        assert!(!timed.needs_more(0.05) && timed.needs_more(0.03));
+        assert!(!timed.needs_more());
         assert_eq!(timed.times, [1.0, 1.04, 1.3, 2.0]);
         assert_eq!(timed.outcome.stepping_wall_s, 3.0);
         // A run that fails is not timed again.
         timed.add(Summary::default());
-        assert!(!timed.outcome.whole() && !timed.needs_more(0.0));
+        assert!(!timed.outcome.whole() && !timed.needs_more());
     }
 }

@@ -42,7 +42,7 @@ fn run(input: &[u8]) {
     let Ok(record) = Record::read(dir.path()) else {
         return;
     };
-    if let Ok(page) = report::page::page(&[record], false) {
+    if let Ok(page) = report::page::page(&[record], None) {
         judge(&page);
     }
 }
@@ -96,7 +96,7 @@ fn judge(page: &str) {
         let dir = directory();
         LEFT.put(dir.path());
         let record = Record::read(dir.path()).expect("the small run");
-        elements(&report::page::page(&[record], false).expect("its page"))
+        elements(&report::page::page(&[record], None).expect("its page"))
     });
     for ((element, found), most) in ELEMENTS.iter().zip(elements(page)).zip(*PLAIN) {
         assert!(

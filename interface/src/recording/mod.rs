@@ -15,9 +15,6 @@
 //! check   = first 8 bytes of the BLAKE3 hash
 //! ```
 //!
-//! A run that continues from a checkpoint continues its recording ([`Recorder::resume`]): the file is cut to its length
-//! at the checkpoint, and Hello and Ready are not recorded twice. So the file contains one run, for any number of parts.
-//!
 //! `about` is JSON ([`About`]). `channel` counts its `channels`; `header` and `payload` are the bytes of section 4 of
 //! PROTOCOL.md. A file without its end belongs to a run that was killed; it is complete up to the last block.
 
@@ -97,12 +94,6 @@ pub enum RecordingError {
         path: PathBuf,
         /// The error message of the system.
         reason: String,
-    },
-    /// It does not have all messages before the checkpoint from which its run continues.
-    #[error("the recording {path} ends before the checkpoint")]
-    Short {
-        /// Which file.
-        path: PathBuf,
     },
     /// The transport does not let the recorder subscribe.
     #[error("cannot listen to the messages between the solvers: {0}")]

@@ -69,11 +69,6 @@ impl Playback {
     /// [`RecordingError`].
     pub fn open(path: &Path) -> Result<Self, RecordingError> {
         let file = files::open_named(path).map_err(RecordingError::file("open", path))?;
-        Self::of(file, path)
-    }
-
-    /// The same of an open file; `path` is for messages.
-    pub(super) fn of(file: File, path: &Path) -> Result<Self, RecordingError> {
         let foreign = |reason: String| RecordingError::Foreign {
             path: path.to_path_buf(),
             reason,
@@ -130,20 +125,6 @@ impl Playback {
         let mut playback = Self::open(path)?;
         while playback.message()?.is_some() {}
         Ok(playback.end.expect("the end has been read"))
-    }
-
-    /// Reads the first `length` bytes, after which a block has to end; returns the number of blocks and of messages.
-    pub(super) fn read_up_to(mut self, length: u64) -> Result<[u64; 2], RecordingError> {
-        while self.offset < length || self.next < self.block.len() {
-            if self.message()?.is_none() {
-                break;
-            }
-        }
-        if self.offset == length && self.end.is_none() {
-            Ok([self.blocks, self.messages])
-        } else {
-            Err(RecordingError::Short { path: self.path })
-        }
     }
 
     /// The run that the recording belongs to.

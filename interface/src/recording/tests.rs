@@ -2,7 +2,7 @@ use std::fs;
 
 use super::*;
 use crate::message::control::Party;
-use crate::message::wire::{Grant, ImpState};
+use crate::message::wire::ImpState;
 use crate::message::{Kind, Records};
 use crate::transport::TransportError;
 use crate::transport::domain::OwnedDomain;
@@ -35,12 +35,6 @@ fn state(step: u64) -> ImpState {
 
 fn create(path: &Path, about: &About) -> Recorder {
     Recorder::create(fs::File::create(path).unwrap(), path, about).unwrap()
-}
-
-fn resume(path: &Path, about: &About, length: u64) -> Result<Recorder, RecordingError> {
-    let mut options = fs::OpenOptions::new();
-    let file = options.read(true).write(true).open(path).unwrap();
-    Recorder::resume(file, path, about, length)
 }
 
 /// Writes a recording of so many messages, with or without its end.
@@ -278,78 +272,4 @@ fn memory_is_taken_for_what_is_there_and_not_for_what_is_announced() {
     assert!(read.capacity() < 1 << 10);
     let longer = &mut &b"two and more"[..];
     assert_eq!(playback::up_to(longer, 3).unwrap(), b"two");
-}
-
-/// Records steps `from..to` of a run, each in a window of its own.
-fn steps(sink: &RecordingSink, from: u64, to: u64) {
-    for step in from..to {
-        let grant = Grant {
-            first: step,
-            ..Grant::default()
-        };
-        let channel = Channel::of(Party::Dem, Kind::Grant);
-        sink.note(channel, &header(step), Records::Grant(&[grant]));
-        let states = Records::States(&[state(step)]);
-        sink.note(states_channel(), &header(step), states);
-    }
-}
-
-fn of_kind(messages: &[Message], kind: Kind) -> Vec<u64> {
-    let of_kind = messages.iter().filter(|m| m.channel.kind == kind);
-    of_kind.map(|m| m.header.step).collect()
-}
-
-#[test]
-fn a_recording_goes_on_from_a_checkpoint_without_a_gap_or_a_message_twice() {
-    let dir = tempfile::tempdir().unwrap();
-    let path = dir.path().join("r");
-    let mut lengths = Vec::new();
-    for at in [1, 64, 3000] {
-        // The run was killed at step 5000.
-        let recorder = create(&path, &about());
-        let sink = recorder.sink();
-        steps(&sink, 0, at);
-        let length = sink.flush().unwrap();
-        steps(&sink, at, 5000);
-        drop(recorder);
-        let recorder = resume(&path, &about(), length).unwrap();
-        let sink = recorder.sink();
-        // The handshake is repeated, and the state is restored.
-        for (kind, records) in [
-            (Kind::Order, Records::Order(&[1])),
-            (Kind::Notice, Records::Notice(&[2])),
-            (Kind::Restore, Records::Restore(&[3])),
-        ] {
-            sink.note(Channel::of(Party::Dem, kind), &header(0), records);
-        }
-        steps(&sink, at, 6000);
-        sink.sync();
-        let (settled, _) = read(&path);
-        recorder.finish().unwrap();
-        let (messages, end) = read(&path);
-        assert_eq!(settled, messages, "all of it is on disk before its end");
-        assert_eq!(end, End::Whole { messages: 12_000 });
-        for kind in [Kind::States, Kind::Grant] {
-            assert!(of_kind(&messages, kind).into_iter().eq(0..6000), "{kind:?}");
-        }
-        lengths.push(length);
-    }
-    let whole = fs::read(&path).unwrap();
-    let refused = |about: &About, length| resume(&path, about, length).unwrap_err();
-    // No block ends there, or the file does before.
-    for length in [lengths[2] - 1, whole.len() as u64, u64::MAX] {
-        assert!(matches!(
-            refused(&about(), length),
-            RecordingError::Short { .. }
-        ));
-    }
-    let other = About::run("scene", "another", "test");
-    let foreign = refused(&other, lengths[2]);
-    assert!(matches!(foreign, RecordingError::Foreign { .. }));
-    let mut flipped = whole.clone();
-    flipped[lengths[2] as usize - 1] ^= 1;
-    fs::write(&path, &flipped).unwrap();
-    let damaged = refused(&about(), lengths[2]);
-    assert!(matches!(damaged, RecordingError::Damaged { .. }));
-    assert_eq!(fs::read(&path).unwrap(), flipped, "it is as it was");
 }

@@ -49,8 +49,6 @@ pub(crate) struct CouplerState {
     pub history: Sealed,
     pub course: Sealed,
     pub frames: Listed,
-    /// Length of the recording in bytes, if the run is recorded.
-    pub recording: Option<u64>,
 }
 
 impl CouplerState {

@@ -3,7 +3,6 @@
 use std::time::Instant;
 
 use interface::files::{self, How};
-use interface::recording::RecordingSink;
 
 use super::file::{self, Checkpoint};
 use crate::record::background::{Background, Mark};
@@ -27,16 +26,10 @@ pub(crate) struct CheckpointWriter {
 type Taken = (Box<Checkpoint>, Vec<Mark>);
 
 impl CheckpointWriter {
-    /// Writes checkpoints to `dir` from the simulated time `time` (s) on. `sink` is where the run is recorded.
-    pub fn begin(
-        plan: CheckpointPlan,
-        dir: &RunDir,
-        time: f64,
-        sink: Option<RecordingSink>,
-    ) -> Self {
+    /// Writes checkpoints to `dir` from the simulated time `time` (s) on.
+    pub fn begin(plan: CheckpointPlan, dir: &RunDir, time: f64) -> Self {
         let mut writer = WriterThread {
             dir: dir.clone(),
-            sink,
             synced: 0,
         };
         let write = move |(checkpoint, relies_on): Taken| {
@@ -80,7 +73,6 @@ impl CheckpointWriter {
 /// The state of the writing thread.
 struct WriterThread {
     dir: RunDir,
-    sink: Option<RecordingSink>,
     /// Frames that are on the disk.
     synced: usize,
 }
@@ -91,9 +83,6 @@ impl WriterThread {
         if !relies_on.iter().all(Mark::is_reached) {
             // The run ends for that reason. This checkpoint would lack its rows or frames.
             return;
-        }
-        if let Some(sink) = &self.sink {
-            sink.sync();
         }
         let frames = checkpoint.state.frames.times.len();
         let written = self.sync_outputs(self.synced..frames).and_then(|()| {

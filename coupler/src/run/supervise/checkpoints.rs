@@ -26,7 +26,6 @@ impl Run<'_> {
             self.scene.output.checkpoint.clone().unwrap_or_default(),
             self.dir,
             self.account.tally.clock.time(),
-            self.outputs.sink.clone(),
         ));
     }
 
@@ -64,8 +63,6 @@ impl Run<'_> {
         }
         // The rows to which the checkpoint refers must be in the file before it is.
         let relies_on = self.outputs.flush()?;
-        let sink = self.outputs.sink.as_ref();
-        let recording = sink.and_then(|sink| self.resources.disk.during(|| sink.flush()));
         let state = CouplerState {
             account: self.account.keep(),
             phase: self.schedule.phase,
@@ -82,7 +79,6 @@ impl Run<'_> {
                 .as_ref()
                 .map(|f| f.listed().clone())
                 .unwrap_or_default(),
-            recording,
         };
         self.checkpoints.pending = Some((state, relies_on));
         Ok(flags::CHECKPOINT)

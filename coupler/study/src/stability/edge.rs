@@ -30,26 +30,18 @@ pub struct Search {
 }
 
 impl Search {
-    /// Looks for the edge of `is_stable`. The grid is tried as a whole, so that stable values beyond an unstable one are
-    /// seen; the edge is that before the first unstable one.
-    ///
-    /// # Errors
-    /// The first of `is_stable`.
-    pub fn find<E>(&self, mut is_stable: impl FnMut(f64) -> Result<bool, E>) -> Result<Edge, E> {
-        let mut edge = Edge::default();
-        for value in self.grid() {
-            let stable = is_stable(value)?;
-            edge.take(value, stable);
+    /// The values to try next for an edge; none once it is known. The grid is tried as a whole, so that stable values beyond an
+    /// unstable one are seen; the edge is that before the first unstable one.
+    pub fn next(&self, edge: &Edge) -> Vec<f64> {
+        if edge.tried.is_empty() {
+            return self.grid();
         }
-        while let (Some(low), Some(high)) = (edge.stable, edge.unstable) {
-            let middle = tidy((low * high).sqrt());
-            if high / low <= self.ratio || middle <= low || middle >= high {
-                break;
-            }
-            let stable = is_stable(middle)?;
-            edge.take(middle, stable);
-        }
-        Ok(edge)
+        let (Some(low), Some(high)) = (edge.stable, edge.unstable) else {
+            return Vec::new();
+        };
+        let middle = tidy((low * high).sqrt());
+        let is_known = high / low <= self.ratio || middle <= low || middle >= high;
+        if is_known { Vec::new() } else { vec![middle] }
     }
 
     fn grid(&self) -> Vec<f64> {
@@ -61,7 +53,8 @@ impl Search {
 }
 
 impl Edge {
-    fn take(&mut self, value: f64, stable: bool) {
+    /// A value was tried.
+    pub fn take(&mut self, value: f64, stable: bool) {
         self.tried.push((value, stable));
         let unstable = self.tried.iter().filter(|t| !t.1).map(|t| t.0);
         self.unstable = unstable.reduce(f64::min);
@@ -80,8 +73,6 @@ fn tidy(value: f64) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    use std::convert::Infallible;
-
     use super::*;
 
     const SEARCH: Search = Search {
@@ -91,10 +82,15 @@ mod tests {
     };
 
     fn find(is_stable: impl Fn(f64) -> bool) -> Edge {
-        let told = |value| Ok::<bool, Infallible>(is_stable(value));
-        match SEARCH.find(told) {
-            Ok(edge) => edge,
-            Err(never) => match never {},
+        let mut edge = Edge::default();
+        loop {
+            let next = SEARCH.next(&edge);
+            if next.is_empty() {
+                return edge;
+            }
+            for &value in &next {
+                edge.take(value, is_stable(value));
+            }
         }
     }
 

@@ -1,23 +1,27 @@
 //! Maps over two scene keys: the columns are given, the edge along each is looked for.
 
 use std::fmt;
-use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
+use coupler::record::summary::Criteria;
 use plotters::style::RGBColor;
 
 use super::edge::Edge;
-use super::{STEP_FACTOR, StabilityOptions, Trial, freed, setting, usable};
+use super::{STEP_FACTOR, StabilityOptions, freed, is_stable, setting, usable};
 use crate::StudyError;
-use crate::case::Source;
-use crate::engine::Queue;
+use crate::case::{Case, Source};
 use crate::figure::axis::Scale;
 use crate::figure::chart::{Chart, DISCS, Panel, Series};
 use crate::figure::shape::{Form, WHOLE};
 use crate::output::{number, write_table};
 use crate::runner::Runner;
 use crate::vary::{Vary, with_unit};
+use crate::work::{Row, write_rows};
+
+/// Columns of a scene's map unless others are asked for: decades of its own stiffness, from itself up, and how many.
+const STIFFNESS: &str = "contact.linear.normal_stiffness";
+const DECADES: i32 = 7;
 
 /// A column of a map.
 #[derive(Debug, Clone)]
@@ -27,7 +31,7 @@ pub struct Column {
     /// Where it becomes unstable.
     pub edge: Edge,
     /// The runs, in the order of [`Edge::tried`].
-    pub trials: Vec<Trial>,
+    pub rows: Vec<Row>,
 }
 
 /// A map.
@@ -37,85 +41,119 @@ pub struct MapReport {
     pub title: String,
     /// The key of the columns.
     pub column: String,
-    /// The key along a column.
-    pub along: String,
     /// The columns.
     pub columns: Vec<Column>,
 }
 
-/// Makes the map of each scene over a key and its values, which are numbers; writes `stability.csv`, `edges.csv` and
-/// `stability.svg`.
+/// Makes the map of each scene over its columns; writes `stability.csv`, `edges.csv` and `stability.svg`.
 ///
 /// # Errors
 /// [`StudyError`].
 pub fn maps(
-    wanted: &[(Source, Vary)],
+    wanted: &[Source],
     options: &StabilityOptions,
     interrupt: Arc<AtomicBool>,
 ) -> Result<Vec<MapReport>, StudyError> {
-    let mut tasks = Vec::new();
-    for (k, (source, column)) in wanted.iter().enumerate() {
-        let Some(values) = column.numbers() else {
+    let (mut sources, mut reports) = (Vec::new(), Vec::new());
+    for source in wanted {
+        let vary = match &options.vary {
+            Some(vary) => Vary::parse(vary)?,
+            None => decades(source)?,
+        };
+        let Some(values) = vary.numbers() else {
             return Err(StudyError::asked(
-                format!("--vary {}: a map has numbers along its axis", column.key),
+                format!("--vary {}: a map has numbers along its axis", vary.key),
                 "for values that are no numbers make a map each",
             ));
         };
         let title = source.title();
-        let source = freed(source)?;
-        tracing::info!("{title}: {} columns over {}", values.len(), column.key);
-        for at in values {
-            let first = setting(&options.edge, options.search.between[0]);
-            // Every key is known and every value allowed before anything is started.
-            source.case(&[setting(&column.key, at), first])?;
-            tasks.push((k, at, source.clone()));
+        tracing::info!("{title}: {} columns over {}", values.len(), vary.key);
+        sources.push(freed(source)?);
+        reports.push(MapReport {
+            title,
+            column: vary.key,
+            columns: values.into_iter().map(Column::at).collect(),
+        });
+    }
+    // Every key is known and every value allowed before anything is started.
+    let mut round = next_round(&reports, &sources, options)?;
+    let runner = Runner::new(&options.runs, interrupt)?;
+    while !round.is_empty() {
+        let (places, cases): (Vec<_>, Vec<Case>) = round.into_iter().unzip();
+        let ended = runner.timed(&cases, 1, &mut |_| ())?;
+        for ((map, column, value), (case, ended)) in
+            places.into_iter().zip(cases.into_iter().zip(ended))
+        {
+            let row = Row::new(
+                &runner,
+                case,
+                ended,
+                reports[map].title.clone(),
+                Some(value),
+            );
+            if value <= 1.0 {
+                usable(&row)?;
+            }
+            let column = &mut reports[map].columns[column];
+            column
+                .edge
+                .take(value, is_stable(row.outcome(), options.residual));
+            column.rows.push(row);
         }
+        round = next_round(&reports, &sources, options)?;
     }
-    let runner = Runner::new(&options.runs, Queue::default(), interrupt)?;
-    let columns = runner.each(&tasks, |(k, at, source)| {
-        column((&wanted[*k].1.key, *at), options, source, &runner)
-    })?;
-    let mut reports: Vec<MapReport> = wanted
-        .iter()
-        .map(|(source, column)| MapReport {
-            title: source.title(),
-            column: column.key.clone(),
-            along: options.edge.clone(),
-            columns: Vec::new(),
-        })
-        .collect();
-    for ((k, _, _), column) in tasks.iter().zip(columns) {
-        reports[*k].columns.push(column);
-    }
-    write(&reports, &options.runs.out)?;
+    write(&reports, options, runner.alone())?;
     Ok(reports)
 }
 
-fn column(
-    (key, at): (&str, f64),
-    options: &StabilityOptions,
-    source: &Source,
-    runner: &Runner,
-) -> Result<Column, StudyError> {
-    let mut trials = Vec::new();
-    let edge = options.search.find(|value| {
-        let case = source.case(&[setting(key, at), setting(&options.edge, value)])?;
-        let outcome = runner.run(&case)?;
-        let trial = Trial::new(case, outcome, options.residual);
-        let forced = options.edge == STEP_FACTOR && value > 1.0;
-        if !forced {
-            usable(&trial)?;
-        }
-        let stable = trial.stable;
-        trials.push(trial);
-        Ok(stable)
+/// The stiffness of a scene's contact and decades above it.
+fn decades(source: &Source) -> Result<Vary, StudyError> {
+    let own = source.case(&[])?.number(STIFFNESS).ok_or_else(|| {
+        StudyError::asked(
+            format!("{} has no `{STIFFNESS}` to vary", source.path.display()),
+            "name the columns: `--vary KEY=N1,N2,...`",
+        )
     })?;
-    let column = Column { at, edge, trials };
-    tracing::info!("{key} {at:e}: {}", column.in_words());
-    Ok(column)
+    let values = (0..DECADES).map(|k| (own * 10f64.powi(k)).to_string());
+    Ok(Vary {
+        key: STIFFNESS.to_owned(),
+        values: values.collect(),
+    })
+}
+
+/// A run: its map, its column, and its value along that.
+type Wanted = ((usize, usize, f64), Case);
+
+/// The runs that come next in all columns.
+fn next_round(
+    reports: &[MapReport],
+    sources: &[Source],
+    options: &StabilityOptions,
+) -> Result<Vec<Wanted>, StudyError> {
+    let mut round = Vec::new();
+    for (map, (report, source)) in reports.iter().zip(sources).enumerate() {
+        for (k, column) in report.columns.iter().enumerate() {
+            for value in options.search.next(&column.edge) {
+                let settings = [
+                    setting(&report.column, column.at),
+                    setting(STEP_FACTOR, value),
+                ];
+                round.push(((map, k, value), source.case(&settings)?));
+            }
+        }
+    }
+    Ok(round)
 }
 
 impl Column {
+    fn at(at: f64) -> Self {
+        Self {
+            at,
+            edge: Edge::default(),
+            rows: Vec::new(),
+        }
+    }
+
     fn in_words(&self) -> String {
         match (self.edge.stable, self.edge.unstable) {
             (Some(low), Some(high)) => format!("stable up to {low}, unstable from {high}"),
@@ -125,21 +163,19 @@ impl Column {
         }
     }
 
-    /// A criterion's step as a multiple of the composed one, as the first run has them: the one with the smallest step.
-    fn multiple(
-        &self,
-        criterion: fn(&coupler::record::summary::Criteria) -> Option<f64>,
-    ) -> Option<f64> {
-        let criteria = &self.trials.first()?.outcome.criteria;
+    /// The steps of the criteria as the first run has them, the one with the smallest step.
+    fn criteria(&self) -> Option<&Criteria> {
+        Some(&self.rows.first()?.outcome().criteria)
+    }
+
+    /// A criterion's step as a multiple of the composed one.
+    fn multiple(&self, criterion: fn(&Criteria) -> Option<f64>) -> Option<f64> {
+        let criteria = self.criteria()?;
         Some(criterion(criteria)? / criteria.composed?)
     }
 }
 
 impl MapReport {
-    fn forced(&self) -> bool {
-        self.along == STEP_FACTOR
-    }
-
     /// Runs that were stable and those that were not; named lines, of which the last is the measured edge.
     fn series(&self) -> [Series; 6] {
         let series = |label: &str, colour, form, points| Series {
@@ -162,26 +198,24 @@ impl MapReport {
             points.filter_map(|c| Some((c.at, of(c)?))).collect()
         };
         // Where lines lie on one another, the lower ones are seen beside the upper ones.
-        let criteria =
-            |of: &dyn Fn(&Column) -> Option<f64>| if self.forced() { line(of) } else { Vec::new() };
         [
             series(
                 "eq. 51 with the mass of the lightest point",
                 None,
                 line_of(8.6),
-                criteria(&|c| c.multiple(|k| k.lightest_point)),
+                line(&|c| c.multiple(|k| k.lightest_point)),
             ),
             series(
                 "Jiang 2020 eq. 51",
                 None,
                 line_of(6.4),
-                criteria(&|c| c.multiple(|k| k.jiang2020)),
+                line(&|c| c.multiple(|k| k.jiang2020)),
             ),
             series(
                 "the coupler's criterion (composed, its step is 1)",
                 None,
                 line_of(4.2),
-                criteria(&|_| Some(1.0)),
+                line(&|_| Some(1.0)),
             ),
             series(
                 "measured edge: largest stable value found",
@@ -195,13 +229,12 @@ impl MapReport {
     }
 
     fn panel(&self) -> Panel {
-        let beside = if self.forced() {
-            "step / composed step".to_owned()
-        } else {
-            with_unit(&self.along)
-        };
         Panel {
-            words: [self.title.clone(), with_unit(&self.column), beside],
+            words: [
+                self.title.clone(),
+                with_unit(&self.column),
+                "step / composed step".to_owned(),
+            ],
             scales: [Some(Scale::Log); 2],
             ..Panel::default()
         }
@@ -228,69 +261,79 @@ fn chart(reports: &[MapReport]) -> Chart {
     }
 }
 
-fn write(reports: &[MapReport], out: &Path) -> Result<(), StudyError> {
+fn write(reports: &[MapReport], options: &StabilityOptions, alone: bool) -> Result<(), StudyError> {
+    let out = &options.runs.out;
     let text = |words: &[&str]| words.iter().map(ToString::to_string).collect::<Vec<_>>();
-    let mut runs = vec![text(&["scene", "column", "at", "along", "value"])];
-    runs[0].extend(text(&Trial::COLUMNS));
     let mut edges = vec![text(&[
         "scene",
         "column",
         "at",
-        "along",
         "stable_to",
         "unstable_from",
         "composed [s]",
         "jiang2020/composed",
         "lightest_point/composed",
     ])];
+    let mut rows = Vec::new();
     for report in reports {
         for column in &report.columns {
-            let head = vec![
+            rows.extend(column.rows.iter().cloned());
+            edges.push(vec![
                 report.title.clone(),
                 report.column.clone(),
                 column.at.to_string(),
-                report.along.clone(),
-            ];
-            for ((value, _), trial) in column.edge.tried.iter().zip(&column.trials) {
-                let mut row = head.clone();
-                row.push(value.to_string());
-                row.extend(trial.cells());
-                runs.push(row);
-            }
-            let mut row = head;
-            row.extend([
                 number(column.edge.stable),
                 number(column.edge.unstable),
-                number(
-                    column
-                        .trials
-                        .first()
-                        .and_then(|t| t.outcome.criteria.composed),
-                ),
+                number(column.criteria().and_then(|criteria| criteria.composed)),
                 number(column.multiple(|k| k.jiang2020)),
                 number(column.multiple(|k| k.lightest_point)),
             ]);
-            edges.push(row);
         }
     }
-    for (name, rows) in [("stability.csv", runs), ("edges.csv", edges)] {
-        write_table(&out.join(name), &rows)?;
-    }
+    write_table(&out.join("edges.csv"), &edges)?;
+    let middle = text(&["stable", "residual_max [1]", "bound_by"]);
+    let end = text(&["composed [s]", "jiang2020 [s]", "lightest_point [s]"]);
+    write_rows(
+        &out.join("stability.csv"),
+        &rows,
+        alone,
+        [&middle, &end],
+        |row| {
+            let outcome = row.outcome();
+            let bound = outcome.dt_bound_by.iter();
+            let bound: Vec<String> = bound
+                .map(|(name, steps)| format!("{name} {steps}"))
+                .collect();
+            let criteria = &outcome.criteria;
+            [
+                vec![
+                    is_stable(outcome, options.residual).to_string(),
+                    outcome.energy.residual_max.to_string(),
+                    bound.join(" "),
+                ],
+                [
+                    criteria.composed,
+                    criteria.jiang2020,
+                    criteria.lightest_point,
+                ]
+                .map(number)
+                .to_vec(),
+            ]
+        },
+    )?;
     chart(reports).draw(&out.join("stability.svg"))
 }
 
 /// The edges for people.
 impl fmt::Display for MapReport {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        writeln!(f, "{}: {} over {}", self.title, self.along, self.column)?;
+        writeln!(f, "{}: {STEP_FACTOR} over {}", self.title, self.column)?;
         for column in &self.columns {
             write!(f, "  {:>10.3e}  {}", column.at, column.in_words())?;
-            if self.forced()
-                && let (Some(eq_51), Some(point)) = (
-                    column.multiple(|k| k.jiang2020),
-                    column.multiple(|k| k.lightest_point),
-                )
-            {
+            if let (Some(eq_51), Some(point)) = (
+                column.multiple(|k| k.jiang2020),
+                column.multiple(|k| k.lightest_point),
+            ) {
                 write!(f, "; eq. 51 {eq_51:.3}, with the point's mass {point:.3}")?;
             }
             writeln!(f)?;

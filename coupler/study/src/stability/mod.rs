@@ -6,7 +6,6 @@
 
 pub mod edge;
 mod map;
-mod table;
 
 use std::path::PathBuf;
 
@@ -15,24 +14,24 @@ use coupler::record::Summary;
 use coupler::record::summary::Status;
 
 use crate::StudyError;
-use crate::case::{Case, Source};
-use crate::output::number;
+use crate::case::Source;
 use crate::runner::RunnerOptions;
 use crate::vary::Setting;
+use crate::work::Row;
 use edge::Search;
 
 pub use map::{MapReport, maps};
-pub use table::{TableReport, table};
 
 /// Scene key that forces the step.
 pub const STEP_FACTOR: &str = "time.step_factor";
 /// Rows of the history of a run, besides the first.
 const OUTPUTS: f64 = 20.0;
 
-/// What is compared, or mapped.
+/// What is mapped.
 #[derive(Debug, Args)]
 pub struct StabilityOptions {
-    /// Scene files; by default a selection of those in `scenes/`.
+    /// Scene files.
+    #[arg(required = true)]
     pub scenes: Vec<PathBuf>,
     /// The runs.
     #[command(flatten)]
@@ -46,18 +45,12 @@ pub struct StabilityOptions {
     /// Columns of the map: a scene key and its numbers. By default decades of `contact.linear.normal_stiffness`.
     #[arg(long, value_name = "KEY=N1,N2,...")]
     pub vary: Option<String>,
-    /// Key that varies along a column; its limit of stability is searched for.
-    #[arg(long, value_name = "KEY", default_value = STEP_FACTOR)]
-    pub edge: String,
-    /// How the limit is searched for.
+    /// How the limit of [`STEP_FACTOR`] is searched for.
     #[command(flatten)]
     pub search: Search,
     /// Largest share of the energy in play that a stable run may create numerically.
     #[arg(long, value_name = "SHARE", default_value_t = 0.05)]
     pub residual: f64,
-    /// Compare the steps of criteria over all scenes instead of making maps.
-    #[arg(long, conflicts_with = "vary")]
-    pub table: bool,
 }
 
 /// A scene whose step nothing but the criterion makes.
@@ -69,64 +62,9 @@ fn freed(source: &Source) -> Result<Source, StudyError> {
     Ok(freed)
 }
 
-/// A run of a map or table.
-#[derive(Debug, Clone)]
-pub struct Trial {
-    /// The run.
-    pub case: Case,
-    /// What it left.
-    pub outcome: Summary,
-    /// Whether it was stable.
-    pub stable: bool,
-}
-
-impl Trial {
-    fn new(case: Case, outcome: Summary, residual: f64) -> Self {
-        let stable = outcome.whole() && outcome.energy.residual_max <= residual;
-        Self {
-            case,
-            outcome,
-            stable,
-        }
-    }
-
-    /// Columns of a table of trials.
-    const COLUMNS: [&str; 12] = [
-        "stable",
-        "status",
-        "residual_max [1]",
-        "steps",
-        "dt_min [s]",
-        "dt_max [s]",
-        "bound_by",
-        "composed [s]",
-        "jiang2020 [s]",
-        "lightest_point [s]",
-        "contact_alone [s]",
-        "reason",
-    ];
-
-    fn cells(&self) -> Vec<String> {
-        let o = &self.outcome;
-        let bound = o
-            .dt_bound_by
-            .iter()
-            .map(|(name, steps)| format!("{name} {steps}"));
-        vec![
-            self.stable.to_string(),
-            o.status.name().to_owned(),
-            o.energy.residual_max.to_string(),
-            o.steps.to_string(),
-            number(o.dt_min),
-            number(o.dt_max),
-            bound.collect::<Vec<_>>().join(" "),
-            number(o.criteria.composed),
-            number(o.criteria.jiang2020),
-            number(o.criteria.lightest_point),
-            number(o.criteria.contact_alone),
-            o.reason.clone().unwrap_or_default(),
-        ]
-    }
+/// Whether a run was stable, if it may create this share of the energy in play.
+fn is_stable(outcome: &Summary, residual: f64) -> bool {
+    outcome.whole() && outcome.energy.residual_max <= residual
 }
 
 fn setting(key: &str, value: f64) -> Setting {
@@ -134,11 +72,12 @@ fn setting(key: &str, value: f64) -> Setting {
 }
 
 /// Refuses runs that say nothing about stability: a scene that fails without any forced step.
-fn usable(trial: &Trial) -> Result<(), StudyError> {
-    if trial.outcome.status == Status::Failed {
-        let reason = trial.outcome.reason.clone().unwrap_or_default();
+fn usable(row: &Row) -> Result<(), StudyError> {
+    let outcome = row.outcome();
+    if outcome.status == Status::Failed {
+        let reason = outcome.reason.clone().unwrap_or_default();
         return Err(StudyError::asked(
-            format!("{} does not run: {reason}", trial.case.label(&[])),
+            format!("{} does not run: {reason}", row.case.label(&[])),
             "a map is of a scene that runs",
         ));
     }

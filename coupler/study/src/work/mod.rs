@@ -19,16 +19,16 @@ use coupler::scene::{Measurand, Study};
 
 pub use self::report::WorkReport;
 pub use self::row::Row;
+pub(crate) use self::row::write_rows;
 pub use self::sample::SampleReport;
 pub use self::sweep::SweepReport;
 
 use self::measure::{Measurement, Value};
 use crate::StudyError;
 use crate::case::{Case, Source, scene_title};
-use crate::engine::Queue;
 use crate::output::write;
 use crate::precision::pareto;
-use crate::runner::{Found, Repeat, Runner, RunnerOptions, Timed};
+use crate::runner::{Found, Runner, RunnerOptions, Timed};
 use crate::sample::{Over, Sample};
 use crate::vary::{VARIANT, Vary, combinations};
 
@@ -44,9 +44,6 @@ pub struct StudyOptions {
     /// The runs.
     #[command(flatten)]
     pub runs: RunnerOptions,
-    /// What starts them.
-    #[command(flatten)]
-    pub queue: Queue,
     /// Start nothing: write the command of each run that is missing as a line of FILE, for another queue. The same command
     /// without this option makes the table of what is there.
     #[arg(long, value_name = "FILE")]
@@ -61,7 +58,7 @@ pub struct StudyOptions {
         value_name = "N",
         value_parser = clap::value_parser!(u16).range(2..),
         requires = "over",
-        conflicts_with_all = ["vary", "error", "finer", "resolution", "along"]
+        conflicts_with_all = ["vary", "error", "finer", "resolution"]
     )]
     pub sample: Option<u16>,
     /// Range of a scene key: `uniform(A,B)`, `log_uniform(A,B)`, or `integer(A,B)` for whole numbers. May be repeated.
@@ -79,9 +76,6 @@ pub struct StudyOptions {
     /// Scene key whose number is the resolution of a run.
     #[arg(long, value_name = "KEY")]
     pub resolution: Option<String>,
-    /// Varied key that changes along a curve instead of distinguishing curves; may be repeated.
-    #[arg(long, value_name = "KEY")]
-    pub along: Vec<String>,
     /// Check or column whose value is shown for each combination, in place of an error; may be repeated. If no check
     /// has a reference, the default is all checks, or all columns of a scene without checks.
     #[arg(long, value_name = "NAME", conflicts_with_all = ["error", "finer"])]
@@ -89,9 +83,6 @@ pub struct StudyOptions {
     /// Largest number of times that each run is timed, 7 by default; the smallest CPU time of stepping counts.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
     pub repeat: Option<u16>,
-    /// A run is timed again until its two smallest times differ by at most this share of the smallest.
-    #[arg(long, value_name = "SHARE", default_value_t = 0.05)]
-    pub scatter: f64,
 }
 
 /// What a study has found.
@@ -141,20 +132,17 @@ impl fmt::Display for Report {
 /// [`StudyError`]. Nothing is started unless every run has a valid scene.
 pub fn study(options: &StudyOptions, interrupt: Arc<AtomicBool>) -> Result<Report, StudyError> {
     let design = Design::new(options)?;
-    let runner = Runner::new(&options.runs, options.queue, interrupt)?;
+    let runner = Runner::new(&options.runs, interrupt)?;
     let out = &options.runs.out;
-    let (total, how) = (design.cases.len(), runner.in_words());
-    tracing::info!("{total} runs, {how}; {}", design.measure.title());
+    let (total, jobs) = (design.cases.len(), runner.jobs());
+    tracing::info!("{total} runs, {jobs} at once; {}", design.measure.title());
     // Times are compared where they are what is shown, and a run has the machine for itself or shares it with its like.
     let usual = match &design.measure {
         Measurement::Values(_) => 1,
         _ if !runner.is_local() => 1,
         _ => MOST,
     };
-    let repeat = Repeat {
-        most: options.repeat.map_or(usual, usize::from),
-        scatter: options.scatter,
-    };
+    let most = options.repeat.map_or(usual, usize::from);
     let table = out.join("study.csv");
     let mut partial = |found: &Found| {
         let timed = found.iter().cloned().map(|one| one.map(Timed::of));
@@ -167,7 +155,7 @@ pub fn study(options: &StudyOptions, interrupt: Arc<AtomicBool>) -> Result<Repor
             tracing::warn!("no table of the runs so far: {error}");
         }
     };
-    let timed = runner.timed(&design.cases, repeat, &mut partial)?;
+    let timed = runner.timed(&design.cases, most, &mut partial)?;
     let rows = design.rows(&runner, timed.into_iter().map(Some))?;
     let report = design.report(rows, runner.started());
     report.write_csv(&table, runner.alone())?;
@@ -190,7 +178,7 @@ pub fn commands(
     file: &Path,
 ) -> Result<String, StudyError> {
     let cases = Design::new(options)?.cases;
-    let runner = Runner::new(&options.runs, options.queue, interrupt)?;
+    let runner = Runner::new(&options.runs, interrupt)?;
     let lines = runner.commands(&cases)?;
     let mut text = lines.join("\n");
     if !lines.is_empty() {
@@ -271,9 +259,7 @@ impl Design {
             Measurement::Values(_) => asked.unwrap_or_else(|| along_x(&vary)),
             _ => asked.unwrap_or_else(|| resolution(&declared, &vary)),
         };
-        let along = if !options.along.is_empty() {
-            options.along.clone()
-        } else if sampled {
+        let along = if sampled {
             vary.iter().map(|vary| vary.key.clone()).collect()
         } else if let Measurement::Values(_) = &measure {
             vec![resolution.clone()]
@@ -352,17 +338,9 @@ impl Design {
             .iter()
             .zip(timed)
             .filter_map(|(case, timed)| Some((case, timed?)))
-            .map(|(case, timed)| Row {
-                run: runner.name(case),
-                curve: case.label(&self.along),
-                resolution: case.number(&self.resolution),
-                values: Vec::new(),
-                error: None,
-                finest: false,
-                pareto_cpu: false,
-                pareto_wall: false,
-                case: case.clone(),
-                timed,
+            .map(|(case, timed)| {
+                let (curve, resolution) = (case.label(&self.along), case.number(&self.resolution));
+                Row::new(runner, case.clone(), timed, curve, resolution)
             })
             .collect();
         let sweep = matches!(self.measure, Measurement::Values(_));

@@ -5,7 +5,7 @@ use std::path::Path;
 use crate::StudyError;
 use crate::case::Case;
 use crate::output::{self, number};
-use crate::runner::Timed;
+use crate::runner::{Runner, Timed};
 use coupler::record::Summary;
 
 /// A run and what is measured of it.
@@ -34,6 +34,28 @@ pub struct Row {
 }
 
 impl Row {
+    /// A run of which nothing is measured yet.
+    pub(crate) fn new(
+        runner: &Runner,
+        case: Case,
+        timed: Timed,
+        curve: String,
+        resolution: Option<f64>,
+    ) -> Self {
+        Self {
+            run: runner.name(&case),
+            curve,
+            resolution,
+            values: Vec::new(),
+            error: None,
+            finest: false,
+            pareto_cpu: false,
+            pareto_wall: false,
+            case,
+            timed,
+        }
+    }
+
     /// What it left.
     pub fn outcome(&self) -> &Summary {
         &self.timed.outcome
@@ -101,7 +123,7 @@ pub(super) fn count(rows: &[Row], started: usize) -> String {
 }
 
 /// Writes a table with a row a run: what it is, its own columns (in the middle and at the end) and its times.
-pub(super) fn write_rows(
+pub(crate) fn write_rows(
     path: &Path,
     rows: &[Row],
     alone: bool,

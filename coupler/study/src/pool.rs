@@ -1,8 +1,9 @@
-//! Runs as processes of this machine: a bounded pool.
+//! What starts runs: processes of this machine, so many at once. What ended is told by the run directories alone, so that a
+//! process may as well be one that waits for a queue, and a run whose node was lost may be started again.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
-use std::sync::Mutex;
+use std::sync::OnceLock;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::thread;
 use std::time::Duration;
@@ -11,7 +12,6 @@ use interface::files;
 use interface::transport::wait::{until, until_there};
 use rustix::process::{Pid, Signal, kill_process_group};
 
-use super::start::{Place, Start};
 use crate::StudyError;
 
 /// Time between two looks at a run.
@@ -19,45 +19,59 @@ const LOOK: Duration = Duration::from_millis(5);
 /// Time between two looks at all of them.
 const IDLE: Duration = Duration::from_millis(100);
 
-pub(super) fn work(
+/// A run that is to be made.
+#[derive(Debug)]
+pub(crate) struct Start {
+    /// Its words.
+    pub command: Vec<String>,
+    /// File of its standard error.
+    pub log: PathBuf,
+}
+
+impl Start {
+    /// As a line for a shell.
+    pub fn line(&self) -> String {
+        let words = self.command.iter().map(String::as_str);
+        shlex::try_join(words).expect("paths on a command line have no zero byte")
+    }
+}
+
+/// Makes runs, at most `jobs` at once, and returns when they are over, or when it was interrupted and has ended them.
+/// `look` is called now and then.
+pub(crate) fn work(
     starts: &[&Start],
-    place: &Place,
-    look: &mut dyn FnMut() -> usize,
+    jobs: usize,
+    interrupt: &AtomicBool,
+    look: &mut dyn FnMut(),
 ) -> Result<(), StudyError> {
     let work = |start: &&Start| {
-        if place.interrupted() {
+        if interrupt.load(Ordering::Relaxed) {
             return Ok(());
         }
-        wait(start, place.interrupt)
+        wait(start, interrupt)
     };
-    let idle = &mut || {
-        look();
-    };
-    pool(starts, place.jobs.unwrap_or(1), work, idle).map(drop)
+    pool(starts, jobs, work, look)
 }
 
 /// Works on items, at most so many at once, in their order as far as that goes; `idle` is called now and then.
 ///
 /// # Errors
 /// The first that `work` gave.
-pub(crate) fn pool<T: Sync, R: Send>(
+fn pool<T: Sync>(
     items: &[T],
     most: usize,
-    work: impl Fn(&T) -> Result<R, StudyError> + Sync,
+    work: impl Fn(&T) -> Result<(), StudyError> + Sync,
     idle: &mut dyn FnMut(),
-) -> Result<Vec<R>, StudyError> {
+) -> Result<(), StudyError> {
     let next = AtomicUsize::new(0);
-    let results = Mutex::new(Vec::new());
+    let failure = OnceLock::new();
     let take = || {
-        loop {
-            let k = next.fetch_add(1, Ordering::Relaxed);
-            let Some(item) = items.get(k) else { break };
-            let result = work(item);
-            if result.is_err() {
+        while let Some(item) = items.get(next.fetch_add(1, Ordering::Relaxed)) {
+            if let Err(error) = work(item) {
+                let _ = failure.set(error);
                 // The others find no more to start.
                 next.fetch_max(items.len(), Ordering::Relaxed);
             }
-            results.lock().expect("no thread panics").push((k, result));
         }
     };
     thread::scope(|scope| {
@@ -72,13 +86,11 @@ pub(crate) fn pool<T: Sync, R: Send>(
             idle();
         }
     });
-    let mut results = results.into_inner().expect("no thread panics");
-    results.sort_by_key(|(k, _)| *k);
-    results.into_iter().map(|(_, result)| result).collect()
+    failure.into_inner().map_or(Ok(()), Err)
 }
 
 /// Starts a run and waits for its end; an interrupt is passed on.
-pub(crate) fn wait(start: &Start, interrupt: &AtomicBool) -> Result<(), StudyError> {
+fn wait(start: &Start, interrupt: &AtomicBool) -> Result<(), StudyError> {
     let mut child = spawn(&start.command, &start.log)?;
     let program = Path::new(&start.command[0]);
     let mut told = false;
@@ -86,7 +98,10 @@ pub(crate) fn wait(start: &Start, interrupt: &AtomicBool) -> Result<(), StudyErr
         let looked = child.try_wait().transpose();
         if looked.is_none() && interrupt.load(Ordering::Relaxed) && !told {
             told = true;
-            signal(&child, Signal::TERM);
+            // It may have ended meanwhile, which the next look finds out.
+            if let Some(group) = i32::try_from(child.id()).ok().and_then(Pid::from_raw) {
+                let _ = kill_process_group(group, Signal::TERM);
+            }
         }
         looked
     });
@@ -96,7 +111,7 @@ pub(crate) fn wait(start: &Start, interrupt: &AtomicBool) -> Result<(), StudyErr
 }
 
 /// Starts a command in a group of its own, so that Ctrl-C from the terminal reaches it once, through us.
-pub(super) fn spawn(command: &[String], log: &Path) -> Result<Child, StudyError> {
+fn spawn(command: &[String], log: &Path) -> Result<Child, StudyError> {
     use std::os::unix::process::CommandExt;
     let (program, arguments) = command.split_first().expect("a command has a first word");
     let said = files::make_named(log).map_err(StudyError::file("create", log))?;
@@ -110,29 +125,23 @@ pub(super) fn spawn(command: &[String], log: &Path) -> Result<Child, StudyError>
         .map_err(StudyError::file("start", Path::new(program)))
 }
 
-/// Sends a signal to a group of processes. It may have ended meanwhile, which the next look finds out.
-pub(super) fn signal(child: &Child, signal: Signal) {
-    if let Some(pid) = i32::try_from(child.id()).ok().and_then(Pid::from_raw) {
-        let _ = kill_process_group(pid, signal);
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
 
     #[test]
-    fn a_pool_is_bounded_keeps_the_order_and_stops_at_an_error() {
-        let (now, most) = (AtomicUsize::new(0), AtomicUsize::new(0));
+    fn a_pool_is_bounded_does_all_and_stops_at_an_error() {
+        let [now, most, sum] = [0; 3].map(AtomicUsize::new);
         let items: Vec<u64> = (0..40).collect();
         let work = |k: &u64| {
             most.fetch_max(now.fetch_add(1, Ordering::Relaxed) + 1, Ordering::Relaxed);
             thread::sleep(Duration::from_millis((40 - k) % 7));
             now.fetch_sub(1, Ordering::Relaxed);
-            Ok(10 * k)
+            sum.fetch_add(*k as usize, Ordering::Relaxed);
+            Ok(())
         };
-        let results = pool(&items, 3, work, &mut || ()).unwrap();
-        assert_eq!(results, items.iter().map(|k| 10 * k).collect::<Vec<_>>());
+        pool(&items, 3, work, &mut || ()).unwrap();
+        assert_eq!(sum.load(Ordering::Relaxed), (0..40).sum::<usize>());
         assert!((2..=3).contains(&most.load(Ordering::Relaxed)));
         let begun = AtomicUsize::new(0);
         let fails = |_: &u64| -> Result<(), _> {
