@@ -281,8 +281,8 @@ impl Judge<'_> {
         let has_energy = stand.oracle.all().iter().all(RefPoint::has_energy);
         let elastic = want.plastic_work + want.viscous_work == 0.0 && has_energy;
         let staged = !config.forcing.stages.is_empty();
-        // But for APIC, what walls and damping turn is not told apart from what the transfer does; a periodic wall may say of itself
-        // that it turns what it moves to the other end.
+        // But for APIC, what walls and damping turn is not told apart from what the transfer does. With periodic walls angular
+        // momentum has no balance.
         let apic = config.transfer == Transfer::Apic && !config.walls.periodic().contains(&true);
         let turned = apic || config.walls == Walls::default() && !staged;
         let corners = config.domain.iter().map(|[x, y]| x.hypot(*y));
