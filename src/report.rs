@@ -4,6 +4,7 @@ use std::path::Path;
 use std::process::ExitCode;
 
 use coupler::record::summary::Status;
+use coupler::run::resources::Bytes;
 use report::{ReportError, Written};
 
 use crate::cli::ReportArgs;
@@ -41,6 +42,6 @@ fn announce(written: &Written) {
     say(format_args!(
         "report in {} ({})",
         written.path.display(),
-        report::words::size(written.bytes)
+        Bytes(written.bytes)
     ));
 }

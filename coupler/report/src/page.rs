@@ -7,6 +7,7 @@ use askama::Template;
 use coupler::record::Summary;
 use coupler::record::log::Line;
 use coupler::record::summary::Status;
+use coupler::run::resources::Bytes;
 use coupler::scene::Scene;
 use coupler::scene::plan::LeftOut;
 use serde::Serialize;
@@ -17,7 +18,7 @@ use crate::motion::{Motion, load};
 use crate::record::Record;
 use crate::so_far;
 use crate::verdict;
-use crate::words::{count, duration, moment, size, size_of};
+use crate::words::{count, duration, moment, size_of};
 
 /// The script, in the order in which its parts need one another.
 const SCRIPT: &str = concat!(
@@ -537,8 +538,8 @@ fn scene(record: &Record) -> (&str, Option<String>) {
     let end = (0..=SCENE).rev().find(|&end| text.is_char_boundary(end));
     let note = format!(
         "The first {} of {} are shown; scene.toml has all of it.",
-        size(SCENE as u64),
-        size(text.len() as u64)
+        Bytes(SCENE as u64),
+        Bytes(text.len() as u64)
     );
     (&text[..end.unwrap_or(0)], Some(note))
 }
@@ -564,7 +565,7 @@ fn details(record: &Record) -> Vec<Detail> {
     add("Processor", value("processor"));
     add("Cores", value("cores"));
     let kilobytes = value("memory").and_then(|text| text.split(' ').next()?.parse::<u64>().ok());
-    add("Memory", kilobytes.map(|kb| size(1024 * kb)));
+    add("Memory", kilobytes.map(|kb| Bytes(1024 * kb).to_string()));
     add("System", value("system"));
     if resumed > 0 {
         add(

@@ -86,17 +86,6 @@ pub fn duration(seconds: f64) -> String {
     }
 }
 
-/// A size in bytes: `4.9 MB`.
-pub fn size(bytes: u64) -> String {
-    if bytes < 1_000_000 {
-        format!("{:.0} kB", bytes as f64 * 1e-3)
-    } else if bytes < 1_000_000_000 {
-        format!("{:.1} MB", bytes as f64 * 1e-6)
-    } else {
-        format!("{:.1} GB", bytes as f64 * 1e-9)
-    }
-}
-
 /// Digits in groups of three, from five digits on.
 fn grouped(value: i64) -> String {
     let digits = value.unsigned_abs().to_string();

@@ -82,8 +82,9 @@ pub enum ResourceError {
     Files(u64),
 }
 
-/// A number of bytes, formatted for people.
-pub(super) struct Bytes(pub u64);
+/// A number of bytes, formatted for people: `4.9 MiB`.
+#[derive(Debug, Clone, Copy)]
+pub struct Bytes(pub u64);
 
 impl Display for Bytes {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
