@@ -38,12 +38,18 @@ pub fn watch(args: &WatchArgs) -> ExitCode {
     let _ = nice(NICE);
     // Ctrl-C on a terminal reaches a run and this process: the run ends, and has a last page.
     let stop = || !args.of_run && interrupt.to_end.load(Ordering::Relaxed);
-    let shown = |page: &Path| {
-        let page = page.canonicalize().unwrap_or_else(|_| page.to_owned());
-        say(format_args!(
-            "the run is shown at file://{}",
-            page.display()
-        ));
+    let shown = |page: Option<&Path>| match page {
+        Some(page) => {
+            let page = page.canonicalize().unwrap_or_else(|_| page.to_owned());
+            say(format_args!(
+                "the run is shown at file://{}",
+                page.display()
+            ));
+        }
+        None if args.of_run => {} // which has just begun
+        None => say(format_args!(
+            "the run has written no history yet; its page is made when it has"
+        )),
     };
     match follow(dir, stop, shown) {
         Ok(()) => ExitCode::SUCCESS,

@@ -449,7 +449,7 @@ fn roll(markers: &[f64], friction: f64) -> Vec<[u64; 4]> {
     for n in 0..2500 {
         let step = Step {
             index: n as u64 + 1,
-            time: n as f64 * dt,
+            time: f64::from(n) * dt,
             dt_before: if n == 0 { 0.0 } else { dt },
             dt,
             measure: true,

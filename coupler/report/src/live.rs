@@ -21,7 +21,8 @@ const TICK: Duration = Duration::from_millis(100);
 /// large runs take long. Not the wall time: beside other work a page of a second would be the only one for an hour.
 const REST: u32 = 60;
 
-/// Keeps the page of the run in `dir` up to date until the run has ended or `stop` says so; `shown` is told of the first page.
+/// Keeps the page of the run in `dir` up to date until the run has ended or `stop` says so; `shown` is told of the first page, or
+/// before it with `None` that there is nothing to show yet.
 /// It reads what the run has written, and writes the page only.
 ///
 /// # Errors
@@ -29,10 +30,10 @@ const REST: u32 = 60;
 pub fn follow(
     dir: &Path,
     stop: impl Fn() -> bool,
-    shown: impl FnOnce(&Path),
+    mut shown: impl FnMut(Option<&Path>),
 ) -> Result<(), ReportError> {
     let path = dir.join(LIVE);
-    let mut shown = Some(shown);
+    let [mut is_shown, mut waits] = [false; 2];
     let mut seen = None;
     let mut rested = Instant::now();
     loop {
@@ -50,11 +51,17 @@ pub fn follow(
                     let written = files::replace(dir, LIVE, html.as_bytes(), false);
                     written.map_err(ReportError::file("write", &path))?;
                     rested = Instant::now() + rest();
-                    if let Some(shown) = shown.take() {
-                        shown(&path);
+                    if !is_shown {
+                        shown(Some(&path));
                     }
+                    is_shown = true;
                 }
-                Ok(_) | Err(ReportError::NotARun { .. }) => {}
+                Ok(_) | Err(ReportError::NotARun { .. }) => {
+                    if !waits && !is_shown {
+                        shown(None);
+                    }
+                    waits = true;
+                }
                 Err(error) => return Err(error),
             }
         }

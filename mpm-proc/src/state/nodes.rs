@@ -53,21 +53,24 @@ pub struct NodeTile {
 impl NodeTile {
     /// What damping dissipates in the kick, in J/m.
     pub fn lost_by_damping(&self) -> f64 {
-        let each = self.damping.iter().enumerate();
-        each.map(|(i, impulse)| self.lost(i, *impulse)).sum()
+        self.lost(self.damping.iter().copied().enumerate())
     }
 
     /// What wall friction dissipates in the kick, in J/m.
     pub fn lost_by_friction(&self) -> f64 {
-        let each = self.friction.iter();
-        each.map(|&(i, impulse)| self.lost(i, impulse)).sum()
+        self.lost(self.friction.iter().copied())
     }
 
-    /// What an impulse (N s/m) on a node in the kick takes of its energy, in J/m: the impulse times the mean of the velocities before
-    /// and after all that acts on the node, walls, supports and contact on the grid too.
-    fn lost(&self, node: usize, impulse: [f64; 2]) -> f64 {
-        let mean = |a: usize| 0.5 * (self.before[node][a] + self.after[node][a]);
-        -(impulse[0] * mean(0) + impulse[1] * mean(1))
+    /// What impulses (N s/m) on nodes in the kick take of their energy, in J/m: each times the mean of the velocities before and
+    /// after all that acts on its node, walls, supports and contact on the grid too.
+    fn lost(&self, impulses: impl Iterator<Item = (usize, [f64; 2])>) -> f64 {
+        let mut work = 0.0;
+        for (node, impulse) in impulses {
+            for a in 0..2 {
+                work -= impulse[a] * (0.5 * (self.before[node][a] + self.after[node][a]));
+            }
+        }
+        work
     }
 
     /// Kinetic energy that its nodes gain in the kick, in J/m.

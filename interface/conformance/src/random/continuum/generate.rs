@@ -565,14 +565,13 @@ impl Dice<'_, ()> {
         let walls = config.walls.by_axis();
         let driven = |(_, wall): &(_, Wall)| matches!(wall, Wall::Driven { .. });
         let pulled = walls.as_flattened().iter().any(driven);
+        let most = if pulled { 0.0 } else { 1.0 / self.dt };
         let stages = self.rng.u32(0..8).saturating_sub(5);
         for k in 0..stages {
             let from = (f64::from(k) + self.rng.f64()) * 20.0 * self.dt;
             forcing.stages.push(Stage {
                 from: if k == 0 && self.often() { 0.0 } else { from },
-                damping: self.when(!pulled, |dice| {
-                    dice.perhaps(|dice| dice.between(0.0, 1.0) / dice.dt)
-                }),
+                damping: self.perhaps(|dice| dice.between(0.0, most)),
                 pic_fraction: (blends && self.often()).then(|| self.rng.f64()),
             });
         }

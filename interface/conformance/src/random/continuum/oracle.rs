@@ -206,17 +206,12 @@ impl Oracle {
         }
         ledger.applied_impulse = self.past.applied;
         ledger.contact_impulse = self.contact;
-        let (mut weight, mut contact, mut gained) = (0.0, 0.0, 0.0);
-        for ((p, f), done) in before.iter().zip(forces).zip(&done) {
-            weight += kick * at(p.x, self.config.gravity.map(|g| p.mass * g))[2];
-            contact += kick * (at(p.x, f.force)[2] + f.couple);
-            gained += turning(done, p.x) - turning(p, p.x);
-        }
+        let contact = kick * ledger.contact_moment;
         self.moments[1] += contact;
         self.moments[0] += if self.config.transfer == Transfer::Apic {
-            gained - contact // APIC itself turns nothing.
+            turned(&before, &done) - contact // APIC itself turns nothing: it is what walls and damping have turned too.
         } else {
-            weight + totals.support[2] + kick * totals.load_moment
+            kick * (ledger.applied_moment + totals.load_moment) + totals.support[2]
         };
         [ledger.applied_moment, ledger.contact_moment] = self.moments;
         let stored = done.iter().map(RefPoint::stored).zip(&self.start);
@@ -231,7 +226,7 @@ impl Oracle {
     }
 
     /// The groups, and what the ledger has of points and forces: of the points and their energies before and after the kick,
-    /// of which the latter count with the share `w`.
+    /// of which the latter count with the share `w`. Moments are those of weights and contact forces alone.
     fn sums(
         &self,
         [before, done]: [&[RefPoint]; 2],
@@ -244,6 +239,8 @@ impl Oracle {
             let pressed = f.force != [0.0; 2];
             ledger.kinetic += (1.0 - w) * kinetic[k] + w * after[k];
             ledger.contacts += u64::from(pressed);
+            ledger.contact_moment += at(p.x, f.force)[2] + f.couple;
+            ledger.applied_moment += at(p.x, self.config.gravity.map(|g| p.mass * g))[2];
             for a in 0..2 {
                 ledger.gravity -= p.mass * self.config.gravity[a] * p.x[a];
                 ledger.momentum[a] += p.mass * done[k].v[a];
@@ -279,6 +276,13 @@ impl Oracle {
         }
         groups
     }
+}
+
+/// What points have gained of angular momentum in N s at the places where they were.
+fn turned(before: &[RefPoint], after: &[RefPoint]) -> f64 {
+    let each = before.iter().zip(after);
+    each.map(|(p, after)| turning(after, p.x) - turning(p, p.x))
+        .sum()
 }
 
 /// Angular momentum in N s of a point at `x`.
