@@ -78,7 +78,8 @@ pub trait PairKind: Listing {
         contacts: &mut Vec<ContactState>,
     );
     /// The larger ones of `known` and of the rates in 1/s^2, upper bounds of squared frequencies: of the chunk's pairs in
-    /// reach, and of those whose contact opens or closes ([`crate::contact::impact`]). `stiffest` is the largest stiffness in N/m of a pair that presses.
+    /// reach, and of those whose contact opens or closes ([`crate::contact::impact`]). `stiffest` is the largest stiffness
+    /// in N/m of a pair that presses.
     fn rates(
         _found: &Self::Found,
         _pairs: &[Self::Pair],

@@ -164,10 +164,8 @@ pub struct Kicked {
     /// Impulses that damping has taken, and that walls with friction have, in N s/m.
     pub(super) damped: Vec<[f64; 2]>,
     pub(super) rubbed: Vec<[f64; 2]>,
-    /// Impulse that walls and supports give to the velocities before the kick, as points feel it, in N s/m.
-    pub(super) eased: [f64; 2],
-    /// That of supports alone, and its moment about the origin in N s.
-    pub(super) felt: [f64; 3],
+    /// Work of driven walls on the velocities before the kick, as points feel it, in J/m.
+    pub(super) pulled: f64,
     /// What contact on the nodes has taken of their energy, in J/m.
     pub(super) met: f64,
 }
@@ -470,10 +468,14 @@ impl Reference {
         let nodes = self.nodes();
         let (mass, mut before) = self.map(&nodes, inertia);
         let felt = self.support(&nodes, &mass, &mut before).map(|p| alpha * p);
-        let mut eased = [0.0; 2];
-        for (i, p) in self.points.iter().enumerate() {
-            let v = self.interpolate(&nodes, i, |n, _| before[n]);
-            eased = [0, 1].map(|a| eased[a] + alpha * p.mass * (v[a] - p.v[a]));
+        let mut pulled = 0.0;
+        if let Some(wall) = self.driven() {
+            pulled -= wall[0] * felt[0] + wall[1] * felt[1]; // which walls and supports give together
+            for (i, p) in self.points.iter().enumerate() {
+                let v = self.interpolate(&nodes, i, |n, _| before[n]);
+                let gained = |a: usize| alpha * p.mass * (v[a] - p.v[a]);
+                pulled += wall[0] * gained(0) + wall[1] * gained(1);
+            }
         }
         self.load(&nodes, &before, dt_before);
         let [first, _] = self.shares();
@@ -532,8 +534,7 @@ impl Reference {
             after,
             damped: lost,
             rubbed,
-            eased,
-            felt,
+            pulled,
             met: 0.0,
         }
     }
@@ -553,10 +554,7 @@ impl Reference {
         if self.stress_update == StressUpdate::Usl {
             self.strain(nodes, after, dt, -0.5);
         }
-        // What driven walls have given before the kick is no loss of the points.
-        let wall = self.driven().unwrap_or_default();
-        let of_walls = |a: usize| wall[a] * (kicked.eased[a] - kicked.felt[a]);
-        self.totals.smoothed = of_walls(0) + of_walls(1);
+        self.totals.smoothed = kicked.pulled; // no loss of the points
         let mut drift: Vec<[f64; 2]> = self.gather(kicked, &own, kick);
         self.totals.rubbed = kicked.lost(&kicked.rubbed);
         self.count_walls(start, kick, forces);
@@ -609,12 +607,12 @@ impl Reference {
     fn gather(&mut self, kicked: &Kicked, own: &[RefPoint], kick: f64) -> Vec<[f64; 2]> {
         let (mut at_points, inertia) = (Vec::new(), self.inertia());
         let alpha = self.pic_fraction(kick);
-        let [kept, _] = if self.damps_nodes() {
-            [1.0; 2]
-        } else {
-            self.damping(kick)
-        };
-        let smooths = alpha > 0.0 || self.transfer.filters() || self.transfer.is_affine();
+        let [mut kept, _] = self.damping(kick);
+        if self.damps_nodes() {
+            kept = 1.0;
+        }
+        let affine = self.transfer.is_affine();
+        let smooths = alpha > 0.0 || self.transfer.filters() || affine;
         for i in 0..self.points.len() {
             let p = self.points[i];
             let (mut v, mut dv) = ([0.0; 2], [0.0; 2]);
@@ -639,7 +637,7 @@ impl Reference {
             for a in 0..2 {
                 p.v[a] = alpha * v[a] + (1.0 - alpha) * (kept * p.v[a] + dv[a]);
             }
-            if self.transfer.is_affine() {
+            if affine {
                 p.b = b;
             }
             at_points.push(v);
@@ -647,10 +645,14 @@ impl Reference {
             let lost = |old: f64, gain: f64, new: f64| {
                 0.5 * p.mass * (kept * old + gain - new) * (old + new)
             };
-            for a in (0..2).filter(|_| smooths) {
+            if !smooths {
+                continue; // FLIP alone takes nothing.
+            }
+            for a in 0..2 {
                 self.totals.smoothed += lost(own[i].v[a], dv[a], p.v[a]);
-                for c in (0..2).filter(|_| self.transfer.is_affine()) {
-                    self.totals.smoothed += lost(own[i].b[a][c], db[a][c], b[a][c]) / inertia;
+                if affine {
+                    let of_axis = |c: usize| lost(own[i].b[a][c], db[a][c], b[a][c]);
+                    self.totals.smoothed += (of_axis(0) + of_axis(1)) / inertia;
                 }
             }
         }
