@@ -295,10 +295,7 @@ define! {
 
 fn check_all<T: Record>(records: &[T]) -> Result<(), (usize, &'static str)> {
     // Nearly always all values are allowed, and this test is much cheaper than the exact one.
-    let fault_bits = records
-        .iter()
-        .fold(0, |all, record| all | record.fault_bits());
-    if fault_bits >> 63 == 0 {
+    if T::fault_bits_of(records) >> 63 == 0 {
         return Ok(());
     }
     for (slot, record) in records.iter().enumerate() {
@@ -424,5 +421,22 @@ mod tests {
         let bytes = payload.records().bytes().to_vec();
         assert_eq!(Payload::read(Kind::States, &bytes), Some(payload));
         assert_eq!(Payload::read(Kind::States, &bytes[1..]), None);
+    }
+
+    /// In every slot, also where the number of numbers is no multiple of what is tested at once.
+    #[test]
+    fn a_number_that_is_not_finite_is_found_wherever_it_is() {
+        for (count, slot) in (1..9).flat_map(|count| (0..count).map(move |slot| (count, slot))) {
+            let mut states = vec![ImpState::default(); count];
+            for wrong in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
+                states[slot].spin = wrong;
+                let found = Records::States(&states).check();
+                assert_eq!(found, Err((slot, "spin")), "{wrong} of {count}");
+            }
+            for right in [-0.0, f64::MAX, f64::MIN, f64::from_bits(1)] {
+                states[slot].spin = right;
+                assert_eq!(Records::States(&states).check(), Ok(()), "{right}");
+            }
+        }
     }
 }

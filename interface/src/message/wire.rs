@@ -29,6 +29,9 @@ pub trait Record:
     /// Name, size, and `field:type@offset` of every field.
     const LAYOUT: &'static str;
 
+    /// Whether it is `f64` throughout, of any sign.
+    const IS_REAL: bool;
+
     /// Whether every value is allowed on the wire.
     ///
     /// # Errors
@@ -38,6 +41,18 @@ pub trait Record:
     /// Bit 63 is set if [`Self::check`] may refuse a value. There is no branch for each value, so that the compiler can
     /// test several at once. The other bits mean nothing.
     fn fault_bits(&self) -> u64;
+
+    /// The bits of all of them. Numbers of one kind are read as one array, which takes half the time.
+    fn fault_bits_of(records: &[Self]) -> u64 {
+        if Self::IS_REAL {
+            let (numbers, _) = bytes_of(records).as_chunks();
+            let bits = numbers.iter().map(|x| f64::from_ne_bytes(*x).fault_bits());
+            bits.fold(0, |all, bits| all | bits)
+        } else {
+            let bits = records.iter().map(Self::fault_bits);
+            bits.fold(0, |all, bits| all | bits)
+        }
+    }
 
     /// Shows every number with the name of its field, in the order of the layout.
     fn visit(&self, see: &mut dyn FnMut(&'static str, Number));
@@ -74,14 +89,16 @@ pub enum Number {
 
 /// A type that a field of a record may have.
 trait Numbers: Sized {
+    const IS_REAL: bool;
     fn finite(&self) -> bool;
     /// Bit 63 is set if it is not finite.
     fn fault_bits(&self) -> u64;
     fn visit(&self, name: &'static str, see: &mut dyn FnMut(&'static str, Number));
 }
 macro_rules! number {
-    ($type:ty, $kind:expr, $finite:expr, $fault_bits:expr) => {
+    ($type:ty, $is_real:literal, $kind:expr, $finite:expr, $fault_bits:expr) => {
         impl Numbers for $type {
+            const IS_REAL: bool = $is_real;
             fn finite(&self) -> bool {
                 $finite(*self)
             }
@@ -95,15 +112,16 @@ macro_rules! number {
     };
 }
 // If a number is not finite, all bits of its exponent are one, and adding one carries into the sign bit.
-number!(f64, Number::Real, f64::is_finite, |x: f64| {
+number!(f64, true, Number::Real, f64::is_finite, |x: f64| {
     const LOWEST: u64 = 1 << 52;
     (x.to_bits() & (0x7ff * LOWEST)) + LOWEST
 });
 // The plastic strain of a point. Only a solver with that capability gives it a meaning, so clause R-5 checks it.
-number!(f32, Number::Real, |_| true, |_| 0);
-number!(u64, Number::Count, |_| true, |_| 0);
-number!(u32, Number::Count, |_| true, |_| 0);
+number!(f32, false, Number::Real, |_| true, |_| 0);
+number!(u64, false, Number::Count, |_| true, |_| 0);
+number!(u32, false, Number::Count, |_| true, |_| 0);
 impl<const N: usize> Numbers for [f64; N] {
+    const IS_REAL: bool = true;
     fn finite(&self) -> bool {
         self.iter().all(|x| x.is_finite())
     }
@@ -136,6 +154,8 @@ macro_rules! record {
             const LAYOUT: &'static str = concat!(
                 stringify!($name), ":", $size, "{", $(stringify!($field), ":", stringify!($type), "@", $offset, ";"),* , "}"
             );
+            const IS_REAL: bool =
+                true $(&& <$type as Numbers>::IS_REAL)* $($(&& stringify!($bounded).is_empty())*)?;
             fn check(&self) -> Result<(), &'static str> {
                 $(if !Numbers::finite(&self.$field) { return Err(stringify!($field)); })*
                 $($(if self.$bounded < 0.0 { return Err(stringify!($bounded)); })*)?
@@ -154,6 +174,7 @@ macro_rules! record {
 /// Plain bytes are a record too: control messages and saved states are slices of them.
 impl Record for u8 {
     const LAYOUT: &'static str = "u8:1{}";
+    const IS_REAL: bool = false;
     fn check(&self) -> Result<(), &'static str> {
         Ok(())
     }
@@ -402,6 +423,7 @@ record! {
 macro_rules! nested {
     ($($name:ident)*) => {
         $(impl Numbers for $name {
+            const IS_REAL: bool = false;
             fn finite(&self) -> bool {
                 self.check().is_ok()
             }

@@ -122,7 +122,7 @@ impl<'a> Bodies<'a> {
             set: 0,
             ..to.header(0, envelopes.len())
         };
-        to.send_under(&header, envelopes).await
+        to.send_under(header, envelopes).await
     }
 
     /// I-2, I-8: takes the set that `states` announce, which was sent before them.
@@ -248,7 +248,7 @@ impl Side for Bodies<'_> {
                     travel: answer.travel.unwrap_or(f64::INFINITY),
                     ..to.header(halt, points.states.len())
                 };
-                to.send_under(&header, Records::Forces(self.forces.on_points()))
+                to.send_under(header, Records::Forces(self.forces.on_points()))
                     .await?;
             }
             if !measured {

@@ -134,31 +134,33 @@ impl<'a> Connection<'a> {
         let bytes = encode(notice);
         let channel = Channel::of(self.party, Kind::Notice);
         let header = self.plain(bytes.len());
-        self.io
-            .send(channel, &header, Records::Notice(&bytes))
-            .await
+        self.io.send(channel, header, Records::Notice(&bytes)).await
     }
 
     /// Sends records to the coupler that are of the present step: all points, before a window and at the end.
-    pub async fn send(&self, records: Records<'_>) -> Result<(), SessionError> {
-        let header = self.plain(records.len());
-        self.send_under(&header, records).await
+    pub fn send(&self, records: Records<'_>) -> impl Future<Output = Result<(), SessionError>> {
+        self.send_under(self.plain(records.len()), records)
     }
 
     /// Sends records that the grant asked for, which are of its first step.
-    pub async fn send_measured(&self, records: Records<'_>) -> Result<(), SessionError> {
+    pub fn send_measured(
+        &self,
+        records: Records<'_>,
+    ) -> impl Future<Output = Result<(), SessionError>> {
         let header = StepHeader {
             step: self.grant.first,
-            count: records.len() as u64,
-            ..StepHeader::default()
+            ..self.plain(records.len())
         };
-        self.send_under(&header, records).await
+        self.send_under(header, records)
     }
 
     /// Sends records to the other solver.
-    pub async fn exchange(&self, flags: u64, records: Records<'_>) -> Result<(), SessionError> {
-        let header = self.header(flags, records.len());
-        self.send_under(&header, records).await
+    pub fn exchange(
+        &self,
+        flags: u64,
+        records: Records<'_>,
+    ) -> impl Future<Output = Result<(), SessionError>> {
+        self.send_under(self.header(flags, records.len()), records)
     }
 
     /// The header of a message to the other solver.
@@ -173,13 +175,13 @@ impl<'a> Connection<'a> {
         }
     }
 
-    pub async fn send_under(
+    pub fn send_under(
         &self,
-        header: &StepHeader,
+        header: StepHeader,
         records: Records<'_>,
-    ) -> Result<(), SessionError> {
+    ) -> impl Future<Output = Result<(), SessionError>> {
         let channel = Channel::of(self.party, records.kind());
-        self.io.send(channel, header, records).await
+        self.io.send(channel, header, records)
     }
 
     /// K-3: sends the state.
@@ -344,37 +346,36 @@ impl<'a> Connection<'a> {
     }
 
     /// Waits for the next message of `channel` within a step.
-    pub async fn receive_in_step(
+    pub fn receive_in_step(
         &self,
         channel: Channel,
         into: &mut Payload,
         awaited: &'static str,
-    ) -> Result<StepHeader, SessionError> {
-        self.receive(channel, into, awaited, self.deadline).await
+    ) -> impl Future<Output = Result<StepHeader, SessionError>> {
+        self.receive(channel, into, awaited, self.deadline)
     }
 
-    async fn receive(
+    fn receive(
         &self,
         channel: Channel,
         into: &mut Payload,
         awaited: &'static str,
         at_most: Duration,
-    ) -> Result<StepHeader, SessionError> {
+    ) -> impl Future<Output = Result<StepHeader, SessionError>> {
         let wait = (channel.from(), awaited, at_most);
         let awaits_order = channel.kind == Kind::Order;
-        self.arrival(wait, awaits_order, |io| io.receive(channel, into))
-            .await
+        self.arrival(wait, awaits_order, move |io| io.receive(channel, into))
     }
 
     /// Waits until `look` finds a message, until the coupler ends the session or is gone, or until the deadline is over.
-    async fn arrival<T>(
+    fn arrival<T>(
         &self,
         (from, awaited, at_most): (Party, &'static str, Duration),
         awaits_order: bool,
         mut look: impl FnMut(&Io<'a>) -> Result<Option<T>, SessionError>,
-    ) -> Result<T, SessionError> {
+    ) -> impl Future<Output = Result<T, SessionError>> {
         let io = &*self.io;
-        io.arrival(Wait { from, at_most }, |signal| {
+        io.arrival(Wait { from, at_most }, move |signal| {
             let found = look(io)?;
             if found.is_some() {
                 return Ok(found);
@@ -404,7 +405,6 @@ impl<'a> Connection<'a> {
                 }
             }
         })
-        .await
     }
 
     /// An order that has arrived while the session waits for another message: an Abort, or one out of turn.

@@ -264,7 +264,7 @@ impl<'a> Coupler<'a> {
             };
             let grant = Records::Grant(std::slice::from_ref(&sent.grant));
             self.io
-                .send(sent.channel(Kind::Grant), &header, grant)
+                .send(sent.channel(Kind::Grant), header, grant)
                 .await?;
         }
         Ok(())
@@ -387,7 +387,7 @@ impl<'a> Coupler<'a> {
             ..StepHeader::default()
         };
         let channel = self.solvers.each[i].channel(Kind::Order);
-        self.io.send(channel, &header, Records::Order(&bytes)).await
+        self.io.send(channel, header, Records::Order(&bytes)).await
     }
 
     /// The first solver of which something is missing.

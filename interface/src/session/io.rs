@@ -65,24 +65,27 @@ impl<'a> Io<'a> {
         }
     }
 
-    /// Sends a message and wakes its receiver.
-    pub async fn send(
+    /// Sends a message and wakes its receiver, at once; the future is the pause after it.
+    pub fn send(
         &self,
         channel: Channel,
-        header: &StepHeader,
+        header: StepHeader,
         records: Records<'_>,
-    ) -> Result<(), SessionError> {
+    ) -> impl Future<Output = Result<(), SessionError>> {
         self.lap(Activity::Compute);
-        self.with(|transport| {
-            transport.send(channel, header, records)?;
+        let sent = self.with(|transport| {
+            transport.send(channel, &header, records)?;
             if channel.wakes() {
                 transport.wake(channel.to());
             }
             Ok::<_, TransportError>(())
-        })?;
+        });
         self.lap(Activity::Exchange);
-        self.pause().await;
-        Ok(())
+        async {
+            sent?;
+            self.pause().await;
+            Ok(())
+        }
     }
 
     /// The next message of `channel`, if there is one.

@@ -37,7 +37,7 @@ pub(super) async fn send(
             Kind::Saved => Records::Saved(piece),
             _ => Records::Restore(piece),
         };
-        io.send(channel, &header, records).await?;
+        io.send(channel, header, records).await?;
     }
     Ok(())
 }

@@ -219,7 +219,7 @@ async fn report(
         set: 0,
         ..to.header(0, 1)
     };
-    to.send_under(&header, Records::Report(&[report])).await
+    to.send_under(header, Records::Report(&[report])).await
 }
 
 /// The end: the points, Bye, and the leave to close.
