@@ -355,16 +355,22 @@ impl<'a> Connection<'a> {
         self.receive(channel, into, awaited, self.deadline)
     }
 
-    fn receive(
+    async fn receive(
         &self,
         channel: Channel,
         into: &mut Payload,
         awaited: &'static str,
         at_most: Duration,
-    ) -> impl Future<Output = Result<StepHeader, SessionError>> {
+    ) -> Result<StepHeader, SessionError> {
         let wait = (channel.from(), awaited, at_most);
         let awaits_order = channel.kind == Kind::Order;
-        self.arrival(wait, awaits_order, move |io| io.receive(channel, into))
+        let mut header = StepHeader::default();
+        let look = |io: &Io<'_>| {
+            let received = io.receive(channel, into)?;
+            Ok(received.map(|received| header = received))
+        };
+        self.arrival(wait, awaits_order, look).await?;
+        Ok(header)
     }
 
     /// Waits until `look` finds a message, until the coupler ends the session or is gone, or until the deadline is over.
