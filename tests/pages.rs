@@ -1,4 +1,5 @@
-//! The pages: each is in the summary, each link leads to a file and a heading, each equation is where its table says.
+//! The pages: each is in the summary, each link leads to a file and a heading, each equation is where its table says, each value
+//! of a check is that of the table of checks.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
@@ -7,7 +8,7 @@ use std::process::Command;
 
 use pulldown_cmark::{CodeBlockKind, Event, Options, Parser, Tag, TagEnd};
 
-use crate::harness::root;
+use crate::harness::{Need, root};
 
 const SUMMARY: &str = "docs/SUMMARY.md";
 
@@ -224,4 +225,37 @@ fn every_name_in_the_guide_for_authors_exists() {
     let guide = text("docs/solver-authors.md");
     assert!(code_words(&guide).len() > 100);
     assert_eq!(strange(&guide), Vec::<String>::new());
+}
+
+/// `docs/results/values.py --check` of a copy whose table has another value, too.
+#[test]
+fn values_on_the_pages_are_those_of_the_table_of_checks() {
+    let there = Command::new("python3").arg("--version").output().is_ok();
+    if !Need::Python.is_met(there, "there is no python3") {
+        return;
+    }
+    let check = |root: &Path| {
+        let script = root.join("docs/results/values.py");
+        let checked = Command::new("python3").arg(script).arg("--check").output();
+        let checked = checked.unwrap();
+        let printed = [checked.stdout, checked.stderr].concat();
+        (
+            checked.status.success(),
+            String::from_utf8(printed).unwrap(),
+        )
+    };
+    assert_eq!(check(&root()), (true, String::new()));
+
+    let copy = tempfile::tempdir().unwrap();
+    let results = copy.path().join("docs/results");
+    fs::create_dir_all(results.join("tables")).unwrap();
+    for name in ["docs/results/values.py", "README.md"] {
+        fs::copy(root().join(name), copy.path().join(name)).unwrap();
+    }
+    let table = text("docs/results/tables/checks.csv");
+    let other = table.replace("peak force,4.91584", "peak force,4.95");
+    assert_ne!(other, table);
+    fs::write(results.join("tables/checks.csv"), other).unwrap();
+    let (holds, printed) = check(copy.path());
+    assert!(!holds && printed.contains("README.md"), "{printed}");
 }
