@@ -8,7 +8,8 @@ use std::process::Command;
 
 use pulldown_cmark::{CodeBlockKind, Event, Options, Parser, Tag, TagEnd};
 
-use crate::harness::{Need, root};
+use crate::harness::needs::Need;
+use crate::harness::root;
 
 const SUMMARY: &str = "docs/SUMMARY.md";
 

@@ -101,7 +101,7 @@ fn material(problems: &mut Problems, path: &str, written: &MaterialWritten) -> M
     // Faults of the numbers are reported when all numbers are known.
     if let Some(test) = written
         .friction_test
-        .filter(|_| written.model.faults("").is_empty())
+        .filter(|_| written.model.faults().is_empty())
     {
         match written.model.measured(test) {
             Ok(model) => material.model = model,

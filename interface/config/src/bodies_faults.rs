@@ -9,64 +9,55 @@ use super::{BodyConfig, BodyInertia, BodyShape, ContactLaw, DemConfig, Motion, O
 impl DemConfig {
     /// All values that no bodies' solver could accept, in the order of the configuration.
     pub fn faults(&self) -> Vec<ConfigFault> {
-        let mut faults = Faults::default();
-        faults.finite("gravity", &self.gravity);
+        Faults::all("", |found| self.look(found))
+    }
+
+    fn look(&self, found: &mut Faults<'_>) {
+        found.finite("gravity", &self.gravity);
         for (i, body) in self.bodies.iter().enumerate() {
-            faults.0.extend(body.faults(&format!("dem.body.{i}")));
+            body.look(&mut found.at(format!("dem.body.{i}")));
         }
         let points = Between::PointsAndBodies;
         if self.has_point_law() {
-            faults
-                .0
-                .extend(self.point_contact.faults("contact", points));
+            self.point_contact.look(&mut found.at("contact"), points);
         }
         if let Some(law) = &self.body_contact {
-            faults.0.extend(law.faults("body_contact", Between::Bodies));
+            law.look(&mut found.at("body_contact"), Between::Bodies);
         }
-        self.group_pair_faults(&mut faults);
-        self.overlap_faults(&mut faults);
-        let table = self.table_faults();
-        let sound = table.is_empty();
-        faults.0.extend(table);
-        if sound {
-            let key = |i: usize| format!("contact_pair.{i}.law");
-            for (i, pair) in self.body_pairs() {
-                faults.0.extend(pair.law.faults(&key(i), Between::Bodies));
-            }
-            for (i, pair) in self.point_pairs() {
-                // A pair of both kinds has been checked above by the stricter rules for bodies. It is reported only
-                // once.
-                let of_bodies = self.body_pairs().any(|(k, _)| k == i);
-                if !of_bodies || pair.law.faults("", Between::Bodies).is_empty() {
-                    faults.0.extend(pair.law.faults(&key(i), points));
+        self.group_pair_faults(found);
+        self.overlap_faults(found);
+        let before = found.count();
+        self.table_faults(found);
+        if found.count() == before {
+            for (i, pair) in self.contact_pairs.iter().enumerate() {
+                let mut found = found.at(format!("contact_pair.{i}.law"));
+                let before = found.count();
+                if self.body_pairs().any(|(k, _)| k == i) {
+                    pair.law.look(&mut found, Between::Bodies);
+                }
+                // A pair of both kinds is reported once, by the stricter rules for bodies.
+                if found.count() == before && self.point_pairs().any(|(k, _)| k == i) {
+                    pair.law.look(&mut found, points);
                 }
             }
         }
         if let Some(r) = self.contact_resolution {
             let expected = "above 0, at most 2 (the limit of stability)";
-            let holds = r > 0.0 && r <= 2.0;
-            faults.number_in("", "dem.contact_resolution", r, holds, expected);
+            found.number("dem.contact_resolution", r, r > 0.0 && r <= 2.0, expected);
         }
-        let skin = self.skin;
-        faults.number_in(
-            "m",
-            "coupling.skin",
-            skin,
-            skin >= 0.0,
-            "a distance of 0 or more",
-        );
+        let (skin, expected) = (self.skin, "a distance of 0 or more");
+        found.number_in("m", "coupling.skin", skin, skin >= 0.0, expected);
         if self.threads == 0 {
-            faults.add("dem.threads", "0", "1 or more", "");
+            found.add("dem.threads", "0", "1 or more", "");
         }
-        faults.0
     }
 
     /// Finds bodies and laws for which the measure of overlap is not defined.
-    fn overlap_faults(&self, faults: &mut Faults) {
+    fn overlap_faults(&self, found: &mut Faults<'_>) {
         let measure = self.overlap;
         let name = word(&measure);
         if measure == OverlapMeasure::EachEdge {
-            self.bare_faults(faults);
+            self.bare_faults(found);
             return;
         }
         let area = measure == OverlapMeasure::Area;
@@ -76,13 +67,13 @@ impl DemConfig {
                 let value = format!("not convex (body \"{own}\")");
                 let expected = format!("a convex body, since `dem.overlap` is \"{name}\"");
                 let help = "take `dem.overlap = \"each_edge\"`, or a convex body";
-                faults.add(format!("dem.body.{i}.shape"), value, expected, help);
+                found.add(format!("dem.body.{i}.shape"), value, expected, help);
             } else if area && body.largest_radius() > 0.0 {
                 let value = format!("{} m (body \"{own}\")", body.largest_radius());
                 let expected =
                     "0, since `dem.overlap = \"area\"` is for polygons with sharp corners";
                 let key = format!("dem.body.{i}.sphero_radius");
-                faults.add(
+                found.add(
                     key,
                     value,
                     expected,
@@ -95,13 +86,13 @@ impl DemConfig {
             let value = format!("`{}`", law.name());
             let expected = "`linear`, since `dem.overlap` is \"area\"";
             let help = "a sharp corner has no radius, which the other laws need";
-            faults.add("body_contact", value, expected, help);
+            found.add("body_contact", value, expected, help);
         }
     }
 
     /// Finds two bodies without a sphero-radius. They would never touch, since the distance of a vertex from an edge is
     /// never below 0.
-    fn bare_faults(&self, faults: &mut Faults) {
+    fn bare_faults(&self, found: &mut Faults<'_>) {
         let bare = |body: &&BodyConfig| body.largest_radius() == 0.0;
         let free = |body: &BodyConfig| bare(&body) && body.motion.yielding() != [0.0; 3];
         let Some(i) = self.bodies.iter().position(free) else {
@@ -111,7 +102,7 @@ impl DemConfig {
             let expected = "a radius above 0, since with `dem.overlap = \"each_edge\"` two bodies without one never touch";
             let value = format!("0 m (body \"{}\")", self.bodies[i].name);
             let help = "write a radius, or `dem.overlap = \"nearest_edge\"`";
-            faults.add(format!("dem.body.{i}.sphero_radius"), value, expected, help);
+            found.add(format!("dem.body.{i}.sphero_radius"), value, expected, help);
         }
     }
 }
@@ -123,30 +114,28 @@ impl BodyConfig {
         radii.fold(0.0, f64::max)
     }
 
-    /// The impossible values of the body; `path` is its key.
-    fn faults(&self, path: &str) -> Vec<ConfigFault> {
-        let mut faults = Faults::default();
-        let key = |key: &str| format!("{path}.{key}");
-        self.shape_faults(path, &mut faults);
+    /// Finds the impossible values of the body.
+    fn look(&self, found: &mut Faults<'_>) {
+        self.shape_faults(found);
         match self.inertia {
             BodyInertia::Mass(m) => {
-                faults.number_in("kg/m", key("mass"), m, m > 0.0, "a mass above 0");
+                found.number_in("kg/m", "mass", m, m > 0.0, "a mass above 0");
             }
             BodyInertia::Density(rho) => {
                 let expected = "a density above 0";
-                faults.number_in("kg/m^3", key("density"), rho, rho > 0.0, expected);
+                found.number_in("kg/m^3", "density", rho, rho > 0.0, expected);
             }
         }
-        faults.finite(key("position"), &self.position);
-        faults.finite(key("angle"), &[self.angle]);
-        faults.finite(key("velocity"), &self.velocity);
-        faults.finite(key("spin"), &[self.spin]);
+        found.finite("position", &self.position);
+        found.finite("angle", &[self.angle]);
+        found.finite("velocity", &self.velocity);
+        found.finite("spin", &[self.spin]);
         let moves = self.velocity != [0.0; 2] || self.spin != 0.0;
         if self.motion == Motion::Fixed && moves {
             let value = format!("\"fixed\" (body \"{}\")", self.name);
             let expected = "a motion, since the body has a velocity or a spin";
             let help = "`motion = \"driven\"` moves it with them, under any load";
-            faults.add(key("motion"), value, expected, help);
+            found.add("motion", value, expected, help);
         }
         if let Motion::Pushed {
             force: [x, y],
@@ -156,60 +145,58 @@ impl BodyConfig {
         } = self.motion
         {
             let numbers = [x, y, torque, until.unwrap_or(0.0)];
-            faults.finite(key("motion.pushed"), &numbers);
+            found.finite("motion.pushed", &numbers);
             let expected = "a time of 0 or more";
-            faults.number_in("s", key("motion.pushed.ramp"), ramp, ramp >= 0.0, expected);
+            found.number_in("s", "motion.pushed.ramp", ramp, ramp >= 0.0, expected);
         }
-        faults.0
     }
 
-    fn shape_faults(&self, path: &str, faults: &mut Faults) {
-        let key = |key: &str| format!("{path}.{key}");
+    fn shape_faults(&self, found: &mut Faults<'_>) {
         let a = self.sphero_radius;
-        let radius = |faults: &mut Faults, holds: bool, expected: &str| {
-            faults.number_in("m", key("sphero_radius"), a, holds, expected);
+        let radius = |found: &mut Faults<'_>, holds: bool, expected: &str| {
+            found.number_in("m", "sphero_radius", a, holds, expected);
         };
         match &self.shape {
-            BodyShape::Disc => radius(faults, a > 0.0, "a disc's radius above 0"),
+            BodyShape::Disc => radius(found, a > 0.0, "a disc's radius above 0"),
             BodyShape::Segment { ends } => {
-                radius(faults, a > 0.0, "a segment's radius above 0");
-                faults.finite(key("shape.segment.ends"), ends.as_flattened());
+                radius(found, a > 0.0, "a segment's radius above 0");
+                found.finite("shape.segment.ends", ends.as_flattened());
                 if ends[0] == ends[1] {
                     let (value, expected) = (format!("{ends:?}"), "two different ends");
                     let help = "use `shape = \"disc\"`";
-                    faults.add(key("shape.segment.ends"), value, expected, help);
+                    found.add("shape.segment.ends", value, expected, help);
                 }
             }
             BodyShape::Polygon { vertices } => {
-                radius(faults, a >= 0.0, "a radius of 0 or more");
-                faults.polygon(&key("shape.polygon.vertices"), vertices);
+                radius(found, a >= 0.0, "a radius of 0 or more");
+                found.polygon("shape.polygon.vertices", vertices);
             }
             BodyShape::Rectangle { width, height } => {
-                radius(faults, a >= 0.0, "a radius of 0 or more");
+                radius(found, a >= 0.0, "a radius of 0 or more");
                 for (name, length) in [("width", *width), ("height", *height)] {
-                    let key = key(&format!("shape.rectangle.{name}"));
-                    faults.number_in("m", key, length, length > 0.0, "a length above 0");
+                    let key = format!("shape.rectangle.{name}");
+                    found.number_in("m", key, length, length > 0.0, "a length above 0");
                 }
             }
             BodyShape::Cluster { centers, radii } => {
-                faults.finite(key("shape.cluster.centers"), centers.as_flattened());
+                found.finite("shape.cluster.centers", centers.as_flattened());
                 if centers.is_empty() {
-                    faults.add(key("shape.cluster.centers"), "no discs", "one or more", "");
+                    found.add("shape.cluster.centers", "no discs", "one or more", "");
                 }
                 if radii.is_empty() {
-                    return radius(faults, a > 0.0, "a disc's radius above 0");
+                    return radius(found, a > 0.0, "a disc's radius above 0");
                 }
                 let expected = "0, since the discs have `radii`";
-                radius(faults, a == 0.0, expected);
+                radius(found, a == 0.0, expected);
                 if radii.len() != centers.len() {
                     let (value, expected) = (radii.len(), centers.len());
                     let value = format!("{value} radii for {expected} discs");
                     let help = "give one for each of `centers`";
-                    faults.add(key("shape.cluster.radii"), value, "as many", help);
+                    found.add("shape.cluster.radii", value, "as many", help);
                 }
                 for (k, &r) in radii.iter().enumerate() {
-                    let key = key(&format!("shape.cluster.radii.{k}"));
-                    faults.number_in("m", key, r, r > 0.0, "a disc's radius above 0");
+                    let key = format!("shape.cluster.radii.{k}");
+                    found.number_in("m", key, r, r > 0.0, "a disc's radius above 0");
                 }
             }
         }

@@ -5,7 +5,7 @@ use super::{Chain, ContactForceScheme, Fill, Interface, MpmConfig};
 
 impl MpmConfig {
     /// Refuses chains without segments, and segments in a configuration in which bodies cannot meet them.
-    pub(super) fn chain_faults(&self, found: &mut Faults) {
+    pub(super) fn chain_faults(&self, found: &mut Faults<'_>) {
         if self.interface == Interface::Points {
             if !self.chains.is_empty() {
                 let help = "chains are used only with `interface = \"segments\"`";
@@ -14,12 +14,8 @@ impl MpmConfig {
             return;
         }
         let mut refuse = |key: &str, help: &str| {
-            found.add(
-                "mpm.interface",
-                "\"segments\"",
-                "\"points\"",
-                format!("{key}: {help}"),
-            );
+            let help = format!("{key}: {help}");
+            found.add("mpm.interface", "\"segments\"", "\"points\"", help);
         };
         if self.grid_contact.is_some() {
             refuse(
@@ -52,30 +48,22 @@ impl MpmConfig {
                 );
             }
         }
-        for c in 0..self.chains.len() {
-            self.one_chain_faults(found, c);
+        for (c, chain) in self.chains.iter().enumerate() {
+            self.one_chain_faults(&mut found.at(format!("mpm.chain.{c}")), chain);
         }
     }
 
-    fn one_chain_faults(&self, found: &mut Faults, c: usize) {
-        let (chain, path) = (&self.chains[c], format!("mpm.chain.{c}"));
+    fn one_chain_faults(&self, found: &mut Faults<'_>, chain: &Chain) {
         if chain.group >= self.groups.len() {
             let expected = format!("one of {} groups, counted from 0", self.groups.len());
-            found.add(
-                format!("{path}.points"),
-                chain.group.to_string(),
-                expected,
-                "",
-            );
+            found.add("points", chain.group, expected, "");
         }
-        let key = format!("{path}.floor");
         let share = chain.floor > 0.0 && chain.floor <= 1.0;
-        found.number(key, chain.floor, share, "a share above 0, at most 1");
+        found.number("floor", chain.floor, share, "a share above 0, at most 1");
         let least = if chain.closed { 3 } else { 2 };
-        let markers = format!("{path}.markers");
-        if chain.markers.len() < least {
-            let value = chain.markers.len().to_string();
-            found.add(markers, value, format!("{least} markers or more"), "");
+        let (markers, count) = ("markers", chain.markers.len());
+        if count < least {
+            found.add(markers, count, format!("{least} markers or more"), "");
             return;
         }
         let [lower, upper] = self.domain;

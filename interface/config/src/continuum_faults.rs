@@ -6,7 +6,7 @@
 
 use super::fault::{ConfigFault, Faults};
 use super::{
-    ContactForceScheme, Drift, Fill, GridContact, GroupConfig, Lattice, MaterialConfig,
+    ContactForceScheme, Drift, Fill, GridContact, GroupConfig, Hold, Lattice, MaterialConfig,
     MaterialModel, MpmConfig, Plane, ShapeFunction, Spacing, StressUpdate, Transfer, Wall,
 };
 
@@ -20,32 +20,30 @@ pub const POINTS_MAX: f64 = 2.0e9;
 impl MpmConfig {
     /// All faults of the configuration, in its order; empty if a solver can accept it.
     pub fn faults(&self) -> Vec<ConfigFault> {
-        let mut found = Faults::default();
-        let grid_is_sound = self.grid_faults(&mut found);
-        self.scheme_faults(&mut found);
-        self.wall_faults(&mut found);
-        self.material_faults(&mut found);
-        for g in 0..self.groups.len() {
-            self.group_faults(&mut found, g, grid_is_sound);
-        }
-        self.layer_faults(&mut found);
-        self.forcing_faults(&mut found);
-        self.probe_faults(&mut found);
-        self.chain_faults(&mut found);
-        found.0
+        Faults::all("", |found| {
+            let grid_is_sound = self.grid_faults(found);
+            self.scheme_faults(found);
+            self.wall_faults(found);
+            self.material_faults(found);
+            for (g, group) in self.groups.iter().enumerate() {
+                self.group_faults(
+                    &mut found.at(format!("mpm.points.{g}")),
+                    group,
+                    grid_is_sound,
+                );
+            }
+            self.layer_faults(found);
+            self.forcing_faults(found);
+            self.chain_faults(found);
+        })
     }
 
     /// Checks the cell and the domain; returns whether both can be used.
-    fn grid_faults(&self, found: &mut Faults) -> bool {
+    fn grid_faults(&self, found: &mut Faults<'_>) -> bool {
         found.finite("gravity", &self.gravity);
-        found.number(
-            "coupling.skin",
-            self.skin,
-            self.skin >= 0.0,
-            "a length of 0 or more",
-        );
+        found.not_negative("coupling.skin", self.skin, "a length of 0 or more");
         let cell = self.cell;
-        let mut sound = found.number("mpm.cell", cell, cell > 0.0, "a length above 0");
+        let mut sound = found.positive("mpm.cell", cell, "a length above 0");
         let [lower, upper] = self.domain;
         let size = [0, 1].map(|a| upper[a] - lower[a]);
         if !size.iter().all(|s| s.is_finite() && *s > 0.0) {
@@ -68,7 +66,7 @@ impl MpmConfig {
                     "it cuts {} m into {exact:.3e}; make the cell larger or the domain smaller",
                     size[a]
                 );
-                found.add("mpm.cell", cell.to_string(), expected, help);
+                found.add("mpm.cell", cell, expected, help);
                 return false;
             }
             // Decimal lengths are not exact in binary. So a millionth of a cell is rounding, and more is a mistake.
@@ -88,7 +86,7 @@ impl MpmConfig {
     }
 
     /// Checks the choices of the scheme and their combinations.
-    fn transfer_faults(&self, found: &mut Faults) {
+    fn transfer_faults(&self, found: &mut Faults<'_>) {
         let splines = [ShapeFunction::QuadraticBspline, ShapeFunction::CubicBspline];
         match self.transfer {
             Transfer::Blend { pic_fraction: a } => {
@@ -124,11 +122,11 @@ impl MpmConfig {
         }
     }
 
-    fn scheme_faults(&self, found: &mut Faults) {
+    fn scheme_faults(&self, found: &mut Faults<'_>) {
         self.transfer_faults(found);
         if let Some(GridContact { friction }) = self.grid_contact {
             let key = "mpm.grid_contact.friction";
-            found.number(key, friction, friction >= 0.0, "a coefficient of 0 or more");
+            found.not_negative(key, friction, "a coefficient of 0 or more");
         }
         let last = self.stress_update == StressUpdate::Usl;
         // Derived in docs/energy.md, "Hats".
@@ -174,12 +172,12 @@ impl MpmConfig {
         }
     }
 
-    fn wall_faults(&self, found: &mut Faults) {
+    fn wall_faults(&self, found: &mut Faults<'_>) {
         let walls = self.walls.by_axis();
         for (name, wall) in walls.as_flattened() {
             if let Wall::Friction { coefficient: mu } = *wall {
                 let key = format!("mpm.walls.{name}.friction.coefficient");
-                found.number(key, mu, mu >= 0.0, "a coefficient of 0 or more");
+                found.not_negative(key, mu, "a coefficient of 0 or more");
             }
         }
         for axis in 0..2 {
@@ -200,7 +198,7 @@ impl MpmConfig {
     /// Refuses what cannot be combined with walls at both ends of `axis` that move along themselves.
     fn driven_faults(
         &self,
-        found: &mut Faults,
+        found: &mut Faults<'_>,
         ends: [(&str, Wall); 2],
         across: [(&str, Wall); 2],
         axis: usize,
@@ -224,7 +222,7 @@ impl MpmConfig {
                 let help = format!(
                     "damping slows the material to rest, while the wall {name} moves it: leave it out"
                 );
-                found.add(key, stage.damping.to_string(), "0", help);
+                found.add(key, stage.damping, "0", help);
             }
             for (other, wall) in across {
                 if !matches!(wall, Wall::Periodic | Wall::Open) {
@@ -246,57 +244,37 @@ impl MpmConfig {
         }
     }
 
-    fn material_faults(&self, found: &mut Faults) {
+    fn material_faults(&self, found: &mut Faults<'_>) {
         for (i, material) in self.materials.iter().enumerate() {
-            let path = format!("mpm.material.{i}");
-            let density = material.density;
-            found.number(
-                format!("{path}.density"),
-                density,
-                density > 0.0,
-                "a density above 0",
-            );
-            found
-                .0
-                .extend(material.model.faults(&format!("{path}.model")));
+            let mut found = found.at(format!("mpm.material.{i}"));
+            found.positive("density", material.density, "a density above 0");
+            material.model.look(&mut found.at("model"));
         }
     }
 
-    fn group_faults(&self, found: &mut Faults, g: usize, grid_is_sound: bool) {
-        let group = &self.groups[g];
-        let path = format!("mpm.points.{g}");
+    fn group_faults(&self, found: &mut Faults<'_>, group: &GroupConfig, grid_is_sound: bool) {
         if group.material >= self.materials.len() {
             let expected = format!("one of {} materials, counted from 0", self.materials.len());
             let help = format!("there is no material number {}", group.material);
-            found.add(
-                format!("{path}.material"),
-                group.material.to_string(),
-                expected,
-                help,
-            );
+            found.add("material", group.material, expected, help);
         }
-        found.finite(format!("{path}.velocity"), &group.velocity);
+        found.finite("velocity", &group.velocity);
         if let Some(r) = group.contact_radius {
-            found.number(
-                format!("{path}.contact_radius"),
-                r,
-                r > 0.0,
-                "a length above 0",
-            );
+            found.positive("contact_radius", r, "a length above 0");
         }
-        self.spin_faults(found, group, &path);
-        let spacing_is_sound = group.spacing_faults(found, &path);
-        let fill_is_sound = group.fill_faults(found, &path);
+        self.spin_faults(found, group);
+        let spacing_is_sound = group.spacing_faults(&mut found.at("spacing"));
+        let fill_is_sound = group.fill_faults(&mut found.at("fill"));
         if grid_is_sound && fill_is_sound {
-            self.outside_faults(found, group, &path);
+            self.outside_faults(found, group);
             if spacing_is_sound {
-                self.box_faults(found, group, &path);
+                self.box_faults(found, group);
             }
         }
     }
 
     /// Refuses what cannot be combined with nodes that get the spin of the group.
-    fn spin_faults(&self, found: &mut Faults, group: &GroupConfig, path: &str) {
+    fn spin_faults(&self, found: &mut Faults<'_>, group: &GroupConfig) {
         if !group.keeps_spin {
             return;
         }
@@ -312,11 +290,11 @@ impl MpmConfig {
             }
             _ => return,
         };
-        found.add(format!("{path}.keeps_spin"), "true", "false", help);
+        found.add("keeps_spin", "true", "false", help);
     }
 
     /// Refuses a region that reaches out of the domain. Over a periodic wall it may reach, by at most one period.
-    fn outside_faults(&self, found: &mut Faults, group: &GroupConfig, path: &str) {
+    fn outside_faults(&self, found: &mut Faults<'_>, group: &GroupConfig) {
         let [lower, upper] = group.fill.bounds();
         let [low, high] = self.domain;
         let periodic = self.walls.periodic();
@@ -332,12 +310,12 @@ impl MpmConfig {
             let value = format!("from {lower:?} to {upper:?} m, outside of `mpm.domain`");
             let expected = format!("a region within {low:?} to {high:?} m");
             let help = "enlarge the domain or move the points";
-            found.add(format!("{path}.fill"), value, expected, help);
+            found.add("fill", value, expected, help);
         }
     }
 
     /// Checks how many boxes fill the region, and whether they are too wide for the shape function.
-    fn box_faults(&self, found: &mut Faults, group: &GroupConfig, path: &str) {
+    fn box_faults(&self, found: &mut Faults<'_>, group: &GroupConfig) {
         let sides = group.box_sides(self.cell);
         let [lower, upper] = group.fill.bounds();
         let boxes = match &group.fill {
@@ -345,14 +323,9 @@ impl MpmConfig {
             _ => (upper[0] - lower[0]) / sides[0] * ((upper[1] - lower[1]) / sides[1]),
         };
         if boxes > POINTS_MAX {
-            let value = format!("so small that `{path}.fill` needs about {boxes:.1e} points");
+            let value = format!("so small that `fill` needs about {boxes:.1e} points");
             let expected = format!("at most {POINTS_MAX:.0e}");
-            found.add(
-                format!("{path}.spacing"),
-                value,
-                expected,
-                "use a larger spacing or cell",
-            );
+            found.add("spacing", value, expected, "use a larger spacing or cell");
         }
         // The centre of a disc is a corner of the lattice and not a point, so a small disc may get no point.
         let empty = match group.fill {
@@ -366,13 +339,8 @@ impl MpmConfig {
                 "a region that holds no points at a spacing of {} m",
                 sides[0]
             );
-            let help = "use a smaller spacing";
-            found.add(
-                format!("{path}.fill"),
-                value,
-                "a region that is wider than the spacing",
-                help,
-            );
+            let expected = "a region that is wider than the spacing";
+            found.add("fill", value, expected, "use a smaller spacing");
         }
         let widest = sides[0].max(sides[1]);
         if widest <= self.cell * (1.0 + 1e-9) {
@@ -382,113 +350,82 @@ impl MpmConfig {
         let expected = format!("at most the cell of {} m", self.cell);
         if self.shape == ShapeFunction::Ugimp {
             let help = "ugimp needs boxes no wider than a cell: use more points";
-            found.add(format!("{path}.spacing"), wide, expected, help);
+            found.add("spacing", wide, expected, help);
         } else if self.contact_force == ContactForceScheme::Traction {
             let help = "contact_force = \"traction\" needs boxes no wider than a cell: use more points, or \"point\"";
-            found.add(format!("{path}.spacing"), wide, expected, help);
+            found.add("spacing", wide, expected, help);
         }
     }
 
-    fn forcing_faults(&self, found: &mut Faults) {
+    fn forcing_faults(&self, found: &mut Faults<'_>) {
         for (i, traction) in self.forcing.tractions.iter().enumerate() {
-            let path = format!("mpm.traction.{i}");
-            found.finite(format!("{path}.force"), &traction.force);
-            self.set_faults(found, &path, &traction.points, traction.within);
+            let mut found = found.at(format!("mpm.traction.{i}"));
+            found.finite("force", &traction.force);
+            self.set_faults(&mut found, &traction.points, traction.within);
         }
-        self.hold_faults(found);
-        self.stage_faults(found);
-    }
-
-    fn hold_faults(&self, found: &mut Faults) {
         for (i, hold) in self.forcing.holds.iter().enumerate() {
-            let path = format!("mpm.hold.{i}");
-            self.set_faults(found, &path, &hold.points, hold.within);
-            if !hold.hold_x && !hold.hold_y {
-                let help = "write `hold_x = true`, `hold_y = true` or both";
-                found.add(
-                    format!("{path}.hold_x"),
-                    "false, and so is `hold_y`",
-                    "a direction to hold",
-                    help,
-                );
-            }
-            let help = if self.grid_contact.is_some() {
-                "contact on the grid would move held points: leave one of them out"
-            } else if self.transfer.filters() {
-                "xpic filters velocities: use another transfer"
-            } else {
-                continue;
-            };
-            found.add(path, "held points", "none", help);
+            self.hold_faults(&mut found.at(format!("mpm.hold.{i}")), hold);
         }
-    }
-
-    fn probe_faults(&self, found: &mut Faults) {
+        self.stage_faults(found);
         for (i, probe) in self.probes.iter().enumerate() {
-            self.set_faults(
-                found,
-                &format!("mpm.probe.{i}"),
-                &probe.points,
-                probe.within,
-            );
+            let mut found = found.at(format!("mpm.probe.{i}"));
+            self.set_faults(&mut found, &probe.points, probe.within);
         }
     }
 
-    fn set_faults(&self, found: &mut Faults, path: &str, points: &str, within: [[f64; 2]; 2]) {
-        if self.groups.iter().all(|group| group.name != points) {
-            let known: Vec<&str> = self
-                .groups
-                .iter()
-                .map(|group| group.name.as_str())
-                .collect();
+    fn hold_faults(&self, found: &mut Faults<'_>, hold: &Hold) {
+        self.set_faults(found, &hold.points, hold.within);
+        if !hold.hold_x && !hold.hold_y {
+            let (value, expected) = ("false, and so is `hold_y`", "a direction to hold");
+            let help = "write `hold_x = true`, `hold_y = true` or both";
+            found.add("hold_x", value, expected, help);
+        }
+        let help = if self.grid_contact.is_some() {
+            "contact on the grid would move held points: leave one of them out"
+        } else if self.transfer.filters() {
+            "xpic filters velocities: use another transfer"
+        } else {
+            return;
+        };
+        found.add("", "held points", "none", help);
+    }
+
+    /// Refuses a set of points of no group, and a region `[lower left, upper right]` that is empty or not finite.
+    fn set_faults(&self, found: &mut Faults<'_>, points: &str, within: [[f64; 2]; 2]) {
+        let known: Vec<&str> = self.groups.iter().map(|group| &*group.name).collect();
+        if !known.contains(&points) {
             let help = format!("known: {}", known.join(", "));
             let expected = "the name of a group of points";
-            found.add(
-                format!("{path}.points"),
-                format!("\"{points}\""),
-                expected,
-                help,
-            );
+            found.add("points", format!("\"{points}\""), expected, help);
         }
-        region_faults(found, path, within);
+        let [lower, upper] = within;
+        if !(0..2).all(|a| lower[a] <= upper[a]) {
+            let value = format!("{within:?} m");
+            let expected = "a second corner above and right of the first";
+            let help = "write [[x_min, y_min], [x_max, y_max]]";
+            found.add("within", value, expected, help);
+        }
     }
 
-    fn stage_faults(&self, found: &mut Faults) {
+    fn stage_faults(&self, found: &mut Faults<'_>) {
         let blends = matches!(self.transfer, Transfer::Flip | Transfer::Blend { .. });
         let mut before = f64::NEG_INFINITY;
         for (i, stage) in self.forcing.stages.iter().enumerate() {
-            let path = format!("mpm.stage.{i}");
-            let key = format!("{path}.from");
-            if found.number(
-                key.clone(),
-                stage.from,
-                stage.from >= 0.0,
-                "a time of 0 or more",
-            ) && stage.from <= before
-            {
+            let mut found = found.at(format!("mpm.stage.{i}"));
+            let from = stage.from;
+            if found.not_negative("from", from, "a time of 0 or more") && from <= before {
                 let expected =
                     format!("a time after {before} s, at which the stage before it begins");
-                found.add(
-                    key,
-                    stage.from.to_string(),
-                    expected,
-                    "order stages by their beginning",
-                );
+                found.add("from", from, expected, "order stages by their beginning");
             }
-            before = stage.from;
-            let damping = stage.damping;
-            found.number(
-                format!("{path}.damping"),
-                damping,
-                damping >= 0.0,
-                "a rate of 0 or more",
-            );
+            before = from;
+            found.not_negative("damping", stage.damping, "a rate of 0 or more");
             if let Some(a) = stage.pic_fraction {
-                let key = format!("{path}.pic_fraction");
-                found.number(&*key, a, (0.0..=1.0).contains(&a), "0 (FLIP) to 1 (PIC)");
+                let key = "pic_fraction";
+                found.number(key, a, (0.0..=1.0).contains(&a), "0 (FLIP) to 1 (PIC)");
                 if !blends {
                     let help = "it has no meaning for this transfer: use transfer = \"flip\" or transfer.blend";
-                    found.add(key, a.to_string(), "nothing", help);
+                    found.add(key, a, "nothing", help);
                 }
             }
         }
@@ -496,24 +433,9 @@ impl MpmConfig {
 }
 
 /// Refuses a rate of smoothing that is negative or not finite.
-fn rate_faults(found: &mut Faults, transfer: &str, rate: f64) {
+fn rate_faults(found: &mut Faults<'_>, transfer: &str, rate: f64) {
     let key = format!("mpm.transfer.{transfer}.pic_rate");
-    found.number(key, rate, rate >= 0.0, "a rate of 0 or more");
-}
-
-/// Refuses a region `[lower left, upper right]` that is empty or not finite.
-fn region_faults(found: &mut Faults, path: &str, within: [[f64; 2]; 2]) {
-    let [lower, upper] = within;
-    if !(0..2).all(|a| lower[a] <= upper[a]) {
-        let value = format!("{within:?} m");
-        let help = "write [[x_min, y_min], [x_max, y_max]]";
-        found.add(
-            format!("{path}.within"),
-            value,
-            "a second corner above and right of the first",
-            help,
-        );
-    }
+    found.not_negative(key, rate, "a rate of 0 or more");
 }
 
 impl MpmConfig {
@@ -530,88 +452,72 @@ impl MpmConfig {
 
 impl GroupConfig {
     /// Checks the spacing; returns whether it is a usable number.
-    fn spacing_faults(&self, found: &mut Faults, path: &str) -> bool {
-        let key = |key: &str| format!("{path}.spacing.{key}");
+    fn spacing_faults(&self, found: &mut Faults<'_>) -> bool {
+        let before = found.count();
         match self.spacing {
             Spacing::PerCell(n) => {
                 let root = f64::from(n).sqrt().round();
-                let square = n > 0 && root * root == f64::from(n);
-                if !square {
+                if n == 0 || root * root != f64::from(n) {
                     let near = root.max(1.0);
                     let help = format!("use {} or {}", near * near, (near + 1.0) * (near + 1.0));
                     let expected = "the square of a whole number: 1, 4, 9, 16, ...";
-                    found.add(key("per_cell"), n.to_string(), expected, help);
+                    found.add("per_cell", n, expected, help);
                 }
-                square
             }
-            Spacing::Distance(d) => found.number(key("distance"), d, d > 0.0, "a length above 0"),
+            Spacing::Distance(d) => {
+                found.positive("distance", d, "a length above 0");
+            }
             Spacing::Counts(counts) => {
-                let rectangle = matches!(self.fill, Fill::Rectangle { .. });
-                if !rectangle {
+                let value = format!("{counts:?}");
+                if !matches!(self.fill, Fill::Rectangle { .. }) {
                     let help =
                         "`counts` is for rectangles; use `spacing.per_cell` or `spacing.distance`";
-                    found.add(
-                        key("counts"),
-                        format!("{counts:?}"),
-                        "a rectangle to count along",
-                        help,
-                    );
+                    found.add("counts", &value, "a rectangle to count along", help);
                 }
-                let sound = !counts.contains(&0);
-                if !sound {
-                    let value = format!("{counts:?}");
-                    found.add(key("counts"), value, "two numbers of 1 or more", "");
+                if counts.contains(&0) {
+                    found.add("counts", value, "two numbers of 1 or more", "");
                 }
-                rectangle && sound
             }
         }
+        found.count() == before
     }
 
     /// Checks the region; returns whether it can be filled.
-    fn fill_faults(&self, found: &mut Faults, path: &str) -> bool {
-        let before = found.0.len();
-        let key = |key: &str| format!("{path}.fill.{key}");
+    fn fill_faults(&self, found: &mut Faults<'_>) -> bool {
+        let before = found.count();
         let finite = |points: &[[f64; 2]]| points.as_flattened().iter().all(|x| x.is_finite());
         match &self.fill {
             Fill::Disc { center, radius } => {
-                found.finite(key("disc.center"), center);
-                let sound = *radius > 0.0;
-                found.number(key("disc.radius"), *radius, sound, "a length above 0");
+                found.finite("disc.center", center);
+                found.positive("disc.radius", *radius, "a length above 0");
             }
             Fill::Ring {
                 center,
                 radius,
                 inner,
             } => {
-                found.finite(key("ring.center"), center);
-                let sound = *radius > 0.0 && radius.is_finite();
-                found.number(key("ring.radius"), *radius, sound, "a length above 0");
+                found.finite("ring.center", center);
+                found.positive("ring.radius", *radius, "a length above 0");
                 let hole = *inner > 0.0 && inner < radius;
                 let expected = "a length above 0 and below the outer radius";
-                found.number(key("ring.inner"), *inner, hole, expected);
+                found.number("ring.inner", *inner, hole, expected);
             }
             Fill::Rectangle { lower, upper } => {
                 if !finite(&[*lower, *upper]) || !(0..2).all(|a| lower[a] < upper[a]) {
                     let value = format!("from {lower:?} to {upper:?} m");
                     let expected = "a rectangle whose `upper` is above and right of `lower`";
-                    found.add(key("rectangle"), value, expected, "");
+                    found.add("rectangle", value, expected, "");
                 }
             }
-            Fill::Polygon { vertices } => {
-                found.polygon(&key("polygon.vertices"), vertices);
-            }
+            Fill::Polygon { vertices } => found.polygon("polygon.vertices", vertices),
             Fill::Points { positions } => {
                 if positions.is_empty() || !finite(positions) {
                     let value = format!("a list of {} positions", positions.len());
-                    found.add(
-                        key("points.positions"),
-                        value,
-                        "1 position or more, all finite",
-                        "",
-                    );
+                    let expected = "1 position or more, all finite";
+                    found.add("points.positions", value, expected, "");
                 }
             }
         }
-        found.0.len() == before
+        found.count() == before
     }
 }

@@ -27,42 +27,81 @@ impl Display for ConfigFault {
     }
 }
 
-/// The faults found so far.
-#[derive(Default)]
-pub(super) struct Faults(pub Vec<ConfigFault>);
+/// The faults found so far, and the path of what is looked at: keys are below it.
+pub(super) struct Faults<'a> {
+    found: &'a mut Vec<ConfigFault>,
+    path: String,
+}
 
-impl Faults {
+impl Faults<'_> {
+    /// All that `look` finds below `path`.
+    pub fn all(path: &str, look: impl FnOnce(&mut Faults<'_>)) -> Vec<ConfigFault> {
+        let mut found = Vec::new();
+        look(&mut Faults {
+            found: &mut found,
+            path: path.to_owned(),
+        });
+        found
+    }
+
+    /// The same list, for what is below `key`.
+    pub fn at(&mut self, key: impl Display) -> Faults<'_> {
+        let path = self.key(key);
+        let found = &mut *self.found;
+        Faults { found, path }
+    }
+
+    fn key(&self, key: impl Display) -> String {
+        let key = key.to_string();
+        match (self.path.is_empty(), key.is_empty()) {
+            (true, _) => key,
+            (_, true) => self.path.clone(),
+            _ => format!("{}.{key}", self.path),
+        }
+    }
+
+    /// Number of faults so far.
+    pub fn count(&self) -> usize {
+        self.found.len()
+    }
+
+    /// Adds a fault of `key`; "" is what is looked at itself.
     pub fn add(
         &mut self,
-        key: impl Into<String>,
-        value: impl Into<String>,
-        expected: impl Into<String>,
-        help: impl Into<String>,
+        key: impl Display,
+        value: impl Display,
+        expected: impl Display,
+        help: impl Display,
     ) {
-        self.0.push(ConfigFault {
-            key: key.into(),
-            value: value.into(),
-            expected: expected.into(),
-            help: help.into(),
-        });
+        let fault = ConfigFault {
+            key: self.key(key),
+            value: value.to_string(),
+            expected: expected.to_string(),
+            help: help.to_string(),
+        };
+        self.found.push(fault);
     }
 
     /// Reports a number unless it is finite and `holds`; returns whether it is accepted.
-    pub fn number(
-        &mut self,
-        key: impl Into<String>,
-        value: f64,
-        holds: bool,
-        expected: &str,
-    ) -> bool {
+    pub fn number(&mut self, key: impl Display, value: f64, holds: bool, expected: &str) -> bool {
         self.number_in("", key, value, holds, expected)
+    }
+
+    /// The same for a number that has to be above 0.
+    pub fn positive(&mut self, key: impl Display, value: f64, expected: &str) -> bool {
+        self.number(key, value, value > 0.0, expected)
+    }
+
+    /// The same for a number that has to be 0 or more.
+    pub fn not_negative(&mut self, key: impl Display, value: f64, expected: &str) -> bool {
+        self.number(key, value, value >= 0.0, expected)
     }
 
     /// The same for a number in `unit`, which the message contains.
     pub fn number_in(
         &mut self,
         unit: &str,
-        key: impl Into<String>,
+        key: impl Display,
         value: f64,
         holds: bool,
         expected: &str,
@@ -76,7 +115,7 @@ impl Faults {
     }
 
     /// Reports numbers that are not all finite.
-    pub fn finite(&mut self, key: impl Into<String>, values: &[f64]) {
+    pub fn finite(&mut self, key: impl Display, values: &[f64]) {
         if !values.iter().all(|x| x.is_finite()) {
             self.add(key, format!("{values:?}"), "finite numbers", "");
         }

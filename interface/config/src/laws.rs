@@ -4,7 +4,7 @@
 //! A new law is a variant of [`ContactLaw`], whose doc comments explain its parameters, a row here, and a type in the
 //! solver.
 
-use super::fault::{ConfigFault, Faults};
+use super::fault::Faults;
 use super::law::{ContactLaw, ratio_of_restitution};
 
 /// One parameter of a contact law.
@@ -296,18 +296,18 @@ impl ContactLaw {
             .map(|[normal, tangential]| normal.max(tangential))
     }
 
-    /// The impossible values, in the order of the row; `path` is the key of the law. The default law between points and bodies has no stiffness. It
+    /// Finds the impossible values, in the order of the row. The default law between points and bodies has no stiffness: it
     /// means no contact and has no fault.
-    pub fn faults(&self, path: &str, between: Between) -> Vec<ConfigFault> {
+    pub(super) fn look(&self, found: &mut Faults<'_>, between: Between) {
         let of_points = between == Between::PointsAndBodies;
         if of_points && *self == Self::default() {
-            return Vec::new();
+            return;
         }
-        let (mut faults, law) = (Faults::default(), self.name());
+        let mut found = found.at(self.name());
         for (p, value) in self.numbers() {
             let mut refuse = |expected: &str, help| {
                 let value = format!("{value} {}", p.unit).trim_end().to_owned();
-                faults.add(format!("{path}.{law}.{}", p.name), value, expected, help);
+                found.add(p.name, value, expected, help);
             };
             if !(value.is_finite() && (p.allows)(value)) {
                 refuse(p.expected, "");
@@ -337,13 +337,13 @@ impl ContactLaw {
                 }
             }
         }
-        faults.0
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::fault::ConfigFault;
 
     const HERTZ_MINDLIN: ContactLaw = ContactLaw::HertzMindlin {
         hertz_constant: 1e6,
@@ -410,7 +410,8 @@ mod tests {
         let names = |law: ContactLaw, between| -> Vec<String> {
             let path = format!("law.{}.", law.name());
             let name = |fault: ConfigFault| fault.key.strip_prefix(&path).unwrap().to_owned();
-            law.faults("law", between).into_iter().map(name).collect()
+            let faults = Faults::all("law", |found| law.look(found, between));
+            faults.into_iter().map(name).collect()
         };
         assert_eq!(names(HERTZ_MINDLIN, Between::Bodies), ["restitution"]);
         let [k_t, zeta] = ["tangential_stiffness", "damping_ratio"];
@@ -419,7 +420,7 @@ mod tests {
         let of_points = [k_t, zeta, "adhesion", "rolling_friction"];
         assert_eq!(names(rolling(0.1), Between::PointsAndBodies), of_points);
         let none = ContactLaw::default();
-        assert!(none.faults("law", Between::PointsAndBodies).is_empty());
+        assert!(names(none, Between::PointsAndBodies).is_empty());
         assert_eq!(names(none, Between::Bodies), ["normal_stiffness"]);
     }
 

@@ -194,47 +194,49 @@ impl MaterialModel {
         )
     }
 
-    /// The impossible numbers, in the order of the configuration; `path` is the key above the model's own.
-    pub fn faults(&self, path: &str) -> Vec<ConfigFault> {
+    /// The impossible numbers, in the order of the configuration.
+    pub fn faults(&self) -> Vec<ConfigFault> {
+        Faults::all("", |found| self.look(found))
+    }
+
+    /// The same; the model's key is below what is looked at.
+    pub(super) fn look(&self, found: &mut Faults<'_>) {
         const ANGLE: &str = "0 to below 90 degrees";
         const STRESS: &str = "a stress of 0 or more";
-        let (mut found, model) = (Faults::default(), self.key());
-        let mut check = |key: &str, value: f64, holds: bool, expected: &str| {
-            found.number(format!("{path}.{model}.{key}"), value, holds, expected);
-        };
+        let mut found = found.at(self.key());
         let (bulk, shear) = self.moduli();
-        check("bulk_modulus", bulk, bulk > 0.0, "a modulus above 0");
+        found.positive("bulk_modulus", bulk, "a modulus above 0");
         if !matches!(self, Self::Fluid { .. }) {
-            check("shear_modulus", shear, shear > 0.0, "a modulus above 0");
+            found.positive("shear_modulus", shear, "a modulus above 0");
         }
         match *self {
             Self::LinearElastic { .. } | Self::Hypoelastic { .. } | Self::NeoHookean { .. } => {}
             Self::DruckerPrager(m) | Self::MohrCoulomb(m) => {
                 let (phi, psi) = (m.friction_angle, m.dilation_angle);
                 let (c, tension) = (m.cohesion, m.tensile_strength);
-                check("friction_angle", phi, (0.0..90.0).contains(&phi), ANGLE);
+                found.number("friction_angle", phi, (0.0..90.0).contains(&phi), ANGLE);
                 // More dilation than friction would create energy.
                 let less = (0.0..=phi.max(0.0)).contains(&psi);
-                check("dilation_angle", psi, less, "0 to the friction angle");
-                check("cohesion", c, c >= 0.0, STRESS);
-                check("tensile_strength", tension, tension >= 0.0, STRESS);
+                found.number("dilation_angle", psi, less, "0 to the friction angle");
+                found.not_negative("cohesion", c, STRESS);
+                found.not_negative("tensile_strength", tension, STRESS);
                 if m.separates {
-                    check("cohesion", c, c <= 0.0, "0 where it separates");
+                    found.number("cohesion", c, c <= 0.0, "0 where it separates");
                 }
                 let cone = matches!(self, Self::DruckerPrager(_));
                 match m.critical_state {
                     None => {}
                     Some(CriticalState::ShearStrain(of) | CriticalState::Volume(of)) if !cone => {
                         let expected = "none: drucker_prager alone has it";
-                        check("critical_state", of, false, expected);
+                        found.number("critical_state", of, false, expected);
                     }
                     Some(CriticalState::ShearStrain(of)) => {
                         let key = "critical_state.shear_strain";
-                        check(key, of, of > 0.0, "a strain above 0");
+                        found.number(key, of, of > 0.0, "a strain above 0");
                     }
                     Some(CriticalState::Volume(of)) => {
                         let expected = "a volume above 1, the initial one";
-                        check("critical_state.volume", of, of > 1.0, expected);
+                        found.number("critical_state.volume", of, of > 1.0, expected);
                     }
                 }
             }
@@ -242,18 +244,17 @@ impl MaterialModel {
                 let (least, most) = (m.static_friction, m.limit_friction);
                 let (number, d, rho) = (m.inertial_number, m.grain_diameter, m.grain_density);
                 let coefficient = "a coefficient of 0 or more";
-                check("static_friction", least, least >= 0.0, coefficient);
-                check(
+                found.not_negative("static_friction", least, coefficient);
+                found.number(
                     "limit_friction",
                     most,
                     most > least,
                     "above static_friction",
                 );
-                check("inertial_number", number, number > 0.0, "a number above 0");
-                check("grain_diameter", d, d > 0.0, "a length above 0");
-                check("grain_density", rho, rho > 0.0, "a density above 0");
-                let rate = m.volume_rate;
-                check("volume_rate", rate, rate >= 0.0, "a rate of 0 or more");
+                found.positive("inertial_number", number, "a number above 0");
+                found.positive("grain_diameter", d, "a length above 0");
+                found.positive("grain_density", rho, "a density above 0");
+                found.not_negative("volume_rate", m.volume_rate, "a rate of 0 or more");
             }
             Self::Fluid {
                 exponent,
@@ -261,21 +262,18 @@ impl MaterialModel {
                 ..
             } => {
                 let holds = exponent >= 1.0;
-                check("exponent", exponent, holds, "an exponent of 1 or more");
-                let holds = viscosity >= 0.0;
-                check("viscosity", viscosity, holds, "a viscosity of 0 or more");
+                found.number("exponent", exponent, holds, "an exponent of 1 or more");
+                found.not_negative("viscosity", viscosity, "a viscosity of 0 or more");
             }
             Self::VonMises {
                 yield_stress,
                 hardening_modulus: h,
                 ..
             } => {
-                let holds = yield_stress > 0.0;
-                check("yield_stress", yield_stress, holds, "a stress above 0");
-                check("hardening_modulus", h, h >= 0.0, "a modulus of 0 or more");
+                found.positive("yield_stress", yield_stress, "a stress above 0");
+                found.not_negative("hardening_modulus", h, "a modulus of 0 or more");
             }
         }
-        found.0
     }
 }
 
@@ -312,9 +310,9 @@ mod tests {
         let keys = |model: MaterialModel| -> Vec<String> {
             let path = format!("m.{}.", model.key());
             let of = |fault: ConfigFault| fault.key.strip_prefix(&path).unwrap().to_owned();
-            model.faults("m").into_iter().map(of).collect()
+            model.faults().into_iter().map(of).collect()
         };
-        assert!(MaterialModel::MohrCoulomb(SAND).faults("m").is_empty());
+        assert!(MaterialModel::MohrCoulomb(SAND).faults().is_empty());
         let wrong = Frictional {
             bulk_modulus: f64::NAN,
             shear_modulus: 0.0,
@@ -341,8 +339,8 @@ mod tests {
             exponent,
             viscosity,
         };
-        assert!(fluid(3e4, 1.0, 0.0).faults("m").is_empty());
-        assert_eq!(fluid(0.0, 0.9, -1e-3).faults("m").len(), 3);
+        assert!(fluid(3e4, 1.0, 0.0).faults().is_empty());
+        assert_eq!(fluid(0.0, 0.9, -1e-3).faults().len(), 3);
         let sticky = Frictional {
             cohesion: 1.0,
             separates: true,
@@ -377,6 +375,6 @@ mod tests {
             yield_stress: 0.0,
             hardening_modulus: -1.0,
         };
-        assert_eq!(metal.faults("m").len(), 2);
+        assert_eq!(metal.faults().len(), 2);
     }
 }

@@ -6,7 +6,7 @@ use super::{DemConfig, Interface, MpmConfig};
 
 impl MpmConfig {
     /// Checks layers, and the groups that touch.
-    pub(super) fn layer_faults(&self, found: &mut Faults) {
+    pub(super) fn layer_faults(&self, found: &mut Faults<'_>) {
         if self.layers && self.grid_contact.is_some() {
             let help =
                 "groups on separate layers have no contact on the grid: leave out one of the two";
@@ -26,14 +26,12 @@ impl MpmConfig {
 
 impl DemConfig {
     /// Checks the laws between groups of points.
-    pub(super) fn group_pair_faults(&self, found: &mut Faults) {
+    pub(super) fn group_pair_faults(&self, found: &mut Faults<'_>) {
         let pairs = self.group_pairs.iter().map(|pair| &pair.between);
         between_faults(found, pairs, None);
         for (i, pair) in self.group_pairs.iter().enumerate() {
-            let key = format!("group_pair.{i}.law");
-            found
-                .0
-                .extend(pair.law.faults(&key, Between::PointsAndBodies));
+            let mut found = found.at(format!("group_pair.{i}.law"));
+            pair.law.look(&mut found, Between::PointsAndBodies);
         }
         if !self.group_pairs.is_empty() && self.interface == Interface::Segments {
             let help = "markers of a boundary have no mass: use `points`";
@@ -45,7 +43,7 @@ impl DemConfig {
 /// Refuses a pair of a group with itself, a pair of groups that do not exist (`groups` is their number, where it is
 /// known), and a repeated pair.
 fn between_faults<'a>(
-    found: &mut Faults,
+    found: &mut Faults<'_>,
     pairs: impl Iterator<Item = &'a [usize; 2]>,
     groups: Option<usize>,
 ) {

@@ -65,7 +65,7 @@ enum NotSimple {
     Flat,
 }
 
-impl Faults {
+impl Faults<'_> {
     /// Refuses vertices that are not finite or form no simple polygon; `key` is the key of the vertices.
     pub fn polygon(&mut self, key: &str, vertices: &[Point]) {
         if !vertices.as_flattened().iter().all(|x| x.is_finite()) {

@@ -7,7 +7,8 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use crate::{ConfigFault, ContactLaw, DemConfig};
+use crate::fault::Faults;
+use crate::{ContactLaw, DemConfig};
 
 /// Law between two surfaces, instead of the one for all.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -89,28 +90,20 @@ impl DemConfig {
         of_points.chain(of_bodies).filter_map(other)
     }
 
-    /// The faults of the table: a surface that nothing has, a repeated pair, a pair that no contact can have.
-    pub(super) fn table_faults(&self) -> Vec<ConfigFault> {
+    /// Finds the faults of the table: a surface that nothing has, a repeated pair, a pair that no contact can have.
+    pub(super) fn table_faults(&self, found: &mut Faults<'_>) {
         let mut known: Vec<&str> = self.body_surfaces().collect();
         known.extend(self.point_surfaces.iter().map(String::as_str));
         known.sort_unstable();
         known.dedup();
-        let pairs = 0..self.contact_pairs.len();
-        pairs.filter_map(|i| self.pair_fault(i, &known)).collect()
+        for i in 0..self.contact_pairs.len() {
+            self.pair_faults(&mut found.at(format!("contact_pair.{i}")), i, &known);
+        }
     }
 
-    /// The fault of pair `i` of the table; `known` are the surfaces of bodies and points.
-    fn pair_fault(&self, i: usize, known: &[&str]) -> Option<ConfigFault> {
-        let pair = &self.contact_pairs[i];
-        let [a, b] = &pair.between;
-        let fault = |key: &str, value: String, expected: &str, help: &str| {
-            Some(ConfigFault {
-                key: format!("contact_pair.{i}.{key}"),
-                value,
-                expected: expected.to_owned(),
-                help: help.to_owned(),
-            })
-        };
+    /// Finds the fault of pair `i` of the table; `known` are the surfaces of bodies and points.
+    fn pair_faults(&self, found: &mut Faults<'_>, i: usize, known: &[&str]) {
+        let [a, b] = &self.contact_pairs[i].between;
         let strange = |name: &&String| !known.contains(&name.as_str());
         if let Some(name) = [a, b].into_iter().find(strange) {
             let help = if known.is_empty() {
@@ -119,24 +112,22 @@ impl DemConfig {
                 format!("known: {}", known.join(", "))
             };
             let expected = "the surface of a body, or the material of points";
-            return fault("between", format!("\"{name}\""), expected, &help);
+            return found.add("between", format!("\"{name}\""), expected, help);
         }
         let between = format!("\"{a}\" and \"{b}\"");
         if let Some(first) = self.contact_pairs[..i].iter().position(|p| p.is_of(a, b)) {
             let help = format!("pair {first} (counted from 0) has it already, in either order");
-            return fault("between", between, "each pair once", &help);
+            return found.add("between", between, "each pair once", help);
         }
         let of_points = self.point_pairs().any(|(k, _)| k == i);
         let of_bodies = self.body_pairs().any(|(k, _)| k == i);
         if !of_points && !of_bodies {
             let expected =
                 "the surface of a body: a contact law cannot be between two materials of points";
-            return fault("between", between, expected, "name the surface of a body");
-        }
-        if of_bodies && !of_points && self.body_contact.is_none() {
+            found.add("between", between, expected, "name the surface of a body");
+        } else if of_bodies && !of_points && self.body_contact.is_none() {
             let expected = "a law for all other bodies too";
-            return fault("between", between, expected, "write `[body_contact]`");
+            found.add("between", between, expected, "write `[body_contact]`");
         }
-        None
     }
 }
