@@ -63,7 +63,7 @@ fn the_bodies_side_passes_as_a_process() {
         verdicts.iter().all(|(_, verdict)| verdict == "pass"),
         "{verdicts:?}"
     );
-    assert!(verdicts.len() > 90);
+    assert!(verdicts.len() >= 90);
 }
 
 #[test]

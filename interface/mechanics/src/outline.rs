@@ -120,7 +120,7 @@ pub fn foot(a: Vec2, b: Vec2, p: Vec2) -> (Vec2, f64) {
 ///
 /// The sign comes from the nearest feature alone, so only edges near `p` need be looked at: in a simple polygon the
 /// nearest point is an edge (then its side tells), a convex corner (then `p` is outside) or a reflex one (inside).
-/// Where `p` lies exactly on the outline the normal is the edge's, or bisects the corner; at the centre of a disc,
+/// Where `p` lies on the outline the normal is the edge's, or bisects the corner; at the centre of a disc,
 /// which has no direction, it is +y. Of features at the same distance the first counts.
 #[inline]
 pub fn see(outline: &[Vec2], edges: impl IntoIterator<Item = usize>, p: Vec2) -> Seen {
@@ -173,7 +173,8 @@ pub fn see(outline: &[Vec2], edges: impl IntoIterator<Item = usize>, p: Vec2) ->
             let before = outline[i] - outline[if i == 0 { n - 1 } else { i - 1 }];
             let after = outline[if i + 1 == n { 0 } else { i + 1 }] - outline[i];
             let distance = distance_sq.sqrt();
-            if distance == 0.0 {
+            // Nearer than that, rounding would say where it is.
+            if distance <= 1e-12 * (p.x.abs() + p.y.abs()) {
                 let normal = if n == 2 {
                     before.normalize() // off the end of the segment
                 } else {
@@ -245,6 +246,22 @@ mod tests {
         let inside = nearest(&s, Vec2::new(0.5, 1.0));
         s.reverse();
         assert_eq!(nearest(&s, Vec2::new(0.5, 1.0)).distance, inside.distance);
+    }
+
+    /// The random case 1430 of the kit: rounding pushed a point on a corner in a direction that no normal there has.
+    #[test]
+    fn on_a_corner_to_rounding_the_normal_is_between_those_of_its_edges() {
+        let square = square();
+        for k in 0..1000 {
+            let turn = nalgebra::Rotation2::new(0.01 * f64::from(k));
+            let outline: Vec<Vec2> = square.iter().map(|v| turn * v).collect();
+            let bisector = turn * Vec2::new(1.0, 1.0).normalize();
+            for way in 0..9 {
+                let off = Vec2::new(f64::from(way % 3 - 1), f64::from(way / 3 - 1));
+                let seen = see(&outline, 0..4, outline[2] + off * 4e-16);
+                assert!(seen.normal.dot(&bisector) >= 0.7, "{k} {off:?} {seen:?}");
+            }
+        }
     }
 
     #[test]

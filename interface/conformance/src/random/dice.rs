@@ -23,15 +23,21 @@ pub fn decades(rng: &mut Rng, from: f64, to: f64) -> f64 {
     10f64.powf(from + (to - from) * rng.f64())
 }
 
-impl<S> Dice<'_, S> {
-    /// Others, which leave these as they are, so that known seeds stay those of their cases. Two calls in a row give the same numbers.
-    pub fn aside(&self) -> Dice<'_, ()> {
-        Dice {
-            rng: Rng::with_seed(self.rng.clone().u64(..)),
-            takes: self.takes,
-            dt: self.dt,
-            scale: (),
+impl<'a, S> Dice<'a, S> {
+    /// A source for a solver that takes something.
+    pub fn new(rng: Rng, takes: &'a Capabilities, dt: f64, scale: S) -> Self {
+        Self {
+            rng,
+            takes,
+            dt,
+            scale,
         }
+    }
+
+    /// Others, which leave these as they are, so that known seeds stay those of their cases. Two calls in a row give the same numbers.
+    pub fn aside(&self) -> Dice<'a, ()> {
+        let rng = Rng::with_seed(self.rng.clone().u64(..));
+        Dice::new(rng, self.takes, self.dt, ())
     }
 
     /// One in four.

@@ -205,6 +205,8 @@ pub struct Touch {
     pub moved: f64,
     /// How far the force may be off by rounding, in N/m.
     pub blur: f64,
+    /// By how much the normal may be turned by rounding, in rad.
+    pub turns: f64,
 }
 
 impl Touch {
@@ -286,6 +288,9 @@ pub struct Expected {
     pub ledger: Ledger,
     /// In J/m.
     pub viscous_most: f64,
+    /// So far: how much more or less may be dissipated by sliding, since no clause says it, in J/m; how far impulses may be off
+    /// by rounding, in N s/m.
+    pub loose: [f64; 2],
     /// The bodies as measured in this step.
     pub bodies: Vec<BodyState>,
 }
@@ -295,6 +300,8 @@ pub struct Expected {
 struct Span {
     /// Body and disc of it.
     disc: (usize, usize),
+    /// Of its markers.
+    group: u32,
     /// The minima that press: ids of two markers, share of the second, and force of the normal spring in N/m.
     minima: Vec<([u64; 2], f64, f64)>,
     history: History,
@@ -314,6 +321,8 @@ pub struct Oracle {
     /// Poses at the last envelopes.
     published: Option<Vec<Vec3>>,
     friction: f64,
+    loose: [f64; 2],
+    ended: Option<&'static str>,
     viscous: [f64; 2],
     driven: f64,
     applied: Vec3,
@@ -328,6 +337,10 @@ struct Sums {
     spans: Vec<Span>,
     stored: f64,
     friction: f64,
+    /// What may be dissipated more or less in this step, as [`Expected::loose`] says.
+    unsaid: f64,
+    /// Why nothing can be compared after this step.
+    ends: Option<&'static str>,
     viscous: [f64; 2],
 }
 
@@ -448,7 +461,7 @@ impl Sums {
             point.stiffness += stiffness;
             point.tangential += tangential;
             point.exact &= law.is_linear();
-            self.expected.damping = self.expected.damping.max(law.damping_ratio);
+            self.expected.damping = self.expected.damping.max(law.ratio());
         }
     }
 }
@@ -464,6 +477,8 @@ impl Oracle {
             previous: BTreeMap::new(),
             published: None,
             friction: 0.0,
+            loose: [0.0; 2],
+            ended: None,
             viscous: [0.0; 2],
             driven: 0.0,
             applied: Vec3::zeros(),
@@ -514,7 +529,13 @@ impl Oracle {
         self.bodies_and_bodies(step, &mut sums);
         self.kick(step, &mut sums);
         let mut expected = sums.expected;
+        expected.doubtful = expected.doubtful.or(self.ended);
+        self.ended = sums.ends;
+        let blur: f64 = expected.loads.iter().map(|load| load.blur).sum();
+        let [unsaid, impulse] = self.loose;
+        expected.loose = [unsaid + sums.unsaid, impulse + blur * step.kick()];
         if step.dt_before > 0.0 || step.dt > 0.0 {
+            self.loose = expected.loose;
             (self.history, self.spans) = (sums.history, sums.spans);
             let places = set.iter().zip(states);
             self.previous = places.map(|(i, s)| (i.id, s.position.into())).collect();
@@ -574,21 +595,37 @@ impl Oracle {
             }
             _ => false,
         };
+        let law = self.law_of_points(info.group, b);
+        let corner = match near.feature {
+            Feature::Vertex(v) if near.distance.abs() <= BLUR * info.radius => {
+                corner(outline, v, (law, body))
+            }
+            _ => None,
+        };
+        if let Some([before, after]) = corner {
+            away = (before + after) * near.distance.signum();
+        }
         let mut place = Place::between(x, radii, away, near.distance, info.radius);
         if on_edge {
             place.curvature = 1.0 / info.radius;
+        }
+        if let Some([before, after]) = corner {
+            // A solver may take it for a corner only where rounding says no more than a thousandth of its direction.
+            place.curvature = (0.5 * before.angle(&after) + 1e-3) / place.blur;
+            sums.ends = Some("a point was on a corner");
         }
         let Place { overlap, at, .. } = place;
         let who = Who::Point(info.id, b, part);
         if overlap < -2.0 * info.radius && !self.history.contains_key(&who) {
             return;
         }
-        sums.doubt(outline, (x, near.distance), &place);
+        if corner.is_none() {
+            sums.doubt(outline, (x, near.distance), &place);
+        }
         if a == 0.0 {
             place.radius = info.radius;
         }
         let r = at - body.pose.xy();
-        let law = self.law_of_points(info.group, b);
         let sides = [self.point(step, info, state, at), body.side(r)];
         let (touch, law) = self.touch(step, (who, law), sides, place, sums);
         let [k_n, k_t] = place.least_stiffness(&law);
@@ -767,7 +804,7 @@ impl Oracle {
         if place.overlap <= 0.0 {
             return None;
         }
-        sums.expected.damping = sums.expected.damping.max(law.damping_ratio);
+        sums.expected.damping = sums.expected.damping.max(law.ratio());
         Some((law.normal_stiffness(place.overlap), row * place.gain))
     }
 
@@ -831,6 +868,7 @@ impl Oracle {
             moment: exerted.moment,
             moved: moved.norm(),
             blur: place.blur * steep,
+            turns: place.blur * place.curvature,
         };
         if overlap > 0.0 {
             sums.history.insert(who, exerted.history);
@@ -938,6 +976,23 @@ fn frequency(springs: &[Spring]) -> f64 {
 /// Parts along N and T.
 fn along(v: Vec2, normal: Vec2) -> [f64; 2] {
     [v.dot(&normal), v.dot(&left(normal))]
+}
+
+/// The normals between which a point on a corner is pushed, if nothing but its force rests on which one it is.
+fn corner(outline: &[Vec2], v: usize, (law, body): (&ContactLaw, &Body)) -> Option<[Vec2; 2]> {
+    let n = outline.len();
+    let edge = |k: usize| outline[(k + 1) % n] - outline[k % n];
+    let [before, after] = [v + n - 1, v].map(|k| -left(edge(k).normalize()));
+    let law = Law::of(
+        law,
+        Pair {
+            mass: 1.0,
+            radius: 1.0,
+        },
+    );
+    let smooth = law.tangential_stiffness(1.0) == 0.0 && law.dashpots([1.0; 2]) == [0.0; 2];
+    let rests = !body.is_moved_by_forces() && body.velocity == Vec3::zeros();
+    (n > 2 && cross(before, after) > 0.0 && smooth && rests).then_some([before, after])
 }
 
 /// Whether two places of an outline, more than a little apart, are both nearest to `x` within `blur` (m), or it is on a corner

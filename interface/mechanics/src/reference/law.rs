@@ -36,7 +36,7 @@ pub struct History {
     /// Moment of the rolling spring on the first in N, and the `k_r` at which it had that moment, in N.
     rolling: [f64; 2],
     /// Forces of the dashpots along N and T in N/m.
-    dashpots: [f64; 2],
+    pub dashpots: [f64; 2],
 }
 
 impl History {
@@ -88,8 +88,8 @@ pub struct Law {
     /// `k_A` in N/m^2.
     area: f64,
     friction: f64,
-    /// Damping ratio of the contact.
-    pub damping_ratio: f64,
+    /// Damping ratio of the mass that the dashpots damp.
+    damping_ratio: f64,
     /// Mass in kg/m that the dashpots damp.
     damped: f64,
     /// In Pa.
@@ -120,6 +120,11 @@ impl Law {
             adhesion: number("adhesion"),
             rolling: number("rolling_friction") * pair.radius,
         }
+    }
+
+    /// Damping ratio of the contact.
+    pub fn ratio(&self) -> f64 {
+        self.damping_ratio * (self.damped / self.pair.mass).sqrt()
     }
 
     /// `k_n` in N/m at an overlap (m).

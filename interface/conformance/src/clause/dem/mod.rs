@@ -1,6 +1,5 @@
 //! The clauses of a bodies' side, besides those of both sides.
 
-mod force;
 pub(super) mod limits;
 mod order;
 mod physics;
@@ -14,7 +13,6 @@ use super::shared::naps;
 pub const CLAUSES: &[&[Clause]] = &[
     order::CLAUSES,
     &[naps(&["S-7a", "B-2a", "G-10a"])],
-    force::CLAUSES,
     segments::CLAUSES,
     limits::CLAUSES,
     physics::CLAUSES,

@@ -88,10 +88,9 @@ pub fn passes(case: &Case, oracle: &Oracle, now: &[Vec2], before: &[Vec2]) -> bo
 
 /// Whether a chain goes through a disc: it is as near to the centre as no chain comes that is pressed from outside.
 pub fn pierces(case: &Case, oracle: &Oracle, now: &[Vec2]) -> bool {
-    let walkers = case.points.windows(2).zip(now.windows(2));
-    let mut segments = walkers.filter(|(pair, _)| pair[0].segment != 0);
-    segments.any(|(pair, ends)| {
-        let near = |(center, _)| nearest(ends, center).distance <= 0.6 * pair[0].info.radius;
+    case.segments().any(|ends| {
+        let most = 0.6 * case.points[ends[0]].info.radius;
+        let near = |(center, _)| nearest(&ends.map(|k| now[k]), center).distance <= most;
         oracle.bodies.iter().flat_map(Body::outline).any(near)
     })
 }

@@ -39,7 +39,7 @@ pub struct Walker {
     pub spin: f64,
     /// Steps in which it is in the set: from, and up to but without.
     pub present: Vec<[u32; 2]>,
-    /// A segment of a chain between it and the next one in the list: 1 from it to that, -1 from that to it, 0 none.
+    /// A segment of a chain between it and the next one of its group: 1 from it to that, -1 from that to it, 0 none.
     #[serde(default)]
     pub segment: i32,
 }
@@ -82,21 +82,32 @@ impl Case {
         case
     }
 
+    /// The segments of chains: the points where each begins and ends. From the last one of a group it leads to the first one.
+    pub fn segments(&self) -> impl Iterator<Item = [usize; 2]> {
+        let group = |k: usize| self.points[k].info.group;
+        let own = (0..self.points.len()).filter(|&k| self.points[k].segment != 0);
+        own.map(move |k| {
+            let next = Some(k + 1).filter(|&n| n < self.points.len() && group(n) == group(k));
+            let next = next.or_else(|| (0..k).find(|&first| group(first) == group(k)));
+            let next = next.unwrap_or(k);
+            if self.points[k].segment > 0 {
+                [k, next]
+            } else {
+                [next, k]
+            }
+        })
+    }
+
     /// The set in a step.
     pub fn set(&self, step: u32) -> Vec<ImpInfo> {
-        let present = || self.points.iter().filter(|point| point.is_present(step));
-        let mut set: Vec<ImpInfo> = present().map(|point| point.info).collect();
-        // The next one in the list has the next slot if it is there too.
-        for (slot, pair) in self
-            .points
-            .windows(2)
-            .filter(|pair| pair[0].is_present(step))
-            .enumerate()
-        {
-            match (pair[1].is_present(step), pair[0].segment) {
-                (true, 1) => set[slot].next = slot as u32 + 2,
-                (true, -1) => set[slot + 1].next = slot as u32 + 1,
-                _ => {}
+        let present =
+            |points: &[Walker]| points.iter().filter(|point| point.is_present(step)).count();
+        let here = self.points.iter().filter(|point| point.is_present(step));
+        let mut set: Vec<ImpInfo> = here.map(|point| point.info).collect();
+        for ends in self.segments().filter(|[a, b]| a != b) {
+            if ends.iter().all(|&k| self.points[k].is_present(step)) {
+                let [from, to] = ends.map(|k| present(&self.points[..k]));
+                set[from].next = to as u32 + 1;
             }
         }
         set

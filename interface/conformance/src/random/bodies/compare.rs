@@ -1,18 +1,17 @@
 //! What a solver of bodies answers beside what the oracle expects.
 
 use interface::Vec2;
-use interface::message::wire::{
-    BodyState, ContactState, EnvelopeVertex, ImpForce, ImpInfo, Ledger, Limits,
-};
+use interface::message::wire::{BodyState, ContactState, EnvelopeVertex, ImpInfo, Ledger, Limits};
 use mechanics::outline::nearest;
 use mechanics::reference::bodies::{BLUR, Expected, Oracle};
 
 use super::super::judge::{Judge, Result, energies, show};
+use crate::bench::Answer;
 
 impl Judge<'_> {
-    /// The forces of a step.
-    pub fn forces(&mut self, expected: &Expected, set: &[ImpInfo], forces: &[ImpForce]) -> Result {
-        let points = || expected.points.iter().zip(set).zip(forces);
+    /// The forces of a step, and `travel` of their header.
+    pub fn forces(&mut self, expected: &Expected, set: &[ImpInfo], answer: &Answer) -> Result {
+        let points = || expected.points.iter().zip(set).zip(&answer.forces);
         for ((want, info), got) in points() {
             let of = format!("force on point {} in N/m", info.id);
             if !want.touched && want.blur == 0.0 {
@@ -40,13 +39,8 @@ impl Judge<'_> {
             let least = (1.0 - 1e-9) * want.tangential;
             self.at_least("F-6", of, tangential, least)?;
         }
-        Ok(())
-    }
-
-    /// `travel` of the header of forces.
-    pub fn travel(&mut self, expected: &Expected, travel: f64) -> Result {
         let least = expected.travel.unwrap_or(0.0);
-        self.at_least("F-9", "travel in m", travel, least)
+        self.at_least("F-9", "travel in m", answer.header.travel, least)
     }
 
     /// Outlines.
@@ -163,7 +157,10 @@ impl Judge<'_> {
         got: &Ledger,
         (energy, impulse): (f64, f64),
     ) -> Result {
-        let (want, most) = (&expected.ledger, expected.viscous_most);
+        let (mut want, most) = (expected.ledger, expected.viscous_most);
+        let [least, more] = [-1.0, 1.0].map(|sign| want.friction_work + sign * expected.loose[0]);
+        want.friction_work = got.friction_work.max(least).min(more);
+        let want = &want;
         let touches = expected.touches.iter();
         let blur: f64 = touches.map(|touch| touch.blur * touch.overlap.abs()).sum();
         // What comes and goes between these entries is exact to the sum of them.
@@ -172,7 +169,7 @@ impl Judge<'_> {
         let momentum: f64 = momenta.map(|p| Vec2::from(p).norm()).iter().sum();
         let slack = expected.loads.iter().map(|load| load.blur).sum::<f64>();
         let slack = slack + 1e-9 * Vec2::from(want.contact_force).norm();
-        let impulse = 1e-6 * momentum + 1e-9 * impulse;
+        let impulse = 1e-6 * momentum + 1e-9 * impulse + expected.loose[1];
         self.ledgers("N-1", [got, want], [tolerance, impulse, slack])?;
         let moments = [
             want.angular_momentum,
@@ -202,7 +199,7 @@ impl Judge<'_> {
             // Of a body and a point the body is the first, of two alike either is.
             let ways = [want, if want.with == 1 { want } else { turned }];
             let slack = touch.blur + 1e-9 * touch.force.norm();
-            let place = 1e-6 * touch.overlap.abs() + 1e-9 * touch.at.norm();
+            let place = (1e-6 + touch.turns) * touch.overlap.abs() + 1e-9 * touch.at.norm();
             let names = |c: &ContactState| (c.with, c.body, c.other);
             let off = |a: [f64; 2], b: [f64; 2]| (Vec2::from(a) - Vec2::from(b)).norm();
             let same = |got: &ContactState| {

@@ -29,23 +29,14 @@ struct Scale {
 /// The case of a seed, for a solver of bodies that says that it takes this.
 pub fn case(seed: u64, takes: &Capabilities) -> Case {
     let mut rng = Rng::with_seed(seed);
-    let radius = decades(&mut rng, -3.0, 0.0);
-    let stiffness = decades(&mut rng, 3.0, 7.0);
-    let mass = decades(&mut rng, -1.0, 2.0);
-    // A body on a dozen stiff contacts, with a lever arm: omega dt stays well below 2.
-    let dt = decades(&mut rng, -2.0, -0.8) * (mass / (40.0 * stiffness)).sqrt();
     let scale = Scale {
-        radius,
-        stiffness,
-        mass,
+        radius: decades(&mut rng, -3.0, 0.0),
+        stiffness: decades(&mut rng, 3.0, 7.0),
+        mass: decades(&mut rng, -1.0, 2.0),
     };
-    let mut dice = Dice {
-        rng,
-        takes,
-        dt,
-        scale,
-    };
-    dice.case()
+    // A body on a dozen stiff contacts, with a lever arm: omega dt stays well below 2.
+    let dt = decades(&mut rng, -2.0, -0.8) * (scale.mass / (40.0 * scale.stiffness)).sqrt();
+    Dice::new(rng, takes, dt, scale).case()
 }
 
 /// What a solver may take, and what draws one of a size (m).
@@ -59,7 +50,13 @@ impl Dice<'_, Scale> {
             0 if self.takes.has("pairs") => Vec::new(),
             k => self.bodies(1 + k as usize % 3, touching),
         };
-        let overlap = self.measure(&bodies, touching);
+        let able = touching && self.takes.has("overlap:nearest_edge");
+        let convex = bodies.iter().all(|body| body.shape.is_convex());
+        let overlap = if able && convex && self.aside().often() {
+            OverlapMeasure::NearestEdge
+        } else {
+            OverlapMeasure::EachEdge
+        };
         let laws = [0; 3].map(|_| self.law(true));
         let between = self.law(false);
         let mut config = DemConfig {
@@ -81,7 +78,9 @@ impl Dice<'_, Scale> {
                 body.surface = "steel".into();
             }
             let between = ["steel".into(), "rubber".into()];
-            let law = self.same_kind(laws[1], &config.point_contact);
+            // A solver may take only laws of one kind in a scene.
+            let mixes = self.takes.meets("feature:mixed_kinds");
+            let law = laws[usize::from(mixes || laws[1].is_like(&laws[0]))];
             config.contact_pairs.push(ContactPair { between, law });
         }
         if self.takes.has("pairs") && (config.bodies.is_empty() || self.rarely()) {
@@ -98,7 +97,8 @@ impl Dice<'_, Scale> {
         if config.interface == Interface::Segments {
             points = self.chains(&config.bodies, steps);
         } else {
-            self.aside().put_on_outlines(&config.bodies, &mut points);
+            self.aside()
+                .put_on_outlines(&mut config.bodies, &mut points);
         }
         Case {
             config,
@@ -123,12 +123,10 @@ impl Dice<'_, Scale> {
                 config.interface = Interface::Segments;
                 config.overlap = OverlapMeasure::EachEdge;
                 config.group_pairs.clear();
-                let cornered = |body: &&mut BodyConfig| body.shape.vertices().len() > 1;
-                let cornered = config.bodies.iter_mut().filter(cornered);
-                for body in cornered.filter(|body| !matches!(body.shape, BodyShape::Cluster { .. }))
-                {
-                    body.sphero_radius = extent(body);
-                    body.shape = BodyShape::Disc;
+                let whole =
+                    |body: &&mut BodyConfig| !matches!(body.shape, BodyShape::Cluster { .. });
+                for body in config.bodies.iter_mut().filter(whole) {
+                    (body.sphero_radius, body.shape) = (extent(body), BodyShape::Disc);
                 }
             }
             _ => {}
@@ -143,6 +141,8 @@ impl Dice<'_, Scale> {
             let vertices = dice.star(corners, [0.0; 2], |_| size);
             (body.shape, body.sphero_radius) = (BodyShape::Polygon { vertices }, 0.0);
         }
+        // Some turn under the others, so that their corners come and go.
+        let turns = dice.rarely() && dice.takes.meets("motion:driven");
         let k = self.scale.stiffness;
         let rubs = dice.often() && self.takes.meets("feature:friction");
         let damps = dice.rarely() && self.takes.meets("feature:damping");
@@ -153,6 +153,10 @@ impl Dice<'_, Scale> {
             damping_ratio: dice.when(damps, |dice| dice.between(0.01, 0.5)),
             damped_mass: 0.0,
         });
+        for body in config.bodies.iter_mut().filter(|_| turns).skip(1) {
+            (body.motion, body.velocity) = (Motion::Driven, [0.0; 2]);
+            body.spin = dice.between(0.05, 0.2) / self.dt;
+        }
         // Each comes along the row until it touches the one before it.
         let place = |config: &DemConfig, b: usize| Vec2::from(config.bodies[b].position);
         for b in 1..config.bodies.len() {
@@ -207,7 +211,8 @@ impl Dice<'_, Scale> {
         }
     }
 
-    /// Chains of markers along a body each, from flat to bent, whose markers come and go as points do.
+    /// Chains of markers along a body each, from flat to bent, rings beside a body or around it among them, whose markers come and
+    /// go as points do, together or one by one.
     fn chains(&self, bodies: &[BodyConfig], steps: u32) -> Vec<Walker> {
         let mut dice = self.aside();
         let mut points = Vec::new();
@@ -217,21 +222,42 @@ impl Dice<'_, Scale> {
             let body = dice.rng.usize(0..bodies.len());
             let reach = bodies[body].sphero_radius + radius;
             let (way, overlap) = dice.walk(radius, steps);
-            let count = dice.rng.u32(2..9);
+            let mut count = dice.rng.u32(2..9);
             let spacing = dice.between(0.5, 3.0) * radius;
-            let spacing = spacing.min(4.0 * reach / f64::from(count));
+            let mut spacing = spacing.min(4.0 * reach / f64::from(count));
             // The middle of a flat chain is this much nearer than a marker a metre aside.
-            let bend = dice.between(-0.2, 1.5) / (2.0 * reach);
+            let mut bend = dice.between(-0.2, 1.5) / (2.0 * reach);
             let segment = if dice.often() { 1 } else { -1 };
             let change = dice.rng.u32(1..steps.max(2));
             let present = dice.presence(&[change], steps);
+            let mut more = dice.aside();
+            let [is_ring, comes_alone, tangled] = [0; 3].map(|_| more.rarely());
+            let is_around = is_ring && more.often();
+            let (mut messy, mut far) = (if tangled { 1.2 } else { 0.2 }, 0.0);
+            if is_around {
+                // The middles of its segments touch the body.
+                (count, bend, messy) = (more.rng.u32(8..20), 0.0, 0.1);
+                let half = std::f64::consts::PI / f64::from(count);
+                (spacing, far) = (2.0 * half * reach, reach * (1.0 / half.cos() - 1.0));
+            } else if is_ring {
+                (count, far) = (count.max(3), more.between(1.0, 4.0) * radius);
+            }
             for k in 0..count {
-                let aside = (f64::from(k) - 0.5 * f64::from(count)) * spacing;
-                let aside = aside + dice.way(0.2 * spacing);
+                let mut aside = (f64::from(k) - 0.5 * f64::from(count)) * spacing;
+                aside += dice.way(messy * spacing);
+                // The last marker of a ring beside a body is behind the others.
+                let is_last = k + 1 == count;
+                let is_behind = is_ring && !is_around && is_last;
+                let away = if is_around || is_behind { far } else { 0.0 };
+                aside = if is_behind { 0.0 } else { aside };
+                let comes = comes_alone && more.often();
                 // The disc is to the right of the chain.
                 let along = |&(step, way): &(u32, f64)| (step, way - f64::from(segment) * aside);
                 let mut deep = |&(step, deep): &(u32, f64)| {
-                    (step, deep - bend * aside * aside + dice.way(0.05 * radius))
+                    (
+                        step,
+                        deep - away - bend * aside * aside + dice.way(0.05 * radius),
+                    )
                 };
                 points.push(Walker {
                     info: ImpInfo {
@@ -247,8 +273,12 @@ impl Dice<'_, Scale> {
                     overlap: Course(overlap.0.iter().map(&mut deep).collect()),
                     noise: dice.vector(0.1 * radius / dice.dt),
                     spin: dice.way(0.1 / dice.dt),
-                    present: present.clone(),
-                    segment: if k + 1 < count { segment } else { 0 },
+                    present: if comes {
+                        more.presence(&[change, change + 3], steps)
+                    } else {
+                        present.clone()
+                    },
+                    segment: if is_last && !is_ring { 0 } else { segment },
                 });
             }
         }
@@ -309,26 +339,6 @@ impl Dice<'_, Scale> {
         let mut dice = self.aside();
         let resists = resists && dice.often();
         dice.when(resists, |dice| dice.between(0.0, 1.0))
-    }
-
-    fn measure(&self, bodies: &[BodyConfig], touching: bool) -> OverlapMeasure {
-        let able = touching && self.takes.has("overlap:nearest_edge");
-        let convex = bodies.iter().all(|body| body.shape.is_convex());
-        if able && convex && self.aside().often() {
-            OverlapMeasure::NearestEdge
-        } else {
-            OverlapMeasure::EachEdge
-        }
-    }
-
-    /// A law, or the other one where a solver takes only laws of one kind in a scene.
-    fn same_kind(&mut self, law: ContactLaw, other: &ContactLaw) -> ContactLaw {
-        let same = law.is_like(other);
-        if same || self.takes.meets("feature:mixed_kinds") {
-            law
-        } else {
-            *other
-        }
     }
 
     fn shape(&mut self) -> BodyShape {
@@ -496,10 +506,18 @@ fn extent(body: &BodyConfig) -> f64 {
 }
 
 impl<S> Dice<'_, S> {
-    /// Some points on polygons begin on their outlines.
-    fn put_on_outlines(&mut self, bodies: &[BodyConfig], points: &mut [Walker]) {
+    /// Some points on polygons begin on their outlines, or as near to them, if the bodies rest, as a corner can be.
+    fn put_on_outlines(&mut self, bodies: &mut [BodyConfig], points: &mut [Walker]) {
         if self.rng.u32(0..6) > 0 {
             return;
+        }
+        let mut dice = self.aside();
+        let rest = dice.often() && dice.takes.meets("motion:fixed");
+        let straight = if dice.often() { 0.0 } else { 1.0 };
+        for body in bodies.iter_mut().filter(|_| rest) {
+            (body.motion, body.velocity, body.spin) = (Motion::Fixed, [0.0; 2], 0.0);
+            // On an edge along an axis, points are on the outline to the last bit.
+            body.angle *= straight;
         }
         for point in points {
             let Along::Body(b) = point.along else {
@@ -513,7 +531,9 @@ impl<S> Dice<'_, S> {
                 continue;
             }
             let (stay, radius) = (self.rng.u32(1..20), point.info.radius);
-            let mut last = (stay, bodies[b].sphero_radius + radius);
+            let near = rest && dice.often();
+            let away = dice.when(near, |dice| radius * decades(&mut dice.rng, -7.0, -1.0));
+            let mut last = (stay, bodies[b].sphero_radius + radius - away);
             let mut course = vec![(0, last.1), last];
             for &(step, wanted) in point.overlap.0.iter().filter(|(step, _)| *step > stay) {
                 let change = 0.15 * radius * f64::from(step - last.0);

@@ -31,22 +31,13 @@ struct Scale {
 /// The case of a seed, for a continuum that says that it takes this.
 pub fn case(seed: u64, takes: &Capabilities) -> Case {
     let mut rng = Rng::with_seed(seed);
-    let cell = decades(&mut rng, -2.0, 0.5);
-    let wave = decades(&mut rng, 0.0, 3.0);
-    let density = decades(&mut rng, 1.0, 4.0);
-    let dt = decades(&mut rng, -1.7, -0.7) * cell / wave;
     let scale = Scale {
-        cell,
-        wave,
-        density,
+        cell: decades(&mut rng, -2.0, 0.5),
+        wave: decades(&mut rng, 0.0, 3.0),
+        density: decades(&mut rng, 1.0, 4.0),
     };
-    let dice = Dice {
-        rng,
-        takes,
-        dt,
-        scale,
-    };
-    dice.case()
+    let dt = decades(&mut rng, -1.7, -0.7) * scale.cell / scale.wave;
+    Dice::new(rng, takes, dt, scale).case()
 }
 
 impl Dice<'_, Scale> {

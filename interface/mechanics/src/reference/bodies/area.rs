@@ -5,7 +5,6 @@ use interface::step::Step;
 
 use super::{BLUR, Body, Oracle, Place, Spring, Sums, Who, edges, left};
 use crate::mass::cross;
-use crate::reference::law::History;
 
 /// What two outlines share.
 #[derive(Debug, Clone, Copy)]
@@ -70,14 +69,19 @@ impl Oracle {
     pub(super) fn area(&self, step: &Step, [i, j]: [usize; 2], sums: &mut Sums) -> Option<Spring> {
         let [one, other] = [i, j].map(|b| &self.bodies[b]);
         let who = Who::Bodies(i, 0, j, 0);
-        let Some(shared) = shared(&one.corners(), &other.corners()) else {
-            if self
-                .history
-                .get(&who)
-                .is_some_and(|h| *h != History::default())
-            {
-                sums.expected.doubtful = Some("an area that has gone has no direction");
-            }
+        let (corners, others) = (one.corners(), other.corners());
+        let Some(shared) = shared(&corners, &others) else {
+            // An area that has gone has no direction: the forces of before go over the last way in any.
+            let before = self.history.get(&who).copied().unwrap_or_default();
+            let moved = |body: &Body, x: &Vec2| body.moved(x - body.pose.xy());
+            let corners = corners.iter().chain(&others);
+            let moved = corners.map(|x| (moved(one, x) - moved(other, x)).norm());
+            let most = moved.fold(0.0, f64::max);
+            let [normal, tangential] = before.dashpots;
+            let damped = normal.hypot(tangential) * most;
+            sums.friction += before.energy();
+            sums.unsaid += 0.5 * before.spring.abs() * most;
+            sums.viscous = [sums.viscous[0] - damped, sums.viscous[1] + damped];
             return None;
         };
         let extent = |body: &Body| {

@@ -1,5 +1,6 @@
-//! Discs and the segments between markers (section 7 with `interface` = `segments`; docs/physics.md, "The laws"), for chains with
-//! two ends.
+//! Discs and the segments between markers (section 7 with `interface` = `segments`; docs/physics.md, "The laws").
+
+use std::collections::BTreeMap;
 
 use interface::Vec2;
 use interface::message::wire::{ImpInfo, ImpState};
@@ -9,8 +10,9 @@ use super::{OnPoint, Oracle, Place, Span, Sums, Touch, Who, along, left};
 use crate::mass::cross;
 use crate::reference::law::{History, Law, Motion, Pair};
 
-/// Markers in the order of their segments.
+/// Markers in the order of their segments. Of a ring the first one is also the last.
 struct Chain<'a> {
+    is_ring: bool,
     /// What they are.
     markers: Vec<&'a ImpInfo>,
     slots: Vec<usize>,
@@ -24,10 +26,21 @@ impl<'a> Chain<'a> {
     fn all(set: &'a [ImpInfo], states: &'a [ImpState]) -> Vec<Self> {
         let next = |slot: usize| (set[slot].next as usize).checked_sub(1);
         let is_begin = |slot: &usize| (0..set.len()).all(|other| next(other) != Some(*slot));
-        let begins = (0..set.len()).filter(is_begin);
-        let whole = begins.map(|slot| {
-            let slots: Vec<_> = std::iter::successors(Some(slot), |slot| next(*slot)).collect();
-            Self {
+        let mut left: Vec<usize> = (0..set.len()).collect();
+        // What no chain with two ends has is in rings, which begin anywhere.
+        left.sort_by_key(|slot| !is_begin(slot));
+        let mut whole = Vec::new();
+        while let Some(&first) = left.first() {
+            let (mut slots, mut at) = (Vec::new(), Some(first));
+            while let Some(slot) = at.filter(|slot| left.contains(slot)) {
+                left.retain(|other| *other != slot);
+                slots.push(slot);
+                at = next(slot);
+            }
+            let is_ring = at == Some(first);
+            slots.extend(is_ring.then_some(first));
+            whole.push(Self {
+                is_ring,
                 markers: slots.iter().map(|&slot| &set[slot]).collect(),
                 states: slots.iter().map(|&slot| &states[slot]).collect(),
                 x: slots
@@ -35,9 +48,10 @@ impl<'a> Chain<'a> {
                     .map(|&slot| states[slot].position.into())
                     .collect(),
                 slots,
-            }
-        });
-        whole.filter(|chain| chain.slots.len() > 1).collect()
+            });
+        }
+        whole.retain(|chain| chain.slots.len() > 1);
+        whole
     }
 
     /// Contact radius in m, which all have.
@@ -50,23 +64,20 @@ impl<'a> Chain<'a> {
         (self.x[segment + 1] - self.x[segment]).norm()
     }
 
-    /// The largest share that a marker has of a foot that is this far (m) away at most.
+    /// The largest share that a marker has of a foot that is this far (m) away at most; round a ring there are two ways.
     fn share_within(&self, marker: usize, foot: &Foot, far: f64) -> f64 {
+        let segments = self.x.len() - 1;
         let place = |k: usize| (0..k).map(|k| self.length(k)).sum::<f64>();
-        let (own, on) = (
-            place(marker),
-            place(foot.segment) + foot.share * self.length(foot.segment),
-        );
-        let nearest = own.clamp(on - far, on + far);
-        let side = if nearest > own {
-            marker
-        } else {
-            marker.wrapping_sub(1)
+        let on = place(foot.segment) + foot.share * self.length(foot.segment);
+        let round = f64::from(u8::from(self.is_ring)) * place(segments);
+        let share = |round: f64| {
+            let own = place(marker) + round;
+            let nearest = own.clamp(on - far, on + far);
+            let side = marker + if nearest > own { 0 } else { segments - 1 };
+            1.0 - (nearest - own).abs() / self.length(side % segments)
         };
-        if nearest == own {
-            return 1.0;
-        }
-        (1.0 - (nearest - own).abs() / self.length(side)).max(0.0)
+        let ways = [-round, 0.0, round].map(share);
+        ways.into_iter().fold(0.0, f64::max)
     }
 
     /// What a place of a chain does to its markers.
@@ -90,9 +101,10 @@ impl<'a> Chain<'a> {
         } else {
             0.0
         };
-        for (k, &slot) in self.slots.iter().enumerate() {
+        let count = self.slots.len() - usize::from(self.is_ring);
+        for (k, &slot) in self.slots[..count].iter().enumerate() {
             let point = &mut points[slot];
-            let share = match k.wrapping_sub(foot.segment) {
+            let share = match (k + count - foot.segment) % count {
                 0 => 1.0 - foot.share,
                 1 => foot.share,
                 _ => 0.0,
@@ -116,13 +128,15 @@ impl<'a> Chain<'a> {
     }
 }
 
-/// An extremum of the distance from a disc's centre, where that is to the right of the chain.
+/// An extremum of the distance from a disc's centre.
 #[derive(Clone, Copy)]
 struct Foot {
     /// The segment, by the place of its beginning in the chain, and the share of its end.
     segment: usize,
     share: f64,
     least: bool,
+    /// Whether the centre is to the right of the chain.
+    right: bool,
     place: Place,
     /// Its position in m.
     at: Vec2,
@@ -130,10 +144,22 @@ struct Foot {
     margin: f64,
 }
 
-/// The extrema of the distance of `center` (m) along a chain of markers at `x` (m) with the radius `own` (m). The disc has the
-/// radius `a` (m).
-fn extrema(x: &[Vec2], own: f64, center: Vec2, a: f64) -> Vec<Foot> {
-    let segments = x.len() - 1;
+impl Foot {
+    /// Its markers by their places in the chain. At a vertex that is one marker.
+    fn ends(&self) -> [usize; 2] {
+        let at_vertex = self.share.fract() == 0.0;
+        let place = |k| if at_vertex { self.share as usize } else { k };
+        [0, 1].map(|k| self.segment + place(k))
+    }
+
+    fn presses(&self) -> bool {
+        self.right && self.place.overlap > 0.0
+    }
+}
+
+/// The extrema of the distance of `center` (m), where a disc has the radius `a` (m), along a chain.
+fn extrema(chain: &Chain, center: Vec2, a: f64) -> Vec<Foot> {
+    let (x, own, segments) = (&chain.x, chain.radius(), chain.x.len() - 1);
     let way = |k: usize| x[k + 1] - x[k];
     let foot = |k: usize| (center - x[k]).dot(&way(k)) / way(k).norm_squared();
     // To the right.
@@ -142,40 +168,39 @@ fn extrema(x: &[Vec2], own: f64, center: Vec2, a: f64) -> Vec<Foot> {
     let mut add = |segment: usize, share: f64, least: bool, normal: Vec2, margin: f64| {
         let at = x[segment] + way(segment) * share;
         let away = at - center;
-        if away.dot(&normal) >= 0.0 {
-            return;
-        }
+        let beside = -away.dot(&normal);
         let mut place = Place::between(at, [own, a], away, away.norm(), own);
         place.radius = a;
-        let margin = margin.abs();
         found.push(Foot {
             segment,
             share,
             least,
+            right: beside > 0.0,
             place,
             at,
-            margin,
+            margin: margin.abs().min(beside.abs()),
         });
     };
     // How far the foot of the centre is beyond the beginning and before the end of a segment, in m.
     let past = |k: usize| foot(k) * way(k).norm();
     let before = |k: usize| (1.0 - foot(k)) * way(k).norm();
     for k in 0..segments {
-        if k == 0 && foot(0) <= 0.0 {
+        if k == 0 && foot(0) <= 0.0 && !chain.is_ring {
             add(0, 0.0, true, normal(0), past(0));
         }
         if foot(k) > 0.0 && foot(k) < 1.0 {
             add(k, foot(k), true, normal(k), past(k).min(before(k)));
         }
-        if k + 1 == segments {
+        let next = (k + 1) % segments;
+        if next == 0 && !chain.is_ring {
             if foot(k) >= 1.0 {
                 add(k, 1.0, true, normal(k), before(k));
             }
             continue;
         }
-        let both = normal(k) + normal(k + 1);
-        let margin = past(k + 1).abs().min(before(k).abs());
-        match (foot(k) >= 1.0, foot(k + 1) <= 0.0) {
+        let both = normal(k) + normal(next);
+        let margin = past(next).abs().min(before(k).abs());
+        match (foot(k) >= 1.0, foot(next) <= 0.0) {
             (true, true) => add(k, 1.0, true, both, margin),
             (false, false) => add(k, 1.0, false, both, margin),
             _ => {}
@@ -184,8 +209,31 @@ fn extrema(x: &[Vec2], own: f64, center: Vec2, a: f64) -> Vec<Foot> {
     found
 }
 
+/// The spans of a chain beside a disc (its centre and its radius in m): a maximum that does not press parts what is before it from what
+/// is behind.
+fn spans(chain: &Chain, (center, a): (Vec2, f64), sums: &mut Sums) -> Vec<Vec<Foot>> {
+    let mut spans: Vec<Vec<Foot>> = vec![Vec::new()];
+    for foot in extrema(chain, center, a) {
+        let Place { overlap, blur, .. } = foot.place;
+        let parts = !foot.least && overlap.abs() <= blur;
+        if overlap > -blur && foot.margin <= blur || foot.right && parts {
+            sums.expected.doubtful = Some("an extremum that comes or goes");
+        }
+        if !foot.least && !foot.presses() {
+            spans.push(Vec::new());
+        } else if foot.right && overlap > -chain.radius() {
+            spans.last_mut().expect("one at least").push(foot);
+        }
+    }
+    if chain.is_ring && spans.len() > 1 {
+        let last = spans.pop().expect("two at least");
+        spans[0].splice(0..0, last);
+    }
+    spans
+}
+
 impl Oracle {
-    /// Each disc at each chain.
+    /// Each disc at all chains.
     pub(super) fn discs_and_chains(
         &self,
         step: &Step,
@@ -196,92 +244,75 @@ impl Oracle {
         for point in &mut sums.expected.points {
             point.exact = false;
         }
-        for chain in Chain::all(set, states) {
-            for (b, body) in self.bodies.iter().enumerate() {
-                for (part, disc) in body.outline().enumerate() {
-                    self.disc_and_chain(step, (b, part), disc, &chain, sums);
+        let chains = Chain::all(set, states);
+        let places = set.iter().zip(states);
+        let places = places.map(|(i, s)| (i.id, s.position.into())).collect();
+        for (b, body) in self.bodies.iter().enumerate() {
+            for (part, disc) in body.outline().enumerate() {
+                let spans = chains.iter().flat_map(|chain| {
+                    let spans = spans(chain, disc, sums).into_iter();
+                    spans.map(move |feet| (chain, feet))
+                });
+                let spans: Vec<_> = spans.collect();
+                let histories = self.handed_on((b, part), &places, &spans, sums);
+                for ((chain, feet), before) in spans.iter().zip(histories) {
+                    self.span(step, (b, part), chain, (feet, before), sums);
                 }
             }
         }
     }
 
-    fn disc_and_chain(
-        &self,
-        step: &Step,
-        disc: (usize, usize),
-        (center, a): (Vec2, f64),
-        chain: &Chain,
-        sums: &mut Sums,
-    ) {
-        let own = chain.radius();
-        let mut found = extrema(&chain.x, own, center, a);
-        found.retain(|foot| foot.place.overlap > -own);
-        let changes = found.iter().any(|foot| {
-            let Place { overlap, blur, .. } = foot.place;
-            let parts = !foot.least && overlap.abs() <= blur;
-            overlap > -blur && foot.margin <= blur || parts
-        });
-        if changes {
-            sums.expected.doubtful = Some("an extremum that comes or goes");
-        }
-        // A maximum that does not press parts what is before it from what is behind.
-        let mut spans: Vec<Vec<Foot>> = vec![Vec::new()];
-        for foot in found {
-            match (foot.least, foot.place.overlap > 0.0) {
-                (false, false) => spans.push(Vec::new()),
-                _ => spans.last_mut().expect("one at least").push(foot),
-            }
-        }
-        let histories = self.handed_on(disc, chain, &spans, sums);
-        for (feet, before) in spans.iter().zip(histories) {
-            self.span(step, disc, chain, (feet, before), sums);
-        }
-    }
-
-    /// The springs with which the spans of a disc and a chain go on: each minimum hands on its part to the span with the nearest
-    /// one. What is lost where springs part, join and end is lost to friction.
+    /// The springs with which the spans of a disc go on: each minimum hands on its part to the span of its group with the nearest
+    /// one. What is lost where springs part, join and end is lost to friction. The markers are at these places (m).
     fn handed_on(
         &self,
         disc: (usize, usize),
-        chain: &Chain,
-        spans: &[Vec<Foot>],
+        places: &BTreeMap<u64, Vec2>,
+        spans: &[(&Chain, Vec<Foot>)],
         sums: &mut Sums,
     ) -> Vec<History> {
-        let radius = chain.radius();
-        let place = |id: u64| chain.markers.iter().position(|marker| marker.id == id);
         // What each spring brings to each span, in N/m.
         let mut springs = Vec::new();
-        let own = |span: &&Span| span.disc == disc && place(span.minima[0].0[0]).is_some();
-        for old in self.spans.iter().filter(own) {
+        for old in self.spans.iter().filter(|span| span.disc == disc) {
             let mut brings = vec![0.0; spans.len()];
             for &(ids, share, force) in &old.minima {
-                let [Some(p), Some(q)] = ids.map(place) else {
+                let has = |id: &u64| {
+                    let mut chains = spans.iter().map(|(chain, _)| &chain.markers);
+                    chains.any(|markers| markers.iter().any(|marker| marker.id == *id))
+                };
+                if !ids.iter().all(has) {
+                    // Whether the energy of what has left is dissipated, no clause says.
+                    sums.unsaid += old.history.energy();
+                }
+                let [Some(p), Some(q)] = ids.map(|id| places.get(&id)) else {
                     continue;
                 };
-                let at = chain.x[p] * (1.0 - share) + chain.x[q] * share;
-                let far = |span: &Vec<Foot>| {
-                    let minima = span.iter().filter(|foot| foot.least);
-                    let far = minima.map(|foot| (foot.at - at).norm());
+                let at = p * (1.0 - share) + q * share;
+                let far = |(chain, feet): &(&Chain, Vec<Foot>)| {
+                    let minima = feet.iter().filter(|foot| foot.least);
+                    let minima = minima.filter(|_| chain.markers[0].group == old.group);
+                    let far = minima.map(|foot| (foot.at - at).norm() / chain.radius());
                     far.fold(f64::INFINITY, f64::min)
                 };
                 let mut far: Vec<_> = spans.iter().map(far).zip(0..).collect();
                 far.sort_by(|a, b| a.0.total_cmp(&b.0));
-                let even = far.len() > 1 && far[1].0 - far[0].0 <= 1e-6 * radius;
-                if (0.5..1.5).contains(&(far[0].0 / radius)) || even && far[0].0 < radius {
+                let Some(&(nearest, to)) = far.first() else {
+                    continue;
+                };
+                let even = far.len() > 1 && far[1].0 - nearest <= 1e-6;
+                if (0.5..1.5).contains(&nearest) || even && nearest < 1.0 {
                     sums.expected.doubtful = Some("a minimum that goes far or either way");
                 }
-                if far[0].0 < radius {
-                    brings[far[0].1] += force;
+                if nearest < 1.0 {
+                    brings[to] += force;
                 }
             }
             sums.friction += old.history.energy();
             springs.push((old.history, brings));
         }
-        let law = Law::of(
-            self.law_of_points(chain.markers[0].group, disc.0),
-            Pair::default(),
-        );
-        let handed = (0..spans.len()).map(|k| {
+        let handed = spans.iter().enumerate().map(|(k, (chain, _))| {
+            let law = self.law_of_points(chain.markers[0].group, disc.0);
+            let law = Law::of(law, Pair::default());
             let mut history = History::default();
             let brought: f64 = springs.iter().map(|(_, brings)| brings[k]).sum();
             for (old, brings) in springs.iter().filter(|(_, brings)| brings[k] > 0.0) {
@@ -315,16 +346,8 @@ impl Oracle {
         let spring = |foot: &Foot| law.spring(foot.place.overlap.max(0.0)).0;
         let minima = || feet.iter().filter(|foot| foot.least);
         let deeper = |a: &&Foot, b: &&Foot| a.place.overlap.total_cmp(&b.place.overlap);
-        let Some(deepest) = minima().max_by(deeper) else {
-            if feet
-                .iter()
-                .any(|foot| foot.place.overlap > -foot.place.blur)
-            {
-                sums.expected.doubtful = Some("a maximum without a minimum");
-            }
-            return;
-        };
-        let xi = deepest.place.overlap;
+        let deepest = minima().max_by(deeper);
+        let xi = deepest.map_or(0.0, |foot| foot.place.overlap);
         let all: f64 = minima().map(spring).sum();
         let share = |foot: &Foot| match (foot.least, all > 0.0) {
             (false, _) => 0.0,
@@ -340,7 +363,9 @@ impl Oracle {
         let together: f64 = feet.iter().map(|foot| sign(foot) * spring(foot)).sum();
         let together = together.max(0.0);
         let exerted = law.exert_spring(&motion, together, &before);
-        sums.book(&exerted, (&law, &before), &deepest.place);
+        if let Some(deepest) = deepest {
+            sums.book(&exerted, (&law, &before), &deepest.place);
+        }
         let [by_place, by_speed] = exerted.sensitivity;
         let per_dt = if step.dt_before > 0.0 {
             1.0 / step.dt_before
@@ -360,7 +385,9 @@ impl Oracle {
                 force = normal * (f_n + own) + left(normal) * f_t;
                 let k_n = law.normal_stiffness(overlap);
                 // The share of a minimum changes by its stiffness over all of the force.
-                let shared = 2.0 * k_n * (1.0 + exerted.force[1].abs() / all) + pull / overlap;
+                let shared =
+                    2.0 * k_n * (1.0 + exerted.force[1].abs() / all.max(f64::MIN_POSITIVE))
+                        + pull / overlap;
                 let turns = foot.place.curvature * (force.norm() + spring(foot));
                 blur = foot.place.blur * (by_place + by_speed * per_dt + shared + turns);
             }
@@ -369,10 +396,11 @@ impl Oracle {
         }
         if xi > 0.0 {
             let minima = minima().filter(|foot| foot.place.overlap > 0.0);
-            let ids = |foot: &Foot| [0, 1].map(|k| chain.markers[foot.segment + k].id);
+            let ids = |foot: &Foot| foot.ends().map(|k| chain.markers[k].id);
             let minima = minima.map(|foot| (ids(foot), foot.share, spring(foot)));
             sums.spans.push(Span {
                 disc: (b, part),
+                group: chain.markers[0].group,
                 minima: minima.collect(),
                 history: exerted.history,
             });
@@ -392,7 +420,7 @@ impl Oracle {
             let Place { at, normal, .. } = foot.place;
             let (_, gone, fast) = self.bodies[b].side(at - self.bodies[b].pose.xy());
             let mean = |a: Vec2, b: Vec2| a * (1.0 - foot.share) + b * foot.share;
-            let [one, other] = [foot.segment, foot.segment + 1].map(|k| {
+            let [one, other] = foot.ends().map(|k| {
                 let state = chain.states[k];
                 // The surface turns with the mean spin, about the foot.
                 let turning = left(at - foot.at) * state.spin;
@@ -438,7 +466,7 @@ impl Oracle {
         if foot.least && overlap + 0.5 * chain.radius() > 0.0 {
             expected.loads[b].rate +=
                 self.bodies[b].rate(r, normal, foot.place.least_stiffness(law));
-            expected.damping = expected.damping.max(law.damping_ratio);
+            expected.damping = expected.damping.max(law.ratio());
         }
         if overlap <= 0.0 {
             return;
@@ -460,6 +488,7 @@ impl Oracle {
             moment: 0.0,
             moved: 0.0,
             blur,
+            turns: least * foot.place.curvature,
         });
     }
 }
