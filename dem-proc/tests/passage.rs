@@ -426,6 +426,38 @@ fn a_corner_may_cut_off_a_small_tip() {
     }
 }
 
+/// A tip that has cut off a small tip of another body comes to lie across it. Then no vertex of either is in the other, and no force
+/// holds them.
+#[test]
+fn bodies_that_lie_across_one_another_are_named() {
+    let needle = polygon(&[[-0.6, -0.1], [0.0, 0.0], [-0.6, 0.1]]);
+    let rod = segment_shape([[-0.6, 0.0], [0.0, 0.0]]);
+    let quarter = 0.25 * 0.2 * 0.6 / 0.6_f64.hypot(0.1); // thin across a long side
+    for (shape, a, allowed) in [(needle, 0.0, quarter), (rod, 0.02, 0.04)] {
+        for by in [1e-3, 1e-4] {
+            let mover = BodyConfig {
+                position: [-0.01, 0.3],
+                angle: -PI / 3.0,
+                ..body(shape.clone(), a)
+            };
+            let floor = body(shape.clone(), a);
+            let told = driven_into(mover, floor, OverlapMeasure::NearestEdge, by, 0.7);
+            let (_, reason) = told.unwrap_or_else(|| panic!("{shape:?}, {a}: unseen"));
+            assert!(
+                reason.contains("(mover) lies across body 1 (floor)"),
+                "{reason}"
+            );
+            let overlap = reason.split("overlap of ").nth(1).expect("an overlap");
+            let overlap = overlap.split(' ').next().expect("a number").parse::<f64>();
+            let more = overlap.expect("a number") - allowed;
+            assert!(
+                (-1e-4..by + 1e-4).contains(&more),
+                "{a}, {by}: {more}, {reason}"
+            );
+        }
+    }
+}
+
 /// Seven tenths of the contact distance, a corner past a bare face, a plate half sunk in: pushed the right way.
 #[test]
 fn a_deep_contact_of_bodies_goes_on() {

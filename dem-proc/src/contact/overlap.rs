@@ -124,7 +124,7 @@ impl Measure for OverlapArea {
         let [a, b] = pair.map(|b| thickness(bodies.outline_of(b as usize)));
         candidates.push(Candidate {
             bodies: pair,
-            vertex: 0,
+            vertex: None,
             // The depth at which the overlap reaches through the thinner body.
             length: a.min(b),
         });
