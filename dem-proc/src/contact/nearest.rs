@@ -30,11 +30,15 @@ impl Measure for NearestEdge {
         let edges = |b: u32| bodies.properties[b as usize].shape.has_edges;
         let [i, j] = pair;
         if edges(i) && edges(j) {
-            candidates.push(Candidate {
-                bodies: pair,
-                vertex: None,
-                length: cut_off(bodies, pair),
-            });
+            let length = cut_off(bodies, pair);
+            // Until the next list the overlap in any direction grows by at most the margin.
+            if crossed(bodies, pair, length - margin) {
+                candidates.push(Candidate {
+                    bodies: pair,
+                    vertex: None,
+                    length,
+                });
+            }
         }
         for [v, e] in [[i, j], [j, i]] {
             // Discs have no edges. Two of them have one contact; the centre of a disc is its vertex against a polygon.
@@ -128,11 +132,17 @@ impl Measure for NearestEdge {
             let seen = |x: &Vec2| see(outline, 0..edge_count(outline.len()), *x);
             (vertices.iter()).any(|x| seen(x).distance < own.radius + other.radius)
         };
-        let crossed = deeper(outlines, own.center - other.center, candidate.length)
+        let across = crossed(bodies, candidate.bodies, candidate.length)
             && !presses(outlines[0], outlines[1])
             && !presses(outlines[1], outlines[0]);
-        crossed.then(|| penetration(outlines))
+        across.then(|| penetration(outlines))
     }
+}
+
+/// Whether the outlines of two bodies would have to move apart by more than `limit` (m).
+fn crossed(bodies: &Bodies, pair: [u32; 2], limit: f64) -> bool {
+    let [a, b] = pair.map(|b| bodies.state[b as usize].center);
+    deeper(pair.map(|b| bodies.outline_of(b as usize)), a - b, limit)
 }
 
 /// Length in m of a tip of two bodies that may be cut off: small compared with both, and at least their contact distance.
