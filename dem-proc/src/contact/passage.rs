@@ -40,6 +40,8 @@
 //!   determines the force becomes zero and then reverses. So the criteria are a width below a fifth of the root of the
 //!   area, which is that of a corner of 1.1 degrees, and a normal that has turned. The second counts only if the bodies
 //!   have been deeper in one another than that quarter, because a corner that slides past a tip turns its normal too.
+//!   A plank that goes through a stone, or a wedge through a plate, keeps width and normal. So the way by which the
+//!   outlines would have to move apart may be at most three quarters of the thickness of the thinner body.
 
 use interface::Vec2;
 use interface::solver::{Fault, Refusal};
@@ -57,7 +59,8 @@ pub const TURN: f64 = -0.173_648_177_666_930_36;
 pub const CROSSING: f64 = 0.55;
 
 /// Largest depth of the centre of a point, as a share of the radius of the disc with the body's area; and largest
-/// overlap of a vertex and an edge, as a share of their contact distance.
+/// overlap of a vertex and an edge, as a share of their contact distance; and largest way out of an area, as a share of
+/// the thickness of the thinner body.
 pub const DEEP: f64 = 0.75;
 
 /// Length along the outline of a tip that a corner may cut off, as a share of the thickness of the thinner body.
