@@ -373,7 +373,7 @@ fn a_body_driven_through_a_body_is_named_whatever_the_measure() {
             body(plate.clone(), 0.0),
             Area,
             0.04,
-            -0.05,
+            -0.01,
         ),
         (
             "area of a needle",
@@ -381,7 +381,7 @@ fn a_body_driven_through_a_body_is_named_whatever_the_measure() {
             body(plate, 0.0),
             Area,
             0.04,
-            -0.6, // a wedge is pushed back until its base comes
+            -0.01, // its normal never turns
         ),
     ];
     for (name, mover, floor, measure, length, lowest) in cases {
@@ -422,6 +422,38 @@ fn a_corner_may_cut_off_a_small_tip() {
             assert_eq!(told.is_none(), goes, "{a}, {share}: {told:?}");
             let through = |(_, reason): (f64, String)| reason.contains("has passed through");
             assert!(told.is_none_or(through));
+        }
+    }
+}
+
+/// A tip that has cut off a small tip of another body comes to lie across it. Then no vertex of either is in the other, and no force
+/// holds them.
+#[test]
+fn bodies_that_lie_across_one_another_are_named() {
+    let needle = polygon(&[[-0.6, -0.1], [0.0, 0.0], [-0.6, 0.1]]);
+    let rod = segment_shape([[-0.6, 0.0], [0.0, 0.0]]);
+    let quarter = 0.25 * 0.2 * 0.6 / 0.6_f64.hypot(0.1); // thin across a long side
+    for (shape, a, allowed) in [(needle, 0.0, quarter), (rod, 0.02, 0.04)] {
+        for by in [1e-3, 1e-4] {
+            let mover = BodyConfig {
+                position: [-0.01, 0.3],
+                angle: -PI / 3.0,
+                ..body(shape.clone(), a)
+            };
+            let floor = body(shape.clone(), a);
+            let told = driven_into(mover, floor, OverlapMeasure::NearestEdge, by, 0.7);
+            let (_, reason) = told.unwrap_or_else(|| panic!("{shape:?}, {a}: unseen"));
+            assert!(
+                reason.contains("(mover) lies across body 1 (floor)"),
+                "{reason}"
+            );
+            let overlap = reason.split("overlap of ").nth(1).expect("an overlap");
+            let overlap = overlap.split(' ').next().expect("a number").parse::<f64>();
+            let more = overlap.expect("a number") - allowed;
+            assert!(
+                (-1e-4..by + 1e-4).contains(&more),
+                "{a}, {by}: {more}, {reason}"
+            );
         }
     }
 }

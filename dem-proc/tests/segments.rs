@@ -77,6 +77,35 @@ fn once(mut chain: Chain, center: [f64; 2]) -> (Chain, Sdem) {
     (chain, dem)
 }
 
+/// Springs end with their contacts, however many steps without any points follow before the same markers come back.
+#[test]
+fn a_chain_that_comes_back_has_no_spring() {
+    let dt = 1e-3;
+    for away in 1..4 {
+        let mut held = disc([0.55, A + R - 1e-3]);
+        held.motion = Motion::Fixed;
+        let law = linear_law(K, 0.6 * K, 0.9, 0.0);
+        let mut dem = configured(&on_segments(vec![held], law));
+        let mut chain = floor(&[1.0, 0.4, -0.2]);
+        dem.imp_set(&chain.set);
+        chain.step(&mut dem, &OPENING);
+        chain.step(&mut dem, &step(0.0, dt));
+        for state in &mut chain.states {
+            state.position[0] += 1e-4;
+        }
+        chain.step(&mut dem, &step(dt, dt));
+        assert!(chain.total().x.abs() > 1.0, "no friction");
+        dem.imp_set(&[]);
+        for _ in 0..away {
+            dem.contact(&step(dt, dt), &[], &mut []).unwrap();
+            dem.advance(&step(dt, dt)).unwrap();
+        }
+        dem.imp_set(&chain.set);
+        chain.step(&mut dem, &step(dt, dt));
+        assert_eq!(chain.total().x, 0.0, "{away} steps without points");
+    }
+}
+
 /// Friction acts on the contact and not at the foot: the markers get its moment as couples, the spring goes the way of the surface
 /// that turns with them, in the opening its dashpot too, and no angular momentum appears.
 #[test]

@@ -300,6 +300,25 @@ fn a_corner_slides_past_a_tip() {
     assert_eq!(end, End::Sound);
 }
 
+/// Stones cut off small tips of one another, and then their edges cross where no vertex is inside.
+#[test]
+fn stones_that_come_to_lie_across_one_another_are_stopped() {
+    for seed in [500_029, 500_079] {
+        let end = run(&pile(seed, OverlapMeasure::NearestEdge, 1e7), 1.5);
+        assert!(
+            matches!(&end, End::Sunk(why) if why.contains("lies across")),
+            "{end:?}"
+        );
+    }
+}
+
+/// A plank goes through a stone, and neither the width of the overlap nor its normal tells.
+#[test]
+fn a_plank_that_goes_through_a_stone_is_stopped() {
+    let end = run(&pile(500_003, OverlapMeasure::Area, 1e5), 1.5);
+    assert!(matches!(end, End::Sunk(_)), "{end:?}");
+}
+
 /// Ten thousand runs and a thousand of mutated stiffness, seeds from `FIRST` on:
 /// `SEEDS=1700 cargo test --release -p dem-proc --test dem-tests -- --ignored --nocapture ten_thousand_runs`.
 #[test]

@@ -37,9 +37,9 @@ use mechanics::mass::cross;
 pub struct Candidate {
     /// The body that `N` points to, then the other one.
     pub bodies: [u32; 2],
-    /// Vertex of the first body in [`Bodies::outline`]; 0 if the candidate is the whole body.
-    pub vertex: u32,
-    /// Largest overlap at which its force has the right sign, in m.
+    /// Vertex of the first body in [`Bodies::outline`]; `None` if the candidate is the whole body.
+    pub vertex: Option<u32>,
+    /// Largest overlap at which its force has the right sign, or that is allowed without a force, in m.
     pub length: f64,
 }
 
@@ -75,6 +75,11 @@ pub trait Measure: Debug + Default + Send + Sync + 'static {
         spot: &Spot,
         turned: Option<f64>,
     ) -> Option<Passage>;
+    /// How deep in m two bodies lie across one another that no contact pushes apart, if that is too far. It is asked for
+    /// a candidate without a contact.
+    fn across(_: &Bodies, _: Candidate) -> Option<f64> {
+        None
+    }
 }
 
 /// Pairs of convex bodies, measured by `M`.
@@ -88,6 +93,12 @@ pub struct Met {
     pressing: Pressing<f64>,
     loads: [PairLoad; 2],
     loss: Loss,
+}
+
+/// The results of a chunk.
+#[derive(Debug, Default)]
+pub struct Results {
+    met: Vec<Met>,
     passed: Option<PassedBodies>,
 }
 
@@ -109,7 +120,7 @@ fn kinematics(moves: &Moves, spot: &Spot, pair: [u32; 2], arms: [Vec2; 2]) -> Ki
 
 impl<M: Measure> Listing for Convex<M> {
     type Pair = Candidate;
-    type Key = ([u32; 2], u32);
+    type Key = ([u32; 2], Option<u32>);
     type Extra = Search<Candidate>;
     type Watch = Watch;
 
@@ -144,7 +155,7 @@ impl<M: Measure> PairKind for Convex<M> {
     const OF_POINTS: bool = false;
     /// The normal of the last step, zero where there was no contact.
     type Memory = Part<GEOMETRY, 2>;
-    type Found = Vec<Met>;
+    type Found = Results;
     type Room = M;
 
     fn depth(on: &On<Self>, candidate: Candidate, measure: &mut M) -> f64 {
@@ -156,7 +167,7 @@ impl<M: Measure> PairKind for Convex<M> {
         chunk: &Chunk<Self, L>,
         measure: &mut M,
         next: &mut [(L::History, Part<GEOMETRY, 2>)],
-        found: &mut Vec<Met>,
+        found: &mut Results,
     ) {
         let On {
             bodies,
@@ -164,12 +175,24 @@ impl<M: Measure> PairKind for Convex<M> {
             interval,
             ..
         } = chunk.on;
-        found.clear();
+        found.met.clear();
+        found.passed = None;
         next.fill(Default::default());
         for (k, candidate) in chunk.pairs.iter().enumerate() {
             let pair = candidate.bodies;
             let closing = watch.closing(pair, interval.closing);
+            let mut passes = |passage: Option<Passage>, overlap| {
+                let passed = passage.map(|passage| PassedBodies {
+                    bodies: pair,
+                    passage,
+                    overlap,
+                });
+                found.passed = found.passed.or(passed);
+            };
             let Some(spot) = measure.meet(bodies, *candidate, closing) else {
+                if let Some(overlap) = M::across(bodies, *candidate) {
+                    passes(Some(Passage::Across), overlap);
+                }
                 continue;
             };
             let frames = pair.map(|b| &bodies.frames[b as usize]);
@@ -199,18 +222,12 @@ impl<M: Measure> PairKind for Convex<M> {
                 },
                 loads,
                 loss: Loss::default(),
-                passed: None,
             };
             if spot.depth > 0.0 {
                 let response = chunk.law.response(constants, &kinematics, before);
                 let along = frames[1].turned(was.0.into()).dot(&spot.normal);
                 let turned = (along < TURN).then_some(closing);
-                let passage = M::passage(bodies, *candidate, &spot, turned);
-                met.passed = passage.map(|passage| PassedBodies {
-                    bodies: pair,
-                    passage,
-                    overlap: spot.depth,
-                });
+                passes(M::passage(bodies, *candidate, &spot, turned), spot.depth);
                 met.pressing.force = spot.gain * response.normal;
                 let tangent = Vec2::new(-spot.normal.y, spot.normal.x);
                 let along = tangent * (spot.gain * response.tangential);
@@ -224,28 +241,28 @@ impl<M: Measure> PairKind for Convex<M> {
             } else {
                 met.loss = chunk.law.separate(constants, &kinematics, before);
             }
-            found.push(met);
+            found.met.push(met);
         }
     }
 
-    fn add(_: &On<Self>, found: &Vec<Met>, to: &mut Targets, sums: &mut Sums) {
-        for met in found {
+    fn add(_: &On<Self>, found: &Results, to: &mut Targets, sums: &mut Sums) {
+        for met in &found.met {
             for (b, load) in met.near.bodies.into_iter().zip(met.loads) {
                 to.by_bodies[b as usize] += load;
             }
             sums.loss += met.loss;
             sums.presses += usize::from(met.pressing.overlap > 0.0);
-            sums.passed = sums.passed.or(met.passed.map(Passed::Bodies));
         }
-        sums.in_reach += found.len();
+        sums.passed = sums.passed.or(found.passed.map(Passed::Bodies));
+        sums.in_reach += found.met.len();
     }
 
     fn contacts<L: Law>(
         _: &Chunk<Self, L>,
-        found: Option<&Vec<Met>>,
+        found: Option<&Results>,
         contacts: &mut Vec<ContactState>,
     ) {
-        let pressing = found.into_iter().flatten();
+        let pressing = found.into_iter().flat_map(|found| &found.met);
         let pressing = pressing.filter(|met| met.pressing.overlap > 0.0);
         contacts.extend(pressing.map(|Met { near, loads, .. }| {
             between(near.bodies.map(u64::from), BODY, near.point, loads[0].force)
@@ -253,13 +270,13 @@ impl<M: Measure> PairKind for Convex<M> {
     }
 
     fn rates(
-        found: &Vec<Met>,
+        found: &Results,
         _: &[Candidate],
         [mut largest, mut of_impact]: [f64; 2],
         after: &AfterKick,
         _: f64,
     ) -> [f64; 2] {
-        for Met { near, pressing, .. } in found {
+        for Met { near, pressing, .. } in &found.met {
             let [a, b] = near.bodies.map(|b| after.motions[b as usize].rate());
             largest = largest.max(a + b);
             if a + b > of_impact && after.impacts.is_one(after.bodies, near, pressing) {
@@ -274,13 +291,13 @@ impl<M: Measure> PairKind for Convex<M> {
     }
 
     fn each_near(
-        found: &Vec<Met>,
+        found: &Results,
         _: &[Candidate],
         _: &Bodies,
         _: (&Watch, f64),
         act: impl FnMut(&Near),
     ) {
-        found.iter().map(|met| &met.near).for_each(act);
+        found.met.iter().map(|met| &met.near).for_each(act);
     }
 }
 

@@ -16,7 +16,7 @@ use crate::body::bodies::Bodies;
 use crate::body::shape::edge_count;
 use crate::contact::convex::{Candidate, Measure, Spot};
 use crate::contact::passage::{
-    Passage, TIP, TURN, admissible_depth, goes_through, leap, penetration,
+    Passage, TIP, TURN, admissible_depth, deeper, goes_through, leap, penetration,
 };
 
 /// Measures a contact by the distance of a vertex from the nearest edge.
@@ -29,6 +29,17 @@ impl Measure for NearestEdge {
     fn list(bodies: &Bodies, pair: [u32; 2], margin: f64, candidates: &mut Vec<Candidate>) {
         let edges = |b: u32| bodies.properties[b as usize].shape.has_edges;
         let [i, j] = pair;
+        if edges(i) && edges(j) {
+            let length = cut_off(bodies, pair);
+            // Until the next list the overlap in any direction grows by at most the margin.
+            if crossed(bodies, pair, length - margin) {
+                candidates.push(Candidate {
+                    bodies: pair,
+                    vertex: None,
+                    length,
+                });
+            }
+        }
         for [v, e] in [[i, j], [j, i]] {
             // Discs have no edges. Two of them have one contact; the centre of a disc is its vertex against a polygon.
             if !edges(e) && (edges(v) || v > e) {
@@ -44,7 +55,7 @@ impl Measure for NearestEdge {
                 if seen.distance <= radii[0] + radii[1] + margin {
                     candidates.push(Candidate {
                         bodies: [v, e],
-                        vertex: k,
+                        vertex: Some(k),
                         length,
                     });
                 }
@@ -53,9 +64,9 @@ impl Measure for NearestEdge {
     }
 
     fn meet(&mut self, bodies: &Bodies, candidate: Candidate, closing: f64) -> Option<Spot> {
+        let vertex = bodies.outline[candidate.vertex? as usize];
         let [v, e] = candidate.bodies.map(|b| &bodies.state[b as usize]);
         let outline = bodies.outline_of(candidate.bodies[1] as usize);
-        let vertex = bodies.outline[candidate.vertex as usize];
         let mut seen = see(outline, 0..edge_count(outline.len()), vertex);
         if seen.distance < 0.0 {
             let own = bodies.outline_of(candidate.bodies[0] as usize);
@@ -77,16 +88,11 @@ impl Measure for NearestEdge {
         spot: &Spot,
         turned: Option<f64>,
     ) -> Option<Passage> {
+        let now = bodies.outline[candidate.vertex? as usize];
         let [v, e] = candidate.bodies.map(|b| b as usize);
         let of_vertex = bodies.state[v].radius;
-        let now = bodies.outline[candidate.vertex as usize];
         let outlines = [v, e].map(|b| bodies.outline_of(b));
-        // Bodies without a sphero-radius have no contact distance. The tip that may be cut off is small compared with both bodies.
-        let reach = || {
-            let thinner = outlines.map(thickness).into_iter().filter(|t| *t > 0.0);
-            let tip = TIP * thinner.reduce(f64::min).unwrap_or(0.0);
-            tip.max(of_vertex + bodies.state[e].radius)
-        };
+        let reach = || cut_off(bodies, candidate.bodies);
         let through = || {
             let [own, other] = [v, e].map(|b| &bodies.frames[b]);
             let moved = own.displacement(now - own.center) - other.displacement(now - other.center);
@@ -114,6 +120,38 @@ impl Measure for NearestEdge {
             None
         }
     }
+
+    fn across(bodies: &Bodies, candidate: Candidate) -> Option<f64> {
+        if candidate.vertex.is_some() {
+            return None;
+        }
+        let pair = candidate.bodies.map(|b| b as usize);
+        let outlines = pair.map(|b| bodies.outline_of(b));
+        let [own, other] = pair.map(|b| &bodies.state[b]);
+        let presses = |vertices: &[Vec2], outline: &[Vec2]| {
+            let seen = |x: &Vec2| see(outline, 0..edge_count(outline.len()), *x);
+            (vertices.iter()).any(|x| seen(x).distance < own.radius + other.radius)
+        };
+        let across = crossed(bodies, candidate.bodies, candidate.length)
+            && !presses(outlines[0], outlines[1])
+            && !presses(outlines[1], outlines[0]);
+        across.then(|| penetration(outlines))
+    }
+}
+
+/// Whether the outlines of two bodies would have to move apart by more than `limit` (m).
+fn crossed(bodies: &Bodies, pair: [u32; 2], limit: f64) -> bool {
+    let [a, b] = pair.map(|b| bodies.state[b as usize].center);
+    deeper(pair.map(|b| bodies.outline_of(b as usize)), a - b, limit)
+}
+
+/// Length in m of a tip of two bodies that may be cut off: small compared with both, and at least their contact distance.
+fn cut_off(bodies: &Bodies, pair: [u32; 2]) -> f64 {
+    let pair = pair.map(|b| b as usize);
+    let thinner = pair.map(|b| thickness(bodies.outline_of(b)));
+    let thinner = thinner.into_iter().filter(|t| *t > 0.0);
+    let [a, b] = pair.map(|b| bodies.state[b].radius);
+    (TIP * thinner.reduce(f64::min).unwrap_or(0.0)).max(a + b)
 }
 
 /// How far a body with the outline `own` reaches behind its vertex `p`, against a direction.

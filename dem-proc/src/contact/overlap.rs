@@ -12,7 +12,7 @@ use interface::Vec2;
 
 use crate::body::bodies::Bodies;
 use crate::contact::convex::{Candidate, Measure, Spot};
-use crate::contact::passage::{Passage, TIP, penetration};
+use crate::contact::passage::{DEEP, Passage, TIP, deeper, penetration};
 use crate::parry::nearest_points;
 use mechanics::mass::cross;
 use mechanics::outline::thickness;
@@ -124,7 +124,7 @@ impl Measure for OverlapArea {
         let [a, b] = pair.map(|b| thickness(bodies.outline_of(b as usize)));
         candidates.push(Candidate {
             bodies: pair,
-            vertex: 0,
+            vertex: None,
             // The depth at which the overlap reaches through the thinner body.
             length: a.min(b),
         });
@@ -183,9 +183,13 @@ impl Measure for OverlapArea {
             let outlines = candidate.bodies.map(|b| bodies.outline_of(b as usize));
             penetration(outlines) + approached > TIP * candidate.length
         };
+        let reaches_through = || {
+            let outlines = candidate.bodies.map(|b| bodies.outline_of(b as usize));
+            deeper(outlines, spot.normal, DEEP * candidate.length)
+        };
         if turned.is_some_and(through) {
             Some(Passage::Through)
-        } else if width < NARROW * area.sqrt() {
+        } else if width < NARROW * area.sqrt() || reaches_through() {
             Some(Passage::Deep)
         } else {
             None

@@ -34,11 +34,14 @@
 //!   overlap `xi` it cuts off a piece of the tip of `2 xi / tan(alpha/2)` along the outline, for an angle `alpha`. A
 //!   quarter of the thickness of the thinner body is allowed, or more if the sphero-radii allow more. A vertex that has
 //!   its own body behind its edge may be where a soft contact let faces of two bodies slide through: then the way by
-//!   which the outlines would have to move apart may be no longer than that piece.
+//!   which the outlines would have to move apart may be no longer than that piece. Nor may it be where no vertex presses:
+//!   bodies whose tips were cut off may lie across one another, with crossing edges, and this measure has no force there.
 //! - *Area* ([`crate::contact::overlap`]): when an overlap reaches across a thin body, the width of the overlap that
 //!   determines the force becomes zero and then reverses. So the criteria are a width below a fifth of the root of the
 //!   area, which is that of a corner of 1.1 degrees, and a normal that has turned. The second counts only if the bodies
 //!   have been deeper in one another than that quarter, because a corner that slides past a tip turns its normal too.
+//!   A plank that goes through a stone, or a wedge through a plate, keeps width and normal. So the way by which the
+//!   outlines would have to move apart may be at most three quarters of the thickness of the thinner body.
 
 use interface::Vec2;
 use interface::solver::{Fault, Refusal};
@@ -56,7 +59,8 @@ pub const TURN: f64 = -0.173_648_177_666_930_36;
 pub const CROSSING: f64 = 0.55;
 
 /// Largest depth of the centre of a point, as a share of the radius of the disc with the body's area; and largest
-/// overlap of a vertex and an edge, as a share of their contact distance.
+/// overlap of a vertex and an edge, as a share of their contact distance; and largest way out of an area, as a share of
+/// the thickness of the thinner body.
 pub const DEEP: f64 = 0.75;
 
 /// Length along the outline of a tip that a corner may cut off, as a share of the thickness of the thinner body.
@@ -69,6 +73,8 @@ pub enum Passage {
     Through,
     /// It is near the middle.
     Deep,
+    /// No vertex of either body is inside the other, but their edges cross.
+    Across,
 }
 
 impl Passage {
@@ -77,6 +83,15 @@ impl Passage {
         match self {
             Self::Through => "has passed through",
             Self::Deep => "is near the middle of",
+            Self::Across => "lies across",
+        }
+    }
+
+    /// What is wrong with it, and the advice for the user.
+    fn advice(self) -> &'static str {
+        match self {
+            Self::Through | Self::Deep => ADVICE,
+            Self::Across => ACROSS,
         }
     }
 }
@@ -84,6 +99,10 @@ impl Passage {
 /// Advice for the user.
 const ADVICE: &str = "a contact force would push it to the wrong side; write a stiffer contact, a slower drive or a \
                       shorter time.max_step";
+
+/// Likewise, where edges cross.
+const ACROSS: &str = "no corner of either is in the other, so no contact force pushes them apart; take another \
+                      dem.overlap, or write rounder bodies or a stiffer contact";
 
 /// Two whose overlap is too large.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -145,9 +164,9 @@ impl Passed {
                 overlap,
             }) => {
                 let [own, its] = [one, other].map(|b| &bodies.properties[b as usize].name);
-                let how = passage.words();
+                let (how, advice) = (passage.words(), passage.advice());
                 format!(
-                    "body {one} ({own}) {how} body {other} ({its}) with an overlap of {overlap:.3e} m: {ADVICE}"
+                    "body {one} ({own}) {how} body {other} ({its}) with an overlap of {overlap:.3e} m: {advice}"
                 )
             }
         })
@@ -177,8 +196,8 @@ impl PassedBodies {
         Refusal::new(
             format!("dem.body.{second}.position"),
             format!(
-                "body \"{name}\" overlaps body \"{first_name}\" by {overlap:.3e} m, and contact would push them to the \
-                 wrong sides of one another; move one of them by at least that"
+                "body \"{name}\" overlaps body \"{first_name}\" by {overlap:.3e} m, and contact would not push them \
+                 apart; move one of them by at least that"
             ),
         )
     }
@@ -215,9 +234,9 @@ pub fn goes_through(outline: &[Vec2], from: Vec2, to: Vec2, reach: f64) -> bool 
     (inside || (0..edge_count(n)).any(meets)) && leap(outline, &seen) > reach
 }
 
-/// The least way in m by which two convex outlines would have to move apart; 0 of a segment or a point.
+/// The least way in m by which two convex outlines would have to move apart; 0 if one is a point.
 pub fn penetration([one, other]: [&[Vec2]; 2]) -> f64 {
-    if one.len().min(other.len()) < 3 {
+    if one.len().min(other.len()) < 2 {
         return 0.0;
     }
     let mut least = f64::INFINITY;
@@ -229,6 +248,14 @@ pub fn penetration([one, other]: [&[Vec2]; 2]) -> f64 {
         }
     }
     least
+}
+
+/// Whether the [`penetration`] is above `limit` (m). It is at most the overlap in any direction in which the first outline
+/// could go out: that in the direction `along` is below the limit for most, and is looked at first.
+pub fn deeper([one, other]: [&[Vec2]; 2], along: Vec2, limit: f64) -> bool {
+    let least = (one.iter()).fold(f64::INFINITY, |least, x| least.min(x.dot(&along)));
+    let most = (other.iter()).fold(f64::NEG_INFINITY, |most, x| most.max(x.dot(&along)));
+    most - least >= limit * along.norm() && penetration([one, other]) > limit
 }
 
 /// The shorter path in m along a closed outline between two of its points. For a segment it goes round one of its ends.

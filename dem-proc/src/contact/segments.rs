@@ -578,6 +578,7 @@ impl<L: Law> Side for SegmentContacts<L> {
     fn commit(&mut self) {
         self.keep_list();
         std::mem::swap(&mut self.state.memory, &mut self.next);
+        self.next.clear(); // steps without points evaluate nothing
         self.state.watch.commit();
     }
 
