@@ -182,26 +182,6 @@ impl Channel {
     }
 }
 
-impl Kind {
-    /// All kinds.
-    pub const ALL: [Self; 14] = [
-        Self::Order,
-        Self::Notice,
-        Self::Grant,
-        Self::Report,
-        Self::Saved,
-        Self::Restore,
-        Self::Groups,
-        Self::Points,
-        Self::Bodies,
-        Self::Contacts,
-        Self::Set,
-        Self::States,
-        Self::Forces,
-        Self::Envelopes,
-    ];
-}
-
 macro_rules! define {
     ($($kind:ident: $record:ty),*) => {
         /// The records of a message, borrowed.
@@ -214,6 +194,11 @@ macro_rules! define {
         #[derive(Debug, Clone, PartialEq)]
         pub enum Payload {
             $(#[doc = concat!("Of [`Kind::", stringify!($kind), "`].")] $kind(Vec<$record>)),*
+        }
+
+        impl Kind {
+            /// All kinds.
+            pub const ALL: [Self; [$(Self::$kind),*].len()] = [$(Self::$kind),*];
         }
 
         impl Records<'_> {
