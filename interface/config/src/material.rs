@@ -308,7 +308,7 @@ mod tests {
     #[test]
     fn every_number_is_held_to_its_bounds() {
         let keys = |model: MaterialModel| -> Vec<String> {
-            let path = format!("m.{}.", model.key());
+            let path = format!("{}.", model.key());
             let of = |fault: ConfigFault| fault.key.strip_prefix(&path).unwrap().to_owned();
             model.faults().into_iter().map(of).collect()
         };
