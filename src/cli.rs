@@ -41,7 +41,7 @@ pub enum Command {
     },
     /// Run a scene for several resolutions and methods: error against run time, as study.csv and study.svg.
     Study(StudyOptions),
-    /// Find the steps at which scenes become unstable, beside those of criteria: stability.csv, edges.csv and stability.svg.
+    /// Find the steps at which scenes become unstable, beside those of criteria: stability.csv and edges.csv.
     Stability(StabilityOptions),
     /// Test a solver against every clause of the protocol that can be observed from outside.
     Conformance(ConformanceArgs),

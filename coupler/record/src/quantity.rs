@@ -38,31 +38,6 @@ fn slice_unit(unit: &str) -> Option<&'static str> {
     }
 }
 
-/// Unit of a quantity of any scene, per metre of thickness, by its name.
-fn unit_per_metre(name: &str) -> Option<&'static str> {
-    fn find<T: ?Sized>(rows: &[Row<T>], name: &str) -> Option<&'static str> {
-        let row = rows.iter().find(|row| row.name == name);
-        row.map(|row| row.unit)
-    }
-    let in_name = |c: char| c.is_alphanumeric() || "._".contains(c);
-    if !name.chars().all(in_name) {
-        return None; // an expression
-    }
-    find(OF_RUN, whole_name(name)).or_else(|| {
-        let (kind, rest) = name.split_once('.')?;
-        let (_, of_it) = rest.rsplit_once('.')?;
-        match kind {
-            "points" => find(OF_GROUP, of_it),
-            "probe" => find(OF_PROBE, of_it),
-            "hold" => find(OF_HOLD, of_it),
-            "chain" => find(OF_CHAIN, of_it),
-            "body" => find(OF_BODY, of_it),
-            "fill" => find(OF_FILL, of_it),
-            _ => None,
-        }
-    })
-}
-
 /// The full name of a quantity of the run, which may be abbreviated.
 fn whole_name(name: &str) -> &str {
     if name == "t" { "time" } else { name }
@@ -272,6 +247,8 @@ pub struct Measured<'a> {
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Quantities {
     names: Vec<String>,
+    /// Their units, per metre of thickness.
+    units: Vec<&'static str>,
     groups: usize,
     /// Number of probes, which follow the groups.
     probes: usize,
@@ -283,9 +260,7 @@ pub struct Quantities {
     bodies: usize,
     /// Number of bodies of each set; the sets follow these bodies.
     fills: Vec<usize>,
-    /// Indices of the values that are those of the slice, if it is not 1 m thick.
-    sliced: Vec<usize>,
-    /// Its thickness in m; `None`: the values are per metre.
+    /// Thickness of the slice in m; `None`: the values are per metre.
     thickness: Option<f64>,
 }
 
@@ -331,14 +306,9 @@ impl Quantities {
     }
 
     fn add<T: ?Sized>(&mut self, prefix: &str, rows: &[Row<T>]) {
-        let first = self.names.len();
-        let sliced = rows
-            .iter()
-            .enumerate()
-            .filter(|(_, row)| slice_unit(row.unit).is_some());
-        self.sliced.extend(sliced.map(|(i, _)| first + i));
         let names = rows.iter().map(|row| format!("{prefix}{}", row.name));
         self.names.extend(names);
+        self.units.extend(rows.iter().map(|row| row.unit));
     }
 
     /// The same for a slice of this thickness (m), if the scene has one: masses, forces, momenta and energies are those of the
@@ -350,7 +320,8 @@ impl Quantities {
 
     /// Unit of a quantity by its name, also after `initial.`. `None` if it is not the name of a quantity.
     pub fn unit_of(&self, name: &str) -> Option<&'static str> {
-        let unit = unit_per_metre(name.strip_prefix("initial.").unwrap_or(name))?;
+        let place = self.index(name.strip_prefix("initial.").unwrap_or(name))?;
+        let unit = self.units[place];
         let of_slice = self.thickness.and(slice_unit(unit));
         Some(of_slice.unwrap_or(unit))
     }
@@ -417,8 +388,10 @@ impl Quantities {
             filled = others;
         }
         if let Some(thickness) = self.thickness {
-            for &place in &self.sliced {
-                sample.values[place] *= thickness;
+            for (value, unit) in sample.values.iter_mut().zip(&self.units) {
+                if slice_unit(unit).is_some() {
+                    *value *= thickness;
+                }
             }
         }
     }

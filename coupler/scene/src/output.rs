@@ -62,40 +62,27 @@ pub(super) fn constants(
             },
         }
     }
-    let waits = waiting
-        .iter()
-        .filter(|(missing, _)| written.contains_key(*missing));
-    let waits = waits.flat_map(|(missing, names)| {
+    // Of constants that wait for others, the faults of the others are told; without any, that they wait in a circle.
+    let is_constant = |missing: &String| written.contains_key(missing);
+    let of_others = waiting.iter().filter(|(missing, _)| !is_constant(missing));
+    stuck.extend(of_others.flat_map(|(_, names)| names));
+    stuck.sort();
+    let waits = waiting.iter().flat_map(|(missing, names)| {
         let names = names.iter().map(|(name, _)| name.as_str());
         names.map(move |name| (name, missing.as_str()))
     });
-    let needs: BTreeMap<&str, &str> = waits.collect();
-    let circles = circles(&needs);
-    stuck.extend(waiting.values().flatten());
-    // Of constants that wait for others, the circle or the fault of the others is told.
-    stuck.retain(|(name, _)| {
-        circles.contains_key(name.as_str()) || !needs.contains_key(name.as_str())
-    });
-    stuck.sort();
+    let waits: BTreeMap<&str, &str> = waits.collect();
+    if let (true, Some(&first)) = (stuck.is_empty(), waits.keys().next()) {
+        circle(problems, &waits, first);
+    }
     for (name, source) in stuck {
         if problems.is_full() {
             break;
         }
         if let Err(error) = compile_constant(source, &known) {
-            let path = format!("constants.{name}");
-            if let Some(circle) = circles.get(name.as_str()) {
-                let all = circle.iter().chain(&circle[..1]).copied();
-                let all: Vec<&str> = all.take(CIRCLE_LIMIT).collect();
-                let message = format!(
-                    "constants may not depend on each other in a circle: {}",
-                    all.join(" needs ")
-                );
-                let help = Some("give one of them as a number".to_owned());
-                problems.refuse_within(&path, &error.at, &message, help);
-                continue;
-            }
             let others = written.keys().filter(|other| *other != name);
             let help = suggestion_for(&error, others.map(String::as_str));
+            let path = format!("constants.{name}");
             problems.refuse_within(&path, &error.at, &error.message, Some(help));
         }
     }
@@ -137,32 +124,24 @@ fn column_name(problems: &mut Problems, path: &str, name: &str) {
     }
 }
 
-/// The circles of constants that need one another, each from its first name on. `needs` has what each name waits for.
-fn circles<'n>(needs: &BTreeMap<&'n str, &'n str>) -> BTreeMap<&'n str, Vec<&'n str>> {
-    let mut circles = BTreeMap::new();
-    // On which walk a name was met.
-    let mut met: BTreeMap<&str, usize> = BTreeMap::new();
-    for (walk, start) in needs.keys().enumerate() {
-        let (mut path, mut at) = (Vec::new(), *start);
-        while !met.contains_key(at) {
-            met.insert(at, walk);
-            path.push(at);
-            match needs.get(at) {
-                Some(next) => at = next,
-                None => break,
-            }
-        }
-        if met.get(at) == Some(&walk)
-            && let Some(begin) = path.iter().position(|name| *name == at)
-            && needs.contains_key(at)
-        {
-            let mut circle = path.split_off(begin);
-            let first = (0..circle.len()).min_by_key(|&k| circle[k]).unwrap_or(0);
-            circle.rotate_left(first);
-            circles.insert(circle[0], circle);
-        }
+/// Refuses the circle to which constants lead from `first` on, of which each waits for another.
+fn circle(problems: &mut Problems, waits: &BTreeMap<&str, &str>, first: &str) {
+    let (mut met, mut at) = (BTreeSet::new(), first);
+    while met.insert(at) {
+        at = waits[at];
     }
-    circles
+    let circle = std::iter::successors(Some(at), |name| Some(waits[name]));
+    let circle: Vec<&str> = circle.take(CIRCLE_LIMIT).collect();
+    let end = circle[1..].iter().position(|name| *name == at);
+    let circle = end.map_or(&circle[..], |end| &circle[..end + 2]);
+    problems.refuse(
+        &format!("constants.{at}"),
+        format!(
+            "constants may not depend on each other in a circle: {}",
+            circle.join(" needs ")
+        ),
+        "give one of them as a number",
+    );
 }
 
 fn compile_constant(source: &str, known: &BTreeMap<String, f64>) -> Result<f64, ExpressionError> {

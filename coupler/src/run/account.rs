@@ -11,30 +11,20 @@ use serde::{Deserialize, Serialize};
 
 use crate::record::check::{Recorded, Recorder};
 use crate::record::ledger::{Balance, Since, created_words};
-use crate::record::summary::Criteria;
-use crate::record::summary::{EnergyLedger, Status, Summary, VERSION, WallParts};
+use crate::record::summary::{Criteria, Status, Summary, VERSION, WallParts};
 use crate::run::failure::RunError;
 use crate::run::pace::{Pace, SoFar};
 use crate::scene::Scene;
 
-/// Time used, in s.
+/// Time used, in s, by the names of the processes.
 #[derive(Debug, Clone, Default, Serialize, Deserialize)]
 struct Spent {
     wall: f64,
-    waited: f64,
-    cpu: f64,
-    /// Computing, exchanging, waiting and CPU time of each solver.
-    solvers: BTreeMap<Party, [f64; 4]>,
-    /// The part of it that came after the first grant.
-    stepping: Stepping,
-}
-
-/// Time of stepping: without start-up, which ends when the reports on the first grant arrive.
-#[derive(Debug, Clone, Default, Serialize, Deserialize)]
-struct Stepping {
-    wall: f64,
-    /// CPU time of each process.
-    cpu: BTreeMap<Party, f64>,
+    parts: BTreeMap<String, WallParts>,
+    cpu: BTreeMap<String, f64>,
+    /// What came after start-up, which ends when the reports on the first grant arrive.
+    stepping_wall: f64,
+    stepping_cpu: BTreeMap<String, f64>,
 }
 
 /// The time used up to a moment.
@@ -179,19 +169,18 @@ impl Account {
         (all.as_secs_f64() - shared).max(0.0)
     }
 
-    /// Time of stepping, of this process and of earlier ones.
-    fn stepped(&self) -> Stepping {
-        let mut sum = self.earlier.stepping.clone();
+    /// Adds the time of stepping of this process.
+    fn add_stepping(&self, spent: &mut Spent) {
         let [Some(first), last] = &self.stepping else {
-            return sum;
+            return;
         };
         let last = last.clone().unwrap_or_else(|| self.moment());
-        sum.wall += last.at.duration_since(first.at).as_secs_f64();
+        spent.stepping_wall += last.at.duration_since(first.at).as_secs_f64();
         for (party, cpu) in last.cpu {
             let before = first.cpu.get(&party).copied().unwrap_or(0.0);
-            *sum.cpu.entry(party).or_default() += (cpu - before).max(0.0);
+            let sum = spent.stepping_cpu.entry(party.name().to_owned());
+            *sum.or_default() += (cpu - before).max(0.0);
         }
-        sum
     }
 
     /// The part that continues in another process.
@@ -234,10 +223,14 @@ impl Account {
 
     /// Time used by this process and by earlier ones.
     fn spent(&self, wall: Duration) -> Spent {
-        let seconds = |ns: u64| ns as f64 * 1e-9;
         let mut spent = self.earlier.clone();
-        spent.wall += wall.as_secs_f64();
-        spent.waited += self.waited.as_secs_f64();
+        let mut add = |party: Party, [compute, exchange, wait, cpu]: [f64; 4]| {
+            let parts = spent.parts.entry(party.name().to_owned()).or_default();
+            parts.compute += compute;
+            parts.exchange += exchange;
+            parts.wait += wait;
+            *spent.cpu.entry(party.name().to_owned()).or_default() += cpu;
+        };
         for (&party, report) in &self.reports {
             let own = [
                 report.compute_ns,
@@ -245,13 +238,12 @@ impl Account {
                 report.wait_ns,
                 report.cpu_ns,
             ];
-            let sums = spent.solvers.entry(party).or_default();
-            for (sum, ns) in sums.iter_mut().zip(own) {
-                *sum += seconds(ns);
-            }
+            add(party, own.map(|ns| ns as f64 * 1e-9));
         }
-        spent.cpu += self.own_cpu();
-        spent.stepping = self.stepped();
+        let (wall, waited) = (wall.as_secs_f64(), self.waited.as_secs_f64());
+        add(Party::Coupler, [wall - waited, 0.0, waited, self.own_cpu()]);
+        spent.wall += wall;
+        self.add_stepping(&mut spent);
         spent
     }
 
@@ -305,24 +297,6 @@ impl Account {
             Ok(()) => None,
         };
         let spent = self.spent(wall);
-        let mut wall_by_part = BTreeMap::new();
-        let mut cpu_s = BTreeMap::new();
-        for (party, &[compute, exchange, wait, cpu]) in &spent.solvers {
-            let parts = WallParts {
-                compute,
-                exchange,
-                wait,
-            };
-            wall_by_part.insert(party.name().to_owned(), parts);
-            cpu_s.insert(party.name().to_owned(), cpu);
-        }
-        let coupler = WallParts {
-            compute: spent.wall - spent.waited,
-            exchange: 0.0,
-            wait: spent.waited,
-        };
-        wall_by_part.insert(Party::Coupler.name().to_owned(), coupler);
-        cpu_s.insert(Party::Coupler.name().to_owned(), spent.cpu);
         let report = |party| self.reports.get(&party);
         let items = |party| report(party).map_or(0, |report: &Report| report.items);
         let laid_out = self.pace.so_far();
@@ -346,29 +320,20 @@ impl Account {
             epochs: self.tally.epochs - self.tally.epochs_before,
             rebuilds: report(Party::Mpm).map_or(0, |report| report.rebuilds),
             wall_s: spent.wall,
-            wall_by_part,
-            cpu_s,
-            stepping_wall_s: spent.stepping.wall,
-            stepping_cpu_s: by_name(&spent.stepping.cpu),
+            wall_by_part: spent.parts,
+            cpu_s: spent.cpu,
+            stepping_wall_s: spent.stepping_wall,
+            stepping_cpu_s: spent.stepping_cpu,
             points: items(Party::Mpm),
             imps_max: self.tally.imps_max,
             bodies: items(Party::Dem),
-            momentum_error: 0.0,
-            angular_momentum_error: None,
-            energy: EnergyLedger::default(),
             state_hash: self.state_hash.clone(),
             checks,
+            ..Summary::default()
         };
         summary.set_balance(&self.tally.balance);
         summary
     }
-}
-
-fn by_name(times: &BTreeMap<Party, f64>) -> BTreeMap<String, f64> {
-    let times = times.iter();
-    times
-        .map(|(p, &time)| (p.name().to_owned(), time))
-        .collect()
 }
 
 #[cfg(test)]
@@ -392,6 +357,6 @@ mod tests {
         account.reported();
         account.drained();
         let spent = account.spent(account.lasted());
-        assert!(spent.stepping.cpu[&Party::Coupler] <= spent.cpu);
+        assert!(spent.stepping_cpu["coupler"] <= spent.cpu["coupler"]);
     }
 }

@@ -30,7 +30,7 @@ use crate::scene::Scene;
 
 const MAGIC: &[u8] = b"tandem checkpoint 2\n";
 /// Format of the coupler's own state.
-const FORMAT: &str = "tandem-coupler 8";
+const FORMAT: &str = "tandem-coupler 9";
 const HASH: usize = 32;
 /// Longest description of a checkpoint in bytes.
 const ABOUT: u64 = 1 << 20;

@@ -5,23 +5,15 @@ use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
 use coupler::record::summary::Criteria;
-use plotters::style::RGBColor;
 
 use super::edge::Edge;
 use super::{STEP_FACTOR, StabilityOptions, freed, is_stable, setting, usable};
 use crate::StudyError;
 use crate::case::{Case, Source};
-use crate::figure::axis::Scale;
-use crate::figure::chart::{Chart, DISCS, Panel, Series};
-use crate::figure::shape::{Form, WHOLE};
 use crate::output::{number, write_table};
 use crate::runner::Runner;
-use crate::vary::{Vary, with_unit};
+use crate::vary::Vary;
 use crate::work::{Row, write_rows};
-
-/// Columns of a scene's map unless others are asked for: decades of its own stiffness, from itself up, and how many.
-const STIFFNESS: &str = "contact.linear.normal_stiffness";
-const DECADES: i32 = 7;
 
 /// A column of a map.
 #[derive(Debug, Clone)]
@@ -45,7 +37,7 @@ pub struct MapReport {
     pub columns: Vec<Column>,
 }
 
-/// Makes the map of each scene over its columns; writes `stability.csv`, `edges.csv` and `stability.svg`.
+/// Makes the map of each scene over its columns; writes `stability.csv` and `edges.csv`.
 ///
 /// # Errors
 /// [`StudyError`].
@@ -56,10 +48,7 @@ pub fn maps(
 ) -> Result<Vec<MapReport>, StudyError> {
     let (mut sources, mut reports) = (Vec::new(), Vec::new());
     for source in wanted {
-        let vary = match &options.vary {
-            Some(vary) => Vary::parse(vary)?,
-            None => decades(source)?,
-        };
+        let vary = Vary::parse(&options.vary)?;
         let Some(values) = vary.numbers() else {
             return Err(StudyError::asked(
                 format!("--vary {}: a map has numbers along its axis", vary.key),
@@ -104,21 +93,6 @@ pub fn maps(
     }
     write(&reports, options, runner.alone())?;
     Ok(reports)
-}
-
-/// The stiffness of a scene's contact and decades above it.
-fn decades(source: &Source) -> Result<Vary, StudyError> {
-    let own = source.case(&[])?.number(STIFFNESS).ok_or_else(|| {
-        StudyError::asked(
-            format!("{} has no `{STIFFNESS}` to vary", source.path.display()),
-            "name the columns: `--vary KEY=N1,N2,...`",
-        )
-    })?;
-    let values = (0..DECADES).map(|k| (own * 10f64.powi(k)).to_string());
-    Ok(Vary {
-        key: STIFFNESS.to_owned(),
-        values: values.collect(),
-    })
 }
 
 /// A run: its map, its column, and its value along that.
@@ -175,92 +149,6 @@ impl Column {
     }
 }
 
-impl MapReport {
-    /// Runs that were stable and those that were not; named lines, of which the last is the measured edge.
-    fn series(&self) -> [Series; 6] {
-        let series = |label: &str, colour, form, points| Series {
-            label: label.to_owned(),
-            colour,
-            forms: vec![form],
-            points: vec![points],
-        };
-        let line_of = |width| Form::Line(width, WHOLE);
-        let grey = |shade| Some(RGBColor(shade, shade, shade));
-        let runs = |wanted: bool| {
-            let of = |c: &'_ Column| {
-                let runs = c.edge.tried.iter().filter(|(_, stable)| *stable == wanted);
-                runs.map(|(value, _)| (c.at, *value)).collect::<Vec<_>>()
-            };
-            self.columns.iter().flat_map(of).collect()
-        };
-        let line = |of: &dyn Fn(&Column) -> Option<f64>| -> Vec<(f64, f64)> {
-            let points = self.columns.iter();
-            points.filter_map(|c| Some((c.at, of(c)?))).collect()
-        };
-        // Where lines lie on one another, the lower ones are seen beside the upper ones.
-        [
-            series(
-                "eq. 51 with the mass of the lightest point",
-                None,
-                line_of(8.6),
-                line(&|c| c.multiple(|k| k.lightest_point)),
-            ),
-            series(
-                "Jiang 2020 eq. 51",
-                None,
-                line_of(6.4),
-                line(&|c| c.multiple(|k| k.jiang2020)),
-            ),
-            series(
-                "the coupler's criterion (composed, its step is 1)",
-                None,
-                line_of(4.2),
-                line(&|_| Some(1.0)),
-            ),
-            series(
-                "measured edge: largest stable value found",
-                None,
-                line_of(2.0),
-                line(&|c| c.edge.unstable.and(c.edge.stable)),
-            ),
-            series("stable", grey(90), DISCS, runs(true)),
-            series("unstable", grey(150), Form::Discs(4.0, false), runs(false)),
-        ]
-    }
-
-    fn panel(&self) -> Panel {
-        Panel {
-            words: [
-                self.title.clone(),
-                with_unit(&self.column),
-                "step / composed step".to_owned(),
-            ],
-            scales: [Some(Scale::Log); 2],
-            ..Panel::default()
-        }
-    }
-}
-
-/// The maps below one another.
-fn chart(reports: &[MapReport]) -> Chart {
-    let mut series: Vec<Series> = Vec::new();
-    for of_map in reports.iter().map(MapReport::series) {
-        if series.is_empty() {
-            series.extend(of_map);
-        } else {
-            let all = series.iter_mut().zip(of_map);
-            all.for_each(|(all, own)| all.points.extend(own.points));
-        }
-    }
-    series.retain(|series| series.points.iter().any(|points| !points.is_empty()));
-    Chart {
-        columns: 1,
-        panels: reports.iter().map(MapReport::panel).collect(),
-        series,
-        ..Chart::default()
-    }
-}
-
 fn write(reports: &[MapReport], options: &StabilityOptions, alone: bool) -> Result<(), StudyError> {
     let out = &options.runs.out;
     let text = |words: &[&str]| words.iter().map(ToString::to_string).collect::<Vec<_>>();
@@ -271,8 +159,8 @@ fn write(reports: &[MapReport], options: &StabilityOptions, alone: bool) -> Resu
         "stable_to",
         "unstable_from",
         "composed [s]",
-        "jiang2020/composed",
-        "lightest_point/composed",
+        "jiang2020 [composed]",
+        "lightest_point [composed]",
     ])];
     let mut rows = Vec::new();
     for report in reports {
@@ -320,8 +208,7 @@ fn write(reports: &[MapReport], options: &StabilityOptions, alone: bool) -> Resu
                 .to_vec(),
             ]
         },
-    )?;
-    chart(reports).draw(&out.join("stability.svg"))
+    )
 }
 
 /// The edges for people.

@@ -42,9 +42,9 @@ pub struct StabilityOptions {
     /// Override a scene key; may be repeated.
     #[arg(long, value_name = "KEY=VALUE")]
     pub set: Vec<String>,
-    /// Columns of the map: a scene key and its numbers. By default decades of `contact.linear.normal_stiffness`.
+    /// Columns of the map: a scene key and its numbers.
     #[arg(long, value_name = "KEY=N1,N2,...")]
-    pub vary: Option<String>,
+    pub vary: String,
     /// How the limit of [`STEP_FACTOR`] is searched for.
     #[command(flatten)]
     pub search: Search,

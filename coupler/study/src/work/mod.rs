@@ -8,20 +8,19 @@ mod sample;
 mod sweep;
 
 use std::collections::BTreeMap;
-use std::fmt;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
 use clap::Args;
-use coupler::record::Summary;
 use coupler::scene::{Measurand, Study};
 
-pub use self::report::WorkReport;
-pub use self::row::Row;
 pub(crate) use self::row::write_rows;
-pub use self::sample::SampleReport;
-pub use self::sweep::SweepReport;
+pub use self::row::{Report, Row};
+
+use self::report::WorkReport;
+use self::sample::SampleReport;
+use self::sweep::SweepReport;
 
 use self::measure::{Measurement, Value};
 use crate::StudyError;
@@ -85,52 +84,14 @@ pub struct StudyOptions {
     pub repeat: Option<u16>,
 }
 
-/// What a study has found.
-#[derive(Debug, Clone)]
-pub enum Report {
-    /// Errors against run time.
-    Errors(WorkReport),
-    /// Values over what was varied.
-    Values(SweepReport),
-    /// Statistics of values that come of what was drawn.
-    Sample(SampleReport),
-}
-
-impl Report {
-    /// Whether a run failed, for a reason that is not the method's.
-    pub fn failed(&self) -> bool {
-        let rows = match self {
-            Self::Errors(report) => &report.rows,
-            Self::Values(report) => &report.rows,
-            Self::Sample(report) => &report.runs.rows,
-        };
-        rows.iter().any(|row| !row.outcome().settled())
-    }
-
-    fn write_csv(&self, path: &Path, alone: bool) -> Result<(), StudyError> {
-        match self {
-            Self::Errors(report) => report.write_csv(path, alone),
-            Self::Values(report) => report.write_csv(path, alone),
-            Self::Sample(report) => report.write_csv(path, alone),
-        }
-    }
-}
-
-impl fmt::Display for Report {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Errors(report) => report.fmt(f),
-            Self::Values(report) => report.fmt(f),
-            Self::Sample(report) => report.fmt(f),
-        }
-    }
-}
-
 /// Runs a study, and writes `study.csv` and `study.svg` to its directory.
 ///
 /// # Errors
 /// [`StudyError`]. Nothing is started unless every run has a valid scene.
-pub fn study(options: &StudyOptions, interrupt: Arc<AtomicBool>) -> Result<Report, StudyError> {
+pub fn study(
+    options: &StudyOptions,
+    interrupt: Arc<AtomicBool>,
+) -> Result<Box<dyn Report>, StudyError> {
     let design = Design::new(options)?;
     let runner = Runner::new(&options.runs, interrupt)?;
     let out = &options.runs.out;
@@ -160,11 +121,7 @@ pub fn study(options: &StudyOptions, interrupt: Arc<AtomicBool>) -> Result<Repor
     let report = design.report(rows, runner.started());
     report.write_csv(&table, runner.alone())?;
     let (figure, title) = (out.join("study.svg"), scene_title(&options.source.path));
-    match &report {
-        Report::Errors(report) => report.draw(&figure, &title, runner.jobs())?,
-        Report::Values(report) => report.draw(&figure, &title)?,
-        Report::Sample(report) => report.draw(&figure, &title)?,
-    }
+    report.draw(&figure, &title, runner.jobs())?;
     Ok(report)
 }
 
@@ -303,7 +260,7 @@ impl Design {
         Ok(())
     }
 
-    fn report(&self, rows: Vec<Row>, started: usize) -> Report {
+    fn report(&self, rows: Vec<Row>, started: usize) -> Box<dyn Report> {
         if let Measurement::Values(values) = &self.measure {
             let runs = SweepReport {
                 names: self.named.as_ref().map(|vary| vary.values.clone()),
@@ -314,12 +271,12 @@ impl Design {
             };
             return if self.sampled {
                 let keys = self.along.clone();
-                Report::Sample(SampleReport { keys, runs })
+                Box::new(SampleReport { keys, runs })
             } else {
-                Report::Values(runs)
+                Box::new(runs)
             };
         }
-        Report::Errors(WorkReport {
+        Box::new(WorkReport {
             error_of: self.measure.title(),
             resolution: self.resolution.clone(),
             rows,
@@ -368,19 +325,10 @@ impl Design {
                 .then(size(b).total_cmp(&size(a)))
         });
         self.measure.take(&mut rows, runner)?;
-        let front = |cost: fn(&Summary) -> f64| {
-            let points: Vec<(f64, f64)> = rows
-                .iter()
-                .map(|row| (cost(row.outcome()), row.error.unwrap_or(f64::NAN)))
-                .collect();
-            pareto(&points)
-        };
-        let (cpu, wall) = (
-            front(Summary::stepping_cpu),
-            front(|outcome| outcome.stepping_wall_s),
-        );
-        for (row, (cpu, wall)) in rows.iter_mut().zip(cpu.into_iter().zip(wall)) {
-            (row.pareto_cpu, row.pareto_wall) = (cpu, wall);
+        let point = |row: &Row| (row.outcome().stepping_cpu(), row.error.unwrap_or(f64::NAN));
+        let points: Vec<(f64, f64)> = rows.iter().map(point).collect();
+        for (row, front) in rows.iter_mut().zip(pareto(&points)) {
+            row.pareto = front;
         }
         Ok(rows)
     }

@@ -5,7 +5,7 @@ use std::path::Path;
 
 use plotters::style::BLACK;
 
-use super::row::{Row, count, curves, write_rows};
+use super::row::{Report, Row, count, curves, write_rows};
 use crate::StudyError;
 use crate::figure::axis::Scale;
 use crate::figure::chart::{CURVE, Chart, DISCS, Panel, Series};
@@ -39,77 +39,74 @@ impl WorkReport {
             None => order(&points),
         }
     }
+}
 
-    pub(super) fn write_csv(&self, path: &Path, alone: bool) -> Result<(), StudyError> {
-        let names = |names: [&str; 2]| names.map(str::to_owned);
-        let (middle, end) = (
-            names(["value", "error [1]"]),
-            names(["pareto_cpu", "pareto_wall"]),
-        );
+impl Report for WorkReport {
+    fn rows(&self) -> &[Row] {
+        &self.rows
+    }
+
+    fn write_csv(&self, path: &Path, alone: bool) -> Result<(), StudyError> {
+        let names = |names: &[&str]| names.iter().map(ToString::to_string).collect::<Vec<_>>();
+        let (middle, end) = (names(&["value", "error [1]"]), names(&["pareto_cpu"]));
         write_rows(path, &self.rows, alone, [&middle, &end], |row| {
+            let value = row.values.first().copied().flatten();
             [
-                vec![
-                    number(row.values.first().copied().flatten()),
-                    number(row.error),
-                ],
-                vec![row.pareto_cpu.to_string(), row.pareto_wall.to_string()],
+                vec![number(value), number(row.error)],
+                vec![row.pareto.to_string()],
             ]
         })
     }
 
-    pub(super) fn draw(&self, path: &Path, title: &str, jobs: usize) -> Result<(), StudyError> {
+    fn draw(&self, path: &Path, title: &str, jobs: usize) -> Result<(), StudyError> {
         let mut series = Vec::new();
-        let mut rings = vec![Vec::new(), Vec::new()];
+        let mut rings = Vec::new();
         for (label, rows) in curves(&self.rows) {
             let label = if label.is_empty() { "all runs" } else { label };
             let label = match Self::order(&rows) {
                 Some(order) => format!("{label}: order {order:.2}"),
                 None => label.to_owned(),
             };
-            let mut points = vec![Vec::new(), Vec::new()];
+            let mut points = Vec::new();
             for row in rows {
                 let Some(error) = row.error else { continue };
-                let outcome = row.outcome();
-                let costs = [outcome.stepping_cpu(), outcome.stepping_wall_s];
-                for (k, front) in [row.pareto_cpu, row.pareto_wall].into_iter().enumerate() {
-                    points[k].push((costs[k], error));
-                    rings[k].extend(front.then_some((costs[k], error)));
-                }
+                let point = (row.outcome().stepping_cpu(), error);
+                points.push(point);
+                rings.extend(row.pareto.then_some(point));
             }
             series.push(Series {
                 label,
                 colour: None,
                 forms: vec![CURVE, DISCS],
-                points,
+                points: vec![points],
             });
         }
         series.push(Series {
             label: "Pareto front".to_owned(),
             colour: Some(BLACK),
             forms: vec![Form::Discs(9.0, false)],
-            points: rings,
+            points: vec![rings],
         });
         let shared = if jobs > 1 {
             format!(" ({jobs} runs at once)")
         } else {
             String::new()
         };
-        let panel = |time: &str| Panel {
+        let panel = Panel {
             words: [
                 String::new(),
-                format!("{time} in s{shared}"),
+                format!("CPU time of stepping in s{shared}"),
                 self.error_of.clone(),
             ],
             scales: [Some(Scale::Log); 2],
             ..Panel::default()
         };
-        let times = ["CPU time of stepping", "wall time of stepping"];
         let chart = Chart {
             title: title.to_owned(),
             note: format!("order: of the error in {}", with_unit(&self.resolution)),
-            columns: 2,
+            columns: 1,
             names: None,
-            panels: times.map(panel).to_vec(),
+            panels: vec![panel],
             series,
         };
         chart.draw(path)
@@ -150,7 +147,7 @@ fn line(row: &Row) -> String {
     let reason = outcome.reason.as_ref();
     format!(
         "{} {:<12} {:>10}  error {:>10}  stepping: cpu {}  wall {}  of {:>2}  {:>8} steps{}",
-        if row.pareto_cpu { '*' } else { ' ' },
+        if row.pareto { '*' } else { ' ' },
         outcome.status.name(),
         row.resolution.map_or_else(String::new, |h| h.to_string()),
         row.error.map_or_else(|| "-".to_owned(), error),

@@ -1,5 +1,6 @@
-//! A run of a study, what is measured of it, and what tables say of its times.
+//! A run of a study, what is measured of it, what tables say of its times, and what a report of runs can do.
 
+use std::fmt;
 use std::path::Path;
 
 use crate::StudyError;
@@ -7,6 +8,24 @@ use crate::case::Case;
 use crate::output::{self, number};
 use crate::runner::{Runner, Timed};
 use coupler::record::Summary;
+
+/// What a study has found: errors against run time, values over what was varied, or statistics of a sample.
+pub trait Report: fmt::Display {
+    /// Its runs.
+    fn rows(&self) -> &[Row];
+
+    /// Writes `study.csv`; `alone` if no run shared the machine with another.
+    ///
+    /// # Errors
+    /// [`StudyError::File`].
+    fn write_csv(&self, path: &Path, alone: bool) -> Result<(), StudyError>;
+
+    /// Draws `study.svg` of the runs of a scene, of which `jobs` were made at once.
+    ///
+    /// # Errors
+    /// [`StudyError`].
+    fn draw(&self, path: &Path, title: &str, jobs: usize) -> Result<(), StudyError>;
+}
 
 /// A run and what is measured of it.
 #[derive(Debug, Clone)]
@@ -28,9 +47,7 @@ pub struct Row {
     /// Whether the others of its curve are compared with it.
     pub finest: bool,
     /// Whether no other run is both faster, by CPU time of stepping, and more precise.
-    pub pareto_cpu: bool,
-    /// Likewise by wall time.
-    pub pareto_wall: bool,
+    pub pareto: bool,
 }
 
 impl Row {
@@ -49,8 +66,7 @@ impl Row {
             values: Vec::new(),
             error: None,
             finest: false,
-            pareto_cpu: false,
-            pareto_wall: false,
+            pareto: false,
             case,
             timed,
         }

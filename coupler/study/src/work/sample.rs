@@ -5,7 +5,7 @@ use std::path::Path;
 
 use coupler::record::check::CheckResult;
 
-use super::row::count;
+use super::row::{Report, Row, count};
 use super::sweep::SweepReport;
 use crate::StudyError;
 use crate::figure::chart::{Chart, DISCS, Panel, Series};
@@ -78,9 +78,15 @@ impl SampleReport {
             })
             .then(|| judge(mean))
     }
+}
+
+impl Report for SampleReport {
+    fn rows(&self) -> &[Row] {
+        &self.runs.rows
+    }
 
     /// Writes the runs to `path`, and beside it `statistics.csv`.
-    pub(super) fn write_csv(&self, path: &Path, alone: bool) -> Result<(), StudyError> {
+    fn write_csv(&self, path: &Path, alone: bool) -> Result<(), StudyError> {
         self.runs.write_csv(path, alone)?;
         let mut lines = vec![Self::header()];
         lines.extend(self.lines(number));
@@ -88,12 +94,12 @@ impl SampleReport {
     }
 
     /// A panel for each result over each key.
-    pub(super) fn draw(&self, path: &Path, title: &str) -> Result<(), StudyError> {
+    fn draw(&self, path: &Path, title: &str, _jobs: usize) -> Result<(), StudyError> {
         let rows = &self.runs.rows;
         let (mut panels, mut points) = (Vec::new(), Vec::new());
         for (k, name) in self.runs.values.iter().enumerate() {
             for key in &self.keys {
-                let point = |row: &super::Row| Some((row.case.number(key)?, row.values[k]?));
+                let point = |row: &Row| Some((row.case.number(key)?, row.values[k]?));
                 points.push(rows.iter().filter_map(point).collect());
                 panels.push(Panel {
                     words: [String::new(), with_unit(key), name.clone()],

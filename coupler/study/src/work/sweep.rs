@@ -3,7 +3,7 @@
 use std::fmt;
 use std::path::Path;
 
-use super::row::{Row, count, curves, write_rows};
+use super::row::{Report, Row, count, curves, write_rows};
 use crate::StudyError;
 use crate::figure::chart::{CURVE, Chart, DISCS, Panel, Series};
 use crate::output::number;
@@ -24,14 +24,18 @@ pub struct SweepReport {
     pub started: usize,
 }
 
-impl SweepReport {
-    pub(super) fn write_csv(&self, path: &Path, alone: bool) -> Result<(), StudyError> {
+impl Report for SweepReport {
+    fn rows(&self) -> &[Row] {
+        &self.rows
+    }
+
+    fn write_csv(&self, path: &Path, alone: bool) -> Result<(), StudyError> {
         write_rows(path, &self.rows, alone, [&self.values, &[]], |row| {
             [row.values.iter().copied().map(number).collect(), Vec::new()]
         })
     }
 
-    pub(super) fn draw(&self, path: &Path, title: &str) -> Result<(), StudyError> {
+    fn draw(&self, path: &Path, title: &str, _jobs: usize) -> Result<(), StudyError> {
         let points = |rows: &[&Row], k: usize| {
             let rows = rows.iter();
             rows.filter_map(|row| Some((row.resolution?, row.values[k]?)))
