@@ -245,7 +245,7 @@ fn values_on_the_pages_are_those_of_the_table_of_checks() {
             String::from_utf8(printed).unwrap(),
         )
     };
-    assert_eq!(check(&root()), (true, String::new()));
+    assert_eq!(check(root()), (true, String::new()));
 
     let copy = tempfile::tempdir().unwrap();
     let results = copy.path().join("docs/results");
