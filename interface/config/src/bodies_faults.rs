@@ -9,7 +9,7 @@ use super::{BodyConfig, BodyInertia, BodyShape, ContactLaw, DemConfig, Motion, O
 impl DemConfig {
     /// All values that no bodies' solver could accept, in the order of the configuration.
     pub fn faults(&self) -> Vec<ConfigFault> {
-        Faults::all("", |found| self.look(found))
+        Faults::all(|found| self.look(found))
     }
 
     fn look(&self, found: &mut Faults<'_>) {

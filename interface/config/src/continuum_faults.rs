@@ -20,17 +20,14 @@ pub const POINTS_MAX: f64 = 2.0e9;
 impl MpmConfig {
     /// All faults of the configuration, in its order; empty if a solver can accept it.
     pub fn faults(&self) -> Vec<ConfigFault> {
-        Faults::all("", |found| {
+        Faults::all(|found| {
             let grid_is_sound = self.grid_faults(found);
             self.scheme_faults(found);
             self.wall_faults(found);
             self.material_faults(found);
             for (g, group) in self.groups.iter().enumerate() {
-                self.group_faults(
-                    &mut found.at(format!("mpm.points.{g}")),
-                    group,
-                    grid_is_sound,
-                );
+                let mut found = found.at(format!("mpm.points.{g}"));
+                self.group_faults(&mut found, group, grid_is_sound);
             }
             self.layer_faults(found);
             self.forcing_faults(found);

@@ -34,12 +34,12 @@ pub(super) struct Faults<'a> {
 }
 
 impl Faults<'_> {
-    /// All that `look` finds below `path`.
-    pub fn all(path: &str, look: impl FnOnce(&mut Faults<'_>)) -> Vec<ConfigFault> {
+    /// All that `look` finds, from the keys at the top on.
+    pub fn all(look: impl FnOnce(&mut Faults<'_>)) -> Vec<ConfigFault> {
         let mut found = Vec::new();
         look(&mut Faults {
             found: &mut found,
-            path: path.to_owned(),
+            path: String::new(),
         });
         found
     }

@@ -408,9 +408,9 @@ mod tests {
     #[test]
     fn every_number_is_held_to_its_row() {
         let names = |law: ContactLaw, between| -> Vec<String> {
-            let path = format!("law.{}.", law.name());
+            let path = format!("{}.", law.name());
             let name = |fault: ConfigFault| fault.key.strip_prefix(&path).unwrap().to_owned();
-            let faults = Faults::all("law", |found| law.look(found, between));
+            let faults = Faults::all(|found| law.look(found, between));
             faults.into_iter().map(name).collect()
         };
         assert_eq!(names(HERTZ_MINDLIN, Between::Bodies), ["restitution"]);

@@ -196,7 +196,7 @@ impl MaterialModel {
 
     /// The impossible numbers, in the order of the configuration.
     pub fn faults(&self) -> Vec<ConfigFault> {
-        Faults::all("", |found| self.look(found))
+        Faults::all(|found| self.look(found))
     }
 
     /// The same; the model's key is below what is looked at.
