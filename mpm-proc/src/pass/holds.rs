@@ -9,8 +9,10 @@ use crate::kernel::shape::Shape;
 use crate::kernel::tiles::{NODES, first_node, node, pitch};
 use crate::kernel::transfer::AffineState;
 use crate::state::continuum::Continuum;
+use crate::state::grid::Grid;
 use crate::state::holds::{Hold, Holds, Row, Weight};
 use crate::state::nodes::{NodeAt, NodeTile};
+use crate::state::points::Cloud;
 
 /// Finds the nodes of the held points, and constrains the velocities before the kick. The points feel the share
 /// `pic_fraction` of the change.
@@ -36,7 +38,7 @@ pub fn hold_after<const W: usize, S: Shape<W>, A: AffineState>(continuum: &mut C
     }
 }
 
-/// Computes the weights of the held points at their present positions.
+/// Finds the rows of the held points, unless these stay where they were, and the nodes' part in them.
 fn find_rows<const W: usize, S: Shape<W>, A: AffineState>(continuum: &mut Continuum<W, S, A>) {
     let Continuum {
         clouds,
@@ -44,6 +46,35 @@ fn find_rows<const W: usize, S: Shape<W>, A: AffineState>(continuum: &mut Contin
         holds,
         ..
     } = continuum;
+    let moved = {
+        let places = holds.all.iter().flat_map(|hold| {
+            let cloud = &clouds[hold.points.cloud as usize];
+            hold.points.lanes(cloud).map(|lane| cloud.position(lane))
+        });
+        let (allocation, found) = &holds.found_for;
+        let stay = grid.allocations == *allocation && places.clone().eq(found.iter().copied());
+        (!stay).then(|| places.collect())
+    };
+    let new = moved.is_some();
+    if let Some(places) = moved {
+        holds.found_for = (grid.allocations, places);
+        collect_rows(clouds, grid, holds);
+    }
+    let (tiles, walls) = (&grid.tiles, &grid.walls);
+    holds.prepare(new, &|at| {
+        let (tile, n) = at.split();
+        let tile = &tiles[tile];
+        let free = walls.free(node(first_node(tile.at), n));
+        free.map(|free| free * tile.per_mass[n])
+    });
+}
+
+/// Computes the weights of the held points at their present positions.
+fn collect_rows<const W: usize, S: Shape<W>, A: AffineState>(
+    clouds: &[Cloud<W, S, A>],
+    grid: &Grid,
+    holds: &mut Holds,
+) {
     holds.rows.clear();
     holds.weights.clear();
     for number in 0..holds.all.len() {
@@ -86,13 +117,6 @@ fn find_rows<const W: usize, S: Shape<W>, A: AffineState>(continuum: &mut Contin
             });
         }
     }
-    let (tiles, walls) = (&grid.tiles, &grid.walls);
-    holds.prepare(&|at| {
-        let (tile, n) = at.split();
-        let tile = &tiles[tile];
-        let free = walls.free(node(first_node(tile.at), n));
-        free.map(|free| free * tile.per_mass[n])
-    });
 }
 
 /// Constrains the velocities in [`crate::state::grid::Grid::mapped`], with which points move; no momentum changes by it.

@@ -30,6 +30,8 @@ pub struct Grid {
     pub images: Images,
     /// Windows of the clouds' tiles over the node tiles, node tile by node tile.
     pub overlaps: Vec<Overlap>,
+    /// How often the tiles have been allocated: the numbers of tiles hold until the next time.
+    pub allocations: u64,
 }
 
 impl Grid {
@@ -45,6 +47,7 @@ impl Grid {
             volumes: Vec::new(),
             images: Images::default(),
             overlaps: Vec::new(),
+            allocations: 0,
         }
     }
 
@@ -85,6 +88,7 @@ impl Grid {
         found: &mut dyn FnMut(Overlap, u32),
     ) {
         wanted.sort_unstable_by_key(|(at, o)| (*at, o.cloud, o.tile));
+        self.allocations += 1;
         self.tiles.clear();
         let seen = !self.mapped.is_empty();
         self.mapped.clear();

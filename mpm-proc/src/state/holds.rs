@@ -42,8 +42,9 @@ pub struct Holds {
     /// Nodes and rows that do not reach one another: where the nodes of each group begin and end, and its rows in the
     /// order of their nodes.
     groups: Vec<Group>,
-    /// Weights and directions for which `nodes`, `groups` and the independent rows were found.
-    found_for: (Vec<Weight>, Vec<[f64; 2]>),
+    /// The allocation of the grid, [`super::grid::Grid::allocations`], and the places of the held points in m for which all
+    /// above and the independent rows were found.
+    pub found_for: (u64, Vec<[f64; 2]>),
     /// Impulse of the supports on the nodes in the present step, as points feel it, in N s/m, and its moment about the origin in N s.
     pub impulse: [f64; 3],
     /// The constraints along x, and along y.
@@ -108,33 +109,19 @@ impl Holds {
         self.all.is_empty()
     }
 
-    /// Numbers the nodes and finds the independent rows, unless the weights are those of the step before. `mobility` is
-    /// `1/m_I` in m/kg, 0 along the directions that a wall holds.
-    pub fn prepare(&mut self, mobility: &dyn Fn(NodeAt) -> [f64; 2]) {
-        let along = || self.rows.iter().map(|row| row.along);
-        let weights = || self.weights.iter().map(|w| (w.at, w.along));
-        let same = weights().eq(self.found_for.0.iter().map(|w| (w.at, w.along)))
-            && along().eq(self.found_for.1.iter().copied());
-        if same {
-            for (weight, found) in self.weights.iter_mut().zip(&self.found_for.0) {
-                weight.node = found.node;
-            }
-        } else {
+    /// Finds the nodes of new rows and which of these are independent, and orthogonalises the rows with the masses of now.
+    /// `mobility` is `1/m_I` in m/kg, 0 along the directions that a wall holds.
+    pub fn prepare(&mut self, new: bool, mobility: &dyn Fn(NodeAt) -> [f64; 2]) {
+        if new {
             self.number_nodes();
         }
         for node in &mut self.nodes {
             node.mobility = mobility(node.at);
         }
-        if !same {
-            for a in 0..2 {
+        for a in 0..2 {
+            if new {
                 self.find_independent(a);
             }
-            self.found_for = (
-                self.weights.clone(),
-                self.rows.iter().map(|row| row.along).collect(),
-            );
-        }
-        for a in 0..2 {
             self.orthogonalise(a);
         }
     }

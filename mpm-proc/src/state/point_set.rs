@@ -27,7 +27,7 @@ impl PointSet {
     pub fn lanes<'a, const W: usize, S: Shape<W>, A: AffineState>(
         &'a self,
         cloud: &'a Cloud<W, S, A>,
-    ) -> impl Iterator<Item = usize> + 'a {
+    ) -> impl Iterator<Item = usize> + Clone + 'a {
         let lane = |&local: &u32| cloud.lane_of[local as usize];
         let lanes = self.locals.iter().map(lane);
         lanes.filter(|&lane| lane != NO_POINT).map(|l| l as usize)
