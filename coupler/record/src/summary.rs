@@ -73,6 +73,22 @@ pub struct WallParts {
     pub wait: f64,
 }
 
+/// The time that a run took, by the names of the processes.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+pub struct Spent {
+    /// Wall time from launch to the end in s.
+    pub wall_s: f64,
+    /// By process.
+    pub wall_by_part: BTreeMap<String, WallParts>,
+    /// CPU time by process in s. In one process: of each party's thread, without those of its pool.
+    pub cpu_s: BTreeMap<String, f64>,
+    /// Wall time of stepping in s: from the reports on the first grant, the opening step in which nothing moves, to
+    /// those on the last. Start-up is what comes before.
+    pub stepping_wall_s: f64,
+    /// CPU time of stepping by process in s, as `cpu_s` counts it.
+    pub stepping_cpu_s: BTreeMap<String, f64>,
+}
+
 /// The ledger at both ends of the run.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 pub struct EnergyLedger {
@@ -144,17 +160,9 @@ pub struct Summary {
     pub epochs: u64,
     /// Rebuilds of the IMP set.
     pub rebuilds: u64,
-    /// Wall time from launch to the end in s.
-    pub wall_s: f64,
-    /// By process.
-    pub wall_by_part: BTreeMap<String, WallParts>,
-    /// CPU time by process in s. In one process: of each party's thread, without those of its pool.
-    pub cpu_s: BTreeMap<String, f64>,
-    /// Wall time of stepping in s: from the reports on the first grant, the opening step in which nothing moves, to
-    /// those on the last. Start-up is what comes before.
-    pub stepping_wall_s: f64,
-    /// CPU time of stepping by process in s, as `cpu_s` counts it.
-    pub stepping_cpu_s: BTreeMap<String, f64>,
+    /// The time that it took.
+    #[serde(flatten)]
+    pub spent: Spent,
     /// Material points.
     pub points: u64,
     /// Most IMPs at a time.
@@ -227,12 +235,12 @@ impl Summary {
 
     /// CPU time of all processes in s.
     pub fn cpu(&self) -> f64 {
-        self.cpu_s.values().sum()
+        self.spent.cpu_s.values().sum()
     }
 
     /// CPU time of stepping of all processes in s.
     pub fn stepping_cpu(&self) -> f64 {
-        self.stepping_cpu_s.values().sum()
+        self.spent.stepping_cpu_s.values().sum()
     }
 
     /// The verdict on a check.

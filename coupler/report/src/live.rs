@@ -3,6 +3,7 @@
 use std::path::Path;
 use std::time::{Duration, Instant, SystemTime};
 
+use coupler::record::fail;
 use coupler::record::rundir::{COURSE, FRAME_LIST, HISTORY, in_use};
 use interface::files::{self, How};
 use interface::transport::wait::until;
@@ -49,7 +50,7 @@ pub fn follow(
                     let rest = || LOOK.max(REST * cpu_time().saturating_sub(begun));
                     let html = page(&[record], (!ended).then(rest))?;
                     let written = files::replace(dir, LIVE, html.as_bytes(), false);
-                    written.map_err(ReportError::file("write", &path))?;
+                    written.map_err(fail("write", &path))?;
                     rested = Instant::now() + rest();
                     if !is_shown {
                         shown(Some(&path));

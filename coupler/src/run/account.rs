@@ -11,21 +11,10 @@ use serde::{Deserialize, Serialize};
 
 use crate::record::check::{Recorded, Recorder};
 use crate::record::ledger::{Balance, Since, created_words};
-use crate::record::summary::{Criteria, Status, Summary, VERSION, WallParts};
+use crate::record::summary::{Criteria, Spent, Status, Summary, VERSION};
 use crate::run::failure::RunError;
 use crate::run::pace::{Pace, SoFar};
 use crate::scene::Scene;
-
-/// Time used, in s, by the names of the processes.
-#[derive(Debug, Clone, Default, Serialize, Deserialize)]
-struct Spent {
-    wall: f64,
-    parts: BTreeMap<String, WallParts>,
-    cpu: BTreeMap<String, f64>,
-    /// What came after start-up, which ends when the reports on the first grant arrive.
-    stepping_wall: f64,
-    stepping_cpu: BTreeMap<String, f64>,
-}
 
 /// The time used up to a moment.
 #[derive(Debug, Clone)]
@@ -175,10 +164,10 @@ impl Account {
             return;
         };
         let last = last.clone().unwrap_or_else(|| self.moment());
-        spent.stepping_wall += last.at.duration_since(first.at).as_secs_f64();
+        spent.stepping_wall_s += last.at.duration_since(first.at).as_secs_f64();
         for (party, cpu) in last.cpu {
             let before = first.cpu.get(&party).copied().unwrap_or(0.0);
-            let sum = spent.stepping_cpu.entry(party.name().to_owned());
+            let sum = spent.stepping_cpu_s.entry(party.name().to_owned());
             *sum.or_default() += (cpu - before).max(0.0);
         }
     }
@@ -225,11 +214,14 @@ impl Account {
     fn spent(&self, wall: Duration) -> Spent {
         let mut spent = self.earlier.clone();
         let mut add = |party: Party, [compute, exchange, wait, cpu]: [f64; 4]| {
-            let parts = spent.parts.entry(party.name().to_owned()).or_default();
+            let parts = spent
+                .wall_by_part
+                .entry(party.name().to_owned())
+                .or_default();
             parts.compute += compute;
             parts.exchange += exchange;
             parts.wait += wait;
-            *spent.cpu.entry(party.name().to_owned()).or_default() += cpu;
+            *spent.cpu_s.entry(party.name().to_owned()).or_default() += cpu;
         };
         for (&party, report) in &self.reports {
             let own = [
@@ -242,17 +234,14 @@ impl Account {
         }
         let (wall, waited) = (wall.as_secs_f64(), self.waited.as_secs_f64());
         add(Party::Coupler, [wall - waited, 0.0, waited, self.own_cpu()]);
-        spent.wall += wall;
+        spent.wall_s += wall;
         self.add_stepping(&mut spent);
         spent
     }
 
     /// Why the run did not reach its end, the advice, and the last output of the solver.
     fn reason(&self, error: &RunError) -> String {
-        let mut reason = match error.advice() {
-            "" => error.to_string(),
-            advice => format!("{error} ({advice})"),
-        };
+        let mut reason = format!("{error} ({})", error.advice());
         if let Some((party, words)) = &self.last_words {
             let _ = write!(reason, "\nlast lines of {}.log:", party.name());
             for line in words.lines() {
@@ -296,7 +285,6 @@ impl Account {
             )),
             Ok(()) => None,
         };
-        let spent = self.spent(wall);
         let report = |party| self.reports.get(&party);
         let items = |party| report(party).map_or(0, |report: &Report| report.items);
         let laid_out = self.pace.so_far();
@@ -319,11 +307,7 @@ impl Account {
             grants: self.tally.grants,
             epochs: self.tally.epochs - self.tally.epochs_before,
             rebuilds: report(Party::Mpm).map_or(0, |report| report.rebuilds),
-            wall_s: spent.wall,
-            wall_by_part: spent.parts,
-            cpu_s: spent.cpu,
-            stepping_wall_s: spent.stepping_wall,
-            stepping_cpu_s: spent.stepping_cpu,
+            spent: self.spent(wall),
             points: items(Party::Mpm),
             imps_max: self.tally.imps_max,
             bodies: items(Party::Dem),
@@ -357,6 +341,6 @@ mod tests {
         account.reported();
         account.drained();
         let spent = account.spent(account.lasted());
-        assert!(spent.stepping_cpu["coupler"] <= spent.cpu["coupler"]);
+        assert!(spent.stepping_cpu_s["coupler"] <= spent.cpu_s["coupler"]);
     }
 }

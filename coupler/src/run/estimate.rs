@@ -8,7 +8,7 @@ use interface::solver::Readiness;
 
 use crate::run::resources::Bytes;
 use crate::run::stability::{Sides, Stability};
-use crate::scene::{Criterion, Scene};
+use crate::scene::Scene;
 
 /// What the solvers say of a scene.
 #[derive(Debug, Clone, PartialEq)]
@@ -79,7 +79,7 @@ fn step_limits(
     let at_the_start = stability.limit(sides);
     let name = format!("at the start ({})", at_the_start.bound.name());
     let mut limits = vec![(at_the_start.dt, name)];
-    if let (Some(mpm), Some(dem), Criterion::Composed) = (mpm, dem, scene.time.criterion)
+    if let (Some(mpm), Some(dem)) = (mpm, dem)
         && mpm.mass_min > 0.0
         && sides.mpm.contact_omega_sq == 0.0
     {
@@ -98,13 +98,10 @@ fn step_limits(
     limits
 }
 
-/// The step of impacts, if the criterion resolves them.
+/// The step of impacts, if bodies can collide.
 fn impacts(scene: &Scene, ready: &Readiness) -> Option<[f64; 2]> {
     let dem = scene.dem.as_ref()?;
     dem.body_contact?;
-    let Criterion::Composed = scene.time.criterion else {
-        return None;
-    };
     // A stiffness that grows with the overlap is not known in advance.
     let stiffness = dem.body_laws().filter_map(|law| law.constant_stiffness());
     let omega = (stiffness.fold(0.0, f64::max) / ready.mass_min).sqrt();

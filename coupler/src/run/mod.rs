@@ -180,8 +180,7 @@ fn recorder(
     if !options.record {
         return Ok(None);
     }
-    let made_by = concat!("tandem ", env!("CARGO_PKG_VERSION"));
-    let about = About::run(&scene.name, &scene.hash, made_by);
+    let about = About::run(&scene.name, &scene.hash);
     let (file, path) = dir.open(RECORDING, How::Replace)?;
     let recorder = Recorder::create(file, &path, &about).map_err(SessionError::from)?;
     Ok(Some(recorder))

@@ -32,7 +32,7 @@ use crate::run::options::{RunOptions, Solvers};
 use crate::run::pace::Epoch;
 use crate::run::pause::Pauses;
 use crate::run::resources::{REMOVED, SharedMemory};
-use crate::run::stability::{Bound, Budgets, Sides, Stability, StepLimit};
+use crate::run::stability::{Bound, Sides, Stability, StepLimit};
 use crate::scene::Scene;
 
 /// A window takes about this long, so that the bar moves and Ctrl-C has an effect.
@@ -42,7 +42,8 @@ const BLOW_UP: f64 = 0.5;
 /// After an interrupt, longest wait for a solver's next message, a report, a piece of its state or its goodbye, beside
 /// the time of four steps. With what follows a run ends within 8 s.
 const ANSWER: Duration = Duration::from_secs(5);
-/// That a second interrupt has come.
+/// That the run did not wait for its solvers, and that a second interrupt has come.
+const ALONE: &str = "without the end of the solvers";
 const TWICE: &str = "it was asked twice";
 /// How old a summary for the case that shared memory vanishes may be.
 const REMEMBERED: Duration = Duration::from_secs(1);
@@ -144,7 +145,7 @@ impl<'a> Run<'a> {
             Origin::Itself(checkpoint) => (*checkpoint, None),
             Origin::Another(branch) => (branch.checkpoint, Some(branch.as_before)),
             Origin::Scene => {
-                let outputs = Outputs::begin(scene, options, dir, account, &[])?;
+                let outputs = Outputs::open(scene, options, dir, account, None, &[])?;
                 return Ok(Self::at_start(scene, options, dir, account, outputs));
             }
         };
@@ -159,11 +160,8 @@ impl<'a> Run<'a> {
             Some(as_before) if !as_before || state.phase != Phase::Stepping => None,
             _ => Some(state.under_way),
         };
-        let outputs = if branch.is_some() {
-            Outputs::begin(scene, options, dir, account, &state.origin)?
-        } else {
-            Outputs::resume(scene, options, dir, account, &state)?
-        };
+        let own = branch.is_none().then_some(&state);
+        let outputs = Outputs::open(scene, options, dir, account, own, &state.origin)?;
         let mut run = Self::at_start(scene, options, dir, account, outputs);
         run.latest.sides = state.sides;
         run.latest.bodies = state.bodies;
@@ -321,7 +319,7 @@ impl<'a> Run<'a> {
     fn next_grant(&mut self) -> Result<Option<Next>, RunError> {
         let at_once = &self.options.at_once;
         if !(self.resources.disk).wait(|| self.is_behind(), at_once) {
-            return Err(RunError::InterruptedAtOnce(TWICE));
+            return Err(RunError::Interrupted(format!("{ALONE}: {TWICE}")));
         }
         if let Some(error) = self.outputs.sink.as_ref().and_then(RecordingSink::failure) {
             return Err(SessionError::from(error).into());
@@ -347,7 +345,7 @@ impl<'a> Run<'a> {
             dt: under_way.epoch.dt,
             ..Grant::default()
         };
-        let Budgets { mpm, dem } = under_way.budgets;
+        let Sides { mpm, dem } = under_way.budgets;
         let budget = |party: &Party| match party {
             Party::Mpm => mpm,
             Party::Dem => dem,
@@ -706,13 +704,13 @@ impl Supervisor for Run<'_> {
         let no_answer = silence.min(heard.elapsed()) > patience;
         let at_once = self.options.at_once.load(Ordering::Relaxed);
         let failure = match self.resources.pauses.held_now() {
-            _ if arriving => RunError::Interrupted,
-            Some((party, hold)) => RunError::InterruptedHeld(party, hold),
-            None if at_once => RunError::InterruptedAtOnce(TWICE),
-            None if no_answer => RunError::InterruptedAtOnce("they did not answer"),
+            _ if arriving => "before the first step".to_owned(),
+            Some((party, hold)) => format!("while the {party} solver was {hold}"),
+            None if at_once => format!("{ALONE}: {TWICE}"),
+            None if no_answer => format!("{ALONE}: they did not answer"),
             None => return None,
         };
-        self.failure = Some(failure);
+        self.failure = Some(RunError::Interrupted(failure));
         Some(Stop("interrupted".into()))
     }
 }

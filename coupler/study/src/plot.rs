@@ -180,7 +180,8 @@ fn over(table: &Table, text: &str) -> Result<Expression, StudyError> {
     compile(text, &|name| column(name).map(Meaning::Slot), &columns)
 }
 
-fn compile(
+/// An expression of names that mean something; `help` says which.
+pub(crate) fn compile(
     text: &str,
     meaning: &dyn Fn(&str) -> Option<Meaning>,
     help: &str,

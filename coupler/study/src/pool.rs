@@ -8,6 +8,7 @@ use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::thread;
 use std::time::Duration;
 
+use coupler::record::fail;
 use interface::files;
 use interface::transport::wait::{until, until_there};
 use rustix::process::{Pid, Signal, kill_process_group};
@@ -105,24 +106,24 @@ fn wait(start: &Start, interrupt: &AtomicBool) -> Result<(), StudyError> {
         }
         looked
     });
-    ended
-        .map(drop)
-        .map_err(StudyError::file("wait for", program))
+    ended.map_err(fail("wait for", program))?;
+    Ok(())
 }
 
 /// Starts a command in a group of its own, so that Ctrl-C from the terminal reaches it once, through us.
 fn spawn(command: &[String], log: &Path) -> Result<Child, StudyError> {
     use std::os::unix::process::CommandExt;
     let (program, arguments) = command.split_first().expect("a command has a first word");
-    let said = files::make_named(log).map_err(StudyError::file("create", log))?;
-    Command::new(program)
+    let said = files::make_named(log).map_err(fail("create", log))?;
+    let child = Command::new(program)
         .args(arguments)
         .stdin(Stdio::null())
         .stdout(Stdio::null())
         .stderr(said)
         .process_group(0)
         .spawn()
-        .map_err(StudyError::file("start", Path::new(program)))
+        .map_err(fail("start", Path::new(program)))?;
+    Ok(child)
 }
 
 #[cfg(test)]

@@ -24,7 +24,8 @@ use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
 use crate::background::{Background, Mark};
-use crate::rundir::{FRAME_LIST, FRAMES, RunDir, RunDirError, fail};
+use crate::error::fail;
+use crate::rundir::{FRAME_LIST, FRAMES, RunDir, RunDirError};
 pub use instant::{Content, Field, Instant, PlasticStrain, ReportedFields};
 use meshes::{Outlined, bodies, contacts, points};
 use vtu::{Mesh, attribute};
