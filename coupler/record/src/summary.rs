@@ -8,6 +8,7 @@ use interface::files::{self, SMALL};
 use interface::message::wire::{BodyState, PointState};
 use serde::de::value::MapDeserializer;
 use serde::{Deserialize, Deserializer, Serialize};
+use strum::IntoStaticStr;
 use thiserror::Error;
 
 use crate::check::{CheckResult, number};
@@ -19,8 +20,9 @@ pub const SUMMARY: &str = "summary.json";
 pub const VERSION: u32 = 2;
 
 /// How a run ended.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, IntoStaticStr)]
 #[serde(rename_all = "snake_case")]
+#[strum(serialize_all = "snake_case")]
 pub enum Status {
     /// It reached its end, and every check holds.
     Done,
@@ -39,15 +41,8 @@ pub enum Status {
 
 impl Status {
     /// As `summary.json` spells it.
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Done => "done",
-            Self::CheckFailed => "check_failed",
-            Self::Failed => "failed",
-            Self::Unstable => "unstable",
-            Self::Interrupted => "interrupted",
-            Self::Killed => "killed",
-        }
+    pub fn name(self) -> &'static str {
+        self.into()
     }
 
     /// Exit status of `tandem run`.

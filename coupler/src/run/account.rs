@@ -28,7 +28,7 @@ struct Moment {
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub(crate) struct Kept {
     recorded: Recorded,
-    so_far: SoFar,
+    pub so_far: SoFar,
     tally: Tally,
     spent: Spent,
 }
@@ -44,13 +44,6 @@ pub(crate) struct Tally {
     pub grants: u64,
     pub epochs: u64,
     epochs_before: u64,
-}
-
-impl Kept {
-    /// The steps planned so far.
-    pub fn so_far(&self) -> &SoFar {
-        &self.so_far
-    }
 }
 
 /// The data of a run at any time, enough for a summary however the run ends.
@@ -175,8 +168,8 @@ impl Account {
     /// The part that continues in another process.
     pub fn keep(&self) -> Kept {
         Kept {
-            recorded: self.recorder.so_far(),
-            so_far: self.pace.so_far().clone(),
+            recorded: self.recorder.recorded.clone(),
+            so_far: self.pace.so_far.clone(),
             tally: self.tally,
             spent: self.spent(self.started.elapsed()),
         }
@@ -185,9 +178,9 @@ impl Account {
     /// Continues the account of another process of the same scene.
     pub fn resume(&mut self, kept: Kept) {
         self.tally = kept.tally;
-        self.pace.resume(kept.so_far);
+        self.pace.so_far = kept.so_far;
         self.earlier = kept.spent;
-        self.recorder.resume(kept.recorded);
+        self.recorder.recorded = kept.recorded;
     }
 
     /// Begins with the account of a run of another scene. The clock shows 0 if `from_zero`. The numbers of epochs and
@@ -287,7 +280,7 @@ impl Account {
         };
         let report = |party| self.reports.get(&party);
         let items = |party| report(party).map_or(0, |report: &Report| report.items);
-        let laid_out = self.pace.so_far();
+        let laid_out = &self.pace.so_far;
         let bound_by = laid_out.bound_by.iter();
         let bound_by = bound_by.map(|(bound, &steps)| (bound.name().to_owned(), steps));
         let mut summary = Summary {

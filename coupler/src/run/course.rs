@@ -29,10 +29,10 @@ impl Course {
 
     /// Stores the steps before a grant. A grant measures its begin, whatever the number of its steps.
     pub fn before(&mut self, pace: &Pace) {
-        let bound_by = &pace.so_far().bound_by;
+        let bound_by = &pace.so_far.bound_by;
         let [step, counts @ ..] = &mut self.steps;
-        *step = pace.last().map_or(0.0, |(step, _)| step);
-        for (count, bound) in counts.iter_mut().zip(&Bound::ALL) {
+        *step = pace.so_far.last.map_or(0.0, |(step, _)| step);
+        for (count, bound) in counts.iter_mut().zip(Bound::ALL) {
             *count = bound_by.get(bound).map_or(0.0, |&steps| steps as f64);
         }
     }
@@ -48,7 +48,8 @@ impl Course {
 
 /// The names of the columns. Steps are counted from the start; `step` is the last one.
 fn header() -> Vec<String> {
-    let bounds = Bound::ALL.map(|bound| format!("steps by {} [1]", bound.name()));
+    let bounds = Bound::ALL.iter();
+    let bounds = bounds.map(|bound| format!("steps by {} [1]", bound.name()));
     let energies = Energies::default()
         .parts()
         .map(|(name, _)| format!("{name} [J/m]"));

@@ -11,6 +11,7 @@ use std::f64::consts::TAU;
 use interface::message::wire::{Budget, Limits};
 use interface::solver::Readiness;
 use serde::{Deserialize, Serialize};
+use strum::{IntoStaticStr, VariantArray};
 
 use crate::record::summary::Criteria;
 use crate::scene::TimePlan;
@@ -20,7 +21,20 @@ const KAPPA_1: f64 = 0.8;
 const KAPPA_2: f64 = 0.1;
 
 /// The limit that determines the step.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+#[derive(
+    Debug,
+    Clone,
+    Copy,
+    PartialEq,
+    Eq,
+    PartialOrd,
+    Ord,
+    Serialize,
+    Deserialize,
+    IntoStaticStr,
+    VariantArray,
+)]
+#[strum(serialize_all = "snake_case")]
 pub enum Bound {
     /// Waves in the continuum.
     Elastic,
@@ -40,27 +54,11 @@ pub enum Bound {
 
 impl Bound {
     /// All of them.
-    pub const ALL: [Self; 7] = [
-        Self::Elastic,
-        Self::Contact,
-        Self::Bodies,
-        Self::Kinematic,
-        Self::Cap,
-        Self::Output,
-        Self::Growth,
-    ];
+    pub const ALL: &[Self] = Self::VARIANTS;
 
     /// Name in summaries and on the progress bar.
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Elastic => "elastic",
-            Self::Contact => "contact",
-            Self::Bodies => "bodies",
-            Self::Kinematic => "kinematic",
-            Self::Cap => "cap",
-            Self::Output => "output",
-            Self::Growth => "growth",
-        }
+    pub fn name(self) -> &'static str {
+        self.into()
     }
 }
 

@@ -485,10 +485,10 @@ impl<'a> Run<'a> {
             .tally
             .clock
             .land_on(self.account.pace.next_output());
-        self.account.pace.output_done();
+        self.account.pace.so_far.outputs += 1;
         // At the end the closing step is measured instead.
         let every = self.scene.output.frames;
-        let due = every.is_some_and(|rows| self.account.pace.outputs().is_multiple_of(rows));
+        let due = every.is_some_and(|rows| self.account.pace.so_far.outputs.is_multiple_of(rows));
         if self.account.tally.clock.time() < self.scene.time.end {
             self.schedule.asked = self.asked_at_output(due);
         }
@@ -552,7 +552,7 @@ impl<'a> Run<'a> {
         // A sum of finite numbers can still be infinite.
         if residual > BLOW_UP || !residual.is_finite() {
             // The opening and the closing step have no length, so the last step with a length is the cause.
-            let (dt, bound) = account.pace.last().unwrap_or((epoch.dt, epoch.bound));
+            let (dt, bound) = account.pace.so_far.last.unwrap_or((epoch.dt, epoch.bound));
             return Err(RunError::BlowUp {
                 time,
                 step: account.tally.clock.index(),

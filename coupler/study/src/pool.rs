@@ -37,28 +37,11 @@ impl Start {
     }
 }
 
-/// Makes runs, at most `jobs` at once, and returns when they are over, or when it was interrupted and has ended them.
-/// `look` is called now and then.
-pub(crate) fn work(
-    starts: &[&Start],
-    jobs: usize,
-    interrupt: &AtomicBool,
-    look: &mut dyn FnMut(),
-) -> Result<(), StudyError> {
-    let work = |start: &&Start| {
-        if interrupt.load(Ordering::Relaxed) {
-            return Ok(());
-        }
-        wait(start, interrupt)
-    };
-    pool(starts, jobs, work, look)
-}
-
 /// Works on items, at most so many at once, in their order as far as that goes; `idle` is called now and then.
 ///
 /// # Errors
 /// The first that `work` gave.
-fn pool<T: Sync>(
+pub(crate) fn pool<T: Sync>(
     items: &[T],
     most: usize,
     work: impl Fn(&T) -> Result<(), StudyError> + Sync,
@@ -90,8 +73,11 @@ fn pool<T: Sync>(
     failure.into_inner().map_or(Ok(()), Err)
 }
 
-/// Starts a run and waits for its end; an interrupt is passed on.
-fn wait(start: &Start, interrupt: &AtomicBool) -> Result<(), StudyError> {
+/// Starts a run and waits for its end; an interrupt is passed on, and after one none is started.
+pub(crate) fn wait(start: &Start, interrupt: &AtomicBool) -> Result<(), StudyError> {
+    if interrupt.load(Ordering::Relaxed) {
+        return Ok(());
+    }
     let mut child = spawn(&start.command, &start.log)?;
     let program = Path::new(&start.command[0]);
     let mut told = false;

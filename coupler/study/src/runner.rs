@@ -19,7 +19,7 @@ use interface::transport::wait::{until, until_there};
 use crate::StudyError;
 use crate::case::Case;
 use crate::output::write;
-use crate::pool::{self, Start};
+use crate::pool::{Start, pool, wait};
 use crate::progress::Progress;
 
 /// Time between two looks at runs that somebody else has started.
@@ -304,7 +304,8 @@ impl Runner {
                     told = Instant::now() + 20 * began.elapsed();
                 }
             };
-            let worked = pool::work(&commands, self.jobs(), &self.interrupt, &mut look);
+            let make = |start: &&Start| wait(start, &self.interrupt);
+            let worked = pool(&commands, self.jobs(), make, &mut look);
             if self.interrupted() {
                 // A launcher may have ended before its run.
                 let busy = || directories.iter().any(|directory| in_use(directory));

@@ -50,10 +50,3 @@ pub(crate) struct CouplerState {
     pub course: Sealed,
     pub frames: Listed,
 }
-
-impl CouplerState {
-    /// Whether only the closing step is left.
-    pub fn is_at_end(&self) -> bool {
-        self.phase == Phase::Done
-    }
-}

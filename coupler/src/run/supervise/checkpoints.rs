@@ -35,7 +35,7 @@ impl Run<'_> {
         plan.is_some_and(|plan| match self.schedule.phase {
             Phase::Stepping => {
                 let on_output = self.schedule.asked & flags::MEASURE != 0;
-                let now = self.account.pace.outputs();
+                let now = self.account.pace.so_far.outputs;
                 let is_now = |at: &f64| (at / self.scene.output.every).round() as u64 == now;
                 on_output && plan.at.iter().any(is_now)
             }
