@@ -171,7 +171,7 @@ impl Account {
             recorded: self.recorder.recorded.clone(),
             so_far: self.pace.so_far.clone(),
             tally: self.tally,
-            spent: self.spent(self.started.elapsed()),
+            spent: self.spent(),
         }
     }
 
@@ -198,13 +198,8 @@ impl Account {
         tally.epochs_before = tally.epochs;
     }
 
-    /// Wall time of this process so far.
-    pub fn lasted(&self) -> Duration {
-        self.started.elapsed()
-    }
-
     /// Time used by this process and by earlier ones.
-    fn spent(&self, wall: Duration) -> Spent {
+    fn spent(&self) -> Spent {
         let mut spent = self.earlier.clone();
         let mut add = |party: Party, [compute, exchange, wait, cpu]: [f64; 4]| {
             let parts = spent
@@ -225,7 +220,8 @@ impl Account {
             ];
             add(party, own.map(|ns| ns as f64 * 1e-9));
         }
-        let (wall, waited) = (wall.as_secs_f64(), self.waited.as_secs_f64());
+        let wall = self.started.elapsed().as_secs_f64();
+        let waited = self.waited.as_secs_f64();
         add(Party::Coupler, [wall - waited, 0.0, waited, self.own_cpu()]);
         spent.wall_s += wall;
         self.add_stepping(&mut spent);
@@ -245,7 +241,7 @@ impl Account {
     }
 
     #[allow(clippy::too_many_lines)] // one struct, field by field
-    pub fn summarise(&self, ended: &Result<(), RunError>, wall: Duration) -> Summary {
+    pub fn summarise(&self, ended: &Result<(), RunError>) -> Summary {
         let whole = ended.is_ok() && !self.interrupted && !self.cut_short;
         let checks = if whole {
             self.recorder.finish()
@@ -300,7 +296,7 @@ impl Account {
             grants: self.tally.grants,
             epochs: self.tally.epochs - self.tally.epochs_before,
             rebuilds: report(Party::Mpm).map_or(0, |report| report.rebuilds),
-            spent: self.spent(wall),
+            spent: self.spent(),
             points: items(Party::Mpm),
             imps_max: self.tally.imps_max,
             bodies: items(Party::Dem),
@@ -333,7 +329,7 @@ mod tests {
         account.reports.insert(Party::Mpm, report);
         account.reported();
         account.drained();
-        let spent = account.spent(account.lasted());
+        let spent = account.spent();
         assert!(spent.stepping_cpu_s["coupler"] <= spent.cpu_s["coupler"]);
     }
 }

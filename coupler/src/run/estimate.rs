@@ -10,6 +10,12 @@ use crate::run::resources::Bytes;
 use crate::run::stability::{Sides, Stability};
 use crate::scene::Scene;
 
+/// Least time in s that a step takes for a point, and for the exchange between the processes (docs/performance.md).
+const POINT: f64 = 30e-9;
+const EXCHANGE: f64 = 10e-6;
+/// A run that takes longer is probably not meant, in s.
+const LONG: f64 = 86_400.0;
+
 /// What the solvers say of a scene.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Estimate {
@@ -40,15 +46,7 @@ impl Estimate {
             end: scene.time.end,
         }
     }
-}
 
-/// Least time in s that a step takes for a point, and for the exchange between the processes (docs/performance.md).
-const POINT: f64 = 30e-9;
-const EXCHANGE: f64 = 10e-6;
-/// A run that takes longer is probably not meant, in s.
-const LONG: f64 = 86_400.0;
-
-impl Estimate {
     /// Number of steps, if the step stays as it is at the start.
     fn steps(&self) -> Option<f64> {
         Some((self.end / self.limits.first()?.0).ceil())

@@ -2,7 +2,6 @@
 //! summary.
 
 use std::path::Path;
-use std::time::Duration;
 
 use interface::files::{self, TABLE};
 
@@ -70,7 +69,7 @@ impl Killed {
         if let Ok((_, checkpoint, _)) = newest(dir.path(), &About::of(scene)) {
             account.resume(checkpoint.state.account);
         }
-        let mut summary = account.summarise(&Ok(()), Duration::ZERO);
+        let mut summary = account.summarise(&Ok(()));
         summary.status = Status::Killed;
         summary.reason = Some(self.words());
         summary.steps = summary.steps.max(self.steps);

@@ -575,7 +575,7 @@ impl<'a> Run<'a> {
             let cause = vanished::CAUSE.to_owned();
             let error = SessionError::Aborted("the solvers cannot be reached".into());
             let ended = Err(RunError::SharedMemory { error, cause });
-            let summary = self.account.summarise(&ended, self.account.lasted());
+            let summary = self.account.summarise(&ended);
             self.dir.leave_summary(Some(&summary));
             self.resources.left = Some(Instant::now());
         }

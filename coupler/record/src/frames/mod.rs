@@ -49,7 +49,8 @@ pub struct Listed {
 #[derive(Debug)]
 pub struct Frames {
     content: Content,
-    listed: Listed,
+    /// The frames that were taken so far.
+    pub listed: Listed,
     /// Counts frames.
     writer: Background<Instant>,
 }
@@ -104,11 +105,6 @@ impl Frames {
         self.listed.contacts |= instant.contacts.is_some();
         self.listed.times.push(instant.time);
         self.writer.give(instant, 1)
-    }
-
-    /// The frames that were taken so far.
-    pub fn listed(&self) -> &Listed {
-        &self.listed
     }
 
     /// The mark of the frames that were taken so far.
