@@ -6,8 +6,8 @@ use std::time::{Duration, Instant, SystemTime};
 use coupler::record::fail;
 use coupler::record::rundir::{COURSE, FRAME_LIST, HISTORY, in_use};
 use interface::files::{self, How};
+use interface::session::cpu_time;
 use interface::transport::wait::until;
-use rustix::time::{ClockId, clock_gettime};
 
 use crate::ReportError;
 use crate::page::page;
@@ -81,10 +81,4 @@ fn state(dir: &Path) -> Vec<Option<(u64, SystemTime)>> {
         Some((file.len(), file.modified().ok()?))
     };
     names.into_iter().map(of).collect()
-}
-
-/// CPU time of this thread.
-fn cpu_time() -> Duration {
-    let t = clock_gettime(ClockId::ThreadCPUTime);
-    Duration::new(t.tv_sec.unsigned_abs(), t.tv_nsec as u32)
 }

@@ -141,65 +141,24 @@ impl<'a> Run<'a> {
         from: Origin,
     ) -> Result<Self, RunError> {
         // Of another run's state: whether the scene continues as that run would.
-        let (Checkpoint { state, solvers, .. }, branch) = match from {
-            Origin::Itself(checkpoint) => (*checkpoint, None),
-            Origin::Another(branch) => (branch.checkpoint, Some(branch.as_before)),
-            Origin::Scene => {
-                let outputs = Outputs::open(scene, options, dir, account, None, &[])?;
-                return Ok(Self::at_start(scene, options, dir, account, outputs));
-            }
+        let (checkpoint, branch) = match from {
+            Origin::Scene => (None, None),
+            Origin::Itself(checkpoint) => (Some(*checkpoint), None),
+            Origin::Another(branch) => (Some(branch.checkpoint), Some(branch.as_before)),
         };
-        if branch.is_some() {
-            let from_zero = scene.start.as_ref().is_some_and(|start| start.from_zero);
-            account.branch(&state.account, from_zero);
-        } else {
-            account.resume(state.account.clone());
+        let state = checkpoint.as_ref().map(|checkpoint| &checkpoint.state);
+        if let Some(state) = state {
+            if branch.is_some() {
+                let from_zero = scene.start.as_ref().is_some_and(|start| start.from_zero);
+                account.branch(&state.account, from_zero);
+            } else {
+                account.resume(state.account.clone());
+            }
         }
-        // A branch has a last epoch of its own, and its own first one unless it continues as that run would.
-        let under_way = match branch {
-            Some(as_before) if !as_before || state.phase != Phase::Stepping => None,
-            _ => Some(state.under_way),
-        };
-        let own = branch.is_none().then_some(&state);
-        let outputs = Outputs::open(scene, options, dir, account, own, &state.origin)?;
-        let mut run = Self::at_start(scene, options, dir, account, outputs);
-        run.latest.sides = state.sides;
-        run.latest.bodies = state.bodies;
-        run.latest.origin = state.origin;
-        run.restored = solvers;
-        let schedule = &mut run.schedule;
-        match branch {
-            None => {
-                (schedule.phase, schedule.asked) = (state.phase, state.asked);
-                // A recording that continues must not have a message twice.
-                schedule.touches = 0;
-            }
-            Some(true) => {
-                schedule.phase = Phase::Stepping;
-                // Only the first grant of an epoch may measure (G-8).
-                if under_way.is_some_and(|at| at.done > 0) {
-                    schedule.asked = state.asked;
-                }
-            }
-            Some(false) => (schedule.phase, schedule.asked) = (Phase::Arriving, 0),
-        }
-        schedule.under_way = under_way;
-        Ok(run)
-    }
-
-    fn at_start(
-        scene: &'a Scene,
-        options: &'a RunOptions,
-        dir: &'a RunDir,
-        account: &'a mut Account,
-        outputs: Outputs,
-    ) -> Self {
-        let asked = if outputs.frames.is_some() {
-            flags::MEASURE | flags::FRAME
-        } else {
-            flags::MEASURE
-        };
-        Self {
+        let own = state.filter(|_| branch.is_none());
+        let origin = state.map_or(&[][..], |state| &state.origin);
+        let outputs = Outputs::open(scene, options, dir, account, own, origin)?;
+        let mut run = Self {
             scene,
             options,
             account,
@@ -218,7 +177,7 @@ impl<'a> Run<'a> {
             schedule: Schedule {
                 phase: Phase::Opening,
                 under_way: None,
-                asked,
+                asked: 0,
                 touches: match options.solvers {
                     Solvers::Processes { .. } if scene.mpm.is_some() => flags::FRAME,
                     _ => 0,
@@ -230,6 +189,40 @@ impl<'a> Run<'a> {
             stability: None,
             restored: Vec::new(),
             failure: None,
+        };
+        run.schedule.asked = run.asked_at_output(true);
+        if let Some(checkpoint) = checkpoint {
+            run.go_on(checkpoint, branch);
+        }
+        Ok(run)
+    }
+
+    /// Takes the state of a checkpoint: its own, or that of another run, which says whether the scene continues as that
+    /// run would.
+    fn go_on(&mut self, Checkpoint { state, solvers, .. }: Checkpoint, branch: Option<bool>) {
+        self.latest.sides = state.sides;
+        self.latest.bodies = state.bodies;
+        self.latest.origin = state.origin;
+        self.restored = solvers;
+        let (schedule, at) = (&mut self.schedule, state.under_way);
+        // A branch has a last epoch of its own, and its own first one unless it continues as that run would.
+        let is_within = state.phase == Phase::Stepping;
+        match branch {
+            None => {
+                (schedule.phase, schedule.asked) = (state.phase, state.asked);
+                schedule.under_way = Some(at);
+                // A recording that continues must not have a message twice.
+                schedule.touches = 0;
+            }
+            Some(true) => {
+                schedule.phase = Phase::Stepping;
+                schedule.under_way = is_within.then_some(at);
+                // Only the first grant of an epoch may measure (G-8).
+                if is_within && at.done > 0 {
+                    schedule.asked = state.asked;
+                }
+            }
+            Some(false) => (schedule.phase, schedule.asked) = (Phase::Arriving, 0),
         }
     }
 
