@@ -15,8 +15,7 @@ use crate::figure::axis::{Axis, Scale, extent, label};
 use crate::figure::file::{kind, write};
 use crate::figure::shape::{Form, GAP, NUMBERS, Place, Shape, WHOLE, WORDS};
 use crate::figure::sheet::{Area, MARGIN, Sheet};
-use crate::plot::compile;
-use crate::plot_options::{PlotOptions, Which};
+use crate::plot_options::{PlotOptions, Which, compile};
 
 /// Where a point is, in m: what expressions may name besides [`Number::ALL`], before them.
 const PLACE: [&str; 2] = ["x", "y"];

@@ -19,9 +19,9 @@ pub const TARGET: Target = Target {
     run,
     seeds,
     change: |changer, input, seeds| changer.bytes(input, seeds),
-    // Files with buffers, and a block as it is packed and as it is.
+    // Files with buffers and blocks. A text in a control message is taken to be up to 256 times as long as the message.
     base: 1 << 18,
-    per_byte: 20,
+    per_byte: 300,
 };
 
 /// Bytes before the length of the description, and of the check after it.

@@ -3,8 +3,8 @@
 use interface::message::control::Party;
 use interface::session::solver_part;
 
-use super::Phase;
 use super::file::{self, About, Checkpoint};
+use super::state::Phase;
 use crate::run::pace::Pace;
 use crate::scene::Scene;
 use crate::scene::diagnostic::SceneErrors;
