@@ -14,15 +14,13 @@ use interface::hosted::{Host, Start, Subject};
 use interface::message::control::Party;
 
 use crate::cli::{ConformanceArgs, SolverArgs};
-use crate::exit::BAD_INPUT;
+use crate::exit::{BAD_INPUT, FAILED, fail};
 use crate::run::this_program;
-use crate::terminal::{self, say};
+use crate::terminal::say;
 use crate::{logging, solvers};
 
 /// Some clause that counts is broken.
 const BROKEN: u8 = 1;
-/// The solver cannot be started.
-const NOT_STARTED: u8 = 3;
 
 /// Judges a solver.
 pub fn judge(args: &ConformanceArgs) -> ExitCode {
@@ -41,7 +39,7 @@ pub fn judge(args: &ConformanceArgs) -> ExitCode {
     let prepared = prepared.and_then(|subject| Ok((required(args, subject.party)?, subject)));
     let (required, subject) = match prepared {
         Ok(prepared) => prepared,
-        Err(error) => return complain(&error, BAD_INPUT),
+        Err(error) => return fail(error, BAD_INPUT),
     };
     logging::of_solver();
     let colour = std::io::stdout().is_terminal() && std::env::var_os("NO_COLOR").is_none();
@@ -62,14 +60,12 @@ pub fn judge(args: &ConformanceArgs) -> ExitCode {
     let told = |judged: &Judged| say(row(judged, Paint(colour)));
     let examination = match examine(&subject, &options, told) {
         Ok(examination) => examination,
-        Err(error @ ExamineError::NoSuchClause { .. }) => {
-            return complain(&error.to_string(), BAD_INPUT);
-        }
-        Err(error) => return complain(&error.to_string(), NOT_STARTED),
+        Err(error @ ExamineError::NoSuchClause { .. }) => return fail(error, BAD_INPUT),
+        Err(error) => return fail(error, FAILED),
     };
     say(summary(&examination));
     if let Err(error) = write(args, &examination) {
-        return complain(&error, BAD_INPUT);
+        return fail(error, BAD_INPUT);
     }
     let none_broken = examination.broken(args.strict).next().is_none();
     let kept = is_whole(&examination, required) && none_broken;
@@ -103,11 +99,6 @@ fn required(args: &ConformanceArgs, party: Party) -> Result<Option<&'static Prof
     let unknown =
         || format!("--require: there is no profile `{name}` of a {party}, only {known:?}");
     found.map(Some).ok_or_else(unknown)
-}
-
-pub fn complain(error: &str, status: u8) -> ExitCode {
-    terminal::complain(format_args!("error: {error}"));
-    ExitCode::from(status)
 }
 
 impl SolverArgs {

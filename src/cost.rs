@@ -53,11 +53,11 @@ pub fn measure(scene: &Scene, options: RunOptions, stepping: Duration) -> Result
         }
     };
     let tried = summary.steps as f64;
-    let step = summary.stepping_wall_s / tried.max(1.0);
+    let step = summary.spent.stepping_wall_s / tried.max(1.0);
     let left = (scene.time.end - summary.time) / (summary.time - began);
     let left = if whole { 0.0 } else { tried * left };
     Ok(Cost {
-        wall: summary.wall_s + left * step,
+        wall: summary.spent.wall_s + left * step,
         steps: tried + left.ceil(),
         tried: summary.steps,
         step,

@@ -45,10 +45,7 @@ fn main() -> ExitCode {
     }
     let code = match check_addresses() {
         Ok(()) => obey(Cli::parse().command),
-        Err(error) => {
-            complain(format_args!("error: {error}"));
-            ExitCode::from(exit::BAD_INPUT)
-        }
+        Err(error) => exit::fail(error, exit::BAD_INPUT),
     };
     logging::sync();
     terminal::settled(code)

@@ -8,7 +8,7 @@ use coupler::scene::schema;
 use interface::files;
 
 use crate::cli::{Language, NewArgs, NewCommand};
-use crate::exit::BAD_INPUT;
+use crate::exit::{BAD_INPUT, fail};
 use crate::terminal::{complain, say};
 
 /// A scene with a comment at every key; [`NAME`] stands for its name.
@@ -52,10 +52,7 @@ pub fn new(args: &NewArgs) -> ExitCode {
             say(format_args!("{next}"));
             ExitCode::SUCCESS
         }
-        Err(error) => {
-            complain(format_args!("error: {error}"));
-            ExitCode::from(BAD_INPUT)
-        }
+        Err(error) => fail(error, BAD_INPUT),
     }
 }
 

@@ -40,7 +40,7 @@ pub fn show(summary: &Summary, scene: &Scene) {
         summary.scene,
         summary.steps,
         summary.time,
-        summary.wall_s,
+        summary.spent.wall_s,
         bound.join(", "),
         relative(summary.momentum_error),
         summary

@@ -9,25 +9,22 @@ use interface::recording::replay::{Options, Outcome, ReplayError, replay};
 use interface::transport::remains::sweep;
 
 use crate::cli::ReplayArgs;
-use crate::conformance::complain;
-use crate::exit::BAD_INPUT;
+use crate::exit::{BAD_INPUT, FAILED, fail};
 use crate::logging;
-use crate::terminal::{self, say};
+use crate::terminal::{complain, say};
 
 /// Some answer differs.
 const DIFFERENT: u8 = 1;
-/// The solver failed.
-const FAILED: u8 = 3;
 
 /// Plays a recording to one solver.
 pub fn run(args: &ReplayArgs) -> ExitCode {
     let subject = match args.solver.subject() {
         Ok(subject) => subject,
-        Err(error) => return complain(&error, BAD_INPUT),
+        Err(error) => return fail(error, BAD_INPUT),
     };
     let interrupted = sweep(Duration::ZERO).removed;
     if !interrupted.is_empty() {
-        terminal::complain(format_args!(
+        complain(format_args!(
             "removed the files of {} dead run(s)",
             interrupted.len()
         ));
@@ -46,7 +43,7 @@ pub fn run(args: &ReplayArgs) -> ExitCode {
                 }
                 _ => BAD_INPUT,
             };
-            complain(&error.to_string(), status)
+            fail(error, status)
         }
     }
 }

@@ -3,12 +3,12 @@
 use std::path::Path;
 use std::process::ExitCode;
 
-use coupler::record::summary::Status;
+use coupler::record::FileError;
 use coupler::run::resources::Bytes;
 use report::{ReportError, Written};
 
 use crate::cli::ReportArgs;
-use crate::exit::BAD_INPUT;
+use crate::exit::{BAD_INPUT, FAILED, fail};
 use crate::terminal::{complain, say};
 
 /// Writes the page of some runs.
@@ -18,15 +18,11 @@ pub fn report(args: &ReportArgs) -> ExitCode {
             announce(&written);
             ExitCode::SUCCESS
         }
-        Err(error) => {
-            complain(format_args!("error: {error}"));
-            match error {
-                ReportError::NotARun { .. } | ReportError::File { action: "read", .. } => {
-                    ExitCode::from(BAD_INPUT)
-                }
-                _ => ExitCode::from(Status::Failed.exit_code()),
-            }
-        }
+        Err(
+            error @ (ReportError::NotARun { .. }
+            | ReportError::File(FileError { action: "read", .. })),
+        ) => fail(error, BAD_INPUT),
+        Err(error) => fail(error, FAILED),
     }
 }
 

@@ -325,9 +325,10 @@ pub fn options(args: &HowArgs, record: bool, scene: &Scene) -> Result<RunOptions
         resources::check_memory(scene)
             .and_then(|()| resources::check(scene))
             .map_err(|error| error.to_string())?;
+        let named = scene.solvers.clone();
         Solvers::Processes {
-            mpm: process(scene.solvers.mpm.as_ref(), "mpm")?,
-            dem: process(scene.solvers.dem.as_ref(), "dem")?,
+            mpm: named.mpm.map_or_else(|| this_program("mpm"), Ok)?,
+            dem: named.dem.map_or_else(|| this_program("dem"), Ok)?,
         }
     };
     let trace = args.trace.as_ref().map(|path| {
@@ -351,14 +352,6 @@ pub fn options(args: &HowArgs, record: bool, scene: &Scene) -> Result<RunOptions
         at_once: asked.at_once,
         save: on_signal(SIGUSR1)?,
     })
-}
-
-/// The command of a solver: the scene's, or this program again.
-fn process(command: Option<&Vec<String>>, subcommand: &str) -> Result<Vec<String>, String> {
-    match command {
-        Some(command) => Ok(command.clone()),
-        None => this_program(subcommand),
-    }
 }
 
 /// The command of a built-in solver in a process of its own: this program again.

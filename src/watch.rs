@@ -6,12 +6,11 @@ use std::process::{Command, ExitCode};
 use std::sync::atomic::Ordering;
 
 use coupler::record::rundir::in_use;
-use coupler::record::summary::Status;
 use report::live::follow;
 use rustix::process::nice;
 
 use crate::cli::WatchArgs;
-use crate::exit::BAD_INPUT;
+use crate::exit::{BAD_INPUT, FAILED, fail};
 use crate::signals::interrupt;
 use crate::terminal::{complain, say};
 
@@ -23,16 +22,16 @@ const NICE: i32 = 10;
 pub fn watch(args: &WatchArgs) -> ExitCode {
     let dir = &args.dir;
     if !in_use(dir) {
-        complain(format_args!(
-            "error: no run goes on in {}\n   help: `tandem run SCENE --watch` starts one and shows it; `tandem report DIR` \
+        let why = format!(
+            "no run goes on in {}\n   help: `tandem run SCENE --watch` starts one and shows it; `tandem report DIR` \
              makes the page of one that has ended",
             dir.display()
-        ));
-        return ExitCode::from(BAD_INPUT);
+        );
+        return fail(why, BAD_INPUT);
     }
     let interrupt = match interrupt(false) {
         Ok(interrupt) => interrupt,
-        Err(error) => return failed(&error),
+        Err(error) => return fail(error, FAILED),
     };
     // Where that is refused this process is as urgent as the run, which costs a little of its time.
     let _ = nice(NICE);
@@ -53,13 +52,8 @@ pub fn watch(args: &WatchArgs) -> ExitCode {
     };
     match follow(dir, stop, shown) {
         Ok(()) => ExitCode::SUCCESS,
-        Err(error) => failed(&error.to_string()),
+        Err(error) => fail(error, FAILED),
     }
-}
-
-fn failed(error: &str) -> ExitCode {
-    complain(format_args!("error: {error}"));
-    ExitCode::from(Status::Failed.exit_code())
 }
 
 /// Starts a process that shows the run in `dir`, and ends with it. A run goes on without one.

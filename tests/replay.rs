@@ -60,7 +60,7 @@ fn what_is_damaged_or_different_is_named() {
     fs::write(&path, flipped).unwrap();
     replay(&place, path.to_str().unwrap(), &["--dem"])
         .expect(2)
-        .says(&["is damaged at byte"]);
+        .says(&["is damaged after"]);
 
     let path = place.path("cut");
     fs::write(&path, &whole[..whole.len() * 2 / 3]).unwrap();

@@ -6,7 +6,7 @@ use std::time::Duration;
 use coupler::record::check::{Expected, Reference};
 use coupler::run::estimate::Estimate;
 use coupler::run::stability::Sides;
-use coupler::scene::{Criterion, Scene, schema, solver_override};
+use coupler::scene::{Scene, schema, solver_override};
 use interface::config::{BodyInertia, ShapeFunction, Spacing, Transfer};
 use interface::solver::Readiness;
 use tempfile::TempDir;
@@ -106,7 +106,6 @@ fn defaults_are_as_documented() {
     assert_eq!(scene.constants["b"], 6.0);
     assert_eq!(scene.time.safety, 0.8);
     assert_eq!(scene.time.shortest(), 1e-9);
-    assert_eq!(scene.time.criterion, Criterion::Composed);
     assert_eq!(scene.coupling.window, 64);
     assert_eq!(scene.coupling.deadline(), Duration::from_secs(30));
     let mpm = scene.mpm.expect("there is a continuum");
@@ -362,7 +361,7 @@ fn the_estimate_names_what_binds_and_what_is_not_known() {
         stiffness_max: 1e5,
         ..Readiness::default()
     };
-    let mut sides = Sides::default();
+    let mut sides: Sides = Sides::default();
     sides.mpm.omega_sq = 1e4;
     let estimate = |set: &[&str], limits| {
         let scene = files.load(None, set);
@@ -436,13 +435,6 @@ fn the_plan_says_what_impacts_cost_and_a_resolution_is_checked() {
         let text = load(&path, None, &[&set]).expect_err("no resolution");
         has(&text, "dem.contact_resolution");
     }
-}
-
-#[test]
-fn the_criterion_of_jiang_is_a_choice() {
-    let scene = Files::new().load(None, &["time.criterion=jiang2020"]);
-    assert_eq!(scene.time.criterion, Criterion::Jiang2020);
-    assert!(scene.plan().to_string().contains("NOT SAFE"));
 }
 
 /// The resolved scene, and so its hash, has the moduli.

@@ -16,7 +16,7 @@
 //! | [`recording`], [`trace`] | every message of a run in a file, and played to a solver again; what each party does when |
 //! | [`hosted`] | one solver alone, led message by message |
 //! | [`processor`] | the check of the processor at the start of a program |
-//! | [`saved`] | the bytes of a saved state |
+//! | [`saved`], [`packed`] | the bytes of a saved state; files that say what they are |
 //!
 //! Geometry and mechanics that several solvers need are the crate `mechanics`.
 
@@ -28,6 +28,7 @@ pub mod hosted;
 pub mod impulse;
 pub mod ledger;
 pub mod message;
+pub mod packed;
 pub mod processor;
 pub mod recording;
 pub mod saved;

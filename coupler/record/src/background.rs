@@ -152,7 +152,7 @@ pub(crate) fn appends(mut file: File, path: PathBuf, bytes: u64) -> Background<V
         if let Err(error) = written {
             let _ = file.set_len(length);
             let _ = file.seek(SeekFrom::Start(length));
-            return Err(fail("write", &path)(error));
+            return Err(fail("write", &path)(error).into());
         }
         length += piece.len() as u64;
         Ok(())

@@ -260,9 +260,9 @@ impl Meant {
 #[derive(Debug, Clone)]
 pub struct Recorder {
     columns: Vec<Column>,
-    checks: Vec<(Check, Progress)>,
-    /// The present sample, then the first.
-    slots: Vec<f64>,
+    checks: Vec<Check>,
+    /// What later records depend on; a run that goes on takes that of another recorder of its scene.
+    pub recorded: Recorded,
     row: Vec<f64>,
     /// Times that are nearer than this (s) to an end of a window count as within it, because output times are rounded.
     time_slack: f64,
@@ -271,30 +271,15 @@ pub struct Recorder {
 impl Recorder {
     /// A recorder of these columns and checks without samples, for a run that ends at `end` (s).
     pub fn new(columns: &[Column], checks: &[Check], end: f64) -> Self {
-        let checks = checks.iter().cloned();
         Self {
             columns: columns.to_vec(),
-            checks: checks.map(|check| (check, Progress::default())).collect(),
-            slots: Vec::new(),
+            checks: checks.to_vec(),
+            recorded: Recorded {
+                slots: Vec::new(),
+                checks: vec![Progress::default(); checks.len()],
+            },
             row: Vec::new(),
             time_slack: 1e-9 * end,
-        }
-    }
-
-    /// The part of what was recorded on which later records depend.
-    pub fn so_far(&self) -> Recorded {
-        let progress = self.checks.iter().map(|(_, progress)| progress.clone());
-        Recorded {
-            slots: self.slots.clone(),
-            checks: progress.collect(),
-        }
-    }
-
-    /// Continues from another recorder of the same scene.
-    pub fn resume(&mut self, recorded: Recorded) {
-        self.slots = recorded.slots;
-        for ((_, progress), kept) in self.checks.iter_mut().zip(recorded.checks) {
-            *progress = kept;
         }
     }
 
@@ -311,13 +296,13 @@ impl Recorder {
 
     /// Takes a sample. The first one is that of `t_0`, to which the `initial.` quantities refer.
     pub fn record(&mut self, sample: &Sample) {
-        let values = sample.values();
-        if self.slots.is_empty() {
-            self.slots = [values, values].concat();
+        let (values, time) = (sample.values(), sample.time());
+        let Recorded { slots, checks } = &mut self.recorded;
+        if slots.is_empty() {
+            *slots = [values, values].concat();
         } else {
-            self.slots[..values.len()].copy_from_slice(values);
+            slots[..values.len()].copy_from_slice(values);
         }
-        let (slots, time) = (&self.slots, sample.time());
         self.row.clear();
         self.row.push(time);
         let columns = self
@@ -325,7 +310,7 @@ impl Recorder {
             .iter()
             .map(|column| column.value.evaluate(slots));
         self.row.extend(columns);
-        for (check, progress) in &mut self.checks {
+        for (check, progress) in self.checks.iter().zip(checks) {
             let point = Point {
                 time,
                 value: check.value.evaluate(slots),
@@ -342,12 +327,13 @@ impl Recorder {
 
     /// The values of the first sample; empty before it.
     pub fn initial(&self) -> &[f64] {
-        &self.slots[self.slots.len() / 2..]
+        let slots = &self.recorded.slots;
+        &slots[slots.len() / 2..]
     }
 
     /// Whether there has been a sample.
     pub fn has_begun(&self) -> bool {
-        !self.slots.is_empty()
+        !self.recorded.slots.is_empty()
     }
 
     /// The verdicts that later samples cannot change, for a run that has reached `time` (s).
@@ -356,20 +342,20 @@ impl Recorder {
             When::At(at) => at,
             _ => check.window[1],
         };
-        let reached = self.checks.iter().filter(|(check, _)| over(check) <= time);
-        let judged = reached.map(|(check, progress)| judge(check, progress, &self.slots));
-        if self.has_begun() {
-            judged.collect()
-        } else {
-            Vec::new()
-        }
+        self.judged(|check| self.has_begun() && over(check) <= time)
     }
 
     /// The verdicts, in the order of the scene.
     pub fn finish(&self) -> Vec<CheckResult> {
-        self.checks
-            .iter()
-            .map(|(check, progress)| judge(check, progress, &self.slots))
+        self.judged(|_| true)
+    }
+
+    fn judged(&self, is_asked: impl Fn(&Check) -> bool) -> Vec<CheckResult> {
+        let Recorded { slots, checks } = &self.recorded;
+        let all = self.checks.iter().zip(checks);
+        let asked = all.filter(|(check, _)| is_asked(check));
+        asked
+            .map(|(check, progress)| judge(check, progress, slots))
             .collect()
     }
 }

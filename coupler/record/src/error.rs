@@ -1,23 +1,38 @@
-//! Reasons why a run directory cannot be used, with advice.
+//! Reasons why a file or a run directory cannot be used, with advice.
 
 use std::io::{self, ErrorKind};
 use std::path::{Path, PathBuf};
 
 use thiserror::Error;
 
+/// The system does not do something with a file or folder.
+#[derive(Debug, Error)]
+#[error("cannot {action} {}: {source}", path.display())]
+pub struct FileError {
+    /// What was tried.
+    pub action: &'static str,
+    /// The file or folder.
+    pub path: PathBuf,
+    /// The error of the system.
+    pub source: io::Error,
+}
+
+/// Turns an error of the system into one that names what was tried with which file.
+pub fn fail(action: &'static str, path: &Path) -> impl FnOnce(io::Error) -> FileError {
+    let path = path.to_path_buf();
+    move |source| FileError {
+        action,
+        path,
+        source,
+    }
+}
+
 /// The run directory cannot be used.
 #[derive(Debug, Error)]
 pub enum RunDirError {
     /// A file or folder cannot be written, or read back.
-    #[error("cannot {action} {}: {source}", path.display())]
-    File {
-        /// What was tried.
-        action: &'static str,
-        /// The file or folder.
-        path: PathBuf,
-        /// The error of the system.
-        source: io::Error,
-    },
+    #[error(transparent)]
+    File(#[from] FileError),
     /// Another run uses the directory.
     #[error("{} is in use by {holder}", path.display())]
     InUse {
@@ -35,7 +50,7 @@ impl RunDirError {
     /// What the user can do about it.
     pub fn advice(&self) -> &'static str {
         match self {
-            Self::File { source, .. } => match source.kind() {
+            Self::File(error) => match error.source.kind() {
                 ErrorKind::StorageFull | ErrorKind::QuotaExceeded => {
                     "the disk is full: make room, or give a directory on another disk with --out"
                 }
@@ -54,15 +69,5 @@ impl RunDirError {
             Self::InUse { .. } => "wait for its end, or give another directory with --out",
             Self::NotOurs(_) => "move it, or give another directory with --out",
         }
-    }
-}
-
-/// Turns an error of the system into one of a run directory.
-pub fn fail(action: &'static str, path: &Path) -> impl FnOnce(io::Error) -> RunDirError {
-    let path = path.to_path_buf();
-    move |source| RunDirError::File {
-        action,
-        path,
-        source,
     }
 }

@@ -8,7 +8,8 @@ use std::time::{Duration, Instant};
 use interface::files::How;
 
 use super::background::{Background, Mark, appends};
-use super::rundir::{RunDir, RunDirError, fail};
+use super::error::fail;
+use super::rundir::{RunDir, RunDirError};
 use super::seal::{Seal, Sealed};
 
 /// Buffer for rows that are not in the file yet, in bytes.
@@ -30,11 +31,23 @@ pub struct History {
 }
 
 impl History {
-    /// Begins the table `name`.
+    /// Opens the table `name`: a new one, or one that goes on behind what it had at a checkpoint. Of nothing, which no
+    /// table is, it begins a new one and puts what is there aside.
     ///
     /// # Errors
-    /// The file cannot be written.
-    pub fn begin(dir: &RunDir, name: &str, header: &[String]) -> Result<Self, RunDirError> {
+    /// [`RunDirError`]: the file cannot be written, or was changed since the checkpoint.
+    pub fn open(
+        dir: &RunDir,
+        name: &str,
+        header: &[String],
+        at: Option<&Sealed>,
+    ) -> Result<Self, RunDirError> {
+        if let Some(at) = at {
+            if at.bytes > 0 {
+                return Self::resume(dir, name, at);
+            }
+            dir.put_aside(name)?;
+        }
         let (file, path) = dir.open(name, How::Replace)?;
         let mut history = Self::of(file, path, Seal::default());
         let mut writer = csv::Writer::from_writer(Vec::new());
@@ -49,21 +62,7 @@ impl History {
         Ok(history)
     }
 
-    /// Continues the table `name` behind what it had at a checkpoint. Of nothing, which no table is, it begins a new one and puts
-    /// what is there aside.
-    ///
-    /// # Errors
-    /// [`RunDirError`], also if that was changed.
-    pub fn resume(
-        dir: &RunDir,
-        name: &str,
-        header: &[String],
-        at: &Sealed,
-    ) -> Result<Self, RunDirError> {
-        if at.bytes == 0 {
-            dir.put_aside(name)?;
-            return Self::begin(dir, name, header);
-        }
+    fn resume(dir: &RunDir, name: &str, at: &Sealed) -> Result<Self, RunDirError> {
         let seal = at.compare(dir.path(), name);
         let seal = seal.map_err(fail("resume", &dir.path().join(name)))?;
         let (mut file, path) = dir.open(name, How::Change)?;
@@ -147,7 +146,7 @@ mod tests {
         let dir = tempfile::tempdir().unwrap();
         let run = RunDir::create(dir.path(), "").unwrap();
         let mut history =
-            History::begin(&run, HISTORY, &["time [s]".into(), "x [m]".into()]).unwrap();
+            History::open(&run, HISTORY, &["time [s]".into(), "x [m]".into()], None).unwrap();
         let mut sizes = std::collections::BTreeSet::new();
         let began = std::time::Instant::now();
         // Writes at least so many rows, and until the writing thread has been seen idle in between.
@@ -177,7 +176,7 @@ mod tests {
         let dir = tempfile::tempdir().unwrap();
         let run = RunDir::create(dir.path(), "").unwrap();
         let mut history =
-            History::begin(&run, HISTORY, &["time [s]".into(), "x [m]".into()]).unwrap();
+            History::open(&run, HISTORY, &["time [s]".into(), "x [m]".into()], None).unwrap();
         let row = [0.1 + 0.2, 1e-300 / 3.0];
         history.row(&row).unwrap();
         history.finish().unwrap();

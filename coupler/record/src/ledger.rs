@@ -3,75 +3,60 @@
 use interface::message::wire::{BodyState, GroupState, Ledger};
 use serde::{Deserialize, Serialize};
 
-/// Energies of both sides at one time in J/m, as `summary.json` has them.
-#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
-pub struct Energies {
+/// The energies of both sides, one a line: what it is, its name, its value for the ledgers of continuum and bodies.
+macro_rules! energies {
+    ($($(#[$doc:meta])* $name:ident, $value:expr;)*) => {
+        /// Energies of both sides at one time in J/m, as `summary.json` has them.
+        #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
+        pub struct Energies {
+            $($(#[$doc])* pub $name: f64,)*
+        }
+
+        impl Energies {
+            fn of(mpm: &Ledger, dem: &Ledger) -> Self {
+                let sum = |value: fn(&Ledger) -> f64| value(mpm) + value(dem);
+                Self { $($name: sum($value),)* }
+            }
+
+            /// Every part with its name, in J/m.
+            pub fn parts(&self) -> [(&'static str, f64); 12] {
+                [$((stringify!($name), self.$name),)*]
+            }
+        }
+    };
+}
+
+energies! {
     /// Kinetic energy of points and of the bodies' translation.
-    pub kinetic: f64,
+    kinetic, |l| l.kinetic;
     /// Kinetic energy of the bodies' rotation.
-    pub rotation: f64,
+    rotation, |l| l.kinetic_rotation;
     /// Elastic energy of the points.
-    pub elastic: f64,
+    elastic, |l| l.elastic;
     /// Potential energy of gravity.
-    pub gravity: f64,
+    gravity, |l| l.gravity;
     /// Energy in contact springs.
-    pub contact: f64,
+    contact, |l| l.contact;
     /// Dissipated by friction.
-    pub friction: f64,
+    friction, |l| l.friction_work;
     /// Dissipated by viscosity.
-    pub viscous: f64,
+    viscous, |l| l.viscous_work;
     /// Dissipated by plastic flow.
-    pub plastic: f64,
+    plastic, |l| l.plastic_work;
     /// Taken from the motion by the transfer between points and nodes; below zero if it has given more than it took.
-    pub transfer: f64,
+    transfer, |l| l.transfer_work;
     /// Work put in by driven bodies and boundaries.
-    pub driven: f64,
+    driven, |l| l.driven_work;
     /// Conserved except for the residual of the transfer scheme: energies held, plus energies dissipated, minus work
     /// put in.
-    pub total: f64,
+    total, total;
     /// Work of the stress of the points so far, less what plastic flow and viscous stress took; 0 for a continuum
     /// without the capability `stress_work`. It is not part of the total: if the law has an energy, it grows as
     /// `elastic` does.
-    pub stress_work: f64,
+    stress_work, |l| l.stress_work;
 }
 
 impl Energies {
-    fn of(mpm: &Ledger, dem: &Ledger) -> Self {
-        let sum = |f: fn(&Ledger) -> f64| f(mpm) + f(dem);
-        Self {
-            kinetic: sum(|l| l.kinetic),
-            rotation: sum(|l| l.kinetic_rotation),
-            elastic: sum(|l| l.elastic),
-            gravity: sum(|l| l.gravity),
-            contact: sum(|l| l.contact),
-            friction: sum(|l| l.friction_work),
-            viscous: sum(|l| l.viscous_work),
-            plastic: sum(|l| l.plastic_work),
-            transfer: sum(|l| l.transfer_work),
-            driven: sum(|l| l.driven_work),
-            total: total(mpm) + total(dem),
-            stress_work: sum(|l| l.stress_work),
-        }
-    }
-
-    /// Every part with its name, in J/m.
-    pub fn parts(&self) -> [(&'static str, f64); 12] {
-        [
-            ("kinetic", self.kinetic),
-            ("rotation", self.rotation),
-            ("elastic", self.elastic),
-            ("gravity", self.gravity),
-            ("contact", self.contact),
-            ("friction", self.friction),
-            ("viscous", self.viscous),
-            ("plastic", self.plastic),
-            ("transfer", self.transfer),
-            ("driven", self.driven),
-            ("total", self.total),
-            ("stress_work", self.stress_work),
-        ]
-    }
-
     /// Energy in play: all energies, with gravity counted from its value at the start, so that the choice of the origin
     /// does not matter.
     fn in_play(&self, start: &Self) -> f64 {

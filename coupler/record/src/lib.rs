@@ -27,6 +27,7 @@ mod seal;
 pub mod summary;
 pub mod table;
 
+pub use error::{FileError, fail};
 pub use seal::Sealed;
 pub use summary::Summary;
 pub use table::Table;

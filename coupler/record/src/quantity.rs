@@ -249,13 +249,8 @@ pub struct Quantities {
     names: Vec<String>,
     /// Their units, per metre of thickness.
     units: Vec<&'static str>,
-    groups: usize,
-    /// Number of probes, which follow the groups.
-    probes: usize,
-    /// Number of holds, which follow the probes.
-    holds: usize,
-    /// Number of chains, which follow the holds.
-    chains: usize,
+    /// Numbers of groups, probes, holds and chains, which a measurement has one after the other.
+    sets: [usize; 4],
     /// Number of bodies that are written one by one.
     bodies: usize,
     /// Number of bodies of each set; the sets follow these bodies.
@@ -281,11 +276,13 @@ impl Quantities {
     ) -> Self {
         let mut registry = Self::default();
         registry.add("", OF_RUN);
-        registry.groups = registry.add_each("points", groups, OF_GROUP);
         let [probes, holds, chains] = [probes, holds, chains].map(|names| names.iter().copied());
-        registry.probes = registry.add_each("probe", probes, OF_PROBE);
-        registry.holds = registry.add_each("hold", holds, OF_HOLD);
-        registry.chains = registry.add_each("chain", chains, OF_CHAIN);
+        registry.sets = [
+            registry.add_each("points", groups, OF_GROUP),
+            registry.add_each("probe", probes, OF_PROBE),
+            registry.add_each("hold", holds, OF_HOLD),
+            registry.add_each("chain", chains, OF_CHAIN),
+        ];
         registry.bodies = registry.add_each("body", bodies, OF_BODY);
         for (fill, count) in fills {
             registry.fills.push(count as usize);
@@ -360,11 +357,14 @@ impl Quantities {
     /// # Panics
     /// If there are not as many groups or bodies as the scene has: an assertion, they were configured from it.
     pub fn fill(&self, sample: &mut Sample, measured: &Measured, first: &[f64]) {
-        let told = self.groups + self.probes + self.holds + self.chains;
+        let told: usize = self.sets.iter().sum();
         assert_eq!(measured.groups.len(), told, "one record a group");
-        let (groups, sets) = measured.groups.split_at(self.groups);
-        let (probes, sets) = sets.split_at(self.probes);
-        let (holds, chains) = sets.split_at(self.holds);
+        let mut rest = measured.groups;
+        let [groups, probes, holds, chains] = self.sets.map(|count| {
+            let (set, others) = rest.split_at(count);
+            rest = others;
+            set
+        });
         let count = self.bodies + self.fills.iter().sum::<usize>();
         assert_eq!(measured.bodies.len(), count, "one record a body");
         let (bodies, mut filled) = measured.bodies.split_at(self.bodies);

@@ -22,7 +22,7 @@ use self::list::{WRITTEN, Written};
 pub use self::lock::in_use;
 use self::lock::{LOCK, Lock};
 pub use super::error::RunDirError;
-pub use super::error::fail;
+use super::error::fail;
 use super::summary::{SUMMARY, Summary};
 
 /// The scene, with all that it takes from elsewhere.
@@ -331,7 +331,7 @@ impl RunDir {
     /// The file cannot be written.
     pub fn replace(&self, name: &str, bytes: &[u8], durably: bool) -> Result<(), RunDirError> {
         let (name, path) = self.claim(name)?;
-        files::replace(&self.root, name, bytes, durably).map_err(fail("write", &path))
+        Ok(files::replace(&self.root, name, bytes, durably).map_err(fail("write", &path))?)
     }
 }
 
@@ -451,13 +451,15 @@ fn files_below(dir: &Path, folder: &str) -> io::Result<BTreeSet<String>> {
 /// Moves a file within the directory; a missing file is ignored.
 fn displace(dir: &Path, from: impl AsRef<Path>, to: impl AsRef<Path>) -> Result<(), RunDirError> {
     let path = dir.join(to.as_ref());
-    files::rename(dir, from, to).map_err(fail("replace", &path))
+    Ok(files::rename(dir, from, to).map_err(fail("replace", &path))?)
 }
 
 /// Removes a folder that Tandem alone uses.
 fn remove_all(folder: &Path) -> Result<(), RunDirError> {
     match fs::remove_dir_all(folder) {
-        Err(error) if error.kind() != ErrorKind::NotFound => Err(fail("remove", folder)(error)),
+        Err(error) if error.kind() != ErrorKind::NotFound => {
+            Err(fail("remove", folder)(error).into())
+        }
         _ => Ok(()),
     }
 }

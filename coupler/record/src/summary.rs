@@ -8,6 +8,7 @@ use interface::files::{self, SMALL};
 use interface::message::wire::{BodyState, PointState};
 use serde::de::value::MapDeserializer;
 use serde::{Deserialize, Deserializer, Serialize};
+use strum::IntoStaticStr;
 use thiserror::Error;
 
 use crate::check::{CheckResult, number};
@@ -19,8 +20,9 @@ pub const SUMMARY: &str = "summary.json";
 pub const VERSION: u32 = 2;
 
 /// How a run ended.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, IntoStaticStr)]
 #[serde(rename_all = "snake_case")]
+#[strum(serialize_all = "snake_case")]
 pub enum Status {
     /// It reached its end, and every check holds.
     Done,
@@ -39,15 +41,8 @@ pub enum Status {
 
 impl Status {
     /// As `summary.json` spells it.
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Done => "done",
-            Self::CheckFailed => "check_failed",
-            Self::Failed => "failed",
-            Self::Unstable => "unstable",
-            Self::Interrupted => "interrupted",
-            Self::Killed => "killed",
-        }
+    pub fn name(self) -> &'static str {
+        self.into()
     }
 
     /// Exit status of `tandem run`.
@@ -71,6 +66,22 @@ pub struct WallParts {
     pub exchange: f64,
     /// Waiting for the others.
     pub wait: f64,
+}
+
+/// The time that a run took, by the names of the processes.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+pub struct Spent {
+    /// Wall time from launch to the end in s.
+    pub wall_s: f64,
+    /// By process.
+    pub wall_by_part: BTreeMap<String, WallParts>,
+    /// CPU time by process in s. In one process: of each party's thread, without those of its pool.
+    pub cpu_s: BTreeMap<String, f64>,
+    /// Wall time of stepping in s: from the reports on the first grant, the opening step in which nothing moves, to
+    /// those on the last. Start-up is what comes before.
+    pub stepping_wall_s: f64,
+    /// CPU time of stepping by process in s, as `cpu_s` counts it.
+    pub stepping_cpu_s: BTreeMap<String, f64>,
 }
 
 /// The ledger at both ends of the run.
@@ -144,17 +155,9 @@ pub struct Summary {
     pub epochs: u64,
     /// Rebuilds of the IMP set.
     pub rebuilds: u64,
-    /// Wall time from launch to the end in s.
-    pub wall_s: f64,
-    /// By process.
-    pub wall_by_part: BTreeMap<String, WallParts>,
-    /// CPU time by process in s. In one process: of each party's thread, without those of its pool.
-    pub cpu_s: BTreeMap<String, f64>,
-    /// Wall time of stepping in s: from the reports on the first grant, the opening step in which nothing moves, to
-    /// those on the last. Start-up is what comes before.
-    pub stepping_wall_s: f64,
-    /// CPU time of stepping by process in s, as `cpu_s` counts it.
-    pub stepping_cpu_s: BTreeMap<String, f64>,
+    /// The time that it took.
+    #[serde(flatten)]
+    pub spent: Spent,
     /// Material points.
     pub points: u64,
     /// Most IMPs at a time.
@@ -227,12 +230,12 @@ impl Summary {
 
     /// CPU time of all processes in s.
     pub fn cpu(&self) -> f64 {
-        self.cpu_s.values().sum()
+        self.spent.cpu_s.values().sum()
     }
 
     /// CPU time of stepping of all processes in s.
     pub fn stepping_cpu(&self) -> f64 {
-        self.stepping_cpu_s.values().sum()
+        self.spent.stepping_cpu_s.values().sum()
     }
 
     /// The verdict on a check.

@@ -142,6 +142,13 @@ impl Table {
         names.join(", ")
     }
 
+    /// The sum of the last numbers of some columns, by their names; `None` without rows.
+    pub fn last(&self, is_asked: impl Fn(&str) -> bool) -> Option<f64> {
+        let asked = self.columns.iter().filter(|column| is_asked(&column.name));
+        let values = asked.filter_map(|column| column.values.last().copied());
+        values.reduce(|a, b| a + b)
+    }
+
     /// The numbers of each row, in the order of the columns.
     pub fn numbers(&self) -> impl Iterator<Item = Vec<f64>> {
         let row = |k| self.columns.iter().map(move |column| column.values[k]);

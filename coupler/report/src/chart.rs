@@ -53,10 +53,8 @@ pub struct Charts {
 /// What is left out of curves, by chart.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Notes {
-    /// Of the energies.
-    pub energy: Vec<String>,
-    /// Of the steps.
-    pub steps: Vec<String>,
+    /// Of the energies and of the steps, which are one table.
+    pub course: Option<String>,
     /// Of the history.
     pub history: Vec<String>,
 }
@@ -101,9 +99,7 @@ pub fn charts(record: &Record) -> Charts {
     let mut notes = Notes::default();
     let course = record.course.as_ref().filter(|course| course.rows() > 0);
     let thin = course.map(|course| thin(course, ROWS));
-    let note = course.and_then(|course| thinned(course.rows()));
-    notes.energy.extend(note.clone());
-    notes.steps.extend(note);
+    notes.course = course.and_then(|course| thinned(course.rows()));
     Charts {
         energy: thin.as_ref().and_then(energy),
         steps: thin.as_ref().and_then(steps),
@@ -249,7 +245,6 @@ fn words_of_bound(bound: Bound) -> &'static str {
         Bound::Contact => "Contact of points and bodies",
         Bound::Bodies => "Contact between bodies",
         Bound::Kinematic => "Distance moved in a step",
-        Bound::Jiang2020 => "Jiang 2020, eq. 51",
         Bound::Cap => "Longest step of the scene",
         Bound::Output => "The next output",
         Bound::Growth => "Growth by at most 10 %",

@@ -1,8 +1,8 @@
 //! Why there is no page.
 
-use std::io;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
+use coupler::record::FileError;
 use thiserror::Error;
 
 /// Why there is no page.
@@ -17,27 +17,9 @@ pub enum ReportError {
         what: &'static str,
     },
     /// A file cannot be read or written.
-    #[error("cannot {action} {}: {source}", path.display())]
-    File {
-        /// What was tried.
-        action: &'static str,
-        /// With what.
-        path: PathBuf,
-        /// Why not.
-        source: io::Error,
-    },
+    #[error(transparent)]
+    File(#[from] FileError),
     /// The page cannot be made although everything was read.
     #[error("cannot make the page: {0}")]
     Page(String),
-}
-
-impl ReportError {
-    pub(crate) fn file(action: &'static str, path: &Path) -> impl FnOnce(io::Error) -> Self {
-        let path = path.to_path_buf();
-        move |source| Self::File {
-            action,
-            path,
-            source,
-        }
-    }
 }

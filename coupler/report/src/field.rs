@@ -5,6 +5,7 @@ use coupler::record::frames::vtu::Mesh;
 use serde::Serialize;
 
 use crate::pack::Scale;
+use crate::words::unit_of;
 
 /// Share of the numbers at either end that may lie beyond the colours, where they would take most of them.
 const EXTREMES: f64 = 0.002;
@@ -23,25 +24,22 @@ const LABELS: [(&str, &str); 7] = [
 ];
 
 /// A field that a run has.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Field {
     /// For the page's script.
     pub name: String,
     /// For people.
     pub label: String,
-    /// Empty where it is not known.
+    /// As it is printed; empty where it is not known.
     pub unit: String,
 }
 
 /// The data of a field for the page.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Shown {
-    /// As in [`Field`].
-    pub name: String,
-    /// Likewise.
-    pub label: String,
-    /// Likewise.
-    pub unit: String,
+    /// What it is.
+    #[serde(flatten)]
+    pub field: Field,
     /// The number of the first colour and that of the last.
     pub range: [f64; 2],
     /// The least number and the largest.
@@ -60,7 +58,7 @@ pub fn fields(mesh: &Mesh) -> Vec<Field> {
         Column::of(mesh, name).map(|_| Field {
             name: name.to_owned(),
             label,
-            unit: unit.unwrap_or_default().to_owned(),
+            unit: unit_of(unit.unwrap_or_default()),
         })
     };
     let usual = LABELS.iter();

@@ -28,7 +28,7 @@ pub mod words;
 
 use std::path::{Path, PathBuf};
 
-use coupler::record::rundir::REPORT;
+use coupler::record::{fail, rundir::REPORT};
 use interface::files;
 
 use record::Record;
@@ -65,7 +65,7 @@ pub fn write(runs: &[PathBuf], out: Option<&Path>) -> Result<Written, ReportErro
         Some(out) => files::write_named(out, &html),
         None => files::replace(&runs[0], REPORT, html.as_bytes(), false),
     };
-    written.map_err(ReportError::file("write", &path))?;
+    written.map_err(fail("write", &path))?;
     Ok(Written {
         bytes: html.len() as u64,
         path,

@@ -3,10 +3,11 @@
 use std::path::Path;
 use std::time::{Duration, Instant, SystemTime};
 
+use coupler::record::fail;
 use coupler::record::rundir::{COURSE, FRAME_LIST, HISTORY, in_use};
 use interface::files::{self, How};
+use interface::session::cpu_time;
 use interface::transport::wait::until;
-use rustix::time::{ClockId, clock_gettime};
 
 use crate::ReportError;
 use crate::page::page;
@@ -49,7 +50,7 @@ pub fn follow(
                     let rest = || LOOK.max(REST * cpu_time().saturating_sub(begun));
                     let html = page(&[record], (!ended).then(rest))?;
                     let written = files::replace(dir, LIVE, html.as_bytes(), false);
-                    written.map_err(ReportError::file("write", &path))?;
+                    written.map_err(fail("write", &path))?;
                     rested = Instant::now() + rest();
                     if !is_shown {
                         shown(Some(&path));
@@ -80,10 +81,4 @@ fn state(dir: &Path) -> Vec<Option<(u64, SystemTime)>> {
         Some((file.len(), file.modified().ok()?))
     };
     names.into_iter().map(of).collect()
-}
-
-/// CPU time of this thread.
-fn cpu_time() -> Duration {
-    let t = clock_gettime(ClockId::ThreadCPUTime);
-    Duration::new(t.tv_sec.unsigned_abs(), t.tv_nsec as u32)
 }

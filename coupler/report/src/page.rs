@@ -40,12 +40,6 @@ pub const LARGEST: usize = 5_000_000;
 /// Share of the room of a motion that its times and outlines may take, and of rounding.
 const RESERVE: f64 = 0.04;
 
-/// The data of the script.
-#[derive(Debug, Serialize)]
-struct Data<'a> {
-    runs: Vec<OfRun<'a>>,
-}
-
 /// The data of a run for the script.
 #[derive(Debug, Serialize)]
 struct OfRun<'a> {
@@ -59,8 +53,6 @@ struct OfRun<'a> {
 struct Page<'a> {
     title: String,
     about: &'a str,
-    style: &'a str,
-    script: &'a str,
     /// When the page of a run that goes on loads itself again.
     again: Option<Duration>,
     data: String,
@@ -101,7 +93,8 @@ struct Run<'a> {
     scene: &'a str,
     scene_note: Option<String>,
     left_out: Vec<LeftOut>,
-    details: Vec<Detail>,
+    /// Names and values.
+    details: Vec<(&'static str, String)>,
 }
 
 #[derive(Debug)]
@@ -121,12 +114,6 @@ struct LogRow {
     /// `cut` where lines are left out.
     level: String,
     text: String,
-}
-
-#[derive(Debug)]
-struct Detail {
-    name: &'static str,
-    value: String,
 }
 
 impl Run<'_> {
@@ -192,16 +179,12 @@ fn render(
     again: Option<Duration>,
 ) -> Result<String, ReportError> {
     let of_runs = labels.iter().zip(motions).zip(charts);
-    let data = Data {
-        runs: of_runs
-            .map(|((label, motion), charts)| OfRun {
-                label,
-                motion: motion.as_ref().ok(),
-                charts,
-            })
-            .collect(),
-    };
-    let data = in_script(&data)?;
+    let data = of_runs.map(|((label, motion), charts)| OfRun {
+        label,
+        motion: motion.as_ref().ok(),
+        charts,
+    });
+    let data = in_script(&data.collect::<Vec<_>>())?;
     let has_motion = motions.iter().any(Result::is_ok);
     let all = records.iter().zip(labels).zip(charts.iter().zip(motions));
     let runs: Vec<Run> = all
@@ -233,8 +216,6 @@ fn render(
     let page = Page {
         title,
         about,
-        style: STYLE,
-        script: SCRIPT,
         again,
         data,
         many: records.len() > 1,
@@ -416,7 +397,7 @@ fn figures(records: &[Record]) -> Vec<Figure> {
         known("Simulated time", &|s| moment(s.time), &|record| {
             so_far::time(record).map(moment)
         }),
-        of("Run time", &|s| duration(s.wall_s)),
+        of("Run time", &|s| duration(s.spent.wall_s)),
         known("Steps", &|s| count(s.steps), &|record| {
             so_far::steps(record).map(count)
         }),
@@ -461,15 +442,16 @@ fn parts(record: &Record) -> Vec<Part> {
         ("dem", "Bodies (DEM)"),
         ("coupler", "Coupler"),
     ];
-    let whole = summary
+    let spent = &summary.spent;
+    let whole = spent
         .wall_by_part
         .values()
         .map(|p| p.compute + p.exchange + p.wait)
-        .fold(summary.wall_s, f64::max);
+        .fold(spent.wall_s, f64::max);
     let known = words.into_iter().filter_map(|(key, name)| {
-        let parts = summary.wall_by_part.get(key)?;
+        let parts = spent.wall_by_part.get(key)?;
         let share = |time: f64| format!("{:.2}", 100.0 * time / whole.max(f64::MIN_POSITIVE));
-        let cpu = summary.cpu_s.get(key).copied();
+        let cpu = spent.cpu_s.get(key).copied();
         Some(Part {
             name,
             compute: duration(parts.compute),
@@ -545,14 +527,11 @@ fn scene(record: &Record) -> (&str, Option<String>) {
 }
 
 /// Where and how it was run: from the log, which says it since there are reports.
-fn details(record: &Record) -> Vec<Detail> {
+fn details(record: &Record) -> Vec<(&'static str, String)> {
     let mut details = Vec::new();
     let mut add = |name, value: Option<String>| {
-        details.extend(
-            value
-                .filter(|value| !value.is_empty())
-                .map(|value| Detail { name, value }),
-        );
+        let value = value.filter(|value| !value.is_empty());
+        details.extend(value.map(|value| (name, value)));
     };
     let begun = record.log.iter().filter(|line| line.message() == "begins");
     let mut of_log: Vec<&Line> = begun.collect();

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use coupler::record::log::{self, Line};
 use coupler::record::rundir::COURSE;
-use coupler::record::{Summary, Table};
+use coupler::record::{Summary, Table, fail};
 use coupler::scene::Scene;
 use coupler::scene::diagnostic::SceneErrors;
 use interface::files::{self, TABLE};
@@ -91,7 +91,7 @@ fn text(dir: &Path, name: &str) -> Result<Option<String>, ReportError> {
             String::from_utf8_lossy(error.as_bytes()).into_owned()
         }))),
         Err(error) if error.kind() == io::ErrorKind::NotFound => Ok(None),
-        Err(error) => Err(ReportError::file("read", &dir.join(name))(error)),
+        Err(error) => Err(fail("read", &dir.join(name))(error).into()),
     }
 }
 

@@ -7,7 +7,7 @@ use crate::record::Record;
 use crate::words::{number, quantity};
 
 /// A check as a row of the page.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct Row {
     /// Which run.
     pub run: String,
@@ -124,11 +124,9 @@ fn open(check: &Check, run: &str) -> Row {
         result: "open",
         name: check.name.clone(),
         when: when(check.when),
-        value: String::new(),
         expected: check.expected.in_words(self::number),
-        error: String::new(),
-        allowed: String::new(),
         source: check.source.clone(),
+        ..Row::default()
     }
 }
 

@@ -7,7 +7,7 @@ async function startPlayer(data) {
   const stages = await Promise.all(canvases.map(async (canvas) => {
     const run = Number(canvas.dataset.run);
     const text = document.getElementById(`motion-${run}`).textContent;
-    return new Stage(canvas, await unpack(data.runs[run].motion, text));
+    return new Stage(canvas, await unpack(data[run].motion, text));
   }));
   const of = (id) => document.getElementById(id);
   return new Player(stages, {
@@ -36,10 +36,10 @@ const CHARTS = {
 
 function startCharts(data, seek) {
   for (const host of document.querySelectorAll("[data-chart]")) {
-    chart(host, CHARTS[host.dataset.chart](data.runs[host.dataset.run].charts), seek);
+    chart(host, CHARTS[host.dataset.chart](data[host.dataset.run].charts), seek);
   }
   for (const host of document.querySelectorAll("[data-history]")) {
-    for (const curve of data.runs[host.dataset.history].charts.history) {
+    for (const curve of data[host.dataset.history].charts.history) {
       const [card, cell] = [document.createElement("div"), document.createElement("div")];
       card.className = "card";
       cell.className = "chart";

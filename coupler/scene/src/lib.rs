@@ -47,7 +47,7 @@ use record::rundir::SCENE;
 
 pub use expectation::Expectation;
 pub use model::{
-    CheckpointPlan, Coupling, Criterion, Measurand, Output, Scene, Solvers, Start, Study, TimePlan,
+    CheckpointPlan, Coupling, Measurand, Output, Scene, Solvers, Start, Study, TimePlan,
 };
 pub use needs::{refused, unmet};
 pub use placement::{pressing, refuse_points_within_bodies};

@@ -111,16 +111,13 @@ pub struct TimePlan {
     /// Safety factor kappa of the composed limit, above 0 and at most 1; 0.8 by default.
     #[serde(default = "safety")]
     pub safety: f64,
-    /// Forces the step to this multiple of what the criterion allows, to find the limit of stability by experiment; 1
-    /// by default.
+    /// Forces the step to this multiple of what the limits allow, to find the limit of stability by experiment; 1 by
+    /// default.
     #[serde(default = "step_factor")]
     pub step_factor: f64,
     /// A run that creates numerically more than this share of the energy in play fails; 0.1 by default.
     #[serde(default = "created_energy")]
     pub created_energy: f64,
-    /// How the step limit is computed.
-    #[serde(default)]
-    pub criterion: Criterion,
 }
 
 fn safety() -> f64 {
@@ -145,7 +142,6 @@ impl TimePlan {
             safety: safety(),
             step_factor: step_factor(),
             created_energy: created_energy(),
-            criterion: Criterion::Composed,
         }
     }
 
@@ -154,21 +150,10 @@ impl TimePlan {
         self.min_step.unwrap_or(1e-9 * self.end)
     }
 
-    /// Whether every step is within the limit of stability, as far as the composed criterion covers it.
+    /// Whether every step is within the limit of stability, as far as the composed limit covers it.
     pub fn is_stable(&self) -> bool {
-        self.criterion == Criterion::Composed && self.safety * self.step_factor <= 1.0
+        self.safety * self.step_factor <= 1.0
     }
-}
-
-/// How the step limit is computed.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize, JsonSchema)]
-#[serde(rename_all = "snake_case")]
-pub enum Criterion {
-    /// From the stiffness and mobility of both sides together.
-    #[default]
-    Composed,
-    /// Jiang 2020 eq. 51 as printed, for comparison: not safe in general.
-    Jiang2020,
 }
 
 /// Programs and their arguments that replace the built-in solvers; `--join RUN` is added to them.

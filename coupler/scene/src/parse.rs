@@ -271,7 +271,7 @@ fn time(problems: &mut Problems, time: &TimePlan) {
     if time.step_factor > 1.0 {
         let factor = time.step_factor;
         problems.warn(format!(
-            "`time.step_factor` forces the step to {factor} times what the criterion allows"
+            "`time.step_factor` forces the step to {factor} times what the limits allow"
         ));
     }
     problems.above_zero("time.created_energy", time.created_energy, "a share");

@@ -6,7 +6,7 @@ use interface::config::friction::FrictionTest;
 use interface::config::{ContactLaw, GroupConfig, MaterialConfig, Motion, MpmConfig, Wall};
 use serde::Serialize;
 
-use super::{Criterion, Scene};
+use super::Scene;
 
 /// What a scene will run.
 #[derive(Debug, Clone, PartialEq)]
@@ -138,13 +138,10 @@ fn runs(scene: &Scene) -> Vec<String> {
             runs.push(format!("contact of {a} and {b}: {law}"));
         }
     }
-    runs.push(match scene.time.criterion {
-        Criterion::Composed => format!(
-            "step: composed of both sides' limits, safety {}, in windows of up to {} steps",
-            scene.time.safety, scene.coupling.window
-        ),
-        Criterion::Jiang2020 => "step: Jiang 2020 eq. 51: NOT SAFE in general".to_owned(),
-    });
+    runs.push(format!(
+        "step: composed of both sides' limits, safety {}, in windows of up to {} steps",
+        scene.time.safety, scene.coupling.window
+    ));
     if let Some(start) = &scene.start {
         runs.push(format!("begins with the state of {}", start.from()));
     }

@@ -11,21 +11,10 @@ use serde::{Deserialize, Serialize};
 
 use crate::record::check::{Recorded, Recorder};
 use crate::record::ledger::{Balance, Since, created_words};
-use crate::record::summary::{Criteria, Status, Summary, VERSION, WallParts};
+use crate::record::summary::{Criteria, Spent, Status, Summary, VERSION};
 use crate::run::failure::RunError;
 use crate::run::pace::{Pace, SoFar};
 use crate::scene::Scene;
-
-/// Time used, in s, by the names of the processes.
-#[derive(Debug, Clone, Default, Serialize, Deserialize)]
-struct Spent {
-    wall: f64,
-    parts: BTreeMap<String, WallParts>,
-    cpu: BTreeMap<String, f64>,
-    /// What came after start-up, which ends when the reports on the first grant arrive.
-    stepping_wall: f64,
-    stepping_cpu: BTreeMap<String, f64>,
-}
 
 /// The time used up to a moment.
 #[derive(Debug, Clone)]
@@ -39,7 +28,7 @@ struct Moment {
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub(crate) struct Kept {
     recorded: Recorded,
-    so_far: SoFar,
+    pub so_far: SoFar,
     tally: Tally,
     spent: Spent,
 }
@@ -55,13 +44,6 @@ pub(crate) struct Tally {
     pub grants: u64,
     pub epochs: u64,
     epochs_before: u64,
-}
-
-impl Kept {
-    /// The steps planned so far.
-    pub fn so_far(&self) -> &SoFar {
-        &self.so_far
-    }
 }
 
 /// The data of a run at any time, enough for a summary however the run ends.
@@ -175,10 +157,10 @@ impl Account {
             return;
         };
         let last = last.clone().unwrap_or_else(|| self.moment());
-        spent.stepping_wall += last.at.duration_since(first.at).as_secs_f64();
+        spent.stepping_wall_s += last.at.duration_since(first.at).as_secs_f64();
         for (party, cpu) in last.cpu {
             let before = first.cpu.get(&party).copied().unwrap_or(0.0);
-            let sum = spent.stepping_cpu.entry(party.name().to_owned());
+            let sum = spent.stepping_cpu_s.entry(party.name().to_owned());
             *sum.or_default() += (cpu - before).max(0.0);
         }
     }
@@ -186,19 +168,19 @@ impl Account {
     /// The part that continues in another process.
     pub fn keep(&self) -> Kept {
         Kept {
-            recorded: self.recorder.so_far(),
-            so_far: self.pace.so_far().clone(),
+            recorded: self.recorder.recorded.clone(),
+            so_far: self.pace.so_far.clone(),
             tally: self.tally,
-            spent: self.spent(self.started.elapsed()),
+            spent: self.spent(),
         }
     }
 
     /// Continues the account of another process of the same scene.
     pub fn resume(&mut self, kept: Kept) {
         self.tally = kept.tally;
-        self.pace.resume(kept.so_far);
+        self.pace.so_far = kept.so_far;
         self.earlier = kept.spent;
-        self.recorder.resume(kept.recorded);
+        self.recorder.recorded = kept.recorded;
     }
 
     /// Begins with the account of a run of another scene. The clock shows 0 if `from_zero`. The numbers of epochs and
@@ -216,20 +198,18 @@ impl Account {
         tally.epochs_before = tally.epochs;
     }
 
-    /// Wall time of this process so far.
-    pub fn lasted(&self) -> Duration {
-        self.started.elapsed()
-    }
-
     /// Time used by this process and by earlier ones.
-    fn spent(&self, wall: Duration) -> Spent {
+    fn spent(&self) -> Spent {
         let mut spent = self.earlier.clone();
         let mut add = |party: Party, [compute, exchange, wait, cpu]: [f64; 4]| {
-            let parts = spent.parts.entry(party.name().to_owned()).or_default();
+            let parts = spent
+                .wall_by_part
+                .entry(party.name().to_owned())
+                .or_default();
             parts.compute += compute;
             parts.exchange += exchange;
             parts.wait += wait;
-            *spent.cpu.entry(party.name().to_owned()).or_default() += cpu;
+            *spent.cpu_s.entry(party.name().to_owned()).or_default() += cpu;
         };
         for (&party, report) in &self.reports {
             let own = [
@@ -240,19 +220,17 @@ impl Account {
             ];
             add(party, own.map(|ns| ns as f64 * 1e-9));
         }
-        let (wall, waited) = (wall.as_secs_f64(), self.waited.as_secs_f64());
+        let wall = self.started.elapsed().as_secs_f64();
+        let waited = self.waited.as_secs_f64();
         add(Party::Coupler, [wall - waited, 0.0, waited, self.own_cpu()]);
-        spent.wall += wall;
+        spent.wall_s += wall;
         self.add_stepping(&mut spent);
         spent
     }
 
     /// Why the run did not reach its end, the advice, and the last output of the solver.
     fn reason(&self, error: &RunError) -> String {
-        let mut reason = match error.advice() {
-            "" => error.to_string(),
-            advice => format!("{error} ({advice})"),
-        };
+        let mut reason = format!("{error} ({})", error.advice());
         if let Some((party, words)) = &self.last_words {
             let _ = write!(reason, "\nlast lines of {}.log:", party.name());
             for line in words.lines() {
@@ -263,7 +241,7 @@ impl Account {
     }
 
     #[allow(clippy::too_many_lines)] // one struct, field by field
-    pub fn summarise(&self, ended: &Result<(), RunError>, wall: Duration) -> Summary {
+    pub fn summarise(&self, ended: &Result<(), RunError>) -> Summary {
         let whole = ended.is_ok() && !self.interrupted && !self.cut_short;
         let checks = if whole {
             self.recorder.finish()
@@ -296,10 +274,9 @@ impl Account {
             )),
             Ok(()) => None,
         };
-        let spent = self.spent(wall);
         let report = |party| self.reports.get(&party);
         let items = |party| report(party).map_or(0, |report: &Report| report.items);
-        let laid_out = self.pace.so_far();
+        let laid_out = &self.pace.so_far;
         let bound_by = laid_out.bound_by.iter();
         let bound_by = bound_by.map(|(bound, &steps)| (bound.name().to_owned(), steps));
         let mut summary = Summary {
@@ -319,11 +296,7 @@ impl Account {
             grants: self.tally.grants,
             epochs: self.tally.epochs - self.tally.epochs_before,
             rebuilds: report(Party::Mpm).map_or(0, |report| report.rebuilds),
-            wall_s: spent.wall,
-            wall_by_part: spent.parts,
-            cpu_s: spent.cpu,
-            stepping_wall_s: spent.stepping_wall,
-            stepping_cpu_s: spent.stepping_cpu,
+            spent: self.spent(),
             points: items(Party::Mpm),
             imps_max: self.tally.imps_max,
             bodies: items(Party::Dem),
@@ -356,7 +329,7 @@ mod tests {
         account.reports.insert(Party::Mpm, report);
         account.reported();
         account.drained();
-        let spent = account.spent(account.lasted());
-        assert!(spent.stepping_cpu["coupler"] <= spent.cpu["coupler"]);
+        let spent = account.spent();
+        assert!(spent.stepping_cpu_s["coupler"] <= spent.cpu_s["coupler"]);
     }
 }

@@ -19,29 +19,20 @@ pub struct Course {
 }
 
 impl Course {
-    /// The file of a new run.
-    pub fn begin(dir: &RunDir) -> Result<Self, RunDirError> {
-        Ok(Self::of(History::begin(dir, COURSE, &header())?))
-    }
-
-    /// The file of a run that continues, behind what it had at the checkpoint.
-    pub fn resume(dir: &RunDir, at: &Sealed) -> Result<Self, RunDirError> {
-        Ok(Self::of(History::resume(dir, COURSE, &header(), at)?))
-    }
-
-    fn of(rows: History) -> Self {
-        Self {
-            rows,
+    /// The file of a new run, or of one that continues behind what it had at the checkpoint.
+    pub fn open(dir: &RunDir, at: Option<&Sealed>) -> Result<Self, RunDirError> {
+        Ok(Self {
+            rows: History::open(dir, COURSE, &header(), at)?,
             steps: [0.0; 1 + Bound::ALL.len()],
-        }
+        })
     }
 
     /// Stores the steps before a grant. A grant measures its begin, whatever the number of its steps.
     pub fn before(&mut self, pace: &Pace) {
-        let bound_by = &pace.so_far().bound_by;
+        let bound_by = &pace.so_far.bound_by;
         let [step, counts @ ..] = &mut self.steps;
-        *step = pace.last().map_or(0.0, |(step, _)| step);
-        for (count, bound) in counts.iter_mut().zip(&Bound::ALL) {
+        *step = pace.so_far.last.map_or(0.0, |(step, _)| step);
+        for (count, bound) in counts.iter_mut().zip(Bound::ALL) {
             *count = bound_by.get(bound).map_or(0.0, |&steps| steps as f64);
         }
     }
@@ -57,7 +48,8 @@ impl Course {
 
 /// The names of the columns. Steps are counted from the start; `step` is the last one.
 fn header() -> Vec<String> {
-    let bounds = Bound::ALL.map(|bound| format!("steps by {} [1]", bound.name()));
+    let bounds = Bound::ALL.iter();
+    let bounds = bounds.map(|bound| format!("steps by {} [1]", bound.name()));
     let energies = Energies::default()
         .parts()
         .map(|(name, _)| format!("{name} [J/m]"));
@@ -77,7 +69,7 @@ mod tests {
     fn the_header_names_every_number_of_a_row() {
         let dir = tempfile::tempdir().unwrap();
         let run = RunDir::create(dir.path(), "").unwrap();
-        let mut course = Course::begin(&run).unwrap();
+        let mut course = Course::open(&run, None).unwrap();
         let plan = crate::scene::TimePlan::until(1.0);
         let energies = Energies {
             kinetic: 3.0,

@@ -8,7 +8,13 @@ use interface::solver::Readiness;
 
 use crate::run::resources::Bytes;
 use crate::run::stability::{Sides, Stability};
-use crate::scene::{Criterion, Scene};
+use crate::scene::Scene;
+
+/// Least time in s that a step takes for a point, and for the exchange between the processes (docs/performance.md).
+const POINT: f64 = 30e-9;
+const EXCHANGE: f64 = 10e-6;
+/// A run that takes longer is probably not meant, in s.
+const LONG: f64 = 86_400.0;
 
 /// What the solvers say of a scene.
 #[derive(Debug, Clone, PartialEq)]
@@ -40,15 +46,7 @@ impl Estimate {
             end: scene.time.end,
         }
     }
-}
 
-/// Least time in s that a step takes for a point, and for the exchange between the processes (docs/performance.md).
-const POINT: f64 = 30e-9;
-const EXCHANGE: f64 = 10e-6;
-/// A run that takes longer is probably not meant, in s.
-const LONG: f64 = 86_400.0;
-
-impl Estimate {
     /// Number of steps, if the step stays as it is at the start.
     fn steps(&self) -> Option<f64> {
         Some((self.end / self.limits.first()?.0).ceil())
@@ -79,7 +77,7 @@ fn step_limits(
     let at_the_start = stability.limit(sides);
     let name = format!("at the start ({})", at_the_start.bound.name());
     let mut limits = vec![(at_the_start.dt, name)];
-    if let (Some(mpm), Some(dem), Criterion::Composed) = (mpm, dem, scene.time.criterion)
+    if let (Some(mpm), Some(dem)) = (mpm, dem)
         && mpm.mass_min > 0.0
         && sides.mpm.contact_omega_sq == 0.0
     {
@@ -98,13 +96,10 @@ fn step_limits(
     limits
 }
 
-/// The step of impacts, if the criterion resolves them.
+/// The step of impacts, if bodies can collide.
 fn impacts(scene: &Scene, ready: &Readiness) -> Option<[f64; 2]> {
     let dem = scene.dem.as_ref()?;
     dem.body_contact?;
-    let Criterion::Composed = scene.time.criterion else {
-        return None;
-    };
     // A stiffness that grows with the overlap is not known in advance.
     let stiffness = dem.body_laws().filter_map(|law| law.constant_stiffness());
     let omega = (stiffness.fold(0.0, f64::max) / ready.mass_min).sqrt();

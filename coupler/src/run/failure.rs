@@ -3,7 +3,6 @@
 use interface::message::control::Party;
 use interface::session::SessionError;
 use interface::solver::Fault;
-use interface::transport::liveness::Hold;
 use thiserror::Error;
 
 use crate::record::rundir::RunDirError;
@@ -73,15 +72,9 @@ pub enum RunError {
     /// A defect of this program: a panic while the solvers share its thread.
     #[error("this program has a defect: {0}")]
     Panicked(String),
-    /// The run was asked to end before the solvers were ready.
-    #[error("interrupted before the first step")]
-    Interrupted,
-    /// The run was asked to end while a solver was stopped.
-    #[error("interrupted while the {0} solver was {1}")]
-    InterruptedHeld(Party, Hold),
-    /// The run was asked to end and did not wait for its solvers, for this reason.
-    #[error("interrupted without the end of the solvers: {0}")]
-    InterruptedAtOnce(&'static str),
+    /// The run was asked to end, and did not end in order: before which step, or why.
+    #[error("interrupted {0}")]
+    Interrupted(String),
     /// The run directory cannot be written any more.
     #[error(transparent)]
     Output(#[from] RunDirError),
@@ -99,16 +92,14 @@ impl RunError {
                 "resolve it: lower dem.contact_resolution (contacts that open and close) or time.safety, or use finer cells"
             }
             Self::BlowUp { stable: false, .. } => {
-                "lower time.safety or time.max_step, and prefer criterion = \"composed\""
+                "lower time.safety, time.step_factor or time.max_step"
             }
             Self::SharedMemory { .. } => {
                 "the results so far are in the run directory, and `tandem resume` continues from its last checkpoint if it has one"
             }
             Self::Unmet(_) => "change these keys of the scene, or use another solver",
             Self::Panicked(_) => "please report it, with the scene",
-            Self::Interrupted | Self::InterruptedHeld(..) | Self::InterruptedAtOnce(_) => {
-                "the results until then are kept"
-            }
+            Self::Interrupted(_) => "the results until then are kept",
             Self::Output(error) => error.advice(),
             Self::Session(error) => match error {
                 SessionError::Vanished { .. } => {
@@ -188,9 +179,7 @@ impl RunError {
             {
                 Status::Unstable
             }
-            Self::Interrupted | Self::InterruptedHeld(..) | Self::InterruptedAtOnce(_) => {
-                Status::Interrupted
-            }
+            Self::Interrupted(_) => Status::Interrupted,
             Self::Session(_)
             | Self::SharedMemory { .. }
             | Self::Start(_)
@@ -267,13 +256,8 @@ mod tests {
         assert!(!late("its goodbye").advice().contains("raise"));
         let output = |errno| {
             let source = std::io::Error::from_raw_os_error(errno);
-            let path = "history.csv".into();
-            let action = "write";
-            RunError::Output(RunDirError::File {
-                action,
-                path,
-                source,
-            })
+            let failed = crate::record::fail("write", "history.csv".as_ref());
+            RunError::Output(failed(source).into())
         };
         let (full, forbidden) = (output(28), output(13));
         assert!(full.advice().contains("the disk is full"));

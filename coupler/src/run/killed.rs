@@ -2,14 +2,12 @@
 //! summary.
 
 use std::path::Path;
-use std::time::Duration;
 
 use interface::files::{self, TABLE};
-use serde_json::Value;
 
-use crate::record::log;
-use crate::record::rundir::{HISTORY, LOG, RunDir, RunDirError, SCENE, in_use};
+use crate::record::rundir::{COURSE, HISTORY, LOG, RunDir, RunDirError, SCENE, in_use};
 use crate::record::summary::{SUMMARY, Status, Summary};
+use crate::record::{Table, log};
 use crate::run::account::Account;
 use crate::run::checkpoint::file::{About, newest};
 use crate::scene::Scene;
@@ -17,7 +15,7 @@ use crate::scene::Scene;
 /// The progress of a run that ended without a summary.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Killed {
-    /// Number of steps, as far as the log shows.
+    /// Number of steps, as far as `course.csv` shows.
     pub steps: u64,
     /// Time of the last row of the history in s.
     pub time: f64,
@@ -35,25 +33,18 @@ impl Killed {
     }
 
     fn read(dir: &Path) -> Self {
-        let history = files::read_text(dir, HISTORY, TABLE).unwrap_or_default();
-        // A row without a line end is incomplete.
-        let whole = history.rfind('\n').map_or("", |end| &history[..end]);
-        let time = whole.lines().last().and_then(|row| row.split(',').next());
-        let mut killed = Self {
-            steps: 0,
-            time: time.and_then(|time| time.parse().ok()).unwrap_or(0.0),
-            last_message: None,
+        let last = |name, is_asked: fn(&str) -> bool| {
+            let table = Table::parse(&files::read_text(dir, name, TABLE).ok()?).ok()?;
+            table.last(is_asked)
         };
+        let steps = last(COURSE, |name| name.starts_with("steps by "));
         let log = files::read_text(dir, LOG, TABLE).unwrap_or_default();
-        for line in log::parse(&log).0 {
-            if let Some(steps) = line.fields.get("step").and_then(Value::as_u64) {
-                killed.steps = killed.steps.max(steps);
-            }
-            if line.is_loud() {
-                killed.last_message = Some(line.message().to_owned());
-            }
+        let loud = log::parse(&log).0.into_iter().rfind(log::Line::is_loud);
+        Self {
+            steps: steps.unwrap_or(0.0) as u64,
+            time: last(HISTORY, |name| name == "time").unwrap_or(0.0),
+            last_message: loud.map(|line| line.message().to_owned()),
         }
-        killed
     }
 
     /// One sentence for the user.
@@ -78,7 +69,7 @@ impl Killed {
         if let Ok((_, checkpoint, _)) = newest(dir.path(), &About::of(scene)) {
             account.resume(checkpoint.state.account);
         }
-        let mut summary = account.summarise(&Ok(()), Duration::ZERO);
+        let mut summary = account.summarise(&Ok(()));
         summary.status = Status::Killed;
         summary.reason = Some(self.words());
         summary.steps = summary.steps.max(self.steps);

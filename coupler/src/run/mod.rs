@@ -28,7 +28,6 @@ mod supervise;
 use std::collections::BTreeMap;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::PathBuf;
-use std::time::Instant;
 
 use interface::files::{self, How};
 use interface::message::control::Party;
@@ -120,7 +119,6 @@ impl Resumed {
 }
 
 fn run_from(scene: &Scene, options: &RunOptions, dir: &RunDir, from: Origin) -> Finished {
-    let started = Instant::now();
     let shared_thread = matches!(options.solvers, Solvers::InProcess { .. });
     let mut account = Account::new(scene, shared_thread);
     let is_new = !matches!(from, Origin::Itself(_));
@@ -141,7 +139,7 @@ fn run_from(scene: &Scene, options: &RunOptions, dir: &RunDir, from: Origin) -> 
         ended.and_then(|()| Ok(recorded.map_err(SessionError::from)?))
     });
     let refused = ended.as_ref().err().and_then(|error| error.refusal(scene));
-    let summary = account.summarise(&ended, started.elapsed());
+    let summary = account.summarise(&ended);
     dir.leave_summary(None);
     if refused.is_some() && is_new {
         dir.discard();
@@ -180,8 +178,7 @@ fn recorder(
     if !options.record {
         return Ok(None);
     }
-    let made_by = concat!("tandem ", env!("CARGO_PKG_VERSION"));
-    let about = About::run(&scene.name, &scene.hash, made_by);
+    let about = About::run(&scene.name, &scene.hash);
     let (file, path) = dir.open(RECORDING, How::Replace)?;
     let recorder = Recorder::create(file, &path, &about).map_err(SessionError::from)?;
     Ok(Some(recorder))

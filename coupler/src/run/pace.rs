@@ -36,28 +36,22 @@ pub struct Epoch {
 pub struct Pace {
     plan: TimePlan,
     every: f64,
-    so_far: SoFar,
+    /// The steps planned so far; a run that goes on takes those of another process.
+    pub so_far: SoFar,
 }
 
 /// The steps planned so far.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub struct SoFar {
     /// Outputs done; the next is due at `(outputs + 1) every`.
-    outputs: u64,
+    pub outputs: u64,
     dt_last: Option<f64>,
     /// The last step in s, and the limit that determined it.
-    last: Option<(f64, Bound)>,
+    pub last: Option<(f64, Bound)>,
     /// Number of steps by each limit.
     pub bound_by: BTreeMap<Bound, u64>,
     /// Shortest and longest step so far in s.
     pub range: Option<(f64, f64)>,
-}
-
-impl SoFar {
-    /// Outputs done.
-    pub fn outputs(&self) -> u64 {
-        self.outputs
-    }
 }
 
 impl Pace {
@@ -68,16 +62,6 @@ impl Pace {
             every,
             so_far: SoFar::default(),
         }
-    }
-
-    /// The steps planned so far.
-    pub fn so_far(&self) -> &SoFar {
-        &self.so_far
-    }
-
-    /// Continues the plan of another process.
-    pub fn resume(&mut self, so_far: SoFar) {
-        self.so_far = so_far;
     }
 
     /// Continues at `time` (s) the plan of a run of another scene: steps grow from its last one, and the counts begin
@@ -101,16 +85,6 @@ impl Pace {
         } else {
             due
         }
-    }
-
-    /// Outputs done.
-    pub fn outputs(&self) -> u64 {
-        self.so_far.outputs
-    }
-
-    /// The output that was next is done.
-    pub fn output_done(&mut self) {
-        self.so_far.outputs += 1;
     }
 
     /// The next epoch from `time` (s) on.
@@ -163,11 +137,6 @@ impl Pace {
         })
     }
 
-    /// The last step in s, and the limit that determined it.
-    pub fn last(&self) -> Option<(f64, Bound)> {
-        self.so_far.last
-    }
-
     /// Counts `steps` steps of an epoch.
     pub fn book(&mut self, epoch: &Epoch, steps: u64) {
         let so_far = &mut self.so_far;
@@ -216,7 +185,7 @@ mod tests {
             assert!(epoch.dt <= HEADROOM * 2.0 / 20.0);
             if epoch.lands {
                 time = pace.next_output();
-                pace.output_done();
+                pace.so_far.outputs += 1;
                 met.push(time);
             } else {
                 time += epoch.dt * epoch.steps as f64;

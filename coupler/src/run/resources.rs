@@ -125,16 +125,11 @@ fn pairs(dem: &DemConfig) -> f64 {
     let mut squares = BTreeMap::<_, f64>::new();
     let moves = |body: &&BodyConfig| body.motion == Motion::Free;
     for body in dem.bodies.iter().filter(moves) {
-        let (sin, cos) = body.angle.sin_cos();
-        let turned = |[x, y]: [f64; 2]| [cos * x - sin * y, sin * x + cos * y];
-        let vertices: Vec<_> = body.shape.vertices().into_iter().map(turned).collect();
-        let [lower, upper] = polygon::bounds(&vertices);
+        let [lower, upper] = polygon::bounds(&body.placed());
         let half = (upper[0] - lower[0]).min(upper[1] - lower[1]) / 2.0 + body.sphero_radius;
         let size = half.log2().floor();
-        let square = [0, 1].map(|axis| {
-            let centre = body.position[axis] + lower[axis].midpoint(upper[axis]);
-            (centre / size.exp2()).floor().to_bits()
-        });
+        let centre = [0, 1].map(|axis| lower[axis].midpoint(upper[axis]));
+        let square = centre.map(|along| (along / size.exp2()).floor().to_bits());
         *squares.entry((size.to_bits(), square)).or_default() += 1.0;
     }
     let each = squares.values().map(|count| count * (count - 1.0) / 2.0);

@@ -11,16 +11,30 @@ use std::f64::consts::TAU;
 use interface::message::wire::{Budget, Limits};
 use interface::solver::Readiness;
 use serde::{Deserialize, Serialize};
+use strum::{IntoStaticStr, VariantArray};
 
 use crate::record::summary::Criteria;
-use crate::scene::{Criterion, TimePlan};
+use crate::scene::TimePlan;
 
 /// Factors of Jiang 2020 eq. 51 as the scenes of the paper have them here: of `L/c`, and of `2 pi sqrt(m_min/k_n)`.
 const KAPPA_1: f64 = 0.8;
 const KAPPA_2: f64 = 0.1;
 
 /// The limit that determines the step.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+#[derive(
+    Debug,
+    Clone,
+    Copy,
+    PartialEq,
+    Eq,
+    PartialOrd,
+    Ord,
+    Serialize,
+    Deserialize,
+    IntoStaticStr,
+    VariantArray,
+)]
+#[strum(serialize_all = "snake_case")]
 pub enum Bound {
     /// Waves in the continuum.
     Elastic,
@@ -30,8 +44,6 @@ pub enum Bound {
     Bodies,
     /// No IMP moves by more than half its radius relative to a body.
     Kinematic,
-    /// Jiang 2020 eq. 51, asked for by the scene.
-    Jiang2020,
     /// The scene's own longest step.
     Cap,
     /// The next output is less than a step away.
@@ -42,57 +54,29 @@ pub enum Bound {
 
 impl Bound {
     /// All of them.
-    pub const ALL: [Self; 8] = [
-        Self::Elastic,
-        Self::Contact,
-        Self::Bodies,
-        Self::Kinematic,
-        Self::Jiang2020,
-        Self::Cap,
-        Self::Output,
-        Self::Growth,
-    ];
+    pub const ALL: &[Self] = Self::VARIANTS;
 
     /// Name in summaries and on the progress bar.
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Elastic => "elastic",
-            Self::Contact => "contact",
-            Self::Bodies => "bodies",
-            Self::Kinematic => "kinematic",
-            Self::Jiang2020 => "jiang2020",
-            Self::Cap => "cap",
-            Self::Output => "output",
-            Self::Growth => "growth",
-        }
+    pub fn name(self) -> &'static str {
+        self.into()
     }
 }
 
-/// The limits of both sides at one time.
+/// The limits of both sides at one time, or their budgets.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
-pub struct Sides {
-    /// The continuum's limits; zeros where there is none.
-    pub mpm: Limits,
-    /// The bodies' limits; zeros where there are none.
-    pub dem: Limits,
-}
-
-/// Budgets of both sides.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-pub struct Budgets {
-    /// The continuum's.
-    pub mpm: Budget,
-    /// The bodies'.
-    pub dem: Budget,
+pub struct Sides<T = Limits> {
+    /// The continuum's; limits are zeros where there is none.
+    pub mpm: T,
+    /// The bodies', in the same way.
+    pub dem: T,
 }
 
 /// How a scene computes the step limit.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Stability {
     safety: f64,
-    /// Multiple of the criterion's limit that the scene asks for.
+    /// Multiple of the composed limit that the scene asks for.
     factor: f64,
-    criterion: Criterion,
     /// Step of Jiang 2020 eq. 51 in s, if its parts are known; constant in a run.
     jiang2020: f64,
     /// Step of eq. 51 with the mass of the lightest point in s, in the same way.
@@ -122,7 +106,6 @@ impl Stability {
         Self {
             safety: plan.safety,
             factor: plan.step_factor,
-            criterion: plan.criterion,
             jiang2020: waves.min(TAU * KAPPA_2 * period(dem)),
             lightest_point: waves.min(2.0 * plan.safety * period(mpm)),
         }
@@ -152,13 +135,7 @@ impl Stability {
 
     /// The longest step that these limits allow.
     pub fn limit(&self, sides: &Sides) -> StepLimit {
-        let mut stable = match self.criterion {
-            Criterion::Composed => self.composed(sides),
-            Criterion::Jiang2020 => StepLimit {
-                dt: self.jiang2020,
-                bound: Bound::Jiang2020,
-            },
-        };
+        let mut stable = self.composed(sides);
         stable.dt *= self.factor;
         let kinematic = kinematic_limit(sides);
         if kinematic < stable.dt {
@@ -173,37 +150,28 @@ impl Stability {
 
     /// The budget of each side for steps of `dt`. The difference between the allowed step and the present state is
     /// divided evenly, so that both sides together stay within the limit.
-    pub fn budgets(&self, sides: &Sides, dt: f64) -> Budgets {
+    pub fn budgets(&self, sides: &Sides, dt: f64) -> Sides<Budget> {
         if dt == 0.0 {
-            return Budgets {
+            return Sides {
                 mpm: Budget::UNLIMITED,
                 dem: Budget::UNLIMITED,
             };
         }
         let damping = sides.mpm.damping.max(sides.dem.damping);
-        let (mut mpm, mut dem) = (
-            Budget {
-                damping,
-                ..Budget::UNLIMITED
-            },
-            Budget {
-                damping,
-                ..Budget::UNLIMITED
-            },
-        );
-        if self.criterion == Criterion::Composed {
-            let allowed = (self.factor * self.safety * allowance(sides) / dt).powi(2);
-            let spare = 0.5 * (allowed - omega_sq(sides)).max(0.0);
-            mpm.omega_sq = own(&sides.mpm) + spare;
-            dem.omega_sq = own(&sides.dem) + spare;
-        }
+        let allowed = (self.factor * self.safety * allowance(sides) / dt).powi(2);
+        let spare = 0.5 * (allowed - omega_sq(sides)).max(0.0);
+        let [mut mpm, mut dem] = [&sides.mpm, &sides.dem].map(|side| Budget {
+            damping,
+            omega_sq: own(side) + spare,
+            ..Budget::UNLIMITED
+        });
         if sides.mpm.radius_min > 0.0 {
             let allowed = 0.5 * sides.mpm.radius_min / dt;
             let spare = 0.5 * (allowed - sides.mpm.speed - sides.dem.speed).max(0.0);
             mpm.speed = sides.mpm.speed + spare;
             dem.speed = sides.dem.speed + spare;
         }
-        Budgets { mpm, dem }
+        Sides { mpm, dem }
     }
 }
 
@@ -276,16 +244,15 @@ mod tests {
         }
     }
 
-    fn plan(safety: f64, criterion: Criterion) -> TimePlan {
+    fn plan(safety: f64) -> TimePlan {
         TimePlan {
             safety,
-            criterion,
             ..TimePlan::until(1.0)
         }
     }
 
     fn composed(safety: f64) -> Stability {
-        Stability::new(&plan(safety, Criterion::Composed), None, None)
+        Stability::new(&plan(safety), None, None)
     }
 
     #[test]
@@ -349,23 +316,12 @@ mod tests {
     }
 
     #[test]
-    fn the_printed_criterion_is_eq_51() {
-        let (mpm, dem) = (ready(4e-5, 0.0, 0.0), ready(0.0, 2.5, 6e4));
-        let plan = plan(0.8, Criterion::Jiang2020);
-        let limit = Stability::new(&plan, Some(&mpm), Some(&dem)).limit(&sides());
-        assert_eq!((limit.dt, limit.bound), (0.8 * 4e-5, Bound::Jiang2020));
-        let soft = ready(0.0, 2.5, 6e9);
-        let limit = Stability::new(&plan, Some(&mpm), Some(&soft)).limit(&sides());
-        assert!((limit.dt - TAU * 0.1 * (2.5f64 / 6e9).sqrt()).abs() < 1e-18);
-    }
-
-    #[test]
     fn a_forced_step_is_a_multiple_of_the_limit_and_its_budgets_allow_it() {
         let plain = composed(0.8);
         let forced = Stability::new(
             &TimePlan {
                 step_factor: 3.0,
-                ..plan(0.8, Criterion::Composed)
+                ..plan(0.8)
             },
             None,
             None,
@@ -386,7 +342,7 @@ mod tests {
     #[test]
     fn criteria_are_compared_at_the_hardest_contact() {
         let (mpm, dem) = (ready(4e-5, 2.5e-4, 0.0), ready(0.0, 2.5, 6e9));
-        let plan = plan(0.8, Criterion::Composed);
+        let plan = plan(0.8);
         let stability = Stability::new(&plan, Some(&mpm), Some(&dem));
         let mut criteria = Criteria::default();
         stability.compare(&sides(), &mut criteria);
@@ -400,6 +356,10 @@ mod tests {
             criteria.lightest_point,
             1.6 * (2.5e-4f64 / 6e9).sqrt()
         ));
+        // Where contact is soft, waves limit eq. 51.
+        let soft = ready(0.0, 2.5, 6e4);
+        Stability::new(&plan, Some(&mpm), Some(&soft)).compare(&sides(), &mut criteria);
+        assert!(near(criteria.jiang2020, 0.8 * 4e-5));
         // Without points there is no lightest one.
         Stability::new(&plan, None, Some(&dem)).compare(&sides(), &mut criteria);
         assert_eq!(criteria.lightest_point, None);

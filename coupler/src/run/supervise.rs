@@ -32,7 +32,7 @@ use crate::run::options::{RunOptions, Solvers};
 use crate::run::pace::Epoch;
 use crate::run::pause::Pauses;
 use crate::run::resources::{REMOVED, SharedMemory};
-use crate::run::stability::{Bound, Budgets, Sides, Stability, StepLimit};
+use crate::run::stability::{Bound, Sides, Stability, StepLimit};
 use crate::scene::Scene;
 
 /// A window takes about this long, so that the bar moves and Ctrl-C has an effect.
@@ -42,7 +42,8 @@ const BLOW_UP: f64 = 0.5;
 /// After an interrupt, longest wait for a solver's next message, a report, a piece of its state or its goodbye, beside
 /// the time of four steps. With what follows a run ends within 8 s.
 const ANSWER: Duration = Duration::from_secs(5);
-/// That a second interrupt has come.
+/// That the run did not wait for its solvers, and that a second interrupt has come.
+const ALONE: &str = "without the end of the solvers";
 const TWICE: &str = "it was asked twice";
 /// How old a summary for the case that shared memory vanishes may be.
 const REMEMBERED: Duration = Duration::from_secs(1);
@@ -140,68 +141,24 @@ impl<'a> Run<'a> {
         from: Origin,
     ) -> Result<Self, RunError> {
         // Of another run's state: whether the scene continues as that run would.
-        let (Checkpoint { state, solvers, .. }, branch) = match from {
-            Origin::Itself(checkpoint) => (*checkpoint, None),
-            Origin::Another(branch) => (branch.checkpoint, Some(branch.as_before)),
-            Origin::Scene => {
-                let outputs = Outputs::begin(scene, options, dir, account, &[])?;
-                return Ok(Self::at_start(scene, options, dir, account, outputs));
-            }
+        let (checkpoint, branch) = match from {
+            Origin::Scene => (None, None),
+            Origin::Itself(checkpoint) => (Some(*checkpoint), None),
+            Origin::Another(branch) => (Some(branch.checkpoint), Some(branch.as_before)),
         };
-        if branch.is_some() {
-            let from_zero = scene.start.as_ref().is_some_and(|start| start.from_zero);
-            account.branch(&state.account, from_zero);
-        } else {
-            account.resume(state.account.clone());
+        let state = checkpoint.as_ref().map(|checkpoint| &checkpoint.state);
+        if let Some(state) = state {
+            if branch.is_some() {
+                let from_zero = scene.start.as_ref().is_some_and(|start| start.from_zero);
+                account.branch(&state.account, from_zero);
+            } else {
+                account.resume(state.account.clone());
+            }
         }
-        // A branch has a last epoch of its own, and its own first one unless it continues as that run would.
-        let under_way = match branch {
-            Some(as_before) if !as_before || state.phase != Phase::Stepping => None,
-            _ => Some(state.under_way),
-        };
-        let outputs = if branch.is_some() {
-            Outputs::begin(scene, options, dir, account, &state.origin)?
-        } else {
-            Outputs::resume(scene, options, dir, account, &state)?
-        };
-        let mut run = Self::at_start(scene, options, dir, account, outputs);
-        run.latest.sides = state.sides;
-        run.latest.bodies = state.bodies;
-        run.latest.origin = state.origin;
-        run.restored = solvers;
-        let schedule = &mut run.schedule;
-        match branch {
-            None => {
-                (schedule.phase, schedule.asked) = (state.phase, state.asked);
-                // A recording that continues must not have a message twice.
-                schedule.touches = 0;
-            }
-            Some(true) => {
-                schedule.phase = Phase::Stepping;
-                // Only the first grant of an epoch may measure (G-8).
-                if under_way.is_some_and(|at| at.done > 0) {
-                    schedule.asked = state.asked;
-                }
-            }
-            Some(false) => (schedule.phase, schedule.asked) = (Phase::Arriving, 0),
-        }
-        schedule.under_way = under_way;
-        Ok(run)
-    }
-
-    fn at_start(
-        scene: &'a Scene,
-        options: &'a RunOptions,
-        dir: &'a RunDir,
-        account: &'a mut Account,
-        outputs: Outputs,
-    ) -> Self {
-        let asked = if outputs.frames.is_some() {
-            flags::MEASURE | flags::FRAME
-        } else {
-            flags::MEASURE
-        };
-        Self {
+        let own = state.filter(|_| branch.is_none());
+        let origin = state.map_or(&[][..], |state| &state.origin);
+        let outputs = Outputs::open(scene, options, dir, account, own, origin)?;
+        let mut run = Self {
             scene,
             options,
             account,
@@ -220,7 +177,7 @@ impl<'a> Run<'a> {
             schedule: Schedule {
                 phase: Phase::Opening,
                 under_way: None,
-                asked,
+                asked: 0,
                 touches: match options.solvers {
                     Solvers::Processes { .. } if scene.mpm.is_some() => flags::FRAME,
                     _ => 0,
@@ -232,6 +189,40 @@ impl<'a> Run<'a> {
             stability: None,
             restored: Vec::new(),
             failure: None,
+        };
+        run.schedule.asked = run.asked_at_output(true);
+        if let Some(checkpoint) = checkpoint {
+            run.go_on(checkpoint, branch);
+        }
+        Ok(run)
+    }
+
+    /// Takes the state of a checkpoint: its own, or that of another run, which says whether the scene continues as that
+    /// run would.
+    fn go_on(&mut self, Checkpoint { state, solvers, .. }: Checkpoint, branch: Option<bool>) {
+        self.latest.sides = state.sides;
+        self.latest.bodies = state.bodies;
+        self.latest.origin = state.origin;
+        self.restored = solvers;
+        let (schedule, at) = (&mut self.schedule, state.under_way);
+        // A branch has a last epoch of its own, and its own first one unless it continues as that run would.
+        let is_within = state.phase == Phase::Stepping;
+        match branch {
+            None => {
+                (schedule.phase, schedule.asked) = (state.phase, state.asked);
+                schedule.under_way = Some(at);
+                // A recording that continues must not have a message twice.
+                schedule.touches = 0;
+            }
+            Some(true) => {
+                schedule.phase = Phase::Stepping;
+                schedule.under_way = is_within.then_some(at);
+                // Only the first grant of an epoch may measure (G-8).
+                if is_within && at.done > 0 {
+                    schedule.asked = state.asked;
+                }
+            }
+            Some(false) => (schedule.phase, schedule.asked) = (Phase::Arriving, 0),
         }
     }
 
@@ -321,7 +312,7 @@ impl<'a> Run<'a> {
     fn next_grant(&mut self) -> Result<Option<Next>, RunError> {
         let at_once = &self.options.at_once;
         if !(self.resources.disk).wait(|| self.is_behind(), at_once) {
-            return Err(RunError::InterruptedAtOnce(TWICE));
+            return Err(RunError::Interrupted(format!("{ALONE}: {TWICE}")));
         }
         if let Some(error) = self.outputs.sink.as_ref().and_then(RecordingSink::failure) {
             return Err(SessionError::from(error).into());
@@ -347,7 +338,7 @@ impl<'a> Run<'a> {
             dt: under_way.epoch.dt,
             ..Grant::default()
         };
-        let Budgets { mpm, dem } = under_way.budgets;
+        let Sides { mpm, dem } = under_way.budgets;
         let budget = |party: &Party| match party {
             Party::Mpm => mpm,
             Party::Dem => dem,
@@ -487,10 +478,10 @@ impl<'a> Run<'a> {
             .tally
             .clock
             .land_on(self.account.pace.next_output());
-        self.account.pace.output_done();
+        self.account.pace.so_far.outputs += 1;
         // At the end the closing step is measured instead.
         let every = self.scene.output.frames;
-        let due = every.is_some_and(|rows| self.account.pace.outputs().is_multiple_of(rows));
+        let due = every.is_some_and(|rows| self.account.pace.so_far.outputs.is_multiple_of(rows));
         if self.account.tally.clock.time() < self.scene.time.end {
             self.schedule.asked = self.asked_at_output(due);
         }
@@ -554,7 +545,7 @@ impl<'a> Run<'a> {
         // A sum of finite numbers can still be infinite.
         if residual > BLOW_UP || !residual.is_finite() {
             // The opening and the closing step have no length, so the last step with a length is the cause.
-            let (dt, bound) = account.pace.last().unwrap_or((epoch.dt, epoch.bound));
+            let (dt, bound) = account.pace.so_far.last.unwrap_or((epoch.dt, epoch.bound));
             return Err(RunError::BlowUp {
                 time,
                 step: account.tally.clock.index(),
@@ -577,7 +568,7 @@ impl<'a> Run<'a> {
             let cause = vanished::CAUSE.to_owned();
             let error = SessionError::Aborted("the solvers cannot be reached".into());
             let ended = Err(RunError::SharedMemory { error, cause });
-            let summary = self.account.summarise(&ended, self.account.lasted());
+            let summary = self.account.summarise(&ended);
             self.dir.leave_summary(Some(&summary));
             self.resources.left = Some(Instant::now());
         }
@@ -706,13 +697,13 @@ impl Supervisor for Run<'_> {
         let no_answer = silence.min(heard.elapsed()) > patience;
         let at_once = self.options.at_once.load(Ordering::Relaxed);
         let failure = match self.resources.pauses.held_now() {
-            _ if arriving => RunError::Interrupted,
-            Some((party, hold)) => RunError::InterruptedHeld(party, hold),
-            None if at_once => RunError::InterruptedAtOnce(TWICE),
-            None if no_answer => RunError::InterruptedAtOnce("they did not answer"),
+            _ if arriving => "before the first step".to_owned(),
+            Some((party, hold)) => format!("while the {party} solver was {hold}"),
+            None if at_once => format!("{ALONE}: {TWICE}"),
+            None if no_answer => format!("{ALONE}: they did not answer"),
             None => return None,
         };
-        self.failure = Some(failure);
+        self.failure = Some(RunError::Interrupted(failure));
         Some(Stop("interrupted".into()))
     }
 }

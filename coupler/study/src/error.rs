@@ -1,8 +1,6 @@
 //! Why a study ends without a result.
 
-use std::io;
-use std::path::{Path, PathBuf};
-
+use coupler::record::FileError;
 use coupler::scene::diagnostic::SceneErrors;
 use thiserror::Error;
 
@@ -16,15 +14,8 @@ pub enum StudyError {
     #[error("error: {0}\n   help: {1}")]
     Asked(String, String),
     /// A file cannot be read or written.
-    #[error("error: cannot {action} {path}: {source}")]
-    File {
-        /// What was tried.
-        action: &'static str,
-        /// With what.
-        path: PathBuf,
-        /// Why not.
-        source: io::Error,
-    },
+    #[error("error: {0}")]
+    File(#[from] FileError),
     /// The figure cannot be drawn.
     #[error("error: cannot draw the figure: {0}")]
     Figure(String),
@@ -38,20 +29,11 @@ impl StudyError {
         Self::Asked(what.into(), help.into())
     }
 
-    pub(crate) fn file(action: &'static str, path: &Path) -> impl FnOnce(io::Error) -> Self {
-        let path = path.to_path_buf();
-        move |source| Self::File {
-            action,
-            path,
-            source,
-        }
-    }
-
     /// Exit status of the program.
     pub fn exit_code(&self) -> u8 {
         match self {
             Self::Scene(_) | Self::Asked(..) => 2,
-            Self::File { .. } | Self::Figure(_) => 3,
+            Self::File(_) | Self::Figure(_) => 3,
             Self::Interrupted => 130,
         }
     }

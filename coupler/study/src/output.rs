@@ -2,13 +2,14 @@
 
 use std::path::Path;
 
+use coupler::record::fail;
 use interface::files;
 
 use crate::StudyError;
 
 /// Writes a file.
 pub(crate) fn write(path: &Path, bytes: impl AsRef<[u8]>) -> Result<(), StudyError> {
-    files::write_named(path, bytes).map_err(StudyError::file("write", path))
+    Ok(files::write_named(path, bytes).map_err(fail("write", path))?)
 }
 
 /// Writes rows of the same length as CSV.

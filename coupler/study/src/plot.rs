@@ -12,7 +12,7 @@ use crate::figure::axis::{Scale, extent};
 use crate::figure::chart::{CURVE, Chart, DISCS, Panel, Series};
 use crate::figure::file::kind;
 use crate::figure::shape::Form;
-use crate::plot_options::{Labelled, PlotOptions};
+use crate::plot_options::{Labelled, PlotOptions, compile};
 use crate::snapshots::snapshots;
 
 /// Points of an expected curve.
@@ -178,15 +178,6 @@ fn over(table: &Table, text: &str) -> Result<Expression, StudyError> {
     };
     let columns = format!("the columns are {}", table.names());
     compile(text, &|name| column(name).map(Meaning::Slot), &columns)
-}
-
-fn compile(
-    text: &str,
-    meaning: &dyn Fn(&str) -> Option<Meaning>,
-    help: &str,
-) -> Result<Expression, StudyError> {
-    Expression::compile(text, meaning)
-        .map_err(|error| StudyError::asked(format!("`{text}`: {}", error.message), help))
 }
 
 /// x and y of each row, in their order.

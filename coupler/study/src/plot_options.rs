@@ -3,6 +3,9 @@
 use std::path::PathBuf;
 
 use clap::Args;
+use mechanics::expression::{Expression, Meaning};
+
+use crate::StudyError;
 
 /// Something with a name in the legend.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -170,6 +173,16 @@ pub(crate) fn numbers<const N: usize>(text: &str) -> Result<[f64; N], String> {
     let count = all.len();
     all.try_into()
         .map_err(|_| format!("{count} numbers, expected {N} with commas between them"))
+}
+
+/// An expression of names that mean something; `help` says which.
+pub(crate) fn compile(
+    text: &str,
+    meaning: &dyn Fn(&str) -> Option<Meaning>,
+    help: &str,
+) -> Result<Expression, StudyError> {
+    Expression::compile(text, meaning)
+        .map_err(|error| StudyError::asked(format!("`{text}`: {}", error.message), help))
 }
 
 impl PlotOptions {

@@ -8,6 +8,7 @@ use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::thread;
 use std::time::Duration;
 
+use coupler::record::fail;
 use interface::files;
 use interface::transport::wait::{until, until_there};
 use rustix::process::{Pid, Signal, kill_process_group};
@@ -36,28 +37,11 @@ impl Start {
     }
 }
 
-/// Makes runs, at most `jobs` at once, and returns when they are over, or when it was interrupted and has ended them.
-/// `look` is called now and then.
-pub(crate) fn work(
-    starts: &[&Start],
-    jobs: usize,
-    interrupt: &AtomicBool,
-    look: &mut dyn FnMut(),
-) -> Result<(), StudyError> {
-    let work = |start: &&Start| {
-        if interrupt.load(Ordering::Relaxed) {
-            return Ok(());
-        }
-        wait(start, interrupt)
-    };
-    pool(starts, jobs, work, look)
-}
-
 /// Works on items, at most so many at once, in their order as far as that goes; `idle` is called now and then.
 ///
 /// # Errors
 /// The first that `work` gave.
-fn pool<T: Sync>(
+pub(crate) fn pool<T: Sync>(
     items: &[T],
     most: usize,
     work: impl Fn(&T) -> Result<(), StudyError> + Sync,
@@ -89,8 +73,11 @@ fn pool<T: Sync>(
     failure.into_inner().map_or(Ok(()), Err)
 }
 
-/// Starts a run and waits for its end; an interrupt is passed on.
-fn wait(start: &Start, interrupt: &AtomicBool) -> Result<(), StudyError> {
+/// Starts a run and waits for its end; an interrupt is passed on, and after one none is started.
+pub(crate) fn wait(start: &Start, interrupt: &AtomicBool) -> Result<(), StudyError> {
+    if interrupt.load(Ordering::Relaxed) {
+        return Ok(());
+    }
     let mut child = spawn(&start.command, &start.log)?;
     let program = Path::new(&start.command[0]);
     let mut told = false;
@@ -105,24 +92,24 @@ fn wait(start: &Start, interrupt: &AtomicBool) -> Result<(), StudyError> {
         }
         looked
     });
-    ended
-        .map(drop)
-        .map_err(StudyError::file("wait for", program))
+    ended.map_err(fail("wait for", program))?;
+    Ok(())
 }
 
 /// Starts a command in a group of its own, so that Ctrl-C from the terminal reaches it once, through us.
 fn spawn(command: &[String], log: &Path) -> Result<Child, StudyError> {
     use std::os::unix::process::CommandExt;
     let (program, arguments) = command.split_first().expect("a command has a first word");
-    let said = files::make_named(log).map_err(StudyError::file("create", log))?;
-    Command::new(program)
+    let said = files::make_named(log).map_err(fail("create", log))?;
+    let child = Command::new(program)
         .args(arguments)
         .stdin(Stdio::null())
         .stdout(Stdio::null())
         .stderr(said)
         .process_group(0)
         .spawn()
-        .map_err(StudyError::file("start", Path::new(program)))
+        .map_err(fail("start", Path::new(program)))?;
+    Ok(child)
 }
 
 #[cfg(test)]

@@ -12,14 +12,14 @@ use std::time::{Duration, Instant};
 use clap::Args;
 use coupler::record::rundir::in_use;
 use coupler::record::summary::Status;
-use coupler::record::{Summary, log};
+use coupler::record::{Summary, fail, log};
 use interface::files::{self, SMALL, STATE};
 use interface::transport::wait::{until, until_there};
 
 use crate::StudyError;
 use crate::case::Case;
 use crate::output::write;
-use crate::pool::{self, Start};
+use crate::pool::{Start, pool, wait};
 use crate::progress::Progress;
 
 /// Time between two looks at runs that somebody else has started.
@@ -119,17 +119,21 @@ impl Timed {
     fn add(&mut self, other: Summary) {
         self.times.push(other.stepping_cpu());
         self.times.sort_by(f64::total_cmp);
-        let best = &mut self.outcome;
         if !other.whole() {
-            *best = other;
+            self.outcome = other;
             return;
         }
+        let less = [
+            other.cpu() < self.outcome.cpu(),
+            other.stepping_cpu() < self.outcome.stepping_cpu(),
+        ];
+        let (best, other) = (&mut self.outcome.spent, other.spent);
         best.wall_s = best.wall_s.min(other.wall_s);
         best.stepping_wall_s = best.stepping_wall_s.min(other.stepping_wall_s);
-        if other.cpu() < best.cpu() {
-            best.cpu_s = other.cpu_s.clone();
+        if less[0] {
+            best.cpu_s = other.cpu_s;
         }
-        if other.stepping_cpu() < best.stepping_cpu() {
+        if less[1] {
             best.stepping_cpu_s = other.stepping_cpu_s;
         }
     }
@@ -149,11 +153,10 @@ impl Runner {
         // A launcher may work elsewhere.
         let runs = runs
             .canonicalize()
-            .map_err(StudyError::file("find the directory", &runs))?;
-        let program =
-            std::env::current_exe().map_err(StudyError::file("find", Path::new("this program")))?;
-        let content = files::read_named(&program, STATE)
-            .map_err(StudyError::file("read the program", &program))?;
+            .map_err(fail("find the directory", &runs))?;
+        let program = std::env::current_exe().map_err(fail("find", Path::new("this program")))?;
+        let content =
+            files::read_named(&program, STATE).map_err(fail("read the program", &program))?;
         Ok(Self {
             program_hash: blake3::hash(&content),
             program,
@@ -270,7 +273,7 @@ impl Runner {
                     found[k] = self.left(cases[k], repeat);
                 }
             }
-            let prepare = |k| Ok((k, self.prepare(cases[k], repeat)?));
+            let prepare = |k| Ok::<_, StudyError>((k, self.prepare(cases[k], repeat)?));
             starts = open(&found)
                 .into_iter()
                 .map(prepare)
@@ -301,7 +304,8 @@ impl Runner {
                     told = Instant::now() + 20 * began.elapsed();
                 }
             };
-            let worked = pool::work(&commands, self.jobs(), &self.interrupt, &mut look);
+            let make = |start: &&Start| wait(start, &self.interrupt);
+            let worked = pool(&commands, self.jobs(), make, &mut look);
             if self.interrupted() {
                 // A launcher may have ended before its run.
                 let busy = || directories.iter().any(|directory| in_use(directory));
@@ -417,16 +421,20 @@ fn lost(start: &Start) -> Summary {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use coupler::record::summary::Spent;
 
     fn stepped(cpu: f64, wall: f64) -> Summary {
         Summary {
             status: coupler::record::summary::Status::Done,
-            stepping_cpu_s: [
-                ("mpm".to_owned(), 0.75 * cpu),
-                ("dem".to_owned(), 0.25 * cpu),
-            ]
-            .into(),
-            stepping_wall_s: wall,
+            spent: Spent {
+                stepping_cpu_s: [
+                    ("mpm".to_owned(), 0.75 * cpu),
+                    ("dem".to_owned(), 0.25 * cpu),
+                ]
+                .into(),
+                stepping_wall_s: wall,
+                ..Spent::default()
+            },
             ..Summary::default()
         }
     }
@@ -438,14 +446,14 @@ mod tests {
         timed.add(stepped(1.0, 5.0));
         assert!(timed.needs_more());
         assert_eq!(timed.outcome.stepping_cpu(), 1.0);
-        assert_eq!(timed.outcome.stepping_wall_s, 4.0);
+        assert_eq!(timed.outcome.spent.stepping_wall_s, 4.0);
         // The two least need not be the last two.
         timed.add(stepped(2.0, 3.0));
         assert!(timed.needs_more());
         timed.add(stepped(1.04, 6.0));
         assert!(!timed.needs_more());
         assert_eq!(timed.times, [1.0, 1.04, 1.3, 2.0]);
-        assert_eq!(timed.outcome.stepping_wall_s, 3.0);
+        assert_eq!(timed.outcome.spent.stepping_wall_s, 3.0);
         // A run that fails is not timed again.
         timed.add(Summary::default());
         assert!(!timed.outcome.whole() && !timed.needs_more());

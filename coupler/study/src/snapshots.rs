@@ -15,7 +15,7 @@ use crate::figure::axis::{Axis, Scale, extent, label};
 use crate::figure::file::{kind, write};
 use crate::figure::shape::{Form, GAP, NUMBERS, Place, Shape, WHOLE, WORDS};
 use crate::figure::sheet::{Area, MARGIN, Sheet};
-use crate::plot_options::{PlotOptions, Which};
+use crate::plot_options::{PlotOptions, Which, compile};
 
 /// Where a point is, in m: what expressions may name besides [`Number::ALL`], before them.
 const PLACE: [&str; 2] = ["x", "y"];
@@ -129,7 +129,7 @@ pub(crate) fn snapshots(options: &PlotOptions) -> Result<(), StudyError> {
 
 /// The frames that are asked for.
 fn pictures(options: &PlotOptions) -> Result<Vec<Picture>, StudyError> {
-    let colour = compile(&options.colour.what)?;
+    let colour = of_point(&options.colour.what)?;
     let mut pictures = Vec::new();
     for run in &options.data {
         for time in times_of(Path::new(&run.what), &options.frames)? {
@@ -255,15 +255,12 @@ fn unread(error: &FrameError) -> StudyError {
     )
 }
 
-fn compile(text: &str) -> Result<Expression, StudyError> {
+/// An expression of what a point has.
+fn of_point(text: &str) -> Result<Expression, StudyError> {
     let names = || PLACE.into_iter().chain(Number::ALL.iter().map(|n| n.name));
     let slot = |name: &str| names().position(|known| known == name).map(Meaning::Slot);
-    Expression::compile(text, &slot).map_err(|error| {
-        StudyError::asked(
-            format!("`{text}`: {}", error.message),
-            format!("a point has {}", names().collect::<Vec<_>>().join(", ")),
-        )
-    })
+    let help = format!("a point has {}", names().collect::<Vec<_>>().join(", "));
+    compile(text, &slot, &help)
 }
 
 /// The smallest and the largest number, apart even where there is only one, but for the ends that are given.
@@ -384,11 +381,11 @@ mod tests {
             ("group + 10*id", 51.0),
             ("100*plastic_strain", 12.5),
         ] {
-            let dots = dots(&mesh, &compile(name).unwrap()).unwrap();
+            let dots = dots(&mesh, &of_point(name).unwrap()).unwrap();
             assert_eq!((dots[0].value, dots[0].side), (value, 0.5), "{name}");
         }
         assert!(
-            compile("sigma")
+            of_point("sigma")
                 .unwrap_err()
                 .to_string()
                 .contains("stress_xx")

@@ -1,12 +1,12 @@
 //! Recordings with the right checksums, read as `tandem replay` reads them before it starts a solver.
 //!
-//! An input is a recording without its checks: the length of the description and the description, then blocks of twelve
-//! bytes and a body.
+//! An input is a recording without its checks: the length of the description and the description, then what is packed.
 
-use std::io::Write as _;
+use std::io::{Read as _, Write as _};
 
 use interface::message::Payload;
 use interface::message::control::{Notice, Party};
+use interface::packed::{BlockSize, packer, unpacker};
 use interface::recording::Playback;
 use interface::transport::raw::{Kind, Message};
 
@@ -19,14 +19,13 @@ pub const TARGET: Target = Target {
     run,
     seeds,
     change: |changer, input, seeds| changer.bytes(input, seeds),
-    // Files with buffers; a block makes at most 255 bytes of each of its own.
-    base: 1 << 16,
-    per_byte: 600,
+    // Files with buffers and blocks. A text in a control message is taken to be up to 256 times as long as the message.
+    base: 1 << 18,
+    per_byte: 300,
 };
 
-/// Bytes before the description: name, format, length.
-const START: usize = 16;
-const BLOCK: usize = 12;
+/// Bytes before the length of the description, and of the check after it.
+const NAME: usize = 8;
 const CHECK: usize = 8;
 
 fn run(input: &[u8]) {
@@ -61,76 +60,45 @@ fn run(input: &[u8]) {
 
 /// A recording with the checks that belong to it.
 fn sealed(input: &[u8]) -> Vec<u8> {
-    let check = |parts: &[&[u8]]| {
-        let mut hasher = blake3::Hasher::new();
-        for part in parts {
-            hasher.update(part);
-        }
-        hasher.finalize().as_bytes()[..CHECK].to_vec()
-    };
-    let mut file = b"TANDEMRC".to_vec();
-    file.extend(1_u32.to_le_bytes());
-    let (length, mut rest) = input.split_at(input.len().min(4));
-    file.extend(length);
+    let (length, rest) = input.split_at(input.len().min(4));
     let about = length.try_into().map_or(0, u32::from_le_bytes) as usize;
-    let (about, blocks) = rest.split_at(rest.len().min(about));
-    file.extend(about);
-    file.extend(check(&[about]));
-    rest = blocks;
-    for number in 0_u64.. {
-        let Some((header, body)) = rest.split_at_checked(BLOCK) else {
-            break;
-        };
-        let stored = u32::from_le_bytes(header[..4].try_into().expect("4 bytes")) as usize;
-        let (body, more) = body.split_at(body.len().min(stored));
-        file.extend(header);
-        file.extend(check(&[&number.to_le_bytes(), header]));
-        file.extend(body);
-        file.extend(check(&[body]));
-        rest = more;
-    }
-    file.extend(rest);
-    file
+    let (about, content) = rest.split_at(rest.len().min(about));
+    let check = blake3::hash(about);
+    let head = [b"TANDEMR2", length, about, &check.as_bytes()[..CHECK]].concat();
+    let mut packer = packer(head, BlockSize::Max64KB);
+    packer.write_all(content).expect("memory takes an input");
+    packer.finish().expect("memory takes an input")
 }
 
-/// The recording of the small run: as it is, with blocks that are not packed, and only its beginning.
+/// The recording of the small run: as it is, and only its beginning.
 fn seeds() -> Vec<Vec<u8>> {
     let file = &LEFT.recording;
-    let number = |at: usize| u32::from_le_bytes(file[at..at + 4].try_into().expect("4 bytes"));
-    let about = START + number(12) as usize;
-    let mut packed = file[12..about].to_vec();
-    let mut at = about + CHECK;
-    while at < file.len() {
-        let body = at + BLOCK + CHECK;
-        let end = body + number(at) as usize;
-        packed.extend(&file[at..at + BLOCK]);
-        packed.extend(&file[body..end]);
-        at = end + CHECK;
-    }
-    let mut plain = file[12..about].to_vec();
-    for messages in LEFT.messages.chunks(20).take(4) {
-        let mut body = Vec::new();
-        for message in messages {
-            body.push(message.channel.number() as u8);
-            body.extend((message.payload.len() as u32).to_le_bytes());
-            body.extend(interface::message::wire::bytes_of(&[message.header]));
-            body.extend(&message.payload);
-        }
-        let numbers = [body.len() as u32, body.len() as u32, messages.len() as u32];
-        plain.extend(numbers.iter().flat_map(|n| n.to_le_bytes()));
-        plain.extend(body);
-    }
-    let beginning = plain[..about - 12 + 200].to_vec();
-    vec![packed, plain, beginning]
+    let length = file[NAME..NAME + 4].try_into().expect("4 bytes");
+    let about = NAME + 4 + u32::from_le_bytes(length) as usize;
+    let mut whole = file[NAME..about].to_vec();
+    let mut content = unpacker(&file[about + CHECK..]);
+    content.read_to_end(&mut whole).expect("it is whole");
+    let beginning = whole[..about - NAME + 200].to_vec();
+    vec![whole, beginning]
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use interface::recording::End;
 
     /// Otherwise the target would not reach what it is about.
     #[test]
     fn a_seed_is_the_recording_that_it_is_made_of() {
-        assert_eq!(sealed(&seeds()[0]), LEFT.recording);
+        let place = tempfile::tempdir().unwrap();
+        let ends = seeds().into_iter().map(|seed| {
+            let path = place.path().join("recording.tandem");
+            std::fs::write(&path, sealed(&seed)).unwrap();
+            Playback::verify(&path).unwrap()
+        });
+        let ends: Vec<End> = ends.collect();
+        let messages = LEFT.messages.len() as u64;
+        assert_eq!(ends[0], End::Whole { messages });
+        assert!(matches!(ends[1], End::Torn { .. }));
     }
 }

@@ -4,18 +4,15 @@
 //! between the two solvers as a second subscriber (PROTOCOL.md clause C-1). [`Playback`] reads the file, [`replay`] plays it
 //! to one solver. Within a channel the order is that of sending; between channels it is only approximately so.
 //!
-//! Layout, all numbers little-endian:
+//! The file is one of [`packed`](crate::packed), named `TANDEMR2`. Its content:
 //!
 //! ```text
-//! file    = "TANDEMRC" format:u32 length:u32 about[length] check(about) block* end?
-//! block   = stored:u32 raw:u32 messages:u32 check(number of the block as u64, these 12 bytes) body[stored] check(body)
-//! body    = raw bytes of messages; compressed as one LZ4 block where stored < raw
+//! content = message* end?
 //! message = channel:u8 length:u32 header[48] payload[length]
-//! end     = a block with messages = 0, whose body is the number of all messages, u64
-//! check   = first 8 bytes of the BLAKE3 hash
+//! end     = a message on channel 255, whose payload is the number of all others, u64
 //! ```
 //!
-//! `about` is JSON ([`About`]). `channel` counts its `channels`; `header` and `payload` are the bytes of section 4 of
+//! `channel` counts the `channels` of the description ([`About`]); `header` and `payload` are the bytes of section 4 of
 //! PROTOCOL.md. A file without its end belongs to a run that was killed; it is complete up to the last block.
 
 mod playback;
@@ -33,34 +30,21 @@ pub use tap::Tap;
 use thiserror::Error;
 
 use crate::message::Channel;
-use crate::message::control::PROTOCOL;
-use crate::message::wire::{LAYOUT, StepHeader, layout_hash};
+use crate::message::wire::{LAYOUT, StepHeader};
+use crate::packed::Made;
 
-const MAGIC: &[u8; 8] = b"TANDEMRC";
-/// Version of the file's layout.
-const FORMAT: u32 = 1;
-/// Bytes of a [`check`].
-const CHECK: usize = 8;
-/// Bytes of a block before its body, without the check.
-const BLOCK_HEADER: usize = 12;
+const NAME: [u8; 8] = *b"TANDEMR2";
 /// Bytes of a message before its payload.
 const MESSAGE_HEADER: usize = 1 + 4 + size_of::<StepHeader>();
-/// A block is closed when it has this many bytes. One message may be longer. A torn file loses at most its last block.
-const BLOCK: usize = 1 << 16;
+/// In the place of a channel: the end of the recording.
+const END: u8 = u8::MAX;
 
 /// The run that a recording belongs to.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct About {
-    /// Name of the scene.
-    pub scene: String,
-    /// Hash of the scene as resolved.
-    pub scene_hash: String,
-    /// Program that made it.
-    pub made_by: String,
-    /// Version of the protocol.
-    pub protocol: (u32, u32),
-    /// Hash of the records' layout (clause C-3).
-    pub layout: String,
+    /// What made it.
+    #[serde(flatten)]
+    pub made: Made,
     /// The records' layout, line by line.
     pub records: Vec<String>,
     /// Names of the channels, by number.
@@ -68,14 +52,10 @@ pub struct About {
 }
 
 impl About {
-    /// The description of a run with this program's protocol.
-    pub fn run(scene: &str, scene_hash: &str, made_by: &str) -> Self {
+    /// The description of a run of this build.
+    pub fn run(scene: &str, scene_hash: &str) -> Self {
         Self {
-            scene: scene.into(),
-            scene_hash: scene_hash.into(),
-            made_by: made_by.into(),
-            protocol: PROTOCOL,
-            layout: layout_hash(),
+            made: Made::of(scene, scene_hash),
             records: LAYOUT.map(String::from).to_vec(),
             channels: channel_names(),
         }
@@ -107,19 +87,19 @@ pub enum RecordingError {
         reason: String,
     },
     /// The bytes differ from those that were written.
-    #[error("the recording {path} is damaged at byte {at}: {what}")]
+    #[error("the recording {path} is damaged after {messages} messages: {what}")]
     Damaged {
         /// Which file.
         path: PathBuf,
-        /// Byte at which the part that does not fit its checksum begins.
-        at: u64,
+        /// Messages before the part that does not fit its checksum.
+        messages: u64,
         /// What does not fit.
-        what: &'static str,
+        what: String,
     },
 }
 
 impl RecordingError {
-    fn file(action: &'static str, path: &Path) -> impl FnOnce(io::Error) -> Self {
+    fn file(action: &'static str, path: &Path) -> impl FnOnce(io::Error) -> Self + use<> {
         let path = path.to_path_buf();
         move |e| Self::File {
             action,
@@ -132,16 +112,6 @@ impl RecordingError {
 /// Names of all channels, by number.
 fn channel_names() -> Vec<String> {
     Channel::ALL.map(|channel| channel.name().into()).to_vec()
-}
-
-fn check(parts: &[&[u8]]) -> [u8; CHECK] {
-    let mut hasher = blake3::Hasher::new();
-    for part in parts {
-        hasher.update(part);
-    }
-    let mut check = [0; CHECK];
-    check.copy_from_slice(&hasher.finalize().as_bytes()[..CHECK]);
-    check
 }
 
 #[cfg(test)]

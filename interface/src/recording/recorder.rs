@@ -1,18 +1,23 @@
 //! Writes a recording, in a separate thread.
 
 use std::fs::File;
-use std::io::Write;
-use std::path::{Path, PathBuf};
+use std::io::{self, Write};
+use std::path::Path;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard};
 use std::thread::JoinHandle;
 use std::time::Duration;
 
-use super::{About, BLOCK, FORMAT, MAGIC, MESSAGE_HEADER, RecordingError, check};
+use lz4_flex::frame::FrameEncoder;
+
+use super::{About, END, NAME, RecordingError};
 use crate::message::wire::{StepHeader, bytes_of};
 use crate::message::{Channel, Records};
+use crate::packed::{self, BlockSize};
 use crate::transport::wait::until;
 
+/// The writer wakes up when so many bytes wait for it. A torn file loses at most its last block, which is no longer.
+const BLOCK: usize = 1 << 16;
 /// Longest time that a message waits in memory while the run continues. A killed run loses no more than this.
 const UNWRITTEN: Duration = Duration::from_millis(250);
 /// Bytes that may wait for the disk. If there are more, the run waits too, because a recording must be complete.
@@ -49,6 +54,8 @@ struct Shared {
 #[derive(Debug, Default)]
 struct State {
     pending: Vec<u8>,
+    /// Messages that were added.
+    messages: u64,
     finished: bool,
     /// The recorder has been dropped.
     closed: bool,
@@ -56,14 +63,11 @@ struct State {
 }
 
 /// Appends a message in the format of the file.
-fn put(bytes: &mut Vec<u8>, channel: Channel, header: &StepHeader, records: Records<'_>) {
-    let begin = bytes.len();
-    let first = begin + MESSAGE_HEADER;
-    bytes.extend([channel.number() as u8, 0, 0, 0, 0]);
+fn put(bytes: &mut Vec<u8>, channel: u8, header: &StepHeader, payload: &[u8]) {
+    bytes.push(channel);
+    bytes.extend((payload.len() as u32).to_le_bytes());
     bytes.extend_from_slice(bytes_of(std::slice::from_ref(header)));
-    bytes.extend_from_slice(records.bytes());
-    let length = (bytes.len() - first) as u32;
-    bytes[begin + 1..begin + 5].copy_from_slice(&length.to_le_bytes());
+    bytes.extend_from_slice(payload);
 }
 
 impl Shared {
@@ -84,13 +88,7 @@ impl Recorder {
     /// # Errors
     /// [`RecordingError::File`].
     pub fn create(mut file: File, path: &Path, about: &About) -> Result<Self, RecordingError> {
-        let about = serde_json::to_vec(about).expect("strings and numbers");
-        let mut bytes = MAGIC.to_vec();
-        bytes.extend(FORMAT.to_le_bytes());
-        bytes.extend((about.len() as u32).to_le_bytes());
-        bytes.extend(&about);
-        bytes.extend(check(&[&about]));
-        file.write_all(&bytes)
+        file.write_all(&packed::head(NAME, about))
             .map_err(RecordingError::file("write", path))?;
         let shared = Arc::new(Shared {
             state: Mutex::default(),
@@ -98,19 +96,14 @@ impl Recorder {
             room: Condvar::new(),
             rounds: AtomicU64::new(NO_TAP),
         });
-        let mut output = Output {
-            file,
-            path: path.to_path_buf(),
-            blocks: 0,
-            messages: 0,
-            packed: Vec::new(),
-        };
+        let mut file = packed::packer(file, BlockSize::Max64KB);
+        let failed = RecordingError::file("write", path);
         let for_writer = Arc::clone(&shared);
         let writer = std::thread::Builder::new()
             .name("recorder".into())
             .spawn(move || {
-                if let Err(error) = write(&for_writer, &mut output) {
-                    for_writer.fail(error);
+                if let Err(error) = write(&for_writer, &mut file) {
+                    for_writer.fail(failed(error));
                 }
             })
             .map_err(RecordingError::file("start a thread for", path))?;
@@ -164,9 +157,10 @@ impl RecordingSink {
         if state.failure.is_some() {
             return; // the failure is reported elsewhere
         }
+        state.messages += 1;
         let pending = &mut state.pending;
         let begin = pending.len();
-        put(pending, channel, header, records);
+        put(pending, channel.number() as u8, header, records.bytes());
         let end = pending.len();
         // The writer wakes up by itself when there is less than a block.
         if begin < BLOCK && end >= BLOCK {
@@ -217,8 +211,8 @@ impl RecordingSink {
     }
 }
 
-/// Writes the messages that are added until the recorder is closed.
-fn write(shared: &Shared, output: &mut Output) -> Result<(), RecordingError> {
+/// Writes the messages that are added until the recorder is closed, and then the end if it is finished.
+fn write(shared: &Shared, file: &mut FrameEncoder<File>) -> io::Result<()> {
     let mut messages = Vec::new();
     loop {
         let mut state = shared.lock();
@@ -228,67 +222,21 @@ fn write(shared: &Shared, output: &mut Output) -> Result<(), RecordingError> {
         }
         messages.clear();
         std::mem::swap(&mut messages, &mut state.pending);
-        let (closed, finished) = (state.closed, state.finished);
+        let (closed, finished, count) = (state.closed, state.finished, state.messages);
         drop(state);
         shared.room.notify_all();
-        output.write(&messages)?;
+        if closed && finished {
+            let count = count.to_le_bytes();
+            put(&mut messages, END, &StepHeader::default(), &count);
+        }
+        file.write_all(&messages)?;
+        file.flush()?;
+        if closed && finished {
+            file.try_finish()?;
+            file.get_ref().sync_all()?;
+        }
         if closed {
-            return if finished { output.end() } else { Ok(()) };
+            return Ok(());
         }
-    }
-}
-
-struct Output {
-    file: File,
-    path: PathBuf,
-    blocks: u64,
-    messages: u64,
-    packed: Vec<u8>,
-}
-
-impl Output {
-    /// Writes whole messages, in blocks of about [`BLOCK`] bytes.
-    fn write(&mut self, messages: &[u8]) -> Result<(), RecordingError> {
-        let (mut begin, mut at, mut count) = (0, 0, 0);
-        while at < messages.len() {
-            let length = u32::from_le_bytes(messages[at + 1..at + 5].try_into().expect("4 bytes"));
-            at += MESSAGE_HEADER + length as usize;
-            count += 1;
-            if at - begin >= BLOCK || at == messages.len() {
-                self.block(&messages[begin..at], count)?;
-                (begin, count) = (at, 0);
-            }
-        }
-        Ok(())
-    }
-
-    fn end(&mut self) -> Result<(), RecordingError> {
-        self.block(&self.messages.to_le_bytes(), 0)?;
-        self.file
-            .sync_all()
-            .map_err(RecordingError::file("write", &self.path))
-    }
-
-    fn block(&mut self, body: &[u8], messages: u32) -> Result<(), RecordingError> {
-        let packed = lz4_flex::block::compress(body);
-        let stored = if packed.len() < body.len() {
-            &packed
-        } else {
-            body
-        };
-        let numbers = [stored.len() as u32, body.len() as u32, messages];
-        self.packed.clear();
-        self.packed
-            .extend(numbers.iter().flat_map(|n| n.to_le_bytes()));
-        let sum = check(&[&self.blocks.to_le_bytes(), &self.packed]);
-        self.packed.extend(sum);
-        self.packed.extend(stored);
-        self.packed.extend(check(&[stored]));
-        self.file
-            .write_all(&self.packed)
-            .map_err(RecordingError::file("write", &self.path))?;
-        self.blocks += 1;
-        self.messages += u64::from(messages);
-        Ok(())
     }
 }

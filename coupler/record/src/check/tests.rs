@@ -30,17 +30,12 @@ fn run(when: When, window: [f64; 2], expected: Expected, rows: &[[f64; 2]]) -> C
         expected,
         source: "s".into(),
     };
-    let mut recorder = Recorder {
-        columns: vec![Column {
-            name: "twice".into(),
-            unit: "m".into(),
-            value: expression("2*v - initial.v"),
-        }],
-        checks: vec![(check, Progress::default())],
-        slots: Vec::new(),
-        row: Vec::new(),
-        time_slack: 1e-9,
+    let twice = Column {
+        name: "twice".into(),
+        unit: "m".into(),
+        value: expression("2*v - initial.v"),
     };
+    let mut recorder = Recorder::new(&[twice], &[check], 1.0);
     for row in rows {
         recorder.record(&Sample::from(row.to_vec()));
         let expected = 2.0 * row[1] - rows[0][1];

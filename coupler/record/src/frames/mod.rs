@@ -24,7 +24,8 @@ use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
 use crate::background::{Background, Mark};
-use crate::rundir::{FRAME_LIST, FRAMES, RunDir, RunDirError, fail};
+use crate::error::fail;
+use crate::rundir::{FRAME_LIST, FRAMES, RunDir, RunDirError};
 pub use instant::{Content, Field, Instant, PlasticStrain, ReportedFields};
 use meshes::{Outlined, bodies, contacts, points};
 use vtu::{Mesh, attribute};
@@ -48,7 +49,8 @@ pub struct Listed {
 #[derive(Debug)]
 pub struct Frames {
     content: Content,
-    listed: Listed,
+    /// The frames that were taken so far.
+    pub listed: Listed,
     /// Counts frames.
     writer: Background<Instant>,
 }
@@ -103,11 +105,6 @@ impl Frames {
         self.listed.contacts |= instant.contacts.is_some();
         self.listed.times.push(instant.time);
         self.writer.give(instant, 1)
-    }
-
-    /// The frames that were taken so far.
-    pub fn listed(&self) -> &Listed {
-        &self.listed
     }
 
     /// The mark of the frames that were taken so far.

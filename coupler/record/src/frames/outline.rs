@@ -2,7 +2,7 @@
 
 use core::f64::consts::{PI, TAU};
 
-use interface::config::{BodyConfig, BodyShape};
+use interface::config::{BodyConfig, BodyShape, polygon};
 
 /// Number of edges with which a full circle is drawn.
 const EDGES_A_TURN: f64 = 48.0;
@@ -40,13 +40,7 @@ fn swept(vertices: &[[f64; 2]], radius: f64) -> Vec<[f64; 2]> {
         let ([ax, ay], [bx, by]) = (v[i % n], v[(i + 1) % n]);
         [bx - ax, by - ay]
     };
-    let doubled: f64 = (0..n)
-        .map(|i| {
-            let ([ax, ay], [bx, by]) = (vertices[i], vertices[(i + 1) % n]);
-            ax * by - ay * bx
-        })
-        .sum();
-    if doubled < 0.0 {
+    if polygon::area(&vertices) < 0.0 {
         vertices.reverse();
     }
     if radius == 0.0 {

@@ -94,7 +94,7 @@ fn take(dir: &Path, locked: &File, path: &Path) -> Result<(), RunDirError> {
             tracing::warn!("{} cannot be locked: {error}", path.display());
             Ok(())
         }
-        Some(Err(error)) => Err(fail("lock", path)(error.into())),
+        Some(Err(error)) => Err(fail("lock", path)(error.into()).into()),
     }
 }
 

@@ -54,9 +54,6 @@ struct Common {
     places: HashMap<u64, u32>,
     /// The ids in their order.
     ids: Vec<u64>,
-    point_fields: Vec<Field>,
-    body_fields: Vec<Field>,
-    outlines: usize,
     angles: Vec<f64>,
 }
 
@@ -80,6 +77,8 @@ pub fn load(run: &Path, room: usize) -> Result<Option<Loaded>, FrameError> {
     let kept = shares(all, 2 * outlines, (room as f64 / USUAL) as usize);
     let mut loaded = Loaded {
         all,
+        point_fields: first.points.as_ref().map_or(Vec::new(), field::fields),
+        body_fields: first.bodies.as_ref().map_or(Vec::new(), field::fields),
         ..Loaded::default()
     };
     let common = common(&first, kept.points, &mut loaded);
@@ -87,7 +86,8 @@ pub fn load(run: &Path, room: usize) -> Result<Option<Loaded>, FrameError> {
         .into_iter()
         .map(|k| times[k])
         .collect();
-    for (time, read) in wanted.iter().zip(read_all(run, &wanted, &common)) {
+    let read = read_all(run, &wanted, &common, &loaded);
+    for (time, read) in wanted.iter().zip(read) {
         match read {
             Ok(instant) => {
                 loaded.times.push(*time);
@@ -96,8 +96,6 @@ pub fn load(run: &Path, room: usize) -> Result<Option<Loaded>, FrameError> {
             Err(fault) => loaded.faults.push(format!("A frame is left out: {fault}.")),
         }
     }
-    loaded.point_fields = common.point_fields;
-    loaded.body_fields = common.body_fields;
     Ok(Some(loaded))
 }
 
@@ -106,9 +104,6 @@ fn common(first: &Frame, kept: usize, loaded: &mut Loaded) -> Common {
     let mut common = Common {
         places: HashMap::new(),
         ids: Vec::new(),
-        point_fields: first.points.as_ref().map_or(Vec::new(), field::fields),
-        body_fields: first.bodies.as_ref().map_or(Vec::new(), field::fields),
-        outlines: 0,
         angles: Vec::new(),
     };
     if let Some(mesh) = &first.points {
@@ -137,14 +132,18 @@ fn common(first: &Frame, kept: usize, loaded: &mut Loaded) -> Common {
                 cell.iter().map(|p| [p[0] - x, p[1] - y]).collect()
             })
             .collect();
-        common.outlines = loaded.outlines.len();
         common.angles = angles(mesh);
     }
     common
 }
 
 /// The frames of these times, read by as many threads as there are processors.
-fn read_all(run: &Path, times: &[f64], common: &Common) -> Vec<Result<Instant, String>> {
+fn read_all(
+    run: &Path,
+    times: &[f64],
+    common: &Common,
+    loaded: &Loaded,
+) -> Vec<Result<Instant, String>> {
     let threads = std::thread::available_parallelism().map_or(1, std::num::NonZero::get);
     let each = times.len().div_ceil(threads).max(1);
     std::thread::scope(|scope| {
@@ -153,7 +152,7 @@ fn read_all(run: &Path, times: &[f64], common: &Common) -> Vec<Result<Instant, S
             .map(|times| {
                 let read = move |&time: &f64| {
                     let frame = Frame::read(run, time).map_err(|error| error.to_string())?;
-                    common.instant(&frame)
+                    common.instant(&frame, loaded)
                 };
                 scope.spawn(move || times.iter().map(read).collect::<Vec<_>>())
             })
@@ -166,7 +165,7 @@ fn read_all(run: &Path, times: &[f64], common: &Common) -> Vec<Result<Instant, S
 }
 
 impl Common {
-    fn instant(&self, frame: &Frame) -> Result<Instant, String> {
+    fn instant(&self, frame: &Frame, first: &Loaded) -> Result<Instant, String> {
         let mut instant = Instant::default();
         if let Some(mesh) = &frame.points {
             let found = self.find(mesh);
@@ -175,16 +174,15 @@ impl Common {
                 Some([x as f32, y as f32])
             };
             instant.at = found.iter().map(at).collect();
-            let fields = self.point_fields.iter();
+            let fields = first.point_fields.iter();
             instant.of_points = fields.map(|f| field::values(mesh, f, &found)).collect();
         }
         if let Some(mesh) = &frame.bodies {
-            if mesh.ends.len() != self.outlines {
+            let (found, outlines) = (mesh.ends.len(), first.outlines.len());
+            if found != outlines {
+                let time = frame.time;
                 return Err(format!(
-                    "the frame at {} s has {} outlines of bodies, the first one {}",
-                    frame.time,
-                    mesh.ends.len(),
-                    self.outlines
+                    "the frame at {time} s has {found} outlines of bodies, the first one {outlines}"
                 ));
             }
             let turned = angles(mesh).into_iter().zip(&self.angles);
@@ -193,8 +191,8 @@ impl Common {
                 [x, y, now - start]
             });
             instant.poses = poses.collect();
-            let places: Vec<Option<u32>> = (0..self.outlines as u32).map(Some).collect();
-            let fields = self.body_fields.iter();
+            let places: Vec<Option<u32>> = (0..outlines as u32).map(Some).collect();
+            let fields = first.body_fields.iter();
             instant.of_bodies = fields.map(|f| field::values(mesh, f, &places)).collect();
         }
         Ok(instant)

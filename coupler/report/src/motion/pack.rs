@@ -161,7 +161,7 @@ impl Kept<'_> {
         let place = |fields: &[Field], field: &Field| fields.iter().position(|f| f == field);
         all.into_iter()
             .map(|field| self.shaded(field, place(points, field), place(bodies, field)))
-            .filter(|f| f.shown.extremes[0] < f.shown.extremes[1] || f.shown.name == "speed")
+            .filter(|f| f.shown.extremes[0] < f.shown.extremes[1] || f.shown.field.name == "speed")
             .collect()
     }
 
@@ -193,9 +193,7 @@ impl Kept<'_> {
         }
         Shaded {
             shown: Shown {
-                name: field.name.clone(),
-                label: field.label.clone(),
-                unit: crate::words::unit_of(&field.unit),
+                field: field.clone(),
                 range: [scale.low, scale.high],
                 extremes: [all.low, all.high],
                 points: points.is_some(),

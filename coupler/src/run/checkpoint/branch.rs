@@ -4,6 +4,7 @@ use interface::message::control::Party;
 use interface::session::solver_part;
 
 use super::file::{self, About, Checkpoint};
+use super::state::Phase;
 use crate::run::pace::Pace;
 use crate::scene::Scene;
 use crate::scene::diagnostic::SceneErrors;
@@ -95,10 +96,10 @@ fn goes_on(scene: &Scene, parent: &Scene, checkpoint: &Checkpoint) -> bool {
     };
     let next_output = |scene: &Scene| {
         let mut pace = Pace::new(scene.time, scene.output.every);
-        pace.resume(checkpoint.state.account.so_far().clone());
+        pace.so_far.clone_from(&checkpoint.state.account.so_far);
         pace.next_output()
     };
     let same = scene.mpm == parent.mpm && scene.dem == parent.dem && rules(scene) == rules(parent);
     // The present epoch ends on the next output.
-    same && (checkpoint.state.is_at_end() || next_output(scene) == next_output(parent))
+    same && (checkpoint.state.phase == Phase::Done || next_output(scene) == next_output(parent))
 }

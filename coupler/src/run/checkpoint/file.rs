@@ -1,41 +1,32 @@
-//! The file of a checkpoint.
+//! The file of a checkpoint, one of [`packed`] that is named `TANDEMC3`. Its content:
 //!
 //! ```text
-//! "tandem checkpoint 2\n"
-//! length (u64), what made it and the length of what follows (JSON)
-//! of the coupler, then of each solver that takes part (continuum, bodies):
-//!     number of blocks (u64), then each: length (u64), LZ4 block of at most 16 MiB before packing
-//! BLAKE3 of all bytes before (32 bytes)
+//! of the coupler, then of each solver that takes part (continuum, bodies): length (u64) and bytes of its state
 //! ```
 //!
-//! All numbers are little-endian. The hash is checked first, so an incomplete file is detected before anything in it is
-//! used.
+//! The description ([`About`]) has the hash of the content as it is packed. It is checked first, so an incomplete file is
+//! detected before anything in it is used.
 
 use std::fs::File;
-use std::io::{self, Read};
+use std::io::{self, ErrorKind, Read, Write};
 use std::path::{Path, PathBuf};
 
 use interface::files::{self, How, STATE, TABLE};
-use interface::message::control::{PROTOCOL, Party};
-use interface::message::wire::layout_hash;
+use interface::message::control::Party;
+use interface::packed::{self, BlockSize, Made, exactly};
 use interface::saved;
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
 use super::state::CouplerState;
-use crate::record::Sealed;
 use crate::record::log;
 use crate::record::rundir::{CHECKPOINTS, COURSE, HISTORY, LOG, SCENE};
+use crate::record::{FileError, Sealed, fail};
 use crate::scene::Scene;
 
-const MAGIC: &[u8] = b"tandem checkpoint 2\n";
+const NAME: [u8; 8] = *b"TANDEMC3";
 /// Format of the coupler's own state.
-const FORMAT: &str = "tandem-coupler 9";
-const HASH: usize = 32;
-/// Longest description of a checkpoint in bytes.
-const ABOUT: u64 = 1 << 20;
-/// Bytes of a block before it is compressed.
-const BLOCK: usize = 16 << 20;
+const FORMAT: &str = "tandem-coupler 10";
 
 /// Beginning of what a run says that takes no checkpoints.
 pub(crate) const CANNOT_RESUME: &str = "this run cannot be resumed";
@@ -61,16 +52,9 @@ pub(crate) struct Checkpoint {
 /// The description of a checkpoint.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct About {
-    /// Name of the scene.
-    pub scene: String,
-    /// Hash of the scene as resolved.
-    pub scene_hash: String,
-    /// Program that made it.
-    pub made_by: String,
-    /// Version of the protocol.
-    pub protocol: (u32, u32),
-    /// Hash of the records' layout (clause C-3).
-    pub layout: String,
+    /// What made it.
+    #[serde(flatten)]
+    pub made: Made,
     /// First step that is not done.
     pub step: u64,
     /// Simulated time in s.
@@ -83,23 +67,22 @@ pub struct About {
     pub start: Option<[String; 2]>,
     /// Length of the packed states in bytes.
     bytes: u64,
+    /// BLAKE3 of these, in hexadecimal digits.
+    hash: String,
 }
 
 impl About {
     /// The description of a run of this program.
     pub fn of(scene: &Scene) -> Self {
         Self {
-            scene: scene.name.clone(),
-            scene_hash: scene.hash.clone(),
-            made_by: concat!("tandem ", env!("CARGO_PKG_VERSION")).to_owned(),
-            protocol: PROTOCOL,
-            layout: layout_hash(),
+            made: Made::of(&scene.name, &scene.hash),
             step: 0,
             time: 0.0,
             solvers: scene.parties(),
             kept: false,
             start: scene.begins_with(),
             bytes: 0,
+            hash: String::new(),
         }
     }
 
@@ -109,14 +92,15 @@ impl About {
             (theirs != ours).then(|| format!("its {what} is {theirs}, here it is {ours}"))
         };
         let version = |(major, minor): (u32, u32)| format!("{major}.{minor}");
-        let protocols = [self, ours].map(|about| version(about.protocol));
+        let protocols = [self, ours].map(|about| version(about.made.protocol));
         let solvers = [self, ours].map(|about| format!("{:?}", about.solvers));
-        differs("program", &self.made_by, &ours.made_by)
+        let (made, here) = (&self.made, &ours.made);
+        differs("program", &made.made_by, &here.made_by)
             .or_else(|| differs("protocol", &protocols[0], &protocols[1]))
-            .or_else(|| differs("layout of records", &self.layout, &ours.layout))
-            .or_else(|| differs("scene", &self.scene, &ours.scene))
+            .or_else(|| differs("layout of records", &made.layout, &here.layout))
+            .or_else(|| differs("scene", &made.scene, &here.scene))
             .or_else(|| differs("list of solvers", &solvers[0], &solvers[1]))
-            .or_else(|| differs("scene hash", &self.scene_hash, &ours.scene_hash))
+            .or_else(|| differs("scene hash", &made.scene_hash, &here.scene_hash))
     }
 }
 
@@ -124,13 +108,8 @@ impl About {
 #[derive(Debug, Error)]
 pub enum CheckpointError {
     /// The file cannot be read.
-    #[error("cannot read {path}: {source}")]
-    Read {
-        /// Where.
-        path: PathBuf,
-        /// Why.
-        source: io::Error,
-    },
+    #[error(transparent)]
+    Read(#[from] FileError),
     /// It is damaged.
     #[error("{path} is damaged: {what}")]
     Damaged {
@@ -191,79 +170,51 @@ impl Checkpoint {
 
 /// The bytes of a checkpoint.
 pub(crate) fn write(checkpoint: &Checkpoint) -> Vec<u8> {
-    let mut states = Vec::new();
-    pack(&mut states, &saved::pack(FORMAT, &checkpoint.state));
-    for (_, state) in &checkpoint.solvers {
-        pack(&mut states, state);
+    let own = saved::pack(FORMAT, &checkpoint.state);
+    let solvers = checkpoint.solvers.iter().map(|(_, state)| state);
+    let mut packer = packed::packer(Vec::new(), BlockSize::Max4MB);
+    for state in std::iter::once(&own).chain(solvers) {
+        let length = (state.len() as u64).to_le_bytes();
+        let written = packer.write_all(&length);
+        written
+            .and_then(|()| packer.write_all(state))
+            .expect("memory takes what is written");
     }
+    let states = packer.finish().expect("memory takes what is written");
     let about = About {
         bytes: states.len() as u64,
+        hash: blake3::hash(&states).to_string(),
         ..checkpoint.about.clone()
     };
-    let about = serde_json::to_vec(&about).expect("no map with other keys than strings");
-    let mut bytes = MAGIC.to_vec();
-    number(&mut bytes, about.len());
-    bytes.extend(about);
+    let mut bytes = packed::head(NAME, &about);
     bytes.extend(states);
-    let hash = blake3::hash(&bytes);
-    bytes.extend(hash.as_bytes());
     bytes
-}
-
-fn number(bytes: &mut Vec<u8>, number: usize) {
-    bytes.extend((number as u64).to_le_bytes());
-}
-
-fn pack(bytes: &mut Vec<u8>, state: &[u8]) {
-    number(bytes, state.len().div_ceil(BLOCK));
-    for block in state.chunks(BLOCK) {
-        let packed = lz4_flex::block::compress_prepend_size(block);
-        number(bytes, packed.len());
-        bytes.extend(packed);
-    }
 }
 
 /// The checkpoint in `bytes`.
 ///
 /// # Errors
 /// What is wrong with the bytes.
-pub(crate) fn read(bytes: &[u8]) -> Result<Checkpoint, String> {
-    let Some(body) = bytes.len().checked_sub(HASH) else {
-        return Err("it is too short".into());
-    };
-    let (body, hash) = bytes.split_at(body);
-    after_magic(body)?;
-    if blake3::hash(body).as_bytes() != hash {
+pub(crate) fn read(mut bytes: &[u8]) -> Result<Checkpoint, String> {
+    let head = packed::read_head::<About>(&mut bytes, NAME);
+    let (about, _) = head.map_err(|e| e.to_string())?;
+    if blake3::hash(bytes).to_string() != about.hash {
         return Err("its hash is not that of its content".into());
     }
-    let (about, mut rest) = description(body)?;
-    let state = unpack(&mut rest)?;
-    let state = saved::unpack(FORMAT, &state).map_err(|e| e.message)?;
-    let mut solvers = Vec::new();
-    for &party in &about.solvers {
-        solvers.push((party, unpack(&mut rest)?));
-    }
-    if !rest.is_empty() {
-        return Err(format!("{} bytes are left over", rest.len()));
-    }
+    let mut states = packed::unpacker(bytes);
+    let mut next = || {
+        let mut length = [0; 8];
+        let read = states.read_exact(&mut length);
+        let state = read.and_then(|()| exactly(&mut states, u64::from_le_bytes(length)));
+        state.map_err(|e| format!("a state that is not whole: {e}"))
+    };
+    let state = saved::unpack(FORMAT, &next()?).map_err(|e| e.message)?;
+    let solvers = about.solvers.iter().map(|&party| Ok((party, next()?)));
     Ok(Checkpoint {
+        solvers: solvers.collect::<Result<_, String>>()?,
         about,
         state,
-        solvers,
     })
-}
-
-fn after_magic(bytes: &[u8]) -> Result<&[u8], String> {
-    let rest = bytes.strip_prefix(MAGIC);
-    rest.ok_or_else(|| "it does not begin like a checkpoint".into())
-}
-
-/// The description at the beginning of a checkpoint, and what follows.
-fn description(bytes: &[u8]) -> Result<(About, &[u8]), String> {
-    let mut rest = after_magic(bytes)?;
-    let length = take_number(&mut rest)?;
-    let about = serde_json::from_slice(take(&mut rest, length)?).map_err(|e| e.to_string())?;
-    Ok((about, rest))
 }
 
 /// The state that each solver saved in the checkpoint in `bytes`.
@@ -272,34 +223,6 @@ fn description(bytes: &[u8]) -> Result<(About, &[u8]), String> {
 /// What is wrong with the bytes, in words.
 pub fn solver_states(bytes: &[u8]) -> Result<Vec<(Party, Vec<u8>)>, String> {
     Ok(read(bytes)?.solvers)
-}
-
-fn take<'a>(rest: &mut &'a [u8], length: usize) -> Result<&'a [u8], String> {
-    let Some((taken, left)) = rest.split_at_checked(length) else {
-        return Err(format!(
-            "{length} bytes are announced, {} follow",
-            rest.len()
-        ));
-    };
-    *rest = left;
-    Ok(taken)
-}
-
-fn take_number(rest: &mut &[u8]) -> Result<usize, String> {
-    let bytes = take(rest, 8)?;
-    let number = u64::from_le_bytes(bytes.try_into().expect("eight bytes"));
-    usize::try_from(number).map_err(|_| format!("a length of {number}"))
-}
-
-fn unpack(rest: &mut &[u8]) -> Result<Vec<u8>, String> {
-    let blocks = take_number(rest)?;
-    let mut state = Vec::new();
-    for _ in 0..blocks {
-        let length = take_number(rest)?;
-        let block = lz4_flex::block::decompress_size_prepended(take(rest, length)?);
-        state.extend(block.map_err(|e| e.to_string())?);
-    }
-    Ok(state)
 }
 
 /// Ending of the names of checkpoints that are kept.
@@ -398,18 +321,14 @@ fn usable(dir: &Path, name: &str, ours: &About) -> Result<Checkpoint, Checkpoint
 fn open(dir: &Path, name: &str) -> Result<Checkpoint, CheckpointError> {
     // Another file, or one that was made longer, may be as long as a state: it is not read.
     let (_, written, file) = begin(dir, name)?;
-    let there = file.metadata().map_err(unread(dir, name))?.len();
+    let path = dir.join(name);
+    let there = file.metadata().map_err(fail("read", &path))?.len();
     if there != written {
         let what = format!("it has {there} bytes, and {written} were written");
-        return Err(damaged(&dir.join(name), what));
+        return Err(CheckpointError::Damaged { path, what });
     }
-    let bytes = files::read(dir, name, STATE).map_err(unread(dir, name))?;
-    read(&bytes).map_err(|what| damaged(&dir.join(name), what))
-}
-
-fn unread(dir: &Path, name: &str) -> impl FnOnce(io::Error) -> CheckpointError {
-    let path = dir.join(name);
-    move |source| CheckpointError::Read { path, source }
+    let bytes = files::read(dir, name, STATE).map_err(fail("read", &path))?;
+    read(&bytes).map_err(|what| CheckpointError::Damaged { path, what })
 }
 
 fn none(dir: &Path) -> CheckpointError {
@@ -420,25 +339,22 @@ fn none(dir: &Path) -> CheckpointError {
     }
 }
 
-fn damaged(path: &Path, what: String) -> CheckpointError {
-    let path = path.to_path_buf();
-    CheckpointError::Damaged { path, what }
-}
-
 /// The description of a checkpoint, the length of its file as it was written, and the file: its states, which may be long, are
 /// not read.
 fn begin(dir: &Path, name: &str) -> Result<(About, u64, File), CheckpointError> {
-    let mut begin = Vec::new();
-    let first = MAGIC.len() as u64 + 8;
-    let file = files::open(dir, name, How::Read).map_err(unread(dir, name))?;
-    (&file)
-        .take(first + ABOUT)
-        .read_to_end(&mut begin)
-        .map_err(unread(dir, name))?;
-    let (about, rest) = description(&begin).map_err(|what| damaged(&dir.join(name), what))?;
-    let before = (begin.len() - rest.len() + HASH) as u64;
-    let written = before.saturating_add(about.bytes);
-    Ok((about, written, file))
+    let path = dir.join(name);
+    let mut file = files::open(dir, name, How::Read).map_err(fail("read", &path))?;
+    match packed::read_head::<About>(&mut file, NAME) {
+        Ok((about, length)) => {
+            let written = length.saturating_add(about.bytes);
+            Ok((about, written, file))
+        }
+        Err(error) if error.kind() == ErrorKind::InvalidData => Err(CheckpointError::Damaged {
+            path,
+            what: error.to_string(),
+        }),
+        Err(error) => Err(fail("read", &path)(error).into()),
+    }
 }
 
 /// The last checkpoint in `dir` of a run like `ours` that is not after `time` (s), or the last one if there is no
@@ -475,29 +391,27 @@ mod tests {
     use super::*;
 
     #[test]
-    fn states_come_back_whatever_their_length() {
-        for length in [0, 1, 1000, BLOCK, BLOCK + 1] {
-            let state: Vec<u8> = (0..length).map(|i| (i % 251) as u8).collect();
-            let mut bytes = Vec::new();
-            pack(&mut bytes, &state);
-            let mut rest = &bytes[..];
-            assert_eq!(unpack(&mut rest).unwrap(), state);
-            assert!(rest.is_empty());
-        }
-    }
-
-    #[test]
     fn a_file_that_is_damaged_or_no_checkpoint_is_refused() {
-        let whole = |body: &[u8]| [body, blake3::hash(body).as_bytes()].concat();
         assert!(read(&[]).unwrap_err().contains("too short"));
         assert!(read(&[7; 100]).unwrap_err().contains("does not begin"));
-        let torn = [MAGIC, &[0; 40][..]].concat();
-        assert!(read(&torn).unwrap_err().contains("hash"));
-        // The correct hash of a body that is too short.
-        assert!(
-            read(&whole(MAGIC))
-                .unwrap_err()
-                .contains("8 bytes are announced")
-        );
+        let scene = include_str!("../../../../scenes/jiang2020/collision_hard.toml");
+        let place = tempfile::tempdir().unwrap();
+        let path = place.path().join("scene.toml");
+        std::fs::write(&path, scene).unwrap();
+        let about = About::of(&Scene::load(&path, None, &[]).unwrap());
+        let with = |states: &[u8], hash: &[u8]| {
+            let about = About {
+                hash: blake3::hash(hash).to_string(),
+                ..about.clone()
+            };
+            read(&[&packed::head(NAME, &about), states].concat()).unwrap_err()
+        };
+        assert!(with(b"states", b"others").contains("hash"));
+        // The correct hash of what is no frame, and of one that is too short.
+        assert!(with(b"states", b"states").contains("not whole"));
+        let none = packed::packer(Vec::new(), BlockSize::Max4MB)
+            .finish()
+            .unwrap();
+        assert!(with(&none, &none).contains("not whole"));
     }
 }

@@ -1,13 +1,13 @@
 //! The coupler's own state at a checkpoint.
 
-use interface::message::wire::BodyState;
+use interface::message::wire::{BodyState, Budget};
 use serde::{Deserialize, Serialize};
 
 use crate::record::Sealed;
 use crate::record::frames::Listed;
 use crate::run::account::Kept;
 use crate::run::pace::Epoch;
-use crate::run::stability::{Budgets, Sides};
+use crate::run::stability::Sides;
 
 /// The phase of a run.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
@@ -28,7 +28,7 @@ pub(crate) enum Phase {
 #[derive(Debug, Clone, Copy, Serialize, Deserialize)]
 pub(crate) struct UnderWay {
     pub epoch: Epoch,
-    pub budgets: Budgets,
+    pub budgets: Sides<Budget>,
     /// Number of its steps that are done.
     pub done: u64,
 }
@@ -49,11 +49,4 @@ pub(crate) struct CouplerState {
     pub history: Sealed,
     pub course: Sealed,
     pub frames: Listed,
-}
-
-impl CouplerState {
-    /// Whether only the closing step is left.
-    pub fn is_at_end(&self) -> bool {
-        self.phase == Phase::Done
-    }
 }

@@ -6,7 +6,8 @@ use interface::files::{self, How};
 
 use super::file::{self, Checkpoint};
 use crate::record::background::{Background, Mark};
-use crate::record::rundir::{COURSE, HISTORY, RunDir, RunDirError, fail};
+use crate::record::fail;
+use crate::record::rundir::{COURSE, HISTORY, RunDir, RunDirError};
 use crate::scene::CheckpointPlan;
 
 /// Number of checkpoints that are not deleted, besides those for other scenes: the newest one and the one before.

@@ -7,6 +7,7 @@ use interface::message::wire::flags;
 use interface::session::Solvers;
 
 use super::Run;
+use crate::record::frames::Listed;
 use crate::run::checkpoint::file::{About, CANNOT_RESUME};
 use crate::run::checkpoint::writer::CheckpointWriter;
 use crate::run::checkpoint::{Checkpoint, CouplerState, Phase, UnderWay};
@@ -35,7 +36,7 @@ impl Run<'_> {
         plan.is_some_and(|plan| match self.schedule.phase {
             Phase::Stepping => {
                 let on_output = self.schedule.asked & flags::MEASURE != 0;
-                let now = self.account.pace.outputs();
+                let now = self.account.pace.so_far.outputs;
                 let is_now = |at: &f64| (at / self.scene.output.every).round() as u64 == now;
                 on_output && plan.at.iter().any(is_now)
             }
@@ -73,12 +74,8 @@ impl Run<'_> {
             origin: self.latest.origin.clone(),
             history: self.outputs.history.sealed(),
             course: self.outputs.course.rows.sealed(),
-            frames: self
-                .outputs
-                .frames
-                .as_ref()
-                .map(|f| f.listed().clone())
-                .unwrap_or_default(),
+            frames: (self.outputs.frames.as_ref())
+                .map_or_else(Listed::default, |frames| frames.listed.clone()),
         };
         self.checkpoints.pending = Some((state, relies_on));
         Ok(flags::CHECKPOINT)

@@ -31,48 +31,23 @@ pub(crate) struct Outputs {
 }
 
 impl Outputs {
-    /// New files. `start` are the bodies at their initial positions, if they are known.
+    /// New files, or those of a run that `continues`, as they were at its checkpoint. `start` are the bodies at their
+    /// initial positions, if they are known.
     ///
     /// # Errors
     /// [`RunDirError`].
-    pub(super) fn begin(
+    pub(super) fn open(
         scene: &Scene,
         options: &RunOptions,
         dir: &RunDir,
         account: &Account,
+        continues: Option<&CouplerState>,
         start: &[BodyState],
-    ) -> Result<Self, RunDirError> {
-        let history = History::begin(dir, HISTORY, &account.recorder.header())?;
-        let tables = (history, Course::begin(dir)?);
-        Self::new(scene, options, dir, tables, Listed::default(), start)
-    }
-
-    /// Files that exist, as they were at a checkpoint.
-    ///
-    /// # Errors
-    /// [`RunDirError`].
-    pub(super) fn resume(
-        scene: &Scene,
-        options: &RunOptions,
-        dir: &RunDir,
-        account: &Account,
-        state: &CouplerState,
     ) -> Result<Self, RunDirError> {
         let header = account.recorder.header();
-        let history = History::resume(dir, HISTORY, &header, &state.history)?;
-        let tables = (history, Course::resume(dir, &state.course)?);
-        let listed = state.frames.clone();
-        Self::new(scene, options, dir, tables, listed, &state.origin)
-    }
-
-    fn new(
-        scene: &Scene,
-        options: &RunOptions,
-        dir: &RunDir,
-        (history, course): (History, Course),
-        listed: Listed,
-        start: &[BodyState],
-    ) -> Result<Self, RunDirError> {
+        let history = History::open(dir, HISTORY, &header, continues.map(|at| &at.history))?;
+        let course = Course::open(dir, continues.map(|at| &at.course))?;
+        let listed = continues.map_or_else(Listed::default, |at| at.frames.clone());
         let (mpm, dem) = (scene.mpm.is_some(), scene.dem.as_ref());
         let frames = || Frames::resume(dir, mpm, dem, &scene.output.content, listed, start);
         Ok(Self {

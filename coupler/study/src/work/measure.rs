@@ -1,8 +1,7 @@
 //! How the error of a run is taken: of a check, or against the finest run of its curve.
 
-use std::path::Path;
-
 use coupler::record::check::{Expected, Measure};
+use coupler::record::rundir::HISTORY;
 use coupler::record::{Summary, Table};
 use coupler::scene::{Measurand, Scene};
 
@@ -45,16 +44,7 @@ impl Value {
     }
 
     fn of(&self, row: &Row, runner: &Runner) -> Option<f64> {
-        if !row.outcome().whole() {
-            return None;
-        }
-        let value = match row.outcome().check(&self.name) {
-            Some(verdict) => finite(verdict.value),
-            None => history_column(&runner.directory(&row.case, 0), &self.name)?
-                .last()
-                .copied(),
-        };
-        value.filter(|value| value.is_finite())
+        finite(*shown(row, &self.name, runner)?.last()?)
     }
 }
 
@@ -191,21 +181,24 @@ fn check_error(outcome: &Summary, name: &str, absolute: bool) -> Option<f64> {
     let verdict = outcome.whole().then(|| outcome.check(name)).flatten()?;
     let size = verdict.reference.abs();
     let absolute = absolute && size > 0.0;
-    let error = if absolute {
+    finite(if absolute {
         verdict.error / size
     } else {
         verdict.error
-    };
-    error.is_finite().then_some(error)
+    })
 }
 
 fn finite(number: f64) -> Option<f64> {
     number.is_finite().then_some(number)
 }
 
-/// A column of numbers of `history.csv` in a run directory, by its name without its unit.
-fn history_column(directory: &Path, name: &str) -> Option<Vec<f64>> {
-    let history = Table::of_run(directory, "history.csv").ok()?;
+/// What a whole run shows under a name: the value of a check, or the numbers of a column of its history.
+fn shown(row: &Row, name: &str, runner: &Runner) -> Option<Vec<f64>> {
+    let outcome = Some(row.outcome()).filter(|outcome| outcome.whole())?;
+    if let Some(verdict) = outcome.check(name) {
+        return Some(vec![finite(verdict.value)?]);
+    }
+    let history = Table::of_run(&runner.directory(&row.case, 0), HISTORY).ok()?;
     Some(history.column(name)?.values.clone())
 }
 
@@ -217,15 +210,7 @@ fn against_the_finest(
     runner: &Runner,
 ) -> Result<(), StudyError> {
     let curves: Vec<String> = rows.iter().map(|row| row.curve.clone()).collect();
-    let values = |row: &Row, name: &str| -> Option<Vec<f64>> {
-        if !row.outcome().whole() {
-            return None;
-        }
-        match row.outcome().check(name) {
-            Some(verdict) => Some(vec![finite(verdict.value)?]),
-            None => history_column(&runner.directory(&row.case, 0), name),
-        }
-    };
+    let values = |row: &Row, name: &str| shown(row, name, runner);
     for k in 0..rows.len() {
         let candidate = |j: &usize| curves[*j] == curves[k] && rows[*j].outcome().whole();
         let Some(finest) = (0..rows.len()).rfind(candidate) else {

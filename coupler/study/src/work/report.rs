@@ -104,10 +104,9 @@ impl Report for WorkReport {
         let chart = Chart {
             title: title.to_owned(),
             note: format!("order: of the error in {}", with_unit(&self.resolution)),
-            columns: 1,
-            names: None,
             panels: vec![panel],
             series,
+            ..Chart::default()
         };
         chart.draw(path)
     }
@@ -152,7 +151,7 @@ fn line(row: &Row) -> String {
         row.resolution.map_or_else(String::new, |h| h.to_string()),
         row.error.map_or_else(|| "-".to_owned(), error),
         time(outcome.stepping_cpu()),
-        time(outcome.stepping_wall_s),
+        time(outcome.spent.stepping_wall_s),
         row.timed.times.len(),
         outcome.steps,
         reason.map_or_else(String::new, |r| format!("  ({r})")),

@@ -98,11 +98,11 @@ fn times(row: &Row, alone: bool) -> [String; TIMES.len()] {
     let o = row.outcome();
     [
         o.stepping_cpu().to_string(),
-        o.stepping_wall_s.to_string(),
+        o.spent.stepping_wall_s.to_string(),
         row.timed.times.len().to_string(),
         number(row.timed.scatter()),
         o.cpu().to_string(),
-        o.wall_s.to_string(),
+        o.spent.wall_s.to_string(),
         alone.to_string(),
         o.steps.to_string(),
         o.points.to_string(),

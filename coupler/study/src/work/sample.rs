@@ -115,11 +115,10 @@ impl Report for SampleReport {
         };
         let chart = Chart {
             title: title.to_owned(),
-            note: String::new(),
             columns: 2,
-            names: None,
             panels,
             series: vec![series],
+            ..Chart::default()
         };
         chart.draw(path)
     }

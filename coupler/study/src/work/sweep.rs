@@ -53,11 +53,11 @@ impl Report for SweepReport {
         };
         let chart = Chart {
             title: title.to_owned(),
-            note: String::new(),
             columns: 2,
             names: self.names.clone(),
             panels: self.values.iter().map(panel).collect(),
             series: series.collect(),
+            ..Chart::default()
         };
         chart.draw(path)
     }
