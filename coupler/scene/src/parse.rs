@@ -322,8 +322,7 @@ fn coupling(problems: &mut Problems, coupling: &Coupling) {
     problems.number("coupling.window", window, window >= 1.0, "1 step or more");
     for (key, seconds) in [
         ("deadline", coupling.deadline),
-        ("hello_deadline", coupling.hello_deadline),
-        ("ready_deadline", coupling.ready_deadline),
+        ("start_deadline", coupling.start_deadline),
     ] {
         // At most a day: longer waits are not useful, and Duration overflows for much longer ones.
         let sound = seconds > 0.0 && seconds <= 86_400.0;

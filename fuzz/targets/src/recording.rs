@@ -5,10 +5,9 @@
 
 use std::io::Write as _;
 
-use interface::message::Payload;
 use interface::message::control::{Notice, Party};
 use interface::recording::Playback;
-use interface::transport::raw::{Kind, Message};
+use interface::transport::raw::Kind;
 
 use crate::run::{LEFT, directory};
 use crate::target::Target;
@@ -38,16 +37,8 @@ fn run(input: &[u8]) {
     let Ok(mut playback) = Playback::open(&path) else {
         return;
     };
-    while let Ok(Some(recorded)) = playback.message() {
-        let kind = recorded.channel.kind;
-        let Some(payload) = Payload::read(kind, &recorded.payload) else {
-            continue;
-        };
-        let message = Message {
-            header: recorded.header,
-            payload,
-        };
-        match kind {
+    while let Ok(Some((channel, message))) = playback.message() {
+        match channel.kind {
             Kind::Order => drop(message.as_order()),
             Kind::Notice => {
                 if let Ok(Notice::Hello(hello)) = message.as_notice() {
@@ -110,11 +101,12 @@ fn seeds() -> Vec<Vec<u8>> {
     let mut plain = file[12..about].to_vec();
     for messages in LEFT.messages.chunks(20).take(4) {
         let mut body = Vec::new();
-        for message in messages {
-            body.push(message.channel.number() as u8);
-            body.extend((message.payload.len() as u32).to_le_bytes());
+        for (channel, message) in messages {
+            let records = message.payload.records();
+            body.push(channel.number() as u8);
+            body.extend((records.bytes().len() as u32).to_le_bytes());
             body.extend(interface::message::wire::bytes_of(&[message.header]));
-            body.extend(&message.payload);
+            body.extend(records.bytes());
         }
         let numbers = [body.len() as u32, body.len() as u32, messages.len() as u32];
         plain.extend(numbers.iter().flat_map(|n| n.to_le_bytes()));

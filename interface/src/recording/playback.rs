@@ -6,8 +6,8 @@ use std::path::{Path, PathBuf};
 
 use super::{About, BLOCK_HEADER, CHECK, FORMAT, MAGIC, MESSAGE_HEADER, RecordingError, check};
 use crate::files;
-use crate::message::Channel;
-use crate::message::wire::{Record, StepHeader, layout_hash, records_of};
+use crate::message::wire::{StepHeader, layout_hash, records_of};
+use crate::message::{Channel, Message, Payload};
 
 /// Longest description of a run in bytes.
 const ABOUT: u32 = 1 << 20;
@@ -42,24 +42,6 @@ pub enum End {
         /// Byte after which nothing can be used.
         at: u64,
     },
-}
-
-/// A recorded message.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Message {
-    /// Its channel.
-    pub channel: Channel,
-    /// Its header.
-    pub header: StepHeader,
-    /// Its payload as sent.
-    pub payload: Vec<u8>,
-}
-
-impl Message {
-    /// The records of the payload; `None` if it is not a whole number of records.
-    pub fn records<T: Record>(&self) -> Option<Vec<T>> {
-        records_of(&self.payload)
-    }
 }
 
 impl Playback {
@@ -137,11 +119,11 @@ impl Playback {
         self.end
     }
 
-    /// The next message; `None` at the end.
+    /// The next message and its channel; `None` at the end.
     ///
     /// # Errors
     /// [`RecordingError`].
-    pub fn message(&mut self) -> Result<Option<Message>, RecordingError> {
+    pub fn message(&mut self) -> Result<Option<(Channel, Message)>, RecordingError> {
         while self.next == self.block.len() {
             if self.end.is_some() || !self.read_block()? {
                 return Ok(None);
@@ -157,20 +139,16 @@ impl Playback {
         let Some(&channel) = Channel::ALL.get(usize::from(header[0])) else {
             return Err(damaged);
         };
-        let Some(payload) = rest.get(..length) else {
+        let payload = rest.get(..length);
+        let Some(payload) = payload.and_then(|bytes| Payload::read(channel.kind, bytes)) else {
             return Err(damaged);
         };
-        let Some(&[stamp]) = records_of::<StepHeader>(&header[5..]).as_deref() else {
+        let Some(&[header]) = records_of::<StepHeader>(&header[5..]).as_deref() else {
             return Err(damaged);
-        };
-        let message = Message {
-            channel,
-            header: stamp,
-            payload: payload.to_vec(),
         };
         self.next += MESSAGE_HEADER + length;
         self.messages += 1;
-        Ok(Some(message))
+        Ok(Some((channel, Message { header, payload })))
     }
 
     fn damaged(&self, what: &'static str) -> RecordingError {

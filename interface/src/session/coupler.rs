@@ -6,7 +6,7 @@ use std::time::Duration;
 use super::error::{INDIRECT_WAIT_MARGIN, SessionError, broken};
 use super::io::{Io, Signal, Wait};
 use super::pieces;
-use super::solvers::{CONFIGURATION, Part, Solvers, StartDeadlines, clause_of};
+use super::solvers::{Part, START, Solvers, clause_of};
 use crate::config::capability::SAVE;
 use crate::message::codec::encode;
 use crate::message::control::{Configure, Hello, Notice, Order, Party};
@@ -57,9 +57,9 @@ pub trait Supervisor {
     /// [`Stop`].
     fn drained(&mut self, solvers: &mut Solvers) -> Result<(), Stop>;
 
-    /// Deadlines for the solvers before the first step.
-    fn deadlines(&self) -> StartDeadlines {
-        StartDeadlines::default()
+    /// Longest wait for a solver before the first step: for its Hello, and then for its Ready.
+    fn start_deadline(&self) -> Duration {
+        START
     }
 
     /// A solver has sent Hello.
@@ -184,7 +184,7 @@ impl<'a> Coupler<'a> {
 
     /// S-2.
     async fn hellos(&mut self) -> Result<(), SessionError> {
-        let deadline = self.supervisor.deadlines().hello;
+        let deadline = self.supervisor.start_deadline();
         while let Some(missing) = self.missing(|i| self.solvers.each[i].hello.is_none()) {
             let (i, notice) = self.notice(missing, "its hello", deadline).await?;
             let sent = &mut self.solvers.each[i];
@@ -228,7 +228,7 @@ impl<'a> Coupler<'a> {
 
     /// S-6.
     async fn readies(&mut self) -> Result<(), SessionError> {
-        let deadline = self.supervisor.deadlines().ready;
+        let deadline = self.supervisor.start_deadline();
         while let Some(missing) = self.missing(|i| self.solvers.each[i].readiness.is_none()) {
             let (i, notice) = self.notice(missing, "that it is ready", deadline).await?;
             let sent = &mut self.solvers.each[i];
@@ -293,35 +293,31 @@ impl<'a> Coupler<'a> {
             }
             self.piece(channel, &header)?;
         }
-        let Payload::Report(reports) = &self.inbox[Kind::Report as usize] else {
-            unreachable!("a channel of reports has reports")
-        };
-        self.solvers.each[i].report(reports)?;
+        self.solvers.each[i].report(self.inbox[Kind::Report as usize].of())?;
         self.solvers.note_limits(i);
         self.io.step.set(self.solvers.step());
         // The rest of the state was sent before the report, and nobody has looked at it since.
         let sent = &self.solvers.each[i];
         if sent.grant.flags & flags::CHECKPOINT != 0 && sent.saved.is_none() {
             let channel = sent.channel(Kind::Saved);
-            let step = self.solvers.round.grant.first;
+            let of_step = (clause_of(channel.kind), self.solvers.round.grant.first);
             while {
-                let header = self.take(channel, step, "report")?;
+                let header = self.take(channel, of_step, "report")?;
                 !self.piece(channel, &header)?
             } {}
         }
         for channel in self.solvers.each[i].before_report() {
-            let header = self.take(channel, self.solvers.round.grant.first, "report")?;
+            let of_step = (clause_of(channel.kind), self.solvers.round.grant.first);
+            let header = self.take(channel, of_step, "report")?;
             let records = self.inbox[channel.kind as usize].records();
-            self.solvers.take_listed(i, &header, records)?;
+            self.solvers.take(i, &header, records, of_step)?;
         }
         Ok(())
     }
 
     /// K-3: a piece of a state has arrived; returns whether it was the last one.
     fn piece(&mut self, channel: Channel, header: &StepHeader) -> Result<bool, SessionError> {
-        let Payload::Saved(piece) = &self.inbox[Kind::Saved as usize] else {
-            unreachable!("a channel of states has states")
-        };
+        let piece = self.inbox[Kind::Saved as usize].of();
         let mut each = self.solvers.each.iter_mut();
         let sent = each.find(|sent| sent.party == channel.from());
         sent.expect("a solver of this session").piece(header, piece)
@@ -329,7 +325,7 @@ impl<'a> Coupler<'a> {
 
     async fn byes(&mut self) -> Result<(), SessionError> {
         while let Some(missing) = self.missing(|i| !self.solvers.each[i].bye) {
-            let (i, notice) = self.notice(missing, "its goodbye", CONFIGURATION).await?;
+            let (i, notice) = self.notice(missing, "its goodbye", START).await?;
             match notice {
                 Notice::Bye if !self.solvers.each[i].bye => self.solvers.each[i].bye = true,
                 other => return Err(self.out_of_turn(i, &other)),
@@ -346,29 +342,23 @@ impl<'a> Coupler<'a> {
             return Ok(());
         };
         let sent = &self.solvers.each[i];
-        let header = self.take(sent.channel(Kind::Points), sent.step, "goodbye")?;
-        let Payload::Points(points) = &self.inbox[Kind::Points as usize] else {
-            unreachable!("a channel of points has points")
-        };
-        self.solvers.take_final_points(i, &header, points)
+        let of_end = ("D-1", sent.step);
+        let header = self.take(sent.channel(Kind::Points), of_end, "goodbye")?;
+        let points = self.inbox[Kind::Points as usize].records();
+        self.solvers.take(i, &header, points, of_end)
     }
 
     /// Takes a message that was sent before the one that has just arrived.
     fn take(
         &mut self,
         channel: Channel,
-        step: u64,
+        (clause, step): (&'static str, u64),
         before: &str,
     ) -> Result<StepHeader, SessionError> {
         let into = &mut self.inbox[channel.kind as usize];
         if let Some(header) = self.io.receive(channel, into)? {
             return Ok(header);
         }
-        let clause = if before == "goodbye" {
-            "D-1"
-        } else {
-            clause_of(channel.kind)
-        };
         let message = format!("nothing on {} before the {before}", channel.name());
         Err(broken(channel.from(), clause, step, message))
     }
@@ -414,9 +404,7 @@ impl<'a> Coupler<'a> {
 
     /// The notice that has arrived, unless it says that the solver cannot go on.
     fn read_notice(&self, i: usize) -> Result<Notice, SessionError> {
-        let Payload::Notice(bytes) = &self.inbox[Kind::Notice as usize] else {
-            unreachable!("a channel of notices has notices")
-        };
+        let bytes = self.inbox[Kind::Notice as usize].of();
         let sent = &self.solvers.each[i];
         match Notice::decode(bytes).map_err(|e| sent.broke("S-1", e.to_string()))? {
             Notice::Failed(failure) => Err(SessionError::Failed {

@@ -7,6 +7,7 @@ use crate::Vec2;
 use crate::config::{BodyShape, DemConfig, Motion};
 use crate::forces::{Forces, Load};
 use crate::ledger::{Entry, Totals, measure};
+use crate::message::codec::{decode, encode};
 use crate::message::wire::{BodyState, EnvelopeVertex, Limits};
 use crate::solver::{DemMeasurement, Fault, Refusal};
 use crate::step::Step;
@@ -193,7 +194,7 @@ impl Follower {
 
     /// What has to survive, as bytes within a saved state.
     pub fn save(&self) -> Vec<u8> {
-        crate::message::codec::encode_state(&self.state)
+        encode(&self.state)
     }
 
     /// Goes on with what [`Self::save`] gave; the solver's `bodies` are those of then.
@@ -201,8 +202,8 @@ impl Follower {
     /// # Errors
     /// A [`Refusal`].
     pub fn restore(&mut self, saved: &[u8], bodies: Vec<BodyState>) -> Result<(), Refusal> {
-        let state: State = crate::message::codec::decode_state(saved)
-            .map_err(|e| Refusal::new("restore", format!("damaged ledger: {e}")))?;
+        let state: State =
+            decode(saved).map_err(|e| Refusal::new("restore", format!("damaged ledger: {e}")))?;
         if state.surfaces.len() != self.bodies.len() {
             let text = format!("a state of {} bodies", state.surfaces.len());
             return Err(Refusal::new("restore", text));
