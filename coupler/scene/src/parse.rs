@@ -12,7 +12,7 @@ use super::document::{Document, Part};
 use super::doubts::doubts;
 use super::output::{self, Context};
 use super::problems::Problems;
-use super::schema::checked_schema;
+use super::schema::schema;
 use super::written::{DemWritten, OutputWritten, SceneWritten, VERSION};
 use super::{
     Coupling, Output, Scene, TimePlan, bodies, continuum, group_pairs, moduli, slice, solvers,
@@ -32,11 +32,10 @@ const FRAMES_OF_REPORT: f64 = 100.0;
 
 /// The scene of a document. Paths of CSV files and of solvers are relative to `directory`.
 pub(super) fn scene(mut document: Document, directory: &Path) -> Result<Scene, SceneErrors> {
-    static SCHEMA: LazyLock<serde_json::Value> = LazyLock::new(checked_schema);
-    let mut faults = moduli::replace(&mut document);
+    static SCHEMA: LazyLock<serde_json::Value> = LazyLock::new(schema);
+    let mut faults = structure::faults(&document, &SCHEMA);
     if faults.is_empty() {
-        faults = structure::faults(&document, &SCHEMA);
-        moduli::explain(&mut faults);
+        faults = moduli::replace(&mut document);
     }
     if !faults.is_empty() {
         faults.sort_by_key(|fault| fault.place.line());
@@ -127,20 +126,21 @@ fn checked(problems: &mut Problems, written: &SceneWritten, directory: &Path) ->
     if let Some(dem) = &mut dem {
         dem.skin = skin;
     }
-    let context = Context {
+    let mut context = Context {
+        problems: &mut *problems,
         constants: &constants,
         quantities: &quantities,
         end: written.time.end,
         directory,
     };
-    let output = output(problems, &written.output, &context);
+    let output = output(&mut context, &written.output);
+    let checks = checks(&mut context, written);
     let models = mpm.iter().flat_map(|mpm| &mpm.materials);
     output::plastic_strain(
         problems,
         &written.output,
         models.map(|material| &material.model),
     );
-    let checks = checks(problems, written, &context);
     let study = study::study(problems, written.study.as_ref(), &checks, &output.columns);
     (!problems.any()).then(|| Scene {
         name: written.name.clone(),
@@ -188,18 +188,21 @@ fn quantities(written: &SceneWritten, bodies_written: Option<&DemWritten>) -> Qu
 }
 
 /// The outputs of the run.
-fn output(problems: &mut Problems, written: &OutputWritten, context: &Context) -> Output {
-    let every = history_interval(problems, written.every, context.end);
-    let frames = frame_interval(problems, written.frames, every).or_else(|| {
+fn output(context: &mut Context, written: &OutputWritten) -> Output {
+    let end = context.end;
+    let every = history_interval(context.problems, written.every, end);
+    let frames = frame_interval(context.problems, written.frames, every).or_else(|| {
         let report = written.report;
-        report.then(|| frames_of_report(context.end / every))
+        report.then(|| frames_of_report(end / every))
     });
-    let checkpoint = start::checkpoint(problems, written.checkpoint.as_ref(), [every, context.end]);
+    let plan = written.checkpoint.as_ref();
+    let checkpoint = start::checkpoint(context.problems, plan, [every, end]);
     let mut columns = Vec::new();
     for (i, column) in written.column.iter().enumerate() {
-        columns.extend(context.column(problems, &format!("output.column.{i}"), column));
+        columns.extend(context.column(&format!("output.column.{i}"), column));
     }
     let names = written.column.iter().map(|column| column.name.as_str());
+    let problems = &mut *context.problems;
     problems.distinct("output.column", "columns", names);
     Output {
         every,
@@ -215,11 +218,12 @@ fn output(problems: &mut Problems, written: &OutputWritten, context: &Context) -
 }
 
 /// The checks of the run.
-fn checks(problems: &mut Problems, written: &SceneWritten, context: &Context) -> Vec<Check> {
+fn checks(context: &mut Context, written: &SceneWritten) -> Vec<Check> {
     let mut checks = Vec::new();
     for (i, check) in written.check.iter().enumerate() {
-        checks.extend(context.check(problems, &format!("check.{i}"), check));
+        checks.extend(context.check(&format!("check.{i}"), check));
     }
+    let problems = &mut *context.problems;
     let names = written.check.iter().map(|check| check.name.as_str());
     problems.distinct("check", "checks", names);
     if written.check.is_empty() {
@@ -249,9 +253,8 @@ fn scene_name(problems: &mut Problems, name: &str) {
 
 fn time(problems: &mut Problems, time: &TimePlan) {
     problems.above_zero("time.end", time.end, "a time");
-    let long_enough = time.end <= 0.0 || time.end >= SHORTEST;
     let expected = format!("a time of at least {SHORTEST:e} s");
-    problems.number("time.end", time.end, long_enough, &expected);
+    problems.number("time.end", time.end, time.end >= SHORTEST, &expected);
     if let Some(step) = time.max_step {
         problems.above_zero("time.max_step", step, "a time");
     }

@@ -405,10 +405,8 @@ pub(crate) struct StudyWritten {
 #[derive(Debug, Clone, Deserialize, JsonSchema)]
 #[serde(untagged)]
 pub(crate) enum ReferenceWritten {
-    /// A number.
-    Number(f64),
-    /// An expression in `t`, other quantities and constants.
-    Expression(String),
+    /// A number, or an expression in `t`, other quantities and constants.
+    Plain(NumberOrExpression),
     /// A table over time.
     Table(TableWritten),
 }
