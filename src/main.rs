@@ -68,8 +68,8 @@ fn obey(command: Command) -> ExitCode {
         Command::Schema { of } => {
             let schema = match of {
                 SchemaOf::Scene => scene::schema(),
-                SchemaOf::Mpm => config::schema::of_mpm(),
-                SchemaOf::Dem => config::schema::of_dem(),
+                SchemaOf::Mpm => config::schema::of::<config::MpmConfig>(),
+                SchemaOf::Dem => config::schema::of::<config::DemConfig>(),
             };
             say(format_args!("{schema:#}"));
             ExitCode::SUCCESS

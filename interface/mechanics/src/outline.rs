@@ -35,13 +35,6 @@ pub struct Nearest {
 pub fn nearest(outline: &[Vec2], p: Vec2) -> Nearest {
     assert!(!outline.is_empty(), "an outline has at least one vertex");
     let n = outline.len();
-    if n == 1 {
-        return Nearest {
-            point: outline[0],
-            distance: (p - outline[0]).norm(),
-            feature: Feature::Vertex(0),
-        };
-    }
     let mut best = Nearest {
         point: outline[0],
         distance: f64::INFINITY,

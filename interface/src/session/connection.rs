@@ -6,10 +6,9 @@ use std::time::Duration;
 use super::error::{INDIRECT_WAIT_MARGIN, SessionError, broken};
 use super::io::{Io, Signal, Wait};
 use super::{check, pieces};
-use crate::message::codec::encode;
 use crate::message::control::{Failure, Notice, Order, Party};
 use crate::message::wire::{Grant, Limits, StepHeader, flags};
-use crate::message::{Channel, Kind, Payload, Records};
+use crate::message::{Channel, Kind, Message, Payload, Records};
 use crate::solver::{Fault, Refusal};
 use crate::step::{Clock, Step};
 
@@ -131,10 +130,8 @@ impl<'a> Connection<'a> {
 
     /// Sends a notice.
     pub async fn say(&self, notice: &Notice) -> Result<(), SessionError> {
-        let bytes = encode(notice);
-        let channel = Channel::of(self.party, Kind::Notice);
-        let header = self.plain(bytes.len());
-        self.io.send(channel, header, Records::Notice(&bytes)).await
+        let Message { header, payload } = Message::notice(self.step(), notice);
+        self.send_under(header, payload.records()).await
     }
 
     /// Sends records to the coupler that are of the present step: all points, before a window and at the end.

@@ -8,10 +8,9 @@ use super::io::{Io, Signal, Wait};
 use super::pieces;
 use super::solvers::{Part, START, Solvers, clause_of};
 use crate::config::capability::SAVE;
-use crate::message::codec::encode;
 use crate::message::control::{Configure, Hello, Notice, Order, Party};
 use crate::message::wire::{Budget, Grant, StepHeader, flags};
-use crate::message::{Channel, Kind, Payload, Records};
+use crate::message::{Channel, Kind, Message, Payload, Records};
 
 /// Time for the other solver to complain too, shorter than the [`super::connection::ANSWER`] for which the first one waits.
 const HEARING: Duration = Duration::from_millis(250);
@@ -371,13 +370,9 @@ impl<'a> Coupler<'a> {
     }
 
     async fn order(&self, i: usize, order: &Order) -> Result<(), SessionError> {
-        let bytes = encode(order);
-        let header = StepHeader {
-            count: bytes.len() as u64,
-            ..StepHeader::default()
-        };
+        let Message { header, payload } = Message::order(order);
         let channel = self.solvers.each[i].channel(Kind::Order);
-        self.io.send(channel, header, Records::Order(&bytes)).await
+        self.io.send(channel, header, payload.records()).await
     }
 
     /// The first solver of which something is missing.
@@ -506,7 +501,6 @@ impl<'a> Coupler<'a> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::message::Message;
     use crate::message::control::Failure;
     use crate::session::{Session, Turn};
     use crate::solver::Fault;
@@ -538,15 +532,7 @@ mod tests {
             fault,
             message,
         };
-        let bytes = encode(&Notice::Failed(failure));
-        let header = StepHeader {
-            count: bytes.len() as u64,
-            ..StepHeader::default()
-        };
-        let message = Message {
-            header,
-            payload: Payload::Notice(bytes),
-        };
+        let message = Message::notice(0, &Notice::Failed(failure));
         let solver: &mut dyn Transport = &mut hub.clone();
         let channel = Channel::of(party, Kind::Notice);
         solver.send_and_wake(channel, &message).unwrap();

@@ -7,9 +7,8 @@ use super::error::{SessionError, broken};
 use super::process::started_as;
 use super::stopwatch::Clocked;
 use crate::hosted::Host;
-use crate::message::codec::encode;
+use crate::message::Message;
 use crate::message::control::{Hello, Notice};
-use crate::message::wire::StepHeader;
 use crate::transport::domain::Domain;
 use crate::transport::iceoryx::{self, SEND_TIMEOUT};
 use crate::transport::wait::until;
@@ -37,12 +36,8 @@ fn check_side(domain: &Domain, hello: Hello) -> Result<(), SessionError> {
     let Some(expected) = started_as().filter(|&expected| expected != own) else {
         return Ok(());
     };
-    let notice = encode(&Notice::Hello(hello));
-    let header = StepHeader {
-        count: notice.len() as u64,
-        ..StepHeader::default()
-    };
-    let _ends = iceoryx::say_as(domain, expected, &header, &notice)?;
+    let hello = Message::notice(0, &Notice::Hello(hello));
+    let _ends = iceoryx::say_as(domain, expected, &hello)?;
     until(GRACE, LOOK, || (!domain.coupler_lives()).then_some(()));
     let message = format!("started as the {expected}");
     Err(broken(own, "O-1", 0, message))
