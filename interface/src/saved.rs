@@ -34,9 +34,7 @@ impl ConfigurationMark {
 
     /// The bytes of `state`, named `format` and marked with this configuration.
     pub fn seal<T: Serialize>(&self, format: &str, state: &T) -> Vec<u8> {
-        let mut bytes = pack(format, self);
-        bytes.extend(encode(state));
-        bytes
+        pack(format, &(self, state))
     }
 
     /// The state in `bytes`, which must be of this format and configuration.

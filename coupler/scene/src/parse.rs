@@ -190,10 +190,12 @@ fn quantities(written: &SceneWritten, bodies_written: Option<&DemWritten>) -> Qu
 /// The outputs of the run.
 fn output(context: &mut Context, written: &OutputWritten) -> Output {
     let end = context.end;
-    let every = history_interval(context.problems, written.every, end);
+    let every = written.every;
+    history_interval(context.problems, every, end);
     let frames = frame_interval(context.problems, written.frames, every).or_else(|| {
-        let report = written.report;
-        report.then(|| frames_of_report(end / every))
+        // Only the page needs them.
+        let between = end / every / FRAMES_OF_REPORT;
+        written.report.then(|| between.round().max(1.0) as u64)
     });
     let plan = written.checkpoint.as_ref();
     let checkpoint = start::checkpoint(context.problems, plan, [every, end]);
@@ -280,7 +282,7 @@ fn time(problems: &mut Problems, time: &TimePlan) {
     problems.above_zero("time.created_energy", time.created_energy, "a share");
 }
 
-fn history_interval(problems: &mut Problems, every: f64, end: f64) -> f64 {
+fn history_interval(problems: &mut Problems, every: f64, end: f64) {
     problems.above_zero("output.every", every, "a time");
     let rows = end / every;
     if every > 0.0 && rows > ROWS_LIMIT {
@@ -292,12 +294,6 @@ fn history_interval(problems: &mut Problems, every: f64, end: f64) -> f64 {
             "make it longer",
         );
     }
-    every
-}
-
-/// Intervals of the history between frames that only the page needs: about a hundred frames for so many rows.
-fn frames_of_report(rows: f64) -> u64 {
-    (rows / FRAMES_OF_REPORT).round().max(1.0) as u64
 }
 
 /// Intervals of the history between frames.

@@ -3,7 +3,7 @@
 use super::check;
 use super::connection::Connection;
 use super::error::{SessionError, broken};
-use super::follow::Follower;
+use super::follow::{Follower, State};
 use super::solver::Side;
 use crate::config::capability::CONTACTS;
 use crate::config::{DemConfig, Interface};
@@ -16,7 +16,7 @@ use crate::solver::{DemSolver, Fault, Readiness, Refusal};
 use crate::step::Step;
 
 /// Marks the driver's own part of a saved state.
-const DRIVER: &str = "driver of bodies 1";
+const DRIVER: &str = "driver of bodies 2";
 
 /// Bodies in a session.
 pub(super) struct Bodies<'a> {
@@ -266,19 +266,19 @@ impl Side for Bodies<'_> {
 
     fn restore(&mut self, saved: &[u8], driver: &[u8]) -> Result<(), Refusal> {
         self.solver.restore(saved)?;
-        let (set, follower): (Vec<u8>, Vec<u8>) = unpack(DRIVER, driver)?;
+        let (set, followed): (Vec<u8>, Option<State>) = unpack(DRIVER, driver)?;
         let set = records_of(&set);
         self.set = Payload::Set(set.ok_or_else(|| Refusal::new("restore", "a torn set"))?);
-        match &mut self.follower {
-            Some(kept) => kept.restore(&follower, self.solver.bodies()),
-            None => Ok(()),
+        match (&mut self.follower, followed) {
+            (Some(kept), Some(state)) => kept.restore(state, self.solver.bodies()),
+            (None, None) => Ok(()),
+            _ => Err(Refusal::new("restore", "a state with another ledger")),
         }
     }
 
     fn save(&self) -> Result<(Vec<u8>, Vec<u8>), Fault> {
-        let follower = self.follower.as_ref().map(Follower::save);
-        let set = self.set.records();
-        let driver = (set.bytes(), follower.unwrap_or_default());
+        let (set, followed) = (self.set.records(), self.follower.as_ref());
+        let driver = (set.bytes(), followed.map(Follower::state));
         Ok((self.solver.save()?, pack(DRIVER, &driver)))
     }
 

@@ -119,34 +119,22 @@ impl<'a> Connection<'a> {
         broken(Party::Coupler, clause, self.step(), message)
     }
 
-    /// The header of a message to the coupler that belongs to no epoch.
-    fn plain(&self, count: usize) -> StepHeader {
-        StepHeader {
-            step: self.step(),
-            count: count as u64,
-            ..StepHeader::default()
-        }
-    }
-
     /// Sends a notice.
     pub async fn say(&self, notice: &Notice) -> Result<(), SessionError> {
         let Message { header, payload } = Message::notice(self.step(), notice);
         self.send_under(header, payload.records()).await
     }
 
-    /// Sends records to the coupler that are of the present step: all points, before a window and at the end.
-    pub fn send(&self, records: Records<'_>) -> impl Future<Output = Result<(), SessionError>> {
-        self.send_under(self.plain(records.len()), records)
-    }
-
-    /// Sends records that the grant asked for, which are of its first step.
-    pub fn send_measured(
+    /// Sends records of this step to the coupler, which belong to no epoch.
+    pub fn send(
         &self,
+        step: u64,
         records: Records<'_>,
     ) -> impl Future<Output = Result<(), SessionError>> {
         let header = StepHeader {
-            step: self.grant.first,
-            ..self.plain(records.len())
+            step,
+            count: records.len() as u64,
+            ..StepHeader::default()
         };
         self.send_under(header, records)
     }

@@ -6,7 +6,7 @@ use std::time::Duration;
 use super::error::{INDIRECT_WAIT_MARGIN, SessionError, broken};
 use super::io::{Io, Signal, Wait};
 use super::pieces;
-use super::solvers::{Part, START, Solvers, clause_of};
+use super::solvers::{Part, START, Sent, Solvers, clause_of};
 use crate::config::capability::SAVE;
 use crate::message::control::{Configure, Hello, Notice, Order, Party};
 use crate::message::wire::{Budget, Grant, StepHeader, flags};
@@ -184,7 +184,7 @@ impl<'a> Coupler<'a> {
     /// S-2.
     async fn hellos(&mut self) -> Result<(), SessionError> {
         let deadline = self.supervisor.start_deadline();
-        while let Some(missing) = self.missing(|i| self.solvers.each[i].hello.is_none()) {
+        while let Some(missing) = self.missing(|sent| sent.hello.is_none()) {
             let (i, notice) = self.notice(missing, "its hello", deadline).await?;
             let sent = &mut self.solvers.each[i];
             match notice {
@@ -228,7 +228,7 @@ impl<'a> Coupler<'a> {
     /// S-6.
     async fn readies(&mut self) -> Result<(), SessionError> {
         let deadline = self.supervisor.start_deadline();
-        while let Some(missing) = self.missing(|i| self.solvers.each[i].readiness.is_none()) {
+        while let Some(missing) = self.missing(|sent| sent.readiness.is_none()) {
             let (i, notice) = self.notice(missing, "that it is ready", deadline).await?;
             let sent = &mut self.solvers.each[i];
             match notice {
@@ -323,7 +323,7 @@ impl<'a> Coupler<'a> {
     }
 
     async fn byes(&mut self) -> Result<(), SessionError> {
-        while let Some(missing) = self.missing(|i| !self.solvers.each[i].bye) {
+        while let Some(missing) = self.missing(|sent| !sent.bye) {
             let (i, notice) = self.notice(missing, "its goodbye", START).await?;
             match notice {
                 Notice::Bye if !self.solvers.each[i].bye => self.solvers.each[i].bye = true,
@@ -376,9 +376,9 @@ impl<'a> Coupler<'a> {
     }
 
     /// The first solver of which something is missing.
-    fn missing(&self, is_missing: impl Fn(usize) -> bool) -> Option<Party> {
-        let first = (0..self.solvers.each.len()).find(|&i| is_missing(i));
-        first.map(|i| self.solvers.each[i].party)
+    fn missing(&self, is_missing: fn(&&Sent) -> bool) -> Option<Party> {
+        let first = self.solvers.each.iter().find(is_missing);
+        first.map(|sent| sent.party)
     }
 
     /// Waits for a notice of any solver. `missing` is the one that is late if none comes.

@@ -150,7 +150,7 @@ async fn window(
     if asked & flags::FRAME != 0
         && let Some(points) = side.points()
     {
-        to.send(Records::Points(&points)).await?;
+        to.send(to.step(), Records::Points(&points)).await?;
     }
     if asked & flags::CHECKPOINT != 0 {
         to.io().mark("checkpoint");
@@ -193,12 +193,12 @@ async fn report(
     if measured {
         let (ledger, records) = side.measurement();
         report.ledger = *ledger;
-        to.send_measured(records).await?;
+        to.send(to.grant.first, records).await?;
     }
     if asked & flags::FRAME != 0
         && let Some(contacts) = side.contacts()
     {
-        to.send_measured(Records::Contacts(contacts)).await?;
+        to.send(to.grant.first, Records::Contacts(contacts)).await?;
     }
     to.io().lap(Activity::Compute);
     to.io().watch().write(clocked, &mut report);
@@ -212,7 +212,7 @@ async fn report(
 /// The end: the points, Bye, and the leave to close.
 async fn drain(to: &Connection<'_>, side: &impl Side) -> Result<(), SessionError> {
     if let Some(points) = side.points() {
-        to.send(Records::Points(&points)).await?;
+        to.send(to.step(), Records::Points(&points)).await?;
     }
     to.say(&Notice::Bye).await?;
     // The coupler still waits for the Bye of the other solver.
