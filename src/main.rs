@@ -28,7 +28,8 @@ use clap::Parser;
 use cli::{Cli, Command, SchemaOf};
 use coupler::run::resources::check_addresses;
 use coupler::scene;
-use interface::session::{serve_dem, serve_mpm};
+use interface::hosted::Host;
+use interface::session::serve;
 use interface::transport::remains::sweep;
 use interface::{config, processor};
 use signal_hook::consts::SIGXFSZ;
@@ -64,8 +65,8 @@ fn obey(command: Command) -> ExitCode {
         Command::Schema { of } => {
             let schema = match of {
                 SchemaOf::Scene => scene::schema(),
-                SchemaOf::Mpm => config::schema::of_mpm(),
-                SchemaOf::Dem => config::schema::of_dem(),
+                SchemaOf::Mpm => config::schema::of::<config::MpmConfig>(),
+                SchemaOf::Dem => config::schema::of::<config::DemConfig>(),
             };
             say(format_args!("{schema:#}"));
             ExitCode::SUCCESS
@@ -88,7 +89,7 @@ fn obey(command: Command) -> ExitCode {
             }
             ExitCode::SUCCESS
         }
-        Command::Mpm(args) => solvers::join(&args, |run| serve_mpm(run, &mut *solvers::mpm())),
-        Command::Dem(args) => solvers::join(&args, |run| serve_dem(run, &mut *solvers::dem())),
+        Command::Mpm(args) => solvers::join(&args, |run| serve(run, Host::Mpm(solvers::mpm()))),
+        Command::Dem(args) => solvers::join(&args, |run| serve(run, Host::Dem(solvers::dem()))),
     }
 }

@@ -499,12 +499,12 @@ fn the_limit_on_arrival_can_be_set() {
     let place = Place::new();
     let scene = scene("jiang2020/collision_hard");
     let late = ["--dem", "sh -c 'exec sleep 600'"];
-    let more = ["--variant", "quick", "--set", "coupling.hello_deadline=1"];
+    let more = ["--variant", "quick", "--set", "coupling.start_deadline=1"];
     let ended = place.run("out", &scene, &[&more[..], &late].concat());
     let ended = ended.expect(3).says(&[
         "nothing from the dem for 1",
         "its hello",
-        "coupling.hello_deadline",
+        "coupling.start_deadline",
     ]);
     assert!(ended.took < Duration::from_secs(20), "{:?}", ended.took);
     place.assert_clean(&ended.runs);

@@ -20,8 +20,8 @@ fn recording(place: &Place, out: &str) -> PathBuf {
 fn content(path: &Path) -> (BTreeMap<&'static str, u64>, End) {
     let mut playback = Playback::open(path).unwrap();
     let mut messages = BTreeMap::new();
-    while let Some(message) = playback.message().unwrap() {
-        *messages.entry(message.channel.name()).or_default() += 1;
+    while let Some((channel, _)) = playback.message().unwrap() {
+        *messages.entry(channel.name()).or_default() += 1;
     }
     (messages, playback.end().expect("the end has been read"))
 }
@@ -86,9 +86,9 @@ fn every_step_of_a_channel_is_there_in_its_order() {
     place.run("out", &scene(HARD), &more).expect(0);
     let mut playback = Playback::open(&recording(&place, "out")).unwrap();
     let (mut forces, mut states) = (0, 0);
-    while let Some(message) = playback.message().unwrap() {
+    while let Some((channel, message)) = playback.message().unwrap() {
         let header = message.header;
-        match message.channel.name() {
+        match channel.name() {
             "imp/forces" => {
                 assert_eq!(header.step, forces);
                 forces += 1;

@@ -40,7 +40,6 @@ pub fn grain_box(grain: Grain, count: usize, threads: usize) -> DemConfig {
         arrange: Arrangement::Rows {
             corner: [0.0; 2],
             width,
-            looseness: 0.0,
         },
         seed: 1,
         velocity: [0.0; 2],

@@ -11,12 +11,11 @@ use std::time::{Duration, Instant};
 
 use criterion::{BenchmarkId, Criterion, criterion_group, criterion_main};
 use interface::forces::Forces;
+use interface::hosted::Host;
 use interface::message::control::Party;
 use interface::message::wire::{ImpForce, ImpState};
 use interface::session::together::Together;
-use interface::session::{
-    Clocked, Next, Part, Session, Solvers, Stop, Supervisor, drive, serve_dem, serve_mpm,
-};
+use interface::session::{Clocked, Next, Part, Session, Solvers, Stop, Supervisor, drive, serve};
 use interface::transport::direct::Direct;
 use interface::transport::domain::OwnedDomain;
 use interface::transport::iceoryx::{self, SEND_TIMEOUT};
@@ -80,8 +79,8 @@ fn between_processes(imps: usize, window: u64, steps: u64) -> Duration {
         iceoryx::join(names, Party::Coupler, &BOTH, SEND_TIMEOUT).expect("the coupler's ends");
     let mut supervisor = Timed::new(steps, window);
     std::thread::scope(|scope| {
-        scope.spawn(move || serve_mpm(names, &mut Points::new(imps)));
-        scope.spawn(move || serve_dem(names, &mut HalfPlane::default()));
+        scope.spawn(move || serve(names, Host::Mpm(Box::new(Points::new(imps)))));
+        scope.spawn(move || serve(names, Host::Dem(Box::<HalfPlane>::default())));
         let session = Session::coupler(&BOTH, &mut supervisor, &mut *transport);
         drive(session).expect("an orderly end");
     });

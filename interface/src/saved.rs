@@ -7,7 +7,7 @@
 
 use serde::{Deserialize, Serialize, de::DeserializeOwned};
 
-use crate::message::codec::{decode_first, decode_state, encode_state};
+use crate::message::codec::{decode, decode_first, encode};
 use crate::solver::Refusal;
 
 /// A refusal to restore.
@@ -34,9 +34,7 @@ impl ConfigurationMark {
 
     /// The bytes of `state`, named `format` and marked with this configuration.
     pub fn seal<T: Serialize>(&self, format: &str, state: &T) -> Vec<u8> {
-        let mut bytes = pack(format, self);
-        bytes.extend(encode_state(state));
-        bytes
+        pack(format, &(self, state))
     }
 
     /// The state in `bytes`, which must be of this format and configuration.
@@ -48,7 +46,7 @@ impl ConfigurationMark {
         let bytes = without_name(format, bytes)?;
         let (mark, used): (Self, usize) = decode_first(bytes).map_err(damaged)?;
         self.check(&mark)?;
-        decode_state(&bytes[used..]).map_err(damaged)
+        decode(&bytes[used..]).map_err(damaged)
     }
 
     fn check(&self, saved: &Self) -> Result<(), Refusal> {
@@ -70,8 +68,8 @@ impl ConfigurationMark {
 
 /// The bytes of `state`, marked as `format`, such as `tandem-dem 1`.
 pub fn pack<T: Serialize>(format: &str, state: &T) -> Vec<u8> {
-    let mut bytes = encode_state(&format);
-    bytes.extend(encode_state(state));
+    let mut bytes = encode(&format);
+    bytes.extend(encode(state));
     bytes
 }
 
@@ -80,23 +78,20 @@ pub fn pack<T: Serialize>(format: &str, state: &T) -> Vec<u8> {
 /// # Errors
 /// A [`Refusal`] of the key `restore` that says what the bytes are.
 pub fn unpack<T: DeserializeOwned>(format: &str, bytes: &[u8]) -> Result<T, Refusal> {
-    decode_state(without_name(format, bytes)?)
-        .map_err(|e| refusal(format!("damaged `{format}`: {e}")))
+    decode(without_name(format, bytes)?).map_err(|e| refusal(format!("damaged `{format}`: {e}")))
 }
 
 /// What follows the name of the format in `bytes`.
 fn without_name<'a>(format: &str, bytes: &'a [u8]) -> Result<&'a [u8], Refusal> {
-    bytes
-        .strip_prefix(&encode_state(&format)[..])
-        .ok_or_else(|| {
-            let found = bytes.get(8..64.min(bytes.len())).unwrap_or_default();
-            let found: String = String::from_utf8_lossy(found)
-                .chars()
-                .take_while(|c| c.is_ascii_graphic() || *c == ' ')
-                .collect();
-            let text = format!("the saved state begins with `{found}`, expected `{format}`");
-            refusal(text)
-        })
+    bytes.strip_prefix(&encode(&format)[..]).ok_or_else(|| {
+        let found = bytes.get(8..64.min(bytes.len())).unwrap_or_default();
+        let found: String = String::from_utf8_lossy(found)
+            .chars()
+            .take_while(|c| c.is_ascii_graphic() || *c == ' ')
+            .collect();
+        let text = format!("the saved state begins with `{found}`, expected `{format}`");
+        refusal(text)
+    })
 }
 
 #[cfg(test)]

@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
 use crate::config::capability::Capabilities;
-use crate::config::{DemConfig, MpmConfig};
+use crate::config::{ConfigFault, DemConfig, MpmConfig};
 use crate::forces::{Forces, Points};
 use crate::message::wire::{
     BodyState, ContactState, EnvelopeVertex, GroupState, ImpForce, ImpInfo, ImpState, Ledger,
@@ -30,6 +30,12 @@ impl Refusal {
             key: key.into(),
             message: message.into(),
         }
+    }
+}
+
+impl From<&ConfigFault> for Refusal {
+    fn from(fault: &ConfigFault) -> Self {
+        Self::new(&fault.key, fault.to_string())
     }
 }
 

@@ -146,15 +146,11 @@ impl Clock {
     /// Sets the present time to exactly `time` (s). The epoch was planned to end there, but `start + k dt` may differ
     /// from it by rounding.
     pub fn land_on(&mut self, time: f64) {
-        debug_assert!(self.is_at(time));
+        let gap = (self.time() - time).abs();
+        debug_assert!(gap <= 1e-9 * time.abs().max(self.dt));
         self.dt_before = self.interval_behind();
         self.epoch_start = time;
         self.steps_in_epoch = 0;
-    }
-
-    /// Whether the present time is `time` (s) but for rounding.
-    fn is_at(&self, time: f64) -> bool {
-        (self.time() - time).abs() <= 1e-9 * time.abs().max(self.dt)
     }
 
     /// The present time `t_n` in s.

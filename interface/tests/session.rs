@@ -4,11 +4,12 @@ use std::sync::mpsc;
 use std::time::{Duration, Instant};
 
 use crate::toys::{Course, HalfPlane, Points};
+use interface::hosted::Host;
 use interface::message::Channel;
 use interface::message::control::Party;
 use interface::message::wire::{PointState, Report};
 use interface::session::together::Together;
-use interface::session::{Clocked, Session, SessionError, drive, serve_dem, serve_mpm};
+use interface::session::{Clocked, Session, SessionError, drive, serve};
 use interface::solver::Readiness;
 use interface::transport::direct::Direct;
 use interface::transport::domain::OwnedDomain;
@@ -74,18 +75,14 @@ type Verdicts = (
     Result<(), SessionError>,
 );
 
-fn over_shared_memory(
-    supervisor: &mut Course,
-    mut points: Points,
-    mut wall: HalfPlane,
-) -> Verdicts {
+fn over_shared_memory(supervisor: &mut Course, points: Points, wall: HalfPlane) -> Verdicts {
     let domain = OwnedDomain::create().unwrap();
     let names = domain.domain();
     let _created = iceoryx::create(names, &BOTH, false).unwrap();
     let mut transport = iceoryx::join(names, Party::Coupler, &BOTH, SEND_TIMEOUT).unwrap();
     std::thread::scope(|scope| {
-        let points = scope.spawn(move || serve_mpm(names, &mut points));
-        let wall = scope.spawn(move || serve_dem(names, &mut wall));
+        let points = scope.spawn(move || serve(names, Host::Mpm(Box::new(points))));
+        let wall = scope.spawn(move || serve(names, Host::Dem(Box::new(wall))));
         let verdict = drive(Session::coupler(&BOTH, supervisor, &mut *transport));
         domain.release();
         (verdict, points.join().unwrap(), wall.join().unwrap())
@@ -277,18 +274,18 @@ fn a_refusal_is_heard_though_the_other_solver_never_comes() {
         let mut supervisor = Course::new(10, 1);
         std::thread::scope(|scope| {
             let solver = scope.spawn(move || {
-                let mut points = Points {
+                let points = Points {
                     refuse: true,
                     ..Points::default()
                 };
-                serve_mpm(names, &mut points)
+                serve(names, Host::Mpm(Box::new(points)))
             });
-            let mut wall = HalfPlane {
+            let wall = HalfPlane {
                 // The other one takes long to configure; the refusal does not wait for it.
                 configures_for: Duration::from_secs(3),
                 ..HalfPlane::default()
             };
-            let other = scope.spawn(move || serve_dem(names, &mut wall));
+            let other = scope.spawn(move || serve(names, Host::Dem(Box::new(wall))));
             let begin = Instant::now();
             let session = Session::coupler(&BOTH, &mut supervisor, &mut *transport);
             let error = drive(session).unwrap_err();

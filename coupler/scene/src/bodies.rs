@@ -147,7 +147,7 @@ fn fill(problems: &mut Problems, path: &str, fill: &BodyFill) {
     let smallest = fill.size.smallest();
     if !(smallest > 0.0 && smallest <= fill.size.largest()) {
         let message = format!("the smallest size of \"{}\" is {smallest} m", fill.name);
-        let help = "sizes are above 0, `from` at most `to`, two deviations below the mean";
+        let help = "sizes are above 0, and `from` is at most `to`";
         problems.refuse(&below("size"), message, help);
     }
     let roundness = |problems: &mut Problems, kind: &str, roundness: f64| {
@@ -176,18 +176,14 @@ fn fill(problems: &mut Problems, path: &str, fill: &BodyFill) {
             problems.number(&path, irregularity, sound, "0 to 1");
         }
     }
-    if let Arrangement::Rows {
-        width, looseness, ..
-    } = fill.arrange
+    if let Arrangement::Rows { width, .. } = fill.arrange
+        && width < 2.0 * fill.size.largest()
     {
-        problems.not_negative(&below("arrange.rows.looseness"), looseness, "a fraction");
-        if width < 2.0 * fill.size.largest() {
-            let message = format!(
-                "{width} m is less than the largest diameter of \"{}\"",
-                fill.name
-            );
-            problems.refuse(&below("arrange.rows.width"), message, "make the rows wider");
-        }
+        let message = format!(
+            "{width} m is less than the largest diameter of \"{}\"",
+            fill.name
+        );
+        problems.refuse(&below("arrange.rows.width"), message, "make the rows wider");
     }
 }
 

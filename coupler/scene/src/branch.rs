@@ -113,11 +113,6 @@ fn body_of<'a>(dem: Option<&'a DemConfig>, key: &str) -> Option<&'a BodyConfig> 
     dem?.bodies.get(number.parse::<usize>().ok()?)
 }
 
-/// Whether the velocity of a body along `i` (x, y, angle) is always that of its configuration.
-fn driven(body: &BodyConfig, i: usize) -> bool {
-    body.motion.yielding()[i] == 0.0
-}
-
 impl Scene {
     /// Checks whether this scene can continue from a state of a run of `parent`. Messages name that run `run`.
     ///
@@ -190,11 +185,12 @@ impl Scene {
         let Some(body) = body_of(self.dem.as_ref(), key) else {
             return false;
         };
+        let [x, y, angle] = body.motion.yielding().map(|yields| yields == 0.0);
         match key.split('.').skip(3).collect::<Vec<_>>()[..] {
-            ["spin"] => driven(body, 2),
-            ["velocity"] => driven(body, 0) && driven(body, 1),
-            ["velocity", "0"] => driven(body, 0),
-            ["velocity", "1"] => driven(body, 1),
+            ["spin"] => angle,
+            ["velocity"] => x && y,
+            ["velocity", "0"] => x,
+            ["velocity", "1"] => y,
             _ => false,
         }
     }

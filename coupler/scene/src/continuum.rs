@@ -2,9 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use interface::config::{
-    ConfigFault, GroupConfig, GroupPair, InitialFields, MaterialConfig, MpmConfig,
-};
+use interface::config::{ConfigFault, GroupConfig, GroupPair, MaterialConfig, MpmConfig};
 
 use super::chains::chains;
 use super::forcing;
@@ -30,7 +28,7 @@ pub(super) fn continuum(
     let configured =
         materials.map(|(i, written)| material(problems, &format!("mpm.material.{i}"), written));
     let configured = configured.collect();
-    let materials = written.material.iter().map(|m| m.name.as_str());
+    let materials = written.material.iter().map(|m| m.material.name.as_str());
     problems.names("mpm.material", "materials", materials);
     let groups = written.points.iter().map(|g| g.name.as_str());
     problems.names("mpm.points", "groups of points", groups);
@@ -38,12 +36,7 @@ pub(super) fn continuum(
     let groups: Vec<GroupConfig> = groups
         .map(|(i, points)| {
             let path = format!("mpm.points.{i}");
-            let (velocity, fields) = forcing::initial(problems, &path, points, constants);
-            GroupConfig {
-                velocity,
-                fields,
-                ..group(problems, &path, points, written)
-            }
+            group(problems, &path, points, (written, constants))
         })
         .collect();
     let forcing = forcing::forcing(problems, written, constants);
@@ -83,14 +76,10 @@ pub(super) fn continuum(
 }
 
 fn material(problems: &mut Problems, path: &str, written: &MaterialWritten) -> MaterialConfig {
-    let mut material = MaterialConfig {
-        name: written.name.clone(),
-        density: written.density,
-        model: written.model,
-    };
+    let mut material = written.material.clone();
     // If both moduli are above 0, Poisson's ratio lies within its limits, -1 and 1/2.
-    let model = written.model.key();
-    let (bulk, shear) = written.model.moduli();
+    let model = material.model.key();
+    let (bulk, shear) = material.model.moduli();
     let poisson = (3.0 * bulk - 2.0 * shear) / (2.0 * (3.0 * bulk + shear));
     // The rounding of K = E/3, G = E/2 is far below this.
     if bulk > 0.0 && shear > 0.0 && poisson < -1e-6 {
@@ -101,9 +90,9 @@ fn material(problems: &mut Problems, path: &str, written: &MaterialWritten) -> M
     // Faults of the numbers are reported when all numbers are known.
     if let Some(test) = written
         .friction_test
-        .filter(|_| written.model.faults().is_empty())
+        .filter(|_| material.model.faults().is_empty())
     {
-        match written.model.measured(test) {
+        match material.model.measured(test) {
             Ok(model) => material.model = model,
             Err(fault) => problems.config_faults(vec![ConfigFault {
                 key: format!("{path}.{}", fault.key),
@@ -118,9 +107,9 @@ fn group(
     problems: &mut Problems,
     path: &str,
     written: &PointsWritten,
-    mpm: &MpmWritten,
+    (mpm, constants): (&MpmWritten, &BTreeMap<String, f64>),
 ) -> GroupConfig {
-    let known = mpm.material.iter().map(|m| m.name.as_str());
+    let known = mpm.material.iter().map(|m| m.material.name.as_str());
     let material = known.clone().position(|name| name == written.material);
     if material.is_none() {
         problems.refuse(
@@ -129,14 +118,15 @@ fn group(
             suggestion(&written.material, "materials of this scene", known),
         );
     }
+    let (velocity, fields) = forcing::initial(problems, path, written, constants);
     GroupConfig {
         name: written.name.clone(),
         material: material.unwrap_or(0),
         fill: written.fill.clone(),
         spacing: written.spacing,
         lattice: written.lattice,
-        velocity: [0.0; 2],
-        fields: InitialFields::default(),
+        velocity,
+        fields,
         contact_radius: written.contact_radius,
         keeps_spin: written.keeps_spin,
     }

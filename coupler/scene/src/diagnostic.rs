@@ -202,21 +202,17 @@ pub fn shorten(value: &str) -> String {
 
 /// The candidate for which `word` is probably a typing error, if one is similar.
 pub fn nearest<'a>(word: &str, candidates: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
-    nearest_of(word, &candidates.into_iter().collect::<Vec<_>>())
-}
-
-fn nearest_of<'a>(word: &str, candidates: &[&'a str]) -> Option<&'a str> {
     if word.len() > WORD_LIMIT {
         return None;
     }
     let word = word.to_lowercase();
     candidates
-        .iter()
+        .into_iter()
         .take(COMPARED_LIMIT)
         .filter(|candidate| candidate.len() <= 2 * WORD_LIMIT)
         .map(|candidate| {
             let distance = strsim::damerau_levenshtein(&word, &candidate.to_lowercase());
-            (distance, *candidate)
+            (distance, candidate)
         })
         .min_by_key(|(distance, _)| *distance)
         // A word with up to a third of its letters wrong is a typing error; with more it is another word.
@@ -230,17 +226,14 @@ pub fn suggestion<'a>(
     what: &str,
     candidates: impl IntoIterator<Item = &'a str>,
 ) -> String {
-    suggestion_of(word, what, &candidates.into_iter().collect::<Vec<_>>())
-}
-
-fn suggestion_of(word: &str, what: &str, candidates: &[&str]) -> String {
+    let candidates: Vec<&str> = candidates.into_iter().collect();
     let listed = candidates.len().min(CANDIDATES_LIMIT);
     let mut all = candidates[..listed].join(", ");
     let more = candidates.len() - listed;
     if more > 0 {
         write!(all, " and {more} more").expect("a text takes all");
     }
-    match nearest_of(word, candidates) {
+    match nearest(word, candidates) {
         Some(candidate) => format!("did you mean `{candidate}`? {what}: {all}"),
         None => format!("{what}: {all}"),
     }

@@ -229,9 +229,15 @@ impl Document {
             .and_then(|span| open_at(&self.text, span.start));
         let help = match open {
             Some(at) => {
-                let (line, column) = line_and_column(&self.text, at);
                 let bracket = &self.text[at..=at];
-                format!("the `{bracket}` of line {line}, column {column} is still open here")
+                match Place::in_text(&self.file, &self.text, &(at..at + 1)) {
+                    Place::Line { line, column, .. } => {
+                        format!(
+                            "the `{bracket}` of line {line}, column {column} is still open here"
+                        )
+                    }
+                    Place::File { .. } | Place::Set { .. } => unreachable!("it is in the text"),
+                }
             }
             None => "a scene is TOML: `key = value` lines under `[section]` headers".to_owned(),
         };
@@ -609,12 +615,4 @@ pub(super) fn join(prefix: &str, key: &str) -> String {
     } else {
         format!("{prefix}.{key}")
     }
-}
-
-/// Line and column of a byte of a text, both from 1.
-fn line_and_column(text: &str, at: usize) -> (usize, usize) {
-    let before = &text[..at];
-    let line_start = before.rfind('\n').map_or(0, |end| end + 1);
-    let line = before.matches('\n').count() + 1;
-    (line, before[line_start..].chars().count() + 1)
 }

@@ -129,9 +129,4 @@ impl Scene {
             })
             .collect()
     }
-
-    /// What will run, what is left out and why, and estimates of memory, step and number of steps.
-    pub fn plan(&self) -> plan::Plan {
-        plan::Plan::new(self)
-    }
 }

@@ -7,7 +7,7 @@ use std::time::Duration;
 
 use interface::config::{DemConfig, MpmConfig};
 use interface::message::control::Party;
-use interface::session::StartDeadlines;
+use interface::session::START;
 use schemars::JsonSchema;
 use serde::Deserialize;
 
@@ -173,22 +173,19 @@ pub struct Coupling {
     pub skin: Option<f64>,
     /// Longest wait for another process in s; 30 by default.
     pub deadline: f64,
-    /// Longest wait in s for a solver to start and send Hello; 30 by default.
-    pub hello_deadline: f64,
-    /// Longest wait in s for a solver to take its configuration and be ready; 120 by default.
-    pub ready_deadline: f64,
+    /// Longest wait in s for a solver to start and send Hello, and then for it to take its configuration and be ready; 100
+    /// by default.
+    pub start_deadline: f64,
     /// Largest number of steps granted at once; 64 by default. 1 is the strict mode, with the same result to the bit.
     pub window: u32,
 }
 
 impl Default for Coupling {
     fn default() -> Self {
-        let start = StartDeadlines::default();
         Self {
             skin: None,
             deadline: 30.0,
-            hello_deadline: start.hello.as_secs_f64(),
-            ready_deadline: start.ready.as_secs_f64(),
+            start_deadline: START.as_secs_f64(),
             window: 64,
         }
     }
@@ -200,12 +197,9 @@ impl Coupling {
         Duration::from_secs_f64(self.deadline)
     }
 
-    /// Longest waits for a solver before the first step.
-    pub fn start(&self) -> StartDeadlines {
-        StartDeadlines {
-            hello: Duration::from_secs_f64(self.hello_deadline),
-            ready: Duration::from_secs_f64(self.ready_deadline),
-        }
+    /// Longest wait for a solver before the first step: for its Hello, and then for its Ready.
+    pub fn start_deadline(&self) -> Duration {
+        Duration::from_secs_f64(self.start_deadline)
     }
 }
 

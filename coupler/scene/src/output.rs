@@ -163,8 +163,9 @@ pub(super) fn suggestion_for<'n>(
     }
 }
 
-/// The names with which columns and checks are compiled.
-pub(super) struct Context<'a> {
+/// The names with which columns and checks are compiled, and where what is wrong with them is told.
+pub(super) struct Context<'a, 'd> {
+    pub problems: &'a mut Problems<'d>,
     pub constants: &'a BTreeMap<String, f64>,
     pub quantities: &'a Quantities,
     /// End of the run in s.
@@ -184,7 +185,7 @@ enum Scope {
     All,
 }
 
-impl Context<'_> {
+impl Context<'_, '_> {
     fn meaning(&self, scope: Scope, name: &str) -> Option<Meaning> {
         if let Some(number) = self.constants.get(name) {
             return Some(Meaning::Number(*number));
@@ -197,18 +198,13 @@ impl Context<'_> {
         allowed.then(|| self.quantities.meaning(name)).flatten()
     }
 
-    fn compile(
-        &self,
-        problems: &mut Problems,
-        scope: Scope,
-        path: &str,
-        source: &str,
-    ) -> Option<Expression> {
+    fn compile(&mut self, scope: Scope, path: &str, source: &str) -> Option<Expression> {
         match Expression::compile(source, &|name| self.meaning(scope, name)) {
             Ok(expression) => Some(expression),
             Err(error) => {
                 let help = self.help(scope, &error);
-                problems.refuse_within(path, &error.at, &error.message, Some(help));
+                self.problems
+                    .refuse_within(path, &error.at, &error.message, Some(help));
                 None
             }
         }
@@ -238,69 +234,46 @@ impl Context<'_> {
     }
 
     fn number_or_expression(
-        &self,
-        problems: &mut Problems,
+        &mut self,
         scope: Scope,
         path: &str,
         written: &NumberOrExpression,
     ) -> Option<Expression> {
         let expression = match written {
             NumberOrExpression::Number(number) => Expression::constant(*number),
-            NumberOrExpression::Expression(source) => {
-                self.compile(problems, scope, path, source)?
-            }
+            NumberOrExpression::Expression(source) => self.compile(scope, path, source)?,
         };
         if let Some(number) = expression.as_number().filter(|number| !number.is_finite()) {
             let help =
                 "give a finite number: with this one the check would pass or fail for any result";
-            problems.refuse(path, format!("it is {number}"), help);
+            self.problems.refuse(path, format!("it is {number}"), help);
             return None;
         }
         Some(expression)
     }
 
     /// A number made of constants.
-    fn number(
-        &self,
-        problems: &mut Problems,
-        path: &str,
-        written: &NumberOrExpression,
-    ) -> Option<f64> {
-        self.number_or_expression(problems, Scope::Constants, path, written)?
+    fn number(&mut self, path: &str, written: &NumberOrExpression) -> Option<f64> {
+        self.number_or_expression(Scope::Constants, path, written)?
             .as_number()
     }
 
     /// A time of the run.
-    fn time(
-        &self,
-        problems: &mut Problems,
-        path: &str,
-        written: Option<&NumberOrExpression>,
-        default: f64,
-    ) -> f64 {
-        let Some(time) = written.and_then(|w| self.number(problems, path, w)) else {
+    fn time(&mut self, path: &str, written: Option<&NumberOrExpression>, default: f64) -> f64 {
+        let Some(time) = written.and_then(|w| self.number(path, w)) else {
             return default;
         };
         let expected = format!("a time between 0 and the end of the run ({} s)", self.end);
         let end = self.end * (1.0 + 1e-12);
-        problems.number(path, time, (0.0..=end).contains(&time), &expected);
+        self.problems
+            .number(path, time, (0.0..=end).contains(&time), &expected);
         time
     }
 
     /// A column of the history.
-    pub fn column(
-        &self,
-        problems: &mut Problems,
-        path: &str,
-        written: &ColumnWritten,
-    ) -> Option<Column> {
-        column_name(problems, &format!("{path}.name"), &written.name);
-        let value = self.compile(
-            problems,
-            Scope::All,
-            &format!("{path}.value"),
-            &written.value,
-        )?;
+    pub fn column(&mut self, path: &str, written: &ColumnWritten) -> Option<Column> {
+        column_name(self.problems, &format!("{path}.name"), &written.name);
+        let value = self.compile(Scope::All, &format!("{path}.value"), &written.value)?;
         Some(Column {
             name: written.name.clone(),
             unit: written.unit.clone(),
@@ -309,46 +282,28 @@ impl Context<'_> {
     }
 
     /// A check, with the numbers of its reference if that is a table.
-    pub fn check(
-        &self,
-        problems: &mut Problems,
-        path: &str,
-        written: &CheckWritten,
-    ) -> Option<Check> {
+    pub fn check(&mut self, path: &str, written: &CheckWritten) -> Option<Check> {
         if written.source.trim().is_empty() {
-            problems.refuse(
+            self.problems.refuse(
                 &format!("{path}.source"),
                 "a check without a source",
                 "say where the expected figure comes from: paper and section, or closed form",
             );
         }
-        let when = self.when(problems, path, &written.when);
-        let from = self.time(
-            problems,
-            &format!("{path}.from"),
-            written.from.as_ref(),
-            0.0,
-        );
-        let to = self.time(
-            problems,
-            &format!("{path}.to"),
-            written.to.as_ref(),
-            self.end,
-        );
+        let end = self.end;
+        let at = format!("{path}.when.at");
+        let when = written.when.map(|time| self.time(&at, Some(time), end));
+        let from = self.time(&format!("{path}.from"), written.from.as_ref(), 0.0);
+        let to = self.time(&format!("{path}.to"), written.to.as_ref(), self.end);
         if to < from {
-            problems.refuse(
+            self.problems.refuse(
                 &format!("{path}.to"),
                 format!("the window ends at {to} s, before it begins at {from} s"),
                 "exchange `from` and `to`",
             );
         }
-        let value = self.compile(
-            problems,
-            Scope::All,
-            &format!("{path}.value"),
-            &written.value,
-        );
-        let expected = self.expected(problems, path, written, when);
+        let value = self.compile(Scope::All, &format!("{path}.value"), &written.value);
+        let expected = self.expected(path, written, when);
         Some(Check {
             name: written.name.clone(),
             value: value?,
@@ -359,23 +314,7 @@ impl Context<'_> {
         })
     }
 
-    fn when(
-        &self,
-        problems: &mut Problems,
-        path: &str,
-        written: &When<NumberOrExpression>,
-    ) -> When {
-        let path = format!("{path}.when.at");
-        written.map(|time| self.time(problems, &path, Some(time), self.end))
-    }
-
-    fn expected(
-        &self,
-        problems: &mut Problems,
-        path: &str,
-        written: &CheckWritten,
-        when: When,
-    ) -> Option<Expected> {
+    fn expected(&mut self, path: &str, written: &CheckWritten, when: When) -> Option<Expected> {
         let forms = [
             written.at_least.is_some(),
             written.at_most.is_some(),
@@ -384,7 +323,7 @@ impl Context<'_> {
         ];
         let count = forms.iter().filter(|present| **present).count();
         if count != 1 {
-            problems.refuse_key(
+            self.problems.refuse_key(
                 path,
                 format!(
                     "check \"{}\" has {count} of `at_least`, `at_most`, `between`, `reference`, \
@@ -397,7 +336,7 @@ impl Context<'_> {
         }
         let along_time = matches!(when, When::MaxError | When::RmsError);
         if let Some(reference) = &written.reference {
-            return self.near(problems, path, written, reference, when);
+            return self.near(path, written, reference, when);
         }
         for (key, present) in [
             ("tolerance", written.tolerance.is_some()),
@@ -406,7 +345,7 @@ impl Context<'_> {
         ] {
             if present {
                 let message = format!("`{key}` has no effect on a bound");
-                problems.refuse_key(
+                self.problems.refuse_key(
                     &format!("{path}.{key}"),
                     message,
                     "it belongs to `reference`",
@@ -414,7 +353,7 @@ impl Context<'_> {
             }
         }
         if along_time {
-            problems.refuse(
+            self.problems.refuse(
                 &format!("{path}.when"),
                 "an error needs a reference to compare with",
                 "give a `reference` and a tolerance, or use `max` or `rms`",
@@ -422,7 +361,7 @@ impl Context<'_> {
         }
         let mut bound = |key: &str, bound: &NumberOrExpression| {
             let path = format!("{path}.{key}");
-            self.number_or_expression(problems, Scope::Unchanging, &path, bound)
+            self.number_or_expression(Scope::Unchanging, &path, bound)
         };
         match (&written.at_least, &written.at_most, &written.between) {
             (Some(lower), ..) => bound("at_least", lower).map(Expected::AtLeast),
@@ -436,45 +375,40 @@ impl Context<'_> {
     }
 
     fn near(
-        &self,
-        problems: &mut Problems,
+        &mut self,
         path: &str,
         written: &CheckWritten,
         reference: &ReferenceWritten,
         when: When,
     ) -> Option<Expected> {
-        let tolerance = self.tolerance(problems, path, written);
+        let tolerance = self.tolerance(path, written);
         let reference_path = format!("{path}.reference");
         let scope = match when {
             When::Rise | When::TimeOfMax | When::Mean | When::Rms => Scope::Unchanging,
             _ => Scope::All,
         };
         let reference = match reference {
-            ReferenceWritten::Number(number) => {
-                Some(Reference::Expression(Expression::constant(*number)))
-            }
-            ReferenceWritten::Expression(source) => self
-                .compile(problems, scope, &reference_path, source)
+            ReferenceWritten::Plain(plain) => self
+                .number_or_expression(scope, &reference_path, plain)
                 .map(Reference::Expression),
             ReferenceWritten::Table(table) => {
                 if scope == Scope::Unchanging {
-                    problems.refuse(
+                    self.problems.refuse(
                         &reference_path,
                         "a mean, a rise or a time cannot be compared with a table over time",
                         "use `when = \"rms_error\"`, or a number",
                     );
                 }
-                self.table(problems, &reference_path, table)
-                    .map(Reference::Table)
+                self.table(&reference_path, table).map(Reference::Table)
             }
         };
         let scale = written.scale.as_ref().map(|scale| {
             let path = format!("{path}.scale");
-            self.number_or_expression(problems, Scope::Unchanging, &path, scale)
+            self.number_or_expression(Scope::Unchanging, &path, scale)
         });
         let measure = match (scale, written.relative_tolerance.is_some()) {
             (Some(_), true) => {
-                problems.refuse_key(
+                self.problems.refuse_key(
                     &format!("{path}.scale"),
                     "`scale` and `relative_tolerance` both divide the error",
                     "use `scale` with `tolerance`",
@@ -492,12 +426,7 @@ impl Context<'_> {
         })
     }
 
-    fn tolerance(
-        &self,
-        problems: &mut Problems,
-        path: &str,
-        written: &CheckWritten,
-    ) -> Option<f64> {
+    fn tolerance(&mut self, path: &str, written: &CheckWritten) -> Option<f64> {
         let (key, tolerance) = match (&written.tolerance, &written.relative_tolerance) {
             (Some(tolerance), None) => ("tolerance", tolerance),
             (None, Some(tolerance)) => ("relative_tolerance", tolerance),
@@ -509,22 +438,17 @@ impl Context<'_> {
                 );
                 let help = "`tolerance` is in the value's unit, `relative_tolerance` a fraction of \
                             the reference";
-                problems.refuse_key(path, message, help);
+                self.problems.refuse_key(path, message, help);
                 return None;
             }
         };
         let path = format!("{path}.{key}");
-        let number = self.number(problems, &path, tolerance)?;
-        problems.not_negative(&path, number, "a tolerance");
+        let number = self.number(&path, tolerance)?;
+        self.problems.not_negative(&path, number, "a tolerance");
         Some(number)
     }
 
-    fn table(
-        &self,
-        problems: &mut Problems,
-        path: &str,
-        written: &TableWritten,
-    ) -> Option<Vec<[f64; 2]>> {
+    fn table(&mut self, path: &str, written: &TableWritten) -> Option<Vec<[f64; 2]>> {
         let rows = match (&written.csv, &written.points) {
             (Some(csv), None) => {
                 let time = written.t.as_deref().unwrap_or("t");
@@ -532,7 +456,7 @@ impl Context<'_> {
                 match read_csv(&self.directory.join(csv), time, value) {
                     Ok(rows) => rows,
                     Err((message, help)) => {
-                        problems.refuse(&format!("{path}.csv"), message, help);
+                        self.problems.refuse(&format!("{path}.csv"), message, help);
                         return None;
                     }
                 }
@@ -540,14 +464,15 @@ impl Context<'_> {
             (None, Some(points)) => points.clone(),
             _ => {
                 let help = "a file with `csv = \"file.csv\"`, or the numbers with `points`";
-                problems.refuse(path, "a table needs one of `csv` and `points`", help);
+                self.problems
+                    .refuse(path, "a table needs one of `csv` and `points`", help);
                 return None;
             }
         };
         let ordered = rows.windows(2).all(|pair| pair[0][0] < pair[1][0]);
         let finite = rows.iter().flatten().all(|number| number.is_finite());
         if rows.is_empty() || !ordered || !finite {
-            problems.refuse(
+            self.problems.refuse(
                 path,
                 "a table over time needs at least one row, finite numbers, and times that grow",
                 "sort the rows by time and drop repeated times",

@@ -12,7 +12,7 @@ use super::document::{Document, Part};
 use super::doubts::doubts;
 use super::output::{self, Context};
 use super::problems::Problems;
-use super::schema::checked_schema;
+use super::schema::schema;
 use super::written::{DemWritten, OutputWritten, SceneWritten, VERSION};
 use super::{
     Coupling, Output, Scene, TimePlan, bodies, continuum, group_pairs, moduli, slice, solvers,
@@ -32,11 +32,10 @@ const FRAMES_OF_REPORT: f64 = 100.0;
 
 /// The scene of a document. Paths of CSV files and of solvers are relative to `directory`.
 pub(super) fn scene(mut document: Document, directory: &Path) -> Result<Scene, SceneErrors> {
-    static SCHEMA: LazyLock<serde_json::Value> = LazyLock::new(checked_schema);
-    let mut faults = moduli::replace(&mut document);
+    static SCHEMA: LazyLock<serde_json::Value> = LazyLock::new(schema);
+    let mut faults = structure::faults(&document, &SCHEMA);
     if faults.is_empty() {
-        faults = structure::faults(&document, &SCHEMA);
-        moduli::explain(&mut faults);
+        faults = moduli::replace(&mut document);
     }
     if !faults.is_empty() {
         faults.sort_by_key(|fault| fault.place.line());
@@ -127,20 +126,21 @@ fn checked(problems: &mut Problems, written: &SceneWritten, directory: &Path) ->
     if let Some(dem) = &mut dem {
         dem.skin = skin;
     }
-    let context = Context {
+    let mut context = Context {
+        problems: &mut *problems,
         constants: &constants,
         quantities: &quantities,
         end: written.time.end,
         directory,
     };
-    let output = output(problems, &written.output, &context);
+    let output = output(&mut context, &written.output);
+    let checks = checks(&mut context, written);
     let models = mpm.iter().flat_map(|mpm| &mpm.materials);
     output::plastic_strain(
         problems,
         &written.output,
         models.map(|material| &material.model),
     );
-    let checks = checks(problems, written, &context);
     let study = study::study(problems, written.study.as_ref(), &checks, &output.columns);
     (!problems.any()).then(|| Scene {
         name: written.name.clone(),
@@ -188,18 +188,23 @@ fn quantities(written: &SceneWritten, bodies_written: Option<&DemWritten>) -> Qu
 }
 
 /// The outputs of the run.
-fn output(problems: &mut Problems, written: &OutputWritten, context: &Context) -> Output {
-    let every = history_interval(problems, written.every, context.end);
-    let frames = frame_interval(problems, written.frames, every).or_else(|| {
-        let report = written.report;
-        report.then(|| frames_of_report(context.end / every))
+fn output(context: &mut Context, written: &OutputWritten) -> Output {
+    let end = context.end;
+    let every = written.every;
+    history_interval(context.problems, every, end);
+    let frames = frame_interval(context.problems, written.frames, every).or_else(|| {
+        // Only the page needs them.
+        let between = end / every / FRAMES_OF_REPORT;
+        written.report.then(|| between.round().max(1.0) as u64)
     });
-    let checkpoint = start::checkpoint(problems, written.checkpoint.as_ref(), [every, context.end]);
+    let plan = written.checkpoint.as_ref();
+    let checkpoint = start::checkpoint(context.problems, plan, [every, end]);
     let mut columns = Vec::new();
     for (i, column) in written.column.iter().enumerate() {
-        columns.extend(context.column(problems, &format!("output.column.{i}"), column));
+        columns.extend(context.column(&format!("output.column.{i}"), column));
     }
     let names = written.column.iter().map(|column| column.name.as_str());
+    let problems = &mut *context.problems;
     problems.distinct("output.column", "columns", names);
     Output {
         every,
@@ -215,11 +220,12 @@ fn output(problems: &mut Problems, written: &OutputWritten, context: &Context) -
 }
 
 /// The checks of the run.
-fn checks(problems: &mut Problems, written: &SceneWritten, context: &Context) -> Vec<Check> {
+fn checks(context: &mut Context, written: &SceneWritten) -> Vec<Check> {
     let mut checks = Vec::new();
     for (i, check) in written.check.iter().enumerate() {
-        checks.extend(context.check(problems, &format!("check.{i}"), check));
+        checks.extend(context.check(&format!("check.{i}"), check));
     }
+    let problems = &mut *context.problems;
     let names = written.check.iter().map(|check| check.name.as_str());
     problems.distinct("check", "checks", names);
     if written.check.is_empty() {
@@ -249,9 +255,8 @@ fn scene_name(problems: &mut Problems, name: &str) {
 
 fn time(problems: &mut Problems, time: &TimePlan) {
     problems.above_zero("time.end", time.end, "a time");
-    let long_enough = time.end <= 0.0 || time.end >= SHORTEST;
     let expected = format!("a time of at least {SHORTEST:e} s");
-    problems.number("time.end", time.end, long_enough, &expected);
+    problems.number("time.end", time.end, time.end >= SHORTEST, &expected);
     if let Some(step) = time.max_step {
         problems.above_zero("time.max_step", step, "a time");
     }
@@ -277,7 +282,7 @@ fn time(problems: &mut Problems, time: &TimePlan) {
     problems.above_zero("time.created_energy", time.created_energy, "a share");
 }
 
-fn history_interval(problems: &mut Problems, every: f64, end: f64) -> f64 {
+fn history_interval(problems: &mut Problems, every: f64, end: f64) {
     problems.above_zero("output.every", every, "a time");
     let rows = end / every;
     if every > 0.0 && rows > ROWS_LIMIT {
@@ -289,12 +294,6 @@ fn history_interval(problems: &mut Problems, every: f64, end: f64) -> f64 {
             "make it longer",
         );
     }
-    every
-}
-
-/// Intervals of the history between frames that only the page needs: about a hundred frames for so many rows.
-fn frames_of_report(rows: f64) -> u64 {
-    (rows / FRAMES_OF_REPORT).round().max(1.0) as u64
 }
 
 /// Intervals of the history between frames.
@@ -322,8 +321,7 @@ fn coupling(problems: &mut Problems, coupling: &Coupling) {
     problems.number("coupling.window", window, window >= 1.0, "1 step or more");
     for (key, seconds) in [
         ("deadline", coupling.deadline),
-        ("hello_deadline", coupling.hello_deadline),
-        ("ready_deadline", coupling.ready_deadline),
+        ("start_deadline", coupling.start_deadline),
     ] {
         // At most a day: longer waits are not useful, and Duration overflows for much longer ones.
         let sound = seconds > 0.0 && seconds <= 86_400.0;

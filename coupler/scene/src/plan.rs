@@ -32,19 +32,18 @@ pub struct LeftOut {
     pub why: &'static str,
 }
 
-impl Plan {
-    pub(super) fn new(scene: &Scene) -> Self {
-        Self {
-            scene: scene.name.clone(),
-            about: scene.about.clone(),
-            runs: runs(scene),
-            left_out: left_out(scene),
-            warnings: scene.warnings.clone(),
+impl Scene {
+    /// What will run, what is left out and why, and estimates of memory, step and number of steps.
+    pub fn plan(&self) -> Plan {
+        Plan {
+            scene: self.name.clone(),
+            about: self.about.clone(),
+            runs: runs(self),
+            left_out: left_out(self),
+            warnings: self.warnings.clone(),
         }
     }
-}
 
-impl Scene {
     /// Explanations of its numbers, one a line: for each material with friction, the angle at which it fails in each
     /// test.
     pub fn notes(&self) -> Vec<String> {

@@ -92,20 +92,13 @@ impl<'a> Problems<'a> {
 
     /// Refuses `value` unless `holds`; `expected` ends the sentence "..., expected".
     pub fn number(&mut self, path: &str, value: f64, holds: bool, expected: &str) {
-        if holds {
-            return;
-        }
-        if self.is_full() {
-            self.found += 1;
-        } else {
-            let written = self.document.as_written(path);
-            let written = if written.is_empty() {
-                value.to_string()
-            } else {
-                written
-            };
-            let message = format!("`{path}` is {written}, expected {expected}");
-            self.push(|document| document.diagnostic(path, Part::Value, &message, None));
+        if !holds {
+            self.config_faults(vec![ConfigFault {
+                key: path.to_owned(),
+                value: value.to_string(),
+                expected: expected.to_owned(),
+                help: String::new(),
+            }]);
         }
     }
 
@@ -113,6 +106,10 @@ impl<'a> Problems<'a> {
     /// refused before.
     pub fn config_faults(&mut self, faults: Vec<ConfigFault>) {
         for fault in faults {
+            if self.is_full() {
+                self.found += 1;
+                continue;
+            }
             let key = body_or_set(&fault.key, self.document);
             if self.errors.iter().any(|known| known.key == key) {
                 continue;

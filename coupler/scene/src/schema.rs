@@ -9,16 +9,10 @@ use super::written::SceneWritten;
 
 /// The JSON Schema of scene files.
 pub fn schema() -> Value {
-    let mut schema = checked_schema();
-    moduli::offer(&mut schema);
-    schema
-}
-
-/// The same of a scene as it is checked: every material has its moduli.
-pub(super) fn checked_schema() -> Value {
     let mut schema = schema_for!(SceneWritten).to_value();
     simplify(&mut schema);
     describe_choices(&mut schema);
+    moduli::offer(&mut schema);
     schema
 }
 

@@ -53,7 +53,8 @@ impl<'a> Walk<'a> {
     fn alternatives(&self, schema: &'a Schema) -> Vec<&'a Schema> {
         let schema = self.resolve(schema);
         let options = schema["oneOf"].as_array().or(schema["anyOf"].as_array());
-        match options {
+        // Beside properties it says which of these go together.
+        match options.filter(|_| !schema["properties"].is_object()) {
             Some(options) => options
                 .iter()
                 .flat_map(|option| self.alternatives(option))

@@ -6,7 +6,7 @@ use interface::config::friction::FrictionTest;
 use interface::config::surfaces::ContactPair;
 use interface::config::{
     BodyShape, ContactForceScheme, ContactLaw, Fill, GridContact, GroupPair, Hold, Interface,
-    Lattice, Leaving, MaterialModel, Motion, OverlapMeasure, Plane, Probe, ShapeFunction, Spacing,
+    Lattice, Leaving, MaterialConfig, Motion, OverlapMeasure, Plane, Probe, ShapeFunction, Spacing,
     Stage, StressUpdate, Traction, Transfer, Walls,
 };
 use mechanics::generate::BodyFill;
@@ -175,12 +175,8 @@ pub(crate) struct MpmWritten {
 #[derive(Debug, Clone, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct MaterialWritten {
-    /// Name, by which point groups refer to it.
-    pub name: String,
-    /// Initial density in kg/m^3 (unit thickness).
-    pub density: f64,
-    /// Constitutive model.
-    pub model: MaterialModel,
+    #[serde(flatten)]
+    pub material: MaterialConfig,
     /// The test in which the friction angle was measured; by default the angle is the parameter of the model: that of
     /// Jiang 2020 eq. 35, or Mohr-Coulomb's.
     pub friction_test: Option<FrictionTest>,
@@ -405,10 +401,8 @@ pub(crate) struct StudyWritten {
 #[derive(Debug, Clone, Deserialize, JsonSchema)]
 #[serde(untagged)]
 pub(crate) enum ReferenceWritten {
-    /// A number.
-    Number(f64),
-    /// An expression in `t`, other quantities and constants.
-    Expression(String),
+    /// A number, or an expression in `t`, other quantities and constants.
+    Plain(NumberOrExpression),
     /// A table over time.
     Table(TableWritten),
 }

@@ -4,7 +4,7 @@
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
-use interface::session::StartDeadlines;
+use interface::session::START;
 use interface::transport::domain::{Domain, WaitsForDisk};
 use interface::transport::wait::{until, until_there};
 
@@ -22,13 +22,11 @@ pub(crate) struct Disk {
 }
 
 impl Disk {
-    /// The disk of a run whose solvers are processes. If the run has start limits of its own, it may take longer to
-    /// start than a solver that is ready would wait.
-    pub fn of(domain: Domain, start: StartDeadlines) -> Self {
-        let usual = StartDeadlines::default();
-        let longer = start.hello > usual.hello || start.ready > usual.ready;
+    /// The disk of a run whose solvers are processes. If the run waits longer than usual for a solver to `start`, it may take
+    /// longer than a solver that is ready would wait.
+    pub fn of(domain: Domain, start: Duration) -> Self {
         Self {
-            starting: longer.then(|| domain.waiting_for_disk()),
+            starting: (start > START).then(|| domain.waiting_for_disk()),
             domain: Some(domain),
         }
     }
@@ -76,7 +74,7 @@ mod tests {
     fn solvers_see_that_the_run_waits_for_its_disk() {
         let owned = OwnedDomain::create().unwrap();
         let domain = owned.domain();
-        let disk = Disk::of(domain.clone(), StartDeadlines::default());
+        let disk = Disk::of(domain.clone(), START);
         let (held, looks) = (|| domain.held(Party::Mpm).is_some(), Cell::new(0));
         assert!(!held());
         let is_behind = || {

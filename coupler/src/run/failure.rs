@@ -109,13 +109,13 @@ impl RunError {
                     awaited: "its hello",
                     ..
                 } => {
-                    "its command may be wrong, or it may hang at its start: run it by hand; if it only needs more time, raise coupling.hello_deadline"
+                    "its command may be wrong, or it may hang at its start: run it by hand; if it only needs more time, raise coupling.start_deadline"
                 }
                 SessionError::Late {
                     awaited: "that it is ready",
                     ..
                 } => {
-                    "if it only needs more time to take the scene, raise coupling.ready_deadline; if it hangs, attach a debugger to its process"
+                    "if it only needs more time to take the scene, raise coupling.start_deadline; if it hangs, attach a debugger to its process"
                 }
                 SessionError::Late {
                     awaited: "its goodbye",
@@ -248,8 +248,8 @@ mod tests {
         };
         for (awaited, key) in [
             ("its report", "coupling.deadline"),
-            ("its hello", "coupling.hello_deadline"),
-            ("that it is ready", "coupling.ready_deadline"),
+            ("its hello", "coupling.start_deadline"),
+            ("that it is ready", "coupling.start_deadline"),
         ] {
             assert!(late(awaited).advice().contains(&format!("raise {key}")));
         }

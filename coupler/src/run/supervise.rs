@@ -11,7 +11,7 @@ use interface::config::capability::STRESS_WORK;
 use interface::message::control::{Hello, Party};
 use interface::message::wire::{BodyState, Grant, Ledger, flags};
 use interface::recording::RecordingSink;
-use interface::session::{self, Next, Part, Round, SessionError, StartDeadlines, Stop, Supervisor};
+use interface::session::{self, Next, Part, Round, SessionError, Stop, Supervisor};
 use interface::transport::vanished;
 
 use self::outputs::Outputs;
@@ -656,8 +656,8 @@ impl Supervisor for Run<'_> {
         self.stopping(taken)
     }
 
-    fn deadlines(&self) -> StartDeadlines {
-        self.scene.coupling.start()
+    fn start_deadline(&self) -> Duration {
+        self.scene.coupling.start_deadline()
     }
 
     fn joined(&mut self, hello: &Hello) {

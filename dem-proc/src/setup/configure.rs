@@ -113,7 +113,7 @@ fn body_side(config: &DemConfig, surfaces: &Surfaces, law: &ContactLaw) -> Box<d
 /// A refusal that names the key.
 pub fn configure(config: &DemConfig) -> Result<(Sdem, Readiness), Refusal> {
     if let Some(fault) = config.faults().first() {
-        return Err(Refusal::new(&fault.key, fault.to_string()));
+        return Err(fault.into());
     }
     refuse_unbuilt(config)?;
     build(config)

@@ -69,6 +69,9 @@ impl DemSolver for Rapier {
 
     fn configure(&mut self, config: &DemConfig) -> Result<Readiness, Refusal> {
         let refuse = |key: &str, text: &str| Err(Refusal::new(key, text));
+        if let Some(fault) = config.faults().first() {
+            return Err(fault.into());
+        }
         if !config.contact_pairs.is_empty() {
             let text = "one law for all here: none is accepted";
             return refuse("contact_pair", text);

@@ -162,7 +162,7 @@ fn what_rapier_cannot_do_is_refused_by_its_key() {
         c["body"][0]["shape"] = serde_json::json!({"polygon": {"vertices": vertices}});
     });
     assert!(
-        notch.contains("dem.body.0.shape: a polygon with a notch"),
+        notch.contains("dem.body.0.shape: only discs, segments and convex polygons"),
         "{notch}"
     );
 }

@@ -4,11 +4,10 @@
 
 use std::io::{Read as _, Write as _};
 
-use interface::message::Payload;
 use interface::message::control::{Notice, Party};
 use interface::packed::{BlockSize, packer, unpacker};
 use interface::recording::Playback;
-use interface::transport::raw::{Kind, Message};
+use interface::transport::raw::Kind;
 
 use crate::run::{LEFT, directory};
 use crate::target::Target;
@@ -37,16 +36,8 @@ fn run(input: &[u8]) {
     let Ok(mut playback) = Playback::open(&path) else {
         return;
     };
-    while let Ok(Some(recorded)) = playback.message() {
-        let kind = recorded.channel.kind;
-        let Some(payload) = Payload::read(kind, &recorded.payload) else {
-            continue;
-        };
-        let message = Message {
-            header: recorded.header,
-            payload,
-        };
-        match kind {
+    while let Ok(Some((channel, message))) = playback.message() {
+        match channel.kind {
             Kind::Order => drop(message.as_order()),
             Kind::Notice => {
                 if let Ok(Notice::Hello(hello)) = message.as_notice() {

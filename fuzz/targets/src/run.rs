@@ -10,7 +10,8 @@ use coupler::record::rundir::RunDir;
 use coupler::record::summary::Status;
 use coupler::run::{RunOptions, Solvers};
 use coupler::scene::SceneFile;
-use interface::recording::{Message, Playback};
+use interface::message::{Channel, Message};
+use interface::recording::Playback;
 use tempfile::TempDir;
 
 /// A block that falls on a disc, which stands on a wall: with sets that change, frames, checks and checkpoints.
@@ -88,8 +89,8 @@ pub struct Left {
     files: BTreeMap<PathBuf, Vec<u8>>,
     /// `recording.tandem`.
     pub recording: Vec<u8>,
-    /// The messages of it.
-    pub messages: Vec<Message>,
+    /// The messages of it, each with its channel.
+    pub messages: Vec<(Channel, Message)>,
     /// A checkpoint.
     pub checkpoint: Vec<u8>,
 }

@@ -47,16 +47,20 @@ fn change(changer: &mut Changer, input: &mut Vec<u8>, seeds: &[Vec<u8>]) {
 /// A message on its way.
 type Sent = (Channel, StepHeader, Vec<u8>);
 
+/// What a party received in the small run.
+fn received(party: Party) -> Vec<Sent> {
+    let received = LEFT.messages.iter().filter(|(at, _)| at.to() == party);
+    let sent = received.map(|(channel, m)| (*channel, m.header, bytes(&m.payload)));
+    sent.collect()
+}
+
 fn run(input: &[u8]) {
     let mut input = Unstructured::new(input);
     let Ok(choice) = input.arbitrary::<u8>() else {
         return;
     };
     let party = [Party::Mpm, Party::Dem, Party::Coupler][usize::from(choice % 3)];
-    let received = LEFT.messages.iter().filter(|m| m.channel.to() == party);
-    let mut messages: Vec<Sent> = received
-        .map(|m| (m.channel, m.header, m.payload.clone()))
-        .collect();
+    let mut messages = received(party);
     if choice % 6 >= 3 {
         restore(party, &mut messages);
     }
@@ -309,14 +313,8 @@ impl Lead {
     fn new() -> Self {
         let sent = |party, kind| {
             let channel = Channel::of(party, kind);
-            let of_channel = LEFT.messages.iter().filter(move |m| m.channel == channel);
-            of_channel.filter_map(move |m| {
-                let payload = Payload::read(kind, &m.payload)?;
-                Some(Message {
-                    header: m.header,
-                    payload,
-                })
-            })
+            let all = LEFT.messages.iter();
+            all.filter_map(move |(at, message)| (*at == channel).then_some(message))
         };
         let part = |party, measured| {
             let mut orders = sent(party, Kind::Order);
@@ -330,10 +328,8 @@ impl Lead {
             }
         };
         let grants = |party| {
-            sent(party, Kind::Grant).filter_map(|message| match message.payload {
-                Payload::Grant(grants) => grants.first().copied(),
-                _ => None,
-            })
+            let sent = sent(party, Kind::Grant);
+            sent.filter_map(|message| message.payload.of::<Grant>().first().copied())
         };
         let budget = |grant: &Grant| Budget {
             omega_sq: grant.budget_omega_sq,
@@ -376,35 +372,18 @@ mod tests {
     /// Without edits a session follows the recording to its end: otherwise edits would reach nothing.
     #[test]
     fn a_session_without_edits_is_whole() {
-        let received = |party| {
-            let of_party = LEFT
-                .messages
-                .iter()
-                .filter(move |m| m.channel.to() == party);
-            Script::of(
-                of_party
-                    .map(|m| (m.channel, m.header, m.payload.clone()))
-                    .collect(),
-            )
-        };
         let mut mpm = mpm_proc::Mpm::default();
-        let mut script = received(Party::Mpm);
+        let mut script = Script::of(received(Party::Mpm));
         play(Session::mpm(&mut mpm, &mut script, Clocked::Shared)).unwrap();
         let mut dem = dem_proc::Sdem::default();
-        let mut script = received(Party::Dem);
+        let mut script = Script::of(received(Party::Dem));
         play(Session::dem(&mut dem, &mut script, Clocked::Shared)).unwrap();
     }
 
     /// The number of a step in its epoch overflowed: a panic, or times of another epoch.
     #[test]
     fn a_grant_of_more_steps_than_a_run_has_is_refused() {
-        let of_dem = LEFT
-            .messages
-            .iter()
-            .filter(|m| m.channel.to() == Party::Dem);
-        let mut messages: Vec<Sent> = of_dem
-            .map(|m| (m.channel, m.header, m.payload.clone()))
-            .collect();
+        let mut messages = received(Party::Dem);
         let granted = |sent: &&mut Sent| sent.0.kind == Kind::Grant;
         let (_, _, payload) = messages.iter_mut().filter(granted).nth(2).unwrap();
         let mut grants: Vec<Grant> = records_of(payload).unwrap();

@@ -4,6 +4,7 @@
 //! The solver itself checks what needs the points (groups on top of one another, a traction on no point) or the values
 //! of a formula.
 
+use super::capability::word;
 use super::fault::{ConfigFault, Faults};
 use super::{
     ContactForceScheme, Drift, Fill, GridContact, GroupConfig, Hold, Lattice, MaterialConfig,
@@ -85,23 +86,18 @@ impl MpmConfig {
     /// Checks the choices of the scheme and their combinations.
     fn transfer_faults(&self, found: &mut Faults<'_>) {
         let splines = [ShapeFunction::QuadraticBspline, ShapeFunction::CubicBspline];
-        match self.transfer {
-            Transfer::Blend { pic_fraction: a } => {
-                let key = "mpm.transfer.blend.pic_fraction";
-                found.number(key, a, (0.0..=1.0).contains(&a), "0 (FLIP) to 1 (PIC)");
-            }
-            Transfer::Xpic { order } => {
-                let key = "mpm.transfer.xpic.order";
-                found.number(key, f64::from(order), order > 0, "1 (PIC) or more");
-            }
-            Transfer::FlipPic { pic_rate } => rate_faults(found, "flip_pic", pic_rate),
-            Transfer::Aflip { pic_rate } => rate_faults(found, "aflip", pic_rate),
-            Transfer::FlipXpic { order, pic_rate } => {
-                let key = "mpm.transfer.flip_xpic.order";
-                found.number(key, f64::from(order), order > 0, "1 (PIC) or more");
-                rate_faults(found, "flip_xpic", pic_rate);
-            }
-            Transfer::Apic | Transfer::Pic | Transfer::Flip => {}
+        let mut own = found.at(format!("mpm.transfer.{}", word(&self.transfer)));
+        if let Transfer::Blend { pic_fraction } = self.transfer {
+            own.share_of_pic(pic_fraction);
+        }
+        if let Transfer::Xpic { order } | Transfer::FlipXpic { order, .. } = self.transfer {
+            own.number("order", f64::from(order), order > 0, "1 (PIC) or more");
+        }
+        if let Transfer::FlipPic { pic_rate }
+        | Transfer::Aflip { pic_rate }
+        | Transfer::FlipXpic { pic_rate, .. } = self.transfer
+        {
+            own.not_negative("pic_rate", pic_rate, "a rate of 0 or more");
         }
         if self.transfer.is_affine() && !splines.contains(&self.shape) {
             let (name, others) = match self.transfer {
@@ -418,21 +414,22 @@ impl MpmConfig {
             before = from;
             found.not_negative("damping", stage.damping, "a rate of 0 or more");
             if let Some(a) = stage.pic_fraction {
-                let key = "pic_fraction";
-                found.number(key, a, (0.0..=1.0).contains(&a), "0 (FLIP) to 1 (PIC)");
+                found.share_of_pic(a);
                 if !blends {
                     let help = "it has no meaning for this transfer: use transfer = \"flip\" or transfer.blend";
-                    found.add(key, a, "nothing", help);
+                    found.add("pic_fraction", a, "nothing", help);
                 }
             }
         }
     }
 }
 
-/// Refuses a rate of smoothing that is negative or not finite.
-fn rate_faults(found: &mut Faults<'_>, transfer: &str, rate: f64) {
-    let key = format!("mpm.transfer.{transfer}.pic_rate");
-    found.not_negative(key, rate, "a rate of 0 or more");
+impl Faults<'_> {
+    /// Refuses a share of PIC that is none.
+    fn share_of_pic(&mut self, share: f64) {
+        let holds = (0.0..=1.0).contains(&share);
+        self.number("pic_fraction", share, holds, "0 (FLIP) to 1 (PIC)");
+    }
 }
 
 impl MpmConfig {

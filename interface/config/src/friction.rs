@@ -90,17 +90,13 @@ impl MaterialModel {
     /// # Errors
     /// The fault, with a key below the model's own: the model has no friction, or it cannot fail at this angle.
     pub fn measured(self, test: FrictionTest) -> Result<Self, ConfigFault> {
-        let (measured, cone) = match self {
-            Self::DruckerPrager(numbers) => (numbers, true),
-            Self::MohrCoulomb(numbers) => (numbers, false),
-            _ => {
-                return Err(ConfigFault {
-                    key: "friction_test".into(),
-                    value: self.key(),
-                    expected: "drucker_prager or mohr_coulomb".into(),
-                    help: "only these have a friction angle".into(),
-                });
-            }
+        let Some((measured, cone)) = self.frictional() else {
+            return Err(ConfigFault {
+                key: "friction_test".into(),
+                value: self.key(),
+                expected: "drucker_prager or mohr_coulomb".into(),
+                help: "only these have a friction angle".into(),
+            });
         };
         let fault = |expected: &str, help: &str| ConfigFault {
             key: format!("model.{}.friction_angle", self.key()),
@@ -155,11 +151,7 @@ impl MaterialModel {
 
     /// The angle in degrees at which it fails in a test, if it has friction and fails.
     pub fn fails_at(&self, test: FrictionTest) -> Option<f64> {
-        let (numbers, cone) = match self {
-            Self::DruckerPrager(numbers) => (numbers, true),
-            Self::MohrCoulomb(numbers) => (numbers, false),
-            _ => return None,
-        };
+        let (numbers, cone) = self.frictional()?;
         let [phi, psi] = [numbers.friction_angle, numbers.dilation_angle].map(f64::to_radians);
         let [q, q_psi] = [phi, psi].map(cone_slope);
         let in_plane = if cone {

@@ -177,12 +177,20 @@ impl MaterialModel {
         }
     }
 
+    /// The numbers of a model with an angle of friction, and whether its yield surface is a cone.
+    pub(super) fn frictional(&self) -> Option<(Frictional, bool)> {
+        match *self {
+            Self::DruckerPrager(numbers) => Some((numbers, true)),
+            Self::MohrCoulomb(numbers) => Some((numbers, false)),
+            _ => None,
+        }
+    }
+
     /// Whether its points keep the plastic strain. They do unless stress and volume are all that the model needs.
     pub fn keeps_plastic_strain(&self) -> bool {
-        match self {
-            Self::DruckerPrager(m) | Self::MohrCoulomb(m) => !m.is_plain(),
-            Self::VonMises { .. } | Self::MuI(_) => true,
-            _ => false,
+        match self.frictional() {
+            Some((numbers, _)) => !numbers.is_plain(),
+            None => self.is_plastic(),
         }
     }
 

@@ -10,7 +10,7 @@ use serde::Serialize;
 
 use crate::capability::{Capabilities, LAYERS, PAIRS, SEGMENTS, word};
 use crate::{
-    ContactLaw, DemConfig, Frictional, GroupConfig, Interface, Lattice, MaterialModel, MpmConfig,
+    ContactLaw, DemConfig, GroupConfig, Interface, Lattice, MaterialModel, MpmConfig,
     OverlapMeasure, Wall,
 };
 
@@ -45,16 +45,11 @@ impl Need {
             ..first
         })
     }
-
-    /// Whether a solver with these capabilities meets this need.
-    pub fn is_met(&self, capabilities: &Capabilities) -> bool {
-        capabilities.meets(&self.capability)
-    }
 }
 
 /// The `needs` that a solver with these capabilities lacks.
 pub fn missing<'a>(needs: &'a [Need], capabilities: &Capabilities) -> Vec<&'a Need> {
-    let unmet = |need: &&Need| !need.is_met(capabilities);
+    let unmet = |need: &&Need| !capabilities.meets(&need.capability);
     needs.iter().filter(unmet).collect()
 }
 
@@ -115,17 +110,14 @@ impl MpmConfig {
     /// The capabilities that a frictional material needs besides its yield surface.
     fn needs_of_sand(&self) -> impl Iterator<Item = Need> {
         type Asks = fn(&MaterialModel) -> bool;
-        fn of_strength(model: &MaterialModel, asks: fn(&Frictional) -> bool) -> bool {
-            match model {
-                MaterialModel::DruckerPrager(m) | MaterialModel::MohrCoulomb(m) => asks(m),
-                _ => false,
-            }
-        }
         let features: [(&str, Asks); 3] = [
             ("critical_state", |m| {
-                of_strength(m, |m| m.critical_state.is_some())
+                m.frictional()
+                    .is_some_and(|(m, _)| m.critical_state.is_some())
             }),
-            ("separates", |m| of_strength(m, |m| m.separates)),
+            ("separates", |m| {
+                m.frictional().is_some_and(|(m, _)| m.separates)
+            }),
             (
                 "volume_rate",
                 |m| matches!(m, MaterialModel::MuI(m) if m.volume_rate > 0.0),

@@ -52,76 +52,50 @@ fn edges(vertices: &[Point]) -> impl Iterator<Item = (&Point, &Point)> {
     vertices.iter().zip(vertices.iter().cycle().skip(1))
 }
 
-/// Why a list of vertices is not a simple polygon.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum NotSimple {
-    /// Fewer than three vertices.
-    TooFew,
-    /// These two neighbouring vertices coincide.
-    Repeated(usize, usize),
-    /// The edges that begin at these vertices cross or touch.
-    Crossing(usize, usize),
-    /// All vertices lie on one line.
-    Flat,
-}
-
 impl Faults<'_> {
     /// Refuses vertices that are not finite or form no simple polygon; `key` is the key of the vertices.
     pub fn polygon(&mut self, key: &str, vertices: &[Point]) {
         if !vertices.as_flattened().iter().all(|x| x.is_finite()) {
             return self.finite(key, vertices.as_flattened());
         }
-        let Err(reason) = simple(vertices) else {
-            return;
-        };
-        let (value, help) = match reason {
-            NotSimple::TooFew => (
-                format!("a polygon of {} vertices", vertices.len()),
-                "it takes three or more; a segment or a disc has a shape of its own",
-            ),
-            NotSimple::Repeated(i, j) => (
-                format!("a polygon whose vertices {i} and {j} coincide"),
-                "drop one of them; the outline closes by itself",
-            ),
-            NotSimple::Crossing(i, j) => (
-                format!(
-                    "a polygon whose edges cross or touch: the one from vertex {i} {:?} and the one from vertex {j} {:?}",
-                    vertices[i], vertices[j]
-                ),
-                "list the vertices in the order of the outline, in either sense, counted from 0",
-            ),
-            NotSimple::Flat => (
-                "a polygon whose vertices all lie on one line".to_owned(),
-                "a line is `shape.segment`",
-            ),
-        };
-        self.add(key, value, "a simple polygon", help);
+        if let Err((what, help)) = simple(vertices) {
+            self.add(key, format!("a polygon {what}"), "a simple polygon", help);
+        }
     }
 }
 
 /// Whether vertices form a simple polygon.
 ///
 /// # Errors
-/// The first reason why not.
-fn simple(vertices: &[Point]) -> Result<(), NotSimple> {
+/// The first reason why not, and what to do.
+fn simple(vertices: &[Point]) -> Result<(), (String, &'static str)> {
     let n = vertices.len();
     if n < 3 {
-        return Err(NotSimple::TooFew);
+        let help = "it takes three or more; a segment or a disc has a shape of its own";
+        return Err((format!("of {n} vertices"), help));
     }
     if let Some(i) = (0..n).find(|&i| vertices[i] == vertices[(i + 1) % n]) {
-        return Err(NotSimple::Repeated(i, (i + 1) % n));
+        let help = "drop one of them; the outline closes by itself";
+        let j = (i + 1) % n;
+        return Err((format!("whose vertices {i} and {j} coincide"), help));
     }
     // A flat polygon also folds back on itself. To report it as flat says more.
     let [lower, upper] = bounds(vertices);
     let extent = (upper[0] - lower[0]).hypot(upper[1] - lower[1]);
     let off_the_line = edges(vertices).map(|(a, b)| cross(vertices[0], *a, *b).abs());
     if off_the_line.sum::<f64>() <= FLAT * extent * extent {
-        return Err(NotSimple::Flat);
+        let what = "whose vertices all lie on one line".to_owned();
+        return Err((what, "a line is `shape.segment`"));
     }
-    match crossing(vertices) {
-        Some((i, j)) => Err(NotSimple::Crossing(i, j)),
-        None => Ok(()),
-    }
+    let Some((i, j)) = crossing(vertices) else {
+        return Ok(());
+    };
+    let what = format!(
+        "whose edges cross or touch: the one from vertex {i} {:?} and the one from vertex {j} {:?}",
+        vertices[i], vertices[j]
+    );
+    let help = "list the vertices in the order of the outline, in either sense, counted from 0";
+    Err((what, help))
 }
 
 /// The first two edges that cross or touch where they should not. Only edges whose ranges in x overlap are compared.
@@ -176,34 +150,46 @@ fn touch(a: Point, b: Point, c: Point, d: Point) -> bool {
 mod tests {
     use super::*;
 
+    /// Why vertices form no simple polygon.
+    fn fault(vertices: &[Point]) -> String {
+        simple(vertices)
+            .err()
+            .map_or(String::new(), |(what, _)| what)
+    }
+
     #[test]
     fn a_square_is_simple_and_a_bow_tie_is_not() {
         let square = [[0., 0.], [1., 0.], [1., 1.], [0., 1.]];
         assert_eq!(simple(&square), Ok(()));
         assert_eq!(area(&square), 1.0);
         assert_eq!(perimeter(&square), 4.0);
-        let bow_tie = [[0., 0.], [1., 1.], [1., 0.], [0., 1.]];
-        assert_eq!(simple(&bow_tie), Err(NotSimple::Crossing(0, 2)));
+        let told = fault(&[[0., 0.], [1., 1.], [1., 0.], [0., 1.]]);
+        assert!(
+            told.contains("vertex 0 [0.0, 0.0] and the one from vertex 2"),
+            "{told}"
+        );
     }
 
     #[test]
     fn other_impossible_outlines_are_named() {
-        assert_eq!(simple(&[[0., 0.], [1., 0.]]), Err(NotSimple::TooFew));
+        assert_eq!(fault(&[[0., 0.], [1., 0.]]), "of 2 vertices");
         assert_eq!(
-            simple(&[[0., 0.], [1., 0.], [1., 0.], [0., 1.]]),
-            Err(NotSimple::Repeated(1, 2))
+            fault(&[[0., 0.], [1., 0.], [1., 0.], [0., 1.]]),
+            "whose vertices 1 and 2 coincide"
         );
-        assert_eq!(
-            simple(&[[0., 0.], [2., 0.], [1., 0.], [1., 1.]]),
-            Err(NotSimple::Crossing(0, 1))
+        let told = fault(&[[0., 0.], [2., 0.], [1., 0.], [1., 1.]]);
+        assert!(
+            told.contains("vertex 0 [0.0, 0.0] and the one from vertex 1"),
+            "{told}"
         );
         // A vertex that lies on another edge.
-        assert_eq!(
-            simple(&[[0., 0.], [2., 0.], [2., 2.], [1., 0.], [0., 2.]]),
-            Err(NotSimple::Crossing(0, 2))
+        let told = fault(&[[0., 0.], [2., 0.], [2., 2.], [1., 0.], [0., 2.]]);
+        assert!(
+            told.contains("vertex 0 [0.0, 0.0] and the one from vertex 2"),
+            "{told}"
         );
         let line = [[0., 0.], [1., 1e-14], [3., 0.]];
-        assert_eq!(simple(&line), Err(NotSimple::Flat));
+        assert_eq!(fault(&line), "whose vertices all lie on one line");
         let star = [
             [0., 3.],
             [-1., 1.],

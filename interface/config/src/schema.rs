@@ -4,19 +4,8 @@
 use schemars::generate::SchemaSettings;
 use serde_json::Value;
 
-use super::{DemConfig, MpmConfig};
-
-/// The JSON Schema of [`MpmConfig`], as the coupler writes it.
-pub fn of_mpm() -> Value {
-    as_written::<MpmConfig>()
-}
-
-/// The JSON Schema of [`DemConfig`], as the coupler writes it.
-pub fn of_dem() -> Value {
-    as_written::<DemConfig>()
-}
-
-fn as_written<T: schemars::JsonSchema>() -> Value {
+/// The JSON Schema of a configuration, as the coupler writes it.
+pub fn of<T: schemars::JsonSchema>() -> Value {
     let settings = SchemaSettings::draft2020_12().for_serialize();
     let mut schema = settings
         .into_generator()

@@ -41,6 +41,16 @@ pub struct ExpressionError {
     pub unknown_name: Option<String>,
 }
 
+impl ExpressionError {
+    fn new(at: Range<usize>, message: String) -> Self {
+        Self {
+            at,
+            message,
+            unknown_name: None,
+        }
+    }
+}
+
 /// A compiled expression.
 #[derive(Debug, Clone)]
 pub struct Expression {
@@ -234,12 +244,9 @@ fn tokens(source: &str) -> Result<Vec<Token>, ExpressionError> {
             continue;
         } else if first.is_ascii_digit() || first == '.' {
             at = number_end(bytes, at);
-            let number = source[start..at].parse().map_err(|_| ExpressionError {
-                at: start..at,
-                message: format!("`{}` is not a number", &source[start..at]),
-                unknown_name: None,
-            })?;
-            Kind::Number(number)
+            let number = &source[start..at];
+            let fault = |_| ExpressionError::new(start..at, format!("`{number}` is not a number"));
+            Kind::Number(number.parse().map_err(fault)?)
         } else if first.is_ascii_alphabetic() || first == '_' {
             at = count_while(bytes, at, |b| {
                 b.is_ascii_alphanumeric() || b == b'_' || b == b'.'
@@ -249,11 +256,11 @@ fn tokens(source: &str) -> Result<Vec<Token>, ExpressionError> {
             at += 1;
             Kind::Symbol(first)
         } else {
-            return Err(ExpressionError {
-                at: start..start + first.len_utf8(),
-                message: format!("`{first}` has no meaning in an expression"),
-                unknown_name: None,
-            });
+            let message = format!("`{first}` has no meaning in an expression");
+            return Err(ExpressionError::new(
+                start..start + first.len_utf8(),
+                message,
+            ));
         };
         found.push(Token {
             kind,
@@ -324,22 +331,19 @@ impl Parser<'_> {
             ),
             None => (self.source.len()..self.source.len(), "the end".to_owned()),
         };
-        ExpressionError {
-            at,
-            message: format!("found {found} where {expected} should be"),
-            unknown_name: None,
-        }
+        ExpressionError::new(at, format!("found {found} where {expected} should be"))
+    }
+
+    /// What is wrong with the text as a whole.
+    fn too_much(&self, message: String) -> ExpressionError {
+        ExpressionError::new(0..self.source.len(), message)
     }
 
     /// Counts one more operator.
     fn operator(&mut self) -> Result<(), ExpressionError> {
         self.operators += 1;
         if self.operators > OPERATORS_LIMIT {
-            return Err(ExpressionError {
-                at: 0..self.source.len(),
-                message: format!("more than {OPERATORS_LIMIT} operators"),
-                unknown_name: None,
-            });
+            return Err(self.too_much(format!("more than {OPERATORS_LIMIT} operators")));
         }
         Ok(())
     }
@@ -373,11 +377,7 @@ impl Parser<'_> {
     fn signed(&mut self) -> Result<Node, ExpressionError> {
         self.depth += 1;
         if self.depth > DEPTH_LIMIT {
-            return Err(ExpressionError {
-                at: 0..self.source.len(),
-                message: format!("nested deeper than {DEPTH_LIMIT} levels"),
-                unknown_name: None,
-            });
+            return Err(self.too_much(format!("nested deeper than {DEPTH_LIMIT} levels")));
         }
         let node = match self.take("+-") {
             Some('-') => Node::unary(|a| -a, self.signed()?),
@@ -444,9 +444,8 @@ impl Parser<'_> {
             Some(Meaning::Number(value)) => Ok(Node::Number(value)),
             Some(Meaning::Slot(slot)) => Ok(Node::Slot(slot)),
             None => Err(ExpressionError {
-                at: token.at.clone(),
-                message: format!("`{name}` is not known here"),
                 unknown_name: Some(name.to_owned()),
+                ..ExpressionError::new(token.at.clone(), format!("`{name}` is not known here"))
             }),
         }
     }

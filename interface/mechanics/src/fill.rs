@@ -43,7 +43,7 @@ pub fn fill(group: &GroupConfig, cell: f64, key: &str) -> Result<FilledRegion, R
         Some(following) => concentric(center, radius, &following),
         None => disc(center, radius, inner, side),
     };
-    let region = match &group.fill {
+    let (positions, sides) = match &group.fill {
         Fill::Disc { center, radius } => round(*center, *radius, 0.0),
         Fill::Ring {
             center,
@@ -62,13 +62,9 @@ pub fn fill(group: &GroupConfig, cell: f64, key: &str) -> Result<FilledRegion, R
             Some(following @ Following::Rows { .. }) => rows(vertices, &following),
             _ => along_the_grid(vertices, side),
         },
-        Fill::Points { positions } => FilledRegion {
-            positions: positions.clone(),
-            sides: [side; 2],
-            area: None,
-        },
+        Fill::Points { positions } => (positions.clone(), [side; 2]),
     };
-    if region.positions.is_empty() {
+    if positions.is_empty() {
         return Err(Refusal::new(
             format!("{key}.fill"),
             format!(
@@ -77,12 +73,19 @@ pub fn fill(group: &GroupConfig, cell: f64, key: &str) -> Result<FilledRegion, R
             ),
         ));
     }
-    Ok(region)
+    Ok(FilledRegion {
+        positions,
+        sides,
+        area: Some(group.fill.area()).filter(|area| *area > 0.0),
+    })
 }
+
+/// Positions in m, and the sides of a point's box in m.
+type Filled = (Vec<[f64; 2]>, [f64; 2]);
 
 /// The lattice has a corner at the centre: four-fold symmetric, whatever the ratio of radius and side. `inner` is the
 /// radius of a hole, 0 for none.
-fn disc(center: [f64; 2], radius: f64, inner: f64, side: f64) -> FilledRegion {
+fn disc(center: [f64; 2], radius: f64, inner: f64, side: f64) -> Filled {
     let half = (radius / side).ceil() as i64;
     let mut positions = Vec::new();
     for j in -half..half {
@@ -94,29 +97,21 @@ fn disc(center: [f64; 2], radius: f64, inner: f64, side: f64) -> FilledRegion {
             }
         }
     }
-    FilledRegion {
-        positions,
-        sides: [side; 2],
-        area: Some(core::f64::consts::PI * radius * radius - core::f64::consts::PI * inner * inner),
-    }
+    (positions, [side; 2])
 }
 
-fn rectangle(lower: [f64; 2], size: [f64; 2], counts: [usize; 2]) -> FilledRegion {
+fn rectangle(lower: [f64; 2], size: [f64; 2], counts: [usize; 2]) -> Filled {
     let sides = [0, 1].map(|a| size[a] / counts[a] as f64);
     let positions = (0..counts[1])
         .flat_map(|j| (0..counts[0]).map(move |i| [i, j]))
         .map(|at| [0, 1].map(|a| lower[a] + (at[a] as f64 + 0.5) * sides[a]))
         .collect();
-    FilledRegion {
-        positions,
-        sides,
-        area: Some(size[0] * size[1]),
-    }
+    (positions, sides)
 }
 
 /// Rings of points of the same area, each in the middle between the circles that bound that area. As the lattice along the
 /// grid, they are four-fold symmetric: a ring has a multiple of four points, and none on an axis.
-fn concentric(center: [f64; 2], radius: f64, lattice: &Following) -> FilledRegion {
+fn concentric(center: [f64; 2], radius: f64, lattice: &Following) -> Filled {
     let &Following::Rings { hole, rings, width } = lattice else {
         unreachable!("round regions have round lattices");
     };
@@ -139,15 +134,11 @@ fn concentric(center: [f64; 2], radius: f64, lattice: &Following) -> FilledRegio
         }
         within += n;
     }
-    FilledRegion {
-        positions,
-        sides: [lattice.side(); 2],
-        area: Some(core::f64::consts::PI * (radius * radius - hole * hole)),
-    }
+    (positions, [lattice.side(); 2])
 }
 
 /// Points of a lattice along an edge that are inside of the polygon.
-fn rows(vertices: &[[f64; 2]], lattice: &Following) -> FilledRegion {
+fn rows(vertices: &[[f64; 2]], lattice: &Following) -> Filled {
     let Following::Rows {
         corner,
         along,
@@ -158,64 +149,38 @@ fn rows(vertices: &[[f64; 2]], lattice: &Following) -> FilledRegion {
         unreachable!("a polygon has rows")
     };
     let across = Vec2::new(-along.y, along.x);
-    let outline = Outline::new(vertices);
-    let mut positions = Vec::new();
-    for j in 0..counts[1] {
-        for i in 0..counts[0] {
-            let at = [i, j].map(|n| f64::from(n) + 0.5);
-            let p = corner + along * (at[0] * distances[0]) + across * (at[1] * distances[1]);
-            if outline.holds(p) {
-                positions.push([p.x, p.y]);
-            }
-        }
-    }
-    FilledRegion {
-        positions,
-        sides: [lattice.side(); 2],
-        area: Some(polygon::area(vertices).abs()),
-    }
-}
-
-/// The outline of a polygon.
-struct Outline(Vec<Vec2>);
-
-impl Outline {
-    fn new(vertices: &[[f64; 2]]) -> Self {
-        Self(vertices.iter().map(|&v| Vec2::from(v)).collect())
-    }
-
-    fn edges(&self) -> impl Iterator<Item = (Vec2, Vec2)> {
-        let next = self.0.iter().cycle().skip(1);
-        self.0.iter().zip(next).map(|(a, b)| (*a, *b))
-    }
-
-    fn holds(&self, p: Vec2) -> bool {
-        self.edges()
-            .fold(false, |inside, (a, b)| inside ^ crosses_ray(a, b, p))
-    }
+    let place =
+        |[i, j]: [f64; 2]| corner + along * (i * distances[0]) + across * (j * distances[1]);
+    (inside(vertices, counts, place), [lattice.side(); 2])
 }
 
 /// The lattice begins at the lower left corner of the polygon's bounds.
-fn along_the_grid(vertices: &[[f64; 2]], side: f64) -> FilledRegion {
-    let outline = Outline::new(vertices);
-    let lower = outline.0.iter().fold(outline.0[0], |a, b| a.inf(b));
-    let upper = outline.0.iter().fold(outline.0[0], |a, b| a.sup(b));
+fn along_the_grid(vertices: &[[f64; 2]], side: f64) -> Filled {
+    let [lower, upper] = polygon::bounds(vertices).map(Vec2::from);
     // Slightly less than the quotient, so that a side that divides the bounds exactly adds no empty row.
     let counts = ((upper - lower) / side).map(|n| (n - 1e-9).ceil().max(1.0));
-    let mut positions = Vec::new();
-    for j in 0..counts.y as usize {
-        for i in 0..counts.x as usize {
-            let p = lower + Vec2::new(i as f64 + 0.5, j as f64 + 0.5) * side;
-            if outline.holds(p) {
-                positions.push([p.x, p.y]);
-            }
-        }
-    }
-    FilledRegion {
-        positions,
-        sides: [side; 2],
-        area: Some(polygon::area(vertices).abs()),
-    }
+    let place = |at| lower + Vec2::from(at) * side;
+    let counts = [counts.x as u32, counts.y as u32];
+    (inside(vertices, counts, place), [side; 2])
+}
+
+/// The centres of a lattice of boxes that are inside of a polygon, row by row; `place` tells where a place of the lattice is.
+fn inside(
+    vertices: &[[f64; 2]],
+    counts: [u32; 2],
+    place: impl Fn([f64; 2]) -> Vec2,
+) -> Vec<[f64; 2]> {
+    let outline: Vec<Vec2> = vertices.iter().map(|&v| Vec2::from(v)).collect();
+    let all = (0..counts[1]).flat_map(|j| (0..counts[0]).map(move |i| [i, j]));
+    let centers = all.map(|at| place(at.map(|n| f64::from(n) + 0.5)));
+    let inside = centers.filter(|p| holds(&outline, *p));
+    inside.map(Into::into).collect()
+}
+
+/// Whether a polygon holds a point.
+fn holds(outline: &[Vec2], p: Vec2) -> bool {
+    let edges = outline.iter().zip(outline.iter().cycle().skip(1));
+    edges.fold(false, |inside, (a, b)| inside ^ crosses_ray(*a, *b, p))
 }
 
 /// Refuses groups whose boxes lie on top of one another by more than half a side.
@@ -415,10 +380,10 @@ mod tests {
     #[test]
     fn no_point_lies_outside_of_a_polygon_with_slanted_edges() {
         let vertices = vec![[0.0, 0.0], [3.0, 1.0], [2.5, 2.5], [1.0, 1.2]];
-        let outline = Outline::new(&vertices);
+        let outline: Vec<Vec2> = vertices.iter().map(|&v| v.into()).collect();
         let expected = polygon::area(&vertices);
         let region = filled(Fill::Polygon { vertices }, 0.07, Lattice::Outline);
-        assert!(region.positions.iter().all(|&p| outline.holds(p.into())));
+        assert!(region.positions.iter().all(|&p| holds(&outline, p.into())));
         let area = region.positions.len() as f64 * region.box_area();
         assert!((area / expected - 1.0).abs() < 0.02);
     }

@@ -49,13 +49,6 @@ pub enum Sizes {
         /// The largest in m.
         to: f64,
     },
-    /// Normal, cut off at two standard deviations (Box and Muller 1958).
-    Normal {
-        /// Mean in m.
-        mean: f64,
-        /// Standard deviation in m.
-        deviation: f64,
-    },
 }
 
 impl Sizes {
@@ -64,13 +57,6 @@ impl Sizes {
         match *self {
             Self::Equal(r) => r,
             Self::Uniform { from, to } => random.between(from, to),
-            Self::Normal { mean, deviation } => loop {
-                let radius = (-2.0 * (1.0 - random.unit()).ln()).sqrt();
-                let z = radius * (TAU * random.unit()).cos();
-                if z.abs() <= 2.0 {
-                    return mean + deviation * z;
-                }
-            },
         }
     }
 
@@ -78,7 +64,6 @@ impl Sizes {
     pub fn smallest(&self) -> f64 {
         match *self {
             Self::Equal(r) | Self::Uniform { from: r, .. } => r,
-            Self::Normal { mean, deviation } => mean - 2.0 * deviation,
         }
     }
 
@@ -86,7 +71,6 @@ impl Sizes {
     pub fn largest(&self) -> f64 {
         match *self {
             Self::Equal(r) | Self::Uniform { to: r, .. } => r,
-            Self::Normal { mean, deviation } => mean + 2.0 * deviation,
         }
     }
 }
@@ -145,16 +129,13 @@ pub struct BodyFill {
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case", deny_unknown_fields)]
 pub enum Arrangement {
-    /// In rows from the bottom up, on a triangular lattice that holds the largest size, so that none overlap; left to
+    /// In rows from the bottom up, on a triangular lattice on which the largest size touches, so that none overlap; left to
     /// fall, a dense packing.
     Rows {
         /// Lower left corner in m.
         corner: [f64; 2],
         /// Width in m.
         width: f64,
-        /// Distance of neighbouring circles over the largest diameter; 0: the largest touch.
-        #[serde(default)]
-        looseness: f64,
     },
     /// One on another, each touching the one below.
     Stack {
@@ -167,14 +148,10 @@ impl BodyFill {
     /// The bodies.
     pub fn bodies(&self) -> Vec<BodyConfig> {
         let mut bodies = match self.arrange {
-            Arrangement::Rows {
-                corner,
-                width,
-                looseness,
-            } => {
+            Arrangement::Rows { corner, width } => {
                 let mut random = Random::new(u64::from(self.seed));
                 let count = self.count as usize;
-                let pitch = 2.0 * self.size.largest() * (1.0 + looseness);
+                let pitch = 2.0 * self.size.largest();
                 let rise = pitch * (PI / 3.0).sin();
                 let full = (width / pitch).floor().max(1.0) as usize;
                 let mut bodies = Vec::with_capacity(count);
@@ -280,10 +257,6 @@ mod tests {
                 from: 0.005,
                 to: 0.01,
             },
-            Sizes::Normal {
-                mean: 0.008,
-                deviation: 0.001,
-            },
         ] {
             let packing = BodyFill {
                 name: "grain".into(),
@@ -298,7 +271,6 @@ mod tests {
                 arrange: Arrangement::Rows {
                     corner: [0.0; 2],
                     width: 0.3,
-                    looseness: 0.0,
                 },
                 seed: 3,
                 velocity: [0.0; 2],
@@ -354,13 +326,12 @@ mod tests {
             arrange: Arrangement::Rows {
                 corner: [3.0, 4.0],
                 width: 0.5,
-                looseness: 0.1,
             },
             ..stack
         };
         for b in rows.bodies() {
             assert!(
-                b.position[0] > 3.1 - 1e-9 && b.position[0] < 3.4 + 1e-9 && b.position[1] > 4.1
+                b.position[0] >= 3.1 - 1e-9 && b.position[0] < 3.4 + 1e-9 && b.position[1] >= 4.1
             );
             assert_eq!(b.velocity, [0.0, -1.0]);
         }

@@ -58,6 +58,16 @@ impl Sum {
         self.polar += own + area * at.norm_squared();
     }
 
+    /// The moments about the centroid; the common origin is at `origin`.
+    fn about_centroid(&self, origin: Vec2) -> AreaMoments {
+        let from_origin = self.first / self.area;
+        AreaMoments {
+            area: self.area,
+            centroid: origin + from_origin,
+            polar: self.polar - self.area * from_origin.norm_squared(),
+        }
+    }
+
     /// Adds `sign` times the triangle `origin u v`, all relative to the common origin.
     fn add_triangle(&mut self, o: Vec2, u: Vec2, v: Vec2, sign: f64) {
         let (p, q) = (u - o, v - o);
@@ -105,12 +115,7 @@ pub fn swept(vertices: &[Vec2], a: f64) -> AreaMoments {
             }
         }
     }
-    let from_first = sum.first / sum.area;
-    AreaMoments {
-        area: sum.area,
-        centroid: vertices[0] + from_first,
-        polar: sum.polar - sum.area * from_first.norm_squared(),
-    }
+    sum.about_centroid(vertices[0])
 }
 
 /// Unit normal on the outside of an edge of a counter-clockwise polygon.
@@ -151,12 +156,7 @@ pub fn union_of_discs(centers: &[Vec2], radii: &[f64]) -> AreaMoments {
             from = f64::max(from, end);
         }
     }
-    let from_first = sum.first / sum.area;
-    AreaMoments {
-        area: sum.area,
-        centroid: centers[0] + from_first,
-        polar: sum.polar - sum.area * from_first.norm_squared(),
-    }
+    sum.about_centroid(centers[0])
 }
 
 /// The arcs, as angles in 0 to 2 pi in ascending order of their beginnings, of the circle `i` around `c` with radius

@@ -35,13 +35,6 @@ pub struct Nearest {
 pub fn nearest(outline: &[Vec2], p: Vec2) -> Nearest {
     assert!(!outline.is_empty(), "an outline has at least one vertex");
     let n = outline.len();
-    if n == 1 {
-        return Nearest {
-            point: outline[0],
-            distance: (p - outline[0]).norm(),
-            feature: Feature::Vertex(0),
-        };
-    }
     let mut best = Nearest {
         point: outline[0],
         distance: f64::INFINITY,
@@ -71,17 +64,17 @@ pub fn nearest(outline: &[Vec2], p: Vec2) -> Nearest {
 }
 
 /// The point of edge `a b` (vertices `i`, `j`) nearest to `p`, and whether it is an end or between.
+#[inline]
 pub fn nearest_on_edge(a: Vec2, b: Vec2, p: Vec2, i: usize, j: usize) -> (Vec2, Feature) {
-    let edge = b - a;
-    let along = (p - a).dot(&edge);
-    let length_sq = edge.norm_squared();
-    if along <= 0.0 {
-        (a, Feature::Vertex(i))
-    } else if along >= length_sq {
-        (b, Feature::Vertex(j))
+    let (point, along) = foot(a, b, p);
+    let feature = if along == 0.0 {
+        Feature::Vertex(i)
+    } else if along == 1.0 {
+        Feature::Vertex(j)
     } else {
-        (a + edge * (along / length_sq), Feature::Edge(i))
-    }
+        Feature::Edge(i)
+    };
+    (point, feature)
 }
 
 /// Whether the edge `a b` crosses the ray from `p` to the right (even-odd rule).
@@ -99,8 +92,6 @@ pub struct Seen {
 }
 
 /// The point of the edge `a b` nearest to `p`, and how far along the edge it is, between 0 and 1 inclusive.
-///
-/// [`nearest_on_edge`] in a form that inlines into the contact loops across crates.
 #[inline]
 pub fn foot(a: Vec2, b: Vec2, p: Vec2) -> (Vec2, f64) {
     let edge = b - a;
@@ -138,15 +129,8 @@ pub fn see(outline: &[Vec2], edges: impl IntoIterator<Item = usize>, p: Vec2) ->
     let mut best = (f64::INFINITY, Vec2::zeros(), Feature::Vertex(0));
     for i in edges {
         let j = if i + 1 == n { 0 } else { i + 1 };
-        let (y, t) = foot(outline[i], outline[j], p);
+        let (y, feature) = nearest_on_edge(outline[i], outline[j], p, i, j);
         let distance_sq = (p - y).norm_squared();
-        let feature = if t == 0.0 {
-            Feature::Vertex(i)
-        } else if t == 1.0 {
-            Feature::Vertex(j)
-        } else {
-            Feature::Edge(i)
-        };
         if distance_sq < best.0 {
             best = (distance_sq, y, feature);
         }

@@ -6,10 +6,10 @@
 
 use std::collections::BTreeMap;
 
-use crate::mass::{cross, swept};
+use crate::mass::swept;
 use crate::outline::{contact_point, see};
 use interface::Vec2;
-use interface::config::{BodyConfig, BodyShape, ContactLaw, Motion};
+use interface::config::{BodyConfig, BodyShape, ContactLaw, Motion, polygon};
 use interface::forces::{Contact, Forces, Load, Points};
 use interface::ledger::Entry;
 use interface::message::wire::{BodyState, EnvelopeVertex};
@@ -38,44 +38,23 @@ pub struct Body {
 }
 
 impl Body {
-    /// Body `index` of a configuration.
+    /// Body `index` of a configuration without faults ([`DemConfig::faults`](interface::config::DemConfig::faults)).
     ///
     /// # Errors
-    /// A [`Refusal`] of numbers that make no body, of clusters and of outlines that are not convex.
+    /// A [`Refusal`] of clusters and of outlines that are not convex.
     pub fn new(index: usize, config: &BodyConfig) -> Result<Self, Refusal> {
-        let refusal = |key: &str, text: &str| Refusal::new(format!("dem.body.{index}.{key}"), text);
-        if matches!(config.shape, BodyShape::Cluster { .. }) {
-            let text = "no clusters here: discs, segments and convex polygons";
-            return Err(refusal("shape", text));
+        if matches!(config.shape, BodyShape::Cluster { .. }) || !config.shape.is_convex() {
+            let text = "only discs, segments and convex polygons here";
+            return Err(Refusal::new(format!("dem.body.{index}.shape"), text));
         }
-        let mut outline: Vec<Vec2> = config
-            .shape
-            .vertices()
-            .into_iter()
-            .map(Vec2::from)
-            .collect();
-        let n = outline.len();
-        if n > 2 {
-            let [a, b, c] = [0, 1, 2].map(|k| outline[k]);
-            if cross(b - a, c - b) < 0.0 {
-                outline.reverse();
-            }
-            let turn = |i: usize| {
-                let [a, b, c] = [0, 1, 2].map(|k| outline[(i + k) % n]);
-                cross(b - a, c - b)
-            };
-            if !(0..n).all(|i| turn(i) > 0.0) {
-                let text = "a polygon with a notch or a straight corner: only convex ones here";
-                return Err(refusal("shape", text));
-            }
+        let mut vertices = config.shape.vertices();
+        if polygon::area(&vertices) < 0.0 {
+            vertices.reverse();
         }
+        let mut outline: Vec<Vec2> = vertices.into_iter().map(Vec2::from).collect();
         let radius = config.sphero_radius;
         let moments = swept(&outline, radius);
         let (mass, inertia) = moments.mass(config.inertia);
-        if !(mass > 0.0 && inertia > 0.0 && inertia.is_finite() && radius >= 0.0) {
-            let text = "mass and moment of inertia must be positive and finite";
-            return Err(refusal("inertia", text));
-        }
         for v in &mut outline {
             *v -= moments.centroid;
         }
@@ -100,12 +79,6 @@ impl Body {
             published: (center, config.angle),
         };
         body.place(center, config.angle);
-        if config.motion == Motion::Fixed && body.speed() != 0.0 {
-            return Err(refusal("motion", "fixed, but velocity or spin is not zero"));
-        }
-        if !(body.speed() + center.norm() + config.angle.abs()).is_finite() {
-            return Err(refusal("position", "a number that is not finite"));
-        }
         Ok(body)
     }
 
@@ -254,10 +227,10 @@ pub struct History {
 }
 
 impl PointContact {
-    /// By a law between points and bodies.
+    /// By a law between points and bodies of a configuration without faults.
     ///
     /// # Errors
-    /// A [`Refusal`] of other laws, of dashpots, and of numbers that make no spring.
+    /// A [`Refusal`] of other laws and of dashpots.
     pub fn new(law: &ContactLaw) -> Result<Self, Refusal> {
         let refuse = |key: &str, text: &str| Err(Refusal::new(format!("contact{key}"), text));
         let ContactLaw::Linear {
@@ -270,24 +243,13 @@ impl PointContact {
         else {
             return refuse("", "only `linear` is known here");
         };
-        if damping_ratio != 0.0 {
-            let text = "there are no dashpots here: 0 is accepted";
-            return refuse(".linear.damping_ratio", text);
-        }
-        if damped_mass != 0.0 {
-            return refuse(
-                ".linear.damped_mass",
-                "there are no dashpots here: 0 is accepted",
-            );
-        }
-        if !(normal >= 0.0 && friction >= 0.0 && (normal + tangential + friction).is_finite()) {
-            return refuse(".linear", "expected finite numbers that are not negative");
-        }
-        if friction > 0.0 && tangential <= 0.0 {
-            return refuse(
-                ".linear.tangential_stiffness",
-                "friction needs a positive one",
-            );
+        for (key, value) in [
+            (".linear.damping_ratio", damping_ratio),
+            (".linear.damped_mass", damped_mass),
+        ] {
+            if value != 0.0 {
+                return refuse(key, "there are no dashpots here: 0 is accepted");
+            }
         }
         Ok(Self {
             normal,

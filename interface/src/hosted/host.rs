@@ -1,6 +1,6 @@
 //! A solver of this program, whichever side it is.
 
-use crate::message::control::Party;
+use crate::message::control::{Hello, Party};
 use crate::session::{Clocked, Session};
 use crate::solver::{DemSolver, MpmSolver};
 use crate::transport::Transport;
@@ -19,6 +19,14 @@ impl Host {
         match self {
             Self::Mpm(_) => Party::Mpm,
             Self::Dem(_) => Party::Dem,
+        }
+    }
+
+    /// Its Hello.
+    pub(crate) fn hello(&self) -> Hello {
+        match self {
+            Self::Mpm(solver) => Hello::of(Party::Mpm, solver.identity(), solver.capabilities()),
+            Self::Dem(solver) => Hello::of(Party::Dem, solver.identity(), solver.capabilities()),
         }
     }
 

@@ -1,13 +1,10 @@
-//! Control messages to bytes and back. The only file that names bincode (docs/decisions/0001-bincode.md).
+//! Control messages and saved states to bytes and back. The only file that names bincode (docs/decisions/0001-bincode.md).
 //!
 //! The layout is that of bincode 1 ("legacy"): little-endian, fixed-size integers, `u64` lengths, `u32` variant
 //! numbers, no padding; simple enough to be written by hand in any language. PROTOCOL.md section 3 spells it out.
 
 use serde::{Serialize, de::DeserializeOwned};
 use thiserror::Error;
-
-/// Largest control message in bytes: a scene's part with ten thousand bodies takes a few MB.
-pub const MAX_BYTES: usize = 256 << 20;
 
 /// Bytes that are not a valid message.
 #[derive(Debug, Error, PartialEq, Eq)]
@@ -19,23 +16,28 @@ impl DecodeError {
     pub(crate) fn left_over(bytes: usize) -> Self {
         Self(format!("{bytes} bytes left over"))
     }
+
+    /// The message is longer than any may be.
+    pub(crate) fn too_long(bytes: usize) -> Self {
+        Self(format!("{bytes} bytes"))
+    }
 }
 
-/// The bytes of a saved state, which may be larger than a control message.
+/// The bytes of `value`: a control message, or a saved state.
 ///
 /// # Panics
-/// If serde cannot serialise a part of `state`. This is an assertion: every state can be serialised.
-pub fn encode_state<T: Serialize>(state: &T) -> Vec<u8> {
-    bincode::serde::encode_to_vec(state, bincode::config::legacy()).expect("states serialise")
+/// If serde cannot serialise a part of `value`. This is an assertion: every message and state can be serialised.
+pub fn encode<T: Serialize>(value: &T) -> Vec<u8> {
+    bincode::serde::encode_to_vec(value, bincode::config::legacy()).expect("it serialises")
 }
 
-/// The state in `bytes`, all of which must be used.
+/// The value in `bytes`, all of which must be used.
 ///
 /// # Errors
 /// [`DecodeError`] when bytes are missing, left over or out of range.
-pub fn decode_state<T: DeserializeOwned>(bytes: &[u8]) -> Result<T, DecodeError> {
+pub fn decode<T: DeserializeOwned>(bytes: &[u8]) -> Result<T, DecodeError> {
     match decode_first(bytes)? {
-        (state, used) if used == bytes.len() => Ok(state),
+        (value, used) if used == bytes.len() => Ok(value),
         (_, used) => Err(DecodeError::left_over(bytes.len() - used)),
     }
 }
@@ -55,46 +57,11 @@ pub fn decode_first<T: DeserializeOwned>(bytes: &[u8]) -> Result<(T, usize), Dec
                     let layout = bincode::config::legacy().with_limit::<{ 1 << ($bits + 2) }>();
                     bincode::serde::decode_from_slice(bytes, layout)
                 })*
-                length => return Err(DecodeError(format!("{length} bytes"))),
+                length => return Err(DecodeError::too_long(length)),
             }
         };
     }
     bounded!(12 18 24 30 40).map_err(|e| DecodeError(e.to_string()))
-}
-
-fn layout() -> impl bincode::config::Config {
-    bincode::config::legacy().with_limit::<MAX_BYTES>()
-}
-
-/// The bytes of `message`.
-///
-/// # Panics
-/// If serde cannot serialise a part of `message`, or if it exceeds [`MAX_BYTES`]. This is an assertion: no message type
-/// does.
-pub fn encode<T: Serialize>(message: &T) -> Vec<u8> {
-    bincode::serde::encode_to_vec(message, layout()).expect("control messages serialise")
-}
-
-/// The message in `bytes`, all of which must be used.
-///
-/// # Errors
-/// [`DecodeError`] when bytes are missing, left over or out of range.
-pub fn decode<T: DeserializeOwned>(bytes: &[u8]) -> Result<T, DecodeError> {
-    match decode_beginning(bytes)? {
-        (message, used) if used == bytes.len() => Ok(message),
-        (_, used) => Err(DecodeError::left_over(bytes.len() - used)),
-    }
-}
-
-/// The message at the beginning of `bytes`, and how many of them it takes.
-///
-/// # Errors
-/// [`DecodeError`] when bytes are missing or out of range.
-pub fn decode_beginning<T: DeserializeOwned>(bytes: &[u8]) -> Result<(T, usize), DecodeError> {
-    if bytes.len() > MAX_BYTES {
-        return Err(DecodeError(format!("{} bytes", bytes.len())));
-    }
-    decode_first(bytes)
 }
 
 #[cfg(test)]
@@ -130,8 +97,8 @@ mod tests {
         let mut lying = bytes;
         lying[8..16].copy_from_slice(&u64::MAX.to_le_bytes());
         assert!(decode::<(u64, String)>(&lying).is_err());
-        // A state has no limit but its own length: this length once ended the process for lack of memory.
+        // This length once ended the process for lack of memory.
         lying[8..16].copy_from_slice(&(1_u64 << 46).to_le_bytes());
-        assert!(decode_state::<(u64, String)>(&lying).is_err());
+        assert!(decode::<(u64, String)>(&lying).is_err());
     }
 }

@@ -6,7 +6,7 @@ use std::time::Duration;
 use serde::{Deserialize, Serialize};
 
 use crate::config::capability::Capabilities;
-use crate::message::codec::{DecodeError, decode_beginning};
+use crate::message::codec::{DecodeError, decode, decode_first};
 use crate::solver::{Fault, Readiness, Refusal};
 use crate::text;
 
@@ -53,6 +53,15 @@ impl core::fmt::Display for Party {
     }
 }
 
+/// Largest control message in bytes (clause M-1): a scene's part with ten thousand bodies takes a few MB.
+const MAX_BYTES: usize = 256 << 20;
+
+/// The bytes of a message, if they are not too many for one.
+fn of_message(bytes: &[u8]) -> Result<&[u8], DecodeError> {
+    let sound = Some(bytes).filter(|bytes| bytes.len() <= MAX_BYTES);
+    sound.ok_or_else(|| DecodeError::too_long(bytes.len()))
+}
+
 /// From the coupler to a solver.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub enum Order {
@@ -64,6 +73,16 @@ pub enum Order {
     Close,
     /// The session is over, for this reason.
     Abort(String),
+}
+
+impl Order {
+    /// The order in `bytes`.
+    ///
+    /// # Errors
+    /// [`DecodeError`] when bytes are missing, left over or out of range.
+    pub fn decode(bytes: &[u8]) -> Result<Self, DecodeError> {
+        decode(of_message(bytes)?)
+    }
 }
 
 /// The message that configures a solver before the first step.
@@ -113,7 +132,7 @@ impl Notice {
     /// # Errors
     /// [`DecodeError`] when bytes are missing, left over or out of range.
     pub fn decode(bytes: &[u8]) -> Result<Self, DecodeError> {
-        let (mut notice, used) = decode_beginning(bytes)?;
+        let (mut notice, used) = decode_first(of_message(bytes)?)?;
         if used < bytes.len() && !matches!(notice, Self::Hello(_)) {
             return Err(DecodeError::left_over(bytes.len() - used));
         }
@@ -153,6 +172,19 @@ pub struct Hello {
     pub capabilities: Capabilities,
 }
 
+impl Hello {
+    /// That of a solver in this process.
+    pub(crate) fn of(party: Party, identity: String, capabilities: Capabilities) -> Self {
+        Self {
+            protocol: PROTOCOL,
+            party,
+            identity,
+            pid: std::process::id(),
+            capabilities,
+        }
+    }
+}
+
 /// The configuration is taken.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Ready {
@@ -176,7 +208,7 @@ pub struct Failure {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::message::codec::{decode, encode};
+    use crate::message::codec::encode;
 
     /// D17: these values ended the process that read them.
     #[test]
@@ -252,7 +284,7 @@ mod tests {
             Order::Close,
             Order::Abort("why".into()),
         ] {
-            assert_eq!(decode::<Order>(&encode(&order)).unwrap(), order);
+            assert_eq!(Order::decode(&encode(&order)).unwrap(), order);
         }
     }
 }

@@ -6,9 +6,11 @@ pub(crate) mod codec;
 pub mod control;
 pub mod wire;
 
+use std::any::Any;
+
 use serde::Serialize;
 
-use crate::message::codec::{DecodeError, decode, encode};
+use crate::message::codec::encode;
 use crate::message::control::{Notice, Order, Party};
 use crate::message::wire::{Record, StepHeader, bytes_of, fill};
 
@@ -246,6 +248,14 @@ macro_rules! define {
                 match kind { $(Kind::$kind => Self::$kind(Vec::new())),* }
             }
 
+            /// The records if they are of this type, else none.
+            pub fn of<T: Record>(&self) -> &[T] {
+                let records = match self {
+                    $(Self::$kind(records) => (records as &dyn Any).downcast_ref::<Vec<T>>()),*
+                };
+                records.map_or(&[], Vec::as_slice)
+            }
+
             /// The records.
             pub fn records(&self) -> Records<'_> {
                 match self { $(Self::$kind(records) => Records::$kind(records)),* }
@@ -357,7 +367,7 @@ impl Message {
     /// Why it is not an order.
     pub fn as_order(&self) -> Result<Order, String> {
         match &self.payload {
-            Payload::Order(bytes) => decode(bytes).map_err(|e: DecodeError| e.to_string()),
+            Payload::Order(bytes) => Order::decode(bytes).map_err(|e| e.to_string()),
             other => Err(format!("{:?} instead of an order", other.kind())),
         }
     }

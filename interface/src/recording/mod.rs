@@ -23,7 +23,7 @@ mod tap;
 use std::io;
 use std::path::{Path, PathBuf};
 
-pub use playback::{End, Message, Playback};
+pub use playback::{End, Playback};
 pub use recorder::{Recorder, RecordingSink};
 use serde::{Deserialize, Serialize};
 pub use tap::Tap;

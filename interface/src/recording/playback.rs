@@ -8,8 +8,8 @@ use lz4_flex::frame::FrameDecoder;
 
 use super::{About, END, MESSAGE_HEADER, NAME, RecordingError};
 use crate::files;
-use crate::message::Channel;
-use crate::message::wire::{Record, StepHeader, layout_hash, records_of};
+use crate::message::wire::{StepHeader, layout_hash, records_of};
+use crate::message::{Channel, Message, Payload};
 use crate::packed::{self, exactly};
 
 /// A recording being read.
@@ -34,24 +34,6 @@ pub enum End {
         /// Number of messages that can be read.
         messages: u64,
     },
-}
-
-/// A recorded message.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Message {
-    /// Its channel.
-    pub channel: Channel,
-    /// Its header.
-    pub header: StepHeader,
-    /// Its payload as sent.
-    pub payload: Vec<u8>,
-}
-
-impl Message {
-    /// The records of the payload; `None` if it is not a whole number of records.
-    pub fn records<T: Record>(&self) -> Option<Vec<T>> {
-        records_of(&self.payload)
-    }
 }
 
 impl Playback {
@@ -103,11 +85,11 @@ impl Playback {
         self.end
     }
 
-    /// The next message; `None` at the end.
+    /// The next message and its channel; `None` at the end.
     ///
     /// # Errors
     /// [`RecordingError`].
-    pub fn message(&mut self) -> Result<Option<Message>, RecordingError> {
+    pub fn message(&mut self) -> Result<Option<(Channel, Message)>, RecordingError> {
         if self.end.is_some() {
             return Ok(None);
         }
@@ -133,7 +115,7 @@ impl Playback {
     }
 
     /// The next message; `None` if there is the end in its place.
-    fn next(&mut self) -> io::Result<Option<Message>> {
+    fn next(&mut self) -> io::Result<Option<(Channel, Message)>> {
         let damaged = |what: &str| Err(Error::new(ErrorKind::InvalidData, what));
         let mut begin = [0; MESSAGE_HEADER];
         self.file.read_exact(&mut begin)?;
@@ -152,11 +134,12 @@ impl Playback {
         let Some(&channel) = Channel::ALL.get(usize::from(*number)) else {
             return damaged("the channel of a message");
         };
-        let header = records_of(header).and_then(|headers| headers.first().copied());
-        Ok(Some(Message {
-            channel,
-            header: header.expect("as long as a header"),
-            payload,
-        }))
+        let Some(payload) = Payload::read(channel.kind, &payload) else {
+            return damaged("the records of a message");
+        };
+        let Some(&[header]) = records_of::<StepHeader>(header).as_deref() else {
+            return damaged("the header of a message");
+        };
+        Ok(Some((channel, Message { header, payload })))
     }
 }

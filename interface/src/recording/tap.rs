@@ -7,10 +7,10 @@ use std::thread::JoinHandle;
 use std::time::Duration;
 
 use super::{RecordingError, RecordingSink};
+use crate::message::control::Party;
 use crate::message::{Channel, Kind, Payload};
 use crate::transport::domain::Domain;
 use crate::transport::iceoryx;
-use crate::transport::recorded::Recorded;
 use crate::transport::wait::nap;
 use crate::transport::{Transport, TransportError};
 
@@ -24,14 +24,20 @@ pub struct Tap {
     thread: Option<JoinHandle<()>>,
 }
 
-/// Reads everything that is there; returns whether there was anything. The transport records what it receives.
-fn drain(transport: &mut dyn Transport, buffers: &mut [Payload]) -> Result<bool, TransportError> {
+/// The channels between the solvers, in the order within a step, so that the order in the file is nearly that of the run.
+const KINDS: [Kind; 4] = [Kind::Envelopes, Kind::Set, Kind::States, Kind::Forces];
+
+/// Records everything that is there; returns whether there was anything.
+fn drain(
+    transport: &mut dyn Transport,
+    buffers: &mut [Payload],
+    sink: &RecordingSink,
+) -> Result<bool, TransportError> {
     let mut any = false;
-    // The order within a step, so that the order in the file is nearly that of the run.
-    let kinds = [Kind::Envelopes, Kind::Set, Kind::States, Kind::Forces];
-    for (kind, buffer) in kinds.into_iter().zip(buffers) {
-        let channel = Channel::of(crate::message::control::Party::Mpm, kind);
-        while transport.receive(channel, buffer)?.is_some() {
+    for (kind, buffer) in KINDS.into_iter().zip(buffers) {
+        let channel = Channel::of(Party::Mpm, kind);
+        while let Some(header) = transport.receive(channel, buffer)? {
+            sink.note(channel, &header, buffer.records());
             any = true;
         }
     }
@@ -51,21 +57,19 @@ impl Tap {
             .name("tap".into())
             .spawn(move || {
                 // Ports cannot leave the thread that made them.
-                let ends = match iceoryx::listen(&domain) {
+                let mut ends = match iceoryx::listen(&domain) {
                     Ok(ends) => ends,
                     Err(e) => {
                         let _ = opened.send(Err(e));
                         return;
                     }
                 };
-                let mut ends = Recorded::new(ends, sink.clone(), |_| true);
                 sink.tapped(true);
                 let _ = opened.send(Ok(()));
-                let kinds = [Kind::Envelopes, Kind::Set, Kind::States, Kind::Forces];
-                let mut buffers = kinds.map(Payload::empty);
+                let mut buffers = KINDS.map(Payload::empty);
                 loop {
                     let last = stopped.load(Ordering::Acquire);
-                    match drain(&mut ends, &mut buffers) {
+                    match drain(&mut *ends, &mut buffers, &sink) {
                         Ok(true) => sink.round(),
                         Ok(false) if last => return sink.tapped(false),
                         Ok(false) => {

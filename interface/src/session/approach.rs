@@ -60,15 +60,6 @@ impl Approach {
         self.bodies = 0.0;
     }
 
-    /// The contribution of points with this speed (m/s) to the speed at which a contact may close.
-    fn approach_speed(&self, speed: f64) -> f64 {
-        if self.among_points {
-            2.0 * speed
-        } else {
-            speed
-        }
-    }
-
     /// Takes the travel (m) of the points after a step. Returns the solver's limits with what the kinematic limit needs
     /// before there is an IMP. Since any point may become one, it needs the speed of the fastest point, bounded by the
     /// travel, and the smallest radius. An infinite travel asks for a new set and bounds no speed.
@@ -78,8 +69,9 @@ impl Approach {
         if dt > 0.0 && travelled.is_finite() {
             self.fastest = travelled / dt;
         }
+        let approaching = if self.among_points { 2.0 } else { 1.0 };
         Limits {
-            speed: self.approach_speed(limits.speed.max(self.fastest)),
+            speed: approaching * limits.speed.max(self.fastest),
             radius_min: self.radius_min,
             ..limits
         }

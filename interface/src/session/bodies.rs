@@ -3,22 +3,20 @@
 use super::check;
 use super::connection::Connection;
 use super::error::{SessionError, broken};
-use super::follow::Follower;
+use super::follow::{Follower, State};
 use super::solver::Side;
-use crate::config::capability::{CONTACTS, Capabilities};
+use crate::config::capability::CONTACTS;
 use crate::config::{DemConfig, Interface};
 use crate::forces::{Forces, Points};
-use crate::message::control::{Configure, Party};
-use crate::message::wire::{
-    ContactState, ImpInfo, ImpState, Ledger, StepHeader, bytes_of, flags, records_of,
-};
+use crate::message::control::{Configure, Hello, Party};
+use crate::message::wire::{ContactState, Ledger, StepHeader, flags, records_of};
 use crate::message::{Channel, Kind, Payload, Records};
 use crate::saved::{pack, unpack};
 use crate::solver::{DemSolver, Fault, Readiness, Refusal};
 use crate::step::Step;
 
 /// Marks the driver's own part of a saved state.
-const DRIVER: &str = "driver of bodies 1";
+const DRIVER: &str = "driver of bodies 2";
 
 /// Bodies in a session.
 pub(super) struct Bodies<'a> {
@@ -94,8 +92,9 @@ impl<'a> Bodies<'a> {
     /// I-1, I-4, I-5.
     async fn next_states(&mut self, to: &Connection<'_>) -> Result<StepHeader, SessionError> {
         let channel = Channel::of(Party::Mpm, Kind::States);
+        let awaited = "the states of the points (I-1)";
         let header = to
-            .receive_in_step(channel, &mut self.states, "the states of the points (I-1)")
+            .receive(channel, &mut self.states, awaited, to.deadline)
             .await?;
         let step = to.step();
         if header.step != step || header.epoch != to.grant.epoch {
@@ -152,9 +151,7 @@ impl<'a> Bodies<'a> {
                 states.set
             ));
         }
-        let Payload::Set(set) = &self.set else {
-            unreachable!("a channel of sets has sets")
-        };
+        let set = self.set.of();
         check::set(set, step)?;
         if self.links {
             check::links(set, step)?;
@@ -182,20 +179,6 @@ fn advance(
     }
 }
 
-fn states(payload: &Payload) -> &[ImpState] {
-    match payload {
-        Payload::States(states) => states,
-        _ => &[],
-    }
-}
-
-fn set(payload: &Payload) -> &[ImpInfo] {
-    match payload {
-        Payload::Set(set) => set,
-        _ => &[],
-    }
-}
-
 impl Side for Bodies<'_> {
     async fn steps(&mut self, to: &mut Connection<'_>) -> Result<(), SessionError> {
         // L-4, H-2, H-4: the forces of the last step had HALT_AFTER.
@@ -205,8 +188,8 @@ impl Side for Bodies<'_> {
             }
             let points = if to.coupled {
                 Points {
-                    set: set(&self.set),
-                    states: states(&self.states),
+                    set: self.set.of(),
+                    states: self.states.of(),
                 }
             } else {
                 Points::default()
@@ -260,12 +243,9 @@ impl Side for Bodies<'_> {
         Ok(())
     }
 
-    fn identity(&self) -> String {
-        self.solver.identity()
-    }
-
-    fn capabilities(&self) -> Capabilities {
-        self.solver.capabilities()
+    fn hello(&self) -> Hello {
+        let (identity, capabilities) = (self.solver.identity(), self.solver.capabilities());
+        Hello::of(Party::Dem, identity, capabilities)
     }
 
     fn configure(
@@ -286,18 +266,19 @@ impl Side for Bodies<'_> {
 
     fn restore(&mut self, saved: &[u8], driver: &[u8]) -> Result<(), Refusal> {
         self.solver.restore(saved)?;
-        let (set, follower): (Vec<u8>, Vec<u8>) = unpack(DRIVER, driver)?;
+        let (set, followed): (Vec<u8>, Option<State>) = unpack(DRIVER, driver)?;
         let set = records_of(&set);
         self.set = Payload::Set(set.ok_or_else(|| Refusal::new("restore", "a torn set"))?);
-        match &mut self.follower {
-            Some(kept) => kept.restore(&follower, self.solver.bodies()),
-            None => Ok(()),
+        match (&mut self.follower, followed) {
+            (Some(kept), Some(state)) => kept.restore(state, self.solver.bodies()),
+            (None, None) => Ok(()),
+            _ => Err(Refusal::new("restore", "a state with another ledger")),
         }
     }
 
     fn save(&self) -> Result<(Vec<u8>, Vec<u8>), Fault> {
-        let follower = self.follower.as_ref().map(Follower::save);
-        let driver = (bytes_of(set(&self.set)), follower.unwrap_or_default());
+        let (set, followed) = (self.set.records(), self.follower.as_ref());
+        let driver = (set.bytes(), followed.map(Follower::state));
         Ok((self.solver.save()?, pack(DRIVER, &driver)))
     }
 

@@ -6,10 +6,9 @@ use std::time::Duration;
 use super::error::{INDIRECT_WAIT_MARGIN, SessionError, broken};
 use super::io::{Io, Signal, Wait};
 use super::{check, pieces};
-use crate::message::codec::{decode, encode};
 use crate::message::control::{Failure, Notice, Order, Party};
 use crate::message::wire::{Grant, Limits, StepHeader, flags};
-use crate::message::{Channel, Kind, Payload, Records};
+use crate::message::{Channel, Kind, Message, Payload, Records};
 use crate::solver::{Fault, Refusal};
 use crate::step::{Clock, Step};
 
@@ -120,36 +119,22 @@ impl<'a> Connection<'a> {
         broken(Party::Coupler, clause, self.step(), message)
     }
 
-    /// The header of a message to the coupler that belongs to no epoch.
-    fn plain(&self, count: usize) -> StepHeader {
-        StepHeader {
-            step: self.step(),
-            count: count as u64,
-            ..StepHeader::default()
-        }
-    }
-
     /// Sends a notice.
     pub async fn say(&self, notice: &Notice) -> Result<(), SessionError> {
-        let bytes = encode(notice);
-        let channel = Channel::of(self.party, Kind::Notice);
-        let header = self.plain(bytes.len());
-        self.io.send(channel, header, Records::Notice(&bytes)).await
+        let Message { header, payload } = Message::notice(self.step(), notice);
+        self.send_under(header, payload.records()).await
     }
 
-    /// Sends records to the coupler that are of the present step: all points, before a window and at the end.
-    pub fn send(&self, records: Records<'_>) -> impl Future<Output = Result<(), SessionError>> {
-        self.send_under(self.plain(records.len()), records)
-    }
-
-    /// Sends records that the grant asked for, which are of its first step.
-    pub fn send_measured(
+    /// Sends records of this step to the coupler, which belong to no epoch.
+    pub fn send(
         &self,
+        step: u64,
         records: Records<'_>,
     ) -> impl Future<Output = Result<(), SessionError>> {
         let header = StepHeader {
-            step: self.grant.first,
-            ..self.plain(records.len())
+            step,
+            count: records.len() as u64,
+            ..StepHeader::default()
         };
         self.send_under(header, records)
     }
@@ -182,12 +167,6 @@ impl<'a> Connection<'a> {
     ) -> impl Future<Output = Result<(), SessionError>> {
         let channel = Channel::of(self.party, records.kind());
         self.io.send(channel, header, records)
-    }
-
-    /// K-3: sends the state.
-    pub async fn send_state(&self, state: &[u8]) -> Result<(), SessionError> {
-        let channel = Channel::of(self.party, Kind::Saved);
-        pieces::send(&self.io, channel, self.step(), state).await
     }
 
     /// Refuses the configuration or the saved state: sends the refusal, and waits for the Abort that answers it.
@@ -243,10 +222,7 @@ impl<'a> Connection<'a> {
     }
 
     fn read_order(&self, payload: &Payload) -> Result<Order, SessionError> {
-        let Payload::Order(bytes) = payload else {
-            unreachable!("a channel of orders has orders")
-        };
-        match decode(bytes).map_err(|e| self.coupler_broke("S-1", e.to_string()))? {
+        match Order::decode(payload.of()).map_err(|e| self.coupler_broke("S-1", e.to_string()))? {
             Order::Abort(reason) => Err(SessionError::Aborted(reason)),
             order => Ok(order),
         }
@@ -265,10 +241,7 @@ impl<'a> Connection<'a> {
             let header = self
                 .receive(channel, &mut into, "the state to restore", SETUP)
                 .await?;
-            let Payload::Restore(piece) = &into else {
-                unreachable!("a channel of states has states")
-            };
-            match state.take(&header, piece) {
+            match state.take(&header, into.of()) {
                 Ok(None) => {}
                 Ok(Some(whole)) => return Ok(whole),
                 Err(message) => return Err(self.coupler_broke("K-4", message)),
@@ -293,10 +266,7 @@ impl<'a> Connection<'a> {
         let wait = (Party::Coupler, "the next grant", at_most);
         match self.arrival(wait, true, look).await? {
             Some(header) => {
-                let Payload::Grant(grants) = &grant else {
-                    unreachable!("a channel of grants has grants")
-                };
-                self.take_grant(&header, grants)?;
+                self.take_grant(&header, grant.of())?;
                 self.grants = grant;
                 Ok(Granted::Window)
             }
@@ -345,17 +315,8 @@ impl<'a> Connection<'a> {
         Ok(())
     }
 
-    /// Waits for the next message of `channel` within a step.
-    pub fn receive_in_step(
-        &self,
-        channel: Channel,
-        into: &mut Payload,
-        awaited: &'static str,
-    ) -> impl Future<Output = Result<StepHeader, SessionError>> {
-        self.receive(channel, into, awaited, self.deadline)
-    }
-
-    async fn receive(
+    /// Waits for the next message of `channel`.
+    pub async fn receive(
         &self,
         channel: Channel,
         into: &mut Payload,

@@ -6,9 +6,8 @@ use super::connection::Connection;
 use super::error::{SessionError, broken};
 use super::solver::Side;
 use crate::config::MpmConfig;
-use crate::config::capability::Capabilities;
-use crate::message::control::{Configure, Party};
-use crate::message::wire::{ImpForce, Ledger, PointState, StepHeader, flags};
+use crate::message::control::{Configure, Hello, Party};
+use crate::message::wire::{Ledger, PointState, StepHeader, flags};
 use crate::message::{Channel, Kind, Payload, Records};
 use crate::saved::{pack, unpack};
 use crate::solver::{Fault, MpmSolver, Readiness, Refusal};
@@ -43,7 +42,7 @@ impl<'a> Continuum<'a> {
         let channel = Channel::of(Party::Mpm, Kind::Envelopes);
         let awaited = "the envelopes of the bodies (E-1)";
         let header = to
-            .receive_in_step(channel, &mut self.envelopes, awaited)
+            .receive(channel, &mut self.envelopes, awaited, to.deadline)
             .await?;
         let (step, records) = (to.step(), self.envelopes.records());
         if header.step != step
@@ -59,10 +58,7 @@ impl<'a> Continuum<'a> {
             return Err(broken(Party::Dem, "E-2", step, message));
         }
         check::numbers(Party::Dem, "E-3", step, records)?;
-        let Payload::Envelopes(envelopes) = &self.envelopes else {
-            unreachable!("a channel of envelopes has envelopes")
-        };
-        let set = self.solver.select_imps(envelopes);
+        let set = self.solver.select_imps(self.envelopes.of());
         self.approach.selected();
         to.imps = set.len() as u64;
         to.set += 1;
@@ -72,10 +68,11 @@ impl<'a> Continuum<'a> {
     /// F-2 to F-5: waits for the contact forces.
     async fn receive_forces(&mut self, to: &Connection<'_>) -> Result<StepHeader, SessionError> {
         let channel = Channel::of(Party::Mpm, Kind::Forces);
+        let awaited = "the contact forces (F-1)";
         let header = to
-            .receive_in_step(channel, &mut self.forces, "the contact forces (F-1)")
+            .receive(channel, &mut self.forces, awaited, to.deadline)
             .await?;
-        let (step, set, imps, forces) = (to.step(), to.set, to.imps, forces(&self.forces));
+        let (step, set, imps, forces) = (to.step(), to.set, to.imps, self.forces.of());
         let complain = |clause, message| Err(broken(Party::Dem, clause, step, message));
         if header.step != step || header.epoch != to.grant.epoch {
             let message = format!("forces of step {} epoch {}", header.step, header.epoch);
@@ -86,13 +83,6 @@ impl<'a> Continuum<'a> {
         }
         check::forces(&header, forces, step)?;
         Ok(header)
-    }
-}
-
-fn forces(payload: &Payload) -> &[ImpForce] {
-    match payload {
-        Payload::Forces(forces) => forces,
-        _ => &[],
     }
 }
 
@@ -125,7 +115,7 @@ impl Side for Continuum<'_> {
             self.solver.predict(&step).map_err(|f| to.fault(f))?;
             let header = self.receive_forces(to).await?;
             self.approach.bodies = header.travel;
-            let corrected = self.solver.correct(&step, forces(&self.forces));
+            let corrected = self.solver.correct(&step, self.forces.of());
             let limits = corrected.map_err(|f| to.fault(f))?;
             to.advanced(self.approach.moved(limits, self.solver.travel(), step.dt))?;
             if header.flags & flags::HALT_AFTER != 0 {
@@ -135,12 +125,9 @@ impl Side for Continuum<'_> {
         Ok(())
     }
 
-    fn identity(&self) -> String {
-        self.solver.identity()
-    }
-
-    fn capabilities(&self) -> Capabilities {
-        self.solver.capabilities()
+    fn hello(&self) -> Hello {
+        let (identity, capabilities) = (self.solver.identity(), self.solver.capabilities());
+        Hello::of(Party::Mpm, identity, capabilities)
     }
 
     fn configure(

@@ -6,12 +6,11 @@ use std::time::Duration;
 use super::error::{INDIRECT_WAIT_MARGIN, SessionError, broken};
 use super::io::{Io, Signal, Wait};
 use super::pieces;
-use super::solvers::{CONFIGURATION, Part, Solvers, StartDeadlines, clause_of};
+use super::solvers::{Part, START, Sent, Solvers, clause_of};
 use crate::config::capability::SAVE;
-use crate::message::codec::encode;
 use crate::message::control::{Configure, Hello, Notice, Order, Party};
 use crate::message::wire::{Budget, Grant, StepHeader, flags};
-use crate::message::{Channel, Kind, Payload, Records};
+use crate::message::{Channel, Kind, Message, Payload, Records};
 
 /// Time for the other solver to complain too, shorter than the [`super::connection::ANSWER`] for which the first one waits.
 const HEARING: Duration = Duration::from_millis(250);
@@ -57,9 +56,9 @@ pub trait Supervisor {
     /// [`Stop`].
     fn drained(&mut self, solvers: &mut Solvers) -> Result<(), Stop>;
 
-    /// Deadlines for the solvers before the first step.
-    fn deadlines(&self) -> StartDeadlines {
-        StartDeadlines::default()
+    /// Longest wait for a solver before the first step: for its Hello, and then for its Ready.
+    fn start_deadline(&self) -> Duration {
+        START
     }
 
     /// A solver has sent Hello.
@@ -184,8 +183,8 @@ impl<'a> Coupler<'a> {
 
     /// S-2.
     async fn hellos(&mut self) -> Result<(), SessionError> {
-        let deadline = self.supervisor.deadlines().hello;
-        while let Some(missing) = self.missing(|i| self.solvers.each[i].hello.is_none()) {
+        let deadline = self.supervisor.start_deadline();
+        while let Some(missing) = self.missing(|sent| sent.hello.is_none()) {
             let (i, notice) = self.notice(missing, "its hello", deadline).await?;
             let sent = &mut self.solvers.each[i];
             match notice {
@@ -228,8 +227,8 @@ impl<'a> Coupler<'a> {
 
     /// S-6.
     async fn readies(&mut self) -> Result<(), SessionError> {
-        let deadline = self.supervisor.deadlines().ready;
-        while let Some(missing) = self.missing(|i| self.solvers.each[i].readiness.is_none()) {
+        let deadline = self.supervisor.start_deadline();
+        while let Some(missing) = self.missing(|sent| sent.readiness.is_none()) {
             let (i, notice) = self.notice(missing, "that it is ready", deadline).await?;
             let sent = &mut self.solvers.each[i];
             match notice {
@@ -293,43 +292,39 @@ impl<'a> Coupler<'a> {
             }
             self.piece(channel, &header)?;
         }
-        let Payload::Report(reports) = &self.inbox[Kind::Report as usize] else {
-            unreachable!("a channel of reports has reports")
-        };
-        self.solvers.each[i].report(reports)?;
+        self.solvers.each[i].report(self.inbox[Kind::Report as usize].of())?;
         self.solvers.note_limits(i);
         self.io.step.set(self.solvers.step());
         // The rest of the state was sent before the report, and nobody has looked at it since.
         let sent = &self.solvers.each[i];
         if sent.grant.flags & flags::CHECKPOINT != 0 && sent.saved.is_none() {
             let channel = sent.channel(Kind::Saved);
-            let step = self.solvers.round.grant.first;
+            let of_step = (clause_of(channel.kind), self.solvers.round.grant.first);
             while {
-                let header = self.take(channel, step, "report")?;
+                let header = self.take(channel, of_step, "report")?;
                 !self.piece(channel, &header)?
             } {}
         }
         for channel in self.solvers.each[i].before_report() {
-            let header = self.take(channel, self.solvers.round.grant.first, "report")?;
+            let of_step = (clause_of(channel.kind), self.solvers.round.grant.first);
+            let header = self.take(channel, of_step, "report")?;
             let records = self.inbox[channel.kind as usize].records();
-            self.solvers.take_listed(i, &header, records)?;
+            self.solvers.take(i, &header, records, of_step)?;
         }
         Ok(())
     }
 
     /// K-3: a piece of a state has arrived; returns whether it was the last one.
     fn piece(&mut self, channel: Channel, header: &StepHeader) -> Result<bool, SessionError> {
-        let Payload::Saved(piece) = &self.inbox[Kind::Saved as usize] else {
-            unreachable!("a channel of states has states")
-        };
+        let piece = self.inbox[Kind::Saved as usize].of();
         let mut each = self.solvers.each.iter_mut();
         let sent = each.find(|sent| sent.party == channel.from());
         sent.expect("a solver of this session").piece(header, piece)
     }
 
     async fn byes(&mut self) -> Result<(), SessionError> {
-        while let Some(missing) = self.missing(|i| !self.solvers.each[i].bye) {
-            let (i, notice) = self.notice(missing, "its goodbye", CONFIGURATION).await?;
+        while let Some(missing) = self.missing(|sent| !sent.bye) {
+            let (i, notice) = self.notice(missing, "its goodbye", START).await?;
             match notice {
                 Notice::Bye if !self.solvers.each[i].bye => self.solvers.each[i].bye = true,
                 other => return Err(self.out_of_turn(i, &other)),
@@ -346,29 +341,23 @@ impl<'a> Coupler<'a> {
             return Ok(());
         };
         let sent = &self.solvers.each[i];
-        let header = self.take(sent.channel(Kind::Points), sent.step, "goodbye")?;
-        let Payload::Points(points) = &self.inbox[Kind::Points as usize] else {
-            unreachable!("a channel of points has points")
-        };
-        self.solvers.take_final_points(i, &header, points)
+        let of_end = ("D-1", sent.step);
+        let header = self.take(sent.channel(Kind::Points), of_end, "goodbye")?;
+        let points = self.inbox[Kind::Points as usize].records();
+        self.solvers.take(i, &header, points, of_end)
     }
 
     /// Takes a message that was sent before the one that has just arrived.
     fn take(
         &mut self,
         channel: Channel,
-        step: u64,
+        (clause, step): (&'static str, u64),
         before: &str,
     ) -> Result<StepHeader, SessionError> {
         let into = &mut self.inbox[channel.kind as usize];
         if let Some(header) = self.io.receive(channel, into)? {
             return Ok(header);
         }
-        let clause = if before == "goodbye" {
-            "D-1"
-        } else {
-            clause_of(channel.kind)
-        };
         let message = format!("nothing on {} before the {before}", channel.name());
         Err(broken(channel.from(), clause, step, message))
     }
@@ -381,19 +370,15 @@ impl<'a> Coupler<'a> {
     }
 
     async fn order(&self, i: usize, order: &Order) -> Result<(), SessionError> {
-        let bytes = encode(order);
-        let header = StepHeader {
-            count: bytes.len() as u64,
-            ..StepHeader::default()
-        };
+        let Message { header, payload } = Message::order(order);
         let channel = self.solvers.each[i].channel(Kind::Order);
-        self.io.send(channel, header, Records::Order(&bytes)).await
+        self.io.send(channel, header, payload.records()).await
     }
 
     /// The first solver of which something is missing.
-    fn missing(&self, is_missing: impl Fn(usize) -> bool) -> Option<Party> {
-        let first = (0..self.solvers.each.len()).find(|&i| is_missing(i));
-        first.map(|i| self.solvers.each[i].party)
+    fn missing(&self, is_missing: fn(&&Sent) -> bool) -> Option<Party> {
+        let first = self.solvers.each.iter().find(is_missing);
+        first.map(|sent| sent.party)
     }
 
     /// Waits for a notice of any solver. `missing` is the one that is late if none comes.
@@ -414,9 +399,7 @@ impl<'a> Coupler<'a> {
 
     /// The notice that has arrived, unless it says that the solver cannot go on.
     fn read_notice(&self, i: usize) -> Result<Notice, SessionError> {
-        let Payload::Notice(bytes) = &self.inbox[Kind::Notice as usize] else {
-            unreachable!("a channel of notices has notices")
-        };
+        let bytes = self.inbox[Kind::Notice as usize].of();
         let sent = &self.solvers.each[i];
         match Notice::decode(bytes).map_err(|e| sent.broke("S-1", e.to_string()))? {
             Notice::Failed(failure) => Err(SessionError::Failed {
@@ -518,7 +501,6 @@ impl<'a> Coupler<'a> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::message::Message;
     use crate::message::control::Failure;
     use crate::session::{Session, Turn};
     use crate::solver::Fault;
@@ -550,15 +532,7 @@ mod tests {
             fault,
             message,
         };
-        let bytes = encode(&Notice::Failed(failure));
-        let header = StepHeader {
-            count: bytes.len() as u64,
-            ..StepHeader::default()
-        };
-        let message = Message {
-            header,
-            payload: Payload::Notice(bytes),
-        };
+        let message = Message::notice(0, &Notice::Failed(failure));
         let solver: &mut dyn Transport = &mut hub.clone();
         let channel = Channel::of(party, Kind::Notice);
         solver.send_and_wake(channel, &message).unwrap();

@@ -25,7 +25,7 @@ pub(super) struct Follower {
 
 /// What has to survive.
 #[derive(Debug, Clone, Default, Serialize, Deserialize)]
-struct State {
+pub(super) struct State {
     totals: Totals,
     surfaces: Vec<Surface>,
 }
@@ -191,18 +191,16 @@ impl Follower {
         surfaces.map(way).fold(0.0, f64::max)
     }
 
-    /// What has to survive, as bytes within a saved state.
-    pub fn save(&self) -> Vec<u8> {
-        crate::message::codec::encode_state(&self.state)
+    /// What has to survive in a saved state.
+    pub fn state(&self) -> &State {
+        &self.state
     }
 
-    /// Goes on with what [`Self::save`] gave; the solver's `bodies` are those of then.
+    /// Goes on with a saved state; the solver's `bodies` are those of then.
     ///
     /// # Errors
     /// A [`Refusal`].
-    pub fn restore(&mut self, saved: &[u8], bodies: Vec<BodyState>) -> Result<(), Refusal> {
-        let state: State = crate::message::codec::decode_state(saved)
-            .map_err(|e| Refusal::new("restore", format!("damaged ledger: {e}")))?;
+    pub fn restore(&mut self, state: State, bodies: Vec<BodyState>) -> Result<(), Refusal> {
         if state.surfaces.len() != self.bodies.len() {
             let text = format!("a state of {} bodies", state.surfaces.len());
             return Err(Refusal::new("restore", text));

@@ -35,7 +35,9 @@ use self::continuum::Continuum;
 use self::coupler::Coupler;
 use self::io::{Io, Signal};
 use self::stopwatch::Stopwatch;
+use crate::message::Channel;
 use crate::message::control::Party;
+use crate::recording::RecordingSink;
 use crate::solver::{DemSolver, MpmSolver};
 use crate::trace::Trace;
 use crate::transport::Transport;
@@ -46,8 +48,8 @@ pub use coupler::{Next, Stop, Supervisor};
 pub use error::SessionError;
 pub use io::Wait;
 pub use pieces::solver_part;
-pub use serve::{serve_dem, serve_mpm};
-pub use solvers::{Part, Round, Solvers, StartDeadlines};
+pub use serve::serve;
+pub use solvers::{Part, Round, START, Solvers};
 pub use stopwatch::{Clocked, cpu_time};
 
 /// The result of a turn.
@@ -122,6 +124,15 @@ impl<'a> Session<'a> {
     pub fn traced(self, domain: &Domain, party: Party) -> Self {
         if let Some(trace) = Trace::of(domain, party) {
             self.io.watch().trace(trace);
+        }
+        self
+    }
+
+    /// Adds the messages of the channels that `notes` selects to a recording, if there is one.
+    #[must_use]
+    pub fn recorded(self, sink: Option<RecordingSink>, notes: fn(Channel) -> bool) -> Self {
+        if let Some(sink) = sink {
+            self.io.record(sink, notes);
         }
         self
     }

@@ -1,7 +1,10 @@
 //! The transfer of a saved state: pieces of bytes, and the hash of all of them at the end (clauses K-3, K-4).
 
+use serde::{Deserialize, Serialize};
+
 use super::error::SessionError;
 use super::io::Io;
+use crate::message::codec::decode_first;
 use crate::message::wire::{StepHeader, flags};
 use crate::message::{Channel, Kind, Records};
 
@@ -83,7 +86,7 @@ impl Incoming {
 }
 
 /// The session's own part of a saved state: the position at which the run continues.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub(super) struct Mark {
     pub step: u64,
     pub set: u64,
@@ -94,32 +97,10 @@ pub(super) struct Mark {
 }
 
 impl Mark {
-    /// Five numbers: the fields, of which the last is a length.
-    const NUMBERS: usize = 40;
-
-    pub fn bytes(&self) -> Vec<u8> {
-        let length = self.driver.len() as u64;
-        let numbers = [self.step, self.set, self.imps, self.items, length];
-        let numbers = numbers.iter().flat_map(|n| n.to_le_bytes());
-        numbers.chain(self.driver.iter().copied()).collect()
-    }
-
     /// The mark at the beginning of a saved state, and the solver's own part, which follows it.
     pub fn read(saved: &[u8]) -> Option<(Self, &[u8])> {
-        let (numbers, rest) = saved.split_at_checked(Self::NUMBERS)?;
-        let number = |k: usize| {
-            let bytes = numbers.get(8 * k..8 * k + 8)?;
-            Some(u64::from_le_bytes(bytes.try_into().ok()?))
-        };
-        let (driver, solver) = rest.split_at_checked(usize::try_from(number(4)?).ok()?)?;
-        let mark = Self {
-            step: number(0)?,
-            set: number(1)?,
-            imps: number(2)?,
-            items: number(3)?,
-            driver: driver.to_vec(),
-        };
-        Some((mark, solver))
+        let (mark, used) = decode_first(saved).ok()?;
+        Some((mark, &saved[used..]))
     }
 }
 

@@ -8,6 +8,7 @@ use std::sync::Arc;
 
 use rustix::process::{Pid, Signal, kill_process_group};
 
+use crate::hosted::Host;
 use crate::message::control::Party;
 use crate::processor;
 use crate::session::{self, SessionError};
@@ -17,23 +18,14 @@ use crate::transport::domain::Domain;
 /// Exit status if the session has failed; the coupler reports why.
 const FAILED: u8 = 3;
 
-fn arguments() -> impl Iterator<Item = String> {
-    let words = std::env::args_os().skip(1);
-    words.map(|word| word.to_string_lossy().into_owned())
-}
-
 /// Joins the run that the arguments name (`--join RUN`) as the continuum.
-pub fn serve_mpm<M: MpmSolver>(mut solver: M) -> ExitCode {
-    with_run(arguments(), |domain| {
-        session::serve_mpm(domain, &mut solver)
-    })
+pub fn serve_mpm(solver: impl MpmSolver + 'static) -> ExitCode {
+    serve(Host::Mpm(Box::new(solver)))
 }
 
 /// Joins the run that the arguments name (`--join RUN`) as the bodies.
-pub fn serve_dem<D: DemSolver>(mut solver: D) -> ExitCode {
-    with_run(arguments(), |domain| {
-        session::serve_dem(domain, &mut solver)
-    })
+pub fn serve_dem(solver: impl DemSolver + 'static) -> ExitCode {
+    serve(Host::Dem(Box::new(solver)))
 }
 
 /// Joins the run `id` with `serve`, as a process does. Its exit status shows whether the session was closed in order.
@@ -63,17 +55,12 @@ fn leave_interrupts_to_the_coupler() -> io::Result<()> {
     signal_hook::flag::register(signal_hook::consts::SIGINT, Arc::default()).map(|_| ())
 }
 
-fn with_run(
-    mut arguments: impl Iterator<Item = String>,
-    serve: impl FnOnce(&Domain) -> Result<(), SessionError>,
-) -> ExitCode {
+fn serve(solver: Host) -> ExitCode {
     processor::assert_checked();
-    if let (Some("--join"), Some(id), None) = (
-        arguments.next().as_deref(),
-        arguments.next(),
-        arguments.next(),
-    ) {
-        join(&id, serve)
+    let words = std::env::args_os().skip(1);
+    let words: Vec<String> = words.map(|w| w.to_string_lossy().into_owned()).collect();
+    if let ["--join", id] = words.iter().map(String::as_str).collect::<Vec<_>>()[..] {
+        join(id, |domain| session::serve(domain, solver))
     } else {
         eprintln!("error: a solver is started by `tandem run`, or by hand with `--join RUN`");
         ExitCode::from(2)

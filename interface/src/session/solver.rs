@@ -3,18 +3,17 @@
 
 use super::connection::{Connection, Granted, LATEST, SETUP};
 use super::error::{INDIRECT_WAIT_MARGIN, SessionError};
-use super::pieces::Mark;
+use super::pieces::{self, Mark};
 use super::stopwatch::{Activity, Clocked};
-use crate::config::capability::Capabilities;
-use crate::message::control::{Configure, Hello, Notice, Order, PROTOCOL, Party, Ready};
+use crate::message::codec::encode;
+use crate::message::control::{Configure, Hello, Notice, Order, Ready};
 use crate::message::wire::{ContactState, Ledger, PointState, Report, StepHeader, flags};
-use crate::message::{Channel, Records};
+use crate::message::{Channel, Kind, Records};
 use crate::solver::{Fault, Readiness, Refusal};
 
 /// What the two sides of a session do in ways of their own.
 pub(super) trait Side {
-    fn identity(&self) -> String;
-    fn capabilities(&self) -> Capabilities;
+    fn hello(&self) -> Hello;
     /// Takes the configuration.
     ///
     /// # Errors
@@ -41,17 +40,6 @@ pub(super) trait Side {
     }
 }
 
-/// The Hello of a solver.
-pub(super) fn hello(party: Party, identity: String, capabilities: Capabilities) -> Hello {
-    Hello {
-        protocol: PROTOCOL,
-        party,
-        identity,
-        pid: std::process::id(),
-        capabilities,
-    }
-}
-
 /// A whole session.
 pub(super) async fn session(
     mut to: Connection<'_>,
@@ -69,8 +57,7 @@ async fn serve(
     side: &mut impl Side,
     clocked: Clocked,
 ) -> Result<(), SessionError> {
-    let hello = hello(to.party, side.identity(), side.capabilities());
-    to.say(&Notice::Hello(hello)).await?;
+    to.say(&Notice::Hello(side.hello())).await?;
     let items = configure(to, side).await?;
     let mut first = true;
     while let Granted::Window = to.next_grant(first).await? {
@@ -163,22 +150,22 @@ async fn window(
     if asked & flags::FRAME != 0
         && let Some(points) = side.points()
     {
-        to.send(Records::Points(&points)).await?;
+        to.send(to.step(), Records::Points(&points)).await?;
     }
     if asked & flags::CHECKPOINT != 0 {
         to.io().mark("checkpoint");
         let (state, driver) = side.save().map_err(|f| to.fault(f))?;
         let (set, imps) = (to.set, to.imps);
-        let mut saved = Mark {
+        let mut saved = encode(&Mark {
             step,
             set,
             imps,
             items,
             driver,
-        }
-        .bytes();
+        });
         saved.extend(state);
-        to.send_state(&saved).await?;
+        let channel = Channel::of(to.party, Kind::Saved);
+        pieces::send(to.io(), channel, step, &saved).await?;
     }
     side.steps(to).await
 }
@@ -206,12 +193,12 @@ async fn report(
     if measured {
         let (ledger, records) = side.measurement();
         report.ledger = *ledger;
-        to.send_measured(records).await?;
+        to.send(to.grant.first, records).await?;
     }
     if asked & flags::FRAME != 0
         && let Some(contacts) = side.contacts()
     {
-        to.send_measured(Records::Contacts(contacts)).await?;
+        to.send(to.grant.first, Records::Contacts(contacts)).await?;
     }
     to.io().lap(Activity::Compute);
     to.io().watch().write(clocked, &mut report);
@@ -225,7 +212,7 @@ async fn report(
 /// The end: the points, Bye, and the leave to close.
 async fn drain(to: &Connection<'_>, side: &impl Side) -> Result<(), SessionError> {
     if let Some(points) = side.points() {
-        to.send(Records::Points(&points)).await?;
+        to.send(to.step(), Records::Points(&points)).await?;
     }
     to.say(&Notice::Bye).await?;
     // The coupler still waits for the Bye of the other solver.

@@ -13,33 +13,13 @@ use crate::message::wire::{
 use crate::message::{Channel, Kind, Records};
 use crate::solver::{MOST_ITEMS, Readiness};
 
-/// Longest wait for a solver to start and send Hello, unless the run sets another one.
-const ARRIVAL: Duration = Duration::from_secs(30);
-
-/// Longest wait for a solver to take its configuration, unless the run sets another one: the solver may have to fill
-/// millions of points.
-pub(super) const CONFIGURATION: Duration = Duration::from_mins(2);
+/// Longest wait for a solver before the first step, unless the run sets another one: first to start and send Hello, then to
+/// take its configuration, for which it may have to fill millions of points. The other solver meanwhile waits for two
+/// minutes, so that the silent one is named (S-11).
+pub const START: Duration = Duration::from_secs(100);
 
 /// Longest time in a report: 36 years, in ns.
 const LONGEST_NS: u64 = 1 << 60;
-
-/// Deadlines of the coupler for the messages before the first step.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct StartDeadlines {
-    /// For a solver to join and send Hello.
-    pub hello: Duration,
-    /// For a solver to take its configuration.
-    pub ready: Duration,
-}
-
-impl Default for StartDeadlines {
-    fn default() -> Self {
-        Self {
-            hello: ARRIVAL,
-            ready: CONFIGURATION,
-        }
-    }
-}
 
 /// The configuration of one solver.
 #[derive(Debug, Clone, PartialEq)]
@@ -101,7 +81,7 @@ impl Sent {
             readiness: None,
             scene_hash: String::new(),
             measured: 0,
-            deadline: CONFIGURATION,
+            deadline: START,
             step: 0,
             grant: Grant::default(),
             report: Report::default(),
@@ -321,30 +301,8 @@ impl Solvers {
         Ok(())
     }
 
-    /// takes what the i-th solver sent before its report.
-    pub(super) fn take_listed(
-        &mut self,
-        i: usize,
-        header: &StepHeader,
-        records: Records<'_>,
-    ) -> Result<(), SessionError> {
-        let step = self.round.grant.first;
-        self.take(i, header, records, (clause_of(records.kind()), step))
-    }
-
-    /// D-1: takes the points of the i-th solver at the end.
-    pub(super) fn take_final_points(
-        &mut self,
-        i: usize,
-        header: &StepHeader,
-        points: &[PointState],
-    ) -> Result<(), SessionError> {
-        let of_end = ("D-1", self.each[i].step);
-        self.take(i, header, Records::Points(points), of_end)
-    }
-
-    /// Takes records of a step, which have to be as a clause says.
-    fn take(
+    /// Takes records of a step of the i-th solver, which have to be as a clause says, at the end D-1.
+    pub(super) fn take(
         &mut self,
         i: usize,
         header: &StepHeader,

@@ -25,7 +25,7 @@ use iceoryx2::service::port_factory::publish_subscribe::PortFactory;
 use super::{Transport, TransportError};
 use crate::message::control::Party;
 use crate::message::wire::{StepHeader, layout_hash};
-use crate::message::{CHANNELS, Channel, Kind, Payload, Records};
+use crate::message::{CHANNELS, Channel, Kind, Message, Payload, Records};
 use crate::transport::domain::{Domain, Part};
 use crate::transport::liveness::Hold;
 use crate::transport::names::WAKES;
@@ -118,15 +118,14 @@ pub fn listen(domain: &Domain) -> Result<Box<dyn Transport>, TransportError> {
 pub fn say_as(
     domain: &Domain,
     expected: Party,
-    header: &StepHeader,
-    notice: &[u8],
+    notice: &Message,
 ) -> Result<Box<dyn Transport>, TransportError> {
     let mut ends = Ends::new(domain, expected, SEND_TIMEOUT)?;
     let channel = Channel::of(expected, Kind::Notice);
     ends.open_channel(channel)?;
-    ends.send(channel, header, Records::Notice(notice))?;
-    ends.wake(Party::Coupler);
-    Ok(Box::new(ends))
+    let mut ends: Box<dyn Transport> = Box::new(ends);
+    ends.send_and_wake(channel, notice)?;
+    Ok(ends)
 }
 
 /// The channels of a run. They exist for as long as somebody holds them.
@@ -257,27 +256,14 @@ impl Ends {
         send_timeout: Duration,
     ) -> Result<Self, TransportError> {
         let mut ends = Self::new(domain, party, send_timeout)?;
-        if party == Party::Coupler {
-            for channel in Channel::ALL {
-                let solver = if channel.from() == party {
-                    channel.to()
-                } else {
-                    channel.from()
-                };
-                if channel.is_of(party) && solvers.contains(&solver) {
-                    ends.open_channel(channel)?;
-                }
-            }
-        } else {
-            for kind in [
-                Kind::Order,
-                Kind::Notice,
-                Kind::Grant,
-                Kind::Report,
-                Kind::Restore,
-            ] {
-                ends.open_channel(Channel::of(party, kind))?;
-            }
+        let later = Channel::before_ready(party, true);
+        let is_opened = |channel: &Channel| match party {
+            Party::Coupler => solvers.iter().any(|solver| channel.is_of(*solver)),
+            _ => !later.contains(channel),
+        };
+        let own = Channel::ALL.into_iter().filter(|c| c.is_of(party));
+        for channel in own.filter(is_opened) {
+            ends.open_channel(channel)?;
         }
         Ok(ends)
     }

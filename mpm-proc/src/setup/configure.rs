@@ -87,7 +87,7 @@ struct Parts<'a> {
 impl<'a> Parts<'a> {
     fn new(config: &'a MpmConfig) -> Result<Self, Refusal> {
         if let Some(fault) = config.faults().first() {
-            return Err(Refusal::new(&fault.key, fault.to_string()));
+            return Err(fault.into());
         }
         let geometry = geometry(config);
         let stages = Stages::new(config);

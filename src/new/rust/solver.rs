@@ -60,6 +60,10 @@ impl DemSolver for Solver {
             let text = "bodies do not touch one another here: null, and no contact_pair";
             return Err(Refusal::new("body_contact", text));
         }
+        // Numbers that no solver could accept.
+        if let Some(fault) = config.faults().first() {
+            return Err(fault.into());
+        }
         self.gravity = config.gravity;
         self.springs = PointContact::new(&config.point_contact)?;
         for (i, body) in config.bodies.iter().enumerate() {

@@ -207,13 +207,9 @@ fn what_is_no_convex_body_is_refused_by_its_key() {
         refusal(BodyShape::Polygon { vertices: notch }),
         "dem.body.3.shape"
     );
-    let mut moving = config(BodyShape::Disc, Motion::Fixed);
-    moving.velocity = [1.0, 0.0];
-    assert_eq!(Body::new(0, &moving).unwrap_err().key, "dem.body.0.motion");
-    let mut massless = config(BodyShape::Disc, Motion::Free);
-    massless.inertia = BodyInertia::Mass(0.0);
-    assert_eq!(
-        Body::new(0, &massless).unwrap_err().key,
-        "dem.body.0.inertia"
-    );
+    let cluster = BodyShape::Cluster {
+        centers: vec![[0.0, 0.0]],
+        radii: Vec::new(),
+    };
+    assert_eq!(refusal(cluster), "dem.body.3.shape");
 }

@@ -17,7 +17,7 @@ use script::Script;
 use super::{End, Playback};
 use crate::hosted::{Hosted, Subject};
 use crate::message::control::{Configure, Failure, Notice, Order, Party};
-use crate::message::wire::{Grant, flags};
+use crate::message::wire::{Grant, Report, flags};
 use crate::message::{Kind, Message, Payload};
 
 /// Longest wait for Hello, Ready, Bye, and for the end after Close.
@@ -197,10 +197,8 @@ impl Replay<'_> {
             }
         }
         let report = self.recorded(Kind::Report)?;
-        let told = match &report.payload {
-            Payload::Report(reports) => reports.first().copied().unwrap_or_default(),
-            _ => unreachable!("a channel carries one kind of records"),
-        };
+        let reports: &[Report] = report.payload.of();
+        let told = reports.first().copied().unwrap_or_default();
         if torn && (told.halted == 1 || grant.first + done < told.next) {
             // Messages between the solvers are recorded a little later than reports, so the last ones are missing here.
             return Err(Stop::Over);

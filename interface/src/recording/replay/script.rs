@@ -6,7 +6,7 @@ use std::path::Path;
 use crate::message::control::Party;
 use thiserror::Error;
 
-use crate::message::{Kind, Message, Payload};
+use crate::message::{Kind, Message};
 use crate::recording::{Playback, RecordingError};
 use crate::transport::TransportError;
 
@@ -90,19 +90,11 @@ impl Script {
 
     /// Reads one message of the solver's channels; false at the end.
     fn read(&mut self) -> Result<bool, ReplayError> {
-        while let Some(recorded) = self.playback.message()? {
-            let channel = recorded.channel;
+        while let Some((channel, message)) = self.playback.message()? {
             if !channel.is_of(self.party) {
                 continue;
             }
             let kind = channel.kind;
-            let payload = Payload::read(kind, &recorded.payload).ok_or_else(|| {
-                ReplayError::Senseless(format!("a part of a record on {}", channel.name()))
-            })?;
-            let message = Message {
-                header: recorded.header,
-                payload,
-            };
             if matches!(kind, Kind::Order | Kind::Grant) {
                 self.lead.push_back(message);
             } else {
