@@ -37,9 +37,11 @@ use interface::session::together::Together;
 use interface::session::{Clocked, Session, SessionError, Supervisor, drive};
 use interface::solver::{DemSolver, MpmSolver};
 use interface::trace;
+use interface::transport::Transport;
 use interface::transport::direct::Direct;
 use interface::transport::domain::OwnedDomain;
 use interface::transport::iceoryx::{self, SEND_TIMEOUT};
+use interface::transport::recorded::Recorded;
 
 use crate::record::rundir::{RECORDING, RunDir, RunDirError};
 use crate::record::summary::Summary;
@@ -208,7 +210,7 @@ fn processes(
     let memory = SharedMemory::of(names, Some(&channels));
     run.resources.shared_memory = Some(memory.clone());
     let caused = |error| with_cause(error, &memory);
-    let mut transport = iceoryx::join(names, Party::Coupler, &parties, SEND_TIMEOUT)
+    let coupler = iceoryx::join(names, Party::Coupler, &parties, SEND_TIMEOUT)
         .map_err(|error| caused(error.into()))?;
     let mut tap = match &sink {
         Some(sink) if parties.len() == 2 => {
@@ -216,6 +218,10 @@ fn processes(
             Some(tap.map_err(|error| caused(error.into()))?)
         }
         _ => None,
+    };
+    let mut transport: Box<dyn Transport> = match sink {
+        Some(sink) => Box::new(Recorded::new(coupler, sink, noted)),
+        None => coupler,
     };
     if let Some(path) = &run.options.trace
         && let Err(e) = names.note_trace(path)
@@ -232,7 +238,6 @@ fn processes(
         .map_err(RunError::from);
     if verdict.is_ok() {
         let session = Session::coupler(&parties, &mut *run, &mut *transport);
-        let session = session.recorded(sink, noted);
         verdict = drive(session.traced(names, Party::Coupler)).map_err(caused);
     }
     // The messages that are still in the channels between the solvers are recorded before their senders end (D-2).
@@ -261,17 +266,25 @@ fn in_process(
     let (mut continuum, mut bodies) = (mpm(), dem());
     let takes_part = |party| parties.contains(&party);
     let hub = Direct::new();
-    let [mut to_coupler, mut to_mpm, mut to_dem] = [hub.clone(), hub.clone(), hub];
-    // Each message is recorded once: the coupler records its own, and the continuum those between the solvers.
-    let between = sink.clone();
+    let [mut to_coupler, mut to_mpm, mut to_dem]: [Box<dyn Transport>; 3] = match sink {
+        Some(sink) => [
+            Box::new(Recorded::new(Box::new(hub.clone()), sink.clone(), noted)),
+            // Each message is recorded once: the coupler records its own, and the continuum those between the solvers.
+            Box::new(Recorded::new(
+                Box::new(hub.clone()),
+                sink,
+                Channel::is_between_solvers,
+            )),
+            Box::new(hub),
+        ],
+        None => [Box::new(hub.clone()), Box::new(hub.clone()), Box::new(hub)],
+    };
     let together = Together {
-        coupler: Session::coupler(&parties, run, &mut to_coupler).recorded(sink, noted),
-        mpm: takes_part(Party::Mpm).then(|| {
-            let session = Session::mpm(&mut *continuum, &mut to_mpm, Clocked::Shared);
-            session.recorded(between, Channel::is_between_solvers)
-        }),
+        coupler: Session::coupler(&parties, run, &mut *to_coupler),
+        mpm: takes_part(Party::Mpm)
+            .then(|| Session::mpm(&mut *continuum, &mut *to_mpm, Clocked::Shared)),
         dem: takes_part(Party::Dem)
-            .then(|| Session::dem(&mut *bodies, &mut to_dem, Clocked::Shared)),
+            .then(|| Session::dem(&mut *bodies, &mut *to_dem, Clocked::Shared)),
     };
     match catch_unwind(AssertUnwindSafe(|| together.run())) {
         Ok([coupler, ..]) => Ok(coupler?),

@@ -4,7 +4,7 @@
 //! ([`Io::arrival`]), and after every message ([`Io::pause`]), so that whoever polls it decides what happens between two
 //! messages.
 
-use std::cell::{Cell, OnceCell, RefCell};
+use std::cell::{Cell, RefCell};
 use std::future::poll_fn;
 use std::task::Poll;
 use std::time::Duration;
@@ -14,7 +14,6 @@ use super::stopwatch::{Activity, Stopwatch};
 use crate::message::control::Party;
 use crate::message::wire::StepHeader;
 use crate::message::{Channel, Payload, Records};
-use crate::recording::RecordingSink;
 use crate::transport::{Transport, TransportError};
 
 /// The party and the deadline of a wait.
@@ -51,8 +50,6 @@ pub(super) struct Io<'a> {
     pub messages: Cell<u64>,
     /// First step that is not done.
     pub step: Cell<u64>,
-    /// Where the messages of the channels are recorded for which the function holds.
-    record: OnceCell<(RecordingSink, fn(Channel) -> bool)>,
 }
 
 impl<'a> Io<'a> {
@@ -65,21 +62,6 @@ impl<'a> Io<'a> {
             stepwise: Cell::new(true),
             messages: Cell::new(0),
             step: Cell::new(0),
-            record: OnceCell::new(),
-        }
-    }
-
-    /// From now on the messages are recorded that are sent and received on the channels that `notes` selects.
-    pub fn record(&self, sink: RecordingSink, notes: fn(Channel) -> bool) {
-        let set = self.record.set((sink, notes));
-        assert!(set.is_ok(), "a session is recorded once");
-    }
-
-    fn note(&self, channel: Channel, header: &StepHeader, records: Records<'_>) {
-        if let Some((sink, notes)) = self.record.get()
-            && notes(channel)
-        {
-            sink.note(channel, header, records);
         }
     }
 
@@ -91,7 +73,6 @@ impl<'a> Io<'a> {
         records: Records<'_>,
     ) -> impl Future<Output = Result<(), SessionError>> {
         self.lap(Activity::Compute);
-        self.note(channel, &header, records);
         let sent = self.with(|transport| {
             transport.send(channel, &header, records)?;
             if channel.wakes() {
@@ -113,11 +94,7 @@ impl<'a> Io<'a> {
         channel: Channel,
         into: &mut Payload,
     ) -> Result<Option<StepHeader>, SessionError> {
-        let header = self.with(|transport| transport.receive(channel, into))?;
-        if let Some(header) = &header {
-            self.note(channel, header, into.records());
-        }
-        Ok(header)
+        Ok(self.with(|transport| transport.receive(channel, into))?)
     }
 
     /// Waits until `look` finds something or fails. It also learns what is known about the wait.

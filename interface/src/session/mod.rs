@@ -35,9 +35,7 @@ use self::continuum::Continuum;
 use self::coupler::Coupler;
 use self::io::{Io, Signal};
 use self::stopwatch::Stopwatch;
-use crate::message::Channel;
 use crate::message::control::Party;
-use crate::recording::RecordingSink;
 use crate::solver::{DemSolver, MpmSolver};
 use crate::trace::Trace;
 use crate::transport::Transport;
@@ -124,15 +122,6 @@ impl<'a> Session<'a> {
     pub fn traced(self, domain: &Domain, party: Party) -> Self {
         if let Some(trace) = Trace::of(domain, party) {
             self.io.watch().trace(trace);
-        }
-        self
-    }
-
-    /// Adds the messages of the channels that `notes` selects to a recording, if there is one.
-    #[must_use]
-    pub fn recorded(self, sink: Option<RecordingSink>, notes: fn(Channel) -> bool) -> Self {
-        if let Some(sink) = sink {
-            self.io.record(sink, notes);
         }
         self
     }
