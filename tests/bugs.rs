@@ -1,10 +1,16 @@
 //! Bugs of physics in a solver of bodies, one by one, as authors make them: `bugs.toml`.
 //! The kit has to find each by random cases.
 
+use std::path::Path;
+use std::process::Command;
+
 use crate::harness::needs::Need;
-use crate::harness::{Place, copy, python_can_join, root};
+use crate::harness::{Ended, Place, copy, python_can_join, root};
 
 const DISCS: &str = "examples/disc_dem.py";
+
+/// What random cases judge of bodies.
+const ONLY: &str = "J-1,T-1,F-8,F-7,F-5,F-6,F-9,E-4,R-3,L-2,N-1";
 
 /// Seeds and numbers of cases of a search: the case that is known to show what is looked for, and where it does not any more,
 /// all from the start, as in every search of `.ci/nightly`, which prints where each is found.
@@ -12,6 +18,58 @@ fn searches(known: u64) -> impl Iterator<Item = (u64, u64)> {
     let whole = std::env::var_os("TANDEM_SEARCH").is_some();
     let known = (!whole).then_some((known, 1));
     known.into_iter().chain([(0, 10_000)])
+}
+
+/// A change of a file, and a seed whose case shows it.
+struct Bug {
+    what: String,
+    seed: u64,
+    file: String,
+    from: String,
+    to: String,
+}
+
+impl Bug {
+    /// Those of a list of `bugs.toml`.
+    fn all(list: &str) -> Vec<Self> {
+        let lists: toml::Table = include_str!("bugs.toml").parse().unwrap();
+        let of = |bug: &toml::Value| {
+            let words = |key: &str| bug[key].as_str().unwrap().to_owned();
+            Self {
+                what: words("what"),
+                seed: bug["seed"].as_integer().unwrap() as u64,
+                file: words("file"),
+                from: words("from"),
+                to: words("to"),
+            }
+        };
+        lists[list].as_array().unwrap().iter().map(of).collect()
+    }
+
+    /// Changes its file in a copy; returns what was there.
+    fn put(&self, tree: &Path) -> String {
+        let (file, Self { what, from, .. }) = (tree.join(&self.file), self);
+        let text = std::fs::read_to_string(&file).unwrap();
+        let count = text.matches(from).count();
+        assert_eq!(count, 1, "{what}: {from} has to be there once");
+        std::fs::write(&file, text.replace(from, &self.to)).unwrap();
+        text
+    }
+
+    /// Whether the kit finds it, of which `run` says how that ends with more options.
+    fn is_found(&self, run: impl Fn(&str) -> Ended) -> bool {
+        let found = searches(self.seed).find_map(|(seed, cases)| {
+            // No time to make a case small: the first one that shows the bug is enough.
+            let ended = run(&format!(
+                "--only {ONLY} --seed {seed} --cases {cases} --time 60 --shrink 0"
+            ));
+            let again = ended.stdout.split("--seed ").nth(1).map(str::to_owned);
+            again.filter(|_| ended.status.code() == Some(1) && ended.stdout.contains("FAIL"))
+        });
+        let again = found.as_deref().and_then(|again| again.lines().next());
+        println!("{}: {}", self.what, again.unwrap_or("not found"));
+        found.is_some()
+    }
 }
 
 #[test]
@@ -24,38 +82,62 @@ fn every_bug_of_physics_is_found_by_random_cases() {
     }
     let place = Place::new();
     let mut missed = Vec::new();
-    let bugs: toml::Table = include_str!("bugs.toml").parse().unwrap();
-    for (k, bug) in bugs["bug"].as_array().unwrap().iter().enumerate() {
-        let words = ["what", "file", "from", "to"];
-        let [what, file, from, to] = words.map(|key| bug[key].as_str().unwrap());
-        let seed = bug["seed"].as_integer().unwrap() as u64;
+    for (k, bug) in Bug::all("bug").into_iter().enumerate() {
         let package = place.path(&format!("bug{k}"));
         for part in ["tandem_solver", "examples"] {
             copy(&root().join("python").join(part), &package.join(part));
         }
-        let file = package.join(file);
-        let text = std::fs::read_to_string(&file).unwrap();
-        assert_eq!(
-            text.matches(from).count(),
-            1,
-            "{what}: {from} has to be there once"
-        );
-        std::fs::write(&file, text.replace(from, to)).unwrap();
+        bug.put(&package);
         let command = format!("python3 '{}'", package.join(DISCS).display());
-        // No time to make a case small: the first one that shows the bug is enough.
-        let found = searches(seed).find_map(|(seed, cases)| {
-            let numbers = format!("--seed {seed} --cases {cases} --time 20 --shrink 0");
-            let only = "J-1,T-1,F-8,F-7,F-5,F-6,F-9,E-4,R-3,L-2,N-1";
-            let mut kit = vec!["conformance", "--dem", &command, "--only", only];
-            kit.extend(numbers.split(' '));
-            let ended = place.start(&kit).end();
-            let again = ended.stdout.split("--seed ").nth(1).map(str::to_owned);
-            again.filter(|_| ended.status.code() == Some(1) && ended.stdout.contains("FAIL"))
-        });
-        match found {
-            Some(again) => println!("{what}: {}", again.lines().next().unwrap_or_default()),
-            None => missed.push(what),
+        let run = |options: &str| {
+            let mut kit = vec!["conformance", "--dem", &command];
+            kit.extend(options.split(' '));
+            place.start(&kit).end()
+        };
+        if !bug.is_found(run) {
+            missed.push(bug.what);
         }
     }
     assert!(missed.is_empty(), "not found:\n{}", missed.join("\n"));
+}
+
+/// In a copy of the tree, which is built with each.
+#[test]
+#[ignore = "builds all again and again: ten minutes"]
+fn every_bug_of_the_built_in_solver_is_found_by_random_cases() {
+    let place = Place::new();
+    let tree = place.path("tree");
+    let shell = |script: &str| {
+        let mut sh = Command::new("sh");
+        sh.args(["-ec", script])
+            .env("TREE", &tree)
+            .current_dir(root());
+        assert!(sh.status().unwrap().success(), "{script}");
+    };
+    shell(r#"mkdir "$TREE"; git ls-files -z | xargs -0 cp --parents -t "$TREE""#);
+    let mut missed = Vec::new();
+    for bug in Bug::all("built_in") {
+        let before = bug.put(&tree);
+        shell(r#"cargo build --release --bin tandem --manifest-path "$TREE/Cargo.toml""#);
+        let run = |options: &str| {
+            let mut kit = vec!["conformance", "--dem", "built-in", "--in-process"];
+            kit.extend(options.split(' '));
+            place
+                .start_as(&tree.join("target/release/tandem"), &kit)
+                .end()
+        };
+        if !bug.is_found(run) {
+            missed.push(bug.what.clone());
+        }
+        std::fs::write(tree.join(&bug.file), before).unwrap();
+    }
+    assert!(missed.is_empty(), "not found:\n{}", missed.join("\n"));
+}
+
+#[test]
+fn the_lines_that_bugs_change_are_there() {
+    for bug in Bug::all("built_in") {
+        let text = std::fs::read_to_string(root().join(&bug.file)).unwrap();
+        assert_eq!(text.matches(&bug.from).count(), 1, "{}", bug.what);
+    }
 }

@@ -59,7 +59,11 @@ class Body:
             pairs = [(nodes[i], nodes[(i + 1) % n]) for i in range(n if n > 2 else 1)]
             self.parts = [O.bodies.append(connect(i, j, a, material=material)) for i, j in pairs]
             O.interactions.clear()  # the beams between the nodes: a clump is rigid
-            self.id = O.bodies.clump(nodes + self.parts)
+            # YADE puts a clump where the masses of its parts have their centre, and turns it about that place.
+            for part in nodes + self.parts:
+                O.bodies[part].state.mass = 0.0
+            middle = yade.utils.sphere((start.x, start.y, 0.0), a, material=material, mask=0)
+            self.id = O.bodies.clump([*nodes, *self.parts, O.bodies.append(middle)])
             O.bodies[self.id].aspherical = False  # in the plane a spin is a number
             for part in self.parts:
                 O.bodies[part].mask = MEET | SURFACE
@@ -93,7 +97,7 @@ class Body:
 class Yade:
     identity = "yade_dem 0.1"
     capabilities = ("shape:disc", "shape:segment", "shape:rectangle", "shape:polygon", "motion:free", "motion:fixed")
-    capabilities += ("law:linear", "feature:friction")
+    capabilities += ("law:linear", "feature:friction", "feature:no_inside")
 
     def configure(self, config):
         law = config["contact"].get("linear", {})
@@ -183,7 +187,10 @@ class Yade:
             sphere = O.bodies[self.spheres[point.id]].state
             sphere.pos, sphere.vel, sphere.angVel = (point.x, point.y, 0.0), (vx, vy, 0.0), (0.0, 0.0, point.spin)
         self.run(step.dt_before, moving=False)
-        for slot, body, _, normal, at in self.bounds.contacts(points, self.bodies()):
+        for slot, body, overlap, normal, at in self.bounds.contacts(points, self.bodies()):
+            shape, point = self.all[body].shape, points[slot]
+            if overlap >= shape.radius + point.radius:
+                raise Fault(f"point {point.id} is inside of body {body} ({shape.name}): YADE would pull it through")
             forces.add(slot, body, at, (0.0, 0.0), self.k_n, normal, self.k_t)
         history = dict(self.pressing(step, points, forces))
         for key, (_, _, stored) in self.bounds.past[0].items():
@@ -200,9 +207,6 @@ class Yade:
             sphere, part = (contact.id1, contact.id2) if of_point else (contact.id2, contact.id1)
             slot, index = self.slots[sphere], self.owner[part]
             body, overlap, point, physics = self.all[index], contact.geom.penetrationDepth, points[slot], contact.phys
-            if overlap > body.shape.radius + 0.5 * point.radius:
-                name = body.shape.name
-                raise Fault(f"point {point.id} is inside of body {index} ({name}): YADE would pull it through")
             # YADE's normal points from the first to the second; its forces act on the second.
             sign, at = -1.0 if of_point else 1.0, contact.geom.contactPoint
             push, rub = ((sign * f[0], sign * f[1]) for f in (physics.normalForce, physics.shearForce))

@@ -159,7 +159,7 @@ impl Measure for OverlapArea {
             let apart = (p - q).norm();
             Spot {
                 depth: -apart,
-                gain: 1.0,
+                gain: 0.0, // that of no width
                 normal: if apart > 0.0 {
                     (p - q) / apart
                 } else {

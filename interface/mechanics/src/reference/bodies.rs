@@ -2,180 +2,29 @@
 //! or chunks. It shares with the built-in solver the configuration's types and the mass properties of a shape.
 
 mod area;
+mod body;
 mod chain;
 
 use std::collections::BTreeMap;
 
 use interface::Vec2;
-use interface::config::{
-    BodyConfig, BodyShape, ContactLaw, DemConfig, Interface, Motion as Drive, OverlapMeasure,
-};
+use interface::config::{ContactLaw, DemConfig, Interface, OverlapMeasure};
 use interface::message::wire::{BodyState, ContactState, ImpInfo, ImpState, Ledger};
 use interface::step::Step;
 use nalgebra::{DMatrix, DVector, Vector3};
 
 use super::law::{Exerted, History, Law, Motion, Pair};
-use crate::mass::{cross, swept, union_of_discs};
+use crate::mass::cross;
 use crate::outline::{Feature, nearest, nearest_on_edge};
 pub use area::{Shared, shared};
+pub use body::Body;
+use body::{edges, left};
 
 /// Distances (m) below this share of a point's radius are not told apart: rounding, and its growth over a run.
 pub const BLUR: f64 = 1e-8;
 
 /// Along x and y, and about the centre of mass.
 pub type Vec3 = Vector3<f64>;
-
-/// A body at `t_n`, with the velocities of `t_{n-1/2}`.
-#[derive(Debug, Clone)]
-pub struct Body {
-    /// Mass twice in kg/m, and moment of inertia in kg m.
-    inertia: Vec3,
-    /// 1 where forces move it, 0 where they do not.
-    yields: Vec3,
-    drive: Drive,
-    surface: String,
-    /// Vertices from the centre of mass at an angle of 0 in m, and the sphero-radius of each in m.
-    vertices: Vec<(Vec2, f64)>,
-    /// A cluster: every vertex is a disc of its own.
-    cluster: bool,
-    /// Centre of mass in m, and angle.
-    pub pose: Vec3,
-    /// In m/s and rad/s.
-    velocity: Vec3,
-    /// Translation (m) and rotation (rad) of the last drift.
-    last: Vec3,
-}
-
-fn turned(v: Vec2, angle: f64) -> Vec2 {
-    let (s, c) = angle.sin_cos();
-    Vec2::new(c * v.x - s * v.y, s * v.x + c * v.y)
-}
-
-fn left(v: Vec2) -> Vec2 {
-    Vec2::new(-v.y, v.x)
-}
-
-/// The edges of an outline.
-fn edges(outline: &[Vec2]) -> impl Iterator<Item = [Vec2; 2]> {
-    let n = outline.len();
-    (0..n - usize::from(n == 2)).map(move |e| [outline[e], outline[(e + 1) % n]])
-}
-
-impl Body {
-    fn new(config: &BodyConfig) -> Self {
-        let mut vertices: Vec<Vec2> = config.shape.vertices().iter().map(|&v| v.into()).collect();
-        let mut radii = vec![config.sphero_radius; vertices.len()];
-        let first = vertices[0];
-        let corner = |w: &[Vec2]| cross(w[0] - first, w[1] - first);
-        let own = match &config.shape {
-            BodyShape::Cluster { radii, .. } => Some(radii),
-            _ => None,
-        };
-        let moments = if let Some(own) = own {
-            radii[..own.len()].copy_from_slice(own);
-            union_of_discs(&vertices, &radii)
-        } else {
-            if vertices.windows(2).map(corner).sum::<f64>() < 0.0 {
-                vertices.reverse();
-            }
-            swept(&vertices, config.sphero_radius)
-        };
-        let (mass, inertia) = moments.mass(config.inertia);
-        let place = Vec2::from(config.position) + turned(moments.centroid, config.angle);
-        let vertices = vertices.iter().map(|v| v - moments.centroid).zip(radii);
-        Self {
-            inertia: Vec3::new(mass, mass, inertia),
-            yields: config.motion.yielding().into(),
-            drive: config.motion,
-            surface: config.surface.clone(),
-            vertices: vertices.collect(),
-            cluster: own.is_some(),
-            pose: place.push(config.angle),
-            velocity: Vec2::from(config.velocity).push(config.spin),
-            last: Vec3::zeros(),
-        }
-    }
-
-    /// Where a place of its frame (m) is.
-    fn at(&self, place: Vec2) -> Vec2 {
-        self.pose.xy() + turned(place, self.pose.z)
-    }
-
-    /// The outline in m, with sphero-radii.
-    pub fn outline(&self) -> impl Iterator<Item = (Vec2, f64)> {
-        self.vertices.iter().map(|(v, a)| (self.at(*v), *a))
-    }
-
-    /// Positions of its vertices in m.
-    pub fn corners(&self) -> Vec<Vec2> {
-        self.outline().map(|(v, _)| v).collect()
-    }
-
-    /// The outlines that a point touches one by one, each with its sphero-radius: one, or the discs of a cluster.
-    pub fn parts(&self) -> Vec<(Vec<Vec2>, f64)> {
-        if self.cluster {
-            return self.outline().map(|(v, a)| (vec![v], a)).collect();
-        }
-        vec![(self.corners(), self.vertices[0].1)]
-    }
-
-    /// Whether it is a disc, or several.
-    fn is_round(&self) -> bool {
-        self.cluster || self.vertices.len() == 1
-    }
-
-    fn is_moved_by_forces(&self) -> bool {
-        self.yields != Vec3::zeros()
-    }
-
-    /// `1/m` along x and y, and `1/I`; 0 in directions in which forces do not move it.
-    fn mobility(&self) -> Vec3 {
-        self.yields.component_div(&self.inertia)
-    }
-
-    /// What a contact at `r` (m) from the centre of mass takes of it.
-    fn side(&self, r: Vec2) -> Side {
-        let light = self.mobility().xy().max();
-        let fast = self.velocity.xy() + left(r) * self.velocity.z;
-        (light, Some(self.moved(r).push(self.last.z)), fast)
-    }
-
-    /// What a contact at `r` (m) from the centre of mass adds to its squared frequency (L-2), with stiffnesses along N and T.
-    fn rate(&self, r: Vec2, normal: Vec2, [k_n, k_t]: [f64; 2]) -> f64 {
-        let (light, turns) = (self.mobility().xy().max(), self.mobility().z);
-        let (n, t) = (cross(r, normal), cross(r, left(normal)));
-        k_n * (light + n * n * turns) + k_t * (light + t * t * turns)
-    }
-
-    /// Displacement in m, in the last drift, of the material that is now at `r` (m) from the centre of mass.
-    pub fn moved(&self, r: Vec2) -> Vec2 {
-        self.last.xy() + r - turned(r, -self.last.z)
-    }
-
-    /// The fastest point of the surface in m/s at this velocity.
-    fn speed(&self, velocity: Vec3) -> f64 {
-        let speed = |(v, a): &(Vec2, f64)| {
-            let around = left(turned(*v, self.pose.z)) * velocity.z;
-            (velocity.xy() + around).norm() + a * velocity.z.abs()
-        };
-        self.vertices.iter().map(speed).fold(0.0, f64::max)
-    }
-
-    /// Displacement in m of the point of the surface that has gone farthest since the pose `then`, as far as 16 directions
-    /// around every vertex show it.
-    fn gone_since(&self, then: &Vec3) -> f64 {
-        let surface = self.vertices.iter().flat_map(|(v, a)| {
-            let around = (0..16).map(|k| f64::from(k) * std::f64::consts::TAU / 16.0);
-            around.map(move |way| v + Vec2::new(way.cos(), way.sin()) * *a)
-        });
-        let gone = surface.map(|at| {
-            let (now, before) = (self.at(at), then.xy() + turned(at, then.z));
-            // Less what rounding makes of a body that does not move.
-            (now - before).norm() - 1e-14 * (now.norm() + at.norm())
-        });
-        gone.fold(0.0, f64::max)
-    }
-}
 
 /// Who touch: a body and a point (part of the body, id), two bodies, or two points.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
@@ -274,6 +123,8 @@ pub struct Expected {
     pub touches: Vec<Touch>,
     /// What is exactly at the edge between two answers, so that rounding decides: nothing can be compared from here on.
     pub doubtful: Option<&'static str>,
+    /// Whether a point is on a corner, so that only the forces can be compared, and nothing after them.
+    pub is_last: bool,
     /// Largest squared frequency in 1/s^2 that the bodies have by contact with one another, at least.
     pub own_omega_sq: f64,
     /// Largest damping ratio of a contact in reach.
@@ -322,7 +173,6 @@ pub struct Oracle {
     published: Option<Vec<Vec3>>,
     friction: f64,
     loose: [f64; 2],
-    ended: Option<&'static str>,
     viscous: [f64; 2],
     driven: f64,
     applied: Vec3,
@@ -339,8 +189,6 @@ struct Sums {
     friction: f64,
     /// What may be dissipated more or less in this step, as [`Expected::loose`] says.
     unsaid: f64,
-    /// Why nothing can be compared after this step.
-    ends: Option<&'static str>,
     viscous: [f64; 2],
 }
 
@@ -478,7 +326,6 @@ impl Oracle {
             published: None,
             friction: 0.0,
             loose: [0.0; 2],
-            ended: None,
             viscous: [0.0; 2],
             driven: 0.0,
             applied: Vec3::zeros(),
@@ -529,8 +376,6 @@ impl Oracle {
         self.bodies_and_bodies(step, &mut sums);
         self.kick(step, &mut sums);
         let mut expected = sums.expected;
-        expected.doubtful = expected.doubtful.or(self.ended);
-        self.ended = sums.ends;
         let blur: f64 = expected.loads.iter().map(|load| load.blur).sum();
         let [unsaid, impulse] = self.loose;
         expected.loose = [unsaid + sums.unsaid, impulse + blur * step.kick()];
@@ -597,9 +442,7 @@ impl Oracle {
         };
         let law = self.law_of_points(info.group, b);
         let corner = match near.feature {
-            Feature::Vertex(v) if near.distance.abs() <= BLUR * info.radius => {
-                corner(outline, v, (law, body))
-            }
+            Feature::Vertex(v) if near.distance.abs() <= BLUR * info.radius => corner(outline, v),
             _ => None,
         };
         if let Some([before, after]) = corner {
@@ -612,7 +455,7 @@ impl Oracle {
         if let Some([before, after]) = corner {
             // A solver may take it for a corner only where rounding says no more than a thousandth of its direction.
             place.curvature = (0.5 * before.angle(&after) + 1e-3) / place.blur;
-            sums.ends = Some("a point was on a corner");
+            sums.expected.is_last = true;
         }
         let Place { overlap, at, .. } = place;
         let who = Who::Point(info.id, b, part);
@@ -825,18 +668,9 @@ impl Oracle {
             gain,
             ..
         } = place;
-        let lightness = light + other_light;
-        let mass = if lightness > 0.0 {
-            1.0 / lightness
-        } else {
-            0.0
-        };
+        let mass = inverse(light + other_light);
         let law = Law::of(law, Pair { mass, radius });
-        let per_dt = if step.dt_before > 0.0 {
-            1.0 / step.dt_before
-        } else {
-            0.0
-        };
+        let per_dt = inverse(step.dt_before);
         let moved = match (gone, other_gone) {
             (Some(gone), Some(other)) if per_dt > 0.0 => gone - other,
             _ => Vec3::zeros(),
@@ -858,7 +692,10 @@ impl Oracle {
         let [f_n, f_t] = exerted.force;
         let [by_place, by_speed] = exerted.sensitivity;
         let force = (normal * f_n + left(normal) * f_t) * gain;
-        let steep = (by_place + by_speed * per_dt) * gain + place.curvature * force.norm();
+        // A turn of the normal turns the force, and motions along it into motions across.
+        let motions = 2.0 * (by_place * moved.norm() + by_speed * velocity.norm());
+        let steep = (by_place + by_speed * per_dt) * gain
+            + place.curvature * (force.norm() + motions * gain);
         sums.book(&exerted, (&law, &before), &place);
         let touch = Touch {
             who,
@@ -882,11 +719,6 @@ impl Oracle {
         let (kick, w) = (step.kick(), step.centring());
         let keeps = step.dt_before > 0.0 || step.dt > 0.0;
         let gravity = Vec2::from(self.config.gravity);
-        let share = if kick > 0.0 {
-            0.5 * step.dt_before / kick
-        } else {
-            0.0
-        };
         let viscous = [0, 1].map(|k| self.viscous[k] + sums.viscous[k]);
         let (mut driven, mut applied, mut contact) = (0.0, self.applied, self.contact);
         let mut turning = 0.0;
@@ -944,7 +776,7 @@ impl Oracle {
                 body.velocity = after;
             }
         }
-        ledger.driven_work = self.driven + share * driven;
+        ledger.driven_work = self.driven + w * driven;
         ledger.applied_impulse = applied.xy().into();
         ledger.contact_impulse = contact.xy().into();
         (ledger.applied_moment, ledger.contact_moment) = (applied.z, contact.z);
@@ -973,26 +805,21 @@ fn frequency(springs: &[Spring]) -> f64 {
     }
 }
 
+/// 0 of what is not above 0.
+fn inverse(x: f64) -> f64 {
+    if x > 0.0 { 1.0 / x } else { 0.0 }
+}
+
 /// Parts along N and T.
 fn along(v: Vec2, normal: Vec2) -> [f64; 2] {
     [v.dot(&normal), v.dot(&left(normal))]
 }
 
-/// The normals between which a point on a corner is pushed, if nothing but its force rests on which one it is.
-fn corner(outline: &[Vec2], v: usize, (law, body): (&ContactLaw, &Body)) -> Option<[Vec2; 2]> {
+/// The normals between which a point on a corner of a polygon is pushed.
+fn corner(outline: &[Vec2], v: usize) -> Option<[Vec2; 2]> {
     let n = outline.len();
     let edge = |k: usize| outline[(k + 1) % n] - outline[k % n];
-    let [before, after] = [v + n - 1, v].map(|k| -left(edge(k).normalize()));
-    let law = Law::of(
-        law,
-        Pair {
-            mass: 1.0,
-            radius: 1.0,
-        },
-    );
-    let smooth = law.tangential_stiffness(1.0) == 0.0 && law.dashpots([1.0; 2]) == [0.0; 2];
-    let rests = !body.is_moved_by_forces() && body.velocity == Vec3::zeros();
-    (n > 2 && cross(before, after) > 0.0 && smooth && rests).then_some([before, after])
+    (n > 2).then(|| [v + n - 1, v].map(|k| -left(edge(k).normalize())))
 }
 
 /// Whether two places of an outline, more than a little apart, are both nearest to `x` within `blur` (m), or it is on a corner

@@ -5,9 +5,10 @@ mod continuum;
 pub mod grid_contact;
 pub mod law;
 mod material;
-mod nodes;
+mod start;
 mod volumes;
 mod walls;
 
-pub use continuum::{Kernel, Reference, Totals, is_within};
+pub use continuum::{Kernel, Reference, Totals};
 pub use material::{RefLaw, RefPoint};
+pub use start::is_within;

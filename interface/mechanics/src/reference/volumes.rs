@@ -3,7 +3,7 @@
 
 use super::continuum::Reference;
 use super::material::{RefLaw, RefPoint};
-use super::nodes::Node;
+use super::walls::Node;
 
 fn rate(p: &RefPoint) -> f64 {
     match p.law {

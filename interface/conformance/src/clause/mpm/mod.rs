@@ -5,7 +5,6 @@ mod halt;
 mod imps;
 mod limits;
 mod physics;
-mod plastic;
 pub(crate) mod scene;
 
 use super::row::Clause;
@@ -18,6 +17,5 @@ pub const CLAUSES: &[&[Clause]] = &[
     imps::CLAUSES,
     limits::CLAUSES,
     halt::CLAUSES,
-    plastic::CLAUSES,
     physics::CLAUSES,
 ];

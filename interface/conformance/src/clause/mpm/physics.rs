@@ -1,5 +1,7 @@
 //! Sections 3 to 9: what a continuum does and says, judged by random cases beside the oracle ([`crate::random`]).
 
+use std::collections::HashMap;
+
 use interface::config::capability::PLASTIC_STRAIN;
 use interface::config::{
     GridContact, MaterialModel, MpmConfig, ShapeFunction, StressUpdate, Transfer, Walls,
@@ -159,6 +161,17 @@ pub const CLAUSES: &[Clause] = clauses! {
     Must "R-5e" "plastic strain is the equivalent one of von Mises' material and the shear strain of sand with a memory",
         needs: &[PLASTIC_STRAIN, "material:von_mises"], after: &["F-1a"];
         - "reports the plastic shear strain": Flaw::point(|point| point.plastic_strain *= 3.0_f32.sqrt());
+        - "reports the growth of plastic strain since the last frame": {
+            let mut before = HashMap::new();
+            Flaw::point(move |point| {
+                let now = point.plastic_strain;
+                point.plastic_strain -= before.insert(point.id, now).unwrap_or_default();
+            })
+        };
+        - "reports negative plastic strain": Flaw::point(|point| point.plastic_strain *= -1.0);
+        - "keeps no plastic strain": Flaw::point(|point| point.plastic_strain = 0.0);
+        - "reports NaN for points that have flowed":
+            Flaw::point(|point| { if point.plastic_strain > 0.0 { point.plastic_strain = f32::NAN; } });
         - "has half the hardening":
             of_model(|model| { if let MaterialModel::VonMises { hardening_modulus, .. } = model { *hardening_modulus *= 0.5; } });
     Must "D-1a" "all points at the end, in order of their ids, of the next step", after: &["F-1a"];

@@ -1,7 +1,8 @@
 //! Which cases can be run: what no coupled run would do is left out, since no clause says what a solver does there.
 
 use interface::Vec2;
-use interface::config::{BodyShape, OverlapMeasure};
+use interface::config::OverlapMeasure;
+use mechanics::mass::swept;
 use mechanics::outline::{nearest, thickness};
 use mechanics::reference::bodies::{BLUR, Body, Expected, Oracle, Vec3, Who, shared};
 use mechanics::reference::law::{Law, Pair};
@@ -10,8 +11,10 @@ use super::case::Case;
 
 /// Most by which a point moves towards or along what it touches in a step, as a share of its radius; a run allows half.
 const MOVES: f64 = 0.45;
-/// Deepest overlap of a point, as a share of its radius.
+/// Deepest overlap of a point, as a share of its radius; and of its centre in a polygon, as a share of the radius of a disc of the
+/// same area.
 const DEEP: f64 = 0.95;
+const INSIDE: f64 = 0.5;
 /// Deepest overlap of two bodies, as a share of the sum of their sphero-radii; of an area its mean depth, as a share of the
 /// thickness of the thinner one.
 const DEEP_BODIES: f64 = 0.3;
@@ -25,11 +28,16 @@ pub fn is_sound(case: &Case, oracle: &Oracle, poses: &[Vec3], expected: &Expecte
     let bodies = &case.config.bodies;
     let too_deep = expected.touches.iter().any(|touch| match touch.who {
         Who::Point(id, b, _) => {
-            // Not beyond the outline of a polygon, and not as deep in what has no inside.
-            let (corners, own) = (bodies[b].shape.vertices().len(), radius(case, id));
-            let on_it = bodies[b].sphero_radius + (1.0 + BLUR) * own;
-            let round = corners < 3 || matches!(bodies[b].shape, BodyShape::Cluster { .. });
-            touch.overlap > if round { DEEP * own } else { on_it }
+            // Not near the middle of a polygon, and not as deep in what has no inside.
+            let own = radius(case, id);
+            touch.overlap
+                > match &oracle.bodies[b].parts()[..] {
+                    [(outline, a)] if outline.len() > 2 => {
+                        let of_disc = (swept(outline, *a).area / std::f64::consts::PI).sqrt();
+                        (a + (1.0 + BLUR) * own).max(own + INSIDE * of_disc)
+                    }
+                    _ => DEEP * own,
+                }
         }
         Who::Points(p, q) => touch.overlap > 0.5 * radius(case, p).min(radius(case, q)),
         // `is_through` looks at them.
@@ -81,7 +89,16 @@ pub fn passes(case: &Case, oracle: &Oracle, now: &[Vec2], before: &[Vec2]) -> bo
             let far = |(outline, a): &(Vec<Vec2>, f64)| {
                 nearest(outline, *now).distance > a + 3.0 * point.info.radius
             };
-            moved.norm() > MOVES * point.info.radius && !body.parts().iter().all(far)
+            // Inside, from one side of the middle to another.
+            let turned = |(outline, _): &(Vec<Vec2>, f64)| {
+                let seen = [now - moved, *now].map(|x| (x, nearest(outline, x)));
+                let [one, other] = seen.map(|(x, near)| (x - near.point) * near.distance.signum());
+                let inside = seen.iter().any(|(_, near)| near.distance < 0.0);
+                inside && one.dot(&other) < 0.2 * one.norm() * other.norm()
+            };
+            let parts = body.parts();
+            moved.norm() > MOVES * point.info.radius && !parts.iter().all(far)
+                || parts.iter().any(turned)
         })
     })
 }

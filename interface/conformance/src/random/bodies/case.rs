@@ -124,8 +124,10 @@ impl Case {
                     let mut parts = body.parts();
                     let part = point.info.id as usize % parts.len();
                     let (outline, a) = parts.swap_remove(part);
-                    let (place, normal) = around(&outline, a + point.info.radius, way, body.pose.z);
-                    place + normal * (a + point.info.radius - overlap)
+                    let (reach, angle) = (a + point.info.radius, body.pose.z);
+                    let away = reach - overlap;
+                    let (place, normal) = around(&outline, reach.copysign(away), way, angle);
+                    place + normal * away
                 }
                 Along::Axis => Vec2::new(way, 0.0),
                 Along::Point(k) => {
@@ -158,8 +160,8 @@ impl Case {
     }
 }
 
-/// Where a way (m) along an outline rounded by `radius` (m) leads: the nearest place of the outline, and the unit normal. The
-/// way begins at the first vertex, in the body's own direction of `angle` (rad).
+/// Where a way (m) along an outline rounded by `radius` (m; negative: inside of it, where reflex corners are round) leads: the
+/// nearest place of the outline, and the unit normal. It begins at the first vertex, in the body's own direction of `angle` (rad).
 fn around(outline: &[Vec2], radius: f64, way: f64, angle: f64) -> (Vec2, Vec2) {
     let n = outline.len();
     let direction = |angle: f64| Vec2::new(angle.cos(), angle.sin());
@@ -181,7 +183,7 @@ fn around(outline: &[Vec2], radius: f64, way: f64, angle: f64) -> (Vec2, Vec2) {
         }
     };
     let lengths: Vec<f64> = (0..n)
-        .flat_map(|i| [edge(i).norm(), radius * turn(i).max(0.0)])
+        .flat_map(|i| [edge(i).norm(), (radius * turn(i)).max(0.0)])
         .collect();
     let mut left = way.rem_euclid(lengths.iter().sum());
     for (k, length) in lengths.iter().enumerate() {

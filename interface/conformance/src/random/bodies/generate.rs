@@ -16,6 +16,9 @@ use super::super::dice::{Dice, decades};
 use super::super::plan::Course;
 use super::case::{Along, Case, Walker};
 
+/// Bodies that no point gets inside of, or onto the outline.
+const NO_INSIDE: &str = "feature:no_inside";
+
 /// What the numbers of a case have in common.
 struct Scale {
     /// Typical contact radius in m.
@@ -97,8 +100,7 @@ impl Dice<'_, Scale> {
         if config.interface == Interface::Segments {
             points = self.chains(&config.bodies, steps);
         } else {
-            self.aside()
-                .put_on_outlines(&mut config.bodies, &mut points);
+            self.aside().put_on_outlines(&mut config, &mut points);
         }
         Case {
             config,
@@ -129,7 +131,22 @@ impl Dice<'_, Scale> {
                     (body.sphero_radius, body.shape) = (extent(body), BodyShape::Disc);
                 }
             }
+            6 | 7 if touching && takes(&["motion:free"]) => self.fly(&mut dice, config),
             _ => {}
+        }
+    }
+
+    /// Bodies that come from afar, at most as fast as uses up the skin in some steps.
+    fn fly(&self, dice: &mut Dice<()>, config: &mut DemConfig) {
+        let (skin, count) = (config.skin, config.bodies.len());
+        let [apart, pace] = [dice.between(1.0, 4.0), dice.between(0.05, 0.2)].map(|s| s * skin);
+        let row = [0, 1].map(|k| Vec2::from(config.bodies[k].position));
+        let along = (row[1] - row[0]).normalize();
+        for (k, body) in (0..).zip(&mut config.bodies) {
+            let place = f64::from(k) - 0.5 * (count - 1) as f64;
+            body.position = (Vec2::from(body.position) + along * (place * apart)).into();
+            (body.motion, body.spin) = (Motion::Free, 0.0);
+            body.velocity = (along * (-place * pace / self.dt)).into();
         }
     }
 
@@ -506,14 +523,23 @@ fn extent(body: &BodyConfig) -> f64 {
 }
 
 impl<S> Dice<'_, S> {
-    /// Some points on polygons begin on their outlines, or as near to them, if the bodies rest, as a corner can be.
-    fn put_on_outlines(&mut self, bodies: &mut [BodyConfig], points: &mut [Walker]) {
-        if self.rng.u32(0..6) > 0 {
+    /// Some points on polygons begin on their outlines, or as near to them, if the bodies rest, as a corner can be, or inside, with
+    /// notches.
+    fn put_on_outlines(&mut self, config: &mut DemConfig, points: &mut [Walker]) {
+        if self.rng.u32(0..6) > 0 || self.takes.has(NO_INSIDE) {
             return;
         }
         let mut dice = self.aside();
         let rest = dice.often() && dice.takes.meets("motion:fixed");
         let straight = if dice.often() { 0.0 } else { 1.0 };
+        let inside = dice.often() && config.overlap == OverlapMeasure::EachEdge;
+        let bodies = &mut config.bodies;
+        for body in bodies.iter_mut().filter(|_| inside) {
+            if let BodyShape::Polygon { vertices } = &mut body.shape {
+                let inner = vertices.iter_mut().skip(1).step_by(2);
+                inner.for_each(|v| *v = v.map(|x| 0.5 * x));
+            }
+        }
         for body in bodies.iter_mut().filter(|_| rest) {
             (body.motion, body.velocity, body.spin) = (Motion::Fixed, [0.0; 2], 0.0);
             // On an edge along an axis, points are on the outline to the last bit.
@@ -532,7 +558,11 @@ impl<S> Dice<'_, S> {
             }
             let (stay, radius) = (self.rng.u32(1..20), point.info.radius);
             let near = rest && dice.often();
-            let away = dice.when(near, |dice| radius * decades(&mut dice.rng, -7.0, -1.0));
+            let away = match (inside, near) {
+                (true, _) => -radius * dice.between(0.05, 0.8),
+                (_, true) => radius * decades(&mut dice.rng, -7.0, -1.0),
+                _ => 0.0,
+            };
             let mut last = (stay, bodies[b].sphero_radius + radius - away);
             let mut course = vec![(0, last.1), last];
             for &(step, wanted) in point.overlap.0.iter().filter(|(step, _)| *step > stay) {

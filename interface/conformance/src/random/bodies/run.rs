@@ -143,17 +143,23 @@ impl run::Case for Case {
         let longest = stand.longest;
         let mut answered = Vec::new();
         for k in 0..window.steps {
-            match stepped(play, self, stand, (window, k == 0), judge) {
+            let step = stepped(play, self, stand, (window, k == 0), judge);
+            let ends = match &step {
+                Ok(step) => step.expected.is_last,
+                Err(stop) => matches!(stop, Stop::Doubtful),
+            };
+            match step {
                 Ok(step) => answered.push(step),
-                // There is no report, but the forces of the steps before can be judged.
-                Err(Stop::Doubtful) if k > 0 => {
-                    for (step, k) in answered.iter().zip(first..) {
-                        judge.step = k;
-                        judge.forces(&step.expected, &step.set, &step.answer)?;
-                    }
-                    return Err(Stop::Doubtful);
-                }
+                Err(Stop::Doubtful) => {}
                 Err(other) => return Err(other),
+            }
+            if ends {
+                // There is no report, but forces can be judged.
+                for (step, k) in answered.iter().zip(first..) {
+                    judge.step = k;
+                    judge.forces(&step.expected, &step.set, &step.answer)?;
+                }
+                return Err(Stop::Doubtful);
             }
         }
         let report = report(play, number, window, judge)?;

@@ -5,6 +5,7 @@ use interface::step::Step;
 
 use super::{BLUR, Body, Oracle, Place, Spring, Sums, Who, edges, left};
 use crate::mass::cross;
+use crate::reference::law::History;
 
 /// What two outlines share.
 #[derive(Debug, Clone, Copy)]
@@ -71,17 +72,8 @@ impl Oracle {
         let who = Who::Bodies(i, 0, j, 0);
         let (corners, others) = (one.corners(), other.corners());
         let Some(shared) = shared(&corners, &others) else {
-            // An area that has gone has no direction: the forces of before go over the last way in any.
-            let before = self.history.get(&who).copied().unwrap_or_default();
-            let moved = |body: &Body, x: &Vec2| body.moved(x - body.pose.xy());
-            let corners = corners.iter().chain(&others);
-            let moved = corners.map(|x| (moved(one, x) - moved(other, x)).norm());
-            let most = moved.fold(0.0, f64::max);
-            let [normal, tangential] = before.dashpots;
-            let damped = normal.hypot(tangential) * most;
-            sums.friction += before.energy();
-            sums.unsaid += 0.5 * before.spring.abs() * most;
-            sums.viscous = [sums.viscous[0] - damped, sums.viscous[1] + damped];
+            // An area that has gone has no width, so the law gets no motion.
+            sums.friction += self.history.get(&who).map_or(0.0, History::energy);
             return None;
         };
         let extent = |body: &Body| {

@@ -6,7 +6,7 @@ use interface::Vec2;
 use interface::message::wire::{ImpInfo, ImpState};
 use interface::step::Step;
 
-use super::{OnPoint, Oracle, Place, Span, Sums, Touch, Who, along, left};
+use super::{OnPoint, Oracle, Place, Span, Sums, Touch, Who, along, inverse, left};
 use crate::mass::cross;
 use crate::reference::law::{History, Law, Motion, Pair};
 
@@ -367,11 +367,7 @@ impl Oracle {
             sums.book(&exerted, (&law, &before), &deepest.place);
         }
         let [by_place, by_speed] = exerted.sensitivity;
-        let per_dt = if step.dt_before > 0.0 {
-            1.0 / step.dt_before
-        } else {
-            0.0
-        };
+        let per_dt = inverse(step.dt_before);
         for foot in feet {
             let Place {
                 overlap, normal, ..
