@@ -29,6 +29,7 @@ fn a_point_is_pushed_away_and_the_disc_the_other_way() {
     let config = DemConfig {
         bodies: vec![disc],
         point_contact: law,
+        threads: 1,
         ..DemConfig::default()
     };
     solver.configure(&config).expect("it is taken");
