@@ -318,7 +318,9 @@ impl Lead {
         };
         let part = |party, measured| {
             let mut orders = sent(party, Kind::Order);
-            let Some(Ok(Order::Configure(configure))) = orders.next().map(|m| m.as_order()) else {
+            let Some(Ok(Order::Configure(configure))) =
+                orders.next().map(interface::message::Message::as_order)
+            else {
                 unreachable!("the first order of a whole run");
             };
             Part {

@@ -5,11 +5,13 @@
 
 mod bodies;
 mod continuum;
+mod points;
 mod run;
 mod saved;
 mod session;
 
-pub use bodies::{Answer, Points};
+pub use bodies::Answer;
 pub use continuum::{Shown, around_all, outline};
+pub use points::Points;
 pub use run::{Run, WindowReport, at_least};
 pub use session::{Bench, HASH, PATIENCE, Session, configure};

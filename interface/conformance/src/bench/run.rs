@@ -9,7 +9,7 @@ use interface::message::wire::{
 use interface::step::{Clock, Step};
 use interface::transport::raw::{Kind, Message, Payload};
 
-use super::bodies::Points;
+use super::points::Points;
 use super::session::{Bench, Session};
 use crate::verdict::{Unmet, broken, require};
 

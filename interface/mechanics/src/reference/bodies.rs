@@ -11,20 +11,17 @@ use interface::Vec2;
 use interface::config::{ContactLaw, DemConfig, Interface, OverlapMeasure};
 use interface::message::wire::{BodyState, ContactState, ImpInfo, ImpState, Ledger};
 use interface::step::Step;
-use nalgebra::{DMatrix, DVector, Vector3};
+use nalgebra::{DMatrix, DVector};
 
 use super::law::{Exerted, History, Law, Motion, Pair};
 use crate::mass::cross;
 use crate::outline::{Feature, nearest, nearest_on_edge};
 pub use area::{Shared, shared};
-pub use body::Body;
-use body::{edges, left};
+pub use body::{Body, Vec3};
+use body::{Side, edges, left};
 
 /// Distances (m) below this share of a point's radius are not told apart: rounding, and its growth over a run.
 pub const BLUR: f64 = 1e-8;
-
-/// Along x and y, and about the centre of mass.
-pub type Vec3 = Vector3<f64>;
 
 /// Who touch: a body and a point (part of the body, id), two bodies, or two points.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
@@ -194,10 +191,6 @@ struct Sums {
 
 /// A normal spring: its stiffness in N/m, and by how much sqrt(m) u, sqrt(m) v, sqrt(I) theta of each body stretch it.
 type Spring = (f64, DVector<f64>);
-
-/// One of two that may touch: 1/m in m/kg, and where they touch the displacement (m) and the rotation (rad) over the last step,
-/// if they are known, and the velocity in m/s.
-type Side = (f64, Option<Vec3>, Vec2);
 
 /// Where two may touch.
 #[derive(Clone, Copy)]

@@ -13,7 +13,7 @@ use interface::message::wire::ImpForce;
 use nalgebra::Vector2;
 
 use super::material::RefPoint;
-use super::walls::{Image, Node, driven};
+use super::nodes::{Image, Node, driven};
 use crate::expression::Expression;
 
 /// A shape function of the distance from a node in cells, and its derivative, as the paper prints them.
@@ -167,6 +167,12 @@ pub struct Kicked {
 }
 
 impl Kicked {
+    /// Speed of the fastest node in m/s.
+    pub fn fastest(&self) -> f64 {
+        let speeds = self.before.iter().chain(&self.after);
+        speeds.map(|v| v[0].hypot(v[1])).fold(0.0, f64::max)
+    }
+
     /// Energy in J/m that impulses have taken of the nodes: times the means of the velocities before and after all that acts on
     /// them.
     fn lost(&self, taken: &[[f64; 2]]) -> f64 {

@@ -5,7 +5,7 @@
 use nalgebra::Vector2;
 
 use super::continuum::{Kernel, Kicked, Reference, Totals};
-use super::walls::Node;
+use super::nodes::Node;
 
 /// Lets layers that approach at a node go on together, and rub on one another; with what that dissipates over a `kick` (s).
 pub fn meet(layers: &[Reference], kicked: &mut [Kicked], friction: f64, kick: f64) -> Totals {

@@ -5,6 +5,7 @@ mod continuum;
 pub mod grid_contact;
 pub mod law;
 mod material;
+mod nodes;
 mod start;
 mod volumes;
 mod walls;

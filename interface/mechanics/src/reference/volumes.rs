@@ -3,7 +3,7 @@
 
 use super::continuum::Reference;
 use super::material::{RefLaw, RefPoint};
-use super::walls::Node;
+use super::nodes::Node;
 
 fn rate(p: &RefPoint) -> f64 {
     match p.law {

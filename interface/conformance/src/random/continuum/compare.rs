@@ -24,10 +24,11 @@ fn blur(oracle: &Oracle) -> f64 {
     1e-12 + 1e-14 * far / c.cell
 }
 
-/// Tolerances of places (m), velocities (m/s), kinetic and stored energies (J/m) and impulses (N s/m).
+/// Tolerances of places (m), velocities (m/s), spins (rad/s), kinetic and stored energies (J/m) and impulses (N s/m).
 struct Tolerance {
     x: f64,
     v: f64,
+    spin: f64,
     energy: f64,
     stored: f64,
     impulse: f64,
@@ -41,6 +42,10 @@ impl Tolerance {
         Self {
             x: blur * oracle.config.cell,
             v: blur * speed,
+            // A node of little mass, at the edge of what a point sees, may be much faster than any point. Its weight is the
+            // square of the distance from that edge, but the gradient that spins come from falls only with the distance.
+            spin: 4.0 * blur / oracle.config.cell
+                * (oracle.wave + stand.fastest.max(oracle.fastest_node)),
             energy: blur * mass * speed * (stand.fastest + blur * speed),
             stored: 10.0 * blur * mass * speed * speed,
             impulse: blur * mass * speed,
@@ -162,9 +167,8 @@ impl Judge<'_> {
                 velocity: p.v,
                 spin: p.spin,
             };
-            let per_cell = 4.0 / stand.oracle.config.cell;
             let rows = [
-                ("F-1a", "spin", per_cell * tolerance.v),
+                ("F-1a", "spin", tolerance.spin),
                 (clause, "position", tolerance.x),
                 (clause, "velocity", tolerance.v),
             ];

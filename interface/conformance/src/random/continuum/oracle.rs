@@ -31,6 +31,8 @@ pub struct Oracle {
     pub config: MpmConfig,
     /// Speed of the fastest pressure wave in m/s.
     pub wave: f64,
+    /// Speed of the fastest node so far in m/s.
+    pub fastest_node: f64,
     /// Elastic energy of each point at the start in J/m.
     start: Vec<f64>,
     contact: [f64; 2],
@@ -78,6 +80,7 @@ impl Oracle {
             layers,
             config: config.clone(),
             wave,
+            fastest_node: 0.0,
             start: Vec::new(),
             contact: [0.0; 2],
             past: Totals::default(),
@@ -173,6 +176,7 @@ impl Oracle {
             totals.add(&meet(&self.layers, &mut kicked, contact.friction, kick));
         }
         for ((layer, kicked), forces) in self.layers.iter_mut().zip(&kicked).zip(&pushed) {
+            self.fastest_node = self.fastest_node.max(kicked.fastest());
             layer.advance(step.dt_before, step.dt, forces, kicked);
             totals.add(&layer.totals);
         }

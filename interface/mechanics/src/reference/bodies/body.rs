@@ -2,9 +2,16 @@
 
 use interface::Vec2;
 use interface::config::{BodyConfig, BodyShape, Motion as Drive};
+use nalgebra::Vector3;
 
-use super::{Side, Vec3};
 use crate::mass::{cross, swept, union_of_discs};
+
+/// Along x and y, and about the centre of mass.
+pub type Vec3 = Vector3<f64>;
+
+/// One of two that may touch: 1/m in m/kg, and where they touch the displacement (m) and the rotation (rad) over the last step,
+/// if they are known, and the velocity in m/s.
+pub(super) type Side = (f64, Option<Vec3>, Vec2);
 
 /// A body at `t_n`, with the velocities of `t_{n-1/2}`.
 #[derive(Debug, Clone)]
