@@ -114,6 +114,7 @@ fn affine_transfers_conserve_angular_momentum() {
             drift: interface::config::Drift::Nodal,
             body_force: None,
             time: 0.0,
+            fastest_node: 0.0,
             totals: mechanics::reference::Totals::default(),
         };
         let spin = |r: &Reference| -> f64 {

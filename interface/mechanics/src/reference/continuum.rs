@@ -97,6 +97,9 @@ pub struct Reference {
     pub body_force: Option<[Expression; 2]>,
     /// `t_n` of the next step in s.
     pub time: f64,
+    /// Speed of the fastest node of the last step in m/s. With linear functions it is times the largest mass of a node over its own:
+    /// rounding of a place changes a small weight, and so the velocity, by so much more.
+    pub fastest_node: f64,
     /// Of the last step.
     pub totals: Totals,
 }
@@ -167,10 +170,16 @@ pub struct Kicked {
 }
 
 impl Kicked {
-    /// Speed of the fastest node in m/s.
-    pub fn fastest(&self) -> f64 {
-        let speeds = self.before.iter().chain(&self.after);
-        speeds.map(|v| v[0].hypot(v[1])).fold(0.0, f64::max)
+    /// Speed of the fastest node in m/s; with `hats` times the largest mass of a node over its own.
+    fn fastest(&self, hats: bool) -> f64 {
+        let most = self.mass.iter().copied().fold(0.0, f64::max);
+        let speed = |v: &[f64; 2]| v[0].hypot(v[1]);
+        let velocities = self.before.iter().zip(&self.after);
+        let each = self.mass.iter().zip(velocities);
+        each.map(|(m, (before, after))| {
+            speed(before).max(speed(after)) * if hats { most / m } else { 1.0 }
+        })
+        .fold(0.0, f64::max)
     }
 
     /// Energy in J/m that impulses have taken of the nodes: times the means of the velocities before and after all that acts on
@@ -403,6 +412,7 @@ impl Reference {
         let Kicked {
             nodes, mass, after, ..
         } = kicked;
+        self.fastest_node = kicked.fastest(matches!(self.kernels[0], Kernel::Linear));
         let kick = 0.5 * (dt_before + dt);
         let start = self.momentum();
         let own = self.points.clone();

@@ -124,6 +124,7 @@ impl Reference {
                 Some(of) => Some(compiled(of, &["x", "y", "t"])?),
             },
             time: 0.0,
+            fastest_node: 0.0,
             totals: Totals::default(),
         };
         let (mut layers, mut filled) = (Vec::new(), Vec::new());

@@ -42,10 +42,10 @@ impl Tolerance {
         Self {
             x: blur * oracle.config.cell,
             v: blur * speed,
-            // A node of little mass, at the edge of what a point sees, may be much faster than any point. Its weight is the
-            // square of the distance from that edge, but the gradient that spins come from falls only with the distance.
+            // A node of little mass, at the edge of what a point sees, may be much faster than any point. Splines have little
+            // slope there, so what rounding makes of its weight counts as that of others; hats have all their slope.
             spin: 4.0 * blur / oracle.config.cell
-                * (oracle.wave + stand.fastest.max(oracle.fastest_node)),
+                * (oracle.wave + stand.fastest.max(oracle.fastest_node())),
             energy: blur * mass * speed * (stand.fastest + blur * speed),
             stored: 10.0 * blur * mass * speed * speed,
             impulse: blur * mass * speed,

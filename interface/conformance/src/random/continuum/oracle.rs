@@ -31,8 +31,6 @@ pub struct Oracle {
     pub config: MpmConfig,
     /// Speed of the fastest pressure wave in m/s.
     pub wave: f64,
-    /// Speed of the fastest node so far in m/s.
-    pub fastest_node: f64,
     /// Elastic energy of each point at the start in J/m.
     start: Vec<f64>,
     contact: [f64; 2],
@@ -80,7 +78,6 @@ impl Oracle {
             layers,
             config: config.clone(),
             wave,
-            fastest_node: 0.0,
             start: Vec::new(),
             contact: [0.0; 2],
             past: Totals::default(),
@@ -127,6 +124,12 @@ impl Oracle {
     pub fn fastest(&self) -> f64 {
         let speed = |k: usize| (2.0 * self.kinetic(k) / self.point(k).mass).sqrt();
         (0..self.points.len()).map(speed).fold(0.0, f64::max)
+    }
+
+    /// How fast rounding lets nodes be in m/s, [`Reference::fastest_node`].
+    pub fn fastest_node(&self) -> f64 {
+        let layers = self.layers.iter().map(|layer| layer.fastest_node);
+        layers.fold(0.0, f64::max)
     }
 
     /// Whether no point comes near the edge of the domain in a step of `dt` (s), and none is strained too far for a comparison.
@@ -176,7 +179,6 @@ impl Oracle {
             totals.add(&meet(&self.layers, &mut kicked, contact.friction, kick));
         }
         for ((layer, kicked), forces) in self.layers.iter_mut().zip(&kicked).zip(&pushed) {
-            self.fastest_node = self.fastest_node.max(kicked.fastest());
             layer.advance(step.dt_before, step.dt, forces, kicked);
             totals.add(&layer.totals);
         }
