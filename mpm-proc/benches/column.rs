@@ -1,7 +1,7 @@
 //! The case that speed is measured on: a column of sand or rubber that collapses.
 
 use interface::config::{
-    Fill, Frictional, GroupConfig, MaterialConfig, MaterialModel, MpmConfig, ShapeFunction,
+    Fill, Frictional, GroupConfig, MaterialConfig, MaterialModel, MpmConfig, Scheme, ShapeFunction,
     Spacing, Transfer, Wall, Walls,
 };
 
@@ -35,16 +35,19 @@ pub fn column(points: usize, threads: usize, model: MaterialModel) -> MpmConfig 
     let cells = ((points as f64 / 4.0).sqrt().round()) as u32;
     let cell = 1.0 / f64::from(cells);
     MpmConfig {
-        domain: [[0.0, 0.0], [4.0, 2.0]],
-        cell,
-        gravity: [0.0, -9.81],
-        shape: ShapeFunction::QuadraticBspline,
-        transfer: Transfer::Apic,
-        walls: Walls {
-            left: Wall::Slip,
-            bottom: Wall::Fixed,
-            ..Walls::default()
+        scheme: Scheme {
+            domain: [[0.0, 0.0], [4.0, 2.0]],
+            cell,
+            shape: ShapeFunction::QuadraticBspline,
+            transfer: Transfer::Apic,
+            walls: Walls {
+                left: Wall::Slip,
+                bottom: Wall::Fixed,
+                ..Walls::default()
+            },
+            ..Scheme::default()
         },
+        gravity: [0.0, -9.81],
         materials: vec![MaterialConfig {
             name: "sand".into(),
             density: 1500.0,

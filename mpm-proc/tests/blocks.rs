@@ -1,8 +1,8 @@
 //! Blocks of points, and steps.
 
 use interface::config::{
-    Fill, GroupConfig, MaterialConfig, MaterialModel, MpmConfig, ShapeFunction, Spacing, Transfer,
-    Wall, Walls,
+    Fill, GroupConfig, MaterialConfig, MaterialModel, MpmConfig, Scheme, ShapeFunction, Spacing,
+    Transfer, Wall, Walls,
 };
 use interface::message::wire::{EnvelopeVertex, ImpForce, Limits};
 use interface::solver::{Fault, MpmSolver};
@@ -17,10 +17,13 @@ pub const SHEAR: f64 = 3.0e5;
 /// An elastic block of 0.3 x 0.2 in a domain of 1 x 0.8, cells of 0.05, nothing held.
 pub fn block() -> MpmConfig {
     MpmConfig {
-        domain: [[-0.2, 0.1], [0.8, 0.9]],
-        cell: 0.05,
-        shape: ShapeFunction::QuadraticBspline,
-        transfer: Transfer::Apic,
+        scheme: Scheme {
+            domain: [[-0.2, 0.1], [0.8, 0.9]],
+            cell: 0.05,
+            shape: ShapeFunction::QuadraticBspline,
+            transfer: Transfer::Apic,
+            ..Scheme::default()
+        },
         materials: vec![MaterialConfig {
             name: "rubber".into(),
             density: 1000.0,

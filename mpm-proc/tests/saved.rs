@@ -369,7 +369,7 @@ fn a_restored_solver_goes_on_to_the_same_bits() {
             ][n % 3];
         }
         if let MaterialModel::MuI(grains) = &mut config.materials[0].model {
-            config.stress_update = StressUpdate::Usf; // the others take no volume_rate
+            config.scheme.stress_update = StressUpdate::Usf; // the others take no volume_rate
             grains.volume_rate = 500.0;
         }
         surround(&mut config, n);

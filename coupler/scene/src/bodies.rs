@@ -62,7 +62,7 @@ fn config(written: &DemWritten, scene: &SceneWritten) -> DemConfig {
         interface: scene
             .mpm
             .as_ref()
-            .map(|mpm| mpm.interface)
+            .map(|mpm| mpm.scheme.interface)
             .unwrap_or_default(),
         skin: 0.0,
         threads: 1,

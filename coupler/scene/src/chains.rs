@@ -27,7 +27,7 @@ pub(super) fn chains(
         }
         let group = found.unwrap_or(0);
         let (markers, closed) = match groups.get(group) {
-            Some(of) => markers(problems, &path, chain, (of, written.cell)),
+            Some(of) => markers(problems, &path, chain, (of, written.scheme.cell)),
             None => (Vec::new(), false),
         };
         Chain {
@@ -39,7 +39,7 @@ pub(super) fn chains(
     });
     let chains: Vec<Chain> = chains.collect();
     // Chains are ignored, so that the same scene can run with either interface.
-    if written.interface == Interface::Points {
+    if written.scheme.interface == Interface::Points {
         Vec::new()
     } else {
         chains

@@ -42,24 +42,13 @@ pub(super) fn continuum(
     let forcing = forcing::forcing(problems, written, constants);
     let chains = chains(problems, written, &groups);
     let mut config = MpmConfig {
-        domain: written.domain,
-        cell: written.cell,
+        scheme: written.scheme.clone(),
         gravity,
-        shape: written.shape,
-        transfer: written.transfer,
-        stress_update: written.stress_update,
-        plane: written.plane,
-        walls: written.walls,
         materials: configured,
         groups,
-        contact_force: written.contact_force,
         forcing,
         constants: constants.clone(),
-        leaving: written.leaving,
-        grid_contact: written.grid_contact,
-        layers: written.layers,
         group_pairs: group_pairs.iter().map(|pair| pair.between).collect(),
-        interface: written.interface,
         chains,
         skin: 0.0,
         probes: written.probe.clone(),
@@ -70,7 +59,12 @@ pub(super) fn continuum(
         return None;
     }
     for (i, group) in config.groups.iter_mut().enumerate() {
-        radius(problems, &format!("mpm.points.{i}"), group, written.cell);
+        radius(
+            problems,
+            &format!("mpm.points.{i}"),
+            group,
+            written.scheme.cell,
+        );
     }
     Some(config)
 }

@@ -173,7 +173,7 @@ fn quantities(written: &SceneWritten, bodies_written: Option<&DemWritten>) -> Qu
     let mpm_written = written.mpm.as_ref();
     let probes = mpm_written.map_or(&[][..], |mpm| &mpm.probe);
     let holds = mpm_written.map_or(&[][..], |mpm| &mpm.hold);
-    let segments = mpm_written.filter(|mpm| mpm.interface == Interface::Segments);
+    let segments = mpm_written.filter(|mpm| mpm.scheme.interface == Interface::Segments);
     let chains = segments.map_or(&[][..], |mpm| &mpm.chain);
     let chains: Vec<&str> = chains.iter().map(|chain| chain.name.as_str()).collect();
     let probes: Vec<&str> = probes.iter().map(|probe| probe.name.as_str()).collect();

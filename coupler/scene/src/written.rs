@@ -5,9 +5,8 @@ use std::collections::BTreeMap;
 use interface::config::friction::FrictionTest;
 use interface::config::surfaces::ContactPair;
 use interface::config::{
-    BodyShape, ContactForceScheme, ContactLaw, Fill, GridContact, GroupPair, Hold, Interface,
-    Lattice, Leaving, MaterialConfig, Motion, OverlapMeasure, Plane, Probe, ShapeFunction, Spacing,
-    Stage, StressUpdate, Traction, Transfer, Walls,
+    BodyShape, ContactLaw, Fill, GroupPair, Hold, Lattice, MaterialConfig, Motion, OverlapMeasure,
+    Probe, Scheme, Spacing, Stage, Traction,
 };
 use mechanics::generate::BodyFill;
 use schemars::JsonSchema;
@@ -113,36 +112,8 @@ pub(crate) struct StartWritten {
 #[derive(Debug, Clone, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct MpmWritten {
-    /// Grid spacing L in m.
-    pub cell: f64,
-    /// Lower left and upper right corner of the grid in m, a whole number of cells apart.
-    pub domain: [[f64; 2]; 2],
-    /// Shape function.
-    pub shape: ShapeFunction,
-    /// Transfer of velocities between grid and points.
-    pub transfer: Transfer,
-    /// When stresses are updated within the step; first by default.
-    #[serde(default)]
-    pub stress_update: StressUpdate,
-    /// Plane strain (default) or plane stress.
-    #[serde(default)]
-    pub plane: Plane,
-    /// Conditions on the four walls of the domain; open by default.
-    #[serde(default)]
-    pub walls: Walls,
-    /// How a contact force reaches the grid; through the shape function at the point by default.
-    #[serde(default)]
-    pub contact_force: ContactForceScheme,
-    /// Contact between the groups of points on the grid (Bardenhagen 2000): each group is a body with its own nodal
-    /// velocities. Without it all groups are one continuum.
-    pub grid_contact: Option<GridContact>,
-    /// Whether each group of points has its own grid layer, so that groups never exchange momentum through the grid;
-    /// false by default. Groups of `[[group_pair]]` need it.
-    #[serde(default)]
-    pub layers: bool,
-    /// What happens to a point that leaves the domain; the run stops by default.
-    #[serde(default)]
-    pub leaving: Leaving,
+    #[serde(flatten)]
+    pub scheme: Scheme,
     /// Acceleration in m/s^2 besides gravity: two expressions in a point's initial position x, y (m), time t (s) and
     /// the constants.
     pub body_force: Option<[NumberOrExpression; 2]>,
@@ -158,10 +129,6 @@ pub(crate) struct MpmWritten {
     /// Sets of points whose mean motion is recorded.
     #[serde(default)]
     pub probe: Vec<Probe>,
-    /// What bodies are in contact with: the points, or the segments between the markers of `[[mpm.chain]]`, for discs
-    /// and clusters of discs only. With points, chains are ignored.
-    #[serde(default)]
-    pub interface: Interface,
     /// Chains of markers along the boundaries of groups.
     #[serde(default)]
     pub chain: Vec<ChainWritten>,

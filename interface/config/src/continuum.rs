@@ -1,55 +1,78 @@
 //! The continuum solver's part of a scene.
 
+use std::collections::BTreeMap;
+use std::ops::{Deref, DerefMut};
+
 use schemars::JsonSchema;
+use serde::de::{Error, IgnoredAny};
 use serde::{Deserialize, Serialize};
 
 use super::{Interface, MaterialConfig};
+
+/// Grid and scheme: the keys of `[mpm]` that the solver receives as they stand in the scene.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
+pub struct Scheme {
+    /// Grid spacing L in m.
+    pub cell: f64,
+    /// Lower left and upper right corner of the grid in m, a whole number of cells apart. Points may leave it only
+    /// through periodic walls.
+    pub domain: [[f64; 2]; 2],
+    /// Shape function.
+    pub shape: ShapeFunction,
+    /// Transfer of velocities between grid and points.
+    pub transfer: Transfer,
+    /// When stresses are updated within the step; first by default.
+    #[serde(default)]
+    pub stress_update: StressUpdate,
+    /// Plane strain (default) or plane stress.
+    #[serde(default)]
+    pub plane: Plane,
+    /// Conditions on the four walls of the domain; open by default.
+    #[serde(default)]
+    pub walls: Walls,
+    /// How a contact force reaches the grid; through the shape function at the point by default.
+    #[serde(default)]
+    pub contact_force: ContactForceScheme,
+    /// Contact between the groups of points on the grid (Bardenhagen 2000): each group is a body with its own nodal
+    /// velocities. Without it all groups are one continuum.
+    #[serde(default)]
+    pub grid_contact: Option<GridContact>,
+    /// Whether each group of points has its own grid layer, so that groups never exchange momentum through the grid
+    /// (Chen 2023; capability `layers`); false by default. Groups of `[[group_pair]]` need it. Not with `grid_contact`.
+    #[serde(default)]
+    pub layers: bool,
+    /// What happens to a point that leaves the domain; the run stops by default.
+    #[serde(default)]
+    pub leaving: Leaving,
+    /// What bodies are in contact with: the points, or the segments between the markers of `[[mpm.chain]]`, for discs
+    /// and clusters of discs only. With points, chains are ignored.
+    #[serde(default)]
+    pub interface: Interface,
+}
 
 /// The configuration of the continuum's solver. SI units, per metre of thickness. Every field is present.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct MpmConfig {
-    /// Lower left and upper right corner of the grid in m. Points may leave it only through periodic walls.
-    pub domain: [[f64; 2]; 2],
-    /// Grid spacing `L` in m.
-    pub cell: f64,
+    /// Grid and scheme, whose fields are fields of the configuration.
+    #[serde(flatten)]
+    pub scheme: Scheme,
     /// Acceleration of gravity in m/s^2.
     pub gravity: [f64; 2],
-    /// Shape function `S_Ip`.
-    pub shape: ShapeFunction,
-    /// Transfer of velocities between grid and points.
-    pub transfer: Transfer,
-    /// When stresses are updated within the step.
-    pub stress_update: StressUpdate,
-    /// Plane strain or plane stress.
-    pub plane: Plane,
-    /// Conditions on the four walls of the domain.
-    pub walls: Walls,
     /// Materials.
     #[serde(rename = "material")]
     pub materials: Vec<MaterialConfig>,
     /// Groups of points.
     #[serde(rename = "points")]
     pub groups: Vec<GroupConfig>,
-    /// How a contact force reaches the grid.
-    pub contact_force: ContactForceScheme,
     /// Loads on the continuum other than gravity, walls and bodies.
     pub forcing: Forcing,
     /// Named numbers that formulas may use.
-    pub constants: std::collections::BTreeMap<String, f64>,
-    /// What happens to a point that leaves the domain.
-    pub leaving: Leaving,
-    /// Contact between the groups of points on the grid; null: all groups are one continuum.
-    pub grid_contact: Option<GridContact>,
-    /// Whether each group has its own grid layer, so that groups exchange nothing through the grid (Chen 2023;
-    /// capability `layers`). Not with `grid_contact`.
-    pub layers: bool,
+    pub constants: BTreeMap<String, f64>,
     /// Pairs of groups, by their indices, whose points touch by a law of the bodies' side: those of its `group_pair`.
     /// Points of such groups that are near one another are IMPs (capability `pairs`). Needs `layers`.
     #[serde(rename = "group_pair")]
     pub group_pairs: Vec<[usize; 2]>,
-    /// What the bodies are in contact with.
-    pub interface: Interface,
     /// The chains of markers, one or more for each group, if `interface` is `segments`; empty otherwise.
     #[serde(rename = "chain")]
     pub chains: Vec<Chain>,
@@ -60,6 +83,45 @@ pub struct MpmConfig {
     pub probes: Vec<Probe>,
     /// Most threads to use, 1 or more; fewer are allowed.
     pub threads: usize,
+}
+
+impl Deref for MpmConfig {
+    type Target = Scheme;
+
+    fn deref(&self) -> &Scheme {
+        &self.scheme
+    }
+}
+
+impl DerefMut for MpmConfig {
+    fn deref_mut(&mut self) -> &mut Scheme {
+        &mut self.scheme
+    }
+}
+
+impl MpmConfig {
+    /// Reads the text of the message Configure.
+    ///
+    /// # Errors
+    /// It is not JSON, or not such a configuration.
+    pub fn from_json(text: &str) -> serde_json::Result<Self> {
+        let config: Self = serde_json::from_str(text)?;
+        // A scene may leave fields of the scheme to their defaults, a configuration has all of them (S-5).
+        #[expect(
+            clippy::zero_sized_map_values,
+            reason = "serde reads an object as a map"
+        )]
+        let present: BTreeMap<String, IgnoredAny> = serde_json::from_str(text)?;
+        let required = serde_json::to_value(&config.scheme)?;
+        let mut required = required
+            .as_object()
+            .into_iter()
+            .flat_map(|fields| fields.keys());
+        match required.find(|field| !present.contains_key(*field)) {
+            Some(field) => Err(Error::custom(format!("missing field `{field}`"))),
+            None => Ok(config),
+        }
+    }
 }
 
 /// Points of a group whose mean motion is recorded: those that are in a region at the start.

@@ -50,24 +50,17 @@ pub enum Interface {
     Segments,
 }
 
-/// The two configurations as JSON text.
-macro_rules! json {
-    ($($config:ty)*) => {$(
-        impl $config {
-            /// Reads the text of the message Configure.
-            ///
-            /// # Errors
-            /// It is not JSON, or not such a configuration.
-            pub fn from_json(text: &str) -> serde_json::Result<Self> {
-                serde_json::from_str(text)
-            }
-
-            /// The text for the message Configure.
-            pub fn to_json(&self) -> String {
-                serde_json::to_string(self).expect("configurations have string keys only")
-            }
-        }
-    )*};
+impl DemConfig {
+    /// Reads the text of the message Configure.
+    ///
+    /// # Errors
+    /// It is not JSON, or not such a configuration.
+    pub fn from_json(text: &str) -> serde_json::Result<Self> {
+        serde_json::from_str(text)
+    }
 }
 
-json!(MpmConfig DemConfig);
+/// A configuration as the text of the message Configure.
+pub fn to_json(config: &impl Serialize) -> String {
+    serde_json::to_string(config).expect("configurations have string keys only")
+}

@@ -2,7 +2,7 @@
 
 use interface::config::{
     BodyConfig, BodyInertia, BodyShape, DemConfig, Fill, GroupConfig, InitialFields, Lattice,
-    MaterialConfig, MaterialModel, Motion, MpmConfig, ShapeFunction, Spacing,
+    MaterialConfig, MaterialModel, Motion, MpmConfig, Scheme, ShapeFunction, Spacing,
 };
 
 use crate::toys::mpm_config;
@@ -10,9 +10,12 @@ use crate::toys::mpm_config;
 /// A disc at rest.
 pub fn plain_continuum() -> MpmConfig {
     MpmConfig {
-        domain: [[0.0, 0.0], [1.0, 0.5]],
-        cell: 0.25,
-        shape: ShapeFunction::Ugimp,
+        scheme: Scheme {
+            domain: [[0.0, 0.0], [1.0, 0.5]],
+            cell: 0.25,
+            shape: ShapeFunction::Ugimp,
+            ..mpm_config().scheme
+        },
         materials: vec![MaterialConfig {
             name: "rubber".into(),
             density: 1000.0,

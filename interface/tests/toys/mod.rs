@@ -4,7 +4,7 @@
 #![allow(dead_code, reason = "tests and benches use different parts")]
 
 use interface::config::capability::{Capabilities, PLASTIC_STRAIN, SAVE};
-use interface::config::{ContactLaw, DemConfig, MpmConfig};
+use interface::config::{ContactLaw, DemConfig, MpmConfig, Scheme};
 use interface::forces::Forces;
 use interface::message::control::{Configure, Party};
 use interface::message::wire::{
@@ -366,8 +366,11 @@ impl DemSolver for HalfPlane {
 /// A configuration that parses. The toys use little of it.
 pub fn mpm_config() -> MpmConfig {
     MpmConfig {
-        domain: [[0.0, 0.0], [1.0, 1.0]],
-        cell: 0.1,
+        scheme: Scheme {
+            domain: [[0.0, 0.0], [1.0, 1.0]],
+            cell: 0.1,
+            ..Scheme::default()
+        },
         skin: 0.02,
         threads: 1,
         ..MpmConfig::default()

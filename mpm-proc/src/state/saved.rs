@@ -12,7 +12,7 @@
 //! off another one. Of points that are given one by one only the number is compared. Whether bytes are damaged is decided
 //! by the hash of the file in which they stand; here only what does not decode is refused.
 
-use interface::config::{Fill, GroupConfig, MaterialConfig, MpmConfig};
+use interface::config::{Fill, GroupConfig, MaterialConfig, MpmConfig, Scheme};
 use interface::saved::ConfigurationMark;
 
 pub use interface::saved::refusal;
@@ -23,29 +23,32 @@ pub const FORMAT: &str = "tandem-mpm 12";
 /// What the numbers of a state of `config` depend on.
 pub fn mark(config: &MpmConfig) -> ConfigurationMark {
     let MpmConfig {
-        domain,
-        cell,
+        scheme,
         gravity: _, // it may change from here on
-        shape,
-        transfer,
-        stress_update,
-        plane,
-        walls,
         materials,
         groups,
-        contact_force: _, // as gravity; of the loads of single points only what they remember, which each cloud checks
-        forcing: _,
+        forcing: _, // as gravity; of the loads of single points only what they remember, which each cloud checks
         constants: _,
-        leaving: _,
-        grid_contact,
-        layers,
         group_pairs: _, // the bodies' side checks that they are the same
-        interface,
         chains,
         skin,
         probes: _,  // they tell of points and keep nothing
         threads: _, // the bits are the same for any number of them
     } = config;
+    let Scheme {
+        cell,
+        domain,
+        shape,
+        transfer,
+        stress_update,
+        plane,
+        walls,
+        contact_force: _, // as gravity
+        grid_contact,
+        layers,
+        leaving: _,
+        interface,
+    } = scheme;
     let mut mark = ConfigurationMark::default();
     mark.add("mpm.domain", domain);
     mark.add("mpm.cell", cell);

@@ -1,6 +1,6 @@
 //! The configuration of each solver.
 
-use interface::config::{DemConfig, MpmConfig};
+use interface::config::{DemConfig, MpmConfig, to_json};
 use interface::message::control::{Configure, Party};
 use interface::session::{Part, Solvers};
 
@@ -36,12 +36,12 @@ impl Run<'_> {
                 // Probes, holds and chains are reported like groups, after them.
                 let sets = config.probes.len() + config.forcing.holds.len() + config.chains.len();
                 let told = config.groups.len() + sets;
-                (MpmConfig { threads, ..config }.to_json(), told)
+                (to_json(&MpmConfig { threads, ..config }), told)
             }
             Party::Dem => {
                 let config = self.scene.dem.clone().expect("it takes part");
                 let bodies = config.bodies.len();
-                (DemConfig { threads, ..config }.to_json(), bodies)
+                (to_json(&DemConfig { threads, ..config }), bodies)
             }
             Party::Coupler => unreachable!("the coupler is told nothing"),
         };

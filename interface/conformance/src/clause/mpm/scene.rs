@@ -2,8 +2,8 @@
 //! Lengths are around a metre, a wave crosses a cell in a millisecond.
 
 use interface::config::{
-    Fill, GroupConfig, InitialFields, MaterialConfig, MaterialModel, MpmConfig, ShapeFunction,
-    Spacing, Transfer,
+    Fill, GroupConfig, InitialFields, MaterialConfig, MaterialModel, MpmConfig, Scheme,
+    ShapeFunction, Spacing, Transfer,
 };
 use interface::message::wire::ImpForce;
 
@@ -39,10 +39,13 @@ pub fn material(density: f64, [bulk_modulus, shear_modulus]: [f64; 2]) -> Materi
 /// Groups in a domain of 1 m by 1 m; no gravity, nothing at the walls.
 pub fn scene(groups: Vec<GroupConfig>) -> MpmConfig {
     MpmConfig {
-        domain: [[0.0; 2], [1.0; 2]],
-        cell: CELL,
-        shape: ShapeFunction::Linear,
-        transfer: Transfer::Flip,
+        scheme: Scheme {
+            domain: [[0.0; 2], [1.0; 2]],
+            cell: CELL,
+            shape: ShapeFunction::Linear,
+            transfer: Transfer::Flip,
+            ..Scheme::default()
+        },
         materials: vec![material(DENSITY, MODULI)],
         groups,
         skin: SKIN,

@@ -6,8 +6,8 @@ use interface::config::capability::{Capabilities, LAYERS, PAIRS, STRESS_WORK};
 use interface::config::material::{CriticalState, Frictional, Inertial};
 use interface::config::{
     ContactForceScheme, Drift, Fill, GridContact, GroupConfig, Hold, InitialFields, MaterialConfig,
-    MaterialModel, MpmConfig, Plane, Probe, ShapeFunction, Spacing, Stage, StressUpdate, Traction,
-    Transfer, Wall, Walls,
+    MaterialModel, MpmConfig, Plane, Probe, Scheme, ShapeFunction, Spacing, Stage, StressUpdate,
+    Traction, Transfer, Wall, Walls,
 };
 
 use super::super::dice::{Dice, decades};
@@ -71,16 +71,19 @@ impl Dice<'_, Scale> {
         let most = 1e-3 * self.scale.wave / self.dt;
         let gravity = self.perhaps(|dice| dice.vector(most));
         let mut config = MpmConfig {
-            domain,
-            cell: self.scale.cell,
+            scheme: Scheme {
+                domain,
+                cell: self.scale.cell,
+                shape,
+                transfer,
+                stress_update,
+                plane,
+                walls,
+                layers,
+                ..Scheme::default()
+            },
             gravity,
-            shape,
-            transfer,
-            stress_update,
-            plane,
-            walls,
             materials,
-            layers,
             group_pairs: if pairs { vec![[0, 1]] } else { Vec::new() },
             skin: self.between(0.05, 1.0) * self.scale.cell,
             ..scene::scene(groups)
@@ -505,14 +508,19 @@ impl Dice<'_, ()> {
 
     /// Adds loads that accelerate points as `most` (m/s^2) does, supports, probes, stages, and a way for contact forces to the grid.
     fn force(&mut self, config: &mut MpmConfig, most: f64) {
-        let forcing = &mut config.forcing;
+        let MpmConfig {
+            scheme,
+            forcing,
+            groups,
+            ..
+        } = config;
         if self.takes.meets("feature:fields") && self.rarely() {
             let mut formula = || {
                 let [of_space, of_time] = [
-                    self.way(most / config.cell),
+                    self.way(most / scheme.cell),
                     self.way(most / (50.0 * self.dt)),
                 ];
-                let x = config.domain[0][0];
+                let x = scheme.domain[0][0];
                 format!(
                     "({})*(1 + y*y/(1 + y*y)) + ({of_space})*(x - ({x})) + ({of_time})*t",
                     self.way(most)
@@ -521,23 +529,23 @@ impl Dice<'_, ()> {
             forcing.body_force = Some([formula(), formula()]);
         }
         if self.rarely() {
-            let (points, within) = self.some(&config.groups, config.cell);
+            let (points, within) = self.some(groups, scheme.cell);
             let density = config.materials[0].density;
-            let force = self.vector(most * density * config.cell * config.cell);
+            let force = self.vector(most * density * scheme.cell * scheme.cell);
             forcing.tractions.push(Traction {
                 points,
                 within,
                 force,
             });
         }
-        let filters = config.transfer.filters();
+        let filters = scheme.transfer.filters();
         let holds = self.takes.meets("feature:holds") && !filters && self.rarely();
         if holds {
-            forcing.holds.push(self.hold(&config.groups, config.cell));
+            forcing.holds.push(self.hold(groups, scheme.cell));
         }
         if self.takes.meets("feature:probes") {
             for k in 0..self.rng.u32(0..3) {
-                let (points, within) = self.some(&config.groups, config.cell);
+                let (points, within) = self.some(groups, scheme.cell);
                 config.probes.push(Probe {
                     name: format!("probe{k}"),
                     points,
@@ -546,14 +554,14 @@ impl Dice<'_, ()> {
             }
         }
         if holds && self.often() {
-            let hold = self.hold(&config.groups, config.cell);
+            let hold = self.hold(groups, scheme.cell);
             forcing.holds.push(Hold {
                 name: "other".into(),
                 ..hold
             });
         }
-        let blends = matches!(config.transfer, Transfer::Flip | Transfer::Blend { .. });
-        let walls = config.walls.by_axis();
+        let blends = matches!(scheme.transfer, Transfer::Flip | Transfer::Blend { .. });
+        let walls = scheme.walls.by_axis();
         let driven = |(_, wall): &(_, Wall)| matches!(wall, Wall::Driven { .. });
         let pulled = walls.as_flattened().iter().any(driven);
         let most = if pulled { 0.0 } else { 1.0 / self.dt };
@@ -566,13 +574,13 @@ impl Dice<'_, ()> {
                 pic_fraction: (blends && self.often()).then(|| self.rng.f64()),
             });
         }
-        let splines = config.shape != ShapeFunction::Linear;
+        let splines = scheme.shape != ShapeFunction::Linear;
         let schemes = [
             ContactForceScheme::NearestNodes,
             ContactForceScheme::Traction,
         ];
-        let scheme = self.one_of("contact_force", &schemes[..if splines { 2 } else { 1 }]);
-        config.contact_force = scheme.filter(|_| self.rarely()).unwrap_or_default();
+        let way = self.one_of("contact_force", &schemes[..if splines { 2 } else { 1 }]);
+        scheme.contact_force = way.filter(|_| self.rarely()).unwrap_or_default();
     }
 
     /// Lets grains share their volumes with others near them; or not.
