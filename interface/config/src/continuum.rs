@@ -44,9 +44,6 @@ pub struct Scheme {
     /// What happens to a point that leaves the domain; the run stops by default.
     #[serde(default)]
     pub leaving: Leaving,
-    /// With which velocity points move; by default as [`MpmConfig::drift`] says.
-    #[serde(default)]
-    pub drift: Option<Drift>,
     /// What bodies are in contact with: the points, or the segments between the markers of `[[mpm.chain]]`, for discs
     /// and clusters of discs only. With points, chains are ignored.
     #[serde(default)]
@@ -336,8 +333,7 @@ pub enum StressUpdate {
 }
 
 /// The velocity with which points move to their new positions ([`MpmConfig::drift`]).
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "snake_case")]
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Drift {
     /// That of the nodes after the kick, `sum_I S_Ip v_I^{n+1/2}`: with `usl`, and with contact on the grid.
     Nodal,

@@ -436,9 +436,11 @@ impl MpmConfig {
     /// The velocity with which points move. If strains are computed from the velocities of the nodes after the kick, points have
     /// to move with the same velocities. Contact on the grid acts on nodes and not on single points.
     pub fn drift(&self) -> Drift {
-        let nodal = self.stress_update == StressUpdate::Usl || self.grid_contact.is_some();
-        let usual = if nodal { Drift::Nodal } else { Drift::Mapped };
-        self.scheme.drift.unwrap_or(usual)
+        if self.stress_update == StressUpdate::Usl || self.grid_contact.is_some() {
+            Drift::Nodal
+        } else {
+            Drift::Mapped
+        }
     }
 }
 

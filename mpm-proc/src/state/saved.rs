@@ -47,7 +47,6 @@ pub fn mark(config: &MpmConfig) -> ConfigurationMark {
         grid_contact,
         layers,
         leaving: _,
-        drift: _,
         interface,
     } = scheme;
     let mut mark = ConfigurationMark::default();
