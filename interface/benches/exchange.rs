@@ -24,22 +24,29 @@ use toys::{Course, HalfPlane, Points};
 const BOTH: [Party; 2] = [Party::Mpm, Party::Dem];
 /// Steps before the clock starts.
 const WARM: u64 = 256;
+/// The same over processes: threads that have just been started may stand on one processor, and wait in turns there, until
+/// the system moves one of them. With 64 steps a window that takes some 10 ms: a session is longer.
+const SETTLED: u64 = 20_000;
+/// Steps over processes for each iteration of criterion, which would measure a few hundred: it takes the start for a part of them.
+const MANY: u64 = 100;
 
-/// Steps so short that nothing moves far: no set after the first. Times those after the first [`WARM`].
+/// Steps so short that nothing moves far: no set after the first. Times those after the first.
 struct Timed {
     steps: Course,
+    first: u64,
     from: Option<Instant>,
     spent: Duration,
 }
 
 impl Timed {
-    fn new(steps: u64, window: u64) -> Self {
-        let mut steps = Course::new(WARM + steps, window);
+    fn new(first: u64, steps: u64, window: u64) -> Self {
+        let mut steps = Course::new(first + steps, window);
         steps.measures = false;
         steps.budget = f64::MAX;
         steps.begin_epoch(1e-12);
         Self {
             steps,
+            first,
             from: None,
             spent: Duration::ZERO,
         }
@@ -52,7 +59,7 @@ impl Supervisor for Timed {
     }
 
     fn next(&mut self) -> Result<Option<Next>, Stop> {
-        if self.from.is_none() && self.steps.done() >= WARM {
+        if self.from.is_none() && self.steps.done() >= self.first {
             self.from = Some(Instant::now());
         }
         if self.steps.is_done() {
@@ -77,20 +84,20 @@ fn between_processes(imps: usize, window: u64, steps: u64) -> Duration {
     let _created = iceoryx::create(names, &BOTH, false).expect("channels");
     let mut transport =
         iceoryx::join(names, Party::Coupler, &BOTH, SEND_TIMEOUT).expect("the coupler's ends");
-    let mut supervisor = Timed::new(steps, window);
+    let mut supervisor = Timed::new(SETTLED, MANY * steps, window);
     std::thread::scope(|scope| {
         scope.spawn(move || serve(names, Host::Mpm(Box::new(Points::new(imps)))));
         scope.spawn(move || serve(names, Host::Dem(Box::<HalfPlane>::default())));
         let session = Session::coupler(&BOTH, &mut supervisor, &mut *transport);
         drive(session).expect("an orderly end");
     });
-    supervisor.spent
+    supervisor.spent.div_f64(MANY as f64)
 }
 
 /// The same in one thread, by direct calls.
 fn direct(imps: usize, window: u64, steps: u64) -> Duration {
     let (mut points, mut wall) = (Points::new(imps), HalfPlane::default());
-    let mut supervisor = Timed::new(steps, window);
+    let mut supervisor = Timed::new(WARM, steps, window);
     let hub = Direct::new();
     let mut ends = [hub.clone(), hub.clone(), hub];
     let [to_coupler, to_mpm, to_dem] = &mut ends;
