@@ -3,7 +3,7 @@
 use dem_proc::body::surfaces::Surfaces;
 use dem_proc::law::contact::Contact;
 use dem_proc::law::dashpot::{Drag, Viscous};
-use dem_proc::law::history::{All, Numbers, Part};
+use dem_proc::law::history::{All, Numbers, Part, Saved};
 use dem_proc::law::mixed::AnyLaw;
 use dem_proc::law::normal::{Adhesive, Area, Hertz, Linear, Normal};
 use dem_proc::law::rolling::Rolling;
@@ -11,7 +11,6 @@ use dem_proc::law::table::Table;
 use dem_proc::law::tangent::{Coulomb, Elongation, Mindlin, Sheared, Tangent};
 use dem_proc::law::{Kinematics, Law, PairProperties};
 use interface::config::DemConfig;
-use serde::{Deserialize, Serialize};
 
 /// Integral of the force over the overlap, by Simpson's rule.
 fn integral<N: Normal>(law: &N, pair: &N::Pair, to: f64) -> f64 {
@@ -167,17 +166,14 @@ fn a_contact_that_has_slid_and_rolled_loses_its_springs_when_it_opens() {
 
 type Two = (Elongation, Drag);
 
-#[derive(Serialize, Deserialize)]
-#[serde(bound = "H: Numbers")]
-struct Histories<H>(#[serde(with = "dem_proc::law::history")] Vec<H>);
-
 #[test]
 fn what_two_laws_both_remember_goes_over() {
     fn restored<H: Numbers>() -> Vec<H> {
         let histories: Vec<Two> = vec![Two::default(), (Part([3.0]), Part([4.0, 5.0]))];
-        let bytes = interface::saved::pack("histories", &Histories(histories));
-        let Histories(back) = interface::saved::unpack("histories", &bytes).unwrap();
-        back
+        let saved = Saved::of(histories.iter().map(All::of));
+        let bytes = interface::saved::pack("histories", &saved);
+        let back: Saved = interface::saved::unpack("histories", &bytes).unwrap();
+        back.histories()
     }
     assert_eq!(restored::<Two>()[1], (Part([3.0]), Part([4.0, 5.0])));
     assert_eq!(restored::<(Elongation, ())>()[1].0, Part([3.0]));

@@ -18,6 +18,17 @@ pub struct Load {
     pub contacts: u32,
 }
 
+impl std::ops::AddAssign for Load {
+    #[inline]
+    fn add_assign(&mut self, other: Self) {
+        self.force += other.force;
+        self.torque += other.torque;
+        self.rate += other.rate;
+        self.mobility += other.mobility;
+        self.contacts += other.contacts;
+    }
+}
+
 /// Sums over the contacts of one body with other bodies.
 #[derive(Debug, Clone, Copy, Default)]
 #[repr(C, align(32))]

@@ -8,6 +8,8 @@
 //! and disappear together, at equal distances, so energy and force are continuous along any chain. In a sharp corner
 //! whose vertex the disc does not reach, the two walls are two contacts.
 
+use std::ops::{Add, Mul};
+
 use interface::Vec2;
 use interface::message::wire::ImpInfo;
 
@@ -73,9 +75,8 @@ impl Foot {
         [1.0 - self.s, self.s]
     }
 
-    /// The value at the foot of vectors that are given at the slots.
-    pub fn of(&self, vectors: &[Vec2]) -> Vec2 {
-        let [a, b] = self.slots.map(|slot| vectors[slot as usize]);
+    /// The value at the foot of something that has these values at the slots.
+    pub fn mean<T: Mul<f64, Output = T> + Add<Output = T>>(&self, [a, b]: [T; 2]) -> T {
         a * (1.0 - self.s) + b * self.s
     }
 }
@@ -267,7 +268,7 @@ impl Walk<'_> {
     }
 
     fn add(&mut self, foot: Foot, least: bool, normal: Vec2, alone: bool) {
-        let point = foot.of(self.x);
+        let point = foot.mean(foot.slots.map(|slot| self.x[slot as usize]));
         let away = self.center - point;
         let distance = away.norm();
         let outside = away.dot(&normal) > 0.0;

@@ -25,7 +25,6 @@ use crate::contact::pair_geometry::Moves;
 use crate::contact::pairs::pair_properties;
 use crate::contact::passage::{Passage, Passed, PassedBodies, TURN};
 use crate::contact::side::{AfterKick, Sums, Targets};
-use crate::law::history::{GEOMETRY, Part};
 use crate::law::{Kinematics, Law, Loss, PairProperties};
 use crate::lists::neighbours::Search;
 use crate::lists::now::{Among, Now};
@@ -154,11 +153,11 @@ impl<M: Measure> Listing for Convex<M> {
 impl<M: Measure> PairKind for Convex<M> {
     const OF_POINTS: bool = false;
     /// The normal of the last step, zero where there was no contact.
-    type Memory = Part<GEOMETRY, 2>;
+    type Memory = [f64; 2];
     type Found = Results;
-    type Room = M;
+    type Room<L: Law> = M;
 
-    fn depth(on: &On<Self>, candidate: Candidate, measure: &mut M) -> f64 {
+    fn depth<L: Law>(on: &On<Self>, candidate: Candidate, measure: &mut M) -> f64 {
         let spot = measure.meet(on.bodies, candidate, 0.0);
         spot.map_or(0.0, |spot| spot.depth)
     }
@@ -166,7 +165,7 @@ impl<M: Measure> PairKind for Convex<M> {
     fn evaluate<L: Law>(
         chunk: &Chunk<Self, L>,
         measure: &mut M,
-        next: &mut [(L::History, Part<GEOMETRY, 2>)],
+        next: &mut [(L::History, [f64; 2])],
         found: &mut Results,
     ) {
         let On {
@@ -225,7 +224,7 @@ impl<M: Measure> PairKind for Convex<M> {
             };
             if spot.depth > 0.0 {
                 let response = chunk.law.response(constants, &kinematics, before);
-                let along = frames[1].turned(was.0.into()).dot(&spot.normal);
+                let along = frames[1].turned(Vec2::from(*was)).dot(&spot.normal);
                 let turned = (along < TURN).then_some(closing);
                 passes(M::passage(bodies, *candidate, &spot, turned), spot.depth);
                 met.pressing.force = spot.gain * response.normal;
@@ -237,7 +236,7 @@ impl<M: Measure> PairKind for Convex<M> {
                     met.loads[i].torque = sign * (cross(arms[i], force) + response.moment);
                 }
                 met.loss = response.loss;
-                next[k] = (response.history, Part(spot.normal.into()));
+                next[k] = (response.history, spot.normal.into());
             } else {
                 met.loss = chunk.law.separate(constants, &kinematics, before);
             }

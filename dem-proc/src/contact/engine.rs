@@ -10,12 +10,14 @@ use std::sync::Mutex;
 use interface::message::wire::{ContactState, ImpInfo, ImpState};
 use interface::saved::{pack, refusal, unpack};
 use interface::solver::Refusal;
+use serde::Serialize;
+use serde::de::DeserializeOwned;
 
 use crate::body::bodies::Bodies;
 use crate::contact::approach::{Near, crossing_rate};
 use crate::contact::pair_geometry::Moves;
 use crate::contact::side::{AfterKick, Interval, Side, Sums, Targets};
-use crate::law::history::{self, Numbers};
+use crate::law::history::{All, Numbers, Saved};
 use crate::law::{LastStep, Law, PairProperties};
 use crate::lists::now::{Among, Now, Sets, Slots};
 use crate::lists::watch::{Look, Watching};
@@ -54,18 +56,20 @@ pub trait PairKind: Listing {
     /// ratio refers to the lightest pair.
     const OF_POINTS: bool;
     /// What the geometry remembers of a pair from step to step.
-    type Memory: Numbers;
+    type Memory: Clone + Debug + Default + Send + Sync + Serialize + DeserializeOwned;
     /// The results of a chunk.
     type Found: Debug + Default + Send + Sync;
     /// Working memory for a chunk.
-    type Room: Debug + Default + Send;
+    type Room<L: Law>: Debug + Default + Send;
 
-    /// Overlap in m, for the energy.
-    fn depth(on: &On<Self>, pair: Self::Pair, room: &mut Self::Room) -> f64;
+    /// Overlap in m, for the energy; 0 if the evaluation adds the energy to [`Sums`].
+    fn depth<L: Law>(_: &On<Self>, _: Self::Pair, _: &mut Self::Room<L>) -> f64 {
+        0.0
+    }
     /// Evaluates the pairs of a chunk. `next` gets their histories.
     fn evaluate<L: Law>(
         chunk: &Chunk<Self, L>,
-        room: &mut Self::Room,
+        room: &mut Self::Room<L>,
         next: &mut [(L::History, Self::Memory)],
         found: &mut Self::Found,
     );
@@ -107,6 +111,8 @@ pub trait PairKind: Listing {
 /// What an evaluation reads.
 #[derive(Debug)]
 pub struct On<'a, K: Listing> {
+    /// The kind of the pairs.
+    pub kind: &'a K,
     /// The bodies.
     pub bodies: &'a Bodies,
     /// The set of points.
@@ -227,7 +233,7 @@ impl<K: PairKind, L: Law> Kept<K, L> {
                     at = pairs.partition_point(|&other| key(other) < wanted);
                 }
                 if pairs.get(at).is_some_and(|&next| key(next) == wanted) {
-                    *history = old.history[at];
+                    history.clone_from(&old.history[at]);
                     at += 1;
                 }
             }
@@ -245,7 +251,7 @@ pub struct Contacts<K: PairKind, L: Law> {
     fresh: Kept<K, L>,
     rebuilt: bool,
     next: Vec<(L::History, K::Memory)>,
-    rooms: Spare<K::Room>,
+    rooms: Spare<K::Room<L>>,
     /// The results of each chunk.
     found: Vec<K::Found>,
     sums: Sums,
@@ -286,6 +292,7 @@ impl<K: PairKind, L: Law> Contacts<K, L> {
         (moves, look): (Moves<'a>, Look),
     ) -> On<'a, K> {
         On {
+            kind: &self.kind,
             bodies: now.bodies,
             set: &now.sets.now,
             states: now.states,
@@ -378,14 +385,14 @@ impl<K: PairKind, L: Law> Side for Contacts<K, L> {
         let energy = pairs
             .zip(&self.next)
             .map(|((&pair, constants), (history, _))| {
-                let depth = K::depth(&on, pair, &mut room);
+                let depth = K::depth::<L>(&on, pair, &mut room);
                 if depth > 0.0 {
                     self.law.energy(constants, depth, history)
                 } else {
                     0.0
                 }
             });
-        let energy = energy.sum();
+        let energy = self.sums.energy + energy.sum::<f64>();
         self.rooms.give_back(room);
         energy
     }
@@ -462,12 +469,16 @@ impl<K: PairKind, L: Law> Side for Contacts<K, L> {
 
     fn save(&self) -> Vec<u8> {
         let Kept { watch, history, .. } = &self.kept;
-        pack("contacts", &(watch, history::Saved::of(history)))
+        let laws = Saved::of(history.iter().map(|(of_law, _)| All::of(of_law)));
+        let memories: Vec<_> = history.iter().map(|(_, memory)| memory).collect();
+        pack("contacts", &(watch, laws, memories))
     }
 
     fn restore(&mut self, saved: &[u8], bodies: &Bodies, sets: &Sets) -> Result<(), Refusal> {
-        let (watch, saved): (K::Watch, history::Saved) = unpack("contacts", saved)?;
-        let mut kept = Kept::<K, L>::new(watch, saved.histories());
+        type State<K> = (<K as Listing>::Watch, Saved, Vec<<K as PairKind>::Memory>);
+        let (watch, laws, memories): State<K> = unpack("contacts", saved)?;
+        let history = laws.histories().into_iter().zip(memories).collect();
+        let mut kept = Kept::<K, L>::new(watch, history);
         if let Some(then) = kept.watch.bodies_then(bodies) {
             let among = Among {
                 bodies: &then,

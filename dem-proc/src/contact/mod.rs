@@ -7,7 +7,6 @@ pub mod convex;
 pub mod engine;
 mod frame_contacts;
 pub mod impact;
-mod near;
 pub mod nearest;
 pub mod overlap;
 pub mod pair_geometry;

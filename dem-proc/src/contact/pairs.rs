@@ -290,9 +290,9 @@ impl PairKind for VertexEdges {
     const OF_POINTS: bool = false;
     type Memory = ();
     type Found = Outcomes;
-    type Room = Box<Separations>;
+    type Room<L: Law> = Box<Separations>;
 
-    fn depth(on: &On<Self>, pair: VertexEdge, _: &mut Box<Separations>) -> f64 {
+    fn depth<L: Law>(on: &On<Self>, pair: VertexEdge, _: &mut Box<Separations>) -> f64 {
         pair.reach - separation(on.bodies, &pair).1.sqrt()
     }
 

@@ -2,16 +2,17 @@
 //! section 5 reads it). A cluster has one for each of its discs, so that the sum is smooth where the nearest disc changes.
 
 use interface::Vec2;
-use interface::message::wire::{ContactState, ImpForce};
+use interface::message::wire::{ContactState, ImpForce, ImpInfo};
 use mechanics::mass::cross;
 use mechanics::outline::{contact_point, see};
 
+use crate::body::bodies::Bodies;
 use crate::body::load::Load;
 use crate::body::shape::edge_count;
 use crate::contact::engine::{Listing, On};
 use crate::contact::frame_contacts::{POINT, between};
 use crate::contact::passage::{CROSSING, Passage, Passed, TURN, admissible_depth, goes_through};
-use crate::contact::points::{Geometry, Outcome, PointWatch};
+use crate::contact::points::{Geometry, Outcome, PointWatch, add_to_point};
 use crate::law::{PairProperties, Stiffness, reduced_on_outline};
 use crate::lists::neighbours::{PointList, PointPair, REACH};
 use crate::lists::now::{Among, Now};
@@ -128,10 +129,24 @@ impl Listing for PointBody {
     fn properties(&self, among: &Among, pair: PointPair) -> PairProperties {
         let Among { bodies, set, .. } = *among;
         let (info, body) = (&set[pair.slot as usize], pair.body as usize);
+        let radius = reduced_on_outline(info.radius, bodies.radius_at(body, pair.part));
+        self.properties_of(bodies, info, body, radius)
+    }
+}
+
+impl PointBody {
+    /// The constants of a point and a body with this reduced radius of curvature (m) for a law.
+    pub fn properties_of(
+        &self,
+        bodies: &Bodies,
+        info: &ImpInfo,
+        body: usize,
+        radius: f64,
+    ) -> PairProperties {
         let of_point = self.surfaces.get(info.group as usize).copied().unwrap_or(0);
         PairProperties {
             mass: 1.0 / (1.0 / info.mass + bodies.state[body].inverse_mass),
-            radius: reduced_on_outline(info.radius, bodies.radius_at(body, pair.part)),
+            radius,
             surfaces: [of_point, bodies.properties[body].surface],
         }
     }
@@ -202,18 +217,21 @@ impl Geometry for PointBody {
 
     #[inline]
     fn add(outcome: &Outcome<Effect>, forces: &mut [ImpForce], loads: &mut [Load]) {
-        let force = &mut forces[outcome.effect.slot as usize];
-        force.force[0] += outcome.force.x;
-        force.force[1] += outcome.force.y;
-        force.couple += outcome.effect.couple;
-        force.stiffness += outcome.effect.stiffness.normal;
-        force.tangential += outcome.effect.stiffness.tangential;
-        let load = &mut loads[outcome.effect.body as usize];
-        load.force -= outcome.force;
-        load.torque += outcome.effect.torque;
-        load.rate += outcome.effect.rate;
-        load.mobility += outcome.effect.mobility;
-        load.contacts += u32::from(outcome.overlap > 0.0);
+        let effect = &outcome.effect;
+        let on_point = ImpForce {
+            force: outcome.force.into(),
+            couple: effect.couple,
+            stiffness: effect.stiffness.normal,
+            tangential: effect.stiffness.tangential,
+        };
+        add_to_point(&mut forces[effect.slot as usize], &on_point);
+        loads[effect.body as usize] += Load {
+            force: -outcome.force,
+            torque: effect.torque,
+            rate: effect.rate,
+            mobility: effect.mobility,
+            contacts: u32::from(outcome.overlap > 0.0),
+        };
     }
 
     #[inline]

@@ -16,7 +16,7 @@ use crate::body::load::Load;
 use crate::contact::engine::{Listing, On};
 use crate::contact::frame_contacts::{POINTS, between};
 use crate::contact::passage::{DEEP, Passed};
-use crate::contact::points::{Geometry, Outcome, PointWatch};
+use crate::contact::points::{Geometry, Outcome, PointWatch, add_to_point};
 use crate::law::{PairProperties, Stiffness, reduced};
 use crate::lists::neighbours::{REACH, Search};
 use crate::lists::now::{Among, Now};
@@ -204,12 +204,13 @@ impl Geometry for PointPairs {
         } = outcome.effect;
         let most = stiffness.normal.max(stiffness.tangential);
         for (k, force) in [outcome.force, -outcome.force].into_iter().enumerate() {
-            let sum = &mut forces[pair[k] as usize];
-            sum.force[0] += force.x;
-            sum.force[1] += force.y;
-            sum.couple += couples[k];
-            sum.stiffness += 2.0 * most;
-            sum.tangential += 2.0 * stiffness.tangential;
+            let part = ImpForce {
+                force: force.into(),
+                couple: couples[k],
+                stiffness: 2.0 * most,
+                tangential: 2.0 * stiffness.tangential,
+            };
+            add_to_point(&mut forces[pair[k] as usize], &part);
         }
     }
 

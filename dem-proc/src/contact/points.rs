@@ -53,6 +53,16 @@ pub trait Geometry: Listing<Key = [u32; 3], Watch = PointWatch> {
     -> ContactState;
 }
 
+/// Adds to the sum of a point.
+#[inline]
+pub fn add_to_point(sum: &mut ImpForce, part: &ImpForce) {
+    sum.force[0] += part.force[0];
+    sum.force[1] += part.force[1];
+    sum.couple += part.couple;
+    sum.stiffness += part.stiffness;
+    sum.tangential += part.tangential;
+}
+
 /// Where a point was that is new to the set.
 const NOT_KNOWN: Vec2 = Vec2::new(f64::NAN, f64::NAN);
 
@@ -233,9 +243,9 @@ impl<G: Geometry> PairKind for G {
     const OF_POINTS: bool = true;
     type Memory = ();
     type Found = Vec<Outcome<G::Effect>>;
-    type Room = ();
+    type Room<L: Law> = ();
 
-    fn depth(on: &On<G>, pair: G::Pair, (): &mut ()) -> f64 {
+    fn depth<L: Law>(on: &On<G>, pair: G::Pair, (): &mut ()) -> f64 {
         G::overlap(on, pair).0
     }
 

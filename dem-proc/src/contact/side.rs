@@ -1,5 +1,5 @@
-//! What a step needs from contacts of any kind: of bodies with one another, of points with bodies or with one another
-//! ([`super::engine`]), or of the segments between the markers of a boundary with bodies ([`super::segments`]).
+//! What a step needs from contacts of any kind ([`super::engine`]): of bodies with one another, of points with bodies or
+//! with one another, or of the segments between the markers of a boundary with bodies.
 
 use std::fmt::Debug;
 
@@ -57,6 +57,8 @@ pub struct Targets<'a> {
 pub struct Sums {
     /// Dissipated over the last step.
     pub loss: Loss,
+    /// Energy in J/m in contact springs, of kinds of pairs whose evaluation finds it.
+    pub energy: f64,
     /// Pairs in reach.
     pub in_reach: usize,
     /// Pairs of bodies that press.

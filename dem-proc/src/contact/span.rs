@@ -39,15 +39,11 @@ use interface::Vec2;
 use serde::{Deserialize, Serialize};
 
 use crate::contact::chain::Extremum;
-use crate::law::history::{All, Numbers};
+use crate::law::history::All;
 
 /// A minimum of the distance that pressed in the last step.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Held {
-    /// The disc.
-    pub body: u32,
-    /// Index of its vertex in the outline of the body.
-    pub part: u32,
     /// Ids of the two markers between which it was.
     pub ids: [u64; 2],
     /// Share of the second marker.
@@ -58,18 +54,16 @@ pub struct Held {
     pub spring: u32,
 }
 
-/// The history of spans: the minima, and the springs that minima share.
-#[derive(Debug, Default, Serialize, Deserialize)]
-#[serde(bound = "H: Numbers")]
-pub struct Memory<H> {
-    /// In the order of the discs, and of the spans of each disc.
+/// The history of the spans that a disc presses on: the minima, and the springs that minima share.
+#[derive(Debug, Clone, Default, Serialize, Deserialize)]
+pub struct Memory {
+    /// In the order of the spans.
     pub held: Vec<Held>,
     /// One spring for each span that pressed.
-    #[serde(with = "crate::law::history")]
-    pub springs: Vec<H>,
+    pub springs: Vec<All>,
 }
 
-impl<H> Memory<H> {
+impl Memory {
     /// Removes all entries.
     pub fn clear(&mut self) {
         self.held.clear();
@@ -111,14 +105,14 @@ impl<P> Place<P> {
 
 /// The histories with which the spans of a disc continue. It is kept from disc to disc, so that no step allocates.
 #[derive(Debug, Default)]
-pub struct Transferred<H> {
+pub struct Transferred {
     /// One for each span.
-    pub histories: Vec<H>,
+    pub histories: Vec<All>,
     /// Springs that have ended, were divided or joined. Each has the index of a minimum to which it belonged. Their
     /// energies count once.
-    pub ended: Vec<(usize, H)>,
+    pub ended: Vec<(usize, All)>,
     /// The springs that they became, in the same form. Their energies are subtracted once.
-    pub begun: Vec<(usize, H)>,
+    pub begun: Vec<(usize, All)>,
     flows: Vec<Flow>,
 }
 
@@ -133,13 +127,12 @@ struct Flow {
     from: usize,
 }
 
-impl<H: Numbers> Transferred<H> {
+impl Transferred {
     /// Transfers the springs of minima that pressed to `spans` spans. `successors` has the span to which
     /// each minimum goes, if any. Minima that go to none leave their part to the others of their spring.
     pub fn transfer(
         &mut self,
-        held: &[Held],
-        springs: &[H],
+        Memory { held, springs }: &Memory,
         successors: &[Option<usize>],
         spans: usize,
     ) {
@@ -152,7 +145,7 @@ impl<H: Numbers> Transferred<H> {
         ended.clear();
         begun.clear();
         histories.clear();
-        histories.resize(spans, H::default());
+        histories.resize(spans, All::default());
         part(held, successors, flows);
         let of = |spring: u32| springs[spring as usize];
         let sum = |wanted: &dyn Fn(&Flow) -> bool| -> f64 {
@@ -213,12 +206,12 @@ fn part(held: &[Held], successors: &[Option<usize>], flows: &mut Vec<Flow>) {
 
 /// The sum of histories, each times a factor. The energy of a spring is quadratic in its history if its stiffness is
 /// constant, and linear if force and stiffness are stored. For factors `q p` neither can grow.
-fn blend<H: Numbers>(parts: impl Iterator<Item = (f64, H)>) -> H {
+fn blend(parts: impl Iterator<Item = (f64, All)>) -> All {
     let mut sum = All::default();
     for (factor, history) in parts {
-        for (sum, x) in sum.iter_mut().zip(All::of(&history)) {
+        for (sum, x) in sum.iter_mut().zip(history) {
             *sum += factor * x;
         }
     }
-    H::take(&sum)
+    sum
 }

@@ -1,15 +1,14 @@
 //! The history of contacts from one step to the next, as numbers, so that the state of any law can be saved, and another
 //! law can go on from it.
 
-use serde::{Deserialize, Deserializer, Serialize, Serializer};
+use serde::{Deserialize, Serialize};
 
 /// Plain values that may be stored in arrays and shared between threads.
 pub trait Plain: Copy + Send + Sync + std::fmt::Debug + 'static {}
 impl<T: Copy + Send + Sync + std::fmt::Debug + 'static> Plain for T {}
 
-/// What a contact may remember, whatever its law and its geometry: each part has its place. Those that a law does not
-/// have are zero.
-pub type All = [f64; 9];
+/// What a contact may remember, whatever its law: each part has its place. Those that a law does not have are zero.
+pub type All = [f64; 7];
 
 /// Place of a tangential spring of constant stiffness in [`All`]: 1 number.
 pub const ELONGATION: usize = 0;
@@ -19,8 +18,6 @@ pub const SHEARED: usize = 1;
 pub const DASHPOT: usize = 3;
 /// Of rolling: 2 numbers.
 pub const ROLLING: usize = 5;
-/// Of the geometry of a pair: 2 numbers.
-pub const GEOMETRY: usize = 7;
 
 /// What a part of a law remembers of a contact: `N` numbers, in [`All`] from `AT` on.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -97,13 +94,13 @@ pub struct Saved {
 
 impl Saved {
     /// The form of these.
-    pub fn of<H: Numbers>(histories: &[H]) -> Self {
-        let numbers = (0..).zip(histories.iter().map(All::of));
+    pub fn of(histories: impl ExactSizeIterator<Item = All>) -> Self {
+        let pairs = histories.len();
         // The comparison is by bits, since minus zero must be restored as minus zero.
         let touches = |(_, all): &(u32, All)| all.iter().any(|x| x.to_bits() != 0);
         Self {
-            pairs: histories.len(),
-            touching: numbers.filter(touches).collect(),
+            pairs,
+            touching: (0..).zip(histories).filter(touches).collect(),
         }
     }
 
@@ -117,20 +114,4 @@ impl Saved {
         }
         histories
     }
-}
-
-/// Writes the histories of a list: `#[serde(with = "crate::law::history")]`.
-///
-/// # Errors
-/// As the serializer.
-pub fn serialize<H: Numbers, S: Serializer>(histories: &[H], to: S) -> Result<S::Ok, S::Error> {
-    Saved::of(histories).serialize(to)
-}
-
-/// Reads the histories of a list ([`Saved::histories`]).
-///
-/// # Errors
-/// As the deserializer.
-pub fn deserialize<'a, H: Numbers, D: Deserializer<'a>>(from: D) -> Result<Vec<H>, D::Error> {
-    Saved::deserialize(from).map(|saved| saved.histories())
 }

@@ -16,7 +16,7 @@ use crate::contact::overlap::OverlapArea;
 use crate::contact::pairs::VertexEdges;
 use crate::contact::point_body::PointBody;
 use crate::contact::point_pairs::PointPairs;
-use crate::contact::segments::SegmentContacts;
+use crate::contact::segments::Segments;
 use crate::contact::side::Side;
 use crate::law::Law;
 use crate::law::choice::{ForLaw, normal_stiffness, with_laws, with_table};
@@ -34,19 +34,6 @@ impl<K: PairKind> ForLaw for With<K> {
     type Output = Box<dyn Side>;
     fn build<L: Law>(self, law: L) -> Self::Output {
         Box::new(Contacts::new(law, self.kind, self.skin))
-    }
-}
-
-struct SegmentsWith {
-    /// Surface of each point group.
-    surfaces: Vec<u32>,
-    skin: f64,
-}
-
-impl ForLaw for SegmentsWith {
-    type Output = Box<dyn Side>;
-    fn build<L: Law>(self, law: L) -> Self::Output {
-        Box::new(SegmentContacts::new(law, self.surfaces, self.skin))
     }
 }
 
@@ -79,10 +66,11 @@ fn point_side(config: &DemConfig, surfaces_of: &Surfaces) -> Box<dyn Side> {
     let surfaces = groups.map(|name| surfaces_of.number(name)).collect();
     let (law, skin) = (&config.point_contact, config.skin);
     let table: Vec<&ContactPair> = config.point_pairs().map(|(_, pair)| pair).collect();
-    if config.interface == Interface::Segments {
-        return with_table(surfaces_of, law, &table, SegmentsWith { surfaces, skin });
-    }
     let kind = PointBody { surfaces };
+    if config.interface == Interface::Segments {
+        let kind = Segments(kind);
+        return with_table(surfaces_of, law, &table, With { kind, skin });
+    }
     with_laws(surfaces_of, law, &table, With { kind, skin })
 }
 
