@@ -34,6 +34,7 @@ use crate::contact::approach::Near;
 use crate::contact::pair_geometry::{
     LANES, LaneVec, Lanes, cross, dot, each, gather, gather_vec, sub,
 };
+use crate::law::Stiffness;
 use crate::lists::now::Ahead;
 
 /// Speeds below this share of the fastest surface's speed are ignored: their energy is a millionth.
@@ -283,12 +284,24 @@ impl Impacts<'_> {
         self.open_or_close(&along, pressing)
     }
 
-    /// How many times the stiffness of a contact of points counts.
+    /// The stiffness of a contact of points with this overlap (m) and normal force (N/m), as often as it counts.
     #[inline]
-    pub fn count(&self, velocity: f64, mobility: f64, pressing: &Pressing<f64>) -> f64 {
+    pub fn counted(
+        &self,
+        stiffness: Stiffness,
+        [overlap, force]: [f64; 2],
+        velocity: f64,
+        mobility: f64,
+    ) -> Stiffness {
         if self.count == 1.0 || velocity.abs() <= NEGLIGIBLE * self.speed {
-            return 1.0;
+            return stiffness;
         }
+        let pressing = Pressing {
+            overlap,
+            force,
+            stiffness: stiffness.normal,
+            width: 0.0,
+        };
         let along = Along {
             mobility: Lanes::splat(mobility),
             velocity: Lanes::splat(velocity),
@@ -296,9 +309,9 @@ impl Impacts<'_> {
             turning: [Lanes::ZERO; 2],
         };
         if self.open_or_close(&along, &pressing.of_four()) == 0 {
-            1.0
+            stiffness
         } else {
-            self.count
+            stiffness.times(self.count)
         }
     }
 

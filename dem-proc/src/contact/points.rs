@@ -11,7 +11,6 @@ use crate::body::bodies::Bodies;
 use crate::body::displacement::Displacement;
 use crate::body::load::Load;
 use crate::contact::engine::{Chunk, Listing, On, PairKind};
-use crate::contact::impact::Pressing;
 use crate::contact::passage::Passed;
 use crate::contact::side::{Sums, Targets};
 use crate::law::{Kinematics, Law, Loss, Stiffness};
@@ -219,20 +218,14 @@ impl<G: Geometry, L: Law> Chunk<'_, G, L> {
             ([0.0; 2], loss, L::History::default())
         };
         let stiffness = law.stiffness(constants, overlap + on.interval.closing);
-        let pressing = Pressing {
-            overlap,
-            force: force[0],
-            stiffness: stiffness.normal,
-            width: 0.0,
-        };
-        let impacts = &on.interval.impacts;
-        let count = impacts.count(kinematics.velocity[0], self.mobility[k], &pressing);
+        let (impacts, velocity) = (&on.interval.impacts, kinematics.velocity[0]);
+        let stiffness = impacts.counted(stiffness, [overlap, force[0]], velocity, self.mobility[k]);
         let outcome = Outcome {
             pair: (self.number * CHUNK + k) as u32,
             deep: G::is_deep(on, pair, overlap),
             overlap,
             force: normal * force[0] + tangent * force[1],
-            effect: G::effect(on, pair, &arms, stiffness.times(count), force),
+            effect: G::effect(on, pair, &arms, stiffness, force),
             loss,
         };
         Some((outcome, history))

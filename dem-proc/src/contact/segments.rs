@@ -15,7 +15,6 @@ use crate::body::load::Load;
 use crate::contact::chain::{Extremum, Foot, Links, came_through, extrema, shares_within};
 use crate::contact::engine::{Chunk, Listing, On, PairKind};
 use crate::contact::frame_contacts::{POINT, between};
-use crate::contact::impact::Pressing;
 use crate::contact::passage::{Passage, Passed, admissible_depth};
 use crate::contact::point_body::PointBody;
 use crate::contact::points::{PointWatch, add_to_point};
@@ -421,15 +420,8 @@ impl<L: Law> OfDisc<'_, L> {
         let k = (self.law).stiffness(&place.constants, overlap + interval.closing);
         let mut kinematics = Kinematics::default();
         self.add_motion(&place, 1.0, &mut kinematics);
-        let pressing = Pressing {
-            overlap,
-            force: elastic[0],
-            stiffness: k.normal,
-            width: 0.0,
-        };
-        let mobility = 1.0 / properties.mass;
-        let count = (interval.impacts).count(kinematics.velocity[0], mobility, &pressing);
-        let k = k.times(count);
+        let (velocity, mobility) = (kinematics.velocity[0], 1.0 / properties.mass);
+        let k = (interval.impacts).counted(k, [overlap, elastic[0]], velocity, mobility);
         if e.least || e.alone {
             let (links, x) = (&self.on.extra.links, &self.on.watch.positions);
             shares_within(links, x, &e.foot, 0.5 * info.radius, |slot, share| {

@@ -40,6 +40,17 @@ pub enum AnyPair {
     Areas(OfAreas, <OfAreas as Law>::Pair),
 }
 
+/// What a kind of law makes of its constants for a pair.
+macro_rules! by_kind {
+    ($any:expr, |$law:ident, $pair:ident| $value:expr) => {
+        match $any {
+            AnyPair::Grains($law, $pair) => $value,
+            AnyPair::Spheres($law, $pair) => $value,
+            AnyPair::Areas($law, $pair) => $value,
+        }
+    };
+}
+
 /// Turns the history of a response into the history of any law.
 fn remembering<H: Numbers>(response: Response<H>) -> Response<All> {
     Response {
@@ -64,11 +75,7 @@ impl Law for AnyLaw {
     }
     #[inline]
     fn stiffness(&self, pair: &AnyPair, overlap: f64) -> Stiffness {
-        match pair {
-            AnyPair::Grains(law, pair) => law.stiffness(pair, overlap),
-            AnyPair::Spheres(law, pair) => law.stiffness(pair, overlap),
-            AnyPair::Areas(law, pair) => law.stiffness(pair, overlap),
-        }
+        by_kind!(pair, |law, pair| law.stiffness(pair, overlap))
     }
     fn damping_ratio(&self, mass: f64) -> f64 {
         match self {
@@ -79,11 +86,7 @@ impl Law for AnyLaw {
     }
     #[inline]
     fn normal(&self, pair: &AnyPair, overlap: f64) -> [f64; 2] {
-        match pair {
-            AnyPair::Grains(law, pair) => law.normal(pair, overlap),
-            AnyPair::Spheres(law, pair) => law.normal(pair, overlap),
-            AnyPair::Areas(law, pair) => law.normal(pair, overlap),
-        }
+        by_kind!(pair, |law, pair| law.normal(pair, overlap))
     }
     #[inline]
     fn response_to_spring(
@@ -93,31 +96,23 @@ impl Law for AnyLaw {
         kinematics: &Kinematics,
         before: &All,
     ) -> Response<All> {
-        match pair {
-            AnyPair::Grains(law, pair) => {
-                remembering(law.response_to_spring(pair, spring, kinematics, &Numbers::of(before)))
-            }
-            AnyPair::Spheres(law, pair) => {
-                remembering(law.response_to_spring(pair, spring, kinematics, &Numbers::of(before)))
-            }
-            AnyPair::Areas(law, pair) => {
-                remembering(law.response_to_spring(pair, spring, kinematics, &Numbers::of(before)))
-            }
-        }
+        by_kind!(pair, |law, pair| {
+            remembering(law.response_to_spring(pair, spring, kinematics, &Numbers::of(before)))
+        })
     }
     #[inline]
     fn separate(&self, pair: &AnyPair, kinematics: &Kinematics, before: &All) -> Loss {
-        match pair {
-            AnyPair::Grains(law, pair) => law.separate(pair, kinematics, &Numbers::of(before)),
-            AnyPair::Spheres(law, pair) => law.separate(pair, kinematics, &Numbers::of(before)),
-            AnyPair::Areas(law, pair) => law.separate(pair, kinematics, &Numbers::of(before)),
-        }
+        by_kind!(pair, |law, pair| law.separate(
+            pair,
+            kinematics,
+            &Numbers::of(before)
+        ))
     }
     fn energy(&self, pair: &AnyPair, overlap: f64, history: &All) -> f64 {
-        match pair {
-            AnyPair::Grains(law, pair) => law.energy(pair, overlap, &Numbers::of(history)),
-            AnyPair::Spheres(law, pair) => law.energy(pair, overlap, &Numbers::of(history)),
-            AnyPair::Areas(law, pair) => law.energy(pair, overlap, &Numbers::of(history)),
-        }
+        by_kind!(pair, |law, pair| law.energy(
+            pair,
+            overlap,
+            &Numbers::of(history)
+        ))
     }
 }
