@@ -36,10 +36,8 @@ impl Sdem {
             let moment: f64 = loads.by_points.iter().zip(&bodies.state).map(moment).sum();
             after.contact_impulse += [by_points.x, by_points.y, moment].map(|of| of * length);
         }
-        let (masses, all) = &bodies.free;
-        let fall = self.gravity * *all * length;
-        let masses = bodies.state.iter().zip(masses);
-        let place: Vec2 = masses.map(|(state, mass)| state.center * *mass).sum();
+        let fall = self.gravity * bodies.free.1 * length;
+        let place: Vec2 = self.kicked.moments.iter().sum();
         let moment = place.perp(&(self.gravity * length));
         after.applied_impulse += [fall.x, fall.y, moment];
         for &b in bodies.held.iter().chain(&bodies.special) {

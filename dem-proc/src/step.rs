@@ -11,6 +11,7 @@ use crate::contact::side::{AfterKick, Interval, Side, Targets};
 use crate::law::LastStep;
 use crate::lists::now::{Ahead, Now};
 use crate::system::Sdem;
+use crate::threads::CHUNK;
 
 /// Whether this is an opening step: it computes forces, limits and a measurement, and leaves the state unchanged.
 fn opening(step: &Step) -> bool {
@@ -216,6 +217,9 @@ impl Sdem {
             .resize(self.bodies.len().div_ceil(part), 0.0);
         let coupled = self.loads.any_by_points;
         let (state, gravity) = (&self.bodies.state, self.gravity);
+        let masses = &self.bodies.free.0;
+        let moments = &mut self.kicked.moments;
+        moments.resize(state.len().div_ceil(CHUNK), Vec2::zeros());
         let point_loads = &self.loads.by_points;
         let loads = self.loads.by_bodies.chunks(part);
         let parts = self
@@ -224,17 +228,19 @@ impl Sdem {
             .chunks_mut(part)
             .zip(self.kicked.motions.chunks_mut(part))
             .zip(&mut self.kicked.fastest);
-        let parts = parts.zip(loads).enumerate();
+        let moments = moments.chunks_mut(part.div_ceil(CHUNK));
+        let parts = parts.zip(loads.zip(moments)).enumerate();
         self.threads.each(
             state.len(),
             parts,
-            |(i, (((kicked, motions), fastest), loads))| {
+            |(i, (((kicked, motions), fastest), (loads, moments)))| {
                 let here = i * part..i * part + kicked.len();
                 // In registers: the results of two parts are in one line of the caches.
                 let (mut finite, mut most) = (true, 0.0);
                 let kicked = kicked.iter_mut().zip(motions);
                 let bodies = state[here.clone()].iter().zip(loads).zip(kicked);
-                for (((state, others), (kicked, motion)), points) in bodies.zip(&point_loads[here])
+                for (((state, others), (kicked, motion)), points) in
+                    bodies.zip(&point_loads[here.clone()])
                 {
                     let (mut force, mut torque) = (others.force, others.torque);
                     if coupled {
@@ -253,6 +259,13 @@ impl Sdem {
                         SurfaceMotion::of(state, *kicked, (acceleration, turning), others.rate);
                 }
                 *fastest = if finite { most } else { f64::NAN };
+                // Here, where their states are in the cache of this thread.
+                let chunks = state[here.clone()].chunks(CHUNK);
+                let chunks = chunks.zip(masses[here].chunks(CHUNK));
+                for ((state, masses), moment) in chunks.zip(moments) {
+                    let of = state.iter().zip(masses).map(|(state, m)| state.center * *m);
+                    *moment = of.sum();
+                }
             },
         );
         // `f64::max` would lose a NaN.

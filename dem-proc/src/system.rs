@@ -137,6 +137,8 @@ pub(crate) struct Kicked {
     pub motions: Vec<SurfaceMotion>,
     /// Largest surface speed in each part of the bodies in m/s.
     pub fastest: Vec<f64>,
+    /// Sum of mass times position in kg of the free ones of each chunk of the bodies.
+    pub moments: Vec<Vec2>,
     /// Upper bound of the speed of any surface in m/s.
     pub speed: f64,
 }

@@ -115,7 +115,7 @@ impl Threads {
 fn part_of(pool: &Pool, len: usize) -> usize {
     match pool.count() {
         1 => len.max(1),
-        threads => len.div_ceil(4 * threads),
+        threads => len.div_ceil(4 * threads).next_multiple_of(CHUNK),
     }
 }
 
