@@ -5,7 +5,7 @@ use crate::small_scenes::*;
 use dem_proc::Sdem;
 use interface::Vec2;
 use interface::config::{
-    BodyConfig, BodyInertia, BodyShape, ContactLaw, DemConfig, Motion, ratio_of_restitution,
+    BodyConfig, BodyInertia, BodyShape, ContactLaw, DemConfig, ratio_of_restitution,
 };
 use interface::solver::DemSolver;
 
@@ -49,25 +49,6 @@ fn after_bounce(config: &DemConfig, dt: f64) -> (Vec2, f64) {
         }
     }
     panic!("it never came back");
-}
-
-/// A contact with a dashpot that never pulls ends before the overlap is zero. Schwager and Poeschel 2007 eq. 15 give
-/// its restitution: `exp(-b/w (pi - atan(2 b w / (w^2 - b^2))))` with `b = zeta w_0`, `w^2 = w_0^2 - b^2`.
-#[test]
-fn restitution_of_the_linear_dashpot() {
-    let (k, m): (f64, f64) = (1e6, 1.0);
-    for zeta in [0.02, 0.1, 0.3] {
-        let omega = (k / m).sqrt();
-        let b = zeta * omega;
-        let w = (omega * omega - b * b).sqrt();
-        let e = (-b / w * (std::f64::consts::PI - (2.0 * b * w / (w * w - b * b)).atan())).exp();
-        let (v, _) = after_bounce(
-            &disc_at_floor([0.0, -1.0], viscous(k, 0.0, zeta)),
-            1e-3 / omega,
-        );
-        // The dashpot uses the velocity of half a step ago: first order in omega dt = 1e-3.
-        assert!((v.y - e).abs() < 2e-3, "{zeta}: {} {e}", v.y);
-    }
 }
 
 /// Restitution of two free discs of radius 0.1 and these masses (kg/m) that meet head-on at 1 m/s, and the number of
@@ -158,17 +139,6 @@ fn hertz_contact_time_and_depth_and_restitution_at_any_speed() {
     }
 }
 
-/// docs/scenes.md `oblique_impact`: `v_t' = v_t - mu (1 + e) v_n`, `r w' = 2 mu (1 + e) v_n`.
-#[test]
-fn oblique_impact_in_gross_sliding() {
-    let (mu, v_n, v_t) = (0.2, 1.0, 3.0);
-    let (v, spin) = after_bounce(&disc_at_floor([v_t, -v_n], frictional(1e8, 5e7, mu)), 1e-7);
-    assert!((v.y - v_n).abs() < 1e-4);
-    assert!((v.x - (v_t - 2.0 * mu * v_n)).abs() < 1e-3, "{}", v.x);
-    // The force acts half an overlap inside the surface: 5e-5 of 0.1.
-    assert!((spin * 0.1 + 2.0 * mu * 2.0 * v_n).abs() < 1e-3, "{spin}");
-}
-
 /// Sticking with `k_t = k_n / 3`: tangential and normal spring have the same period, since the disc's surface has the
 /// effective mass m/3. The surface's sliding velocity is reversed: impulse `2 v_s m / 3`.
 #[test]
@@ -201,33 +171,6 @@ fn down_slope(mut config: DemConfig, tan: f64, time: f64, dt: f64) -> (f64, f64)
     (end.center.x - state.center.x, end.angle - state.angle)
 }
 
-#[test]
-fn a_disc_rolls_on_a_slope_up_to_three_mu_and_slides_beyond() {
-    let (g, t, mu) = (9.81, 0.3, 0.1);
-    let config = disc_at_floor([0.0, 0.0], viscous(1e6, mu, 0.3));
-    for (tan, rolls) in [(0.25, true), (0.35, false)] {
-        let cos = 1.0 / (1.0_f64 + tan * tan).sqrt();
-        let (sin, dt) = (tan * cos, 2e-5);
-        let (x, angle) = down_slope(config.clone(), tan, t, dt);
-        let a = if rolls {
-            2.0 / 3.0 * g * sin
-        } else {
-            g * (sin - mu * cos)
-        };
-        assert!(
-            (x / (0.5 * a * t * t) - 1.0).abs() < 3e-3,
-            "{tan}: {x} {}",
-            0.5 * a * t * t
-        );
-        if rolls {
-            assert!((-angle * 0.1 / x - 1.0).abs() < 2e-3, "{angle}");
-        } else {
-            let spin = 2.0 * mu * g * cos / 0.1;
-            assert!((-angle / (0.5 * spin * t * t) - 1.0).abs() < 3e-3);
-        }
-    }
-}
-
 fn block(law: ContactLaw, width: f64, height: f64) -> DemConfig {
     let a = 0.01;
     let shape = rectangle_shape(width - 2.0 * a, height - 2.0 * a);
@@ -239,19 +182,6 @@ fn block(law: ContactLaw, width: f64, height: f64) -> DemConfig {
         vec![wall("floor", [-5.0, -0.1], [5.0, -0.1], 0.1), block],
         law,
     )
-}
-
-#[test]
-fn a_block_sticks_up_to_mu_and_slides_beyond() {
-    let (g, t, mu) = (9.81, 0.3, 0.3);
-    // Stiff, since it slips only once its springs are stretched, with the velocity that it has gained until then.
-    let config = block(viscous(1e8, mu, 0.3), 0.4, 0.1);
-    let (x, _) = down_slope(config.clone(), 0.29, t, 1e-5);
-    assert!(x.abs() < 2e-7, "{x}");
-    let (x, _) = down_slope(config, 0.35, t, 1e-5);
-    let cos = 1.0 / (1.0_f64 + 0.35 * 0.35).sqrt();
-    let a = g * (0.35 * cos - mu * cos);
-    assert!((x / (0.5 * a * t * t) - 1.0).abs() < 5e-3, "{x}");
 }
 
 /// A block tips over its lower core corner when the centre of mass passes above it: `tan = core width / height`.
@@ -377,99 +307,6 @@ fn rolling_resistance_holds_a_disc_on_a_slope_and_adhesion_hangs_it_on_a_ceiling
     };
     let needed = (4.0 * 1e6 * 9.81_f64).sqrt() / (2.0 * (2.0 * 0.05_f64).sqrt());
     assert!(hangs(1.2 * needed) && !hangs(0.9 * needed));
-}
-
-/// A disc that rolls on a level floor under the moment `M = mu_r R* m g` decelerates with `M / (1.5 m r)`, and loses `M`
-/// times the angle.
-#[test]
-fn rolling_resistance_stops_a_disc_and_its_loss_is_booked() {
-    let law = granular_law(1e6, 5e5, 0.8, 0.0, 0.0, 0.2);
-    let mut config = disc_at_floor([1.0, 0.0], law);
-    config.gravity = [0.0, -9.81];
-    config.bodies[1].position[1] = 0.1 - 9.81e-6;
-    config.bodies[1].spin = -10.0;
-    let mut dem = configured(&config);
-    let (steps, dt) = (10_000, 2e-5);
-    run(&mut dem, steps, dt);
-    let moment = 0.2 * 0.05 * 9.81;
-    let time = steps as f64 * dt;
-    let slower = moment / 0.15 * time;
-    let state = &dem.bodies().state[1];
-    let (v, spin) = (state.velocity.x, state.spin);
-    assert!((1.0 - v - slower).abs() < 5e-3 * slower, "{v}");
-    assert!(
-        (10.0 + spin - 10.0 * slower).abs() < 5e-2 * slower,
-        "{spin}"
-    );
-    let ledger = dem.measurement().ledger;
-    let lost = moment * (time - 0.5 * slower * time) / 0.1;
-    assert!(
-        (ledger.friction_work - lost).abs() < 5e-3 * lost,
-        "{ledger:?}"
-    );
-}
-
-#[test]
-fn guided_and_pushed_bodies_move_as_told_and_their_holders_work_is_counted() {
-    let pushed = BodyConfig {
-        motion: Motion::Pushed {
-            force: [3.0, 0.0],
-            torque: 0.2,
-            ramp: 0.0,
-            until: Some(0.5),
-        },
-        inertia: BodyInertia::Mass(2.0),
-        ..body(BodyShape::Disc, 0.1)
-    };
-    let mut dem = configured(&scene(vec![pushed], spring(1e5)));
-    let dt = 1e-4;
-    run(&mut dem, 10_001, dt); // up to t = 1
-    let l = dem.measurement().ledger;
-    let state = dem.bodies().state[0];
-    assert!((state.velocity.x - 0.75).abs() < 1e-3 && (state.spin - 0.1 / 0.01).abs() < 1e-2);
-    assert!((l.driven_work / (l.kinetic + l.kinetic_rotation) - 1.0).abs() < 1e-9);
-    assert!((Vec2::from(l.applied_impulse) - Vec2::from(l.momentum)).norm() < 1e-12);
-
-    let guided = BodyConfig {
-        motion: Motion::Guided {
-            hold_x: true,
-            hold_y: false,
-            hold_angle: true,
-        },
-        velocity: [0.5, 0.0],
-        ..body(BodyShape::Disc, 0.1)
-    };
-    let mut config = scene(vec![guided], spring(1e5));
-    config.gravity = [4.0, -9.81];
-    let mut dem = configured(&config);
-    run(&mut dem, 1001, 1e-3);
-    let state = dem.bodies().state[0];
-    assert_eq!((state.velocity.x, state.spin), (0.5, 0.0));
-    let l = dem.measurement().ledger;
-    // The guide removes the work of gravity along x: -4 N over 0.5 m.
-    assert!((l.driven_work + 2.0).abs() < 1e-9, "{}", l.driven_work);
-    let start = 0.5 * 0.25;
-    // The mean of the squares at two half steps is above the square at t_n by (g dt / 2)^2: 1.2e-5 J/m here.
-    assert!((l.kinetic + l.gravity - l.driven_work - start).abs() < 2e-5);
-    // Only the initial momentum is not an applied impulse.
-    assert!((l.momentum[0] - l.applied_impulse[0] - 0.5).abs() < 1e-12);
-}
-
-#[test]
-fn a_ramped_push_follows_its_ramp() {
-    let pushed = BodyConfig {
-        motion: Motion::Pushed {
-            force: [0.0, 6.0],
-            torque: 0.0,
-            ramp: 1.0,
-            until: None,
-        },
-        ..body(BodyShape::Disc, 0.1)
-    };
-    let mut dem = configured(&scene(vec![pushed], spring(1e5)));
-    run(&mut dem, 1000, 1e-3);
-    // v = 6 t^2 / 2 at half a step before t = 1.
-    assert!((dem.bodies().state[0].velocity.y - 3.0).abs() < 5e-3);
 }
 
 /// Two discs part in the last step before a step of no length, as at the end of a run: what was left in the tangential spring

@@ -23,23 +23,6 @@ fn cluster(centers: Vec<[f64; 2]>, radii: &[f64]) -> BodyShape {
     }
 }
 
-#[test]
-fn mass_and_inertia_add_up() {
-    use std::f64::consts::PI;
-    let a = 0.1;
-    let mut config = body(grid(2, a), a);
-    config.inertia = BodyInertia::Density(10.0);
-    config.position = [3.0, 4.0];
-    let dem = configured(&scene(vec![config], spring(1.0)));
-    let b = &dem.bodies().properties[0];
-    let disc = 10.0 * PI * a * a;
-    assert!((b.mass / (4.0 * disc) - 1.0).abs() < 1e-14);
-    let inertia = 4.0 * (0.5 * disc * a * a + disc * 2.0 * a * a);
-    assert!((b.inertia / inertia - 1.0).abs() < 1e-14);
-    assert!((dem.bodies().state[0].center - Vec2::new(3.0, 4.0)).norm() < 1e-15);
-    assert!((b.shape.extent - a * (1.0 + 2.0_f64.sqrt())).abs() < 1e-15);
-}
-
 /// Two blocks of 8 x 8 discs with Singer's kind of law, friction and adhesion, one on the other: they stay.
 #[test]
 fn two_cluster_blocks_rest_on_one_another() {
@@ -78,71 +61,6 @@ fn two_cluster_blocks_rest_on_one_another() {
             state.center
         );
         assert!(state.angle.abs() < 1e-6 && state.velocity.norm() < 1e-4);
-    }
-}
-
-/// Area, centroid and polar moment about the centroid of the covered region, from a million random points, and their
-/// tolerance of four standard deviations.
-fn by_chance(centers: &[[f64; 2]], radii: &[f64], random: &mut Random) -> ([f64; 4], [f64; 4]) {
-    let n = 1_000_000;
-    let lower = [0, 1].map(|k| {
-        let ends = centers.iter().zip(radii).map(|(c, r)| c[k] - r);
-        ends.fold(f64::INFINITY, f64::min)
-    });
-    let upper = [0, 1].map(|k| {
-        let ends = centers.iter().zip(radii).map(|(c, r)| c[k] + r);
-        ends.fold(f64::NEG_INFINITY, f64::max)
-    });
-    let mut sums = [0.0; 4];
-    let mut squares = [0.0; 4];
-    for _ in 0..n {
-        let [x, y] = [0, 1].map(|k| random.between(lower[k], upper[k]));
-        let covers = |(c, r): (&[f64; 2], &f64)| (x - c[0]).hypot(y - c[1]) < *r;
-        if centers.iter().zip(radii).any(covers) {
-            let row = [1.0, x, y, x * x + y * y];
-            for k in 0..4 {
-                sums[k] += row[k];
-                squares[k] += row[k] * row[k];
-            }
-        }
-    }
-    let boxed = (upper[0] - lower[0]) * (upper[1] - lower[1]);
-    let count = f64::from(n);
-    let deviation = |k: usize| ((squares[k] / count - (sums[k] / count).powi(2)) / count).sqrt();
-    (
-        sums.map(|s| s / count * boxed),
-        [0, 1, 2, 3].map(|k| 4.0 * deviation(k) * boxed),
-    )
-}
-
-#[test]
-fn unequal_discs_that_overlap_count_once() {
-    let mut random = Random(99);
-    for case in 0..12 {
-        let n = 2 + case % 6;
-        let centers: Vec<[f64; 2]> = (0..n)
-            .map(|_| [random.between(-1.0, 1.0), random.between(-1.0, 1.0)])
-            .collect();
-        let radii: Vec<f64> = (0..n).map(|_| random.between(0.1, 0.9)).collect();
-        let mut config = body(cluster(centers.clone(), &radii), 0.0);
-        config.inertia = BodyInertia::Density(1.0);
-        let dem = configured(&scene(vec![config], spring(1.0)));
-        let b = &dem.bodies().properties[0];
-        let c = b.shape.moments.centroid;
-        // About the origin, as in the random measurement.
-        let exact = [
-            b.mass,
-            b.mass * c.x,
-            b.mass * c.y,
-            b.inertia + b.mass * c.norm_squared(),
-        ];
-        let (chance, deviation) = by_chance(&centers, &radii, &mut random);
-        for k in 0..4 {
-            assert!(
-                (exact[k] - chance[k]).abs() <= deviation[k],
-                "case {case}, moment {k}: {exact:?} {chance:?} +- {deviation:?}"
-            );
-        }
     }
 }
 

@@ -38,42 +38,6 @@ fn the_force_on_a_point_does_not_jump_round_a_convex_outline() {
     assert!(touched > 1000, "{touched}");
 }
 
-#[test]
-fn the_force_between_bodies_does_not_jump_as_one_slides_past_the_other() {
-    let k = 1e5;
-    let square = rectangle_shape(0.6, 0.6);
-    let n = 20_000;
-    let mut last: Option<Vec2> = None;
-    let mut config = scene(
-        vec![
-            fixed(square, 0.1),
-            BodyConfig {
-                angle: 0.2,
-                ..body(
-                    polygon_shape(vec![[-0.2, -0.2], [0.2, -0.2], [0.0, 0.25]]),
-                    0.1,
-                )
-            },
-        ],
-        spring(k),
-    );
-    for i in 0..n {
-        let x = -0.8 + 1.6 * f64::from(i) / f64::from(n);
-        config.bodies[1].position = [x, 0.72];
-        let mut dem = configured(&config);
-        dem.contact(&OPENING, &[], &mut []).unwrap();
-        let force = Vec2::from(dem.measurement().bodies[1].body_force);
-        if let Some(before) = last {
-            let path = 1.6 / f64::from(n);
-            assert!(
-                (force - before).norm() <= 8.0 * k * path,
-                "at x = {x}: {before} {force}"
-            );
-        }
-        last = Some(force);
-    }
-}
-
 /// The bits do not depend on the skin, and so not on when lists are rebuilt: with friction, damping, points and bodies.
 #[test]
 fn lists_leave_no_trace() {
@@ -111,48 +75,4 @@ fn lists_leave_no_trace() {
     let (few, often) = (run(0.1), run(0.004));
     assert_eq!(few.0, often.0);
     assert_eq!(few.1, often.1);
-}
-
-/// A point that is dragged along one edge, round the corner and down the next keeps its friction spring: the force
-/// along the path stays at the Coulomb cap, where a restart from zero would drop it.
-#[test]
-fn friction_goes_with_a_point_round_a_corner() {
-    let (k, mu, a, r) = (1e5, 0.3, 0.1, 0.05);
-    let square = rectangle_shape(1.0, 1.0);
-    let config = scene(vec![fixed(square, a)], frictional(k, 0.5 * k, mu));
-    let mut dem = configured(&config);
-    dem.imp_set(&[info(0, r, 1.0)]);
-    let mut f = [ImpForce::default()];
-    let overlap = 0.01;
-    let reach = a + r - overlap;
-    let (dt, ds) = (1e-4, 1e-4);
-    let quarter = reach * std::f64::consts::FRAC_PI_2;
-    for i in 0..((0.2 + quarter + 0.2) / ds) as usize {
-        let s = i as f64 * ds;
-        // Along the top to the right, round the corner, down the side.
-        let (p, along) = if s < 0.2 {
-            (Vec2::new(0.3 + s, 0.5 + reach), Vec2::x())
-        } else if s < 0.2 + quarter {
-            let t = (s - 0.2) / reach;
-            (
-                Vec2::new(0.5 + reach * t.sin(), 0.5 + reach * t.cos()),
-                Vec2::new(t.cos(), -t.sin()),
-            )
-        } else {
-            (
-                Vec2::new(0.5 + reach, 0.5 - (s - 0.2 - quarter)),
-                -Vec2::y(),
-            )
-        };
-        let step = step(if i == 0 { 0.0 } else { dt }, dt);
-        dem.contact(&step, &[at(p.x, p.y)], &mut f).unwrap();
-        dem.advance(&step).unwrap();
-        if s > 0.05 {
-            let drag = -Vec2::from(f[0].force).dot(&along);
-            assert!(
-                (drag / (mu * k * overlap) - 1.0).abs() < 1e-6,
-                "at s = {s}: {drag}"
-            );
-        }
-    }
 }

@@ -131,28 +131,6 @@ fn damping_and_readiness_are_declared() {
     assert_eq!(forces(&far, 0.1, &[at(1.12, 0.0)]).2.limits.damping, 0.25);
 }
 
-/// Dashpots for the mass of a block that a point carries are a larger share of critical damping for the point itself.
-#[test]
-fn dashpots_of_a_block_are_declared_as_what_they_are_to_a_point() {
-    let law = |damped_mass| interface::config::ContactLaw::Linear {
-        normal_stiffness: 7.0,
-        tangential_stiffness: 0.0,
-        friction: 0.0,
-        damping_ratio: 0.25,
-        damped_mass,
-    };
-    let declared = |damped_mass| {
-        let mut config = scene(vec![fixed(BodyShape::Disc, 1.0)], spring(7.0));
-        config.point_contact = law(damped_mass); // not between bodies
-        forces(&config, 0.1, &[at(1.12, 0.0)]).2.limits.damping
-    };
-    let own = declared(0.0);
-    assert_eq!(own, 0.25);
-    // The points of `forces` have 1 kg/m.
-    assert!((declared(16.0) - 1.0).abs() < 1e-15);
-    assert_eq!(declared(0.1), 0.25);
-}
-
 /// Points that move as one block of mass M on n springs: `x = A exp(-zeta w t) cos(...)`, `w^2 = n k/M`, whatever the points'
 /// own mass and number are, when the dashpots are of M/n.
 #[test]

@@ -6,55 +6,62 @@ use crate::small_scenes::{
 use interface::config::{BodyInertia, BodyShape};
 use interface::solver::DemSolver;
 
-/// Area, centroid and polar moment about the centroid of what is within `a` of a closed outline or inside it:
+/// A closed outline and a distance from it.
+type Part = (Vec<[f64; 2]>, f64);
+
+/// Area, centroid and polar moment about the centroid of what is inside of an outline or within its distance:
 /// horizontal lines are cut exactly, and added by the midpoint rule.
-fn by_lines(vertices: &[[f64; 2]], a: f64, lines: usize) -> (f64, [f64; 2], f64) {
-    let n = vertices.len();
-    let low = vertices.iter().map(|v| v[1]).fold(f64::INFINITY, f64::min) - a;
-    let high = vertices
-        .iter()
-        .map(|v| v[1])
-        .fold(f64::NEG_INFINITY, f64::max)
-        + a;
+fn by_lines(parts: &[Part], lines: usize) -> (f64, [f64; 2], f64) {
+    let ends = |sign: f64| {
+        let of_part = move |(vertices, a): &Part| {
+            let highest = vertices.iter().map(|v| sign * v[1]);
+            highest.fold(f64::NEG_INFINITY, f64::max) + a
+        };
+        sign * parts.iter().map(of_part).fold(f64::NEG_INFINITY, f64::max)
+    };
+    let [low, high] = [-1.0, 1.0].map(ends);
     let h = (high - low) / lines as f64;
     let (mut area, mut sx, mut sy, mut polar) = (0.0, 0.0, 0.0, 0.0);
     for line in 0..lines {
         let y = low + (line as f64 + 0.5) * h;
         let mut spans: Vec<[f64; 2]> = Vec::new();
-        let mut crossings: Vec<f64> = Vec::new();
-        for i in 0..n {
-            let (p, q) = (vertices[i], vertices[(i + 1) % n]);
-            if (p[1] > y) != (q[1] > y) {
-                crossings.push(p[0] + (y - p[1]) / (q[1] - p[1]) * (q[0] - p[0]));
-            }
-            // The capsule around an edge is convex: its cut is from the smallest to the largest of all cuts.
-            let mut xs: Vec<f64> = Vec::new();
-            for c in [p, q] {
-                let under = a * a - (y - c[1]).powi(2);
-                if under >= 0.0 {
-                    xs.extend([c[0] - under.sqrt(), c[0] + under.sqrt()]);
+        for (vertices, a) in parts {
+            let (n, a) = (vertices.len(), *a);
+            let mut crossings: Vec<f64> = Vec::new();
+            for i in 0..n {
+                let (p, q) = (vertices[i], vertices[(i + 1) % n]);
+                if (p[1] > y) != (q[1] > y) {
+                    crossings.push(p[0] + (y - p[1]) / (q[1] - p[1]) * (q[0] - p[0]));
                 }
-            }
-            let (ex, ey) = (q[0] - p[0], q[1] - p[1]);
-            let l = ex.hypot(ey);
-            if l > 0.0 {
-                let (nx, ny) = (a * ey / l, -a * ex / l);
-                for s in [1.0, -1.0] {
-                    let (u, v) = (
-                        [p[0] + s * nx, p[1] + s * ny],
-                        [q[0] + s * nx, q[1] + s * ny],
-                    );
-                    if (u[1] > y) != (v[1] > y) {
-                        xs.push(u[0] + (y - u[1]) / (v[1] - u[1]) * (v[0] - u[0]));
+                // The capsule around an edge is convex: its cut is from the smallest to the largest of all cuts.
+                let mut xs: Vec<f64> = Vec::new();
+                for c in [p, q] {
+                    let under = a * a - (y - c[1]).powi(2);
+                    if under >= 0.0 {
+                        xs.extend([c[0] - under.sqrt(), c[0] + under.sqrt()]);
                     }
                 }
+                let (ex, ey) = (q[0] - p[0], q[1] - p[1]);
+                let l = ex.hypot(ey);
+                if l > 0.0 {
+                    let (nx, ny) = (a * ey / l, -a * ex / l);
+                    for s in [1.0, -1.0] {
+                        let (u, v) = (
+                            [p[0] + s * nx, p[1] + s * ny],
+                            [q[0] + s * nx, q[1] + s * ny],
+                        );
+                        if (u[1] > y) != (v[1] > y) {
+                            xs.push(u[0] + (y - u[1]) / (v[1] - u[1]) * (v[0] - u[0]));
+                        }
+                    }
+                }
+                if let Some(min) = xs.iter().copied().reduce(f64::min) {
+                    spans.push([min, xs.iter().copied().fold(min, f64::max)]);
+                }
             }
-            if let Some(min) = xs.iter().copied().reduce(f64::min) {
-                spans.push([min, xs.iter().copied().fold(min, f64::max)]);
-            }
+            crossings.sort_by(f64::total_cmp);
+            spans.extend(crossings.chunks_exact(2).map(|c| [c[0], c[1]]));
         }
-        crossings.sort_by(f64::total_cmp);
-        spans.extend(crossings.chunks_exact(2).map(|c| [c[0], c[1]]));
         spans.sort_by(|s, t| s[0].total_cmp(&t[0]));
         let mut end = f64::NEG_INFINITY;
         for [from, to] in spans {
@@ -87,24 +94,35 @@ fn a_thousand_random_shapes_agree_with_integration() {
     let mut checked = [0, 0];
     while checked[0] + checked[1] < 1000 {
         let n = 1 + (random.unit() * 9.0) as usize;
-        let convex = random.unit() < 0.3;
-        let vertices = match n {
-            1 => vec![[0.0, 0.0]],
-            2 => vec![[random.unit(), random.unit()], [-random.unit(), 0.1]],
-            _ if convex => (0..n)
-                .map(|i| {
+        let a = random.between(0.01, 0.4);
+        let (shape, a, parts): (BodyShape, f64, Vec<Part>) = match (n, random.unit()) {
+            (1, _) => (BodyShape::Disc, a, vec![(vec![[0.0, 0.0]], a)]),
+            (2, _) => {
+                let ends = [[random.unit(), random.unit()], [-random.unit(), 0.1]];
+                (segment_shape(ends), a, vec![(ends.to_vec(), a)])
+            }
+            // Unequal discs that overlap.
+            (_, kind) if kind < 0.2 => {
+                let mut any = || random.between(-1.0, 1.0);
+                let centers: Vec<[f64; 2]> = (0..n).map(|_| [any(), any()]).collect();
+                let radii: Vec<f64> = (0..n).map(|_| 0.5 + 0.4 * any()).collect();
+                let parts = centers.iter().zip(&radii);
+                let parts = parts.map(|(center, a)| (vec![*center], *a)).collect();
+                (BodyShape::Cluster { centers, radii }, 0.0, parts)
+            }
+            (_, kind) => {
+                let corner = |i: usize| {
                     let t =
                         (i as f64 + random.between(0.1, 0.9)) * std::f64::consts::TAU / n as f64;
                     [t.cos(), 1.3 * t.sin()]
-                })
-                .collect(),
-            _ => random.star(n, 0.4, 1.0),
-        };
-        let a = random.between(0.01, 0.4);
-        let shape = match n {
-            1 => BodyShape::Disc,
-            2 => segment_shape([vertices[0], vertices[1]]),
-            _ => polygon_shape(vertices.clone()),
+                };
+                let vertices = if kind < 0.5 {
+                    (0..n).map(corner).collect()
+                } else {
+                    random.star(n, 0.4, 1.0)
+                };
+                (polygon_shape(vertices.clone()), a, vec![(vertices, a)])
+            }
         };
         let is_convex = shape.is_convex();
         let mut config = body(shape, a);
@@ -117,24 +135,30 @@ fn a_thousand_random_shapes_agree_with_integration() {
         let b = &dem.bodies().properties[0];
         checked[usize::from(is_convex)] += 1;
         // Lines along an edge would see it all at once or not at all: turn to where no edge is near horizontal.
-        let turned = |t: f64| vertices.iter().map(|v| turn(*v, t)).collect::<Vec<_>>();
+        let turned = |t: f64| -> Vec<Part> {
+            let turned = |(v, a): &Part| (v.iter().map(|v| turn(*v, t)).collect(), *a);
+            parts.iter().map(turned).collect()
+        };
         let steepest = |t: f64| {
-            let v = turned(t);
-            let slope = |i: usize| {
+            let slope = |v: &[[f64; 2]], i: usize| {
                 let (p, q) = (v[i], v[(i + 1) % v.len()]);
                 (q[1] - p[1]).abs() / (q[0] - p[0]).hypot(q[1] - p[1])
             };
-            (0..v.len()).map(slope).fold(f64::INFINITY, f64::min)
+            let of_part = |(v, _): Part| (0..v.len()).map(move |i| slope(&v, i));
+            turned(t)
+                .into_iter()
+                .flat_map(of_part)
+                .fold(f64::INFINITY, f64::min)
         };
         let trials = (0..60).map(|i| f64::from(i) * 0.05);
         let angle = trials
             .max_by(|&s, &t| steepest(s).total_cmp(&steepest(t)))
             .unwrap();
-        let (area, centroid, polar) = by_lines(&turned(angle), a, 2000);
+        let (area, centroid, polar) = by_lines(&turned(angle), 2000);
         let centroid = turn(centroid, -angle);
         assert!(
             (b.mass / area - 1.0).abs() < 3e-5,
-            "area {} {area} {vertices:?} {a}",
+            "area {} {area} {parts:?}",
             b.mass
         );
         assert!(

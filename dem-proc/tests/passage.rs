@@ -457,27 +457,3 @@ fn bodies_that_lie_across_one_another_are_named() {
         }
     }
 }
-
-/// Seven tenths of the contact distance, a corner past a bare face, a plate half sunk in: pushed the right way.
-#[test]
-fn a_deep_contact_of_bodies_goes_on() {
-    use OverlapMeasure::{Area, EachEdge, NearestEdge};
-    let square = square(0.2);
-    let block = polygon(&[[-1.0, -0.3], [1.0, -0.3], [1.0, 0.3], [-1.0, 0.3]]);
-    for (measure, a, way) in [
-        (EachEdge, 0.02, 0.1 - 0.04 * 0.3),
-        (NearestEdge, 0.01, 0.2),
-        (Area, 0.0, 0.25),
-    ] {
-        for angle in [0.0, 0.5] {
-            let lowest = 0.2 * (f64::cos(angle) + f64::sin(angle));
-            let mover = BodyConfig {
-                position: [0.013, 0.3 + lowest + 0.1],
-                angle,
-                ..body(square.clone(), a)
-            };
-            let told = driven_into(mover, body(block.clone(), a), measure, 1e-3, way);
-            assert_eq!(told, None, "{measure:?}, {angle}");
-        }
-    }
-}

@@ -50,19 +50,3 @@ fn points_on_an_outline_and_at_a_notch_are_pushed_out() {
         );
     }
 }
-
-#[test]
-fn no_contact_means_exactly_nothing_up_to_the_last_bit() {
-    let config = scene(vec![body(BodyShape::Disc, A)], spring(K));
-    let touching = A + RADIUS;
-    for x in [touching, touching.next_up(), touching + 0.4 * RADIUS] {
-        let (f, dem, answer) = forces(&config, RADIUS, &[at(x, 0.0)]);
-        assert_eq!(f[0].force, [0.0, 0.0]);
-        assert_eq!(f[0].stiffness, K, "in reach: may touch in the next step");
-        assert_eq!(answer.limits.contact_omega_sq, K);
-        assert_eq!(dem.measurement().bodies[0].point_torque, 0.0);
-        assert_eq!(dem.measurement().ledger.contacts, 0);
-    }
-    let (f, _, answer) = forces(&config, RADIUS, &[at(touching + 0.51 * RADIUS, 0.0)]);
-    assert_eq!((f[0].stiffness, answer.limits.contact_omega_sq), (0.0, 0.0));
-}

@@ -2,58 +2,11 @@
 
 use dem_proc::body::bodies::Bodies;
 use dem_proc::contact::approach::outer_acceleration;
-use dem_proc::contact::passage::goes_through;
 use dem_proc::lists::now::Ahead;
 use interface::Vec2;
 use interface::config::{BodyConfig, BodyShape, DemConfig, Motion};
-use mechanics::outline::thickness;
 
 use crate::opening::grain;
-
-fn v(x: f64, y: f64) -> Vec2 {
-    Vec2::new(x, y)
-}
-
-#[test]
-fn a_way_leads_through_a_segment_a_plate_and_a_spike_but_not_a_notch_or_a_tip() {
-    let through = |outline: &[Vec2], from, to| goes_through(outline, from, to, 0.1);
-    let segment = [v(-1.0, 0.0), v(1.0, 0.0)];
-    assert!(through(&segment, v(0.3, 0.1), v(0.2, -0.1)));
-    assert!(through(&segment, v(0.3, 0.0), v(0.2, -0.1)));
-    assert!(through(&segment, v(-0.9, 0.01), v(-0.9, -0.01)));
-    assert!(!through(&segment, v(-0.96, 0.01), v(-0.96, -0.01)));
-    assert!(!through(&segment, v(1.05, 0.1), v(1.05, -0.1)));
-    let plate = [v(-1.0, -0.01), v(1.0, -0.01), v(1.0, 0.01), v(-1.0, 0.01)];
-    assert!(through(&plate, v(0.3, 0.1), v(0.2, -0.1)));
-    assert!(through(&plate, v(0.3, 0.005), v(0.2, -0.005)));
-    assert!(!through(&plate, v(1.05, 0.1), v(1.05, -0.1)));
-    // A spike that points to the right, with an angle of 23 degrees: across its middle, and across its tip.
-    let spike = [v(0.0, -0.2), v(1.0, 0.0), v(0.0, 0.2)];
-    assert!(through(&spike, v(0.5, 0.01), v(0.5, -0.01)));
-    assert!(!through(&spike, v(0.97, 0.001), v(0.97, -0.001)));
-    // A narrow notch, open at the top: from one of its walls to the other.
-    let notched = [
-        v(-1.0, -1.0),
-        v(1.0, -1.0),
-        v(1.0, 1.0),
-        v(0.2, 1.0),
-        v(0.0, 0.0),
-        v(-0.2, 1.0),
-        v(-1.0, 1.0),
-    ];
-    assert!(!through(&notched, v(-0.02, 0.5), v(0.02, 0.5)));
-    assert!(through(&notched, v(-0.02, 0.5), v(0.02, -0.5)));
-}
-
-#[test]
-fn the_smallest_width_is_that_of_the_plate() {
-    let plate = [v(-1.0, 0.0), v(1.0, 0.0), v(1.0, 0.02), v(-1.0, 0.02)];
-    assert!((thickness(&plate) - 0.02).abs() < 1e-15);
-    assert_eq!(thickness(&plate[..2]), 0.0);
-    // Equilateral: its height.
-    let triangle = [v(0.0, 0.0), v(1.0, 0.0), v(0.5, 0.75_f64.sqrt())];
-    assert!((thickness(&triangle) - 0.75_f64.sqrt()).abs() < 1e-15);
-}
 
 /// Gravity, a push of 5 N and a moment of 0.3 N that turns the surface of a disc of 0.1 m and 1 kg/m.
 #[test]

@@ -188,11 +188,8 @@ pub fn forces(
     (forces, dem, answer)
 }
 
-pub fn cross(a: Vec2, b: Vec2) -> f64 {
-    a.x * b.y - a.y * b.x
-}
-
 /// Points that obey Newton's law on their own: the simplest continuum.
+#[derive(Clone)]
 pub struct Points {
     pub set: Vec<ImpInfo>,
     pub states: Vec<ImpState>,
