@@ -46,13 +46,6 @@ pub fn block() -> MpmConfig {
     }
 }
 
-/// Makes the group a column 0.2 wide that stands on a fixed floor between slip walls, with `room` from floor to top.
-pub fn stand(config: &mut MpmConfig, height: f64, room: f64) {
-    config.domain = [[0.0, 0.0], [0.2, room]];
-    config.walls = walls(Wall::Slip, Wall::Slip, Wall::Fixed, Wall::Open);
-    config.groups[0].fill = rectangle_fill([0.0, 0.0], [0.2, height]);
-}
-
 pub fn rectangle_fill(lower: [f64; 2], upper: [f64; 2]) -> Fill {
     Fill::Rectangle { lower, upper }
 }

@@ -2,10 +2,9 @@
 
 use interface::config::{ContactForceScheme, ShapeFunction, Spacing, Transfer};
 use interface::message::wire::ImpForce;
-use interface::solver::MpmSolver;
 use nalgebra::{DMatrix, DVector};
 
-use crate::blocks::{Random, Stepper, block, configured, everywhere, points_fill, rectangle_fill};
+use crate::blocks::{Random, block, points_fill};
 use crate::limits::{largest_eigenvalue, nodes, opening};
 use mechanics::reference::Kernel;
 
@@ -24,84 +23,6 @@ const SHAPES: [(ShapeFunction, Kernel, Transfer); 3] = [
     (ShapeFunction::CubicBspline, Kernel::Cubic, Transfer::Apic),
     (ShapeFunction::Ugimp, Kernel::Ugimp(0.25), Transfer::Flip),
 ];
-
-#[test]
-fn momentum_is_exact_and_a_point_alone_gets_its_force() {
-    for scheme in SCHEMES {
-        for (shape, _, transfer) in SHAPES {
-            let mut random = Random::new(11);
-            let mut config = block();
-            config.contact_force = scheme;
-            (config.shape, config.transfer) = (shape, transfer);
-            let mut mpm = configured(&config);
-            let count = mpm.select_imps(&everywhere()).len();
-            let mut stepper = Stepper::new();
-            let mut impulse = [0.0; 2];
-            for n in 0..20 {
-                let forces: Vec<ImpForce> = (0..count)
-                    .map(|_| ImpForce {
-                        force: [random.between(-90.0, 90.0), random.between(-90.0, 90.0)],
-                        stiffness: 0.0,
-                        ..ImpForce::default()
-                    })
-                    .collect();
-                let kick = if n == 0 { 1e-4 } else { 2e-4 };
-                for f in &forces {
-                    for a in 0..2 {
-                        impulse[a] += kick * f.force[a];
-                    }
-                }
-                stepper
-                    .step(&mut mpm, 2e-4, true, &forces)
-                    .expect("a sound step");
-                let ledger = mpm.measurement().ledger;
-                for a in 0..2 {
-                    let error = ledger.momentum[a] - impulse[a];
-                    assert!(
-                        error.abs() < 1e-13 * 90.0 * 48.0,
-                        "{scheme:?} {shape:?}: {error:e}"
-                    );
-                }
-            }
-        }
-    }
-}
-
-/// The schemes differ, and a traction through uGIMP is the point scheme.
-#[test]
-fn each_scheme_is_another() {
-    let run = |shape, transfer, scheme| {
-        let mut config = block();
-        config.contact_force = scheme;
-        (config.shape, config.transfer) = (shape, transfer);
-        // Off the lattice of the cells, on which no box lies across a node.
-        config.groups[0].fill = rectangle_fill([0.11, 0.31], [0.41, 0.51]);
-        let mut mpm = configured(&config);
-        let count = mpm.select_imps(&everywhere()).len();
-        let mut forces = vec![ImpForce::default(); count];
-        forces[17].force = [50.0, 20.0];
-        Stepper::new()
-            .step(&mut mpm, 2e-4, false, &forces)
-            .expect("a sound step");
-        mpm.points()
-            .iter()
-            .map(|p| p.velocity[0])
-            .collect::<Vec<_>>()
-    };
-    let far = |a: &[f64], b: &[f64]| {
-        a.iter()
-            .zip(b)
-            .map(|(a, b)| (a - b).abs())
-            .fold(0.0, f64::max)
-    };
-    let spline = |s| run(ShapeFunction::QuadraticBspline, Transfer::Apic, s);
-    let [point, nodes, traction] = SCHEMES.map(spline);
-    assert!(far(&point, &nodes) > 1e-6 && far(&point, &traction) > 1e-6);
-    assert!(far(&nodes, &traction) > 1e-6);
-    let ugimp = |s| run(ShapeFunction::Ugimp, Transfer::Flip, s);
-    let [point, nodes, traction] = SCHEMES.map(ugimp);
-    assert!(far(&point, &traction) < 1e-15 && far(&point, &nodes) > 1e-6);
-}
 
 /// `sqrt(G(T) G(S))` is above the norm of contact's operator, and so above its spectral radius.
 #[test]

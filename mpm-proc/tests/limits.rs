@@ -100,12 +100,14 @@ pub fn opening(config: &MpmConfig, forces: &[ImpForce]) -> Limits {
 }
 
 #[test]
+#[expect(clippy::too_many_lines, reason = "a table")]
 fn both_frequencies_bound_the_eigenvalues_of_random_clouds() {
-    use Kernel::{Cubic, Quadratic, Ugimp};
+    use Kernel::{Cubic, Linear, Quadratic, Ugimp};
     let of_grid = None;
     for (kernel, transfer, smooths) in [
         (Quadratic, Transfer::Apic, of_grid),
         (Cubic, Transfer::Apic, of_grid),
+        (Linear, Transfer::Flip, Some(0.0)),
         (Quadratic, Transfer::Flip, Some(0.0)),
         (Cubic, Transfer::Flip, Some(0.0)),
         (Ugimp(0.25), Transfer::Flip, Some(0.0)),
@@ -120,7 +122,8 @@ fn both_frequencies_bound_the_eigenvalues_of_random_clouds() {
         let shape = match kernel {
             Cubic => ShapeFunction::CubicBspline,
             Ugimp(_) => ShapeFunction::Ugimp,
-            _ => ShapeFunction::QuadraticBspline,
+            Linear => ShapeFunction::Linear,
+            Quadratic => ShapeFunction::QuadraticBspline,
         };
         let mut tightest: f64 = 0.0;
         for seed in 0..12 {
@@ -181,7 +184,12 @@ fn both_frequencies_bound_the_eigenvalues_of_random_clouds() {
             );
         }
         // The bound is reached, near enough, by a cloud whose points lie in the stiffest place.
-        assert!(tightest > 0.3, "{shape:?} {transfer:?}: {tightest}");
+        let near = if shape == ShapeFunction::Linear {
+            0.1
+        } else {
+            0.3
+        };
+        assert!(tightest > near, "{shape:?} {transfer:?}: {tightest}");
     }
 }
 
@@ -303,29 +311,6 @@ fn without_imps_there_is_no_contact_limit() {
     // 6/L^2 (2K + 2G/3)/rho
     let expected = 6.0 / (CELL * CELL) * (2.0 * BULK + 2.0 / 3.0 * SHEAR) / 1000.0;
     assert!((limits.omega_sq / expected - 1.0).abs() < 1e-12);
-}
-
-/// What is stepped is the velocity of the points: `Q^T K Q`, `Q = M^-1 S^T M_p^1/2`, for both components.
-#[test]
-fn the_limit_of_linear_hats_bounds_the_operator_on_points() {
-    let mut tightest: f64 = 0.0;
-    for seed in 0..8 {
-        let mut random = Random::new(seed);
-        let mut config = block();
-        (config.shape, config.transfer) = (ShapeFunction::Linear, Transfer::Flip);
-        let count = [4, 20, 60][seed as usize % 3];
-        let positions = scattered(&mut config, &mut random, count);
-        let limits = opening(&config, &vec![ImpForce::default(); count]);
-        let [s, gx, gy] = matrices(&positions, Kernel::Linear, config.domain[0]);
-        let exact = of_points(&s, &gx, &gy, 0.0);
-        assert!(
-            exact <= limits.omega_sq * (1.0 + 1e-9),
-            "{exact} {}",
-            limits.omega_sq
-        );
-        tightest = tightest.max(exact / limits.omega_sq);
-    }
-    assert!(tightest > 0.1, "{tightest}");
 }
 
 /// Energy after 400 steps of `share` of the solver's own limit over that at the start; infinite if a point leaves the domain.

@@ -4,7 +4,7 @@ use interface::config::{MpmConfig, ShapeFunction, Spacing, Transfer, Wall, Walls
 use interface::message::wire::ImpForce;
 use interface::solver::{Fault, MpmSolver};
 
-use crate::blocks::{Stepper, bits, block, configured, disc_fill, everywhere, walls};
+use crate::blocks::{Stepper, block, configured, disc_fill, everywhere, walls};
 
 const AROUND: Walls = walls(
     Wall::Periodic,
@@ -26,52 +26,6 @@ fn disc(shape: ShapeFunction, transfer: Transfer, x: f64, threads: usize) -> Mpm
     config.groups[0].fields.velocity =
         Some(["2*(x-a) - 5*(y-0.4)".into(), "2*(y-0.4) + 5*(x-a)".into()]);
     config
-}
-
-#[test]
-fn a_disc_that_crosses_moves_as_one_that_does_not() {
-    for (shape, transfer) in [
-        (ShapeFunction::QuadraticBspline, Transfer::Apic),
-        (ShapeFunction::CubicBspline, Transfer::Apic),
-        (ShapeFunction::QuadraticBspline, Transfer::Xpic { order: 2 }),
-        (ShapeFunction::Ugimp, Transfer::Flip),
-    ] {
-        // 300 steps of 0.2 ms: by 0.3 m to the right, out of the right wall for the second, and down through the lower.
-        let after = |x, threads| {
-            let mut mpm = configured(&disc(shape, transfer, x, threads));
-            let mut stepper = Stepper::new();
-            stepper.run(&mut mpm, 2e-4, 299);
-            stepper
-                .step(&mut mpm, 2e-4, true, &[])
-                .expect("a sound step");
-            mpm
-        };
-        let (within, crossing) = (after(0.1, 1), after(0.55, 1));
-        let (a, b) = (within.points(), crossing.points());
-        assert!(b.iter().any(|p| p.position[0] < 0.2) && b.iter().any(|p| p.position[0] > 0.6));
-        for (a, b) in a.iter().zip(&b) {
-            for axis in 0..2 {
-                let size = [1.0, 0.8][axis];
-                assert!((-0.2..=0.9).contains(&b.position[axis]));
-                let shift = b.position[axis] - a.position[axis] - [0.45, 0.0][axis];
-                let dx = shift - size * (shift / size).round();
-                let dv = b.velocity[axis] - a.velocity[axis];
-                assert!(
-                    dx.abs() < 1e-12 && dv.abs() < 1e-9,
-                    "{shape:?} {transfer:?}, point {}: {dx:e} m, {dv:e} m/s",
-                    a.id
-                );
-            }
-        }
-        let ledger = crossing.measurement().ledger;
-        let mass = crossing.measurement().groups[0].mass;
-        for axis in 0..2 {
-            let error = ledger.momentum[axis] - mass * [5.0, -4.0][axis];
-            assert!(error.abs() < 1e-12 * 5.0 * mass, "{error:e}");
-        }
-        assert_eq!(ledger.applied_impulse, [0.0; 2]);
-        assert_eq!(bits(&crossing), bits(&after(0.55, 3)), "threads");
-    }
 }
 
 /// A fall that never ends: each round gravity does the same work again, and the ledger shows it.

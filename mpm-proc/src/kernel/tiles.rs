@@ -173,29 +173,3 @@ impl Frame {
         }
     }
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_point_is_found_in_the_window_of_its_tile_and_of_its_neighbours_margin() {
-        let grid = Geometry {
-            lower: [-1.0, 2.0],
-            upper: [9.0, 12.0],
-            cells: [100, 100],
-            cell: 0.1,
-            periodic: [false; 2],
-        };
-        let offset = [0.5, 0.5];
-        let x = [0.93, 3.77]; // xi = 19.3, 17.7: base 18, 17
-        let (tile, within) = grid.tile_of(x, offset);
-        assert_eq!((tile, within), ([2, 2], TILE + 2));
-        let place = grid.frame(tile, offset).locate(&x.map(splat), 12);
-        assert_eq!(place.base, [(1 + MARGIN) * 12 + 2 + MARGIN; 4]);
-        assert!((place.d[0].to_array()[0] - 1.3).abs() < 1e-13);
-        assert!((place.d[1].to_array()[3] - 0.7).abs() < 1e-13);
-        // Outside the domain on the low side: floor, not truncation.
-        assert_eq!(grid.tile_of([-1.01, 2.0], [0.0; 2]).0, [-1, 0]);
-    }
-}
