@@ -478,33 +478,4 @@ mod tests {
         }
         assert_eq!(fs::read_dir(dir).unwrap().count(), 2);
     }
-
-    #[test]
-    fn a_file_with_a_second_name_is_read_and_replaced_but_not_changed() {
-        let place = tempfile::tempdir().unwrap();
-        let dir = place.path();
-        fs::write(dir.join("a"), "as it was").unwrap();
-        fs::hard_link(dir.join("a"), dir.join("b")).unwrap();
-        for how in [How::Change, How::Make, How::Append] {
-            let told = open(dir, "b", how).unwrap_err().to_string();
-            assert!(told.contains("second name"), "{told}");
-        }
-        assert_eq!(read(dir, "b", SMALL).unwrap(), b"as it was");
-        let mut anew = open(dir, "b", How::Replace).unwrap();
-        anew.write_all(b"new").unwrap();
-        assert_eq!(read(dir, "a", SMALL).unwrap(), b"as it was");
-        assert_eq!(read(dir, "b", SMALL).unwrap(), b"new");
-    }
-
-    #[test]
-    fn no_more_is_read_than_was_asked_for() {
-        let place = tempfile::tempdir().unwrap();
-        fs::write(place.path().join("a"), "1234").unwrap();
-        assert_eq!(read(place.path(), "a", 4).unwrap(), b"1234");
-        let told = read(place.path(), "a", 3).unwrap_err().to_string();
-        assert_eq!(told, "it has 4 bytes; at most 3 are read");
-        let huge = File::create(place.path().join("huge")).unwrap();
-        huge.set_len(1 << 40).unwrap();
-        read_named(&place.path().join("huge"), STATE).unwrap_err();
-    }
 }

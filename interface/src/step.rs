@@ -218,18 +218,4 @@ mod tests {
         clock.begin_epoch(0.2);
         assert_eq!(clock.step(false).dt_before, 0.1);
     }
-
-    #[test]
-    fn a_grant_reproduces_the_steps_of_the_clock_that_made_it() {
-        let mut clock = Clock::new(0.0);
-        clock.begin_epoch(1e-3);
-        clock.advance_by(2);
-        let (start, done, before) = clock.epoch();
-        let mut granted = Clock::within_epoch(clock.index(), start, done, before, clock.dt());
-        for _ in 0..5 {
-            assert_eq!(granted.step(false), clock.step(false));
-            granted.advance();
-            clock.advance();
-        }
-    }
 }

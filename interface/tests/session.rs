@@ -137,74 +137,6 @@ fn points_bounce_off_the_wall_with_the_same_bits_for_every_window_and_transport(
     });
 }
 
-#[test]
-fn a_side_whose_limit_falls_stops_both_at_the_same_boundary() {
-    on_every_transport(|way| {
-        let points = Points {
-            limit_at: Some((20, 2e6)),
-            ..Points::default()
-        };
-        let outcome = run(way, points, HalfPlane::default(), 24, 8);
-        outcome.coupler.unwrap();
-        let ends = |(m, _): &(Report, Report)| (m.next, m.halted);
-        let ends: Vec<(u64, u64)> = outcome.reports.iter().map(ends).collect();
-        // Step 20 shows the new limit; the budget of this test never follows, so each window is then one step long.
-        assert_eq!(ends, [(8, 0), (16, 0), (21, 1), (22, 1), (23, 1), (24, 0)]);
-
-        let wall = HalfPlane {
-            fast_at: Some(10),
-            ..HalfPlane::default()
-        };
-        let outcome = run(way, Points::default(), wall, 13, 8);
-        outcome.coupler.unwrap();
-        let ends: Vec<u64> = outcome.reports.iter().map(|(_, d)| d.next).collect();
-        assert_eq!(ends, [8, 11, 12, 13]);
-    });
-}
-
-#[test]
-fn a_failing_solver_is_quoted_and_the_other_is_released() {
-    on_every_transport(|way| {
-        let points = Points {
-            fail_at: Some(5),
-            ..Points::default()
-        };
-        let start = Instant::now();
-        let outcome = run(way, points, HalfPlane::default(), 100, 8);
-        let error = outcome.coupler.unwrap_err().to_string();
-        assert_eq!(
-            error,
-            "the mpm stopped at step 5: velocity of point 0 is not finite"
-        );
-        assert!(
-            matches!(outcome.wall, Err(SessionError::Aborted(_))),
-            "{:?}",
-            outcome.wall
-        );
-        assert!(
-            start.elapsed() < Duration::from_secs(1),
-            "{:?}",
-            start.elapsed()
-        );
-    });
-}
-
-#[test]
-fn a_force_that_is_not_finite_ends_the_session_by_its_clause() {
-    on_every_transport(|way| {
-        let wall = HalfPlane {
-            nan_at: Some(7),
-            ..HalfPlane::default()
-        };
-        let outcome = run(way, Points::default(), wall, 100, 8);
-        let error = outcome.coupler.unwrap_err().to_string();
-        assert!(
-            error.contains("dem") && error.contains("F-4") && error.contains("step 7"),
-            "{error}"
-        );
-    });
-}
-
 /// Plastic strain is checked if the solver reports it.
 #[test]
 fn a_plastic_strain_that_cannot_be_ends_the_session() {
@@ -231,35 +163,6 @@ fn a_plastic_strain_that_cannot_be_ends_the_session() {
                 }
             }
         }
-    });
-}
-
-#[test]
-fn silence_ends_at_the_deadline() {
-    watched(|| {
-        let points = Points {
-            pause: Some((3, Duration::from_secs(4))),
-            ..Points::default()
-        };
-        let outcome = run(Way::SharedMemory, points, HalfPlane::default(), 100, 8);
-        let error = outcome.coupler.unwrap_err().to_string();
-        assert!(error.contains("nothing from the mpm"), "{error}");
-    });
-}
-
-#[test]
-fn a_refusal_names_the_key_and_does_not_wait_for_the_other_solver() {
-    on_every_transport(|way| {
-        let points = Points {
-            refuse: true,
-            ..Points::default()
-        };
-        let outcome = run(way, points, HalfPlane::default(), 100, 8);
-        let error = outcome.coupler.unwrap_err();
-        assert!(
-            matches!(&error, SessionError::Refused { refusal, .. } if refusal.key == "mpm.cell"),
-            "{error}"
-        );
     });
 }
 

@@ -463,22 +463,4 @@ mod tests {
         balance.keeps_stress_work = false;
         assert_eq!(balance.work_gap(), None);
     }
-
-    #[test]
-    fn dissipated_energy_closes_the_ledger() {
-        let side = |kinetic: f64, friction_work: f64, contact: f64| Ledger {
-            kinetic,
-            friction_work,
-            contact,
-            ..Ledger::default()
-        };
-        let mut balance = Balance::default();
-        take(&mut balance, side(5.0, 0.0, 0.0));
-        balance.take(
-            &side(2.0, 0.0, 0.0),
-            &side(0.0, 2.5, 0.5),
-            &Moving::default(),
-        );
-        assert_eq!(balance.residual, 0.0);
-    }
 }

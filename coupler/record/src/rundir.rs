@@ -476,20 +476,6 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_directory_under_a_file_is_refused_and_nothing_is_left() {
-        let dir = tempfile::tempdir().unwrap();
-        fs::write(dir.path().join("file"), b"x").unwrap();
-        let error = RunDir::create(&dir.path().join("file/run"), "")
-            .unwrap_err()
-            .to_string();
-        assert!(
-            error.starts_with("cannot create the run directory"),
-            "{error}"
-        );
-        assert_eq!(fs::read_dir(dir.path()).unwrap().count(), 1);
-    }
-
-    #[test]
     fn the_bodies_read_back_to_the_same_bits() {
         let dir = tempfile::tempdir().unwrap();
         let run = RunDir::create(dir.path(), "").unwrap();

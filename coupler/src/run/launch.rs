@@ -334,37 +334,22 @@ mod tests {
         assert_eq!(told, (Party::Dem, "ended with exit status 7".to_string()));
     }
 
+    /// D15: the leader of the group may have ended long before the solvers are removed.
     #[test]
-    fn what_a_solver_has_started_ends_with_it() {
-        let dir = tempfile::tempdir().unwrap();
-        let file = dir.path().join("pid");
-        let script = format!("sleep 61 & echo $! > {}; wait", file.display());
-        let mut processes = Processes::default();
-        let _domain = start(&mut processes, Party::Dem, &script);
-        let pid = loop {
-            match std::fs::read_to_string(&file) {
-                Ok(pid) if pid.ends_with('\n') => break pid.trim().to_string(),
-                _ => std::thread::sleep(Duration::from_millis(2)),
+    fn what_a_solver_has_started_ends_with_it_also_if_it_has_exited() {
+        for then in ["wait", "exit"] {
+            let dir = tempfile::tempdir().unwrap();
+            let file = dir.path().join("pid");
+            let script = format!("sleep 61 & echo $! > {}; {then}", file.display());
+            let mut processes = Processes::default();
+            let _domain = start(&mut processes, Party::Dem, &script);
+            let written = || std::fs::read_to_string(&file).is_ok_and(|pid| pid.ends_with('\n'));
+            while !written() || (then == "exit" && processes.ended().is_none()) {
+                thread::sleep(Duration::from_millis(2));
             }
-        };
-        processes.end_all();
-        assert_ends(&pid);
-    }
-
-    /// D15: the leader of the group has ended long before the solvers are removed.
-    #[test]
-    fn what_a_solver_that_has_exited_has_started_ends_too() {
-        let dir = tempfile::tempdir().unwrap();
-        let file = dir.path().join("pid");
-        let script = format!("sleep 62 & echo $! > {}", file.display());
-        let mut processes = Processes::default();
-        let _domain = start(&mut processes, Party::Dem, &script);
-        while processes.ended().is_none() {
-            thread::sleep(Duration::from_millis(2));
+            processes.end_all();
+            assert_ends(std::fs::read_to_string(&file).unwrap().trim());
         }
-        let pid = std::fs::read_to_string(&file).unwrap();
-        processes.end_all();
-        assert_ends(pid.trim());
     }
 
     /// A solver that wrote all the time filled the disk.

@@ -263,27 +263,6 @@ mod tests {
     }
 
     #[test]
-    fn equal_elastic_and_contact_stiffness_allow_less_than_either() {
-        let one = Sides {
-            mpm: Limits {
-                omega_sq: 1e8,
-                ..Limits::default()
-            },
-            dem: Limits::default(),
-        };
-        let both = Sides {
-            mpm: Limits {
-                contact_omega_sq: 1e8,
-                ..one.mpm
-            },
-            ..one
-        };
-        let ratio = composed(1.0).limit(&both).dt / composed(1.0).limit(&one).dt;
-        // docs/physics.md section 4: unstable at 0.8 of the smaller of the two; the true limit is 1/sqrt(2) of it.
-        assert!((ratio - 0.5f64.sqrt()).abs() < 1e-15);
-    }
-
-    #[test]
     fn a_dashpot_shortens_the_step() {
         let mut damped = sides();
         damped.dem.damping = 0.75;

@@ -343,27 +343,6 @@ impl ContactLaw {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::fault::ConfigFault;
-
-    const HERTZ_MINDLIN: ContactLaw = ContactLaw::HertzMindlin {
-        hertz_constant: 1e6,
-        poisson_ratio: 0.3,
-        friction: 0.5,
-        restitution: -3.0,
-        adhesion: 0.0,
-    };
-
-    fn rolling(rolling_friction: f64) -> ContactLaw {
-        ContactLaw::Granular {
-            normal_stiffness: 1.0,
-            tangential_stiffness: 2.0,
-            friction: 0.0,
-            damping_ratio: -0.5,
-            damped_mass: 0.1,
-            adhesion: f64::NAN,
-            rolling_friction,
-        }
-    }
 
     /// The names of the rows are those that serde writes, and every parameter is where its name says.
     #[test]
@@ -403,25 +382,6 @@ mod tests {
                 );
             }
         }
-    }
-
-    #[test]
-    fn every_number_is_held_to_its_row() {
-        let names = |law: ContactLaw, between| -> Vec<String> {
-            let path = format!("{}.", law.name());
-            let name = |fault: ConfigFault| fault.key.strip_prefix(&path).unwrap().to_owned();
-            let faults = Faults::all(|found| law.look(found, between));
-            faults.into_iter().map(name).collect()
-        };
-        assert_eq!(names(HERTZ_MINDLIN, Between::Bodies), ["restitution"]);
-        let [k_t, zeta] = ["tangential_stiffness", "damping_ratio"];
-        let of_bodies = [k_t, zeta, "damped_mass", "adhesion"];
-        assert_eq!(names(rolling(0.1), Between::Bodies), of_bodies);
-        let of_points = [k_t, zeta, "adhesion", "rolling_friction"];
-        assert_eq!(names(rolling(0.1), Between::PointsAndBodies), of_points);
-        let none = ContactLaw::default();
-        assert!(names(none, Between::PointsAndBodies).is_empty());
-        assert_eq!(names(none, Between::Bodies), ["normal_stiffness"]);
     }
 
     /// The table of docs/scene-format.md: the rows, with the doc comments of [`ContactLaw`]. `granular` has all

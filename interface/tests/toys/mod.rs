@@ -37,12 +37,8 @@ pub struct Points {
     pub start: fn(usize) -> [f64; 2],
     /// Points whose discs are nearer to the wall than this (m) are in the set.
     pub skin: f64,
-    /// Fails in this step.
-    pub fail_at: Option<u64>,
     /// Reports this squared frequency from this step on.
     pub limit_at: Option<(u64, f64)>,
-    /// Sleeps in this step.
-    pub pause: Option<(u64, std::time::Duration)>,
     /// Refuses its configuration.
     pub refuse: bool,
     /// Reports this when it is ready.
@@ -70,9 +66,7 @@ impl Points {
             count,
             start: |i| [0.1 + 0.05 * i as f64, -1.0],
             skin: f64::INFINITY,
-            fail_at: None,
             limit_at: None,
-            pause: None,
             refuse: false,
             says: None,
             plastic_strain: None,
@@ -148,16 +142,7 @@ impl MpmSolver for Points {
         &self.states
     }
 
-    fn predict(&mut self, step: &Step) -> Result<(), Fault> {
-        if self.fail_at == Some(step.index) {
-            return Err(Fault::NotFinite {
-                what: "velocity".into(),
-                item: "point 0".into(),
-            });
-        }
-        if let Some((_, pause)) = self.pause.filter(|(at, _)| *at == step.index) {
-            std::thread::sleep(pause);
-        }
+    fn predict(&mut self, _: &Step) -> Result<(), Fault> {
         Ok(())
     }
 
@@ -235,10 +220,6 @@ pub struct HalfPlane {
     pub speed: f64,
     /// How much stiffer a contact becomes with the sum of its overlaps, in 1/m: a history.
     pub stiffening: f64,
-    /// Answers NaN in this step.
-    pub nan_at: Option<u64>,
-    /// Reports a surface that is too fast from this step on.
-    pub fast_at: Option<u64>,
     /// Reports a larger damping ratio from this step on.
     pub damps_at: Option<u64>,
     /// Time that it needs to take its configuration.
@@ -311,9 +292,6 @@ impl DemSolver for HalfPlane {
                 }
                 energy += 0.5 * STIFFNESS * pressed.powi(2);
             }
-            if self.nan_at == Some(step.index) {
-                force.force[1] = f64::NAN;
-            }
         }
         if step.measure {
             self.measurement.ledger = Ledger {
@@ -326,16 +304,11 @@ impl DemSolver for HalfPlane {
                 ..BodyState::default()
             }];
         }
-        let reached = |at: Option<u64>| at.is_some_and(|at| step.index >= at);
-        let speed = if reached(self.fast_at) {
-            1e3
-        } else {
-            self.speed
-        };
-        let damping = if reached(self.damps_at) { 0.1 } else { 0.0 };
+        let damps = self.damps_at.is_some_and(|at| step.index >= at);
+        let damping = if damps { 0.1 } else { 0.0 };
         Ok(Answer {
             limits: Limits {
-                speed,
+                speed: self.speed,
                 damping,
                 ..Limits::default()
             },
