@@ -27,7 +27,7 @@ const ARROWS: &str = "
     report: coupler interface
     fuzzing: coupler dem-proc interface mpm-proc report
     guard: coupler dem-proc interface mechanics mpm-proc
-    rapier-dem: coupler dem-proc interface mechanics mpm-proc
+    rapier-dem: conformance coupler dem-proc interface mechanics mpm-proc
     tandem: conformance coupler dem-proc interface mpm-proc report study";
 /// Dependencies of one crate only: the transport, the codec, the broad phase.
 const OWNERS: [(&str, &str); 3] = [

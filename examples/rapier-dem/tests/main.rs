@@ -1,6 +1,4 @@
-//! The example solver beside the built-in ones.
+//! The example solver beside the built-in ones, and judged by the kit.
 
-#[path = "../../../dem-proc/tests/capability_samples/mod.rs"]
-mod capability_samples;
+mod kit;
 mod rapier;
-mod trial;
