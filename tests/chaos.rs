@@ -53,7 +53,7 @@ type Wrong = (&'static str, String);
 /// How a run has ended, and what is wrong with that.
 type Part = (Ended, Option<Wrong>);
 /// What a run has left that must be the same, by name.
-type Bits = BTreeMap<String, Vec<u8>>;
+pub type Bits = BTreeMap<String, Vec<u8>>;
 
 /// What happens to a run.
 #[derive(Debug, Default)]
@@ -364,8 +364,8 @@ fn has_nothing(ended: &Ended) -> bool {
     ended.status.code() == Some(2) && (says("has no checkpoint") || says("scene.toml"))
 }
 
-/// What a run has left; none if it has not ended.
-fn bits(dir: &Path) -> Option<Bits> {
+/// What a run has left; none if it has no summary.
+pub fn bits(dir: &Path) -> Option<Bits> {
     let summary = fs::read(dir.join("summary.json")).ok()?;
     let summary: Value = serde_json::from_slice(&summary).ok()?;
     let frames = fs::read_dir(dir.join("frames")).into_iter().flatten();
@@ -376,14 +376,9 @@ fn bits(dir: &Path) -> Option<Bits> {
         Some((name, fs::read(path).ok()?))
     };
     let mut bits: Bits = frames.chain(tables).filter_map(read).collect();
-    bits.insert(
-        "the state hash".into(),
-        summary["state_hash"].as_str()?.into(),
-    );
-    bits.insert(
-        "the number of steps".into(),
-        summary["steps"].to_string().into(),
-    );
+    for key in ["state_hash", "steps"] {
+        bits.insert(key.into(), summary[key].to_string().into());
+    }
     Some(bits)
 }
 

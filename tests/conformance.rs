@@ -67,17 +67,6 @@ fn the_bodies_side_passes_as_a_process() {
 }
 
 #[test]
-fn the_bodies_side_passes_in_process_with_any_window() {
-    let dir = tempfile::tempdir().unwrap();
-    for window in ["1", "64"] {
-        let arguments = ["--dem", "built-in", "--in-process", "--window", window];
-        let (status, verdicts) = verdicts(dir.path(), &arguments);
-        none_fails(&verdicts);
-        assert_eq!(status, 0);
-    }
-}
-
-#[test]
 fn a_broken_clause_is_reported_as_text_json_and_junit() {
     let dir = tempfile::tempdir().unwrap();
     let junit = dir.path().join("junit.xml");

@@ -11,8 +11,8 @@ use interface::message::control::Notice;
 use interface::transport::domain::Domain;
 
 use crate::harness::{
-    Ended, PATIENCE, Place, RunFiles, Running, at_once, dice, has, lives, run_of, scene, segments,
-    signal, until,
+    Ended, PATIENCE, Place, RunFiles, Running, at_once, dice, has, lives, scene, segments, signal,
+    until,
 };
 
 /// From a death to the end of the run. It takes some ms; the limit is for a machine that is busy with other things, and shorter
@@ -105,14 +105,6 @@ fn a_solver_is_killed(party: &str) {
     ended.says(&[&begin]);
 }
 
-/// Seen while it was being made, the directory of a run counted as another run.
-#[test]
-fn a_directory_that_is_being_made_is_the_same_run() {
-    for name in ["tandem-1f", "tandem-1f.4711"] {
-        assert_eq!(run_of(name).as_deref(), Some("1f"));
-    }
-}
-
 #[test]
 fn a_killed_mpm_ends_the_run() {
     a_solver_is_killed("mpm");
@@ -180,28 +172,6 @@ fn a_killed_coupler_leaves_a_history_of_whole_rows_and_the_next_run_removes_the_
     place.assert_clean(&runs);
 }
 
-/// `clean` and the sweep of a new run touch nothing of a run that lives.
-#[test]
-fn two_runs_side_by_side_and_a_sweep_leave_each_other_alone() {
-    let place = Place::new();
-    let (soft, hard) = (
-        scene("jiang2020/collision_soft"),
-        scene("jiang2020/collision_hard"),
-    );
-    let mut first = place.start_run("first", &soft, &["--variant", "quick"]);
-    first.stepping("first");
-    let second = place.start_run("second", &hard, &["--variant", "quick"]);
-    let clean = place.start(&["clean"]).end().expect(0);
-    has(&clean.stdout, "0 dead run");
-    let ended = [first.end().expect(0), second.end().expect(0)];
-    for ended in &ended {
-        place.assert_clean(&ended.runs);
-    }
-    for out in ["first", "second"] {
-        assert_eq!(RunFiles::read(&place.path(out)).text("status"), "done");
-    }
-}
-
 /// Stops a solver without killing it, for longer than the run's patience.
 fn a_solver_is_stopped(party: &str, other: &str) {
     let place = Place::new();
@@ -221,54 +191,6 @@ fn a_solver_is_stopped(party: &str, other: &str) {
     has(reason, &stopped);
     has(reason, "step ");
     ended.says(&[&stopped]);
-}
-
-/// Stops processes for longer than the deadline of the scene; all go on, and to the bits of a run that was left alone.
-fn processes_are_stopped_for_a_while(who: &[&str], state: &str) {
-    let place = Place::new();
-    let mut run = place.start_run("out", &scene("jiang2020/drop_hard"), &PAUSED);
-    run.stepping("out");
-    let pids: Vec<u32> = who
-        .iter()
-        .map(|party| match *party {
-            "coupler" => run.pid(),
-            party => run.solver("out", party),
-        })
-        .collect();
-    for pid in &pids {
-        signal(*pid, "STOP");
-    }
-    std::thread::sleep(Duration::from_secs(3));
-    for pid in &pids {
-        signal(*pid, "CONT");
-    }
-    let ended = run.end().expect(0);
-    place.assert_clean(&ended.runs);
-    let files = RunFiles::read(&place.path("out"));
-    assert_eq!(files.text("state_hash"), state, "{who:?}");
-}
-
-/// How a run goes that is stopped for a while.
-const PAUSED: [&str; 4] = ["--variant", "quick", "--set", "coupling.deadline=0.5"];
-
-#[test]
-fn a_pause_of_any_processes_costs_nothing() {
-    let place = Place::new();
-    let scene = scene("jiang2020/drop_hard");
-    place.run("undisturbed", &scene, &PAUSED).expect(0);
-    let undisturbed = RunFiles::read(&place.path("undisturbed"));
-    let state = undisturbed.text("state_hash");
-    let [mpm, dem, coupler] = ["mpm", "dem", "coupler"];
-    let who: [&[&str]; 5] = [
-        &[mpm],
-        &[dem],
-        &[coupler],
-        &[mpm, dem],
-        &[coupler, mpm, dem],
-    ];
-    at_once(who.len(), &who, |who| {
-        processes_are_stopped_for_a_while(who, state);
-    });
 }
 
 #[test]
@@ -472,13 +394,6 @@ fn with_dem(place: &Place, command: &str) -> Ended {
 }
 
 #[test]
-fn a_solver_command_that_exits_at_once_is_named_with_its_exit_status() {
-    let place = Place::new();
-    with_dem(&place, "sh -c 'exit 7'").says(&["the dem solver ended with exit status 7"]);
-    with_dem(&place, "true").says(&["the dem solver ended with exit status 0"]);
-}
-
-#[test]
 fn a_solver_command_that_does_not_exist_is_named() {
     let place = Place::new();
     let missing = with_dem(&place, "/no/such/solver --fast").says(&[
@@ -508,20 +423,6 @@ fn the_limit_on_arrival_can_be_set() {
     ]);
     assert!(ended.took < Duration::from_secs(20), "{:?}", ended.took);
     place.assert_clean(&ended.runs);
-}
-
-/// The two built-in solvers in each other's seats.
-#[test]
-fn a_solver_in_the_wrong_seat_is_an_error_and_not_a_hang() {
-    let place = Place::new();
-    let tandem = env!("CARGO_BIN_EXE_tandem");
-    // It finds the seat of the continuum taken, or takes it and leaves the continuum without.
-    let ended = with_dem(&place, &format!("'{tandem}' mpm"));
-    assert!(
-        ended.stderr.contains("the mpm") || ended.stderr.contains("the dem"),
-        "{}",
-        ended.stderr
-    );
 }
 
 /// `tandem check ... | head`: what nobody reads is not written, and the exit status tells as ever.

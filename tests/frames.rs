@@ -24,19 +24,6 @@ fn framed(place: &Place) {
     place.run("framed", &scene(HARD), &more).expect(0);
 }
 
-#[test]
-fn frames_change_no_bit_of_a_run() {
-    let place = Place::new();
-    framed(&place);
-    let plain = ["--variant", "quick", "--set", "output.report=false"];
-    place.run("plain", &scene(HARD), &plain).expect(0);
-    let [framed, plain] = ["framed", "plain"].map(|out| RunFiles::read(&place.path(out)));
-    assert_eq!(framed.summary["state_hash"], plain.summary["state_hash"]);
-    let history = |out: &str| fs::read_to_string(place.path(out).join("history.csv")).unwrap();
-    assert_eq!(history("framed"), history("plain"));
-    assert!(!place.path("plain").join("frames").exists());
-}
-
 fn column<'a>(mesh: &'a Mesh, name: &str, component: usize) -> impl Iterator<Item = f64> + 'a {
     let Array {
         components, values, ..
@@ -202,52 +189,6 @@ fn blocks(groups: &[(&str, &str)]) -> String {
     };
     let groups = groups.iter().enumerate().map(group);
     BLOCKS.to_owned() + &groups.collect::<String>()
-}
-
-#[test]
-fn points_tell_their_plastic_strain_where_a_material_keeps_it() {
-    let place = Place::new();
-    let all = [("bar", "metal"), ("ball", "rubber"), ("heap", "sand")];
-    let path = place.write("blocks.toml", &blocks(&all));
-    let path = path.to_str().unwrap();
-    let frames = ["--set", "output.frames=0.001"];
-    place.run("told", path, &frames).expect(0);
-    let run = place.path("told");
-    let mut before: Vec<f64> = Vec::new();
-    for time in [0.0, 0.001, 0.002, 0.003, 0.004] {
-        let points = Frame::read(&run, time).unwrap().points.unwrap();
-        let groups = column(&points, "group", 0);
-        let told: Vec<(f64, f64)> = groups.zip(column(&points, "plastic_strain", 0)).collect();
-        let of = |group: f64| told.iter().filter(move |p| p.0 == group).map(|p| p.1);
-        assert!(of(1.0).count() > 0 && of(1.0).all(|strain| strain == 0.0));
-        assert!(of(2.0).count() > 0 && of(2.0).all(f64::is_nan));
-        let metal: Vec<f64> = of(0.0).collect();
-        let falls = before.iter().zip(&metal).any(|(before, now)| now < before);
-        assert!(!falls, "{time}");
-        before = metal;
-    }
-    // What is near the wall has flowed, what is far from it has not.
-    let most = before.iter().copied().fold(0.0, f64::max);
-    assert!(
-        most > 0.01 && before.iter().any(|&strain| strain < 0.1 * most),
-        "{most}"
-    );
-    place.run("plain", path, &[]).expect(0);
-    let [told, plain] = ["told", "plain"].map(|out| RunFiles::read(&place.path(out)));
-    assert_eq!(told.summary["state_hash"], plain.summary["state_hash"]);
-    // Not where it is not asked for, and not where there is none.
-    let velocity = ["--set", "output.fields=[\"velocity\"]"];
-    let chosen = [&frames[..], &velocity].concat();
-    place.run("chosen", path, &chosen).expect(0);
-    let none = place.write("none.toml", &blocks(&all[1..]));
-    place.run("none", none.to_str().unwrap(), &frames).expect(0);
-    for out in ["chosen", "none"] {
-        let points = Frame::read(&place.path(out), 0.001)
-            .unwrap()
-            .points
-            .unwrap();
-        assert!(points.array("plastic_strain").is_none(), "{out}");
-    }
 }
 
 /// A picture of the plastic strain, in each format. Where a run has none, the message says when one does.

@@ -346,27 +346,6 @@ fn every_row_ends_as_its_scene_says() {
     assert!(wrong.is_empty(), "{}", wrong.join("\n"));
 }
 
-#[test]
-fn a_difference_says_what_differs() {
-    let line = "extreme/spin,plain,0,4200,ab,9,cd,1.4";
-    let row = Row::parse(line);
-    assert_eq!(row.line(), line);
-    assert!(row.outcome.differences(&row.outcome).is_empty());
-    for (other, what) in [
-        ("extreme/spin,plain,1,4200,ab,9,cd,1.4", "exit status is 1"),
-        (
-            "extreme/spin,plain,0,4201,ab,9,cd,1.4",
-            "number of steps is",
-        ),
-        ("extreme/spin,plain,0,4200,ac,9,cd,1.4", "state is ac"),
-        ("extreme/spin,plain,0,4200,ab,8,cd,1.4", "number of history"),
-        ("extreme/spin,plain,0,4200,ab,9,ce,1.4", "history is ce"),
-    ] {
-        let found = row.outcome.differences(&Row::parse(other).outcome);
-        assert!(found.len() == 1 && found[0].starts_with(what), "{found:?}");
-    }
-}
-
 /// Writes rows as `baseline.csv` has them.
 fn retake(file: &OsStr) {
     let cases: Vec<Case> = cases().into_iter().filter(wanted).collect();

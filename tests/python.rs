@@ -8,8 +8,8 @@ use std::time::Duration;
 
 use crate::harness::needs::Need;
 use crate::harness::{
-    Ended, History, PATIENCE, Place, RunFiles, lives, python as python_with_readers,
-    python_can_join, root, scene, signal, until,
+    Ended, History, PATIENCE, Place, RunFiles, python as python_with_readers, python_can_join,
+    root, scene, signal, until,
 };
 use interface::message::wire::{LAYOUT, layout_hash};
 
@@ -164,13 +164,6 @@ fn same_physics_of(name: &str, command: &str, more: &[&str]) {
     }
 }
 
-#[test]
-fn discs_in_python_collide_as_the_built_in_ones_do() {
-    if python_can_join() {
-        same_physics(&disc_dem(), &[]);
-    }
-}
-
 const OBLIQUE: [&str; 4] = [
     "--set",
     "dem.body.0.position=[0.036,0.02]",
@@ -292,32 +285,6 @@ disc_dem.Discs.contact = spoilt";
     let ended = ended.expect(3).says(&["dem broke F-4", "not finite"]);
     // The coupler hears the other side for a quarter of a second. It did so for the 30 s of the wait before.
     assert!(ended.took < Duration::from_secs(20), "{:?}", ended.took);
-}
-
-#[test]
-fn the_python_solver_ends_when_its_coupler_is_killed() {
-    if !python_can_join() {
-        return;
-    }
-    let place = Place::new();
-    let command = disc_dem();
-    let long = [
-        "--variant",
-        "quick",
-        "--set",
-        "time.end=20",
-        "--set",
-        "check=[]",
-    ];
-    let more = [&long[..], &["--dem", &command]].concat();
-    let mut run = place.start_run("out", &scene(HARD), &more);
-    let dem = run.solver("out", "dem");
-    run.stepping("out");
-    assert!(lives(dem));
-    signal(run.pid(), "KILL");
-    assert_eq!(run.end().signal(), Some(9));
-    let gone = until(PATIENCE, || (!lives(dem)).then_some(()));
-    assert!(gone.is_some(), "the solver of a dead coupler lives on");
 }
 
 /// Springs join the points of a region, which no oracle knows: cases of a continuum without a grid list their points.
@@ -455,13 +422,6 @@ fn yade_moves_a_block_without_friction_as_the_built_in_solver_does() {
     }
 }
 
-#[test]
-fn yade_takes_discs_too() {
-    if let Some(yade) = yade_dem() {
-        same_physics(&yade, &["--set", "contact.linear.friction=0"]);
-    }
-}
-
 /// YADE's grid connections slide by another way (docs/solver-authors.md), so with friction the two differ by some
 /// percent; the energies balance all the same.
 #[test]
@@ -485,29 +445,6 @@ fn yade_with_friction_balances_its_energies_and_comes_near() {
     }
     let residual = |history: &History| last(history, "residual [1]");
     assert!((residual(&a) - residual(&b)).abs() < 1e-3);
-}
-
-#[test]
-fn yade_does_the_same_whatever_the_window() {
-    let Some(yade) = yade_dem() else { return };
-    let place = Place::new();
-    let hash = |window: &str| {
-        let more = [
-            "--variant",
-            "rough",
-            "--set",
-            "time.end=0.003",
-            "--set",
-            "check=[]",
-            "--window",
-            window,
-        ];
-        run_with(&place, window, &scene(TUMBLE), Some(&yade), &more).expect(0);
-        RunFiles::read(&place.path(window))
-            .text("state_hash")
-            .to_owned()
-    };
-    assert_eq!(hash("1"), hash("64"));
 }
 
 #[test]

@@ -5,8 +5,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use crate::harness::{Place, RunFiles, has, python_can_join, root, scene};
-use interface::message::wire::flags;
+use crate::harness::{Place, RunFiles, has, scene};
 use interface::recording::{End, Playback};
 
 const HARD: &str = "jiang2020/collision_hard";
@@ -76,48 +75,6 @@ fn recording_changes_nothing_and_has_everything() {
     // A run without it leaves none of an earlier one.
     place.run("three", &scene(HARD), &QUICK).expect(0);
     assert!(!recording(&place, "three").exists());
-}
-
-/// Within a channel the order is that of sending: the steps of the forces count up by one.
-#[test]
-fn every_step_of_a_channel_is_there_in_its_order() {
-    let place = Place::new();
-    let more = ["--variant", "quick", "--record", "--window", "1"];
-    place.run("out", &scene(HARD), &more).expect(0);
-    let mut playback = Playback::open(&recording(&place, "out")).unwrap();
-    let (mut forces, mut states) = (0, 0);
-    while let Some((channel, message)) = playback.message().unwrap() {
-        let header = message.header;
-        match channel.name() {
-            "imp/forces" => {
-                assert_eq!(header.step, forces);
-                forces += 1;
-            }
-            "imp/states" if header.flags & (flags::WANT_ENVELOPES | flags::HALT_BEFORE) == 0 => {
-                assert_eq!(header.step, states);
-                states += 1;
-            }
-            _ => {}
-        }
-    }
-    assert!(forces > 100 && forces == states);
-}
-
-#[test]
-fn a_solver_in_python_is_recorded_for_nothing() {
-    if !python_can_join() {
-        return;
-    }
-    let place = Place::new();
-    let example = root().join("python/examples/disc_dem.py");
-    let discs = format!("python3 '{}'", example.display());
-    let more = [&QUICK[..], &["--record", "--dem", &discs]].concat();
-    place.run("out", &scene(HARD), &more).expect(0);
-    assert_whole(
-        &recording(&place, "out"),
-        &RunFiles::read(&place.path("out")),
-        2,
-    );
 }
 
 /// A file that may not grow stands for a disk without room.

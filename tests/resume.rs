@@ -7,11 +7,11 @@
 //! `TANDEM_SCENES=silo` leaves out scenes without `silo` in their name, `TANDEM_LONGEST=20` those that take more than 20 s,
 //! `TANDEM_SHORTEST=3` those that take less than 3 s, `TANDEM_NIGHT` all but a quarter, as in [`hashes`].
 
-use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
+use crate::chaos::bits;
 use crate::harness::{
     Ended, PATIENCE, Place, RunFiles, at_once, dice, python_can_join, root, scene, signal, until,
 };
@@ -36,20 +36,6 @@ const LONG: &[&str] = &[
 
 fn scene_of_the_test() -> String {
     scene("jiang2020/normal_force")
-}
-
-/// What must be the same byte for byte: the history, the course, the frames and their list, the bodies.
-fn outputs(dir: &Path) -> BTreeMap<String, Vec<u8>> {
-    let mut all = BTreeMap::new();
-    let frames = fs::read_dir(dir.join("frames")).into_iter().flatten();
-    let paths = frames.map(|entry| entry.unwrap().path());
-    let tables = ["history.csv", "course.csv", "bodies.csv"];
-    for path in paths.chain(tables.map(|name| dir.join(name))) {
-        let name = path.file_name().unwrap().to_string_lossy().into_owned();
-        // A scene may have no bodies.
-        all.extend(fs::read(&path).ok().map(|bytes| (name, bytes)));
-    }
-    all
 }
 
 /// Changed rows before the checkpoint were kept without a word.
@@ -111,14 +97,11 @@ fn a_table_that_was_changed_before_the_checkpoint_is_named_and_not_continued() {
     assert!(read("course.csv").starts_with(&course[..course.len() / 2]));
 }
 
+/// What must be the same byte for byte: the history, the course, the frames and their list, the bodies, the state.
 #[track_caller]
 fn assert_same(dir: &Path, undisturbed: &Path) {
-    let (ours, theirs) = (RunFiles::read(dir), RunFiles::read(undisturbed));
-    assert_eq!(ours.summary["state_hash"], theirs.summary["state_hash"]);
-    assert_eq!(ours.number("steps"), theirs.number("steps"));
-    let (ours, theirs) = (outputs(dir), outputs(undisturbed));
-    let names = |all: &BTreeMap<String, Vec<u8>>| all.keys().cloned().collect::<Vec<_>>();
-    assert_eq!(names(&ours), names(&theirs));
+    let [ours, theirs] = [dir, undisturbed].map(|dir| bits(dir).expect("a summary"));
+    assert!(ours.keys().eq(theirs.keys()), "other files");
     for (name, bytes) in &theirs {
         assert!(ours[name] == *bytes, "{name} differs");
     }
@@ -130,16 +113,6 @@ fn checkpoints(dir: &Path) -> Vec<PathBuf> {
     paths.retain(|path| path.extension().is_some_and(|e| e == "tandem"));
     paths.sort();
     paths
-}
-
-#[test]
-fn a_signal_saves_and_the_run_goes_on() {
-    let place = Place::new();
-    let mut run = place.start_run("saved", &scene_of_the_test(), &LONG[..LONG.len() - 2]);
-    run.stepping("saved");
-    signal(run.pid(), "USR1");
-    run.end().expect(0);
-    assert_eq!(checkpoints(&place.path("saved")).len(), 1);
 }
 
 /// Waits until a run has a checkpoint, and a random while longer.
@@ -154,58 +127,6 @@ fn resume(place: &Place, out: &str, more: &[&str]) -> Ended {
     let dir = place.path(out);
     let arguments = [&["resume", dir.to_str().unwrap(), "--log", "json"], more].concat();
     place.start(&arguments).end()
-}
-
-/// Whoever is killed, at whatever moment, twice; and the parts are run in different ways.
-#[test]
-fn a_run_that_is_killed_goes_on_to_the_same_bits() {
-    let place = Place::new();
-    let scene = scene_of_the_test();
-    place.run("whole", &scene, LONG).expect(0);
-    let ways: [&[&str]; 3] = [&["--threads", "2"], &["--window", "7"], &["--in-process"]];
-    for (n, way) in ways.into_iter().enumerate() {
-        let out = format!("killed_{n}");
-        let dir = place.path(&out);
-        let mut run = place.start_run(&out, &scene, LONG);
-        a_while_after_a_checkpoint(&dir);
-        let target = match n {
-            0 => run.pid(),
-            1 => run.solver(&out, "mpm"),
-            _ => run.solver(&out, "dem"),
-        };
-        signal(target, "KILL");
-        run.end();
-        // Once more, unless it is through already.
-        let path = dir.to_str().unwrap().to_owned();
-        let second = place.start(&[&["resume", &path, "--log", "json"], way].concat());
-        std::thread::sleep(Duration::from_millis(dice(100)));
-        signal(second.pid(), "KILL");
-        second.end();
-        resume(&place, &out, &[]).expect(0);
-        assert_same(&dir, &place.path("whole"));
-    }
-}
-
-#[test]
-fn an_interrupted_run_keeps_a_last_checkpoint() {
-    let place = Place::new();
-    let scene = scene_of_the_test();
-    // The scene itself has no checkpoints.
-    let seldom = &LONG[..LONG.len() - 2];
-    place.run("whole", &scene, seldom).expect(0);
-    let mut run = place.start_run("stopped", &scene, seldom);
-    run.stepping("stopped");
-    std::thread::sleep(Duration::from_millis(20 + dice(80)));
-    signal(run.pid(), "TERM");
-    let ended = run.end();
-    let dir = place.path("stopped");
-    if RunFiles::read(&dir).text("status") == "interrupted" {
-        assert_eq!(checkpoints(&dir).len(), 1);
-        resume(&place, "stopped", &[]).expect(0);
-    } else {
-        ended.expect(0);
-    }
-    assert_same(&dir, &place.path("whole"));
 }
 
 #[test]

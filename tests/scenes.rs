@@ -353,27 +353,3 @@ fn the_error_of_bar_on_grain_falls_in_proportion_to_the_cell() {
         }
     }
 }
-
-/// A force that is one step late gives a restitution of 1.08 here and leaves no other trace (docs/physics.md section 4).
-#[test]
-fn a_bounce_gives_back_what_it_took() {
-    let place = Place::new();
-    place
-        .run(
-            "out",
-            &scene("verification/point_bounce"),
-            &["--variant", "quick"],
-        )
-        .expect(0);
-    let files = RunFiles::read(&place.path("out"));
-    let restitution = files.check("restitution");
-    assert!(
-        (restitution["value"].as_f64().unwrap() - 1.0).abs() <= 1e-3,
-        "{restitution}"
-    );
-    assert_eq!(restitution["tolerance"], 1e-3);
-    // The history says the same: what arrives with -v0 leaves with v0.
-    let velocity = files.history().column("v_mean [m/s]");
-    let kept = -velocity.last().unwrap() / velocity[0];
-    assert!((kept - 1.0).abs() <= 1e-3, "{kept}");
-}

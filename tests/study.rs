@@ -467,89 +467,6 @@ fn what_cannot_be_drawn_from_is_refused_before_anything_is_started() {
     }
 }
 
-/// The commands of a study's runs, made by a shell in place of a queue, in any order and some of them twice.
-#[test]
-fn the_commands_of_a_study_can_be_run_by_anything() {
-    let place = Place::new();
-    let quick = format!("study {} --variant quick --repeat 1", scene(BAR));
-    let vary = "--vary time.safety=0.8,0.7,0.6,0.5";
-    let own = tandem(&place, &format!("{quick} {vary} --out own --jobs 2")).expect(0);
-    has(&own.stdout, "4 runs, 4 of them new");
-    let asked = format!("{quick} {vary} --out out");
-    let listed = || {
-        let ended = tandem(&place, &format!("{asked} --commands todo")).expect(0);
-        (
-            ended.stdout,
-            fs::read_to_string(place.path("todo")).unwrap(),
-        )
-    };
-    let (said, todo) = listed();
-    has(&said, "4 of 4 runs are missing");
-    let lines: Vec<&str> = todo.lines().collect();
-    assert_eq!(lines.len(), 4);
-    let shell = |line: &str| {
-        let mut sh = Command::new("sh");
-        sh.args(["-c", line]).current_dir(place.path("."));
-        sh.env("TANDEM_RUNTIME_DIR", place.temporary_path());
-        sh.output().unwrap()
-    };
-    assert!(shell(lines[2]).status.success());
-    let before = fs::metadata(place.path("out/runs"))
-        .unwrap()
-        .modified()
-        .unwrap();
-    let (said, todo) = listed();
-    has(&said, "3 of 4 runs are missing");
-    assert!(!todo.contains(lines[2]));
-    // What is done is not done again, and says what the run said.
-    let again = shell(lines[2]);
-    assert!(
-        again.status.success() && String::from_utf8_lossy(&again.stdout).contains("results in")
-    );
-    assert_eq!(
-        fs::metadata(place.path("out/runs"))
-            .unwrap()
-            .modified()
-            .unwrap(),
-        before
-    );
-    for line in [lines[3], lines[0], lines[1]] {
-        assert!(shell(line).status.success());
-    }
-    let ended = tandem(&place, &asked).expect(0);
-    has(&ended.stdout, "4 runs, 0 of them new");
-    let [own, out] = ["own", "out"].map(|out| without_times(&place.path(out).join("study.csv")));
-    assert_eq!(own, out);
-}
-
-/// A run that leaves nothing behind is tried again, and is a row with its last words if that does not help.
-#[test]
-fn a_run_that_leaves_no_summary_is_tried_again() {
-    let place = Place::new();
-    let bar = scene(BAR);
-    let study = |out: &str| {
-        let line = format!("study {bar} --variant quick --vary time.safety=0.8,0.4 --out {out}");
-        words(&format!("{line} --repeat 1"))
-    };
-    let words = study("out");
-    let words: Vec<&str> = words.iter().map(String::as_str).collect();
-    let running = place.start(&words);
-    // The first coupler that is seen is killed.
-    let coupler = || {
-        place.processes().into_iter().find(|pid| {
-            let line = fs::read_to_string(format!("/proc/{pid}/cmdline")).unwrap_or_default();
-            line.contains("\0run\0") && *pid != running.pid()
-        })
-    };
-    let coupler = until(PATIENCE, coupler).expect("a run begins");
-    crate::harness::signal(coupler, "KILL");
-    let ended = running.end().expect(0);
-    let ended = ended.says(&["1 runs left no summary: tried again"]);
-    has(&ended.stdout, "2 runs, 2 of them new");
-    let rows = table(&place.path("out/study.csv"));
-    assert!(rows.iter().all(|row| row["status"] == "done"), "{rows:?}");
-}
-
 #[test]
 fn what_cannot_be_studied_is_refused_before_anything_is_started() {
     let place = Place::new();
@@ -661,29 +578,6 @@ fn the_order_of_a_bounce_is_that_of_the_first_touch() {
         // Which phases eight discs happen to have is worth a factor of 1.5 of each error, so 0.1 of the order over 125.
         assert!((order - expected).abs() < 0.1, "{name}: order {order:.3}");
     }
-}
-
-/// A map of one column compares the steps of criteria: that of eq. 51 is beyond the edge here, and with the point's mass it is
-/// shorter than the composed one.
-#[test]
-fn a_map_compares_criteria() {
-    let place = Place::new();
-    let hard = scene(HARD);
-    // Contacts take the step of stability, and none that resolves them.
-    let stiff = "--set contact.linear.normal_stiffness=6e9 --set dem.contact_resolution=2";
-    let search = "--vary time.safety=0.8 --between 1,8 --grid 2 --ratio 4";
-    tandem(
-        &place,
-        &format!("stability {hard} {search} --out out {stiff}"),
-    )
-    .expect(0);
-    let edges = table(&place.path("out/edges.csv"));
-    let edge = |column: &str| edges[0][column].parse::<f64>().unwrap();
-    assert_eq!(edges.len(), 1);
-    assert!(
-        edge("jiang2020 [composed]") > 5.0 && edge("unstable_from") < edge("jiang2020 [composed]")
-    );
-    assert!(edge("lightest_point [composed]") < 1.0, "{edges:?}");
 }
 
 #[test]
