@@ -1,9 +1,10 @@
 //! Orders in time, and the centre of mass: points move with the field that strains them.
 
 use interface::config::{MpmConfig, StressUpdate, Transfer};
+use interface::message::wire::ImpForce;
 use interface::solver::MpmSolver;
 
-use crate::blocks::{BULK, SHEAR, Stepper, block, configured, neo_hookean_model};
+use crate::blocks::{BULK, SHEAR, Stepper, block, configured, everywhere, neo_hookean_model};
 
 /// A block that swings by two per cent of its size and moves through half a cell in the time in which a wave crosses two.
 fn swinging(transfer: Transfer, update: StressUpdate) -> MpmConfig {
@@ -94,6 +95,77 @@ fn orders_with_transfers_at_a_rate() {
         for (update, least) in updates.into_iter().zip(least) {
             let [x, ..] = orders(transfer, &[update]);
             assert!(x > least, "{transfer:?} {update:?}: {x}");
+        }
+    }
+}
+
+/// The centre of mass moves by `P dt / M` in every step without contact. In a contact it is off by what the points that are
+/// pressed on have moved less, at most `F dt^2 / M`, and nothing of it remains.
+#[test]
+fn the_centre_of_mass_obeys_its_theorem() {
+    for update in [
+        StressUpdate::Usf,
+        StressUpdate::Musl,
+        StressUpdate::Usavg,
+        StressUpdate::Usl,
+    ] {
+        for transfer in [Transfer::Flip, Transfer::Apic] {
+            let mut config = block();
+            (config.transfer, config.stress_update) = (transfer, update);
+            config.groups[0].velocity = [-1.0, 0.2];
+            let mut mpm = configured(&config);
+            mpm.select_imps(&everywhere());
+            let (dt, stiffness) = (2e-4, 1e5);
+            let mut stepper = Stepper::new();
+            let mean =
+                |mpm: &mpm_proc::Mpm, of: fn(&interface::message::wire::PointState) -> [f64; 2]| {
+                    let points = mpm.points();
+                    let n = points.len() as f64;
+                    let sum = points.iter().map(of);
+                    sum.fold([0.0; 2], |s, v| [s[0] + v[0] / n, s[1] + v[1] / n])
+                };
+            let mut expected = mean(&mpm, |p| p.position);
+            let (mut in_contact, mut free, mut bound, mut bounced) =
+                (0.0_f64, 0.0_f64, 0.0_f64, false);
+            for _ in 0..150 {
+                let points = mpm.points();
+                let mass: f64 = points.iter().map(|p| p.mass).sum();
+                let forces: Vec<ImpForce> = points
+                    .iter()
+                    .map(|p| {
+                        let overlap = (0.1125 - p.position[0]).max(0.0);
+                        ImpForce {
+                            force: [stiffness * overlap, 0.0],
+                            stiffness: if overlap > 0.0 { stiffness } else { 0.0 },
+                            ..ImpForce::default()
+                        }
+                    })
+                    .collect();
+                let pressed: f64 = forces.iter().map(|f| f.force[0]).sum();
+                stepper
+                    .step(&mut mpm, dt, false, &forces)
+                    .expect("a sound step");
+                let (x, v) = (mean(&mpm, |p| p.position), mean(&mpm, |p| p.velocity));
+                expected = [0, 1].map(|a| expected[a] + dt * v[a]);
+                let off = (x[0] - expected[0]).hypot(x[1] - expected[1]);
+                bounced |= pressed > 0.0;
+                if pressed > 0.0 {
+                    in_contact = in_contact.max(off);
+                    bound = bound.max(pressed * dt * dt / mass);
+                } else {
+                    free = free.max(off);
+                }
+            }
+            println!(
+                "{update:?} {transfer:?}: free {free:.1e} m, in contact {in_contact:.1e} m of {bound:.1e}"
+            );
+            let [v, _] = mean(&mpm, |p| p.velocity);
+            assert!(bounced && v > 0.3, "the block has not bounced: {v} m/s");
+            assert!(free < 1e-14, "{update:?} {transfer:?}: {free:e} m");
+            assert!(
+                in_contact < bound,
+                "{update:?} {transfer:?}: {in_contact:e} m of {bound:e}"
+            );
         }
     }
 }
