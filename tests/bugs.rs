@@ -4,8 +4,14 @@
 use std::path::Path;
 use std::process::Command;
 
+use interface::message::control::Party;
+use serde_json::{Value, json};
+
 use crate::harness::needs::Need;
 use crate::harness::{Ended, Place, copy, python_can_join, root};
+
+/// What the kit says of each bug.
+const STORIES: &str = "docs/results/conformance/bugs.json";
 
 const DISCS: &str = "examples/disc_dem.py";
 
@@ -56,19 +62,77 @@ impl Bug {
         text
     }
 
-    /// Whether the kit finds it, of which `run` says how that ends with more options.
-    fn is_found(&self, run: impl Fn(&str) -> Ended) -> bool {
+    /// What the kit says of it, of which `run` says how that ends with more options; nothing where it does not find it.
+    fn story(&self, place: &Place, run: impl Fn(&str) -> Ended) -> Option<Value> {
+        // No time to make a case small where nobody reads it: the first one that shows the bug is enough.
+        let shrink = if writes() { 4 } else { 0 };
         let found = searches(self.seed).find_map(|(seed, cases)| {
-            // No time to make a case small: the first one that shows the bug is enough.
+            let file = place.path("verdicts.json");
             let ended = run(&format!(
-                "--only {ONLY} --seed {seed} --cases {cases} --time 60 --shrink 0"
+                "--only {ONLY} --seed {seed} --cases {cases} --time 60 --shrink {shrink} --json {}",
+                file.display()
             ));
-            let again = ended.stdout.split("--seed ").nth(1).map(str::to_owned);
-            again.filter(|_| ended.status.code() == Some(1) && ended.stdout.contains("FAIL"))
+            let text = std::fs::read_to_string(file).ok()?;
+            let said: Value = serde_json::from_str(&text).ok()?;
+            let clauses = said["clauses"].as_array()?.iter();
+            let failed = clauses.filter(|clause| clause["verdict"] == "fail");
+            // The clause whose breach comes first in a step is the nearest to the cause.
+            let told = failed.map(|clause| {
+                json!({
+                    "bug": self.what,
+                    "clause": clause["id"],
+                    "step": clause["step"],
+                    "expected": clause["expected"],
+                    "got": clause["got"],
+                    "story": clause["story"],
+                })
+            });
+            told.filter(|_| ended.status.code() == Some(1)).next()
         });
-        let again = found.as_deref().and_then(|again| again.lines().next());
-        println!("{}: {}", self.what, again.unwrap_or("not found"));
-        found.is_some()
+        let again = found
+            .as_ref()
+            .and_then(|told| told["story"].as_array()?.last());
+        println!("{}: {}", self.what, again.unwrap_or(&json!("not found")));
+        found
+    }
+}
+
+/// Whether what the kit says of the bugs is written to [`STORIES`].
+fn writes() -> bool {
+    std::env::var_os("UPDATE_STORIES").is_some()
+}
+
+/// Each bug is found; its story is written where that is asked for.
+fn all_are_found(list: &str, found: &[(String, Option<Value>)]) {
+    let missed: Vec<_> = found.iter().filter(|(_, told)| told.is_none()).collect();
+    assert!(missed.is_empty(), "not found: {missed:?}");
+    if writes() {
+        let path = root().join(STORIES);
+        let text = std::fs::read_to_string(&path).unwrap_or("{}".into());
+        let mut stories: Value = serde_json::from_str(&text).unwrap();
+        stories[list] = found.iter().filter_map(|(_, told)| told.clone()).collect();
+        let text = serde_json::to_string_pretty(&stories).unwrap();
+        std::fs::write(path, text + "\n").unwrap();
+    }
+}
+
+/// The stories that are written are those of the bugs that there are.
+#[test]
+fn every_bug_has_its_story() {
+    let text = std::fs::read_to_string(root().join(STORIES)).unwrap();
+    let stories: Value = serde_json::from_str(&text).unwrap();
+    for list in stories.as_object().unwrap().keys() {
+        let told = stories[list].as_array().unwrap().iter();
+        let told: Vec<&str> = told.map(|told| told["bug"].as_str().unwrap()).collect();
+        let bugs = Bug::all(list);
+        let bugs: Vec<&str> = bugs.iter().map(|bug| bug.what.as_str()).collect();
+        assert_eq!(told, bugs, "UPDATE_STORIES=1 writes them");
+        // Of each clause that a bug breaks, a story tells the usual mistakes.
+        for told in stories[list].as_array().unwrap() {
+            let clauses = conformance::clause::of(Party::Dem);
+            let of = clauses.iter().find(|clause| clause.id == told["clause"]);
+            assert!(!of.unwrap().often.is_empty(), "{}", told["clause"]);
+        }
     }
 }
 
@@ -81,7 +145,7 @@ fn every_bug_of_physics_is_found_by_random_cases() {
         return;
     }
     let place = Place::new();
-    let mut missed = Vec::new();
+    let mut found = Vec::new();
     for (k, bug) in Bug::all("bug").into_iter().enumerate() {
         let package = place.path(&format!("bug{k}"));
         for part in ["tandem_solver", "examples"] {
@@ -94,11 +158,10 @@ fn every_bug_of_physics_is_found_by_random_cases() {
             kit.extend(options.split(' '));
             place.start(&kit).end()
         };
-        if !bug.is_found(run) {
-            missed.push(bug.what);
-        }
+        let told = bug.story(&place, run);
+        found.push((bug.what, told));
     }
-    assert!(missed.is_empty(), "not found:\n{}", missed.join("\n"));
+    all_are_found("bug", &found);
 }
 
 /// In a copy of the tree, which is built with each.
@@ -115,7 +178,7 @@ fn every_bug_of_the_built_in_solver_is_found_by_random_cases() {
         assert!(sh.status().unwrap().success(), "{script}");
     };
     shell(r#"mkdir "$TREE"; git ls-files -z | xargs -0 cp --parents -t "$TREE""#);
-    let mut missed = Vec::new();
+    let mut found = Vec::new();
     for bug in Bug::all("built_in") {
         let before = bug.put(&tree);
         shell(r#"cargo build --release --bin tandem --manifest-path "$TREE/Cargo.toml""#);
@@ -126,12 +189,11 @@ fn every_bug_of_the_built_in_solver_is_found_by_random_cases() {
                 .start_as(&tree.join("target/release/tandem"), &kit)
                 .end()
         };
-        if !bug.is_found(run) {
-            missed.push(bug.what.clone());
-        }
+        let told = bug.story(&place, run);
         std::fs::write(tree.join(&bug.file), before).unwrap();
+        found.push((bug.what, told));
     }
-    assert!(missed.is_empty(), "not found:\n{}", missed.join("\n"));
+    all_are_found("built_in", &found);
 }
 
 #[test]

@@ -47,6 +47,8 @@ pub struct Clause {
     pub alone: bool,
     /// Judges it, in sessions of its own; `None`: random cases do ([`crate::random`]), for all of these clauses at once.
     pub(crate) judge: Option<fn(&Bench) -> Judgement>,
+    /// The usual mistakes that break it, in a few words each.
+    pub often: &'static [&'static str],
     /// Solvers that break it and no other clause.
     pub mutants: &'static [Mutant],
 }
@@ -94,6 +96,7 @@ impl Clause {
             of_processes: false,
             alone: false,
             judge: None,
+            often: &[],
             mutants: &[],
         }
     }

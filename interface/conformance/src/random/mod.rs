@@ -144,6 +144,8 @@ impl Search<'_> {
             self.seed = seed;
             let (case, difference) = self.smallest(case, difference);
             let broken = difference.clause;
+            let clause = self.open.iter().find(|clause| clause.id == broken);
+            let often = clause.map_or(&[][..], |clause| clause.often).join("; or ");
             let mut again = format!("again: --only {broken} --seed {seed} --cases 1");
             if let Some((cause, first)) = self.narrowed {
                 let cases = seed - first + 1;
@@ -161,6 +163,7 @@ impl Search<'_> {
                 continue;
             }
             let mut story = shrink::story(&case);
+            story.extend((!often.is_empty()).then(|| format!("often: {often}")));
             story.push(again);
             self.campaign.failures.push(Failure {
                 seed,

@@ -5,6 +5,7 @@ use interface::message::control::Party;
 
 use super::{count, shown};
 use crate::clause::{Clause, common, not_checked, of, own};
+use crate::profile::OWN;
 use crate::verdict::Verdict;
 use crate::{Examination, Judged};
 
@@ -83,7 +84,11 @@ pub fn summary(examination: &Examination) -> String {
     } else {
         not_judged.join(", ")
     };
-    format!("{text}\n{passed} of {all}, profile {profile}; not judged: {not_judged}")
+    let own = OWN
+        .iter()
+        .filter(|(name, _)| examination.capabilities.has(name));
+    let own: String = own.map(|(_, what)| format!("\nHas {what}.")).collect();
+    format!("{text}\n{passed} of {all}, profile {profile}; not judged: {not_judged}{own}")
 }
 
 /// The clauses as the CSV file docs/conformance.csv: those of both sides, then of each.

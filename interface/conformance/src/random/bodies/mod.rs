@@ -4,6 +4,7 @@ mod admit;
 mod case;
 mod compare;
 mod generate;
+mod own;
 mod run;
 
 pub use case::Case;
