@@ -77,7 +77,7 @@ impl Bug {
             let clauses = said["clauses"].as_array()?.iter();
             let failed = clauses.filter(|clause| clause["verdict"] == "fail");
             // The clause whose breach comes first in a step is the nearest to the cause.
-            let told = failed.map(|clause| {
+            let mut told = failed.map(|clause| {
                 json!({
                     "bug": self.what,
                     "clause": clause["id"],
@@ -87,7 +87,7 @@ impl Bug {
                     "story": clause["story"],
                 })
             });
-            told.filter(|_| ended.status.code() == Some(1)).next()
+            told.find(|_| ended.status.code() == Some(1))
         });
         let again = found
             .as_ref()

@@ -87,8 +87,12 @@ pub fn summary(examination: &Examination) -> String {
     let own = OWN
         .iter()
         .filter(|(name, _)| examination.capabilities.has(name));
-    let own: String = own.map(|(_, what)| format!("\nHas {what}.")).collect();
-    format!("{text}\n{passed} of {all}, profile {profile}; not judged: {not_judged}{own}")
+    let mut text =
+        format!("{text}\n{passed} of {all}, profile {profile}; not judged: {not_judged}");
+    for (_, what) in own {
+        let _ = write!(text, "\nHas {what}.");
+    }
+    text
 }
 
 /// The clauses as the CSV file docs/conformance.csv: those of both sides, then of each.

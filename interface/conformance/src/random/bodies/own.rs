@@ -126,11 +126,14 @@ impl Told {
     }
 }
 
+/// Most that friction can be, and what it is, if that is known, in N/m.
+type Rub = (f64, Option<Vec2>);
+
 /// What friction has done so far.
 #[derive(Clone, Default)]
 pub struct Rubbed {
     /// Most that it could be in the last step, and what it was, if that is known, in N/m.
-    last: BTreeMap<Who, (f64, Option<Vec2>)>,
+    last: BTreeMap<Who, Rub>,
     /// Most work that it can have done in J/m, and how much that work is off by the rule of section 9, which takes the mean of
     /// the forces of two steps.
     most: f64,
@@ -139,7 +142,7 @@ pub struct Rubbed {
 
 impl Rubbed {
     /// Contacts slide by ways (m) while friction is at most and just this (N/m), if that is known.
-    fn slide(&mut self, now: &[(Who, f64, (f64, Option<Vec2>))]) {
+    fn slide(&mut self, now: &[(Who, f64, Rub)]) {
         let last = std::mem::take(&mut self.last);
         for (who, way, (limit, force)) in now {
             let (was, before) = last.get(who).copied().unwrap_or((0.0, Some(Vec2::zeros())));
