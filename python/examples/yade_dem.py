@@ -97,7 +97,7 @@ class Body:
 class Yade:
     identity = "yade_dem 0.1"
     capabilities = ("shape:disc", "shape:segment", "shape:rectangle", "shape:polygon", "motion:free", "motion:fixed")
-    capabilities += ("law:linear", "feature:friction", "feature:own_friction", "feature:no_inside")
+    capabilities += ("law:linear", "feature:friction", "feature:no_inside")
 
     def configure(self, config):
         law = config["contact"].get("linear", {})

@@ -88,28 +88,6 @@ impl Profile {
     }
 }
 
-/// By which a solver says that friction follows a law of its own, which is no part of random cases: others are judged.
-pub const OWN_FRICTION: &str = "feature:own_friction";
-
-/// What a solver can declare as its own, and what of it is judged and what not.
-pub const OWN: [(&str, &str); 4] = [
-    (
-        OWN_FRICTION,
-        "friction by a law of its own. Judged: the normal force, Coulomb's bound, opposite forces, motion, limits, no energy \
-         from friction, and the same forces in a copy of the run that is shifted, turned, mirrored, in other order and in other windows. \
-         Not judged: how large friction is below that bound, and between bodies",
-    ),
-    (
-        "feature:impulses",
-        "impulses between bodies. Not judged: contact between bodies",
-    ),
-    (
-        "feature:no_inside",
-        "no inside. Not judged: points on or behind an outline",
-    ),
-    ("feature:no_grid", "no grid. Not judged: points that meet"),
-];
-
 /// By which a solver says that it takes no feature at all.
 pub const NO_FEATURE: &str = "feature:none";
 

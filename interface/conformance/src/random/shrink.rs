@@ -41,11 +41,6 @@ fn plain() -> Vec<(&'static str, Value)> {
         ("group", json!(0)),
         ("material", json!(0)),
         ("way", json!([[0, 0.0]])),
-        ("shift", json!([0.0, 0.0])),
-        ("turn", json!(0.0)),
-        ("mirrored", json!(false)),
-        ("reversed", json!(false)),
-        ("window", json!(1)),
     ]
 }
 

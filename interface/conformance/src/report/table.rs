@@ -5,7 +5,6 @@ use interface::message::control::Party;
 
 use super::{count, shown};
 use crate::clause::{Clause, common, not_checked, of, own};
-use crate::profile::OWN;
 use crate::verdict::Verdict;
 use crate::{Examination, Judged};
 
@@ -84,15 +83,7 @@ pub fn summary(examination: &Examination) -> String {
     } else {
         not_judged.join(", ")
     };
-    let own = OWN
-        .iter()
-        .filter(|(name, _)| examination.capabilities.has(name));
-    let mut text =
-        format!("{text}\n{passed} of {all}, profile {profile}; not judged: {not_judged}");
-    for (_, what) in own {
-        let _ = write!(text, "\nHas {what}.");
-    }
-    text
+    format!("{text}\n{passed} of {all}, profile {profile}; not judged: {not_judged}")
 }
 
 /// The clauses as the CSV file docs/conformance.csv: those of both sides, then of each.

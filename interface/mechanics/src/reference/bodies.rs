@@ -45,12 +45,6 @@ pub struct Touch {
     pub at: Vec2,
     /// On the point, the first point, or the owner of the vertex, in N/m.
     pub force: Vec2,
-    /// From the body, or the second of two, to the point or the first.
-    pub normal: Vec2,
-    /// Most that friction may be, in N/m.
-    pub limit: f64,
-    /// In the tangential and the rolling spring, in J/m.
-    pub held: f64,
     /// On the owner of the vertex against rolling, in N.
     moment: f64,
     /// Displacement over the last step of one side relative to the other, in m.
@@ -124,8 +118,6 @@ pub struct Expected {
     pub loads: Vec<OnBody>,
     /// Everything that touches.
     pub touches: Vec<Touch>,
-    /// Who touch no more, and their displacement over the last step in m.
-    pub parted: Vec<(Who, f64)>,
     /// What is exactly at the edge between two answers, so that rounding decides: nothing can be compared from here on.
     pub doubtful: Option<&'static str>,
     /// Whether a point is on a corner, so that only the forces can be compared, and nothing after them.
@@ -182,8 +174,6 @@ pub struct Oracle {
     driven: f64,
     applied: Vec3,
     contact: Vec3,
-    /// Force and torque of points on each body in N/m and N, by which the next step is taken in place of its own.
-    pub given: Option<Vec<Vec3>>,
 }
 
 /// What a step adds up while it looks at contacts.
@@ -333,7 +323,6 @@ impl Oracle {
             driven: 0.0,
             applied: Vec3::zeros(),
             contact: Vec3::zeros(),
-            given: None,
         }
     }
 
@@ -706,9 +695,6 @@ impl Oracle {
             overlap,
             at,
             force,
-            normal,
-            limit: exerted.limit * gain,
-            held: exerted.history.energy(),
             moment: exerted.moment,
             moved: moved.norm(),
             blur: place.blur * steep,
@@ -717,18 +703,12 @@ impl Oracle {
         if overlap > 0.0 {
             sums.history.insert(who, exerted.history);
             sums.expected.touches.push(touch);
-        } else if self.history.contains_key(&who) {
-            sums.expected.parted.push((who, moved.norm()));
         }
         (touch, law)
     }
 
     /// T-1's kick, and what is measured of it (section 9).
     fn kick(&mut self, step: &Step, sums: &mut Sums) {
-        let given = self.given.take().into_iter().flatten();
-        for (load, given) in sums.expected.loads.iter_mut().zip(given) {
-            load.points = given;
-        }
         let (kick, w) = (step.kick(), step.centring());
         let keeps = step.dt_before > 0.0 || step.dt > 0.0;
         let gravity = Vec2::from(self.config.gravity);

@@ -8,7 +8,6 @@ use mechanics::reference::bodies::Oracle;
 use serde::{Deserialize, Serialize};
 
 use super::super::plan::{self, Course, Epoch};
-use super::own::Copied;
 
 /// What a point moves along.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
@@ -62,9 +61,6 @@ pub struct Case {
     pub points: Vec<Walker>,
     /// The steps.
     pub epochs: Vec<Epoch>,
-    /// A copy in which a solver with friction of its own has to give the same forces. Every step is measured, in a window of its own.
-    #[serde(default)]
-    pub copied: Option<Copied>,
 }
 
 impl Case {

@@ -4,7 +4,6 @@ mod admit;
 mod case;
 mod compare;
 mod generate;
-mod own;
 mod run;
 
 pub use case::Case;

@@ -5,15 +5,13 @@ use std::time::Duration;
 use interface::Vec2;
 use interface::config::capability::Capabilities;
 use interface::message::control::Configure;
-use interface::message::wire::{ImpInfo, ImpState, Limits};
-use interface::step::Step;
+use interface::message::wire::{ImpInfo, Limits};
 use mechanics::reference::bodies::{BLUR, Expected, Oracle};
 
 use super::super::judge::Judge;
 use super::super::plan::Epoch;
 use super::super::run::{self, Begun, Stop, Window, report};
 use super::case::Case;
-use super::own::{self, Rubbed, Told};
 use super::{admit, generate};
 use crate::bench::{Answer, Bench, Run, at_least, configure};
 
@@ -27,9 +25,6 @@ pub struct Stand {
     limits: Option<(Expected, Limits)>,
     /// The longest step so far in s.
     longest: f64,
-    /// Of a solver with friction of its own: what that has done, and what the copy of the run has to repeat.
-    pub(super) rubbed: Rubbed,
-    pub(super) told: Vec<Told>,
 }
 
 impl Stand {
@@ -41,19 +36,17 @@ impl Stand {
             before: None,
             limits: None,
             longest: 0.0,
-            rubbed: Rubbed::default(),
-            told: Vec::new(),
         }
     }
 }
 
 /// A step that was answered.
-pub struct Answered {
-    pub(super) granted: Step,
-    pub(super) set: Vec<ImpInfo>,
-    pub(super) states: Vec<ImpState>,
-    pub(super) answer: Answer,
-    pub(super) expected: Expected,
+struct Answered {
+    set: Vec<ImpInfo>,
+    answer: Answer,
+    expected: Expected,
+    /// Whether time has gone by since the step before.
+    moves: bool,
 }
 
 /// A step: its exchange, and what the oracle expects of it. It is the `first` of its window or not.
@@ -104,12 +97,12 @@ fn stepped(
     judge.keep(numbers.chain([answer.header.travel]));
     stand.before = Some(now);
     stand.step += 1;
+    let moves = granted.dt_before > 0.0;
     Ok(Answered {
-        granted,
         set,
-        states,
         answer,
         expected,
+        moves,
     })
 }
 
@@ -126,8 +119,7 @@ impl run::Case for Case {
     }
 
     fn is_possible(&self) -> bool {
-        let apart = self.epochs.iter().all(|epoch| epoch.windows == [1]);
-        self.config.faults().is_empty() && (apart || self.copied.is_none())
+        self.config.faults().is_empty()
     }
 
     fn order(&self) -> Configure {
@@ -149,7 +141,6 @@ impl run::Case for Case {
         let smallest = admit::smallest(self);
         stand.longest = stand.longest.max(window.dt);
         let longest = stand.longest;
-        let earlier = self.copied.is_some().then(|| stand.oracle.clone());
         let mut answered = Vec::new();
         for k in 0..window.steps {
             let step = stepped(play, self, stand, (window, k == 0), judge);
@@ -178,17 +169,6 @@ impl run::Case for Case {
             count => at_least(report.bodies.as_ref(), count, "bodies")?,
         };
         let dt = if longest > 0.0 { longest } else { 1.0 };
-        if let (Some(mut oracle), [step]) = (earlier, &mut answered[..]) {
-            if window.outlines {
-                oracle.publish();
-            }
-            own::admit(
-                (stand, oracle),
-                step,
-                (bodies, &report.report.ledger),
-                judge,
-            )?;
-        }
         // In the order in which one thing causes another, so that the first difference is the cause.
         for (k, step) in answered.iter().enumerate() {
             judge.step = first + k as u32;
@@ -198,8 +178,7 @@ impl run::Case for Case {
             }
             judge.forces(expected, &step.set, &step.answer)?;
             if let Some((before, limits)) = stand.limits.take() {
-                let moves = step.granted.dt_before > 0.0;
-                let now = moves.then_some(expected);
+                let now = step.moves.then_some(expected);
                 judge.limits(&limits, &before, now, (smallest / dt, dt))?;
             }
             if measured {
@@ -210,15 +189,9 @@ impl run::Case for Case {
                 }
             }
         }
-        let told = answered.iter().filter(|_| self.copied.is_some());
-        stand.told.extend(told.map(|step| Told::of(window, step)));
         let last = answered.pop().map(|answered| answered.expected);
         stand.limits = last.map(|last| (last, report.report.limits));
         Ok(())
-    }
-
-    fn again(&self, bench: &Bench, stand: &Stand, judge: &mut Judge) -> Result<(), Stop> {
-        own::repeat(bench, self, &stand.told, judge)
     }
 
     fn end(&self, run: Run, _: Stand, _: &mut Judge) -> Result<(), Stop> {
