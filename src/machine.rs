@@ -56,35 +56,23 @@ pub fn shortage(scene: &Scene, how: &HowArgs) -> Option<String> {
     let allowed = std::thread::available_parallelism().map_or(1, std::num::NonZero::get);
     let (others, online) = load();
     let free = free(allowed, others, online);
-    (free < threads).then(|| shortage_in_words(solvers, threads, allowed, free))
+    let in_process = if solvers > 1 {
+        "; `--in-process` runs both solvers on one processor"
+    } else {
+        ""
+    };
+    (free < threads).then(|| {
+        format!(
+            "the threads of the solvers ({threads}) outnumber the free processors ({free} of {allowed}): beside two busy programs on two \
+             processors runs take 1.6 to 1.8 times as long, beside four 2.5 to 3.1 times{in_process}"
+        )
+    })
 }
 
 /// Of the processors that this process may use, how many nobody uses: others run on those it may not use first.
 fn free(allowed: usize, others: usize, online: usize) -> usize {
     let elsewhere = online.saturating_sub(allowed);
     allowed.saturating_sub(others.saturating_sub(elsewhere))
-}
-
-fn shortage_in_words(solvers: usize, threads: usize, allowed: usize, free: usize) -> String {
-    let all = if allowed == 1 {
-        "processor"
-    } else {
-        "processors"
-    };
-    let in_threads = if threads == 1 {
-        "1 thread"
-    } else {
-        &format!("{threads} threads")
-    };
-    let in_process = if solvers > 1 {
-        "; `--in-process` runs both solvers on one processor"
-    } else {
-        ""
-    };
-    format!(
-        "the solvers compute in {in_threads}, and {free} of {allowed} {all} are free: beside two busy programs on two \
-         processors runs take 1.6 to 1.8 times as long, beside four 2.5 to 3.1 times{in_process}"
-    )
 }
 
 /// How many other threads want a processor at present, and how many processors the machine has. Of a few looks the one with

@@ -38,7 +38,7 @@ fn points_wholly_inside_a_body_are_refused_with_group_body_and_the_way_out() {
     let errors = refuse_points_within_bodies(&floor(0.031)).unwrap_err();
     let told = errors.to_string();
     for words in [
-        "64 points of group `slab` are wholly inside body `floor`",
+        "points of group `slab` are wholly inside body `floor`: 64",
         "the deepest, at (0.0213, 0.0213) m, is 9.750e-3 m below its surface",
         "a.toml:22:1  (mpm.points.0.fill)",
         "by at least 1.100e-2 m in the direction (0.00, 1.00)",

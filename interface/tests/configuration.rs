@@ -23,7 +23,7 @@ fn every_bit_of_a_number_comes_back() {
     for number in some.into_iter().chain(any).filter(|x| x.is_finite()) {
         let mut bodies = plain_bodies();
         bodies.bodies[0].spin = number;
-        let again = DemConfig::from_json(&to_json(&bodies)).unwrap();
+        let again = serde_json::from_str::<DemConfig>(&to_json(&bodies)).unwrap();
         assert_eq!(again.bodies[0].spin.to_bits(), number.to_bits(), "{number}");
     }
 }
@@ -44,7 +44,7 @@ fn what_is_unknown_or_missing_is_refused_by_its_name() {
         assert!(error.contains(expected), "{error}");
     }
     let bodies = to_json(&plain_bodies()).replace("\"position\":[0.0,0.0],", "");
-    let error = DemConfig::from_json(&bodies)
+    let error = serde_json::from_str::<DemConfig>(&bodies)
         .expect_err("no position")
         .to_string();
     assert!(error.contains("missing field `position`"), "{error}");

@@ -2,6 +2,7 @@
 
 use interface::config::GroupPair;
 
+use super::diagnostic::suggestion;
 use super::problems::Problems;
 use super::written::SceneWritten;
 
@@ -23,11 +24,7 @@ pub(super) fn group_pairs(problems: &mut Problems, written: &SceneWritten) -> Ve
         let strange = pair.between.iter().find(|name| index(name).is_none());
         let name = strange.map_or("", String::as_str);
         let path = format!("group_pair.{i}.between");
-        let help = if known.is_empty() {
-            "the scene has no points".to_owned()
-        } else {
-            format!("known: {}", known.join(", "))
-        };
+        let help = suggestion(name, "groups of points", known.iter().copied());
         let message = format!("`{path}` has \"{name}\", expected two groups of points");
         problems.refuse(&path, message, help);
     }

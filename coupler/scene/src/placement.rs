@@ -117,15 +117,9 @@ pub fn refuse_points_within_bodies(scene: &Scene) -> Result<(), SceneErrors> {
                 depth,
                 way_out,
             } = inside;
-            let are = if count == 1 {
-                "point of group `{}` is"
-            } else {
-                "points of group `{}` are"
-            };
-            let are = are.replace("{}", &group.name);
             let message = format!(
-                "{count} {are} wholly inside body `{}`; the deepest, at ({:.4}, {:.4}) m, is {depth:.3e} m below its surface",
-                dem.bodies[b].name, at.x, at.y
+                "points of group `{}` are wholly inside body `{}`: {count}; the deepest, at ({:.4}, {:.4}) m, is {depth:.3e} m below its surface",
+                group.name, dem.bodies[b].name, at.x, at.y
             );
             let help = format!(
                 "move the group away from the body by at least {:.3e} m in the direction ({:.2}, {:.2})",

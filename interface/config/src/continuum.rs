@@ -35,7 +35,6 @@ pub struct Scheme {
     pub contact_force: ContactForceScheme,
     /// Contact between the groups of points on the grid (Bardenhagen 2000): each group is a body with its own nodal
     /// velocities. Without it all groups are one continuum.
-    #[serde(default)]
     pub grid_contact: Option<GridContact>,
     /// Whether each group of points has its own grid layer, so that groups never exchange momentum through the grid
     /// (Chen 2023; capability `layers`); false by default. Groups of `[[group_pair]]` need it. Not with `grid_contact`.
@@ -113,12 +112,9 @@ impl MpmConfig {
         )]
         let present: BTreeMap<String, IgnoredAny> = serde_json::from_str(text)?;
         let required = serde_json::to_value(&config.scheme)?;
-        let mut required = required
-            .as_object()
-            .into_iter()
-            .flat_map(|fields| fields.keys());
-        match required.find(|field| !present.contains_key(*field)) {
-            Some(field) => Err(Error::custom(format!("missing field `{field}`"))),
+        let mut required = required.as_object().into_iter().flatten();
+        match required.find(|(field, _)| !present.contains_key(*field)) {
+            Some((field, _)) => Err(Error::custom(format!("missing field `{field}`"))),
             None => Ok(config),
         }
     }

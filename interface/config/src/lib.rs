@@ -50,16 +50,6 @@ pub enum Interface {
     Segments,
 }
 
-impl DemConfig {
-    /// Reads the text of the message Configure.
-    ///
-    /// # Errors
-    /// It is not JSON, or not such a configuration.
-    pub fn from_json(text: &str) -> serde_json::Result<Self> {
-        serde_json::from_str(text)
-    }
-}
-
 /// A configuration as the text of the message Configure.
 pub fn to_json(config: &impl Serialize) -> String {
     serde_json::to_string(config).expect("configurations have string keys only")

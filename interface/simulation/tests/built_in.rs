@@ -18,7 +18,7 @@ const BUILT_IN: SolverPair = SolverPair {
         let mpm = format!(
             r#"{{"domain": [[0, 0], [1, 1]], "cell": 0.1, "gravity": [0, -9.81], "shape": "linear", "transfer": "flip",
             "stress_update": "usf", "contact_force": "point",
-            "forcing": {{"traction": [], "hold": [], "stage": []}}, "constants": {{}}, "leaving": "stop", "layers": false,
+            "forcing": {{"traction": [], "hold": [], "stage": []}}, "constants": {{}}, "leaving": "stop", "grid_contact": null, "layers": false,
             "group_pair": [], "interface": "points", "chain": [], "probe": [], "plane": "strain", "walls": {{}}, "material": [{material}], "points": [{block}],
             "skin": 0.02, "threads": 1}}"#
         );

@@ -100,7 +100,7 @@ mod tests {
             r#"{{"domain": [[0, 0], [1, 1]], "cell": 0.1, "shape": "linear", "transfer": "flip", "material": [],
                 "points": [{}, {}], "layers": true, "group_pair": {group_pairs}, "skin": 0.5, "gravity": [0, 0],
                 "stress_update": "usf", "plane": "strain", "walls": {{}}, "contact_force": "point",
-                "forcing": {{"traction": [], "hold": [], "stage": []}}, "constants": {{}}, "leaving": "stop",
+                "forcing": {{"traction": [], "hold": [], "stage": []}}, "constants": {{}}, "leaving": "stop", "grid_contact": null,
                 "interface": "points", "chain": [], "probe": [], "threads": 1}}"#,
             group("a"),
             group("b")

@@ -252,7 +252,7 @@ impl Side for Bodies<'_> {
         &mut self,
         configure: &Configure,
     ) -> Result<Result<Readiness, Refusal>, serde_json::Error> {
-        let config = DemConfig::from_json(&configure.config)?;
+        let config = serde_json::from_str::<DemConfig>(&configure.config)?;
         self.links = config.interface == Interface::Segments;
         if config.threads == 0 {
             return Ok(Err(Refusal::new("dem.threads", "expected 1 or more")));

@@ -48,7 +48,7 @@ pub struct Clause {
     /// Judges it, in sessions of its own; `None`: random cases do ([`crate::random`]), for all of these clauses at once.
     pub(crate) judge: Option<fn(&Bench) -> Judgement>,
     /// The usual mistakes that break it, in a few words each.
-    pub often: &'static [&'static str],
+    pub often: &'static str,
     /// Solvers that break it and no other clause.
     pub mutants: &'static [Mutant],
 }
@@ -96,7 +96,7 @@ impl Clause {
             of_processes: false,
             alone: false,
             judge: None,
-            often: &[],
+            often: "",
             mutants: &[],
         }
     }

@@ -145,7 +145,7 @@ impl Search<'_> {
             let (case, difference) = self.smallest(case, difference);
             let broken = difference.clause;
             let clause = self.open.iter().find(|clause| clause.id == broken);
-            let often = clause.map_or(&[][..], |clause| clause.often).join("; or ");
+            let often = clause.map_or("", |clause| clause.often);
             let mut again = format!("again: --only {broken} --seed {seed} --cases 1");
             if let Some((cause, first)) = self.narrowed {
                 let cases = seed - first + 1;

@@ -9,7 +9,7 @@ use crate::mutant::{Flaw, change};
 
 pub const CLAUSES: &[Clause] = clauses! {
     Must "J-1" "mass and inertia follow from the configuration",
-        often: &["the area without the sphero-radius", "the moment about another place than the centre of mass"];
+        often: "the area without the sphero-radius; or the moment about another place than the centre of mass";
         - "uses the density as the mass": change::body(|body| {
             if let BodyInertia::Density(density) = body.inertia {
                 body.inertia = BodyInertia::Mass(density);
@@ -17,14 +17,11 @@ pub const CLAUSES: &[Clause] = clauses! {
         });
         - "has half the moment of inertia": Flaw::body(|body| body.inertia *= 0.5);
     Must "F-8" "without overlap the force is exactly 0",
-        often: &["contact that begins at a distance", "springs that outlive an opening"];
+        often: "contact that begins at a distance; or springs that outlive an opening";
         - "pushes before contact": Flaw::force(|f| f.force[1] += if f.stiffness > 0.0 { 1e-30 } else { 0.0 });
     Must "F-7" "the force on a point is that of the law, for the positions of this step",
-        often: &[
-            "slip without the body's translation, its rotation or the point's spin",
-            "springs kept by slot, beyond an opening, or one for all bodies",
-            "a force that is capped, or of another step",
-        ];
+        often: "slip without the body's translation, its rotation or the point's spin; or springs kept by slot, beyond an \
+                opening, or one for all bodies; or a force that is capped, or of another step";
         - "sends the force on the body": Flaw::forces(|_, forces| change::scale(forces, -1.0));
         - "limits the stiffness": change::law(|k, _, _, _| *k = k.min(1e5));
         - "doubles friction": change::law(|_, _, mu, _| *mu *= 2.0);
@@ -107,19 +104,16 @@ pub const CLAUSES: &[Clause] = clauses! {
         });
         - "keeps springs by slot": without_contacts().with(Flaw::set(|_, set| (0..).zip(set).for_each(|(slot, info)| info.id = slot)));
     Must "F-5" "stiffness is above 0 where there is a force",
-        often: &["stiffness of contacts that do not press yet is left out"];
+        often: "stiffness of contacts that do not press yet is left out";
         - "gives no stiffness to a point that is pushed": Flaw::force(|f| { if f.force != [0.0; 2] { f.stiffness = 0.0; } });
     Must "F-6" "stiffness is that of all contacts within reach", after: &["F-7"],
-        often: &["only contacts that touch are counted, not all within reach", "no tangential stiffness"];
+        often: "only contacts that touch are counted, not all within reach; or no tangential stiffness";
         - "gives no stiffness to a point that is not yet pushed": Flaw::force(|f| { if f.force == [0.0; 2] { f.stiffness = 0.0; } });
         - "counts half the stiffness": Flaw::force(|f| f.stiffness *= 0.5);
         - "counts half the tangential stiffness": Flaw::force(|f| f.tangential *= 0.5);
     Must "T-1" "bodies move by the leapfrog, as their motion and what touches them say", after: &["J-1", "F-7"],
-        often: &[
-            "a kick of a whole step where half of two is asked for",
-            "drift by the velocity before the kick",
-            "torque of the wrong sign, or spin by the mass",
-        ];
+        often: "a kick of a whole step where half of two is asked for; or drift by the velocity before the kick; or torque of \
+                the wrong sign, or spin by the mass";
         - "takes half the granted step": Flaw::grant(|grant| { grant.dt *= 0.5; grant.dt_before_epoch *= 0.5; });
         - "begins with a whole kick":
             Flaw::grant(|grant| { if grant.first == 0 { grant.dt_before_epoch = grant.dt; } });
@@ -159,7 +153,7 @@ pub const CLAUSES: &[Clause] = clauses! {
             change::body(|body| body.angle = 0.0);
         - "turns too slowly": Flaw::body(|body| body.spin *= 0.99);
     Must "F-9" "travel bounds the displacement of every surface", needs: &["motion:free"], after: &["T-1"],
-        often: &["travel of the centre, without the rotation"];
+        often: "travel of the centre, without the rotation";
         - "reports half its travel": Flaw::forces(|header, _| header.travel *= 0.5);
     Must "E-1" "answers a request with outlines of that step";
         - "sends outlines of the next step": Flaw::envelopes(|header, _| header.step += 1);
@@ -168,26 +162,23 @@ pub const CLAUSES: &[Clause] = clauses! {
     Must "F-3" "forces carry generation and number of the set";
         - "does not say which set forces belong to": Flaw::forces(|header, _| header.set = 0);
     Must "E-4" "envelopes hold the bodies, in their order, each with one reach", after: &["T-1"],
-        often: &["an outline without the sphero-radius"];
+        often: "an outline without the sphero-radius";
         - "sends bodies in another order": Flaw::envelopes(|_, vertices| vertices.reverse());
         - "sends outlines without the sphero-radius": Flaw::vertex(|v| v.reach *= 0.5);
     Must "R-3" "forces, torques and contacts of each body are those of what touches it", after: &["F-7"],
-        often: &["torque of the wrong sign, or about another place", "no part of fixed bodies"];
+        often: "torque of the wrong sign, or about another place; or no part of fixed bodies";
         - "counts one contact too many": Flaw::body(|body| body.contacts += 1);
         - "reverses torques": Flaw::body(|body| body.point_torque *= -1.0);
         - "leaves out the bodies' contact with one another": Flaw::body(|body| body.body_force = [0.0; 2]);
     Must "L-2" "limits bound frequencies, damping and speed of the next step", needs: &["motion:free"], after: &["T-1"],
-        often: &["no lever arm, or no tangential stiffness, in the frequency", "speed without the rotation"];
+        often: "no lever arm, or no tangential stiffness, in the frequency; or speed without the rotation";
         - "reports half its contact frequency": change::limits(|l| l.contact_omega_sq *= 0.5);
         - "forgets contact between bodies in its limits": change::limits(|l| l.omega_sq = 0.0);
         - "reports half its speed": change::limits(|l| l.speed *= 0.5);
         - "does not report damping": change::limits(|l| l.damping = 0.0);
     Must "N-1" "every entry of the ledger is what section 9 says", after: &["T-1"],
-        often: &[
-            "energy of only one of the springs",
-            "work of one step's force, not of the mean of two",
-            "no impulse of supports",
-        ];
+        often: "energy of only one of the springs; or work of one step's force, not of the mean of two; or no impulse of \
+                supports";
         - "leaves out the energy in springs": change::ledger(|l| l.contact = 0.0);
         - "counts half of the energy dissipated by sliding": change::ledger(|l| l.friction_work *= 0.5);
         - "counts half of the energy dissipated by dashpots": change::ledger(|l| l.viscous_work *= 0.5);
