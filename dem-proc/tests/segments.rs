@@ -77,6 +77,39 @@ fn once(mut chain: Chain, center: [f64; 2]) -> (Chain, Sdem) {
     (chain, dem)
 }
 
+/// Beside a vertex in a dent whose segment to the right ends before it has a foot, the maximum at the vertex counts in F-6 as the
+/// two minima do: each marker has the largest share that it can have of each within half a radius.
+#[test]
+fn a_maximum_without_a_minimum_beside_it_counts_in_the_stiffness() {
+    let (sin, cos) = 0.1_f64.sin_cos();
+    let (short, long, way) = (0.005, 0.5, 0.5 * R);
+    let dent = [
+        [short * cos, short * sin],
+        [0.0, 0.0],
+        [-long * cos, long * sin],
+    ];
+    let distance = A + R - 2e-3;
+    let (chain, _) = once(Chain::new(&dent), [0.0, distance]);
+    let foot = distance * sin / long;
+    let expected = [
+        1.0 + 1.0,                             // the end of the short segment, the vertex
+        1.0 + 1.0 + (1.0 - foot + way / long), // and the foot on the long one
+        (way - short) / long + way / long + (foot + way / long),
+    ];
+    for (force, share) in chain.forces.iter().zip(expected) {
+        assert!(
+            (force.stiffness - K * share).abs() < 1e-6,
+            "{force:?} {share}"
+        );
+    }
+    // Round a ring that is smaller than that, each marker counts once in either direction.
+    let mut ring = Chain::new(&[[0.0, 0.0], [-1e-4, -1e-4], [1e-4, -1e-4]]);
+    ring.set[2].next = 1;
+    let (ring, _) = once(ring, [0.0, distance]);
+    let stiffness: Vec<f64> = ring.forces.iter().map(|f| f.stiffness).collect();
+    assert_eq!(stiffness, [K, 2.0 * K, 2.0 * K]);
+}
+
 #[test]
 fn the_chain_counts_four_times_for_a_disc_that_touches_it_within_two_steps() {
     let (gap, dt) = (1e-3, 1e-3);
@@ -124,6 +157,60 @@ fn a_disc_off_the_centre_on_a_chain_declares_its_rate_and_mobility() {
     let rate = K * mobility + 0.6 * K * (m + i * (0.1 + A - 0.5 * xi).powi(2));
     assert!((limits.contact_omega_sq / rate - 1.0).abs() < 1e-10);
     assert!((limits.mobility / mobility - 1.0).abs() < 1e-10);
+}
+
+/// With `c = 2 zeta sqrt(k m)`, `m` of the disc (1 kg/m) and of one marker (1 kg/m).
+fn damped(damping_ratio: f64) -> (ContactLaw, f64) {
+    let law = linear_law(K, 0.0, 0.0, damping_ratio);
+    (law, 2.0 * damping_ratio * (0.5 * K).sqrt())
+}
+
+/// The opening takes velocities: that of the foot, between those of its two markers, less the disc's.
+#[test]
+fn the_dashpot_of_the_opening_has_the_velocity_of_the_foot() {
+    let (law, c) = damped(0.3);
+    for (of_markers, of_disc, closing) in [
+        ([0.0, 0.0, 0.0], -0.1, 0.1),
+        ([0.4, 0.0, 0.0], 0.0, 0.1),
+        ([0.0, 0.4, 0.0], 0.0, 0.3),
+        ([0.0, 0.0, 0.4], 0.0, 0.0),
+        ([0.2, 0.2, 0.2], 0.2, 0.0),
+    ] {
+        let mut moving = disc([0.55, A + R - 1e-3]);
+        moving.velocity = [0.0, of_disc];
+        let mut dem = configured(&on_segments(vec![moving], law));
+        let mut chain = floor(&[1.0, 0.4, -0.2]);
+        for (state, v) in chain.states.iter_mut().zip(of_markers) {
+            state.velocity = [0.0, v];
+        }
+        dem.imp_set(&chain.set);
+        chain.contact(&mut dem, &OPENING).unwrap();
+        let pressed = -chain.total().y;
+        let expected = K * 1e-3 + c * closing;
+        assert!((pressed - expected).abs() < 1e-9 * expected, "{pressed}");
+    }
+}
+
+/// What a disc loses to the dashpot of a chain that is held is booked as viscous work.
+#[test]
+fn a_disc_that_bounces_off_a_chain_loses_what_its_dashpot_takes() {
+    let mut falling = disc([0.55, A + R + 1e-5]);
+    falling.velocity = [0.0, -0.1];
+    let mut dem = configured(&on_segments(vec![falling], damped(0.2).0));
+    let mut chain = floor(&[1.0, 0.4, -0.2]);
+    dem.imp_set(&chain.set);
+    chain.step(&mut dem, &OPENING);
+    let dt = 1e-5;
+    for n in 0..2000 {
+        chain.step(&mut dem, &step(if n == 0 { 0.0 } else { dt }, dt));
+    }
+    let ledger = dem.measurement().ledger;
+    assert!(dem.bodies().state[0].velocity.y > 0.0 && ledger.contact == 0.0);
+    let lost = 0.5 * 0.1 * 0.1 - ledger.kinetic;
+    assert!(
+        lost > 2e-3 && (ledger.viscous_work - lost).abs() < 1e-3 * lost,
+        "{ledger:?}"
+    );
 }
 
 /// Near chains with dents and tips, where minima add and maxima subtract: the force of springs and adhesion is the gradient of

@@ -108,3 +108,30 @@ fn what_is_no_finite_number_is_a_fault_of_its_key() {
         }
     }
 }
+
+/// The oracle of the kit pushes and guides bodies by these methods too, so it cannot see an error in them.
+#[test]
+fn a_push_follows_its_ramp_until_it_ends_and_a_guide_holds_what_it_names() {
+    let push = |ramp, until, time| {
+        let motion = Motion::Pushed {
+            force: [0.0, 6.0],
+            torque: -3.0,
+            ramp,
+            until,
+        };
+        let (force, torque) = motion.push(time);
+        [force.x, force.y, torque]
+    };
+    assert_eq!(push(2.0, None, 0.0), [0.0; 3]);
+    assert_eq!(push(2.0, None, 0.5), [0.0, 1.5, -0.75]);
+    assert_eq!(push(2.0, Some(4.0), 3.0), [0.0, 6.0, -3.0]);
+    assert_eq!(push(0.0, Some(4.0), 0.0), [0.0, 6.0, -3.0]);
+    assert_eq!(push(0.0, Some(4.0), 4.0), [0.0; 3]);
+    let guided = Motion::Guided {
+        hold_x: true,
+        hold_y: false,
+        hold_angle: true,
+    };
+    assert_eq!(guided.yielding(), [0.0, 1.0, 0.0]);
+    assert_eq!(guided.push(1.0).1, 0.0);
+}

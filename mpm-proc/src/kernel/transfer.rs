@@ -190,6 +190,20 @@ impl Share {
 mod tests {
     use super::*;
 
+    /// A stage has a share of PIC of its own for FLIP with a fixed share, and for no other transfer.
+    #[test]
+    fn the_share_of_a_stage_is_for_flip_with_a_fixed_share() {
+        let share = |config| {
+            let transfer = Transfer::new(config).with_pic_fraction(0.3);
+            transfer.over(0.01).pic_fraction()
+        };
+        assert_eq!(share(TransferConfig::Flip), 0.3);
+        assert_eq!(share(TransferConfig::Blend { pic_fraction: 0.1 }), 0.3);
+        assert_eq!(share(TransferConfig::Apic), 1.0);
+        let of_rate = share(TransferConfig::FlipPic { pic_rate: 10.0 });
+        assert!((of_rate - (1.0 - (-0.1_f64).exp())).abs() < 1e-15);
+    }
+
     /// The remainder of a mode that is filtered completely does not depend on the number of steps.
     #[test]
     fn shares_of_a_rate_compose() {

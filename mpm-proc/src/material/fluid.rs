@@ -155,6 +155,13 @@ mod tests {
         }
     }
 
+    #[test]
+    fn turning_makes_no_stress() {
+        let mut path = Path::new(WATER);
+        path.turn(0.5, 10);
+        assert!(stress(&path.point) == [0.0; 4] && path.viscous == 0.0);
+    }
+
     /// `tau = mu gamma'`, lost at `tau gamma'`.
     #[test]
     fn simple_shear_is_newtonian() {

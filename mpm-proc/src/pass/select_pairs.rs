@@ -92,3 +92,27 @@ impl Bins {
 fn bin(x: [f64; 2], side: f64) -> [i64; 2] {
     [x[1], x[0]].map(|x| (x / side).floor() as i64)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Against a comparison of all pairs, with bins narrower and wider than 1 m.
+    #[test]
+    fn bins_find_the_points_within_the_distance() {
+        let mut random = fastrand::Rng::with_seed(5);
+        for distance in [0.3, 1.0, 4.0] {
+            let mut cloud = |count: u32| -> Vec<Point> {
+                let mut any = || distance * (8.0 * random.f64() - 4.0);
+                (0..count).map(|local| (local, [any(), any()])).collect()
+            };
+            let [a, b] = [cloud(60), cloud(20)];
+            let apart = |x: [f64; 2], y: [f64; 2]| (x[0] - y[0]).hypot(x[1] - y[1]);
+            let near = |x| b.iter().any(|(_, y)| apart(x, *y) <= distance);
+            let near = a.iter().filter(|(_, x)| near(*x));
+            let expected: Vec<u32> = near.map(|(local, _)| *local).collect();
+            assert!((20..50).contains(&expected.len()), "{}", expected.len());
+            assert_eq!(Bins::new(&b, distance).near(&a), expected, "{distance}");
+        }
+    }
+}
