@@ -57,7 +57,7 @@ fn a_body_within_points_and_a_cluster_among_them_are_seen_and_a_notch_is_outside
     for (body, count) in [(disc, 4), (cluster, 8)] {
         let told = refuse_points_within_bodies(&scene(body)).unwrap_err();
         let told = told.to_string();
-        assert!(told.contains(&format!("{count} points of group")), "{told}");
+        assert!(told.contains(&format!("`: {count}; the deepest")), "{told}");
     }
     // A trough around the slab.
     let trough = "[[dem.body]]\nname = \"trough\"\nmotion = \"fixed\"\nposition = [0, 0]\n\

@@ -109,9 +109,9 @@ mod tests {
     use interface::config::friction::FrictionTest;
 
     use super::*;
-
+    use crate::material::model::Material;
     use crate::material::point::Point;
-    use crate::material::single_point::{Path, stress};
+    use crate::material::single_point::{Path, cayley, stress};
 
     const MODULI: Moduli = Moduli {
         bulk: 5.0e5,
@@ -141,6 +141,28 @@ mod tests {
 
     fn material(phi: f64, psi: f64, cohesion: f64, tension: f64) -> DruckerPrager {
         DruckerPrager::new(MODULI.density, &numbers(phi, psi, cohesion, tension))
+    }
+
+    /// In one-dimensional compression of an elastic material tau/sigma_m is fixed by the moduli; below q_phi nothing
+    /// yields.
+    #[test]
+    fn within_the_surfaces_it_is_elastic() {
+        let mut path = Path::new(material(60.0, 0.0, 0.0, 0.0));
+        path.stretch([0.0, -0.01], 100);
+        let [_, yy, _, _] = stress(&path.point);
+        let modulus = MODULI.bulk + 4.0 / 3.0 * MODULI.shear;
+        let (volume, ln) = (path.point.volume.to_array()[0], cayley(-0.01, 100).ln());
+        assert!((yy * volume / (ln * modulus) - 1.0).abs() < 1e-12);
+        assert!(path.plastic.abs() < 1e-16);
+    }
+
+    /// `2 K + 2 G/3` at rest, whatever the surface.
+    #[test]
+    fn at_rest_the_stiffness_is_that_of_the_elastic_part() {
+        let model = material(35.0, 10.0, 100.0, 10.0);
+        let stiffness = model.stiffness_over_density(&model.initial()).to_array()[0];
+        let expected = (2.0 * MODULI.bulk + 2.0 / 3.0 * MODULI.shear) / MODULI.density;
+        assert!((stiffness / expected - 1.0).abs() < 1e-12, "{stiffness}");
     }
 
     /// Compress evenly to a mean stress, then shear: tau levels at k - q sigma_m, with psi = 0 at constant sigma_m;
@@ -226,6 +248,22 @@ mod tests {
             };
             assert!(!yields(3.0 - 1e-9) && yields(3.0 + 1e-9), "{test:?}");
         }
+    }
+
+    /// At constant volume dilation drives the mean stress down the surface: d sigma_m / d tau = -1/q_phi.
+    #[test]
+    fn confined_dilation_climbs_the_surface() {
+        let model = material(35.0, 25.0, 0.0, 0.0);
+        let mut path = Path::new(model);
+        path.stretch([-0.01, -0.01], 100);
+        let (before, _) = invariants(&path.point);
+        path.shear(0.02, 2000);
+        let (mean, tau) = invariants(&path.point);
+        assert!(mean < before);
+        assert!((tau / (-model.q_phi * mean) - 1.0).abs() < 1e-12);
+        // Plastic flow: d eps_v^p = q_psi d gamma^p with tau = G (gamma - gamma^p): all of it in closed form.
+        let gamma_p = (before - mean) / (MODULI.bulk * model.q_psi);
+        assert!(gamma_p > 0.0 && gamma_p < 0.02);
     }
 
     #[test]

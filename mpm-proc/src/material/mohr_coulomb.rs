@@ -191,6 +191,27 @@ mod tests {
         p
     }
 
+    /// Biaxial compression from an even stress: yields at `sigma_3 = k sigma_1 - sigma_c`, and with psi = 0 the volume
+    /// stays elastic.
+    #[test]
+    fn biaxial_compression_follows_the_surface() {
+        let model = material(30.0, 0.0, 2.0e3, 0.0);
+        let mut path = Path::new(model);
+        path.stretch([-0.01, -0.01], 50);
+        path.stretch([0.02, -0.02], 2000);
+        let [p1, _, p3] = principal(&path.point);
+        assert!(
+            (3.0 * p1 - p3 - 4.0e3 * 3.0_f64.sqrt()).abs() < 1e-6,
+            "{p1} {p3}"
+        );
+        let [xx, yy, zz, _] = stress(&path.point);
+        let mean = (xx + yy + zz) / 3.0;
+        let volume = path.point.volume.to_array()[0];
+        let expected = MODULI.bulk * volume.ln() / volume;
+        assert!((mean / expected - 1.0).abs() < 1e-10, "{mean}");
+        assert!(path.plastic > 0.0);
+    }
+
     /// `sin phi` from the Mohr circle in simple shear, whatever the direction.
     #[test]
     fn the_mohr_circle_touches_the_line() {
@@ -235,5 +256,13 @@ mod tests {
                 let _ = work;
             }
         }
+    }
+
+    #[test]
+    fn sand_pulled_apart_has_no_stress() {
+        let mut path = Path::new(material(35.0, 10.0, 0.0, 0.0));
+        path.shear(0.01, 10);
+        path.stretch([0.02, 0.03], 3);
+        assert!(stress(&path.point).iter().all(|s| s.abs() < 1e-9));
     }
 }
