@@ -58,13 +58,9 @@ pub(super) fn continuum(
     if problems.any() {
         return None;
     }
+    let cell = written.scheme.cell;
     for (i, group) in config.groups.iter_mut().enumerate() {
-        radius(
-            problems,
-            &format!("mpm.points.{i}"),
-            group,
-            written.scheme.cell,
-        );
+        radius(problems, &format!("mpm.points.{i}"), group, cell);
     }
     Some(config)
 }

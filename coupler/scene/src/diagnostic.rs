@@ -227,6 +227,9 @@ pub fn suggestion<'a>(
     candidates: impl IntoIterator<Item = &'a str>,
 ) -> String {
     let candidates: Vec<&str> = candidates.into_iter().collect();
+    if candidates.is_empty() {
+        return format!("{what}: none");
+    }
     let listed = candidates.len().min(CANDIDATES_LIMIT);
     let mut all = candidates[..listed].join(", ");
     let more = candidates.len() - listed;
@@ -242,6 +245,14 @@ pub fn suggestion<'a>(
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn where_nothing_can_be_meant_the_list_says_so() {
+        assert_eq!(
+            suggestion("sand", "groups of points", []),
+            "groups of points: none"
+        );
+    }
 
     #[test]
     fn a_place_is_the_line_column_and_width_of_a_span() {
