@@ -1,30 +1,31 @@
-//! Blocks of four points: how one point is copied from a block to another, and how all points are put into a new order.
+//! Blocks of four points, and how all points are put into a new order.
 
-use super::lanes::{LANES, Lanes};
+use super::lanes::{LANES, Lanes, ZERO};
 
-/// Data of four points of which one lane at a time can be copied.
-pub trait LaneCopy: Copy + Send + Sync {
-    /// Copies lane `from` of `source` into lane `to`.
-    fn copy_lane(&mut self, to: usize, source: &Self, from: usize);
+/// Numbers of four points.
+pub trait PointBlock: Copy {
+    /// How many numbers each point has.
+    const NUMBERS: usize;
+
+    /// Number `n` of each point.
+    fn number(&mut self, n: usize) -> &mut Lanes;
 }
 
-impl LaneCopy for Lanes {
+impl PointBlock for Lanes {
+    const NUMBERS: usize = 1;
+
     #[inline]
-    fn copy_lane(&mut self, to: usize, source: &Self, from: usize) {
-        self.as_mut_array()[to] = source.as_array()[from];
+    fn number(&mut self, _n: usize) -> &mut Lanes {
+        self
     }
 }
 
-impl LaneCopy for () {
-    fn copy_lane(&mut self, _to: usize, _source: &Self, _from: usize) {}
-}
+impl<T: PointBlock, const N: usize> PointBlock for [T; N] {
+    const NUMBERS: usize = N * T::NUMBERS;
 
-impl<T: LaneCopy, const N: usize> LaneCopy for [T; N] {
     #[inline]
-    fn copy_lane(&mut self, to: usize, source: &Self, from: usize) {
-        for (a, b) in self.iter_mut().zip(source) {
-            a.copy_lane(to, b, from);
-        }
+    fn number(&mut self, n: usize) -> &mut Lanes {
+        self[n / T::NUMBERS].number(n % T::NUMBERS)
     }
 }
 
@@ -32,33 +33,40 @@ impl<T: LaneCopy, const N: usize> LaneCopy for [T; N] {
 /// of their tile.
 pub type Sources = [u32];
 
-/// Puts `blocks` into the order of `sources`, using `scratch`, with which it is swapped.
-pub fn reorder<T: LaneCopy>(blocks: &mut Vec<T>, scratch: &mut Vec<T>, sources: &Sources) {
+/// Puts `blocks` into the order of `sources`, number by number, so that `scratch` holds one number of each point.
+pub fn reorder<T: PointBlock>(blocks: &mut Vec<T>, scratch: &mut Vec<Lanes>, sources: &Sources) {
     reorder_rows(blocks, 1, scratch, sources);
 }
 
 /// The same for `count` items of each block.
-pub fn reorder_rows<T: LaneCopy>(
+pub fn reorder_rows<T: PointBlock>(
     rows: &mut Vec<T>,
     count: usize,
-    scratch: &mut Vec<T>,
+    scratch: &mut Vec<Lanes>,
     sources: &Sources,
 ) {
-    scratch.clear();
-    let wanted = sources.len() / LANES * count;
-    if scratch.capacity() < wanted {
+    let blocks = sources.len() / LANES;
+    let wanted = blocks * count;
+    let Some(&some) = rows.first() else { return };
+    if rows.len() < wanted {
         // A little more than needed, because the number of half empty blocks changes with every sorting.
-        scratch.reserve_exact(wanted + wanted / 16);
+        rows.reserve_exact(wanted + wanted / 32 - rows.len());
+        rows.resize(wanted, some);
     }
-    for lanes in sources.chunks_exact(LANES) {
-        for row in 0..count {
-            let mut block = rows[lanes[0] as usize / LANES * count + row];
-            for (to, &source) in lanes.iter().enumerate() {
+    for (row, n) in (0..count).flat_map(|row| (0..T::NUMBERS).map(move |n| (row, n))) {
+        scratch.clear();
+        scratch.extend(sources.as_chunks::<LANES>().0.iter().map(|lanes| {
+            let mut sorted = ZERO;
+            for (to, &source) in sorted.as_mut_array().iter_mut().zip(lanes) {
                 let source = source as usize;
-                block.copy_lane(to, &rows[source / LANES * count + row], source % LANES);
+                let block = &mut rows[source / LANES * count + row];
+                *to = block.number(n).as_array()[source % LANES];
             }
-            scratch.push(block);
+            sorted
+        }));
+        for (block, sorted) in rows.iter_mut().skip(row).step_by(count).zip(&*scratch) {
+            *block.number(n) = *sorted;
         }
     }
-    core::mem::swap(rows, scratch);
+    rows.truncate(wanted);
 }

@@ -17,7 +17,7 @@
 use interface::config::Transfer as TransferConfig;
 use serde::{Serialize, de::DeserializeOwned};
 
-use crate::kernel::blocks::LaneCopy;
+use crate::kernel::blocks::PointBlock;
 use crate::kernel::lanes::Lanes;
 
 /// A transfer scheme. Whether the points have an affine part is the type of their motion ([`AffineState`]).
@@ -108,7 +108,9 @@ impl Transfer {
 }
 
 /// Affine part of the velocity of four points: nothing, or a matrix.
-pub trait AffineState: LaneCopy + Default + Serialize + DeserializeOwned + 'static {
+pub trait AffineState:
+    PointBlock + Send + Sync + Default + Serialize + DeserializeOwned + 'static
+{
     /// Whether there is one.
     const PRESENT: bool;
 
@@ -119,7 +121,10 @@ pub trait AffineState: LaneCopy + Default + Serialize + DeserializeOwned + 'stat
     fn from_slopes(slopes: Slopes) -> Self;
 }
 
-impl AffineState for () {
+/// No affine part.
+pub type NoSlopes = [Lanes; 0];
+
+impl AffineState for NoSlopes {
     const PRESENT: bool = false;
 
     #[inline(always)]
@@ -128,7 +133,9 @@ impl AffineState for () {
     }
 
     #[inline(always)]
-    fn from_slopes(_slopes: Slopes) -> Self {}
+    fn from_slopes(_slopes: Slopes) -> Self {
+        []
+    }
 }
 
 /// The affine part of APIC ([`AffineState::slopes`]).

@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 use super::elastic::power;
 use super::model::Material;
 use super::point::{Deformation, Dissipated, Point, Rows, Stress};
-use crate::kernel::blocks::LaneCopy;
+use crate::kernel::blocks::PointBlock;
 use crate::kernel::lanes::{LANES, Lanes, largest, splat, sum};
 
 /// Stress and volume of four points, which every model has.
@@ -18,14 +18,18 @@ pub struct Stressed {
     pub volume: Lanes,
 }
 
-impl LaneCopy for Stressed {
-    fn copy_lane(&mut self, to: usize, source: &Self, from: usize) {
-        let (a, b) = (&mut self.stress, &source.stress);
-        a.xx.copy_lane(to, &b.xx, from);
-        a.yy.copy_lane(to, &b.yy, from);
-        a.zz.copy_lane(to, &b.zz, from);
-        a.xy.copy_lane(to, &b.xy, from);
-        self.volume.copy_lane(to, &source.volume, from);
+impl PointBlock for Stressed {
+    const NUMBERS: usize = 5;
+
+    #[inline]
+    fn number(&mut self, n: usize) -> &mut Lanes {
+        match n {
+            0 => &mut self.stress.xx,
+            1 => &mut self.stress.yy,
+            2 => &mut self.stress.zz,
+            3 => &mut self.stress.xy,
+            _ => &mut self.volume,
+        }
     }
 }
 
@@ -277,10 +281,14 @@ impl Stresses {
     /// Sets one lane to the first of `block`.
     pub fn set(&mut self, lane: usize, block: &Block) {
         let (b, k) = (lane / LANES, lane % LANES);
-        self.points[b].copy_lane(k, &block.0, 0);
+        let mut point = block.0;
+        for n in 0..Stressed::NUMBERS {
+            let first = point.number(n).as_array()[0];
+            self.points[b].number(n).as_mut_array()[k] = first;
+        }
         let rows = self.rows[b * block.1.len()..].iter_mut();
         for (to, from) in rows.zip(&block.1) {
-            to.copy_lane(k, from, 0);
+            to.as_mut_array()[k] = from.as_array()[0];
         }
     }
 

@@ -16,7 +16,7 @@ use crate::kernel::lanes::{Lanes, ZERO, largest, smallest, splat, sum};
 use crate::kernel::shape::Shape;
 use crate::kernel::threads::{PerBlock, PerTile, over_tiles};
 use crate::kernel::tiles::{Place, pitch};
-use crate::kernel::transfer::{AffineState, Transfer};
+use crate::kernel::transfer::{AffineState, NoSlopes, Transfer};
 use crate::kernel::window::{NO_VECTORS, VectorWindow, gather_row};
 use crate::state::continuum::Continuum;
 use crate::state::points::{Cloud, Motion, TileReport};
@@ -191,7 +191,7 @@ fn transfer_cloud<
                 if takes {
                     (gain.v, gain.affine) = interpolate::<W, S, A>(increment, &place, &s);
                 } else if INCREMENT {
-                    (gain.v, ()) = interpolate::<W, S, ()>(increment, &place, &s);
+                    (gain.v, []) = interpolate::<W, S, NoSlopes>(increment, &place, &s);
                 }
                 if !KICK {
                 } else if INCREMENT {

@@ -17,7 +17,7 @@ use crate::kernel::lanes::LANES;
 use crate::kernel::shape::{CubicBspline, Linear, QuadraticBspline, Shape, Ugimp};
 use crate::kernel::spread::Spread;
 use crate::kernel::tiles::Geometry;
-use crate::kernel::transfer::{AffineState, Slopes, Transfer};
+use crate::kernel::transfer::{AffineState, NoSlopes, Slopes, Transfer};
 use crate::layers::Layers;
 use crate::material::{
     Constitutive, DruckerPrager, Elastic, Fluid, GrainLaw, Granular, Jaumann, Material, Moduli,
@@ -57,19 +57,21 @@ pub fn build(config: &MpmConfig) -> Result<(Box<dyn Scheme>, Readiness), Refusal
         (ShapeFunction::QuadraticBspline, true) => {
             parts.build::<_, _, Slopes>(|_| QuadraticBspline)
         }
-        (ShapeFunction::QuadraticBspline, false) => parts.build::<_, _, ()>(|_| QuadraticBspline),
+        (ShapeFunction::QuadraticBspline, false) => {
+            parts.build::<_, _, NoSlopes>(|_| QuadraticBspline)
+        }
         (ShapeFunction::CubicBspline, true) => parts.build::<_, _, Slopes>(|_| CubicBspline),
-        (ShapeFunction::CubicBspline, false) => parts.build::<_, _, ()>(|_| CubicBspline),
+        (ShapeFunction::CubicBspline, false) => parts.build::<_, _, NoSlopes>(|_| CubicBspline),
         (ShapeFunction::Ugimp | ShapeFunction::Linear, true) => {
             unreachable!("a fault of the configuration")
         }
         (ShapeFunction::Ugimp, false) => {
             let cell = config.cell;
-            parts.build::<_, _, ()>(move |p: &FilledRegion| {
+            parts.build::<_, _, NoSlopes>(move |p: &FilledRegion| {
                 Ugimp::new(p.sides.map(|s| (0.5 * s / cell).min(0.5)))
             })
         }
-        (ShapeFunction::Linear, false) => parts.build::<_, _, ()>(|_| Linear),
+        (ShapeFunction::Linear, false) => parts.build::<_, _, NoSlopes>(|_| Linear),
     }
 }
 

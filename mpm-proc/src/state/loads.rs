@@ -6,7 +6,7 @@
 use mechanics::expression::Expression;
 use serde::{Deserialize, Serialize};
 
-use crate::kernel::blocks::{LaneCopy, Sources, reorder};
+use crate::kernel::blocks::{PointBlock, Sources, reorder};
 use crate::kernel::lanes::{LANES, Lanes, ZERO};
 
 /// The loads on a cloud.
@@ -17,7 +17,6 @@ pub struct Loads {
     pub points: Vec<Load>,
     /// The loads in the step before, likewise: the whole state.
     pub last: Vec<LastLoad>,
-    scratch: (Vec<Load>, Vec<LastLoad>),
     /// Report of each tile.
     pub reports: Vec<LoadReport>,
 }
@@ -47,17 +46,19 @@ pub struct LastLoad {
     pub force: [Lanes; 2],
 }
 
-impl LaneCopy for Load {
-    fn copy_lane(&mut self, to: usize, source: &Self, from: usize) {
-        self.start.copy_lane(to, &source.start, from);
-        self.dead.copy_lane(to, &source.dead, from);
+impl PointBlock for Load {
+    const NUMBERS: usize = 4;
+
+    fn number(&mut self, n: usize) -> &mut Lanes {
+        [&mut self.start, &mut self.dead][n / 2].number(n % 2)
     }
 }
 
-impl LaneCopy for LastLoad {
-    fn copy_lane(&mut self, to: usize, source: &Self, from: usize) {
-        self.x.copy_lane(to, &source.x, from);
-        self.force.copy_lane(to, &source.force, from);
+impl PointBlock for LastLoad {
+    const NUMBERS: usize = 4;
+
+    fn number(&mut self, n: usize) -> &mut Lanes {
+        [&mut self.x, &mut self.force][n / 2].number(n % 2)
     }
 }
 
@@ -108,15 +109,14 @@ impl Loads {
                     force: [ZERO; 2],
                 })
                 .collect(),
-            scratch: Default::default(),
             reports: Vec::new(),
         }))
     }
 
     /// Moves the loads of points to their new places.
-    pub fn reorder(&mut self, sources: &Sources, tiles: usize) {
-        reorder(&mut self.points, &mut self.scratch.0, sources);
-        reorder(&mut self.last, &mut self.scratch.1, sources);
+    pub fn reorder(&mut self, scratch: &mut Vec<Lanes>, sources: &Sources, tiles: usize) {
+        reorder(&mut self.points, scratch, sources);
+        reorder(&mut self.last, scratch, sources);
         self.reports.resize(tiles, LoadReport::default());
     }
 
@@ -131,8 +131,7 @@ impl Loads {
 
     /// Bytes of memory in use.
     pub fn bytes(&self) -> usize {
-        (self.points.capacity() + self.scratch.0.capacity()) * size_of::<Load>()
-            + (self.last.capacity() + self.scratch.1.capacity()) * size_of::<LastLoad>()
+        self.points.capacity() * size_of::<Load>() + self.last.capacity() * size_of::<LastLoad>()
     }
 }
 

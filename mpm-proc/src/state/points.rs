@@ -6,7 +6,7 @@
 use interface::solver::Refusal;
 use serde::{Deserialize, Serialize};
 
-use crate::kernel::blocks::{LaneCopy, reorder, reorder_rows};
+use crate::kernel::blocks::{PointBlock, reorder, reorder_rows};
 use crate::kernel::lanes::{LANES, Lanes, ZERO, splat};
 use crate::kernel::point_tile::Tile;
 use crate::kernel::shape::Shape;
@@ -30,11 +30,15 @@ pub struct Motion<A> {
     pub affine: A,
 }
 
-impl<A: AffineState> LaneCopy for Motion<A> {
+impl<A: AffineState> PointBlock for Motion<A> {
+    const NUMBERS: usize = 2 + A::NUMBERS;
+
     #[inline]
-    fn copy_lane(&mut self, to: usize, source: &Self, from: usize) {
-        self.v.copy_lane(to, &source.v, from);
-        self.affine.copy_lane(to, &source.affine, from);
+    fn number(&mut self, n: usize) -> &mut Lanes {
+        match n {
+            0 | 1 => &mut self.v[n],
+            _ => self.affine.number(n - 2),
+        }
     }
 }
 
@@ -118,7 +122,7 @@ pub struct Cloud<const W: usize, S: Shape<W>, A: AffineState> {
     pub force: Vec<VectorWindow>,
     /// Report of each tile.
     pub reports: Vec<TileReport>,
-    scratch: Scratch<A>,
+    scratch: Scratch,
 }
 
 /// The state of a cloud's points, all of which is saved; in its present order, since sums depend on it.
@@ -141,13 +145,13 @@ pub struct CloudState<A> {
     pub stress_reports: Vec<StressReport>,
 }
 
-struct Scratch<A> {
-    /// For positions, and for what is not settled of them.
-    x: Vec<[Lanes; 2]>,
-    motion: Vec<Motion<A>>,
-    points: Vec<Stressed>,
-    rows: Vec<Lanes>,
-    keys: Vec<(u64, u32)>,
+/// What sorting needs.
+#[derive(Default)]
+struct Scratch {
+    /// One number of each point.
+    number: Vec<Lanes>,
+    /// Halves of the key of a point's cell, and its lane: 12 bytes.
+    keys: Vec<([u32; 2], u32)>,
     sources: Vec<u32>,
 }
 
@@ -212,14 +216,7 @@ impl<const W: usize, S: Shape<W>, A: AffineState> Cloud<W, S, A> {
             mass_momentum: Vec::new(),
             force: Vec::new(),
             reports: Vec::new(),
-            scratch: Scratch {
-                x: Vec::new(),
-                motion: Vec::new(),
-                points: Vec::new(),
-                rows: Vec::new(),
-                keys: Vec::new(),
-                sources: Vec::new(),
-            },
+            scratch: Scratch::default(),
         }
     }
 
@@ -331,7 +328,7 @@ impl<const W: usize, S: Shape<W>, A: AffineState> Cloud<W, S, A> {
         let sources = &mut self.scratch.sources;
         sources.clear();
         let mut ids = Vec::with_capacity(self.state.ids.len());
-        for run in keys.chunk_by(|a, b| a.0 >> CELL_BITS == b.0 >> CELL_BITS) {
+        for run in keys.chunk_by(|a, b| tile_of_key(a.0) == tile_of_key(b.0)) {
             let at = tile_of_key(run[0].0);
             let first = sources.len() / LANES;
             sources.extend(run.iter().map(|&(_, lane)| lane));
@@ -346,15 +343,15 @@ impl<const W: usize, S: Shape<W>, A: AffineState> Cloud<W, S, A> {
                 }));
             }
         }
-        reorder(&mut self.state.x, &mut self.scratch.x, sources);
-        reorder(&mut self.state.motion, &mut self.scratch.motion, sources);
-        reorder(&mut self.state.unsettled, &mut self.scratch.x, sources);
+        let number = &mut self.scratch.number;
+        reorder(&mut self.state.x, number, sources);
+        reorder(&mut self.state.motion, number, sources);
+        reorder(&mut self.state.unsettled, number, sources);
         let stresses = &mut self.state.stresses;
-        reorder(&mut stresses.points, &mut self.scratch.points, sources);
-        let rows = (&mut stresses.rows, &mut self.scratch.rows);
-        reorder_rows(rows.0, self.material.rows(), rows.1, sources);
+        reorder(&mut stresses.points, number, sources);
+        reorder_rows(&mut stresses.rows, self.material.rows(), number, sources);
         if let Some(loads) = &mut self.loads {
-            loads.reorder(sources, self.state.tiles.len());
+            loads.reorder(number, sources, self.state.tiles.len());
         }
         self.state.ids = ids;
         self.lay_out(grid);
@@ -390,17 +387,18 @@ impl<const W: usize, S: Shape<W>, A: AffineState> Cloud<W, S, A> {
 
     /// Bytes of memory in use.
     pub fn bytes(&self) -> usize {
-        self.state.x.capacity() * size_of::<[Lanes; 2]>() * 3
-            + self.state.motion.capacity() * size_of::<Motion<A>>() * 2
+        (self.state.x.capacity() + self.state.unsettled.capacity()) * size_of::<[Lanes; 2]>()
+            + self.state.motion.capacity() * size_of::<Motion<A>>()
             + self.aside.capacity() * size_of::<[Lanes; 2]>()
             + self.state.ids.capacity() * size_of::<[u32; LANES]>()
-            + self.lane_of.capacity() * 8
-            + self.scratch.keys.capacity() * 16
+            + (self.lane_of.capacity() + self.scratch.sources.capacity()) * size_of::<u32>()
+            + self.scratch.keys.capacity() * size_of::<([u32; 2], u32)>()
+            + self.scratch.number.capacity() * size_of::<Lanes>()
             + self.mass_momentum.capacity() * size_of::<NodalWindow>()
             + self.force.capacity() * size_of::<VectorWindow>()
             + self.tiles.capacity() * size_of::<Tile>()
-            + self.state.stresses.points.capacity() * size_of::<Stressed>() * 2
-            + self.state.stresses.rows.capacity() * size_of::<Lanes>() * 2
+            + self.state.stresses.points.capacity() * size_of::<Stressed>()
+            + self.state.stresses.rows.capacity() * size_of::<Lanes>()
             + self.loads.as_ref().map_or(0, |l| l.bytes())
     }
 }
@@ -443,7 +441,8 @@ impl<const W: usize, S: Shape<W>, A: AffineState> Cloud<W, S, A> {
                 }
                 ids = others;
             }
-            loads.reorder(&sources, self.state.tiles.len());
+            let number = &mut self.scratch.number;
+            loads.reorder(number, &sources, self.state.tiles.len());
             if let Some(last) = saved.loads {
                 loads.last = last;
             }
@@ -461,12 +460,14 @@ const TILE_BITS: u32 = 29;
 /// Tiles are numbered from minus this: cells along an axis stay below 2^31.
 const TILE_ORIGIN: i64 = 1 << 28;
 
-fn key(tile: [i32; 2], cell: usize) -> u64 {
+fn key(tile: [i32; 2], cell: usize) -> [u32; 2] {
     let [x, y] = tile.map(|t| (i64::from(t) + TILE_ORIGIN) as u64);
-    (y << (TILE_BITS + CELL_BITS)) | (x << CELL_BITS) | cell as u64
+    let key = (y << (TILE_BITS + CELL_BITS)) | (x << CELL_BITS) | cell as u64;
+    [(key >> 32) as u32, key as u32]
 }
 
-fn tile_of_key(key: u64) -> [i32; 2] {
+fn tile_of_key([high, low]: [u32; 2]) -> [i32; 2] {
+    let key = u64::from(high) << 32 | u64::from(low);
     let x = (key >> CELL_BITS) & ((1 << TILE_BITS) - 1);
     let y = key >> (TILE_BITS + CELL_BITS);
     [x, y].map(|t| (t as i64 - TILE_ORIGIN) as i32)
