@@ -48,11 +48,9 @@ pub fn reorder_rows<T: PointBlock>(
     let blocks = sources.len() / LANES;
     let wanted = blocks * count;
     let Some(&some) = rows.first() else { return };
-    if rows.len() < wanted {
-        // A little more than needed, because the number of half empty blocks changes with every sorting.
-        rows.reserve_exact(wanted + wanted / 32 - rows.len());
-        rows.resize(wanted, some);
-    }
+    make_room(rows, wanted);
+    make_room(scratch, blocks);
+    rows.resize(wanted.max(rows.len()), some);
     for (row, n) in (0..count).flat_map(|row| (0..T::NUMBERS).map(move |n| (row, n))) {
         scratch.clear();
         scratch.extend(sources.as_chunks::<LANES>().0.iter().map(|lanes| {
@@ -69,4 +67,11 @@ pub fn reorder_rows<T: PointBlock>(
         }
     }
     rows.truncate(wanted);
+}
+
+/// Makes room for `wanted` items and a few more, because the number of half empty blocks changes with every sorting.
+fn make_room<T>(items: &mut Vec<T>, wanted: usize) {
+    if items.capacity() < wanted {
+        items.reserve_exact(wanted + wanted / 32 - items.len());
+    }
 }
