@@ -12,7 +12,7 @@ use crate::state::grid::Grid;
 use crate::state::nodes::{NodeTile, bits};
 use crate::state::points::Cloud;
 use crate::state::stages::Damping;
-use crate::state::walls::WallNodes;
+use crate::state::walls::{Held, WallNodes};
 use mechanics::threads::Threads;
 
 /// `v_I^{n+1/2} = v_I^{n-1/2} + (f_I^int + f_I^cont + m_I g) / m_I kick`, with walls (eqs. 17, 48).
@@ -24,9 +24,22 @@ pub fn update_grid<const W: usize, S: Shape<W>, A: AffineState>(
     let (threads, damping) = (&continuum.threads, continuum.damping);
     let (clouds, grid) = (&continuum.clouds, &mut continuum.grid);
     kick_nodes(grid, threads, clouds, kick, damping);
+    note_pressed(grid);
     hold_after(continuum);
     let grid = &mut continuum.grid;
     spread_after(&grid.images, &mut grid.tiles, kick);
+}
+
+/// Leaves to the next step which nodes walls with friction have held against forces.
+fn note_pressed(grid: &mut Grid) {
+    grid.walls.begin_kick();
+    for tile in &grid.tiles {
+        for axis in 0..2 {
+            for i in bits(tile.pressed[axis]) {
+                grid.walls.press(node(first_node(tile.at), i), axis);
+            }
+        }
+    }
 }
 
 fn kick_nodes<const W: usize, S: Shape<W>, A: AffineState>(
@@ -99,15 +112,24 @@ impl NodeTile {
             damping.act(self);
         }
         self.smoothing_work = self.wall.work;
+        self.pressed = [0; 2];
         let (origin, walls) = (first_node(self.at), act.walls);
         for i in bits(self.walled) {
             let free = self.after[i];
-            let [held, rubbed] = walls.hold_after_kick(node(origin, i), free);
+            let Held {
+                velocity: held,
+                rubbed,
+                pressed,
+            } = walls.hold_after_kick(node(origin, i), free);
             if rubbed != [0.0; 2] {
                 self.friction.push((i, rubbed.map(|v| -self.mass[i] * v)));
             }
             self.wall.work += walls.drive(node(origin, i), self.mass[i], free, held);
             let impulse = [0, 1].map(|a| self.mass[i] * (held[a] - free[a]));
+            for a in 0..2 {
+                let presses = pressed[a] && self.per_mass[i] > 0.0; // an empty node only falls
+                self.pressed[a] |= u64::from(presses) << i;
+            }
             let place = act.geometry.place(node(origin, i));
             self.wall.count(place, impulse);
             self.after[i] = held;

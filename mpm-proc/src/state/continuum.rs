@@ -19,6 +19,7 @@ use super::points::{Cloud, NO_POINT, SavedCloud};
 use super::settling::Settling;
 use super::stages::{Damping, Stages};
 use super::totals::{KickWork, Totals};
+use super::walls::WallsState;
 use crate::kernel::shape::Shape;
 use crate::kernel::spread::Spread;
 use crate::kernel::tiles::NODES;
@@ -87,6 +88,7 @@ pub struct SavedContinuum<A> {
     pub(crate) clouds: Vec<SavedCloud<A>>,
     imps: ImpsState,
     markers: Option<MarkersState>,
+    walls: WallsState,
 }
 
 impl<const W: usize, S: Shape<W>, A: AffineState> Continuum<W, S, A> {
@@ -132,6 +134,7 @@ impl<const W: usize, S: Shape<W>, A: AffineState> Continuum<W, S, A> {
             clouds: self.clouds.iter().map(Cloud::saved).collect(),
             imps: self.imps.state.clone(),
             markers: self.imps.markers.as_ref().map(|m| m.state.clone()),
+            walls: self.grid.walls.state.clone(),
         }
     }
 
@@ -142,6 +145,7 @@ impl<const W: usize, S: Shape<W>, A: AffineState> Continuum<W, S, A> {
     /// A [`Refusal`] if it is not a state of this continuum, which can then not be used any more.
     pub fn take_over(&mut self, saved: SavedContinuum<A>) -> Result<(), Refusal> {
         (self.state, self.imps.state) = (saved.own, saved.imps);
+        self.grid.walls.take_over(saved.walls);
         for (cloud, saved) in self.clouds.iter_mut().zip(saved.clouds) {
             cloud.restore(saved, &self.grid.geometry)?;
         }

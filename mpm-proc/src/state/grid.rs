@@ -121,6 +121,7 @@ impl Grid {
                 smoothing_work: 0.0,
                 wall: WallContribution::default(),
                 friction: Vec::new(),
+                pressed: [0; 2],
             });
             self.overlaps.extend(group.iter().map(|(_, o)| *o));
         }

@@ -48,6 +48,8 @@ pub struct NodeTile {
     pub wall: WallContribution,
     /// Impulses of wall friction in the present step in N s/m, with the numbers of the nodes that it acts on.
     pub friction: Vec<(usize, [f64; 2])>,
+    /// The nodes that the kick has pressed into walls with friction across x and across y, a bit for each.
+    pub pressed: [u64; 2],
 }
 
 impl NodeTile {

@@ -8,13 +8,18 @@
 //! the wall are then images of those within ([`crate::state::images`]), and a field that is linear up to the wall stays
 //! so. Holding them instead, as for the other shape functions, which hardly reach them, would hold a part of the first
 //! cell and shorten the body by it. A wall with friction can separate, so it is not a mirror; it acts where the surface of
-//! the material is at it ([`crate::pass::gaps`]), on nodes beyond it like on those on it.
+//! the material is at it ([`crate::pass::gaps`]), on nodes beyond it like on those on it. Forces decide whether a node leaves
+//! it: one that forces have pressed into the wall in a kick begins the next step at rest across it. What it has from a
+//! smoothing transfer then, the motion of material that already returns, would lift it against the force, whose work has no
+//! share of that (docs/energy.md).
 //!
 //! A driven wall is a fixed wall in the frame that moves with it. In that frame it does no work, so in the frame at
 //! rest its work is its velocity times its impulse, for every shape function and transfer.
 
-use crate::kernel::tiles::{MARGIN, NODES, node};
 use interface::config::{Wall, Walls};
+use serde::{Deserialize, Serialize};
+
+use crate::kernel::tiles::{MARGIN, NODES, node};
 
 /// Largest distance in cells beyond a wall at which a point may be: one, and the margin of a tile's window.
 const BEYOND: i64 = 1 + MARGIN as i64;
@@ -32,6 +37,12 @@ enum Hold {
     Into(f64),
 }
 
+/// What walls with friction leave to the next step: along x and y, at the low end and at the high end, for each node of the wall
+/// from [`REACH`] before the first on, whether the last kick has pressed it, or a node beyond it, into the wall. Empty for
+/// other walls.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct WallsState([[Vec<bool>; 2]; 2]);
+
 /// The walls, as conditions on nodes.
 #[derive(Debug, Clone)]
 pub struct WallNodes {
@@ -43,6 +54,19 @@ pub struct WallNodes {
     /// Likewise, for each node of a wall with friction from [`REACH`] before the first on, whether material is apart from it:
     /// the sum that is above 0 then ([`crate::pass::gaps`]). Empty for other walls.
     pub apart: [[Vec<f64>; 2]; 2],
+    /// What is saved.
+    pub state: WallsState,
+}
+
+/// A node's velocity after the walls have acted.
+#[derive(Debug, Clone, Copy)]
+pub struct Held {
+    /// In m/s.
+    pub velocity: [f64; 2],
+    /// What friction has taken of it in m/s.
+    pub rubbed: [f64; 2],
+    /// Whether it moved into a wall with friction, across x and across y.
+    pub pressed: [bool; 2],
 }
 
 /// How many nodes beyond the domain points within it reach at most.
@@ -85,14 +109,16 @@ impl WallNodes {
         };
         let ends = [[walls.left, walls.right], [walls.bottom, walls.top]];
         let hold = [0, 1].map(|a| ends[a].map(|wall| hold(wall, a)));
-        let apart = |a: usize, hold| match hold {
-            Hold::Into(_) => vec![0.0; (cells[1 - a] + 2 * REACH + 1) as usize],
-            _ => Vec::new(),
+        let length = |a: usize, hold| match hold {
+            Hold::Into(_) => (cells[1 - a] + 2 * REACH + 1) as usize,
+            _ => 0,
         };
+        let lengths = [0, 1].map(|a| hold[a].map(|hold| length(a, hold)));
         Self {
             cells,
             hold,
-            apart: [0, 1].map(|a| hold[a].map(|hold| apart(a, hold))),
+            apart: lengths.map(|of_axis| of_axis.map(|length| vec![0.0; length])),
+            state: WallsState(lengths.map(|of_axis| of_axis.map(|length| vec![false; length]))),
             beyond: [0, 1].map(|a| ends[a].map(|wall| beyond(wall, a))),
         }
     }
@@ -203,19 +229,46 @@ impl WallNodes {
         (self.hold[axis][end], out)
     }
 
-    /// The velocity of `node` after the walls have acted, without friction.
+    /// Forgets which nodes have been pressed.
+    pub fn begin_kick(&mut self) {
+        for pressed in self.state.0.as_flattened_mut() {
+            pressed.fill(false);
+        }
+    }
+
+    /// Notes that the kick has pressed `node` into the wall with friction across `axis`.
+    pub fn press(&mut self, node: [i64; 2], axis: usize) {
+        let end = usize::from(node[axis] > 0);
+        let column = (node[1 - axis] + REACH) as usize;
+        // Farther out no point moves a node.
+        if let Some(pressed) = self.state.0[axis][end].get_mut(column) {
+            *pressed = true;
+        }
+    }
+
+    /// Goes on from a saved state. A wall with friction that it does not know has pressed nothing yet.
+    pub fn take_over(&mut self, saved: WallsState) {
+        let ends = self.state.0.as_flattened_mut().iter_mut();
+        for (own, saved) in ends.zip(saved.0.into_iter().flatten()) {
+            if own.len() == saved.len() {
+                *own = saved;
+            }
+        }
+    }
+
+    /// The velocity of `node` before a kick, after the walls have acted.
     pub fn hold(&self, node: [i64; 2], v: [f64; 2]) -> [f64; 2] {
-        self.act(node, v, 0.0)[0]
+        self.act(node, v, false).velocity
     }
 
-    /// The velocity of `node` after a kick, after the walls have acted, and what friction has taken of it. Friction can reduce the
-    /// velocity along a wall by its coefficient times the velocity into the wall that the wall removes.
-    pub fn hold_after_kick(&self, node: [i64; 2], v: [f64; 2]) -> [[f64; 2]; 2] {
-        self.act(node, v, 1.0)
+    /// The velocity of `node` after a kick, after the walls have acted. Friction can reduce the velocity along a wall by its
+    /// coefficient times the velocity into the wall that the wall removes.
+    pub fn hold_after_kick(&self, node: [i64; 2], v: [f64; 2]) -> Held {
+        self.act(node, v, true)
     }
 
-    fn act(&self, node: [i64; 2], mut v: [f64; 2], friction: f64) -> [[f64; 2]; 2] {
-        let mut taken = [0.0; 2];
+    fn act(&self, node: [i64; 2], mut v: [f64; 2], kicked: bool) -> Held {
+        let (mut rubbed, mut pressed) = ([0.0; 2], [false; 2]);
         for a in 0..2 {
             match self.at(node, a) {
                 (Hold::Nothing, _) => {}
@@ -223,17 +276,29 @@ impl WallNodes {
                 (Hold::Tangential, _) => v[1 - a] = 0.0,
                 (Hold::Everything, _) => v = [0.0; 2],
                 (Hold::Driven(velocity), _) => v = velocity,
+                (Hold::Into(_), out) if !kicked => {
+                    let pressed = &self.state.0[a][usize::from(out > 0.0)];
+                    let pressed = pressed.get((node[1 - a] + REACH) as usize);
+                    if v[a] * out > 0.0 || pressed == Some(&true) {
+                        v[a] = 0.0;
+                    }
+                }
                 (Hold::Into(coefficient), out) => {
                     let into = (v[a] * out).max(0.0);
                     v[a] -= into * out;
-                    let most = friction * coefficient * into;
+                    pressed[a] = into > 0.0;
+                    let most = coefficient * into;
                     let along = v[1 - a];
                     v[1 - a] -= along.clamp(-most, most);
-                    taken[1 - a] += along - v[1 - a];
+                    rubbed[1 - a] += along - v[1 - a];
                 }
             }
         }
-        [v, taken]
+        Held {
+            velocity: v,
+            rubbed,
+            pressed,
+        }
     }
 
     /// Whether points may lie a little beyond the wall, because it holds them: along x and y, low and high end.

@@ -89,6 +89,9 @@ pub struct Reference {
     pub stress_update: StressUpdate,
     /// As configured.
     pub drift: Drift,
+    /// The nodes of walls with friction, each with the axis across its wall, that the last kick has pressed into it, or nodes beyond
+    /// them.
+    pub pressed: Vec<(usize, [i64; 2])>,
     /// Whether layers touch on the nodes ([`super::grid_contact`]).
     pub meets: bool,
     /// In order of their start.
@@ -365,6 +368,7 @@ impl Reference {
         self.strain(&nodes, &before, first * dt_before, 0.5);
         self.totals.elastic = self.points.iter().map(RefPoint::stored).sum();
         self.totals.lost = self.lost();
+        let mut pressed = Vec::new();
         let [mut after, mut lost, mut rubbed] = [(); 3].map(|()| vec![[0.0; 2]; nodes.len()]);
         for (n, node) in nodes.iter().enumerate() {
             let mut f = [0.0; 2];
@@ -387,12 +391,15 @@ impl Reference {
             if mass[n] > 0.0 {
                 let gain = f.map(|f| kick * f / mass[n]);
                 let damped = [0, 1].map(|a| kept * before[n][a] + gained * gain[a]); // (17), (48)
-                let [held, taken] = self.act(&nodes, node.at, damped, Some(1.0));
-                after[n] = held;
+                let held = self.act(&nodes, node.at, damped, Some(1.0));
+                let axes = (0..2).filter(|&axis| held.pressed[axis]);
+                pressed.extend(axes.map(|axis| (axis, self.on_wall(node.at, axis))));
+                after[n] = held.velocity;
                 lost[n] = [0, 1].map(|a| mass[n] * (before[n][a] + gain[a] - damped[a]));
-                rubbed[n] = taken.map(|v| mass[n] * v);
+                rubbed[n] = held.taken.map(|v| mass[n] * v);
             }
         }
+        self.pressed = pressed;
         let kicked = self.support(&nodes, &mass, &mut after);
         self.totals.support = [0, 1, 2].map(|k| felt[k] + kicked[k]);
         Kicked {
@@ -842,7 +849,7 @@ impl Reference {
             .map(|n| {
                 if mass[n] > 0.0 {
                     let free = momentum[n].map(|p| p / mass[n]);
-                    self.act(nodes, nodes[n].at, free, Some(0.0))[0]
+                    self.held(nodes, nodes[n].at, free)
                 } else {
                     [0.0; 2]
                 }

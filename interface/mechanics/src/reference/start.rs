@@ -115,6 +115,7 @@ impl Reference {
             cell: c.cell,
             gravity: c.gravity,
             walls: c.walls,
+            pressed: Vec::new(),
             stress_update: c.stress_update,
             drift: c.drift(),
             meets: c.grid_contact.is_some(),

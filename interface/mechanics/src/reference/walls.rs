@@ -8,6 +8,16 @@ use super::nodes::{Image, Node, driven};
 /// Nodes beyond the domain on each side.
 const RIM: i64 = 3;
 
+/// What walls leave of a node's velocity.
+pub(super) struct Held {
+    /// In m/s.
+    pub velocity: [f64; 2],
+    /// By friction, in m/s.
+    pub taken: [f64; 2],
+    /// Whether it moved into a wall with friction, across x and across y.
+    pub pressed: [bool; 2],
+}
+
 /// An index along an axis, and all indices at which it appears.
 type Along = (i64, Vec<Image<i64>>);
 
@@ -95,17 +105,28 @@ impl Reference {
         })
     }
 
+    /// The velocity before a kick that walls leave of that of a node. What the last kick has pressed into a wall with friction
+    /// begins at rest across it.
+    pub(super) fn held(&self, nodes: &[Node], node: [i64; 2], mut v: [f64; 2]) -> [f64; 2] {
+        v = self.act(nodes, node, v, Some(0.0)).velocity;
+        for (_, axis, _) in self.walls_at(node) {
+            if self.pressed.contains(&(axis, self.on_wall(node, axis))) {
+                v[axis] = 0.0;
+            }
+        }
+        v
+    }
+
     /// The velocity that walls leave of one of a node. With friction nothing moves into them, and they take of the velocity along
-    /// them as much as across, times their coefficient and `rubs`; if it is `None` they let everything pass. With what friction
-    /// has taken.
+    /// them as much as across, times their coefficient and `rubs`; if it is `None` they let everything pass.
     pub(super) fn act(
         &self,
         nodes: &[Node],
         node: [i64; 2],
         mut v: [f64; 2],
         rubs: Option<f64>,
-    ) -> [[f64; 2]; 2] {
-        let mut taken = [0.0; 2];
+    ) -> Held {
+        let (mut taken, mut pressed) = ([0.0; 2], [false; 2]);
         for (wall, axis, out) in self.walls_at(node) {
             match wall {
                 Wall::Fixed => v = [0.0; 2],
@@ -118,6 +139,7 @@ impl Reference {
                     };
                     let into = (v[axis] * out).max(0.0);
                     v[axis] -= into * out;
+                    pressed[axis] = into > 0.0;
                     let most = rubs * coefficient * into;
                     let along = v[1 - axis].clamp(-most, most);
                     v[1 - axis] -= along;
@@ -126,7 +148,11 @@ impl Reference {
                 _ => {}
             }
         }
-        [v, taken]
+        Held {
+            velocity: v,
+            taken,
+            pressed,
+        }
     }
 
     /// The components of the velocity of a node that no wall prescribes: 1 or 0.
@@ -135,14 +161,20 @@ impl Reference {
         if walls.any(|(wall, axis, _)| driven(wall, axis).is_some()) {
             return [0.0; 2];
         }
-        self.act(&[], node, [1.0; 2], None)[0]
+        self.act(&[], node, [1.0; 2], None).velocity
+    }
+
+    /// The node on a wall across `axis` that is nearest to one on or beyond it.
+    pub(super) fn on_wall(&self, node: [i64; 2], axis: usize) -> [i64; 2] {
+        let mut at = node;
+        at[axis] = node[axis].clamp(0, self.cells[axis]);
+        at
     }
 
     /// Whether the mass that reaches the node of a wall across `axis` which is nearest to `node` is on the whole farther from it
     /// than where its surface is at the wall.
     fn is_apart(&self, nodes: &[Node], node: [i64; 2], axis: usize) -> bool {
-        let mut at = node;
-        at[axis] = node[axis].clamp(0, self.cells[axis]);
+        let at = self.on_wall(node, axis);
         let inward = if at[axis] == 0 { 1.0 } else { -1.0 };
         let mut sum = 0.0;
         let of_wall = nodes.iter().find(|other| other.at == at);
