@@ -25,7 +25,7 @@ const ARROWS: &str = "
     simulation: dem-proc interface mechanics mpm-proc
     study: coupler interface mechanics
     report: coupler interface
-    fuzzing: coupler dem-proc interface mpm-proc report
+    fuzzing: coupler dem-proc interface mpm-proc
     guard: coupler dem-proc interface mechanics mpm-proc
     rapier-dem: conformance coupler dem-proc interface mechanics mpm-proc
     tandem: conformance coupler dem-proc interface mpm-proc report study";

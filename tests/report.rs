@@ -200,14 +200,17 @@ fn nothing_of_a_scene_becomes_markup() {
         .replace("about = \"A hard", &format!("about = \"{evil} A hard"))
         .replace("v_target\"]", "v_target\"] # </script>");
     let file = place.write("evil.toml", &text);
-    place
-        .run(
-            "run",
-            file.to_str().unwrap(),
-            &["--variant", "quick", "--report"],
-        )
-        .expect(0);
-    let Some(reader) = Reader::open(&place.path("run").join("report.html")) else {
+    let quick = ["--variant", "quick"];
+    place.run("run", file.to_str().unwrap(), &quick).expect(0);
+    let run = place.path("run");
+    let mut summary = RunFiles::read(&run).summary;
+    summary["reason"] = evil.into();
+    fs::write(run.join("summary.json"), summary.to_string()).unwrap();
+    let line = serde_json::json!({"timestamp": evil, "level": evil, "fields": {"message": evil}});
+    fs::write(run.join("log.jsonl"), format!("{line}\n")).unwrap();
+    let written = place.start(&["report", run.to_str().unwrap()]);
+    written.end().expect(0);
+    let Some(reader) = Reader::open(&run.join("report.html")) else {
         return;
     };
     let title = reader.ask("document.title");
@@ -217,6 +220,8 @@ fn nothing_of_a_scene_becomes_markup() {
         ".about",
         ".multiples .axis-title",
         "#scene code",
+        ".outcome .reason",
+        ".log",
     ] {
         let texts = format!(
             "[...document.querySelectorAll('{place}')].map((e) => e.textContent).join(' ')"

@@ -73,7 +73,7 @@ fn name(name: &str) {
 }
 
 fn seeds() -> Vec<Vec<u8>> {
-    let read = |file: &str| LEFT.file(&format!("frames/{file}"));
+    let read = |file: &str| LEFT.frames[file].as_slice();
     vec![
         [&[0], read("points_0001.vtu")].concat(),
         [&[0], read("bodies_0001.vtu")].concat(),

@@ -13,7 +13,6 @@
 //! | [`session`] | messages, by the three parties with the built-in solvers |
 //! | [`recording`] | recordings of runs |
 //! | [`frames`] | VTK files and their list |
-//! | [`page`] | names and texts in the page of a report |
 //! | [`run`] | a small run that was whole, of which the seeds are made |
 //! | [`change`] | how inputs are changed |
 //! | [`mod@target`] | what a target is |
@@ -21,7 +20,6 @@
 
 pub mod change;
 pub mod frames;
-pub mod page;
 pub mod recording;
 pub mod run;
 pub mod scene;
@@ -31,12 +29,11 @@ pub mod target;
 pub use target::Target;
 
 /// All targets.
-pub const TARGETS: [Target; 5] = [
+pub const TARGETS: [Target; 4] = [
     scene::TARGET,
     session::TARGET,
     recording::TARGET,
     frames::TARGET,
-    page::TARGET,
 ];
 
 /// The target of this name.

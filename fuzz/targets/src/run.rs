@@ -1,7 +1,7 @@
 //! A small run that was whole: what it left is what the seeds of other targets are made of.
 
 use std::collections::BTreeMap;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::sync::atomic::AtomicBool;
 use std::sync::{Arc, LazyLock};
 use std::time::Duration;
@@ -14,7 +14,7 @@ use interface::message::{Channel, Message};
 use interface::recording::Playback;
 use tempfile::TempDir;
 
-/// A block that falls on a disc, which stands on a wall: with sets that change, frames, checks and checkpoints.
+/// A block that falls on a disc, which stands on a wall: with sets that change, frames and checkpoints.
 pub const SCENE: &str = r#"
 version = 1
 name = "fuzz"
@@ -69,30 +69,17 @@ linear = { normal_stiffness = 1e5, tangential_stiffness = 5e4, friction = 0.4 }
 every = 0.01
 frames = 0.01
 checkpoint.time = 0.01
-
-[[output.column]]
-name = "height"
-unit = "m"
-value = "points.block.y"
-
-[[check]]
-name = "it moves"
-value = "points.block.vy"
-source = "gravity"
-between = [-100.0, 100.0]
 "#;
 
 /// What the run has left.
 #[derive(Debug)]
 pub struct Left {
-    /// Its files: paths within the run directory.
-    files: BTreeMap<PathBuf, Vec<u8>>,
     /// `recording.tandem`.
     pub recording: Vec<u8>,
     /// The messages of it, each with its channel.
     pub messages: Vec<(Channel, Message)>,
-    /// A checkpoint.
-    pub checkpoint: Vec<u8>,
+    /// The files of `frames/`, by name.
+    pub frames: BTreeMap<String, Vec<u8>>,
 }
 
 /// The run, made once.
@@ -153,47 +140,14 @@ fn left() -> Left {
     while let Some(message) = playback.message().expect("a whole recording") {
         messages.push(message);
     }
-    let mut files = BTreeMap::new();
-    gather(dir.path(), Path::new(""), &mut files);
-    let recording = files.remove(Path::new("recording.tandem"));
-    let mut checkpoints = files
-        .iter()
-        .filter(|(path, _)| path.starts_with("checkpoints"));
+    let frames = std::fs::read_dir(dir.path().join("frames")).expect("the frames of the run");
+    let frames = frames.flatten().map(|entry| {
+        let name = entry.file_name().into_string().expect("a plain name");
+        (name, std::fs::read(entry.path()).expect("a frame"))
+    });
     Left {
-        recording: recording.expect("a recording"),
+        recording: std::fs::read(recording).expect("a recording"),
         messages,
-        checkpoint: checkpoints.next_back().expect("a checkpoint").1.clone(),
-        files,
-    }
-}
-
-fn gather(dir: &Path, within: &Path, files: &mut BTreeMap<PathBuf, Vec<u8>>) {
-    let entries = std::fs::read_dir(dir.join(within)).expect("the run directory");
-    for entry in entries.flatten() {
-        let name = within.join(entry.file_name());
-        if entry.path().is_dir() {
-            gather(dir, &name, files);
-        } else {
-            let bytes = std::fs::read(entry.path()).expect("a file of the run");
-            files.insert(name, bytes);
-        }
-    }
-}
-
-impl Left {
-    /// A file of the run; empty where there is none of this name.
-    pub fn file(&self, name: &str) -> &[u8] {
-        self.files.get(Path::new(name)).map_or(&[], Vec::as_slice)
-    }
-
-    /// Puts the files but for the recording into another directory.
-    pub fn put(&self, dir: &Path) {
-        for (name, bytes) in &self.files {
-            let path = dir.join(name);
-            let folder = path.parent().expect("a path within a directory");
-            let written =
-                std::fs::create_dir_all(folder).and_then(|()| std::fs::write(&path, bytes));
-            written.expect("room for a small run");
-        }
+        frames: frames.collect(),
     }
 }

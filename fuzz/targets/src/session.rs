@@ -3,15 +3,18 @@
 //! An input begins with the party and says what becomes of the messages that it received in the small run: an edit is a
 //! few bytes. What a party is told follows the recording, however it answers; so an edit reaches the middle of a session.
 
-use std::collections::{BTreeMap, VecDeque};
+use std::collections::VecDeque;
 
 use arbitrary::Unstructured;
+use interface::config::MpmConfig;
 use interface::message::control::{Configure, Order, Party};
-use interface::message::wire::{Budget, Grant, StepHeader, bytes_of, records_of};
-use interface::message::{Channel, Kind, Payload, Records};
+use interface::message::wire::{Budget, Grant, StepHeader, bytes_of, flags, records_of};
+use interface::message::{Channel, Kind, Payload};
 use interface::session::{Clocked, Next, Part, Session, Solvers, Stop, Supervisor, Turn};
+use interface::solver::{DemSolver, MpmSolver};
+use interface::transport::Transport;
+use interface::transport::direct::Direct;
 use interface::transport::raw::Message;
-use interface::transport::{Transport, TransportError};
 
 use crate::change::Changer;
 use crate::run::LEFT;
@@ -69,20 +72,20 @@ fn run(input: &[u8]) {
             break;
         }
     }
-    let mut script = Script::of(messages);
+    let mut ends = channels(messages);
     match party {
         Party::Mpm => {
             let mut solver = mpm_proc::Mpm::default();
-            let _ = play(Session::mpm(&mut solver, &mut script, Clocked::Shared));
+            let _ = play(Session::mpm(&mut solver, &mut ends, Clocked::Shared));
         }
         Party::Dem => {
             let mut solver = dem_proc::Sdem::default();
-            let _ = play(Session::dem(&mut solver, &mut script, Clocked::Shared));
+            let _ = play(Session::dem(&mut solver, &mut ends, Clocked::Shared));
         }
         Party::Coupler => {
             let mut lead = Lead::new();
             let solvers = [Party::Mpm, Party::Dem];
-            let _ = play(Session::coupler(&solvers, &mut lead, &mut script));
+            let _ = play(Session::coupler(&solvers, &mut lead, &mut ends));
         }
     }
 }
@@ -103,28 +106,41 @@ fn restore(party: Party, messages: &mut Vec<Sent>) {
     let Ok(Order::Configure(told)) = order.as_order() else {
         return;
     };
+    let config = told.config.clone();
     let order = Message::order(&Order::Configure(Configure {
         restore: true,
         ..told
     }));
     messages[at] = (configure, order.header, bytes(&order.payload));
-    let state = coupler::run::checkpoint::file::solver_states(&LEFT.checkpoint);
-    let states = state.expect("a checkpoint").into_iter();
-    let state: Vec<u8> = states
-        .filter(|(of, _)| *of == party)
-        .flat_map(|(_, s)| s)
-        .collect();
+    let state = match party {
+        Party::Mpm => saved_continuum(&config),
+        _ => saved_bodies(&config),
+    };
+    let state = state.expect("a state as it begins");
     let hash = blake3::hash(&state).as_bytes().to_vec();
     let channel = Channel::of(party, Kind::Restore);
-    let pieces = [(state, 0), (hash, interface::message::wire::flags::LAST)];
-    for (k, (piece, flags)) in pieces.into_iter().enumerate() {
+    let pieces = [(state, 0), (hash, flags::LAST)].map(|(piece, flags)| {
         let header = StepHeader {
             count: piece.len() as u64,
             flags,
             ..StepHeader::default()
         };
-        messages.insert(at + 1 + k, (channel, header, piece));
-    }
+        (channel, header, piece)
+    });
+    let behind = at + 1;
+    messages.splice(behind..behind, pieces);
+}
+
+fn saved_continuum(config: &str) -> Option<Vec<u8>> {
+    let mut solver = mpm_proc::Mpm::default();
+    solver.configure(&MpmConfig::from_json(config).ok()?).ok()?;
+    solver.save().ok()
+}
+
+fn saved_bodies(config: &str) -> Option<Vec<u8>> {
+    let mut solver = dem_proc::Sdem::default();
+    solver.configure(&serde_json::from_str(config).ok()?).ok()?;
+    solver.save().ok()
 }
 
 fn bytes(payload: &Payload) -> Vec<u8> {
@@ -167,7 +183,7 @@ fn edit(input: &mut Unstructured<'_>, messages: &mut Vec<Sent>) -> arbitrary::Re
     };
     let (channel, header, payload) = &mut messages[at];
     let size = size_of_val(header);
-    let record = record_size(channel.kind);
+    let record = channel.kind.record_size();
     match what % 10 {
         0 => drop(messages.remove(at)),
         1 => {
@@ -229,23 +245,6 @@ fn set_count(header: &mut StepHeader, value: u16, count: usize) {
     }
 }
 
-fn record_size(kind: Kind) -> usize {
-    use interface::message::wire;
-    match kind {
-        Kind::Order | Kind::Notice | Kind::Saved | Kind::Restore => 1,
-        Kind::Grant => size_of::<Grant>(),
-        Kind::Report => size_of::<wire::Report>(),
-        Kind::Groups => size_of::<wire::GroupState>(),
-        Kind::Points => size_of::<wire::PointState>(),
-        Kind::Bodies => size_of::<wire::BodyState>(),
-        Kind::Contacts => size_of::<wire::ContactState>(),
-        Kind::Set => size_of::<wire::ImpInfo>(),
-        Kind::States => size_of::<wire::ImpState>(),
-        Kind::Forces => size_of::<wire::ImpForce>(),
-        Kind::Envelopes => size_of::<wire::EnvelopeVertex>(),
-    }
-}
-
 /// Lets a party take turns; who waits for what does not come is told so. Returns how its session ended.
 fn play(mut party: Session<'_>) -> Result<(), String> {
     for _ in 0..TURNS {
@@ -262,45 +261,17 @@ fn play(mut party: Session<'_>) -> Result<(), String> {
     party.into_verdict().map_err(|error| error.to_string())
 }
 
-/// What a party receives, channel by channel; what it sends is dropped.
-struct Script(BTreeMap<Channel, VecDeque<(StepHeader, Payload)>>);
-
-impl Script {
-    fn of(messages: Vec<Sent>) -> Self {
-        let mut queues: BTreeMap<Channel, VecDeque<_>> = BTreeMap::new();
-        for (channel, header, payload) in messages {
-            // What is no whole records cannot be in a channel.
-            if let Some(payload) = Payload::read(channel.kind, &payload) {
-                queues
-                    .entry(channel)
-                    .or_default()
-                    .push_back((header, payload));
-            }
+/// Channels with these messages in them.
+fn channels(messages: Vec<Sent>) -> Direct {
+    let mut channels = Direct::new();
+    for (channel, header, payload) in messages {
+        // What is no whole records cannot be in a channel.
+        if let Some(payload) = Payload::read(channel.kind, &payload) {
+            let sent = channels.send(channel, &header, payload.records());
+            sent.expect("nothing is full");
         }
-        Self(queues)
     }
-}
-
-impl Transport for Script {
-    fn send(&mut self, _: Channel, _: &StepHeader, _: Records<'_>) -> Result<(), TransportError> {
-        Ok(())
-    }
-
-    fn receive(
-        &mut self,
-        channel: Channel,
-        into: &mut Payload,
-    ) -> Result<Option<StepHeader>, TransportError> {
-        let message = self.0.get_mut(&channel).and_then(VecDeque::pop_front);
-        Ok(message.map(|(header, payload)| {
-            into.copy_from(payload.records());
-            header
-        }))
-    }
-
-    fn coupler_lives(&self) -> bool {
-        true
-    }
+    channels
 }
 
 /// Leads as the small run was led: the orders and grants of the recording, whatever is answered.
@@ -375,11 +346,11 @@ mod tests {
     #[test]
     fn a_session_without_edits_is_whole() {
         let mut mpm = mpm_proc::Mpm::default();
-        let mut script = Script::of(received(Party::Mpm));
-        play(Session::mpm(&mut mpm, &mut script, Clocked::Shared)).unwrap();
+        let mut ends = channels(received(Party::Mpm));
+        play(Session::mpm(&mut mpm, &mut ends, Clocked::Shared)).unwrap();
         let mut dem = dem_proc::Sdem::default();
-        let mut script = Script::of(received(Party::Dem));
-        play(Session::dem(&mut dem, &mut script, Clocked::Shared)).unwrap();
+        let mut ends = channels(received(Party::Dem));
+        play(Session::dem(&mut dem, &mut ends, Clocked::Shared)).unwrap();
     }
 
     /// The number of a step in its epoch overflowed: a panic, or times of another epoch.
@@ -392,8 +363,8 @@ mod tests {
         grants[0].steps_in_epoch = u64::MAX;
         *payload = bytes_of(&grants).to_vec();
         let mut dem = dem_proc::Sdem::default();
-        let mut script = Script::of(messages);
-        let said = play(Session::dem(&mut dem, &mut script, Clocked::Shared)).unwrap_err();
+        let mut ends = channels(messages);
+        let said = play(Session::dem(&mut dem, &mut ends, Clocked::Shared)).unwrap_err();
         assert!(said.contains("G-3"), "{said}");
     }
 }

@@ -133,8 +133,3 @@ fn recordings() {
 fn vtk_files() {
     holds("frames", 2.0);
 }
-
-#[test]
-fn pages() {
-    holds("page", 3.0);
-}

@@ -201,6 +201,11 @@ macro_rules! define {
         impl Kind {
             /// All kinds.
             pub const ALL: [Self; [$(Self::$kind),*].len()] = [$(Self::$kind),*];
+
+            /// Bytes of a record.
+            pub const fn record_size(self) -> usize {
+                match self { $(Self::$kind => size_of::<$record>()),* }
+            }
         }
 
         impl Records<'_> {

@@ -217,14 +217,6 @@ pub(crate) fn read(mut bytes: &[u8]) -> Result<Checkpoint, String> {
     })
 }
 
-/// The state that each solver saved in the checkpoint in `bytes`.
-///
-/// # Errors
-/// What is wrong with the bytes, in words.
-pub fn solver_states(bytes: &[u8]) -> Result<Vec<(Party, Vec<u8>)>, String> {
-    Ok(read(bytes)?.solvers)
-}
-
 /// Ending of the names of checkpoints that are kept.
 const KEPT: &str = ".kept.tandem";
 
