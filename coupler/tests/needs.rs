@@ -1,9 +1,10 @@
 //! A solver that says in Hello what it takes is refused by the line and the key of the scene that needs more.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
-use coupler::scene::{Scene, unmet};
+use coupler::scene::{Scene, SceneFile, unmet};
 use interface::config::capability::Capabilities;
+use interface::config::needs::Need;
 use interface::message::control::Party;
 
 const SCENE: &str = r#"version = 1
@@ -64,43 +65,50 @@ rolling_friction = 0.1
 "contact.linear.damping_ratio" = 0.1
 "#;
 
-/// A scene file of these lines, and what the sides' solver of `party`, `toy 1`, is told of it.
+/// The scene with a variant and settings.
+fn scene(variant: Option<&str>, set: &[&str]) -> Scene {
+    let set: Vec<String> = set.iter().map(ToString::to_string).collect();
+    let file = SceneFile::of_text("needs.toml", SCENE, Path::new("."));
+    let scene = file.and_then(|file| file.scene(variant, &set));
+    scene.unwrap_or_else(|errors| panic!("{errors}"))
+}
+
+/// What the solver `toy 1` of `party` is told of the scene.
 fn told(
-    name: &str,
     (variant, set): (Option<&str>, &[&str]),
     party: Party,
     capabilities: &[&str],
 ) -> Option<String> {
-    let folder = tempfile::tempdir().unwrap();
-    let file: PathBuf = folder.path().join(name);
-    std::fs::write(&file, SCENE).unwrap();
-    let set: Vec<String> = set.iter().map(ToString::to_string).collect();
-    let scene = Scene::load(&file, variant, &set).unwrap_or_else(|errors| panic!("{errors}"));
+    let scene = scene(variant, set);
     let errors = unmet(&scene, party, "toy 1", &Capabilities::of(capabilities))?;
-    let folder = format!("{}/", folder.path().display());
-    Some(errors.to_string().replace(&folder, ""))
+    Some(errors.to_string())
 }
 
 const AS_IT_IS: (Option<&str>, &[&str]) = (None, &[]);
 
 fn bodies(capabilities: &[&str]) -> Option<String> {
-    told("needs.toml", AS_IT_IS, Party::Dem, capabilities)
+    told(AS_IT_IS, Party::Dem, capabilities)
 }
 
 fn continuum(capabilities: &[&str]) -> Option<String> {
-    told("needs.toml", AS_IT_IS, Party::Mpm, capabilities)
+    told(AS_IT_IS, Party::Mpm, capabilities)
 }
 
 #[test]
 fn a_solver_without_a_list_or_with_all_capabilities_is_accepted() {
     assert_eq!(bodies(&[]), None);
     assert_eq!(continuum(&[]), None);
+    // Families that are not listed are checked at Configure, but single words have to be listed.
+    let layers = (None, &["mpm.layers=true"][..]);
+    let said = told(layers, Party::Mpm, &[]).unwrap();
+    assert!(
+        said.contains("`mpm.layers` needs `layers`, which the solver"),
+        "{said}"
+    );
+    assert_eq!(told(layers, Party::Mpm, &["layers"]), None);
     let all = ["shape:disc", "shape:rectangle", "shape:polygon", "save"];
     assert_eq!(bodies(&all), None);
-    assert_eq!(
-        told("needs.toml", AS_IT_IS, Party::Coupler, &["shape:disc"]),
-        None
-    );
+    assert_eq!(told(AS_IT_IS, Party::Coupler, &["shape:disc"]), None);
 }
 
 #[test]
@@ -174,10 +182,10 @@ fn an_override_is_reported_at_its_place() {
     ];
     assert_eq!(bodies(&frictional), None);
     let variant = (Some("springy"), &[][..]);
-    let said = told("needs.toml", variant, Party::Dem, &frictional).unwrap();
+    let said = told(variant, Party::Dem, &frictional).unwrap();
     assert!(said.contains("set by variant `springy`"), "{said}");
     let set = ["contact.linear.damping_ratio=0.2"];
-    let said = told("needs.toml", (None, &set), Party::Dem, &frictional).unwrap();
+    let said = told((None, &set), Party::Dem, &frictional).unwrap();
     let place = "command line: --set contact.linear.damping_ratio=0.2";
     assert!(said.contains(place), "{said}");
 }
@@ -195,4 +203,100 @@ fn bodies_alone_are_reported_by_their_law() {
         .to_string();
     assert!(said.contains("`body_contact` needs linear"), "{said}");
     assert!(said.contains("body_bounce.toml:"), "{said}");
+}
+
+#[test]
+fn a_continuum_needs_its_scheme_and_its_walls() {
+    let mpm = scene(None, &[]).mpm.unwrap();
+    let expected = [
+        ("shape:ugimp", "mpm.shape", 1),
+        ("transfer:blend", "mpm.transfer", 1),
+        ("stress_update:usf", "mpm.stress_update", 1),
+        ("plane:strain", "mpm.plane", 1),
+        ("wall:open", "mpm.walls.left", 3),
+        ("wall:slip", "mpm.walls.bottom", 1),
+        ("material:linear_elastic", "mpm.material.0.model", 1),
+        ("fill:rectangle", "mpm.points.0.fill", 1),
+        ("contact_force:point", "mpm.contact_force", 1),
+    ];
+    let expected = expected.map(|(need, key, places)| Need {
+        capability: need.into(),
+        key: key.into(),
+        places,
+    });
+    assert_eq!(mpm.needs(), expected);
+}
+
+/// Settings of the scene, what they need besides, the first key with that need, and how many keys of both sides
+/// have it.
+const NEEDS: &str = "
+mpm.layers=true | layers | mpm.layers | 1
+mpm.layers=true; OTHER; PAIR | pairs | group_pair.0 | 2
+mpm.interface=segments; dem.fill=[]; dem.body.1.shape=disc; dem.body.1.sphero_radius=0.1; mpm.chain=[{ name = 'c', points = 'block', spacing = 0.1 }] | segments | mpm.interface | 2
+mpm.points.0.lattice=outline | lattice:outline | mpm.points.0.lattice | 1
+mpm.walls.bottom.friction.coefficient=0.5 | wall:friction | mpm.walls.bottom | 1
+mpm.probe=[{ name = 'a', WITHIN }, { name = 'b', WITHIN }] | feature:probes | mpm.probe.0 | 2
+mpm.hold=[{ name = 'a', WITHIN, hold_x = true }] | feature:holds | mpm.hold.0 | 1
+mpm.grid_contact.friction=0 | feature:grid_contact | mpm.grid_contact | 1
+mpm.points.0.keeps_spin=true | feature:keeps_spin | mpm.points.0.keeps_spin | 1
+SAND; SAND.critical_state.volume=1.1 | feature:critical_state | mpm.material.0.model | 1
+SAND; SAND.separates=true | feature:separates | mpm.material.0.model | 1
+BEADS | feature:volume_rate | mpm.material.0.model | 1
+SURFACES; contact_pair=[LINEAR, { between = ['rubber', 'ball'], HERTZ }] | feature:contact_pairs | contact_pair.0 | 2
+SURFACES; contact_pair=[LINEAR, { between = ['rubber', 'ball'], HERTZ }] | feature:mixed_kinds | contact_pair.1.law | 1
+SURFACES; contact_pair=[LINEAR, { between = ['ball', 'box'], HERTZ }] | feature:mixed_kinds | contact_pair.1.law | 1
+SURFACES; contact_pair=[LINEAR] | feature:mixed_kinds | none | 0
+SURFACES; contact_pair=[{ between = ['ball', 'box'], HERTZ }]; body_contact={ HERTZ_OF_BODIES } | feature:mixed_kinds | none | 0
+";
+
+/// What words of [`NEEDS`] stand for.
+const WORDS: [(&str, &str); 11] = [
+    ("HERTZ_OF_BODIES", "hertz_mindlin.hertz_constant = 1e6"),
+    (
+        "OTHER",
+        "mpm.points.1={ name = 'other', material = 'rubber', fill.disc = { center = [1.5, 0.5], radius = 0.1 }, spacing.per_cell = 4 }",
+    ),
+    (
+        "PAIR",
+        "group_pair=[{ between = ['block', 'other'], law.linear.normal_stiffness = 1e4 }]",
+    ),
+    ("WITHIN", "points = 'block', within = [[0, 0], [1, 1]]"),
+    (
+        "SAND;",
+        "mpm.material.0.model={ drucker_prager = { MODULI, friction_angle = 30, dilation_angle = 0, cohesion = 0, tensile_strength = 0 } };",
+    ),
+    ("SAND", "mpm.material.0.model.drucker_prager"),
+    (
+        "BEADS",
+        "mpm.material.0.model={ mu_i = { MODULI, static_friction = 0.4, limit_friction = 0.6, inertial_number = 0.3, grain_diameter = 1e-3, grain_density = 2000, volume_rate = 1 } }",
+    ),
+    ("MODULI", "bulk_modulus = 1e6, shear_modulus = 1e6"),
+    (
+        "SURFACES",
+        "dem.body.0.surface=ball; dem.body.1.surface=box",
+    ),
+    (
+        "LINEAR",
+        "{ between = ['rubber', 'box'], law.linear.normal_stiffness = 1e4 }",
+    ),
+    ("HERTZ", "law.hertz_mindlin.hertz_constant = 1e6"),
+];
+
+#[test]
+fn each_key_has_its_need() {
+    for row in NEEDS.trim().lines() {
+        let whole = WORDS
+            .iter()
+            .fold(row.to_owned(), |row, (word, of)| row.replace(word, of));
+        let [set, need, key, places] = whole.split(" | ").collect::<Vec<_>>()[..] else {
+            panic!("{whole}");
+        };
+        let set: Vec<&str> = set.split("; ").collect();
+        let scene = scene(None, &set);
+        let sides = [scene.mpm.unwrap().needs(), scene.dem.unwrap().needs()].concat();
+        let found: Vec<&Need> = sides.iter().filter(|n| n.capability == need).collect();
+        let first = found.first().map_or("none", |need| need.key.as_str());
+        let found = (first, found.iter().map(|need| need.places).sum::<usize>());
+        assert_eq!(found, (key, places.parse().unwrap()), "{whole}");
+    }
 }

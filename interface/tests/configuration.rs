@@ -1,8 +1,62 @@
 //! Numbers of a configuration are read back unchanged, and nothing in it may be missing or unknown.
 
-use interface::config::{BodyInertia, BodyShape, DemConfig, Motion, MpmConfig, Wall, to_json};
+use interface::config::{
+    BodyConfig, BodyInertia, BodyShape, DemConfig, Fill, GroupConfig, InitialFields, Lattice,
+    MaterialConfig, MaterialModel, Motion, MpmConfig, Scheme, ShapeFunction, Spacing, Wall,
+    to_json,
+};
 
-use crate::plain::{plain_bodies, plain_continuum};
+use crate::toys::mpm_config;
+
+/// A disc at rest.
+fn plain_continuum() -> MpmConfig {
+    MpmConfig {
+        scheme: Scheme {
+            domain: [[0.0, 0.0], [1.0, 0.5]],
+            cell: 0.25,
+            shape: ShapeFunction::Ugimp,
+            ..mpm_config().scheme
+        },
+        materials: vec![MaterialConfig {
+            name: "rubber".into(),
+            density: 1000.0,
+            model: MaterialModel::LinearElastic {
+                bulk_modulus: 5e6,
+                shear_modulus: 3e6,
+            },
+        }],
+        groups: vec![GroupConfig {
+            name: "disc".into(),
+            material: 0,
+            fill: Fill::Disc {
+                center: [0.5, 0.25],
+                radius: 0.125,
+            },
+            spacing: Spacing::PerCell(4),
+            lattice: Lattice::Grid,
+            velocity: [0.0; 2],
+            fields: InitialFields::default(),
+            contact_radius: None,
+            keeps_spin: false,
+        }],
+        skin: 0.01,
+        ..mpm_config()
+    }
+}
+
+/// A ball at rest.
+fn plain_bodies() -> DemConfig {
+    DemConfig {
+        bodies: vec![BodyConfig {
+            name: "ball".into(),
+            inertia: BodyInertia::Density(2000.0),
+            ..BodyConfig::default()
+        }],
+        skin: 0.01,
+        threads: 1,
+        ..DemConfig::default()
+    }
+}
 
 /// As text, which tells the sign of a zero too: a sum with -0.0 may have another sign than one with 0.0. That all that a scene can
 /// say reads back is a test of the scenes (coupler/tests/scenes.rs).
