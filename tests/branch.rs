@@ -88,18 +88,18 @@ source = "rounding only"
 /// The silo, and the run that has filled it.
 fn filled(place: &Place) -> String {
     let scene = place.write("silo.toml", SILO).display().to_string();
-    place.run("fill", &scene, &["--in-process"]).expect(0);
+    place.run("fill", &scene, "--in-process").expect(0);
     scene
 }
 
 fn branch(place: &Place, out: &str, scene: &str, from: &str, more: &[&str]) -> Ended {
-    let from = format!("start.from={from}");
-    let set = more.iter().flat_map(|value| ["--set", value]);
-    let arguments: Vec<&str> = ["--in-process", "--set", &from]
-        .into_iter()
-        .chain(set)
-        .collect();
-    place.run(out, scene, &arguments)
+    let set = more.iter().map(|value| format!("--set '{value}'"));
+    let set = set.collect::<Vec<_>>().join(" ");
+    place.run(
+        out,
+        scene,
+        &format!("--in-process --set start.from={from} {set}"),
+    )
 }
 
 /// Rows of the history: time, then the columns.
@@ -120,11 +120,8 @@ fn states_after(dir: &Path, time: f64) -> Vec<[u64; 3]> {
 fn a_branch_with_nothing_changed_has_the_bits_of_the_undisturbed_run() {
     let place = Place::new();
     let scene = filled(&place);
-    let long = ["--in-process", "--set", "time.end=0.3"];
-    let often = ["--set", "output.checkpoint.time=0.0123"];
-    place
-        .run("whole", &scene, &[&long[..], &often].concat())
-        .expect(0);
+    let long = "--in-process --set time.end=0.3 --set output.checkpoint.time=0.0123";
+    place.run("whole", &scene, long).expect(0);
     let whole = RunFiles::read(&place.path("whole"));
     // From the end of a shorter run, from a row of the history, and from the newest, in the middle of an epoch.
     for (out, from, begin) in [
@@ -215,10 +212,9 @@ fn a_silo_is_filled_once_and_opened_in_several_ways() {
     assert_eq!(hashes.len(), 7);
     assert_eq!(states.len(), 1, "they begin with one state");
     // What was run is in scene.toml, wherever it is run again.
-    let again = place.path("left").join("scene.toml");
-    let text = fs::read_to_string(&again).unwrap();
+    let text = fs::read_to_string(place.path("left/scene.toml")).unwrap();
     assert!(text.contains(states.first().unwrap()));
-    place.run("again", again.to_str().unwrap(), &[]).expect(0);
+    place.run("again", "left/scene.toml", "").expect(0);
     assert_eq!(hash("again"), hash("left"));
     let zero = ["start.time=0", "time.end=0.1"];
     branch(&place, "zero", &scene, "fill", &zero).expect(0);
@@ -253,10 +249,7 @@ fn a_branch_of_a_branch_goes_on_and_is_resumed() {
         fs::remove_dir_all(place.path(parent)).unwrap();
     }
     let before = fs::read(dir.join("history.csv")).unwrap();
-    place
-        .start(&["resume", dir.to_str().unwrap()])
-        .end()
-        .expect(0);
+    place.tandem("resume second").expect(0);
     assert!(fs::read(dir.join("history.csv")).unwrap() == before);
 }
 
@@ -329,10 +322,9 @@ fn a_check_looks_at_the_run_that_a_scene_begins_with() {
     let place = Place::new();
     let scene = filled(&place);
     let check = |command: &str, from: &str, set: &str| {
-        let from = format!("start.from={}", place.path(from).display());
-        let end = "time.end=0.3";
-        let arguments = [command, &scene, "--set", &from, "--set", end, "--set", set];
-        place.start(&arguments).end()
+        let from = place.path(from).display().to_string();
+        let begin = format!("--set start.from={from} --set time.end=0.3");
+        place.tandem(&format!("{command} {scene} {begin} --set '{set}'"))
     };
     // The disc has sunk onto the sand: what the scene describes is not what is begun with.
     check("check", "fill", "time.max_step=1e-4").expect(0);
@@ -370,8 +362,8 @@ fn what_cannot_be_begun_with_is_refused_with_the_reason() {
         &["no checkpoint of t = 0.05 s or before", "0.2 s, 0.1 s"],
     );
     refuse("@0.1", &["expected RUN or RUN@TIME"]);
-    let none = ["--in-process", "--set", "output.checkpoint={wall=1000.0}"];
-    place.run("none", &scene, &none).expect(0);
+    let none = "--in-process --set output.checkpoint={wall=1000.0}";
+    place.run("none", &scene, none).expect(0);
     refuse("none", &["has no checkpoint", "output.checkpoint"]);
     // Not over its own parent.
     branch(&place, "fill", &scene, "fill", &end)
@@ -400,10 +392,7 @@ fn what_cannot_be_begun_with_is_refused_with_the_reason() {
         ("[0.0]", "a time above 0"),
         ("[0.7]", "up to the end of the run"),
     ] {
-        let at = format!("output.checkpoint.at={at}");
-        place
-            .run("no", &scene, &["--set", &at])
-            .expect(2)
-            .says(&[says]);
+        let at = format!("--set output.checkpoint.at={at}");
+        place.run("no", &scene, &at).expect(2).says(&[says]);
     }
 }

@@ -8,7 +8,7 @@ use interface::message::control::Party;
 use serde_json::{Value, json};
 
 use crate::harness::needs::Need;
-use crate::harness::{Ended, Place, copy, python_can_join, root};
+use crate::harness::{Ended, Place, copy, python_can_join, root, words};
 
 /// What the kit says of each bug.
 const STORIES: &str = "docs/results/conformance/bugs.json";
@@ -152,12 +152,9 @@ fn every_bug_of_physics_is_found_by_random_cases() {
             copy(&root().join("python").join(part), &package.join(part));
         }
         bug.put(&package);
-        let command = format!("python3 '{}'", package.join(DISCS).display());
-        let run = |options: &str| {
-            let mut kit = vec!["conformance", "--dem", &command];
-            kit.extend(options.split(' '));
-            place.start(&kit).end()
-        };
+        let discs = package.join(DISCS).display().to_string();
+        let kit = format!("conformance --dem 'python3 {discs}'");
+        let run = |options: &str| place.tandem(&format!("{kit} {options}"));
         let told = bug.story(&place, run);
         found.push((bug.what, told));
     }
@@ -182,12 +179,10 @@ fn every_bug_of_the_built_in_solver_is_found_by_random_cases() {
     for bug in Bug::all("built_in") {
         let before = bug.put(&tree);
         shell(r#"cargo build --release --bin tandem --manifest-path "$TREE/Cargo.toml""#);
+        let program = tree.join("target/release/tandem");
         let run = |options: &str| {
-            let mut kit = vec!["conformance", "--dem", "built-in", "--in-process"];
-            kit.extend(options.split(' '));
-            place
-                .start_as(&tree.join("target/release/tandem"), &kit)
-                .end()
+            let kit = format!("conformance --dem built-in --in-process {options}");
+            place.start_as(&program, &words(&kit)).end()
         };
         let told = bug.story(&place, run);
         std::fs::write(tree.join(&bug.file), before).unwrap();

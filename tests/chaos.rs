@@ -21,7 +21,7 @@ use serde_json::Value;
 use crate::harness::needs::Need;
 use crate::harness::seen::Seen;
 use crate::harness::{
-    Ended, PATIENCE, Place, Running, at_once, children, dice, scene, segments, signal, until,
+    Ended, PATIENCE, Place, Running, at_once, children, dice, scene, segments, signal, until, words,
 };
 
 /// What is set in the scene that is run if no other is asked for: a coupled run of some hundredths of a second.
@@ -308,7 +308,7 @@ impl Rig {
                 remove = remove.filter(|_| segments.is_empty());
             }
             if fault.sweeps && sweep.as_mut().is_none_or(Running::is_over) {
-                sweep = Some(place.start(&["clean"]));
+                sweep = Some(place.start("clean"));
             }
             if fault.beside && beside.is_none() {
                 beside = Some(self.beside(place, dir));
@@ -344,9 +344,8 @@ impl Rig {
 
     /// Starts an undisturbed run beside the one in `dir`.
     fn beside<'a>(&self, place: &'a Place, dir: &str) -> Running<'a> {
-        let words = self.begin(&PathBuf::from(format!("{dir}.beside")));
-        let words: Vec<&str> = words.split_whitespace().collect();
-        place.start_as(&self.program, &words)
+        let line = self.begin(&PathBuf::from(format!("{dir}.beside")));
+        place.start_as(&self.program, &words(&line))
     }
 
     /// What is wrong with the end of that run, if anything is.

@@ -11,8 +11,8 @@ use interface::message::control::Notice;
 use interface::transport::domain::Domain;
 
 use crate::harness::{
-    Ended, PATIENCE, Place, RunFiles, Running, at_once, dice, has, lives, scene, segments, signal,
-    until,
+    Ended, PATIENCE, Place, RunFiles, Running, at_once, dice, has, lives, quoted, scene, segments,
+    signal, until,
 };
 
 /// From a death to the end of the run. It takes some ms; the limit is for a machine that is busy with other things, and shorter
@@ -20,22 +20,10 @@ use crate::harness::{
 const SOON: Duration = Duration::from_secs(20);
 
 /// A block that rests on the floor: an exchange of forces in every step, for minutes if it is let.
-fn start_long<'a>(place: &'a Place, out: &str, more: &[&str]) -> Running<'a> {
-    let long = [
-        "--variant",
-        "quick",
-        "--set",
-        "time.end=20",
-        "--set",
-        "output.every=1e-4",
-        "--set",
-        "check=[]",
-    ];
-    place.start_run(
-        out,
-        &scene("jiang2020/normal_force"),
-        &[&long, more].concat(),
-    )
+fn start_long<'a>(place: &'a Place, out: &str, more: &str) -> Running<'a> {
+    let long = "--variant quick --set time.end=20 --set output.every=1e-4 --set check=[]";
+    let scene = scene("jiang2020/normal_force");
+    place.start_run(out, &scene, &format!("{long} {more}"))
 }
 
 /// Lets a run go on for a while that differs from call to call; told in case the test fails.
@@ -66,7 +54,7 @@ fn assert_kept(dir: &Path) -> RunFiles {
 /// Kills a solver in mid run.
 fn a_solver_is_killed(party: &str) {
     let place = Place::new();
-    let mut run = start_long(&place, "out", &[]);
+    let mut run = start_long(&place, "out", "");
     let (mpm, dem) = (run.solver("out", "mpm"), run.solver("out", "dem"));
     run.stepping("out");
     a_random_while();
@@ -117,7 +105,7 @@ fn a_killed_dem_ends_the_run() {
 
 /// Kills the coupler in mid run; returns the ids of its run when both solvers have ended by themselves.
 fn a_coupler_is_killed(place: &Place, out: &str) -> BTreeSet<String> {
-    let mut run = start_long(place, out, &[]);
+    let mut run = start_long(place, out, "");
     let (mpm, dem) = (run.solver(out, "mpm"), run.solver(out, "dem"));
     run.stepping(out);
     a_random_while();
@@ -143,12 +131,12 @@ fn a_coupler_is_killed(place: &Place, out: &str) -> BTreeSet<String> {
 fn a_killed_coupler_ends_the_solvers_and_clean_removes_what_is_left() {
     let place = Place::new();
     let runs = a_coupler_is_killed(&place, "out");
-    let clean = place.start(&["clean"]).end().expect(0);
+    let clean = place.tandem("clean").expect(0);
     has(&clean.stdout, "1 dead run");
     place.assert_clean(&runs);
     // Only what is whole is there.
     assert!(!place.path("out/summary.json").exists());
-    let clean = place.start(&["clean"]).end().expect(0);
+    let clean = place.tandem("clean").expect(0);
     has(&clean.stdout, "0 dead run");
 }
 
@@ -161,13 +149,8 @@ fn a_killed_coupler_leaves_a_history_of_whole_rows_and_the_next_run_removes_the_
     if std::fs::metadata(&history).unwrap().len() > 0 {
         crate::harness::History::read(&history);
     }
-    let next = place
-        .run(
-            "next",
-            &scene("jiang2020/collision_hard"),
-            &["--variant", "quick"],
-        )
-        .expect(0);
+    let hard = scene("jiang2020/collision_hard");
+    let next = place.run("next", &hard, "--variant quick").expect(0);
     next.says(&["removed the files of the dead run"]);
     place.assert_clean(&runs);
 }
@@ -175,8 +158,8 @@ fn a_killed_coupler_leaves_a_history_of_whole_rows_and_the_next_run_removes_the_
 /// Stops a solver without killing it, for longer than the run's patience.
 fn a_solver_is_stopped(party: &str, other: &str) {
     let place = Place::new();
-    let more = ["--set", "coupling.deadline=0.5", "--patience", "1"];
-    let mut run = start_long(&place, "out", &more);
+    let more = "--set coupling.deadline=0.5 --patience 1";
+    let mut run = start_long(&place, "out", more);
     let (stopped, others) = (run.solver("out", party), run.solver("out", other));
     run.stepping("out");
     a_random_while();
@@ -204,7 +187,7 @@ fn a_stopped_dem_is_named_when_patience_ends_and_removed() {
 }
 
 /// An interrupt ends a run in order.
-fn a_run_is_interrupted(name: &str, more: &[&str]) {
+fn a_run_is_interrupted(name: &str, more: &str) {
     let place = Place::new();
     let mut run = start_long(&place, "out", more);
     run.stepping("out");
@@ -224,12 +207,12 @@ fn a_run_is_interrupted(name: &str, more: &[&str]) {
 
 #[test]
 fn an_interrupt_ends_a_run_in_order() {
-    a_run_is_interrupted("INT", &[]);
+    a_run_is_interrupted("INT", "");
 }
 
 #[test]
 fn a_termination_ends_a_run_in_one_process_in_order() {
-    a_run_is_interrupted("TERM", &["--in-process"]);
+    a_run_is_interrupted("TERM", "--in-process");
 }
 
 /// D16: an interrupt was heard only when a solver that was stopped went on.
@@ -237,7 +220,7 @@ fn a_termination_ends_a_run_in_one_process_in_order() {
 fn an_interrupt_is_heard_while_a_stopped_solver_is_waited_for() {
     for (party, name) in [("mpm", "INT"), ("dem", "TERM")] {
         let place = Place::new();
-        let mut run = start_long(&place, "out", &[]);
+        let mut run = start_long(&place, "out", "");
         let stopped = run.solver("out", party);
         run.stepping("out");
         a_random_while();
@@ -260,7 +243,7 @@ fn an_interrupt_is_heard_while_a_stopped_solver_is_waited_for() {
 #[test]
 fn an_interrupt_is_heard_before_the_solvers_have_come() {
     let place = Place::new();
-    let mut run = start_long(&place, "out", &["--dem", "sh -c 'exec sleep 600'"]);
+    let mut run = start_long(&place, "out", "--dem \"sh -c 'exec sleep 600'\"");
     run.solver("out", "mpm");
     signal(run.pid(), "INT");
     let ended = run.end().expect(130);
@@ -309,8 +292,8 @@ fn start_flawed<'a>(place: &'a Place, flaw: &str) -> Running<'a> {
         "deaths::a_process_that_is_told_to_has_a_flaw",
     );
     let command = format!("sh -c '{script}' sh");
-    let more = ["--variant", "quick", "--set", "check=[]", "--dem", &command];
-    let more = [&more[..], &["--set", "coupling.deadline=3600"]].concat();
+    let more = "--variant quick --set check=[] --set coupling.deadline=3600 --dem";
+    let more = format!("{more} {}", quoted(&command));
     place.start_run("out", &scene("jiang2020/collision_hard"), &more)
 }
 
@@ -360,7 +343,7 @@ fn an_interrupt_is_heard_while_a_report_is_waited_for() {
 #[test]
 fn shared_memory_that_vanishes_is_told() {
     let place = Place::new();
-    let mut run = start_long(&place, "out", &[]);
+    let mut run = start_long(&place, "out", "");
     run.stepping("out");
     a_random_while();
     for name in segments(&run.runs()) {
@@ -377,15 +360,14 @@ fn shared_memory_that_vanishes_is_told() {
     let reason = files.text("reason");
     has(reason, "shared memory of the run vanished");
     // Whoever was the first to end has not removed the run.
-    place.start(&["clean"]).end().expect(0);
+    place.tandem("clean").expect(0);
 }
 
 /// A run with another solver, which is none.
 fn with_dem(place: &Place, command: &str) -> Ended {
-    let more = ["--variant", "quick", "--dem", command];
-    let ended = place
-        .run("out", &scene("jiang2020/collision_hard"), &more)
-        .expect(3);
+    let more = format!("--variant quick --dem '{command}'");
+    let hard = scene("jiang2020/collision_hard");
+    let ended = place.run("out", &hard, &more).expect(3);
     place.assert_clean(&ended.runs);
     let files = RunFiles::read(&place.path("out"));
     assert_eq!(files.text("status"), "failed");
@@ -413,9 +395,8 @@ fn a_solver_command_that_does_not_exist_is_named() {
 fn the_limit_on_arrival_can_be_set() {
     let place = Place::new();
     let scene = scene("jiang2020/collision_hard");
-    let late = ["--dem", "sh -c 'exec sleep 600'"];
-    let more = ["--variant", "quick", "--set", "coupling.start_deadline=1"];
-    let ended = place.run("out", &scene, &[&more[..], &late].concat());
+    let late = "--set coupling.start_deadline=1 --dem \"sh -c 'exec sleep 600'\"";
+    let ended = place.run("out", &scene, &format!("--variant quick {late}"));
     let ended = ended.expect(3).says(&[
         "nothing from the dem for 1",
         "its hello",

@@ -2,7 +2,7 @@
 //! ends its scene says (`expect`); that it does, and with which bits, is a row of `hashes.rs`.
 
 use crate::harness::{Place, RunFiles, scene};
-use crate::hashes::baseline;
+use crate::hashes::{baseline, option};
 use serde_json::Value;
 
 /// A point outside of the domain, by its number and place.
@@ -66,15 +66,9 @@ fn every_scene_that_stops_by_itself_says_why() {
     assert!(listed.eq(named));
     for ((name, row), (.., phrases)) in stops.iter().zip(STOPS) {
         let place = Place::new();
-        let set = ["--variant", &row.case.variant];
-        let set = if row.case.variant == "plain" {
-            &[][..]
-        } else {
-            &set
-        };
-        let ended = place
-            .run("out", &scene(&row.case.scene), set)
-            .expect(row.outcome.exit);
+        let set = option(&row.case.variant);
+        let ended = place.run("out", &scene(&row.case.scene), &set);
+        let ended = ended.expect(row.outcome.exit);
         place.assert_clean(&ended.runs);
         let files = RunFiles::read(&place.path("out"));
         let reason = files.text("reason");
@@ -105,9 +99,8 @@ fn every_scene_that_stops_by_itself_says_why() {
 #[test]
 fn a_blow_up_seen_at_the_end_names_the_step_that_led_there() {
     let place = Place::new();
-    let set = ["--set", "time.step_factor=5", "--set", "output.every=0.004"];
-    let stability_alone = ["--set", "dem.contact_resolution=2"];
-    let set = [&set[..], &["--set", "time.end=0.004"], &stability_alone].concat();
+    let stability_alone = "--set time.step_factor=5 --set dem.contact_resolution=2";
+    let set = format!("{stability_alone} --set output.every=0.004 --set time.end=0.004");
     place.run("out", &scene("extreme/forced"), &set).expect(4);
     let files = RunFiles::read(&place.path("out"));
     let reason = files.text("reason");

@@ -19,8 +19,7 @@ const BETWEEN: f64 = 2e-3;
 
 /// Runs the collision with frames.
 fn framed(place: &Place) {
-    let frames = format!("output.frames={BETWEEN}");
-    let more = ["--variant", "quick", "--set", &frames];
+    let more = format!("--variant quick --set output.frames={BETWEEN}");
     place.run("framed", &scene(HARD), &more).expect(0);
 }
 
@@ -119,11 +118,9 @@ fn a_frame_holds_what_was_where() {
 fn a_scene_chooses_what_frames_hold() {
     let place = Place::new();
     framed(&place);
-    let frames = format!("output.frames={BETWEEN}");
-    let chosen = "output.fields=[\"velocity\", \"spin\"]";
-    let more = ["--variant", "quick", "--set", &frames, "--set", chosen];
-    let single = ["--set", "output.precision=single"];
-    let more: Vec<&str> = more.into_iter().chain(single).collect();
+    let frames = format!("--variant quick --set output.frames={BETWEEN}");
+    let chosen = "--set 'output.fields=[\"velocity\", \"spin\"]' --set output.precision=single";
+    let more = format!("{frames} {chosen}");
     place.run("chosen", &scene(HARD), &more).expect(0);
     let [all, chosen] = ["framed", "chosen"].map(|out| {
         let run = place.path(out);
@@ -147,9 +144,9 @@ fn a_scene_chooses_what_frames_hold() {
         fs::metadata(file).unwrap().len()
     };
     assert!(2 * bytes("chosen") < bytes("framed"));
-    let unknown = "output.fields=[\"temperature\"]";
-    let refused = place.start_run("out", &scene(HARD), &["--set", unknown]);
-    refused.end().expect(2).says(&["temperature", "velocity"]);
+    let unknown = "--set 'output.fields=[\"temperature\"]'";
+    let refused = place.run("out", &scene(HARD), unknown);
+    refused.expect(2).says(&["temperature", "velocity"]);
 }
 
 /// Blocks that run into a wall: one that flows, one that cannot, one of sand that forgets how far it has flowed.
@@ -197,14 +194,14 @@ fn plastic_strain_colours_pictures_and_films() {
     let place = Place::new();
     let all = [("bar", "metal"), ("ball", "rubber"), ("heap", "sand")];
     for (out, groups) in [("told", &all[..]), ("none", &all[1..])] {
-        let path = place.write(&format!("{out}.toml"), &blocks(groups));
-        let frames = ["--set", "output.frames=0.002"];
-        place.run(out, path.to_str().unwrap(), &frames).expect(0);
+        let file = format!("{out}.toml");
+        place.write(&file, &blocks(groups));
+        place.run(out, &file, "--set output.frames=0.002").expect(0);
     }
     let plot = |run: &str, colour: &str, out: &str| {
-        let colour = ["--colour", colour];
-        let arguments = [&["plot", run, "--frames", "all", "--out", out][..], &colour].concat();
-        place.start(&arguments).end()
+        place.tandem(&format!(
+            "plot {run} --frames all --out {out} --colour '{colour}'"
+        ))
     };
     plot("told", "plastic_strain", "a.svg").expect(0);
     let figure = fs::read_to_string(place.path("a.svg")).unwrap();
@@ -273,8 +270,8 @@ law.linear = { normal_stiffness = 1e6 }
 #[test]
 fn contacts_of_two_groups_are_lines_from_point_to_point() {
     let place = Place::new();
-    let path = place.write("pair.toml", PAIR);
-    place.run("pair", path.to_str().unwrap(), &[]).expect(0);
+    place.write("pair.toml", PAIR);
+    place.run("pair", "pair.toml", "").expect(0);
     let frame = Frame::read(&place.path("pair"), 0.004).unwrap();
     let (points, contacts) = (frame.points.unwrap(), frame.contacts.unwrap());
     let ids: Vec<f64> = column(&points, "id", 0).collect();
@@ -319,17 +316,10 @@ print('\\n'.join(read(sys.argv[1]).names))";
 #[test]
 fn frames_name_the_bodies() {
     let place = Place::new();
-    let set = [
-        "time.end=0.002",
-        "output.every=0.001",
-        "output.frames=0.001",
-        "check=[]",
-    ];
-    let set = set.into_iter().flat_map(|value| ["--set", value]);
-    let more: Vec<&str> = ["--variant", "quick"].into_iter().chain(set).collect();
-    place
-        .run("named", &scene("verification/random_ledger"), &more)
-        .expect(0);
+    let more = "--variant quick --set time.end=0.002 --set output.every=0.001 \
+        --set output.frames=0.001 --set check=[]";
+    let ledger = scene("verification/random_ledger");
+    place.run("named", &ledger, more).expect(0);
     let run = place.path("named");
     let bodies = Frame::read(&run, 0.001).unwrap().bodies.unwrap();
     let table = fs::read_to_string(run.join("bodies.csv")).unwrap();

@@ -11,7 +11,7 @@ use std::time::Duration;
 
 use rustix::fs::{CWD, FileType, Mode, mknodat};
 
-use crate::harness::{Ended, MINE, Place, copy, has, scene, whole_run};
+use crate::harness::{MINE, Place, copy, has, scene, whole_run};
 
 /// Longest time of a command here; it takes tenths of a second.
 const SOON: Duration = Duration::from_mins(1);
@@ -53,43 +53,20 @@ fn pipe(path: &Path) {
     mknodat(CWD, path, FileType::Fifo, Mode::from_raw_mode(0o600), 0).unwrap();
 }
 
-/// The commands that use a run directory: those that write to it, then those that read.
-fn commands(dir: &str) -> [(bool, Vec<String>); 7] {
+/// The commands that use the run directory `hostile`, and whether they write to it.
+fn commands(place: &Place) -> [(bool, String); 7] {
     let hard = scene(HARD);
-    let words = |words: &[&str]| words.iter().map(ToString::to_string).collect();
-    [
-        (true, words(&["resume", dir])),
-        (
-            true,
-            words(&["run", &hard, "--variant", "quick", "--out", dir]),
-        ),
-        (
-            false,
-            words(&["plot", dir, "--y", "t", "--out", "plot.svg"]),
-        ),
-        (false, words(&["report", dir, "--out", "page.html"])),
-        (false, words(&["check", &format!("{dir}/scene.toml")])),
-        (
-            false,
-            words(&["replay", &format!("{dir}/recording.tandem"), "--dem"]),
-        ),
-        (
-            false,
-            words(&[
-                "run",
-                &hard,
-                "--set",
-                &format!("start.from={dir}"),
-                "--out",
-                "branch",
-            ]),
-        ),
-    ]
-}
-
-fn obey(place: &Place, words: &[String]) -> Ended {
-    let words: Vec<&str> = words.iter().map(String::as_str).collect();
-    place.start(&words).end_within(SOON)
+    let from = place.path("hostile").display().to_string();
+    let lines = [
+        (true, "resume hostile"),
+        (true, "run HARD --variant quick --out hostile"),
+        (false, "plot hostile --y t --out plot.svg"),
+        (false, "report hostile --out page.html"),
+        (false, "check hostile/scene.toml"),
+        (false, "replay hostile/recording.tandem --dem"),
+        (false, "run HARD --set start.from=FROM --out branch"),
+    ];
+    lines.map(|(writes, line)| (writes, line.replace("HARD", &hard).replace("FROM", &from)))
 }
 
 /// Everybody's file and the folder around it, as they were.
@@ -117,10 +94,10 @@ fn obeyed_with(
     place: &Place,
     (name, what): (&str, &str),
     put: impl Fn(&Path),
-    refused: impl Fn(bool, &[String]) -> bool,
+    refused: impl Fn(bool, &str) -> bool,
 ) {
     let (dir, outside) = (place.path("hostile"), place.path("outside"));
-    for (writes, words) in commands(dir.to_str().unwrap()) {
+    for (writes, line) in commands(place) {
         let _ = fs::remove_dir_all(&dir);
         copy(&place.path("run"), &dir);
         let path = dir.join(name);
@@ -130,16 +107,13 @@ fn obeyed_with(
             let _ = fs::remove_file(&path);
         }
         put(&path);
-        let ended = obey(place, &words);
+        let ended = place.start(&line).end_within(SOON);
         let status = ended.status.code();
-        if refused(writes, &words) {
-            assert_eq!(status, Some(2), "{what}: {words:?}: {ended:?}");
+        if refused(writes, &line) {
+            assert_eq!(status, Some(2), "{what}: {line}: {ended:?}");
             has(&ended.stderr, name.rsplit('/').next().unwrap());
         } else {
-            assert!(
-                matches!(status, Some(0 | 2)),
-                "{what}: {words:?}: {ended:?}"
-            );
+            assert!(matches!(status, Some(0 | 2)), "{what}: {line}: {ended:?}");
         }
         assert_untouched(&outside, what);
         let removed = fs::symlink_metadata(&path).is_err();
@@ -164,8 +138,8 @@ fn a_link_or_a_pipe_in_the_place_of_any_file_of_a_run_is_refused_at_once() {
                 "pipe" => pipe(path),
                 _ => symlink("/dev/zero", path).unwrap(),
             };
-            let reads = |words: &[String]| words.iter().any(|word| word.ends_with(&name));
-            let refused = |writes, words: &[String]| writes || reads(words);
+            let reads = |line: &str| line.split(' ').any(|word| word.ends_with(&name));
+            let refused = |writes, line: &str| writes || reads(line);
             obeyed_with(&place, (&name, &what), put, refused);
         }
     }
@@ -181,7 +155,7 @@ fn a_link_in_the_place_of_a_folder_of_a_run_is_refused() {
         .into_iter()
         .chain(OWN)
     {
-        let refused = |writes, _: &[String]| writes && !OWN.contains(&folder);
+        let refused = |writes, _: &str| writes && !OWN.contains(&folder);
         obeyed_with(&place, (folder, folder), put, refused);
     }
 }
@@ -200,9 +174,7 @@ fn a_file_with_a_second_name_is_not_changed() {
         fs::write(outside.join("mine"), &before).unwrap();
         fs::remove_file(dir.join(name)).unwrap();
         fs::hard_link(outside.join("mine"), dir.join(name)).unwrap();
-        let ended = place
-            .start(&["resume", dir.to_str().unwrap()])
-            .end_within(SOON);
+        let ended = place.start("resume hostile").end_within(SOON);
         ended.expect(2).says(&[name, "second name"]);
         assert!(
             fs::read(outside.join("mine")).unwrap() == before,
@@ -218,7 +190,7 @@ fn no_more_is_read_than_a_file_of_its_kind_can_have() {
     whole_run(&place, "run");
     let dir = place.path("hostile");
     for name in files_of(&place.path("run")) {
-        for (_, words) in commands(dir.to_str().unwrap()) {
+        for (_, line) in commands(&place) {
             let _ = fs::remove_dir_all(&dir);
             copy(&place.path("run"), &dir);
             let file = fs::OpenOptions::new()
@@ -226,12 +198,12 @@ fn no_more_is_read_than_a_file_of_its_kind_can_have() {
                 .open(dir.join(&name))
                 .unwrap();
             file.set_len(1 << 40).unwrap();
-            let ended = obey(&place, &words);
+            let ended = place.start(&line).end_within(SOON);
             let status = ended.status.code();
             // 3: the run began, and the table cannot be gone on with.
             assert!(
                 matches!(status, Some(0 | 2 | 3)),
-                "{name}: {words:?}: {ended:?}"
+                "{name}: {line}: {ended:?}"
             );
             let _ = fs::remove_dir_all(place.path("branch"));
         }
@@ -242,24 +214,21 @@ fn no_more_is_read_than_a_file_of_its_kind_can_have() {
 #[test]
 fn files_that_the_user_names_are_regular_ones() {
     let place = Place::new();
-    let linked = place.path("linked.toml");
-    symlink(scene(HARD), &linked).unwrap();
-    place
-        .start(&["check", linked.to_str().unwrap()])
-        .end_within(SOON)
-        .expect(0);
-    let waits = place.path("waits");
-    pipe(&waits);
-    for file in [waits.to_str().unwrap(), "/dev/zero"] {
-        for words in [
-            &["check", file][..],
-            &["plan", file],
-            &["run", file],
-            &["plot", file, "--y", "t", "--out", "a.svg"],
-            &["replay", file, "--dem"],
-            &["study", file, "--out", "study"],
+    symlink(scene(HARD), place.path("linked.toml")).unwrap();
+    let ended = place.start("check linked.toml").end_within(SOON);
+    ended.expect(0);
+    pipe(&place.path("waits"));
+    for file in ["waits", "/dev/zero"] {
+        for line in [
+            "check FILE",
+            "plan FILE",
+            "run FILE",
+            "plot FILE --y t --out a.svg",
+            "replay FILE --dem",
+            "study FILE --out study",
         ] {
-            let ended = place.start(words).end_within(SOON).expect(2);
+            let ended = place.start(&line.replace("FILE", file));
+            let ended = ended.end_within(SOON).expect(2);
             assert!(ended.stderr.contains("not a regular file"), "{ended:#?}");
         }
     }
@@ -295,14 +264,10 @@ every = 1e-3
 fn points_are_counted_before_memory_is_taken_for_them() {
     let place = Place::new();
     place.write("block.toml", BLOCK);
-    let many = "mpm.points.0.spacing.counts=[43000, 43000]";
-    for words in [
-        &["check", "block.toml", "--set", many][..],
-        &["plan", "block.toml", "--set", many],
-        &["run", "block.toml", "--set", many],
-        &["run", "block.toml", "--in-process", "--set", many],
-    ] {
-        let ended = place.start(words).end_within(SOON).expect(2);
+    let many = "block.toml --set mpm.points.0.spacing.counts=[43000,43000]";
+    for command in ["check", "plan", "run", "run --in-process"] {
+        let ended = place.start(&format!("{command} {many}"));
+        let ended = ended.end_within(SOON).expect(2);
         ended.says(&["about 1.85e9 points need at least", "of memory"]);
     }
     assert!(
@@ -310,11 +275,9 @@ fn points_are_counted_before_memory_is_taken_for_them() {
         "a refused run leaves no directory"
     );
     // As many as the machine can hold are not laid out for a check.
-    let some = "mpm.points.0.spacing.counts=[1600, 1600]";
-    let ended = place
-        .start(&["check", "block.toml", "--set", some])
-        .end_within(SOON);
-    let ended = ended.expect(0);
+    let some = "block.toml --set mpm.points.0.spacing.counts=[1600,1600]";
+    let ended = place.start(&format!("check {some}"));
+    let ended = ended.end_within(SOON).expect(0);
     assert!(
         ended.stdout.contains("the solvers were not asked"),
         "{ended:?}"
@@ -342,14 +305,18 @@ fn bodies_are_counted_before_memory_is_taken_for_them() {
     sets("heap.toml", 9000, 100);
     sets("sets.toml", 30, 1_000_000);
     for command in ["check", "plan", "run"] {
-        let ended = place.start(&[command, "heap.toml"]).end_within(SOON);
-        ended
-            .expect(2)
-            .says(&["900000 bodies", "lie on one another, need at least"]);
-        let ended = place.start(&[command, "sets.toml"]).end_within(SOON);
-        ended
-            .expect(2)
-            .says(&["the scene has 30000000 bodies, expected at most 1000000"]);
+        let refused = |file: &str, phrases: &[&str]| {
+            let ended = place.start(&format!("{command} {file}")).end_within(SOON);
+            ended.expect(2).says(phrases);
+        };
+        refused(
+            "heap.toml",
+            &["900000 bodies", "lie on one another, need at least"],
+        );
+        refused(
+            "sets.toml",
+            &["the scene has 30000000 bodies, expected at most 1000000"],
+        );
     }
 }
 
@@ -387,10 +354,8 @@ fn names_that_are_no_text_and_names_that_a_terminal_obeys() {
         .unwrap();
     assert_eq!(ended.status.code(), Some(0), "{ended:?}");
     assert!(out.join("summary.json").is_file());
-    let ended = place
-        .start(&["check", "a\u{1b}[2Jb\nerror: c.toml"])
-        .end_within(SOON)
-        .expect(2);
+    let ended = place.start("check 'a\u{1b}[2Jb\nerror: c.toml'");
+    let ended = ended.end_within(SOON).expect(2);
     assert!(!ended.stderr.contains('\u{1b}'), "{ended:?}");
     assert!(!ended.stderr.contains("\nerror: c"), "{ended:?}");
 }

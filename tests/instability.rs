@@ -22,23 +22,22 @@ fn nulls(value: &Value, path: &str) -> Vec<String> {
 
 /// 0.97 of the step of Jiang 2020 eq. 51 for the hard collision, which waves limit up to k_n = 8e8, and for k_n = 6e10 (tests/study.rs
 /// compares it with the composed one).
-const EQ_51: [&str; 2] = ["time.max_step=3.3e-5", "time.max_step=3.9e-6"];
+const EQ_51: [&str; 2] = ["3.3e-5", "3.9e-6"];
 
 /// Runs the hard collision with a contact of `stiffness`, and `more` on the command line; if there is a step, with that
 /// one, whatever the composed limit is.
-fn run(place: &Place, out: &str, stiffness: &str, step: Option<&str>, more: &[&str]) -> Ended {
-    let stiffness = format!("contact.linear.normal_stiffness={stiffness}");
-    let mut words = vec!["--variant", "quick", "--set", &stiffness];
-    if let Some(step) = step {
-        words.extend(["--set", "time.step_factor=20", "--set", step]);
-    }
-    words.extend(more);
-    place.run(out, &scene("jiang2020/collision_hard"), &words)
+fn run(place: &Place, out: &str, stiffness: &str, step: Option<&str>, more: &str) -> Ended {
+    let stiffness = format!("--set contact.linear.normal_stiffness={stiffness}");
+    let step = step.map_or(String::new(), |step| {
+        format!("--set time.step_factor=20 --set time.max_step={step}")
+    });
+    let more = format!("--variant quick {stiffness} {step} {more}");
+    place.run(out, &scene("jiang2020/collision_hard"), &more)
 }
 
 /// The same; returns exit code and files, which have finite numbers only.
 fn collide(place: &Place, stiffness: &str, step: Option<&str>) -> (i32, RunFiles) {
-    let ended = run(place, stiffness, stiffness, step, &[]);
+    let ended = run(place, stiffness, stiffness, step, "");
     place.assert_clean(&ended.runs);
     let files = RunFiles::read(&place.path(stiffness));
     files.history().assert_sound();
@@ -95,10 +94,9 @@ fn the_composed_step_is_stable_with_the_same_contacts() {
 #[test]
 fn a_step_below_the_shortest_is_stopped_with_what_binds_it() {
     let place = Place::new();
-    let set = ["--variant", "quick", "--set", "time.min_step=1e-4"];
-    let ended = place
-        .run("out", &scene("jiang2020/collision_hard"), &set)
-        .expect(4);
+    let set = "--variant quick --set time.min_step=1e-4";
+    let ended = place.run("out", &scene("jiang2020/collision_hard"), set);
+    let ended = ended.expect(4);
     place.assert_clean(&ended.runs);
     let files = RunFiles::read(&place.path("out"));
     assert_eq!(files.text("status"), "unstable");
@@ -115,7 +113,8 @@ fn a_step_below_the_shortest_is_stopped_with_what_binds_it() {
 fn the_steps_of_a_stopped_run_do_not_depend_on_the_window() {
     let place = Place::new();
     let stopped = ["1", "7", "64"].map(|window| {
-        run(&place, window, "2e8", Some(EQ_51[0]), &["--window", window]).expect(4);
+        let more = format!("--window {window}");
+        run(&place, window, "2e8", Some(EQ_51[0]), &more).expect(4);
         let files = RunFiles::read(&place.path(window));
         (files.number("steps"), files.number("time"))
     });
@@ -127,8 +126,7 @@ fn the_steps_of_a_stopped_run_do_not_depend_on_the_window() {
 fn created_energy_is_told_first_and_above_a_bound_of_the_scene_the_run_has_failed() {
     let place = Place::new();
     for (out, bound, code) in [("small", "0.1", 1), ("large", "0.4", 0)] {
-        let bound = format!("time.created_energy={bound}");
-        let more = ["--set", "check=[]", "--set", &bound];
+        let more = format!("--set check=[] --set time.created_energy={bound}");
         let ended = run(&place, out, "4e7", Some(EQ_51[0]), &more);
         let words = "of the energy in play was created numerically";
         ended.expect(code).says(&[words, "at t = "]);

@@ -11,8 +11,8 @@ use std::process::Command;
 use std::time::Instant;
 
 use crate::harness::needs::Need;
-use crate::harness::{PATIENCE, Place, Running, has, root, scene, summaries, until};
-use crate::study::{tandem, without_times, words};
+use crate::harness::{PATIENCE, Place, Running, has, quoted, root, scene, summaries, until, words};
+use crate::study::without_times;
 
 /// Runs of a study, unless `STUDY_RUNS` says otherwise.
 const RUNS: usize = 12;
@@ -40,16 +40,14 @@ fn it_runs(program: &str, arguments: &[&str]) -> bool {
 
 /// The program with a line of arguments, which finds its queue by `NAME=VALUE`.
 fn start_by<'a>(place: &'a Place, queue: &str, line: &str) -> Running<'a> {
-    let words = words(line);
-    let mut arguments = vec![queue, env!("CARGO_BIN_EXE_tandem")];
-    arguments.extend(words.iter().map(String::as_str));
-    place.start_as(Path::new("env"), &arguments)
+    let line = format!("{queue} '{}' {line}", env!("CARGO_BIN_EXE_tandem"));
+    place.start_as(Path::new("env"), &words(&line))
 }
 
 /// The table of the same study by this machine.
 fn expected(place: &Place) -> BTreeMap<String, Vec<(String, String)>> {
     let began = Instant::now();
-    tandem(place, &study("local", "--jobs 2")).expect(0);
+    place.tandem(&study("local", "--jobs 2")).expect(0);
     let took = began.elapsed().as_secs_f64();
     println!("{} runs, local, two at once: {took:.1} s", runs());
     let rows = without_times(&place.path("local/study.csv"));
@@ -64,7 +62,7 @@ fn parallel_runs_the_commands_of_a_study() {
         return;
     }
     let place = Place::new();
-    tandem(&place, &study("out", "--commands todo")).expect(0);
+    place.tandem(&study("out", "--commands todo")).expect(0);
     let mut parallel = Command::new("parallel");
     parallel
         .args(["--jobs", "2", "--arg-file", "todo"])
@@ -75,7 +73,7 @@ fn parallel_runs_the_commands_of_a_study() {
     parallel.output().unwrap();
     let took = began.elapsed().as_secs_f64();
     println!("{} runs, parallel: {took:.1} s", runs());
-    let ended = tandem(&place, &study("out", "")).expect(0);
+    let ended = place.tandem(&study("out", "")).expect(0);
     let count = format!("{} runs, 0 of them new", runs());
     has(&ended.stdout, &count);
     assert!(expected(&place) == without_times(&place.path("out/study.csv")));
@@ -86,18 +84,17 @@ fn parallel_runs_the_commands_of_a_study() {
 fn a_launcher_starts_the_runs_and_what_it_loses_is_tried_again() {
     let place = Place::new();
     let launcher = "sh -c 'echo >> started; mkdir lost && exit 9; exec \"$@\"' launcher";
-    let more = format!(
-        "--jobs 2 --launcher {}",
-        shlex::try_quote(launcher).unwrap()
-    );
-    let ended = tandem(&place, &study("out", &more)).expect(0);
+    let more = format!("--jobs 2 --launcher {}", quoted(launcher));
+    let ended = place.tandem(&study("out", &more)).expect(0);
     let count = format!("{n} runs, {n} of them new", n = runs());
     has(&ended.stdout, &count);
     has(&ended.stderr, "1 runs left no summary: tried again");
     let started = fs::read_to_string(place.path("started")).unwrap();
     assert_eq!(started.lines().count(), runs() + 1);
     assert!(expected(&place) == without_times(&place.path("out/study.csv")));
-    let ended = tandem(&place, &study("other", "--launcher \"srun 'x\"")).expect(2);
+    let ended = place
+        .tandem(&study("other", "--launcher \"srun 'x\""))
+        .expect(2);
     ended.says(&["--launcher", "a quote is not closed"]);
 }
 

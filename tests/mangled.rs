@@ -182,7 +182,7 @@ fn fault(place: &Place, by: &[&str], words: &[&str]) -> (Option<String>, Option<
     if over != Some(true) {
         drop(running);
         let _ = until(PATIENCE, || place.processes().is_empty().then_some(()));
-        place.start(&["clean"]).end().expect(0);
+        place.tandem("clean").expect(0);
         return (Some(format!("hangs: {answer:?}")), None, took);
     }
     let runs = running.runs();

@@ -20,22 +20,17 @@ fn runs(place: &Place, command: &mut Command) -> String {
     said
 }
 
-fn tandem(directory: &Path, words: &[&str]) -> Command {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_tandem"));
-    command.args(words).current_dir(directory);
-    command
-}
-
 /// A new solver, and what `tandem new` says that comes next.
 fn new(place: &Place, name: &str, language: &str) -> String {
-    let words = ["new", "solver", name, "--lang", language];
-    runs(place, &mut tandem(&place.path("."), &words))
+    let ended = place.tandem(&format!("new solver {name} --lang {language}"));
+    ended.expect(0).stdout
 }
 
 fn collides(place: &Place, command: &str) {
-    let run = ["run", &scene("jiang2020/collision_hard"), "--dem", command];
-    let words = [&run[..], &["--variant", "quick", "--out", "out"]].concat();
-    runs(place, &mut tandem(&place.path("."), &words));
+    let more = format!("--dem \"{command}\" --variant quick");
+    place
+        .run("out", &scene("jiang2020/collision_hard"), &more)
+        .expect(0);
 }
 
 #[test]
@@ -111,16 +106,13 @@ fn nothing_that_is_there_is_lost_to_a_new_solver() {
     let directory = place.path(".");
     fs::create_dir(directory.join("mine")).unwrap();
     for (words, why) in [
-        (["mine", "--lang", "rust"].as_slice(), "cannot make mine/"),
-        (&["../up", "--lang", "rust"], "cannot be called"),
-        (&["2d", "--lang", "python"], "begins with a letter"),
-        (&["other", "--lang", "rust", "--tree", "."], "no checkout"),
+        ("mine --lang rust", "cannot make mine/"),
+        ("../up --lang rust", "cannot be called"),
+        ("2d --lang python", "begins with a letter"),
+        ("other --lang rust --tree .", "no checkout"),
     ] {
-        let words = [&["new", "solver"], words].concat();
-        let ended = tandem(&directory, &words).output().unwrap();
-        let said = String::from_utf8_lossy(&ended.stderr);
-        assert_eq!(ended.status.code(), Some(2), "{said}");
-        has(&said, why);
+        let ended = place.tandem(&format!("new solver {words}"));
+        ended.expect(2).says(&[why]);
     }
-    assert_eq!(fs::read_dir(directory).unwrap().count(), 1);
+    assert_eq!(place.content().len(), 1);
 }

@@ -8,12 +8,15 @@ use std::time::Duration;
 
 use crate::harness::needs::Need;
 use crate::harness::{
-    Ended, History, PATIENCE, Place, RunFiles, python as python_with_readers, python_can_join,
-    root, scene, signal, until,
+    Ended, History, PATIENCE, Place, RunFiles, has, python as python_with_readers, python_can_join,
+    quoted, root, scene, signal, until,
 };
 use interface::message::wire::{LAYOUT, layout_hash};
 
 const HARD: &str = "jiang2020/collision_hard";
+const QUICK: &str = "--variant quick";
+/// For the points joined by springs: few of them, and K = 5/3 G.
+const COARSE: &str = "--set mpm.material.0.model.linear_elastic.shear_modulus=3e6 --set mpm.points.0.spacing.per_cell=4";
 /// Largest difference of a column relative to its largest value: sums in another order, over a thousand steps.
 const SAME: f64 = 1e-9;
 
@@ -30,15 +33,15 @@ fn example() -> PathBuf {
 }
 
 /// Runs a scene with the bodies of `command`, or with the built-in ones.
-fn run_with(place: &Place, out: &str, scene: &str, dem: Option<&str>, more: &[&str]) -> Ended {
-    let mut arguments: Vec<&str> = dem.iter().flat_map(|command| ["--dem", command]).collect();
-    arguments.extend(more);
-    place.run(out, scene, &arguments)
+fn run_with(place: &Place, out: &str, scene: &str, dem: Option<&str>, more: &str) -> Ended {
+    let dem = dem.map_or(String::new(), |command| {
+        format!("--dem {}", quoted(command))
+    });
+    place.run(out, scene, &format!("{dem} {more}"))
 }
 
-fn run_quick(place: &Place, out: &str, dem: Option<&str>, more: &[&str]) -> Ended {
-    let more = [&["--variant", "quick"], more].concat();
-    run_with(place, out, &scene(HARD), dem, &more)
+fn run_quick(place: &Place, out: &str, dem: Option<&str>, more: &str) -> Ended {
+    run_with(place, out, &scene(HARD), dem, &format!("{QUICK} {more}"))
 }
 
 fn disc_dem() -> String {
@@ -126,7 +129,7 @@ fn assert_same(a: &History, b: &History) {
 
 /// Runs a scene with the built-in bodies and with those of `command`; both reach their end and leave nothing behind.
 #[track_caller]
-fn both(name: &str, command: &str, more: &[&str]) -> (Place, [RunFiles; 2]) {
+fn both(name: &str, command: &str, more: &str) -> (Place, [RunFiles; 2]) {
     let place = Place::new();
     run_with(&place, "rust", &scene(name), None, more).expect(0);
     let ended = run_with(&place, "python", &scene(name), Some(command), more).expect(0);
@@ -137,13 +140,13 @@ fn both(name: &str, command: &str, more: &[&str]) -> (Place, [RunFiles; 2]) {
 
 /// Runs the collision, changed by `more`, with the built-in bodies and with those of `command`: the same physics.
 #[track_caller]
-fn same_physics(command: &str, more: &[&str]) {
-    same_physics_of(HARD, command, &[&["--variant", "quick"], more].concat());
+fn same_physics(command: &str, more: &str) {
+    same_physics_of(HARD, command, &format!("{QUICK} {more}"));
 }
 
 /// As [`same_physics`], of any scene.
 #[track_caller]
-fn same_physics_of(name: &str, command: &str, more: &[&str]) {
+fn same_physics_of(name: &str, command: &str, more: &str) {
     let (_place, [rust, python]) = both(name, command, more);
     assert_same(&rust.history(), &python.history());
     assert_eq!(rust.summary["steps"], python.summary["steps"]);
@@ -164,18 +167,12 @@ fn same_physics_of(name: &str, command: &str, more: &[&str]) {
     }
 }
 
-const OBLIQUE: [&str; 4] = [
-    "--set",
-    "dem.body.0.position=[0.036,0.02]",
-    "--set",
-    "check=[]",
-];
+const OBLIQUE: &str = "--set dem.body.0.position=[0.036,0.02] --set check=[]";
 
 #[test]
 fn discs_in_python_slide_and_spin_as_the_built_in_ones_do() {
     if python_can_join() {
-        let falling = ["--set", "gravity=[0,-9.81]"];
-        same_physics(&disc_dem(), &[&OBLIQUE[..], &falling].concat());
+        same_physics(&disc_dem(), &format!("{OBLIQUE} --set gravity=[0,-9.81]"));
     }
 }
 
@@ -192,25 +189,15 @@ fn the_solver_of_the_guide_holds_discs_as_the_built_in_one_does() {
     let package = root().join("python").display().to_string();
     let text = format!("import sys\nsys.path.insert(0, {package:?})\n{block}");
     let path = place.write("held.py", &text);
-    let held = [
-        "dem.body.0.motion=\"fixed\"",
-        "contact.linear.friction=0",
-        "time.end=0.006", // parted, and still within the domain
-    ];
-    let held = held.map(|set| ["--set", set]).concat();
-    let more = [&OBLIQUE[..], &held].concat();
+    let held = "--set dem.body.0.motion=fixed --set contact.linear.friction=0";
+    // Parted, and still within the domain.
+    let more = format!("{OBLIQUE} {held} --set time.end=0.006");
     let command = format!("python3 '{}'", path.display());
     same_physics(&command, &more);
     // And it is judged as what it says that it takes.
-    let kit = ["conformance", "--require", "held", "--cases", "20"];
-    let judged = Command::new(env!("CARGO_BIN_EXE_tandem"))
-        .args(kit)
-        .args(["--dem", &command])
-        .output();
-    let judged = judged.expect("the kit starts");
-    let told = String::from_utf8_lossy(&judged.stdout);
-    assert!(judged.status.success(), "{told}");
-    assert!(told.contains("profile held"), "{told}");
+    let kit = "conformance --require held --cases 20 --dem";
+    let judged = place.tandem(&format!("{kit} \"{command}\"")).expect(0);
+    has(&judged.stdout, "profile held");
 }
 
 #[test]
@@ -219,8 +206,8 @@ fn what_the_python_solver_cannot_do_it_refuses_by_its_key() {
         return;
     }
     let place = Place::new();
-    let damped = ["--set", "contact.linear.damping_ratio=0.1"];
-    run_quick(&place, "out", Some(&disc_dem()), &damped)
+    let damped = "--set contact.linear.damping_ratio=0.1";
+    run_quick(&place, "out", Some(&disc_dem()), damped)
         .expect(3)
         .says(&["contact.linear.damping_ratio", "needs damping"]);
 }
@@ -231,8 +218,8 @@ fn a_python_solver_started_as_the_wrong_party_is_reported() {
         return;
     }
     let place = Place::new();
-    let more = ["--variant", "quick", "--mpm", &disc_dem()];
-    let ended = run_with(&place, "out", &scene(HARD), None, &more).expect(3);
+    let more = format!("--mpm {}", quoted(&disc_dem()));
+    let ended = run_quick(&place, "out", None, &more).expect(3);
     ended.says(&[
         "what was started as the mpm is `",
         "it may be given by `--dem`",
@@ -247,7 +234,7 @@ fn run_changed(place: &Place, change: &str) -> Ended {
     );
     let path = place.write("changed.py", &text);
     let command = format!("python3 '{}'", path.display());
-    run_quick(place, "out", Some(&command), &[])
+    run_quick(place, "out", Some(&command), "")
 }
 
 #[test]
@@ -294,9 +281,11 @@ fn springs_in_python_pass_the_cases_of_a_continuum() {
         return;
     }
     let springs = springs();
-    let only = ["conformance", "--only", "T-1a,F-1a", "--cases", "3"];
-    let kit = [&only[..], &["--mpm", &springs]].concat();
-    Place::new().start(&kit).end().expect(0);
+    let kit = format!(
+        "conformance --only T-1a,F-1a --cases 3 --mpm {}",
+        quoted(&springs)
+    );
+    Place::new().tandem(&kit).expect(0);
 }
 
 /// A continuum of another kind, points joined by springs, gives the collision of an elastic disc but for its waves.
@@ -306,20 +295,12 @@ fn springs_in_python_take_the_place_of_the_continuum() {
         return;
     }
     let springs = springs();
-    let elastic = "mpm.material.0.model.linear_elastic.shear_modulus=3e6";
-    let coarse = [
-        "--variant",
-        "quick",
-        "--set",
-        elastic,
-        "--set",
-        "mpm.points.0.spacing.per_cell=4",
-    ];
+    let springs = format!("--mpm {}", quoted(&springs));
     let place = Place::new();
-    run_with(&place, "rust", &scene(HARD), None, &coarse).expect(0);
+    run_quick(&place, "rust", None, COARSE).expect(0);
     // Both sides in Python: the coupler is all that is left of Tandem.
-    let more = [&coarse[..], &["--mpm", &springs]].concat();
-    let ended = run_with(&place, "python", &scene(HARD), Some(&disc_dem()), &more).expect(0);
+    let more = format!("{COARSE} {springs}");
+    let ended = run_quick(&place, "python", Some(&disc_dem()), &more).expect(0);
     place.assert_clean(&ended.runs);
     let [rust, python] = ["rust", "python"].map(|out| RunFiles::read(&place.path(out)));
     assert!(python.number("momentum_error") < 1e-12);
@@ -329,8 +310,7 @@ fn springs_in_python_take_the_place_of_the_continuum() {
         let (x, y) = (largest(&rust), largest(&python));
         assert!((x - y).abs() <= share * x, "{name}: {x} and {y}");
     }
-    let more = ["--variant", "quick", "--mpm", &springs];
-    run_with(&place, "refused", &scene(HARD), None, &more)
+    run_quick(&place, "refused", None, &springs)
         .expect(3)
         .says(&["mpm.points.0.material", "bulk_modulus = 5/3 shear_modulus"]);
 }
@@ -342,26 +322,13 @@ fn python_solvers_go_on_from_a_checkpoint_to_the_same_bits() {
         return;
     }
     let springs = springs();
-    let coarse = [
-        "mpm.material.0.model.linear_elastic.shear_modulus=3e6",
-        "mpm.points.0.spacing.per_cell=4",
-        "gravity=[0,-9.81]",
-        "output.frames=5e-4",
-        "output.checkpoint.time=5e-4",
-        "check=[]",
-    ];
-    let coarse = coarse.map(|set| ["--set", set]).concat();
     let place = Place::new();
     // Friction has a history: the springs of the discs.
-    let oblique = [
-        "--variant",
-        "quick",
-        "--set",
-        "dem.body.0.position=[0.036,0.02]",
-    ];
-    let command = disc_dem();
-    let solvers = ["--mpm", &springs, "--dem", &command];
-    let more = [&oblique[..], &coarse, &solvers].concat();
+    let set = format!("{QUICK} {OBLIQUE} {COARSE} --set gravity=[0,-9.81]");
+    let output = "--set output.frames=5e-4 --set output.checkpoint.time=5e-4";
+    let dem = disc_dem();
+    let solvers = format!("--mpm {} --dem {}", quoted(&springs), quoted(&dem));
+    let more = format!("{set} {output} {solvers}");
     place.run("whole", &scene(HARD), &more).expect(0);
     let run = place.start_run("cut", &scene(HARD), &more);
     let folder = place.path("cut/checkpoints");
@@ -372,11 +339,9 @@ fn python_solvers_go_on_from_a_checkpoint_to_the_same_bits() {
     assert!(two.is_some(), "no checkpoints");
     signal(run.pid(), "KILL");
     assert_eq!(run.end().signal(), Some(9));
-    let cut = place.path("cut");
-    let cut = cut.to_str().unwrap();
     // The scene that the run has left names the programs.
-    place.start(&["resume", cut]).end().expect(2);
-    place.start(&["resume", cut, "--trust"]).end().expect(0);
+    place.tandem("resume cut").expect(2);
+    place.tandem("resume cut --trust").expect(0);
     let [whole, cut] = ["whole", "cut"].map(|out| place.path(out));
     for key in ["state_hash", "status"] {
         let [a, b] = [&whole, &cut].map(|dir| RunFiles::read(dir).text(key).to_owned());
@@ -395,7 +360,7 @@ fn python_solvers_go_on_from_a_checkpoint_to_the_same_bits() {
 
 const TUMBLE: &str = "verification/tumble";
 /// The collision of it, without the flight.
-const COLLISION: [&str; 2] = ["--set", "time.end=0.006"];
+const COLLISION: &str = "--set time.end=0.006";
 
 /// The command of YADE as the bodies' side, by the first Python that has it; notes if there is none.
 fn yade_dem() -> Option<String> {
@@ -418,7 +383,7 @@ fn yade_dem() -> Option<String> {
 #[test]
 fn yade_moves_a_block_without_friction_as_the_built_in_solver_does() {
     if let Some(yade) = yade_dem() {
-        same_physics_of(TUMBLE, &yade, &[]);
+        same_physics_of(TUMBLE, &yade, "");
     }
 }
 
@@ -427,7 +392,7 @@ fn yade_moves_a_block_without_friction_as_the_built_in_solver_does() {
 #[test]
 fn yade_with_friction_balances_its_energies_and_comes_near() {
     let Some(yade) = yade_dem() else { return };
-    let rough = [&["--variant", "rough"], &COLLISION[..]].concat();
+    let rough = format!("--variant rough {COLLISION}");
     let (_place, [rust, yade]) = both(TUMBLE, &yade, &rough);
     let (a, b) = (rust.history(), yade.history());
     let last = |history: &History, name: &str| *history.column(name).last().unwrap();
@@ -452,10 +417,9 @@ fn what_yade_cannot_do_is_refused_by_its_key() {
     let Some(yade) = yade_dem() else { return };
     let place = Place::new();
     let refused = |set: &str, phrases: &[&str]| {
-        let more = ["--set", set];
-        run_with(&place, "out", &scene(TUMBLE), Some(&yade), &more)
-            .expect(3)
-            .says(phrases);
+        let more = format!("--set {set}");
+        let ended = run_with(&place, "out", &scene(TUMBLE), Some(&yade), &more);
+        ended.expect(3).says(phrases);
     };
     refused(
         "contact.linear.damping_ratio=0.1",

@@ -9,7 +9,7 @@ use crate::harness::{Place, RunFiles, has, scene};
 use interface::recording::{End, Playback};
 
 const HARD: &str = "jiang2020/collision_hard";
-const QUICK: [&str; 2] = ["--variant", "quick"];
+const QUICK: &str = "--variant quick";
 
 fn recording(place: &Place, out: &str) -> PathBuf {
     place.path(out).join("recording.tandem")
@@ -57,12 +57,12 @@ fn assert_whole(path: &Path, run: &RunFiles, clouds: u64) {
 #[test]
 fn recording_changes_nothing_and_has_everything() {
     let place = Place::new();
-    place.run("plain", &scene(HARD), &QUICK).expect(0);
+    place.run("plain", &scene(HARD), QUICK).expect(0);
     let plain = RunFiles::read(&place.path("plain"));
     let history = fs::read(place.path("plain").join("history.csv")).unwrap();
     assert!(!recording(&place, "plain").exists());
-    for (out, how) in [("three", &[][..]), ("one", &["--in-process"])] {
-        let more = [&QUICK[..], &["--record"], how].concat();
+    for (out, how) in [("three", ""), ("one", "--in-process")] {
+        let more = format!("{QUICK} --record {how}");
         let ended = place.run(out, &scene(HARD), &more).expect(0);
         place.assert_clean(&ended.runs);
         let recorded = RunFiles::read(&place.path(out));
@@ -73,7 +73,7 @@ fn recording_changes_nothing_and_has_everything() {
         assert_whole(&recording(&place, out), &recorded, clouds);
     }
     // A run without it leaves none of an earlier one.
-    place.run("three", &scene(HARD), &QUICK).expect(0);
+    place.run("three", &scene(HARD), QUICK).expect(0);
     assert!(!recording(&place, "three").exists());
 }
 
@@ -104,14 +104,10 @@ fn a_recording_that_cannot_be_written_ends_the_run_with_the_reason() {
 fn a_timeline_has_the_times_of_the_summary() {
     let place = Place::new();
     let trace = place.path("trace.json");
-    let more = ["--trace", trace.to_str().unwrap()];
-    let save = ["--set", "output.checkpoint.time=2e-3"];
-    place
-        .run("plain", &scene(HARD), &[&QUICK[..], &save].concat())
-        .expect(0);
-    place
-        .run("out", &scene(HARD), &[&QUICK[..], &save, &more].concat())
-        .expect(0);
+    for (out, more) in [("plain", ""), ("out", "--trace trace.json")] {
+        let save = format!("{QUICK} --set output.checkpoint.time=2e-3 {more}");
+        place.run(out, &scene(HARD), &save).expect(0);
+    }
     let [plain, run] = ["plain", "out"].map(|out| RunFiles::read(&place.path(out)));
     assert_eq!(plain.text("state_hash"), run.text("state_hash"));
 
@@ -143,8 +139,7 @@ fn a_timeline_has_the_times_of_the_summary() {
             );
         }
     }
-    let nowhere = place.path("no/such/folder.json");
-    let more = ["--trace", nowhere.to_str().unwrap()];
-    let refused = place.run("out", &scene(HARD), &[&QUICK[..], &more].concat());
+    let nowhere = format!("{QUICK} --trace no/such/folder.json");
+    let refused = place.run("out", &scene(HARD), &nowhere);
     refused.expect(2).says(&["--trace"]);
 }

@@ -20,9 +20,9 @@ fn line_of(scene: &str, text: &str) -> usize {
 
 /// Runs what is to be refused: exit 2, and everything is as before.
 #[track_caller]
-fn refused(place: &Place, arguments: &[&str]) -> Ended {
+fn refused(place: &Place, line: &str) -> Ended {
     let before = place.content();
-    let ended = place.start(arguments).end().expect(2);
+    let ended = place.tandem(line).expect(2);
     assert!(!ended.stderr.contains("panicked"), "{}", ended.stderr);
     assert_eq!(ended.stdout, "", "what is wrong goes to standard error");
     assert_eq!(place.content(), before, "something was left behind");
@@ -35,11 +35,10 @@ fn refused(place: &Place, arguments: &[&str]) -> Ended {
 #[track_caller]
 fn refused_scene(text: &str, phrases: &[&str]) {
     let place = Place::new();
-    let path = place.write("bad.toml", text);
-    let path = path.to_str().unwrap();
-    refused(&place, &["run", path, "--out", "out"]).says(phrases);
-    refused(&place, &["check", path]).says(phrases);
-    refused(&place, &["plan", path]).says(phrases);
+    place.write("bad.toml", text);
+    for line in ["run bad.toml --out out", "check bad.toml", "plan bad.toml"] {
+        refused(&place, line).says(phrases);
+    }
 }
 
 #[test]
@@ -54,12 +53,12 @@ fn a_misspelt_key_is_named_with_its_line_and_the_nearest_key() {
 fn a_bracket_that_is_not_closed_is_one_error_that_says_where_it_was_opened() {
     let bad = with("velocity = [2.0, 0.0]", "velocity = [2.0, 0.0");
     let place = Place::new();
-    let path = place.write("bad.toml", &bad);
+    place.write("bad.toml", &bad);
     let opened = format!(
         "the `[` of line {}, column 12 is still open here",
         line_of(&bad, "velocity = [2.0, 0.0")
     );
-    let ended = refused(&place, &["check", path.to_str().unwrap()]);
+    let ended = refused(&place, "check bad.toml");
     let ended = ended.says(&["not TOML", "bad.toml:", &opened]);
     let told = ended.stderr.matches("error").count();
     assert_eq!(told, 1, "{}", ended.stderr);
@@ -71,10 +70,9 @@ fn what_presses_at_the_start_is_told() {
     let place = Place::new();
     for (x, told) in [("0.042", false), ("0.039", true)] {
         let text = with("position = [0.042, 0.0]", &format!("position = [{x}, 0.0]"));
-        let path = place.write("near.toml", &text);
-        for command in ["check", "plan"] {
-            let words = [command, path.to_str().unwrap()];
-            let ended = place.start(&words).end().expect(0);
+        place.write("near.toml", &text);
+        for line in ["check near.toml", "plan near.toml"] {
+            let ended = place.tandem(line).expect(0);
             let phrase = "overlaps body `target` by";
             assert_eq!(ended.stdout.contains(phrase), told, "{}", ended.stdout);
         }
@@ -85,12 +83,12 @@ fn what_presses_at_the_start_is_told() {
 fn an_output_directory_that_cannot_be_written_is_refused() {
     let place = Place::new();
     place.write("file", "not a directory");
+    let run = |out: &str| {
+        let line = format!("run '{}' --variant quick --out {out}", scene(HARD));
+        refused(&place, &line)
+    };
     for out in ["file", "file/run", "file/a/b/run"] {
-        refused(
-            &place,
-            &["run", &scene(HARD), "--variant", "quick", "--out", out],
-        )
-        .says(&["cannot create the run directory", out]);
+        run(out).says(&["cannot create the run directory", out]);
     }
     assert_eq!(
         fs::read_to_string(place.path("file")).unwrap(),
@@ -98,30 +96,24 @@ fn an_output_directory_that_cannot_be_written_is_refused() {
     );
     // A directory where a file of the run belongs.
     fs::create_dir_all(place.path("taken/summary.json")).unwrap();
-    refused(
-        &place,
-        &["run", &scene(HARD), "--variant", "quick", "--out", "taken"],
-    )
-    .says(&["taken/summary.json"]);
+    run("taken").says(&["taken/summary.json"]);
 }
 
 #[test]
 fn options_out_of_range_are_refused_by_name() {
     let place = Place::new();
-    let run = |option: &[&'static str]| {
-        let scene = scene(HARD);
-        let mut arguments = vec!["run", &scene, "--out", "out"];
-        arguments.extend(option);
-        refused(&place, &arguments)
+    let run = |option: &str| {
+        let line = format!("run '{}' --out out {option}", scene(HARD));
+        refused(&place, &line)
     };
-    run(&["--window", "0"]).says(&["--window", "'0'"]);
-    run(&["--window", "-1"]).says(&["-1"]);
-    run(&["--threads", "0"]).says(&["--threads"]);
-    run(&["--wndow", "8"]).says(&["--wndow", "--window"]);
-    run(&["--dem", "'"]).says(&["--dem", "not a command"]);
-    run(&["--mpm", ""]).says(&["--mpm", "not a command"]);
-    run(&["--dem", "x", "--in-process"]).says(&["--dem", "--in-process", "cannot be used with"]);
-    run(&["--set", "solvers.dem=x", "--in-process"]).says(&[
+    run("--window 0").says(&["--window", "'0'"]);
+    run("--window -1").says(&["-1"]);
+    run("--threads 0").says(&["--threads"]);
+    run("--wndow 8").says(&["--wndow", "--window"]);
+    run("--dem \\'").says(&["--dem", "not a command"]);
+    run("--mpm ''").says(&["--mpm", "not a command"]);
+    run("--dem x --in-process").says(&["--dem", "--in-process", "cannot be used with"]);
+    run("--set solvers.dem=x --in-process").says(&[
         "--in-process",
         "`--set solvers.dem=built-in` selects the built-in one",
     ]);
@@ -130,18 +122,14 @@ fn options_out_of_range_are_refused_by_name() {
 #[test]
 fn files_in_the_run_directory_survive_a_refusal() {
     let place = Place::new();
-    place
-        .run("out", &scene(HARD), &["--variant", "quick"])
-        .expect(0);
+    place.run("out", &scene(HARD), "--variant quick").expect(0);
     let files = || {
         ["summary.json", "history.csv", "scene.toml", "log.jsonl"]
             .map(|f| fs::read(place.path("out").join(f)).unwrap())
     };
     let before = files();
-    refused(
-        &place,
-        &["run", &scene(HARD), "--set", "mpm.cel=1", "--out", "out"],
-    );
+    let line = format!("run '{}' --set mpm.cel=1 --out out", scene(HARD));
+    refused(&place, &line);
     assert!(files() == before, "an earlier run's results were touched");
 }
 
@@ -149,12 +137,9 @@ fn files_in_the_run_directory_survive_a_refusal() {
 fn a_run_that_does_not_exist_is_not_joined() {
     let place = Place::new();
     for solver in ["mpm", "dem"] {
-        let ended = place.start(&[solver, "--join", "0123abcd"]).end().expect(3);
-        ended.says(&["there is no run `0123abcd` to join"]);
-        place
-            .start(&[solver, "--join", "../../etc"])
-            .end()
-            .expect(3);
+        let joined = |run: &str| place.tandem(&format!("{solver} --join {run}")).expect(3);
+        joined("0123abcd").says(&["there is no run `0123abcd` to join"]);
+        joined("../../etc");
     }
 }
 
@@ -163,9 +148,9 @@ fn a_run_that_does_not_exist_is_not_joined() {
 fn a_refusal_by_a_solver_names_the_key() {
     let place = Place::new();
     let root_of_what_is_negative = "mpm.points.0.velocity=[\"sqrt(-1-x^2)\", 0.0]";
-    let set = ["--variant", "quick", "--set", root_of_what_is_negative];
-    let ended = place.start(&[&["run", &scene(HARD), "--out", "out"], &set[..]].concat());
-    let ended = ended.end().expect(3);
+    let set = format!("--variant quick --set '{root_of_what_is_negative}'");
+    let ended = place.tandem(&format!("run '{}' --out out {set}", scene(HARD)));
+    let ended = ended.expect(3);
     place.assert_clean(&ended.runs);
     let refusal = "the mpm refuses `mpm.points.0.velocity`";
     let told = ended.stderr.matches(refusal).count();
@@ -177,13 +162,9 @@ fn a_refusal_by_a_solver_names_the_key() {
         "--set mpm.points.0.velocity",
     ]);
     // The result of an earlier run stays.
-    place
-        .run("out", &scene(HARD), &["--variant", "quick"])
-        .expect(0);
-    place
-        .run("out", &scene(HARD), &set)
-        .expect(3)
-        .says(&[refusal]);
+    place.run("out", &scene(HARD), "--variant quick").expect(0);
+    let ended = place.run("out", &scene(HARD), &set);
+    ended.expect(3).says(&[refusal]);
     assert_eq!(RunFiles::read(&place.path("out")).text("status"), "done");
     assert!(!place.path("out/failed-start").exists());
 }
@@ -194,9 +175,7 @@ fn a_solver_of_the_other_side_is_refused_by_name() {
     let program = env!("CARGO_BIN_EXE_tandem");
     for (expected, given) in [("dem", "mpm"), ("mpm", "dem")] {
         let place = Place::new();
-        let command = format!("'{program}' {given}");
-        let option = format!("--{expected}");
-        let more = ["--variant", "quick", &option, &command];
+        let more = format!("--variant quick --{expected} \"'{program}' {given}\"");
         let start = std::time::Instant::now();
         let ended = place.start_run("out", &scene(HARD), &more).end().expect(3);
         let took = start.elapsed().as_secs_f64();
@@ -244,15 +223,11 @@ fn what_cannot_begin_is_refused_by_check_and_plan() {
     ];
     for (body, phrase) in rows {
         let place = Place::new();
-        let begin = place.write("sound.toml", &start_of(""));
-        place
-            .start(&["check", begin.to_str().unwrap()])
-            .end()
-            .expect(0);
-        let path = place.write("bad.toml", &start_of(&body));
-        let path = path.to_str().unwrap();
-        refused(&place, &["check", path]).says(&[phrase]);
-        place.start(&["plan", path]).end().expect(2).says(&[phrase]);
+        place.write("sound.toml", &start_of(""));
+        place.tandem("check sound.toml").expect(0);
+        place.write("bad.toml", &start_of(&body));
+        refused(&place, "check bad.toml").says(&[phrase]);
+        place.tandem("plan bad.toml").expect(2).says(&[phrase]);
     }
 }
 
@@ -278,46 +253,32 @@ fn a_program_that_a_scene_names_is_started_only_when_it_is_trusted() {
     let text = fs::read_to_string(scene("extreme/bodies_only")).unwrap();
     let place = Place::new();
     let named = format!("{text}\n[solvers]\ndem = \"sh -c 'touch started'\"\n");
-    let path = place.write("foreign.toml", &named);
-    let path = path.to_str().unwrap();
+    place.write("foreign.toml", &named);
     let told = [
         "would start a program of its own",
         "as its dem: sh -c 'touch started'",
         "`--trust` starts it",
         "`--set solvers.dem=built-in`",
     ];
-    refused(&place, &["run", path, "--out", "out"]).says(&told);
-    let study = [
-        "study",
-        path,
-        "--out",
-        "studied",
-        "--vary",
-        "dem.body.0.spin=1e4",
-    ];
-    let more = ["--resolution", "dem.body.0.spin", "--finer", "angle"];
-    let ended = place.start(&[&study[..], &more].concat()).end().expect(2);
-    ended.says(&[
+    refused(&place, "run foreign.toml --out out").says(&told);
+    let vary = "--vary dem.body.0.spin=1e4 --resolution dem.body.0.spin --finer angle";
+    let ended = place.tandem(&format!("study foreign.toml --out studied {vary}"));
+    ended.expect(2).says(&[
         "would start a program as its dem: sh -c 'touch started'",
         "give `--trust`",
     ]);
     assert!(!place.path("started").exists() && !place.path("out").exists());
     // What the scene lies beside, and reads only, starts nothing.
-    place.start(&["plan", path]).end().expect(0);
-    place.start(&["check", path]).end().expect(0);
+    place.tandem("plan foreign.toml").expect(0);
+    place.tandem("check foreign.toml").expect(0);
     assert!(!place.path("started").exists());
     // With trust it is started, and is no solver.
-    let ended = place
-        .start(&["run", path, "--out", "out", "--trust"])
-        .end()
-        .expect(3);
-    ended.says(&["dem"]);
+    let ended = place.tandem("run foreign.toml --out out --trust");
+    ended.expect(3).says(&["dem"]);
     assert!(place.path("started").exists());
     // A directory from elsewhere is a scene from elsewhere.
-    refused(&place, &["resume", "out"]).says(&told[..3]);
+    refused(&place, "resume out").says(&told[..3]);
     // Whoever names it on the command line has said so; the scene's own is left out.
-    let built_in = [
-        "run", path, "--out", "own", "--dem", "built-in", "--set", "check=[]",
-    ];
-    place.start(&built_in).end().expect(0);
+    let built_in = "run foreign.toml --out own --dem built-in --set check=[]";
+    place.tandem(built_in).expect(0);
 }

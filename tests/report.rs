@@ -18,8 +18,8 @@ const HARD: &str = "jiang2020/collision_hard";
 const WIDTHS: [u32; 3] = [360, 800, 1400];
 /// The quick collision with its report, and what the program said.
 fn collision(place: &Place) -> (PathBuf, String) {
-    let quick = ["--variant", "quick", "--report"];
-    let ended = place.run("run", &scene(HARD), &quick).expect(0);
+    let ended = place.run("run", &scene(HARD), "--variant quick --report");
+    let ended = ended.expect(0);
     (place.path("run"), ended.stdout)
 }
 
@@ -199,17 +199,15 @@ fn nothing_of_a_scene_becomes_markup() {
         )
         .replace("about = \"A hard", &format!("about = \"{evil} A hard"))
         .replace("v_target\"]", "v_target\"] # </script>");
-    let file = place.write("evil.toml", &text);
-    let quick = ["--variant", "quick"];
-    place.run("run", file.to_str().unwrap(), &quick).expect(0);
+    place.write("evil.toml", &text);
+    place.run("run", "evil.toml", "--variant quick").expect(0);
     let run = place.path("run");
     let mut summary = RunFiles::read(&run).summary;
     summary["reason"] = evil.into();
     fs::write(run.join("summary.json"), summary.to_string()).unwrap();
     let line = serde_json::json!({"timestamp": evil, "level": evil, "fields": {"message": evil}});
     fs::write(run.join("log.jsonl"), format!("{line}\n")).unwrap();
-    let written = place.start(&["report", run.to_str().unwrap()]);
-    written.end().expect(0);
+    place.tandem("report run").expect(0);
     let Some(reader) = Reader::open(&run.join("report.html")) else {
         return;
     };
@@ -239,22 +237,13 @@ fn nothing_of_a_scene_becomes_markup() {
 #[test]
 fn runs_stand_beside_one_another() {
     let place = Place::new();
-    let (run, _) = collision(&place);
-    let more = ["--variant", "quick", "--report", "--set", "time.end=0.004"];
+    collision(&place);
+    let more = "--variant quick --report --set time.end=0.004";
     // Too short for the collision to be over: its checks fail, and it has its page all the same.
-    let ended = place.run("short", &scene(HARD), &more);
-    ended.expect(1);
+    place.run("short", &scene(HARD), more).expect(1);
     assert!(place.path("short").join("report.html").exists());
-    let (both, short) = (place.path("both.html"), place.path("short"));
-    let arguments = [
-        "report",
-        run.to_str().unwrap(),
-        short.to_str().unwrap(),
-        "--out",
-        both.to_str().unwrap(),
-    ];
-    place.start(&arguments).end().expect(0);
-    let Some(reader) = Reader::open(&both) else {
+    place.tandem("report run short --out both.html").expect(0);
+    let Some(reader) = Reader::open(&place.path("both.html")) else {
         return;
     };
     for width in WIDTHS {
@@ -291,19 +280,9 @@ fn runs_stand_beside_one_another() {
 fn a_run_that_failed_says_why_at_the_top() {
     let place = Place::new();
     // Steps that are far beyond what this contact allows (tests/instability.rs).
-    let [factor, step] = ["time.step_factor=20", "time.max_step=3.9e-6"];
-    let stiffness = "contact.linear.normal_stiffness=6e10";
-    let more = [
-        "--variant",
-        "quick",
-        "--report",
-        "--set",
-        factor,
-        "--set",
-        step,
-        "--set",
-        stiffness,
-    ];
+    let step = "--set time.step_factor=20 --set time.max_step=3.9e-6";
+    let more =
+        format!("--variant quick --report {step} --set contact.linear.normal_stiffness=6e10");
     place.run("run", &scene(HARD), &more).expect(4);
     let files = RunFiles::read(&place.path("run"));
     let reason = files.summary["reason"].as_str().unwrap().to_owned();
@@ -338,10 +317,7 @@ fn what_is_left_of_a_killed_run_is_shown() {
     }
     let history = fs::read_to_string(run.join("history.csv")).unwrap();
     fs::write(run.join("history.csv"), &history[..history.len() / 2]).unwrap();
-    place
-        .start(&["report", run.to_str().unwrap()])
-        .end()
-        .expect(0);
+    place.tandem("report run").expect(0);
     let Some(reader) = Reader::open(&run.join("report.html")) else {
         return;
     };
@@ -367,15 +343,9 @@ fn what_is_no_run_is_refused_and_nothing_is_written() {
     let place = Place::new();
     fs::create_dir(place.path("empty")).unwrap();
     for name in ["empty", "missing"] {
-        let path = place.path(name);
-        let arguments = ["report", path.to_str().unwrap()];
-        let ended = place.start(&arguments).end().expect(2);
-        assert!(
-            ended.stderr.contains("name a run directory"),
-            "{}",
-            ended.stderr
-        );
-        assert!(!path.join("report.html").exists());
+        let ended = place.tandem(&format!("report {name}")).expect(2);
+        ended.says(&["name a run directory"]);
+        assert!(!place.path(name).join("report.html").exists());
     }
 }
 
@@ -383,10 +353,10 @@ fn what_is_no_run_is_refused_and_nothing_is_written() {
 #[test]
 fn a_report_changes_no_bit_of_a_run() {
     let place = Place::new();
-    let with = ["--variant", "quick", "--report"];
-    let without = ["--variant", "quick", "--window", "1"];
-    place.run("with", &scene(HARD), &with).expect(0);
-    place.run("without", &scene(HARD), &without).expect(0);
+    for (out, more) in [("with", "--report"), ("without", "--window 1")] {
+        let ended = place.run(out, &scene(HARD), &format!("--variant quick {more}"));
+        ended.expect(0);
+    }
     let [with, without] = ["with", "without"].map(|out| RunFiles::read(&place.path(out)));
     assert_eq!(with.summary["state_hash"], without.summary["state_hash"]);
     assert_eq!(with.summary["steps"], without.summary["steps"]);
@@ -402,29 +372,11 @@ fn a_report_changes_no_bit_of_a_run() {
 fn a_large_run_is_small_and_quick() {
     let place = Place::new();
     let scene = scene("verification/column_collapse");
-    let large = [
-        "--set",
-        "mpm.points.0.spacing.counts=[224,447]",
-        "--set",
-        "time.end=0.1",
-        "--set",
-        "output.every=5e-4",
-        "--set",
-        "output.frames=5e-4",
-        "--set",
-        "check=[]",
-        "--in-process",
-    ];
-    place.run("run", &scene, &large).expect(0);
-    let run = place.path("run");
+    let large = "--set mpm.points.0.spacing.counts=[224,447] --set time.end=0.1 --set check=[] \
+        --set output.every=5e-4 --set output.frames=5e-4 --in-process";
+    place.run("run", &scene, large).expect(0);
     let (page, began) = (place.path("big.html"), std::time::Instant::now());
-    let arguments = [
-        "report",
-        run.to_str().unwrap(),
-        "--out",
-        page.to_str().unwrap(),
-    ];
-    place.start(&arguments).end().expect(0);
+    place.tandem("report run --out big.html").expect(0);
     let (made, size) = (began.elapsed(), fs::metadata(&page).unwrap().len());
     let Some(reader) = Reader::open(&page) else {
         return;

@@ -6,21 +6,19 @@ use std::process::Command;
 use std::time::Duration;
 
 use crate::harness::needs::Need;
-use crate::harness::{PATIENCE, Place, RunFiles, has, scene, segments, signal, until};
+use crate::harness::{PATIENCE, Place, RunFiles, has, scene, segments, signal, until, words};
 
-fn quick() -> [String; 3] {
-    [
-        scene("jiang2020/drop_hard"),
-        "--variant".into(),
-        "quick".into(),
-    ]
+const QUICK: &str = "--variant quick";
+
+fn drop() -> String {
+    scene("jiang2020/drop_hard")
 }
 
 /// The program after a line of shell.
 fn after(place: &Place, wrap: &[&str], script: &str, out: &str) -> (Option<i32>, String) {
     let script = format!("{script} && exec \"$@\"");
-    let mut words: Vec<&str> = wrap.to_vec();
-    words.extend([
+    let mut wrapped: Vec<&str> = wrap.to_vec();
+    wrapped.extend([
         "sh",
         "-c",
         &script,
@@ -28,9 +26,10 @@ fn after(place: &Place, wrap: &[&str], script: &str, out: &str) -> (Option<i32>,
         env!("CARGO_BIN_EXE_tandem"),
         "run",
     ]);
-    let ended = Command::new(words[0])
-        .args(&words[1..])
-        .args(quick())
+    let ended = Command::new(wrapped[0])
+        .args(&wrapped[1..])
+        .arg(drop())
+        .args(words(QUICK))
         .args(["--out", place.path(out).to_str().unwrap()])
         .output()
         .unwrap();
@@ -77,8 +76,7 @@ fn a_low_limit_of_open_files_is_reported() {
 #[test]
 fn a_plan_says_how_much_shared_memory_there_is() {
     let place = Place::new();
-    let [scene, ..] = quick();
-    let ended = place.start(&["plan", &scene]).end().expect(0);
+    let ended = place.tandem(&format!("plan {}", drop())).expect(0);
     let line = ended
         .stdout
         .lines()
@@ -91,8 +89,8 @@ fn a_plan_says_how_much_shared_memory_there_is() {
 }
 
 /// The line of a plan that says how long a run takes.
-fn time_of_plan(place: &Place, words: &[&str]) -> String {
-    let ended = place.start(&[&["plan"], words].concat()).end().expect(0);
+fn time_of_plan(place: &Place, more: &str) -> String {
+    let ended = place.tandem(&format!("plan {} {more}", drop())).expect(0);
     let mut lines = ended.stdout.lines().map(str::trim);
     let line = lines.find(|line| line.starts_with("time "));
     line.map_or_else(String::new, str::to_owned)
@@ -101,26 +99,22 @@ fn time_of_plan(place: &Place, words: &[&str]) -> String {
 #[test]
 fn a_plan_says_how_long_a_run_takes() {
     let place = Place::new();
-    let [hard, variant, quick] = quick();
-    let of_whole = time_of_plan(&place, &[&hard, &variant, &quick, "--measure", "60"]);
-    let run = place.run("whole", &hard, &[&variant, &quick]);
-    run.expect(0);
+    let of_whole = time_of_plan(&place, &format!("{QUICK} --measure 60"));
+    place.run("whole", &drop(), QUICK).expect(0);
     let steps = RunFiles::read(&place.path("whole")).summary["steps"].to_string();
     assert!(
         of_whole.ends_with(&format!("for all {steps} steps")),
         "{of_whole}: {steps}"
     );
-    let long = ["--set", "time.end=1e4", "--measure", "0.2"];
-    let of_some = time_of_plan(&place, &[&[hard.as_str()][..], &long].concat());
+    let of_some = time_of_plan(&place, "--set time.end=1e4 --measure 0.2");
     assert!(
         of_some.contains("about") && of_some.contains(" on this machine: "),
         "{of_some}"
     );
     // Hours of simulated time in microseconds of steps: hours at least, on any machine.
     has(&of_some, " h ");
-    assert_eq!(time_of_plan(&place, &[&hard, "--measure", "0"]), "");
-    let program = ["--set", "solvers.dem=true --slow"];
-    let other = time_of_plan(&place, &[&[hard.as_str()][..], &program].concat());
+    assert_eq!(time_of_plan(&place, "--measure 0"), "");
+    let other = time_of_plan(&place, "--set 'solvers.dem=true --slow'");
     has(
         &other,
         "not measured: its first steps end with: the dem solver",
@@ -133,17 +127,9 @@ fn a_plan_says_how_long_a_run_takes() {
 #[test]
 fn a_run_whose_files_in_shared_memory_are_removed_goes_on_to_the_same_bits() {
     let place = Place::new();
-    let [scene, variant, quick] = quick();
-    let more = [
-        variant.as_str(),
-        &quick,
-        "--set",
-        "output.frames=0.02",
-        "--set",
-        "output.every=0.001",
-    ];
-    place.run("whole", &scene, &more).expect(0);
-    let mut run = place.start_run("removed", &scene, &more);
+    let more = "--variant quick --set output.frames=0.02 --set output.every=0.001";
+    place.run("whole", &drop(), more).expect(0);
+    let mut run = place.start_run("removed", &drop(), more);
     // Not before the solvers have exchanged something: until then they open what is in shared memory. And not once they are
     // done, so one of them stands still at each look.
     let dem = run.solver("removed", "dem");

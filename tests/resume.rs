@@ -19,20 +19,8 @@ use crate::hashes;
 use interface::recording::{End, Playback};
 
 /// A coupled run with frames that takes a second or two, and how it keeps checkpoints.
-const LONG: &[&str] = &[
-    "--variant",
-    "quick",
-    "--set",
-    "time.end=0.1",
-    "--set",
-    "output.every=1e-3",
-    "--set",
-    "output.frames=0.02",
-    "--set",
-    "check=[]",
-    "--set",
-    "output.checkpoint.time=0.004",
-];
+const LONG: &str = "--variant quick --set time.end=0.1 --set output.every=1e-3 \
+    --set output.frames=0.02 --set check=[] --set output.checkpoint.time=0.004";
 
 fn scene_of_the_test() -> String {
     scene("jiang2020/normal_force")
@@ -55,10 +43,7 @@ fn a_table_that_was_changed_before_the_checkpoint_is_named_and_not_continued() {
         let at = before.iter().position(|&b| b == b'\n').unwrap() + 1;
         changed[at] = b'7';
         fs::write(dir.join(name), &changed).unwrap();
-        let ended = place
-            .start(&["resume", dir.to_str().unwrap()])
-            .end()
-            .expect(2);
+        let ended = place.tandem("resume run").expect(2);
         ended.says(&[
             name,
             "bytes, which it had at the checkpoint, were changed",
@@ -75,11 +60,8 @@ fn a_table_that_was_changed_before_the_checkpoint_is_named_and_not_continued() {
     let history = fs::read_to_string(dir.join("history.csv")).unwrap();
     let changed = history.replacen('\n', "\n7", 1);
     fs::write(dir.join("history.csv"), &changed).unwrap();
-    place
-        .start(&["resume", dir.to_str().unwrap(), "--new-tables"])
-        .end()
-        .expect(0)
-        .says(&["history.csv.changed"]);
+    let ended = place.tandem("resume run --new-tables").expect(0);
+    ended.says(&["history.csv.changed"]);
     let read = |name: &str| fs::read_to_string(dir.join(name)).unwrap();
     assert_eq!(read("history.csv.changed"), changed);
     let header = |table: &str| table.lines().next().unwrap().to_owned();
@@ -123,10 +105,8 @@ fn a_while_after_a_checkpoint(dir: &Path) {
     std::thread::sleep(Duration::from_millis(dice(150)));
 }
 
-fn resume(place: &Place, out: &str, more: &[&str]) -> Ended {
-    let dir = place.path(out);
-    let arguments = [&["resume", dir.to_str().unwrap(), "--log", "json"], more].concat();
-    place.start(&arguments).end()
+fn resume(place: &Place, out: &str) -> Ended {
+    place.tandem(&format!("resume {out} --log json"))
 }
 
 #[test]
@@ -140,7 +120,7 @@ fn a_torn_checkpoint_is_passed_over() {
     assert_eq!(all.len(), 2, "the newest and the one before are kept");
     let bytes = fs::read(&all[1]).unwrap();
     fs::write(&all[1], &bytes[..bytes.len() / 2]).unwrap();
-    let ended = resume(&place, "torn", &[]);
+    let ended = resume(&place, "torn");
     ended.expect(0).says(&["is damaged", "passed over"]);
     assert_same(&dir, &place.path("whole"));
 }
@@ -149,20 +129,18 @@ fn a_torn_checkpoint_is_passed_over() {
 fn what_cannot_be_resumed_is_refused_with_the_reason() {
     let place = Place::new();
     let scene = scene_of_the_test();
-    let none = &LONG[..LONG.len() - 2];
+    let (none, _) = LONG.rsplit_once("--set").unwrap();
     place.run("none", &scene, none).expect(0);
-    resume(&place, "none", &[])
+    resume(&place, "none")
         .expect(2)
         .says(&["has no checkpoint"]);
-    resume(&place, "nowhere", &[])
-        .expect(2)
-        .says(&["scene.toml"]);
+    resume(&place, "nowhere").expect(2).says(&["scene.toml"]);
     place.run("other", &scene, LONG).expect(0);
     // Another scene in the place of the one that was run.
     let file = place.path("other").join("scene.toml");
     let text = fs::read_to_string(&file).unwrap();
     fs::write(&file, text.replace("end = 0.1", "end = 0.11")).unwrap();
-    let ended = resume(&place, "other", &[]);
+    let ended = resume(&place, "other");
     ended.expect(2).says(&["is not of this run", "scene hash"]);
 }
 
@@ -173,25 +151,20 @@ fn a_recording_ends_where_its_run_was_cut_short() {
     let scene = scene_of_the_test();
     place.run("whole", &scene, LONG).expect(0);
     let dir = place.path("killed");
-    let run = place.start_run("killed", &scene, &[LONG, &["--record"]].concat());
+    let run = place.start_run("killed", &scene, &format!("{LONG} --record"));
     a_while_after_a_checkpoint(&dir);
     signal(run.pid(), "KILL");
     run.end();
     let recording = dir.join("recording.tandem");
     let before = fs::read(&recording).unwrap();
-    let ended = resume(&place, "killed", &[]).expect(0);
+    let ended = resume(&place, "killed").expect(0);
     ended.says(&["continues without its recording"]);
     assert_same(&dir, &place.path("whole"));
     assert_eq!(fs::read(&recording).unwrap(), before);
     let end = Playback::verify(&recording).unwrap();
     assert!(matches!(end, End::Torn { .. }), "{end:?}");
-    let arguments = [
-        "replay",
-        recording.to_str().unwrap(),
-        "--dem",
-        "--in-process",
-    ];
-    let ended = place.start(&arguments).end().expect(0);
+    let ended = place.tandem("replay killed/recording.tandem --dem --in-process");
+    let ended = ended.expect(0);
     assert!(ended.stdout.contains("the same, to the bit"), "{ended:#?}");
 }
 
@@ -215,8 +188,8 @@ sys.exit(disc_dem.serve_dem(disc_dem.Discs()))
     let discs = place.write("discs.py", &discs);
     let command = format!("python3 '{}'", discs.display());
     let scene = scene("jiang2020/collision_hard");
-    let keeps = "output.checkpoint={time=2e-4, end=true}";
-    let run = ["--variant", "quick", "--dem", &command, "--set", keeps];
+    let keeps = "--set output.checkpoint.time=2e-4 --set output.checkpoint.end=true";
+    let run = format!("--variant quick --dem \"{command}\" {keeps}");
     let unable = "this run cannot be resumed: the dem `";
     let ended = place.run("whole", &scene, &run).expect(0);
     assert_eq!(ended.stderr.matches(unable).count(), 1, "{ended:#?}");
@@ -226,34 +199,20 @@ sys.exit(disc_dem.serve_dem(disc_dem.Discs()))
     running.end();
     let dir = place.path("killed");
     assert!(checkpoints(&dir).is_empty());
-    resume(&place, "killed", &["--trust"])
-        .expect(2)
-        .says(&[unable, "starts it again and leaves"]);
+    let ended = resume(&place, "killed --trust").expect(2);
+    ended.says(&[unable, "starts it again and leaves"]);
     // As it says.
-    let scene = dir.join("scene.toml");
-    place
-        .run("again", scene.to_str().unwrap(), &["--trust"])
-        .expect(0);
+    let scene = "killed/scene.toml";
+    place.run("again", scene, "--trust").expect(0);
     assert_same(&place.path("again"), &place.path("whole"));
     // No scene begins with a state that is not there.
-    let from = format!("start.from={}", place.path("whole").display());
-    place
-        .run(
-            "branch",
-            scene.to_str().unwrap(),
-            &["--trust", "--set", &from],
-        )
-        .expect(2)
-        .says(&["has no checkpoint", unable]);
+    let from = format!("--trust --set start.from={}", place.path("whole").display());
+    let ended = place.run("branch", scene, &from).expect(2);
+    ended.says(&["has no checkpoint", unable]);
 }
 
 /// Ways in which the parts of a run are done.
-const WAYS: [&[&str]; 4] = [
-    &[],
-    &["--in-process"],
-    &["--threads", "2"],
-    &["--window", "7"],
-];
+const WAYS: [&str; 4] = ["", "--in-process", "--threads 2", "--window 7"];
 
 /// When a run is killed.
 #[derive(Debug, Clone, Copy)]
@@ -275,14 +234,13 @@ fn names_of_checkpoints(dir: &Path) -> Vec<PathBuf> {
 }
 
 /// Runs or resumes what is in `out` and kills it; whether there was something to kill.
-fn killed(place: &Place, out: &str, run: &[&str], way: &[&str], when: When, wall: f64) -> bool {
+fn killed(place: &Place, out: &str, run: &str, way: &str, when: When, wall: f64) -> bool {
     let dir = place.path(out);
-    let path = dir.to_str().unwrap().to_owned();
     let before = names_of_checkpoints(&dir);
     let running = if checkpoints(&dir).is_empty() {
-        place.start(&[&["run"], run, &["--out", &path], way].concat())
+        place.start(&format!("run {run} --out {out} {way}"))
     } else {
-        place.start(&[&["resume", &path], way].concat())
+        place.start(&format!("resume {out} {way}"))
     };
     let limit = Duration::from_secs_f64(wall + 1.0);
     match when {
@@ -317,20 +275,10 @@ fn kill_three_times(name: &str, variant: &str) -> String {
     };
     let (end, every) = (number("time", "end"), number("output", "every"));
     let frames = every * (end / every / 10.0).round().max(1.0);
-    let frames = format!("output.frames={frames}");
-    let mut run = vec![
-        file.as_str(),
-        "--set",
-        &frames,
-        "--set",
-        "output.checkpoint.wall=0.05",
-    ];
-    if variant != "plain" {
-        run.extend(["--variant", variant]);
-    }
-    let whole = place.path("whole").display().to_string();
-    let ended = [&["run"], &run[..], &["--out", &whole]].concat();
-    let ended = place.start(&ended).end_within(Duration::from_mins(30));
+    let set = format!("--set output.frames={frames} --set output.checkpoint.wall=0.05");
+    let run = format!("'{file}' {set} {}", hashes::option(variant));
+    let ended = place.start(&format!("run {run} --out whole"));
+    let ended = ended.end_within(Duration::from_mins(30));
     let code = ended.status.code();
     let wall = RunFiles::read(&place.path("whole")).number("wall_s");
     let first = dice(4) as usize;
@@ -346,11 +294,10 @@ fn kill_three_times(name: &str, variant: &str) -> String {
         }
     }
     let dir = place.path("killed");
-    let path = dir.to_str().unwrap().to_owned();
     let last = if checkpoints(&dir).is_empty() {
-        [&["run"], &run[..], &["--out", &path]].concat()
+        format!("run {run} --out killed")
     } else {
-        vec!["resume", &path]
+        "resume killed".to_owned()
     };
     let last = place.start(&last).end_within(Duration::from_mins(30));
     assert_eq!(last.status.code(), code, "{name} {variant}: {last:#?}");

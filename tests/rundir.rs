@@ -7,16 +7,9 @@ use std::process::Command;
 
 use crate::harness::{Place, RunFiles, has, scene, signal};
 
-const QUICK: &[&str] = &["--variant", "quick"];
+const QUICK: &str = "--variant quick";
 /// Takes some tenths of a second.
-const LONG: &[&str] = &[
-    "--variant",
-    "quick",
-    "--set",
-    "time.end=3",
-    "--set",
-    "check=[]",
-];
+const LONG: &str = "--variant quick --set time.end=3 --set check=[]";
 
 fn hard() -> String {
     scene("jiang2020/collision_hard")
@@ -32,8 +25,7 @@ fn a_second_run_with_the_same_directory_is_refused_and_told_who_has_it() {
     let holder = format!("is in use by process {pid}");
     place.run("out", &hard(), QUICK).expect(2).says(&[&holder]);
     let out = place.path("out");
-    let resumed = place.start(&["resume", out.to_str().unwrap()]).end();
-    resumed.expect(2).says(&[&holder]);
+    place.tandem("resume out").expect(2).says(&[&holder]);
     // The lock is that of the directory, not only of the file in it.
     fs::remove_file(out.join(".tandem.lock")).unwrap();
     place
@@ -50,7 +42,7 @@ fn a_second_run_with_the_same_directory_is_refused_and_told_who_has_it() {
 #[test]
 fn what_a_user_has_put_into_the_directory_stays() {
     let place = Place::new();
-    let with_frames = [QUICK, &["--set", "output.frames=1e-3"]].concat();
+    let with_frames = format!("{QUICK} --set output.frames=1e-3");
     let out = place.path("out");
     fs::create_dir_all(out.join("frames")).unwrap();
     fs::write(out.join("frames/mine.txt"), "mine").unwrap();
@@ -78,14 +70,13 @@ fn what_a_user_has_put_into_the_directory_stays() {
 #[test]
 fn a_new_run_leaves_nothing_of_the_earlier_one() {
     let place = Place::new();
-    let with_frames = [QUICK, &["--set", "output.frames=1e-3"]].concat();
+    let with_frames = format!("{QUICK} --set output.frames=1e-3");
     place.run("out", &hard(), &with_frames).expect(0);
     let out = place.path("out");
     assert!(out.join("bodies.csv").exists() && out.join("frames").exists());
     // A scene without bodies and without frames.
-    place
-        .run("out", &scene("chen2023/wave_1d"), QUICK)
-        .expect(0);
+    let wave = scene("chen2023/wave_1d");
+    place.run("out", &wave, QUICK).expect(0);
     for gone in ["bodies.csv", "frames", ".tandem.next", ".tandem.earlier"] {
         assert!(!out.join(gone).exists(), "{gone}");
     }
@@ -109,7 +100,7 @@ fn a_run_that_fails_to_start_leaves_the_earlier_result() {
         .map(|name| fs::read(dir.join(name)).unwrap())
     };
     let before = all(&out);
-    let silent = [QUICK, &["--dem", "sh -c 'echo no licence >&2; exit 7'"]].concat();
+    let silent = format!("{QUICK} --dem \"sh -c 'echo no licence >&2; exit 7'\"");
     for _ in 0..2 {
         let ended = place.run("out", &hard(), &silent).expect(3).says(&[
             "the dem solver ended with exit status 7",
@@ -160,10 +151,8 @@ fn a_killed_run_without_a_checkpoint_is_told_and_gets_a_summary() {
     signal(run.pid(), "KILL");
     run.end();
     let out = place.path("out");
-    let resumed = place.start(&["resume", out.to_str().unwrap()]).end();
-    resumed
-        .expect(2)
-        .says(&["its coupler was killed", "has no checkpoint"]);
+    let resumed = place.tandem("resume out").expect(2);
+    resumed.says(&["its coupler was killed", "has no checkpoint"]);
     let files = RunFiles::read(&out);
     assert_eq!(files.text("status"), "killed");
     assert!(files.text("reason").contains("its history ends at t ="));
@@ -185,7 +174,7 @@ fn a_run_that_is_cut_short_leaves_its_bodies_and_the_checks_that_are_over() {
         let place = Place::new();
         // The check is over at the start, others never.
         let check = r#"check=[{name="early",value="t",to=0,at_most=1,source="s"},{name="normal force is the weight",value="t",reference=0,tolerance=9,source="s"}]"#;
-        let more = [&LONG[..4], &["--set", check]].concat();
+        let more = format!("--variant quick --set time.end=3 --set '{check}'");
         let mut run = place.start_run("out", &scene("jiang2020/normal_force"), &more);
         run.stepping("out");
         run.has_rows("out");
@@ -259,7 +248,7 @@ fn a_checkpoint_that_cannot_be_written_is_a_warning() {
     let out = place.path("out");
     fs::create_dir(&out).unwrap();
     fs::write(out.join("checkpoints"), "a file of the user's").unwrap();
-    let more = [QUICK, &["--set", "output.checkpoint.time=0.001"]].concat();
+    let more = format!("{QUICK} --set output.checkpoint.time=0.001");
     let ended = place.run("out", &hard(), &more).expect(0);
     ended.says(&["no checkpoint at t = "]);
     assert_eq!(RunFiles::read(&out).text("status"), "done");

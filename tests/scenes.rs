@@ -151,10 +151,10 @@ fn declared(scene: &Path) -> Vec<String> {
 
 /// A scene's quick variant passes with the bits of its row, in whatever way it is run; what it leaves is whole; and the
 /// scene file that it leaves gives the same bits.
-fn runs_and_reads_back(row: &Row, way: &[&str]) {
+fn runs_and_reads_back(row: &Row, way: &str) {
     let place = Place::new();
     let path = scene(&row.case.scene);
-    let options = [&["--variant", QUICK_VARIANT], way].concat();
+    let options = format!("--variant {QUICK_VARIANT} {way}");
     let ended = place.run("out", &path, &options).expect(0);
     place.assert_clean(&ended.runs);
     let files = RunFiles::read(&place.path("out"));
@@ -189,9 +189,8 @@ fn runs_and_reads_back(row: &Row, way: &[&str]) {
         Some(&files.number("time"))
     );
 
-    let resolved = place.path("out/scene.toml");
     place
-        .run("again", resolved.to_str().unwrap(), &["--in-process"])
+        .run("again", "out/scene.toml", "--in-process")
         .expect(0);
     let again = RunFiles::read(&place.path("again"));
     assert_eq!(again.text("state_hash"), files.text("state_hash"));
@@ -199,7 +198,7 @@ fn runs_and_reads_back(row: &Row, way: &[&str]) {
     assert_eq!(again.history(), history);
     assert_eq!(
         std::fs::read_to_string(place.path("again/scene.toml")).unwrap(),
-        std::fs::read_to_string(resolved).unwrap(),
+        std::fs::read_to_string(place.path("out/scene.toml")).unwrap(),
         "what is resolved stays as it is"
     );
 }
@@ -267,15 +266,9 @@ fn the_rod_is_measured_by_its_closed_form() {
 #[test]
 fn without_options_results_go_to_runs_and_checks_to_standard_output() {
     let place = Place::new();
-    let ended = place
-        .start(&[
-            "run",
-            &scene("verification/point_bounce"),
-            "--variant",
-            "quick",
-        ])
-        .end()
-        .expect(0);
+    let bounce = scene("verification/point_bounce");
+    let ended = place.tandem(&format!("run '{bounce}' --variant quick"));
+    let ended = ended.expect(0);
     let files = RunFiles::read(&place.path("runs/point_bounce-quick"));
     for check in files.summary["checks"].as_array().unwrap() {
         has(&ended.stdout, check["name"].as_str().unwrap());
@@ -292,10 +285,9 @@ fn without_options_results_go_to_runs_and_checks_to_standard_output() {
 #[test]
 fn a_check_that_fails_is_exit_1_and_says_so() {
     let place = Place::new();
-    let set = ["--variant", "quick", "--set", "check.0.at_least=2.0"];
-    place
-        .run("out", &scene("jiang2020/collision_hard"), &set)
-        .expect(1);
+    let hard = scene("jiang2020/collision_hard");
+    let set = "--variant quick --set check.0.at_least=2.0";
+    place.run("out", &hard, set).expect(1);
     let files = RunFiles::read(&place.path("out"));
     assert_eq!(files.text("status"), "check_failed");
     assert_eq!(files.check("kinetic energy handed over")["pass"], false);
@@ -307,14 +299,9 @@ fn a_check_that_fails_is_exit_1_and_says_so() {
 #[test]
 fn a_block_that_slides_does_not_pass_for_one_that_stands() {
     let place = Place::new();
-    let set = [
-        "--variant",
-        "quick",
-        "--set",
-        "contact.linear.friction=0.64",
-    ];
+    let set = "--variant quick --set contact.linear.friction=0.64";
     let scene = scene("verification/sudden_load");
-    place.run("out", &scene, &set).expect(1);
+    place.run("out", &scene, set).expect(1);
     let files = RunFiles::read(&place.path("out"));
     let stands = "it stands: how far friction under its weight would still slide for its work, over how far it has gone";
     assert_eq!(files.check(stands)["pass"], false);
@@ -327,11 +314,9 @@ fn a_block_that_slides_does_not_pass_for_one_that_stands() {
 #[test]
 fn the_error_of_bar_on_grain_falls_in_proportion_to_the_cell() {
     let place = Place::new();
-    let errors = |variant: &[&str]| -> [f64; 2] {
-        let out = variant.last().unwrap_or(&"plain");
-        place
-            .run(out, &scene("verification/bar_on_grain"), variant)
-            .expect(0);
+    let errors = |out: &str, variant: &str| -> [f64; 2] {
+        let bar = scene("verification/bar_on_grain");
+        place.run(out, &bar, variant).expect(0);
         let files = RunFiles::read(&place.path(out));
         let error = |name: &str| files.check(name)["error"].as_f64().unwrap();
         [
@@ -339,9 +324,9 @@ fn the_error_of_bar_on_grain_falls_in_proportion_to_the_cell() {
             error("contact force, rms error"),
         ]
     };
-    let coarse = errors(&["--variant", "cell_5mm"]);
-    let middle = errors(&[]);
-    let fine = errors(&["--variant", "cell_1_25mm"]);
+    let coarse = errors("coarse", "--variant cell_5mm");
+    let middle = errors("middle", "");
+    let fine = errors("fine", "--variant cell_1_25mm");
     for (k, kind) in ["largest", "rms"].iter().enumerate() {
         for (a, b) in [(coarse[k], middle[k]), (middle[k], fine[k])] {
             let order = (a / b).log2();

@@ -5,7 +5,7 @@ use std::fs;
 use std::path::Path;
 use std::process::Command;
 
-use crate::harness::{Ended, PATIENCE, Place, RunFiles, has, scene, summaries, until};
+use crate::harness::{PATIENCE, Place, RunFiles, has, scene, summaries, until};
 
 const BAR: &str = "verification/bar_on_grain";
 const HARD: &str = "jiang2020/collision_hard";
@@ -61,25 +61,13 @@ fn well_formed(path: &Path) -> String {
     text
 }
 
-/// The words of a line of shell.
-pub fn words(line: &str) -> Vec<String> {
-    shlex::split(line).expect("quotes are closed")
-}
-
-/// The program with a line of arguments, to its end.
-pub fn tandem(place: &Place, line: &str) -> Ended {
-    let words = words(line);
-    let words: Vec<&str> = words.iter().map(String::as_str).collect();
-    place.start(&words).end()
-}
-
 #[test]
 fn a_study_has_a_row_a_run_a_figure_and_an_order_and_is_not_run_twice() {
     let place = Place::new();
     let bar = scene(BAR);
     let varied = "--vary mpm.shape=ugimp,cubic_bspline --repeat 2 --out out";
     let line = format!("study {bar} --vary variant=cell_5mm,plain {varied}");
-    let ended = tandem(&place, &line).expect(0);
+    let ended = place.tandem(&line).expect(0);
     assert!(
         ended
             .stdout
@@ -125,14 +113,16 @@ fn a_study_has_a_row_a_run_a_figure_and_an_order_and_is_not_run_twice() {
     let table = "out/study.csv --x 'log10(resolution)' --y value --by curve";
     let history = format!("{history} --y force --expected nothing=0*x");
     for drawn in [table, &history] {
-        tandem(&place, &format!("plot {drawn} --out plot.svg")).expect(0);
+        place
+            .tandem(&format!("plot {drawn} --out plot.svg"))
+            .expect(0);
         let figure = well_formed(&place.path("plot.svg"));
         let curves = figure.matches("<polyline").count();
         assert!(curves >= 2, "{curves} curves in {figure}");
     }
 
     let before = fs::read(place.path("out/study.csv")).unwrap();
-    let again = tandem(&place, &line).expect(0);
+    let again = place.tandem(&line).expect(0);
     assert!(
         again
             .stdout
@@ -143,7 +133,7 @@ fn a_study_has_a_row_a_run_a_figure_and_an_order_and_is_not_run_twice() {
     assert_eq!(fs::read(place.path("out/study.csv")).unwrap(), before);
     // Another value is a run more.
     let line = format!("study {bar} --vary variant=cell_5mm --vary time.safety=0.8,0.4 {varied}");
-    let more = tandem(&place, &line).expect(0);
+    let more = place.tandem(&line).expect(0);
     has(&more.stdout, "4 runs, repeated to 8, 8 of them new");
 }
 
@@ -153,9 +143,7 @@ fn a_study_that_was_ended_goes_on() {
     let bar = scene(BAR);
     let safety = "--vary time.safety=0.8,0.7,0.6,0.5,0.4,0.3";
     let line = format!("study {bar} --variant quick {safety} --repeat 1 --out out");
-    let arguments = words(&line);
-    let arguments: Vec<&str> = arguments.iter().map(String::as_str).collect();
-    let running = place.start(&arguments);
+    let running = place.start(&line);
     until(PATIENCE, || {
         (summaries(&place.path("out")) > 0).then_some(())
     })
@@ -168,7 +156,7 @@ fn a_study_that_was_ended_goes_on() {
     // The table has what there is so far.
     let so_far = table(&place.path("out/study.csv"));
     assert!((1..6).contains(&so_far.len()), "{so_far:?}");
-    let ended = place.start(&arguments).end().expect(0);
+    let ended = place.tandem(&line).expect(0);
     let new = ended.stdout.split("6 runs, ").nth(1).expect("a count");
     let new: usize = new.split(' ').next().unwrap().parse().unwrap();
     assert!((1..6).contains(&new), "{}", ended.stdout);
@@ -182,11 +170,9 @@ fn an_unstable_run_is_a_row_and_the_others_are_compared_with_the_finest() {
     let hard = scene(HARD);
     let set = "--set time.max_step=1 --set output.every=1e-3 --finer v_target --out out";
     let vary = "--vary time.step_factor=30,2,1";
-    tandem(
-        &place,
-        &format!("study {hard} --variant quick {vary} {set}"),
-    )
-    .expect(0);
+    place
+        .tandem(&format!("study {hard} --variant quick {vary} {set}"))
+        .expect(0);
     let rows = table(&place.path("out/study.csv"));
     let status: Vec<&str> = rows.iter().map(|r| r["status"].as_str()).collect();
     assert_eq!(status[0], "unstable", "{rows:?}");
@@ -207,11 +193,9 @@ fn without_a_reference_a_study_shows_the_values_over_what_is_varied() {
     let place = Place::new();
     let soft = scene("jiang2020/collision_soft");
     let sweep = |out: &str, more: &str| {
-        tandem(
-            &place,
-            &format!("study {soft} --variant quick --out {out} {more}"),
-        )
-        .expect(0)
+        place
+            .tandem(&format!("study {soft} --variant quick --out {out} {more}"))
+            .expect(0)
     };
     let ended = sweep("numbers", "--vary time.safety=0.8,0.4");
     has(&ended.stdout, "2 runs, 2 of them new");
@@ -319,7 +303,7 @@ fn draw(place: &Place, scene: &str, rest: &str) -> String {
     let over = "--over 'dem.body.0.velocity.0=uniform(1,3),gravity.1=uniform(-11,-9)' \
                 --over 'dem.body.0.velocity.1=uniform(1,3)'";
     let line = format!("study thrown.toml --in-process --sample 40 {over} {rest}");
-    tandem(place, &line).expect(0).stdout
+    place.tandem(&line).expect(0).stdout
 }
 
 #[test]
@@ -462,7 +446,7 @@ fn what_cannot_be_drawn_from_is_refused_before_anything_is_started() {
             "study thrown.toml {} --out out",
             rest.replace('(', "'('").replace(')', "')'")
         );
-        tandem(&place, &line).expect(2).says(words);
+        place.tandem(&line).expect(2).says(words);
         assert!(!place.path("out/study.csv").exists());
     }
 }
@@ -513,19 +497,27 @@ fn what_cannot_be_studied_is_refused_before_anything_is_started() {
         ),
         (&".".to_owned(), "--vary mpm.cell=1", ["is a directory", ""]),
     ] {
-        let ended = tandem(&place, &format!("study {scene} {arguments} --out out")).expect(2);
+        let ended = place
+            .tandem(&format!("study {scene} {arguments} --out out"))
+            .expect(2);
         assert_eq!(ended.stdout, "");
         ended.says(&phrases);
         assert_eq!(place.content(), before, "{arguments:?}");
     }
-    tandem(&place, &format!("study {bar} {safety} --out file"))
+    place
+        .tandem(&format!("study {bar} {safety} --out file"))
         .expect(2)
         .says(&["cannot create the directory", "file/runs"]);
-    let map = |more: &str| tandem(&place, &format!("stability {bar} --out out {more}")).expect(2);
+    let map = |more: &str| {
+        place
+            .tandem(&format!("stability {bar} --out out {more}"))
+            .expect(2)
+    };
     map("--vary mpm.shape=linear,ugimp").says(&["has numbers along its axis"]);
     map("--vary time.safety=1 --between 2,1").says(&["--between 2,1"]);
     map("--vary contact.linear.stiffness=1,2").says(&["unknown key `stiffness`"]);
-    tandem(&place, "stability --out out")
+    place
+        .tandem("stability --out out")
         .expect(2)
         .says(&["<SCENES>"]);
 }
@@ -538,7 +530,9 @@ fn the_edge_of_stability_lies_between_the_composed_step_and_that_of_eq_51() {
     let hard = scene(HARD);
     let between = "--between 1,8 --grid 2 --ratio 1.3 --out out";
     let vary = "--vary contact.linear.normal_stiffness=6e7";
-    tandem(&place, &format!("stability {hard} {vary} {between}")).expect(0);
+    place
+        .tandem(&format!("stability {hard} {vary} {between}"))
+        .expect(0);
     let edges = table(&place.path("out/edges.csv"));
     assert_eq!(edges.len(), 1);
     let edge = |key: &str| number(&edges[0], key);
@@ -550,7 +544,7 @@ fn the_edge_of_stability_lies_between_the_composed_step_and_that_of_eq_51() {
     assert_eq!(runs[1]["stable"], "false");
     assert!(runs.len() >= 4, "the grid and a few halvings");
     let map = "--x at --y stable_to --y jiang2020 --y lightest_point --dots --out out/map.svg";
-    tandem(&place, &format!("plot out/edges.csv {map}")).expect(0);
+    place.tandem(&format!("plot out/edges.csv {map}")).expect(0);
     well_formed(&place.path("out/map.svg"));
 }
 
@@ -570,7 +564,9 @@ fn the_order_of_a_bounce_is_that_of_the_first_touch() {
         // The finer is below the opening step, which Hertz's stiffest contact binds.
         let steps = "--vary time.max_step=5e-5,4e-7 --set output.every=4.5e-3";
         let out = format!("--in-process --repeat 1 --out {name}");
-        tandem(&place, &format!("study {bounce} {contact} {steps} {out}")).expect(0);
+        place
+            .tandem(&format!("study {bounce} {contact} {steps} {out}"))
+            .expect(0);
         let rows = table(&place.path(&format!("{name}/study.csv")));
         let [coarse, fine] = [&rows[0], &rows[1]].map(|row| number(row, "error [1]"));
         let order = (coarse / fine).ln() / 125f64.ln();
@@ -585,7 +581,9 @@ fn what_cannot_be_drawn_is_refused_with_what_there_is() {
     let place = Place::new();
     fs::write(place.path("a.csv"), "time [s],work [J/m]\n0,0\n1,1\n2,4\n").unwrap();
     let plot = |arguments: &str, code: i32| {
-        tandem(&place, &format!("plot --out a.svg {arguments}")).expect(code)
+        place
+            .tandem(&format!("plot --out a.svg {arguments}"))
+            .expect(code)
     };
     plot("a.csv --y speed", 2).says(&["time, work"]);
     plot("none.csv --y work", 2).says(&["cannot read none.csv"]);
@@ -616,18 +614,14 @@ fn what_cannot_be_drawn_is_refused_with_what_there_is() {
 fn a_figure_is_what_the_end_of_its_name_says() {
     let place = Place::new();
     fs::write(place.path("a.csv"), "time [s],work [J/m]\n0,0\n1,1\n").unwrap();
-    let curve = |out: &str| tandem(&place, &format!("plot a.csv --y work --out {out}"));
+    let curve = |out: &str| place.tandem(&format!("plot a.csv --y work --out {out}"));
     curve("a.pdf").expect(2).says(&["a.pdf", ".svg or .png"]);
     curve("a.gif").expect(2).says(&["no film", "--frames all"]);
     let drop = scene("jiang2020/drop_soft");
     let frames = "--set output.frames=0.05 --in-process --out run";
-    tandem(&place, &format!("run {drop} --variant quick {frames}"));
-    let frames = |out: &str| {
-        tandem(
-            &place,
-            &format!("plot run --frames all --columns 1 --out {out}"),
-        )
-    };
+    place.tandem(&format!("run {drop} --variant quick {frames}"));
+    let frames =
+        |out: &str| place.tandem(&format!("plot run --frames all --columns 1 --out {out}"));
     frames("a.svg").expect(0);
     well_formed(&place.path("a.svg"));
     let starts = |name: &str, magic: &[u8]| {

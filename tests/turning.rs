@@ -14,9 +14,8 @@ fn error_and_course(name: &str, scene: &str, value: &str) -> [f64; 4] {
         format!("[[output.column]]\nname = \"column\"\nvalue = \"{value}\"\nunit = \"1\"\n");
     let scene =
         format!("version = 1\nname = \"{name}\"\n{scene}\n[output]\nevery = 1e-3\n{column}");
-    let scene = place.write("scene.toml", &scene);
-    let scene = scene.display().to_string();
-    place.run("out", &scene, &["--in-process"]).expect(0);
+    place.write("scene.toml", &scene);
+    place.run("out", "scene.toml", "--in-process").expect(0);
     let files = RunFiles::read(&place.path("out"));
     assert!(files.number("momentum_error") < 1e-12, "{name}");
     let course = files.history().column("column [1]");

@@ -1,11 +1,8 @@
 //! The tutorial, followed word by word; the scene of the front page; what `tandem new` writes; the schema that editors check scenes by.
 
-use std::fmt::Write as _;
 use std::fs;
-use std::path::Path;
-use std::process::Command;
 
-use crate::harness::{Place, root};
+use crate::harness::{Place, has, root};
 
 /// What a fenced block of a page asks for.
 #[derive(Debug, PartialEq)]
@@ -44,19 +41,6 @@ fn blocks(page: &str) -> Vec<Block> {
     blocks
 }
 
-/// A command of the program in a directory: exit status, and all that it said.
-fn tandem(words: &[&str], directory: &Path, place: &Place) -> (Option<i32>, String) {
-    let ended = Command::new(env!("CARGO_BIN_EXE_tandem"))
-        .args(words)
-        .current_dir(directory)
-        .env("TANDEM_RUNTIME_DIR", place.temporary_path())
-        .output()
-        .unwrap();
-    let mut said = String::from_utf8(ended.stdout).unwrap();
-    said += &String::from_utf8(ended.stderr).unwrap();
-    (ended.status.code(), said)
-}
-
 #[test]
 fn the_tutorial_works_as_it_stands() {
     let place = Place::new();
@@ -72,12 +56,12 @@ fn the_tutorial_works_as_it_stands() {
             Block::Commands(lines, status) => {
                 said.clear();
                 for line in lines {
-                    let words = shlex::split(&line).unwrap();
-                    let words: Vec<&str> = words.iter().map(String::as_str).collect();
-                    assert_eq!(words[0], "tandem", "{line}");
-                    let (code, text) = tandem(&words[1..], &directory, &place);
-                    assert_eq!(code, Some(status), "{line}: {text}");
-                    let _ = write!(said, "{text}");
+                    let words = line
+                        .strip_prefix("tandem ")
+                        .expect("a command of the program");
+                    let ended = place.tandem(words).expect(status);
+                    said += &ended.stdout;
+                    said += &ended.stderr;
                     commands += 1;
                 }
             }
@@ -113,8 +97,7 @@ fn the_scene_of_the_front_page_runs_and_the_page_is_short() {
     assert!(scene.lines().count() <= 15, "{scene}");
     let directory = place.path(".");
     fs::write(directory.join("ball.toml"), scene).unwrap();
-    let (code, said) = tandem(&["run", "ball.toml", "--in-process"], &directory, &place);
-    assert_eq!(code, Some(0), "{said}");
+    place.tandem("run ball.toml --in-process").expect(0);
     assert!(directory.join("runs/ball/report.html").is_file());
 }
 
@@ -122,20 +105,16 @@ fn the_scene_of_the_front_page_runs_and_the_page_is_short() {
 fn a_new_scene_runs_and_nothing_that_is_there_is_lost() {
     let place = Place::new();
     let directory = place.path(".");
-    let (code, said) = tandem(&["new", "scene", "fall"], &directory, &place);
-    assert_eq!(code, Some(0), "{said}");
-    assert!(said.contains("`tandem run fall.toml` runs it"), "{said}");
+    let ended = place.tandem("new scene fall").expect(0);
+    has(&ended.stdout, "`tandem run fall.toml` runs it");
     assert!(directory.join("scene.schema.json").is_file());
-    for variant in [&[][..], &["--variant", "quick"]] {
-        let words = [&["run", "fall.toml", "--out", "out"], variant].concat();
-        let (code, said) = tandem(&words, &directory, &place);
-        assert_eq!(code, Some(0), "{said}");
+    for variant in ["", "--variant quick"] {
+        place.run("out", "fall.toml", variant).expect(0);
         assert!(directory.join("out/report.html").is_file());
     }
     fs::write(directory.join("mine.toml"), "mine").unwrap();
-    for name in ["mine", "../up", ""] {
-        let (code, said) = tandem(&["new", "scene", name], &directory, &place);
-        assert_eq!(code, Some(2), "{name}: {said}");
+    for name in ["mine", "../up", "''"] {
+        place.tandem(&format!("new scene {name}")).expect(2);
     }
     assert_eq!(fs::read(directory.join("mine.toml")).unwrap(), b"mine");
 }
@@ -149,7 +128,7 @@ fn the_schemas_in_the_tree_are_those_of_the_program() {
         ("mpm", "interface/schema/mpm.json"),
         ("dem", "interface/schema/dem.json"),
     ] {
-        let (_, schema) = tandem(&["schema", of], &place.path("."), &place);
+        let schema = place.tandem(&format!("schema {of}")).expect(0).stdout;
         let path = root().join(file);
         if std::env::var_os("UPDATE_SCHEMA").is_some() {
             fs::write(&path, &schema).unwrap();

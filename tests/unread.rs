@@ -5,10 +5,10 @@ use std::io::{PipeReader, pipe};
 use std::path::Path;
 use std::process::{Child, Command, Stdio};
 
-use crate::harness::{PATIENCE, Place, RunFiles, scene, until};
+use crate::harness::{PATIENCE, Place, RunFiles, scene, until, words};
 
 /// Solvers that are not told why the coupler is silent give up after half a second and two more.
-const DEADLINE: &str = "coupling.deadline=0.5";
+const DEADLINE: &str = "--variant quick --set coupling.deadline=0.5";
 
 /// The reading end of a pipe with no room, and the writing end.
 fn full_pipe() -> (PipeReader, Stdio) {
@@ -21,9 +21,9 @@ fn full_pipe() -> (PipeReader, Stdio) {
     (reader, writer.into())
 }
 
-fn start(place: &Place, stderr: Stdio, arguments: &[&str]) -> Child {
+fn start(place: &Place, stderr: Stdio, line: &str) -> Child {
     Command::new(env!("CARGO_BIN_EXE_tandem"))
-        .args(arguments)
+        .args(words(line))
         .env("TANDEM_RUNTIME_DIR", place.temporary_path())
         .stdin(Stdio::null())
         .stdout(Stdio::null())
@@ -51,17 +51,11 @@ fn assert_same_hash(ours: &Path, theirs: &Path) {
 fn a_run_whose_standard_error_nobody_reads_goes_on() {
     let place = Place::new();
     let scene = scene("jiang2020/drop_hard");
-    let more = ["--variant", "quick", "--set", DEADLINE];
-    place.run("read", &scene, &more).expect(0);
+    place.run("read", &scene, DEADLINE).expect(0);
     let out = place.path("unread");
-    let out_text = out.to_str().unwrap();
     let (reader, stderr) = full_pipe();
-    let how = ["--log", "json", "--out", out_text];
-    let mut run = start(
-        &place,
-        stderr,
-        &[&["run", &scene][..], &more, &how].concat(),
-    );
+    let how = format!("--log json --out '{}'", out.display());
+    let mut run = start(&place, stderr, &format!("run '{scene}' {DEADLINE} {how}"));
     ends_well(&mut run);
     drop(reader);
     assert_same_hash(&out, &place.path("read"));

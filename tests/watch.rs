@@ -10,19 +10,9 @@ const HARD: &str = "jiang2020/collision_hard";
 
 /// A run that lasts until it is stopped, and its page.
 fn begun(place: &Place) -> (Running<'_>, PathBuf) {
-    let long = [
-        "--watch",
-        "--report",
-        "--variant",
-        "quick",
-        "--set",
-        "time.end=1000",
-        "--set",
-        "output.every=1e-2",
-        "--set",
-        "output.frames=1e-2",
-    ];
-    let mut run = place.start_run("run", &scene(HARD), &long);
+    let long = "--watch --report --variant quick --set time.end=1000 \
+        --set output.every=1e-2 --set output.frames=1e-2";
+    let mut run = place.start_run("run", &scene(HARD), long);
     run.stepping("run");
     let line = until(PATIENCE, || {
         let said = run.said();
@@ -110,11 +100,10 @@ fn a_browser_follows_a_run_to_its_end() {
 #[test]
 fn a_run_that_has_ended_is_not_watched() {
     let place = Place::new();
-    place
-        .run("run", &scene(HARD), &["--variant", "quick", "--in-process"])
-        .expect(0);
+    let ended = place.run("run", &scene(HARD), "--variant quick --in-process");
+    ended.expect(0);
     for dir in ["run", "elsewhere"] {
-        let ended = place.start(&["watch", dir]).end().expect(2);
+        let ended = place.tandem(&format!("watch {dir}")).expect(2);
         ended.says(&["no run goes on in", "tandem report"]);
     }
 }

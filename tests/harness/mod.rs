@@ -7,7 +7,9 @@ pub mod browser;
 pub mod needs;
 pub mod seen;
 
+use std::borrow::Cow;
 use std::collections::BTreeSet;
+use std::ffi::OsStr;
 use std::fs::{self, File};
 use std::os::unix::process::ExitStatusExt;
 use std::path::{Path, PathBuf};
@@ -101,6 +103,16 @@ pub fn catalogue() -> Vec<PathBuf> {
     files
 }
 
+/// The words of a line of shell.
+pub fn words(line: &str) -> Vec<String> {
+    shlex::split(line).expect("quotes are closed")
+}
+
+/// A word as a shell takes it, whatever is in it.
+pub fn quoted(word: &str) -> Cow<'_, str> {
+    shlex::try_quote(word).expect("no zero byte")
+}
+
 /// A corner of the machine for the runs of one test.
 pub struct Place {
     dir: TempDir,
@@ -163,36 +175,34 @@ impl Place {
             .collect()
     }
 
-    /// Starts the program with its streams in files of this place.
-    pub fn start(&self, arguments: &[&str]) -> Running<'_> {
-        self.start_as(Path::new(env!("CARGO_BIN_EXE_tandem")), arguments)
+    /// Starts the program with a line of arguments, as one types it, its streams in files of this place.
+    pub fn start(&self, line: &str) -> Running<'_> {
+        self.start_as(Path::new(env!("CARGO_BIN_EXE_tandem")), &words(line))
+    }
+
+    /// The same, to its end.
+    pub fn tandem(&self, line: &str) -> Ended {
+        self.start(line).end()
     }
 
     /// `tandem run` of a scene with `--out` to the run directory `out`, and JSON logs.
-    pub fn start_run(&self, out: &str, scene: &str, more: &[&str]) -> Running<'_> {
-        let path = self.path(out);
-        let mut arguments = vec![
-            "run",
-            scene,
-            "--log",
-            "json",
-            "--out",
-            path.to_str().unwrap(),
-        ];
-        arguments.extend(more);
-        self.start(&arguments)
+    pub fn start_run(&self, out: &str, scene: &str, more: &str) -> Running<'_> {
+        let out = self.path(out);
+        self.start(&format!(
+            "run '{scene}' --log json --out '{}' {more}",
+            out.display()
+        ))
     }
 
     /// As [`Self::start_run`], to its end.
-    pub fn run(&self, out: &str, scene: &str, more: &[&str]) -> Ended {
+    pub fn run(&self, out: &str, scene: &str, more: &str) -> Ended {
         self.start_run(out, scene, more).end()
     }
 
     /// A recording of a run that was killed when some of it had been written.
     pub fn recording_of_a_killed_run(&self, out: &str, scene: &str) -> PathBuf {
-        let long = ["--set", "time.end=20", "--set", "check=[]", "--record"];
-        let more = [&["--variant", "quick"], &long[..]].concat();
-        let mut run = self.start_run(out, scene, &more);
+        let long = "--variant quick --set time.end=20 --set check=[] --record";
+        let mut run = self.start_run(out, scene, long);
         run.stepping(out);
         let file = self.path(out).join("recording.tandem");
         let grown = until(PATIENCE, || {
@@ -206,7 +216,7 @@ impl Place {
     }
 
     /// As [`Self::start`], another build of the program.
-    pub fn start_as(&self, program: &Path, arguments: &[&str]) -> Running<'_> {
+    pub fn start_as<W: AsRef<OsStr>>(&self, program: &Path, arguments: &[W]) -> Running<'_> {
         let stream = |kind: &str| {
             let file = tempfile::Builder::new()
                 .prefix(&format!("stream-{kind}-"))
@@ -257,7 +267,7 @@ impl Drop for Place {
             signal(pid, "KILL");
         }
         if !self.temporary().is_empty() {
-            let _ = self.start(&["clean"]).end();
+            let _ = self.tandem("clean");
         }
     }
 }
@@ -640,25 +650,11 @@ pub const MINE: &str = "a file of somebody who has nothing to do with the run\n"
 
 /// A run with every file that a run can have.
 pub fn whole_run(place: &Place, out: &str) {
-    let more = [
-        "--record",
-        "--report",
-        "--variant",
-        "quick",
-        "--set",
-        "mpm.points.0.spacing.per_cell=4",
-        "--set",
-        "time.end=7e-3",
-        "--set",
-        "output.every=2e-4",
-        "--set",
-        "output.frames=2e-3",
-        "--set",
-        "output.checkpoint.time=1e-3",
-    ];
-    place
-        .run(out, &scene("jiang2020/collision_hard"), &more)
-        .expect(0);
+    let more = "--record --report --variant quick --set mpm.points.0.spacing.per_cell=4 \
+        --set time.end=7e-3 --set output.every=2e-4 --set output.frames=2e-3 \
+        --set output.checkpoint.time=1e-3";
+    let hard = scene("jiang2020/collision_hard");
+    place.run(out, &hard, more).expect(0);
 }
 
 /// A copy of a directory.
