@@ -32,16 +32,14 @@ use std::path::PathBuf;
 use interface::files::{self, How};
 use interface::message::control::Party;
 use interface::message::{Channel, Kind};
-use interface::recording::{About, Recorder, RecordingSink, Tap};
+use interface::recording::{About, Recorder, Tap};
 use interface::session::together::Together;
 use interface::session::{Clocked, Session, SessionError, Supervisor, drive};
 use interface::solver::{DemSolver, MpmSolver};
 use interface::trace;
-use interface::transport::Transport;
 use interface::transport::direct::Direct;
 use interface::transport::domain::OwnedDomain;
 use interface::transport::iceoryx::{self, SEND_TIMEOUT};
-use interface::transport::recorded::Recorded;
 
 use crate::record::rundir::{RECORDING, RunDir, RunDirError};
 use crate::record::summary::Summary;
@@ -123,15 +121,14 @@ fn run_from(scene: &Scene, options: &RunOptions, dir: &RunDir, from: Origin) -> 
     let mut account = Account::new(scene, shared_thread);
     let is_new = !matches!(from, Origin::Itself(_));
     let ended = recorder(scene, options, dir, &from).and_then(|recorder| {
-        let sink = recorder.as_ref().map(Recorder::sink);
         let ended = Run::new(scene, options, dir, &mut account, from).and_then(|mut run| {
-            run.outputs.sink.clone_from(&sink);
+            run.outputs.sink = recorder.as_ref().map(Recorder::sink);
             let outcome = match &options.solvers {
                 Solvers::Processes { mpm, dem } => {
                     let commands = BTreeMap::from([(Party::Mpm, mpm), (Party::Dem, dem)]);
-                    processes(&mut run, &commands, sink)
+                    processes(&mut run, &commands)
                 }
-                Solvers::InProcess { mpm, dem } => in_process(&mut run, *mpm, *dem, sink),
+                Solvers::InProcess { mpm, dem } => in_process(&mut run, *mpm, *dem),
             };
             run.end(outcome)
         });
@@ -190,12 +187,9 @@ fn noted(channel: Channel) -> bool {
 }
 
 /// Runs the session with the solvers in separate processes.
-fn processes(
-    run: &mut Run<'_>,
-    commands: &BTreeMap<Party, &Vec<String>>,
-    sink: Option<RecordingSink>,
-) -> Result<(), RunError> {
+fn processes(run: &mut Run<'_>, commands: &BTreeMap<Party, &Vec<String>>) -> Result<(), RunError> {
     let parties = run.parties().to_vec();
+    let sink = run.outputs.sink.clone();
     // Values are dropped in reverse order: first the ports, then the channels, then the directory.
     let domain = OwnedDomain::create().map_err(|e| SessionError::Channel(e.into()))?;
     let names = domain.domain();
@@ -210,7 +204,7 @@ fn processes(
     let memory = SharedMemory::of(names, Some(&channels));
     run.resources.shared_memory = Some(memory.clone());
     let caused = |error| with_cause(error, &memory);
-    let coupler = iceoryx::join(names, Party::Coupler, &parties, SEND_TIMEOUT)
+    let mut transport = iceoryx::join(names, Party::Coupler, &parties, SEND_TIMEOUT)
         .map_err(|error| caused(error.into()))?;
     let mut tap = match &sink {
         Some(sink) if parties.len() == 2 => {
@@ -218,10 +212,6 @@ fn processes(
             Some(tap.map_err(|error| caused(error.into()))?)
         }
         _ => None,
-    };
-    let mut transport: Box<dyn Transport> = match sink {
-        Some(sink) => Box::new(Recorded::new(coupler, sink, noted)),
-        None => coupler,
     };
     if let Some(path) = &run.options.trace
         && let Err(e) = names.note_trace(path)
@@ -238,6 +228,7 @@ fn processes(
         .map_err(RunError::from);
     if verdict.is_ok() {
         let session = Session::coupler(&parties, &mut *run, &mut *transport);
+        let session = session.recorded(sink.as_ref(), noted);
         verdict = drive(session.traced(names, Party::Coupler)).map_err(caused);
     }
     // The messages that are still in the channels between the solvers are recorded before their senders end (D-2).
@@ -260,31 +251,22 @@ fn in_process(
     run: &mut Run<'_>,
     mpm: fn() -> Box<dyn MpmSolver>,
     dem: fn() -> Box<dyn DemSolver>,
-    sink: Option<RecordingSink>,
 ) -> Result<(), RunError> {
     let parties = run.parties().to_vec();
+    let sink = run.outputs.sink.clone();
     let (mut continuum, mut bodies) = (mpm(), dem());
     let takes_part = |party| parties.contains(&party);
     let hub = Direct::new();
-    let [mut to_coupler, mut to_mpm, mut to_dem]: [Box<dyn Transport>; 3] = match sink {
-        Some(sink) => [
-            Box::new(Recorded::new(Box::new(hub.clone()), sink.clone(), noted)),
-            // Each message is recorded once: the coupler records its own, and the continuum those between the solvers.
-            Box::new(Recorded::new(
-                Box::new(hub.clone()),
-                sink,
-                Channel::is_between_solvers,
-            )),
-            Box::new(hub),
-        ],
-        None => [Box::new(hub.clone()), Box::new(hub.clone()), Box::new(hub)],
-    };
+    let [mut to_coupler, mut to_mpm, mut to_dem] = [(); 3].map(|()| hub.clone());
+    let coupler = Session::coupler(&parties, run, &mut to_coupler);
+    let mpm = Session::mpm(&mut *continuum, &mut to_mpm, Clocked::Shared);
+    let dem = Session::dem(&mut *bodies, &mut to_dem, Clocked::Shared);
+    // Each message is recorded once: the coupler records its own, and the continuum those between the solvers.
+    let mpm = mpm.recorded(sink.as_ref(), Channel::is_between_solvers);
     let together = Together {
-        coupler: Session::coupler(&parties, run, &mut *to_coupler),
-        mpm: takes_part(Party::Mpm)
-            .then(|| Session::mpm(&mut *continuum, &mut *to_mpm, Clocked::Shared)),
-        dem: takes_part(Party::Dem)
-            .then(|| Session::dem(&mut *bodies, &mut *to_dem, Clocked::Shared)),
+        coupler: coupler.recorded(sink.as_ref(), noted),
+        mpm: takes_part(Party::Mpm).then_some(mpm),
+        dem: takes_part(Party::Dem).then_some(dem),
     };
     match catch_unwind(AssertUnwindSafe(|| together.run())) {
         Ok([coupler, ..]) => Ok(coupler?),

@@ -4,7 +4,7 @@
 //! ([`Io::arrival`]), and after every message ([`Io::pause`]), so that whoever polls it decides what happens between two
 //! messages.
 
-use std::cell::{Cell, RefCell};
+use std::cell::{Cell, OnceCell, RefCell};
 use std::future::poll_fn;
 use std::task::Poll;
 use std::time::Duration;
@@ -14,6 +14,7 @@ use super::stopwatch::{Activity, Stopwatch};
 use crate::message::control::Party;
 use crate::message::wire::StepHeader;
 use crate::message::{Channel, Payload, Records};
+use crate::recording::RecordingSink;
 use crate::transport::{Transport, TransportError};
 
 /// The party and the deadline of a wait.
@@ -37,10 +38,14 @@ pub(super) enum Signal {
     Expired(Duration),
 }
 
+/// Where messages are recorded, and on which channels.
+type Recording = (RecordingSink, fn(Channel) -> bool);
+
 /// A party's ends of the channels, and what it has in common with whoever polls its session.
 pub(super) struct Io<'a> {
     transport: RefCell<&'a mut dyn Transport>,
     watch: RefCell<Stopwatch>,
+    pub recording: OnceCell<Recording>,
     /// The wait in which the session is pending; `None` if it can go on.
     pub wait: Cell<Option<Wait>>,
     pub signal: Cell<Signal>,
@@ -57,6 +62,7 @@ impl<'a> Io<'a> {
         Self {
             transport: RefCell::new(transport),
             watch: RefCell::new(watch),
+            recording: OnceCell::new(),
             wait: Cell::new(None),
             signal: Cell::default(),
             stepwise: Cell::new(true),
@@ -73,6 +79,7 @@ impl<'a> Io<'a> {
         records: Records<'_>,
     ) -> impl Future<Output = Result<(), SessionError>> {
         self.lap(Activity::Compute);
+        self.record(channel, &header, records);
         let sent = self.with(|transport| {
             transport.send(channel, &header, records)?;
             if channel.wakes() {
@@ -94,7 +101,17 @@ impl<'a> Io<'a> {
         channel: Channel,
         into: &mut Payload,
     ) -> Result<Option<StepHeader>, SessionError> {
-        Ok(self.with(|transport| transport.receive(channel, into))?)
+        let header = self.with(|transport| transport.receive(channel, into))?;
+        if let Some(header) = &header {
+            self.record(channel, header, into.records());
+        }
+        Ok(header)
+    }
+
+    fn record(&self, channel: Channel, header: &StepHeader, records: Records<'_>) {
+        if let Some((sink, _)) = self.recording.get().filter(|(_, notes)| notes(channel)) {
+            sink.note(channel, header, records);
+        }
     }
 
     /// Waits until `look` finds something or fails. It also learns what is known about the wait.

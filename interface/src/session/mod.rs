@@ -35,7 +35,9 @@ use self::continuum::Continuum;
 use self::coupler::Coupler;
 use self::io::{Io, Signal};
 use self::stopwatch::Stopwatch;
+use crate::message::Channel;
 use crate::message::control::Party;
+use crate::recording::RecordingSink;
 use crate::solver::{DemSolver, MpmSolver};
 use crate::trace::Trace;
 use crate::transport::Transport;
@@ -122,6 +124,15 @@ impl<'a> Session<'a> {
     pub fn traced(self, domain: &Domain, party: Party) -> Self {
         if let Some(trace) = Trace::of(domain, party) {
             self.io.watch().trace(trace);
+        }
+        self
+    }
+
+    /// Records, if there is a sink, every message that it sends or receives on the channels that `notes` selects.
+    #[must_use]
+    pub fn recorded(self, sink: Option<&RecordingSink>, notes: fn(Channel) -> bool) -> Self {
+        if let Some(sink) = sink {
+            let _ = self.io.recording.set((sink.clone(), notes));
         }
         self
     }

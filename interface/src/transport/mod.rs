@@ -1,8 +1,7 @@
 //! The transport of messages: one object-safe trait and its implementations.
 //!
 //! [`iceoryx`] is shared memory between processes (the only file that names iceoryx2), [`direct`] a queue between
-//! parties that take turns in one thread, [`recorded`] wraps another transport and records its messages. The crate
-//! `simulation` has a simulated transport.
+//! parties that take turns in one thread. The crate `simulation` has a simulated transport.
 
 pub mod direct;
 pub mod domain;
@@ -10,7 +9,6 @@ pub mod iceoryx;
 pub mod liveness;
 mod names;
 pub mod raw;
-pub mod recorded;
 pub mod remains;
 pub mod vanished;
 pub mod wait;
