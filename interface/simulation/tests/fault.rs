@@ -67,19 +67,12 @@ impl Corruption {
 
 impl FaultKind {
     /// Name in tables.
-    pub fn name(self) -> &'static str {
+    pub fn name(self) -> String {
         match self {
-            Self::Die => "death",
-            Self::Freeze(None) => "freeze",
-            Self::Freeze(Some(_)) => "freeze and thaw",
-            Self::Corrupt(Corruption::Step) => "wrong step",
-            Self::Corrupt(Corruption::Epoch) => "wrong epoch",
-            Self::Corrupt(Corruption::Set) => "wrong set",
-            Self::Corrupt(Corruption::Count) => "wrong count",
-            Self::Corrupt(Corruption::Flags) => "wrong halt flag",
-            Self::Corrupt(Corruption::Records) => "wrong records",
-            Self::Corrupt(Corruption::Drop) => "lost message",
-            Self::Corrupt(Corruption::Twice) => "message sent twice",
+            Self::Die => "death".into(),
+            Self::Freeze(None) => "freeze".into(),
+            Self::Freeze(Some(_)) => "freeze and thaw".into(),
+            Self::Corrupt(corruption) => format!("message: {corruption:?}"),
         }
     }
 }

@@ -17,15 +17,6 @@ const BUFFER: usize = 4;
 /// How long a sender waits while a channel is full.
 const SEND_TIMEOUT: Time = 10 * SECOND;
 
-/// Number of a party.
-pub fn number(party: Party) -> usize {
-    match party {
-        Party::Coupler => 0,
-        Party::Mpm => 1,
-        Party::Dem => 2,
-    }
-}
-
 struct Sent {
     arrives: Time,
     header: StepHeader,
@@ -105,7 +96,7 @@ impl SimulatedHost {
 
     /// A party does something; a fault that is due strikes. One that corrupts a message waits for the next that is sent.
     pub(crate) fn event(&mut self, party: Party, sends: bool) -> Option<FaultKind> {
-        let n = number(party);
+        let n = party as usize;
         self.events[n] += 1;
         let event = self.events[n];
         let due = |f: &&mut Fault| f.party == party && f.at == event;
@@ -141,7 +132,7 @@ impl SimulatedHost {
             Some(FaultKind::Die) => return Ok(()),
             _ => None,
         };
-        if self.released[number(from)] {
+        if self.released[from as usize] {
             self.violations.push(Violation(format!(
                 "the {from} sends on {} after the end of its session",
                 channel.name()
@@ -166,7 +157,7 @@ impl SimulatedHost {
         if let Some(corruption) = corruption {
             copies = corruption.apply(&mut header, &mut payload);
         }
-        let [i, j] = [from, to].map(number);
+        let [i, j] = [from, to].map(|party| party as usize);
         let delay = (self.random.unit() * self.delay as f64) as Time;
         let arrives = self.last[i][j].max(self.now + delay);
         self.last[i][j] = arrives;
@@ -194,7 +185,7 @@ impl SimulatedHost {
         let old = core::mem::replace(into, sent.payload);
         self.spare[channel.number()].push(old);
         if channel.kind == Kind::Order && is_end(into) {
-            self.released[number(channel.to())] = true;
+            self.released[channel.to() as usize] = true;
         }
         Some(sent.header)
     }
@@ -274,7 +265,7 @@ impl Transport for Ends {
         records: Records<'_>,
     ) -> Result<(), TransportError> {
         let mut host = self.host.borrow_mut();
-        if host.stopped[number(self.party)] == Stopped::Dead {
+        if host.stopped[self.party as usize] == Stopped::Dead {
             return Ok(());
         }
         host.send(channel, header, records)

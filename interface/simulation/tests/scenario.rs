@@ -10,7 +10,7 @@ use mechanics::generate::Random;
 
 use crate::fault::{Corruption, Fault, FaultKind};
 use crate::fault::{SECOND, Time};
-use crate::host::{SimulatedHost, number};
+use crate::host::SimulatedHost;
 use crate::session::{DEADLINE, Plan, SessionOutcome, SolverPair, run};
 use crate::toys::{MOST, TOYS};
 
@@ -326,7 +326,7 @@ fn hidden(blamed: Party, played: &SessionOutcome) -> bool {
 fn first_error(played: &SessionOutcome) -> Option<(Party, &SessionError)> {
     let mut first: Option<(Time, Party, &SessionError)> = None;
     for party in Party::ALL {
-        if let Some((Err(error), at)) = &played.verdicts[number(party)]
+        if let Some((Err(error), at)) = &played.verdicts[party as usize]
             && !matches!(error, SessionError::Aborted(_))
             && first.is_none_or(|(time, ..)| *at < time)
         {

@@ -26,7 +26,7 @@ fn scenarios_of_seeds_hold_and_meet_every_kind_of_fault_and_outcome() {
         Some(told.parse::<u64>().expect("a number of scenarios"))
     };
     let (from, asked) = (asked("SIMULATE_FROM").unwrap_or(0), asked("SIMULATE_SEEDS"));
-    let mut kinds: BTreeMap<&str, u64> = BTreeMap::new();
+    let mut kinds: BTreeMap<String, u64> = BTreeMap::new();
     let (mut outcomes, mut events) = ([0_u64; 3], 0);
     for seed in from..from + asked.unwrap_or(10_000) {
         let scenario = Scenario::new(seed);

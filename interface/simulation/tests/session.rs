@@ -14,7 +14,7 @@ use interface::step::Clock;
 
 use crate::fault::Fault;
 use crate::fault::{SECOND, Time};
-use crate::host::{Ends, SimulatedHost, Stopped, Violation, number};
+use crate::host::{Ends, SimulatedHost, Stopped, Violation};
 
 /// Longest sleep before looking again (clause B-3).
 const NAP: Time = SECOND / 100;
@@ -236,7 +236,7 @@ impl Supervisor for ToySupervisor<'_> {
     fn gone(&mut self) -> Option<(Party, String)> {
         let host = self.host.borrow();
         let ended = |party: &Party| {
-            let n = number(*party);
+            let n = *party as usize;
             host.stopped[n] == Stopped::Dead || host.ended[n]
         };
         let gone = [Party::Mpm, Party::Dem].into_iter().find(ended)?;
