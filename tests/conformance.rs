@@ -2,18 +2,11 @@
 
 use std::fs;
 use std::path::Path;
-use std::process::Command;
 
 use serde_json::Value;
 
-use crate::harness::at_once;
+use crate::harness::{Place, at_once, quoted};
 use crate::mutants;
-
-fn tandem(arguments: &[&str]) -> Command {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_tandem"));
-    command.args(arguments).env("NO_COLOR", "1");
-    command
-}
 
 /// The command of a solver that is this program.
 fn solver(subcommand: &str) -> String {
@@ -27,22 +20,16 @@ fn mutant(name: &str) -> String {
 }
 
 /// Runs the kit; returns its exit status and its verdicts, id by id.
-fn verdicts(dir: &Path, arguments: &[&str]) -> (i32, Vec<(String, String)>) {
-    let file = dir.join("verdicts.json");
-    let mut command = tandem(&[
-        "conformance",
-        "--cases",
-        "20", // each starts a process; tests of the solvers run many more within one
-        "--json",
-        file.to_str().unwrap(),
-    ]);
-    let status = command.args(arguments).output().unwrap().status.code();
-    let text = fs::read_to_string(&file).unwrap();
+fn verdicts(place: &Place, arguments: &str) -> (Option<i32>, Vec<(String, String)>) {
+    // Each case starts a process; tests of the solvers run many more within one.
+    let line = format!("conformance --cases 20 --json verdicts.json {arguments}");
+    let status = place.tandem(&line).status.code();
+    let text = fs::read_to_string(place.path("verdicts.json")).unwrap();
     let document: Value = serde_json::from_str(&text).unwrap();
     let word = |value: &Value| value.as_str().unwrap().to_string();
     let clauses = document["clauses"].as_array().unwrap().iter();
     let verdicts = clauses.map(|clause| (word(&clause["id"]), word(&clause["verdict"])));
-    (status.unwrap(), verdicts.collect())
+    (status, verdicts.collect())
 }
 
 fn none_fails(verdicts: &[(String, String)]) {
@@ -55,10 +42,9 @@ fn none_fails(verdicts: &[(String, String)]) {
 
 #[test]
 fn the_bodies_side_passes_as_a_process() {
-    let dir = tempfile::tempdir().unwrap();
-    let (status, verdicts) = verdicts(dir.path(), &["--dem", "built-in", "--strict"]);
+    let (status, verdicts) = verdicts(&Place::new(), "--dem built-in --strict");
     none_fails(&verdicts);
-    assert_eq!(status, 0);
+    assert_eq!(status, Some(0));
     assert!(
         verdicts.iter().all(|(_, verdict)| verdict == "pass"),
         "{verdicts:?}"
@@ -68,26 +54,13 @@ fn the_bodies_side_passes_as_a_process() {
 
 #[test]
 fn a_broken_clause_is_reported_as_text_json_and_junit() {
-    let dir = tempfile::tempdir().unwrap();
-    let junit = dir.path().join("junit.xml");
-    let traces = dir.path().join("traces");
-    let output = tandem(&[
-        "conformance",
-        "--only",
-        "S-2a,G-2a,X-1a",
-        "--dem",
-        &mutant("G-2a"),
-    ])
-    .args([
-        "--junit",
-        junit.to_str().unwrap(),
-        "--trace",
-        traces.to_str().unwrap(),
-    ])
-    .output()
-    .unwrap();
-    assert_eq!(output.status.code(), Some(1));
-    let text = String::from_utf8(output.stdout).unwrap();
+    let place = Place::new();
+    let ended = place.tandem(&format!(
+        "conformance --only S-2a,G-2a,X-1a --dem {} --junit junit.xml --trace traces",
+        quoted(&mutant("G-2a"))
+    ));
+    assert_eq!(ended.status.code(), Some(1));
+    let text = ended.stdout;
     assert!(text.contains("G-2a   MUST   FAIL"), "{text}");
     assert!(
         text.contains("X-1a   MUST   blocked") && text.contains("by G-2a"),
@@ -98,7 +71,7 @@ fn a_broken_clause_is_reported_as_text_json_and_junit() {
         "colours although nobody asked for them"
     );
 
-    let xml = fs::read_to_string(&junit).unwrap();
+    let xml = fs::read_to_string(place.path("junit.xml")).unwrap();
     let mut elements = std::collections::BTreeMap::new();
     let mut reader = quick_xml::Reader::from_str(&xml);
     loop {
@@ -120,7 +93,7 @@ fn a_broken_clause_is_reported_as_text_json_and_junit() {
         (3, 1, 1)
     );
 
-    let trace = fs::read_to_string(traces.join("G-2a.jsonl")).unwrap();
+    let trace = fs::read_to_string(place.path("traces/G-2a.jsonl")).unwrap();
     let lines: Vec<Value> = trace
         .lines()
         .map(|l| serde_json::from_str(l).unwrap())
@@ -131,14 +104,15 @@ fn a_broken_clause_is_reported_as_text_json_and_junit() {
 /// What blocks what, and the order in which it is told, does not depend on how many clauses are judged at once.
 #[test]
 fn verdicts_are_the_same_for_any_number_of_jobs() {
-    let dir = tempfile::tempdir().unwrap();
+    let place = Place::new();
     let broken = mutant("G-2a");
-    let told = |jobs: &str| {
-        let (status, verdicts) = verdicts(dir.path(), &["--dem", &broken, "--jobs", jobs]);
-        assert_eq!(status, 1);
+    let told = |jobs: u32| {
+        let arguments = format!("--dem {} --jobs {jobs}", quoted(&broken));
+        let (status, verdicts) = verdicts(&place, &arguments);
+        assert_eq!(status, Some(1));
         verdicts
     };
-    let one = told("1");
+    let one = told(1);
     let verdict = |id: &str| {
         one.iter()
             .find(|(known, _)| known == id)
@@ -148,36 +122,36 @@ fn verdicts_are_the_same_for_any_number_of_jobs() {
     };
     assert_eq!((verdict("S-2a"), verdict("G-2a")), ("pass", "fail"));
     assert_eq!(verdict("X-1a"), "blocked");
-    assert_eq!(told("8"), one);
+    assert_eq!(told(8), one);
 }
 
 #[test]
 fn what_cannot_be_judged_has_its_own_status() {
-    let code = |arguments: &[&str]| tandem(arguments).output().unwrap().status.code();
-    assert_eq!(code(&["conformance", "--dem", "/no/such/solver"]), Some(3));
-    assert_eq!(code(&["conformance"]), Some(2));
-    assert_eq!(
-        code(&["conformance", "--dem", &solver("dem"), "--only", "Z-1"]),
-        Some(2)
-    );
+    let place = Place::new();
+    let code = |arguments: &str| {
+        let ended = place.tandem(&format!("conformance {arguments}"));
+        ended.status.code()
+    };
+    assert_eq!(code("--dem /no/such/solver"), Some(3));
+    assert_eq!(code(""), Some(2));
+    let built_in = solver("dem");
+    let unknown = format!("--dem {} --only Z-1", quoted(&built_in));
+    assert_eq!(code(&unknown), Some(2));
     // A command that is no solver: nothing but the first clause can be judged.
-    assert_eq!(
-        code(&["conformance", "--dem", "true", "--only", "S-2a,H-2a"]),
-        Some(1)
-    );
+    assert_eq!(code("--dem true --only S-2a,H-2a"), Some(1));
 }
 
 /// How long a solver takes to start is not judged; one that never speaks is not awaited for ever, nor in every clause.
 #[test]
 fn a_slow_start_is_no_fault_and_an_endless_one_is_found_soon() {
+    let place = Place::new();
     let code = |command: &str, startup: &str| {
-        let clauses = ["--only", "S-2a,S-6a,S-9a,G-10a,H-2a", "--startup", startup];
         let start = std::time::Instant::now();
-        let output = tandem(&["conformance", "--dem", command])
-            .args(clauses)
-            .output()
-            .unwrap();
-        (output.status.code(), start.elapsed().as_secs_f64())
+        let ended = place.tandem(&format!(
+            "conformance --dem {} --only S-2a,S-6a,S-9a,G-10a,H-2a --startup {startup}",
+            quoted(command)
+        ));
+        (ended.status.code(), start.elapsed().as_secs_f64())
     };
     // Longer than the kit waits for an answer.
     let late = format!(
