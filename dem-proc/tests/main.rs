@@ -5,7 +5,6 @@ mod mixtures;
 mod small_scenes;
 
 mod approach;
-mod capabilities;
 mod cells;
 mod closed_forms;
 mod clusters;

@@ -1,36 +1,22 @@
 //! The capabilities that the solver lists in Hello ([`interface::config::capability`]).
 
-use interface::config::capability::{CONTACTS, Capabilities, PAIRS, SAVE, SEGMENTS};
+use interface::config::capability::{CONTACTS, Capabilities, PAIRS, SAVE, SEGMENTS, members_of};
 use interface::config::laws::LAWS;
+use interface::config::{BodyInertia, BodyShape, Motion, OverlapMeasure};
 
-/// The capabilities besides contact laws.
-const OTHERS: [&str; 23] = [
+/// The capabilities besides contact laws and the choices of a body.
+const OTHERS: [&str; 8] = [
     SAVE,
     CONTACTS,
     PAIRS,
     SEGMENTS,
-    "shape:disc",
-    "shape:segment",
-    "shape:polygon",
-    "shape:rectangle",
-    "shape:cluster",
-    "motion:free",
-    "motion:fixed",
-    "motion:driven",
-    "motion:guided",
-    "motion:pushed",
-    "overlap:each_edge",
-    "overlap:nearest_edge",
-    "overlap:area",
-    "inertia:density",
-    "inertia:mass",
     "feature:body_contact",
     "feature:contact_resolution",
     "feature:contact_pairs",
     "feature:mixed_kinds",
 ];
 
-/// All capabilities, with every contact law of the table and the features of its parameters.
+/// All capabilities: every variant of every choice, and every contact law of the table and the features of its parameters.
 pub(crate) fn capabilities() -> Capabilities {
     let mut names = OTHERS.to_vec();
     names.extend(LAWS.iter().map(|law| law.capability));
@@ -40,5 +26,10 @@ pub(crate) fn capabilities() -> Capabilities {
             names.push(feature);
         }
     }
-    Capabilities::of(&names)
+    let mut all = Capabilities::of(&names).0;
+    all.extend(members_of::<BodyShape>("shape"));
+    all.extend(members_of::<Motion>("motion"));
+    all.extend(members_of::<OverlapMeasure>("overlap"));
+    all.extend(members_of::<BodyInertia>("inertia"));
+    Capabilities(all)
 }

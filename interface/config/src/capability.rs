@@ -6,6 +6,7 @@
 //! a family, it takes those and no others. About a family that it does not name it makes no statement, and refuses in
 //! answer to Configure what it does not take.
 
+use schemars::{JsonSchema, schema_for};
 use serde::{Deserialize, Serialize};
 
 /// The solver saves its state and restores it (section 12, K-3).
@@ -33,23 +34,9 @@ pub const VERBS: [&str; 7] = [
     STRESS_WORK,
     PLASTIC_STRAIN,
 ];
-/// All families (clause K-1), of either side.
-pub const FAMILIES: [&str; 14] = [
-    "shape",
-    "law",
-    "motion",
-    "overlap",
-    "inertia",
-    "feature",
-    "transfer",
-    "stress_update",
-    "plane",
-    "wall",
-    "material",
-    "contact_force",
-    "fill",
-    "lattice",
-];
+/// All families (clause K-1), of either side, in one text.
+pub const FAMILIES: &str = "shape law motion overlap inertia feature transfer stress_update plane wall material \
+                            contact_force fill lattice";
 
 /// The capabilities of one solver.
 #[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, Deserialize)]
@@ -97,6 +84,19 @@ pub fn word(choice: &impl Serialize) -> String {
         Ok(serde_json::Value::Object(tagged)) => tagged.keys().next().cloned().unwrap_or_default(),
         other => unreachable!("a choice is a word or has a tag, not {other:?}"),
     }
+}
+
+/// `family:member` for each variant of a choice, by its [`word`].
+pub fn members_of<T: JsonSchema>(family: &str) -> Vec<String> {
+    let schema = schema_for!(T).to_value();
+    let variants = schema["oneOf"].as_array().into_iter().flatten();
+    let words = variants.flat_map(|variant| {
+        let lists = [&variant["enum"], &variant["required"]];
+        let lists = lists.into_iter().filter_map(|list| list.as_array());
+        lists.flatten().chain(variant.get("const"))
+    });
+    let words = words.filter_map(|word| word.as_str());
+    words.map(|word| format!("{family}:{word}")).collect()
 }
 
 #[cfg(test)]
