@@ -6,8 +6,6 @@ use interface::solver::MpmMeasurement;
 use crate::kernel::shape::Shape;
 use crate::kernel::transfer::AffineState;
 use crate::state::continuum::Continuum;
-use crate::state::holds::Hold;
-use crate::state::point_set::PointSet;
 
 /// The narrower limits of two.
 pub fn narrowest(a: &Limits, b: &Limits) -> Limits {
@@ -36,30 +34,11 @@ pub fn measure<'a, const W: usize, S: Shape<W>, A: AffineState>(
         let of = &continuum.measurement;
         add(ledger, &of.ledger);
         groups.extend_from_slice(&of.groups[..1]);
-        add_sets(
-            &mut sets,
-            &continuum.probes,
-            &continuum.holds.all,
-            &of.groups[1..],
-        );
+        let probes = continuum.probes.iter().map(|probe| (false, probe.number));
+        let holds = continuum.holds.all.iter();
+        let numbers = probes.chain(holds.map(|hold| (true, hold.points.number)));
+        sets.extend(numbers.zip(of.groups[1..].iter().copied()));
     }
-    append(groups, sets);
-}
-
-/// Adds the records `of` probes and holds.
-fn add_sets(
-    sets: &mut Vec<((bool, usize), GroupState)>,
-    probes: &[PointSet],
-    holds: &[Hold],
-    of: &[GroupState],
-) {
-    let probes = probes.iter().map(|probe| (false, probe.number));
-    let numbers = probes.chain(holds.iter().map(|hold| (true, hold.points.number)));
-    sets.extend(numbers.zip(of.iter().copied()));
-}
-
-/// Appends the records of probes and holds in the order of their indices.
-fn append(groups: &mut Vec<GroupState>, mut sets: Vec<((bool, usize), GroupState)>) {
     sets.sort_by_key(|(number, _)| *number);
     groups.extend(sets.into_iter().map(|(_, state)| state));
 }

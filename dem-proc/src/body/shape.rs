@@ -40,25 +40,32 @@ impl Shape {
     /// # Errors
     /// The key and what is wrong with it.
     pub fn new(shape: &BodyShape, a: f64, exact: bool) -> Result<Self, ShapeError> {
-        if let BodyShape::Cluster { centers, radii } = shape {
-            return cluster(centers, radii, a);
-        }
-        let mut vertices = checked_outline(shape, a, exact)?;
-        let n = vertices.len();
-        let moments = swept(&vertices, a);
+        let (mut vertices, radii) = match shape {
+            BodyShape::Cluster { centers, radii } => cluster(centers, radii, a)?,
+            _ => (checked_outline(shape, a, exact)?, Vec::new()),
+        };
+        let has_edges = radii.is_empty() && vertices.len() > 1;
+        let moments = if radii.is_empty() {
+            swept(&vertices, a)
+        } else {
+            union_of_discs(&vertices, &radii)
+        };
         for v in &mut vertices {
             *v -= moments.centroid;
         }
-        let extent = a + vertices.iter().map(Vec2::norm).fold(0.0, f64::max);
-        let edges = (edge_count(n) > EDGES_WITHOUT_TREE).then(|| edge_tree(&vertices));
+        let largest = |radius: &dyn Fn(usize, f64) -> f64| {
+            let radii = (0..vertices.len()).map(|k| radius(k, radii.get(k).copied().unwrap_or(a)));
+            radii.fold(0.0, f64::max)
+        };
+        let with_tree = has_edges && edge_count(vertices.len()) > EDGES_WITHOUT_TREE;
         Ok(Self {
-            vertices,
-            radius: a,
-            radii: Vec::new(),
-            extent,
+            radius: largest(&|_, radius| radius),
+            extent: largest(&|k, radius| vertices[k].norm() + radius),
+            edges: with_tree.then(|| edge_tree(&vertices)),
+            radii,
             moments,
-            edges,
-            has_edges: n > 1,
+            has_edges,
+            vertices,
         })
     }
 
@@ -119,37 +126,25 @@ pub fn edge_count(n: usize) -> usize {
     if n == 2 { 1 } else { n }
 }
 
-/// A rigid cluster of discs, of the radii given (m) or all of radius `a` (m). Its mass is spread evenly over the union
-/// of the discs: overlaps count once, because the cluster represents a body that it fills (Singer 2022).
-fn cluster(centers: &[[f64; 2]], radii: &[f64], a: f64) -> Result<Shape, ShapeError> {
+/// Centres and radii of a rigid cluster of discs, of the radii given (m) or all of radius `a` (m). Its mass is spread evenly
+/// over the union of the discs: overlaps count once, because the cluster represents a body that it fills (Singer 2022).
+fn cluster(
+    centers: &[[f64; 2]],
+    radii: &[f64],
+    a: f64,
+) -> Result<(Vec<Vec2>, Vec<f64>), ShapeError> {
+    let mut sorted = centers.to_vec();
+    sorted.sort_by(|p, q| p[0].total_cmp(&q[0]).then(p[1].total_cmp(&q[1])));
+    if let Some(&[twice, _]) = sorted.array_windows().find(|[a, b]| a == b) {
+        let text = format!("two discs are at {twice:?}");
+        return Err(("shape.cluster.centers", text));
+    }
     let radii = if radii.is_empty() {
         vec![a; centers.len()]
     } else {
         radii.to_vec()
     };
-    let mut vertices: Vec<Vec2> = centers.iter().map(|&c| c.into()).collect();
-    let mut sorted = centers.to_vec();
-    sorted.sort_by(|p, q| p[0].total_cmp(&q[0]).then(p[1].total_cmp(&q[1])));
-    if let Some(&[twice, _]) = sorted.array_windows().find(|[a, b]| a == b) {
-        return Err((
-            "shape.cluster.centers",
-            format!("two discs are at {twice:?}"),
-        ));
-    }
-    let moments = union_of_discs(&vertices, &radii);
-    for v in &mut vertices {
-        *v -= moments.centroid;
-    }
-    let surface = vertices.iter().zip(&radii).map(|(v, r)| v.norm() + r);
-    Ok(Shape {
-        extent: surface.fold(0.0, f64::max),
-        radius: radii.iter().copied().fold(0.0, f64::max),
-        radii,
-        moments,
-        edges: None,
-        has_edges: false,
-        vertices,
-    })
+    Ok((centers.iter().map(|&c| c.into()).collect(), radii))
 }
 
 /// The boxes of the edges of a closed outline.

@@ -15,7 +15,7 @@
 use std::collections::BTreeMap;
 
 use interface::Vec2;
-use interface::message::wire::{ContactState, ImpState};
+use interface::message::wire::ImpState;
 use interface::step::Step;
 
 use crate::contact::frame_contacts::{POINT, POINTS};
@@ -27,36 +27,17 @@ const PARTS: f64 = 32.0;
 /// only just touch would require an arbitrarily short step.
 const NEGLIGIBLE: f64 = 1e-4;
 
-/// The contacts that open: their power in W/m, and the energy in J/m of an impact at the speeds at which they open.
-#[derive(Debug, Clone, Copy, Default)]
-struct Opening {
-    power: f64,
-    impact: f64,
-}
-
 impl Sdem {
     /// Squared frequency in 1/s^2 for which a step of `2 / omega` resolves the contacts that open with the initial
     /// velocities; 0 if there are none. `step` is the opening step, and its contacts have been evaluated.
     pub(crate) fn release(&self, step: &Step, imps: &[ImpState]) -> f64 {
-        let opening = self.opening_contacts(&self.frame_contacts(step, imps), imps);
-        if opening.power <= 0.0 {
-            return 0.0;
-        }
-        let energy = self.contact_energy(imps);
-        if energy > NEGLIGIBLE * opening.impact {
-            (PARTS * opening.power / energy).powi(2)
-        } else {
-            0.0
-        }
-    }
-
-    fn opening_contacts(&self, contacts: &[ContactState], imps: &[ImpState]) -> Opening {
         let set = self.state.sets.now.iter().zip(imps);
         let points: BTreeMap<u64, _> = set
             .map(|(info, state)| (info.id, (1.0 / info.mass, Vec2::from(state.velocity))))
             .collect();
-        let mut sum = Opening::default();
-        for contact in contacts {
+        // In W/m, and the energy in J/m of an impact at the speeds at which they open.
+        let (mut power, mut impact) = (0.0, 0.0);
+        for contact in self.frame_contacts(step, imps) {
             let body = |b: u64| {
                 let state = &self.bodies.state[b as usize];
                 let arm = Vec2::from(contact.position) - state.center;
@@ -66,12 +47,20 @@ impl Sdem {
             let (own_lightness, own) = side(contact.body, contact.with == POINTS);
             let (lightness, other) = side(contact.other, [POINT, POINTS].contains(&contact.with));
             let apart = own - other;
-            let power = Vec2::from(contact.force).dot(&apart);
-            if power > 0.0 {
-                sum.power += power;
-                sum.impact += 0.5 * apart.norm_squared() / (own_lightness + lightness);
+            let given = Vec2::from(contact.force).dot(&apart);
+            if given > 0.0 {
+                power += given;
+                impact += 0.5 * apart.norm_squared() / (own_lightness + lightness);
             }
         }
-        sum
+        if power <= 0.0 {
+            return 0.0;
+        }
+        let energy = self.contact_energy(imps);
+        if energy > NEGLIGIBLE * impact {
+            (PARTS * power / energy).powi(2)
+        } else {
+            0.0
+        }
     }
 }

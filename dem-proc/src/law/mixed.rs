@@ -18,35 +18,32 @@ pub type OfSpheres = Contact<Adhesive<Hertz>, Mindlin, Tsuji>;
 /// `area`.
 pub type OfAreas = Contact<Area, Coulomb, Viscous>;
 
-/// A law of any kind.
+/// Something of a law of any kind: of grains (`linear` or `granular`), of spheres (`hertz_mindlin`), or of areas (`area`).
 #[derive(Debug, Clone, Copy)]
-pub enum AnyLaw {
-    /// `linear` or `granular`.
-    Grains(OfGrains),
-    /// `hertz_mindlin`.
-    Spheres(OfSpheres),
-    /// `area`.
-    Areas(OfAreas),
+pub enum Kind<G, S, A> {
+    /// Of `linear` or `granular`.
+    Grains(G),
+    /// Of `hertz_mindlin`.
+    Spheres(S),
+    /// Of `area`.
+    Areas(A),
 }
+
+/// A law of any kind.
+pub type AnyLaw = Kind<OfGrains, OfSpheres, OfAreas>;
 
 /// A law and its constants for a pair.
-#[derive(Debug, Clone, Copy)]
-pub enum AnyPair {
-    /// `linear` or `granular`.
-    Grains(OfGrains, <OfGrains as Law>::Pair),
-    /// `hertz_mindlin`.
-    Spheres(OfSpheres, <OfSpheres as Law>::Pair),
-    /// `area`.
-    Areas(OfAreas, <OfAreas as Law>::Pair),
-}
+type Of<L> = (L, <L as Law>::Pair);
+/// The same of any kind.
+pub type AnyPair = Kind<Of<OfGrains>, Of<OfSpheres>, Of<OfAreas>>;
 
-/// What a kind of law makes of its constants for a pair.
+/// What each kind of law makes of its own.
 macro_rules! by_kind {
-    ($any:expr, |$law:ident, $pair:ident| $value:expr) => {
+    ($any:expr, |$own:pat_param| $value:expr) => {
         match $any {
-            AnyPair::Grains($law, $pair) => $value,
-            AnyPair::Spheres($law, $pair) => $value,
-            AnyPair::Areas($law, $pair) => $value,
+            Kind::Grains($own) => $value,
+            Kind::Spheres($own) => $value,
+            Kind::Areas($own) => $value,
         }
     };
 }
@@ -68,25 +65,21 @@ impl Law for AnyLaw {
 
     fn pair(&self, properties: &PairProperties) -> AnyPair {
         match *self {
-            Self::Grains(law) => AnyPair::Grains(law, law.pair(properties)),
-            Self::Spheres(law) => AnyPair::Spheres(law, law.pair(properties)),
-            Self::Areas(law) => AnyPair::Areas(law, law.pair(properties)),
+            Kind::Grains(law) => Kind::Grains((law, law.pair(properties))),
+            Kind::Spheres(law) => Kind::Spheres((law, law.pair(properties))),
+            Kind::Areas(law) => Kind::Areas((law, law.pair(properties))),
         }
     }
     #[inline]
     fn stiffness(&self, pair: &AnyPair, overlap: f64) -> Stiffness {
-        by_kind!(pair, |law, pair| law.stiffness(pair, overlap))
+        by_kind!(pair, |(law, pair)| law.stiffness(pair, overlap))
     }
     fn damping_ratio(&self, mass: f64) -> f64 {
-        match self {
-            Self::Grains(law) => law.damping_ratio(mass),
-            Self::Spheres(law) => law.damping_ratio(mass),
-            Self::Areas(law) => law.damping_ratio(mass),
-        }
+        by_kind!(self, |law| law.damping_ratio(mass))
     }
     #[inline]
     fn normal(&self, pair: &AnyPair, overlap: f64) -> [f64; 2] {
-        by_kind!(pair, |law, pair| law.normal(pair, overlap))
+        by_kind!(pair, |(law, pair)| law.normal(pair, overlap))
     }
     #[inline]
     fn response_to_spring(
@@ -96,23 +89,19 @@ impl Law for AnyLaw {
         kinematics: &Kinematics,
         before: &All,
     ) -> Response<All> {
-        by_kind!(pair, |law, pair| {
+        by_kind!(pair, |(law, pair)| {
             remembering(law.response_to_spring(pair, spring, kinematics, &Numbers::of(before)))
         })
     }
     #[inline]
     fn separate(&self, pair: &AnyPair, kinematics: &Kinematics, before: &All) -> Loss {
-        by_kind!(pair, |law, pair| law.separate(
-            pair,
-            kinematics,
-            &Numbers::of(before)
-        ))
+        by_kind!(pair, |(law, pair)| {
+            law.separate(pair, kinematics, &Numbers::of(before))
+        })
     }
     fn energy(&self, pair: &AnyPair, overlap: f64, history: &All) -> f64 {
-        by_kind!(pair, |law, pair| law.energy(
-            pair,
-            overlap,
-            &Numbers::of(history)
-        ))
+        by_kind!(pair, |(law, pair)| {
+            law.energy(pair, overlap, &Numbers::of(history))
+        })
     }
 }
