@@ -242,16 +242,16 @@ fn a_stack_of_blocks_stays_where_it_is_for_a_million_steps() {
 }
 
 fn gas(steps: usize) {
-    let mut random = Random(77);
+    let mut random = Random::new(77);
     let mut bodies = open_box(2.0, 2.0, 0.05);
     bodies.push(wall("lid", [-0.05, 2.05], [2.05, 2.05], 0.05));
     for i in 0..100 {
-        let vertices = random.star(3 + i % 4, 0.04, 0.06);
+        let shape = star(&mut random, 3 + i % 4, 0.04, 0.06);
         bodies.push(BodyConfig {
             position: [0.1 + 0.2 * (i % 10) as f64, 0.1 + 0.2 * (i / 10) as f64],
             velocity: [random.between(-1.0, 1.0), random.between(-1.0, 1.0)],
             spin: random.between(-5.0, 5.0),
-            ..body(polygon_shape(vertices), 0.02)
+            ..body(shape, 0.02)
         });
     }
     let mut config = scene(bodies, spring(1e6));

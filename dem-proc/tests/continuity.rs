@@ -42,15 +42,15 @@ fn the_force_on_a_point_does_not_jump_round_a_convex_outline() {
 #[test]
 fn lists_leave_no_trace() {
     let run = |skin: f64| {
-        let mut random = Random(4);
+        let mut random = Random::new(4);
         let mut bodies = walls::open_box(0.8, 1.0, 0.05);
         for i in 0..16 {
-            let vertices = random.star(5, 0.06, 0.08);
+            let shape = star(&mut random, 5, 0.06, 0.08);
             bodies.push(BodyConfig {
                 position: [0.1 + 0.2 * f64::from(i % 4), 0.1 + 0.2 * f64::from(i / 4)],
                 velocity: [random.between(-1.0, 1.0), -1.0],
                 spin: random.between(-9.0, 9.0),
-                ..body(polygon_shape(vertices), 0.02)
+                ..body(shape, 0.02)
             });
         }
         let law = linear_law(1e6, 3e5, 0.4, 0.1);

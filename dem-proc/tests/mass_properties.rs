@@ -1,7 +1,9 @@
 //! Area, centroid and inertia of swept shapes against integration line by line.
 
+use std::f64::consts::PI;
+
 use crate::small_scenes::{
-    Random, body, configured, polygon_shape, rectangle_shape, scene, segment_shape, spring,
+    Random, body, configured, polygon_shape, rectangle_shape, scene, segment_shape, spring, star,
 };
 use interface::config::{BodyInertia, BodyShape};
 use interface::solver::DemSolver;
@@ -91,7 +93,7 @@ fn turn(v: [f64; 2], t: f64) -> [f64; 2] {
 /// cluster.
 #[test]
 fn a_thousand_random_shapes_agree_with_integration() {
-    let mut random = Random(2026);
+    let mut random = Random::new(2026);
     let mut checked = [0, 0];
     while checked[0] + checked[1] < 1000 {
         let n = 1 + (random.unit() * 9.0) as usize;
@@ -117,12 +119,13 @@ fn a_thousand_random_shapes_agree_with_integration() {
                         (i as f64 + random.between(0.1, 0.9)) * std::f64::consts::TAU / n as f64;
                     [t.cos(), 1.3 * t.sin()]
                 };
-                let vertices = if kind < 0.5 {
-                    (0..n).map(corner).collect()
+                let shape = if kind < 0.5 {
+                    polygon_shape((0..n).map(corner).collect())
                 } else {
-                    random.star(n, 0.4, 1.0)
+                    star(&mut random, n, 0.4, 1.0)
                 };
-                (polygon_shape(vertices.clone()), a, vec![(vertices, a)])
+                let vertices = shape.vertices();
+                (shape, a, vec![(vertices, a)])
             }
         };
         let is_convex = shape.is_convex();
@@ -173,18 +176,17 @@ fn a_thousand_random_shapes_agree_with_integration() {
     assert!(checked[0] > 200 && checked[1] > 200, "{checked:?}");
 }
 
+/// Mass and moment of inertia of a body of density 1.
+fn of(shape: BodyShape, a: f64) -> (f64, f64) {
+    let mut config = body(shape, a);
+    config.inertia = BodyInertia::Density(1.0);
+    let dem = configured(&scene(vec![config], spring(1.0)));
+    let body = &dem.bodies().properties[0];
+    (body.mass, body.inertia)
+}
+
 #[test]
 fn a_disc_a_rounded_segment_and_a_rounded_square_have_closed_forms() {
-    use std::f64::consts::PI;
-    let of = |shape, a| {
-        let mut config = body(shape, a);
-        config.inertia = BodyInertia::Density(1.0);
-        let dem = configured(&scene(vec![config], spring(1.0)));
-        (
-            dem.bodies().properties[0].mass,
-            dem.bodies().properties[0].inertia,
-        )
-    };
     let (m, i) = of(BodyShape::Disc, 0.5);
     assert!((m - PI * 0.25).abs() < 1e-15 && (i - 0.5 * PI * 0.0625).abs() < 1e-15);
     // Stadium: rectangle L x 2a and two half discs.
@@ -199,6 +201,21 @@ fn a_disc_a_rounded_segment_and_a_rounded_square_have_closed_forms() {
     assert!((i - rectangle - caps).abs() < 1e-13);
     let (m, _) = of(rectangle_shape(2.0, 1.0), 0.1);
     assert!((m - (2.0 + 6.0 * 0.1 + PI * 0.01)).abs() < 1e-14);
+}
+
+/// Two discs of radius 1 a distance 1 apart: two discs less the lens `2 pi / 3 - sqrt(3) / 2`; and a disc within
+/// another adds nothing.
+#[test]
+fn a_lens_counts_once_and_a_hidden_disc_not_at_all() {
+    let cluster = |distance: f64, radii: [f64; 2]| {
+        let (centers, radii) = (vec![[0.0, 0.0], [distance, 0.0]], radii.to_vec());
+        of(BodyShape::Cluster { centers, radii }, 0.0)
+    };
+    let (two, _) = cluster(1.0, [1.0, 1.0]);
+    let lens = 2.0 * PI / 3.0 - 0.75_f64.sqrt();
+    assert!((two - (2.0 * PI - lens)).abs() < 1e-14, "{two}");
+    let (hidden, inertia) = cluster(0.3, [1.0, 0.5]);
+    assert!((hidden - PI).abs() < 1e-14 && (inertia - 0.5 * PI).abs() < 1e-14);
 }
 
 #[test]

@@ -56,10 +56,8 @@ fn allocates_nothing(all_around: bool) {
         for (n, states) in (first..).zip(&motion) {
             let step = Step {
                 index: n,
-                time: n as f64 * 1e-3,
-                dt_before: 1e-3,
-                dt: 1e-3,
                 measure: false,
+                ..step(1e-3, 1e-3)
             };
             dem.contact(&step, states, &mut forces).expect("no fault");
             dem.advance(&step).expect("no fault");

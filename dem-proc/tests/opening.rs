@@ -1,25 +1,26 @@
-//! Contacts that open: the bound below which none does, and the amplitude above which one does.
+//! Contacts that open: the bound below which none does, the amplitude above which one does, and how far surfaces may go
+//! ahead.
 
-use crate::small_scenes::rectangle_shape;
+use crate::small_scenes::{body, rectangle_shape};
 use dem_proc::body::bodies::Bodies;
-use dem_proc::contact::approach::Near;
+use dem_proc::contact::approach::{Near, outer_acceleration};
 use dem_proc::contact::impact::{Impacts, Pressing, Relative, SurfaceMotion};
 use dem_proc::contact::pair_geometry::LANES;
 use dem_proc::lists::now::Ahead;
 use interface::Vec2;
-use interface::config::{BodyConfig, BodyInertia, BodyShape, DemConfig};
+use interface::config::{BodyConfig, BodyShape, DemConfig, Motion};
 use mechanics::generate::Random;
 
-/// Of 1 kg/m, with a sphero-radius of 0.1 m.
-pub fn grain(shape: BodyShape, position: [f64; 2]) -> BodyConfig {
-    BodyConfig {
-        name: "grain".into(),
-        shape,
-        sphero_radius: 0.1,
-        inertia: BodyInertia::Mass(1.0),
+/// Bodies of 1 kg/m at these places, with a sphero-radius of 0.1 m.
+fn grains(shape: &BodyShape, places: [[f64; 2]; 2]) -> DemConfig {
+    let grain = |position| BodyConfig {
         position,
         angle: 0.3,
-        ..BodyConfig::default()
+        ..body(shape.clone(), 0.1)
+    };
+    DemConfig {
+        bodies: places.map(grain).into(),
+        ..DemConfig::default()
     }
 }
 
@@ -29,10 +30,7 @@ fn no_contact_below_the_bound_opens() {
     let mut random = Random::new(7);
     let (mut calm_pairs, mut impacts) = (0, 0);
     for shape in [BodyShape::Disc, square] {
-        let config = DemConfig {
-            bodies: vec![grain(shape.clone(), [0.0; 2]), grain(shape, [0.15, 0.05])],
-            ..DemConfig::default()
-        };
+        let config = grains(&shape, [[0.0; 2], [0.15, 0.05]]);
         let mut bodies = Bodies::new(&config).expect("two bodies");
         let point = bodies.outline_of(0)[0];
         let normal = (bodies.state[0].center - bodies.state[1].center).normalize();
@@ -93,11 +91,7 @@ fn no_contact_below_the_bound_opens() {
 /// The amplitude `sqrt(a^2 + omega^2 u^2)` against the overlap at rest `F w - a` and what is negligible.
 #[test]
 fn a_contact_opens_if_its_amplitude_is_larger_than_its_overlap_at_rest() {
-    let discs = [[0.0; 2], [0.19, 0.0]].map(|x| grain(BodyShape::Disc, x));
-    let config = DemConfig {
-        bodies: discs.into(),
-        ..DemConfig::default()
-    };
+    let config = grains(&BodyShape::Disc, [[0.0; 2], [0.19, 0.0]]);
     let mut bodies = Bodies::new(&config).expect("two bodies");
     let (kick, stiffness, mobility): (f64, f64, f64) = (1e-3, 1e4, 2.0);
     let omega = (stiffness * mobility).sqrt();
@@ -138,4 +132,32 @@ fn a_contact_opens_if_its_amplitude_is_larger_than_its_overlap_at_rest() {
             assert_eq!(opens, share > 1.0, "{force} {acceleration} {outer} {share}");
         }
     }
+}
+
+/// Gravity, a push of 5 N and a moment of 0.3 N that turns the surface of a disc of 0.1 m and 1 kg/m.
+#[test]
+fn what_pushes_and_turns_a_body_adds_up_at_its_surface() {
+    let mut config = grains(&BodyShape::Disc, [[0.0; 2], [1.0, 0.0]]);
+    config.bodies[0].motion = Motion::Pushed {
+        force: [3.0, -4.0],
+        torque: -0.3,
+        ramp: 0.0,
+        until: None,
+    };
+    let bodies = Bodies::new(&config).expect("two bodies");
+    let found = outer_acceleration(&bodies, Vec2::new(0.0, -9.81));
+    let expected = 9.81 + 5.0 + 0.3 * 0.1 / (0.5 * 0.1 * 0.1);
+    assert!((found - expected).abs() < 1e-12, "{found}");
+}
+
+#[test]
+fn the_displacement_ahead_is_two_steps_of_free_fall() {
+    // From rest: half a kick, a step, a kick, and a step that is a tenth longer.
+    let (dt, g) = (1e-3, 10.0);
+    let first = 0.5 * dt * g;
+    let second = first + g * 0.5 * (dt + 1.1 * dt);
+    let way = first * dt + second * 1.1 * dt;
+    let ahead = Ahead::new(0.5 * dt, dt, g);
+    assert!((ahead.way(0.0) / way - 1.0).abs() < 1e-12);
+    assert!((ahead.way(3.0) - way - 3.0 * 2.1 * dt).abs() < 1e-15);
 }

@@ -6,9 +6,8 @@ use std::f64::consts::{PI, TAU};
 use crate::small_scenes::*;
 use interface::Vec2;
 use interface::config::{BodyConfig, BodyInertia, BodyShape, DemConfig, Motion, OverlapMeasure};
-use interface::message::wire::{ImpForce, ImpState};
+use interface::message::wire::ImpForce;
 use interface::solver::DemSolver;
-use interface::step::Step;
 
 const RADIUS: f64 = 0.05;
 const DT: f64 = 1e-3;
@@ -27,19 +26,8 @@ fn refusal(config: &DemConfig, path: impl IntoIterator<Item = Vec2>) -> Option<(
     dem.imp_set(&[info(7, RADIUS, 1.0)]);
     let mut forces = [ImpForce::default()];
     for (index, p) in (0..).zip(path) {
-        let step = Step {
-            index,
-            time: index as f64 * DT,
-            dt_before: if index == 0 { 0.0 } else { DT },
-            dt: DT,
-            measure: false,
-        };
-        let state = ImpState {
-            position: p.into(),
-            velocity: [0.0; 2],
-            ..ImpState::default()
-        };
-        if let Err(fault) = dem.contact(&step, &[state], &mut forces) {
+        let step = step(if index == 0 { 0.0 } else { DT }, DT);
+        if let Err(fault) = dem.contact(&step, &[at(p.x, p.y)], &mut forces) {
             return Some((index, fault.to_string()));
         }
         dem.advance(&step).unwrap();
@@ -75,13 +63,14 @@ fn a_point_driven_through_a_body_is_named_whatever_the_step() {
     let plate = [[-1.0, -0.004], [1.0, -0.004], [1.0, 0.004], [-1.0, 0.004]];
     let spike = [[-1.0, -0.1], [-1.0, 0.1], [1.0, 0.0]];
     let block = [[-1.0, -0.3], [1.0, -0.3], [1.0, 0.3], [-1.0, 0.3]];
-    let gon = |n: usize| -> Vec<[f64; 2]> {
+    let gon = |n: usize| {
         let at = |k: usize| TAU * k as f64 / n as f64;
-        (0..n)
-            .map(|k| [0.3 * at(k).cos(), 0.3 * at(k).sin()])
-            .collect()
+        let corners = (0..n).map(|k| [0.3 * at(k).cos(), 0.3 * at(k).sin()]);
+        polygon_shape(corners.collect())
     };
-    // Where it crosses, and the height by which it must be told at the latest: the middle, or a little more.
+    let (centers, radii) = (vec![[-0.2, 0.0], [0.2, 0.0]], vec![0.25, 0.25]);
+    let cluster = BodyShape::Cluster { centers, radii };
+    // Where it crosses; it must be told in the middle, or a little later.
     let cases: &[(&str, BodyShape, f64, f64)] = &[
         ("disc", BodyShape::Disc, 0.2, 0.0),
         ("small disc", BodyShape::Disc, 0.01, 0.0),
@@ -89,18 +78,10 @@ fn a_point_driven_through_a_body_is_named_whatever_the_step() {
         ("plate", polygon(&plate), 0.0, 0.3),
         ("spike", polygon(&spike), 0.0, 0.9),
         ("block", polygon(&block), 0.0, 0.3),
-        ("square", polygon(&gon(4)), 0.02, 0.01),
-        ("hexagon", polygon(&gon(6)), 0.02, 0.01),
-        ("many corners", polygon(&gon(40)), 0.02, 0.01),
-        (
-            "cluster",
-            BodyShape::Cluster {
-                centers: vec![[-0.2, 0.0], [0.2, 0.0]],
-                radii: vec![0.25, 0.25],
-            },
-            0.0,
-            0.2,
-        ),
+        ("square", gon(4), 0.02, 0.01),
+        ("hexagon", gon(6), 0.02, 0.01),
+        ("many corners", gon(40), 0.02, 0.01),
+        ("cluster", cluster, 0.0, 0.2),
     ];
     for (name, shape, a, x) in cases {
         for share in [0.5, 0.11, 0.003] {
@@ -207,18 +188,8 @@ fn a_new_set_forgets_nothing() {
     let mut forces = [ImpForce::default(); 2];
     let mut told = None;
     for (index, p) in (0..).zip(way([0.3, 0.06], [0.3, -0.06], 0.3)) {
-        let step = Step {
-            index,
-            time: 0.0,
-            dt_before: if index == 0 { 0.0 } else { DT },
-            dt: DT,
-            measure: false,
-        };
-        let here = ImpState {
-            position: p.into(),
-            velocity: [0.0; 2],
-            ..ImpState::default()
-        };
+        let step = step(if index == 0 { 0.0 } else { DT }, DT);
+        let here = at(p.x, p.y);
         let elsewhere = at(-0.5, 0.06);
         let (set, states) = if index % 2 == 0 {
             (vec![info(7, RADIUS, 1.0)], vec![here])
@@ -291,7 +262,6 @@ fn high(shape: BodyShape, a: f64) -> BodyConfig {
 }
 
 #[test]
-#[expect(clippy::too_many_lines, reason = "a table")]
 fn a_body_driven_through_a_body_is_named_whatever_the_measure() {
     use OverlapMeasure::{Area, EachEdge, NearestEdge};
     let plate = polygon(&[[-1.0, -0.02], [1.0, -0.02], [1.0, 0.02], [-1.0, 0.02]]);
@@ -300,89 +270,23 @@ fn a_body_driven_through_a_body_is_named_whatever_the_measure() {
         centers: vec![[-0.1, 0.0], [0.1, 0.0]],
         radii: vec![0.04, 0.05],
     };
-    let disc = BodyShape::Disc;
+    let (rod, flat) = (|a| body(segment(), a), |a| body(plate.clone(), a));
+    let (disc, ball) = (high(BodyShape::Disc, 0.05), body(BodyShape::Disc, 0.1));
+    let (block, pair) = (|a| high(square(0.2), a), high(cluster, 0.0));
+    let wedge = |a| high(needle.clone(), a);
     // The length in which the force has the right sign, and the lowest place of the outline that is not too late.
     let cases = [
-        (
-            "disc",
-            high(disc.clone(), 0.05),
-            body(segment(), 0.02),
-            EachEdge,
-            0.07,
-            0.0,
-        ),
-        (
-            "square",
-            high(square(0.2), 0.01),
-            body(segment(), 0.02),
-            EachEdge,
-            0.03,
-            0.0,
-        ),
-        (
-            "on a plate",
-            high(square(0.2), 0.01),
-            body(plate.clone(), 0.01),
-            EachEdge,
-            0.02,
-            0.02,
-        ),
-        (
-            "needle",
-            high(needle.clone(), 0.005),
-            body(segment(), 0.005),
-            EachEdge,
-            0.01,
-            0.0,
-        ),
-        (
-            "cluster",
-            high(cluster, 0.0),
-            body(segment(), 0.01),
-            EachEdge,
-            0.05,
-            0.0,
-        ),
-        (
-            "disc on disc",
-            high(disc.clone(), 0.05),
-            body(disc, 0.1),
-            EachEdge,
-            0.15,
-            0.0,
-        ),
-        (
-            "nearest",
-            high(square(0.2), 0.01),
-            body(plate.clone(), 0.0),
-            NearestEdge,
-            0.03,
-            -0.02,
-        ),
-        (
-            "nearest needle",
-            high(needle.clone(), 0.01),
-            body(plate.clone(), 0.01),
-            NearestEdge,
-            0.04,
-            -0.02,
-        ),
-        (
-            "area",
-            high(square(0.2), 0.0),
-            body(plate.clone(), 0.0),
-            Area,
-            0.04,
-            -0.01,
-        ),
-        (
-            "area of a needle",
-            high(needle, 0.0),
-            body(plate, 0.0),
-            Area,
-            0.04,
-            -0.01, // its normal never turns
-        ),
+        ("disc", disc.clone(), rod(0.02), EachEdge, 0.07, 0.0),
+        ("square", block(0.01), rod(0.02), EachEdge, 0.03, 0.0),
+        ("on a plate", block(0.01), flat(0.01), EachEdge, 0.02, 0.02),
+        ("needle", wedge(5e-3), rod(5e-3), EachEdge, 0.01, 0.0),
+        ("cluster", pair, rod(0.01), EachEdge, 0.05, 0.0),
+        ("disc on disc", disc, ball, EachEdge, 0.15, 0.0),
+        ("nearest", block(0.01), flat(0.0), NearestEdge, 0.03, -0.02),
+        ("narrow", wedge(0.01), flat(0.01), NearestEdge, 0.04, -0.02),
+        ("area", block(0.0), flat(0.0), Area, 0.04, -0.01),
+        // Its normal never turns.
+        ("narrow area", wedge(0.0), flat(0.0), Area, 0.04, -0.01),
     ];
     for (name, mover, floor, measure, length, lowest) in cases {
         for share in [0.5, 0.13, 0.01] {

@@ -2,7 +2,7 @@
 //! (`kit.rs`) have.
 
 use interface::Vec2;
-use interface::config::{BodyConfig, BodyInertia, BodyShape, DemConfig, Motion};
+use interface::config::{BodyConfig, BodyShape, DemConfig, Motion};
 use interface::message::wire::{BodyState, ImpForce, ImpInfo, ImpState};
 use interface::solver::DemSolver;
 use interface::step::Step;
@@ -10,32 +10,19 @@ use mechanics::reference::bodies::Oracle;
 
 use dem_proc::Sdem;
 
-use crate::small_scenes::{Random, polygon_shape, segment_shape, spring};
+use crate::small_scenes::{OPENING, Random, body, info, scene, segment_shape, spring, star, step};
 
 /// Stiffness of points on bodies and of bodies on one another in N/m. Nothing holds the points back; bodies must not come so
 /// deep that the solver stops.
 const K: [f64; 2] = [1e4, 1e6];
 
-fn star(random: &mut Random, n: usize, low: f64, high: f64) -> BodyShape {
-    let vertex = |i: usize| {
-        let t = (i as f64 + random.between(0.2, 0.8)) * std::f64::consts::TAU / n as f64;
-        let r = random.between(low, high);
-        [r * t.cos(), r * t.sin()]
-    };
-    polygon_shape((0..n).map(vertex).collect())
-}
-
 /// Stars, discs and segments that move inside and around a fixed star with many edges, and points everywhere.
 fn crowd(random: &mut Random, skin: f64) -> (DemConfig, Vec<ImpInfo>, Vec<ImpState>) {
     let make = |shape, sphero_radius, position, motion| BodyConfig {
-        name: "b".into(),
-        shape,
-        sphero_radius,
-        inertia: BodyInertia::Mass(1.0),
         position,
         angle: 0.3,
         motion,
-        ..BodyConfig::default()
+        ..body(shape, sphero_radius)
     };
     let mut bodies = vec![make(
         star(random, 400, 1.5, 1.6),
@@ -62,21 +49,12 @@ fn crowd(random: &mut Random, skin: f64) -> (DemConfig, Vec<ImpInfo>, Vec<ImpSta
         bodies.push(body);
     }
     let config = DemConfig {
-        gravity: [0.0, 0.0],
-        bodies,
-        point_contact: spring(K[0]),
         body_contact: Some(spring(K[1])),
         skin,
-        threads: 1,
-        ..DemConfig::default()
+        ..scene(bodies, spring(K[0]))
     };
     let set: Vec<ImpInfo> = (0..200)
-        .map(|id| ImpInfo {
-            id,
-            radius: random.between(0.005, 0.02),
-            mass: 1.0,
-            ..Default::default()
-        })
+        .map(|id| info(id, random.between(0.005, 0.02), 1.0))
         .collect();
     let mut state = || ImpState {
         position: [random.between(-2.0, 2.0), random.between(-2.0, 2.0)],
@@ -100,14 +78,7 @@ fn overlapping(dem: &mut Sdem, config: &DemConfig) -> Option<usize> {
         let body: Option<usize> = number(&refusal.key);
         return Some(body.unwrap_or_else(|| panic!("{refusal:?}")));
     }
-    let opening = Step {
-        index: 0,
-        time: 0.0,
-        dt_before: 0.0,
-        dt: 0.0,
-        measure: true,
-    };
-    dem.contact(&opening, &[], &mut []).expect("none is deep");
+    dem.contact(&OPENING, &[], &mut []).expect("none is deep");
     let pushed = |body: &BodyState| body.body_force != [0.0; 2];
     dem.measurement().bodies.iter().rposition(pushed)
 }
@@ -116,7 +87,7 @@ fn overlapping(dem: &mut Sdem, config: &DemConfig) -> Option<usize> {
 fn lists_and_trees_never_miss_a_contact() {
     let dt = 2e-4;
     for (seed, skin) in [(1, 0.0), (2, 0.03), (3, 0.1), (4, 0.5)] {
-        let mut random = Random(seed);
+        let mut random = Random::new(seed);
         let (mut config, set, mut states) = crowd(&mut random, skin);
         let mut dem = Sdem::default();
         // Bodies that overlap are put elsewhere: they could come so deep that the solver stops. Stars with a sphero-radius of
@@ -131,10 +102,7 @@ fn lists_and_trees_never_miss_a_contact() {
         for i in 0..400 {
             let step = Step {
                 index: i,
-                time: 0.0,
-                dt_before: if i == 0 { 0.0 } else { dt },
-                dt,
-                measure: true,
+                ..step(if i == 0 { 0.0 } else { dt }, dt)
             };
             // A point that passes through a body stops the solver, and is put elsewhere.
             while let Err(fault) = dem.contact(&step, &states, &mut got) {

@@ -252,7 +252,7 @@ fn springs_and_adhesion_of_a_chain_have_an_energy() {
         "{slope} {force}"
     );
     assert!(energy < 0.0);
-    let mut random = Random(29);
+    let mut random = Random::new(29);
     for _ in 0..2000 {
         let [left, right] = [0, 1].map(|_| random.between(-1.2, 1.2));
         let x = [

@@ -264,10 +264,22 @@ fn odd_ones(
     odd
 }
 
+/// Four, or those from `FIRST` on: ten thousand runs, and as many again of mutated stiffness, are
+/// `SEEDS=1700 cargo test --release -p dem-proc --test dem-tests -- --nocapture sound_runs`, which takes an hour.
+fn seeds() -> std::ops::Range<u64> {
+    let number = |name: &str, or: u64| std::env::var(name).map_or(or, |n| n.parse().unwrap());
+    let first = number("FIRST", 0);
+    first..first + number("SEEDS", 4)
+}
+
+/// Of very many runs one in a hundred may end with bodies deep in one another.
 #[test]
 fn no_sound_run_is_stopped() {
-    let odd = odd_ones(0..4, 1.0, |end| *end == End::Sound);
-    assert!(odd.is_empty(), "{odd:#?}");
+    let odd = odd_ones(seeds(), 1.0, |end| *end == End::Sound).into_iter();
+    let (sunk, stopped): (Vec<_>, Vec<_>) = odd.partition(|end| end.contains("Sunk"));
+    let runs = 6 * seeds().count();
+    println!("{runs} runs: stopped {stopped:#?}, stopped deep in one another {sunk:#?}");
+    assert!(stopped.is_empty() && sunk.len() <= runs / 100);
 }
 
 /// A thousandth of the stiffness and less, so that bodies sink through: the guard is there before the witness, and with the
@@ -280,81 +292,30 @@ fn every_real_passage_is_caught() {
             End::Sound => share > 2e-5,
             End::Swallowed(_) => false,
         };
-        let odd = odd_ones(0..4, share, caught);
+        let odd = odd_ones(seeds(), share, caught);
         assert!(odd.is_empty(), "{share}: {odd:#?}");
     }
 }
 
-/// Two planks of the same length that stand between a wall and a stone come to lie flush on one another. Their corners are nearest to
-/// the faces at their ends, which hold nothing.
 #[test]
-fn flush_planks_hold_one_another() {
-    let end = run(&pile(707_690, OverlapMeasure::NearestEdge, 1e7), 1.5);
-    assert_eq!(end, End::Sound);
-}
-
-/// A corner that touches the tip of another stone lightly slides from one of its faces to the other, and its normal turns.
-#[test]
-fn a_corner_slides_past_a_tip() {
-    let end = run(&pile(500_028, OverlapMeasure::Area, 1e9), 1.5);
-    assert_eq!(end, End::Sound);
-}
-
-/// Stones cut off small tips of one another, and then their edges cross where no vertex is inside.
-#[test]
-fn stones_that_come_to_lie_across_one_another_are_stopped() {
-    for seed in [500_029, 500_079] {
-        let end = run(&pile(seed, OverlapMeasure::NearestEdge, 1e7), 1.5);
-        assert!(
-            matches!(&end, End::Sunk(why) if why.contains("lies across")),
-            "{end:?}"
-        );
+fn piles_in_which_the_guard_was_wrong_end_as_they_should() {
+    use OverlapMeasure::{Area, NearestEdge};
+    let sound: fn(&End) -> bool = |end| *end == End::Sound;
+    let across: fn(&End) -> bool =
+        |end| matches!(end, End::Sunk(why) if why.contains("lies across"));
+    for (seed, measure, stiffness, expected) in [
+        // Two planks of the same length that stand between a wall and a stone come to lie flush on one another. Their corners
+        // are nearest to the faces at their ends, which hold nothing.
+        (707_690, NearestEdge, 1e7, sound),
+        // A corner that touches the tip of another stone lightly slides from one of its faces to the other, and its normal turns.
+        (500_028, Area, 1e9, sound),
+        // Stones cut off small tips of one another, and then their edges cross where no vertex is inside.
+        (500_029, NearestEdge, 1e7, across),
+        (500_079, NearestEdge, 1e7, across),
+        // A plank goes through a stone, and neither the width of the overlap nor its normal tells.
+        (500_003, Area, 1e5, |end| matches!(end, End::Sunk(_))),
+    ] {
+        let end = run(&pile(seed, measure, stiffness), 1.5);
+        assert!(expected(&end), "{seed}: {end:?}");
     }
-}
-
-/// A plank goes through a stone, and neither the width of the overlap nor its normal tells.
-#[test]
-fn a_plank_that_goes_through_a_stone_is_stopped() {
-    let end = run(&pile(500_003, OverlapMeasure::Area, 1e5), 1.5);
-    assert!(matches!(end, End::Sunk(_)), "{end:?}");
-}
-
-/// Ten thousand runs and a thousand of mutated stiffness, seeds from `FIRST` on:
-/// `SEEDS=1700 cargo test --release -p dem-proc --test dem-tests -- --ignored --nocapture ten_thousand_runs`.
-#[test]
-#[ignore = "takes an hour"]
-fn ten_thousand_runs() {
-    let number = |name: &str, or: u64| std::env::var(name).map_or(or, |n| n.parse().unwrap());
-    let (first, seeds) = (number("FIRST", 1000), number("SEEDS", 1700));
-    let (sunk, odd): (Vec<_>, Vec<_>) =
-        odd_ones(first..first + seeds, 1.0, |end| *end == End::Sound)
-            .into_iter()
-            .partition(|end| end.contains("Sunk"));
-    let runs = 6 * seeds;
-    println!("{} of {runs} sound runs stopped: {odd:#?}", odd.len());
-    println!(
-        "{} stopped with bodies deep in one another: {sunk:#?}",
-        sunk.len()
-    );
-    assert!(sunk.len() as u64 <= runs / 100, "{sunk:#?}");
-    let mut wrong = odd.len();
-    let seeds = seeds / 24;
-    for share in [1e-3, 3e-4, 1e-4, 1e-5] {
-        let ends = odd_ones(first..first + seeds, share, |_| false);
-        let count = |word: &str| ends.iter().filter(|end| end.contains(word)).count();
-        let stopped = count("Stopped") + count("Sunk");
-        let missed = count("Swallowed");
-        wrong += missed;
-        println!(
-            "{share} of the stiffness: {stopped} of {} stopped, {missed} missed",
-            6 * seeds
-        );
-        for end in ends.iter().filter(|end| end.contains("Swallowed")) {
-            println!("{end}");
-        }
-    }
-    assert_eq!(
-        wrong, 0,
-        "sound runs that were stopped, or passages that were missed"
-    );
 }

@@ -8,7 +8,7 @@ use interface::message::wire::Limits;
 use interface::solver::{DemSolver, Fault};
 use interface::step::{GROWTH, Step};
 
-use crate::small_scenes::configured;
+use crate::small_scenes::{OPENING, configured, step};
 
 const SAFETY: f64 = 0.8;
 const HEADROOM: f64 = 0.97;
@@ -39,11 +39,8 @@ impl Alone {
     pub fn new(config: &DemConfig, longest: f64) -> Self {
         let mut dem = configured(config);
         let opening = Step {
-            index: 0,
-            time: 0.0,
-            dt_before: 0.0,
-            dt: 0.0,
             measure: false,
+            ..OPENING
         };
         let limits = dem.contact(&opening, &[], &mut []).unwrap().limits;
         dem.advance(&opening).unwrap();
@@ -79,9 +76,8 @@ impl Alone {
         let step = Step {
             index: self.steps,
             time: self.time,
-            dt_before: self.dt,
-            dt: self.next(),
             measure,
+            ..step(self.dt, self.next())
         };
         self.limits = self.dem.contact(&step, &[], &mut [])?.limits;
         self.dem.advance(&step)?;

@@ -8,6 +8,7 @@ use interface::config::{BodyConfig, BodyInertia, BodyShape, ContactLaw, DemConfi
 use interface::message::wire::{ImpForce, ImpInfo, ImpState};
 use interface::solver::{Answer, DemSolver};
 use interface::step::Step;
+pub use mechanics::generate::Random;
 
 /// A free body of 1 kg/m at the origin.
 pub fn body(shape: BodyShape, sphero_radius: f64) -> BodyConfig {
@@ -147,7 +148,7 @@ pub fn at(x: f64, y: f64) -> ImpState {
     }
 }
 
-pub fn step(dt_before: f64, dt: f64) -> Step {
+pub const fn step(dt_before: f64, dt: f64) -> Step {
     Step {
         index: 0,
         time: 0.0,
@@ -157,13 +158,7 @@ pub fn step(dt_before: f64, dt: f64) -> Step {
     }
 }
 
-pub const OPENING: Step = Step {
-    index: 0,
-    time: 0.0,
-    dt_before: 0.0,
-    dt: 0.0,
-    measure: true,
-};
+pub const OPENING: Step = step(0.0, 0.0);
 
 /// The next step without points, the first of a run or another.
 pub fn go(dem: &mut Sdem, first: bool, dt: f64) {
@@ -225,29 +220,12 @@ impl Points {
     }
 }
 
-/// A small deterministic generator (xorshift), so that random scenes are the same everywhere.
-pub struct Random(pub u64);
-
-impl Random {
-    pub fn unit(&mut self) -> f64 {
-        self.0 ^= self.0 << 13;
-        self.0 ^= self.0 >> 7;
-        self.0 ^= self.0 << 17;
-        (self.0 >> 11) as f64 / (1u64 << 53) as f64
-    }
-
-    pub fn between(&mut self, low: f64, high: f64) -> f64 {
-        low + (high - low) * self.unit()
-    }
-
-    /// A star-shaped polygon with `n` vertices at distances `low..high` from the origin: simple, rarely convex.
-    pub fn star(&mut self, n: usize, low: f64, high: f64) -> Vec<[f64; 2]> {
-        (0..n)
-            .map(|i| {
-                let angle = (i as f64 + self.between(0.1, 0.9)) * std::f64::consts::TAU / n as f64;
-                let r = self.between(low, high);
-                [r * angle.cos(), r * angle.sin()]
-            })
-            .collect()
-    }
+/// A star-shaped polygon with `n` vertices at distances `low..high` from the origin: simple, rarely convex.
+pub fn star(random: &mut Random, n: usize, low: f64, high: f64) -> BodyShape {
+    let vertex = |i: usize| {
+        let angle = (i as f64 + random.between(0.2, 0.8)) * std::f64::consts::TAU / n as f64;
+        let r = random.between(low, high);
+        [r * angle.cos(), r * angle.sin()]
+    };
+    polygon_shape((0..n).map(vertex).collect())
 }
