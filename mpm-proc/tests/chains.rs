@@ -102,7 +102,7 @@ fn plain_rows(
     (0..markers.len()).map(of_marker).collect()
 }
 
-const KERNELS: [(ShapeFunction, Kernel, Transfer); 3] = [
+pub const KERNELS: [(ShapeFunction, Kernel, Transfer); 3] = [
     (
         ShapeFunction::QuadraticBspline,
         Kernel::Quadratic,

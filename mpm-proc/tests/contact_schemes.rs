@@ -1,10 +1,11 @@
 //! How a contact force reaches the grid: momentum, and the step limit of each way.
 
-use interface::config::{ContactForceScheme, ShapeFunction, Spacing, Transfer};
+use interface::config::{ContactForceScheme, Spacing};
 use interface::message::wire::ImpForce;
 use nalgebra::{DMatrix, DVector};
 
 use crate::blocks::{Random, block, points_fill};
+use crate::chains::KERNELS;
 use crate::limits::{largest_eigenvalue, nodes, opening};
 use mechanics::reference::Kernel;
 
@@ -14,21 +15,11 @@ const SCHEMES: [ContactForceScheme; 3] = [
     ContactForceScheme::Traction,
 ];
 
-const SHAPES: [(ShapeFunction, Kernel, Transfer); 3] = [
-    (
-        ShapeFunction::QuadraticBspline,
-        Kernel::Quadratic,
-        Transfer::Apic,
-    ),
-    (ShapeFunction::CubicBspline, Kernel::Cubic, Transfer::Apic),
-    (ShapeFunction::Ugimp, Kernel::Ugimp(0.25), Transfer::Flip),
-];
-
 /// `sqrt(G(T) G(S))` is above the norm of contact's operator, and so above its spectral radius.
 #[test]
 fn the_limit_of_each_scheme_bounds_its_operator() {
     for scheme in SCHEMES {
-        for (shape, kernel, transfer) in SHAPES {
+        for (shape, kernel, transfer) in KERNELS {
             for seed in 0..9 {
                 let mut random = Random::new(100 + seed);
                 let mut config = block();

@@ -6,7 +6,6 @@
 
 mod blocks;
 mod chains;
-mod closed_forms;
 mod conservation;
 mod contact_schemes;
 mod convergence;
