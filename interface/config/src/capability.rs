@@ -95,8 +95,8 @@ pub fn members_of<T: JsonSchema>(family: &str) -> Vec<String> {
         let lists = lists.into_iter().filter_map(|list| list.as_array());
         lists.flatten().chain(variant.get("const"))
     });
-    let words = words.filter_map(|word| word.as_str());
-    words.map(|word| format!("{family}:{word}")).collect()
+    let member = |word: &serde_json::Value| Some(format!("{family}:{}", word.as_str()?));
+    words.filter_map(member).collect()
 }
 
 #[cfg(test)]
