@@ -84,7 +84,7 @@ fn the_balance_closes_with_every_transfer_as_with_flip() {
 }
 
 /// A block hits a wall that holds it and lets it go. Forces decide when it leaves: were it let go by the motion that a smoothing
-/// transfer brings to the wall's nodes, APIC would create 2 % here and PIC 5.
+/// transfer brings to the wall's nodes, APIC would create 2.5 % here.
 #[test]
 fn a_wall_that_lets_go_creates_no_energy() {
     for transfer in [Transfer::Apic, Transfer::Pic] {

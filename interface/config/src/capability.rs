@@ -34,9 +34,23 @@ pub const VERBS: [&str; 7] = [
     STRESS_WORK,
     PLASTIC_STRAIN,
 ];
-/// All families (clause K-1), of either side, in one text.
-pub const FAMILIES: &str = "shape law motion overlap inertia feature transfer stress_update plane wall material \
-                            contact_force fill lattice";
+/// All families (clause K-1), of either side.
+pub const FAMILIES: [&str; 14] = [
+    "shape",
+    "law",
+    "motion",
+    "overlap",
+    "inertia",
+    "feature",
+    "transfer",
+    "stress_update",
+    "plane",
+    "wall",
+    "material",
+    "contact_force",
+    "fill",
+    "lattice",
+];
 
 /// The capabilities of one solver.
 #[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, Deserialize)]

@@ -119,9 +119,7 @@ fn pid(bench: &Bench) -> Judgement {
 fn capabilities(bench: &Bench) -> Judgement {
     let named = bench.session()?.hello()?.capabilities.0;
     let known = |name: &&String| match name.split_once(':') {
-        Some((family, member)) => {
-            FAMILIES.split(' ').any(|known| known == family) && !member.is_empty()
-        }
+        Some((family, member)) => FAMILIES.contains(&family) && !member.is_empty(),
         None => VERBS.contains(&name.as_str()),
     };
     let unknown = named.iter().find(|name| !known(name));
