@@ -2,10 +2,18 @@
 
 use std::fs;
 use std::path::Path;
+use std::time::Duration;
 
+use conformance::Examination;
+use conformance::report::summary;
+use coupler::scene::Scene;
+use interface::config::capability::Capabilities;
+use interface::config::needs::Need;
+use interface::config::{DemConfig, MpmConfig};
+use interface::message::control::Party;
 use serde_json::Value;
 
-use crate::harness::{Place, at_once, quoted};
+use crate::harness::{Place, at_once, catalogue, quoted, root};
 use crate::mutants;
 
 /// The command of a solver that is this program.
@@ -181,4 +189,61 @@ fn the_manual_is_made_of_the_rows() {
         fs::read_to_string(&path).unwrap_or_default() == rows,
         "{help}"
     );
+}
+
+/// What the kit knows of the shipped scenes is what they need; UPDATE_SCENE_NEEDS=1 writes it.
+#[test]
+fn the_kit_knows_what_the_shipped_scenes_need() {
+    let path = root().join("interface/conformance/src/report/scenes.csv");
+    let mut rows = String::from("scene,side,needs\n");
+    for file in catalogue() {
+        let scene = Scene::load(&file, None, &[]).unwrap();
+        let name = file.strip_prefix(root().join("scenes")).unwrap();
+        let sides = [
+            (Party::Dem, scene.dem.as_ref().map(DemConfig::needs)),
+            (Party::Mpm, scene.mpm.as_ref().map(MpmConfig::needs)),
+        ];
+        let there = |(side, needs): (Party, Option<Vec<Need>>)| Some((side, needs?));
+        for (side, needs) in sides.into_iter().filter_map(there) {
+            let needs = needs.iter().map(|need| need.capability.as_str());
+            let needs = needs.collect::<Vec<_>>().join(" ");
+            let name = name.with_extension("");
+            rows += &format!("{},{},{needs}\n", name.display(), side.name());
+        }
+    }
+    if std::env::var_os("UPDATE_SCENE_NEEDS").is_some() {
+        fs::write(&path, &rows).unwrap();
+    }
+    let file = fs::read_to_string(&path).unwrap();
+    assert!(file == rows, "UPDATE_SCENE_NEEDS=1 writes them");
+}
+
+/// The verdict names the scenes that need no more than what a solver takes and what has been judged of it.
+#[test]
+fn a_verdict_says_which_scenes_a_solver_is_good_for() {
+    let good = |capabilities: &[&str]| {
+        let examination = Examination {
+            party: Party::Dem,
+            identity: "x".into(),
+            capabilities: Capabilities::of(capabilities),
+            judged: Vec::new(),
+            whole: true,
+            wall: Duration::ZERO,
+        };
+        let said = summary(&examination);
+        let scenes = examination.scenes();
+        assert!(scenes.iter().all(|scene| said.contains(scene)), "{said}");
+        scenes
+    };
+    let polygons = "shape:disc shape:rectangle shape:polygon law:linear motion:free motion:fixed feature:friction";
+    let polygons: Vec<&str> = polygons.split(' ').collect();
+    let discs = [&["shape:disc"], &polygons[3..]].concat();
+    let own = [&polygons[..], &["feature:own_friction"]].concat();
+    assert!(good(&polygons).contains(&"jiang2020/collision_hard"));
+    assert!(good(&polygons).contains(&"verification/tumble"));
+    assert!(!good(&discs).contains(&"verification/tumble"));
+    assert!(!good(&discs).is_empty());
+    // The block of this scene has friction, that one none.
+    assert!(!good(&own).contains(&"jiang2020/collision_hard"));
+    assert!(good(&own).contains(&"verification/tumble"));
 }

@@ -52,15 +52,18 @@ class Body:
         if len(corners) == 1:
             sphere = yade.utils.sphere(corners[0], self.shape.radius, material=material, mask=MEET | SURFACE)
             self.id = O.bodies.append(sphere)
-            self.parts = [self.id]
+            self.parts = {self.id: 1.0}
         else:
             a, n = self.shape.radius, len(corners)
             nodes = [O.bodies.append(yade.gridpfacet.gridNode(c, a, material=material)) for c in corners]
-            pairs = [(nodes[i], nodes[(i + 1) % n]) for i in range(n if n > 2 else 1)]
-            self.parts = [O.bodies.append(connect(i, j, a, material=material)) for i, j in pairs]
+            self.parts = {}
+            for i, j in [(i, (i + 1) % n) for i in range(n if n > 2 else 1)]:
+                edge = O.bodies.append(connect(nodes[i], nodes[j], a, material=material))
+                # To YADE it turns as fast as it does times the square of its length in m.
+                self.parts[edge] = math.dist(corners[i], corners[j]) ** 2
             O.interactions.clear()  # the beams between the nodes: a clump is rigid
             # YADE puts a clump where the masses of its parts have their centre, and turns it about that place.
-            for part in nodes + self.parts:
+            for part in [*nodes, *self.parts]:
                 O.bodies[part].state.mass = 0.0
             middle = yade.utils.sphere((start.x, start.y, 0.0), a, material=material, mask=0)
             self.id = O.bodies.clump([*nodes, *self.parts, O.bodies.append(middle)])
@@ -97,7 +100,7 @@ class Body:
 class Yade:
     identity = "yade_dem 0.1"
     capabilities = ("shape:disc", "shape:segment", "shape:rectangle", "shape:polygon", "motion:free", "motion:fixed")
-    capabilities += ("law:linear", "feature:friction", "feature:no_inside")
+    capabilities += ("law:linear", "feature:friction", "feature:own_friction", "feature:no_inside")
 
     def configure(self, config):
         law = config["contact"].get("linear", {})
@@ -115,24 +118,24 @@ class Yade:
         # What YADE does not tell: who is in reach, the bounds, and the way along which friction did work.
         self.bounds = PointContact(config["contact"], [body.shape for body in self.all])
         self.k_n, self.k_t = self.bounds.k_n, self.bounds.k_t
-        self.build_engines(math.atan(self.bounds.mu))
+        self.build_engines()
         self.ids, self.spheres, self.spare = None, {}, []
         lightest = min((b.motion.mass for b in self.all if b.free), default=0.0)
         notes = ["one thread"]
         if self.k_t > 0.0:
-            notes += ["sliding on an edge is without the body's turning times its sphero-radius"]
             notes += ["sliding is scaled by 1/(1 - overlap/(a + r_p))"]
         return Readiness(items=len(self.all), mass_min=lightest, stiffness_max=self.k_n, notes=notes)
 
     def bodies(self):
         return [body.motion for body in self.all]
 
-    def build_engines(self, friction_angle):
+    def build_engines(self):
         def always(value):
             return yade.MatchMaker(algo="val", val=value)
 
+        # Without a bound on friction, which comes after what YADE forgets (`slide`).
         physics = yade.Ip2_FrictMat_FrictMat_FrictPhys(
-            kn=always(self.k_n), ks=always(self.k_t), frictAngle=always(friction_angle)
+            kn=always(self.k_n), ks=always(self.k_t), frictAngle=always(0.5 * math.pi)
         )
         geometry = [yade.Ig2_Sphere_GridConnection_ScGridCoGeom(), yade.Ig2_Sphere_Sphere_ScGeom()]
         laws = [yade.Law2_ScGridCoGeom_FrictPhys_CundallStrack(), yade.Law2_ScGeom_FrictPhys_CundallStrack()]
@@ -207,8 +210,12 @@ class Yade:
             sphere, part = (contact.id1, contact.id2) if of_point else (contact.id2, contact.id1)
             slot, index = self.slots[sphere], self.owner[part]
             body, overlap, point, physics = self.all[index], contact.geom.penetrationDepth, points[slot], contact.phys
+            if isinstance(contact.geom, yade.ScGridCoGeom) and contact.geom.isDuplicate and contact.geom.trueInt != part:
+                continue  # YADE has handed it on to the next edge, and will forget it here in the next step
             # YADE's normal points from the first to the second; its forces act on the second.
             sign, at = -1.0 if of_point else 1.0, contact.geom.contactPoint
+            forgotten = sign * body.motion.spin * body.shape.radius * (1.0 - body.parts[part])
+            self.slide(contact, step.dt_before * forgotten, point.id in self.bounds.past[1])
             push, rub = ((sign * f[0], sign * f[1]) for f in (physics.normalForce, physics.shearForce))
             stored = 0.0
             if self.k_t > 0.0:
@@ -221,6 +228,16 @@ class Yade:
                 yield (point.id, index), (*rub, stored)
             energy = 0.5 * self.k_n * overlap**2 + stored
             forces.add(slot, index, at, (push[0] + rub[0], push[1] + rub[1]), 0.0, stored=energy)
+
+    def slide(self, contact, forgotten, known):
+        """Gives the tangential spring the way (m) of the body's surface that YADE has `forgotten`, and bounds it. A point that was
+        not `known` one step before has not slid."""
+        nx, ny, _ = contact.geom.normal
+        x, y, _ = contact.phys.shearForce
+        x, y = x + self.k_t * forgotten * ny, y - self.k_t * forgotten * nx
+        size, most = math.hypot(x, y), self.bounds.mu * contact.phys.normalForce.norm() if known else 0.0
+        scale = most / size if size > most else 1.0
+        contact.phys.shearForce = (scale * x, scale * y, 0.0)
 
     def advance(self, step):
         self.bounds.commit()

@@ -4,7 +4,7 @@
 //! clauses that need nothing beyond it. Within a clause, scenes are made of what the solver takes.
 
 use interface::config::capability::Capabilities;
-use interface::message::control::Party;
+use interface::message::control::Party::{self, Dem, Mpm};
 
 use crate::clause::{Clause, of};
 
@@ -19,38 +19,42 @@ pub struct Profile {
     adds: &'static str,
 }
 
-const fn of_bodies(name: &'static str, adds: &'static str) -> Profile {
-    let party = Party::Dem;
-    Profile { name, party, adds }
-}
-
-const fn of_continua(name: &'static str, adds: &'static str) -> Profile {
-    let party = Party::Mpm;
+const fn profile(party: Party, name: &'static str, adds: &'static str) -> Profile {
     Profile { name, party, adds }
 }
 
 /// From the least to the most, side by side: each is judged by all clauses of those before it on its side.
 pub const PROFILES: &[Profile] = &[
-    of_bodies("held", "shape:disc law:linear motion:fixed"),
-    of_bodies("discs", "motion:free"),
-    of_bodies("discs+friction", "feature:friction"),
-    of_bodies("polygons", "shape:segment shape:rectangle shape:polygon"),
-    of_bodies(
+    profile(Dem, "held", "shape:disc law:linear motion:fixed"),
+    profile(Dem, "discs", "motion:free"),
+    profile(Dem, "discs+friction", "feature:friction"),
+    profile(
+        Dem,
+        "polygons",
+        "shape:segment shape:rectangle shape:polygon",
+    ),
+    profile(
+        Dem,
         "full",
         "motion:driven motion:guided motion:pushed feature:damping feature:body_contact",
     ),
-    of_bodies("full+save", "save"),
-    of_bodies("full+save+laws", "law:area law:granular feature:adhesion"),
-    of_bodies("full+save+laws+contacts", "contacts"),
-    of_bodies("all", "pairs segments"),
-    of_continua("elastic", "material:linear_elastic"),
-    of_continua(
+    profile(Dem, "full+save", "save"),
+    profile(
+        Dem,
+        "full+save+laws",
+        "law:area law:granular feature:adhesion",
+    ),
+    profile(Dem, "full+save+laws+contacts", "contacts"),
+    profile(Dem, "all", "pairs segments"),
+    profile(Mpm, "elastic", "material:linear_elastic"),
+    profile(
+        Mpm,
         "full",
         "shape:linear transfer:flip wall:open feature:fields stress_work",
     ),
-    of_continua("full+save", "save"),
-    of_continua("full+save+layers", "layers pairs"),
-    of_continua("all", "plastic_strain material:von_mises"),
+    profile(Mpm, "full+save", "save"),
+    profile(Mpm, "full+save+layers", "layers pairs"),
+    profile(Mpm, "all", "plastic_strain material:von_mises"),
 ];
 
 /// The profiles of a side, from the least to the most.
@@ -87,6 +91,48 @@ impl Profile {
         clauses.filter(move |clause| clause.lacks(&taken).is_empty())
     }
 }
+
+/// By which a solver says that friction follows a law of its own, which is no part of random cases: others are judged.
+pub const OWN_FRICTION: &str = "feature:own_friction";
+
+/// What a solver can declare as its own.
+pub struct Own {
+    /// By which it says so.
+    pub name: &'static str,
+    /// What of it is judged and what not.
+    pub what: &'static str,
+    /// What scenes need of which not all is judged then, or [`EVERY`].
+    pub unjudged: Option<&'static str>,
+}
+
+/// Of all scenes.
+pub const EVERY: &str = "";
+
+/// All of that.
+pub const OWN: [Own; 4] = [
+    Own {
+        name: OWN_FRICTION,
+        what: "friction by a law of its own. Judged: the normal force, Coulomb's bound, opposite forces, motion, limits, no energy \
+               from friction, and the same forces in a copy of the run that is shifted, turned, mirrored, in other order and in other \
+               windows. Not judged: how large friction is below that bound, and between bodies",
+        unjudged: Some("feature:friction"),
+    },
+    Own {
+        name: "feature:impulses",
+        what: "impulses between bodies. Not judged: contact between bodies",
+        unjudged: Some("feature:body_contact"),
+    },
+    Own {
+        name: "feature:no_inside",
+        what: "no inside. Not judged: points on or behind an outline",
+        unjudged: None,
+    },
+    Own {
+        name: "feature:no_grid",
+        what: "no grid. Not judged: points that meet",
+        unjudged: Some(EVERY),
+    },
+];
 
 /// By which a solver says that it takes no feature at all.
 pub const NO_FEATURE: &str = "feature:none";

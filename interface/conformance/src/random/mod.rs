@@ -318,17 +318,21 @@ impl Search<'_> {
                 break;
             }
         }
-        let mut smaller = shrink::smaller(&case, difference.step);
-        let (mut next, mut tried) = (0, 0);
-        while start.elapsed() < time && tried < smaller.len() {
-            let other = &smaller[next % smaller.len()];
-            match fails(other, &asked) {
-                Some(differs) if differs.clause == difference.clause => {
-                    (case, difference, tried) = (other.clone(), differs, 0);
-                    smaller = shrink::smaller(&case, difference.step);
-                }
-                _ => (next, tried) = (next + 1, tried + 1),
-            }
+        // In a circle, from where the last one was found.
+        let smaller = |case: &C, difference: &Difference, from: usize| {
+            let whole = serde_json::to_value(case).expect("a case has string keys only");
+            let smaller = shrink::smaller(case, &whole, difference.step);
+            let tries = (0..smaller.len()).map(|k| (from + k) % smaller.len());
+            let mut in_time = tries.take_while(|_| start.elapsed() < time);
+            in_time.find_map(|k| {
+                let other = smaller[k]().filter(|other| other != case)?;
+                let differs = fails(&other, &asked)?;
+                (differs.clause == difference.clause).then_some((k, other, differs))
+            })
+        };
+        let mut next = 0;
+        while let Some(found) = smaller(&case, &difference, next) {
+            (next, case, difference) = found;
         }
         (case, difference)
     }

@@ -37,7 +37,11 @@ pub trait Case: Clone + PartialEq + Serialize + DeserializeOwned + Send {
         judge: &mut Judge,
     ) -> Result<(), Stop>;
     /// The end of the run, after all steps.
-    fn end(&self, run: Run, stand: Self::Stand, judge: &mut Judge) -> Result<(), Stop>;
+    fn end(&self, run: Run, stand: &mut Self::Stand, judge: &mut Judge) -> Result<(), Stop>;
+    /// What is to be said again in another run, after all steps that could be judged.
+    fn again(&self, _: &Bench, _: &Self::Stand, _: &mut Judge) -> Result<(), Stop> {
+        Ok(())
+    }
     /// What a solver takes less some of it, if in cases of the rest it may keep a clause that it has broken.
     fn narrower(_broken: &str, _takes: &Capabilities) -> Option<Capabilities> {
         None
@@ -157,6 +161,24 @@ pub fn run_in_all_ways<C: Case>(bench: &Bench, case: &C, judge: &mut Judge) -> R
 
 fn steps<C: Case>(bench: &Bench, case: &mut C, judge: &mut Judge) -> Result<(), Stop> {
     let (mut play, mut stand) = case.begun(bench, judge)?;
+    let ended = each_step(bench, case, (&mut play, &mut stand), judge);
+    match ended {
+        // Not kept waiting while another run goes on.
+        Err(Stop::Doubtful) => drop(play),
+        ended => {
+            ended?;
+            case.end(play, &mut stand, judge)?;
+        }
+    }
+    case.again(bench, &stand, judge)
+}
+
+fn each_step<'b, C: Case>(
+    bench: &'b Bench,
+    case: &mut C,
+    (play, stand): (&mut Run<'b>, &mut C::Stand),
+    judge: &mut Judge,
+) -> Result<(), Stop> {
     for epoch in case.epochs().clone() {
         for (k, &steps) in epoch.windows.iter().enumerate() {
             let first = k == 0;
@@ -173,20 +195,20 @@ fn steps<C: Case>(bench: &Bench, case: &mut C, judge: &mut Judge) -> Result<(), 
             grant.flags |= u64::from(window.frame) * flags::FRAME;
             grant.flags |= u64::from(saves) * flags::CHECKPOINT;
             play.send_grant(grant)?;
-            case.window(&mut play, &mut stand, window, judge)?;
+            case.window(play, stand, window, judge)?;
             if let Some((run, begun, bits)) = from {
                 judge.bits.truncate(bits);
                 let state = play.session.saved()?;
-                play = bench.resumed(&case.order(), &state, &run)?;
-                stand = begun;
+                *play = bench.resumed(&case.order(), &state, &run)?;
+                *stand = begun;
                 grant.flags &= !flags::CHECKPOINT;
                 let _ = play.next_grant(epoch.dt, u64::from(steps), first);
                 play.send_grant(grant)?;
-                case.window(&mut play, &mut stand, window, judge)?;
+                case.window(play, stand, window, judge)?;
             }
         }
     }
-    case.end(play, stand, judge)
+    Ok(())
 }
 
 /// The report on a grant whose first step is `first`, and whether it is one.

@@ -41,28 +41,47 @@ fn plain() -> Vec<(&'static str, Value)> {
         ("group", json!(0)),
         ("material", json!(0)),
         ("way", json!([[0, 0.0]])),
+        ("shift", json!([0.0, 0.0])),
+        ("turn", json!(0.0)),
+        ("mirrored", json!(false)),
+        ("reversed", json!(false)),
+        ("window", json!(1)),
     ]
 }
 
-/// The smaller cases to try for a case that fails in a step, the boldest first.
-pub fn smaller<C: Case>(case: &C, step: u32) -> Vec<C> {
+/// Makes a smaller case, or finds that it is none.
+pub type Change<'a, C> = Box<dyn Fn() -> Option<C> + 'a>;
+
+/// The smaller cases to try for a case, and `whole` of it as a value, that fails in a step: the boldest first. Each is made when
+/// it is asked for, since those of many points are many.
+pub fn smaller<'a, C: Case>(case: &'a C, whole: &'a Value, step: u32) -> Vec<Change<'a, C>> {
     let epochs = case.clone().epochs().clone();
-    let mut steps = plan::simpler(&epochs, step).into_iter();
-    let mut smaller: Vec<C> = steps.next().map(|cut| case.with(cut)).into_iter().collect();
-    smaller.extend(
-        [step, step / 2, 1]
-            .into_iter()
-            .filter_map(|first| case.later(first)),
-    );
-    let whole = serde_json::to_value(case).expect("a case has string keys only");
+    let of_steps = plan::simpler(&epochs, step).into_iter();
+    let mut of_steps =
+        of_steps.map(|epochs| -> Change<C> { Box::new(move || Some(case.with(epochs.clone()))) });
+    let mut smaller: Vec<Change<C>> = of_steps.next().into_iter().collect();
+    for first in [step, step / 2, 1] {
+        smaller.push(Box::new(move || case.later(first)));
+    }
+    let plain = plain();
+    let mut places = vec![Vec::new(); plain.len()];
     let [mut halves, mut entries, mut bold, mut timid] = [const { Vec::new() }; 4];
-    walk(&whole, &mut |at, key, value| {
+    walk(whole, &mut |at, key, value| {
+        for ((named, simple), places) in plain.iter().zip(&mut places) {
+            if *named == key && value != simple {
+                places.push(at.to_owned());
+            }
+        }
         let Value::Array(list) = value else { return };
         if ["epochs", "windows"].contains(&key) {
             return;
         }
         let (count, half) = (list.len(), list.len() / 2);
-        let without = |from, to| without(&whole, (at, key), from, to);
+        let list_at = (at.to_owned(), key.to_owned());
+        let without = |from, to| {
+            let (at, key) = list_at.clone();
+            changed(whole, move |whole| without(whole, (&at, &key), from, to))
+        };
         if half > 1 {
             halves.extend([without(0, half), without(half, count)]);
         }
@@ -70,37 +89,39 @@ pub fn smaller<C: Case>(case: &C, step: u32) -> Vec<C> {
         let ones = if records { &mut entries } else { &mut timid };
         ones.extend((0..count).map(|k| without(k, k + 1)));
     });
-    for (key, simple) in plain() {
-        let mut places = Vec::new();
-        walk(&whole, &mut |at, named, value| {
-            if named == key && *value != simple {
-                places.push(at.to_owned());
-            }
-        });
-        let set = |places: &[String]| {
-            let mut other = whole.clone();
-            for at in places {
-                *other.pointer_mut(at)? = simple.clone();
-            }
-            Some(other)
+    for ((_, simple), places) in plain.into_iter().zip(places) {
+        let set = |places: Vec<String>| {
+            let simple = simple.clone();
+            changed(whole, move |whole| {
+                let mut other = whole.clone();
+                for at in &places {
+                    *other.pointer_mut(at)? = simple.clone();
+                }
+                Some(other)
+            })
         };
-        bold.push(set(&places));
-        timid.extend(places.iter().map(|at| set(std::slice::from_ref(at))));
+        timid.extend(places.iter().map(|at| set(vec![at.clone()])));
+        bold.push(set(places));
     }
-    let cases = |others: Vec<Option<Value>>| {
-        let others = others.into_iter().flatten();
-        others.filter_map(|other| serde_json::from_value(other).ok())
-    };
-    smaller.extend(cases(halves).chain(cases(entries)).chain(cases(bold)));
-    smaller.extend(steps.map(|epochs| case.with(epochs)));
-    for digits in [1, 2, 3] {
-        let mut other = whole.clone();
-        shorten(&mut other, digits);
-        smaller.extend(serde_json::from_value(other));
-    }
-    smaller.extend(cases(timid));
-    smaller.retain(|other| other != case);
+    smaller.extend(halves.into_iter().chain(entries).chain(bold));
+    smaller.extend(of_steps);
+    smaller.extend([1, 2, 3].map(|digits| {
+        changed(whole, move |whole| {
+            let mut other = whole.clone();
+            shorten(&mut other, digits);
+            Some(other)
+        })
+    }));
+    smaller.extend(timid);
     smaller
+}
+
+/// The case of a value that has been changed.
+fn changed<'a, C: Case>(
+    whole: &'a Value,
+    change: impl Fn(&Value) -> Option<Value> + 'a,
+) -> Change<'a, C> {
+    Box::new(move || serde_json::from_value(change(whole)?).ok())
 }
 
 /// The case without what its other side pushes.

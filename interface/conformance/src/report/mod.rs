@@ -3,13 +3,41 @@
 mod junit;
 mod table;
 
+use interface::message::control::Party;
 use serde_json::json;
 
+use crate::profile::{EVERY, OWN};
 use crate::verdict::Verdict;
 use crate::{Examination, Judged};
 
 pub use junit::junit;
 pub use table::{Paint, listing, manual, row, summary};
+
+/// The shipped scenes without variants, a line each: its name, a side, and what it needs of that side's solver.
+const SCENES: &str = include_str!("scenes.csv");
+
+/// Names and needs of the shipped scenes that have this side.
+fn scenes(party: Party) -> impl Iterator<Item = (&'static str, Vec<&'static str>)> {
+    SCENES.lines().skip(1).filter_map(move |line| {
+        let [name, side, needs] = line.splitn(3, ',').collect::<Vec<_>>().try_into().ok()?;
+        (side == party.name()).then(|| (name, needs.split_whitespace().collect()))
+    })
+}
+
+impl Examination {
+    /// The shipped scenes that the solver is good for: it says that it takes what they need, all of that has been judged, and
+    /// no clause is broken that it must keep.
+    pub fn scenes(&self) -> Vec<&'static str> {
+        let is_good = self.whole && self.broken(false).next().is_none();
+        let is_good = is_good && self.missing(None).is_empty();
+        let own = OWN.iter().filter(|own| self.capabilities.has(own.name));
+        let unjudged: Vec<&str> = own.filter_map(|own| own.unjudged).collect();
+        let taken = |need: &&str| self.capabilities.meets(need) && !unjudged.contains(need);
+        let judged = |needs: &[&str]| !unjudged.contains(&EVERY) && needs.iter().all(taken);
+        let good = scenes(self.party).filter(|(_, needs)| is_good && judged(needs));
+        good.map(|(name, _)| name).collect()
+    }
+}
 
 /// The examination as JSON.
 pub fn json(examination: &Examination) -> String {
@@ -27,6 +55,7 @@ pub fn json(examination: &Examination) -> String {
         "solver": examination.identity,
         "profile": examination.profile().map(|profile| profile.name),
         "not_judged": examination.not_judged(),
+        "scenes": examination.scenes(),
         "clauses": examination.judged.iter().map(entry).collect::<Vec<_>>(),
     });
     serde_json::to_string_pretty(&document).expect("a document has string keys only")

@@ -3,8 +3,9 @@
 use core::fmt::Write as _;
 use interface::message::control::Party;
 
-use super::{count, shown};
+use super::{count, scenes, shown};
 use crate::clause::{Clause, common, not_checked, of, own};
+use crate::profile::OWN;
 use crate::verdict::Verdict;
 use crate::{Examination, Judged};
 
@@ -77,13 +78,28 @@ pub fn summary(examination: &Examination) -> String {
     let all = examination.judged.len() - left_out.count();
     let profile = examination.profile().map_or("none", |profile| profile.name);
     let not_judged: Vec<String> = examination.not_judged().into_iter().collect();
-    let none = not_judged.is_empty();
-    let not_judged = if none {
-        "nothing".into()
-    } else {
-        not_judged.join(", ")
+    let not_judged = match not_judged.len() {
+        0 => "nothing".into(),
+        _ => not_judged.join(", "),
     };
-    format!("{text}\n{passed} of {all}, profile {profile}; not judged: {not_judged}")
+    let mut text =
+        format!("{text}\n{passed} of {all}, profile {profile}; not judged: {not_judged}");
+    let own = OWN.iter();
+    for own in own.filter(|own| examination.capabilities.has(own.name)) {
+        let _ = write!(text, "\nHas {}.", own.what);
+    }
+    let (good, all) = (examination.scenes(), scenes(examination.party).count());
+    let names = match good.len() {
+        0 => String::new(),
+        n if n == all => ": all".into(),
+        _ => format!(": {}", good.join(", ")),
+    };
+    let _ = write!(
+        text,
+        "\nGood for {} of {all} shipped scenes{names}.",
+        good.len()
+    );
+    text
 }
 
 /// The clauses as the CSV file docs/conformance.csv: those of both sides, then of each.

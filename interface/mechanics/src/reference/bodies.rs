@@ -4,6 +4,8 @@
 mod area;
 mod body;
 mod chain;
+mod own;
+mod sound;
 
 use std::collections::BTreeMap;
 
@@ -19,6 +21,8 @@ use crate::outline::{Feature, nearest, nearest_on_edge};
 pub use area::{Shared, shared};
 pub use body::{Body, Vec3};
 use body::{Side, edges, left};
+pub use own::{Rubbed, Said};
+pub use sound::MOVES;
 
 /// Distances (m) below this share of a point's radius are not told apart: rounding, and its growth over a run.
 pub const BLUR: f64 = 1e-8;
@@ -45,6 +49,12 @@ pub struct Touch {
     pub at: Vec2,
     /// On the point, the first point, or the owner of the vertex, in N/m.
     pub force: Vec2,
+    /// From the body, or the second of two, to the point or the first.
+    normal: Vec2,
+    /// Most that friction may be, in N/m.
+    limit: f64,
+    /// In the tangential and the rolling spring, in J/m.
+    held: f64,
     /// On the owner of the vertex against rolling, in N.
     moment: f64,
     /// Displacement over the last step of one side relative to the other, in m.
@@ -118,6 +128,8 @@ pub struct Expected {
     pub loads: Vec<OnBody>,
     /// Everything that touches.
     pub touches: Vec<Touch>,
+    /// Who touch no more, and their displacement over the last step in m.
+    parted: Vec<(Who, f64)>,
     /// What is exactly at the edge between two answers, so that rounding decides: nothing can be compared from here on.
     pub doubtful: Option<&'static str>,
     /// Whether a point is on a corner, so that only the forces can be compared, and nothing after them.
@@ -174,6 +186,8 @@ pub struct Oracle {
     driven: f64,
     applied: Vec3,
     contact: Vec3,
+    /// Force and torque of points on each body in N/m and N, by which the next step is taken in place of its own.
+    given: Option<Vec<Vec3>>,
 }
 
 /// What a step adds up while it looks at contacts.
@@ -323,6 +337,7 @@ impl Oracle {
             driven: 0.0,
             applied: Vec3::zeros(),
             contact: Vec3::zeros(),
+            given: None,
         }
     }
 
@@ -695,6 +710,9 @@ impl Oracle {
             overlap,
             at,
             force,
+            normal,
+            limit: exerted.limit * gain,
+            held: exerted.history.energy(),
             moment: exerted.moment,
             moved: moved.norm(),
             blur: place.blur * steep,
@@ -703,12 +721,18 @@ impl Oracle {
         if overlap > 0.0 {
             sums.history.insert(who, exerted.history);
             sums.expected.touches.push(touch);
+        } else if self.history.contains_key(&who) {
+            sums.expected.parted.push((who, moved.norm()));
         }
         (touch, law)
     }
 
     /// T-1's kick, and what is measured of it (section 9).
     fn kick(&mut self, step: &Step, sums: &mut Sums) {
+        let given = self.given.take().into_iter().flatten();
+        for (load, given) in sums.expected.loads.iter_mut().zip(given) {
+            load.points = given;
+        }
         let (kick, w) = (step.kick(), step.centring());
         let keeps = step.dt_before > 0.0 || step.dt > 0.0;
         let gravity = Vec2::from(self.config.gravity);

@@ -63,6 +63,8 @@ impl History {
 pub struct Exerted {
     /// Along N and T in N/m.
     pub force: [f64; 2],
+    /// Most that friction may be along T, in N/m.
+    pub limit: f64,
     /// Against rolling, in N.
     pub moment: f64,
     /// For the next step.
@@ -231,6 +233,7 @@ impl Law {
         let growing = if self.is_linear() { 0.0 } else { 0.25 * drag };
         Exerted {
             force: [pressing, dragged],
+            limit,
             moment,
             history,
             stored: history.energy(),

@@ -4,6 +4,7 @@ pub mod bodies;
 mod continuum;
 pub mod grid_contact;
 pub mod law;
+pub mod layers;
 mod material;
 mod nodes;
 mod start;

@@ -6,6 +6,7 @@ use interface::config::{BodyInertia, ContactLaw, DemConfig, Motion};
 use super::segments::on_segments;
 use crate::clause::{Clause, clauses};
 use crate::mutant::{Flaw, change};
+use crate::profile::OWN_FRICTION;
 
 pub const CLAUSES: &[Clause] = clauses! {
     Must "J-1" "mass and inertia follow from the configuration",
@@ -103,6 +104,11 @@ pub const CLAUSES: &[Clause] = clauses! {
             }
         });
         - "keeps springs by slot": without_contacts().with(Flaw::set(|_, set| (0..).zip(set).for_each(|(slot, info)| info.id = slot)));
+        - "has friction of its own beyond Coulomb's": own_friction().with(change::law(|_, _, mu, _| *mu *= 2.0));
+        - "has friction of its own by the slots of points":
+            own_friction().with(Flaw::states(|_, states| states.iter_mut().step_by(2).for_each(|s| s.spin = 0.0)));
+        - "has friction of its own by the place": own_friction().with(Flaw::state(|s| if s.position[0] > 0.0 { s.spin = 0.0 }));
+        - "has friction of its own by the sense of turning": own_friction().with(Flaw::state(|s| s.spin = s.spin.max(0.0)));
     Must "F-5" "stiffness is above 0 where there is a force",
         often: "stiffness of contacts that do not press yet is left out";
         - "gives no stiffness to a point that is pushed": Flaw::force(|f| { if f.force != [0.0; 2] { f.stiffness = 0.0; } });
@@ -181,6 +187,7 @@ pub const CLAUSES: &[Clause] = clauses! {
                 supports";
         - "leaves out the energy in springs": change::ledger(|l| l.contact = 0.0);
         - "counts half of the energy dissipated by sliding": change::ledger(|l| l.friction_work *= 0.5);
+        - "gets energy out of friction of its own": own_friction().with(change::ledger(|l| l.friction_work *= -1.0));
         - "counts half of the energy dissipated by dashpots": change::ledger(|l| l.viscous_work *= 0.5);
         - "counts half of the work of external forces": change::ledger(|l| l.driven_work *= 0.5);
         - "counts the contact forces on the points":
@@ -199,6 +206,10 @@ pub const CLAUSES: &[Clause] = clauses! {
         - "gives the place of the first body": Flaw::contact(|contact| contact.position = [0.0; 2]);
         - "reports two points as a body and a point": Flaw::contact(|contact| contact.with = contact.with.min(1));
 };
+
+fn own_friction() -> Flaw {
+    change::hello(|hello| hello.capabilities.0.push(OWN_FRICTION.into()))
+}
 
 /// Says that it has no contacts in its frames, which name points by their ids.
 fn without_contacts() -> Flaw {

@@ -12,19 +12,25 @@ use crate::clause::{Clause, clauses};
 use crate::mutant::{Flaw, change};
 
 pub const CLAUSES: &[Clause] = clauses! {
-    Must "S-2c" "Ready has the number of points, the mass of the lightest, and the time in which a wave crosses a cell";
+    Must "S-2c" "Ready has the number of points, the mass of the lightest, and the time in which a wave crosses a cell",
+        often: "the time of a cell without the shear modulus in the wave's speed; or the mass of a group for that of a point";
         - "counts one point too many": change::ready(|ready| ready.readiness.items += 1);
         - "reports another time": change::ready(|ready| ready.readiness.courant_time *= 1.01);
         - "reports the mass of two points": change::ready(|ready| ready.readiness.mass_min *= 2.0);
-    Must "I-8a" "generations count from 1, by 1 for every set, also an empty or the same one";
+    Must "I-8a" "generations count from 1, by 1 for every set, also an empty or the same one",
+        often: "a generation that does not rise where the new set is the old one";
         - "counts sets by two": Flaw::set(|header, _| header.set += u64::from(header.set > 1));
-    Must "I-1c" "states carry the step, the epoch and their number";
+    Must "I-1c" "states carry the step, the epoch and their number",
+        often: "step or epoch of the step before";
         - "leaves out the epoch": Flaw::states(|header, _| header.epoch = 0);
-    Must "I-2g" "the ids of a set rise, and it has radius, mass and group of each point";
+    Must "I-2g" "the ids of a set rise, and it has radius, mass and group of each point",
+        often: "ids by slot; or the radius of the cell, not of the group";
         - "exchanges the ids of two points":
             Flaw::set(|_, set| { if let [a, b, ..] = &mut set[..] { std::mem::swap(&mut a.id, &mut b.id); } });
         - "reports too large masses": Flaw::info(|info| info.mass *= 1.5);
-    Must "T-1a" "points move by the leapfrog, as their materials, transfer, shape function and walls say", after: &["I-2g"];
+    Must "T-1a" "points move by the leapfrog, as their materials, transfer, shape function and walls say", after: &["I-2g"],
+        often: "a kick of a whole step where half of two is asked for; or the weights of another shape function or transfer; or \
+                walls on the wrong nodes; or stress updated at the other end of the step";
         - "drifts": Flaw::states(|header, states| {
             for state in states {
                 state.position[0] += 1e-11 * header.step as f64;
@@ -82,7 +88,8 @@ pub const CLAUSES: &[Clause] = clauses! {
         - "gives nodes no spin": of_config(|config| config.groups.iter_mut().for_each(|group| group.keeps_spin = false));
         - "shares no volumes":
             of_model(|model| { if let MaterialModel::MuI(numbers) = model { numbers.volume_rate = 0.0; } });
-    Must "F-1a" "a force acts in its step, once, at the position of its point", after: &["T-1a"];
+    Must "F-1a" "a force acts in its step, once, at the position of its point", after: &["T-1a"],
+        often: "a force that is kept for the next step, or goes to the nearest node; or no couple";
         - "applies forces one step late": change::after_others(|before, now| now.copy_from_slice(before));
         - "keeps a tenth of a force for the next step": change::after_others(|before, now| {
             for (now, before) in now.iter_mut().zip(before) {
@@ -106,7 +113,8 @@ pub const CLAUSES: &[Clause] = clauses! {
                 change::scale(forces, 1.001);
             }
         });
-    Must "I-7a" "the set has all points within reach, radius and skin, all inside a body, and those of groups that touch", after: &["F-1a"];
+    Must "I-7a" "the set has all points within reach, radius and skin, all inside a body, and those of groups that touch", after: &["F-1a"],
+        often: "the distance from a body's vertices, not from its edges; or without its reach, the point's radius or the skin";
         - "uses half of the reach of a segment": Flaw::envelopes(|_, vertices| {
             let bodies: Vec<u64> = vertices.iter().map(|v| v.body).collect();
             for vertex in vertices {
@@ -116,10 +124,12 @@ pub const CLAUSES: &[Clause] = clauses! {
             }
         });
         - "looks for points near bodies only": of_config(|config| config.group_pairs.clear());
-    Must "I-6a" "asks for envelopes before points and bodies have used up the skin", after: &["F-1a"];
+    Must "I-6a" "asks for envelopes before points and bodies have used up the skin", after: &["F-1a"],
+        often: "only what points have moved, not what bodies have; or the skin without half a radius";
         - "lets points use up more than the skin": lazy();
         - "does not look how far bodies have moved": Flaw::forces(|header, _| header.travel = 0.0);
-    Must "L-2a" "limits bound the frequency of contact and the speed, and have the smallest radius", after: &["F-1a"];
+    Must "L-2a" "limits bound the frequency of contact and the speed, and have the smallest radius", after: &["F-1a"],
+        often: "the mass of a node where that of a point is asked for; or no tangential stiffness";
         - "halves what contact adds": change::limits(|limits| limits.contact_omega_sq *= 0.5);
         - "leaves the surface of points out of the frequency of contact": Flaw::force(|f| f.tangential *= 1e-3);
         - "keeps the last contact frequency": {
@@ -133,15 +143,19 @@ pub const CLAUSES: &[Clause] = clauses! {
         };
         - "reports half of its speed": change::limits(|limits| limits.speed *= 0.5);
         - "reports twice its radius": change::limits(|limits| limits.radius_min *= 2.0);
-    Must "R-1b" "a report counts points, IMPs and sets";
+    Must "R-1b" "a report counts points, IMPs and sets",
+        often: "points counted once for each layer; or sets since the last report";
         - "counts one IMP too many": Flaw::report(|report| report.imps += 1);
-    Must "R-3e" "mass, motion, extent and contacts of a group are those of its points", after: &["F-1a"];
+    Must "R-3e" "mass, motion, extent and contacts of a group are those of its points", after: &["F-1a"],
+        often: "velocity at the end of the step, not in its middle; or points that are near counted as contacts";
         - "sends its groups in reverse order": Flaw::groups(|_, groups| groups.reverse());
         - "includes the boxes of points in the extent":
             Flaw::group(|group| group.lower = group.lower.map(|x| x - 0.0125));
         - "ends the extent of loaded points where it begins": Flaw::group(|group| group.loaded_upper = group.loaded_lower);
         - "counts points that are near as contacts": Flaw::group(|group| group.contacts = group.contacts.max(1));
-    Must "N-1a" "every entry of the ledger is what section 9 says", after: &["F-1a"];
+    Must "N-1a" "every entry of the ledger is what section 9 says", after: &["F-1a"],
+        often: "kinetic energy before the kick; or work of one step's force, not of the mean of two; or no impulse of walls and \
+                supports";
         - "adds to the measured energy":
             Flaw::report(|report| { if report.next > 2 { report.ledger.kinetic *= 1.0 + 1e-9; } });
         - "adds to the impulse of gravity": change::ledger(|ledger| ledger.applied_impulse[1] *= 1.0 + 1e-6);
@@ -154,12 +168,14 @@ pub const CLAUSES: &[Clause] = clauses! {
         - "adds to the angular momentum": change::ledger(|ledger| ledger.angular_momentum *= 1.0 + 1e-6);
         - "adds to the moment of gravity": change::ledger(|ledger| ledger.applied_moment *= 1.0 + 1e-6);
         - "adds to the moment of contact": change::ledger(|ledger| ledger.contact_moment *= 1.0 + 1e-6);
-    Must "R-5a" "with FRAME all points, as they are before the window, before the report", after: &["F-1a"];
+    Must "R-5a" "with FRAME all points, as they are before the window, before the report", after: &["F-1a"],
+        often: "points as they are after the window; or the volume of the start";
         - "reports all points as of the first group": Flaw::point(|point| point.group = 0);
         - "reports plastic strain of an elastic material": Flaw::point(|point| point.plastic_strain = 1e-3);
         - "reverses shear stress": Flaw::point(|point| point.stress[3] *= -1.0);
     Must "R-5e" "plastic strain is the equivalent one of von Mises' material and the shear strain of sand with a memory",
-        needs: &[PLASTIC_STRAIN, "material:von_mises"], after: &["F-1a"];
+        needs: &[PLASTIC_STRAIN, "material:von_mises"], after: &["F-1a"],
+        often: "the plastic shear strain, not the equivalent one; or its growth, not its sum";
         - "reports the plastic shear strain": Flaw::point(|point| point.plastic_strain *= 3.0_f32.sqrt());
         - "reports the growth of plastic strain since the last frame": {
             let mut before = HashMap::new();
@@ -174,7 +190,8 @@ pub const CLAUSES: &[Clause] = clauses! {
             Flaw::point(|point| { if point.plastic_strain > 0.0 { point.plastic_strain = f32::NAN; } });
         - "has half the hardening":
             of_model(|model| { if let MaterialModel::VonMises { hardening_modulus, .. } = model { *hardening_modulus *= 0.5; } });
-    Must "D-1a" "all points at the end, in order of their ids, of the next step", after: &["F-1a"];
+    Must "D-1a" "all points at the end, in order of their ids, of the next step", after: &["F-1a"],
+        often: "without the last half kick; or of the step before";
         - "sends its points in reverse order": Flaw::points(|_, points| points.reverse());
         - "leaves the step out of the final header": Flaw::points(|header, _| header.step = 0);
         - "leaves out the last half kick":

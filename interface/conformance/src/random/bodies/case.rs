@@ -8,6 +8,7 @@ use mechanics::reference::bodies::Oracle;
 use serde::{Deserialize, Serialize};
 
 use super::super::plan::{self, Course, Epoch};
+use super::copy::Copied;
 
 /// What a point moves along.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
@@ -61,6 +62,9 @@ pub struct Case {
     pub points: Vec<Walker>,
     /// The steps.
     pub epochs: Vec<Epoch>,
+    /// A copy in which a solver with friction of its own has to give the same forces. Every step is measured, in a window of its own.
+    #[serde(default)]
+    pub copied: Option<Copied>,
 }
 
 impl Case {

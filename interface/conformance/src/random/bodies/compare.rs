@@ -1,7 +1,9 @@
 //! What a solver of bodies answers beside what the oracle expects.
 
 use interface::Vec2;
-use interface::message::wire::{BodyState, ContactState, EnvelopeVertex, ImpInfo, Ledger, Limits};
+use interface::message::wire::{
+    BodyState, ContactState, EnvelopeVertex, ImpForce, ImpInfo, Ledger, Limits,
+};
 use mechanics::outline::nearest;
 use mechanics::reference::bodies::{BLUR, Expected, Oracle};
 
@@ -9,11 +11,17 @@ use super::super::judge::{Judge, Result, energies, show};
 use crate::bench::Answer;
 
 impl Judge<'_> {
-    /// The forces of a step, and `travel` of their header.
-    pub fn forces(&mut self, expected: &Expected, set: &[ImpInfo], answer: &Answer) -> Result {
+    /// The forces of a step, and `travel` of their header; `whose`: of which run, if there are several.
+    pub fn forces(
+        &mut self,
+        expected: &Expected,
+        set: &[ImpInfo],
+        answer: &Answer,
+        whose: &str,
+    ) -> Result {
         let points = || expected.points.iter().zip(set).zip(&answer.forces);
         for ((want, info), got) in points() {
-            let of = format!("force on point {} in N/m", info.id);
+            let of = format!("force on point {}{whose} in N/m", info.id);
             if !want.touched && want.blur == 0.0 {
                 let of = format_args!("{of}, that nothing touches");
                 self.same("F-8", of, got.force, [0.0; 2])?;
@@ -23,7 +31,7 @@ impl Judge<'_> {
             let stiff = got.force == [0.0; 2] || got.stiffness > 0.0;
             let of = format_args!("whether there is stiffness beside the {of}");
             self.same("F-5", of, stiff, true)?;
-            let of = format_args!("couple on point {} in N", info.id);
+            let of = format_args!("couple on point {}{whose} in N", info.id);
             let tolerance = tolerance * info.radius;
             self.near("F-7", of, &[got.couple], &[want.couple], tolerance)?;
         }
@@ -41,6 +49,22 @@ impl Judge<'_> {
         }
         let least = expected.travel.unwrap_or(0.0);
         self.at_least("F-9", "travel in m", answer.header.travel, least)
+    }
+
+    /// That the forces on points and on bodies are opposite, whatever they are.
+    pub fn opposite(
+        &mut self,
+        expected: &Expected,
+        forces: &[ImpForce],
+        bodies: &[BodyState],
+    ) -> Result {
+        let of_bodies = bodies.iter().map(|body| Vec2::from(body.point_force));
+        let of_points = forces.iter().map(|f| Vec2::from(f.force));
+        let size: f64 = of_points.clone().map(|f| f.norm()).sum();
+        let blur: f64 = expected.points.iter().map(|point| point.blur).sum();
+        let sum: Vec2 = of_bodies.chain(of_points).sum();
+        let of = "sum of the forces on points and on bodies in N/m";
+        self.near("R-3", of, sum.as_slice(), &[0.0; 2], blur + 1e-9 * size)
     }
 
     /// Outlines.

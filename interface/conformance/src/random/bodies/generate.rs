@@ -13,8 +13,10 @@ use interface::message::wire::ImpInfo;
 use mechanics::reference::bodies::{Oracle, shared};
 
 use super::super::dice::{Dice, decades};
-use super::super::plan::Course;
+use super::super::plan::{self, Course};
 use super::case::{Along, Case, Walker};
+use super::copy::Copied;
+use crate::profile::OWN_FRICTION;
 
 /// Bodies that no point gets inside of, or onto the outline.
 const NO_INSIDE: &str = "feature:no_inside";
@@ -93,8 +95,12 @@ impl Dice<'_, Scale> {
                 law,
             });
         }
+        let copied = self.copied(&mut config);
         self.seldom(&mut config);
-        let epochs = self.epochs(self.takes.has("contacts"));
+        let mut epochs = self.epochs(self.takes.has("contacts") && copied.is_none());
+        if copied.is_some() {
+            epochs = plan::measured(&epochs);
+        }
         let steps = epochs.iter().flat_map(|e| &e.windows).sum();
         let mut points = self.points(&config, steps);
         if config.interface == Interface::Segments {
@@ -106,7 +112,30 @@ impl Dice<'_, Scale> {
             config,
             points,
             epochs,
+            copied,
         }
+    }
+
+    /// Where a solver with friction of its own has some, only bodies and points touch, and it has to say the same in a copy.
+    fn copied(&self, config: &mut DemConfig) -> Option<Copied> {
+        let mut needs = config.needs().into_iter();
+        let rubs = needs.any(|need| need.capability == "feature:friction");
+        if !(rubs && self.takes.has(OWN_FRICTION)) {
+            return None;
+        }
+        config.body_contact = None;
+        config.group_pairs.clear();
+        let mut dice = self.aside();
+        // What guides hold is along the axes.
+        let guided = |body: &BodyConfig| matches!(body.motion, Motion::Guided { .. });
+        let turns = dice.often() && !config.bodies.iter().any(guided);
+        Some(Copied {
+            mirrored: dice.often(),
+            turn: dice.when(turns, |dice| dice.way(3.0)),
+            shift: dice.perhaps(|dice| dice.vector(100.0 * self.scale.radius)),
+            reversed: dice.often(),
+            window: dice.rng.usize(1..9),
+        })
     }
 
     /// Makes some cases of a kind that random numbers hardly bring about: areas, rolling, chains.
@@ -117,7 +146,9 @@ impl Dice<'_, Scale> {
         let touching = config.body_contact.is_some() && config.bodies.len() > 1;
         let sharp = ["overlap:area", "shape:polygon", "law:linear"];
         let rolling = ["feature:rolling_friction", "law:granular", "shape:disc"];
-        let chain = self.takes.has("segments") && self.takes.meets("shape:disc");
+        let chain = self.takes.has("segments")
+            && !self.takes.has(OWN_FRICTION)
+            && self.takes.meets("shape:disc");
         match kind {
             0 | 1 if touching && takes(&sharp) => self.sharpen(&mut dice, config),
             2 | 3 if touching && takes(&rolling) => self.roll(&mut dice, config),
@@ -306,6 +337,7 @@ impl Dice<'_, Scale> {
         let k = self.about(self.scale.stiffness);
         let rubs = self.takes.meets("feature:friction") && self.rng.u32(0..3) > 0;
         let damps = self.takes.meets("feature:damping") && self.rarely();
+        let damps = damps && !(rubs && self.takes.has(OWN_FRICTION));
         let sticks = self.takes.meets("feature:adhesion") && self.rarely();
         let friction = self.when(rubs, |dice| dice.between(0.05, 1.2));
         let tangential_stiffness = self.when(rubs, |dice| k * dice.between(0.1, 1.0));

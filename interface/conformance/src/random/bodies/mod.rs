@@ -3,6 +3,7 @@
 mod admit;
 mod case;
 mod compare;
+mod copy;
 mod generate;
 mod run;
 

@@ -5,26 +5,30 @@ use std::time::Duration;
 use interface::Vec2;
 use interface::config::capability::Capabilities;
 use interface::message::control::Configure;
-use interface::message::wire::{ImpInfo, Limits};
-use mechanics::reference::bodies::{BLUR, Expected, Oracle};
+use interface::message::wire::{ImpInfo, ImpState, Limits};
+use interface::step::Step;
+use mechanics::reference::bodies::{BLUR, Expected, Oracle, Rubbed, Said};
 
 use super::super::judge::Judge;
 use super::super::plan::Epoch;
 use super::super::run::{self, Begun, Stop, Window, report};
 use super::case::Case;
-use super::{admit, generate};
+use super::{admit, copy, generate};
 use crate::bench::{Answer, Bench, Run, at_least, configure};
 
 /// Where a run stands.
 #[derive(Clone)]
 pub struct Stand {
-    pub(super) oracle: Oracle,
+    oracle: Oracle,
     step: u32,
     before: Option<Vec<Vec2>>,
     /// What the last step of the window before was expected to give, with the limits that were said after it.
     limits: Option<(Expected, Limits)>,
     /// The longest step so far in s.
     longest: f64,
+    /// Of a solver with friction of its own: what that has done, and the steps that the copy of the run has to repeat.
+    rubbed: Rubbed,
+    told: Vec<(Window, Answered)>,
 }
 
 impl Stand {
@@ -36,17 +40,20 @@ impl Stand {
             before: None,
             limits: None,
             longest: 0.0,
+            rubbed: Rubbed::default(),
+            told: Vec::new(),
         }
     }
 }
 
 /// A step that was answered.
-struct Answered {
-    set: Vec<ImpInfo>,
-    answer: Answer,
-    expected: Expected,
-    /// Whether time has gone by since the step before.
-    moves: bool,
+#[derive(Clone)]
+pub struct Answered {
+    granted: Step,
+    pub(super) set: Vec<ImpInfo>,
+    pub(super) states: Vec<ImpState>,
+    pub(super) answer: Answer,
+    pub(super) expected: Expected,
 }
 
 /// A step: its exchange, and what the oracle expects of it. It is the `first` of its window or not.
@@ -80,7 +87,8 @@ fn stepped(
     let passes = passes || admit::pierces(case, &stand.oracle, &now);
     let poses: Vec<_> = stand.oracle.bodies.iter().map(|body| body.pose).collect();
     let expected = stand.oracle.step(&granted, &set, &states);
-    let sound = !passes && admit::is_sound(case, &stand.oracle, &poses, &expected);
+    let points: Vec<ImpInfo> = case.points.iter().map(|point| point.info).collect();
+    let sound = !passes && stand.oracle.is_sound(&poses, &expected, &points);
     if !sound || expected.doubtful.is_some() {
         return Err(Stop::Doubtful);
     }
@@ -97,12 +105,12 @@ fn stepped(
     judge.keep(numbers.chain([answer.header.travel]));
     stand.before = Some(now);
     stand.step += 1;
-    let moves = granted.dt_before > 0.0;
     Ok(Answered {
+        granted,
         set,
+        states,
         answer,
         expected,
-        moves,
     })
 }
 
@@ -119,7 +127,8 @@ impl run::Case for Case {
     }
 
     fn is_possible(&self) -> bool {
-        self.config.faults().is_empty()
+        let apart = self.epochs.iter().all(|epoch| epoch.windows == [1]);
+        self.config.faults().is_empty() && (apart || self.copied.is_none())
     }
 
     fn order(&self) -> Configure {
@@ -141,6 +150,7 @@ impl run::Case for Case {
         let smallest = admit::smallest(self);
         stand.longest = stand.longest.max(window.dt);
         let longest = stand.longest;
+        let earlier = self.copied.is_some().then(|| stand.oracle.clone());
         let mut answered = Vec::new();
         for k in 0..window.steps {
             let step = stepped(play, self, stand, (window, k == 0), judge);
@@ -157,7 +167,7 @@ impl run::Case for Case {
                 // There is no report, but forces can be judged.
                 for (step, k) in answered.iter().zip(first..) {
                     judge.step = k;
-                    judge.forces(&step.expected, &step.set, &step.answer)?;
+                    judge.forces(&step.expected, &step.set, &step.answer, "")?;
                 }
                 return Err(Stop::Doubtful);
             }
@@ -169,6 +179,21 @@ impl run::Case for Case {
             count => at_least(report.bodies.as_ref(), count, "bodies")?,
         };
         let dt = if longest > 0.0 { longest } else { 1.0 };
+        if let (Some(mut oracle), [step]) = (earlier, &mut answered[..]) {
+            if window.outlines {
+                oracle.publish();
+            }
+            judge.opposite(&step.expected, &step.answer.forces, bodies)?;
+            let said = Said {
+                forces: &step.answer.forces,
+                bodies,
+                ledger: &report.report.ledger,
+            };
+            let of = (&step.set[..], &step.states[..]);
+            let law = (&step.expected, said);
+            step.expected = oracle.admit(&step.granted, of, law, &mut stand.rubbed);
+            stand.oracle = oracle;
+        }
         // In the order in which one thing causes another, so that the first difference is the cause.
         for (k, step) in answered.iter().enumerate() {
             judge.step = first + k as u32;
@@ -176,9 +201,10 @@ impl run::Case for Case {
             if measured {
                 judge.poses(expected, bodies, BLUR * smallest)?;
             }
-            judge.forces(expected, &step.set, &step.answer)?;
+            judge.forces(expected, &step.set, &step.answer, "")?;
             if let Some((before, limits)) = stand.limits.take() {
-                let now = step.moves.then_some(expected);
+                let moves = step.granted.dt_before > 0.0;
+                let now = moves.then_some(expected);
                 judge.limits(&limits, &before, now, (smallest / dt, dt))?;
             }
             if measured {
@@ -189,12 +215,18 @@ impl run::Case for Case {
                 }
             }
         }
-        let last = answered.pop().map(|answered| answered.expected);
+        let last = answered.last().map(|answered| answered.expected.clone());
         stand.limits = last.map(|last| (last, report.report.limits));
+        let told = answered.into_iter().filter(|_| self.copied.is_some());
+        stand.told.extend(told.map(|step| (window, step)));
         Ok(())
     }
 
-    fn end(&self, run: Run, _: Stand, _: &mut Judge) -> Result<(), Stop> {
+    fn again(&self, bench: &Bench, stand: &Stand, judge: &mut Judge) -> Result<(), Stop> {
+        copy::repeat(bench, self, &stand.told, judge)
+    }
+
+    fn end(&self, run: Run, _: &mut Stand, _: &mut Judge) -> Result<(), Stop> {
         run.closed()?.solver.end(Duration::from_millis(500));
         Ok(())
     }

@@ -1,5 +1,6 @@
 //! A case: a configuration, outlines of bodies, forces on points, and the steps in which that is looked at.
 
+use interface::Vec2;
 use interface::config::MpmConfig;
 use interface::message::wire::{EnvelopeVertex, ImpForce};
 use serde::{Deserialize, Serialize};
@@ -31,6 +32,14 @@ pub struct Outline {
     pub vertices: Vec<[f64; 2]>,
     /// In m.
     pub reach: f64,
+}
+
+impl Outline {
+    /// Its vertices and its reach in m.
+    pub fn placed(&self) -> (Vec<Vec2>, f64) {
+        let vertices = self.vertices.iter();
+        (vertices.map(|&v| v.into()).collect(), self.reach)
+    }
 }
 
 /// A case.

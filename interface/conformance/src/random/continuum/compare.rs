@@ -6,12 +6,11 @@ use interface::message::wire::{
     GroupState, ImpForce, ImpInfo, ImpState, Ledger, Limits, PointState, Report, StepHeader, flags,
 };
 use interface::solver::Readiness;
-use mechanics::outline::nearest;
 use mechanics::reference::RefPoint;
+use mechanics::reference::layers::{Expected, Oracle};
 
 use super::super::judge::{Judge, Result, show};
-use super::case::Case;
-use super::oracle::{Expected, Oracle};
+use super::case::{Case, Outline};
 use super::run::Stand;
 use crate::bench::Shown;
 
@@ -51,28 +50,6 @@ impl Tolerance {
             impulse: blur * mass * speed,
         }
     }
-}
-
-/// How far a point is beyond the reach of the bodies and of the points that it may touch, in m; below 0: within.
-fn beyond(k: usize, oracle: &Oracle, case: &Case) -> f64 {
-    let own = oracle.points[k];
-    let (x, skin) = (Vec2::from(oracle.point(k).x), oracle.config.skin);
-    let of_bodies = case.bodies.iter().map(|body| {
-        let outline: Vec<Vec2> = body.vertices.iter().map(|&v| v.into()).collect();
-        nearest(&outline, x).distance - body.reach - own.radius - skin
-    });
-    let pairs = &oracle.config.group_pairs;
-    let touch = |other: usize| {
-        let pair = [own.group, other];
-        pairs.iter().any(|p| *p == pair || *p == [pair[1], pair[0]])
-    };
-    let others = oracle.points.iter().enumerate();
-    let of_points = others.filter(|(_, other)| touch(other.group));
-    let of_points = of_points.map(|(o, other)| {
-        let apart = (Vec2::from(oracle.point(o).x) - x).norm();
-        apart - own.radius - other.radius - skin
-    });
-    of_bodies.chain(of_points).fold(f64::INFINITY, f64::min)
 }
 
 impl Judge<'_> {
@@ -129,8 +106,9 @@ impl Judge<'_> {
             self.fields(&of, [info, &want], &rows)?;
             stand.set.push(k);
         }
+        let bodies = case.bodies.iter().map(Outline::placed).collect::<Vec<_>>();
         for k in 0..stand.oracle.points.len() {
-            let (out, is_in) = (beyond(k, &stand.oracle, case), stand.set.contains(&k));
+            let (out, is_in) = (stand.oracle.beyond(k, &bodies), stand.set.contains(&k));
             if out.abs() > tiny {
                 let (at, far) = (show(&stand.oracle.point(k).x), show(&[out]));
                 let of = format!("whether the point at {at} m, {far} m beyond reach, is in");

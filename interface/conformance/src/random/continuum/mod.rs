@@ -3,7 +3,6 @@
 mod case;
 mod compare;
 mod generate;
-mod oracle;
 mod run;
 
 pub use case::Case;

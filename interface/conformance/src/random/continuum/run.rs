@@ -6,13 +6,13 @@ use std::time::Duration;
 use interface::config::capability::{Capabilities, PLASTIC_STRAIN, STRESS_WORK};
 use interface::message::control::{Configure, Order};
 use interface::message::wire::{ImpForce, Limits, flags};
+use mechanics::reference::layers::{Expected, Oracle};
 
 use super::super::judge::Judge;
 use super::super::plan::Epoch;
 use super::super::run::{self, Begun, Stop, Window, report};
 use super::case::Case;
 use super::generate;
-use super::oracle::{Expected, Oracle};
 use crate::bench::{Bench, Run, at_least, configure};
 
 /// Most cells of a domain; drawn are some two hundred.
@@ -81,12 +81,6 @@ impl Stand {
     }
 }
 
-/// A step that was answered.
-struct Answered {
-    expected: Expected,
-    forces: Vec<ImpForce>,
-}
-
 impl run::Case for Case {
     type Stand = Stand;
     const CAUSES: &'static [&'static str] = &["T-1a", "F-1a", "I-2g", "I-7a", "I-6a"];
@@ -130,7 +124,8 @@ impl run::Case for Case {
         let (first, next) = (stand.step, flow.next());
         flow.outlines = self.outlines();
         let before = stand.clone();
-        let mut answered: Vec<Answered> = Vec::new();
+        // Of each step.
+        let mut answered: Vec<(Expected, Vec<ImpForce>)> = Vec::new();
         for k in 0..window.steps {
             judge.step = stand.step;
             if !stand.oracle.is_sound(window.dt) {
@@ -170,7 +165,7 @@ impl run::Case for Case {
             stand.bodies = flow.travel;
             stand.fastest = stand.fastest.max(stand.oracle.fastest());
             stand.step += 1;
-            answered.push(Answered { expected, forces });
+            answered.push((expected, forces));
         }
         judge.step = first;
         let told = report(flow, next, window, judge)?;
@@ -187,7 +182,7 @@ impl run::Case for Case {
             stand.ids = then.ids;
         }
         if window.measured {
-            let expected = &answered[0].expected;
+            let (expected, _) = &answered[0];
             judge.groups(
                 expected,
                 at_least(told.groups.as_ref(), expected.groups.len(), "groups")?,
@@ -195,7 +190,7 @@ impl run::Case for Case {
             )?;
             judge.books(expected, &told.report.ledger, stand)?;
         }
-        if let Some(Answered { expected, forces }) = answered.pop() {
+        if let Some((expected, forces)) = answered.pop() {
             judge.step = stand.step - 1;
             let limits: Limits = told.report.limits;
             judge.bounds(&limits, &expected, &forces, stand)?;
@@ -203,9 +198,9 @@ impl run::Case for Case {
         Ok(())
     }
 
-    fn end(&self, mut run: Run, mut stand: Stand, judge: &mut Judge) -> Result<(), Stop> {
+    fn end(&self, mut run: Run, stand: &mut Stand, judge: &mut Judge) -> Result<(), Stop> {
         let (header, points) = run.drain()?;
-        judge.all_points("D-1a", (run.next(), header), &points, &mut stand)?;
+        judge.all_points("D-1a", (run.next(), header), &points, stand)?;
         run.session.order(&Order::Close)?;
         run.session.solver.end(Duration::from_millis(500));
         Ok(())

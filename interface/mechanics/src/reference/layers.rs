@@ -1,12 +1,15 @@
-//! The oracle of the continuum's side: layers of points, each moved by the plain reference of [`mechanics::reference`], and
-//! what section 9 of PROTOCOL.md says of them.
+//! The oracle of the continuum's side: layers of points, each moved by [`Reference`], and what section 9 of PROTOCOL.md says of
+//! them.
 
+use interface::Vec2;
 use interface::config::{MpmConfig, Transfer};
 use interface::impulse::at;
 use interface::message::wire::{GroupState, ImpForce, Ledger};
 use interface::step::Step;
-use mechanics::reference::grid_contact::meet;
-use mechanics::reference::{RefPoint, Reference, Totals, is_within};
+
+use super::grid_contact::meet;
+use super::{RefPoint, Reference, Totals, is_within};
+use crate::outline::nearest;
 
 /// Where a point is kept, and what does not change of it.
 #[derive(Debug, Clone, Copy)]
@@ -142,6 +145,28 @@ impl Oracle {
                     p.x[a] - room > c.domain[0][a] && p.x[a] + room < c.domain[1][a]
                 })
         })
+    }
+
+    /// How far a point is beyond the reach of the bodies, each an outline and its reach (m), and of the points that it may touch, in
+    /// m; below 0: within.
+    pub fn beyond(&self, k: usize, bodies: &[(Vec<Vec2>, f64)]) -> f64 {
+        let own = self.points[k];
+        let (x, skin) = (Vec2::from(self.point(k).x), self.config.skin);
+        let of_bodies = bodies
+            .iter()
+            .map(|(outline, reach)| nearest(outline, x).distance - reach - own.radius - skin);
+        let touch = |other: usize| {
+            let pair = [own.group, other];
+            let mut pairs = self.config.group_pairs.iter();
+            pairs.any(|p| *p == pair || *p == [pair[1], pair[0]])
+        };
+        let others = self.points.iter().enumerate();
+        let of_points = others.filter(|(_, other)| touch(other.group));
+        let of_points = of_points.map(|(o, other)| {
+            let apart = (Vec2::from(self.point(o).x) - x).norm();
+            apart - own.radius - other.radius - skin
+        });
+        of_bodies.chain(of_points).fold(f64::INFINITY, f64::min)
     }
 
     fn kinetic(&self, k: usize) -> f64 {
