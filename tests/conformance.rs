@@ -1,5 +1,6 @@
 //! `tandem conformance`: the built-in solver passes, a mutant does not, and what the kit says can be read by programs.
 
+use std::fmt::Write as _;
 use std::fs;
 use std::path::Path;
 use std::time::Duration;
@@ -208,7 +209,8 @@ fn the_kit_knows_what_the_shipped_scenes_need() {
             let needs = needs.iter().map(|need| need.capability.as_str());
             let needs = needs.collect::<Vec<_>>().join(" ");
             let name = name.with_extension("");
-            rows += &format!("{},{},{needs}\n", name.display(), side.name());
+            let (name, side) = (name.display(), side.name());
+            writeln!(rows, "{name},{side},{needs}").unwrap();
         }
     }
     if std::env::var_os("UPDATE_SCENE_NEEDS").is_some() {

@@ -393,9 +393,7 @@ fn yade_moves_a_block_without_friction_as_the_built_in_solver_does() {
 fn yade_keeps_what_friction_of_its_own_has_to() {
     let Some(yade) = yade_dem() else { return };
     let kit = "conformance --only F-7,N-1 --seed 3 --cases 2 --time 600 --startup 120 --shrink 0";
-    let mut kit: Vec<&str> = kit.split(' ').collect();
-    kit.extend(["--dem", &yade]);
-    let ended = Place::new().start(&kit).end();
+    let ended = Place::new().tandem(&format!("{kit} --dem {}", quoted(&yade)));
     assert_eq!(ended.status.code(), Some(0), "{}", ended.stdout);
 }
 
