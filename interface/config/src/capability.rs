@@ -83,11 +83,8 @@ impl Capabilities {
 
     /// The members of `family` that the solver names.
     pub fn members(&self, family: &str) -> impl Iterator<Item = &str> {
-        let of = move |name: &'_ String| name.split_once(':').is_some_and(|(f, _)| f == family);
-        self.0
-            .iter()
-            .filter(move |name| of(name))
-            .filter_map(|name| name.split_once(':').map(|(_, member)| member))
+        let named = self.0.iter().filter_map(|name| name.split_once(':'));
+        named.filter_map(move |(own, member)| (own == family).then_some(member))
     }
 }
 
