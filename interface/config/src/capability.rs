@@ -24,6 +24,9 @@ pub const STRESS_WORK: &str = "stress_work";
 /// Points are sent with the plastic strain that their material keeps (clause R-5).
 pub const PLASTIC_STRAIN: &str = "plastic_strain";
 
+/// Friction of points on bodies follows a law of the solver's own within Coulomb's bound (clause F-7).
+pub const OWN_FRICTION: &str = "feature:own_friction";
+
 /// All capabilities that are single words.
 pub const VERBS: [&str; 7] = [
     SAVE,

@@ -3,7 +3,7 @@
 //! A clause says what it needs ([`crate::clause::Clause::needs`]), so a profile's core follows from the rows: the
 //! clauses that need nothing beyond it. Within a clause, scenes are made of what the solver takes.
 
-use interface::config::capability::Capabilities;
+use interface::config::capability::{Capabilities, OWN_FRICTION};
 use interface::message::control::Party::{self, Dem, Mpm};
 
 use crate::clause::{Clause, of};
@@ -91,9 +91,6 @@ impl Profile {
         clauses.filter(move |clause| clause.lacks(&taken).is_empty())
     }
 }
-
-/// By which a solver says that friction follows a law of its own, which is no part of random cases: others are judged.
-pub const OWN_FRICTION: &str = "feature:own_friction";
 
 /// What a solver can declare as its own.
 pub struct Own {

@@ -1,12 +1,11 @@
 //! Sections 5 to 9: what the bodies do and say, judged by random cases beside the oracle ([`crate::random`]).
 
-use interface::config::capability::CONTACTS;
+use interface::config::capability::{CONTACTS, OWN_FRICTION};
 use interface::config::{BodyInertia, ContactLaw, DemConfig, Motion};
 
 use super::segments::on_segments;
 use crate::clause::{Clause, clauses};
 use crate::mutant::{Flaw, change};
-use crate::profile::OWN_FRICTION;
 
 pub const CLAUSES: &[Clause] = clauses! {
     Must "J-1" "mass and inertia follow from the configuration",

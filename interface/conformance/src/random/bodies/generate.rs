@@ -3,7 +3,7 @@
 
 use fastrand::Rng;
 use interface::Vec2;
-use interface::config::capability::Capabilities;
+use interface::config::capability::{Capabilities, OWN_FRICTION};
 use interface::config::surfaces::ContactPair;
 use interface::config::{
     BodyConfig, BodyInertia, BodyShape, ContactLaw, DemConfig, GroupPair, Interface, Motion,
@@ -16,7 +16,6 @@ use super::super::dice::{Dice, decades};
 use super::super::plan::{self, Course};
 use super::case::{Along, Case, Walker};
 use super::copy::Copied;
-use crate::profile::OWN_FRICTION;
 
 /// Bodies that no point gets inside of, or onto the outline.
 const NO_INSIDE: &str = "feature:no_inside";
