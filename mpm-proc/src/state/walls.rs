@@ -72,6 +72,11 @@ pub struct Held {
 /// How many nodes beyond the domain points within it reach at most.
 pub const REACH: i64 = 4;
 
+/// Place of `node` in the lists of a wall across `axis`; beyond their ends for a node that no point moves.
+fn along(node: [i64; 2], axis: usize) -> usize {
+    (node[1 - axis] + REACH) as usize
+}
+
 /// What is beyond a wall.
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Beyond {
@@ -222,7 +227,7 @@ impl WallNodes {
         } else {
             return (Hold::Nothing, 0.0);
         };
-        let apart = self.apart[axis][end].get((node[1 - axis] + REACH) as usize);
+        let apart = self.apart[axis][end].get(along(node, axis));
         if apart.is_some_and(|&apart| apart > 0.0) {
             return (Hold::Nothing, out);
         }
@@ -239,7 +244,7 @@ impl WallNodes {
     /// Notes that the kick has pressed `node` into the wall with friction across `axis`.
     pub fn press(&mut self, node: [i64; 2], axis: usize) {
         let end = usize::from(node[axis] > 0);
-        let column = (node[1 - axis] + REACH) as usize;
+        let column = along(node, axis);
         // Farther out no point moves a node.
         if let Some(pressed) = self.state.0[axis][end].get_mut(column) {
             *pressed = true;
@@ -278,7 +283,7 @@ impl WallNodes {
                 (Hold::Driven(velocity), _) => v = velocity,
                 (Hold::Into(_), out) if !kicked => {
                     let pressed = &self.state.0[a][usize::from(out > 0.0)];
-                    let pressed = pressed.get((node[1 - a] + REACH) as usize);
+                    let pressed = pressed.get(along(node, a));
                     if v[a] * out > 0.0 || pressed == Some(&true) {
                         v[a] = 0.0;
                     }

@@ -849,7 +849,7 @@ impl Reference {
             .map(|n| {
                 if mass[n] > 0.0 {
                     let free = momentum[n].map(|p| p / mass[n]);
-                    self.held(nodes, nodes[n].at, free)
+                    self.act(nodes, nodes[n].at, free, Some(0.0)).velocity
                 } else {
                     [0.0; 2]
                 }

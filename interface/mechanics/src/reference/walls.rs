@@ -105,20 +105,9 @@ impl Reference {
         })
     }
 
-    /// The velocity before a kick that walls leave of that of a node. What the last kick has pressed into a wall with friction
-    /// begins at rest across it.
-    pub(super) fn held(&self, nodes: &[Node], node: [i64; 2], mut v: [f64; 2]) -> [f64; 2] {
-        v = self.act(nodes, node, v, Some(0.0)).velocity;
-        for (_, axis, _) in self.walls_at(node) {
-            if self.pressed.contains(&(axis, self.on_wall(node, axis))) {
-                v[axis] = 0.0;
-            }
-        }
-        v
-    }
-
     /// The velocity that walls leave of one of a node. With friction nothing moves into them, and they take of the velocity along
-    /// them as much as across, times their coefficient and `rubs`; if it is `None` they let everything pass.
+    /// them as much as across, times their coefficient and `rubs`. It is 0 before a kick, when what the last one has pressed into them begins at rest
+    /// across them; if it is `None` they let everything pass.
     pub(super) fn act(
         &self,
         nodes: &[Node],
@@ -140,6 +129,9 @@ impl Reference {
                     let into = (v[axis] * out).max(0.0);
                     v[axis] -= into * out;
                     pressed[axis] = into > 0.0;
+                    if rubs == 0.0 && self.pressed.contains(&(axis, self.on_wall(node, axis))) {
+                        v[axis] = 0.0;
+                    }
                     let most = rubs * coefficient * into;
                     let along = v[1 - axis].clamp(-most, most);
                     v[1 - axis] -= along;
