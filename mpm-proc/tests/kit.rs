@@ -7,6 +7,9 @@ use mpm_proc::Mpm;
 #[test]
 fn random_cases_agree_with_the_oracle_of_the_kit() {
     let subject = Subject::in_thread(|| Host::Mpm(Box::new(Mpm::default())));
-    let broken = random_cases(&subject, 0..240).unwrap();
-    assert!(broken.is_empty(), "{broken:#?}");
+    // In case 1606 a support moves a node into a wall with friction in the opening step, in which no force presses it.
+    for seeds in [0..240, 1606..1607] {
+        let broken = random_cases(&subject, seeds).unwrap();
+        assert!(broken.is_empty(), "{broken:#?}");
+    }
 }

@@ -24,7 +24,9 @@ pub fn update_grid<const W: usize, S: Shape<W>, A: AffineState>(
     let (threads, damping) = (&continuum.threads, continuum.damping);
     let (clouds, grid) = (&continuum.clouds, &mut continuum.grid);
     kick_nodes(grid, threads, clouds, kick, damping);
-    note_pressed(grid);
+    if kick > 0.0 {
+        note_pressed(grid); // In an opening step no force acts: what moves into a wall there, supports have moved.
+    }
     hold_after(continuum);
     let grid = &mut continuum.grid;
     spread_after(&grid.images, &mut grid.tiles, kick);
