@@ -184,6 +184,10 @@ fn a_bad_override_names_the_command_line_or_the_variant() {
     has(&said, "`mpm.points` has no element 7");
     let said = files.refusal(None, &["mpm.points.first.velocity=[0,0]"]);
     has(&said, "`first` is not a number of an element");
+    let said = files.refusal(None, &["mpm.stage.first={from=0}"]);
+    has(&said, "`mpm.stage` is a table, expected a list");
+    let scene = files.load(None, &["mpm.stage.0={from=0,damping=2}"]);
+    assert!(scene.resolved_toml.contains("damping = 2"));
     let said = files.refusal(Some("quik"), &[]);
     has(&said, "no variant `quik`");
     has(&said, "did you mean `quick`?");

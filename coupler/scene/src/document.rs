@@ -532,9 +532,13 @@ fn put(tree: &mut Value, path: &[&str], value: Value) -> Result<(), (String, Str
             *at = Value::Table(Table::new());
         }
         at = match at {
-            Value::Table(table) => table
-                .entry(*segment)
-                .or_insert_with(|| Value::Table(Table::new())),
+            Value::Table(table) => table.entry(*segment).or_insert_with(|| {
+                // The first element of a list that the file does not have.
+                match path.get(depth + 1) {
+                    Some(&"0") => Value::Array(Vec::new()),
+                    _ => Value::Table(Table::new()),
+                }
+            }),
             Value::Array(array) => {
                 let length = array.len();
                 let help = || format!("elements count from 0; `{here}` has {length}");

@@ -230,7 +230,10 @@ impl<'a> Walk<'a> {
 
     fn wrong_type(&mut self, alternatives: &[&'a Schema], path: &str) {
         let expected: Vec<String> = alternatives.iter().map(|a| self.describe(a)).collect();
-        let written = self.document.as_written(path);
+        let mut written = self.document.as_written(path);
+        if written.is_empty() {
+            "a table".clone_into(&mut written); // Only what is in it has been written.
+        }
         let message = format!("`{path}` is {written}, expected {}", expected.join(" or "));
         self.fault(path, Part::Value, &message, None);
     }
