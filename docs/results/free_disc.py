@@ -51,8 +51,7 @@ def short(transfer):
 
 
 def breathing(tandem):
-    print("| transfer | shape | stress update | steps | most | end | quarter step: most | end |")
-    print("| --- | --- | --- | --- | --- | --- | --- | --- |")
+    yield "transfer", "shape", "stress update", "steps", "most", "end", "quarter step: most", "end"
     for case in CASES:
         figures = []
         shorter = case[0] in ("flip", "apic") and case[2] == "usavg"
@@ -62,12 +61,11 @@ def breathing(tandem):
             change = [sum(row) / sum(rows[0]) - 1 for row in rows]
             figures += [str(steps)] * (factor == 1.0) + [f"{100 * max(change):.3f} %", f"{100 * change[-1]:.3f} %"]
         figures += [""] * (5 - len(figures))
-        print(f"| {' '.join(short(case[0]))} | {case[1]} | {case[2]} | {' | '.join(figures)} |", flush=True)
+        yield " ".join(short(case[0])), case[1], case[2], *figures
 
 
 def spinning(tandem):
-    print("| transfer | shape | keeps_spin | step | kinetic energy left | elastic energy | held energy changes by |")
-    print("| --- | --- | --- | --- | --- | --- | --- |")
+    yield "transfer", "shape", "keeps_spin", "step", "kinetic energy left", "elastic energy", "held energy changes by"
     cases = [(*case, kept) for case in CASES if case[2] == "usavg" for kept in ("false", "true")]
     for transfer, shape, update, kept in cases:
         if kept == "true" and ("xpic" in transfer or transfer == "apic"):
@@ -80,10 +78,13 @@ def spinning(tandem):
             held = sum(e for _, e in last) / len(last) / STRETCH
             change = sum(rows[-1]) / start - 1
             step = "1" if factor == 1.0 else "1/4"
-            print(f"| {' '.join(short(transfer))} | {shape} | {kept} | {step} | {left:.4f} | {held:.1f} | {100 * change:+.2f} % |", flush=True)
+            yield " ".join(short(transfer)), shape, kept, step, f"{left:.4f}", f"{held:.1f}", f"{100 * change:+.2f} %"
 
 
 if __name__ == "__main__":
-    breathing(sys.argv[1])
-    print()
-    spinning(sys.argv[1])
+    for rows, name in ((breathing, "free_disc"), (spinning, "spinning_disc")):
+        with open(pathlib.Path(__file__).parent / "tables" / f"{name}.csv", "w", encoding="utf-8", newline="") as file:
+            writer = csv.writer(file, lineterminator="\n")
+            for row in rows(sys.argv[1]):
+                print(", ".join(row), flush=True)
+                writer.writerow(row)

@@ -9,6 +9,7 @@ A page has `<!-- variations: TABLE -->` above its table. `--check` changes nothi
 
 import argparse
 import csv
+import json
 import pathlib
 import re
 import shutil
@@ -19,6 +20,7 @@ HERE = pathlib.Path(__file__).resolve().parent
 ROOT = HERE.parent.parent
 SCRATCH = ROOT / "target" / "results" / "variations"
 KEPT = HERE / "tables" / "variations.csv"
+HEAD = ["table", "changed", "column", "value", "build"]
 
 
 class Run:
@@ -27,6 +29,7 @@ class Run:
     def __init__(self, directory):
         with open(directory / "history.csv", encoding="utf-8") as file:
             rows = list(csv.DictReader(file))
+        self.checks = {check["name"]: check["value"] for check in json.loads((directory / "summary.json").read_text())["checks"]}
         self.rows = [{name.split(" [")[0]: float(value or "nan") for name, value in row.items()} for row in rows]
 
     def first(self, column, bound):
@@ -36,10 +39,16 @@ class Run:
     def at(self, time, column):
         return next((row[column] for row in self.rows if row["time"] >= time - 1e-9), None)
 
+    def when_below(self, column, bound):
+        """When a column is first at most at a bound."""
+        return next((row["time"] for row in self.rows if row[column] <= bound), None)
+
     def mean(self, column, along, start, end):
-        """Mean of a column where another one is between two values."""
+        """Mean of a column where another one goes from one value to another."""
+        if self.rows[-1][along] < end - 1e-9:
+            return None
         values = [row[column] for row in self.rows if start <= row[along] < end]
-        return sum(values) / len(values) if values else None
+        return sum(values) / len(values)
 
 
 def drucker_prager(friction, dilation, model="drucker_prager"):
@@ -63,12 +72,12 @@ def gate(speed, slips=False):
 LOST = ['output.column.11={name="lost",unit="1",value="energy.transfer_relative"}']
 EARLY = ["variant=no_gate", "time.end=0.45", "time.min_step=1e-8", *LOST]
 ARRIVAL = {
-    "hit, s": lambda run: f"{run.first('contacts', 1):.3f}",
-    "90 degrees, s": lambda run: f"{run.first('turned_2', 90):.3f}",
+    "hit, s": ("{:.3f}", lambda run: run.first('contacts', 1)),
+    "90 degrees, s": ("{:.3f}", lambda run: run.first('turned_2', 90)),
 }
 REST = {
-    "rest of block 2, cm": lambda run: f"{100 * run.rows[-1]['left_edge_2']:.1f}",
-    "rest of block 1, cm": lambda run: f"{100 * run.rows[-1]['left_edge_1']:.1f}",
+    "rest of block 2, cm": ("{:.1f}", lambda run: 100 * run.rows[-1]['left_edge_2']),
+    "rest of block 1, cm": ("{:.1f}", lambda run: 100 * run.rows[-1]['left_edge_1']),
 }
 BLOCKS = "jiang2020/blocks"
 
@@ -80,7 +89,7 @@ FLOW = ('output.column.9={name="flow",unit="1",value="12*(body.wall_left.fy + bo
 
 
 def flow(start=0.1, end=0.4):
-    return {"ours / Beverloo": lambda run: f"{run.mean('flow', 'time', start, end):.2f}"}
+    return {"ours / Beverloo": ("{:.2f}", lambda run: run.mean('flow', 'time', start, end))}
 
 
 def flat(opening, *more):
@@ -92,6 +101,37 @@ def flat(opening, *more):
     return [*more, *ZERO, *ends, *places, *walls, fill]
 
 
+BEAM = {
+    "peak, N": ("{:.3f}", lambda run: run.checks['peak force']),
+    "at, us": ("{:.0f}", lambda run: 1e6 * run.checks['time of the peak']),
+    "midspan, um": ("{:.4f}", lambda run: 1e6 * run.checks['largest deflection at midspan']),
+    "lowest at, us": ("{:.0f}", lambda run: 1e6 * run.checks['time of the largest deflection']),
+    "rebound, m/s": ("{:.5f}", lambda run: run.checks['speed of the rebound']),
+    "energy residual": ("{:.1e}", lambda run: run.checks['no energy is created']),
+}
+PAPER = ["variant=paper_cell"]
+COLUMN = 'within=[[%s,0.0],[%s,0.01]],points="beam",hold_y=true'
+
+
+def shifted(share):
+    """The bottom of the beam this share of a cell above a node, midspan a node."""
+    lower, cell = -0.0127916666666666667, 0.0025583333333333335
+    return [*PAPER, f"mpm.domain=[[0.0,{lower - share * cell!r}],[0.1535,{lower - share * cell + 15 * cell!r}]]"]
+
+
+def markers(spacing, *more):
+    return ["variant=chains", f"mpm.chain.0.spacing={spacing}", *more]
+
+
+BETWEEN = ["mpm.cell=0.0012685950413223141", "mpm.domain=[[0.0,-0.0050743801652892564],[0.1535,0.015223140495867769]]"]
+TOUCH = 2e-4  # m above the floor
+CLUSTERS = {
+    "sand at the blocks, s": ("{:.3f}", lambda run: run.first('contacts', 1)),
+    "block 2 touches the floor, s": ("{:.3f}", lambda run: run.when_below("foot_2", TOUCH)),
+    "block 1, s": ("{:.3f}", lambda run: run.when_below("foot_1", TOUCH)),
+    "block 2 turned by 90 degrees, s": ("{:.3f}", lambda run: run.first('turned_2', 90)),
+}
+
 # By table: the scene; the values of all rows; the columns; the rows with the values that they change, and columns of their own.
 TABLES = {
     "gate": (BLOCKS, ["time.end=0.5"], ARRIVAL, {
@@ -102,7 +142,7 @@ TABLES = {
         "1 m/s, frictionless": gate(1, True),
         "1 m/s, friction 0.2": gate(1),
     }),
-    "arrival": (BLOCKS, EARLY, ARRIVAL | {"lost by 0.2 s": lambda run: f"{100 * run.at(0.2, 'lost'):.1f} %"}, {
+    "arrival": (BLOCKS, EARLY, ARRIVAL | {"lost by 0.2 s": ("{:.1f} %", lambda run: 100 * run.at(0.2, 'lost'))}, {
         "FLIP": ["mpm.transfer=flip", "mpm.leaving=remove"],
         "APIC, composed step": [],
         "`time.max_step` 5 us": ["time.max_step=5e-6"],
@@ -152,7 +192,7 @@ TABLES = {
         "cell of 1.75 mm (3.5)": ([*ZERO, "mpm.cell=0.00175"], flow()),
     }),
     "silo_step": (SILO, [FLOW, *LOST_SAND, drucker_prager(35, 0.0), "time.min_step=1e-8"],
-                  flow() | {"lost by 0.4 s": lambda run: f"{100 * run.at(0.4, 'lost'):.1f} %"}, {
+                  flow() | {"lost by 0.4 s": ("{:.1f} %", lambda run: 100 * run.at(0.4, 'lost'))}, {
         "APIC, the composed step": ["mpm.transfer=apic"],
         "APIC, `--set time.max_step=2e-5`": ["mpm.transfer=apic", "time.max_step=2e-5"],
         "APIC, `5e-6`": ["mpm.transfer=apic", "time.max_step=5e-6"],
@@ -160,8 +200,51 @@ TABLES = {
         "APIC, psi = 25, `2e-6`": ["mpm.transfer=apic", "time.max_step=2e-6", drucker_prager(35, 25.0)],
         "FLIP, `2e-5`": ["mpm.transfer=flip", "time.max_step=2e-5"],
     }),
+    "beam": ("singer2022/beam_single", [], BEAM, {
+        "cell 1.28 mm (7.8 cells): the scene": [],
+        "cell 5.1 mm (2 cells high): cell_5mm": ["variant=cell_5mm"],
+        "cell 2.56 mm (3.9 cells): paper_cell": PAPER,
+        "cell 0.64 mm": ["mpm.cell=0.00063958333333333335"],
+        "half of the step: half_step": ["variant=half_step"],
+        "midspan in the middle of a cell: between_nodes": ["variant=between_nodes"],
+        "the ball between two points: between_points": ["variant=between_points"],
+        "paper_cell, 16 rows of points": [*PAPER, "mpm.points.0.spacing={counts=[481,16]}", "mpm.probe.0.within=[[0.0766,0.0045],[0.0769,0.0055]]"],
+        "paper_cell, 64 rows": [*PAPER, "mpm.points.0.spacing={counts=[481,64]}"],
+        "paper_cell, bottom of the beam 1/4 cell above a node": shifted(0.25),
+        "paper_cell, 1/2": shifted(0.5),
+        "paper_cell, 3/4": shifted(0.75),
+        "paper_cell, cubic B-splines": [*PAPER, "mpm.shape=cubic_bspline"],
+        "paper_cell, uGIMP": [*PAPER, "mpm.shape=ugimp"],
+        "paper_cell, hats": [*PAPER, "mpm.shape=linear"],
+        "paper_cell, APIC": [*PAPER, "mpm.transfer=apic"],
+        "60 segments along the beam, midspan a marker: chains": ["variant=chains"],
+        "240 segments, midspan a marker: chains_240": ["variant=chains_240"],
+        "59 segments, midspan in the middle of one: chains_odd": ["variant=chains_odd"],
+        "239 segments, likewise": markers(0.000645),
+        "60 segments, midspan in the middle of a cell": markers(0.00256, *BETWEEN),
+        "59 segments, likewise": markers(0.00261, *BETWEEN),
+        "chains, eta = 1 (0.1)": markers(0.00256, "mpm.chain.0.floor=1.0"),
+        "chains, eta = 1e-4": markers(0.00256, "mpm.chain.0.floor=1e-4"),
+        "chains, half of the step": markers(0.00256, "time.step_factor=0.5"),
+        "two points beside the axis at either end held in y: held_points": ["variant=held_points"],
+        "the whole column of 64 points at either end held in y": [
+            "variant=held_points", f"mpm.hold=[{{name=\"left\",{COLUMN % ('0.0', '0.0003')}}},{{name=\"right\",{COLUMN % ('0.1532', '0.1535')}}}]"],
+        "periodic beam of two spans, hit from above and below, cell 2.56 mm: antisymmetric": ["variant=antisymmetric"],
+        "four fixed discs, linear law: discs": ["variant=discs"],
+    }),
+    "clusters": ("singer2022/blocks_clusters", [], CLUSTERS | REST, {
+        "nothing": [],
+        "gate at 2.5 m/s (2)": gate(2.5),
+        "gate at 3 m/s": gate(3),
+        "FLIP (APIC)": ["mpm.transfer=flip", "mpm.leaving=remove"],
+        "Hertz constants ten times as large": [
+            "contact.hertz_mindlin.hertz_constant=7e7", "body_contact.hertz_mindlin.hertz_constant=7e7", "contact_pair.0.law.hertz_mindlin.hertz_constant=7e7"],
+        "restitution of wood 0.2 (0.5)": ["body_contact.hertz_mindlin.restitution=0.2", "contact_pair.0.law.hertz_mindlin.restitution=0.2"],
+        "adhesion of the discs 340 and 680 Pa: 30 and 60 Pa over the whole edge": [
+            "body_contact.hertz_mindlin.adhesion=340", "contact_pair.0.law.hertz_mindlin.adhesion=680"],
+    }),
     "pile": ("chen2023/pile", [], {
-        f"{start} to {end} R": lambda run, start=start, end=end: f"{run.mean('resistance', 'depth', start, end):.2f}" if run.rows[-1]["depth"] > end - 0.1 else ""
+        f"{start} to {end} R": ("{:.2f}", lambda run, start=start, end=end: run.mean("resistance", "depth", start, end))
         for start, end in ((3, 4), (4, 6), (6, 9))
     }, {
         "nothing": [],
@@ -189,23 +272,28 @@ def table_of(name, program):
         if done.returncode not in (0, 1):
             sys.exit(f"{name}, {label}: {done.stderr}")
         run = Run(out)
-        yield from ([name, label, column, of(run)] for column, of in (columns | own).items())
+        for column, (spelling, of) in (columns | own).items():
+            value = of(run)
+            yield [name, label, column, "not reached" if value is None else spelling.format(value)]
         print(f"{name}: {label}", flush=True)
+
+
+def read(file):
+    with open(file, encoding="utf-8") as text:
+        return list(csv.reader(text))[1:]
 
 
 def markdown(kept, name):
     """A page's table."""
-    cells = [row for row in kept if row["table"] == name]
-    columns, labels = ([*dict.fromkeys(row[key] for row in cells)] for key in ("column", "changed"))
-    found = {(row["changed"], row["column"]): row["value"] for row in cells}
+    found = {(changed, column): value for table, changed, column, value, _ in kept if table == name}
+    labels, columns = ([*dict.fromkeys(key[n] for key in found)] for n in range(2))
     line = lambda words: "| " + " | ".join(words) + " |\n"
     head = line(["changed", *columns]) + line(["---"] * (1 + len(columns)))
     return head + "".join(line([label, *(found.get((label, column), "") for column in columns)]) for label in labels)
 
 
 def pages(check):
-    with open(KEPT, encoding="utf-8") as file:
-        kept = list(csv.DictReader(line for line in file if not line.startswith("#")))
+    kept = read(KEPT)
     for page in sorted(HERE.glob("*.md")):
         text = page.read_text()
         new = re.sub(r"(<!-- variations: (\w+) -->\n\n?)((?:\|.*\n)*)", lambda match: match[1] + markdown(kept, match[2]), text)
@@ -224,17 +312,14 @@ def main():
     arguments = parser.parse_args()
     if not arguments.pages:
         build = subprocess.run(["git", "log", "-1", "--format=%h, %as"], cwd=ROOT, capture_output=True, text=True, check=True).stdout.strip()
-        old = []
-        if arguments.only and KEPT.exists():
-            with open(KEPT, encoding="utf-8") as file:
-                old = [row for row in csv.reader(file) if not row[0].startswith("#")][1:]
-        rows = []
-        for name in TABLES:
-            made = not arguments.only or name in arguments.only
-            rows += table_of(name, arguments.tandem.resolve()) if made else [row for row in old if row[0] == name]
-        with open(KEPT, "w", encoding="utf-8", newline="") as file:
-            file.write(f"# tandem {build}\n")
-            csv.writer(file, lineterminator="\n").writerows([["table", "changed", "column", "value"], *rows])
+        kept = {row[0]: [] for row in read(KEPT)} if KEPT.exists() else {}
+        for row in read(KEPT) if kept else []:
+            kept[row[0]].append(row)
+        for name in arguments.only or TABLES:
+            kept[name] = [[*row, build] for row in table_of(name, arguments.tandem.resolve())]
+            with open(KEPT, "w", encoding="utf-8", newline="") as file:
+                rows = (row for table in TABLES for row in kept.get(table, []))
+                csv.writer(file, lineterminator="\n").writerows([HEAD, *rows])
     pages(arguments.check)
 
 
