@@ -232,6 +232,17 @@ TABLES = {
         "periodic beam of two spans, hit from above and below, cell 2.56 mm: antisymmetric": ["variant=antisymmetric"],
         "four fixed discs, linear law: discs": ["variant=discs"],
     }),
+    "rings": ("chen2023/rings", ["variant=fine"], {
+        "largest residual": ("{:.2f} %", lambda run: 100 * run.checks["energy is conserved, with the contact potential"]),
+        "speed afterwards, m/s": ("{:.1f}", lambda run: run.checks["they fly off one another"]),
+    }, {
+        "`time.safety` 0.8 (`fine`)": [],
+        "0.6": ["time.safety=0.6"],
+        "0.4": ["time.safety=0.4"],
+        "0.8, `usavg`": ["mpm.stress_update=usavg"],
+        "0.8, cubic B-splines": ["mpm.shape=cubic_bspline"],
+        "0.8, Hencky's law": ["mpm.material.0.model={linear_elastic={bulk_modulus=121.67e6,shear_modulus=26.07e6}}"],
+    }),
     "clusters": ("singer2022/blocks_clusters", [], CLUSTERS | REST, {
         "nothing": [],
         "gate at 2.5 m/s (2)": gate(2.5),
