@@ -16,12 +16,12 @@ use std::sync::Mutex;
 use std::time::{Duration, Instant};
 
 use fastrand::Rng;
-use serde_json::Value;
 
+use crate::harness::bits::{Bits, bits};
 use crate::harness::needs::Need;
 use crate::harness::seen::Seen;
 use crate::harness::{
-    Ended, PATIENCE, Place, Running, at_once, children, dice, scene, segments, signal, until, words,
+    Ended, PATIENCE, Place, Running, at_once, children, dice, scene, segments, signal, until,
 };
 
 /// What is set in the scene that is run if no other is asked for: a coupled run of some hundredths of a second.
@@ -52,8 +52,6 @@ const NO_MOUNT: i32 = 99;
 type Wrong = (&'static str, String);
 /// How a run has ended, and what is wrong with that.
 type Part = (Ended, Option<Wrong>);
-/// What a run has left that must be the same, by name.
-pub type Bits = BTreeMap<String, Vec<u8>>;
 
 /// What happens to a run.
 #[derive(Debug, Default)]
@@ -201,10 +199,8 @@ impl Rig {
     /// Plays one round. Its files are kept if something is wrong.
     fn round(&self, number: u64) {
         let kinds = ["kill", "freeze", "signal", "starve", "remove"];
-        let asked = std::env::var("CHAOS_KIND").ok();
-        let only = kinds
-            .into_iter()
-            .find(|&kind| Some(kind) == asked.as_deref());
+        let asked = std::env::var("CHAOS_KIND").unwrap_or_default();
+        let only = kinds.into_iter().find(|kind| *kind == asked);
         let kind = only.unwrap_or(kinds[(number % 5) as usize]);
         let mut rng = Rng::with_seed(self.seed.wrapping_mul(0x9e37_79b9_7f4a_7c15) ^ number);
         let dir = self.dir.join(format!("round-{number}"));
@@ -280,7 +276,7 @@ impl Rig {
         let mut remove = fault.remove;
         let mut solvers = BTreeMap::new();
         let mut sweep: Option<Running> = None;
-        let mut beside = None;
+        let (other, mut beside) = (PathBuf::from(format!("{dir}.beside")), None);
         let over = until(PATIENCE, || {
             solvers.extend(solvers_of(run.pid()));
             seen.look([run.pid()].into_iter().chain(solvers.values().copied()));
@@ -311,7 +307,7 @@ impl Rig {
                 sweep = Some(place.start("clean"));
             }
             if fault.beside && beside.is_none() {
-                beside = Some(self.beside(place, dir));
+                beside = Some(place.start(&self.begin(&other)));
             }
             if seen.took() > HANGS {
                 return Some(false);
@@ -320,7 +316,7 @@ impl Rig {
         });
         let took = seen.since(last);
         drop(sweep);
-        let harmed = beside.and_then(|beside| self.harmed(beside, dir));
+        let harmed = beside.and_then(|beside| self.harmed(beside, &other));
         let mut seen = Seen::begin();
         until(PATIENCE, || {
             let left = place.processes();
@@ -342,16 +338,10 @@ impl Rig {
         (ended, wrong)
     }
 
-    /// Starts an undisturbed run beside the one in `dir`.
-    fn beside<'a>(&self, place: &'a Place, dir: &str) -> Running<'a> {
-        let line = self.begin(&PathBuf::from(format!("{dir}.beside")));
-        place.start_as(&self.program, &words(&line))
-    }
-
-    /// What is wrong with the end of that run, if anything is.
-    fn harmed(&self, beside: Running, dir: &str) -> Option<Wrong> {
-        let (dir, ended) = (PathBuf::from(format!("{dir}.beside")), beside.end());
-        let right = ended.status.success() && bits(&dir).as_ref() == Some(&self.bits);
+    /// What is wrong with the end of an undisturbed run in `dir`, if anything is.
+    fn harmed(&self, beside: Running, dir: &Path) -> Option<Wrong> {
+        let ended = beside.end();
+        let right = ended.status.success() && bits(dir).as_ref() == Some(&self.bits);
         let _ = fs::remove_dir_all(dir);
         (!right).then(|| ("harmed another run", format!("{ended:?}")))
     }
@@ -361,24 +351,6 @@ impl Rig {
 fn has_nothing(ended: &Ended) -> bool {
     let says = |words| ended.stderr.contains(words);
     ended.status.code() == Some(2) && (says("has no checkpoint") || says("scene.toml"))
-}
-
-/// What a run has left; none if it has no summary.
-pub fn bits(dir: &Path) -> Option<Bits> {
-    let summary = fs::read(dir.join("summary.json")).ok()?;
-    let summary: Value = serde_json::from_slice(&summary).ok()?;
-    let frames = fs::read_dir(dir.join("frames")).into_iter().flatten();
-    let frames = frames.map(|entry| entry.unwrap().path());
-    let tables = ["history.csv", "course.csv", "bodies.csv"].map(|name| dir.join(name));
-    let read = |path: PathBuf| {
-        let name = path.file_name()?.to_string_lossy().into_owned();
-        Some((name, fs::read(path).ok()?))
-    };
-    let mut bits: Bits = frames.chain(tables).filter_map(read).collect();
-    for key in ["state_hash", "steps"] {
-        bits.insert(key.into(), summary[key].to_string().into());
-    }
-    Some(bits)
 }
 
 /// The solvers that a coupler has started.

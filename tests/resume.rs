@@ -11,7 +11,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
-use crate::chaos::bits;
+use crate::harness::bits::bits;
 use crate::harness::{
     Ended, PATIENCE, Place, RunFiles, at_once, dice, python_can_join, root, scene, signal, until,
 };

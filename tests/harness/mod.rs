@@ -3,6 +3,7 @@
 //! Every run gets its own `TANDEM_RUNTIME_DIR`, so that the directories and segments that a test sees are of its own runs only, and
 //! every wait has a limit, so that nothing hangs. The limits are no claims about speed: they tell "late" from "never".
 
+pub mod bits;
 pub mod browser;
 pub mod needs;
 pub mod seen;
