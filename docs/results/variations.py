@@ -51,6 +51,14 @@ class Run:
         return sum(values) / len(values)
 
 
+    def slope(self, column, along, start, end):
+        """Mean slope of a column over another one that goes from one value to another."""
+        ends = [next((row for row in self.rows if row[along] >= bound - 1e-6), None) for bound in (start, end)]
+        if None in ends:
+            return None
+        return (ends[1][column] - ends[0][column]) / (ends[1][along] - ends[0][along])
+
+
 def drucker_prager(friction, dilation, model="drucker_prager"):
     return (f"mpm.material.0.model={{{model}={{bulk_modulus=5e5,shear_modulus=3.2e5,friction_angle={friction},dilation_angle={dilation},"
             "cohesion=0.0,tensile_strength=0.0}}")
@@ -152,8 +160,8 @@ TABLES = {
         "5 mm": ["mpm.cell=0.005"],
         "7 mm": ["mpm.cell=0.007"],
         "Mohr-Coulomb": [drucker_prager(22.0, 0.0, "mohr_coulomb")],
-        "friction of the sand 26, 30 degrees: 26": [drucker_prager(26.0, 0.0)],
-        "30": [drucker_prager(30.0, 0.0)],
+        "friction of the sand 26 degrees (22)": [drucker_prager(26.0, 0.0)],
+        "30 degrees": [drucker_prager(30.0, 0.0)],
         "slip on the floor": ["mpm.walls.bottom=slip"],
         "cubic B-splines": ["mpm.shape=cubic_bspline"],
         "`usl`": ["mpm.stress_update=usl"],
@@ -199,6 +207,14 @@ TABLES = {
         "APIC, `2e-6`": ["mpm.transfer=apic", "time.max_step=2e-6"],
         "APIC, psi = 25, `2e-6`": ["mpm.transfer=apic", "time.max_step=2e-6", drucker_prager(35, 25.0)],
         "FLIP, `2e-5`": ["mpm.transfer=flip", "time.max_step=2e-5"],
+    }),
+    "matrix": ("jiang2020/granular_matrix", [], {
+        f"{centimetres} cm": ("{:.1f}", lambda run, end=centimetres / 100: 1e-3 * run.slope("work_of_the_bar", "settlement", end - 0.01, end))
+        for centimetres in (1, 2, 4, 6, 7, 8, 9, 10, 11)
+    }, {
+        "26 % of fines (mass over grains; 3086 points)": ["variant=fines_low"],
+        "35 % (4153)": [],
+        "42 % (4989)": ["variant=fines_high"],
     }),
     "beam": ("singer2022/beam_single", [], BEAM, {
         "cell 1.28 mm (7.8 cells): the scene": [],
