@@ -4,7 +4,7 @@
 //! *window* of [`pitch`] x [`pitch`] nodes: one more on the low side and `W` more on the high side. That is where the
 //! points of the tile reach, and still reach when each has moved by up to one cell since they were last sorted.
 
-use crate::kernel::lanes::{LANES, Lanes, ZERO, indices, splat};
+use crate::kernel::lanes::{INDEX_LIMIT, LANES, Lanes, ZERO, indices, splat};
 
 /// Nodes along the side of a tile.
 pub const TILE: usize = 8;
@@ -134,8 +134,8 @@ pub struct Frame {
 /// Four points in a window.
 #[derive(Debug, Clone, Copy)]
 pub struct Place {
-    /// Number of the base node in the window, row by row.
-    pub base: [usize; LANES],
+    /// Number of the base node in the window, row by row ([`Self::base`]).
+    base: [usize; LANES],
     /// Distance from the base node in cells.
     pub d: [Lanes; 2],
     /// Whether all four have the same base node, as is likely after sorting. Then their contributions to a node are
@@ -150,6 +150,13 @@ impl Place {
         d: [ZERO; 2],
         shared: true,
     };
+
+    /// Number of the base node of point `k` in the window. The mask changes nothing: it tells the compiler the range, which it
+    /// does not know of a place that it has kept in memory.
+    #[inline(always)]
+    pub fn base(&self, k: usize) -> usize {
+        self.base[k] & (INDEX_LIMIT - 1)
+    }
 }
 
 impl Frame {

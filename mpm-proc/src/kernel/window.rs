@@ -73,7 +73,7 @@ pub fn gather_row<const W: usize>(
 ) -> [[Lanes; 2]; W] {
     let mut row = [[ZERO; 2]; W];
     if place.shared {
-        let at = 2 * (place.base[0] + j * pitch(W));
+        let at = 2 * (place.base(0) + j * pitch(W));
         for i in 0..W {
             row[i] = [window.0[at + 2 * i], window.0[at + 2 * i + 1]].map(splat);
         }
@@ -83,10 +83,10 @@ pub fn gather_row<const W: usize>(
     while i < W {
         let at = 2 * (j * pitch(W) + i);
         let [x, y, next_x, next_y] = Lanes::transpose([
-            load(window, 2 * place.base[0] + at),
-            load(window, 2 * place.base[1] + at),
-            load(window, 2 * place.base[2] + at),
-            load(window, 2 * place.base[3] + at),
+            load(window, 2 * place.base(0) + at),
+            load(window, 2 * place.base(1) + at),
+            load(window, 2 * place.base(2) + at),
+            load(window, 2 * place.base(3) + at),
         ]);
         row[i] = [x, y];
         if i + 1 < W {
@@ -109,7 +109,7 @@ pub fn scatter_row<const W: usize>(
     row: &[[Lanes; 2]; W],
 ) {
     if place.shared {
-        let at = 2 * (place.base[0] + j * pitch(W));
+        let at = 2 * (place.base(0) + j * pitch(W));
         let mut i = 0;
         while i < W {
             let next = if i + 1 < W { row[i + 1] } else { [ZERO; 2] };
@@ -126,7 +126,7 @@ pub fn scatter_row<const W: usize>(
     for (i, [x, y]) in row.iter().enumerate() {
         let (x, y) = (x.to_array(), y.to_array());
         for k in 0..LANES {
-            let at = 2 * (place.base[k] + j * pitch(W) + i);
+            let at = 2 * (place.base(k) + j * pitch(W) + i);
             add_vector(window, at, [x[k], y[k]]);
         }
     }

@@ -180,7 +180,7 @@ fn touch<const W: usize, S: Shape<W>, A: AffineState>(
             let gather = s[0][i] * s[1][j];
             let scatter = t[0][i] * t[1][j];
             let curl = [-s[0][i] * g[1][j], g[0][i] * s[1][j]];
-            let (tile, node) = owner::<W>(tile, place.base[k] + j * pitch(W) + i);
+            let (tile, node) = owner::<W>(tile, place.base(k) + j * pitch(W) + i);
             let at = NodeAt {
                 tile: tile as u32,
                 node: node as u32,

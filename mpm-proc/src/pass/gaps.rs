@@ -68,7 +68,7 @@ fn add_distances<const W: usize, S: Shape<W>, A: AffineState>(
             let place = tile.frame.locate(&cloud.state.x[tile.first + b], pitch(W));
             let s = [0, 1].map(|a| cloud.shape.weights(a, place.d[a]));
             for k in 0..LANES.min(tile.points - b * LANES) {
-                let within = [place.base[k] % pitch(W), place.base[k] / pitch(W)];
+                let within = [place.base(k) % pitch(W), place.base(k) / pitch(W)];
                 let base = [0, 1].map(|a| first[a] + within[a] as i64);
                 let Some(across) = s[axis].get((wall - base[axis]) as usize) else {
                     continue;

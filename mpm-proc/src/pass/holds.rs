@@ -95,7 +95,7 @@ fn collect_rows<const W: usize, S: Shape<W>, A: AffineState>(
             let first = holds.weights.len() as u32;
             for j in 0..W {
                 for i in 0..W {
-                    let (tile, node) = owner::<W>(tile, place.base[k] + j * pitch(W) + i);
+                    let (tile, node) = owner::<W>(tile, place.base(k) + j * pitch(W) + i);
                     let at = NodeAt {
                         tile: tile as u32,
                         node: node as u32,

@@ -148,7 +148,7 @@ fn add_momentum<const W: usize, const AFFINE: bool>(
                 for k in 1..LANES {
                     sum = splat(sx[i][k]).mul_add(value[k], sum);
                 }
-                add_numbers(nodes, 4 * (place.base[0] + j * pitch(W) + i), sum);
+                add_numbers(nodes, 4 * (place.base(0) + j * pitch(W) + i), sum);
                 if AFFINE {
                     for k in 0..LANES {
                         value[k] += step[k];
@@ -165,7 +165,7 @@ fn add_momentum<const W: usize, const AFFINE: bool>(
             let mut value = weight * row;
             let step = weight * change[0][k];
             for i in 0..W {
-                let at = 4 * (place.base[k] + j * pitch(W) + i);
+                let at = 4 * (place.base(k) + j * pitch(W) + i);
                 add_product(nodes, at, splat(sx[i][k]), value);
                 if AFFINE {
                     value += step;
