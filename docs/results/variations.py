@@ -80,12 +80,12 @@ def gate(speed, slips=False):
 LOST = ['output.column.11={name="lost",unit="1",value="energy.transfer_relative"}']
 EARLY = ["variant=no_gate", "time.end=0.45", "time.min_step=1e-8", *LOST]
 ARRIVAL = {
-    "hit, s": ("{:.3f}", lambda run: run.first('contacts', 1)),
-    "90 degrees, s": ("{:.3f}", lambda run: run.first('turned_2', 90)),
+    "hit, s": ("{:.3f}", lambda run: run.first("contacts", 1)),
+    "90 degrees, s": ("{:.3f}", lambda run: run.first("turned_2", 90)),
 }
 REST = {
-    "rest of block 2, cm": ("{:.1f}", lambda run: 100 * run.rows[-1]['left_edge_2']),
-    "rest of block 1, cm": ("{:.1f}", lambda run: 100 * run.rows[-1]['left_edge_1']),
+    "rest of block 2, cm": ("{:.1f}", lambda run: 100 * run.rows[-1]["left_edge_2"]),
+    "rest of block 1, cm": ("{:.1f}", lambda run: 100 * run.rows[-1]["left_edge_1"]),
 }
 BLOCKS = "jiang2020/blocks"
 
@@ -96,8 +96,11 @@ FLOW = ('output.column.9={name="flow",unit="1",value="12*(body.wall_left.fy + bo
         '*(t - 0.5*(t_a + t_b))/(t_b - t_a)^2/g / (0.58*rho*sqrt(g)*(D - 2.2*r_p)^1.5)"}')
 
 
+OPENINGS = {2: (0.2, 1.0), 3: (0.15, 0.55), 4: (0.1, 0.4), 5: (0.1, 0.3), 6: (0.1, 0.25)}  # in cm; when the flow is measured
+
+
 def flow(start=0.1, end=0.4):
-    return {"ours / Beverloo": ("{:.2f}", lambda run: run.mean('flow', 'time', start, end))}
+    return {"ours / Beverloo": ("{:.2f}", lambda run: run.mean("flow", "time", start, end))}
 
 
 def flat(opening, *more):
@@ -110,12 +113,12 @@ def flat(opening, *more):
 
 
 BEAM = {
-    "peak, N": ("{:.3f}", lambda run: run.checks['peak force']),
-    "at, us": ("{:.0f}", lambda run: 1e6 * run.checks['time of the peak']),
-    "midspan, um": ("{:.4f}", lambda run: 1e6 * run.checks['largest deflection at midspan']),
-    "lowest at, us": ("{:.0f}", lambda run: 1e6 * run.checks['time of the largest deflection']),
-    "rebound, m/s": ("{:.5f}", lambda run: run.checks['speed of the rebound']),
-    "energy residual": ("{:.1e}", lambda run: run.checks['no energy is created']),
+    "peak, N": ("{:.3f}", lambda run: run.checks["peak force"]),
+    "at, us": ("{:.0f}", lambda run: 1e6 * run.checks["time of the peak"]),
+    "midspan, um": ("{:.4f}", lambda run: 1e6 * run.checks["largest deflection at midspan"]),
+    "lowest at, us": ("{:.0f}", lambda run: 1e6 * run.checks["time of the largest deflection"]),
+    "rebound, m/s": ("{:.5f}", lambda run: run.checks["speed of the rebound"]),
+    "energy residual": ("{:.1e}", lambda run: run.checks["no energy is created"]),
 }
 PAPER = ["variant=paper_cell"]
 COLUMN = 'within=[[%s,0.0],[%s,0.01]],points="beam",hold_y=true'
@@ -134,10 +137,10 @@ def markers(spacing, *more):
 BETWEEN = ["mpm.cell=0.0012685950413223141", "mpm.domain=[[0.0,-0.0050743801652892564],[0.1535,0.015223140495867769]]"]
 TOUCH = 2e-4  # m above the floor
 CLUSTERS = {
-    "sand at the blocks, s": ("{:.3f}", lambda run: run.first('contacts', 1)),
+    "sand at the blocks, s": ("{:.3f}", lambda run: run.first("contacts", 1)),
     "block 2 touches the floor, s": ("{:.3f}", lambda run: run.when_below("foot_2", TOUCH)),
     "block 1, s": ("{:.3f}", lambda run: run.when_below("foot_1", TOUCH)),
-    "block 2 turned by 90 degrees, s": ("{:.3f}", lambda run: run.first('turned_2', 90)),
+    "block 2 turned by 90 degrees, s": ("{:.3f}", lambda run: run.first("turned_2", 90)),
 }
 
 # By table: the scene; the values of all rows; the columns; the rows with the values that they change, and columns of their own.
@@ -150,7 +153,7 @@ TABLES = {
         "1 m/s, frictionless": gate(1, True),
         "1 m/s, friction 0.2": gate(1),
     }),
-    "arrival": (BLOCKS, EARLY, ARRIVAL | {"lost by 0.2 s": ("{:.1f} %", lambda run: 100 * run.at(0.2, 'lost'))}, {
+    "arrival": (BLOCKS, EARLY, ARRIVAL | {"lost by 0.2 s": ("{:.1f} %", lambda run: 100 * run.at(0.2, "lost"))}, {
         "FLIP": ["mpm.transfer=flip", "mpm.leaving=remove"],
         "APIC, composed step": [],
         "`time.max_step` 5 us": ["time.max_step=5e-6"],
@@ -181,13 +184,10 @@ TABLES = {
             f"dem.body.{n}.shape.rectangle={{width=0.014,height=0.012}}", f"dem.body.{n}.sphero_radius=0.003")],
         "2016 points (8000)": ["mpm.points.0.spacing.counts=[32,63]"],
     }),
-    "psi_zero": (SILO, [*ZERO, FLOW], {}, {
-        "2 cm": (["variant=d2cm"], flow(0.2, 1.0)),
-        "3 cm": (["variant=d3cm"], flow(0.15, 0.55)),
-        "4 cm": ([], flow()),
-        "5 cm": (["variant=d5cm"], flow(0.1, 0.3)),
-        "6 cm": (["variant=d6cm"], flow(0.1, 0.25)),
-    }),
+    **{
+        name: (SILO, [*changed, FLOW], {}, {f"{n} cm": ([f"variant=d{n}cm"], flow(*OPENINGS[n])) for n in OPENINGS})
+        for name, changed in {"psi_zero": ZERO, "n9000": ["mpm.points.0.spacing.distance=1.1e-3"], "n10000": ["mpm.points.0.spacing.distance=1.0435e-3"]}.items()
+    },
     "silo": (SILO, [FLOW], {}, {
         "psi = 2 degrees": (["mpm.transfer=apic", drucker_prager(35, 2.0)], flow()),
         "5 degrees": (["mpm.transfer=apic", drucker_prager(35, 5.0)], flow()),
@@ -200,7 +200,7 @@ TABLES = {
         "cell of 1.75 mm (3.5)": ([*ZERO, "mpm.cell=0.00175"], flow()),
     }),
     "silo_step": (SILO, [FLOW, *LOST_SAND, drucker_prager(35, 0.0), "time.min_step=1e-8"],
-                  flow() | {"lost by 0.4 s": ("{:.1f} %", lambda run: 100 * run.at(0.4, 'lost'))}, {
+                  flow() | {"lost by 0.4 s": ("{:.1f} %", lambda run: 100 * run.at(0.4, "lost"))}, {
         "APIC, the composed step": ["mpm.transfer=apic"],
         "APIC, `--set time.max_step=2e-5`": ["mpm.transfer=apic", "time.max_step=2e-5"],
         "APIC, `5e-6`": ["mpm.transfer=apic", "time.max_step=5e-6"],
@@ -231,7 +231,7 @@ TABLES = {
         "paper_cell, 3/4": shifted(0.75),
         "paper_cell, cubic B-splines": [*PAPER, "mpm.shape=cubic_bspline"],
         "paper_cell, uGIMP": [*PAPER, "mpm.shape=ugimp"],
-        "paper_cell, hats": [*PAPER, "mpm.shape=linear"],
+        "paper_cell, hats, `usavg`": [*PAPER, "mpm.shape=linear", "mpm.stress_update=usavg"],
         "paper_cell, APIC": [*PAPER, "mpm.transfer=apic"],
         "60 segments along the beam, midspan a marker: chains": ["variant=chains"],
         "240 segments, midspan a marker: chains_240": ["variant=chains_240"],
