@@ -89,7 +89,7 @@ impl RunError {
                 "find the cause of the small limit: a tiny mass or cell, a very stiff contact, a state that diverges"
             }
             Self::BlowUp { stable: true, .. } => {
-                "resolve it: lower dem.contact_resolution (contacts that open and close) or time.safety, or use finer cells"
+                "resolve it: lower dem.contact_resolution (contacts that open and close) or time.safety, use finer cells, or mpm.stress_update = \"usavg\""
             }
             Self::BlowUp { stable: false, .. } => {
                 "lower time.safety, time.step_factor or time.max_step"
