@@ -15,6 +15,7 @@ import re
 import shutil
 import subprocess
 import sys
+from random import Random
 
 HERE = pathlib.Path(__file__).resolve().parent
 ROOT = HERE.parent.parent
@@ -29,7 +30,8 @@ class Run:
     def __init__(self, directory):
         with open(directory / "history.csv", encoding="utf-8") as file:
             rows = list(csv.DictReader(file))
-        self.checks = {check["name"]: check["value"] for check in json.loads((directory / "summary.json").read_text())["checks"]}
+        self.summary = json.loads((directory / "summary.json").read_text())
+        self.checks = {check["name"]: check["value"] for check in self.summary["checks"]}
         self.rows = [{name.split(" [")[0]: float(value or "nan") for name, value in row.items()} for row in rows]
 
     def first(self, column, bound):
@@ -89,18 +91,23 @@ REST = {
 }
 BLOCKS = "jiang2020/blocks"
 
-# The silo's flow over Beverloo's law, as its check has it.
 SILO, ZERO = "jiang2020/silo", ["mpm.transfer=apic", drucker_prager(35, 0.0)]
 LOST_SAND = ['output.column.10={name="lost",unit="1",value="energy.transfer_relative"}']
-FLOW = ('output.column.9={name="flow",unit="1",value="12*(body.wall_left.fy + body.wall_right.fy + body.plate_left.fy + body.plate_right.fy)'
-        '*(t - 0.5*(t_a + t_b))/(t_b - t_a)^2/g / (0.58*rho*sqrt(g)*(D - 2.2*r_p)^1.5)"}')
 
 
+def beverloo(column, start="t_a", end="t_b"):
+    """A column whose mean from `start` to `end` is the flow over Beverloo's law with 0.58."""
+    force = "(body.wall_left.fy + body.wall_right.fy + body.plate_left.fy + body.plate_right.fy)"
+    value = f"12*{force}*(t - 0.5*({start} + {end}))/({end} - {start})^2/g / (0.58*rho*sqrt(g)*(D - 2.2*r_p)^1.5)"
+    return f'output.column.{column}={{name="flow{column}",unit="1",value="{value}"}}'
+
+
+FLOW = beverloo(9)
 OPENINGS = {2: (0.2, 1.0), 3: (0.15, 0.55), 4: (0.1, 0.4), 5: (0.1, 0.3), 6: (0.1, 0.25)}  # in cm; when the flow is measured
 
 
 def flow(start=0.1, end=0.4):
-    return {"ours / Beverloo": ("{:.2f}", lambda run: run.mean("flow", "time", start, end))}
+    return {"ours / Beverloo": ("{:.2f}", lambda run: run.mean("flow9", "time", start, end))}
 
 
 def flat(opening, *more):
@@ -110,6 +117,22 @@ def flat(opening, *more):
     walls = [f"dem.body.{n}.shape.segment.ends=[[{x},0.0],[{x},0.13]]" for n, x in ((0, -0.065), (1, 0.065))]
     fill = "mpm.points.0.fill.polygon.vertices=[[-0.059,0.006],[0.059,0.006],[0.059,0.0982],[-0.059,0.0982]]"
     return [*more, *ZERO, *ends, *places, *walls, fill]
+
+
+MU = ("mpm.material.0.model={mu_i={bulk_modulus=5e5,shear_modulus=3.2e5,static_friction=0.32,limit_friction=0.6,inertial_number=0.4,"
+      "grain_diameter=2e-3,grain_density=2500.0}}")
+AFLIP = "mpm.transfer={aflip={pic_rate=20.0}}"
+WINDOWS = ((0.08, 0.24), (0.1, 0.37))
+
+
+def disordered():
+    """Four points a cell for Bagnold's layer, each off by up to 0.4 of their distance."""
+    random, distance = Random(1), 1e-3
+    off = lambda n: (n + 0.5 + random.uniform(-0.4, 0.4)) * distance
+    for group, first in enumerate((0, 20)):
+        places = [[off(i), off(first + j)] for j in range(20) for i in range(8)]
+        yield f"mpm.points.{group}.fill={{points={{positions={places!r}}}}}"
+        yield f"mpm.points.{group}.spacing={{distance={distance}}}"
 
 
 BEAM = {
@@ -207,6 +230,32 @@ TABLES = {
         "APIC, `2e-6`": ["mpm.transfer=apic", "time.max_step=2e-6"],
         "APIC, psi = 25, `2e-6`": ["mpm.transfer=apic", "time.max_step=2e-6", drucker_prager(35, 25.0)],
         "FLIP, `2e-5`": ["mpm.transfer=flip", "time.max_step=2e-5"],
+    }),
+    "critical": (SILO, [AFLIP, FLOW], flow() | {
+        "least and largest step, us": ("{0[0]:.1f}, {0[1]:.1f}", lambda run: [1e6 * run.summary[name] for name in ("dt_min", "dt_max")]),
+    }, {
+        "`{ volume = 1.03 }`": [],
+        "`{ shear_strain = 0.1 }`": [drucker_prager(35, 25.0).replace("}}", ",separates=true,critical_state={shear_strain=0.1}}}")],
+    }),
+    "mu": (SILO, [beverloo(9, *WINDOWS[0]), beverloo(10, *WINDOWS[1])], {
+        f"{start} to {end} s": ("{:.3f}", lambda run, n=n, start=start, end=end: run.mean(f"flow{9 + n}", "time", start, end))
+        for n, (start, end) in enumerate(WINDOWS)
+    }, {
+        "mu(I), `aflip` 20/s, composed step": [MU, AFLIP],
+        "15 us": [MU, AFLIP, "time.max_step=1.5e-5"],
+        "3.6 us": [MU, AFLIP, "time.max_step=3.6e-6"],
+        "mu(I), `flip`": [MU, "mpm.transfer=flip"],
+        "psi = 0, `aflip` 20/s": [drucker_prager(35, 0.0), AFLIP],
+        "psi = 0, `aflip` 20/s, 15 us": [drucker_prager(35, 0.0), AFLIP, "time.max_step=1.5e-5"],
+        "psi = 0, `flip_pic` 20/s": [drucker_prager(35, 0.0), "mpm.transfer={flip_pic={pic_rate=20.0}}"],
+    }),
+    "bagnold": ("verification/bagnold", ["variant=long"], {
+        "upper": ("{:.3f}", lambda run: run.checks["speed of the upper half"]),
+        "lower": ("{:.3f}", lambda run: run.checks["speed of the lower half"]),
+    }, {
+        "9 points, `aflip` 50/s": ["mpm.transfer={aflip={pic_rate=50.0}}"],
+        "4 points, `aflip` 50/s": ["mpm.transfer={aflip={pic_rate=50.0}}", *(f"mpm.points.{n}.spacing={{per_cell=4}}" for n in range(2))],
+        "4 points, each off by up to 0.4 of the distance, until 4 s": ["constants.start=1.0", "constants.finish=4.0", "time.end=4.0", *disordered()],
     }),
     "matrix": ("jiang2020/granular_matrix", [], {
         f"{centimetres} cm": ("{:.1f}", lambda run, end=centimetres / 100: 1e-3 * run.slope("work_of_the_bar", "settlement", end - 0.01, end))
