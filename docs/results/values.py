@@ -1,11 +1,13 @@
 #!/usr/bin/env python3
-"""Writes values of tables/checks.csv into the pages of this folder and the README, so that no page has an older build's.
+"""Writes values of tables/checks.csv, and tables of tables/variations.csv, into the pages of this folder and the README, so that no
+page has an older build's.
 
     docs/results/values.py [--check]
 
 A comment behind a number says where it is from: `23.5<!--rings/usavg:they-fly-off-->` is the value of the check of that
 variant (none: the scene as it stands) whose name begins so; `<!--rings:energy:error*100-->` is another column in percent. The
-number keeps its decimals, or its digits if it has an exponent. `--check` changes nothing and fails if a page differs.
+number keeps its decimals, or its digits if it has an exponent. `<!-- variations: NAME -->` stands above a table of variations.py.
+`--check` changes nothing and fails if a page differs.
 """
 
 import csv
@@ -18,9 +20,22 @@ PAGES = [*sorted(HERE.glob("*.md")), HERE.parent.parent / "README.md"]
 SOURCE = re.compile(r"(-?\d[\d.]*(?:e-?\d+)?)<!--([\w/]+):([\w.,^()'=+-]+)(?::(\w+))?(?:([*/])(-?[\d.]+(?:e-?\d+)?))?-->")
 
 
-def table():
-    with open(HERE / "tables" / "checks.csv", encoding="utf-8") as file:
+VARIATIONS = re.compile(r"(<!-- variations: (\w+) -->\n)\n*(?:\|.*\n)*\n*")
+
+
+def table(name):
+    with open(HERE / "tables" / f"{name}.csv", encoding="utf-8") as file:
         return list(csv.DictReader(line for line in file if not line.startswith("#")))
+
+
+def variations(match):
+    """A table of what changed values come to."""
+    found = {(row["changed"], row["column"]): row["value"] for row in table("variations") if row["table"] == match[2]}
+    labels, columns = ([*dict.fromkeys(key[n] for key in found)] for n in range(2))
+    line = lambda words: "| " + " | ".join(words) + " |\n"
+    head = line(["changed", *columns]) + line(["---"] * (1 + len(columns)))
+    rows = [line([label, *(found.get((label, column), "") for column in columns)]) for label in labels]
+    return "\n".join([match[1], head + "".join(rows), ""])
 
 
 def found(rows, scene, check):
@@ -45,10 +60,10 @@ def written(rows, match):
 
 
 def main():
-    rows, differs = table(), False
+    rows, differs = table("checks"), False
     for page in PAGES:
         text = page.read_text()
-        new = SOURCE.sub(lambda match: written(rows, match), text)
+        new = VARIATIONS.sub(variations, SOURCE.sub(lambda match: written(rows, match), text))
         if left := re.search(r"<!--\w+[/:][^>]*-->", SOURCE.sub("", text)):
             sys.exit(f"{page.name}: {left[0]} names no check behind a number")
         if new != text:

@@ -1,17 +1,13 @@
 #!/usr/bin/env python3
-"""Runs scenes with single values changed, writes what comes out to tables/variations.csv, and the tables of the pages from that.
+"""Runs scenes with single values changed, and writes what comes out to tables/variations.csv. values.py makes the pages' tables of it.
 
-    docs/results/variations.py [--only TABLE]... [--tandem PROGRAM]     # runs; an hour of CPU time in all
-    docs/results/variations.py --pages [--check]                        # only the pages, from the table as it is
-
-A page has `<!-- variations: TABLE -->` above its table. `--check` changes nothing and fails if a page differs.
+    docs/results/variations.py [--only TABLE]... [--tandem PROGRAM]     # an hour of CPU time in all
 """
 
 import argparse
 import csv
 import json
 import pathlib
-import re
 import shutil
 import subprocess
 import sys
@@ -359,44 +355,21 @@ def read(file):
         return list(csv.reader(text))[1:]
 
 
-def markdown(kept, name):
-    """A page's table."""
-    found = {(changed, column): value for table, changed, column, value, _ in kept if table == name}
-    labels, columns = ([*dict.fromkeys(key[n] for key in found)] for n in range(2))
-    line = lambda words: "| " + " | ".join(words) + " |\n"
-    head = line(["changed", *columns]) + line(["---"] * (1 + len(columns)))
-    return head + "".join(line([label, *(found.get((label, column), "") for column in columns)]) for label in labels)
-
-
-def pages(check):
-    kept = read(KEPT)
-    for page in sorted(HERE.glob("*.md")):
-        text = page.read_text()
-        new = re.sub(r"(<!-- variations: (\w+) -->\n\n?)((?:\|.*\n)*)", lambda match: match[1] + markdown(kept, match[2]), text)
-        if new != text:
-            if check:
-                sys.exit(f"{page.name} differs: run docs/results/variations.py --pages")
-            page.write_text(new)
-
-
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--only", action="append", choices=TABLES, default=[])
     parser.add_argument("--tandem", type=pathlib.Path, default=ROOT / "target" / "release" / "tandem")
-    parser.add_argument("--pages", action="store_true")
-    parser.add_argument("--check", action="store_true")
     arguments = parser.parse_args()
-    if not arguments.pages:
-        build = subprocess.run(["git", "log", "-1", "--format=%h, %as"], cwd=ROOT, capture_output=True, text=True, check=True).stdout.strip()
-        kept = {row[0]: [] for row in read(KEPT)} if KEPT.exists() else {}
-        for row in read(KEPT) if kept else []:
-            kept[row[0]].append(row)
-        for name in arguments.only or TABLES:
-            kept[name] = [[*row, build] for row in table_of(name, arguments.tandem.resolve())]
-            with open(KEPT, "w", encoding="utf-8", newline="") as file:
-                rows = (row for table in TABLES for row in kept.get(table, []))
-                csv.writer(file, lineterminator="\n").writerows([HEAD, *rows])
-    pages(arguments.check)
+    build = subprocess.run(["git", "log", "-1", "--format=%h, %as"], cwd=ROOT, capture_output=True, text=True, check=True).stdout.strip()
+    kept = {row[0]: [] for row in read(KEPT)} if KEPT.exists() else {}
+    for row in read(KEPT) if kept else []:
+        kept[row[0]].append(row)
+    for name in arguments.only or TABLES:
+        kept[name] = [[*row, build] for row in table_of(name, arguments.tandem.resolve())]
+        with open(KEPT, "w", encoding="utf-8", newline="") as file:
+            rows = (row for table in TABLES for row in kept.get(table, []))
+            csv.writer(file, lineterminator="\n").writerows([HEAD, *rows])
+    subprocess.run([HERE / "values.py"], check=True)
 
 
 if __name__ == "__main__":
