@@ -174,7 +174,7 @@ fn every_bug_of_the_built_in_solver_is_found_by_random_cases() {
             .current_dir(root());
         assert!(sh.status().unwrap().success(), "{script}");
     };
-    shell(r#"mkdir "$TREE"; git ls-files -z | xargs -0 cp --parents -t "$TREE""#);
+    shell(r#"mkdir "$TREE"; git ls-files -z | xargs -0 cp -P --parents -t "$TREE""#);
     let mut found = Vec::new();
     for bug in Bug::all("built_in") {
         let before = bug.put(&tree);
