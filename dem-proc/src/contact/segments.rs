@@ -289,10 +289,15 @@ impl<L: Law> OfDisc<'_, L> {
         &self.on.set[slot as usize]
     }
 
-    /// Slot of a marker, by its id.
-    fn slot(&self, id: u64) -> Option<u32> {
-        let found = self.on.set.binary_search_by_key(&id, |info| info.id);
-        found.ok().map(|slot| slot as u32)
+    /// Slots of the markers between which a minimum was, if both are still ends of segments.
+    fn slots(&self, held: &Held) -> Option<[u32; 2]> {
+        let (set, links) = (self.on.set, &self.on.extra.links);
+        let slot = |id: u64| {
+            let slot = set.binary_search_by_key(&id, |info| info.id).ok()? as u32;
+            links.next(slot).or(links.previous(slot)).map(|_| slot)
+        };
+        let [a, b] = held.ids;
+        Some([slot(a)?, slot(b)?])
     }
 
     /// Radius of the disc in m.
@@ -315,7 +320,7 @@ impl<L: Law> OfDisc<'_, L> {
     /// can move in a step.
     fn successors(&self, held: &[Held], found: &[Extremum], successors: &mut Vec<Option<usize>>) {
         let successor = |held: &Held| {
-            let slots = [self.slot(held.ids[0])?, self.slot(held.ids[1])?];
+            let slots = self.slots(held)?;
             let foot = Foot { slots, s: held.s };
             let at = foot.mean(slots.map(|slot| self.on.watch.positions[slot as usize]));
             let mut nearest: Option<(usize, f64)> = None;
@@ -349,8 +354,10 @@ impl<L: Law> OfDisc<'_, L> {
         let ended = transferred.ended.iter().map(|spring| (1.0, spring));
         let begun = transferred.begun.iter().map(|spring| (-1.0, spring));
         for (sign, (from, history)) in ended.chain(begun) {
-            // Markers leave the set only where no disc is near, so those of a contact that pressed are still in it.
-            let Some(slot) = self.slot(before.held[*from].ids[0]) else {
+            // A spring has left with the markers of all its minima.
+            let spring = before.held[*from].spring;
+            let mut minima = before.held.iter().filter(|held| held.spring == spring);
+            let Some([slot, _]) = minima.find_map(|held| self.slots(held)) else {
                 continue;
             };
             let constants = self.law.pair(&self.properties(slot));

@@ -148,9 +148,8 @@ pub struct Expected {
     pub ledger: Ledger,
     /// In J/m.
     pub viscous_most: f64,
-    /// So far: how much more or less may be dissipated by sliding, since no clause says it, in J/m; how far impulses may be off
-    /// by rounding, in N s/m.
-    pub loose: [f64; 2],
+    /// So far: how far impulses may be off by rounding, in N s/m.
+    pub loose: f64,
     /// The bodies as measured in this step.
     pub bodies: Vec<BodyState>,
 }
@@ -181,7 +180,7 @@ pub struct Oracle {
     /// Poses at the last envelopes.
     published: Option<Vec<Vec3>>,
     friction: f64,
-    loose: [f64; 2],
+    loose: f64,
     viscous: [f64; 2],
     driven: f64,
     applied: Vec3,
@@ -198,8 +197,6 @@ struct Sums {
     spans: Vec<Span>,
     stored: f64,
     friction: f64,
-    /// What may be dissipated more or less in this step, as [`Expected::loose`] says.
-    unsaid: f64,
     viscous: [f64; 2],
 }
 
@@ -332,7 +329,7 @@ impl Oracle {
             previous: BTreeMap::new(),
             published: None,
             friction: 0.0,
-            loose: [0.0; 2],
+            loose: 0.0,
             viscous: [0.0; 2],
             driven: 0.0,
             applied: Vec3::zeros(),
@@ -385,8 +382,7 @@ impl Oracle {
         self.kick(step, &mut sums);
         let mut expected = sums.expected;
         let blur: f64 = expected.loads.iter().map(|load| load.blur).sum();
-        let [unsaid, impulse] = self.loose;
-        expected.loose = [unsaid + sums.unsaid, impulse + blur * step.kick()];
+        expected.loose = self.loose + blur * step.kick();
         if step.dt_before > 0.0 || step.dt > 0.0 {
             self.loose = expected.loose;
             (self.history, self.spans) = (sums.history, sums.spans);

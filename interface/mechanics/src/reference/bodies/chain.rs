@@ -263,7 +263,8 @@ impl Oracle {
     }
 
     /// The springs with which the spans of a disc go on: each minimum hands on its part to the span of its group with the nearest
-    /// one. What is lost where springs part, join and end is lost to friction. The markers are at these places (m).
+    /// one. What is lost where springs part, join and end is lost to friction. A spring has left with the markers of its last
+    /// minimum that was left. The markers are at these places (m).
     fn handed_on(
         &self,
         disc: (usize, usize),
@@ -275,19 +276,15 @@ impl Oracle {
         let mut springs = Vec::new();
         for old in self.spans.iter().filter(|span| span.disc == disc) {
             let mut brings = vec![0.0; spans.len()];
-            for &(ids, share, force) in &old.minima {
-                let has = |id: &u64| {
-                    let mut chains = spans.iter().map(|(chain, _)| &chain.markers);
-                    chains.any(|markers| markers.iter().any(|marker| marker.id == *id))
-                };
-                if !ids.iter().all(has) {
-                    // Whether the energy of what has left is dissipated, no clause says.
-                    sums.unsaid += old.history.energy();
-                }
-                let [Some(p), Some(q)] = ids.map(|id| places.get(&id)) else {
-                    continue;
-                };
-                let at = p * (1.0 - share) + q * share;
+            let is_in = |id: &u64| {
+                let mut markers = spans.iter().flat_map(|(chain, _)| &chain.markers);
+                markers.any(|marker| marker.id == *id)
+            };
+            let mut kept = old.minima.clone();
+            kept.retain(|(ids, ..)| ids.iter().all(is_in));
+            for (ids, share, force) in &kept {
+                let [p, q] = ids.map(|id| places[&id]);
+                let at = p * (1.0 - share) + q * *share;
                 let far = |(chain, feet): &(&Chain, Vec<Foot>)| {
                     let minima = feet.iter().filter(|foot| foot.least);
                     let minima = minima.filter(|_| chain.markers[0].group == old.group);
@@ -307,8 +304,10 @@ impl Oracle {
                     brings[to] += force;
                 }
             }
-            sums.friction += old.history.energy();
-            springs.push((old.history, brings));
+            if !kept.is_empty() {
+                sums.friction += old.history.energy();
+                springs.push((old.history, brings));
+            }
         }
         let handed = spans.iter().enumerate().map(|(k, (chain, _))| {
             let law = self.law_of_points(chain.markers[0].group, disc.0);
