@@ -112,14 +112,14 @@ pub struct Reference {
 pub struct Totals {
     /// Impulse of walls, supports and loads on the points in N s/m.
     pub applied: [f64; 2],
-    /// Impulse of the supports on the nodes as the points feel it, in N s/m, and its moment about the origin in N s.
-    pub support: [f64; 3],
-    /// Moment about the origin of the loads at `t_n` in N.
-    pub load_moment: f64,
+    /// Impulse of the supports on the nodes as the points feel it, in N s/m.
+    pub support: [f64; 2],
+    /// Moment about the origin in N s of all that acts in the kick, at the nodes on which it acts; of damping as the points feel it.
+    pub turned: f64,
     /// Elastic energy of the points at `t_n` in J/m.
     pub elastic: f64,
-    /// Dissipated by plastic flow and by viscous stress up to then, in J/m.
-    pub lost: [f64; 2],
+    /// Dissipated by plastic flow and by viscous stress, and worked by stress, up to then, in J/m.
+    pub lost: [f64; 3],
     /// Work of the loads up to then, in J/m.
     pub driven: f64,
     /// Dissipated in the kick by walls with friction and by friction between layers, in J/m.
@@ -143,7 +143,7 @@ impl Totals {
         add(&mut self.applied, &of.applied);
         add(&mut self.support, &of.support);
         add(&mut self.lost, &of.lost);
-        self.load_moment += of.load_moment;
+        self.turned += of.turned;
         self.elastic += of.elastic;
         self.driven += of.driven;
         self.rubbed += of.rubbed;
@@ -249,9 +249,9 @@ impl Reference {
     }
 
     /// Lets held points stand still, by the smallest change of the velocities of the nodes in the norm of kinetic energy. Its
-    /// impulse in N s/m, and the moment about the origin in N s.
-    fn support(&mut self, nodes: &[Node], mass: &[f64], velocity: &mut [[f64; 2]]) -> [f64; 3] {
-        let mut impulse = [0.0; 3];
+    /// impulse in N s/m.
+    fn support(&mut self, nodes: &[Node], mass: &[f64], velocity: &mut [[f64; 2]]) -> [f64; 2] {
+        let mut impulse = [0.0; 2];
         for a in 0..2 {
             let row = |p: &RefPoint, scale: fn(f64) -> f64| -> Vec<f64> {
                 let of_node = |(node, m): (&Node, &f64)| {
@@ -274,11 +274,7 @@ impl Reference {
                 for n in (0..nodes.len()).filter(|n| row[*n] != 0.0) {
                     let change = -along * row[n] / mass[n].sqrt();
                     velocity[n][a] += change;
-                    let x = [0, 1].map(|a| self.lower[a] + self.cell * nodes[n].at[a] as f64);
-                    let mut of_node = [0.0; 2];
-                    of_node[a] = mass[n] * change;
-                    impulse[a] += of_node[a];
-                    impulse[2] += at(x, of_node)[2];
+                    impulse[a] += mass[n] * change;
                 }
             }
         }
@@ -288,7 +284,6 @@ impl Reference {
     /// The loads of `t_n`, and their work since the step before: by the trapezoidal rule, on the way of the nodes that `velocity`
     /// says they have had, or with a body force, or where these do not strain the points, on that of the points.
     fn load(&mut self, nodes: &[Node], velocity: &[[f64; 2]], dt_before: f64) {
-        self.totals.load_moment = 0.0;
         if self.body_force.is_none() && self.points.iter().all(|p| p.dead == [0.0; 2]) {
             return;
         }
@@ -310,7 +305,6 @@ impl Reference {
                 self.totals.driven += 0.5 * (p.load[a] + load[a]) * way;
             }
             (p.load, p.was) = (load, p.x);
-            self.totals.load_moment += at(p.x, load)[2];
         }
     }
 
@@ -339,6 +333,7 @@ impl Reference {
         let nodes = self.nodes();
         let (mass, mut before) = self.map(&nodes, inertia);
         let felt = self.support(&nodes, &mass, &mut before).map(|p| alpha * p);
+        self.totals.turned = alpha * self.turned_by_map(&nodes, &before, inertia);
         let mut pulled = 0.0;
         if let Some(wall) = self.driven() {
             pulled -= wall[0] * felt[0] + wall[1] * felt[1]; // which walls and supports give together
@@ -401,7 +396,7 @@ impl Reference {
         }
         self.pressed = pressed;
         let kicked = self.support(&nodes, &mass, &mut after);
-        self.totals.support = [0, 1, 2].map(|k| felt[k] + kicked[k]);
+        self.totals.support = [0, 1].map(|a| felt[a] + kicked[a]);
         Kicked {
             nodes,
             mass,
@@ -427,6 +422,10 @@ impl Reference {
         let [first, last] = self.shares();
         let settles = self.drift == Drift::Mapped && dt > 0.0;
         self.filter_by_order(nodes, kick, inertia);
+        let [from, to] = [&kicked.before, after].map(|v| self.turning_of(nodes, v));
+        let damped = (1.0 - self.pic_fraction(kick)) * (self.kept_by_points(kick) - 1.0);
+        let of_points: f64 = self.points.iter().map(RefPoint::turning).sum();
+        self.totals.turned += to - from + damped * (of_points - from);
         if self.stress_update == StressUpdate::Usl {
             self.strain(nodes, after, dt, -0.5);
         }
@@ -483,10 +482,7 @@ impl Reference {
     fn gather(&mut self, kicked: &Kicked, own: &[RefPoint], kick: f64) -> Vec<[f64; 2]> {
         let (mut at_points, inertia) = (Vec::new(), self.inertia());
         let alpha = self.pic_fraction(kick);
-        let [mut kept, _] = self.damping(kick);
-        if self.damps_nodes() {
-            kept = 1.0;
-        }
+        let kept = self.kept_by_points(kick);
         let affine = self.transfer.is_affine();
         let smooths = alpha > 0.0 || self.transfer.filters() || affine;
         for i in 0..self.points.len() {
@@ -578,10 +574,10 @@ impl Reference {
         0.5 * p.mass * (square(p.v) + (square(p.b[0]) + square(p.b[1])) / self.inertia())
     }
 
-    /// What plastic flow and viscous stress have dissipated so far, in J/m.
-    pub fn lost(&self) -> [f64; 2] {
+    /// What plastic flow and viscous stress have dissipated, and stress has worked, so far in J/m.
+    pub fn lost(&self) -> [f64; 3] {
         let of = |lost: fn(&RefPoint) -> f64| self.points.iter().map(lost).sum();
-        [of(|p| p.lost), of(|p| p.viscous)]
+        [of(|p| p.lost), of(|p| p.viscous), of(|p| p.worked)]
     }
 
     /// The largest squared frequency in 1/s^2 that contact with these forces may have. Each point has a stiffness along two
@@ -712,6 +708,15 @@ impl Reference {
         }
     }
 
+    /// The share of its own velocity that a kick leaves to a point.
+    fn kept_by_points(&self, kick: f64) -> f64 {
+        if self.damps_nodes() {
+            1.0
+        } else {
+            self.damping(kick)[0]
+        }
+    }
+
     /// Whether damping acts on the velocities of the nodes alone.
     fn damps_nodes(&self) -> bool {
         matches!(self.transfer, Transfer::Pic | Transfer::Apic)
@@ -784,8 +789,11 @@ impl Reference {
     /// `v_p -= share (1 - S S+)^m v_p`.
     fn filter(&mut self, nodes: &[Node], order: u32, share: f64, inertia: f64) {
         let aside: Vec<[f64; 2]> = self.points.iter().map(|p| p.v).collect();
-        for _ in 0..order {
+        for round in 1..=order {
             let (_, held) = self.map(nodes, inertia);
+            if round == order {
+                self.totals.turned += share * self.turned_by_map(nodes, &held, inertia);
+            }
             for (n, node) in nodes.iter().enumerate() {
                 for image in &node.places {
                     let there = image.velocity(held[n]);
@@ -824,10 +832,54 @@ impl Reference {
         }
     }
 
+    /// Of each group.
+    fn turns(&self) -> Vec<f64> {
+        let groups = self.points.iter().map(|p| p.group + 1).max().unwrap_or(0);
+        (0..groups).map(|group| self.turn(group)).collect()
+    }
+
+    /// The velocity that a point gives to a node at this place; `turn` is that of its group.
+    fn given(&self, p: &RefPoint, place: [i64; 2], turn: f64, inertia: f64) -> [f64; 2] {
+        let d = self.distance(p, place).map(|d| -d * self.cell); // x_I - x_p
+        let affine = p.b.map(|b| (b[0] * d[0] + b[1] * d[1]) / inertia);
+        let around = [-turn * d[1], turn * d[0]];
+        [0, 1].map(|a| p.v[a] + affine[a] + around[a])
+    }
+
+    /// Angular momentum about the origin in N s of what has these velocities at the places of nodes.
+    fn turning_of(&self, nodes: &[Node], velocity: &[[f64; 2]]) -> f64 {
+        self.turning_at(nodes, |_, n, image| image.velocity(velocity[n]))
+    }
+
+    /// By how much (N s) that exceeds what the points give, by what walls and supports have done to `mapped` velocities.
+    fn turned_by_map(&self, nodes: &[Node], mapped: &[[f64; 2]], inertia: f64) -> f64 {
+        let turns = self.turns();
+        let given =
+            |p: &RefPoint, _, image: &Image<_>| self.given(p, image.at, turns[p.group], inertia);
+        self.turning_of(nodes, mapped) - self.turning_at(nodes, given)
+    }
+
+    fn turning_at(
+        &self,
+        nodes: &[Node],
+        velocity: impl Fn(&RefPoint, usize, &Image<[i64; 2]>) -> [f64; 2],
+    ) -> f64 {
+        let mut sum = 0.0;
+        for (n, node) in nodes.iter().enumerate() {
+            for image in &node.places {
+                let place = [0, 1].map(|a| self.lower[a] + self.cell * image.at[a] as f64);
+                for p in &self.points {
+                    let momentum = self.weight(p, image.at) * p.mass;
+                    sum += momentum * at(place, velocity(p, n, image))[2];
+                }
+            }
+        }
+        sum
+    }
+
     /// Mass and velocity of the nodes (18) ... (20), (30), walls obeyed.
     fn map(&self, nodes: &[Node], inertia: f64) -> (Vec<f64>, Vec<[f64; 2]>) {
-        let groups = self.points.iter().map(|p| p.group + 1).max().unwrap_or(0);
-        let turns: Vec<f64> = (0..groups).map(|group| self.turn(group)).collect();
+        let turns = self.turns();
         let mut mass = vec![0.0; nodes.len()];
         let mut momentum = vec![[0.0; 2]; nodes.len()];
         for (n, node) in nodes.iter().enumerate() {
@@ -835,11 +887,8 @@ impl Reference {
                 let turn = turns[p.group];
                 for image in &node.places {
                     let s = self.weight(p, image.at);
-                    let d = self.distance(p, image.at).map(|d| -d * self.cell); // x_I - x_p
-                    let affine = p.b.map(|b| (b[0] * d[0] + b[1] * d[1]) / inertia);
-                    let around = [-turn * d[1], turn * d[0]];
                     // A velocity and its image are images of one another.
-                    let v = image.velocity([0, 1].map(|a| p.v[a] + affine[a] + around[a]));
+                    let v = image.velocity(self.given(p, image.at, turn, inertia));
                     mass[n] += p.mass * s;
                     momentum[n] = [0, 1].map(|a| momentum[n][a] + p.mass * s * v[a]);
                 }

@@ -2,7 +2,7 @@
 //! them.
 
 use interface::Vec2;
-use interface::config::{MpmConfig, Transfer};
+use interface::config::MpmConfig;
 use interface::impulse::at;
 use interface::message::wire::{GroupState, ImpForce, Ledger};
 use interface::step::Step;
@@ -34,8 +34,8 @@ pub struct Oracle {
     pub config: MpmConfig,
     /// Speed of the fastest pressure wave in m/s.
     pub wave: f64,
-    /// Elastic energy of each point at the start in J/m.
-    start: Vec<f64>,
+    /// Elastic energy of the points at the start in J/m.
+    start: f64,
     contact: [f64; 2],
     /// Of all steps before.
     past: Totals,
@@ -53,8 +53,8 @@ pub struct Expected {
     /// The groups likewise, then the probes and supports, of which the last one has the force of all: how several share it is
     /// their solver's own affair.
     pub groups: Vec<GroupState>,
-    /// What stress has worked on each point since the start, without signs, in J/m: the scale of its quadrature.
-    pub worked: f64,
+    /// What of the work of the stress is neither stored nor dissipated, in J/m.
+    pub created: f64,
     /// Length of the kick in s.
     pub kick: f64,
 }
@@ -81,13 +81,13 @@ impl Oracle {
             layers,
             config: config.clone(),
             wave,
-            start: Vec::new(),
+            start: 0.0,
             contact: [0.0; 2],
             past: Totals::default(),
             moments: [0.0; 2],
         };
         oracle.sets = oracle.sets()?;
-        oracle.start = oracle.all().iter().map(RefPoint::stored).collect();
+        oracle.start = oracle.all().iter().map(RefPoint::stored).sum();
         Some(oracle)
     }
 
@@ -193,7 +193,7 @@ impl Oracle {
             }
             if step.is_opening() {
                 totals.elastic += layer.points.iter().map(RefPoint::stored).sum::<f64>();
-                totals.lost = [0, 1].map(|k| totals.lost[k] + layer.lost()[k]);
+                totals.lost = [0, 1, 2].map(|k| totals.lost[k] + layer.lost()[k]);
                 continue;
             }
             layer.time = step.time;
@@ -220,7 +220,7 @@ impl Oracle {
             friction_work: so_far(|t| t.rubbed),
             driven_work: totals.driven + so_far(|t| t.pulled),
             transfer_work: so_far(|t| t.smoothed),
-            stress_work: totals.elastic - self.start.iter().sum::<f64>(),
+            stress_work: totals.lost[2] - totals.lost[1] - totals.lost[0],
             ..Ledger::default()
         };
         self.past.add(&totals);
@@ -239,25 +239,20 @@ impl Oracle {
         ledger.contact_impulse = self.contact;
         let contact = kick * ledger.contact_moment;
         self.moments[1] += contact;
-        self.moments[0] += if self.config.transfer == Transfer::Apic {
-            turned(&before, &done) - contact // APIC itself turns nothing: it is what walls and damping have turned too.
-        } else {
-            kick * (ledger.applied_moment + totals.load_moment) + totals.support[2]
-        };
+        self.moments[0] += totals.turned - contact;
         [ledger.applied_moment, ledger.contact_moment] = self.moments;
-        let stored = done.iter().map(RefPoint::stored).zip(&self.start);
-        let worked = stored.map(|(now, start)| (now - start).abs()).sum::<f64>() + totals.lost[0];
+        let created = ledger.stress_work - (ledger.elastic - self.start);
         (!totals.is_doubtful).then_some(Expected {
             contact_omega_sq,
             ledger,
             groups,
-            worked,
+            created,
             kick,
         })
     }
 
     /// The groups, and what the ledger has of points and forces: of the points and their energies before and after the kick,
-    /// of which the latter count with the share `w`. Moments are those of weights and contact forces alone.
+    /// of which the latter count with the share `w`. Moments are those of contact forces alone.
     fn sums(
         &self,
         [before, done]: [&[RefPoint]; 2],
@@ -271,7 +266,6 @@ impl Oracle {
             ledger.kinetic += (1.0 - w) * kinetic[k] + w * after[k];
             ledger.contacts += u64::from(pressed);
             ledger.contact_moment += at(p.x, f.force)[2] + f.couple;
-            ledger.applied_moment += at(p.x, self.config.gravity.map(|g| p.mass * g))[2];
             for a in 0..2 {
                 ledger.gravity -= p.mass * self.config.gravity[a] * p.x[a];
                 ledger.momentum[a] += p.mass * done[k].v[a];
@@ -300,25 +294,13 @@ impl Oracle {
                 }
             }
         }
-        ledger.angular_momentum = done.iter().map(|p| turning(p, p.x)).sum();
+        ledger.angular_momentum = done.iter().map(RefPoint::turning).sum();
         for group in &mut groups {
             group.position = group.position.map(|x| x / group.mass);
             group.velocity = group.velocity.map(|p| p / group.mass);
         }
         groups
     }
-}
-
-/// What points have gained of angular momentum in N s at the places where they were.
-fn turned(before: &[RefPoint], after: &[RefPoint]) -> f64 {
-    let each = before.iter().zip(after);
-    each.map(|(p, after)| turning(after, p.x) - turning(p, p.x))
-        .sum()
-}
-
-/// Angular momentum in N s of a point at `x`.
-fn turning(p: &RefPoint, x: [f64; 2]) -> f64 {
-    p.mass * (at(x, p.v)[2] + p.b[1][0] - p.b[0][1])
 }
 
 fn widen(lower: &mut f64, upper: &mut f64, x: f64, first: bool) {

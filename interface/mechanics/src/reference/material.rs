@@ -2,6 +2,7 @@
 
 use interface::config::material::{CriticalState, Frictional, Inertial};
 use interface::config::{MaterialConfig, MaterialModel};
+use interface::impulse::at;
 use nalgebra::{Matrix2, Matrix3, Vector2, Vector3};
 
 /// The law of a point. Those that are not said to have another have Hencky's elasticity.
@@ -79,6 +80,8 @@ pub struct RefPoint {
     pub lost: f64,
     /// Dissipated by viscous stress in J/m.
     pub viscous: f64,
+    /// Worked by the stress in J/m.
+    pub worked: f64,
 }
 
 /// The law of a material.
@@ -175,9 +178,9 @@ impl RefPoint {
         (stiff + free) * self.volume / self.mass
     }
 
-    /// Whether its stress is all that its work has left, as long as it does not yield.
-    pub fn has_energy(&self) -> bool {
-        !self.separates() && self.law != RefLaw::Hypoelastic
+    /// Its angular momentum about the origin in N s.
+    pub fn turning(&self) -> f64 {
+        self.mass * (at(self.x, self.v)[2] + self.b[1][0] - self.b[0][1])
     }
 
     /// Whether it keeps its plastic strain.
@@ -233,23 +236,31 @@ impl RefPoint {
     }
 
     /// Strains it by a gradient of the middle of `dt` (s), which is the displacement's, and by a `swelling` of `ln J`, whose work is
-    /// viscous. An interval of no length does nothing.
+    /// viscous. An interval of no length does nothing. Stress works as the nodes feel it, which it pushes before and after the
+    /// interval: by the mean of both.
     pub(super) fn strain(&mut self, l: Matrix2<f64>, dt: f64, swelling: f64) {
         if dt == 0.0 {
             return;
         }
         let pressed = |p: &Self| 0.25 * swelling * p.volume * p.ratio * (p.stress[0] + p.stress[1]);
+        let works = |p: &Self| {
+            let [xx, yy, _, xy] = p.stress;
+            0.5 * p.volume * p.ratio * (xx * l.m11 + yy * l.m22 + xy * (l.m12 + l.m21))
+        };
         self.viscous -= pressed(self);
-        let l = l + Matrix2::identity() * (0.5 * swelling);
-        let l = Matrix3::new(l.m11, l.m12, 0.0, l.m21, l.m22, 0.0, 0.0, 0.0, 0.0);
+        self.worked += works(self);
+        let both = l + Matrix2::identity() * (0.5 * swelling);
+        let [[xx, yx], [xy, yy]] = both.into();
+        let both = Matrix3::new(xx, xy, 0.0, yx, yy, 0.0, 0.0, 0.0, 0.0);
         let stress = match self.law {
-            RefLaw::NeoHookean(before) => self.neo_hookean(&before, &l),
-            RefLaw::Hypoelastic => self.hypoelastic(&l),
-            RefLaw::Fluid(numbers) => self.fluid(numbers, &l, dt),
-            _ => self.hencky(&l, dt),
+            RefLaw::NeoHookean(before) => self.neo_hookean(&before, &both),
+            RefLaw::Hypoelastic => self.hypoelastic(&both),
+            RefLaw::Fluid(numbers) => self.fluid(numbers, &both, dt),
+            _ => self.hencky(&both, dt),
         };
         self.stress = components(&stress);
         self.viscous -= pressed(self);
+        self.worked += works(self);
     }
 
     fn neo_hookean(&mut self, before: &Matrix2<f64>, l: &Matrix3<f64>) -> Matrix3<f64> {

@@ -163,8 +163,7 @@ pub const CLAUSES: &[Clause] = clauses! {
         - "adds to the elastic energy": change::ledger(|ledger| ledger.elastic *= 1.01);
         - "adds to the potential energy": change::ledger(|ledger| ledger.gravity *= 1.0 + 1e-6);
         - "loses energy": change::ledger(|ledger| ledger.plastic_work = 0.2 * ledger.kinetic);
-        - "reports twice the stored energy as the work of the stress":
-            change::ledger(|ledger| ledger.stress_work = 2.0 * ledger.elastic);
+        - "adds to the work of the stress": change::ledger(|ledger| ledger.stress_work *= 1.0 + 1e-6);
         - "adds to the angular momentum": change::ledger(|ledger| ledger.angular_momentum *= 1.0 + 1e-6);
         - "adds to the moment of gravity": change::ledger(|ledger| ledger.applied_moment *= 1.0 + 1e-6);
         - "adds to the moment of contact": change::ledger(|ledger| ledger.contact_moment *= 1.0 + 1e-6);
