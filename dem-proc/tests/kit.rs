@@ -19,13 +19,14 @@ fn cases_that_the_oracle_judged_wrongly_agree() {
     agree(1_786_150..1_786_160);
 }
 
-/// Of chains: markers that come while a disc presses them, two radii near one disc, the minimum at the beginning of a chain,
-/// and damping before the first set.
+/// Of chains: markers that come or leave while a disc presses them, two radii near one disc, the minimum at the beginning of a
+/// chain, and damping before the first set.
 #[test]
 fn cases_that_the_solver_answered_wrongly_agree() {
     // Seeds 19 and 36 are among those of the first test.
     agree(1_500..1_520);
     agree(1_750..1_770);
+    agree(5_330..5_335);
 }
 
 fn agree(seeds: Range<u64>) {
