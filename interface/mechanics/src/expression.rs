@@ -77,19 +77,18 @@ impl Expression {
     ) -> Result<Self, ExpressionError> {
         let mut parser = Parser {
             source,
-            tokens: tokens(source)?,
-            next: 0,
+            rest: source,
             depth: 0,
             operators: 0,
             meaning,
         };
         let root = parser.sum()?;
         match parser.peek() {
-            None => Ok(Self {
+            ("", _) => Ok(Self {
                 source: source.to_owned(),
                 root,
             }),
-            Some(_) => Err(parser.unexpected("an operator or the end")),
+            _ => Err(parser.unexpected("an operator or the end")),
         }
     }
 
@@ -220,54 +219,24 @@ pub fn reserved_names() -> impl Iterator<Item = &'static str> {
     one.chain(two).chain(["pi"])
 }
 
-#[derive(Debug, Clone, Copy, PartialEq)]
-enum Kind {
-    Number(f64),
-    Name,
-    Symbol(char),
+/// The number, name or sign with which a text begins; nothing at its end.
+fn first_word(text: &str) -> &str {
+    let end = match text.chars().next() {
+        Some(c) if begins_number(c) => number_end(text.as_bytes()),
+        Some(c) if begins_name(c) => count_while(text.as_bytes(), 0, |b| {
+            b.is_ascii_alphanumeric() || b == b'_' || b == b'.'
+        }),
+        other => other.map_or(0, char::len_utf8),
+    };
+    &text[..end]
 }
 
-#[derive(Debug, Clone)]
-struct Token {
-    kind: Kind,
-    at: Range<usize>,
+fn begins_number(c: char) -> bool {
+    c.is_ascii_digit() || c == '.'
 }
 
-fn tokens(source: &str) -> Result<Vec<Token>, ExpressionError> {
-    let bytes = source.as_bytes();
-    let mut found = Vec::new();
-    let mut at = 0;
-    while let Some(first) = source[at..].chars().next() {
-        let start = at;
-        let kind = if first.is_whitespace() {
-            at += first.len_utf8();
-            continue;
-        } else if first.is_ascii_digit() || first == '.' {
-            at = number_end(bytes, at);
-            let number = &source[start..at];
-            let fault = |_| ExpressionError::new(start..at, format!("`{number}` is not a number"));
-            Kind::Number(number.parse().map_err(fault)?)
-        } else if first.is_ascii_alphabetic() || first == '_' {
-            at = count_while(bytes, at, |b| {
-                b.is_ascii_alphanumeric() || b == b'_' || b == b'.'
-            });
-            Kind::Name
-        } else if "+-*/^(),".contains(first) {
-            at += 1;
-            Kind::Symbol(first)
-        } else {
-            let message = format!("`{first}` has no meaning in an expression");
-            return Err(ExpressionError::new(
-                start..start + first.len_utf8(),
-                message,
-            ));
-        };
-        found.push(Token {
-            kind,
-            at: start..at,
-        });
-    }
-    Ok(found)
+fn begins_name(c: char) -> bool {
+    c.is_ascii_alphabetic() || c == '_'
 }
 
 /// The end of a run of bytes for which `is` holds.
@@ -276,9 +245,9 @@ fn count_while(bytes: &[u8], from: usize, is: impl Fn(u8) -> bool) -> usize {
 }
 
 /// The end of a number: digits and points, then perhaps an exponent with its sign.
-fn number_end(bytes: &[u8], from: usize) -> usize {
-    let digits = |at| count_while(bytes, at, |b| b.is_ascii_digit() || b == b'.');
-    let mantissa = digits(from);
+fn number_end(bytes: &[u8]) -> usize {
+    let digits = |at| count_while(bytes, at, |b| begins_number(b.into()));
+    let mantissa = digits(0);
     if !matches!(bytes.get(mantissa), Some(b'e' | b'E')) {
         return mantissa;
     }
@@ -293,44 +262,41 @@ fn number_end(bytes: &[u8], from: usize) -> usize {
 
 struct Parser<'a> {
     source: &'a str,
-    tokens: Vec<Token>,
-    next: usize,
+    /// What is not read yet.
+    rest: &'a str,
     depth: usize,
     operators: usize,
     meaning: &'a dyn Fn(&str) -> Option<Meaning>,
 }
 
-impl Parser<'_> {
-    fn peek(&self) -> Option<&Token> {
-        self.tokens.get(self.next)
+impl<'a> Parser<'a> {
+    /// The next number, name or sign, with its place; nothing at the end.
+    fn peek(&mut self) -> (&'a str, Range<usize>) {
+        self.rest = self.rest.trim_start();
+        let (at, word) = (self.source.len() - self.rest.len(), first_word(self.rest));
+        (word, at..at + word.len())
     }
 
-    /// Takes the next token if it is one of `symbols`.
-    fn take(&mut self, symbols: &str) -> Option<char> {
-        match self.peek()?.kind {
-            Kind::Symbol(symbol) if symbols.contains(symbol) => {
-                self.next += 1;
-                Some(symbol)
-            }
-            _ => None,
-        }
+    /// Takes the next sign if it is one of `signs`.
+    fn take(&mut self, signs: &str) -> Option<char> {
+        let sign = self.peek().0.chars().next()?;
+        self.rest = self.rest.strip_prefix(|c| signs.contains(c))?;
+        Some(sign)
     }
 
-    fn expect(&mut self, symbol: char) -> Result<(), ExpressionError> {
-        match self.take(symbol.encode_utf8(&mut [0; 4])) {
+    fn expect(&mut self, sign: char) -> Result<(), ExpressionError> {
+        match self.take(sign.encode_utf8(&mut [0; 4])) {
             Some(_) => Ok(()),
-            None => Err(self.unexpected(&format!("`{symbol}`"))),
+            None => Err(self.unexpected(&format!("`{sign}`"))),
         }
     }
 
-    fn unexpected(&self, expected: &str) -> ExpressionError {
-        let (at, found) = match self.peek() {
-            Some(token) => (
-                token.at.clone(),
-                format!("`{}`", &self.source[token.at.clone()]),
-            ),
-            None => (self.source.len()..self.source.len(), "the end".to_owned()),
+    fn unexpected(&mut self, expected: &str) -> ExpressionError {
+        let found = match self.peek() {
+            ("", at) => ("the end".to_owned(), at),
+            (word, at) => (format!("`{word}`"), at),
         };
+        let (found, at) = found;
         ExpressionError::new(at, format!("found {found} where {expected} should be"))
     }
 
@@ -349,27 +315,24 @@ impl Parser<'_> {
     }
 
     fn sum(&mut self) -> Result<Node, ExpressionError> {
-        let mut left = self.product()?;
-        while let Some(operator) = self.take("+-") {
-            self.operator()?;
-            let apply: Binary = match operator {
-                '+' => |a, b| a + b,
-                _ => |a, b| a - b,
-            };
-            left = Node::binary(apply, left, self.product()?);
-        }
-        Ok(left)
+        self.chain([('+', |a, b| a + b), ('-', |a, b| a - b)], Self::product)
     }
 
     fn product(&mut self) -> Result<Node, ExpressionError> {
-        let mut left = self.signed()?;
-        while let Some(operator) = self.take("*/") {
+        self.chain([('*', |a, b| a * b), ('/', |a, b| a / b)], Self::signed)
+    }
+
+    /// Parts between two operators that bind alike, from left to right.
+    fn chain(
+        &mut self,
+        [(one, first), (other, second)]: [(char, Binary); 2],
+        part: fn(&mut Self) -> Result<Node, ExpressionError>,
+    ) -> Result<Node, ExpressionError> {
+        let mut left = part(self)?;
+        while let Some(sign) = self.take(&String::from_iter([one, other])) {
             self.operator()?;
-            let apply: Binary = match operator {
-                '*' => |a, b| a * b,
-                _ => |a, b| a / b,
-            };
-            left = Node::binary(apply, left, self.signed()?);
+            let apply = if sign == one { first } else { second };
+            left = Node::binary(apply, left, part(self)?);
         }
         Ok(left)
     }
@@ -397,39 +360,32 @@ impl Parser<'_> {
     }
 
     fn atom(&mut self) -> Result<Node, ExpressionError> {
-        let expected = "a number, a name or `(`";
-        let Some(token) = self.peek().cloned() else {
-            return Err(self.unexpected(expected));
-        };
-        match token.kind {
-            Kind::Number(value) => {
-                self.next += 1;
-                Ok(Node::Number(value))
-            }
-            Kind::Symbol('(') => {
-                self.next += 1;
-                let inner = self.sum()?;
-                self.expect(')')?;
-                Ok(inner)
-            }
-            Kind::Symbol(_) => Err(self.unexpected(expected)),
-            Kind::Name => {
-                self.next += 1;
-                self.name(&token)
-            }
+        if self.take("(").is_some() {
+            let inner = self.sum()?;
+            self.expect(')')?;
+            return Ok(inner);
+        }
+        let (word, at) = self.peek();
+        if word.starts_with(begins_number) {
+            self.rest = &self.rest[word.len()..];
+            let fault = |_| ExpressionError::new(at, format!("`{word}` is not a number"));
+            word.parse().map(Node::Number).map_err(fault)
+        } else if word.starts_with(begins_name) {
+            self.rest = &self.rest[word.len()..];
+            self.name(word, at)
+        } else {
+            Err(self.unexpected("a number, a name or `(`"))
         }
     }
 
-    fn name(&mut self, token: &Token) -> Result<Node, ExpressionError> {
-        let name = &self.source[token.at.clone()];
-        let named = |(known, _): &&(&str, _)| *known == name;
+    fn name(&mut self, name: &str, at: Range<usize>) -> Result<Node, ExpressionError> {
         if let Some((_, apply)) = FUNCTIONS.iter().find(|(known, _)| *known == name) {
             self.expect('(')?;
             let a = self.sum()?;
             self.expect(')')?;
             return Ok(Node::unary(*apply, a));
         }
-        if let Some((_, apply)) = FUNCTIONS_OF_TWO.iter().find(named) {
+        if let Some((_, apply)) = FUNCTIONS_OF_TWO.iter().find(|(known, _)| *known == name) {
             self.expect('(')?;
             let a = self.sum()?;
             self.expect(',')?;
@@ -445,7 +401,7 @@ impl Parser<'_> {
             Some(Meaning::Slot(slot)) => Ok(Node::Slot(slot)),
             None => Err(ExpressionError {
                 unknown_name: Some(name.to_owned()),
-                ..ExpressionError::new(token.at.clone(), format!("`{name}` is not known here"))
+                ..ExpressionError::new(at, format!("`{name}` is not known here"))
             }),
         }
     }

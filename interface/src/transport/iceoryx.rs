@@ -99,7 +99,16 @@ pub fn join(
     send_timeout: Duration,
 ) -> Result<Box<dyn Transport>, TransportError> {
     vanished::say_so();
-    let ends = Ends::join(domain, party, solvers, send_timeout)?;
+    let mut ends = Ends::new(domain, party, send_timeout)?;
+    let later = Channel::before_ready(party, true);
+    let is_opened = |channel: &Channel| match party {
+        Party::Coupler => solvers.iter().any(|solver| channel.is_of(*solver)),
+        _ => !later.contains(channel),
+    };
+    let own = Channel::ALL.into_iter().filter(|c| c.is_of(party));
+    for channel in own.filter(is_opened) {
+        ends.open_channel(channel)?;
+    }
     Ok(Box::new(ends))
 }
 
@@ -108,7 +117,13 @@ pub fn join(
 /// # Errors
 /// [`TransportError`].
 pub fn listen(domain: &Domain) -> Result<Box<dyn Transport>, TransportError> {
-    Ok(Box::new(Ends::listen(domain)?))
+    let mut ends = Ends::new(domain, Party::Coupler, SEND_TIMEOUT)?;
+    ends.wakes = None;
+    let all = Channel::ALL.into_iter();
+    for channel in all.filter(|channel| channel.is_between_solvers()) {
+        ends.open_receiver(channel)?;
+    }
+    Ok(Box::new(ends))
 }
 
 /// Says one message on the channel of `expected`, as a solver does that was started as another party (clause O-1).
@@ -247,36 +262,6 @@ impl Ends {
             node: node(domain, party)?,
             _part: part,
         })
-    }
-
-    fn join(
-        domain: &Domain,
-        party: Party,
-        solvers: &[Party],
-        send_timeout: Duration,
-    ) -> Result<Self, TransportError> {
-        let mut ends = Self::new(domain, party, send_timeout)?;
-        let later = Channel::before_ready(party, true);
-        let is_opened = |channel: &Channel| match party {
-            Party::Coupler => solvers.iter().any(|solver| channel.is_of(*solver)),
-            _ => !later.contains(channel),
-        };
-        let own = Channel::ALL.into_iter().filter(|c| c.is_of(party));
-        for channel in own.filter(is_opened) {
-            ends.open_channel(channel)?;
-        }
-        Ok(ends)
-    }
-
-    fn listen(domain: &Domain) -> Result<Self, TransportError> {
-        let mut ends = Self::new(domain, Party::Coupler, SEND_TIMEOUT)?;
-        ends.wakes = None;
-        for channel in Channel::ALL {
-            if channel.is_between_solvers() {
-                ends.open_receiver(channel)?;
-            }
-        }
-        Ok(ends)
     }
 
     /// Opens this party's end of a channel.
