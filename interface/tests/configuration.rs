@@ -1,9 +1,9 @@
 //! Numbers of a configuration are read back unchanged, and nothing in it may be missing or unknown.
 
 use interface::config::{
-    BodyConfig, BodyInertia, BodyShape, DemConfig, Fill, GroupConfig, InitialFields, Lattice,
-    MaterialConfig, MaterialModel, Motion, MpmConfig, Scheme, ShapeFunction, Spacing, Wall,
-    to_json,
+    BodyConfig, BodyInertia, BodyShape, DemConfig, Elasticity, Fill, GroupConfig, InitialFields,
+    Lattice, MaterialConfig, MaterialModel, Motion, MpmConfig, Scheme, ShapeFunction, Spacing,
+    Wall, from_json, to_json,
 };
 
 use crate::toys::mpm_config;
@@ -20,10 +20,10 @@ fn plain_continuum() -> MpmConfig {
         materials: vec![MaterialConfig {
             name: "rubber".into(),
             density: 1000.0,
-            model: MaterialModel::LinearElastic {
+            model: MaterialModel::LinearElastic(Elasticity {
                 bulk_modulus: 5e6,
                 shear_modulus: 3e6,
-            },
+            }),
         }],
         groups: vec![GroupConfig {
             name: "disc".into(),
@@ -77,7 +77,7 @@ fn every_bit_of_a_number_comes_back() {
     for number in some.into_iter().chain(any).filter(|x| x.is_finite()) {
         let mut bodies = plain_bodies();
         bodies.bodies[0].spin = number;
-        let again = serde_json::from_str::<DemConfig>(&to_json(&bodies)).unwrap();
+        let again = from_json::<DemConfig>(&to_json(&bodies)).unwrap();
         assert_eq!(again.bodies[0].spin.to_bits(), number.to_bits(), "{number}");
     }
 }
@@ -92,13 +92,13 @@ fn what_is_unknown_or_missing_is_refused_by_its_name() {
         ("\"grid_contact\":null,", "", "missing field `grid_contact`"),
     ] {
         let changed = continuum.replace(change, by);
-        let error = MpmConfig::from_json(&changed)
+        let error = from_json::<MpmConfig>(&changed)
             .expect_err(expected)
             .to_string();
         assert!(error.contains(expected), "{error}");
     }
     let bodies = to_json(&plain_bodies()).replace("\"position\":[0.0,0.0],", "");
-    let error = serde_json::from_str::<DemConfig>(&bodies)
+    let error = from_json::<DemConfig>(&bodies)
         .expect_err("no position")
         .to_string();
     assert!(error.contains("missing field `position`"), "{error}");

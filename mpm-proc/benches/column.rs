@@ -1,22 +1,22 @@
 //! The case that speed is measured on: a column of sand or rubber that collapses.
 
 use interface::config::{
-    Fill, Frictional, GroupConfig, MaterialConfig, MaterialModel, MpmConfig, Scheme, ShapeFunction,
-    Spacing, Transfer, Wall, Walls,
+    Elasticity, Fill, Frictional, GroupConfig, MaterialConfig, MaterialModel, MpmConfig, Scheme,
+    ShapeFunction, Spacing, Transfer, Wall, Walls,
 };
 
 /// Rubber.
-pub const ELASTIC: MaterialModel = MaterialModel::LinearElastic {
+pub const ELASTIC: MaterialModel = MaterialModel::LinearElastic(Elasticity {
     bulk_modulus: 5.0e5,
     shear_modulus: 3.2e5,
-};
+});
 
 /// The same in rate form.
 #[allow(dead_code)] // not by all that measure this column
-pub const HYPOELASTIC: MaterialModel = MaterialModel::Hypoelastic {
+pub const HYPOELASTIC: MaterialModel = MaterialModel::Hypoelastic(Elasticity {
     bulk_modulus: 5.0e5,
     shear_modulus: 3.2e5,
-};
+});
 
 /// Dry sand.
 pub const SAND: MaterialModel = MaterialModel::DruckerPrager(Frictional {

@@ -1,8 +1,8 @@
 //! Blocks of points, and steps.
 
 use interface::config::{
-    Fill, GroupConfig, MaterialConfig, MaterialModel, MpmConfig, Scheme, ShapeFunction, Spacing,
-    Transfer, Wall, Walls,
+    Elasticity, Fill, GroupConfig, MaterialConfig, MaterialModel, MpmConfig, Scheme, ShapeFunction,
+    Spacing, Transfer, Wall, Walls,
 };
 use interface::message::wire::{EnvelopeVertex, ImpForce, Limits};
 use interface::solver::{Fault, MpmSolver};
@@ -59,17 +59,17 @@ pub fn points_fill(positions: Vec<[f64; 2]>) -> Fill {
 }
 
 pub const fn elastic_model(bulk_modulus: f64, shear_modulus: f64) -> MaterialModel {
-    MaterialModel::LinearElastic {
+    MaterialModel::LinearElastic(Elasticity {
         bulk_modulus,
         shear_modulus,
-    }
+    })
 }
 
 pub const fn neo_hookean_model(bulk_modulus: f64, shear_modulus: f64) -> MaterialModel {
-    MaterialModel::NeoHookean {
+    MaterialModel::NeoHookean(Elasticity {
         bulk_modulus,
         shear_modulus,
-    }
+    })
 }
 
 pub const fn walls(left: Wall, right: Wall, bottom: Wall, top: Wall) -> Walls {

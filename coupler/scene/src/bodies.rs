@@ -72,10 +72,10 @@ fn config(written: &DemWritten, scene: &SceneWritten) -> DemConfig {
 
 /// Refuses names that cannot be part of a quantity, and those that two bodies or two sets have.
 fn names(problems: &mut Problems, written: &DemWritten) {
-    let bodies = written.body.iter().map(|body| body.name.as_str());
+    let bodies = written.body.iter().map(|body| body.body.name.as_str());
     problems.names("dem.body", "bodies", bodies);
     for (i, fill) in written.fill.iter().enumerate() {
-        for (k, body) in written.body.iter().enumerate() {
+        for (k, BodyWritten { body, .. }) in written.body.iter().enumerate() {
             let number = body
                 .name
                 .strip_prefix(&fill.name)
@@ -113,7 +113,7 @@ fn contact(problems: &mut Problems, written: &DemWritten, scene: &SceneWritten) 
     let movable = written
         .body
         .iter()
-        .filter(|b| b.motion != Motion::Fixed)
+        .filter(|b| b.body.motion != Motion::Fixed)
         .count();
     let filled: usize = written.fill.iter().map(|fill| fill.count as usize).sum();
     if scene.body_contact.is_none() && movable + filled > 0 && written.body.len() + filled > 1 {
@@ -187,43 +187,30 @@ fn fill(problems: &mut Problems, path: &str, fill: &BodyFill) {
     }
 }
 
-fn body(problems: &mut Problems, path: &str, body: &BodyWritten) {
-    match (body.density, body.mass, body.motion) {
+fn body(problems: &mut Problems, path: &str, written: &BodyWritten) {
+    let name = &written.body.name;
+    match (written.density, written.mass, written.body.motion) {
         (Some(_), Some(_), _) => problems.refuse_key(
             &format!("{path}.mass"),
-            format!(
-                "body \"{}\" has both `density` and `mass`, expected one",
-                body.name
-            ),
+            format!("body \"{name}\" has both `density` and `mass`, expected one"),
             "drop one of them",
         ),
         (None, None, Motion::Free) => problems.refuse_key(
             path,
-            format!(
-                "body \"{}\" is free and has neither `density` nor `mass`",
-                body.name
-            ),
+            format!("body \"{name}\" is free and has neither `density` nor `mass`"),
             "give it one of them, or `motion = \"fixed\"`",
         ),
         _ => {}
     }
 }
 
-fn body_config(body: &BodyWritten) -> BodyConfig {
+fn body_config(written: &BodyWritten) -> BodyConfig {
     BodyConfig {
-        name: body.name.clone(),
-        shape: body.shape.clone(),
-        sphero_radius: body.sphero_radius,
-        inertia: match (body.mass, body.density) {
+        inertia: match (written.mass, written.density) {
             (Some(mass), _) => BodyInertia::Mass(mass),
             (None, density) => BodyInertia::Density(density.unwrap_or(DENSITY_OF_UNMOVED)),
         },
-        position: body.position,
-        angle: body.angle,
-        velocity: body.velocity,
-        spin: body.spin,
-        motion: body.motion,
-        surface: body.surface.clone(),
+        ..written.body.clone()
     }
 }
 

@@ -181,7 +181,7 @@ fn quantities(written: &SceneWritten, bodies_written: Option<&DemWritten>) -> Qu
     Quantities::new(
         groups.iter().map(|group| group.name.as_str()),
         [&probes, &holds, &chains],
-        body_list.iter().map(|body| body.name.as_str()),
+        body_list.iter().map(|body| body.body.name.as_str()),
         fills.iter().map(|fill| (fill.name.as_str(), fill.count)),
     )
     .of_slice(written.thickness)

@@ -10,6 +10,10 @@ use super::written::SceneWritten;
 /// The JSON Schema of scene files.
 pub fn schema() -> Value {
     let mut schema = schema_for!(SceneWritten).to_value();
+    // A body has `density` or `mass` in its place.
+    let bodies = schema.pointer_mut("/$defs/BodyWritten/properties");
+    let keys = bodies.and_then(Value::as_object_mut);
+    keys.expect("bodies have keys").remove("inertia");
     simplify(&mut schema);
     describe_choices(&mut schema);
     moduli::offer(&mut schema);

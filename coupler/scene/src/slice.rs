@@ -31,7 +31,7 @@ pub(super) fn per_metre(problems: &mut Problems, written: &mut SceneWritten) {
     }
     for body in written.dem.iter_mut().flat_map(|dem| &mut dem.body) {
         body.mass = body.mass.map(|mass| mass / thickness);
-        if let Motion::Pushed { force, torque, .. } = &mut body.motion {
+        if let Motion::Pushed { force, torque, .. } = &mut body.body.motion {
             *force = force.map(|f| f / thickness);
             *torque /= thickness;
         }

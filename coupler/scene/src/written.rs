@@ -5,8 +5,8 @@ use std::collections::BTreeMap;
 use interface::config::friction::FrictionTest;
 use interface::config::surfaces::ContactPair;
 use interface::config::{
-    BodyShape, ContactLaw, Fill, GroupPair, Hold, Lattice, MaterialConfig, Motion, OverlapMeasure,
-    Probe, Scheme, Spacing, Stage, Traction,
+    BodyConfig, ContactLaw, Fill, GroupPair, Hold, Lattice, MaterialConfig, OverlapMeasure, Probe,
+    Scheme, Spacing, Stage, Traction,
 };
 use mechanics::generate::BodyFill;
 use schemars::JsonSchema;
@@ -232,35 +232,13 @@ pub(crate) struct DemWritten {
 #[derive(Debug, Clone, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct BodyWritten {
-    /// Name, by which quantities refer to the body.
-    pub name: String,
-    /// The polygon, in the body's own coordinates.
-    pub shape: BodyShape,
-    /// Radius of the disc swept along the polygon in m; 0 by default: a polygon with sharp corners.
-    #[serde(default)]
-    pub sphero_radius: f64,
+    /// Its inertia is written as `density` or `mass`.
+    #[serde(flatten)]
+    pub body: BodyConfig,
     /// Density in kg/m^3 over the swept area; this or `mass`. A fixed or driven body needs neither.
     pub density: Option<f64>,
     /// Mass in kg/m; this or `density`.
     pub mass: Option<f64>,
-    /// Where the origin of the body's coordinates is placed, in m.
-    #[serde(default)]
-    pub position: [f64; 2],
-    /// Initial angle in rad.
-    #[serde(default)]
-    pub angle: f64,
-    /// Initial velocity in m/s; at rest by default.
-    #[serde(default)]
-    pub velocity: [f64; 2],
-    /// Initial angular velocity in rad/s.
-    #[serde(default)]
-    pub spin: f64,
-    /// How it moves; free by default.
-    #[serde(default)]
-    pub motion: Motion,
-    /// Name of its surface, by which `[[contact_pair]]` refers to it; none by default.
-    #[serde(default)]
-    pub surface: String,
 }
 
 /// Programs that replace the built-in solvers: command lines, to which `--join RUN` is added. Words that begin with

@@ -6,7 +6,7 @@
 use std::collections::VecDeque;
 
 use arbitrary::Unstructured;
-use interface::config::MpmConfig;
+use interface::config::{MpmConfig, from_json};
 use interface::message::control::{Configure, Order, Party};
 use interface::message::wire::{Budget, Grant, StepHeader, bytes_of, flags, records_of};
 use interface::message::{Channel, Kind, Payload};
@@ -133,7 +133,9 @@ fn restore(party: Party, messages: &mut Vec<Sent>) {
 
 fn saved_continuum(config: &str) -> Option<Vec<u8>> {
     let mut solver = mpm_proc::Mpm::default();
-    solver.configure(&MpmConfig::from_json(config).ok()?).ok()?;
+    solver
+        .configure(&from_json::<MpmConfig>(config).ok()?)
+        .ok()?;
     solver.save().ok()
 }
 

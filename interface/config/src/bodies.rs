@@ -108,26 +108,34 @@ pub enum OverlapMeasure {
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct BodyConfig {
-    /// Name, by which quantities refer to it.
+    /// Name, by which quantities refer to the body.
     pub name: String,
     /// The polygon, in the body's own coordinates.
     pub shape: BodyShape,
-    /// Radius `a` of the disc swept along the polygon in m.
+    /// Radius `a` of the disc swept along the polygon in m; 0 by default: a polygon with sharp corners.
+    #[serde(default)]
     pub sphero_radius: f64,
     /// Mass or density; also of a fixed or driven body, on whose motion it has no effect. Of a convex outline the swept
     /// area is the polygon, a strip of the sphero-radius along each edge and a sector at each corner.
+    #[serde(default)]
     pub inertia: BodyInertia,
     /// Where the origin of the body's coordinates is placed, in m. It need not be the centre of mass.
+    #[serde(default)]
     pub position: [f64; 2],
     /// Initial angle in rad, about that origin.
+    #[serde(default)]
     pub angle: f64,
-    /// Initial velocity of the centre of mass in m/s.
+    /// Initial velocity of the centre of mass in m/s; at rest by default.
+    #[serde(default)]
     pub velocity: [f64; 2],
     /// Initial angular velocity in rad/s.
+    #[serde(default)]
     pub spin: f64,
-    /// How it moves.
+    /// How it moves; free by default.
+    #[serde(default)]
     pub motion: Motion,
-    /// Name of its surface, by which `contact_pair` refers to it; empty: none.
+    /// Name of its surface, by which `[[contact_pair]]` refers to it; none by default.
+    #[serde(default)]
     pub surface: String,
 }
 

@@ -4,7 +4,6 @@ use std::collections::BTreeMap;
 use std::ops::{Deref, DerefMut};
 
 use schemars::JsonSchema;
-use serde::de::{Error, IgnoredAny};
 use serde::{Deserialize, Serialize};
 
 use super::{Interface, MaterialConfig};
@@ -95,28 +94,6 @@ impl Deref for MpmConfig {
 impl DerefMut for MpmConfig {
     fn deref_mut(&mut self) -> &mut Scheme {
         &mut self.scheme
-    }
-}
-
-impl MpmConfig {
-    /// Reads the text of the message Configure.
-    ///
-    /// # Errors
-    /// It is not JSON, or not such a configuration.
-    pub fn from_json(text: &str) -> serde_json::Result<Self> {
-        let config: Self = serde_json::from_str(text)?;
-        // A scene may leave fields of the scheme to their defaults, a configuration has all of them (S-5).
-        #[expect(
-            clippy::zero_sized_map_values,
-            reason = "serde reads an object as a map"
-        )]
-        let present: BTreeMap<String, IgnoredAny> = serde_json::from_str(text)?;
-        let required = serde_json::to_value(&config.scheme)?;
-        let mut required = required.as_object().into_iter().flatten();
-        match required.find(|(field, _)| !present.contains_key(*field)) {
-            Some((field, _)) => Err(Error::custom(format!("missing field `{field}`"))),
-            None => Ok(config),
-        }
     }
 }
 

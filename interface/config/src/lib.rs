@@ -29,7 +29,9 @@ pub mod schema;
 pub mod surfaces;
 
 use schemars::JsonSchema;
+use serde::de::{DeserializeOwned, Error};
 use serde::{Deserialize, Serialize};
+use serde_json::Value;
 
 pub use self::bodies::*;
 pub use self::continuum::*;
@@ -37,7 +39,9 @@ pub use self::continuum_faults::{CELLS_MAX, POINTS_MAX};
 pub use self::fault::ConfigFault;
 pub use self::lattice::{Following, points_of_ring};
 pub use self::law::{ContactLaw, ratio_of_restitution};
-pub use self::material::{CriticalState, Frictional, Inertial, MaterialConfig, MaterialModel};
+pub use self::material::{
+    CriticalState, Elasticity, Frictional, Inertial, MaterialConfig, MaterialModel,
+};
 
 /// What the bodies are in contact with on the continuum's side.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
@@ -48,6 +52,37 @@ pub enum Interface {
     Points,
     /// The segments between the markers of its boundary (Singer 2022; capability `segments`).
     Segments,
+}
+
+/// Reads a configuration from the text of the message Configure. A scene may leave out what has a default, a configuration
+/// has all of it (S-5).
+///
+/// # Errors
+/// It is not JSON, or not such a configuration.
+pub fn from_json<T: Serialize + DeserializeOwned>(text: &str) -> serde_json::Result<T> {
+    let config: T = serde_json::from_str(text)?;
+    match missing(
+        &serde_json::from_str(text)?,
+        &serde_json::to_value(&config)?,
+    ) {
+        Some(field) => Err(Error::custom(format!("missing field `{field}`"))),
+        None => Ok(config),
+    }
+}
+
+/// A field that a configuration has and that was not given.
+fn missing<'a>(given: &Value, all: &'a Value) -> Option<&'a str> {
+    match (given, all) {
+        (Value::Object(given), Value::Object(all)) => all.iter().find_map(|(field, value)| {
+            let given = given.get(field);
+            given.map_or(Some(&**field), |given| missing(given, value))
+        }),
+        (Value::Array(given), Value::Array(all)) => {
+            let mut each = given.iter().zip(all);
+            each.find_map(|(given, value)| missing(given, value))
+        }
+        _ => None,
+    }
 }
 
 /// A configuration as the text of the message Configure.

@@ -24,31 +24,16 @@ pub struct MaterialConfig {
 pub enum MaterialModel {
     /// Elasticity that is linear in the logarithmic strain (Hencky), with an energy of its own: Kirchhoff stress `K tr(eps) 1 +
     /// 2 G dev(eps)`. For strains up to a third; beyond, `neo_hookean`.
-    LinearElastic {
-        /// K in Pa.
-        bulk_modulus: f64,
-        /// G in Pa.
-        shear_modulus: f64,
-    },
+    LinearElastic(Elasticity),
     /// Linear elasticity in rate form, with the Jaumann rate of the Cauchy stress (Jiang 2020 eqs. 25, 36), as in the paper. It has
     /// no energy: cycles of volume and shear create or lose some.
-    Hypoelastic {
-        /// K in Pa.
-        bulk_modulus: f64,
-        /// G in Pa.
-        shear_modulus: f64,
-    },
+    Hypoelastic(Elasticity),
     /// Drucker-Prager with tension cut-off and dilation (Jiang 2020 eqs. 31 to 35), in Cauchy stress; elastic as `linear_elastic`.
     DruckerPrager(Frictional),
     /// Mohr-Coulomb with tension cut-off, plane strain (Singer 2022, Chen 2023), in Cauchy stress; elastic as `linear_elastic`.
     MohrCoulomb(Frictional),
     /// Compressible Neo-Hookean (Chen 2023).
-    NeoHookean {
-        /// K in Pa.
-        bulk_modulus: f64,
-        /// G in Pa.
-        shear_modulus: f64,
-    },
+    NeoHookean(Elasticity),
     /// Weakly compressible Newtonian fluid (Chen 2023): `p = K/gamma ((rho/rho_0)^gamma - 1)`.
     Fluid {
         /// K in Pa.
@@ -72,6 +57,16 @@ pub enum MaterialModel {
         /// Hardening modulus in Pa.
         hardening_modulus: f64,
     },
+}
+
+/// The moduli of a solid that does not yield.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Elasticity {
+    /// K in Pa.
+    pub bulk_modulus: f64,
+    /// G in Pa.
+    pub shear_modulus: f64,
 }
 
 /// Elasticity and strength of a material with internal friction.
@@ -148,25 +143,16 @@ impl MaterialModel {
 
     /// Whether the thickness can follow from the stress out of plane: a solid that is elastic at small strains and does not yield.
     pub fn takes_plane_stress(&self) -> bool {
-        matches!(self, Self::LinearElastic { .. } | Self::Hypoelastic { .. })
+        matches!(self, Self::LinearElastic(_) | Self::Hypoelastic(_))
     }
 
     /// K and G in Pa; a fluid has no G.
     pub fn moduli(&self) -> (f64, f64) {
         match *self {
-            Self::LinearElastic {
-                bulk_modulus,
-                shear_modulus,
+            Self::LinearElastic(m) | Self::Hypoelastic(m) | Self::NeoHookean(m) => {
+                (m.bulk_modulus, m.shear_modulus)
             }
-            | Self::Hypoelastic {
-                bulk_modulus,
-                shear_modulus,
-            }
-            | Self::NeoHookean {
-                bulk_modulus,
-                shear_modulus,
-            }
-            | Self::VonMises {
+            Self::VonMises {
                 bulk_modulus,
                 shear_modulus,
                 ..
@@ -218,7 +204,7 @@ impl MaterialModel {
             found.positive("shear_modulus", shear, "a modulus above 0");
         }
         match *self {
-            Self::LinearElastic { .. } | Self::Hypoelastic { .. } | Self::NeoHookean { .. } => {}
+            Self::LinearElastic(_) | Self::Hypoelastic(_) | Self::NeoHookean(_) => {}
             Self::DruckerPrager(m) | Self::MohrCoulomb(m) => {
                 let (phi, psi) = (m.friction_angle, m.dilation_angle);
                 let (c, tension) = (m.cohesion, m.tensile_strength);

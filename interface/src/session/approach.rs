@@ -87,25 +87,27 @@ pub(crate) fn fastest(points: &[PointState]) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::config::from_json;
 
     fn approach(group_pairs: &str) -> Approach {
         let group = |name: &str| {
             format!(
                 r#"{{"name": "{name}", "material": 0, "fill": {{"points": {{"positions": []}}}},
-                    "spacing": {{"per_cell": 4}}, "lattice": "grid", "velocity": [0, 0], "fields": {{}},
+                    "spacing": {{"per_cell": 4}}, "lattice": "grid", "velocity": [0, 0],
+                    "fields": {{"velocity": null, "stress": null}},
                     "contact_radius": 0.2, "keeps_spin": false}}"#
             )
         };
         let text = format!(
             r#"{{"domain": [[0, 0], [1, 1]], "cell": 0.1, "shape": "linear", "transfer": "flip", "material": [],
                 "points": [{}, {}], "layers": true, "group_pair": {group_pairs}, "skin": 0.5, "gravity": [0, 0],
-                "stress_update": "usf", "plane": "strain", "walls": {{}}, "contact_force": "point",
-                "forcing": {{"traction": [], "hold": [], "stage": []}}, "constants": {{}}, "leaving": "stop", "grid_contact": null,
+                "stress_update": "usf", "plane": "strain", "walls": {{"left": "open", "right": "open", "bottom": "open", "top": "open"}}, "contact_force": "point",
+                "forcing": {{"body_force": null, "traction": [], "hold": [], "stage": []}}, "constants": {{}}, "leaving": "stop", "grid_contact": null,
                 "interface": "points", "chain": [], "probe": [], "threads": 1}}"#,
             group("a"),
             group("b")
         );
-        Approach::new(&MpmConfig::from_json(&text).expect("a configuration"))
+        Approach::new(&from_json(&text).expect("a configuration"))
     }
 
     /// Both points of a pair may approach. So the set is old after half the travel, and contact closes at twice the

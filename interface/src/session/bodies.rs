@@ -6,7 +6,7 @@ use super::error::{SessionError, broken};
 use super::follow::{Follower, State};
 use super::solver::Side;
 use crate::config::capability::CONTACTS;
-use crate::config::{DemConfig, Interface};
+use crate::config::{DemConfig, Interface, from_json};
 use crate::forces::{Forces, Points};
 use crate::message::control::{Configure, Hello, Party};
 use crate::message::wire::{ContactState, Ledger, StepHeader, flags, records_of};
@@ -252,7 +252,7 @@ impl Side for Bodies<'_> {
         &mut self,
         configure: &Configure,
     ) -> Result<Result<Readiness, Refusal>, serde_json::Error> {
-        let config = serde_json::from_str::<DemConfig>(&configure.config)?;
+        let config: DemConfig = from_json(&configure.config)?;
         self.links = config.interface == Interface::Segments;
         if config.threads == 0 {
             return Ok(Err(Refusal::new("dem.threads", "expected 1 or more")));

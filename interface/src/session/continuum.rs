@@ -5,7 +5,7 @@ use super::check;
 use super::connection::Connection;
 use super::error::{SessionError, broken};
 use super::solver::Side;
-use crate::config::MpmConfig;
+use crate::config::{MpmConfig, from_json};
 use crate::message::control::{Configure, Hello, Party};
 use crate::message::wire::{Ledger, PointState, StepHeader, flags};
 use crate::message::{Channel, Kind, Payload, Records};
@@ -134,7 +134,7 @@ impl Side for Continuum<'_> {
         &mut self,
         configure: &Configure,
     ) -> Result<Result<Readiness, Refusal>, serde_json::Error> {
-        let config = MpmConfig::from_json(&configure.config)?;
+        let config: MpmConfig = from_json(&configure.config)?;
         self.approach = Approach::new(&config);
         let configured = self.solver.configure(&config);
         if configure.coupled && configured.is_ok() {

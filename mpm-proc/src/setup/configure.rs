@@ -330,21 +330,15 @@ fn constitutive(model: &MaterialModel, density: f64, plane: Plane) -> Box<dyn Co
         density,
     };
     match *model {
-        MaterialModel::LinearElastic {
-            bulk_modulus,
-            shear_modulus,
-        } => {
-            let moduli = moduli(bulk_modulus, shear_modulus);
+        MaterialModel::LinearElastic(m) => {
+            let moduli = moduli(m.bulk_modulus, m.shear_modulus);
             match plane {
                 Plane::Strain => Box::new(Elastic(PlaneStrain(moduli))),
                 Plane::Stress => Box::new(Elastic(PlaneStress(moduli))),
             }
         }
-        MaterialModel::Hypoelastic {
-            bulk_modulus,
-            shear_modulus,
-        } => {
-            let moduli = moduli(bulk_modulus, shear_modulus);
+        MaterialModel::Hypoelastic(m) => {
+            let moduli = moduli(m.bulk_modulus, m.shear_modulus);
             match plane {
                 Plane::Strain => Box::new(Elastic(Jaumann(PlaneStrain(moduli)))),
                 Plane::Stress => Box::new(Elastic(Jaumann(PlaneStress(moduli)))),
@@ -361,10 +355,9 @@ fn constitutive(model: &MaterialModel, density: f64, plane: Plane) -> Box<dyn Co
             };
             Box::new(model)
         }
-        MaterialModel::NeoHookean {
-            bulk_modulus,
-            shear_modulus,
-        } => Box::new(NeoHookean(moduli(bulk_modulus, shear_modulus))),
+        MaterialModel::NeoHookean(m) => {
+            Box::new(NeoHookean(moduli(m.bulk_modulus, m.shear_modulus)))
+        }
         MaterialModel::Fluid {
             bulk_modulus,
             exponent,

@@ -87,8 +87,8 @@ pub struct RefPoint {
 /// The law of a material.
 pub(super) fn law(material: &MaterialConfig) -> RefLaw {
     match material.model {
-        MaterialModel::LinearElastic { .. } => RefLaw::Elastic,
-        MaterialModel::Hypoelastic { .. } => RefLaw::Hypoelastic,
+        MaterialModel::LinearElastic(_) => RefLaw::Elastic,
+        MaterialModel::Hypoelastic(_) => RefLaw::Hypoelastic,
         MaterialModel::VonMises {
             yield_stress: strength,
             hardening_modulus: hardening,
@@ -97,7 +97,7 @@ pub(super) fn law(material: &MaterialConfig) -> RefLaw {
         MaterialModel::DruckerPrager(numbers) => RefLaw::DruckerPrager(numbers),
         MaterialModel::MohrCoulomb(numbers) => RefLaw::MohrCoulomb(numbers),
         MaterialModel::MuI(numbers) => RefLaw::MuI(numbers),
-        MaterialModel::NeoHookean { .. } => RefLaw::NeoHookean(Matrix2::identity()),
+        MaterialModel::NeoHookean(_) => RefLaw::NeoHookean(Matrix2::identity()),
         MaterialModel::Fluid {
             exponent,
             viscosity,

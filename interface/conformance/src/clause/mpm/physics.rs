@@ -80,7 +80,7 @@ pub const CLAUSES: &[Clause] = clauses! {
             }
         });
         - "is softer in shear":
-            of_model(|model| { if let MaterialModel::LinearElastic { shear_modulus, .. } = model { *shear_modulus *= 0.999; } });
+            of_model(|model| { if let MaterialModel::LinearElastic(m) = model { m.shear_modulus *= 0.999; } });
         - "has no walls": of_config(|config| config.walls = Walls::default());
         - "does not fall": of_config(|config| config.gravity = [0.0; 2]);
         - "does not rub on the grid": of_config(|config| config.grid_contact = config.grid_contact.map(|_| GridContact { friction: 0.0 }));

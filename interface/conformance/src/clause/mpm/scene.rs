@@ -2,7 +2,7 @@
 //! Lengths are around a metre, a wave crosses a cell in a millisecond.
 
 use interface::config::{
-    Fill, GroupConfig, InitialFields, MaterialConfig, MaterialModel, MpmConfig, Scheme,
+    Elasticity, Fill, GroupConfig, InitialFields, MaterialConfig, MaterialModel, MpmConfig, Scheme,
     ShapeFunction, Spacing, Transfer,
 };
 use interface::message::wire::ImpForce;
@@ -16,7 +16,10 @@ pub const RADIUS: f64 = 0.0125;
 /// Density in kg/m^3.
 pub const DENSITY: f64 = 1000.0;
 /// Bulk and shear modulus in Pa.
-pub const MODULI: [f64; 2] = [1e6, 6e5];
+pub const MODULI: Elasticity = Elasticity {
+    bulk_modulus: 1e6,
+    shear_modulus: 6e5,
+};
 /// Distance of neighbouring points in m.
 pub const SPACING: f64 = 0.025;
 /// Mass of a point in kg/m.
@@ -25,14 +28,11 @@ pub const MASS: f64 = DENSITY * SPACING * SPACING;
 pub const DT: f64 = 1e-4;
 
 /// A material.
-pub fn material(density: f64, [bulk_modulus, shear_modulus]: [f64; 2]) -> MaterialConfig {
+pub fn material(density: f64, moduli: Elasticity) -> MaterialConfig {
     MaterialConfig {
         name: "elastic".into(),
         density,
-        model: MaterialModel::LinearElastic {
-            bulk_modulus,
-            shear_modulus,
-        },
+        model: MaterialModel::LinearElastic(moduli),
     }
 }
 

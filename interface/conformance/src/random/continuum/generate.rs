@@ -3,7 +3,7 @@
 
 use fastrand::Rng;
 use interface::config::capability::{Capabilities, LAYERS, PAIRS, STRESS_WORK};
-use interface::config::material::{CriticalState, Frictional, Inertial};
+use interface::config::material::{CriticalState, Elasticity, Frictional, Inertial};
 use interface::config::{
     ContactForceScheme, Drift, Fill, GridContact, GroupConfig, Hold, InitialFields, MaterialConfig,
     MaterialModel, MpmConfig, Plane, Probe, Scheme, ShapeFunction, Spacing, Stage, StressUpdate,
@@ -194,7 +194,11 @@ impl Dice<'_, Scale> {
         let density = self.about(self.scale.density);
         let shear_modulus = density * self.scale.wave * self.scale.wave * self.between(0.3, 1.0)
             / (ratio + 4.0 / 3.0);
-        let mut material = scene::material(density, [ratio * shear_modulus, shear_modulus]);
+        let moduli = Elasticity {
+            bulk_modulus: ratio * shear_modulus,
+            shear_modulus,
+        };
+        let mut material = scene::material(density, moduli);
         if self.takes.has("material:von_mises") && !alone && self.rarely() {
             material.model = MaterialModel::VonMises {
                 bulk_modulus: ratio * shear_modulus,
@@ -203,9 +207,7 @@ impl Dice<'_, Scale> {
                 hardening_modulus: self.between(0.0, 1.0) * shear_modulus,
             };
         } else if self.takes.has("material:linear_elastic") && !alone {
-            let model = self
-                .aside()
-                .model(&self.scale, [ratio * shear_modulus, shear_modulus]);
+            let model = self.aside().model(&self.scale, moduli);
             material.model = model.unwrap_or(material.model);
         }
         material
@@ -229,7 +231,7 @@ impl Dice<'_, Scale> {
                         *zz = "0".into();
                     }
                 }
-                MaterialModel::NeoHookean { .. } | MaterialModel::VonMises { .. } => *stress = None,
+                MaterialModel::NeoHookean(_) | MaterialModel::VonMises { .. } => *stress = None,
                 _ if !aside.takes.meets("feature:fields") => *stress = None,
                 _ => {
                     let normal = || format!("{pressure}");
@@ -412,11 +414,11 @@ impl Dice<'_, Scale> {
 
 impl Dice<'_, ()> {
     /// A model of these moduli (Pa) that is no solid of the usual elasticity; or none.
-    fn model(
-        &mut self,
-        scale: &Scale,
-        [bulk_modulus, shear_modulus]: [f64; 2],
-    ) -> Option<MaterialModel> {
+    fn model(&mut self, scale: &Scale, moduli: Elasticity) -> Option<MaterialModel> {
+        let Elasticity {
+            bulk_modulus,
+            shear_modulus,
+        } = moduli;
         let strength = |dice: &mut Self| dice.between(1e-3, 2e-2) * shear_modulus;
         let friction_angle = self.between(5.0, 50.0);
         let sand = Frictional {
@@ -430,10 +432,6 @@ impl Dice<'_, ()> {
             separates: false,
         };
         let sand = self.separating(sand);
-        let elastic = MaterialModel::NeoHookean {
-            bulk_modulus,
-            shear_modulus,
-        };
         let cone = Frictional {
             critical_state: self.critical_state(),
             ..sand
@@ -441,13 +439,10 @@ impl Dice<'_, ()> {
         let models = [
             MaterialModel::DruckerPrager(cone),
             MaterialModel::MohrCoulomb(sand),
-            elastic,
+            MaterialModel::NeoHookean(moduli),
             self.fluid(scale, bulk_modulus),
-            MaterialModel::Hypoelastic {
-                bulk_modulus,
-                shear_modulus,
-            },
-            MaterialModel::MuI(self.grains(scale, [bulk_modulus, shear_modulus])),
+            MaterialModel::Hypoelastic(moduli),
+            MaterialModel::MuI(self.grains(scale, moduli)),
         ];
         // Grains begin under pressure, and a stress without an energy is compared by its work.
         let whole = self.takes.meets("feature:fields") && self.takes.has(STRESS_WORK);
@@ -680,12 +675,12 @@ impl Dice<'_, ()> {
     }
 
     /// Grains whose inertial number is about that at which friction is halfway.
-    fn grains(&mut self, scale: &Scale, [bulk_modulus, shear_modulus]: [f64; 2]) -> Inertial {
+    fn grains(&mut self, scale: &Scale, moduli: Elasticity) -> Inertial {
         let static_friction = self.between(0.1, 0.8);
         let inertial_number = self.between(0.1, 1.0);
         Inertial {
-            bulk_modulus,
-            shear_modulus,
+            bulk_modulus: moduli.bulk_modulus,
+            shear_modulus: moduli.shear_modulus,
             static_friction,
             limit_friction: static_friction + self.between(0.05, 0.5),
             inertial_number,
