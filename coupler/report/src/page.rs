@@ -89,7 +89,6 @@ struct Run<'a> {
     last_words: Vec<String>,
     parts: Vec<Part>,
     log_title: String,
-    log: Vec<LogRow>,
     scene: &'a str,
     scene_note: Option<String>,
     left_out: Vec<LeftOut>,
@@ -108,17 +107,18 @@ struct Part {
     shares: [(&'static str, String); 3],
 }
 
-#[derive(Debug)]
-struct LogRow {
-    clock: String,
-    /// `cut` where lines are left out.
-    level: String,
-    text: String,
-}
-
 impl Run<'_> {
     fn failed(&self) -> bool {
         self.tone == "bad"
+    }
+
+    /// The lines of the log that are shown, of its begin and of its end, and how many between them are not, if any.
+    fn log(&self) -> ([&[Line]; 2], Option<String>) {
+        let (log, [first, last]) = (&self.record.log, LOG);
+        let end = log.len().saturating_sub(last);
+        let begin = first.min(end);
+        let cut = (begin < end).then(|| count((end - begin) as u64));
+        ([&log[..begin], &log[end..]], cut)
     }
 
     fn mark(&self) -> &'static str {
@@ -294,7 +294,6 @@ fn run<'a>(
         reason,
         parts: parts(record),
         log_title: log_title(&record.log),
-        log: log_rows(&record.log),
         scene,
         scene_note,
         left_out: plan.map_or(Vec::new(), |plan| plan.left_out),
@@ -481,29 +480,6 @@ fn log_title(log: &[Line]) -> String {
         }
     }
     words.join(", ")
-}
-
-fn log_rows(log: &[Line]) -> Vec<LogRow> {
-    let row = |line: &Line| LogRow {
-        clock: line.clock().to_owned(),
-        level: line.level.to_lowercase(),
-        text: line.text(),
-    };
-    let [first, last] = LOG;
-    if log.len() <= first + last {
-        return log.iter().map(row).collect();
-    }
-    let cut = LogRow {
-        clock: String::new(),
-        level: "cut".to_owned(),
-        text: format!(
-            "{} lines are left out here; log.jsonl has them.",
-            count((log.len() - first - last) as u64)
-        ),
-    };
-    let begin = log[..first].iter().map(row);
-    let end = log[log.len() - last..].iter().map(row);
-    begin.chain([cut]).chain(end).collect()
 }
 
 /// The text of the scene, and what is left out of it.

@@ -59,8 +59,15 @@ pub enum MaterialModel {
     },
 }
 
+impl Default for MaterialModel {
+    /// No stiffness.
+    fn default() -> Self {
+        Self::LinearElastic(Elasticity::default())
+    }
+}
+
 /// The moduli of a solid that does not yield.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Elasticity {
     /// K in Pa.

@@ -6,8 +6,9 @@
 )]
 
 use std::collections::HashSet;
+use std::sync::Arc;
 
-use interface::config::{Drift, Stage, StressUpdate, Transfer, Walls};
+use interface::config::{Drift, MpmConfig, Stage, StressUpdate, Transfer};
 use interface::impulse::at;
 use interface::message::wire::ImpForce;
 use nalgebra::Vector2;
@@ -73,29 +74,13 @@ pub struct Reference {
     pub kernels: [Kernel; 2],
     /// Through which contact forces reach the nodes, along x and y.
     pub spread: [Kernel; 2],
-    /// As configured.
-    pub transfer: Transfer,
-    /// Lower left corner of the grid in m.
-    pub lower: [f64; 2],
+    /// The configuration.
+    pub config: Arc<MpmConfig>,
     /// Along x and y.
     pub cells: [i64; 2],
-    /// Spacing in m.
-    pub cell: f64,
-    /// In m/s^2.
-    pub gravity: [f64; 2],
-    /// As configured.
-    pub walls: Walls,
-    /// As configured.
-    pub stress_update: StressUpdate,
-    /// As configured.
-    pub drift: Drift,
     /// The nodes of walls with friction, each with the axis across its wall, that the last kick has pressed into it, or nodes beyond
     /// them.
     pub pressed: Vec<(usize, [i64; 2])>,
-    /// Whether layers touch on the nodes ([`super::grid_contact`]).
-    pub meets: bool,
-    /// In order of their start.
-    pub stages: Vec<Stage>,
     /// Acceleration in m/s^2 besides gravity: of the initial position and the time.
     pub body_force: Option<[Expression; 2]>,
     /// `t_n` of the next step in s.
@@ -227,7 +212,7 @@ fn orthogonal(rows: impl Iterator<Item = Vec<f64>>) -> (Vec<Vec<f64>>, bool) {
 
 impl Reference {
     pub(super) fn distance(&self, p: &RefPoint, place: [i64; 2]) -> [f64; 2] {
-        [0, 1].map(|a| (p.x[a] - self.lower[a]) / self.cell - place[a] as f64)
+        [0, 1].map(|a| (p.x[a] - self.config.domain[0][a]) / self.config.cell - place[a] as f64)
     }
 
     pub(super) fn weight(&self, p: &RefPoint, place: [i64; 2]) -> f64 {
@@ -243,8 +228,8 @@ impl Reference {
         let d = self.distance(p, place);
         let [kx, ky] = self.kernels;
         [
-            kx.slope(d[0]) * ky.value(d[1]) / self.cell,
-            kx.value(d[0]) * ky.slope(d[1]) / self.cell,
+            kx.slope(d[0]) * ky.value(d[1]) / self.config.cell,
+            kx.value(d[0]) * ky.slope(d[1]) / self.config.cell,
         ]
     }
 
@@ -295,7 +280,8 @@ impl Reference {
             if let Some(formulas) = &self.body_force {
                 load = [0, 1].map(|a| load[a] + p.mass * formulas[a].evaluate(&[x, y, self.time]));
             }
-            let by_field = self.body_force.is_none() && self.stress_update != StressUpdate::Usl;
+            let by_field =
+                self.body_force.is_none() && self.config.stress_update != StressUpdate::Usl;
             for a in 0..2 {
                 let way = if by_field {
                     dt_before * field[a]
@@ -345,13 +331,12 @@ impl Reference {
         }
         self.load(&nodes, &before, dt_before);
         let [first, _] = self.shares();
-        let settles = self.drift == Drift::Mapped && dt > 0.0;
-        if settles && first > 0.0 {
+        let past = first * dt_before;
+        if self.config.drift() == Drift::Mapped && dt > 0.0 && first > 0.0 {
             for i in 0..self.points.len() {
                 let field = self.interpolate(&nodes, i, |n, _| before[n]);
                 let p = &mut self.points[i];
                 p.unsettled = [0, 1].map(|a| {
-                    let past = first * dt_before;
                     if past > 0.0 {
                         past * field[a] - p.unsettled[a]
                     } else {
@@ -360,7 +345,7 @@ impl Reference {
                 });
             }
         }
-        self.strain(&nodes, &before, first * dt_before, 0.5);
+        self.strain(&nodes, &before, past, 0.5);
         self.totals.elastic = self.points.iter().map(RefPoint::stored).sum();
         self.totals.lost = self.lost();
         let mut pressed = Vec::new();
@@ -377,7 +362,7 @@ impl Reference {
                     let internal = [xx * g[0] + xy * g[1], xy * g[0] + yy * g[1]];
                     let curl = self.curl(p, *at);
                     for a in 0..2 {
-                        let outer = p.load[a] + p.mass * self.gravity[a];
+                        let outer = p.load[a] + p.mass * self.config.gravity[a];
                         let of_contact = contact.force[a] * spread + contact.couple * curl[a];
                         f[a] += sign[a] * (outer * s + of_contact - v * internal[a]); // (13), (47)
                     }
@@ -420,13 +405,13 @@ impl Reference {
         let own = self.points.clone();
         let inertia = self.inertia();
         let [first, last] = self.shares();
-        let settles = self.drift == Drift::Mapped && dt > 0.0;
+        let settles = self.config.drift() == Drift::Mapped && dt > 0.0;
         self.filter_by_order(nodes, kick, inertia);
         let [from, to] = [&kicked.before, after].map(|v| self.turning_of(nodes, v));
         let damped = (1.0 - self.pic_fraction(kick)) * (self.kept_by_points(kick) - 1.0);
         let of_points: f64 = self.points.iter().map(RefPoint::turning).sum();
         self.totals.turned += to - from + damped * (of_points - from);
-        if self.stress_update == StressUpdate::Usl {
+        if self.config.stress_update == StressUpdate::Usl {
             self.strain(nodes, after, dt, -0.5);
         }
         self.totals.smoothed = kicked.pulled; // no loss of the points
@@ -438,7 +423,9 @@ impl Reference {
             let kinetic = |points: &[RefPoint]| points.iter().map(|p| self.kinetic(p)).sum::<f64>();
             self.totals.smoothed = kicked.gained() + kinetic(&own) - kinetic(&self.points);
         }
-        let again = if self.meets && self.stress_update == StressUpdate::Usavg {
+        let again = if self.config.grid_contact.is_some()
+            && self.config.stress_update == StressUpdate::Usavg
+        {
             after.clone() // Velocities that are mapped once more approach again.
         } else {
             let (_, mut again) = self.map(nodes, inertia);
@@ -449,7 +436,7 @@ impl Reference {
         let mapped = self.places_near_loads(nodes, forces);
         let moving = |n: usize, place: [i64; 2]| {
             let is_mapped = last > 0.0 || mapped.contains(&place);
-            if self.drift == Drift::Mapped && is_mapped {
+            if self.config.drift() == Drift::Mapped && is_mapped {
                 again[n]
             } else {
                 after[n]
@@ -461,7 +448,7 @@ impl Reference {
                 _ => self.spin(nodes, i, moving),
             })
             .collect();
-        if self.drift == Drift::Mapped {
+        if self.config.drift() == Drift::Mapped {
             for (i, drift) in drift.iter_mut().enumerate() {
                 *drift = self.interpolate(nodes, i, moving);
             }
@@ -483,8 +470,8 @@ impl Reference {
         let (mut at_points, inertia) = (Vec::new(), self.inertia());
         let alpha = self.pic_fraction(kick);
         let kept = self.kept_by_points(kick);
-        let affine = self.transfer.is_affine();
-        let smooths = alpha > 0.0 || self.transfer.filters() || affine;
+        let affine = self.config.transfer.is_affine();
+        let smooths = alpha > 0.0 || self.config.transfer.filters() || affine;
         for i in 0..self.points.len() {
             let p = self.points[i];
             let (mut v, mut dv) = ([0.0; 2], [0.0; 2]);
@@ -492,7 +479,7 @@ impl Reference {
             for (n, node) in kicked.nodes.iter().enumerate() {
                 for image in &node.places {
                     let s = self.weight(&p, image.at);
-                    let d = self.distance(&p, image.at).map(|d| -d * self.cell);
+                    let d = self.distance(&p, image.at).map(|d| -d * self.config.cell);
                     let both = [&kicked.after, &kicked.before];
                     let [after, before] = both.map(|v| image.velocity(v[n]));
                     for a in 0..2 {
@@ -533,7 +520,7 @@ impl Reference {
 
     /// Velocity in m/s of the driven walls, if there are any.
     fn driven(&self) -> Option<[f64; 2]> {
-        let ends = self.walls.by_axis().into_iter().zip(0..);
+        let ends = self.config.walls.by_axis().into_iter().zip(0..);
         let mut walls = ends.flat_map(|(ends, axis)| ends.map(|(_, wall)| (wall, axis)));
         walls.find_map(|(wall, axis)| driven(wall, axis))
     }
@@ -545,7 +532,7 @@ impl Reference {
         for a in 0..2 {
             let outer = self.points.iter().zip(forces);
             let outer: f64 = outer
-                .map(|(p, f)| f.force[a] + p.mass * self.gravity[a])
+                .map(|(p, f)| f.force[a] + p.mass * self.config.gravity[a])
                 .sum();
             self.totals.applied[a] = end[a] - start[a] - kick * outer;
         }
@@ -565,7 +552,7 @@ impl Reference {
             Kernel::Cubic => 1.0 / 3.0,
             _ => 0.25,
         };
-        self.cell.powi(2) * of_unit
+        self.config.cell.powi(2) * of_unit
     }
 
     /// Kinetic energy of a point in J/m, with that of its affine field (29).
@@ -645,7 +632,7 @@ impl Reference {
             Kernel::Cubic => 3,
         };
         // Near loads at the other end too, a support acts on all points that it holds, and a spin is that of a group.
-        let closed = self.walls.periodic().contains(&true)
+        let closed = self.config.walls.periodic().contains(&true)
             || self.points.iter().any(|p| p.turns || p.held != [false; 2]);
         if closed && !loaded.is_empty() {
             return places().collect();
@@ -697,7 +684,12 @@ impl Reference {
 
     /// The stage of the step.
     fn stage(&self) -> Option<&Stage> {
-        self.stages.iter().rev().find(|s| s.from <= self.time)
+        self.config
+            .forcing
+            .stages
+            .iter()
+            .rev()
+            .find(|s| s.from <= self.time)
     }
 
     /// The shares of a velocity and of what forces add to it that a kick leaves: those of `dv/dt = a - c v`.
@@ -719,7 +711,7 @@ impl Reference {
 
     /// Whether damping acts on the velocities of the nodes alone.
     fn damps_nodes(&self) -> bool {
-        matches!(self.transfer, Transfer::Pic | Transfer::Apic)
+        matches!(self.config.transfer, Transfer::Pic | Transfer::Apic)
     }
 
     /// What damping takes of the energy, in J/m: its impulses times the means of the velocities before and after. Walls with friction,
@@ -744,7 +736,7 @@ impl Reference {
         if let Some(of_stage) = self.stage().and_then(|stage| stage.pic_fraction) {
             return of_stage;
         }
-        match self.transfer {
+        match self.config.transfer {
             Transfer::Flip | Transfer::Xpic { .. } | Transfer::FlipXpic { .. } => 0.0,
             Transfer::Blend { pic_fraction } => pic_fraction,
             Transfer::FlipPic { pic_rate } | Transfer::Aflip { pic_rate } => {
@@ -756,10 +748,10 @@ impl Reference {
 
     /// Whether what nodes lose in a kick counts: with FLIP alone, and with velocities that are not mapped again.
     pub fn books_impacts(&self, kick: f64) -> bool {
-        let plain = !self.transfer.filters() && !self.transfer.is_affine();
+        let plain = !self.config.transfer.filters() && !self.config.transfer.is_affine();
         let undamped = self.stage().is_none_or(|stage| stage.damping == 0.0);
-        self.stress_update == StressUpdate::Usavg
-            && self.drift == Drift::Nodal
+        self.config.stress_update == StressUpdate::Usavg
+            && self.config.drift() == Drift::Nodal
             && plain
             && undamped
             && self.pic_fraction(kick) == 0.0
@@ -767,7 +759,7 @@ impl Reference {
 
     /// The filter of XPIC, where the transfer has one.
     fn filter_by_order(&mut self, nodes: &[Node], kick: f64, inertia: f64) {
-        match self.transfer {
+        match self.config.transfer {
             Transfer::Xpic { order } => self.filter(nodes, order, 1.0, inertia),
             Transfer::FlipXpic { order, pic_rate } => {
                 self.filter(nodes, order, 1.0 - (-pic_rate * kick).exp(), inertia);
@@ -778,7 +770,7 @@ impl Reference {
 
     /// The share of an interval that mapped velocities strain from its end, and the share from its start.
     fn shares(&self) -> [f64; 2] {
-        match self.stress_update {
+        match self.config.stress_update {
             StressUpdate::Usf => [1.0, 0.0],
             StressUpdate::Usl => [0.0, 0.0],
             StressUpdate::Musl => [0.0, 1.0],
@@ -840,7 +832,7 @@ impl Reference {
 
     /// The velocity that a point gives to a node at this place; `turn` is that of its group.
     fn given(&self, p: &RefPoint, place: [i64; 2], turn: f64, inertia: f64) -> [f64; 2] {
-        let d = self.distance(p, place).map(|d| -d * self.cell); // x_I - x_p
+        let d = self.distance(p, place).map(|d| -d * self.config.cell); // x_I - x_p
         let affine = p.b.map(|b| (b[0] * d[0] + b[1] * d[1]) / inertia);
         let around = [-turn * d[1], turn * d[0]];
         [0, 1].map(|a| p.v[a] + affine[a] + around[a])
@@ -867,7 +859,8 @@ impl Reference {
         let mut sum = 0.0;
         for (n, node) in nodes.iter().enumerate() {
             for image in &node.places {
-                let place = [0, 1].map(|a| self.lower[a] + self.cell * image.at[a] as f64);
+                let place = [0, 1]
+                    .map(|a| self.config.domain[0][a] + self.config.cell * image.at[a] as f64);
                 for p in &self.points {
                     let momentum = self.weight(p, image.at) * p.mass;
                     sum += momentum * at(place, velocity(p, n, image))[2];

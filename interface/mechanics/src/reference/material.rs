@@ -1,31 +1,9 @@
 //! The laws of a point of the oracle (docs/physics.md section 6), with matrices and their eigenvectors.
 
+use interface::config::MaterialModel;
 use interface::config::material::{CriticalState, Frictional, Inertial};
-use interface::config::{MaterialConfig, MaterialModel};
 use interface::impulse::at;
 use nalgebra::{Matrix2, Matrix3, Vector2, Vector3};
-
-/// The law of a point. Those that are not said to have another have Hencky's elasticity.
-#[derive(Debug, Clone, Copy, Default, PartialEq)]
-pub enum RefLaw {
-    /// It does not yield.
-    #[default]
-    Elastic,
-    /// Elasticity in rate form.
-    Hypoelastic,
-    /// Yield stress and hardening modulus in Pa.
-    VonMises([f64; 2]),
-    /// Strength by friction, of the mean stress.
-    DruckerPrager(Frictional),
-    /// Strength by friction, of principal stresses.
-    MohrCoulomb(Frictional),
-    /// Strength by friction that grows with the rate.
-    MuI(Inertial),
-    /// Elasticity of the deformation gradient so far.
-    NeoHookean(Matrix2<f64>),
-    /// A fluid: gamma, and its viscosity in Pa s.
-    Fluid([f64; 2]),
-}
 
 /// A point.
 #[derive(Debug, Clone, Copy, Default)]
@@ -66,8 +44,10 @@ pub struct RefPoint {
     pub bulk: f64,
     /// Shear modulus in Pa.
     pub shear: f64,
-    /// The law of its material.
-    pub law: RefLaw,
+    /// The law of its material. Models that are not said to have another have Hencky's elasticity.
+    pub model: MaterialModel,
+    /// Deformation gradient so far, of a material with an elasticity of it.
+    pub gradient: Matrix2<f64>,
     /// Whether its thickness follows, so that there is no stress out of plane.
     pub thins: bool,
     /// Whether its nodes get the spin of its group.
@@ -82,28 +62,6 @@ pub struct RefPoint {
     pub viscous: f64,
     /// Worked by the stress in J/m.
     pub worked: f64,
-}
-
-/// The law of a material.
-pub(super) fn law(material: &MaterialConfig) -> RefLaw {
-    match material.model {
-        MaterialModel::LinearElastic(_) => RefLaw::Elastic,
-        MaterialModel::Hypoelastic(_) => RefLaw::Hypoelastic,
-        MaterialModel::VonMises {
-            yield_stress: strength,
-            hardening_modulus: hardening,
-            ..
-        } => RefLaw::VonMises([strength, hardening]),
-        MaterialModel::DruckerPrager(numbers) => RefLaw::DruckerPrager(numbers),
-        MaterialModel::MohrCoulomb(numbers) => RefLaw::MohrCoulomb(numbers),
-        MaterialModel::MuI(numbers) => RefLaw::MuI(numbers),
-        MaterialModel::NeoHookean(_) => RefLaw::NeoHookean(Matrix2::identity()),
-        MaterialModel::Fluid {
-            exponent,
-            viscosity,
-            ..
-        } => RefLaw::Fluid([exponent, viscosity]),
-    }
 }
 
 fn tensor([xx, yy, zz, xy]: [f64; 4]) -> Matrix3<f64> {
@@ -146,8 +104,10 @@ fn swelling(trace: f64) -> f64 {
 impl RefPoint {
     /// The same with this Cauchy stress (Pa) at the start.
     pub(super) fn under(&self, stress: [f64; 4]) -> Self {
-        let ratio = match self.law {
-            RefLaw::Fluid([gamma, _]) => (1.0 - gamma * stress[0] / self.bulk).powf(-1.0 / gamma),
+        let ratio = match self.model {
+            MaterialModel::Fluid {
+                exponent: gamma, ..
+            } => (1.0 - gamma * stress[0] / self.bulk).powf(-1.0 / gamma),
             _ => 1.0,
         };
         Self {
@@ -185,17 +145,15 @@ impl RefPoint {
 
     /// Whether it keeps its plastic strain.
     pub fn keeps_strain(&self) -> bool {
-        match self.law {
-            RefLaw::DruckerPrager(numbers) | RefLaw::MohrCoulomb(numbers) => !numbers.is_plain(),
-            RefLaw::VonMises(_) | RefLaw::MuI(_) => true,
-            _ => false,
-        }
+        self.model.keeps_plastic_strain()
     }
 
     fn separates(&self) -> bool {
-        match self.law {
-            RefLaw::DruckerPrager(numbers) | RefLaw::MohrCoulomb(numbers) => numbers.separates,
-            RefLaw::MuI(_) => true,
+        match self.model {
+            MaterialModel::DruckerPrager(numbers) | MaterialModel::MohrCoulomb(numbers) => {
+                numbers.separates
+            }
+            MaterialModel::MuI(_) => true,
             _ => false,
         }
     }
@@ -215,12 +173,14 @@ impl RefPoint {
     pub fn stored(&self) -> f64 {
         let (j, ln) = (self.ratio, self.ratio.ln());
         let small = |stress: &Matrix3<f64>| 0.5 * stress.dot(&self.elastic_strain(stress));
-        let dense = match self.law {
-            RefLaw::NeoHookean(f) => {
-                let trace = f.norm_squared() + 1.0;
+        let dense = match self.model {
+            MaterialModel::NeoHookean(_) => {
+                let trace = self.gradient.norm_squared() + 1.0;
                 0.5 * (self.shear * (trace - 3.0 - 2.0 * ln) + self.lame() * ln * ln)
             }
-            RefLaw::Fluid([gamma, _]) => {
+            MaterialModel::Fluid {
+                exponent: gamma, ..
+            } => {
                 // -int p dJ.
                 let of_power = if gamma == 1.0 {
                     -ln
@@ -229,7 +189,7 @@ impl RefPoint {
                 };
                 self.bulk / gamma * (of_power + j - 1.0)
             }
-            RefLaw::Hypoelastic => small(&tensor(self.stress)) * j,
+            MaterialModel::Hypoelastic(_) => small(&tensor(self.stress)) * j,
             _ => small(&(tensor(self.stress) * j)),
         };
         self.volume * dense
@@ -250,12 +210,17 @@ impl RefPoint {
         self.viscous -= pressed(self);
         self.worked += works(self);
         let both = l + Matrix2::identity() * (0.5 * swelling);
-        let [[xx, yx], [xy, yy]] = both.into();
-        let both = Matrix3::new(xx, xy, 0.0, yx, yy, 0.0, 0.0, 0.0, 0.0);
-        let stress = match self.law {
-            RefLaw::NeoHookean(before) => self.neo_hookean(&before, &both),
-            RefLaw::Hypoelastic => self.hypoelastic(&both),
-            RefLaw::Fluid(numbers) => self.fluid(numbers, &both, dt),
+        let both = Matrix3::new(
+            both.m11, both.m12, 0.0, both.m21, both.m22, 0.0, 0.0, 0.0, 0.0,
+        );
+        let stress = match self.model {
+            MaterialModel::NeoHookean(_) => self.neo_hookean(&both),
+            MaterialModel::Hypoelastic(_) => self.hypoelastic(&both),
+            MaterialModel::Fluid {
+                exponent,
+                viscosity,
+                ..
+            } => self.fluid([exponent, viscosity], &both, dt),
             _ => self.hencky(&both, dt),
         };
         self.stress = components(&stress);
@@ -263,9 +228,9 @@ impl RefPoint {
         self.worked += works(self);
     }
 
-    fn neo_hookean(&mut self, before: &Matrix2<f64>, l: &Matrix3<f64>) -> Matrix3<f64> {
-        let f = cayley(l).fixed_view::<2, 2>(0, 0) * before;
-        self.law = RefLaw::NeoHookean(f);
+    fn neo_hookean(&mut self, l: &Matrix3<f64>) -> Matrix3<f64> {
+        let f = cayley(l).fixed_view::<2, 2>(0, 0) * self.gradient;
+        self.gradient = f;
         self.ratio = f.determinant();
         let b = f * f.transpose();
         let strain = tensor([b.m11 - 1.0, b.m22 - 1.0, 0.0, b.m12]);
@@ -310,19 +275,23 @@ impl RefPoint {
         let Some(trial) = self.touching(self.elastic_stress(&strain) / self.ratio) else {
             return Matrix3::zeros();
         };
-        let new = match self.law {
-            RefLaw::VonMises(numbers) => self.von_mises(numbers, trial),
-            RefLaw::DruckerPrager(numbers) => drucker_prager(&numbers, dilates, trial),
-            RefLaw::MohrCoulomb(numbers) => self.mohr_coulomb(&numbers, trial),
-            RefLaw::MuI(numbers) => self.mu_i(&numbers, trial, dt),
+        let new = match self.model {
+            MaterialModel::VonMises {
+                yield_stress,
+                hardening_modulus,
+                ..
+            } => self.von_mises([yield_stress, hardening_modulus], trial),
+            MaterialModel::DruckerPrager(numbers) => drucker_prager(&numbers, dilates, trial),
+            MaterialModel::MohrCoulomb(numbers) => self.mohr_coulomb(&numbers, trial),
+            MaterialModel::MuI(numbers) => self.mu_i(&numbers, trial, dt),
             _ => trial,
         };
         // The moduli of Cauchy stress are those of small strains over the volume.
         let flow = self.elastic_strain(&(trial - new)) * self.ratio;
         self.lost += new.dot(&flow) * self.ratio * self.volume;
         let sheared = 2.0 * shear(&split(&flow).1);
-        self.plastic_strain += match self.law {
-            RefLaw::VonMises(_) => sheared / 3.0_f64.sqrt(),
+        self.plastic_strain += match self.model {
+            MaterialModel::VonMises { .. } => sheared / 3.0_f64.sqrt(),
             _ if self.keeps_strain() => sheared,
             _ => 0.0,
         };
@@ -350,7 +319,7 @@ impl RefPoint {
 
     /// The share of its dilation that sand still has.
     fn dilates(&self) -> f64 {
-        let RefLaw::DruckerPrager(numbers) = self.law else {
+        let MaterialModel::DruckerPrager(numbers) = self.model else {
             return 1.0;
         };
         match numbers.critical_state {

@@ -12,5 +12,5 @@ mod volumes;
 mod walls;
 
 pub use continuum::{Kernel, Reference, Totals};
-pub use material::{RefLaw, RefPoint};
+pub use material::RefPoint;
 pub use start::is_within;

@@ -1,9 +1,12 @@
 //! The start of the oracle of a continuum: layers, and points with what is prescribed for them.
 
+use std::sync::Arc;
+
 use interface::config::{ContactForceScheme, MpmConfig, Plane, ShapeFunction};
+use nalgebra::Matrix2;
 
 use super::continuum::{Kernel, Reference, Totals};
-use super::material::{RefPoint, law};
+use super::material::RefPoint;
 use crate::expression::{Expression, Meaning};
 use crate::fill::{FilledRegion, fill, refuse_overlap};
 
@@ -73,7 +76,8 @@ fn points(
             volume: of.box_area(),
             bulk,
             shear,
-            law: law(material),
+            model: material.model,
+            gradient: Matrix2::identity(),
             thins: c.plane == Plane::Stress,
             turns: group.keeps_spin,
             ..RefPoint::default()
@@ -109,17 +113,9 @@ impl Reference {
             points: Vec::new(),
             kernels: [Kernel::Linear; 2],
             spread: [Kernel::Linear; 2],
-            transfer: c.transfer,
-            lower: c.domain[0],
+            config: Arc::new(c.clone()),
             cells,
-            cell: c.cell,
-            gravity: c.gravity,
-            walls: c.walls,
             pressed: Vec::new(),
-            stress_update: c.stress_update,
-            drift: c.drift(),
-            meets: c.grid_contact.is_some(),
-            stages: c.forcing.stages.clone(),
             body_force: match &c.forcing.body_force {
                 None => None,
                 Some(of) => Some(compiled(of, &["x", "y", "t"])?),

@@ -1,13 +1,15 @@
 //! Volumes that points share with their neighbours, by the `volume_rate` of a material (docs/scene-format.md): towards the mean over
 //! the nodes, and at a hundredth of this rate towards the room of the nodes that points fill to more than four fifths.
 
+use interface::config::MaterialModel;
+
 use super::continuum::Reference;
-use super::material::{RefLaw, RefPoint};
+use super::material::RefPoint;
 use super::nodes::Node;
 
 fn rate(p: &RefPoint) -> f64 {
-    match p.law {
-        RefLaw::MuI(numbers) => numbers.volume_rate,
+    match p.model {
+        MaterialModel::MuI(numbers) => numbers.volume_rate,
         _ => 0.0,
     }
 }
@@ -31,7 +33,7 @@ impl Reference {
                 continue;
             }
             means[n] = now / initial;
-            let room = self.room(node.at) * self.cell * self.cell;
+            let room = self.room(node.at) * self.config.cell * self.config.cell;
             let filled = now / (0.8 * room);
             self.totals.is_doubtful |= (filled - 1.0).abs() < 1e-9;
             fits[n] = if filled > 1.0 {

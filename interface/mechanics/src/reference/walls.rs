@@ -25,7 +25,7 @@ impl Reference {
     /// Along `axis`: numbers of nodes with their places and signs.
     fn along(&self, axis: usize) -> Vec<Along> {
         let n = self.cells[axis];
-        let [low, high] = self.walls.by_axis()[axis].map(|(_, wall)| wall);
+        let [low, high] = self.config.walls.by_axis()[axis].map(|(_, wall)| wall);
         if low == Wall::Periodic {
             return (0..n)
                 .map(|i| (i, [i - n, i, i + n].map(Image::own).to_vec()))
@@ -63,7 +63,7 @@ impl Reference {
     pub(super) fn mirrors(&self, wall: Wall, axis: usize) -> bool {
         let bspline = matches!(self.kernels[axis], Kernel::Quadratic | Kernel::Cubic);
         let open = matches!(wall, Wall::Open | Wall::Friction { .. } | Wall::Periodic);
-        bspline && !self.meets && !open
+        bspline && self.config.grid_contact.is_none() && !open
     }
 
     pub(super) fn nodes(&self) -> Vec<Node> {
@@ -96,7 +96,7 @@ impl Reference {
         &self,
         node: [i64; 2],
     ) -> impl Iterator<Item = (Wall, usize, f64)> + use<> {
-        let ends = self.walls.by_axis().into_iter().enumerate();
+        let ends = self.config.walls.by_axis().into_iter().enumerate();
         let cells = self.cells;
         ends.flat_map(move |(axis, [(_, low), (_, high)])| {
             let before = (node[axis] <= 0).then_some((low, axis, -1.0));
