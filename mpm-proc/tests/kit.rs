@@ -8,7 +8,7 @@ use mpm_proc::Mpm;
 fn random_cases_agree_with_the_oracle_of_the_kit() {
     let subject = Subject::in_thread(|| Host::Mpm(Box::new(Mpm::default())));
     // In case 1606 a support moves a node into a wall with friction in the opening step, in which no force presses it.
-    for seeds in [0..240, 1606..1607] {
+    for seeds in [0..240, 1596..1612] {
         let broken = random_cases(&subject, seeds).unwrap();
         assert!(broken.is_empty(), "{broken:#?}");
     }
