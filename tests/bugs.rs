@@ -1,4 +1,4 @@
-//! Bugs of physics in a solver of bodies, one by one, as authors make them: `bugs.toml`.
+//! Bugs of physics in a solver, one by one, as authors make them: `bugs.toml`.
 //! The kit has to find each by random cases.
 
 use std::path::Path;
@@ -15,8 +15,11 @@ const STORIES: &str = "docs/results/conformance/bugs.json";
 
 const DISCS: &str = "examples/disc_dem.py";
 
-/// What random cases judge of bodies.
-const ONLY: &str = "J-1,T-1,F-8,F-7,F-5,F-6,F-9,E-4,R-3,L-2,N-1";
+/// What random cases judge of bodies, and of a continuum.
+const ONLY: [&str; 2] = [
+    "J-1,T-1,F-8,F-7,F-5,F-6,F-9,E-4,R-3,L-2,N-1",
+    "F-1a,T-1a,I-2g,I-7a,I-6a,L-2a,R-3e,N-1a",
+];
 
 /// Seeds and numbers of cases of a search: the case that is known to show what is looked for, and where it does not any more,
 /// all from the start, as in every search of `.ci/nightly`, which prints where each is found.
@@ -52,6 +55,11 @@ impl Bug {
         lists[list].as_array().unwrap().iter().map(of).collect()
     }
 
+    /// Whether it is in a continuum.
+    fn is_of_continuum(&self) -> bool {
+        self.file.starts_with("mpm-proc")
+    }
+
     /// Changes its file in a copy; returns what was there.
     fn put(&self, tree: &Path) -> String {
         let (file, Self { what, from, .. }) = (tree.join(&self.file), self);
@@ -66,10 +74,11 @@ impl Bug {
     fn story(&self, place: &Place, run: impl Fn(&str) -> Ended) -> Option<Value> {
         // No time to make a case small where nobody reads it: the first one that shows the bug is enough.
         let shrink = if writes() { 4 } else { 0 };
+        let only = ONLY[usize::from(self.is_of_continuum())];
         let found = searches(self.seed).find_map(|(seed, cases)| {
             let file = place.path("verdicts.json");
             let ended = run(&format!(
-                "--only {ONLY} --seed {seed} --cases {cases} --time 60 --shrink {shrink} --json {}",
+                "--only {only} --seed {seed} --cases {cases} --time 60 --shrink {shrink} --json {}",
                 file.display()
             ));
             let text = std::fs::read_to_string(file).ok()?;
@@ -129,8 +138,9 @@ fn every_bug_has_its_story() {
         assert_eq!(told, bugs, "UPDATE_STORIES=1 writes them");
         // Of each clause that a bug breaks, a story tells the usual mistakes.
         for told in stories[list].as_array().unwrap() {
-            let clauses = conformance::clause::of(Party::Dem);
-            let of = clauses.iter().find(|clause| clause.id == told["clause"]);
+            let mut clauses = [Party::Dem, Party::Mpm].map(conformance::clause::own);
+            let mut clauses = clauses.iter_mut().flatten();
+            let of = clauses.find(|clause| clause.id == told["clause"]);
             assert!(!of.unwrap().often.is_empty(), "{}", told["clause"]);
         }
     }
@@ -181,7 +191,8 @@ fn every_bug_of_the_built_in_solver_is_found_by_random_cases() {
         shell(r#"cargo build --release --bin tandem --manifest-path "$TREE/Cargo.toml""#);
         let program = tree.join("target/release/tandem");
         let run = |options: &str| {
-            let kit = format!("conformance --dem built-in --in-process {options}");
+            let side = if bug.is_of_continuum() { "mpm" } else { "dem" };
+            let kit = format!("conformance --{side} built-in --in-process {options}");
             place.start_as(&program, &words(&kit)).end()
         };
         let told = bug.story(&place, run);

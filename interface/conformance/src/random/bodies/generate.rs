@@ -85,6 +85,13 @@ impl Dice<'_, Scale> {
             // A solver may take only laws of one kind in a scene.
             let mixes = self.takes.meets("feature:mixed_kinds");
             let law = laws[usize::from(mixes || laws[1].is_like(&laws[0]))];
+            // Between bodies it holds either way round.
+            let like = |common: ContactLaw| mixes || common.is_like(&law);
+            if config.body_contact.is_none_or(like) && self.aside().often() {
+                for body in config.bodies.iter_mut().skip(1) {
+                    body.surface = "rubber".into();
+                }
+            }
             config.contact_pairs.push(ContactPair { between, law });
         }
         if self.takes.has("pairs") && (config.bodies.is_empty() || self.rarely()) {
