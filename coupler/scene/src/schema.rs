@@ -10,10 +10,12 @@ use super::written::SceneWritten;
 /// The JSON Schema of scene files.
 pub fn schema() -> Value {
     let mut schema = schema_for!(SceneWritten).to_value();
-    // A body has `density` or `mass` in its place.
-    let bodies = schema.pointer_mut("/$defs/BodyWritten/properties");
-    let keys = bodies.and_then(Value::as_object_mut);
-    keys.expect("bodies have keys").remove("inertia");
+    // A body has `density` or `mass` in place of its inertia.
+    let of_bodies = "/$defs/BodyWritten/properties";
+    for (place, key) in [(of_bodies, "inertia"), ("/$defs", "BodyInertia")] {
+        let keys = schema.pointer_mut(place).and_then(Value::as_object_mut);
+        keys.expect("bodies have keys").remove(key);
+    }
     simplify(&mut schema);
     describe_choices(&mut schema);
     moduli::offer(&mut schema);
