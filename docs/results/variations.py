@@ -189,7 +189,7 @@ TABLES = {
         "`usl`": ["mpm.stress_update=usl"],
         "sand ten times as stiff": [drucker_prager(22.0, 0.0).replace("5e5", "5e6").replace("3.2e5", "3.2e6")],
     }),
-    "rest": (BLOCKS, [], ARRIVAL | REST, {
+    "rest": (BLOCKS, [], REST, {
         "nothing: **the scene**": [],
         "friction of blocks on the floor 0.2, of Table 3 (0.3)": bodies(floor=0.2),
         "0.4": bodies(floor=0.4),
