@@ -320,15 +320,7 @@ impl Reference {
         let (mass, mut before) = self.map(&nodes, inertia);
         let felt = self.support(&nodes, &mass, &mut before).map(|p| alpha * p);
         self.totals.turned = alpha * self.turned_by_map(&nodes, &before, inertia);
-        let mut pulled = 0.0;
-        if let Some(wall) = self.driven() {
-            pulled -= wall[0] * felt[0] + wall[1] * felt[1]; // which walls and supports give together
-            for (i, p) in self.points.iter().enumerate() {
-                let v = self.interpolate(&nodes, i, |n, _| before[n]);
-                let gained = |a: usize| alpha * p.mass * (v[a] - p.v[a]);
-                pulled += wall[0] * gained(0) + wall[1] * gained(1);
-            }
-        }
+        let pulled = self.pulled_by_map(&nodes, &before, (alpha, felt));
         self.load(&nodes, &before, dt_before);
         let [first, _] = self.shares();
         let past = first * dt_before;
@@ -523,6 +515,26 @@ impl Reference {
         let ends = self.config.walls.by_axis().into_iter().zip(0..);
         let mut walls = ends.flat_map(|(ends, axis)| ends.map(|(_, wall)| (wall, axis)));
         walls.find_map(|(wall, axis)| driven(wall, axis))
+    }
+
+    /// Work of driven walls in J/m on mapped velocities, of whose change points feel a share; supports take the impulse `felt` of it
+    /// (N s/m).
+    fn pulled_by_map(
+        &self,
+        nodes: &[Node],
+        mapped: &[[f64; 2]],
+        (share, felt): (f64, [f64; 2]),
+    ) -> f64 {
+        let Some(wall) = self.driven() else {
+            return 0.0;
+        };
+        let mut pulled = -(wall[0] * felt[0] + wall[1] * felt[1]);
+        for (i, p) in self.points.iter().enumerate() {
+            let v = self.interpolate(nodes, i, |n, _| mapped[n]);
+            let gained = |a: usize| share * p.mass * (v[a] - p.v[a]);
+            pulled += wall[0] * gained(0) + wall[1] * gained(1);
+        }
+        pulled
     }
 
     /// Counts what walls have done to the momentum, which was `start` before the kick.
