@@ -70,19 +70,15 @@ pub fn from_json<T: Serialize + DeserializeOwned>(text: &str) -> serde_json::Res
     }
 }
 
-/// A field that a configuration has and that was not given.
+/// A field that a configuration, or an element of its lists, has and that was not given.
 fn missing<'a>(given: &Value, all: &'a Value) -> Option<&'a str> {
-    match (given, all) {
-        (Value::Object(given), Value::Object(all)) => all.iter().find_map(|(field, value)| {
-            let given = given.get(field);
-            given.map_or(Some(&**field), |given| missing(given, value))
-        }),
-        (Value::Array(given), Value::Array(all)) => {
-            let mut each = given.iter().zip(all);
-            each.find_map(|(given, value)| missing(given, value))
-        }
-        _ => None,
-    }
+    all.as_object()?.iter().find_map(|(field, value)| {
+        let Some(given) = given.get(field) else {
+            return Some(&**field);
+        };
+        let mut each = given.as_array()?.iter().zip(value.as_array()?);
+        each.find_map(|(given, value)| missing(given, value))
+    })
 }
 
 /// A configuration as the text of the message Configure.
