@@ -233,7 +233,7 @@ TABLES = {
         "`{ volume = 1.03 }`": [],
         "`{ shear_strain = 0.1 }`": [drucker_prager(35, 25.0).replace("}}", ",separates=true,critical_state={shear_strain=0.1}}}")],
     }),
-    "mu": (SILO, [beverloo(9, *WINDOWS[0]), beverloo(10, *WINDOWS[1])], {
+    "mu": (SILO, ["time.end=0.4", beverloo(9, *WINDOWS[0]), beverloo(10, *WINDOWS[1])], {
         f"{start} to {end} s": ("{:.3f}", lambda run, n=n, start=start, end=end: run.mean(f"flow{9 + n}", "time", start, end))
         for n, (start, end) in enumerate(WINDOWS)
     }, {
