@@ -28,7 +28,8 @@ const BUILT_IN: SolverPair = SolverPair {
         let wall = r#"{"name": "wall", "shape": {"segment": {"ends": [[0, 0.1], [1, 0.1]]}}, "sphero_radius": 0.1,
             "inertia": {"mass": 1}, "position": [0, 0], "motion": "fixed", "angle": 0, "velocity": [0, 0], "spin": 0, "surface": ""}"#;
         let dem = format!(
-            r#"{{"gravity": [0, -9.81], "body": [{disc}, {wall}], "contact": {law}, "body_contact": {law}, "overlap": "each_edge", "contact_pair": [], "point_surfaces": [], "group_pair": [], "interface": "points",
+            r#"{{"gravity": [0, -9.81], "body": [{disc}, {wall}], "contact": {law}, "body_contact": {law}, "overlap": "each_edge", "contact_pair": [], "point_surfaces": [], "group_pair": [],
+            "contact_resolution": null, "interface": "points",
             "skin": 0.02, "threads": 1}}"#
         );
         [mpm, dem]
