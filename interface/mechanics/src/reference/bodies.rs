@@ -393,12 +393,13 @@ impl Oracle {
                 body.pose += body.last;
             }
         }
+        let over = step.kick() * step.dt;
         expected.travel = self.published.as_ref().map(|poses| {
-            let gone = self
-                .bodies
-                .iter()
-                .zip(poses)
-                .map(|(b, then)| b.gone_since(then));
+            let bodies = self.bodies.iter().zip(poses).zip(&expected.loads);
+            // Less what other forces, which are as right, would have moved it less.
+            let gone = bodies.map(|((b, then), load)| {
+                b.gone_since(then) - load.blur * over * b.surface_mobility()
+            });
             gone.fold(0.0, f64::max)
         });
         expected

@@ -149,6 +149,14 @@ impl Body {
         self.vertices.iter().map(speed).fold(0.0, f64::max)
     }
 
+    /// The most that a force of 1 N/m on its surface accelerates a place of it, in m/kg.
+    pub(super) fn surface_mobility(&self) -> f64 {
+        let reach = self.vertices.iter().map(|(v, a)| v.norm() + a);
+        let reach = reach.fold(0.0, f64::max);
+        let each = self.mobility();
+        each.x.max(each.y) + reach * reach * each.z
+    }
+
     /// Displacement in m of the point of the surface that has gone farthest since the pose `then`, as far as 16 directions
     /// around every vertex show it.
     pub(super) fn gone_since(&self, then: &Vec3) -> f64 {
