@@ -252,26 +252,42 @@ impl ContactLaw {
         used.filter_map(|(p, _)| Some((p.feature?, p.name)))
     }
 
-    /// The value of a parameter; `None` of a law without it.
-    fn value(&self, of: &Parameter) -> Option<f64> {
-        let mut numbers = self.numbers();
-        numbers.find_map(|(p, value)| (p.name == of.name).then_some(value))
-    }
-
     /// mu.
     pub fn friction(&self) -> f64 {
-        self.value(&FRICTION).unwrap_or(0.0)
+        match *self {
+            Self::Linear { friction, .. }
+            | Self::Granular { friction, .. }
+            | Self::HertzMindlin { friction, .. }
+            | Self::Area { friction, .. } => friction,
+        }
     }
 
     /// Damping as a fraction of critical.
     pub fn damping_ratio(&self) -> f64 {
-        let of_restitution = self.value(&RESTITUTION).map(ratio_of_restitution);
-        of_restitution.or(self.value(&DAMPING)).unwrap_or(0.0)
+        match *self {
+            Self::Linear { damping_ratio, .. } | Self::Granular { damping_ratio, .. } => {
+                damping_ratio
+            }
+            Self::HertzMindlin { restitution, .. } => ratio_of_restitution(restitution),
+            Self::Area { .. } => 0.0,
+        }
     }
 
     /// Normal and tangential stiffness in N/m, where the law has constant ones.
     fn stiffnesses(&self) -> Option<[f64; 2]> {
-        Some([self.value(&STIFFNESS)?, self.value(&TANGENTIAL)?])
+        match *self {
+            Self::Linear {
+                normal_stiffness,
+                tangential_stiffness,
+                ..
+            }
+            | Self::Granular {
+                normal_stiffness,
+                tangential_stiffness,
+                ..
+            } => Some([normal_stiffness, tangential_stiffness]),
+            Self::HertzMindlin { .. } | Self::Area { .. } => None,
+        }
     }
 
     /// The larger of normal and tangential stiffness in N/m, where the law has a constant one.
