@@ -396,7 +396,7 @@ impl Oracle {
         let over = step.kick() * step.dt;
         expected.travel = self.published.as_ref().map(|poses| {
             let bodies = self.bodies.iter().zip(poses).zip(&expected.loads);
-            // Less what other forces, which are as right, would have moved it less.
+            // Where it is open on which edge a point presses, other forces are as right, and may move it less.
             let gone = bodies.map(|((b, then), load)| {
                 b.gone_since(then) - load.blur * over * b.surface_mobility()
             });
