@@ -11,6 +11,7 @@ number keeps its decimals, or its digits if it has an exponent. `<!-- variations
 """
 
 import csv
+import functools
 import pathlib
 import re
 import sys
@@ -18,11 +19,10 @@ import sys
 HERE = pathlib.Path(__file__).resolve().parent
 PAGES = [*sorted(HERE.glob("*.md")), HERE.parent.parent / "README.md"]
 SOURCE = re.compile(r"(-?\d[\d.]*(?:e-?\d+)?)<!--([\w/]+):([\w.,^()'=+-]+)(?::(\w+))?(?:([*/])(-?[\d.]+(?:e-?\d+)?))?-->")
-
-
 VARIATIONS = re.compile(r"(<!-- variations: (\w+) -->\n)\n*(?:\|.*\n)*\n*")
 
 
+@functools.cache
 def table(name):
     with open(HERE / "tables" / f"{name}.csv", encoding="utf-8") as file:
         return list(csv.DictReader(line for line in file if not line.startswith("#")))

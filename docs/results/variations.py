@@ -6,6 +6,7 @@
 
 import argparse
 import csv
+import itertools
 import json
 import pathlib
 import shutil
@@ -30,16 +31,13 @@ class Run:
         self.checks = {check["name"]: check["value"] for check in self.summary["checks"]}
         self.rows = [{name.split(" [")[0]: float(value or "nan") for name, value in row.items()} for row in rows]
 
-    def first(self, column, bound):
-        """When a column first reaches a bound."""
-        return next((row["time"] for row in self.rows if row[column] >= bound), None)
+    def first(self, holds):
+        """The first row of which something holds, if there is one."""
+        return next((row for row in self.rows if holds(row)), None)
 
-    def at(self, time, column):
-        return next((row[column] for row in self.rows if row["time"] >= time - 1e-9), None)
-
-    def when_below(self, column, bound):
-        """When a column is first at most at a bound."""
-        return next((row["time"] for row in self.rows if row[column] <= bound), None)
+    def when(self, holds):
+        row = self.first(holds)
+        return row and row["time"]
 
     def mean(self, column, along, start, end):
         """Mean of a column where another one goes from one value to another."""
@@ -48,10 +46,9 @@ class Run:
         values = [row[column] for row in self.rows if start <= row[along] < end]
         return sum(values) / len(values)
 
-
     def slope(self, column, along, start, end):
         """Mean slope of a column over another one that goes from one value to another."""
-        ends = [next((row for row in self.rows if row[along] >= bound - 1e-6), None) for bound in (start, end)]
+        ends = [self.first(lambda row, bound=bound: row[along] >= bound - 1e-6) for bound in (start, end)]
         if None in ends:
             return None
         return (ends[1][column] - ends[0][column]) / (ends[1][along] - ends[0][along])
@@ -62,10 +59,10 @@ def drucker_prager(friction, dilation, model="drucker_prager"):
             "cohesion=0.0,tensile_strength=0.0}}")
 
 
-def bodies(friction=0.6, floor=0.3, adhesion=30, floor_adhesion=60, damping=0.3, stiffness=6e4):
-    """Laws of the blocks on one another and on the floor."""
-    law = f"normal_stiffness={stiffness},tangential_stiffness={stiffness / 20},damping_ratio={damping}"
-    return [f"body_contact.granular={{{law},friction={friction},adhesion={adhesion}}}",
+def bodies(floor, adhesion=30, floor_adhesion=60):
+    """Laws of the blocks on one another and on the floor, with another friction on the floor."""
+    law = "normal_stiffness=6e4,tangential_stiffness=3e3,damping_ratio=0.3"
+    return [f"body_contact.granular={{{law},friction=0.6,adhesion={adhesion}}}",
             f"contact_pair.0.law.granular={{{law},friction={floor},adhesion={floor_adhesion}}}"]
 
 
@@ -75,11 +72,20 @@ def gate(speed, slips=False):
     return [f"dem.body.4.velocity=[0.0,{speed}]", *(surface if slips else [])]
 
 
-LOST = ['output.column.11={name="lost",unit="1",value="energy.transfer_relative"}']
-EARLY = ["variant=no_gate", "time.end=0.45", "time.min_step=1e-8", *LOST]
+
+
+def lost(column, until):
+    """A column of what the transfer has taken, and its value at a time."""
+    at = lambda run: 100 * run.first(lambda row: row["time"] >= until - 1e-9)["lost"]
+    written = f'output.column.{column}={{name="lost",unit="1",value="energy.transfer_relative"}}'
+    return written, {f"lost by {until} s": ("{:.1f} %", at)}
+
+
+LOST, LOST_EARLY = lost(11, 0.2)
+EARLY = ["variant=no_gate", "time.end=0.45", "time.min_step=1e-8", LOST]
 ARRIVAL = {
-    "hit, s": ("{:.3f}", lambda run: run.first("contacts", 1)),
-    "90 degrees, s": ("{:.3f}", lambda run: run.first("turned_2", 90)),
+    "hit, s": ("{:.3f}", lambda run: run.when(lambda row: row["contacts"] >= 1)),
+    "90 degrees, s": ("{:.3f}", lambda run: run.when(lambda row: row["turned_2"] >= 90)),
 }
 REST = {
     "rest of block 2, cm": ("{:.1f}", lambda run: 100 * run.rows[-1]["left_edge_2"]),
@@ -88,7 +94,6 @@ REST = {
 BLOCKS = "jiang2020/blocks"
 
 SILO, ZERO = "jiang2020/silo", ["mpm.transfer=apic", drucker_prager(35, 0.0)]
-LOST_SAND = ['output.column.10={name="lost",unit="1",value="energy.transfer_relative"}']
 
 
 def beverloo(column, start="t_a", end="t_b"):
@@ -99,10 +104,12 @@ def beverloo(column, start="t_a", end="t_b"):
 
 
 FLOW = beverloo(9)
+LOST_SAND, LOST_LATE = lost(10, 0.4)
 OPENINGS = {2: (0.2, 1.0), 3: (0.15, 0.55), 4: (0.1, 0.4), 5: (0.1, 0.3), 6: (0.1, 0.25)}  # in cm; when the flow is measured
 
 
-def flow(start=0.1, end=0.4):
+def flow(opening=4):
+    start, end = OPENINGS[opening]
     return {"ours / Beverloo": ("{:.2f}", lambda run: run.mean("flow9", "time", start, end))}
 
 
@@ -156,10 +163,10 @@ def markers(spacing, *more):
 BETWEEN = ["mpm.cell=0.0012685950413223141", "mpm.domain=[[0.0,-0.0050743801652892564],[0.1535,0.015223140495867769]]"]
 TOUCH = 2e-4  # m above the floor
 CLUSTERS = {
-    "sand at the blocks, s": ("{:.3f}", lambda run: run.first("contacts", 1)),
-    "block 2 touches the floor, s": ("{:.3f}", lambda run: run.when_below("foot_2", TOUCH)),
-    "block 1, s": ("{:.3f}", lambda run: run.when_below("foot_1", TOUCH)),
-    "block 2 turned by 90 degrees, s": ("{:.3f}", lambda run: run.first("turned_2", 90)),
+    "sand at the blocks, s": ("{:.3f}", lambda run: run.when(lambda row: row["contacts"] >= 1)),
+    "block 2 touches the floor, s": ("{:.3f}", lambda run: run.when(lambda row: row["foot_2"] <= TOUCH)),
+    "block 1, s": ("{:.3f}", lambda run: run.when(lambda row: row["foot_1"] <= TOUCH)),
+    "block 2 turned by 90 degrees, s": ("{:.3f}", lambda run: run.when(lambda row: row["turned_2"] >= 90)),
 }
 
 # By table: the scene; the values of all rows; the columns; the rows with the values that they change, and columns of their own.
@@ -172,7 +179,7 @@ TABLES = {
         "1 m/s, frictionless": gate(1, True),
         "1 m/s, friction 0.2": gate(1),
     }),
-    "arrival": (BLOCKS, EARLY, ARRIVAL | {"lost by 0.2 s": ("{:.1f} %", lambda run: 100 * run.at(0.2, "lost"))}, {
+    "arrival": (BLOCKS, EARLY, ARRIVAL | LOST_EARLY, {
         "FLIP": ["mpm.transfer=flip", "mpm.leaving=remove"],
         "APIC, composed step": [],
         "`time.max_step` 5 us": ["time.max_step=5e-6"],
@@ -204,7 +211,7 @@ TABLES = {
         "2016 points (8000)": ["mpm.points.0.spacing.counts=[32,63]"],
     }),
     **{
-        name: (SILO, [*changed, FLOW], {}, {f"{n} cm": ([f"variant=d{n}cm"], flow(*OPENINGS[n])) for n in OPENINGS})
+        name: (SILO, [*changed, FLOW], {}, {f"{n} cm": ([f"variant=d{n}cm"], flow(n)) for n in OPENINGS})
         for name, changed in {"psi_zero": ZERO, "n9000": ["mpm.points.0.spacing.distance=1.1e-3"], "n10000": ["mpm.points.0.spacing.distance=1.0435e-3"]}.items()
     },
     "silo": (SILO, [FLOW], {}, {
@@ -213,13 +220,12 @@ TABLES = {
         "10 degrees": (["mpm.transfer=apic", drucker_prager(35, 10.0)], flow()),
         "wall friction 0.5 (0.2)": ([*ZERO, "contact.linear.friction=0.5"], flow()),
         "contact damping ratio 0.3 (0)": ([*ZERO, "contact.linear.damping_ratio=0.3"], flow()),
-        "flat bottom (45 degrees), 3 cm": (flat(0.03, "variant=d3cm"), flow(0.15, 0.55)),
+        "flat bottom (45 degrees), 3 cm": (flat(0.03, "variant=d3cm"), flow(3)),
         "4 cm": (flat(0.04), flow()),
-        "6 cm": (flat(0.06, "variant=d6cm"), flow(0.1, 0.25)),
+        "6 cm": (flat(0.06, "variant=d6cm"), flow(6)),
         "cell of 1.75 mm (3.5)": ([*ZERO, "mpm.cell=0.00175"], flow()),
     }),
-    "silo_step": (SILO, [FLOW, *LOST_SAND, drucker_prager(35, 0.0), "time.min_step=1e-8"],
-                  flow() | {"lost by 0.4 s": ("{:.1f} %", lambda run: 100 * run.at(0.4, "lost"))}, {
+    "silo_step": (SILO, [FLOW, LOST_SAND, drucker_prager(35, 0.0), "time.min_step=1e-8"], flow() | LOST_LATE, {
         "APIC, the composed step": ["mpm.transfer=apic"],
         "APIC, `--set time.max_step=2e-5`": ["mpm.transfer=apic", "time.max_step=2e-5"],
         "APIC, `5e-6`": ["mpm.transfer=apic", "time.max_step=5e-6"],
@@ -347,20 +353,14 @@ def table_of(name, program):
         print(f"{name}: {label}", flush=True)
 
 
-def read(file):
-    with open(file, encoding="utf-8") as text:
-        return list(csv.reader(text))[1:]
-
-
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--only", action="append", choices=TABLES, default=[])
     parser.add_argument("--tandem", type=pathlib.Path, default=ROOT / "target" / "release" / "tandem")
     arguments = parser.parse_args()
     build = subprocess.run(["git", "log", "-1", "--format=%h, %as"], cwd=ROOT, capture_output=True, text=True, check=True).stdout.strip()
-    kept = {row[0]: [] for row in read(KEPT)} if KEPT.exists() else {}
-    for row in read(KEPT) if kept else []:
-        kept[row[0]].append(row)
+    with open(KEPT, encoding="utf-8") as text:
+        kept = {name: list(rows) for name, rows in itertools.groupby(list(csv.reader(text))[1:], key=lambda row: row[0])}
     for name in arguments.only or TABLES:
         kept[name] = [[*row, build] for row in table_of(name, arguments.tandem.resolve())]
         with open(KEPT, "w", encoding="utf-8", newline="") as file:
