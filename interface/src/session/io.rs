@@ -41,6 +41,14 @@ pub(super) enum Signal {
 /// Where messages are recorded, and on which channels.
 type Recording = (RecordingSink, fn(Channel) -> bool);
 
+/// Notes a message if its channel is recorded. Most runs record nothing, so this is not in the way of their messages.
+#[cold]
+fn record((sink, notes): &Recording, channel: Channel, header: &StepHeader, records: Records<'_>) {
+    if notes(channel) {
+        sink.note(channel, header, records);
+    }
+}
+
 /// A party's ends of the channels, and what it has in common with whoever polls its session.
 pub(super) struct Io<'a> {
     transport: RefCell<&'a mut dyn Transport>,
@@ -79,7 +87,9 @@ impl<'a> Io<'a> {
         records: Records<'_>,
     ) -> impl Future<Output = Result<(), SessionError>> {
         self.lap(Activity::Compute);
-        self.record(channel, &header, records);
+        if let Some(recording) = self.recording.get() {
+            record(recording, channel, &header, records);
+        }
         let sent = self.with(|transport| {
             transport.send(channel, &header, records)?;
             if channel.wakes() {
@@ -101,17 +111,11 @@ impl<'a> Io<'a> {
         channel: Channel,
         into: &mut Payload,
     ) -> Result<Option<StepHeader>, SessionError> {
-        let header = self.with(|transport| transport.receive(channel, into))?;
-        if let Some(header) = &header {
-            self.record(channel, header, into.records());
+        let received = self.with(|transport| transport.receive(channel, into));
+        if let (Some(recording), Ok(Some(header))) = (self.recording.get(), &received) {
+            record(recording, channel, header, into.records());
         }
-        Ok(header)
-    }
-
-    fn record(&self, channel: Channel, header: &StepHeader, records: Records<'_>) {
-        if let Some((sink, _)) = self.recording.get().filter(|(_, notes)| notes(channel)) {
-            sink.note(channel, header, records);
-        }
+        Ok(received?)
     }
 
     /// Waits until `look` finds something or fails. It also learns what is known about the wait.
