@@ -138,6 +138,14 @@ def disordered():
         yield f"mpm.points.{group}.spacing={{distance={distance}}}"
 
 
+MATRIX = "jiang2020/granular_matrix"
+FORCES = {
+    f"{centimetres} cm": ("{:.1f}", lambda run, end=centimetres / 100: 1e-3 * run.slope("work_of_the_bar", "settlement", end - 0.01, end))
+    for centimetres in (1, 2, 4, 6, 7, 8, 9, 10, 11)
+}
+CRITICAL = [f"mpm.material.0.model.drucker_prager.{value}" for value in ("separates=true", "critical_state={volume=1.05}")]
+SOFT = ["contact_pair.0.law.linear.normal_stiffness=6e6", "contact_pair.0.law.linear.tangential_stiffness=3e5"]
+
 BEAM = {
     "peak, N": ("{:.3f}", lambda run: run.checks["peak force"]),
     "at, us": ("{:.0f}", lambda run: 1e6 * run.checks["time of the peak"]),
@@ -169,7 +177,7 @@ CLUSTERS = {
     "block 2 turned by 90 degrees, s": ("{:.3f}", lambda run: run.when(lambda row: row["turned_2"] >= 90)),
 }
 
-# By table: the scene; the values of all rows; the columns; the rows with the values that they change, and columns of their own.
+# By table: the scene, or the program that writes it; the values of all rows; the columns; the rows with the values that they change, and columns of their own.
 TABLES = {
     "gate": (BLOCKS, ["time.end=0.5"], ARRIVAL, {
         "none": ["variant=no_gate"],
@@ -258,13 +266,19 @@ TABLES = {
         "4 points, `aflip` 50/s": ["mpm.transfer={aflip={pic_rate=50.0}}", *(f"mpm.points.{n}.spacing={{per_cell=4}}" for n in range(2))],
         "4 points, each off by up to 0.4 of the distance, until 4 s": ["constants.start=1.0", "constants.finish=4.0", "time.end=4.0", *disordered()],
     }),
-    "matrix": ("jiang2020/granular_matrix", [], {
-        f"{centimetres} cm": ("{:.1f}", lambda run, end=centimetres / 100: 1e-3 * run.slope("work_of_the_bar", "settlement", end - 0.01, end))
-        for centimetres in (1, 2, 4, 6, 7, 8, 9, 10, 11)
-    }, {
+    "matrix": (MATRIX, [], FORCES, {
         "26 % of fines (mass over grains; 3086 points)": ["variant=fines_low"],
         "35 % (4153)": [],
         "42 % (4989)": ["variant=fines_high"],
+    }),
+    "matrix_paper_cell": (f"{MATRIX}.py --cell 0.0035 --spacing 0.002 --container-stiffness 6e7", [], FORCES | {
+        "to the walls, mm": ("{:.2f}", lambda run: 1e3 * run.checks["no fines pass through floor and walls"]),
+        "ends at, cm": ("{:.1f}", lambda run: 100 * run.rows[-1]["settlement"]),
+        "least step, us": ("{:.1f}", lambda run: 1e6 * run.summary["dt_min"]),
+    }, {
+        f"{fines}, {label}": [*([] if variant == "middle" else [f"variant=fines_{variant}"]), *changed]
+        for label, changed in {"6e7 N/m, no dilation beyond 1.05": CRITICAL, "6e6 N/m": CRITICAL + SOFT, "6e6 N/m, dilation without end": SOFT}.items()
+        for variant, fines in {"low": "25.7 %", "middle": "35.7 %", "high": "44.3 %"}.items()
     }),
     "beam": ("singer2022/beam_single", [], BEAM, {
         "cell 1.28 mm (7.8 cells): the scene": [],
@@ -338,12 +352,18 @@ TABLES = {
 def table_of(name, program):
     """Rows of a table, from runs."""
     scene, common, columns, rows = TABLES[name]
+    file = ROOT / "scenes" / f"{scene}.toml"
+    if not file.exists():
+        (SCRATCH / name).mkdir(parents=True, exist_ok=True)
+        file = SCRATCH / name / "scene.toml"
+        words = scene.split()
+        file.write_text(subprocess.run([sys.executable, ROOT / "scenes" / words[0], *words[1:]], capture_output=True, text=True, check=True).stdout)
     for number, (label, changed) in enumerate(rows.items()):
         changed, own = changed if isinstance(changed, tuple) else (changed, {})
         out = SCRATCH / name / str(number)
         shutil.rmtree(out, ignore_errors=True)
         words = [word for value in common + changed for word in (["--variant", value[8:]] if value.startswith("variant=") else ["--set", value])]
-        done = subprocess.run([program, "run", ROOT / "scenes" / f"{scene}.toml", *words, "--in-process", "--out", out], capture_output=True, text=True)
+        done = subprocess.run([program, "run", file, *words, "--in-process", "--out", out], capture_output=True, text=True)
         if done.returncode not in (0, 1):
             sys.exit(f"{name}, {label}: {done.stderr}")
         run = Run(out)
