@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Runs scenes with single values changed, and writes what comes out to tables/variations.csv. values.py makes the pages' tables of it.
 
-    docs/results/variations.py [--only TABLE]... [--tandem PROGRAM]     # an hour of CPU time in all
+    docs/results/variations.py [--only TABLE]... [--tandem PROGRAM]     # two hours of CPU time in all
 """
 
 import argparse
@@ -10,6 +10,7 @@ import itertools
 import json
 import pathlib
 import shutil
+import statistics
 import subprocess
 import sys
 from random import Random
@@ -38,6 +39,14 @@ class Run:
     def when(self, holds):
         row = self.first(holds)
         return row and row["time"]
+
+    def at(self, time):
+        """The row of a time."""
+        return self.first(lambda row: row["time"] >= time - 1e-9)
+
+    def largest(self, value):
+        """The row in which something is largest."""
+        return max(self.rows, key=value)
 
     def mean(self, column, along, start, end):
         """Mean of a column where another one goes from one value to another."""
@@ -76,7 +85,7 @@ def gate(speed, slips=False):
 
 def lost(column, until):
     """A column of what the transfer has taken, and its value at a time."""
-    at = lambda run: 100 * run.first(lambda row: row["time"] >= until - 1e-9)["lost"]
+    at = lambda run: 100 * run.at(until)["lost"]
     written = f'output.column.{column}={{name="lost",unit="1",value="energy.transfer_relative"}}'
     return written, {f"lost by {until} s": ("{:.1f} %", at)}
 
@@ -175,6 +184,80 @@ CLUSTERS = {
     "block 2 touches the floor, s": ("{:.3f}", lambda run: run.when(lambda row: row["foot_2"] <= TOUCH)),
     "block 1, s": ("{:.3f}", lambda run: run.when(lambda row: row["foot_1"] <= TOUCH)),
     "block 2 turned by 90 degrees, s": ("{:.3f}", lambda run: run.when(lambda row: row["turned_2"] >= 90)),
+}
+
+TOPPLE = "chen2023/topple"
+
+
+def curve(file, column):
+    """A column of a table beside the scenes over time, linear between rows."""
+    with open(ROOT / "scenes" / file, encoding="utf-8") as text:
+        first, *_ = rows = [{name: float(value) for name, value in row.items()} for row in csv.DictReader(text)]
+    time = "time" if "time" in first else "t"
+
+    def value(t):
+        for low, high in zip(rows, rows[1:]):
+            if low[time] <= t <= high[time]:
+                return low[column] + (high[column] - low[column]) * (t - low[time]) / (high[time] - low[time])
+        return None
+
+    return value
+
+
+def crossing(run, column, bound):
+    """When a column reaches a value, linear between rows."""
+    for low, high in zip(run.rows, run.rows[1:]):
+        if low[column] < bound <= high[column]:
+            return low["time"] + (high["time"] - low["time"]) * (bound - low[column]) / (high[column] - low[column])
+    return None
+
+
+def pendulum(slope):
+    """Columns of a block that topples beside the pendulum from that slope, counted from rest; until that is 45 degrees beyond the vertical."""
+    angle = curve(f"chen2023/topple_{slope}.csv", "angle")
+    there = next(0.3 + n * 1e-4 for n in range(10000) if angle(0.3 + n * 1e-4) >= 45)
+    off = lambda row: row["angle"] - angle(row["time"])
+    falls = lambda run: [row for row in run.rows if 0.3 <= row["time"] <= there]
+    return {
+        "pendulum at 45 degrees, s": ("{:.3f}", lambda run: there - 0.3),
+        "ours, s": ("{:.4f}", lambda run: crossing(run, "angle", 45) - 0.3),
+        "off": ("{:+.2f} %", lambda run: 100 * ((crossing(run, "angle", 45) - 0.3) / (there - 0.3) - 1)),
+        "largest distance until then, degrees": ("{:+.2f}", lambda run: max(map(off, falls(run)), key=abs)),
+    }
+
+
+TURNED = curve("chen2023/blocks_gjk_reference.csv", "turned_2")
+
+
+def distance(row):
+    return abs(row["turned_2"] - TURNED(row["time"])) if row["time"] <= 0.4 + 1e-9 else 0.0
+
+
+def by_extent(run):
+    """Half width of the loaded points over that of Hertz, mean over the time of the scene's check."""
+    rows = [row for row in run.rows if row["time"] >= 0.54 * run.rows[-1]["time"]]
+    return sum(row["half_width"] / row["hertz"] for row in rows) / len(rows)
+
+
+FRONT = (1.22, 1.44, 1.89, 2.33, 2.78, 3.22, 3.67)
+SHARES = (0.25, 0.5, 0.75)
+
+
+def share(column, of=None):
+    """A column of `shear` at the shares of shear."""
+    row = lambda run, at: run.first(lambda row: row["shear"] >= at - 1e-9)
+    return lambda run: ", ".join(f"{row(run, at)[column]:.1f}" if of is None else f"{100 * row(run, at)[column] / row(run, at)[of]:.0f} %" for at in SHARES)
+
+
+# Tables of 30 runs with steps of 0.9 to 1 of the composed one: the scene, values of all runs, and columns, of which the page has mean and deviation.
+TURN = {
+    "90 degrees, s": ("{:.3f}", lambda run: run.when(lambda row: row["turned_2"] >= 90)),
+    **{f"turned at {t} s": ("{:.1f}", lambda run, t=t: run.at(t)["turned_2"]) for t in (0.36, 0.37, 0.38, 0.39)},
+}
+SAMPLES = {
+    "blocks_30": (BLOCKS, [], REST | TURN),
+    "gjk_30": ("chen2023/blocks_gjk", ["time.end=0.42"], TURN | {"distance": ("{:.1f}", lambda run: max(map(distance, run.rows)))}),
+    "clusters_30": ("singer2022/blocks_clusters", [], CLUSTERS | REST),
 }
 
 # By table: the scene, or the program that writes it; the values of all rows; the columns; the rows with the values that they change, and columns of their own.
@@ -334,6 +417,82 @@ TABLES = {
         "adhesion of the discs 340 and 680 Pa: 30 and 60 Pa over the whole edge": [
             "body_contact.hertz_mindlin.adhesion=340", "contact_pair.0.law.hertz_mindlin.adhesion=680"],
     }),
+    "topple": (TOPPLE, [], {}, {
+        "16 degrees, `--variant slope_16`": (["variant=slope_16"], pendulum(16)),
+        "18 degrees, `slope_18`": (["variant=slope_18"], pendulum(18)),
+        "20 degrees": ([], pendulum(20)),
+    }),
+    "topple_16": (TOPPLE, [], {name: pendulum(16)[name] for name in ("off", "largest distance until then, degrees")}, {
+        label: [f"variant={variant}"] for label, variant in {
+            "nothing": "slope_16",
+            "put on the slope at once: `sudden`": "sudden",
+            "points half a spacing inside: `inside`": "inside",
+            "springs of 1e8 N/m instead of 1e9: `soft_contact`": "soft_contact",
+            "the block does not keep its spin: `no_spin`": "no_spin",
+            "E ten times as large: `stiff`": "stiff",
+            "half the cell, 20 x 80 points: `finer`": "finer",
+        }.items()
+    }),
+    "gjk": ("chen2023/blocks_gjk", [], {
+        "largest distance, degrees": ("{:.1f}", lambda run: max(map(distance, run.rows))),
+        "at, s": ("{:.3f}", lambda run: run.largest(distance)["time"]),
+        "within 5 degrees until, s": ("{:.3f}", lambda run: run.when(lambda row: distance(row) > 5 or row["time"] >= 0.4)),
+        **ARRIVAL,
+    }, {
+        label: [f"variant={variant}"] if variant else [] for label, variant in {
+            "depth, at the point; rounded: **the scene**": "",
+            "depth, traction: `--variant traction`": "traction",
+            "area, at the point: `area`": "area",
+            "area, traction: `area_traction`": "area_traction",
+            "depth; sharp edges: `bare`": "bare",
+            "area; sharp edges: `bare_area`": "bare_area",
+        }.items()
+    }),
+    "dam": ("chen2023/dam_break", [], {
+        "hit, s": ("{:.3f}", lambda run: run.when(lambda row: row["contacts"] >= 1)),
+    }, {
+        "the scene": ([], {
+            "presses from behind, s": ("{:.2f}", lambda run: run.when(lambda row: row["time"] > 0.35 and row["force"] < -1)),
+            "hardest, s": ("{:.2f}", lambda run: run.largest(lambda row: -row["force"])["time"]),
+            "with, N/m": ("{:.0f}", lambda run: max(-row["force"] for row in run.rows)),
+            "tip, largest, cm": ("{:.1f}", lambda run: 100 * max(row["tip"] for row in run.rows)),
+            "tip at, s": ("{:.2f}", lambda run: run.largest(lambda row: row["tip"])["time"]),
+            "tip at 0.55 s, cm": ("{:.1f}", lambda run: 100 * run.at(0.55)["tip"]),
+            "lost by the hit": ("{:.0f} %", lambda run: -100 * run.at(0.23)["residual"]),
+            "lost by 1 s": ("{:.0f} %", lambda run: -100 * run.rows[-1]["residual"]),
+        }),
+        "composed step": ["time.safety=0.8", "time.end=0.3"],
+        "with a gate": ["variant=gate"],
+    }),
+    "dam_front": ("chen2023/dam_break", ["variant=no_plate"], {
+        f"{z}": ("{:.2f}", lambda run, z=z: run.first(lambda row: row["Z"] >= z)["T"]) for z in FRONT
+    }, {"ours": []}),
+    "rings_energies": ("chen2023/rings", [], {
+        "touch, ms": ("{:.2f}", lambda run: 1e3 * run.when(lambda row: row["force"] != 0)),
+        "largest contact potential": ("{:.1f} %", lambda run: 100 * max(row["contact"] for row in run.rows) / run.rows[0]["kinetic"]),
+        "smallest kinetic": ("{:.2f}", lambda run: min(row["kinetic"] for row in run.rows) / run.rows[0]["kinetic"]),
+        "largest strain": ("{:.2f}", lambda run: max(row["strain"] for row in run.rows) / run.rows[0]["kinetic"]),
+    }, {"the scene": []}),
+    "roll": ("bardenhagen2000/roll", ["mpm.cell=0.03125"], {
+        "R/16": ("{:.1f} %", lambda run: 100 * next(check["error"] for check in run.summary["checks"] if check["name"].startswith("x(t)"))),
+    }, {"mu 0.3, 60 degrees": [], **{label: [f"variant={variant}"] for label, variant in {
+        "mu 0.9, 60 degrees": "mu_0_9", "mu 0.5, 60 degrees": "mu_0_5", "mu 0.5, 30 degrees": "mu_0_5_at_30"}.items()}}),
+    "shear": ("bardenhagen2000/shear", [], {
+        "steps": ("{}", lambda run: run.summary["steps"]),
+        "plastic work at 25, 50, 75 %, J/m": ("{}", share("plastic")),
+        "of the driven work": ("{}", share("plastic", "driven")),
+        "friction, J/m": ("{}", share("friction")),
+        "largest residual": ("{:+.2f} %", lambda run: 100 * run.largest(lambda row: abs(row["residual"]))["residual"]),
+    }, {"without slip": [], "with friction": ["variant=friction"]}),
+    "multiple": ("singer2022/beam_multiple", [], {
+        "deepest, um": ("{:.3f}", lambda run: 1e6 * max(row["midspan"] for row in run.rows)),
+        "ball leaves with, m/s": ("{:.5f}", lambda run: run.rows[-1]["v_ball"]),
+    }, {"scene": [], **{variant: [f"variant={variant}"] for variant in ("paper_cell", "cell_5mm", "between_nodes", "chains")}}),
+    "hertz": ("chen2023/hertz_discs", [], {
+        "by energy": ("{:.3f}", lambda run: run.checks["half width against Hertz, from R/20 to R/10"]),
+        "by extent": ("{:.3f}", by_extent),
+    }, {label: [f"variant={label}"] if label != "scene" else [] for label in (
+        "scene", "cell_20", "diagonal_40", "diagonal", "cell_40_one", "cell_20_one", "unequal", "unequal_40")}),
     "pile": ("chen2023/pile", [], {
         f"{start} to {end} R": ("{:.2f}", lambda run, start=start, end=end: run.mean("resistance", "depth", start, end))
         for start, end in ((3, 4), (4, 6), (6, 9))
@@ -349,23 +508,36 @@ TABLES = {
 }
 
 
+def options(values):
+    return [word for value in values for word in (["--variant", value[8:]] if value.startswith("variant=") else ["--set", value])]
+
+
+def tandem(program, *words):
+    done = subprocess.run([program, *words], capture_output=True, text=True)
+    if done.returncode not in (0, 1):
+        sys.exit(f"{' '.join(map(str, words))}: {done.stderr}")
+
+
+def scene_file(scene, out):
+    """The file of a scene; a program writes it if there is none."""
+    file = ROOT / "scenes" / f"{scene}.toml"
+    if not file.exists():
+        out.mkdir(parents=True, exist_ok=True)
+        file = out / "scene.toml"
+        program, *words = scene.split()
+        file.write_text(subprocess.run([sys.executable, ROOT / "scenes" / program, *words], capture_output=True, text=True, check=True).stdout)
+    return file
+
+
 def table_of(name, program):
     """Rows of a table, from runs."""
     scene, common, columns, rows = TABLES[name]
-    file = ROOT / "scenes" / f"{scene}.toml"
-    if not file.exists():
-        (SCRATCH / name).mkdir(parents=True, exist_ok=True)
-        file = SCRATCH / name / "scene.toml"
-        words = scene.split()
-        file.write_text(subprocess.run([sys.executable, ROOT / "scenes" / words[0], *words[1:]], capture_output=True, text=True, check=True).stdout)
+    file = scene_file(scene, SCRATCH / name)
     for number, (label, changed) in enumerate(rows.items()):
         changed, own = changed if isinstance(changed, tuple) else (changed, {})
         out = SCRATCH / name / str(number)
         shutil.rmtree(out, ignore_errors=True)
-        words = [word for value in common + changed for word in (["--variant", value[8:]] if value.startswith("variant=") else ["--set", value])]
-        done = subprocess.run([program, "run", file, *words, "--in-process", "--out", out], capture_output=True, text=True)
-        if done.returncode not in (0, 1):
-            sys.exit(f"{name}, {label}: {done.stderr}")
+        tandem(program, "run", file, *options(common + changed), "--in-process", "--out", out)
         run = Run(out)
         for column, (spelling, of) in (columns | own).items():
             value = of(run)
@@ -373,18 +545,34 @@ def table_of(name, program):
         print(f"{name}: {label}", flush=True)
 
 
+def samples_of(name, program):
+    """Rows of a table of samples: mean and deviation of each column."""
+    scene, common, columns = SAMPLES[name]
+    out = SCRATCH / name
+    shutil.rmtree(out, ignore_errors=True)
+    tandem(program, "study", ROOT / "scenes" / f"{scene}.toml", *options(common), "--in-process", "--jobs", "2", "--sample", "30",
+           "--over", "time.step_factor=uniform(0.9,1)", "--value", "momentum is conserved", "--out", out)
+    runs = [Run(run) for run in sorted((out / "runs").iterdir())]
+    for column, (spelling, of) in columns.items():
+        values = [value for value in map(of, runs) if value is not None]
+        yield [name, column, "mean", spelling.format(statistics.mean(values))]
+        yield [name, column, "deviation", spelling.format(statistics.stdev(values))]
+    print(name, flush=True)
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--only", action="append", choices=TABLES, default=[])
+    parser.add_argument("--only", action="append", choices=[*TABLES, *SAMPLES], default=[])
     parser.add_argument("--tandem", type=pathlib.Path, default=ROOT / "target" / "release" / "tandem")
     arguments = parser.parse_args()
     build = subprocess.run(["git", "log", "-1", "--format=%h, %as"], cwd=ROOT, capture_output=True, text=True, check=True).stdout.strip()
     with open(KEPT, encoding="utf-8") as text:
         kept = {name: list(rows) for name, rows in itertools.groupby(list(csv.reader(text))[1:], key=lambda row: row[0])}
-    for name in arguments.only or TABLES:
-        kept[name] = [[*row, build] for row in table_of(name, arguments.tandem.resolve())]
+    for name in arguments.only or [*TABLES, *SAMPLES]:
+        rows = table_of if name in TABLES else samples_of
+        kept[name] = [[*row, build] for row in rows(name, arguments.tandem.resolve())]
         with open(KEPT, "w", encoding="utf-8", newline="") as file:
-            rows = (row for table in TABLES for row in kept.get(table, []))
+            rows = (row for table in [*TABLES, *SAMPLES] for row in kept.get(table, []))
             csv.writer(file, lineterminator="\n").writerows([HEAD, *rows])
     subprocess.run([HERE / "values.py"], check=True)
 
