@@ -1,12 +1,13 @@
 #!/usr/bin/env python3
-"""Writes values of tables/checks.csv, and tables of tables/variations.csv, into the pages of this folder and the README, so that no
-page has an older build's.
+"""Writes values of tables/checks.csv, tables of tables/variations.csv, and errors of studies/*.csv, into the pages of this folder and
+the README, so that no page has an older build's.
 
     docs/results/values.py [--check]
 
 A comment behind a number says where it is from: `23.5<!--rings/usavg:they-fly-off-->` is the value of the check of that
 variant (none: the scene as it stands) whose name begins so; `<!--rings:energy:error*100-->` is another column in percent. The
-number keeps its decimals, or its digits if it has an exponent. `<!-- variations: NAME -->` stands above a table of variations.py.
+number keeps its decimals, or its digits if it has an exponent. `<!-- variations: NAME -->` stands above a table of variations.py;
+`0.244<!--variations/gate:the-scene:hit-->` is of its row that is called so or has these words, in the column that begins so.
 `--check` changes nothing and fails if a page differs.
 """
 
@@ -18,8 +19,10 @@ import sys
 
 HERE = pathlib.Path(__file__).resolve().parent
 PAGES = [*sorted(HERE.glob("*.md")), HERE.parent.parent / "README.md"]
-SOURCE = re.compile(r"(-?\d[\d.]*(?:e-?\d+)?)<!--([\w/]+):([\w.,^()'=+-]+)(?::(\w+))?(?:([*/])(-?[\d.]+(?:e-?\d+)?))?-->")
+SOURCE = re.compile(r"(-?\d[\d.]*(?:e-?\d+)?)<!--([\w/]+):([\w.,^()'=+-]+)(?::([\w./-]+))?(?:([*/])(-?[\d.]+(?:e-?\d+)?))?-->")
 VARIATIONS = re.compile(r"(<!-- variations: (\w+) -->\n)\n*(?:\|.*\n)*\n*")
+
+STUDY = re.compile(r"(<!-- study: (\w+) -->\n)\n*(?:\|.*\n)*\n*")
 
 
 @functools.cache
@@ -38,6 +41,21 @@ def variations(match):
     return "\n".join([match[1], head + "".join(rows), ""])
 
 
+def errors(match):
+    """A table of the errors of a study, over its resolution."""
+    with open(HERE / "studies" / f"{match[2]}.csv", encoding="utf-8") as file:
+        rows = [row for row in csv.DictReader(file) if row["error [1]"]]
+    orders = re.search(rf"\[{match[2]}\]\S* \| (.*?) \|", (HERE / "studies.md").read_text())[1]
+    text = "| curve | order | resolution: error |\n| --- | --- | --- |\n"
+    for curve in dict.fromkeys(row["curve"] for row in rows):
+        of = [row for row in rows if row["curve"] == curve]
+        name = curve or "all runs"
+        order = re.search(rf"{re.escape(name)} (-?[\d.]+|none)", orders)[1]
+        number = lambda value: re.sub(r"e([+-])0*", lambda e: "e" + e[1].strip("+"), f"{float(value):.2g}")
+        text += f"| {name} | {order} | " + ", ".join(f"{float(row['resolution']):.4g}: {number(row['error [1]'])}" for row in of) + " |\n"
+    return f"{match[1]}\n{text}\n"
+
+
 def found(rows, scene, check):
     """The row of a check."""
     scene, _, variant = scene.partition("/")
@@ -48,9 +66,20 @@ def found(rows, scene, check):
     return rows[0]
 
 
+def varied(name, changed, column):
+    """A value of variations."""
+    words = lambda text: text.replace(" ", "-")
+    rows = [row for row in table("variations") if row["table"] == name and words(row["column"]).startswith(column)]
+    rows = [row for row in rows if words(row["changed"]) == changed] or [row for row in rows if changed in words(row["changed"])]
+    if len(rows) != 1:
+        sys.exit(f"{len(rows)} values of the table {name} are of {changed}, {column}")
+    return re.match(r"[-+]?[\d.]+(e-?\d+)?", rows[0]["value"])[0]
+
+
 def written(rows, match):
     old, scene, check, column, sign, factor = match.groups()
-    value = float(found(rows, scene, check)[column or "value"])
+    source, _, name = scene.partition("/")
+    value = float(varied(name, check, column) if source == "variations" else found(rows, scene, check)[column or "value"])
     factor = float(factor or 1)
     value = value / factor if sign == "/" else value * factor
     mantissa, exponent, _ = old.partition("e")
@@ -63,7 +92,7 @@ def main():
     rows, differs = table("checks"), False
     for page in PAGES:
         text = page.read_text()
-        new = VARIATIONS.sub(variations, SOURCE.sub(lambda match: written(rows, match), text))
+        new = STUDY.sub(errors, VARIATIONS.sub(variations, SOURCE.sub(lambda match: written(rows, match), text)))
         if left := re.search(r"<!--\w+[/:][^>]*-->", SOURCE.sub("", text)):
             sys.exit(f"{page.name}: {left[0]} names no check behind a number")
         if new != text:

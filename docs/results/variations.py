@@ -233,6 +233,11 @@ def distance(row):
     return abs(row["turned_2"] - TURNED(row["time"])) if row["time"] <= 0.4 + 1e-9 else 0.0
 
 
+def spring(damping, tangential=3e4):
+    """A block's contact with its slope."""
+    return f"contact.linear={{normal_stiffness=6e4,tangential_stiffness={tangential},friction=0.7,{damping}}}"
+
+
 def by_extent(run):
     """Half width of the loaded points over that of Hertz, mean over the time of the scene's check."""
     rows = [row for row in run.rows if row["time"] >= 0.54 * run.rows[-1]["time"]]
@@ -323,6 +328,14 @@ TABLES = {
         "APIC, `2e-6`": ["mpm.transfer=apic", "time.max_step=2e-6"],
         "APIC, psi = 25, `2e-6`": ["mpm.transfer=apic", "time.max_step=2e-6", drucker_prager(35, 25.0)],
         "FLIP, `2e-5`": ["mpm.transfer=flip", "time.max_step=2e-5"],
+    }),
+    "silo_transfer": (SILO, ["variant=psi0", "mpm.points.0.spacing={per_cell=9}"], {
+        "ours / Beverloo": ("{:.2f}", lambda run: run.checks["mass flow over Beverloo's law"]),
+    }, {
+        "APIC": [],
+        "blend, PIC fraction 0.01": ["mpm.transfer={blend={pic_fraction=0.01}}"],
+        "FLIP": ["mpm.transfer=flip"],
+        "PIC": ["mpm.transfer=pic"],
     }),
     "critical": (SILO, [AFLIP, FLOW], flow() | {
         "least and largest step, us": ("{0[0]:.1f}, {0[1]:.1f}", lambda run: [1e6 * run.summary[name] for name in ("dt_min", "dt_max")]),
@@ -425,12 +438,12 @@ TABLES = {
     "topple_16": (TOPPLE, [], {name: pendulum(16)[name] for name in ("off", "largest distance until then, degrees")}, {
         label: [f"variant={variant}"] for label, variant in {
             "nothing": "slope_16",
-            "put on the slope at once: `sudden`": "sudden",
-            "points half a spacing inside: `inside`": "inside",
-            "springs of 1e8 N/m instead of 1e9: `soft_contact`": "soft_contact",
-            "the block does not keep its spin: `no_spin`": "no_spin",
-            "E ten times as large: `stiff`": "stiff",
-            "half the cell, 20 x 80 points: `finer`": "finer",
+            "put on the slope at once (`sudden`): the whole base carries for the first 7 ms, and the block keeps 0.07 rad/s": "sudden",
+            "points half a spacing inside (`inside`): it turns about a point 5 mm inside of the corner": "inside",
+            "springs of 1e8 N/m instead of 1e9 (`soft_contact`): it turns before it stands on its outermost point": "soft_contact",
+            "the block does not keep its spin (`no_spin`): a turning boundary is strained": "no_spin",
+            "E ten times as large (`stiff`): does not lean": "stiff",
+            "half the cell, 20 x 80 points (`finer`): leans more": "finer",
         }.items()
     }),
     "gjk": ("chen2023/blocks_gjk", [], {
@@ -447,6 +460,15 @@ TABLES = {
             "depth; sharp edges: `bare`": "bare",
             "area; sharp edges: `bare_area`": "bare_area",
         }.items()
+    }),
+    "sudden_load": ("verification/sudden_load", [], {
+        "way after 1.5 s, mm": ("{:.2f}", lambda run: 1e3 * run.rows[-1]["x"]),
+    }, {
+        "no damping (a rigid block: 13.01)": [spring("damping_ratio=0.0")],
+        "0.3 of a point (9.02)": [spring("damping_ratio=0.3")],
+        "0.3 of a point, k_t = k_n/20 (36.74)": [spring("damping_ratio=0.3", 3e3)],
+        "0.5 of the block: the scene (4.37)": [],
+        "1 of the block (3.04)": [spring("damping_ratio=1.0,damped_mass=1.25")],
     }),
     "dam": ("chen2023/dam_break", [], {
         "hit, s": ("{:.3f}", lambda run: run.when(lambda row: row["contacts"] >= 1)),
