@@ -4,10 +4,9 @@ use std::collections::BTreeSet;
 use std::path::Path;
 use std::time::{Duration, Instant};
 
-use conformance::mutant::{Flaw, serve};
-use interface::hosted::Host;
+use conformance::Flaw;
 use interface::message::Payload;
-use interface::message::control::Notice;
+use interface::message::control::{Notice, Party};
 use interface::transport::domain::Domain;
 
 use crate::harness::{
@@ -278,8 +277,7 @@ fn a_process_that_is_told_to_has_a_flaw() {
         vec![message]
     });
     let domain = Domain::join(&run).unwrap();
-    let host = Host::Dem(Box::new(dem_proc::Sdem::default()));
-    serve(&domain, host, passing);
+    mutant::serve(&domain, Party::Dem, passing);
 }
 
 /// Starts a run whose solver of the bodies has this flaw. Its deadline is longer than the patience of this test.

@@ -23,12 +23,13 @@ const ARROWS: &str = "
     coupler: interface record scene
     conformance: interface mechanics
     simulation: dem-proc interface mechanics mpm-proc
+    mutant: conformance dem-proc interface mpm-proc
     study: coupler interface mechanics
     report: coupler interface
     fuzzing: coupler dem-proc interface mpm-proc
     guard: coupler dem-proc interface mechanics mpm-proc
     rapier-dem: conformance coupler dem-proc interface mechanics mpm-proc
-    tandem: conformance coupler dem-proc interface mpm-proc report study";
+    tandem: conformance coupler dem-proc interface mpm-proc mutant report study";
 /// Dependencies of one crate only: the transport, the codec, the broad phase.
 const OWNERS: [(&str, &str); 3] = [
     ("iceoryx2", "interface"),

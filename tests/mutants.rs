@@ -6,29 +6,18 @@ use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
 
 use crate::harness::at_once;
-use conformance::clause::{self, Clause, NamedMutant};
-use conformance::mutant::{Flaw, Flawed, ProcessFlaws, change};
+use conformance::clause::{self, Clause};
 use conformance::profile::{Profile, profiles};
 
-use conformance::{Examination, Options, RandomCases, examine};
+use conformance::{Examination, Flaw, Options, RandomCases, examine};
 use conformance::{PATIENCE, Verdict};
 use interface::hosted::{Ends, Host, Start, Subject};
 use interface::message::control::Party;
 use interface::transport::raw::Message;
-
-#[allow(dead_code, reason = "its `main`")]
-#[path = "../examples/mutant.rs"]
-mod program;
+use mutant::{Flawed, Mutant, ProcessFlaws, Wrong, built_in, change};
 
 /// The words of a mutant's command line, if a process of this program is to be one.
 const MUTANT: &str = "TANDEM_MUTANT";
-
-fn host(party: Party) -> Host {
-    match party {
-        Party::Mpm => Host::Mpm(Box::new(mpm_proc::Mpm::default())),
-        _ => Host::Dem(Box::new(dem_proc::Sdem::default())),
-    }
-}
 
 /// Words of a command that starts a mutant as a process: this program of tests, which is told by a variable what to be.
 pub fn command(name: &str) -> Vec<String> {
@@ -47,7 +36,7 @@ pub fn command(name: &str) -> Vec<String> {
 fn a_process_that_is_told_to_is_a_mutant() {
     if let Ok(words) = std::env::var(MUTANT) {
         let words: Vec<&str> = words.split_whitespace().collect();
-        std::process::exit(program::run(&words).into());
+        std::process::exit(mutant::run(&words).into());
     }
 }
 
@@ -89,30 +78,30 @@ impl Of {
     }
 
     /// The same with a flaw.
-    fn with(self, flaw: Flaw) -> Flaw {
+    fn with(self, wrong: Wrong) -> Wrong {
         let Some(profile) = self.profile else {
-            return flaw;
+            return wrong;
         };
         let mut modest = change::hello(move |hello| hello.capabilities = profile.capabilities());
         if self.party == Party::Dem && !profile.capabilities().meets("feature:contact_resolution") {
             // It resolves no contacts, which the built-in solver would do.
-            modest = modest.with(change::json_config(|config| {
+            modest = modest.with(Flaw::json(|config| {
                 config.insert("contact_resolution".into(), 2.0.into());
             }));
         }
-        Flaw {
-            process: flaw.process,
-            ..modest.with(flaw)
+        Wrong {
+            messages: modest.with(wrong.messages),
+            process: wrong.process,
         }
     }
 }
 
 /// A solver with this flaw, in the thread of the kit.
-fn flawed(of: Of, flaw: impl Fn() -> Flaw + Send + Sync + 'static) -> Subject {
+fn flawed<W: Into<Wrong>>(of: Of, wrong: impl Fn() -> W + Send + Sync + 'static) -> Subject {
     let party = of.party;
     let make = move |ends| -> (Host, Ends) {
-        let flawed = Flawed::new(ends, party, of.with(flaw()));
-        (host(party), Box::new(flawed))
+        let flawed = Flawed::new(ends, party, of.with(wrong().into()));
+        (built_in(party), Box::new(flawed))
     };
     let start = Start::InThread(Arc::new(make));
     Subject { party, start }
@@ -145,14 +134,15 @@ impl Kept {
     /// Whether a mutant does anything in these sessions, or takes its time. Kit and solver do the same whenever they are told the same
     /// (T-6a), so where a flaw passes on all that passed without it, the mutant is told and answers what was told and
     /// answered without it, and the clause is kept: nothing has to be run to know that.
-    fn is_touched_by(&self, mutant: &NamedMutant) -> bool {
+    fn is_touched_by(&self, mutant: &Mutant) -> bool {
         self.sessions.iter().any(|log| {
-            let mut flaw = (mutant.mutant.flaw)();
+            let mut wrong = (mutant.wrong)();
             let log = log.lock().expect("no panic");
-            flaw.process != ProcessFlaws::default()
+            wrong.process != ProcessFlaws::default()
                 || log.iter().any(|message| {
                     let start = Instant::now();
-                    (flaw.pass)(message.clone()) != [message.clone()] || start.elapsed() > A_WHILE
+                    wrong.messages.pass(message.clone()) != [message.clone()]
+                        || start.elapsed() > A_WHILE
                 })
         })
     }
@@ -184,7 +174,7 @@ fn cores() -> usize {
 }
 
 /// What is wrong with how a mutant was judged.
-fn complaints(mutant: &NamedMutant, examination: &Examination) -> Vec<String> {
+fn complaints(mutant: &Mutant, examination: &Examination) -> Vec<String> {
     let mut wrong = Vec::new();
     let (name, meant) = (&mutant.name, mutant.clause.id);
     for judged in &examination.judged {
@@ -203,7 +193,7 @@ fn complaints(mutant: &NamedMutant, examination: &Examination) -> Vec<String> {
 }
 
 /// The clauses that a mutant may break, and those that are blocked where it breaks its own.
-fn to_be_judged(kept: &[Kept], mutant: &NamedMutant) -> Vec<String> {
+fn to_be_judged(kept: &[Kept], mutant: &Mutant) -> Vec<String> {
     let mut blocked = vec![mutant.clause.id];
     let mut asked = Vec::new();
     for kept in kept {
@@ -221,11 +211,8 @@ fn to_be_judged(kept: &[Kept], mutant: &NamedMutant) -> Vec<String> {
 
 fn every_mutant_breaks_its_clause_alone(of: Of) {
     let kept = kept_by_the_flawless(of);
-    let judged = |mutant: &NamedMutant| kept.iter().any(|kept| kept.clause.id == mutant.clause.id);
-    let mutants: Vec<_> = clause::mutants(of.party)
-        .into_iter()
-        .filter(judged)
-        .collect();
+    let judged = |mutant: &Mutant| kept.iter().any(|kept| kept.clause.id == mutant.clause.id);
+    let mutants: Vec<_> = mutant::of(of.party).into_iter().filter(judged).collect();
     let mut work = at_once(cores(), &mutants, |mutant| {
         (mutant.clone(), to_be_judged(&kept, mutant))
     });
@@ -236,7 +223,7 @@ fn every_mutant_breaks_its_clause_alone(of: Of) {
             return vec![format!("{}: does nothing where it is judged", mutant.name)];
         }
         let (start, count) = (Instant::now(), asked.len());
-        let found = judge(&flawed(of, mutant.mutant.flaw), asked.clone());
+        let found = judge(&flawed(of, mutant.wrong), asked.clone());
         let took = start.elapsed().as_secs_f64();
         println!("{}: {count} clauses, {took:.1} s", mutant.name);
         complaints(mutant, &found)
@@ -257,11 +244,8 @@ fn every_mutant_of_the_physics_of_a_continuum_is_found_by_its_clause() {
 
 /// Mutants of what random cases judge: the first difference that they show is of their clause. It prints which case shows it.
 fn every_mutant_of_physics_is_found_by_its_clause(of: Of) {
-    let random = |mutant: &NamedMutant| mutant.clause.is_random();
-    let mutants: Vec<_> = clause::mutants(of.party)
-        .into_iter()
-        .filter(random)
-        .collect();
+    let random = |mutant: &Mutant| mutant.clause.is_random();
+    let mutants: Vec<_> = mutant::of(of.party).into_iter().filter(random).collect();
     let all: Vec<_> = clause::of(of.party)
         .iter()
         .filter(|c| c.is_random())
@@ -269,7 +253,7 @@ fn every_mutant_of_physics_is_found_by_its_clause(of: Of) {
         .collect();
     let wrong = at_once(cores(), &mutants, |mutant| {
         let start = Instant::now();
-        let subject = flawed(of, mutant.mutant.flaw);
+        let subject = flawed(of, mutant.wrong);
         let mut options = options(all.clone());
         options.random.cases = 10_000;
         options.random.time = Duration::from_hours(1);
@@ -296,12 +280,7 @@ fn every_mutant_of_physics_is_found_by_its_clause(of: Of) {
             _ => &[],
         };
         let found = broken.len() == 1 && (broken[0] == own || also.contains(&broken[0]));
-        (!found).then(|| {
-            format!(
-                "{} ({}): found by {broken:?}",
-                mutant.name, mutant.mutant.what
-            )
-        })
+        (!found).then(|| format!("{} ({}): found by {broken:?}", mutant.name, mutant.what))
     });
     let wrong: Vec<_> = wrong.into_iter().flatten().collect();
     assert!(wrong.is_empty(), "\n{}\n", wrong.join("\n"));
@@ -337,7 +316,7 @@ fn a_solver_of_each_profile_is_judged_by_its_core() {
                 party,
                 profile: Some(profile),
             };
-            let examination = judge(&flawed(of, Flaw::none), Vec::new());
+            let examination = judge(&flawed(of, mutant::nothing), Vec::new());
             let fitting = examination.profile().map(|fitting| fitting.name);
             assert_eq!(fitting, Some(profile.name));
             let missing: Vec<_> = examination.missing(Some(profile));
@@ -360,7 +339,7 @@ fn a_solver_that_refuses_everything_does_not_pass() {
             "threads"
         };
         let refusing = move || {
-            change::json_config(move |config| {
+            Flaw::json(move |config| {
                 config.insert(key.into(), 0.into());
             })
         };
@@ -394,7 +373,7 @@ fn every_mutant_process_breaks_its_clause_alone() {
             .filter(|c| c.of_processes)
             .collect();
         let only: Vec<String> = about.iter().map(|c| c.id.to_string()).collect();
-        for mutant in clause::mutants(party) {
+        for mutant in mutant::of(party) {
             if !mutant.clause.of_processes {
                 continue;
             }
@@ -411,11 +390,12 @@ fn every_mutant_process_breaks_its_clause_alone() {
 fn every_clause_has_its_mutant_and_an_id_is_one_statement() {
     let mut titles = BTreeMap::new();
     for party in [Party::Dem, Party::Mpm] {
-        let clauses = clause::of(party);
+        let (clauses, mutants) = (clause::of(party), mutant::of(party));
         let ids: BTreeSet<_> = clauses.iter().map(|clause| clause.id).collect();
         assert_eq!(ids.len(), clauses.len(), "a clause is there twice");
         for clause in clauses {
-            assert!(!clause.mutants.is_empty(), "{} has no mutant", clause.id);
+            let broken = mutants.iter().any(|mutant| mutant.clause.id == clause.id);
+            assert!(broken, "{} has no mutant", clause.id);
             let title = titles.entry(clause.id).or_insert(clause.title);
             assert_eq!(*title, clause.title, "{} says two things", clause.id);
         }

@@ -3,15 +3,13 @@
 //!
 //! [`random`] judges the physics of bodies by random cases beside an oracle; what else is said of a clause here is of the others.
 //! `bench` is where a clause is judged: sessions with the solver, time, a peer of mass points. [`clause`] holds the
-//! clauses as data, `verdict` what becomes of them, [`report`] how that is shown, [`mutant`] the broken solvers that
-//! prove that each clause can fail.
+//! clauses as data, `verdict` what becomes of them, [`report`] how that is shown, `flaw` what the kit says wrongly.
 //!
 //! # How to add a clause
 //!
 //! 1. Find its number in PROTOCOL.md; if there is none, write the clause there first.
 //! 2. In the file of its subject (`clause/dem/order.rs`, ...; `clause/shared/` for both sides) add a row to `CLAUSES`:
-//!    `Must "H-1c" "stops before ..." by other_halts, after: &["L-1a"];`, and below it its mutants,
-//!    `- "does not report ...": Flaw::report(|report| report.halted = 0);`. Where the kit shall say something wrong and the
+//!    `Must "H-1c" "stops before ..." by other_halts, after: &["L-1a"];`. Where the kit shall say something wrong and the
 //!    solver fail, no function is needed: `refuses Flaw::states(|header, _| header.step += 1)` in a step, `rejects` before
 //!    the first. `after` names clauses without which this one says nothing: keep them few, and design the clause so that
 //!    another broken rule does not break it. The first clause of a side is before all others without being named. `needs`
@@ -23,24 +21,13 @@
 //!    back as *not applicable* by itself. Put many cases in one run (bodies far apart): a run costs milliseconds, a step
 //!    microseconds. State the tolerance with its reason.
 //! 4. A clause that needs a process (exit status, signals, files) says `of_processes: true`.
-//!
-//! # How to add a mutant
-//!
-//! A clause that no mutant can trip is no clause (`tests/mutants.rs` of the root). A mutant is the built-in solver
-//! that talks through a transport ([`mutant::serve`]) which passes every message on but for the one rule it breaks. It
-//! stands below the clause's row, and [`mutant::Flaw`] and [`mutant::change`] have one constructor for each thing that can
-//! be changed. Then `tandem conformance --dem "target/release/examples/mutant H-1c"` shows it, and the test asks that clause
-//! H-1c fails and no other. A second mutant of a clause is called `H-1c/2`.
+//! 5. Add a solver that breaks it, a mutant, to the table of `tests/mutant`: a clause that nothing can trip is no clause.
 #![forbid(unsafe_code)]
 #![cfg_attr(not(test), warn(clippy::disallowed_methods))]
-#![expect(
-    clippy::needless_for_each,
-    reason = "what a mutant does wrong stands in one line"
-)]
 
 mod bench;
 pub mod clause;
-pub mod mutant;
+mod flaw;
 mod options;
 mod part;
 pub mod profile;
@@ -61,6 +48,7 @@ use interface::message::control::Party;
 use thiserror::Error;
 
 pub use bench::PATIENCE;
+pub use flaw::Flaw;
 pub use options::{Options, RandomCases};
 pub use verdict::Verdict;
 

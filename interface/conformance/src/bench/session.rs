@@ -8,7 +8,7 @@ use interface::hosted::{Hosted, Subject};
 use interface::message::control::{Configure, Failure, Hello, Notice, Order, Party, Ready};
 use interface::transport::raw::{Kind, Message};
 
-use crate::mutant::Flaw;
+use crate::flaw::Flaw;
 use crate::options::Options;
 use crate::trace::Trace;
 use crate::verdict::{Unmet, broken};
@@ -132,7 +132,7 @@ impl Session<'_> {
             self.note(message);
             return Ok(self.solver.run.send(message)?);
         };
-        for changed in (flaw.pass)(message.clone()) {
+        for changed in flaw.pass(message.clone()) {
             self.note(&changed);
             self.solver.run.send(&changed)?;
         }

@@ -1,5 +1,4 @@
-//! Clauses as rows: an id, a level, what it says, what it needs, the function that judges it, and the mutants that
-//! break it.
+//! Clauses as rows: an id, a level, what it says, what it needs, and the function that judges it.
 
 pub mod dem;
 pub mod mpm;
@@ -11,8 +10,6 @@ use interface::message::control::Party;
 pub use row::{Clause, Level};
 pub(crate) use row::{clauses, judged};
 pub(crate) use shared::{names, refuses, rejects};
-
-use crate::mutant::Mutant;
 
 /// The clauses by which the solver of one side is judged, in order; what a clause is `after` comes before it.
 pub fn of(party: Party) -> Vec<&'static Clause> {
@@ -35,36 +32,6 @@ pub fn own(party: Party) -> impl Iterator<Item = &'static Clause> {
         Party::Coupler => &[],
     };
     own.iter().copied().flatten()
-}
-
-/// A mutant with the name by which it is called, and the clause that it breaks.
-#[derive(Clone)]
-pub struct NamedMutant {
-    /// The clause's id, for its second mutant with `/2` behind it.
-    pub name: String,
-    /// What it breaks.
-    pub clause: &'static Clause,
-    /// The mutant.
-    pub mutant: Mutant,
-}
-
-/// The mutants of one side.
-pub fn mutants(party: Party) -> Vec<NamedMutant> {
-    let mut named = Vec::new();
-    for clause in of(party) {
-        for (k, mutant) in (1..).zip(clause.mutants) {
-            let name = match k {
-                1 => clause.id.to_string(),
-                k => format!("{}/{k}", clause.id),
-            };
-            named.push(NamedMutant {
-                name,
-                clause,
-                mutant: *mutant,
-            });
-        }
-    }
-    named
 }
 
 /// What nobody can see from outside, or what this kit does not look at, with the reason: a line each.

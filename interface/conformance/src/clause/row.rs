@@ -1,4 +1,4 @@
-//! One clause: an id, a level, what it says, what it needs, the function that judges it, and the mutants that break it.
+//! One clause: an id, a level, what it says, what it needs, and the function that judges it.
 
 use core::fmt::{self, Display};
 
@@ -6,7 +6,6 @@ use interface::config::capability::Capabilities;
 use serde::Serialize;
 
 use crate::bench::Bench;
-use crate::mutant::flaw::Mutant;
 use crate::verdict::Judgement;
 
 /// How binding a clause is.
@@ -28,7 +27,7 @@ impl Display for Level {
     }
 }
 
-/// One thing that a solver must or should do, how to see whether it does, and solvers that do not.
+/// One thing that a solver must or should do, and how to see whether it does.
 #[derive(Clone, Copy)]
 pub struct Clause {
     /// A case of a clause of PROTOCOL.md: `F-7a`. The same id is the same statement on both sides.
@@ -49,21 +48,17 @@ pub struct Clause {
     pub(crate) judge: Option<fn(&Bench) -> Judgement>,
     /// The usual mistakes that break it, in a few words each.
     pub often: &'static str,
-    /// Solvers that break it and no other clause.
-    pub mutants: &'static [Mutant],
 }
 
-/// Rows of clauses, each with its mutants below it: level, id, what it says, and how it is judged: `by` a function, by a
+/// Rows of clauses: level, id, what it says, and how it is judged: `by` a function, by a
 /// thing that the kit says wrongly and that the solver `refuses` in a step or `rejects` before the first, or, without
 /// either, by random cases.
 macro_rules! clauses {
     ($($level:ident $id:literal $title:literal
-        $($how:ident $judge:expr)? $(, $field:ident: $value:expr)*;
-        $(- $what:literal: $flaw:expr;)*)*) => {
+        $($how:ident $judge:expr)? $(, $field:ident: $value:expr)*;)*) => {
         &[$($crate::clause::Clause {
             $(judge: Some($crate::clause::judged!($how $judge)),)?
             $($field: $value,)*
-            mutants: &[$($crate::mutant::Mutant { what: $what, flaw: || $flaw }),*],
             ..$crate::clause::Clause::of($crate::clause::Level::$level, $id, $title)
         }),*]
     };
@@ -97,7 +92,6 @@ impl Clause {
             alone: false,
             judge: None,
             often: "",
-            mutants: &[],
         }
     }
 

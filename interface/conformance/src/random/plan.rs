@@ -65,8 +65,9 @@ pub fn parts(epochs: &[Epoch], mut left: u32) -> [Vec<Epoch>; 2] {
         }
     }
     for part in [&mut head, &mut tail] {
-        part.iter_mut()
-            .for_each(|epoch| epoch.windows.retain(|window| *window > 0));
+        for epoch in &mut *part {
+            epoch.windows.retain(|window| *window > 0);
+        }
         part.retain(|epoch| !epoch.windows.is_empty());
     }
     [head, tail]

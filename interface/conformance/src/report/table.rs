@@ -4,7 +4,7 @@ use core::fmt::Write as _;
 use interface::message::control::Party;
 
 use super::{count, scenes, shown};
-use crate::clause::{Clause, common, not_checked, of, own};
+use crate::clause::{not_checked, of};
 use crate::profile::OWN;
 use crate::verdict::Verdict;
 use crate::{Examination, Judged};
@@ -100,35 +100,6 @@ pub fn summary(examination: &Examination) -> String {
         good.len()
     );
     text
-}
-
-/// The clauses as the CSV file docs/conformance.csv: those of both sides, then of each.
-pub fn manual() -> String {
-    let parts: [(&str, Vec<&Clause>); 3] = [
-        ("both", common().collect()),
-        ("bodies", own(Party::Dem).collect()),
-        ("continuum", own(Party::Mpm).collect()),
-    ];
-    let mut text = String::from("side,clause,level,what,needs,mutants\n");
-    for (side, clauses) in parts {
-        for clause in clauses {
-            let mutants: Vec<&str> = clause.mutants.iter().map(|mutant| mutant.what).collect();
-            let (id, level) = (clause.id, clause.level);
-            let words = [clause.title, &clause.needs.join("; "), &mutants.join("; ")];
-            let [what, needs, mutants] = words.map(quoted);
-            let _ = writeln!(text, "{side},{id},{level},{what},{needs},{mutants}");
-        }
-    }
-    text
-}
-
-/// A field of a CSV file.
-fn quoted(words: &str) -> String {
-    if words.contains([',', '"']) {
-        format!("\"{}\"", words.replace('"', "\"\""))
-    } else {
-        words.to_owned()
-    }
 }
 
 /// All clauses of a side, and what is not checked.

@@ -5,44 +5,14 @@ use interface::config::{BodyShape, DemConfig, Interface, Motion};
 use super::scene::{OVERLAP, RADIUS, SPHERO, STIFFNESS, body, elastic, scene};
 use crate::bench::{Bench, Points};
 use crate::clause::{Clause, clauses};
-use crate::mutant::{Flaw, change};
 use crate::verdict::{Judgement, Unmet, near};
 
 const NEEDS: &[&str] = &["segments", "shape:disc"];
 
 pub const CLAUSES: &[Clause] = clauses! {
     Must "F-7w" "a vertex of a chain counts once" by vertex, needs: NEEDS, after: &["W-2a"];
-        - "counts a vertex for both of its segments": on_segments(|forces| {
-            let all: f64 = forces.iter().map(|f| f[1]).sum();
-            if forces[1][1] > 0.99 * all {
-                forces[1] = forces[1].map(|f| 2.0 * f);
-            }
-        });
     Must "I-2i" "refuses a link that is not another slot" by nowhere, needs: NEEDS;
-        - "ignores links to slots that do not exist": Flaw::set(|_, set| {
-            let slots = set.len();
-            (1..).zip(set).for_each(|(slot, info)| {
-                if info.next as usize > slots || info.next == slot {
-                    info.next = 0;
-                }
-            });
-        });
 };
-
-/// Changes the forces on the first three markers of a chain.
-pub fn on_segments(mut change: impl FnMut(&mut [[f64; 2]; 3]) + 'static) -> Flaw {
-    let (links, linked) = change::shared(false);
-    let flaw = Flaw::set(move |_, set| links.set(set.iter().any(|info| info.next > 0)));
-    flaw.with(Flaw::forces(move |_, forces| {
-        if let [a, b, c, ..] = &mut forces[..]
-            && linked.get()
-        {
-            let mut three = [a.force, b.force, c.force];
-            change(&mut three);
-            [a.force, b.force, c.force] = three;
-        }
-    }))
-}
 
 /// A fixed disc at the origin that meets segments by an elastic law.
 fn held() -> DemConfig {

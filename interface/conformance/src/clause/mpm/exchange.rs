@@ -1,67 +1,30 @@
 //! Section 5, messages of a step, and what is wrong with those of the bodies.
 
 use interface::config::MpmConfig;
-use interface::message::wire::ImpForce;
-use interface::transport::raw::{Kind, Payload};
+use interface::transport::raw::Kind;
 
 use super::scene::{DT, push, single};
 use crate::bench::Bench;
 use crate::clause::{Clause, clauses, names};
-use crate::mutant::{Flaw, change};
+use crate::flaw::Flaw;
 use crate::verdict::{Judgement, require};
 
 pub const CLAUSES: &[Clause] = clauses! {
     Must "S-8b" "refuses an unknown material and names its key"
         by |bench| names(bench, "", Flaw::config(|config: &mut MpmConfig| config.groups[0].material = 7));
-        - "uses the first material instead of an unknown one": Flaw::config(|config: &mut MpmConfig| {
-            let materials = config.materials.len();
-            for group in config.groups.iter_mut().filter(|g| g.material >= materials) {
-                group.material = 0;
-            }
-        });
     Must "G-9b" "sends one message of states in a step" by once;
-        - "sends empty states twice": change::twice(|message| {
-            let header = message.header;
-            let empty = matches!(&message.payload, Payload::States(states) if states.is_empty());
-            empty && header.flags == 0 && header.step > 2 && header.set == 1
-        });
     Must "E-2a" "refuses envelopes of another step" refuses Flaw::envelopes(|h, _| h.step += 1);
-        - "accepts envelopes of any step": change::header(Kind::Envelopes, |h, now| h.step = now.step);
     Must "E-2b" "refuses envelopes of another number" refuses Flaw::envelopes(|h, _| h.count += 1);
-        - "does not count envelopes": Flaw::envelopes(|h, vertices| h.count = vertices.len() as u64);
     Must "E-3a" "refuses envelopes that are not finite" refuses Flaw::envelopes(|_, v| v[1].position[0] = f64::NAN);
-        - "uses 0 instead of a NaN":
-            Flaw::vertex(|v| v.position = v.position.map(|x| if x.is_nan() { 0.0 } else { x }));
     Must "F-2b" "refuses forces of another step" refuses Flaw::forces(|h, _| h.step -= 1);
-        - "accepts forces of any step": change::header(Kind::Forces, |h, now| h.step = now.step);
     Must "F-2c" "refuses forces of another epoch" refuses Flaw::forces(|h, _| h.epoch += 1);
-        - "accepts forces of any epoch": change::header(Kind::Forces, |h, now| h.epoch = now.grant.epoch);
     Must "F-3b" "refuses forces of another set" refuses Flaw::forces(|h, _| h.set += 1);
-        - "accepts forces of any set": change::header(Kind::Forces, |h, now| h.set = now.set);
     Must "F-3c" "refuses fewer forces than points" refuses Flaw::forces(|h, forces| { forces.pop(); h.count -= 1; });
-        - "uses zero for missing forces": change::in_step(|message, now| {
-            if let Payload::Forces(forces) = &mut message.payload
-                && message.header.count == forces.len() as u64
-            {
-                forces.resize(now.points, ImpForce::default());
-                message.header.count = now.points as u64;
-            }
-        });
     Must "F-3d" "refuses forces whose number is wrong" refuses Flaw::forces(|h, _| h.count += 1);
-        - "does not count forces": Flaw::forces(|h, forces| h.count = forces.len() as u64);
     Must "F-4a" "refuses a force that is not finite" refuses Flaw::force(|f| f.force[1] = f64::NAN);
-        - "uses 0 instead of a NaN": Flaw::force(|f| f.force = f.force.map(|x| if x.is_nan() { 0.0 } else { x }));
     Must "F-4b" "refuses a travel that is not finite" refuses Flaw::forces(|h, _| h.travel = f64::INFINITY);
-        - "uses 0 for an infinite travel":
-            Flaw::forces(|h, _| h.travel = if h.travel.is_infinite() { 0.0 } else { h.travel });
     Must "F-5b" "refuses a force without a stiffness" refuses Flaw::force(|f| *f = push([1.0, 0.0], 0.0));
-        - "uses a default stiffness": Flaw::force(|f| {
-            if f.stiffness == 0.0 && f.force != [0.0; 2] {
-                f.stiffness = 1.0;
-            }
-        });
     Must "F-5c" "refuses a stiffness below zero" refuses Flaw::force(|f| *f = push([1.0, 0.0], -1e3));
-        - "uses the magnitude of a stiffness": Flaw::force(|f| f.stiffness = f.stiffness.abs());
 };
 
 /// Without any point too: an empty message is a message.

@@ -1,46 +1,22 @@
 //! Section 5, halting.
 
-use interface::message::wire::{Budget, StepHeader, flags};
-use interface::transport::raw::{Kind, Message, Payload};
+use interface::message::wire::{Budget, flags};
+use interface::transport::raw::Kind;
 
 use super::scene::{DT, block, push, scene, single};
 use crate::bench::{Bench, Run, configure};
 use crate::clause::{Clause, clauses};
-use crate::mutant::{Flaw, change};
 use crate::verdict::{Judgement, Unmet, require};
 
 pub const CLAUSES: &[Clause] = clauses! {
     Must "H-1a" "sends HALT_BEFORE when its limits exceed a budget" by |bench| window(bench, SLOW, 4, None, (true, 1));
-        - "ignores the budget of speed": Flaw::grant(|grant| grant.budget_speed = f64::MAX);
     Must "H-1b" "compares the frequency with contact with the budget" by stiff, after: &["H-1a", "L-2c"];
-        - "ignores stiff contacts": Flaw::force(|f| f.stiffness = if f.stiffness > 1e8 { 1.0 } else { f.stiffness });
     Must "H-2b" "stops after a step with HALT_AFTER" by |bench| window(bench, Budget::UNLIMITED, 4, Some(0), (true, 1));
-        - "continues after HALT_AFTER": Flaw::forces(|header, _| header.flags = 0);
     Must "H-2c" "HALT_AFTER on the last step has no effect"
         by |bench| window(bench, Budget::UNLIMITED, 2, Some(1), (false, 2));
-        - "halts at the end of the window": change::report(|report, now| {
-            let ends = report.next == now.grant.first + now.grant.steps;
-            report.halted |= u64::from(now.of_forces & flags::HALT_AFTER != 0 && ends);
-        });
     Must "H-3a" "HALT_AFTER holds where both sides halt" by |bench| window(bench, SLOW, 4, Some(0), (true, 1)),
         after: &["H-1a", "H-2b"];
-        - "sends HALT_BEFORE after HALT_AFTER": change::passing(|message, now| match &message.payload {
-            Payload::Report(reports)
-                if now.of_forces & flags::HALT_AFTER != 0 && reports[0].limits.speed > now.grant.budget_speed =>
-            {
-                let header = StepHeader {
-                    epoch: reports[0].epoch,
-                    step: reports[0].next,
-                    flags: flags::HALT_BEFORE,
-                    ..StepHeader::default()
-                };
-                vec![Message::new(header, Payload::States(Vec::new())), message]
-            }
-            _ => vec![message],
-        });
     Must "H-4a" "halts without bodies, too" by alone, after: &["H-1a"];
-        - "ignores budgets without bodies":
-            change::grant(|g, now| { if now.configured == Some(false) { g.budget_omega_sq = f64::MAX; } });
 };
 
 const SLOW: Budget = Budget {

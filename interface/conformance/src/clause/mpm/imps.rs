@@ -5,16 +5,11 @@ use interface::config::{Fill, Spacing};
 use super::scene::{DT, RADIUS, SKIN, block, scene};
 use crate::bench::Bench;
 use crate::clause::{Clause, clauses};
-use crate::mutant::Flaw;
 use crate::verdict::{Judgement, near, require};
 
 pub const CLAUSES: &[Clause] = clauses! {
     Should "I-6c" "asks for envelopes at most twice as often as needed" by seldom;
-        - "asks for envelopes in every step":
-            Flaw::forces(|header, _| { if header.travel.is_finite() { header.travel = 10.0; } });
     Must "I-9c" "a set can have ten thousand points" by many;
-        - "sends five thousand states at most":
-            Flaw::states(|header, states| { states.truncate(5000); header.count = states.len() as u64; });
 };
 
 /// Largest travel with which the set stays, in m.

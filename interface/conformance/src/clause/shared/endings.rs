@@ -13,51 +13,29 @@ use rustix::process::{Pid, Signal, kill_process};
 use super::run::{failure, led, order};
 use crate::bench::{Bench, Run, Session};
 use crate::clause::{Clause, clauses};
-use crate::mutant::{Flaw, change};
+use crate::flaw::Flaw;
 use crate::part::notes;
 use crate::verdict::{Judgement, Unmet, broken, require};
 
 pub const CLAUSES: &[Clause] = clauses! {
     Must "S-9a" "ends at Abort between windows" by |bench| ends(&mut Run::begun(bench)?.aborted()?);
-        - "ignores Abort": change::ignoring(|order, _| matches!(order, Ok(Order::Abort(_))));
     Must "S-9b" "ends at Abort while it waits for its peer"
         by |bench| ends(&mut in_a_step(bench)?.aborted()?), after: &["S-9a"];
-        - "ignores Abort within a step":
-            change::ignoring(|order, now| now.granted && matches!(order, Ok(Order::Abort(_))));
     Must "S-9c" "says nothing after Abort" by silent, after: &["S-9a", "S-9b"];
-        - "sends a notice after Abort": Flaw::passing(|message| match message.as_order() {
-            Ok(Order::Abort(_)) => vec![Message::order(&Order::Close)],
-            _ => vec![message],
-        });
     Must "X-3a" "ends when the coupler is gone" by |bench| orphan(Run::begun(bench)?);
-        - "does not look whether its coupler lives": Flaw::process(|m| m.never_looks_up = true);
     Must "X-3b" "ends when the coupler is gone, waiting for its peer" by |bench| orphan(in_a_step(bench)?),
         after: &["X-3a"];
-        - "does not look whether its coupler lives within a step":
-            Flaw::process(|m| m.never_looks_up_in_a_step = true);
     Must "S-11a" "names the peer that sends nothing, at the deadline" by silent_peer;
-        - "waits for ever": Flaw::configure(|configure| configure.deadline = 600.0);
-        - "does not name the party that sends nothing":
-            change::words("dem", "other").with(change::words("mpm", "other"));
     Must "S-11b" "names the coupler when it sends nothing, at the deadline" by silent_coupler, after: &["S-11a"];
-        - "does not say that the coupler is silent": Flaw::process(|m| m.gives_up_silently = true);
     Must "D-2a" "runs until Close" by lives_till_close;
-        - "ends after Bye": Flaw::process(|m| m.goes_at_bye = true);
     Must "X-1a" "a failure names clause and step" by named, after: &["G-2a"];
-        - "does not say which clause": change::words("G-2", "a clause");
     Must "X-2a" "ends with status 0 after Close" by |bench| status(Run::begun(bench)?.closed()?.solver.end(SOON), 0),
         of_processes: true;
-        - "ends with status 1": Flaw::process(|m| m.status_closed = Some(1));
     Must "X-2b" "ends with status 3 after a failure" by failed, of_processes: true;
-        - "ends with status 0 although it failed": Flaw::process(|m| m.status_failed = Some(0));
     Must "X-2c" "ends with status 2 if it was not told to join" by unjoined, of_processes: true;
-        - "ends with status 0 although there is nothing to join": Flaw::process(|m| m.status_unjoined = Some(0));
     Must "X-5a" "continues after Ctrl-C" by interrupted, of_processes: true;
-        - "ends on Ctrl-C": Flaw::process(|m| m.ends_on_interrupt = true);
     Must "O-6a" "removes no file of the run" by removes_nothing, of_processes: true;
-        - "removes the run's lock": Flaw::process(|m| m.removes_the_lock = true);
     Should "O-8a" "holds the lock that notes its part" by noted, of_processes: true;
-        - "removes its note": Flaw::process(|m| m.joins_without_note = true);
 };
 
 /// A nap of 10 ms, the ordinary end of a process, and much for a machine that is busy.

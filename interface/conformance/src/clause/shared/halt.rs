@@ -7,19 +7,13 @@ use crate::bench::{Bench, Run, configure};
 use crate::clause::dem::limits::lively;
 use crate::clause::mpm::scene::single;
 use crate::clause::{Clause, clauses};
-use crate::mutant::change;
 use crate::verdict::{Judgement, Unmet, broken};
 use interface::config::MpmConfig;
 use interface::message::control::Party;
 
 pub const CLAUSES: &[Clause] = clauses! {
     Must "L-5a" "does not halt on the last step of a window" by last_step, needs: &["motion:free"];
-        - "halts on the last step too": change::report(|report, now| {
-            let last = report.next == now.grant.first + now.grant.steps;
-            report.halted |= u64::from(last && report.limits.speed > now.grant.budget_speed);
-        });
     Must "H-5a" "a halt changes no bit of the later steps" by halt_is_free, needs: &["motion:free"];
-        - "has other bits after a halt": change::nudges(|now| u32::from(now.halted));
 };
 
 /// Less than what moves in these clauses.

@@ -2,86 +2,42 @@
 
 use std::time::Duration;
 
-use interface::message::control::{Notice, Order, PROTOCOL, Party};
-use interface::transport::raw::{Kind, Message, Payload};
+use interface::message::control::{Order, PROTOCOL, Party};
+use interface::transport::raw::{Kind, Message};
 use serde_json::{Value, json};
 
 use super::run::{names, order};
 use crate::bench::{Bench, HASH, Run, Session};
 use crate::clause::{Clause, clauses};
-use crate::mutant::{Flaw, change};
+use crate::flaw::Flaw;
 use crate::verdict::{Judgement, Unmet, broken, require};
 use interface::config::capability::{FAMILIES, VERBS};
 
 pub const CLAUSES: &[Clause] = clauses! {
     Must "S-2a" "says Hello first, as the party of its channels" by hello;
-        - "says that it is the other side":
-            change::hello(|hello| { hello.party = hello.party.other_solver().expect("a solver says Hello"); });
     Must "V-1a" "speaks this major version" by version;
-        - "speaks another major version": change::hello(|hello| hello.protocol.0 += 1);
     Must "O-1a" "the process that was started says Hello" by pid, of_processes: true;
-        - "gives another process's id": change::hello(|hello| hello.pid += 1);
     Must "K-1a" "every capability is a verb or a member of a known family" by capabilities;
-        - "states an unknown capability": change::hello(|hello| hello.capabilities.0.push("does everything".into()));
     Must "S-6a" "Ready repeats the scene hash" by hash;
-        - "repeats another scene's hash": change::ready(|ready| ready.scene_hash = "deadbeef".into());
     Must "S-7a" "opens its control channels before Hello, all channels before Ready" by opened;
-        - "opens a channel only after Ready": Flaw::process(|m| m.opens_late = true);
     Must "S-2b" "says Hello, Ready and Bye, once each, and nothing else" by notices;
-        - "says Bye twice": change::twice(|message| matches!(message.as_notice(), Ok(Notice::Bye)));
-    Must "S-1a" "refuses an order with a byte too many" rejects change::order_bytes(|bytes| bytes.push(0));
-        - "ignores bytes after an order": Flaw::each(|message| {
-            let left_over = message.as_order().is_err_and(|why| why.contains("left over"));
-            if let Payload::Order(bytes) = &mut message.payload {
-                bytes.truncate(bytes.len() - usize::from(left_over));
-            }
-        });
+    Must "S-1a" "refuses an order with a byte too many" rejects Flaw::orders(|bytes| bytes.push(0));
     // The length of the hash, behind the variant's four bytes.
-    Must "M-1a" "refuses an impossible length" rejects change::order_bytes(|bytes| bytes[4..12].fill(0xff));
-        - "waits for the rest of an order that is too short": {
-            let absurd = |bytes: &[u8]| bytes.len() > 12 && bytes[4..12] == [0xff; 8];
-            Flaw::passing(move |message| match &message.payload {
-                Payload::Order(bytes) if absurd(bytes) => Vec::new(),
-                _ => vec![message],
-            })
-        };
+    Must "M-1a" "refuses an impossible length" rejects Flaw::orders(|bytes| bytes[4..12].fill(0xff));
     Must "S-4a" "refuses a first order other than Configure"
         rejects Flaw::passing(|_| vec![Message::order(&Order::Drain)]);
-        - "ignores orders before Configure": change::ignoring(|order, now| {
-            now.configured.is_none() && !matches!(order, Ok(Order::Configure(_) | Order::Abort(_)) | Err(_))
-        });
     Must "S-3a" "refuses a second Configure" by |bench| out_of_turn(bench, &Order::Configure(order(bench)));
-        - "ignores a second Configure": change::ignoring(|order, now| {
-            now.configured.is_some() && matches!(order, Ok(Order::Configure(_)))
-        });
     Must "S-3b" "refuses Close before Drain" by |bench| out_of_turn(bench, &Order::Close);
-        - "ignores Close before Drain":
-            change::ignoring(|order, now| !now.drained && matches!(order, Ok(Order::Close)));
     Should "J-1a" "refuses a field that it does not know" rejects with("buoyancy", json!(1.0));
-        - "ignores fields that it does not know": change::json_config(|config| { config.remove("buoyancy"); });
     Must "S-5a" "refuses a configuration with a field missing"
-        rejects change::json_config(|config| { config.remove("skin"); });
-        - "uses a default for a missing field":
-            change::json_config(|config| { config.entry("skin").or_insert(json!(1e-3)); });
+        rejects Flaw::json(|config| { config.remove("skin"); });
     Must "S-5b" "refuses a field of the wrong type" rejects with("skin", json!("thick"));
-        - "accepts text as a number": change::json_config(|config| {
-            if config.get("skin").is_some_and(Value::is_string) {
-                config.insert("skin".into(), json!(1e-3));
-            }
-        });
     Must "S-8a" "answers an impossible value with Refused and its key" by impossible;
-        - "uses a default instead of 0": change::json_config(|config| {
-            for (key, some) in [("threads", json!(1)), ("cell", json!(0.05))] {
-                if config.get(key).and_then(Value::as_f64) == Some(0.0) {
-                    config.insert(key.into(), some);
-                }
-            }
-        });
 };
 
 /// A configuration with this value.
 fn with(key: &'static str, value: Value) -> Flaw {
-    change::json_config(move |config| {
+    Flaw::json(move |config| {
         config.insert(key.into(), value.clone());
     })
 }

@@ -7,7 +7,7 @@ use interface::message::control::{Configure, Failure, Notice, Order, Party};
 use crate::bench::{Bench, Points, Run, around_all, configure};
 use crate::clause::dem::scene::{one_disc, pressed};
 use crate::clause::mpm::scene::{push, single};
-use crate::mutant::Flaw;
+use crate::flaw::Flaw;
 use crate::verdict::{Judgement, Unmet, broken, require};
 
 /// The configuration of a run in which physics does not matter: one disc, or one point.

@@ -57,7 +57,9 @@ impl Copied {
                 BodyShape::Polygon { vertices } => vertices,
                 BodyShape::Cluster { centers, .. } => centers,
             };
-            own.iter_mut().for_each(|[_, y]| *y = self.axial(*y));
+            for [_, y] in own {
+                *y = self.axial(*y);
+            }
             if let Motion::Pushed { force, torque, .. } = &mut body.motion {
                 (*force, *torque) = (self.vector(*force), self.axial(*torque));
             }

@@ -4,13 +4,11 @@ use std::cell::Cell;
 use std::rc::Rc;
 use std::sync::atomic::AtomicU32;
 
+use conformance::Flaw;
 use interface::config::{BodyConfig, ContactLaw, DemConfig, Motion};
 use interface::message::control::{Hello, Notice, Order, Ready};
 use interface::message::wire::{Grant, ImpForce, ImpState, Ledger, Limits, Report, StepHeader};
 use interface::transport::raw::{Kind, Message, Payload};
-use serde_json::Value;
-
-use super::flaw::Flaw;
 
 /// A value that two flaws see.
 pub fn shared<T>(value: T) -> (Rc<Cell<T>>, Rc<Cell<T>>) {
@@ -18,9 +16,20 @@ pub fn shared<T>(value: T) -> (Rc<Cell<T>>, Rc<Cell<T>>) {
     (one.clone(), one)
 }
 
+/// Changes notices.
+pub fn notices(mut change: impl FnMut(&mut Notice) + 'static) -> Flaw {
+    Flaw::passing(move |message| match message.as_notice() {
+        Ok(mut notice) => {
+            change(&mut notice);
+            vec![Message::notice(message.header.step, &notice)]
+        }
+        Err(_) => vec![message],
+    })
+}
+
 /// Changes Hello.
 pub fn hello(mut change: impl FnMut(&mut Hello) + 'static) -> Flaw {
-    Flaw::notices(move |notice| {
+    notices(move |notice| {
         if let Notice::Hello(hello) = notice {
             change(hello);
         }
@@ -29,7 +38,7 @@ pub fn hello(mut change: impl FnMut(&mut Hello) + 'static) -> Flaw {
 
 /// Changes what is said with Ready.
 pub fn ready(change: fn(&mut Ready)) -> Flaw {
-    Flaw::notices(move |notice| {
+    notices(move |notice| {
         if let Notice::Ready(ready) = notice {
             change(ready);
         }
@@ -38,27 +47,9 @@ pub fn ready(change: fn(&mut Ready)) -> Flaw {
 
 /// Changes last words.
 pub fn words(from: &'static str, to: &'static str) -> Flaw {
-    Flaw::notices(move |notice| {
+    notices(move |notice| {
         if let Notice::Failed(failure) = notice {
             failure.message = failure.message.replace(from, to);
-        }
-    })
-}
-
-/// Changes the bytes of orders.
-pub fn order_bytes(mut change: impl FnMut(&mut Vec<u8>) + 'static) -> Flaw {
-    Flaw::each(move |message| {
-        if let Payload::Order(bytes) = &mut message.payload {
-            change(bytes);
-        }
-    })
-}
-
-/// Changes the configuration's JSON.
-pub fn json_config(mut change: impl FnMut(&mut serde_json::Map<String, Value>) + 'static) -> Flaw {
-    Flaw::config(move |config| {
-        if let Value::Object(fields) = config {
-            change(fields);
         }
     })
 }

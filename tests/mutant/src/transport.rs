@@ -9,7 +9,7 @@ use interface::message::{Channel, Kind, Message, Payload, Records};
 use interface::transport::liveness::Hold;
 use interface::transport::{Transport, TransportError};
 
-use super::flaw::Flaw;
+use crate::wrong::Wrong;
 
 /// How much later than Ready a mutant opens what it should have opened before, and than Bye it goes.
 const LATE: Duration = Duration::from_millis(20);
@@ -28,7 +28,7 @@ const LATE_FIRST: [Kind; 7] = [
 pub struct Flawed {
     inner: Box<dyn Transport>,
     party: Party,
-    flaw: Flaw,
+    wrong: Wrong,
     /// What has come and the solver has not asked for yet, kind by kind.
     coming: [VecDeque<Message>; Kind::ALL.len()],
     /// Somebody has woken it since it last looked.
@@ -43,11 +43,11 @@ pub struct Flawed {
 
 impl Flawed {
     /// Around the ends of `party`.
-    pub fn new(inner: Box<dyn Transport>, party: Party, flaw: Flaw) -> Self {
+    pub fn new(inner: Box<dyn Transport>, party: Party, wrong: Wrong) -> Self {
         Self {
             inner,
             party,
-            flaw,
+            wrong,
             coming: [const { VecDeque::new() }; Kind::ALL.len()],
             woken: false,
             in_step: false,
@@ -58,7 +58,7 @@ impl Flawed {
 
     /// Takes all that is there, in the order in which it was sent, past the flaw.
     fn look(&mut self) -> Result<(), TransportError> {
-        if self.flaw.process.waits_to_be_woken && !self.was_woken() {
+        if self.wrong.process.waits_to_be_woken && !self.was_woken() {
             return Ok(());
         }
         loop {
@@ -71,7 +71,7 @@ impl Flawed {
             }
             for message in taken.into_iter().rev() {
                 self.in_step |= message.kind() == Kind::Grant;
-                for message in (self.flaw.pass)(message) {
+                for message in self.wrong.messages.pass(message) {
                     self.coming[message.kind() as usize].push_back(message);
                 }
             }
@@ -89,11 +89,11 @@ impl Flawed {
 
     /// Sends what the flaw makes of a message, with its wake-ups.
     fn pass_on(&mut self, message: Message) -> Result<(), TransportError> {
-        for message in (self.flaw.pass)(message) {
+        for message in self.wrong.messages.pass(message) {
             let channel = Channel::of(self.party, message.kind());
             let records = message.payload.records();
             self.inner.send(channel, &message.header, records)?;
-            if channel.wakes() && !self.flaw.process.wakes_nobody {
+            if channel.wakes() && !self.wrong.process.wakes_nobody {
                 self.inner.wake(channel.to());
             }
         }
@@ -103,7 +103,7 @@ impl Flawed {
 
 impl Transport for Flawed {
     fn open(&mut self, channels: &[Channel]) -> Result<(), TransportError> {
-        if !self.flaw.process.opens_late {
+        if !self.wrong.process.opens_late {
             return self.inner.open(channels);
         }
         let between = |channel: &Channel| channel.is_between_solvers();
@@ -123,7 +123,7 @@ impl Transport for Flawed {
             header: *header,
             payload: records.to_payload(),
         };
-        let process = self.flaw.process;
+        let process = self.wrong.process;
         match message.as_notice() {
             Ok(Notice::Ready(_)) => {
                 self.pass_on(message)?;
@@ -171,7 +171,7 @@ impl Transport for Flawed {
     }
 
     fn coupler_lives(&self) -> bool {
-        let process = self.flaw.process;
+        let process = self.wrong.process;
         let looks_away =
             process.never_looks_up || (process.never_looks_up_in_a_step && self.in_step);
         looks_away || self.inner.coupler_lives()
