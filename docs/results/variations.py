@@ -26,11 +26,14 @@ class Run:
     """What a run has left."""
 
     def __init__(self, directory):
-        with open(directory / "history.csv", encoding="utf-8") as file:
-            rows = list(csv.DictReader(file))
+        self.rows, self.course = (self.table(directory / f"{name}.csv") for name in ("history", "course"))
         self.summary = json.loads((directory / "summary.json").read_text())
         self.checks = {check["name"]: check["value"] for check in self.summary["checks"]}
-        self.rows = [{name.split(" [")[0]: float(value or "nan") for name, value in row.items()} for row in rows]
+
+    @staticmethod
+    def table(path):
+        with open(path, encoding="utf-8") as file:
+            return [{name.split(" [")[0]: float(value or "nan") for name, value in row.items()} for row in csv.DictReader(file)]
 
     def first(self, holds):
         """The first row of which something holds, if there is one."""
@@ -233,6 +236,12 @@ def distance(row):
     return abs(row["turned_2"] - TURNED(row["time"])) if row["time"] <= 0.4 + 1e-9 else 0.0
 
 
+def taken(run, time):
+    """What the transfer has taken of the energy at the start, in percent."""
+    row = next(row for row in run.course if row["time"] >= time - 1e-9)
+    return 100 * row["transfer"] / run.course[0]["total"]
+
+
 def spring(damping, tangential=3e4):
     """A block's contact with its slope."""
     return f"contact.linear={{normal_stiffness=6e4,tangential_stiffness={tangential},friction=0.7,{damping}}}"
@@ -429,6 +438,7 @@ TABLES = {
         "restitution of wood 0.2 (0.5)": ["body_contact.hertz_mindlin.restitution=0.2", "contact_pair.0.law.hertz_mindlin.restitution=0.2"],
         "adhesion of the discs 340 and 680 Pa: 30 and 60 Pa over the whole edge": [
             "body_contact.hertz_mindlin.adhesion=340", "contact_pair.0.law.hertz_mindlin.adhesion=680"],
+        "by chains": ["variant=chains"],
     }),
     "topple": (TOPPLE, [], {}, {
         "16 degrees, `--variant slope_16`": (["variant=slope_16"], pendulum(16)),
@@ -481,8 +491,8 @@ TABLES = {
             "tip, largest, cm": ("{:.1f}", lambda run: 100 * max(row["tip"] for row in run.rows)),
             "tip at, s": ("{:.2f}", lambda run: run.largest(lambda row: row["tip"])["time"]),
             "tip at 0.55 s, cm": ("{:.1f}", lambda run: 100 * run.at(0.55)["tip"]),
-            "lost by the hit": ("{:.0f} %", lambda run: -100 * run.at(0.23)["residual"]),
-            "lost by 1 s": ("{:.0f} %", lambda run: -100 * run.rows[-1]["residual"]),
+            "lost by the hit": ("{:.0f} %", lambda run: taken(run, 0.23)),
+            "lost by 1 s": ("{:.0f} %", lambda run: taken(run, 1.0)),
         }),
     }),
     "dam_front": ("chen2023/dam_break", ["variant=no_plate"], {
