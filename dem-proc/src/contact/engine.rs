@@ -17,7 +17,7 @@ use crate::body::bodies::Bodies;
 use crate::contact::approach::{Near, crossing_rate};
 use crate::contact::pair_geometry::Moves;
 use crate::contact::side::{AfterKick, Interval, Side, Sums, Targets};
-use crate::law::history::{All, Numbers, Saved};
+use crate::law::history::{All, Numbers};
 use crate::law::{LastStep, Law, PairProperties};
 use crate::lists::now::{Among, Now, Sets, Slots};
 use crate::lists::watch::{Look, Watching};
@@ -469,15 +469,18 @@ impl<K: PairKind, L: Law> Side for Contacts<K, L> {
 
     fn save(&self) -> Vec<u8> {
         let Kept { watch, history, .. } = &self.kept;
-        let laws = Saved::of(history.iter().map(|(of_law, _)| All::of(of_law)));
-        let memories: Vec<_> = history.iter().map(|(_, memory)| memory).collect();
-        pack("contacts", &(watch, laws, memories))
+        let history = history
+            .iter()
+            .map(|(of_law, memory)| (All::of(of_law), memory));
+        let history: Vec<_> = history.collect();
+        pack("contacts", &(watch, history))
     }
 
     fn restore(&mut self, saved: &[u8], bodies: &Bodies, sets: &Sets) -> Result<(), Refusal> {
-        type State<K> = (<K as Listing>::Watch, Saved, Vec<<K as PairKind>::Memory>);
-        let (watch, laws, memories): State<K> = unpack("contacts", saved)?;
-        let history = laws.histories().into_iter().zip(memories).collect();
+        type State<K> = (<K as Listing>::Watch, Vec<(All, <K as PairKind>::Memory)>);
+        let (watch, history): State<K> = unpack("contacts", saved)?;
+        let own = |(all, memory)| (L::History::take(&all), memory);
+        let history = history.into_iter().map(own).collect();
         let mut kept = Kept::<K, L>::new(watch, history);
         if let Some(then) = kept.watch.bodies_then(bodies) {
             let among = Among {

@@ -1,8 +1,6 @@
 //! The history of contacts from one step to the next, as numbers, so that the state of any law can be saved, and another
 //! law can go on from it.
 
-use serde::{Deserialize, Serialize};
-
 /// Plain values that may be stored in arrays and shared between threads.
 pub trait Plain: Copy + Send + Sync + std::fmt::Debug + 'static {}
 impl<T: Copy + Send + Sync + std::fmt::Debug + 'static> Plain for T {}
@@ -80,38 +78,5 @@ impl<A: Numbers, B: Numbers> Numbers for (A, B) {
     #[inline]
     fn take(all: &All) -> Self {
         (A::take(all), B::take(all))
-    }
-}
-
-/// The histories of the contacts of a list, as they are saved. Most pairs of a list do not touch and have no history.
-#[derive(Debug, Serialize, Deserialize)]
-pub struct Saved {
-    /// Length of the list.
-    pairs: usize,
-    /// Pairs with a history, ascending.
-    touching: Vec<(u32, All)>,
-}
-
-impl Saved {
-    /// The form of these.
-    pub fn of(histories: impl ExactSizeIterator<Item = All>) -> Self {
-        let pairs = histories.len();
-        // The comparison is by bits, since minus zero must be restored as minus zero.
-        let touches = |(_, all): &(u32, All)| all.iter().any(|x| x.to_bits() != 0);
-        Self {
-            pairs,
-            touching: (0..).zip(histories).filter(touches).collect(),
-        }
-    }
-
-    /// The histories.
-    pub fn histories<H: Numbers>(&self) -> Vec<H> {
-        let mut histories = vec![H::default(); self.pairs];
-        for (k, all) in &self.touching {
-            if let Some(history) = histories.get_mut(*k as usize) {
-                *history = H::take(all);
-            }
-        }
-        histories
     }
 }

@@ -18,7 +18,7 @@ use crate::contact::side::Side;
 use crate::system::{Sdem, State};
 
 /// Name of the format of the bytes.
-pub const FORMAT: &str = "tandem-dem 11";
+pub const FORMAT: &str = "tandem-dem 12";
 
 /// The state before a step.
 #[derive(Serialize, Deserialize)]
