@@ -13,11 +13,6 @@ use crate::lists::now::{Ahead, Now};
 use crate::system::Sdem;
 use crate::threads::CHUNK;
 
-/// Whether this is an opening step: it computes forces, limits and a measurement, and leaves the state unchanged.
-fn opening(step: &Step) -> bool {
-    step.dt_before == 0.0 && step.dt == 0.0
-}
-
 impl Sdem {
     /// Step 1 of section 4.2: contact lists, contact forces, forces on the bodies, and the velocities after the kick.
     ///
@@ -44,7 +39,7 @@ impl Sdem {
     /// Steps 2 and 3 of section 4.2: commits the result of [`Self::contact`], and moves the bodies.
     pub(crate) fn move_on(&mut self, step: &Step) {
         self.keep_lists();
-        if !opening(step) {
+        if !step.is_opening() {
             self.commit(step); //                         histories, ledger, v^{n+1/2}
             self.drift(step.dt); //                       eq. 42, x^n -> x^{n+1}
         }
@@ -307,11 +302,11 @@ impl Sdem {
             };
             let omega = bodies.omega(&after, &self.threads);
             omega_sq = omega * omega;
-            if opening(step) && (self.kicked.speed > 0.0 || outer > 0.0) {
+            if step.is_opening() && (self.kicked.speed > 0.0 || outer > 0.0) {
                 omega_sq = omega_sq.max(self.constants.first_contact);
             }
         }
-        if opening(step) {
+        if step.is_opening() {
             omega_sq = omega_sq.max(self.release(step, imps));
         }
         let damping = self.sides.all().map(Side::damping_ratio);

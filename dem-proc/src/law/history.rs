@@ -53,11 +53,6 @@ impl Numbers for All {
     }
 }
 
-impl Numbers for () {
-    fn put(&self, _: &mut All) {}
-    fn take(_: &All) {}
-}
-
 impl<const AT: usize, const N: usize> Numbers for Part<AT, N> {
     #[inline]
     fn put(&self, all: &mut All) {

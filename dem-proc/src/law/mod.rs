@@ -156,74 +156,8 @@ impl std::ops::AddAssign for Loss {
 }
 
 /// A contact law.
-///
-/// # Examples
-///
-/// A spring whose force grows with the square of the overlap, without friction or damping:
-///
-/// ```
-/// use dem_proc::law::{Law, Loss, PairProperties, Response, Stiffness, Kinematics};
-///
-/// #[derive(Debug, Clone)]
-/// struct Square {
-///     /// In N/m^2.
-///     constant: f64,
-/// }
-///
-/// impl Law for Square {
-///     type History = (); // nothing to remember
-///     type Pair = (); // no constants of a pair
-///
-///     fn pair(&self, _: &PairProperties) {}
-///
-///     fn stiffness(&self, (): &(), overlap: f64) -> Stiffness {
-///         Stiffness {
-///             normal: 2.0 * self.constant * overlap.max(0.0),
-///             ..Stiffness::default()
-///         }
-///     }
-///
-///     fn damping_ratio(&self, _: f64) -> f64 {
-///         0.0
-///     }
-///
-///     fn normal(&self, (): &(), overlap: f64) -> [f64; 2] {
-///         [self.constant * overlap * overlap, 0.0]
-///     }
-///
-///     fn response_to_spring(&self, (): &(), spring: f64, _: &Kinematics, (): &()) -> Response<()> {
-///         Response {
-///             normal: spring,
-///             tangential: 0.0,
-///             moment: 0.0,
-///             history: (),
-///             loss: Loss::default(),
-///         }
-///     }
-///
-///     fn separate(&self, (): &(), _: &Kinematics, (): &()) -> Loss {
-///         Loss::default()
-///     }
-///
-///     fn energy(&self, (): &(), overlap: f64, (): &()) -> f64 {
-///         self.constant * overlap.powi(3) / 3.0
-///     }
-/// }
-///
-/// // The force is the derivative of the energy, and the stiffness that of the force.
-/// let law = Square { constant: 1e6 };
-/// let force = |overlap| {
-///     let kinematics = Kinematics { overlap, ..Kinematics::default() };
-///     law.response(&(), &kinematics, &()).normal
-/// };
-/// let (xi, h) = (0.01, 1e-6);
-/// let slope = (law.energy(&(), xi + h, &()) - law.energy(&(), xi - h, &())) / (2.0 * h);
-/// assert!((slope / force(xi) - 1.0).abs() < 1e-6);
-/// let slope = (force(xi + h) - force(xi - h)) / (2.0 * h);
-/// assert!((slope / law.stiffness(&(), xi).normal - 1.0).abs() < 1e-6);
-/// ```
 pub trait Law: Clone + Send + Sync + std::fmt::Debug + 'static {
-    /// History of one contact; `()` if there is none.
+    /// History of one contact.
     type History: Numbers;
     /// Constants of a pair, computed once when the pair enters a list.
     type Pair: Plain;
