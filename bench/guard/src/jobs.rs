@@ -19,15 +19,13 @@ use interface::transport::direct::Direct;
 use mechanics::generate::Grain;
 use mpm_proc::Mpm;
 
+use crate::grain_box::{DT, PENTAGON, pile, run, step};
 use crate::yardsticks::{Grid, Mail, PlainDiscs, Polygons};
 use column::{ELASTIC, SAND, column};
-use grain_box::{DT, PENTAGON, pile, run, step};
 use toys::{Course, HalfPlane, Points};
 
 #[path = "../../../mpm-proc/benches/column.rs"]
 mod column;
-#[path = "../../../dem-proc/benches/grain_box.rs"]
-mod grain_box;
 #[path = "../../../interface/tests/toys/mod.rs"]
 mod toys;
 

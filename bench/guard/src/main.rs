@@ -13,6 +13,7 @@
 //! to five times, and the least counts: a busy machine passes, slow code stays. The ratio depends on the processor, so `ratios.csv` has a row for each model, and the ratios
 //! of a model without rows are only shown. A change that is worth its price commits the new ratios, with the reason in its message.
 
+mod grain_box;
 mod jobs;
 mod yardsticks;
 

@@ -8,11 +8,10 @@ use mechanics::generate::{Arrangement, BodyFill, Grain, Sizes};
 
 use walls::open_box;
 
-#[path = "../tests/small_scenes/walls.rs"]
+#[path = "../../../dem-proc/tests/small_scenes/walls.rs"]
 mod walls;
 
 /// Spheropentagons, a tenth rounded, moderately irregular.
-#[allow(dead_code)] // not by all that measure this box
 pub const PENTAGON: Grain = Grain::Polygon {
     corners: 5,
     roundness: 0.1,
@@ -88,7 +87,6 @@ pub fn run(config: &DemConfig, steps: usize) -> Sdem {
 }
 
 /// The same grains where they are in `dem`, standing still.
-#[allow(dead_code)] // likewise
 fn at_rest(mut config: DemConfig, dem: &Sdem) -> DemConfig {
     for (body, state) in config.bodies.iter_mut().zip(&dem.bodies().state) {
         // The grains' shapes have their centroids in their origins, so the centre of mass is the position.
@@ -102,7 +100,6 @@ fn at_rest(mut config: DemConfig, dem: &Sdem) -> DemConfig {
 
 /// A settled pile. To wait until the dashpots have taken all motion would take minutes: the grains fall together, and are
 /// stopped again and again until they lie on one another.
-#[allow(dead_code)] // likewise
 pub fn pile(grain: Grain, count: usize) -> DemConfig {
     let mut config = grain_box(grain, count, 1);
     let fall = 8_000;
