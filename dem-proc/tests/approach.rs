@@ -1,57 +1,22 @@
 //! Bodies that have not met yet limit the step in time, only by the limits that the solver declares: without a longest
 //! step and without points.
 
+use crate::alone::{Alone, Pace};
 use crate::small_scenes::*;
-use dem_proc::Sdem;
 use interface::config::{BodyConfig, BodyInertia, BodyShape, DemConfig, Motion, OverlapMeasure};
-use interface::solver::DemSolver;
+use interface::solver::Fault;
 
-/// Takes the steps that a coupler takes by docs/physics.md section 4, until `end` (s) or a fault. Keeps the longest
-/// step and the fault.
-struct Uncapped {
-    dem: Sdem,
-    longest: f64,
-    steps: usize,
-    fault: Option<String>,
-}
-
-fn uncapped(config: &DemConfig, safety: f64, end: f64) -> Uncapped {
-    let mut dem = configured(config);
-    let mut limits = dem.contact(&OPENING, &[], &mut []).unwrap().limits;
-    dem.advance(&OPENING).unwrap();
-    let (mut time, mut before, mut longest, mut steps) = (0.0, 0.0, 0.0_f64, 0);
-    while time < end {
-        let zeta = limits.damping;
-        let stable = safety * 2.0 * ((1.0 + zeta * zeta).sqrt() - zeta) / limits.omega_sq.sqrt();
-        let grown = if before > 0.0 {
-            1.1 * before
-        } else {
-            f64::INFINITY
-        };
-        let dt = stable.min(grown).min(end - time);
-        longest = longest.max(dt);
-        let step = step(before, dt);
-        match dem.contact(&step, &[], &mut []) {
-            Ok(answer) => limits = answer.limits,
-            Err(fault) => {
-                let fault = Some(fault.to_string());
-                return Uncapped {
-                    dem,
-                    longest,
-                    steps,
-                    fault,
-                };
-            }
+/// A run until `end` (s) or a fault, as docs/physics.md section 4 has it, its longest step, and the fault.
+fn uncapped(config: &DemConfig, safety: f64, end: f64) -> (Alone, f64, Option<Fault>) {
+    let mut run = Alone::paced(config, f64::INFINITY, Pace::step_by_step(safety));
+    let mut longest = 0.0_f64;
+    while run.time < end {
+        if let Err(fault) = run.step(false) {
+            return (run, longest, Some(fault));
         }
-        dem.advance(&step).unwrap();
-        (time, before, steps) = (time + dt, dt, steps + 1);
+        longest = longest.max(run.dt);
     }
-    Uncapped {
-        dem,
-        longest,
-        steps,
-        fault: None,
-    }
+    (run, longest, None)
 }
 
 /// A thin floor, its top at y = 0.
@@ -72,15 +37,6 @@ fn needle() -> BodyShape {
     segment_shape([[-0.05, 0.0], [0.05, 0.0]])
 }
 
-fn square(half: f64) -> BodyShape {
-    polygon_shape(vec![
-        [-half, -half],
-        [half, -half],
-        [half, half],
-        [-half, half],
-    ])
-}
-
 /// From near, from far, from rest and in rotation, with steps that would carry a body far through the floor.
 #[test]
 fn a_fast_body_bounces_off_a_thin_floor_whatever_its_way_there() {
@@ -90,7 +46,7 @@ fn a_fast_body_bounces_off_a_thin_floor_whatever_its_way_there() {
                 ("disc", BodyShape::Disc, 0.01, 0.0),
                 ("needle", needle(), 2e-3, 0.0),
                 ("spinning needle", needle(), 2e-3, 300.0),
-                ("square", square(0.05), 2e-3, 5.0),
+                ("square", rectangle_shape(0.1, 0.1), 2e-3, 5.0),
             ] {
                 let high = if name == "disc" {
                     height
@@ -108,9 +64,9 @@ fn a_fast_body_bounces_off_a_thin_floor_whatever_its_way_there() {
                 // Until some time after the first touch.
                 let way = (speed * speed + 2.0 * gravity * high).sqrt();
                 let touch = 2.0 * high / (speed + way);
-                let ended = uncapped(&config, 0.2, 1.3 * touch);
+                let (ended, _, fault) = uncapped(&config, 0.2, 1.3 * touch);
                 let case = format!("{name} from {high} at {speed}");
-                assert_eq!(ended.fault, None, "{case}");
+                assert_eq!(fault, None, "{case}");
                 let state = &ended.dem.bodies().state[1];
                 assert!(state.center.y > 0.0, "{case}: at {}", state.center);
                 let mass = &ended.dem.bodies().properties[1];
@@ -136,22 +92,22 @@ fn other_measures_bind_the_step_as_well() {
         let mut config = scene(
             vec![
                 fixed(plate.clone(), 0.0),
-                falling(square(0.05), 0.0, 2.0, 100.0),
+                falling(rectangle_shape(0.1, 0.1), 0.0, 2.0, 100.0),
             ],
             spring(1e10),
         );
         config.overlap = overlap;
         config.skin = 1e-3;
-        let ended = uncapped(&config, 0.2, 0.025);
-        assert_eq!(ended.fault, None, "{overlap:?}");
+        let (ended, _, fault) = uncapped(&config, 0.2, 0.025);
+        assert_eq!(fault, None, "{overlap:?}");
         let state = &ended.dem.bodies().state[1];
         assert!(
             state.center.y > 0.05 && state.velocity.y > 50.0,
             "{overlap:?}: {state:?}"
         );
         config.body_contact = Some(spring(1e4));
-        let ended = uncapped(&config, 0.8, 0.025);
-        assert!(ended.fault.is_some(), "{overlap:?}: it went through");
+        let (.., fault) = uncapped(&config, 0.8, 0.025);
+        assert!(fault.is_some(), "{overlap:?}: it went through");
     }
 }
 
@@ -167,17 +123,17 @@ fn bodies_that_are_far_or_slow_do_not_limit_the_step() {
     // contact is 0.1 ms. A step that grows all the time is at most an eleventh of the run.
     let mut slow = scene(vec![disc(0.0, 5e-4), disc(0.0204, -5e-4)], spring(1e8));
     slow.skin = 1e-3;
-    let alone = uncapped(&slow, 0.8, 0.3).longest;
+    let (_, alone, _) = uncapped(&slow, 0.8, 0.3);
     assert!(alone > 0.02, "{alone}");
     slow.bodies.push(disc(-1e3, 100.0));
-    let with_another = uncapped(&slow, 0.8, 0.3).longest;
+    let (_, with_another, _) = uncapped(&slow, 0.8, 0.3);
     assert!(with_another > 0.02, "{with_another}");
     // They limit the step when they meet, not before.
     let mut meeting = scene(vec![disc(0.0, 1.0), disc(1.02, -1.0)], spring(1e8));
     meeting.skin = 1e-3;
-    let ended = uncapped(&meeting, 0.8, 0.45);
-    assert!(ended.longest > 0.02, "{}", ended.longest);
-    let ended = uncapped(&meeting, 0.2, 0.55);
+    let (_, longest, _) = uncapped(&meeting, 0.8, 0.45);
+    assert!(longest > 0.02, "{longest}");
+    let (ended, ..) = uncapped(&meeting, 0.2, 0.55);
     assert!(ended.dem.bodies().state[0].velocity.x < -0.9);
 }
 

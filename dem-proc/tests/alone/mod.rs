@@ -1,5 +1,5 @@
-//! Bodies without points, with the steps that the coupler would choose: composed with the default safety, in epochs of
-//! equal steps, each at most a tenth longer than the last.
+//! Bodies without points, with the steps that the coupler would choose: composed with a safety, in epochs of equal steps, each at
+//! most a tenth longer than the last.
 
 use dem_proc::Sdem;
 use interface::Vec2;
@@ -10,10 +10,33 @@ use interface::step::{GROWTH, Step};
 
 use crate::small_scenes::{OPENING, configured, step};
 
-const SAFETY: f64 = 0.8;
-const HEADROOM: f64 = 0.97;
-const EPOCH: u32 = 64;
-const EPOCH_WHILE_GROWING: u32 = 4;
+/// How steps follow from limits.
+pub struct Pace {
+    safety: f64,
+    headroom: f64,
+    epoch: u32,
+    epoch_while_growing: u32,
+}
+
+/// That of the coupler.
+const COUPLER: Pace = Pace {
+    safety: 0.8,
+    headroom: 0.97,
+    epoch: 64,
+    epoch_while_growing: 4,
+};
+
+impl Pace {
+    /// Each step is as long as the limits allow.
+    pub fn step_by_step(safety: f64) -> Self {
+        Self {
+            safety,
+            headroom: 1.0,
+            epoch: 1,
+            epoch_while_growing: 1,
+        }
+    }
+}
 
 /// A run of bodies without points.
 pub struct Alone {
@@ -23,20 +46,20 @@ pub struct Alone {
     /// Length of the last step in s.
     pub dt: f64,
     longest: f64,
+    pace: Pace,
     limits: Limits,
     allowed: f64,
     left: u32,
 }
 
-/// Largest allowed `omega dt`.
-fn allowance(limits: &Limits) -> f64 {
-    let zeta = limits.damping;
-    SAFETY * 2.0 * (zeta.hypot(1.0) - zeta)
-}
-
 impl Alone {
     /// A run with steps up to `longest` (s).
     pub fn new(config: &DemConfig, longest: f64) -> Self {
+        Self::paced(config, longest, COUPLER)
+    }
+
+    /// The same at another pace.
+    pub fn paced(config: &DemConfig, longest: f64, pace: Pace) -> Self {
         let mut dem = configured(config);
         let opening = Step {
             measure: false,
@@ -50,6 +73,7 @@ impl Alone {
             steps: 0,
             dt: 0.0,
             longest,
+            pace,
             limits,
             allowed: 0.0,
             left: 0,
@@ -58,13 +82,16 @@ impl Alone {
 
     fn next(&mut self) -> f64 {
         if self.left == 0 || self.limits.omega_sq > self.allowed {
-            let limit = HEADROOM * allowance(&self.limits) / self.limits.omega_sq.sqrt();
+            let (pace, zeta) = (&self.pace, self.limits.damping);
+            // Largest allowed `omega dt`.
+            let allowance = pace.safety * 2.0 * (zeta.hypot(1.0) - zeta);
+            let limit = pace.headroom * allowance / self.limits.omega_sq.sqrt();
             let limit = limit.min(self.longest);
             let growing = self.dt > 0.0 && GROWTH * self.dt < limit;
             let dt = if growing { GROWTH * self.dt } else { limit };
-            self.left = if growing { EPOCH_WHILE_GROWING } else { EPOCH };
-            self.allowed = (allowance(&self.limits) / dt).powi(2);
-            self.left -= 1;
+            let epoch = [pace.epoch, pace.epoch_while_growing][usize::from(growing)];
+            self.left = epoch - 1;
+            self.allowed = (allowance / dt).powi(2);
             return dt;
         }
         self.left -= 1;
