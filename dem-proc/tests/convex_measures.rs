@@ -1,7 +1,6 @@
 //! Other measures of the overlap of two convex bodies: the nearest edge of every vertex, and the common area.
 
 use crate::small_scenes::*;
-use dem_proc::contact::overlap::OverlapArea;
 use interface::Vec2;
 use interface::config::{
     BodyConfig, BodyInertia, BodyShape, ContactLaw, DemConfig, Motion, OverlapMeasure,
@@ -87,27 +86,6 @@ fn friction_goes_round_a_corner_with_its_vertex() {
         assert_eq!(dem.contacts(), 1, "step {i}");
     }
     assert!(stored.unwrap() > 6.0, "{stored:?}");
-}
-
-#[test]
-fn two_squares_overlap_by_a_rectangle() {
-    let at = |x: f64, y: f64| -> Vec<Vec2> {
-        let corners = [[-0.5, -0.5], [0.5, -0.5], [0.5, 0.5], [-0.5, 0.5]];
-        corners.map(|c| Vec2::from(c) + Vec2::new(x, y)).to_vec()
-    };
-    let overlap = OverlapArea::default()
-        .overlap(&at(0.0, 0.0), &at(0.9, 0.7))
-        .unwrap();
-    let (w, h) = (0.1, 0.3);
-    assert!((overlap.area - w * h).abs() < 1e-15);
-    assert!((overlap.gradient - Vec2::new(-h, -w)).norm() < 1e-15);
-    assert!((overlap.centroid - Vec2::new(0.45, 0.35)).norm() < 1e-14);
-    // The middle of the chord is that of the rectangle, so there is no moment about it.
-    assert!(overlap.turning.abs() < 1e-15);
-    assert_eq!(
-        OverlapArea::default().overlap(&at(0.0, 0.0), &at(1.1, 0.0)),
-        None
-    );
 }
 
 /// Bodies that can only rotate have no mass for a dashpot.

@@ -5,7 +5,9 @@ use std::f64::consts::{PI, TAU};
 
 use crate::small_scenes::*;
 use interface::Vec2;
-use interface::config::{BodyConfig, BodyInertia, BodyShape, DemConfig, Motion, OverlapMeasure};
+use interface::config::{
+    BodyConfig, BodyInertia, BodyShape, DemConfig, GroupPair, Motion, OverlapMeasure,
+};
 use interface::message::wire::ImpForce;
 use interface::solver::DemSolver;
 
@@ -250,10 +252,6 @@ fn driven_into(
     None
 }
 
-fn square(half: f64) -> BodyShape {
-    polygon(&[[-half, -half], [half, -half], [half, half], [-half, half]])
-}
-
 fn high(shape: BodyShape, a: f64) -> BodyConfig {
     BodyConfig {
         position: [0.013, 0.6],
@@ -272,7 +270,7 @@ fn a_body_driven_through_a_body_is_named_whatever_the_measure() {
     };
     let (rod, flat) = (|a| body(segment(), a), |a| body(plate.clone(), a));
     let (disc, ball) = (high(BodyShape::Disc, 0.05), body(BodyShape::Disc, 0.1));
-    let (block, pair) = (|a| high(square(0.2), a), high(cluster, 0.0));
+    let (block, pair) = (|a| high(rectangle_shape(0.4, 0.4), a), high(cluster, 0.0));
     let wedge = |a| high(needle.clone(), a);
     // The length in which the force has the right sign, and the lowest place of the outline that is not too late.
     let cases = [
@@ -319,7 +317,7 @@ fn a_corner_may_cut_off_a_small_tip() {
             let diamond = BodyConfig {
                 position: [0.2 * 2.0_f64.sqrt() - away, 0.6],
                 angle: 0.25 * PI,
-                ..body(square(0.2), a)
+                ..body(rectangle_shape(0.4, 0.4), a)
             };
             let floor = body(needle.clone(), a);
             let told = driven_into(diamond, floor, OverlapMeasure::NearestEdge, 1e-3, 1.2);
@@ -360,4 +358,32 @@ fn bodies_that_lie_across_one_another_are_named() {
             );
         }
     }
+}
+
+/// Two points of 5 and 10 cm, of groups that touch.
+#[test]
+fn points_that_would_pass_through_one_another_stop_the_run() {
+    let point = |id: u64, radius, x, y| {
+        let mut info = info(10 * id, radius, 2.0);
+        info.group = id as u32;
+        (info, at(x, y))
+    };
+    let mut points = Points::new(&[point(0, RADIUS, 0.0, 0.0), point(1, 0.1, 0.16, 0.001)]);
+    let mut config = scene(Vec::new(), spring(1e5));
+    config.group_pairs.push(GroupPair {
+        between: [1, 0],
+        law: spring(1e5),
+    });
+    let mut dem = configured(&config);
+    dem.imp_set(&points.set);
+    let fault = (0..100).find_map(|_| {
+        points.states[0].position[0] += 0.01;
+        let told = dem.contact(&step(DT, DT), &points.states, &mut points.forces);
+        told.err()
+    });
+    let text = fault.expect("a fault").to_string();
+    assert!(
+        text.contains("points 0 and 10 of groups 0 and 1 overlap"),
+        "{text}"
+    );
 }

@@ -3,7 +3,7 @@
 
 use crate::mixtures::{Cloud, HERTZ, LINEAR, TestRun, all, crowd, scene};
 use dem_proc::Sdem;
-use interface::config::{DemConfig, Motion, OverlapMeasure};
+use interface::config::{DemConfig, GroupPair, Motion, OverlapMeasure};
 use interface::solver::{DemSolver, Refusal};
 
 #[test]
@@ -61,6 +61,15 @@ fn the_state_of_another_configuration_is_refused_by_what_differs() {
     let named = [
         (other(&|c| c.body_contact = None), "`body_contact = true`"),
         (other(&|c| c.skin = 0.005), "`coupling.skin ="),
+        (
+            other(&|c| {
+                c.group_pairs.push(GroupPair {
+                    between: [0, 1],
+                    law: LINEAR,
+                });
+            }),
+            "`group_pair =",
+        ),
         (
             other(&|c| c.bodies[4].sphero_radius *= 1.1),
             "`dem.body.4 =",

@@ -354,27 +354,74 @@ impl Moved {
     }
 }
 
-/// Markers around the lower half of the disc, each of which moves in and out and along and turns on its own: minima and maxima come and go,
-/// spans of the chain part and join, springs slip. Friction never gives, and the energies balance.
+/// Another number from -0.5 to 0.5 for each marker and purpose.
+fn rough(i: u32, k: u32) -> f64 {
+    f64::from((i * 37 + k * 23) % 19) / 19.0 - 0.5
+}
+
+/// 30 markers around the disc at the origin, over an angle `around` in degrees, each of which moves in and out by `swing` (m) and along
+/// on its own: minima and maxima come and go, spans of the chain part and join, springs slip.
+fn wrapped(time: f64, around: f64, [depth, swing]: [f64; 2]) -> Vec<[f64; 2]> {
+    let marker = |i: u32| {
+        let own = |k: u32| (time * (3.0 + 4.0 * rough(i, k)) + 7.0 * rough(i, k + 1)).sin();
+        let angle = (350.0 - around / 29.0 * f64::from(i)).to_radians();
+        let angle = angle + 3e-2 * (2.0 * time).sin() + 1e-2 * own(2);
+        let away = A + R - depth + swing * own(4);
+        [away * angle.cos(), away * angle.sin()]
+    };
+    (0..30).map(marker).collect()
+}
+
+#[test]
+fn a_step_allocates_nothing_after_warm_up() {
+    // Around the lower half of the disc, or all around it.
+    for (around, next) in [(160.0, 0), (348.0, 1)] {
+        let states = |n| {
+            let x = wrapped(1e-3 * f64::from(n), around, [1e-3, 2e-3]);
+            x.iter().map(|x| at(x[0], x[1])).collect()
+        };
+        let motion: Vec<Vec<ImpState>> = (0..3000).map(states).collect();
+        let mut chain = Chain::new(&wrapped(0.0, around, [1e-3, 2e-3]));
+        chain.set[29].next = next;
+        let mut held = disc([0.0, 0.0]);
+        held.motion = Motion::Driven;
+        let law = frictional(K, 0.5 * K, 0.3);
+        let mut dem = configured(&on_segments(vec![held], law));
+        dem.imp_set(&chain.set);
+        let mut pressed = [false; 2];
+        let mut run = || {
+            for states in &motion {
+                let step = Step {
+                    measure: false,
+                    ..step(1e-3, 1e-3)
+                };
+                let answer = dem.contact(&step, states, &mut chain.forces);
+                answer.expect("no fault");
+                dem.advance(&step).expect("no fault");
+                for force in &chain.forces {
+                    pressed[usize::from(force.force == [0.0; 2])] = true;
+                }
+            }
+        };
+        // Twice: from the end of the motion back to its beginning all contacts change at once.
+        run();
+        run();
+        let counted = allocation_counter::measure(run);
+        assert_eq!(counted.count_total, 0, "{around}: {counted:?}");
+        assert_eq!(pressed, [true; 2]);
+    }
+}
+
+/// Friction never gives, and the energies balance.
 #[test]
 fn friction_of_a_chain_that_wraps_round_never_gives_energy() {
-    let rough = |i: u32, k: u32| f64::from((i * 37 + k * 23) % 19) / 19.0 - 0.5;
     for (friction, depth, slips) in [
         (0.05, 2e-3, true),
         (0.3, 2e-3, false),
         (0.3, 3e-4, true),
         (100.0, 1e-3, false),
     ] {
-        let at = |time: f64| -> Vec<[f64; 2]> {
-            let marker = |i: u32| {
-                let own = |k: u32| (time * (3.0 + 4.0 * rough(i, k)) + 7.0 * rough(i, k + 1)).sin();
-                let angle = (350.0 - 160.0 / 29.0 * f64::from(i)).to_radians();
-                let angle = angle + 3e-2 * (2.0 * time).sin() + 1e-2 * own(2);
-                let away = A + R - depth + depth * own(4);
-                [away * angle.cos(), away * angle.sin()]
-            };
-            (0..30).map(marker).collect()
-        };
+        let at = |time| wrapped(time, 160.0, [depth; 2]);
         let spin = |i: u32, time: f64| {
             let own = time * (3.0 + 4.0 * rough(i, 6)) + 7.0 * rough(i, 7);
             0.3 * own.sin()

@@ -48,7 +48,8 @@ fn compare(name: &str, config: &DemConfig, points: &Cloud, steps: u64) -> usize 
     }
     assert!(pressing > 0 || config.body_contact.is_none(), "{name}");
     let pushed = once.dem.measurement().ledger.contact_impulse;
-    assert!(pushed != [0.0; 2], "{name}: points met no body");
+    let alone = points.is_empty();
+    assert!(alone || pushed != [0.0; 2], "{name}: points met no body");
     faults
 }
 
@@ -64,21 +65,8 @@ fn an_evaluation_leaves_no_trace() {
 #[test]
 fn nor_does_one_without_points_or_on_two_threads() {
     let config = crate::mixtures::scene(LINEAR, Some(LINEAR), OverlapMeasure::EachEdge);
-    compare_bodies_alone(&config);
+    compare("other steps alone", &config, &Cloud::default(), 201);
     let threads = 2;
     let many = DemConfig { threads, ..crowd() };
     compare("two threads", &many, &Cloud::in_gaps(), 40);
-}
-
-/// Other steps alone make the trial.
-fn compare_bodies_alone(config: &DemConfig) {
-    let run = || TestRun::new(config, Cloud::default());
-    let (mut once, mut often) = (run(), run());
-    let (mut random, mut pressing) = (Random::new(5), 0);
-    for i in 0..201 {
-        try_out(&mut often, &mut random);
-        assert!(once.step() == often.step(), "step {i} differs");
-        pressing += once.dem.contacts();
-    }
-    assert!(pressing > 0);
 }

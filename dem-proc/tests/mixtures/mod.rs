@@ -240,6 +240,10 @@ impl Cloud {
         cloud
     }
 
+    pub fn is_empty(&self) -> bool {
+        self.infos.is_empty()
+    }
+
     fn add(&mut self, radius: f64, position: [f64; 2], velocity: [f64; 2]) {
         let id = self.infos.len() as u64;
         self.infos.push(ImpInfo {
