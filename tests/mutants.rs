@@ -48,6 +48,8 @@ fn options(only: Vec<String>) -> Options {
         jobs: 1,
         random: RandomCases {
             cases: 60,
+            // As many on a busy machine: fewer may not show all that is judged.
+            time: Duration::MAX,
             shrink: Duration::ZERO,
             failures: 1,
             ..RandomCases::default()
@@ -256,7 +258,6 @@ fn every_mutant_of_physics_is_found_by_its_clause(of: Of) {
         let subject = flawed(of, mutant.wrong);
         let mut options = options(all.clone());
         options.random.cases = 10_000;
-        options.random.time = Duration::from_hours(1);
         let found = examine(&subject, &options, |_| ()).expect("a kit that starts");
         let broken: Vec<_> = found.broken(true).map(|judged| judged.clause.id).collect();
         let seed = found.judged.iter().find_map(|judged| judged.case.as_ref());
