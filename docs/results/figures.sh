@@ -158,7 +158,7 @@ chen2023() {
     figure chen_25_blocks.svg "blocks=runs/blocks" "depth=runs/blocks_gjk" "depth, traction=runs/blocks_gjk_traction" "area=runs/blocks_gjk_area" \
         --y turned_2 --xlim 0.24,0.42 --ylim -5,100 --ylabel "turned [degree]" --title "Figure 25: block 2 is hit by sand"
 
-    run rings chen2023/rings
+    run rings chen2023/rings --set output.frames=0.0004
     figure chen_19_rings.svg runs/rings --frames 0.0004,0.0008,0.0012,0.002 --columns 2 --colour "pressure [MPa]=pressure/1e6" \
         --title "Figures 19 and 20: two rings hit each other"
 

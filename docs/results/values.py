@@ -19,7 +19,7 @@ import sys
 
 HERE = pathlib.Path(__file__).resolve().parent
 PAGES = [*sorted(HERE.glob("*.md")), HERE.parent.parent / "README.md"]
-SOURCE = re.compile(r"(-?\d[\d.]*(?:e-?\d+)?)<!--([\w/]+):([\w.,^()'=+-]+)(?::([\w./-]+))?(?:([*/])(-?[\d.]+(?:e-?\d+)?))?-->")
+SOURCE = re.compile(r"(-?\d[\d.]*(?:e-?\d+)?)<!--([\w/]+):([\w.,^()'=+-]+)(?::([\w.,/-]+))?(?:([*/])(-?[\d.]+(?:e-?\d+)?))?-->")
 VARIATIONS = re.compile(r"(<!-- variations: (\w+) -->\n)\n*(?:\|.*\n)*\n*")
 
 STUDY = re.compile(r"(<!-- study: (\w+) -->\n)\n*(?:\|.*\n)*\n*")
