@@ -89,18 +89,25 @@ fn lowest(batches: usize, steps: usize, mut batch: impl FnMut()) -> [f64; 2] {
 /// Of a point and of a body's outline in m.
 const RADII: [f64; 2] = [1e-3, 0.02];
 
+/// The place at this distance, turned by a part of a full turn.
+fn turned(turn: f64, r: f64) -> [f64; 2] {
+    [r * (TAU * turn).cos(), r * (TAU * turn).sin()]
+}
+
+/// A body's shape, its sphero-radius, a tenth or all of it, and how far a face is from the centre.
+fn shape(pentagons: bool) -> (BodyShape, f64, f64) {
+    if !pentagons {
+        return (BodyShape::Disc, RADII[1], 0.0);
+    }
+    let vertices = (0..5).map(|i| turned(f64::from(i) / 5.0, RADII[1]));
+    let vertices = vertices.collect();
+    let apothem = RADII[1] * (PI / 5.0).cos();
+    (BodyShape::Polygon { vertices }, 0.1 * RADII[1], apothem)
+}
+
 /// Points around each body, which touch it.
 fn points(pentagons: bool, bodies: usize, around: usize) {
-    let turned = |turn: f64, r: f64| [r * (TAU * turn).cos(), r * (TAU * turn).sin()];
-    // A sphero-radius of a tenth, or all of it; and how far a face is from the centre.
-    let (shape, sphero_radius, apothem) = if pentagons {
-        let vertices = (0..5).map(|i| turned(f64::from(i) / 5.0, RADII[1]));
-        let vertices = vertices.collect();
-        let apothem = RADII[1] * (PI / 5.0).cos();
-        (BodyShape::Polygon { vertices }, 0.1 * RADII[1], apothem)
-    } else {
-        (BodyShape::Disc, RADII[1], 0.0)
-    };
+    let (shape, sphero_radius, apothem) = shape(pentagons);
     let place = |b: usize| [0.1 * (b % 10) as f64, 0.1 * (b / 10) as f64];
     let body = |b: usize| BodyConfig {
         name: format!("body {b}"),
