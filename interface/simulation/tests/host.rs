@@ -175,19 +175,20 @@ impl SimulatedHost {
         Ok(())
     }
 
-    fn receive(&mut self, channel: Channel, into: &mut Payload) -> Option<StepHeader> {
+    fn receive(&mut self, channel: Channel, into: &mut Message) -> bool {
         let now = self.now;
         let queue = &mut self.queues[channel.number()];
-        if queue.front().is_none_or(|sent| sent.arrives > now) {
-            return None;
-        }
-        let sent = queue.pop_front()?;
-        let old = core::mem::replace(into, sent.payload);
+        let Some(sent) = queue.pop_front_if(|sent| sent.arrives <= now) else {
+            return false;
+        };
+        let Message { header, payload } = into;
+        *header = sent.header;
+        let old = core::mem::replace(payload, sent.payload);
         self.spare[channel.number()].push(old);
-        if channel.kind == Kind::Order && is_end(into) {
+        if channel.kind == Kind::Order && is_end(payload) {
             self.released[channel.to() as usize] = true;
         }
-        Some(sent.header)
+        true
     }
 }
 
@@ -271,11 +272,7 @@ impl Transport for Ends {
         host.send(channel, header, records)
     }
 
-    fn receive(
-        &mut self,
-        channel: Channel,
-        into: &mut Payload,
-    ) -> Result<Option<StepHeader>, TransportError> {
+    fn receive(&mut self, channel: Channel, into: &mut Message) -> Result<bool, TransportError> {
         Ok(self.host.borrow_mut().receive(channel, into))
     }
 

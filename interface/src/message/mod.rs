@@ -338,6 +338,11 @@ pub struct Message {
 }
 
 impl Message {
+    /// A place where messages of this kind arrive.
+    pub fn empty(kind: Kind) -> Self {
+        Self::new(StepHeader::default(), Payload::empty(kind))
+    }
+
     /// A message whose header has the right count.
     pub fn new(header: StepHeader, payload: Payload) -> Self {
         let count = payload.len() as u64;

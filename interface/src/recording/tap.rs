@@ -8,7 +8,7 @@ use std::time::Duration;
 
 use super::{RecordingError, RecordingSink};
 use crate::message::control::Party;
-use crate::message::{Channel, Kind, Payload};
+use crate::message::{Channel, Kind, Message};
 use crate::transport::domain::Domain;
 use crate::transport::iceoryx;
 use crate::transport::wait::nap;
@@ -30,14 +30,14 @@ const KINDS: [Kind; 4] = [Kind::Envelopes, Kind::Set, Kind::States, Kind::Forces
 /// Records everything that is there; returns whether there was anything.
 fn drain(
     transport: &mut dyn Transport,
-    buffers: &mut [Payload],
+    buffers: &mut [Message],
     sink: &RecordingSink,
 ) -> Result<bool, TransportError> {
     let mut any = false;
     for (kind, buffer) in KINDS.into_iter().zip(buffers) {
         let channel = Channel::of(Party::Mpm, kind);
-        while let Some(header) = transport.receive(channel, buffer)? {
-            sink.note(channel, &header, buffer.records());
+        while transport.receive(channel, buffer)? {
+            sink.note(channel, &buffer.header, buffer.payload.records());
             any = true;
         }
     }
@@ -66,7 +66,7 @@ impl Tap {
                 };
                 sink.tapped(true);
                 let _ = opened.send(Ok(()));
-                let mut buffers = KINDS.map(Payload::empty);
+                let mut buffers = KINDS.map(Message::empty);
                 loop {
                     let last = stopped.load(Ordering::Acquire);
                     match drain(&mut *ends, &mut buffers, &sink) {

@@ -10,7 +10,7 @@ use crate::config::{DemConfig, Interface, from_json};
 use crate::forces::{Forces, Points};
 use crate::message::control::{Configure, Hello, Party};
 use crate::message::wire::{ContactState, Ledger, StepHeader, flags, records_of};
-use crate::message::{Channel, Kind, Payload, Records};
+use crate::message::{Channel, Kind, Message, Payload, Records};
 use crate::saved::{pack, unpack};
 use crate::solver::{DemSolver, Fault, Readiness, Refusal};
 use crate::step::Step;
@@ -24,8 +24,8 @@ pub(super) struct Bodies<'a> {
     /// Whether the links of the set are used (W-2).
     links: bool,
     /// Where messages arrive, so that memory is reused.
-    states: Payload,
-    set: Payload,
+    states: Message,
+    set: Message,
     forces: Forces,
     /// For a solver that does not measure itself, or that wants the loads of its bodies.
     follower: Option<Follower>,
@@ -40,8 +40,8 @@ impl<'a> Bodies<'a> {
             lists_contacts: solver.capabilities().has(CONTACTS),
             solver,
             links: false,
-            states: Payload::empty(Kind::States),
-            set: Payload::empty(Kind::Set),
+            states: Message::empty(Kind::States),
+            set: Message::empty(Kind::Set),
             forces: Forces::default(),
             follower: None,
             contacts: Vec::new(),
@@ -60,54 +60,57 @@ impl<'a> Bodies<'a> {
         Ok(())
     }
 
-    /// I-1 to I-5: waits for the states of the points, and answers what the continuum asks for before it. `None` if it
-    /// halts.
-    async fn receive_states(
-        &mut self,
-        to: &mut Connection<'_>,
-    ) -> Result<Option<StepHeader>, SessionError> {
-        let mut header = self.next_states(to).await?;
-        if header.flags & flags::WANT_ENVELOPES != 0 {
+    /// I-1 to I-5: waits for the states of the points, and answers what the continuum asks for before it. Returns whether
+    /// there are any: there are none if the continuum halts.
+    async fn receive_states(&mut self, to: &mut Connection<'_>) -> Result<bool, SessionError> {
+        self.next_states(to).await?;
+        if self.states_have(flags::WANT_ENVELOPES) {
             self.send_envelopes(to).await?;
-            header = self.next_states(to).await?;
-            if header.flags & flags::WANT_ENVELOPES != 0 {
+            self.next_states(to).await?;
+            if self.states_have(flags::WANT_ENVELOPES) {
                 let message = "the envelopes are asked for twice".into();
                 return Err(broken(Party::Mpm, "G-9", to.step(), message));
             }
         }
-        if header.flags & flags::HALT_BEFORE != 0 {
-            return Ok(None);
+        if self.states_have(flags::HALT_BEFORE) {
+            return Ok(false);
         }
-        check::numbers(Party::Mpm, "I-3", to.step(), self.states.records())?;
-        if header.flags & flags::NEW_SET != 0 {
-            self.receive_set(to, &header)?;
+        let records = self.states.payload.records();
+        check::numbers(Party::Mpm, "I-3", to.step(), records)?;
+        if self.states_have(flags::NEW_SET) {
+            self.receive_set(to)?;
         }
+        let Message { header, payload } = &self.states;
         let expected = (to.set, to.imps);
-        match check::not_of_set("states", &header, self.states.len(), expected) {
+        match check::not_of_set("states", header, payload.len(), expected) {
             Some(message) => Err(broken(Party::Mpm, "I-3", to.step(), message)),
-            None => Ok(Some(header)),
+            None => Ok(true),
         }
     }
 
+    /// Whether the header of the states has this flag.
+    fn states_have(&self, flag: u64) -> bool {
+        self.states.header.flags & flag != 0
+    }
+
     /// I-1, I-4, I-5.
-    async fn next_states(&mut self, to: &Connection<'_>) -> Result<StepHeader, SessionError> {
+    async fn next_states(&mut self, to: &Connection<'_>) -> Result<(), SessionError> {
         let channel = Channel::of(Party::Mpm, Kind::States);
         let awaited = "the states of the points (I-1)";
-        let header = to
-            .receive(channel, &mut self.states, awaited, to.deadline)
+        to.receive(channel, &mut self.states, awaited, to.deadline)
             .await?;
-        let step = to.step();
+        let (step, Message { header, payload }) = (to.step(), &self.states);
         if header.step != step || header.epoch != to.grant.epoch {
             let message = format!("states of step {} epoch {}", header.step, header.epoch);
             return Err(broken(Party::Mpm, "I-1", step, message));
         }
         for (flag, clause) in [(flags::HALT_BEFORE, "I-4"), (flags::WANT_ENVELOPES, "I-5")] {
-            if header.flags & flag != 0 && !self.states.is_empty() {
-                let message = format!("{} states where none follow", self.states.len());
+            if self.states_have(flag) && !payload.is_empty() {
+                let message = format!("{} states where none follow", payload.len());
                 return Err(broken(Party::Mpm, clause, step, message));
             }
         }
-        Ok(header)
+        Ok(())
     }
 
     /// E-1, E-3.
@@ -125,33 +128,29 @@ impl<'a> Bodies<'a> {
     }
 
     /// I-2, I-8: takes the set that `states` announce, which was sent before them.
-    fn receive_set(
-        &mut self,
-        to: &mut Connection<'_>,
-        states: &StepHeader,
-    ) -> Result<(), SessionError> {
+    fn receive_set(&mut self, to: &mut Connection<'_>) -> Result<(), SessionError> {
         let (step, channel) = (to.step(), Channel::of(Party::Mpm, Kind::Set));
         let complain = |message| Err(broken(Party::Mpm, "I-2", step, message));
-        let Some(header) = to.io().receive(channel, &mut self.set)? else {
+        if !to.io().receive(channel, &mut self.set)? {
             return complain(format!(
                 "nothing on {} although the states announce a set",
                 channel.name()
             ));
-        };
-        let next = to.set + 1;
-        if header.set != states.set
+        }
+        let Message { header, payload } = &self.set;
+        let (of_states, next) = (self.states.header.set, to.set + 1);
+        if header.set != of_states
             || header.set != next
-            || !check::counted(&header, self.set.records())
+            || !check::counted(header, payload.records())
         {
             return complain(format!(
-                "set {} with {} points, {} announced, for states of set {}; {next} is next",
+                "set {} with {} points, {} announced, for states of set {of_states}; {next} is next",
                 header.set,
-                self.set.len(),
+                payload.len(),
                 header.count,
-                states.set
             ));
         }
-        let set = self.set.of();
+        let set = payload.of();
         check::set(set, step)?;
         if self.links {
             check::links(set, step)?;
@@ -183,13 +182,13 @@ impl Side for Bodies<'_> {
     async fn steps(&mut self, to: &mut Connection<'_>) -> Result<(), SessionError> {
         // L-4, H-2, H-4: the forces of the last step had HALT_AFTER.
         while !to.is_window_done() && to.may_go_on() {
-            if to.coupled && self.receive_states(to).await?.is_none() {
+            if to.coupled && !self.receive_states(to).await? {
                 return Ok(());
             }
             let points = if to.coupled {
                 Points {
-                    set: self.set.of(),
-                    states: self.states.of(),
+                    set: self.set.payload.of(),
+                    states: self.states.payload.of(),
                 }
             } else {
                 Points::default()
@@ -268,7 +267,7 @@ impl Side for Bodies<'_> {
         self.solver.restore(saved)?;
         let (set, followed): (Vec<u8>, Option<State>) = unpack(DRIVER, driver)?;
         let set = records_of(&set);
-        self.set = Payload::Set(set.ok_or_else(|| Refusal::new("restore", "a torn set"))?);
+        self.set.payload = Payload::Set(set.ok_or_else(|| Refusal::new("restore", "a torn set"))?);
         match (&mut self.follower, followed) {
             (Some(kept), Some(state)) => kept.restore(state, self.solver.bodies()),
             (None, None) => Ok(()),
@@ -277,7 +276,7 @@ impl Side for Bodies<'_> {
     }
 
     fn save(&self) -> Result<(Vec<u8>, Vec<u8>), Fault> {
-        let (set, followed) = (self.set.records(), self.follower.as_ref());
+        let (set, followed) = (self.set.payload.records(), self.follower.as_ref());
         let driver = (set.bytes(), followed.map(Follower::state));
         Ok((self.solver.save()?, pack(DRIVER, &driver)))
     }

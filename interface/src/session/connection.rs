@@ -49,7 +49,7 @@ pub(super) struct Connection<'a> {
     pub imps: u64,
     pub set: u64,
     /// Where grants arrive, so that memory is reused.
-    grants: Payload,
+    grants: Message,
 }
 
 impl<'a> Connection<'a> {
@@ -65,7 +65,7 @@ impl<'a> Connection<'a> {
             limits: Limits::default(),
             imps: 0,
             set: 0,
-            grants: Payload::empty(Kind::Grant),
+            grants: Message::empty(Kind::Grant),
         }
     }
 
@@ -216,9 +216,9 @@ impl<'a> Connection<'a> {
         at_most: Duration,
     ) -> Result<Order, SessionError> {
         let channel = Channel::of(self.party, Kind::Order);
-        let mut into = Payload::empty(Kind::Order);
+        let mut into = Message::empty(Kind::Order);
         self.receive(channel, &mut into, awaited, at_most).await?;
-        self.read_order(&into)
+        self.read_order(&into.payload)
     }
 
     fn read_order(&self, payload: &Payload) -> Result<Order, SessionError> {
@@ -236,12 +236,11 @@ impl<'a> Connection<'a> {
     pub async fn state_to_restore(&self) -> Result<Vec<u8>, SessionError> {
         let channel = Channel::of(self.party, Kind::Restore);
         let mut state = pieces::Incoming::default();
-        let mut into = Payload::empty(Kind::Restore);
+        let mut into = Message::empty(Kind::Restore);
         loop {
-            let header = self
-                .receive(channel, &mut into, "the state to restore", SETUP)
+            self.receive(channel, &mut into, "the state to restore", SETUP)
                 .await?;
-            match state.take(&header, into.of()) {
+            match state.take(&into.header, into.payload.of()) {
                 Ok(None) => {}
                 Ok(Some(whole)) => return Ok(whole),
                 Err(message) => return Err(self.coupler_broke("K-4", message)),
@@ -255,22 +254,22 @@ impl<'a> Connection<'a> {
         // which waits for this one.
         let at_most = 2 * INDIRECT_WAIT_MARGIN + if first { SETUP } else { self.deadline };
         let [grants, orders] = [Kind::Grant, Kind::Order].map(|kind| Channel::of(self.party, kind));
-        let mut grant = std::mem::replace(&mut self.grants, Payload::empty(Kind::Grant));
-        let mut order = Payload::empty(Kind::Order);
+        let mut grant = std::mem::replace(&mut self.grants, Message::empty(Kind::Grant));
+        let mut order = Message::empty(Kind::Order);
         let look = |io: &Io<'_>| {
-            if let Some(header) = io.receive(grants, &mut grant)? {
-                return Ok(Some(Some(header)));
+            if io.receive(grants, &mut grant)? {
+                return Ok(Some(Granted::Window));
             }
-            Ok(io.receive(orders, &mut order)?.map(|_| None))
+            Ok(io.receive(orders, &mut order)?.then_some(Granted::Drain))
         };
         let wait = (Party::Coupler, "the next grant", at_most);
         match self.arrival(wait, true, look).await? {
-            Some(header) => {
-                self.take_grant(&header, grant.of())?;
+            Granted::Window => {
+                self.take_grant(&grant.header, grant.payload.of())?;
                 self.grants = grant;
                 Ok(Granted::Window)
             }
-            None => match self.read_order(&order)? {
+            Granted::Drain => match self.read_order(&order.payload)? {
                 Order::Drain => Ok(Granted::Drain),
                 order => Err(self.out_of_turn(&order)),
             },
@@ -316,22 +315,17 @@ impl<'a> Connection<'a> {
     }
 
     /// Waits for the next message of `channel`.
-    pub async fn receive(
+    pub fn receive(
         &self,
         channel: Channel,
-        into: &mut Payload,
+        into: &mut Message,
         awaited: &'static str,
         at_most: Duration,
-    ) -> Result<StepHeader, SessionError> {
+    ) -> impl Future<Output = Result<(), SessionError>> {
         let wait = (channel.from(), awaited, at_most);
         let awaits_order = channel.kind == Kind::Order;
-        let mut header = StepHeader::default();
-        let look = |io: &Io<'_>| {
-            let received = io.receive(channel, into)?;
-            Ok(received.map(|received| header = received))
-        };
-        self.arrival(wait, awaits_order, look).await?;
-        Ok(header)
+        let look = move |io: &Io<'_>| Ok(io.receive(channel, into)?.then_some(()));
+        self.arrival(wait, awaits_order, look)
     }
 
     /// Waits until `look` finds a message, until the coupler ends the session or is gone, or until the deadline is over.
@@ -379,11 +373,11 @@ impl<'a> Connection<'a> {
         if awaits_order {
             return Ok(());
         }
-        let mut order = Payload::empty(Kind::Order);
+        let mut order = Message::empty(Kind::Order);
         let channel = Channel::of(self.party, Kind::Order);
-        match self.io.receive(channel, &mut order)? {
-            None => Ok(()),
-            Some(_) => Err(self.out_of_turn(&self.read_order(&order)?)),
+        if self.io.receive(channel, &mut order)? {
+            return Err(self.out_of_turn(&self.read_order(&order.payload)?));
         }
+        Ok(())
     }
 }

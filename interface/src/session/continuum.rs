@@ -7,8 +7,8 @@ use super::error::{SessionError, broken};
 use super::solver::Side;
 use crate::config::{MpmConfig, from_json};
 use crate::message::control::{Configure, Hello, Party};
-use crate::message::wire::{Ledger, PointState, StepHeader, flags};
-use crate::message::{Channel, Kind, Payload, Records};
+use crate::message::wire::{Ledger, PointState, flags};
+use crate::message::{Channel, Kind, Message, Records};
 use crate::saved::{pack, unpack};
 use crate::solver::{Fault, MpmSolver, Readiness, Refusal};
 
@@ -20,8 +20,8 @@ pub(super) struct Continuum<'a> {
     solver: &'a mut dyn MpmSolver,
     approach: Approach,
     /// Where messages arrive, so that memory is reused.
-    forces: Payload,
-    envelopes: Payload,
+    forces: Message,
+    envelopes: Message,
 }
 
 impl<'a> Continuum<'a> {
@@ -29,8 +29,8 @@ impl<'a> Continuum<'a> {
         Self {
             solver,
             approach: Approach::default(),
-            forces: Payload::empty(Kind::Forces),
-            envelopes: Payload::empty(Kind::Envelopes),
+            forces: Message::empty(Kind::Forces),
+            envelopes: Message::empty(Kind::Envelopes),
         }
     }
 
@@ -41,13 +41,11 @@ impl<'a> Continuum<'a> {
             .await?;
         let channel = Channel::of(Party::Mpm, Kind::Envelopes);
         let awaited = "the envelopes of the bodies (E-1)";
-        let header = to
-            .receive(channel, &mut self.envelopes, awaited, to.deadline)
+        to.receive(channel, &mut self.envelopes, awaited, to.deadline)
             .await?;
-        let (step, records) = (to.step(), self.envelopes.records());
-        if header.step != step
-            || header.epoch != to.grant.epoch
-            || !check::counted(&header, records)
+        let Message { header, payload } = &self.envelopes;
+        let (step, records) = (to.step(), payload.records());
+        if header.step != step || header.epoch != to.grant.epoch || !check::counted(header, records)
         {
             let message = format!(
                 "envelopes of step {} with {} vertices, {} announced",
@@ -58,7 +56,7 @@ impl<'a> Continuum<'a> {
             return Err(broken(Party::Dem, "E-2", step, message));
         }
         check::numbers(Party::Dem, "E-3", step, records)?;
-        let set = self.solver.select_imps(self.envelopes.of());
+        let set = self.solver.select_imps(payload.of());
         self.approach.selected();
         to.imps = set.len() as u64;
         to.set += 1;
@@ -66,23 +64,22 @@ impl<'a> Continuum<'a> {
     }
 
     /// F-2 to F-5: waits for the contact forces.
-    async fn receive_forces(&mut self, to: &Connection<'_>) -> Result<StepHeader, SessionError> {
+    async fn receive_forces(&mut self, to: &Connection<'_>) -> Result<(), SessionError> {
         let channel = Channel::of(Party::Mpm, Kind::Forces);
         let awaited = "the contact forces (F-1)";
-        let header = to
-            .receive(channel, &mut self.forces, awaited, to.deadline)
+        to.receive(channel, &mut self.forces, awaited, to.deadline)
             .await?;
-        let (step, set, imps, forces) = (to.step(), to.set, to.imps, self.forces.of());
+        let Message { header, payload } = &self.forces;
+        let (step, set, imps, forces) = (to.step(), to.set, to.imps, payload.of());
         let complain = |clause, message| Err(broken(Party::Dem, clause, step, message));
         if header.step != step || header.epoch != to.grant.epoch {
             let message = format!("forces of step {} epoch {}", header.step, header.epoch);
             return complain("F-2", message);
         }
-        if let Some(message) = check::not_of_set("forces", &header, forces.len(), (set, imps)) {
+        if let Some(message) = check::not_of_set("forces", header, forces.len(), (set, imps)) {
             return complain("F-3", message);
         }
-        check::forces(&header, forces, step)?;
-        Ok(header)
+        check::forces(header, forces, step)
     }
 }
 
@@ -113,9 +110,10 @@ impl Side for Continuum<'_> {
             to.exchange(if new_set { flags::NEW_SET } else { 0 }, states)
                 .await?;
             self.solver.predict(&step).map_err(|f| to.fault(f))?;
-            let header = self.receive_forces(to).await?;
+            self.receive_forces(to).await?;
+            let Message { header, payload } = &self.forces;
             self.approach.bodies = header.travel;
-            let corrected = self.solver.correct(&step, self.forces.of());
+            let corrected = self.solver.correct(&step, payload.of());
             let limits = corrected.map_err(|f| to.fault(f))?;
             to.advanced(self.approach.moved(limits, self.solver.travel(), step.dt))?;
             if header.flags & flags::HALT_AFTER != 0 {

@@ -10,7 +10,7 @@ use super::solvers::{Part, START, Sent, Solvers, clause_of};
 use crate::config::capability::SAVE;
 use crate::message::control::{Configure, Hello, Notice, Order, Party};
 use crate::message::wire::{Budget, Grant, StepHeader, flags};
-use crate::message::{Channel, Kind, Message, Payload, Records};
+use crate::message::{Channel, Kind, Message, Records};
 
 /// Time for the other solver to complain too, shorter than the [`super::connection::ANSWER`] for which the first one waits.
 const HEARING: Duration = Duration::from_millis(250);
@@ -90,7 +90,7 @@ pub(super) struct Coupler<'a> {
     /// Whether no grant has been sent yet.
     arriving: bool,
     /// Where messages arrive, one buffer for each kind, so that memory is reused.
-    inbox: [Payload; Kind::ALL.len()],
+    inbox: [Message; Kind::ALL.len()],
 }
 
 impl<'a> Coupler<'a> {
@@ -100,7 +100,7 @@ impl<'a> Coupler<'a> {
             supervisor,
             solvers: Solvers::new(parties),
             arriving: true,
-            inbox: Kind::ALL.map(Payload::empty),
+            inbox: Kind::ALL.map(Message::empty),
         }
     }
 
@@ -142,9 +142,9 @@ impl<'a> Coupler<'a> {
         };
         let (io, inbox) = (self.io.clone(), &mut self.inbox[Kind::Notice as usize]);
         let heard = io.arrival(wait, |signal| match (io.receive(channel, inbox)?, signal) {
-            (Some(_), _) => Ok(Some(true)),
-            (None, Signal::Expired(_)) => Ok(Some(false)),
-            (None, _) => Ok(None),
+            (true, _) => Ok(Some(true)),
+            (false, Signal::Expired(_)) => Ok(Some(false)),
+            (false, _) => Ok(None),
         });
         if !heard.await.ok()? {
             return None;
@@ -286,13 +286,14 @@ impl<'a> Coupler<'a> {
             (true, _) => &[report, mpm, dem],
         };
         loop {
-            let (channel, header) = self.receive(channels, who, "its report", deadline).await?;
+            let channel = self.receive(channels, who, "its report", deadline).await?;
             if channel.kind == Kind::Report {
                 break;
             }
-            self.piece(channel, &header)?;
+            self.piece(channel)?;
         }
-        self.solvers.each[i].report(self.inbox[Kind::Report as usize].of())?;
+        let report = &self.inbox[Kind::Report as usize];
+        self.solvers.each[i].report(report.payload.of())?;
         self.solvers.note_limits(i);
         self.io.step.set(self.solvers.step());
         // The rest of the state was sent before the report, and nobody has looked at it since.
@@ -301,25 +302,26 @@ impl<'a> Coupler<'a> {
             let channel = sent.channel(Kind::Saved);
             let of_step = (clause_of(channel.kind), self.solvers.round.grant.first);
             while {
-                let header = self.take(channel, of_step, "report")?;
-                !self.piece(channel, &header)?
+                self.take(channel, of_step, "report")?;
+                !self.piece(channel)?
             } {}
         }
         for channel in self.solvers.each[i].before_report() {
             let of_step = (clause_of(channel.kind), self.solvers.round.grant.first);
-            let header = self.take(channel, of_step, "report")?;
-            let records = self.inbox[channel.kind as usize].records();
-            self.solvers.take(i, &header, records, of_step)?;
+            self.take(channel, of_step, "report")?;
+            let message = &self.inbox[channel.kind as usize];
+            self.solvers.take(i, message, of_step)?;
         }
         Ok(())
     }
 
     /// K-3: a piece of a state has arrived; returns whether it was the last one.
-    fn piece(&mut self, channel: Channel, header: &StepHeader) -> Result<bool, SessionError> {
-        let piece = self.inbox[Kind::Saved as usize].of();
+    fn piece(&mut self, channel: Channel) -> Result<bool, SessionError> {
+        let Message { header, payload } = &self.inbox[Kind::Saved as usize];
         let mut each = self.solvers.each.iter_mut();
         let sent = each.find(|sent| sent.party == channel.from());
-        sent.expect("a solver of this session").piece(header, piece)
+        let sent = sent.expect("a solver of this session");
+        sent.piece(header, payload.of())
     }
 
     async fn byes(&mut self) -> Result<(), SessionError> {
@@ -342,9 +344,9 @@ impl<'a> Coupler<'a> {
         };
         let sent = &self.solvers.each[i];
         let of_end = ("D-1", sent.step);
-        let header = self.take(sent.channel(Kind::Points), of_end, "goodbye")?;
-        let points = self.inbox[Kind::Points as usize].records();
-        self.solvers.take(i, &header, points, of_end)
+        self.take(sent.channel(Kind::Points), of_end, "goodbye")?;
+        let points = &self.inbox[Kind::Points as usize];
+        self.solvers.take(i, points, of_end)
     }
 
     /// Takes a message that was sent before the one that has just arrived.
@@ -353,10 +355,10 @@ impl<'a> Coupler<'a> {
         channel: Channel,
         (clause, step): (&'static str, u64),
         before: &str,
-    ) -> Result<StepHeader, SessionError> {
+    ) -> Result<(), SessionError> {
         let into = &mut self.inbox[channel.kind as usize];
-        if let Some(header) = self.io.receive(channel, into)? {
-            return Ok(header);
+        if self.io.receive(channel, into)? {
+            return Ok(());
         }
         let message = format!("nothing on {} before the {before}", channel.name());
         Err(broken(channel.from(), clause, step, message))
@@ -390,7 +392,7 @@ impl<'a> Coupler<'a> {
     ) -> Result<(usize, Notice), SessionError> {
         let each = self.solvers.each.iter();
         let channels: Vec<Channel> = each.map(|sent| sent.channel(Kind::Notice)).collect();
-        let (channel, _) = self.receive(&channels, missing, awaited, deadline).await?;
+        let channel = self.receive(&channels, missing, awaited, deadline).await?;
         let mut each = self.solvers.each.iter();
         let i = each.position(|sent| sent.party == channel.from());
         let i = i.expect("a solver of this session");
@@ -399,7 +401,7 @@ impl<'a> Coupler<'a> {
 
     /// The notice that has arrived, unless it says that the solver cannot go on.
     fn read_notice(&self, i: usize) -> Result<Notice, SessionError> {
-        let bytes = self.inbox[Kind::Notice as usize].of();
+        let bytes = self.inbox[Kind::Notice as usize].payload.of();
         let sent = &self.solvers.each[i];
         match Notice::decode(bytes).map_err(|e| sent.broke("S-1", e.to_string()))? {
             Notice::Failed(failure) => Err(SessionError::Failed {
@@ -422,7 +424,7 @@ impl<'a> Coupler<'a> {
         who: Party,
         awaited: &'static str,
         at_most: Duration,
-    ) -> Result<(Channel, StepHeader), SessionError> {
+    ) -> Result<Channel, SessionError> {
         let io = self.io.clone();
         let wait = Wait { from: who, at_most };
         let awaits_notices = channels.iter().all(|channel| channel.kind == Kind::Notice);
@@ -470,15 +472,12 @@ impl<'a> Coupler<'a> {
         .await
     }
 
-    /// The next message of these channels, if there is one.
-    fn look(
-        &mut self,
-        channels: &[Channel],
-    ) -> Result<Option<(Channel, StepHeader)>, SessionError> {
+    /// Takes the next message of these channels; returns its channel, if there is one.
+    fn look(&mut self, channels: &[Channel]) -> Result<Option<Channel>, SessionError> {
         for &channel in channels {
             let into = &mut self.inbox[channel.kind as usize];
-            if let Some(header) = self.io.receive(channel, into)? {
-                return Ok(Some((channel, header)));
+            if self.io.receive(channel, into)? {
+                return Ok(Some(channel));
             }
         }
         Ok(None)
@@ -489,7 +488,7 @@ impl<'a> Coupler<'a> {
         for i in 0..self.solvers.each.len() {
             let channel = self.solvers.each[i].channel(Kind::Notice);
             let into = &mut self.inbox[Kind::Notice as usize];
-            if self.io.receive(channel, into)?.is_some() {
+            if self.io.receive(channel, into)? {
                 let notice = self.read_notice(i)?;
                 return Err(self.out_of_turn(i, &notice));
             }

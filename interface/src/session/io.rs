@@ -13,7 +13,7 @@ use super::error::SessionError;
 use super::stopwatch::{Activity, Stopwatch};
 use crate::message::control::Party;
 use crate::message::wire::StepHeader;
-use crate::message::{Channel, Payload, Records};
+use crate::message::{Channel, Message, Records};
 use crate::recording::RecordingSink;
 use crate::transport::{Transport, TransportError};
 
@@ -105,17 +105,13 @@ impl<'a> Io<'a> {
         }
     }
 
-    /// The next message of `channel`, if there is one.
-    pub fn receive(
-        &self,
-        channel: Channel,
-        into: &mut Payload,
-    ) -> Result<Option<StepHeader>, SessionError> {
-        let received = self.with(|transport| transport.receive(channel, into));
-        if let (Some(recording), Ok(Some(header))) = (self.recording.get(), &received) {
-            record(recording, channel, header, into.records());
+    /// Takes the next message of `channel`; returns whether there is one.
+    pub fn receive(&self, channel: Channel, into: &mut Message) -> Result<bool, SessionError> {
+        let received = self.with(|transport| transport.receive(channel, into))?;
+        if let (Some(recording), true) = (self.recording.get(), received) {
+            record(recording, channel, &into.header, into.payload.records());
         }
-        Ok(received?)
+        Ok(received)
     }
 
     /// Waits until `look` finds something or fails. It also learns what is known about the wait.

@@ -10,7 +10,7 @@ use crate::message::control::{Configure, Hello, PROTOCOL, Party};
 use crate::message::wire::{
     BodyState, Budget, ContactState, Grant, GroupState, PointState, Report, StepHeader, flags,
 };
-use crate::message::{Channel, Kind, Records};
+use crate::message::{Channel, Kind, Message, Records};
 use crate::solver::{MOST_ITEMS, Readiness};
 
 /// Longest wait for a solver before the first step, unless the run sets another one: first to start and send Hello, then to
@@ -305,11 +305,10 @@ impl Solvers {
     pub(super) fn take(
         &mut self,
         i: usize,
-        header: &StepHeader,
-        records: Records<'_>,
+        Message { header, payload }: &Message,
         (clause, step): (&'static str, u64),
     ) -> Result<(), SessionError> {
-        let sent = &self.each[i];
+        let (sent, records) = (&self.each[i], payload.records());
         let party = sent.party;
         if header.step != step || !check::counted(header, records) {
             let name = Channel::of(party, records.kind()).name();

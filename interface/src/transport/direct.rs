@@ -8,12 +8,12 @@ use std::time::Duration;
 use super::{Transport, TransportError};
 use crate::message::control::Party;
 use crate::message::wire::StepHeader;
-use crate::message::{CHANNELS, Channel, Payload, Records};
+use crate::message::{CHANNELS, Channel, Message, Records};
 
 /// The messages of a channel, in a ring buffer whose memory is reused.
 #[derive(Debug, Default)]
 struct Queue {
-    places: Vec<(StepHeader, Payload)>,
+    places: Vec<Message>,
     /// Index of the oldest message, and number of messages.
     first: usize,
     waiting: usize,
@@ -25,29 +25,30 @@ impl Queue {
         if self.waiting == room {
             self.places.rotate_left(self.first);
             self.first = 0;
-            self.places.push((*header, records.to_payload()));
+            self.places.push(Message {
+                header: *header,
+                payload: records.to_payload(),
+            });
         } else {
             let next = self.first + self.waiting;
             let next = if next < room { next } else { next - room };
             let place = &mut self.places[next];
-            place.0 = *header;
-            place.1.copy_from(records);
+            place.header = *header;
+            place.payload.copy_from(records);
         }
         self.waiting += 1;
     }
 
     /// Swaps the oldest message with `into`, whose memory is reused.
-    fn pop(&mut self, into: &mut Payload) -> Option<StepHeader> {
+    fn pop(&mut self, into: &mut Message) -> bool {
         if self.waiting == 0 {
-            return None;
+            return false;
         }
-        let room = self.places.len();
-        let (header, payload) = &mut self.places[self.first];
-        core::mem::swap(into, payload);
+        core::mem::swap(into, &mut self.places[self.first]);
         let next = self.first + 1;
-        self.first = if next < room { next } else { 0 };
+        self.first = if next < self.places.len() { next } else { 0 };
         self.waiting -= 1;
-        Some(*header)
+        true
     }
 }
 
@@ -123,11 +124,7 @@ impl Transport for Direct {
         Ok(())
     }
 
-    fn receive(
-        &mut self,
-        channel: Channel,
-        into: &mut Payload,
-    ) -> Result<Option<StepHeader>, TransportError> {
+    fn receive(&mut self, channel: Channel, into: &mut Message) -> Result<bool, TransportError> {
         let shared = &mut *self.shared.borrow_mut();
         Ok(shared.channels[channel.number()].pop(into))
     }
@@ -163,7 +160,7 @@ mod tests {
             velocity: [0.0; 2],
             ..ImpState::default()
         };
-        let mut into = Payload::empty(Kind::States);
+        let mut into = Message::empty(Kind::States);
         for step in 0..5 {
             let header = StepHeader {
                 step,
@@ -172,12 +169,13 @@ mod tests {
             mpm.send(channel, &header, Records::States(&[state(step as f64)]))
                 .unwrap();
             mpm.send(channel, &header, Records::States(&[])).unwrap();
-            let got = dem.receive(channel, &mut into).unwrap().unwrap();
-            assert_eq!(got.step, step);
-            assert_eq!(into.records(), Records::States(&[state(step as f64)]));
-            assert!(dem.receive(channel, &mut into).unwrap().is_some());
-            assert!(into.is_empty());
-            assert_eq!(dem.receive(channel, &mut into).unwrap(), None);
+            assert!(dem.receive(channel, &mut into).unwrap());
+            assert_eq!(into.header.step, step);
+            let sent = Records::States(&[state(step as f64)]);
+            assert_eq!(into.payload.records(), sent);
+            assert!(dem.receive(channel, &mut into).unwrap());
+            assert!(into.payload.is_empty());
+            assert!(!dem.receive(channel, &mut into).unwrap());
         }
         assert!(dem.coupler_lives());
         mpm.release();

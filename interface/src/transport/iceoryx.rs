@@ -25,7 +25,7 @@ use iceoryx2::service::port_factory::publish_subscribe::PortFactory;
 use super::{Transport, TransportError};
 use crate::message::control::Party;
 use crate::message::wire::{StepHeader, layout_hash};
-use crate::message::{CHANNELS, Channel, Kind, Message, Payload, Records};
+use crate::message::{CHANNELS, Channel, Kind, Message, Records};
 use crate::transport::domain::{Domain, Part};
 use crate::transport::liveness::Hold;
 use crate::transport::names::WAKES;
@@ -331,32 +331,29 @@ impl Transport for Ends {
         })
     }
 
-    fn receive(
-        &mut self,
-        channel: Channel,
-        into: &mut Payload,
-    ) -> Result<Option<StepHeader>, TransportError> {
+    fn receive(&mut self, channel: Channel, into: &mut Message) -> Result<bool, TransportError> {
         let Some(subscriber) = &self.receivers[channel.number()] else {
-            return Ok(None);
+            return Ok(false);
         };
         let name = channel.name();
         let sample = subscriber
             .receive()
             .map_err(refused(name, "receive from it"))?;
         let Some(sample) = sample else {
-            return Ok(None);
+            return Ok(false);
         };
         if into.kind() != channel.kind {
             return Err(TransportError::NotHere(name));
         }
-        if !into.fill(sample.payload()) {
+        if !into.payload.fill(sample.payload()) {
             let bytes = sample.payload().len();
             return Err(TransportError::Torn {
                 channel: name,
                 bytes,
             });
         }
-        Ok(Some(*sample.user_header()))
+        into.header = *sample.user_header();
+        Ok(true)
     }
 
     fn wake(&mut self, to: Party) {
@@ -401,9 +398,9 @@ mod tests {
         let mut look = |bytes: &[u8]| {
             let header = StepHeader::default();
             mpm.send(channel, &header, Records::Notice(bytes)).unwrap();
-            let mut into = Payload::empty(Kind::Report);
+            let mut into = Message::empty(Kind::Report);
             let found = coupler.receive(channel, &mut into);
-            found.map(|_| into.len()).map_err(|e| e.to_string())
+            found.map(|_| into.payload.len()).map_err(|e| e.to_string())
         };
         assert_eq!(look(&[0; 640]), Ok(2));
         let told = look(&[0; 321]).unwrap_err();
@@ -423,8 +420,8 @@ mod tests {
         let mut say = || mpm.send(channel, &StepHeader::default(), Records::Notice(b"x"));
         // A receiver that has never looked is none, and nobody waits for it.
         say().unwrap();
-        let found = coupler.receive(channel, &mut Payload::empty(Kind::Notice));
-        assert!(found.unwrap().is_some());
+        let found = coupler.receive(channel, &mut Message::empty(Kind::Notice));
+        assert!(found.unwrap());
         let start = Instant::now();
         std::thread::scope(|scope| {
             scope.spawn(|| {

@@ -20,7 +20,7 @@ use thiserror::Error;
 
 use crate::message::control::Party;
 use crate::message::wire::StepHeader;
-use crate::message::{Channel, Message, Payload, Records};
+use crate::message::{Channel, Message, Records};
 use crate::transport::domain::DomainError;
 use crate::transport::liveness::Hold;
 
@@ -81,16 +81,12 @@ pub trait Transport {
         records: Records<'_>,
     ) -> Result<(), TransportError>;
 
-    /// Copies the next message of the channel, if there is one, to `into` and returns its header. It must be a copy,
-    /// because a peer can write to shared memory at any time, and what has been checked must not change (clause C-5).
+    /// Copies the next message of the channel to `into`, whose memory is reused; returns whether there is one. It must be a
+    /// copy, because a peer can write to shared memory at any time, and what has been checked must not change (clause C-5).
     ///
     /// # Errors
     /// [`TransportError`].
-    fn receive(
-        &mut self,
-        channel: Channel,
-        into: &mut Payload,
-    ) -> Result<Option<StepHeader>, TransportError>;
+    fn receive(&mut self, channel: Channel, into: &mut Message) -> Result<bool, TransportError>;
 
     /// Wakes `to` for a message (clause B-2). A failure is not an error: the other side looks again by itself (clause B-3).
     fn wake(&mut self, _to: Party) {}
@@ -145,8 +141,8 @@ impl dyn Transport + '_ {
     /// # Errors
     /// As [`Transport::receive`].
     pub fn take(&mut self, channel: Channel) -> Result<Option<Message>, TransportError> {
-        let mut payload = Payload::empty(channel.kind);
-        let header = self.receive(channel, &mut payload)?;
-        Ok(header.map(|header| Message { header, payload }))
+        let mut message = Message::empty(channel.kind);
+        let received = self.receive(channel, &mut message)?;
+        Ok(received.then_some(message))
     }
 }

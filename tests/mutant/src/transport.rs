@@ -5,7 +5,7 @@ use std::time::Duration;
 
 use interface::message::control::{Notice, Order, Party};
 use interface::message::wire::StepHeader;
-use interface::message::{Channel, Kind, Message, Payload, Records};
+use interface::message::{Channel, Kind, Message, Records};
 use interface::transport::liveness::Hold;
 use interface::transport::{Transport, TransportError};
 
@@ -142,11 +142,7 @@ impl Transport for Flawed {
         Ok(())
     }
 
-    fn receive(
-        &mut self,
-        channel: Channel,
-        into: &mut Payload,
-    ) -> Result<Option<StepHeader>, TransportError> {
+    fn receive(&mut self, channel: Channel, into: &mut Message) -> Result<bool, TransportError> {
         if !self.late.is_empty() && self.ready {
             interface::transport::wait::nap(LATE);
             self.inner.open(&std::mem::take(&mut self.late))?;
@@ -155,10 +151,8 @@ impl Transport for Flawed {
         if self.coming[kind].is_empty() {
             self.look()?;
         }
-        Ok(self.coming[kind].pop_front().map(|message| {
-            *into = message.payload;
-            message.header
-        }))
+        let next = self.coming[kind].pop_front();
+        Ok(next.map(|message| *into = message).is_some())
     }
 
     /// What is sent has woken its receiver already.
