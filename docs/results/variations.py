@@ -509,6 +509,17 @@ TABLES = {
         "friction, J/m": ("{}", share("friction")),
         "largest residual": ("{:+.2f} %", lambda run: 100 * run.largest(lambda row: abs(row["residual"]))["residual"]),
     }, {"without slip": [], "with friction": ["variant=friction"]}),
+    "gap": ("verification/two_bars", [], {
+        "largest": ("{:+.1f}", lambda run: 100 * max(row["residual"] for row in run.rows)),
+        "smallest": ("{:+.1f}", lambda run: 100 * min(row["residual"] for row in run.rows)),
+    }, {
+        f"{gap} of a cell, {name}": [
+            f"mpm.shape={shape}", f"mpm.stress_update={update}", f"time.end={0.0075 + 0.025 * gap}",
+            f"mpm.points.1.fill.rectangle={{lower=[{0.0025 * gap},0.0],upper=[{0.3 + 0.0025 * gap},0.01]}}",
+        ] for name, shape, update in (
+            ("uGIMP, `usf`", "ugimp", "usf"), *((f"quadratic, `{update}`", "quadratic_bspline", update) for update in ("usf", "usl", "usavg")))
+        for gap in (0.5, 0.8, 1)
+    }),
     "multiple": ("singer2022/beam_multiple", [], {
         "deepest, um": ("{:.3f}", lambda run: 1e6 * max(row["midspan"] for row in run.rows)),
         "ball leaves with, m/s": ("{:.5f}", lambda run: run.rows[-1]["v_ball"]),
