@@ -12,19 +12,19 @@ pub fn passes(case: &Case, oracle: &Oracle, now: &[Vec2], before: &[Vec2]) -> bo
     let walkers = case.points.iter().zip(now).zip(before);
     walkers.into_iter().any(|((point, now), before)| {
         oracle.bodies.iter().any(|body| {
-            let moved = now - before - body.moved(now - body.pose.xy());
+            let from = body.carried(*before);
             let far = |(outline, a): &(Vec<Vec2>, f64)| {
                 nearest(outline, *now).distance > a + 3.0 * point.info.radius
             };
             // Inside, from one side of the middle to another.
             let turned = |(outline, _): &(Vec<Vec2>, f64)| {
-                let seen = [now - moved, *now].map(|x| (x, nearest(outline, x)));
+                let seen = [from, *now].map(|x| (x, nearest(outline, x)));
                 let [one, other] = seen.map(|(x, near)| (x - near.point) * near.distance.signum());
                 let inside = seen.iter().any(|(_, near)| near.distance < 0.0);
                 inside && one.dot(&other) < 0.2 * one.norm() * other.norm()
             };
             let parts = body.parts();
-            moved.norm() > MOVES * point.info.radius && !parts.iter().all(far)
+            (now - from).norm() > MOVES * point.info.radius && !parts.iter().all(far)
                 || parts.iter().any(turned)
         })
     })

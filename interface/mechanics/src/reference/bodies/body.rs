@@ -136,8 +136,14 @@ impl Body {
     }
 
     /// Displacement in m, in the last drift, of the material that is now at `r` (m) from the centre of mass.
-    pub fn moved(&self, r: Vec2) -> Vec2 {
+    pub(super) fn moved(&self, r: Vec2) -> Vec2 {
         self.last.xy() + r - turned(r, -self.last.z)
+    }
+
+    /// Where a place `x` (m) is now if it has moved with the body in the last drift.
+    pub fn carried(&self, x: Vec2) -> Vec2 {
+        let center = self.pose.xy();
+        center + turned(x - (center - self.last.xy()), self.last.z)
     }
 
     /// The fastest point of the surface in m/s at this velocity.
