@@ -11,7 +11,7 @@ use serde_json::Value;
 use crate::harness::root;
 
 /// What each crate sees of the others, by dependencies of any kind. The tests of `simulation` play the built-in solvers, those of
-/// `rapier-dem` run scenes; nobody sees `fuzzing` and `guard`.
+/// `rapier-dem` run scenes; nobody sees `guard`.
 const ARROWS: &str = "
     config:
     interface: config
@@ -26,7 +26,6 @@ const ARROWS: &str = "
     mutant: conformance dem-proc interface mpm-proc
     study: coupler interface mechanics
     report: coupler interface
-    fuzzing: coupler dem-proc interface mpm-proc
     guard: coupler dem-proc interface mechanics mpm-proc
     rapier-dem: conformance coupler dem-proc interface mechanics mpm-proc
     tandem: conformance coupler dem-proc interface mpm-proc mutant report study";

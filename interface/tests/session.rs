@@ -11,6 +11,7 @@ use interface::message::wire::{PointState, Report};
 use interface::session::together::Together;
 use interface::session::{Clocked, Session, SessionError, drive, serve};
 use interface::solver::Readiness;
+use interface::step::Clock;
 use interface::transport::direct::Direct;
 use interface::transport::domain::OwnedDomain;
 use interface::transport::iceoryx::{self, SEND_TIMEOUT};
@@ -233,6 +234,16 @@ fn a_ready_with_numbers_that_cannot_be_ends_the_session() {
             assert!(error.contains("S-6") && error.contains(phrase), "{error}");
         }
     });
+}
+
+/// The number of a step in its epoch overflowed: a panic, or times of another epoch.
+#[test]
+fn a_grant_of_more_steps_than_a_run_has_ends_the_session() {
+    let mut supervisor = Course::new(10, 1);
+    supervisor.clock = Clock::within_epoch(0, 0.0, u64::MAX, 0.0, 1e-4);
+    let (coupler, ..) = in_one_thread(&mut supervisor, Points::default(), HalfPlane::default());
+    let error = coupler.unwrap_err().to_string();
+    assert!(error.contains("G-3"), "{error}");
 }
 
 /// D13: every user could write to a segment of every run, and so keep solvers from joining it.
