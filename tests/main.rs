@@ -9,7 +9,6 @@ mod bugs;
 mod chaos;
 mod conformance;
 mod deaths;
-mod determinism;
 mod extreme;
 mod forgetful;
 mod frames;
