@@ -10,7 +10,6 @@ mod chaos;
 mod conformance;
 mod deaths;
 mod extreme;
-mod forgetful;
 mod frames;
 mod hashes;
 mod hostile;
