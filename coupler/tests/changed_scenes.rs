@@ -4,13 +4,15 @@
 //! `CHANGED_SECONDS=60 CHANGED_SEED=7` looks for longer and elsewhere. A text that fails is kept; `CHANGED_TEXT=FILE` takes it
 //! again.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::sync::mpsc::channel;
 use std::thread;
 use std::time::{Duration, Instant};
 
 use coupler::scene::SceneFile;
 use fastrand::Rng;
+
+use crate::scenes::scenes_below;
 
 /// Longest that one text may take, on a machine that does other things.
 const PATIENCE: Duration = Duration::from_secs(30);
@@ -19,47 +21,19 @@ const MEMORY: [u64; 2] = [64 << 20, 4096];
 /// Seeds are not longer in bytes.
 const LONGEST: usize = 10_000;
 /// Numbers at the edges of something, and words that are not numbers.
-const WORDS: [&str; 20] = [
-    "0",
-    "-1",
-    "3",
-    "1e-300",
-    "-1e300",
-    "1e16",
-    "5e-324",
-    "nan",
-    "-inf",
-    "9223372036854775807",
-    "18446744073709551615",
-    "4294967296",
-    "1000000",
-    "0.5",
-    "true",
-    "\"\"",
-    "[]",
-    "{}",
-    "\"t\"",
-    "1979-05-27T07:32:00Z",
-];
-const OPERATORS: [&str; 9] = ["+", "-", "*", "/", "^", ", ", ".", "(", ")"];
+const WORDS: &str = "0 -1 3 0.5 1e-300 -1e300 1e16 5e-324 nan -inf 4294967296 1000000 9223372036854775807 \
+    18446744073709551615 true \"\" [] {} \"t\" 1979-05-27T07:32:00Z";
+const OPERATORS: &str = "+ - * / ^ , . ( )";
 
 /// The scenes of the tree that are not long, and those that are wrong.
 fn seeds() -> Vec<String> {
     let here = Path::new(env!("CARGO_MANIFEST_DIR"));
-    let mut folders = vec![here.join("../scenes"), here.join("tests/bad_scenes")];
-    let mut paths: Vec<PathBuf> = Vec::new();
-    while let Some(folder) = folders.pop() {
-        for entry in std::fs::read_dir(folder).unwrap() {
-            let path = entry.unwrap().path();
-            if path.is_dir() {
-                folders.push(path);
-            } else if path.extension().is_some_and(|e| e == "toml") {
-                paths.push(path);
-            }
-        }
+    let mut paths = Vec::new();
+    for folder in [here.join("../scenes"), here.join("tests/bad_scenes")] {
+        scenes_below(&folder, &mut paths);
     }
     paths.sort();
-    let texts = paths.iter().map(|path| std::fs::read_to_string(path));
+    let texts = paths.iter().map(std::fs::read_to_string);
     texts
         .map(Result::unwrap)
         .filter(|text| text.len() < LONGEST)
@@ -101,14 +75,18 @@ fn change(dice: &mut Rng, text: &str, seeds: &[String]) -> String {
 /// Changes a number or a word of a line.
 fn change_word(dice: &mut Rng, line: &mut String) {
     let of_word = |c: char| c.is_ascii_alphanumeric() || "._-+\"".contains(c);
-    let words: Vec<&str> = line.split(|c| !of_word(c)).collect();
+    let words = line.split(|c| !of_word(c)).filter(|word| !word.is_empty());
+    let words: Vec<&str> = words.collect();
     let Some(&word) = dice.choice(&words) else {
         return;
     };
-    let one = WORDS[dice.usize(..WORDS.len())];
+    let [one, operator] = [WORDS, OPERATORS].map(|all| {
+        let all: Vec<&str> = all.split_whitespace().collect();
+        all[dice.usize(..all.len())]
+    });
     let new = match dice.u8(..5) {
         0 => words[dice.usize(..words.len())].to_owned(),
-        1 => format!("{word}{}{one}", OPERATORS[dice.usize(..OPERATORS.len())]),
+        1 => format!("{word}{operator}{one}"),
         2 => f64::from_bits(dice.u64(..)).to_string(),
         _ => one.to_owned(),
     };
