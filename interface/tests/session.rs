@@ -15,7 +15,6 @@ use interface::step::Clock;
 use interface::transport::direct::Direct;
 use interface::transport::domain::OwnedDomain;
 use interface::transport::iceoryx::{self, SEND_TIMEOUT};
-use interface::transport::remains::sweep;
 
 const BOTH: [Party; 2] = [Party::Mpm, Party::Dem];
 
@@ -270,20 +269,4 @@ fn nothing_of_a_run_is_open_to_other_users() {
     assert!(seen > 10, "{seen} segments");
     let mode = domain.directory().metadata().unwrap().permissions().mode();
     assert_eq!(mode & 0o777, 0o700);
-}
-
-/// A solver that joined while the run of its killed coupler was swept left a segment that no sweep found.
-#[test]
-fn a_solver_makes_nothing_in_a_run_that_has_been_swept() {
-    let owned = OwnedDomain::create().unwrap();
-    let domain = owned.domain().clone();
-    owned.release();
-    while domain.directory().exists() {
-        sweep(Duration::ZERO);
-    }
-    let joined = iceoryx::join(&domain, Party::Dem, &[], SEND_TIMEOUT);
-    let error = joined.err().expect("there is no run any more");
-    assert!(error.to_string().contains("there is no run"), "{error}");
-    assert_eq!(domain.segments(), Vec::<std::path::PathBuf>::new());
-    assert!(!domain.directory().exists());
 }
