@@ -3,7 +3,7 @@
 use std::fs;
 use std::path::Path;
 
-use crate::harness::{Ended, Place, RunFiles};
+use crate::harness::{Ended, History, Place, RunFiles};
 
 /// Sand on a gate between the walls of the domain, and a disc on top.
 const SILO: &str = r#"
@@ -104,9 +104,7 @@ fn branch(place: &Place, out: &str, scene: &str, from: &str, more: &[&str]) -> E
 
 /// Rows of the history: time, then the columns.
 fn history(dir: &Path) -> Vec<Vec<f64>> {
-    let text = fs::read_to_string(dir.join("history.csv")).unwrap();
-    let row = |line: &str| line.split(',').map(|n| n.parse().unwrap()).collect();
-    text.lines().skip(1).map(row).collect()
+    History::read(&dir.join("history.csv")).rows
 }
 
 /// Bits of the rows after `time` (s), energies that are counted from the start left out.
@@ -183,11 +181,7 @@ fn a_silo_is_filled_once_and_opened_in_several_ways() {
             ],
         ),
     ];
-    let hash = |out: &str| {
-        RunFiles::read(&place.path(out))
-            .text("state_hash")
-            .to_owned()
-    };
+    let hash = |out: &str| place.state_hash(out);
     let mut hashes = std::collections::BTreeSet::new();
     let mut states = std::collections::BTreeSet::new();
     for (out, more) in ways {
@@ -231,11 +225,7 @@ fn a_branch_of_a_branch_goes_on_and_is_resumed() {
     branch(&place, "first", &scene, "fill@0.2", &first).expect(0);
     let second = [&open[..], &["time.end=0.4", "output.frames=0.05"]].concat();
     branch(&place, "second", &scene, "first@0.3", &second).expect(0);
-    let hash = |out: &str| {
-        RunFiles::read(&place.path(out))
-            .text("state_hash")
-            .to_owned()
-    };
+    let hash = |out: &str| place.state_hash(out);
     assert_eq!(hash("second"), hash("first"));
     // The bodies are drawn where they are, though no frame is of where the scene puts them.
     let frame = |out: &str, n: u32| {

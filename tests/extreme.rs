@@ -1,7 +1,7 @@
 //! The scenes at the edge (`scenes/extreme`) that stop by themselves: each says why, and leaves finite numbers only. How a variant
 //! ends its scene says (`expect`); that it does, and with which bits, is a row of `hashes.rs`.
 
-use crate::harness::{Place, RunFiles, scene};
+use crate::harness::{Place, RunFiles, has, scene};
 use crate::hashes::{baseline, option};
 use serde_json::Value;
 
@@ -73,10 +73,7 @@ fn every_scene_that_stops_by_itself_says_why() {
         let files = RunFiles::read(&place.path("out"));
         let reason = files.text("reason");
         for phrase in phrases {
-            assert!(
-                reason.contains(phrase),
-                "{name}: no `{phrase}` in: {reason}"
-            );
+            has(reason, phrase);
         }
         // A NaN would be a null, or a word in the history.
         if files.number("steps") > 0.0 {

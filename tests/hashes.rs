@@ -1,6 +1,5 @@
 //! The bits of every scene and variant are those of `tests/hashes/baseline.csv`, however a run is made.
-//! [`determinism.rs`](determinism.rs) compares a run with other runs of the same binary; this compares it with another
-//! binary, so that a change of the structure is seen to have changed no number.
+//! So a change of the structure is seen to have changed no number, and no way to run a scene to change a bit.
 //!
 //! The normal command runs every row that is quick in one way, the ways taking turns; `scenes.rs` compares the variants
 //! called `quick`, which it runs anyway. All rows take about an hour in the same manner; `TANDEM_NIGHT`, the number of a night,

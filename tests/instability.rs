@@ -1,23 +1,15 @@
 //! Steps that are too long end in a verdict, never in numbers that are none.
 
-use crate::harness::{Ended, Place, RunFiles, scene};
+use crate::harness::{Ended, Place, RunFiles, has, scene};
 use serde_json::Value;
 
-/// Every number in a value is finite: JSON has no others, a NaN would have become a null.
-fn nulls(value: &Value, path: &str) -> Vec<String> {
-    match value {
-        Value::Null => vec![path.to_string()],
-        Value::Array(items) => items
-            .iter()
-            .enumerate()
-            .flat_map(|(k, v)| nulls(v, &format!("{path}.{k}")))
-            .collect(),
-        Value::Object(map) => map
-            .iter()
-            .flat_map(|(k, v)| nulls(v, &format!("{path}.{k}")))
-            .collect(),
-        _ => Vec::new(),
-    }
+/// Keys without a value: JSON has no number that is not finite, a NaN would have become a null.
+fn nulls(summary: &Value) -> Vec<String> {
+    let text = serde_json::to_string_pretty(summary).unwrap();
+    let lines = text
+        .lines()
+        .filter_map(|line| line.trim_matches([' ', ',']).strip_suffix("null"));
+    lines.map(str::to_owned).collect()
 }
 
 /// 0.97 of the step of Jiang 2020 eq. 51 for the hard collision, which waves limit up to k_n = 8e8, and for k_n = 6e10 (tests/study.rs
@@ -61,7 +53,7 @@ fn a_step_of_eq_51_with_a_stiff_contact_is_stopped_with_a_reason() {
         }
         assert!(files.number("time") < 0.012, "it stops where it happens");
         // The end was not reached, so there is no hash of it; all else is there.
-        assert_eq!(nulls(&files.summary, ""), [".state_hash"]);
+        assert_eq!(nulls(&files.summary), ["\"state_hash\": "]);
         assert_eq!(
             files.summary["checks"],
             Value::Array(Vec::new()),
@@ -86,7 +78,7 @@ fn the_composed_step_is_stable_with_the_same_contacts() {
             true,
             "k_n = {stiffness}"
         );
-        assert_eq!(nulls(&files.summary, ""), [".reason"]);
+        assert_eq!(nulls(&files.summary), ["\"reason\": "]);
     }
 }
 
@@ -101,10 +93,8 @@ fn a_step_below_the_shortest_is_stopped_with_what_binds_it() {
     let files = RunFiles::read(&place.path("out"));
     assert_eq!(files.text("status"), "unstable");
     let reason = files.text("reason");
-    assert!(
-        reason.contains("time.min_step") && reason.contains("elastic"),
-        "{reason}"
-    );
+    has(reason, "time.min_step");
+    has(reason, "elastic");
     assert_eq!(files.summary["steps"], 0);
 }
 

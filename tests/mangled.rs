@@ -16,7 +16,7 @@ use fastrand::Rng;
 use rustix::fs::{CWD, FileType, Mode, mknodat};
 
 use crate::harness::seen::Seen;
-use crate::harness::{MINE, Place, copy, segments, signal, until, whole_run};
+use crate::harness::{MINE, Place, copy, files_below, segments, signal, until, whole_run};
 
 /// The statuses of docs/run-directory.md.
 const STATUSES: [i32; 6] = [0, 1, 2, 3, 4, 130];
@@ -42,21 +42,6 @@ fn below(random: &mut Rng, most: usize) -> usize {
 
 fn number(name: &str, default: u64) -> u64 {
     std::env::var(name).map_or(default, |text| text.parse().expect("a number"))
-}
-
-/// All files below a folder, sorted.
-fn files(folder: &Path) -> Vec<PathBuf> {
-    let mut found = Vec::new();
-    for entry in fs::read_dir(folder).unwrap() {
-        let path = entry.unwrap().path();
-        if path.is_dir() {
-            found.extend(files(&path));
-        } else {
-            found.push(path);
-        }
-    }
-    found.sort();
-    found
 }
 
 /// The bytes with up to eight of them changed: one bit, a digit, or anything.
@@ -208,7 +193,7 @@ fn fault(place: &Place, by: &[&str], words: &[&str]) -> (Option<String>, Option<
 fn around(place: &Place, in_it: bool) -> BTreeMap<PathBuf, (u64, u64, i64, i64)> {
     let mut all = vec![];
     for folder in &["whole", "outside", "mangled"][..2 + usize::from(in_it)] {
-        all.extend(files(&place.path(folder)));
+        all.extend(files_below(&place.path(folder)));
     }
     all.extend(place.content().iter().map(|name| place.path(name)));
     let of = |path: PathBuf| {
@@ -261,7 +246,7 @@ fn a_mangled_run_directory_breaks_no_command() {
         let _ = fs::remove_dir_all(&dir);
         fs::write(outside.join("mine"), MINE).unwrap();
         copy(&whole, &dir);
-        let (mut random, all) = (Rng::with_seed(seed), files(&dir));
+        let (mut random, all) = (Rng::with_seed(seed), files_below(&dir));
         let done: Vec<String> = (0..=below(&mut random, 3))
             .map(|_| mangle(&mut random, &all, &outside))
             .collect();

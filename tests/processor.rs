@@ -3,7 +3,7 @@
 use std::process::Command;
 
 use crate::harness::needs::Need;
-use crate::harness::root;
+use crate::harness::{has, root};
 
 /// What rustc says of the file that asks for the level, compiled alone.
 fn compiled(level: &str) -> (bool, String) {
@@ -55,10 +55,7 @@ fn a_processor_without_avx2_is_told_apart_before_main() {
         let ended = on(old);
         let said = String::from_utf8_lossy(&ended.stderr);
         assert_eq!(ended.status.code(), Some(2), "{old}: {said}");
-        assert!(
-            said.contains("a processor with AVX2 and FMA"),
-            "{old}: {said}"
-        );
+        has(&said, "a processor with AVX2 and FMA");
         assert!(ended.stdout.is_empty(), "{old}");
     }
     let ended = on("max");

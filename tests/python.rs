@@ -8,25 +8,16 @@ use std::time::Duration;
 
 use crate::harness::needs::Need;
 use crate::harness::{
-    Ended, History, PATIENCE, Place, RunFiles, has, python as python_with_readers, python_can_join,
-    quoted, root, scene, signal, until,
+    Ended, HARD, History, PATIENCE, Place, QUICK, RunFiles, has, python as python_with_readers,
+    python_can_join, quoted, root, scene, signal, until,
 };
+use crate::resume;
 use interface::message::wire::{LAYOUT, layout_hash};
 
-const HARD: &str = "jiang2020/collision_hard";
-const QUICK: &str = "--variant quick";
 /// For the points joined by springs: few of them, and K = 5/3 G.
 const COARSE: &str = "--set mpm.material.0.model.linear_elastic.shear_modulus=3e6 --set mpm.points.0.spacing.per_cell=4";
 /// Largest difference of a column relative to its largest value: sums in another order, over a thousand steps.
 const SAME: f64 = 1e-9;
-
-/// Whether `python3` takes `arguments`.
-fn python(arguments: &[&str]) -> bool {
-    let mut python = Command::new("python3");
-    python.args(arguments).stdout(Stdio::null());
-    python.stderr(Stdio::null());
-    python.status().is_ok_and(|status| status.success())
-}
 
 fn example() -> PathBuf {
     root().join("python/examples/disc_dem.py")
@@ -56,7 +47,8 @@ fn springs() -> String {
 
 #[test]
 fn records_in_python_are_laid_out_as_in_rust() {
-    if !Need::Python.is_met(python(&["-c", "pass"]), "there is no python3") {
+    let there = Command::new("python3").arg("--version").output().is_ok();
+    if !Need::Python.is_met(there, "there is no python3") {
         return;
     }
     let module = root().join("python/tandem_solver/wire.py");
@@ -67,23 +59,6 @@ fn records_in_python_are_laid_out_as_in_rust() {
     let (hash, lines) = printed.split_last().expect("lines");
     assert_eq!(lines, LAYOUT);
     assert_eq!(*hash, layout_hash());
-}
-
-/// The comparison with other codes ended in an `UnboundLocalError`, wherever the program was.
-#[test]
-fn the_comparison_with_peers_says_where_it_looked_for_the_program() {
-    if !Need::Python.is_met(python(&["-c", "pass"]), "there is no python3") {
-        return;
-    }
-    let mut run = Command::new("python3");
-    run.arg(root().join("bench/peers/run"));
-    let ended = run.args(["--tandem", "/nowhere/tandem"]).output().unwrap();
-    let said = String::from_utf8_lossy(&ended.stderr);
-    assert_eq!(ended.status.code(), Some(1), "{said}");
-    assert!(
-        said.starts_with("there is no program at /nowhere/tandem"),
-        "{said}"
-    );
 }
 
 #[test]
@@ -212,20 +187,6 @@ fn what_the_python_solver_cannot_do_it_refuses_by_its_key() {
         .says(&["contact.linear.damping_ratio", "needs damping"]);
 }
 
-#[test]
-fn a_python_solver_started_as_the_wrong_party_is_reported() {
-    if !python_can_join() {
-        return;
-    }
-    let place = Place::new();
-    let more = format!("--mpm {}", quoted(&disc_dem()));
-    let ended = run_quick(&place, "out", None, &more).expect(3);
-    ended.says(&[
-        "what was started as the mpm is `",
-        "it may be given by `--dem`",
-    ]);
-}
-
 /// Runs with a solver that is the example but for `change`, Python that has its module as `disc_dem`.
 fn run_changed(place: &Place, change: &str) -> Ended {
     let folder = example().parent().unwrap().display().to_string();
@@ -342,20 +303,7 @@ fn python_solvers_go_on_from_a_checkpoint_to_the_same_bits() {
     // The scene that the run has left names the programs.
     place.tandem("resume cut").expect(2);
     place.tandem("resume cut --trust").expect(0);
-    let [whole, cut] = ["whole", "cut"].map(|out| place.path(out));
-    for key in ["state_hash", "status"] {
-        let [a, b] = [&whole, &cut].map(|dir| RunFiles::read(dir).text(key).to_owned());
-        assert_eq!(a, b, "{key}");
-    }
-    for name in [
-        "history.csv",
-        "bodies.csv",
-        "frames/points_0003.vtu",
-        "frames/bodies_0003.vtu",
-    ] {
-        let [a, b] = [&whole, &cut].map(|dir| std::fs::read(dir.join(name)).unwrap());
-        assert!(a == b, "{name} differs");
-    }
+    resume::assert_same(&place.path("cut"), &place.path("whole"));
 }
 
 const TUMBLE: &str = "verification/tumble";

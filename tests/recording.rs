@@ -5,11 +5,8 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use crate::harness::{Place, RunFiles, has, scene};
+use crate::harness::{HARD, Place, QUICK, RunFiles, has, scene};
 use interface::recording::{End, Playback};
-
-const HARD: &str = "jiang2020/collision_hard";
-const QUICK: &str = "--variant quick";
 
 fn recording(place: &Place, out: &str) -> PathBuf {
     place.path(out).join("recording.tandem")

@@ -2,10 +2,7 @@
 
 use std::fs;
 
-use crate::harness::{Ended, Place, RunFiles, has, python_can_join, root, scene};
-
-const HARD: &str = "jiang2020/collision_hard";
-const QUICK: &str = "--variant quick";
+use crate::harness::{Ended, HARD, Place, QUICK, RunFiles, has, python_can_join, root, scene};
 
 /// A recorded run in `out`.
 fn record(place: &Place, out: &str, name: &str, more: &str) -> Ended {

@@ -9,11 +9,9 @@ use std::path::PathBuf;
 use std::time::Duration;
 
 use crate::harness::browser::Reader;
-use crate::harness::{Place, RunFiles, scene};
+use crate::harness::{HARD, Place, RunFiles, scene};
 use coupler::record::frames::Frame;
 
-/// The README's main job, whose scene asks for a report.
-const HARD: &str = "jiang2020/collision_hard";
 /// Widths in pixels: a phone, a tablet, a desk.
 const WIDTHS: [u32; 3] = [360, 800, 1400];
 /// The quick collision with its report, and what the program said.

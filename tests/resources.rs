@@ -6,9 +6,9 @@ use std::process::Command;
 use std::time::Duration;
 
 use crate::harness::needs::Need;
-use crate::harness::{PATIENCE, Place, RunFiles, has, scene, segments, signal, until, words};
-
-const QUICK: &str = "--variant quick";
+use crate::harness::{
+    PATIENCE, Place, QUICK, RunFiles, has, scene, segments, signal, until, words,
+};
 
 fn drop() -> String {
     scene("jiang2020/drop_hard")
@@ -82,10 +82,8 @@ fn a_plan_says_how_much_shared_memory_there_is() {
         .lines()
         .find(|line| line.trim_start().starts_with("shared"));
     let line = line.unwrap_or_else(|| panic!("{}", ended.stdout));
-    assert!(
-        line.contains("MiB (") && line.contains("free in /dev/shm"),
-        "{line}"
-    );
+    has(line, "MiB (");
+    has(line, "free in /dev/shm");
 }
 
 /// The line of a plan that says how long a run takes.
@@ -107,10 +105,8 @@ fn a_plan_says_how_long_a_run_takes() {
         "{of_whole}: {steps}"
     );
     let of_some = time_of_plan(&place, "--set time.end=1e4 --measure 0.2");
-    assert!(
-        of_some.contains("about") && of_some.contains(" on this machine: "),
-        "{of_some}"
-    );
+    has(&of_some, "about");
+    has(&of_some, " on this machine: ");
     // Hours of simulated time in microseconds of steps: hours at least, on any machine.
     has(&of_some, " h ");
     assert_eq!(time_of_plan(&place, "--measure 0"), "");
@@ -154,8 +150,7 @@ fn a_run_whose_files_in_shared_memory_are_removed_goes_on_to_the_same_bits() {
     signal(dem, "CONT");
     let ended = run.end().expect(0);
     place.assert_clean(&ended.runs);
-    let [ours, theirs] = ["removed", "whole"].map(|out| RunFiles::read(&place.path(out)));
-    assert_eq!(ours.text("state_hash"), theirs.text("state_hash"));
+    assert_eq!(place.state_hash("removed"), place.state_hash("whole"));
 }
 
 /// Two solvers that have to share a processor: said before the run, with what it costs and what to do.

@@ -5,9 +5,8 @@ use std::os::unix::fs::PermissionsExt;
 use std::path::Path;
 use std::process::Command;
 
-use crate::harness::{Place, RunFiles, has, scene, signal};
+use crate::harness::{Place, QUICK, RunFiles, has, scene, signal};
 
-const QUICK: &str = "--variant quick";
 /// Takes some tenths of a second.
 const LONG: &str = "--variant quick --set time.end=3 --set check=[]";
 
@@ -234,11 +233,7 @@ fn an_output_that_cannot_be_written_is_told_and_the_history_ends_with_a_row() {
     for phrase in [".csv: File too large", "ulimit -f"] {
         assert!(reason.contains(phrase), "no `{phrase}` in: {reason}");
     }
-    let history = fs::read_to_string(out.join("history.csv")).unwrap();
-    assert!(history.ends_with('\n'));
-    let fields = |row: &str| row.split(',').count();
-    let header = fields(history.lines().next().unwrap());
-    assert!(history.lines().all(|row| fields(row) == header));
+    files.history().assert_sound();
 }
 
 /// A run that has reached its end counted as failed.

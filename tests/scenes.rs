@@ -4,136 +4,77 @@ use std::path::Path;
 
 use crate::harness::{Place, RunFiles, at_once, catalogue, has, root, scene};
 use crate::hashes::{Outcome, QUICK_VARIANT, Row, WAYS, WORKERS, baseline};
+use coupler::record::Summary;
+use coupler::record::check::Meant;
+use coupler::record::summary::EnergyLedger;
 use serde_json::Value;
 
-/// What a value of the summary is.
-#[derive(Debug, Clone, Copy)]
-enum Kind {
-    Text,
-    Whole,
-    Number,
-    /// Numbers by name; all of them not negative.
-    Times,
-}
-
-/// Keys of `summary.json` but for those that have a structure, which [`assert_complete`] looks into.
-const KEYS: [(&str, Kind); 16] = [
-    ("scene", Kind::Text),
-    ("status", Kind::Text),
-    ("state_hash", Kind::Text),
-    ("steps", Kind::Whole),
-    ("points", Kind::Whole),
-    ("imps_max", Kind::Whole),
-    ("bodies", Kind::Whole),
-    ("time", Kind::Number),
-    ("dt_min", Kind::Number),
-    ("dt_max", Kind::Number),
-    ("wall_s", Kind::Number),
-    ("momentum_error", Kind::Number),
-    ("cpu_s", Kind::Times),
-    ("stepping_wall_s", Kind::Number),
-    ("stepping_cpu_s", Kind::Times),
-    ("dt_bound_by", Kind::Times),
-];
-const ENERGIES: [&str; 11] = [
-    "kinetic",
-    "rotation",
-    "elastic",
-    "gravity",
-    "contact",
-    "friction",
-    "viscous",
-    "plastic",
-    "driven",
-    "total",
-    "stress_work",
-];
-
-fn is(value: &Value, kind: Kind) -> bool {
-    let time = |v: &Value| v.as_f64().is_some_and(|t| t >= 0.0);
-    match kind {
-        Kind::Text => value.as_str().is_some_and(|text| !text.is_empty()),
-        Kind::Whole => value.is_u64(),
-        Kind::Number => value.as_f64().is_some_and(f64::is_finite),
-        Kind::Times => value
-            .as_object()
-            .is_some_and(|map| !map.is_empty() && map.values().all(time)),
-    }
-}
-
-/// All keys of `summary.json`, with the types that scripts rely on.
+/// `summary.json` reads back, in finite numbers, and says what holds of every run.
 #[track_caller]
 fn assert_complete(files: &RunFiles) {
-    let summary = &files.summary;
-    for (key, kind) in KEYS {
-        assert!(
-            is(&summary[key], kind),
-            "`{key}` is not {kind:?}: {}",
-            summary[key]
-        );
-    }
+    let summary = Summary::read(&files.dir).expect("a summary");
+    let spent = &summary.spent;
     // A process that a scene does not need does not run.
-    let takes_part = |party: &&str| match *party {
-        "mpm" => summary["points"] != 0,
-        "dem" => summary["bodies"] != 0,
-        _ => true,
-    };
-    for party in ["mpm", "dem", "coupler"].into_iter().filter(takes_part) {
-        let [all, stepping] = ["cpu_s", "stepping_cpu_s"].map(|key| {
-            let time = summary[key][party].as_f64();
-            time.unwrap_or_else(|| panic!("{key}.{party} is missing"))
-        });
+    let parties = [
+        ("mpm", summary.points > 0),
+        ("dem", summary.bodies > 0),
+        ("coupler", true),
+    ];
+    for (party, _) in parties.into_iter().filter(|(_, takes_part)| *takes_part) {
+        let (all, stepping) = (spent.cpu_s[party], spent.stepping_cpu_s[party]);
         assert!(
             0.0 <= stepping && stepping <= all,
             "{party}: {stepping} of {all} s"
         );
-        for part in ["compute", "exchange", "wait"] {
-            let time = summary["wall_by_part"][party][part].as_f64();
-            assert!(
-                time.is_some_and(|t| t >= 0.0),
-                "wall_by_part.{party}.{part} is {time:?}"
-            );
-        }
+        let parts = spent.wall_by_part[party];
+        let times = [parts.compute, parts.exchange, parts.wait];
+        assert!(times.iter().all(|time| *time >= 0.0), "{party}: {parts:?}");
     }
-    assert!(summary["stepping_wall_s"].as_f64() < summary["wall_s"].as_f64());
-    for end in ["start", "end"] {
-        for energy in ENERGIES {
-            assert!(
-                is(&summary["energy"][end][energy], Kind::Number),
-                "energy.{end}.{energy}"
-            );
-        }
+    assert!(spent.stepping_wall_s < spent.wall_s);
+    let EnergyLedger {
+        start,
+        end,
+        residual_max,
+        ..
+    } = summary.energy;
+    let energies = [start, end]
+        .into_iter()
+        .flat_map(|energies| energies.parts());
+    let mut numbers = energies
+        .map(|(_, energy)| energy)
+        .chain([residual_max, summary.momentum_error]);
+    assert!(numbers.all(f64::is_finite), "{summary:?}");
+    for check in &summary.checks {
+        assert!(
+            !check.name.is_empty() && !check.source.is_empty(),
+            "{check:?}"
+        );
+        let numbers = [check.value, check.reference, check.error, check.tolerance];
+        assert!(numbers.iter().all(|number| number.is_finite()), "{check:?}");
+        let Meant {
+            at_least,
+            at_most,
+            between,
+            reference,
+            ..
+        } = check.expected;
+        let meant = [
+            at_least.is_some(),
+            at_most.is_some(),
+            between.is_some(),
+            reference.is_some(),
+        ];
+        assert_eq!(meant.iter().filter(|meant| **meant).count(), 1, "{check:?}");
+        let said = check
+            .expected
+            .tolerance
+            .or(check.expected.relative_tolerance);
+        assert_eq!(said, reference.map(|_| check.tolerance), "{check:?}");
     }
-    assert!(
-        is(&summary["energy"]["residual_max"], Kind::Number),
-        "energy.residual_max"
-    );
-    for check in summary["checks"].as_array().expect("checks are a list") {
-        for key in ["name", "source"] {
-            assert!(is(&check[key], Kind::Text), "{key} of {check}");
-        }
-        for key in ["value", "reference", "error", "tolerance"] {
-            assert!(is(&check[key], Kind::Number), "{key} of {check}");
-        }
-        assert!(check["pass"].is_boolean(), "pass of {check}");
-        let kinds = ["at_least", "at_most", "between", "reference"];
-        let meant = kinds.map(|kind| &check["expected"][kind]);
-        let meant: Vec<_> = meant.into_iter().filter(|meant| !meant.is_null()).collect();
-        assert_eq!(meant.len(), 1, "expected of {check}");
-        let near = is(&check["expected"]["reference"], Kind::Number);
-        let tolerances = ["tolerance", "relative_tolerance"];
-        let said = tolerances.map(|key| &check["expected"][key]);
-        let said = said.into_iter().find(|said| !said.is_null());
-        assert_eq!(said, near.then_some(&check["tolerance"]), "{check}");
-    }
-    let booked: u64 = summary["dt_bound_by"]
-        .as_object()
-        .unwrap()
-        .values()
-        .filter_map(Value::as_u64)
-        .sum();
-    assert_eq!(summary["steps"], booked, "every step is bound by something");
-    assert!(files.number("dt_min") > 0.0 && files.number("dt_min") <= files.number("dt_max"));
+    let booked: u64 = summary.dt_bound_by.values().sum();
+    assert_eq!(summary.steps, booked, "every step is bound by something");
+    let (shortest, longest) = (summary.dt_min.unwrap(), summary.dt_max.unwrap());
+    assert!(0.0 < shortest && shortest <= longest);
 }
 
 /// Columns as the scene declares them.

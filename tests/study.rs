@@ -5,27 +5,14 @@ use std::fs;
 use std::path::Path;
 use std::process::Command;
 
-use crate::harness::{PATIENCE, Place, RunFiles, has, scene, summaries, until};
+use crate::harness::{HARD, PATIENCE, Place, RunFiles, has, scene, summaries, until};
 
 const BAR: &str = "verification/bar_on_grain";
-const HARD: &str = "jiang2020/collision_hard";
 
 /// Rows of a table by column.
 pub fn table(path: &Path) -> Vec<BTreeMap<String, String>> {
-    let text = fs::read_to_string(path).unwrap_or_else(|e| panic!("{}: {e}", path.display()));
-    // None of the values asked for here has a comma or a line feed but the reasons, which come last and are quoted.
-    let mut lines = text.lines();
-    let header: Vec<&str> = lines.next().expect("a header").split(',').collect();
-    lines
-        .map(|line| {
-            let cells = line.splitn(header.len(), ',');
-            header
-                .iter()
-                .map(ToString::to_string)
-                .zip(cells.map(String::from))
-                .collect()
-        })
-        .collect()
+    let mut reader = csv::Reader::from_path(path).unwrap();
+    reader.deserialize().map(Result::unwrap).collect()
 }
 
 fn number(row: &BTreeMap<String, String>, key: &str) -> f64 {
@@ -34,29 +21,12 @@ fn number(row: &BTreeMap<String, String>, key: &str) -> f64 {
         .unwrap_or_else(|_| panic!("{key} is `{}`", row[key]))
 }
 
-/// The text of an SVG file whose tags all close; attributes are quoted.
+/// The text of an SVG file, which is XML.
 #[track_caller]
 fn well_formed(path: &Path) -> String {
     let text = fs::read_to_string(path).unwrap();
-    let mut open: Vec<&str> = Vec::new();
-    let mut rest = text.as_str();
-    while let Some(start) = rest.find('<') {
-        assert!(
-            !rest[..start].contains('>'),
-            "a stray `>` in {}",
-            path.display()
-        );
-        let end = start + rest[start..].find('>').expect("a tag ends");
-        let tag = &rest[start + 1..end];
-        assert_eq!(tag.matches('"').count() % 2, 0, "an open quote in <{tag}>");
-        if let Some(closed) = tag.strip_prefix('/') {
-            assert_eq!(open.pop(), Some(closed.trim()), "in {}", path.display());
-        } else if !tag.ends_with('/') && !tag.starts_with(['?', '!']) {
-            open.push(tag.split_whitespace().next().expect("a name"));
-        }
-        rest = &rest[end + 1..];
-    }
-    assert!(open.is_empty(), "left open: {open:?}");
+    let mut reader = quick_xml::Reader::from_str(&text);
+    while reader.read_event().unwrap() != quick_xml::events::Event::Eof {}
     assert!(text.starts_with("<svg ") && text.contains("</svg>"));
     text
 }
@@ -68,13 +38,7 @@ fn a_study_has_a_row_a_run_a_figure_and_an_order_and_is_not_run_twice() {
     let varied = "--vary mpm.shape=ugimp,cubic_bspline --repeat 2 --out out";
     let line = format!("study {bar} --vary variant=cell_5mm,plain {varied}");
     let ended = place.tandem(&line).expect(0);
-    assert!(
-        ended
-            .stdout
-            .contains("4 runs, repeated to 8, 8 of them new"),
-        "{}",
-        ended.stdout
-    );
+    has(&ended.stdout, "4 runs, repeated to 8, 8 of them new");
     let rows = table(&place.path("out/study.csv"));
     assert_eq!(rows.len(), 4);
     for row in &rows {
@@ -91,12 +55,9 @@ fn a_study_has_a_row_a_run_a_figure_and_an_order_and_is_not_run_twice() {
     assert_eq!(ugimp[0]["resolution"], "0.005");
     assert_eq!(ugimp[1]["resolution"], "0.0025");
     let order = (number(ugimp[0], "error [1]") / number(ugimp[1], "error [1]")).log2();
-    assert!(
-        ended
-            .stdout
-            .contains(&format!("shape ugimp: order {order:.2} in mpm.cell")),
-        "{}",
-        ended.stdout
+    has(
+        &ended.stdout,
+        &format!("shape ugimp: order {order:.2} in mpm.cell"),
     );
     let figure = well_formed(&place.path("out/study.svg"));
     for words in [
@@ -123,13 +84,7 @@ fn a_study_has_a_row_a_run_a_figure_and_an_order_and_is_not_run_twice() {
 
     let before = fs::read(place.path("out/study.csv")).unwrap();
     let again = place.tandem(&line).expect(0);
-    assert!(
-        again
-            .stdout
-            .contains("4 runs, repeated to 8, 0 of them new"),
-        "{}",
-        again.stdout
-    );
+    has(&again.stdout, "4 runs, repeated to 8, 0 of them new");
     assert_eq!(fs::read(place.path("out/study.csv")).unwrap(), before);
     // Another value is a run more.
     let line = format!("study {bar} --vary variant=cell_5mm --vary time.safety=0.8,0.4 {varied}");
@@ -210,15 +165,8 @@ fn without_a_reference_a_study_shows_the_values_over_what_is_varied() {
     let text = fs::read_to_string(place.path("numbers/study.csv")).unwrap();
     for check in checks {
         let name = check["name"].as_str().unwrap();
-        assert!(
-            text.lines().next().unwrap().contains(name),
-            "no `{name}` in {text}"
-        );
-        assert!(
-            ended.stdout.contains(name),
-            "no `{name}` in {}",
-            ended.stdout
-        );
+        has(text.lines().next().unwrap(), name);
+        has(&ended.stdout, name);
         let value = check["value"].as_f64().unwrap();
         assert!(text.contains(&value.to_string()), "no {value} in {text}");
     }
@@ -416,10 +364,6 @@ fn what_cannot_be_drawn_from_is_refused_before_anything_is_started() {
         (
             "--sample 4 --over gravity.1=uniform(1,2) --vary name=a",
             &["cannot be used with"],
-        ),
-        (
-            "--sample 4 --over gravity.1=uniform(2,1)",
-            &["gravity.1=uniform(2,1)", "2 is not below 1"],
         ),
         (
             "--sample 4 --over gravity.1=normal(2,1)",

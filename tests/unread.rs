@@ -2,11 +2,11 @@
 
 use std::fs;
 use std::io::{PipeReader, pipe};
-use std::path::Path;
 use std::process::{Child, Command, Stdio};
 
-use crate::harness::{PATIENCE, Place, RunFiles, scene, until, words};
+use crate::harness::{PATIENCE, Place, python_can_join, scene, until, words};
 
+const TANDEM: &str = env!("CARGO_BIN_EXE_tandem");
 /// Solvers that are not told why the coupler is silent give up after half a second and two more.
 const DEADLINE: &str = "--variant quick --set coupling.deadline=0.5";
 
@@ -21,8 +21,9 @@ fn full_pipe() -> (PipeReader, Stdio) {
     (reader, writer.into())
 }
 
-fn start(place: &Place, stderr: Stdio, line: &str) -> Child {
-    Command::new(env!("CARGO_BIN_EXE_tandem"))
+fn start(place: &Place, program: &[&str], stderr: Stdio, line: &str) -> Child {
+    Command::new(program[0])
+        .args(&program[1..])
         .args(words(line))
         .env("TANDEM_RUNTIME_DIR", place.temporary_path())
         .stdin(Stdio::null())
@@ -41,12 +42,6 @@ fn ends_well(child: &mut Child) {
     assert_eq!(status.expect("it ends").code(), Some(0));
 }
 
-#[track_caller]
-fn assert_same_hash(ours: &Path, theirs: &Path) {
-    let [ours, theirs] = [ours, theirs].map(RunFiles::read);
-    assert_eq!(ours.text("state_hash"), theirs.text("state_hash"));
-}
-
 #[test]
 fn a_run_whose_standard_error_nobody_reads_goes_on() {
     let place = Place::new();
@@ -55,11 +50,42 @@ fn a_run_whose_standard_error_nobody_reads_goes_on() {
     let out = place.path("unread");
     let (reader, stderr) = full_pipe();
     let how = format!("--log json --out '{}'", out.display());
-    let mut run = start(&place, stderr, &format!("run '{scene}' {DEADLINE} {how}"));
+    let line = format!("run '{scene}' {DEADLINE} {how}");
+    let mut run = start(&place, &[TANDEM], stderr, &line);
     ends_well(&mut run);
     drop(reader);
-    assert_same_hash(&out, &place.path("read"));
+    assert_eq!(place.state_hash("unread"), place.state_hash("read"));
     // The log has what the pipe had no room for.
     let log = fs::read_to_string(out.join("log.jsonl")).unwrap();
     assert!(log.contains("\"joined\"") && log.contains("\"ready\""));
+}
+
+/// A program in a terminal of its own, where somebody has pressed Ctrl-S.
+const STOPPED: &str = "
+import os, pty, sys, termios
+ours, theirs = pty.openpty()
+termios.tcflow(theirs, termios.TCOOFF)
+os.set_inheritable(ours, True)
+os.dup2(theirs, 2)
+os.execv(sys.argv[1], sys.argv[1:])";
+
+/// The first state of the bar was drawn by the thread of the run, which waited for the terminal.
+#[test]
+fn a_run_on_a_stopped_terminal_goes_on() {
+    if !python_can_join() {
+        return;
+    }
+    let place = Place::new();
+    let scene = scene("jiang2020/drop_hard");
+    place.run("read", &scene, DEADLINE).expect(0);
+    let out = place.path("unread").display().to_string();
+    let line = format!("run '{scene}' {DEADLINE} --out '{out}'");
+    let mut run = start(
+        &place,
+        &["python3", "-c", STOPPED, TANDEM],
+        Stdio::null(),
+        &line,
+    );
+    ends_well(&mut run);
+    assert_eq!(place.state_hash("unread"), place.state_hash("read"));
 }

@@ -4,9 +4,7 @@ use std::fs;
 use std::path::PathBuf;
 
 use crate::harness::browser::Reader;
-use crate::harness::{Ended, PATIENCE, Place, Running, scene, signal, until};
-
-const HARD: &str = "jiang2020/collision_hard";
+use crate::harness::{Ended, HARD, PATIENCE, Place, Running, has, scene, signal, until};
 
 /// A run that lasts until it is stopped, and its page.
 fn begun(place: &Place) -> (Running<'_>, PathBuf) {
@@ -74,22 +72,14 @@ fn a_browser_follows_a_run_to_its_end() {
     let nearest = format!("Math.min(...window.tandem.player.times.map(t => Math.abs(t - {time})))");
     assert_eq!(ask(&format!("{off} === {nearest}")), true);
     let status = || ask("document.querySelector('.verdict').textContent");
-    assert!(
-        status().as_str().unwrap().contains("Under way"),
-        "{}",
-        status()
-    );
+    has(status().as_str().unwrap(), "Under way");
     signal(run.pid(), "INT");
     let ended = run.end().expect(130);
     let last = until(PATIENCE, || {
         (ask("document.documentElement.dataset.again ?? null").is_null()).then_some(())
     });
     assert!(last.is_some(), "the page does not hear of the end");
-    assert!(
-        status().as_str().unwrap().contains("Interrupted"),
-        "{}",
-        status()
-    );
+    has(status().as_str().unwrap(), "Interrupted");
     assert_eq!(ask(&format!("{off} === {nearest}")), true);
     assert!(reader.pixels().0 > 5, "the stage is blank");
     reader.screenshot("watch");

@@ -6,13 +6,12 @@ use std::path::{Path, PathBuf};
 use coupler::scene::{Scene, SceneFile};
 use serde::Deserialize;
 
+use crate::scenes::scenes_below;
+
 fn bad_scenes() -> Vec<PathBuf> {
     let directory = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/bad_scenes");
-    let mut files: Vec<PathBuf> = std::fs::read_dir(directory)
-        .expect("the folder is part of the crate")
-        .map(|entry| entry.expect("readable").path())
-        .filter(|path| path.extension().is_some_and(|e| e == "toml"))
-        .collect();
+    let mut files = Vec::new();
+    scenes_below(&directory, &mut files);
     files.sort();
     files
 }

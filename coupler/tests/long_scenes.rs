@@ -153,37 +153,10 @@ fn the_longest_scenes_take_time_in_proportion_to_their_length() {
     }
 }
 
-/// D18: each variant read the whole file again, and looked through all that it says.
-#[test]
-fn three_thousand_variants() {
-    let variants = lines(3000, |i, text| {
-        write!(
-            text,
-            "[variant.v{i}]\n\"time.end\" = 0.2\n\"dem.body.0.density\" = {}.0",
-            i + 1
-        )
-        .unwrap();
-    });
-    let text = format!("{GOOD}{variants}");
-    let started = cpu_time();
-    let file = SceneFile::of_text("long.toml", &text, Path::new(".")).unwrap();
-    for i in 0..3000 {
-        let scene = file.scene(Some(&format!("v{i}")), &[]).unwrap();
-        assert_eq!(scene.time.end, 0.2);
-    }
-    let took = cpu_time().saturating_sub(started);
-    assert!(took < PATIENCE, "{took:?}");
-}
-
 /// A sum was as deep a tree as it has terms, which ended the process where the stack did.
 fn sum(terms: usize) -> String {
     let sum = vec!["body.bar.x"; terms].join("+");
     format!("[[output.column]]\nname = \"sum\"\nunit = \"m\"\nvalue = \"{sum}\"")
-}
-
-#[test]
-fn a_sum_of_two_thousand_terms_is_taken() {
-    read(&format!("{GOOD}{}\n", sum(2000))).unwrap();
 }
 
 /// What is wrong at great length is told at once: every message of a line had the whole line in it, and counted the lines

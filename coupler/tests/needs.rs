@@ -205,28 +205,6 @@ fn bodies_alone_are_reported_by_their_law() {
     assert!(said.contains("body_bounce.toml:"), "{said}");
 }
 
-#[test]
-fn a_continuum_needs_its_scheme_and_its_walls() {
-    let mpm = scene(None, &[]).mpm.unwrap();
-    let expected = [
-        ("shape:ugimp", "mpm.shape", 1),
-        ("transfer:blend", "mpm.transfer", 1),
-        ("stress_update:usf", "mpm.stress_update", 1),
-        ("plane:strain", "mpm.plane", 1),
-        ("wall:open", "mpm.walls.left", 3),
-        ("wall:slip", "mpm.walls.bottom", 1),
-        ("material:linear_elastic", "mpm.material.0.model", 1),
-        ("fill:rectangle", "mpm.points.0.fill", 1),
-        ("contact_force:point", "mpm.contact_force", 1),
-    ];
-    let expected = expected.map(|(need, key, places)| Need {
-        capability: need.into(),
-        key: key.into(),
-        places,
-    });
-    assert_eq!(mpm.needs(), expected);
-}
-
 /// Settings of the scene, what they need besides, the first key with that need, and how many keys of both sides
 /// have it.
 const NEEDS: &str = "

@@ -247,7 +247,7 @@ fn a_csv_reference_is_read_beside_the_scene_and_written_into_the_resolved_one() 
         ("time,force\n0,1\n0,2\n", "times that grow"),
         (
             "time,force\n0,one\n",
-            "curve.csv:2: \"one\" is not a number",
+            "curve.csv: \"one\" in row 1 of `force` is not a number",
         ),
         ("time,force\n", "at least one row"),
     ] {

@@ -6,7 +6,7 @@ use coupler::scene::Scene;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 
-fn scenes_below(directory: &Path, found: &mut Vec<PathBuf>) {
+pub fn scenes_below(directory: &Path, found: &mut Vec<PathBuf>) {
     for entry in std::fs::read_dir(directory).expect("readable folder") {
         let path = entry.expect("readable entry").path();
         if path.is_dir() {

@@ -149,7 +149,7 @@ mod tests {
         }
     }
 
-    /// A description of 1 MiB that was announced and not there was allocated (`fuzz/corpus/recording`).
+    /// A description of 1 MiB that was announced and not there was allocated.
     #[test]
     fn memory_is_taken_for_what_is_there_and_not_for_what_is_announced() {
         let mut read = &b"two and more"[..];

@@ -131,7 +131,6 @@ mod x86 {
 
     #[cfg(test)]
     mod tests {
-        use super::super::assert_checked;
         use super::*;
 
         /// What the check makes of the bits of a processor.
@@ -139,17 +138,6 @@ mod x86 {
             let [a, b, c, d] = bits.map(i32::cast_unsigned);
             // SAFETY: a function of four numbers that touches no memory.
             unsafe { tandem_processor_lacks(a, b, c, d) == 1 }
-        }
-
-        #[test]
-        fn the_first_processors_with_avx2_suffice_and_those_before_do_not() {
-            assert_checked();
-            // As `cpuid` tells them: Haswell of 2013, Sandy Bridge of 2011 (AVX without AVX2), Nehalem of 2008.
-            let haswell = [0x7ffa_fbff, 0x0000_27ab, 0x21, 0x7];
-            assert!(!lacks(haswell));
-            assert!(lacks([0x1fba_e3ff, 0, 0x1, 0x7]));
-            assert!(lacks([0x009c_e3bd, 0, 0x1, 0]));
-            assert!(lacks([haswell[0], haswell[1], haswell[2], 0x3])); // noxsave, or an old hypervisor
         }
 
         #[test]

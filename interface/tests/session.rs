@@ -11,10 +11,10 @@ use interface::message::wire::{PointState, Report};
 use interface::session::together::Together;
 use interface::session::{Clocked, Session, SessionError, drive, serve};
 use interface::solver::Readiness;
+use interface::step::Clock;
 use interface::transport::direct::Direct;
 use interface::transport::domain::OwnedDomain;
 use interface::transport::iceoryx::{self, SEND_TIMEOUT};
-use interface::transport::remains::sweep;
 
 const BOTH: [Party; 2] = [Party::Mpm, Party::Dem];
 
@@ -235,6 +235,16 @@ fn a_ready_with_numbers_that_cannot_be_ends_the_session() {
     });
 }
 
+/// The number of a step in its epoch overflowed: a panic, or times of another epoch.
+#[test]
+fn a_grant_of_more_steps_than_a_run_has_ends_the_session() {
+    let mut supervisor = Course::new(10, 1);
+    supervisor.clock = Clock::within_epoch(0, 0.0, u64::MAX, 0.0, 1e-4);
+    let (coupler, ..) = in_one_thread(&mut supervisor, Points::default(), HalfPlane::default());
+    let error = coupler.unwrap_err().to_string();
+    assert!(error.contains("G-3"), "{error}");
+}
+
 /// D13: every user could write to a segment of every run, and so keep solvers from joining it.
 #[test]
 fn nothing_of_a_run_is_open_to_other_users() {
@@ -259,20 +269,4 @@ fn nothing_of_a_run_is_open_to_other_users() {
     assert!(seen > 10, "{seen} segments");
     let mode = domain.directory().metadata().unwrap().permissions().mode();
     assert_eq!(mode & 0o777, 0o700);
-}
-
-/// A solver that joined while the run of its killed coupler was swept left a segment that no sweep found.
-#[test]
-fn a_solver_makes_nothing_in_a_run_that_has_been_swept() {
-    let owned = OwnedDomain::create().unwrap();
-    let domain = owned.domain().clone();
-    owned.release();
-    while domain.directory().exists() {
-        sweep(Duration::ZERO);
-    }
-    let joined = iceoryx::join(&domain, Party::Dem, &[], SEND_TIMEOUT);
-    let error = joined.err().expect("there is no run any more");
-    assert!(error.to_string().contains("there is no run"), "{error}");
-    assert_eq!(domain.segments(), Vec::<std::path::PathBuf>::new());
-    assert!(!domain.directory().exists());
 }

@@ -24,6 +24,10 @@ use tempfile::TempDir;
 
 use needs::Need;
 
+/// The scene of most tests: a disc of points hits one that is a body.
+pub const HARD: &str = "jiang2020/collision_hard";
+/// Some hundredths of a second of it, or of any scene of the catalogue.
+pub const QUICK: &str = "--variant quick";
 /// Longest wait for anything that is sure to come, on a machine that does much else.
 pub const PATIENCE: Duration = Duration::from_mins(10);
 /// Time between two looks.
@@ -88,20 +92,24 @@ pub fn scene(name: &str) -> String {
 
 /// Every scene file of the catalogue, sorted.
 pub fn catalogue() -> Vec<PathBuf> {
-    let mut files = Vec::new();
-    let mut folders = vec![root().join("scenes")];
-    while let Some(folder) = folders.pop() {
-        for entry in fs::read_dir(folder).unwrap() {
-            let path = entry.unwrap().path();
-            if path.is_dir() {
-                folders.push(path);
-            } else if path.extension().is_some_and(|e| e == "toml") {
-                files.push(path);
-            }
+    let mut files = files_below(&root().join("scenes"));
+    files.retain(|path| path.extension().is_some_and(|e| e == "toml"));
+    files
+}
+
+/// All files below a folder, sorted.
+pub fn files_below(folder: &Path) -> Vec<PathBuf> {
+    let mut found = Vec::new();
+    for entry in fs::read_dir(folder).unwrap() {
+        let path = entry.unwrap().path();
+        if path.is_dir() {
+            found.extend(files_below(&path));
+        } else {
+            found.push(path);
         }
     }
-    files.sort();
-    files
+    found.sort();
+    found
 }
 
 /// The words of a line of shell.
@@ -214,6 +222,12 @@ impl Place {
         signal(run.pid(), "KILL");
         assert_eq!(run.end().signal(), Some(9));
         file
+    }
+
+    /// The hash of the state at the end of the run in `out`.
+    #[track_caller]
+    pub fn state_hash(&self, out: &str) -> String {
+        RunFiles::read(&self.path(out)).text("state_hash").into()
     }
 
     /// As [`Self::start`], another build of the program.
@@ -548,19 +562,12 @@ impl History {
     pub fn read(path: &Path) -> Self {
         let text = read(path);
         assert!(text.ends_with('\n'), "the last row is cut off: {text:?}");
-        let mut lines = text.lines();
-        let header = lines.next().expect("a header");
-        let header: Vec<String> = header.split(',').map(String::from).collect();
-        let rows: Vec<Vec<f64>> = lines
-            .map(|line| {
-                let row = line.split(',').map(|n| n.parse().expect("a number"));
-                row.collect()
-            })
-            .collect();
-        assert!(
-            rows.iter().all(|row| row.len() == header.len()),
-            "a row of another length"
-        );
+        let mut reader = csv::Reader::from_reader(text.as_bytes());
+        let header = reader.headers().expect("a header");
+        let header = header.iter().map(String::from).collect();
+        // Rows of another length are an error.
+        let rows = reader.deserialize().map(|row| row.expect("numbers"));
+        let rows = rows.collect();
         Self { header, rows }
     }
 

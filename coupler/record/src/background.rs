@@ -236,16 +236,4 @@ mod tests {
             .map(|c| u32::from_le_bytes(c[..4].try_into().unwrap()));
         assert!(numbers.eq(0..1000));
     }
-
-    #[test]
-    fn an_error_is_reported_once_and_later_marks_are_not_reached() {
-        let mut aside = appends(File::open("/dev/null").unwrap(), "null".into(), 0);
-        aside.give(vec![1], 1).unwrap();
-        let mark = aside.mark();
-        assert!(!mark.is_reached());
-        assert_eq!(aside.behind(), 0);
-        let error = aside.give(vec![2], 1).unwrap_err().to_string();
-        assert!(error.starts_with("cannot write null: "), "{error}");
-        aside.finish().unwrap();
-    }
 }

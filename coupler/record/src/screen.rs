@@ -153,18 +153,4 @@ mod tests {
         assert_eq!(left_out + shown, 2000);
         assert!(text.ends_with("later\n"));
     }
-
-    #[test]
-    fn all_is_shown_in_its_order_where_somebody_reads() {
-        let (mut reader, writer) = io::pipe().unwrap();
-        let screen = Screen::of(writer);
-        for line in ["a\n", "b\n", "c\n"] {
-            screen.text(line.as_bytes());
-        }
-        screen.finish(Duration::from_secs(10));
-        drop(screen);
-        let mut text = String::new();
-        reader.read_to_string(&mut text).unwrap();
-        assert_eq!(text, "a\nb\nc\n");
-    }
 }

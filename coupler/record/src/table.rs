@@ -65,6 +65,8 @@ impl Table {
     pub fn parse(text: &str) -> Result<Self, String> {
         let mut reader = csv::ReaderBuilder::new()
             .flexible(true)
+            .comment(Some(b'#'))
+            .trim(csv::Trim::All)
             .from_reader(text.as_bytes());
         let header = reader.headers().map_err(|e| e.to_string())?.clone();
         if header.iter().all(|name| name.trim().is_empty()) {

@@ -115,18 +115,6 @@ mod tests {
     use std::fs;
 
     #[test]
-    fn what_is_no_run_is_refused_in_plain_words() {
-        let dir = tempfile::tempdir().unwrap();
-        let of = |path: &Path| Record::read(path).unwrap_err().to_string();
-        assert!(of(&dir.path().join("x")).contains("there is no such directory"));
-        let empty = of(dir.path());
-        assert!(
-            empty.contains("no run was here") && empty.contains("help:"),
-            "{empty}"
-        );
-    }
-
-    #[test]
     fn a_killed_run_is_read_as_far_as_it_has_come() {
         let dir = tempfile::tempdir().unwrap();
         fs::write(

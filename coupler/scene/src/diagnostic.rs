@@ -273,22 +273,6 @@ mod tests {
         );
     }
 
-    #[test]
-    fn a_diagnostic_shows_the_line_and_points_at_it() {
-        let text = "[mpm]\ncel = 0.003\n";
-        let diagnostic = Diagnostic {
-            message: "unknown key `cel`".into(),
-            key: "mpm.cel".into(),
-            place: Place::in_text("x.toml", text, &(6..9)),
-            help: Some("did you mean `cell`?".into()),
-        };
-        assert_eq!(
-            diagnostic.to_string(),
-            "error: unknown key `cel`\n  --> x.toml:2:1  (mpm.cel)\n   2 | cel = 0.003\n     | ^^^\n   \
-             help: did you mean `cell`?\n"
-        );
-    }
-
     /// A scene may be one long line, and each message repeated all of it.
     #[test]
     fn of_a_long_line_the_part_that_is_meant_is_shown() {

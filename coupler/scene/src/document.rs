@@ -11,7 +11,6 @@ use serde::Deserialize;
 use toml::de::{DeTable, DeValue};
 use toml::{Spanned, Table, Value};
 
-use super::brackets::open_at;
 use crate::diagnostic::{Diagnostic, FAULTS_LIMIT, Place, SceneErrors, shorten, suggestion};
 
 /// Sections that contain one law each. An override that writes another law replaces the whole section.
@@ -224,23 +223,7 @@ impl Document {
     /// The message for an error of syntax; errors that follow from it are not reported.
     fn not_toml(&self, fault: &toml::de::Error) -> Diagnostic {
         let span = fault.span();
-        let open = span
-            .as_ref()
-            .and_then(|span| open_at(&self.text, span.start));
-        let help = match open {
-            Some(at) => {
-                let bracket = &self.text[at..=at];
-                match Place::in_text(&self.file, &self.text, &(at..at + 1)) {
-                    Place::Line { line, column, .. } => {
-                        format!(
-                            "the `{bracket}` of line {line}, column {column} is still open here"
-                        )
-                    }
-                    Place::File { .. } | Place::Set { .. } => unreachable!("it is in the text"),
-                }
-            }
-            None => "a scene is TOML: `key = value` lines under `[section]` headers".to_owned(),
-        };
+        let help = "a scene is TOML: `key = value` lines under `[section]` headers".to_owned();
         Diagnostic {
             message: format!("not TOML: {}", fault.message().trim_end()),
             key: String::new(),

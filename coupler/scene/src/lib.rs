@@ -14,7 +14,6 @@
 #![cfg_attr(not(test), warn(clippy::disallowed_methods))]
 
 mod bodies;
-mod brackets;
 mod branch;
 mod chains;
 mod continuum;

@@ -1,14 +1,13 @@
 //! Constants, columns and checks: compiles every expression, resolves every name, and reads every reference.
 
 use std::collections::{BTreeMap, BTreeSet};
-use std::io;
 use std::path::Path;
 
 use interface::config::MaterialModel;
-use interface::files;
 
 use crate::diagnostic::suggestion;
 use mechanics::expression::{Expression, ExpressionError, Meaning, reserved_names};
+use record::Table;
 use record::check::{Check, Column, Expected, Measure, Reference, When};
 use record::frames::Field;
 use record::quantity::Quantities;
@@ -18,8 +17,6 @@ use super::written::{
     CheckWritten, ColumnWritten, NumberOrExpression, OutputWritten, ReferenceWritten, TableWritten,
 };
 
-/// Largest table of a reference in bytes.
-const CSV_LIMIT: u64 = 64 << 20;
 /// Most names of a circle of constants that a message shows.
 const CIRCLE_LIMIT: usize = 20;
 
@@ -486,44 +483,30 @@ impl Context<'_, '_> {
 /// Two columns of a CSV file with a header.
 fn read_csv(file: &Path, time: &str, value: &str) -> Result<Vec<[f64; 2]>, (String, String)> {
     let shown = file.display();
-    let unreadable = |error: io::Error| {
-        let help = "CSV files are looked for beside the scene file";
+    let table = Table::read(file).map_err(|error| {
+        let help = "CSV files are looked for beside the scene file; a header, then rows of as many numbers";
         (format!("cannot read {shown}: {error}"), help.to_owned())
-    };
-    let table = files::read_named(file, CSV_LIMIT).map_err(unreadable)?;
-    let mut reader = csv::ReaderBuilder::new()
-        .trim(csv::Trim::All)
-        .comment(Some(b'#'))
-        .from_reader(&table[..]);
-    let fault = |error: csv::Error| {
-        let help = "a header, then rows of as many numbers, separated by commas";
-        (format!("{shown}: {error}"), help.to_owned())
-    };
-    let header = reader.headers().map_err(fault)?.clone();
+    })?;
     let column = |name: &str| {
-        header
-            .iter()
-            .position(|known| known == name)
-            .ok_or_else(|| {
-                let help = suggestion(name, "columns of the file", header.iter());
-                (format!("{shown} has no column `{name}`"), help)
-            })
+        table.column(name).ok_or_else(|| {
+            let names = table.columns.iter().map(|column| column.name.as_str());
+            let help = suggestion(name, "columns of the file", names);
+            (format!("{shown} has no column `{name}`"), help)
+        })
     };
     let columns = [column(time)?, column(value)?];
-    let mut rows = Vec::new();
-    for record in reader.records() {
-        let record = record.map_err(fault)?;
-        let line = record.position().map_or(0, csv::Position::line);
-        let number = |column: usize| {
-            let written = record.get(column).unwrap_or_default();
-            written.parse::<f64>().map_err(|_| {
-                let message = format!("{shown}:{line}: \"{written}\" is not a number");
-                (message, "use a point for decimals".to_owned())
-            })
-        };
-        rows.push([number(columns[0])?, number(columns[1])?]);
+    for column in columns {
+        if let Some(row) = column.values.iter().position(|number| number.is_nan()) {
+            let (name, cell) = (&column.name, &column.cells[row]);
+            let message = format!(
+                "{shown}: \"{cell}\" in row {} of `{name}` is not a number",
+                row + 1
+            );
+            return Err((message, "use a point for decimals".to_owned()));
+        }
     }
-    Ok(rows)
+    let [times, values] = columns.map(|column| &column.values);
+    Ok(times.iter().zip(values).map(|(&t, &v)| [t, v]).collect())
 }
 
 /// Refuses plastic strain in frames if no material has it.

@@ -193,16 +193,4 @@ mod tests {
             None
         );
     }
-
-    #[test]
-    fn a_solver_that_does_not_say_its_memory_is_not_guessed() {
-        let of = |bytes| Readiness {
-            bytes,
-            ..Readiness::default()
-        };
-        assert_eq!(memory(Some(&of(3 << 19))), "1.5 MiB");
-        assert_eq!(memory(Some(&of(17))), "17 B");
-        assert_eq!(memory(Some(&of(0))), "not known");
-        assert_eq!(memory(None), "not known");
-    }
 }

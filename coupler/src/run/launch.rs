@@ -319,21 +319,6 @@ mod tests {
         }
     }
 
-    #[test]
-    fn the_end_of_a_process_is_reported_at_the_second_look() {
-        let mut processes = Processes::default();
-        let _domain = start(&mut processes, Party::Dem, "exit 7");
-        let start = Instant::now();
-        let told = loop {
-            if let Some(told) = processes.ended() {
-                break told;
-            }
-            assert!(start.elapsed() < Duration::from_secs(10));
-            std::thread::sleep(Duration::from_millis(2));
-        };
-        assert_eq!(told, (Party::Dem, "ended with exit status 7".to_string()));
-    }
-
     /// D15: the leader of the group may have ended long before the solvers are removed.
     #[test]
     fn what_a_solver_has_started_ends_with_it_also_if_it_has_exited() {
@@ -367,21 +352,5 @@ mod tests {
         assert_eq!(written(&[b"ab", b"cdef", b"gh"]), "abcdefgh");
         let long = written(&[b"abc", b"defghijk", b"l", b"mn"]);
         assert_eq!(long, "abcd\n[6 bytes are left out here]\nklmn");
-    }
-
-    #[test]
-    fn the_output_of_a_solver_is_kept_with_its_last_lines() {
-        let place = tempfile::tempdir().unwrap();
-        let dir = RunDir::create(&place.path().join("run"), "").unwrap();
-        let mut processes = Processes::new(dir.clone(), None);
-        let script = "for i in $(seq 30); do echo line $i >&2; done; exit 4";
-        let _domain = start(&mut processes, Party::Mpm, script);
-        processes.end_all();
-        let words = processes.last_words(Party::Mpm).unwrap();
-        assert!(words.starts_with("line 11\n"), "{words}");
-        assert!(words.ends_with("line 30"), "{words}");
-        assert_eq!(processes.last_words(Party::Dem), None);
-        let log = std::fs::read_to_string(dir.path().join("mpm.log")).unwrap();
-        assert_eq!(log.lines().count(), 30);
     }
 }

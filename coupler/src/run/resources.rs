@@ -313,9 +313,7 @@ mod tests {
 
     use interface::message::control::{Failure, Party};
     use interface::solver::Refusal;
-    use interface::transport::TransportError;
     use interface::transport::domain::OwnedDomain;
-    use interface::transport::iceoryx;
 
     use super::*;
 
@@ -366,31 +364,5 @@ mod tests {
         for error in &others {
             assert_eq!(cause(error, &none), None, "{error}");
         }
-    }
-
-    /// Channels exist as long as they are held, so a segment that is not found was removed. It may have been removed
-    /// before the segments were listed; the coupler then only said "cannot open it: DoesNotExist".
-    #[test]
-    fn a_segment_that_is_removed_at_once_is_the_cause_too() {
-        let owned = OwnedDomain::create().unwrap();
-        let names = owned.domain();
-        let created = iceoryx::create(names, &[Party::Mpm, Party::Dem], false).unwrap();
-        let error = SessionError::from(TransportError::NotHere("mpm/orders"));
-        assert_eq!(
-            cause(&error, &SharedMemory::of(names, Some(&created))),
-            None
-        );
-        let segments = names.segments();
-        let of_a_channel = segments
-            .iter()
-            .find(|path| path.extension() == Some("dynamic".as_ref()));
-        let mut memory = SharedMemory::of(names, Some(&created));
-        assert!(!memory.is_lost());
-        fs::remove_file(of_a_channel.expect("one for each channel")).unwrap();
-        assert!(!memory.is_lost(), "not yet looked again");
-        memory.looked = None;
-        assert!(memory.is_lost());
-        let found = cause(&error, &SharedMemory::of(names, Some(&created)));
-        assert!(found.is_some_and(|cause| cause.contains("removed")));
     }
 }

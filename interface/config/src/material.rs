@@ -277,32 +277,3 @@ impl MaterialModel {
         }
     }
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    const SAND: Frictional = Frictional {
-        bulk_modulus: 5e5,
-        shear_modulus: 3.2e5,
-        friction_angle: 35.0,
-        dilation_angle: 25.0,
-        cohesion: 0.0,
-        tensile_strength: 0.0,
-        critical_state: None,
-        separates: false,
-    };
-
-    #[test]
-    fn a_frictional_model_is_written_flat() {
-        let json = serde_json::to_string(&MaterialModel::DruckerPrager(SAND)).unwrap();
-        assert_eq!(
-            json,
-            r#"{"drucker_prager":{"bulk_modulus":500000.0,"shear_modulus":320000.0,"friction_angle":35.0,"dilation_angle":25.0,"cohesion":0.0,"tensile_strength":0.0,"critical_state":null,"separates":false}}"#
-        );
-        let read: MaterialModel = serde_json::from_str(&json).unwrap();
-        assert_eq!(read, MaterialModel::DruckerPrager(SAND));
-        let unknown = json.replace("cohesion", "adhesion");
-        assert!(serde_json::from_str::<MaterialModel>(&unknown).is_err());
-    }
-}

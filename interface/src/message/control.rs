@@ -230,61 +230,24 @@ mod tests {
     }
 
     #[test]
-    fn every_message_survives_the_wire() {
-        let notices = [
-            Notice::Hello(Hello {
-                protocol: PROTOCOL,
-                party: Party::Dem,
-                identity: "x 1".into(),
-                pid: 7,
-                capabilities: Capabilities::of(&["save"]),
-            }),
-            Notice::Ready(Ready {
-                scene_hash: "ab".into(),
-                readiness: Readiness::default(),
-            }),
-            Notice::Refused(Refusal::new("dem.body[0]", "no")),
-            Notice::Failed(Failure {
-                step: 3,
-                fault: Some(Fault::LeftDomain {
-                    id: 1,
-                    x: 0.5,
-                    y: -0.5,
-                }),
-                message: "m".into(),
-            }),
-            Notice::Bye,
-        ];
-        for notice in notices {
-            let mut bytes = encode(&notice);
-            assert_eq!(Notice::decode(&bytes).unwrap(), notice);
-            // What a later version appends to Hello is ignored.
-            bytes.extend([1, 2, 3]);
-            let longer = Notice::decode(&bytes);
-            assert_eq!(
-                longer.is_ok(),
-                matches!(notice, Notice::Hello(_)),
-                "{longer:?}"
-            );
-        }
+    fn hello_may_be_longer_and_texts_are_made_one_line() {
+        let mut hello = encode(&Notice::Hello(Hello {
+            protocol: PROTOCOL,
+            party: Party::Dem,
+            identity: "x 1".into(),
+            pid: 7,
+            capabilities: Capabilities::of(&["save"]),
+        }));
+        let mut bye = encode(&Notice::Bye);
+        let whole = Notice::decode(&hello).unwrap();
+        // What a later version appends to Hello is ignored.
+        hello.extend([1, 2, 3]);
+        bye.extend([1, 2, 3]);
+        assert_eq!(Notice::decode(&hello).unwrap(), whole);
+        assert!(Notice::decode(&bye).is_err());
         // Texts of a solver reach a terminal as one line.
         let said = Notice::Refused(Refusal::new("a\nb", "\u{1b}[2J"));
         let heard = Notice::Refused(Refusal::new("a\\nb", "\\u{1b}[2J"));
         assert_eq!(Notice::decode(&encode(&said)).unwrap(), heard);
-        let configure = Configure {
-            scene_hash: "ab".into(),
-            config: "{}".into(),
-            coupled: true,
-            deadline: 30.0,
-            restore: false,
-        };
-        for order in [
-            Order::Configure(configure),
-            Order::Drain,
-            Order::Close,
-            Order::Abort("why".into()),
-        ] {
-            assert_eq!(Order::decode(&encode(&order)).unwrap(), order);
-        }
     }
 }

@@ -413,21 +413,6 @@ mod tests {
         );
     }
 
-    #[test]
-    fn records_are_copied_and_read_back() {
-        let states = [ImpState {
-            position: [1.0, -0.0],
-            velocity: [2.0, 3.0],
-            ..ImpState::default()
-        }];
-        let mut payload = Payload::empty(Kind::Bodies);
-        payload.copy_from(Records::States(&states));
-        assert_eq!(payload.records(), Records::States(&states));
-        let bytes = payload.records().bytes().to_vec();
-        assert_eq!(Payload::read(Kind::States, &bytes), Some(payload));
-        assert_eq!(Payload::read(Kind::States, &bytes[1..]), None);
-    }
-
     /// In every slot, also where the number of numbers is no multiple of what is tested at once.
     #[test]
     fn a_number_that_is_not_finite_is_found_wherever_it_is() {

@@ -378,26 +378,4 @@ mod tests {
         owned.release();
         assert!(!joined.coupler_lives());
     }
-
-    #[test]
-    fn a_coupler_that_waits_for_its_disk_is_held_until_it_goes_on() {
-        let owned = OwnedDomain::create().unwrap();
-        let held = || owned.domain().held(Party::Mpm);
-        assert_eq!(held(), None);
-        let waits = owned.domain().waiting_for_disk();
-        assert_eq!(held(), Some((Party::Coupler, Hold::WaitsForDisk)));
-        assert_eq!(owned.domain().held(Party::Coupler), None);
-        drop(waits);
-        assert_eq!(held(), None);
-    }
-
-    #[test]
-    fn ids_that_are_paths_are_not_joined() {
-        for id in ["", "../../etc", "a/b", "0123456789abcdef0"] {
-            assert!(
-                matches!(Domain::join(id), Err(DomainError::NoSuchRun(_))),
-                "{id}"
-            );
-        }
-    }
 }

@@ -384,7 +384,7 @@ pub struct Course {
     pub reports: Vec<(Report, Report)>,
     /// The points at the end.
     pub finals: Vec<PointState>,
-    clock: Clock,
+    pub clock: Clock,
     epoch: u64,
 }
 

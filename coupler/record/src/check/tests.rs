@@ -193,27 +193,6 @@ fn a_window_without_samples_fails_with_a_reason() {
     assert!(result.reason.unwrap().contains("around 7 s"));
 }
 
-#[test]
-fn the_summary_has_the_fixed_keys_and_what_was_expected() {
-    let result = run(When::End, ALL, near("0", 1.0, Measure::Absolute), &RAMP);
-    let json = serde_json::to_value(&result).unwrap();
-    let mut keys: Vec<_> = json.as_object().unwrap().keys().cloned().collect();
-    keys.sort();
-    assert_eq!(
-        keys,
-        [
-            "error",
-            "expected",
-            "name",
-            "pass",
-            "reference",
-            "source",
-            "tolerance",
-            "value"
-        ]
-    );
-}
-
 /// The summary gave a bound as `reference` with the tolerance 0, without saying that it was a bound.
 #[test]
 fn the_summary_says_what_is_expected_under_the_keys_of_the_scene() {

@@ -520,23 +520,6 @@ mod tests {
     }
 
     #[test]
-    fn single_precision_rounds_fields_and_keeps_places_and_identities() {
-        let mut mesh = mesh();
-        mesh.of_points[0].values = vec![0.1, 1.0, -2.5, 0.0];
-        mesh.of_cells[0].values = vec![0.2, 3.0, 4.0, 5.0];
-        let read = Mesh::from_file(&mesh.to_file(Precision::Single)).unwrap();
-        assert_eq!(
-            (&read.points, &read.of_points[1]),
-            (&mesh.points, &mesh.of_points[1])
-        );
-        assert_eq!(
-            read.of_points[0].values,
-            [f64::from(0.1_f32), 1.0, -2.5, 0.0]
-        );
-        assert_eq!(read.of_cells[0].values[0], f64::from(0.2_f32));
-    }
-
-    #[test]
     fn arrays_of_many_blocks_read_back() {
         let count = BLOCK / 8;
         for length in [count - 1, count, count + 1, 3 * count] {

@@ -185,17 +185,6 @@ mod tests {
 
     use super::*;
 
-    #[test]
-    fn the_holder_of_a_lock_is_found_by_the_number_of_its_file() {
-        let locks = "1: FLOCK  ADVISORY  WRITE 4711 08:01:131079 0 EOF\n\
-                     2: POSIX  ADVISORY  READ  12 08:01:131079 0 EOF\n\
-                     2: -> FLOCK  ADVISORY  WRITE 13 08:01:131079 0 EOF\n\
-                     3: FLOCK  ADVISORY  READ  14 00:2f:9 0 EOF\n";
-        assert_eq!(holders(locks, 131_079), [4711]);
-        assert_eq!(holders(locks, 9), [14]);
-        assert!(holders(locks, 1).is_empty());
-    }
-
     /// The list of the system, which is read by pieces, left out one lock in a few hundred while others came and went, and a
     /// run that had ended was named as the holder.
     #[test]
@@ -221,38 +210,6 @@ mod tests {
             is_over.store(true, Ordering::Relaxed);
             assert_eq!(missed, 0);
         });
-    }
-
-    /// With the file gone, a second run took the directory of the first.
-    #[test]
-    fn a_lock_whose_file_was_removed_is_held_all_the_same() {
-        let dir = tempfile::tempdir().unwrap();
-        let lock = Lock::take(dir.path()).unwrap();
-        std::fs::remove_file(dir.path().join(LOCK)).unwrap();
-        assert!(in_use(dir.path()));
-        // As a process has the files that is about to be started.
-        let (_file, _directory) = (lock.file.try_clone(), lock.directory.try_clone());
-        let told = Lock::take(dir.path()).unwrap_err().to_string();
-        assert!(
-            told.contains(&format!("process {}", std::process::id())),
-            "{told}"
-        );
-        drop(lock);
-        assert!(!in_use(dir.path()));
-        Lock::take(dir.path()).unwrap();
-    }
-
-    /// A lock that somebody else holds was told as one of the last run, which had ended.
-    #[test]
-    fn who_holds_the_lock_is_named_and_not_who_held_it_last() {
-        let dir = tempfile::tempdir().unwrap();
-        let last = "process 1 of tick 1 on elsewhere (`tandem run`)\n";
-        std::fs::write(dir.path().join(LOCK), last).unwrap();
-        let other = File::open(dir.path().join(LOCK)).unwrap();
-        other.lock().unwrap();
-        let told = Lock::take(dir.path()).unwrap_err().to_string();
-        let me = format!("is in use by process {} (`", std::process::id());
-        assert!(told.contains(&me) && told.contains("not a run"), "{told}");
     }
 
     /// The name of a run that had ended was told for ever where the system does not say who holds the lock.

@@ -165,15 +165,6 @@ mod tests {
     }
 
     #[test]
-    fn the_file_extension_selects_the_format() {
-        assert_eq!(kind(Path::new("a.b/c.PNG")).unwrap(), "png");
-        for refused in ["a", "a.pdf", "svg"] {
-            let message = kind(Path::new(refused)).unwrap_err().to_string();
-            assert!(message.contains(".svg or .png"), "{message}");
-        }
-    }
-
-    #[test]
     fn an_svg_has_the_size_of_its_sheet() {
         let mut sheet = sheet(RGBColor(0, 0, 0));
         sheet.note("< &", 14.0);

@@ -1,3 +1,0 @@
-#![no_main]
-
-tandem_fuzz::fuzz!();
