@@ -212,6 +212,9 @@ fn seconds(text: &str) -> Result<f64, String> {
 pub struct ResumeArgs {
     /// Run directory of a run whose scene has `output.checkpoint`.
     pub dir: PathBuf,
+    /// Begins `history.csv` or `course.csv` anew where it was changed since the checkpoint; the old one is kept beside it.
+    #[arg(long)]
+    pub new_tables: bool,
     /// How the rest is run.
     #[command(flatten)]
     pub how: HowArgs,
@@ -336,4 +339,23 @@ pub struct ConformanceArgs {
     /// Write the messages of every broken clause, one file for each.
     #[arg(long, value_name = "DIR")]
     pub trace: Option<PathBuf>,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// `--out` is too short for clap to see a typing error in `--ouput`.
+    #[test]
+    fn a_misspelt_option_gets_a_suggestion() {
+        for (command, option) in [
+            ("run", "--ouput"),
+            ("run", "--thread"),
+            ("plot", "--ouptut"),
+        ] {
+            let error = Cli::try_parse_from(["tandem", command, "a.toml", option, "x"]);
+            let words = error.expect_err("no such option").to_string();
+            assert!(words.contains("a similar argument exists"), "{words}");
+        }
+    }
 }

@@ -101,7 +101,7 @@ fn resume_unless_refused(args: &ResumeArgs) -> Result<ExitCode, String> {
     trusted(&scene, &args.how).map_err(error)?;
     let killed = Killed::find(&args.dir);
     let dir = RunDir::reopen(&args.dir).map_err(|e| with_advice(&e))?;
-    let resumed = Resumed::find(&scene, &dir)
+    let resumed = Resumed::find(&scene, &dir, args.new_tables)
         .map_err(|error| cannot_resume(&scene, &dir, killed.as_ref(), &error))?;
     let log = LogFile::of(&dir, true).map_err(|e| with_advice(&e))?;
     let options = options(&args.how, false, &scene).map_err(error)?;
@@ -109,6 +109,9 @@ fn resume_unless_refused(args: &ResumeArgs) -> Result<ExitCode, String> {
     begin(&scene, &args.how, &args.dir);
     for damaged in &resumed.passed_over {
         tracing::warn!("{damaged}: passed over");
+    }
+    for table in &resumed.aside {
+        tracing::warn!("{table}");
     }
     let about = resumed.about();
     tracing::info!(

@@ -16,6 +16,7 @@ use crate::harness::{
     Ended, PATIENCE, Place, RunFiles, at_once, dice, python_can_join, root, scene, signal, until,
 };
 use crate::hashes;
+use interface::recording::{End, Playback};
 
 /// A coupled run with frames that takes a second or two, and how it keeps checkpoints.
 const LONG: &str = "--variant quick --set time.end=0.1 --set output.every=1e-3 \
@@ -54,11 +55,33 @@ fn a_table_that_was_changed_before_the_checkpoint_is_named_and_not_continued() {
         );
         fs::write(dir.join(name), &before).unwrap();
     }
+    // The history begins anew behind the checkpoint, as asked; the other table goes on.
+    let course = fs::read_to_string(dir.join("course.csv")).unwrap();
+    let history = fs::read_to_string(dir.join("history.csv")).unwrap();
+    let changed = history.replacen('\n', "\n7", 1);
+    fs::write(dir.join("history.csv"), &changed).unwrap();
+    let ended = place.tandem("resume run --new-tables").expect(0);
+    ended.says(&["history.csv.changed"]);
+    let read = |name: &str| fs::read_to_string(dir.join(name)).unwrap();
+    assert_eq!(read("history.csv.changed"), changed);
+    let header = |table: &str| table.lines().next().unwrap().to_owned();
+    let new = read("history.csv");
+    assert_eq!(header(&new), header(&history));
+    let time = |line: Option<&str>| {
+        line.unwrap()
+            .split(',')
+            .next()
+            .unwrap()
+            .parse::<f64>()
+            .unwrap()
+    };
+    assert!(time(new.lines().nth(1)) > time(history.lines().nth(1)));
+    assert!(read("course.csv").starts_with(&course[..course.len() / 2]));
 }
 
 /// What must be the same byte for byte: the history, the course, the frames and their list, the bodies, the state.
 #[track_caller]
-pub fn assert_same(dir: &Path, undisturbed: &Path) {
+fn assert_same(dir: &Path, undisturbed: &Path) {
     let [ours, theirs] = [dir, undisturbed].map(|dir| bits(dir).expect("a summary"));
     assert!(ours.keys().eq(theirs.keys()), "other files");
     for (name, bytes) in &theirs {
@@ -67,8 +90,10 @@ pub fn assert_same(dir: &Path, undisturbed: &Path) {
 }
 
 fn checkpoints(dir: &Path) -> Vec<PathBuf> {
-    let mut paths = names_of_checkpoints(dir);
+    let entries = fs::read_dir(dir.join("checkpoints")).into_iter().flatten();
+    let mut paths: Vec<PathBuf> = entries.flatten().map(|entry| entry.path()).collect();
     paths.retain(|path| path.extension().is_some_and(|e| e == "tandem"));
+    paths.sort();
     paths
 }
 
@@ -136,6 +161,11 @@ fn a_recording_ends_where_its_run_was_cut_short() {
     ended.says(&["continues without its recording"]);
     assert_same(&dir, &place.path("whole"));
     assert_eq!(fs::read(&recording).unwrap(), before);
+    let end = Playback::verify(&recording).unwrap();
+    assert!(matches!(end, End::Torn { .. }), "{end:?}");
+    let ended = place.tandem("replay killed/recording.tandem --dem --in-process");
+    let ended = ended.expect(0);
+    assert!(ended.stdout.contains("the same, to the bit"), "{ended:#?}");
 }
 
 /// The discs in Python without `save`: the run says so when it begins, and `resume` says what to do.

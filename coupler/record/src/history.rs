@@ -31,7 +31,8 @@ pub struct History {
 }
 
 impl History {
-    /// Opens the table `name`: a new one, or one that goes on behind what it had at a checkpoint.
+    /// Opens the table `name`: a new one, or one that goes on behind what it had at a checkpoint. Of nothing, which no
+    /// table is, it begins a new one and puts what is there aside.
     ///
     /// # Errors
     /// [`RunDirError`]: the file cannot be written, or was changed since the checkpoint.
@@ -42,7 +43,10 @@ impl History {
         at: Option<&Sealed>,
     ) -> Result<Self, RunDirError> {
         if let Some(at) = at {
-            return Self::resume(dir, name, at);
+            if at.bytes > 0 {
+                return Self::resume(dir, name, at);
+            }
+            dir.put_aside(name)?;
         }
         let (file, path) = dir.open(name, How::Replace)?;
         let mut history = Self::of(file, path, Seal::default());
@@ -128,5 +132,62 @@ impl History {
         let given = self.flush();
         let written = self.file.finish();
         given.and(written)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::rundir::HISTORY;
+    use super::*;
+    use std::fs;
+
+    #[test]
+    fn rows_reach_the_file_as_a_whole() {
+        let dir = tempfile::tempdir().unwrap();
+        let run = RunDir::create(dir.path(), "").unwrap();
+        let mut history =
+            History::open(&run, HISTORY, &["time [s]".into(), "x [m]".into()], None).unwrap();
+        let mut sizes = std::collections::BTreeSet::new();
+        let began = std::time::Instant::now();
+        // Writes at least so many rows, and until the writing thread has been seen idle in between.
+        for k in 0.. {
+            if k >= 20_000 && (sizes.len() > 2 || began.elapsed().as_secs() > 30) {
+                break;
+            }
+            if k > 20_000 && k % 1000 == 0 {
+                std::thread::sleep(std::time::Duration::from_millis(1));
+            }
+            history.row(&[f64::from(k) / 3.0, 1e-300 / 7.0]).unwrap();
+            // While a file is being written, it may contain half of a piece.
+            if history.behind() > 0 {
+                continue;
+            }
+            let size = fs::metadata(dir.path().join("history.csv")).unwrap().len();
+            if sizes.insert(size) {
+                let text = fs::read_to_string(dir.path().join("history.csv")).unwrap();
+                assert!(text.ends_with('\n'));
+            }
+        }
+        assert!(sizes.len() > 2, "the file grows while the run goes on");
+    }
+
+    #[test]
+    fn numbers_read_back_to_the_same_bits() {
+        let dir = tempfile::tempdir().unwrap();
+        let run = RunDir::create(dir.path(), "").unwrap();
+        let mut history =
+            History::open(&run, HISTORY, &["time [s]".into(), "x [m]".into()], None).unwrap();
+        let row = [0.1 + 0.2, 1e-300 / 3.0];
+        history.row(&row).unwrap();
+        history.finish().unwrap();
+        let text = fs::read_to_string(dir.path().join("history.csv")).unwrap();
+        let read: Vec<f64> = text
+            .lines()
+            .nth(1)
+            .unwrap()
+            .split(',')
+            .map(|n| n.parse().unwrap())
+            .collect();
+        assert_eq!(read, row);
     }
 }

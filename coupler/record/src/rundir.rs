@@ -292,6 +292,14 @@ impl RunDir {
         self.replace(SUMMARY, &json_of(summary), false)
     }
 
+    /// Gives a file of the run a name that the run does not use, where it stays: `history.csv.changed`.
+    ///
+    /// # Errors
+    /// [`RunDirError`].
+    pub(crate) fn put_aside(&self, name: &str) -> Result<(), RunDirError> {
+        displace(self.path(), name, format!("{name}.changed"))
+    }
+
     /// Keeps a summary that is written if the shared memory of the run vanishes, which ends this process at once; `None` keeps
     /// nothing.
     pub fn leave_summary(&self, summary: Option<&Summary>) {
@@ -466,6 +474,29 @@ fn json_of(summary: &Summary) -> Vec<u8> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn the_bodies_read_back_to_the_same_bits() {
+        let dir = tempfile::tempdir().unwrap();
+        let run = RunDir::create(dir.path(), "").unwrap();
+        let grain = BodyState {
+            position: [0.1 + 0.2, -1e-300 / 3.0],
+            angle: 7.0,
+            spin: 2.0 / 3.0,
+            ..BodyState::default()
+        };
+        run.write_bodies(
+            ["floor", "grain_0"].into_iter(),
+            &[BodyState::default(), grain],
+        )
+        .unwrap();
+        let mut file = csv::Reader::from_path(dir.path().join("bodies.csv")).unwrap();
+        let row = file.records().nth(1).unwrap().unwrap();
+        assert_eq!(&row[0], "grain_0");
+        let numbers: Vec<f64> = row.iter().skip(1).map(|n| n.parse().unwrap()).collect();
+        let [x, y] = grain.position;
+        assert_eq!(numbers, [x, y, grain.angle, 0.0, 0.0, grain.spin]);
+    }
 
     /// A directory with the files of an earlier run, and a new run that is about to take its place.
     fn exchange(root: &Path) -> RunDir {

@@ -84,20 +84,24 @@ pub struct Resumed {
     checkpoint: Checkpoint,
     /// The errors of newer checkpoints.
     pub passed_over: Vec<CheckpointError>,
+    /// The tables that are put aside, with the reasons.
+    pub aside: Vec<String>,
 }
 
 impl Resumed {
-    /// Finds the newest usable checkpoint of `scene` in `dir`.
+    /// Finds the newest usable checkpoint of `scene` in `dir`. With `new_tables`, a table that was changed before it does not
+    /// stand in the way: the run puts it aside and begins a new one.
     ///
     /// # Errors
     /// [`CheckpointError`].
-    pub fn find(scene: &Scene, dir: &RunDir) -> Result<Self, CheckpointError> {
-        let (path, checkpoint, passed_over) = newest(dir.path(), &file::About::of(scene))?;
-        file::unchanged(dir.path(), &checkpoint)?;
+    pub fn find(scene: &Scene, dir: &RunDir, new_tables: bool) -> Result<Self, CheckpointError> {
+        let (path, mut checkpoint, passed_over) = newest(dir.path(), &file::About::of(scene))?;
+        let aside = file::unchanged(dir.path(), &mut checkpoint, new_tables)?;
         Ok(Self {
             path,
             checkpoint,
             passed_over,
+            aside,
         })
     }
 

@@ -21,7 +21,7 @@ use thiserror::Error;
 use super::state::CouplerState;
 use crate::record::log;
 use crate::record::rundir::{CHECKPOINTS, COURSE, HISTORY, LOG, SCENE};
-use crate::record::{FileError, fail};
+use crate::record::{FileError, Sealed, fail};
 use crate::scene::Scene;
 
 const NAME: [u8; 8] = *b"TANDEMC3";
@@ -127,7 +127,7 @@ pub enum CheckpointError {
         what: String,
     },
     /// A table was changed before the moment of the checkpoint.
-    #[error("{} is not as the run has written it: {source}; `tandem run {}/{SCENE} --out OTHER` starts the run again", dir.join(table).display(), dir.display())]
+    #[error("{} is not as the run has written it: {source}; `tandem resume --new-tables` puts it aside and begins a new one, `tandem run {}/{SCENE} --out OTHER` starts the run again", dir.join(table).display(), dir.display())]
     Changed {
         /// Of which run.
         dir: PathBuf,
@@ -262,24 +262,39 @@ pub(crate) fn newest(dir: &Path, ours: &About) -> Result<Found, CheckpointError>
     Err(passed_over.into_iter().next().unwrap_or_else(|| none(dir)))
 }
 
-/// Compares the tables of a run directory with what they had at a checkpoint.
+/// Compares the tables of a run directory with what they had at a checkpoint. With `new_tables` the checkpoint forgets a table
+/// that was changed; what is said of those is returned.
 ///
 /// # Errors
 /// [`CheckpointError::Changed`].
-pub(crate) fn unchanged(dir: &Path, checkpoint: &Checkpoint) -> Result<(), CheckpointError> {
+pub(crate) fn unchanged(
+    dir: &Path,
+    checkpoint: &mut Checkpoint,
+    new_tables: bool,
+) -> Result<Vec<String>, CheckpointError> {
+    let mut aside = Vec::new();
     let CouplerState {
         history, course, ..
-    } = &checkpoint.state;
+    } = &mut checkpoint.state;
     for (table, sealed) in [(HISTORY, history), (COURSE, course)] {
-        sealed
-            .compare(dir, table)
-            .map_err(|source| CheckpointError::Changed {
-                dir: dir.to_path_buf(),
-                table,
-                source,
-            })?;
+        match sealed.compare(dir, table) {
+            Ok(_) => {}
+            Err(source) if new_tables => {
+                aside.push(format!(
+                    "{table} is not as the run has written it: {source}; it is put aside as {table}.changed"
+                ));
+                *sealed = Sealed::default();
+            }
+            Err(source) => {
+                return Err(CheckpointError::Changed {
+                    dir: dir.to_path_buf(),
+                    table,
+                    source,
+                });
+            }
+        }
     }
-    Ok(())
+    Ok(aside)
 }
 
 /// Reads a checkpoint of a run like `ours`.
