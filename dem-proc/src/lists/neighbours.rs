@@ -6,7 +6,7 @@
 //! bodies has a larger margin, because it also contains the pairs that may touch soon ([`crate::contact::approach`]).
 
 use interface::Vec2;
-use mechanics::outline::{crosses_ray, nearest_on_edge};
+use mechanics::outline::{Bounds, crosses_ray, nearest_on_edge};
 
 use crate::body::bodies::Bodies;
 use crate::body::edge::vertex_edge;
@@ -14,7 +14,7 @@ use crate::body::shape::Shape;
 use crate::lists::cells::Cells;
 use crate::lists::now::Among;
 use crate::lists::watch::Watch;
-use crate::parry::{Bounds, BoxTree};
+use crate::parry::BoxTree;
 use crate::threads::{CHUNK, Threads};
 
 /// A point is "in reach" of a body up to this distance beyond contact, as a fraction of the point's radius. In a step a
