@@ -90,8 +90,8 @@ impl DemSolver for Sdem {
         Some(&self.measurement)
     }
 
-    fn contacts(&self, step: &Step, imps: &[ImpState]) -> Vec<ContactState> {
-        self.frame_contacts(step, imps)
+    fn contacts(&self, _: &Step, imps: &[ImpState]) -> Vec<ContactState> {
+        self.frame_contacts(imps)
     }
 
     fn save(&self) -> Result<Vec<u8>, Fault> {
