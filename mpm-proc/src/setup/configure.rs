@@ -20,8 +20,8 @@ use crate::kernel::tiles::Geometry;
 use crate::kernel::transfer::{AffineState, NoSlopes, Slopes, Transfer};
 use crate::layers::Layers;
 use crate::material::{
-    Constitutive, DruckerPrager, Elastic, Fluid, GrainLaw, Granular, Jaumann, Material, Moduli,
-    MohrCoulomb, MuI, NeoHookean, PlaneStrain, PlaneStress, Stresses, VonMises,
+    Constitutive, DruckerPrager, Fluid, Granular, Jaumann, Moduli, MohrCoulomb, MuI, NeoHookean,
+    PlaneStrain, PlaneStress, Stresses, VonMises, YieldSurface,
 };
 use crate::pass::gaps::touching;
 use crate::pass::limits::stiffest_place;
@@ -333,15 +333,15 @@ fn constitutive(model: &MaterialModel, density: f64, plane: Plane) -> Box<dyn Co
         MaterialModel::LinearElastic(m) => {
             let moduli = moduli(m.bulk_modulus, m.shear_modulus);
             match plane {
-                Plane::Strain => Box::new(Elastic(PlaneStrain(moduli))),
-                Plane::Stress => Box::new(Elastic(PlaneStress(moduli))),
+                Plane::Strain => Box::new(PlaneStrain(moduli)),
+                Plane::Stress => Box::new(PlaneStress(moduli)),
             }
         }
         MaterialModel::Hypoelastic(m) => {
             let moduli = moduli(m.bulk_modulus, m.shear_modulus);
             match plane {
-                Plane::Strain => Box::new(Elastic(Jaumann(PlaneStrain(moduli)))),
-                Plane::Stress => Box::new(Elastic(Jaumann(PlaneStress(moduli)))),
+                Plane::Strain => Box::new(Jaumann(PlaneStrain(moduli))),
+                Plane::Stress => Box::new(Jaumann(PlaneStress(moduli))),
             }
         }
         MaterialModel::DruckerPrager(m) => sand(DruckerPrager::new(density, &m), &m),
@@ -382,7 +382,7 @@ fn constitutive(model: &MaterialModel, density: f64, plane: Plane) -> Box<dyn Co
 }
 
 /// A frictional material, with its state if it has one.
-fn sand<G: GrainLaw + Material>(grains: G, numbers: &Frictional) -> Box<dyn Constitutive> {
+fn sand<G: YieldSurface>(grains: G, numbers: &Frictional) -> Box<dyn Constitutive> {
     if numbers.is_plain() {
         return Box::new(grains);
     }
