@@ -35,7 +35,6 @@ use crate::state::continuum::{Continuum, ContinuumState};
 use crate::state::grid::Grid;
 use crate::state::holds::{Hold, Holds};
 use crate::state::imps::Imps;
-use crate::state::outside::Outside;
 use crate::state::point_set::PointSet;
 use crate::state::points::{Cloud, Kind};
 use crate::state::settling::Settling;
@@ -215,7 +214,8 @@ impl<'a> Parts<'a> {
             kick: KickWork::default(),
             measurement: MpmMeasurement::default(),
             spread: self.spread.of(groups.clone()),
-            outside: Outside::new(self.config.leaving),
+            leaving: self.config.leaving,
+            gone: Vec::new(),
             stress_update: self.config.stress_update,
             drift: self.config.drift(),
             settling: Settling::default(),
