@@ -10,7 +10,7 @@ use interface::step::Step;
 
 use crate::body::bodies::Bodies;
 use crate::setup::capabilities::capabilities;
-use crate::setup::configure::{build, configure};
+use crate::setup::configure::configure;
 use crate::setup::saved::{FORMAT, Saved};
 use crate::system::Sdem;
 
@@ -20,7 +20,7 @@ impl Default for Sdem {
             threads: 1,
             ..DemConfig::default()
         };
-        let (solver, _) = build(&nothing).expect("nothing in it is refused");
+        let (solver, _) = configure(&nothing).expect("nothing in it is refused");
         Self {
             mark: ConfigurationMark::default(),
             ..solver
