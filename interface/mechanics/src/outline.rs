@@ -65,7 +65,7 @@ pub fn nearest(outline: &[Vec2], p: Vec2) -> Nearest {
 
 /// The point of edge `a b` (vertices `i`, `j`) nearest to `p`, and whether it is an end or between.
 #[inline]
-pub fn nearest_on_edge(a: Vec2, b: Vec2, p: Vec2, i: usize, j: usize) -> (Vec2, Feature) {
+pub(crate) fn nearest_on_edge(a: Vec2, b: Vec2, p: Vec2, i: usize, j: usize) -> (Vec2, Feature) {
     let (point, along) = foot(a, b, p);
     let feature = if along == 0.0 {
         Feature::Vertex(i)

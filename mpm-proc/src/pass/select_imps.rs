@@ -2,7 +2,7 @@
 
 use interface::Vec2;
 use interface::message::wire::EnvelopeVertex;
-use mechanics::outline::{Bounds, crosses_ray, nearest_on_edge};
+use mechanics::outline::{Bounds, crosses_ray, foot};
 
 use crate::kernel::point_tile::Tile;
 use crate::kernel::shape::Shape;
@@ -142,7 +142,7 @@ impl LocalOutline {
         let square = self
             .near
             .iter()
-            .map(|&(a, b)| (p - nearest_on_edge(a, b, p, 0, 0).0).norm_squared())
+            .map(|&(a, b)| (p - foot(a, b, p).0).norm_squared())
             .fold(f64::INFINITY, f64::min);
         square.sqrt() <= self.distance
             || self
