@@ -2,6 +2,7 @@
 //! file that names `parry2d_f64` (docs/decisions/0002-parry.md).
 
 use interface::Vec2;
+use mechanics::outline::Bounds;
 use parry2d_f64::bounding_volume::Aabb;
 use parry2d_f64::math::{Pose, Vec2 as GlamVec2};
 use parry2d_f64::partitioning::{Bvh, BvhBuildStrategy};
@@ -11,54 +12,6 @@ use parry2d_f64::shape::SupportMap;
 
 fn glam(v: Vec2) -> GlamVec2 {
     GlamVec2::new(v.x, v.y)
-}
-
-/// An axis-aligned box, in m.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Bounds {
-    /// Smallest coordinates.
-    pub lower: Vec2,
-    /// Largest coordinates.
-    pub upper: Vec2,
-}
-
-impl Bounds {
-    /// The smallest box around `points`.
-    ///
-    /// # Panics
-    /// If there is no point: an assertion, since outlines are never empty.
-    pub fn around(points: impl IntoIterator<Item = Vec2>) -> Self {
-        let mut points = points.into_iter();
-        let first = points.next().expect("a box has at least one point in it");
-        points.fold(
-            Self {
-                lower: first,
-                upper: first,
-            },
-            |b, p| Self {
-                lower: b.lower.inf(&p),
-                upper: b.upper.sup(&p),
-            },
-        )
-    }
-
-    /// The box grown by `margin` on every side.
-    #[must_use]
-    pub fn grown(&self, margin: f64) -> Self {
-        let margin = Vec2::repeat(margin);
-        Self {
-            lower: self.lower - margin,
-            upper: self.upper + margin,
-        }
-    }
-
-    /// Whether the boxes touch.
-    pub fn meets(&self, other: &Self) -> bool {
-        self.lower.x <= other.upper.x
-            && other.lower.x <= self.upper.x
-            && self.lower.y <= other.upper.y
-            && other.lower.y <= self.upper.y
-    }
 }
 
 /// A tree of boxes, which finds the boxes that overlap a given one.

@@ -10,7 +10,7 @@ use interface::step::Step;
 
 use crate::body::bodies::Bodies;
 use crate::setup::capabilities::capabilities;
-use crate::setup::configure::{build, configure};
+use crate::setup::configure::configure;
 use crate::setup::saved::{FORMAT, Saved};
 use crate::system::Sdem;
 
@@ -20,7 +20,7 @@ impl Default for Sdem {
             threads: 1,
             ..DemConfig::default()
         };
-        let (solver, _) = build(&nothing).expect("nothing in it is refused");
+        let (solver, _) = configure(&nothing).expect("nothing in it is refused");
         Self {
             mark: ConfigurationMark::default(),
             ..solver
@@ -90,8 +90,8 @@ impl DemSolver for Sdem {
         Some(&self.measurement)
     }
 
-    fn contacts(&self, step: &Step, imps: &[ImpState]) -> Vec<ContactState> {
-        self.frame_contacts(step, imps)
+    fn contacts(&self, _: &Step, imps: &[ImpState]) -> Vec<ContactState> {
+        self.frame_contacts(imps)
     }
 
     fn save(&self) -> Result<Vec<u8>, Fault> {

@@ -8,7 +8,6 @@ use interface::step::Step;
 use crate::contact::impact::{Impacts, SurfaceMotion};
 use crate::contact::passage::{Passed, PassedBodies};
 use crate::contact::side::{AfterKick, Interval, Side, Targets};
-use crate::law::LastStep;
 use crate::lists::now::{Ahead, Now};
 use crate::system::Sdem;
 use crate::threads::CHUNK;
@@ -32,13 +31,13 @@ impl Sdem {
             forces.len()
         );
         self.meet(step, imps, forces); //                 lists and forces
+        self.state.sets.replaced = None; //               lists are of the present set
         self.none_passed()?; //                           crate::contact::passage
         self.respond(step, imps)
     }
 
     /// Steps 2 and 3 of section 4.2: commits the result of [`Self::contact`], and moves the bodies.
     pub(crate) fn move_on(&mut self, step: &Step) {
-        self.keep_lists();
         if !step.is_opening() {
             self.commit(step); //                         histories, ledger, v^{n+1/2}
             self.drift(step.dt); //                       eq. 42, x^n -> x^{n+1}
@@ -62,11 +61,11 @@ impl Sdem {
         }
     }
 
-    /// The contacts that press in the evaluation of this step: of bodies, of points with bodies, and of pairs of
+    /// The contacts that press in the last evaluation: of bodies, of points with bodies, and of pairs of
     /// points, each in the order of its list.
-    pub(crate) fn frame_contacts(&self, step: &Step, imps: &[ImpState]) -> Vec<ContactState> {
+    pub(crate) fn frame_contacts(&self, imps: &[ImpState]) -> Vec<ContactState> {
         let mut found = Vec::new();
-        let (now, last_step) = (self.now(imps), LastStep::new(step.dt_before));
+        let now = self.now(imps);
         // Without points nothing was evaluated, and the list may belong to earlier points.
         let evaluated = if imps.is_empty() {
             usize::from(self.sides.bodies.is_some())
@@ -74,7 +73,7 @@ impl Sdem {
             3
         };
         for side in self.sides.all().take(evaluated) {
-            side.collect_contacts(&now, last_step, &mut found);
+            side.collect_contacts(&now, &mut found);
         }
         found
     }
@@ -115,13 +114,14 @@ impl Sdem {
             by_points: &mut self.loads.by_points,
             by_bodies: &mut self.loads.by_bodies,
         };
-        let last_step = LastStep::new(step.dt_before);
+        let last_step = step.dt_before;
         if let Some(bodies) = &mut sides.bodies {
             // Contacts that have opened since the last step, which may have been longer, have dissipated energy.
-            let way = now.ahead.way(speed).max(speed * step.dt_before);
+            let way = now.ahead.way(speed).max(speed * last_step);
             let interval = Interval {
+                last_step,
                 closing: 2.0 * way,
-                ..Interval::after(last_step)
+                ..Interval::default()
             };
             bodies.evaluate(&now, interval, &self.threads, &mut to); // eqs. 38 to 41, 43
         }
@@ -132,7 +132,7 @@ impl Sdem {
         let fastest = fastest.fold(0.0, f64::max).sqrt();
         let interval = |approach: f64| Interval {
             last_step,
-            closing: 1.5 * approach * step.dt.max(step.dt_before),
+            closing: 1.5 * approach * step.dt.max(last_step),
             impacts: Impacts {
                 ahead: now.ahead,
                 speed: approach,
@@ -148,8 +148,7 @@ impl Sdem {
         }
     }
 
-    /// The response of the bodies to these forces. It changes no state: until [`Self::commit`] it may be evaluated
-    /// again, with other points.
+    /// The response of the bodies to these forces.
     pub(crate) fn respond(&mut self, step: &Step, imps: &[ImpState]) -> Result<Answer, Fault> {
         self.kick(step)?; //                              eq. 42, v^{n-1/2} -> v^{n+1/2}
         if step.measure {
@@ -307,7 +306,7 @@ impl Sdem {
             }
         }
         if step.is_opening() {
-            omega_sq = omega_sq.max(self.release(step, imps));
+            omega_sq = omega_sq.max(self.release(imps));
         }
         let damping = self.sides.all().map(Side::damping_ratio);
         // While the displacement is below a quarter of the skin, nothing is rebuilt, so a coarse bound is enough.
@@ -323,12 +322,6 @@ impl Sdem {
             },
             travel: Some(gone + self.kicked.speed * step.dt),
         }
-    }
-
-    /// Keeps the lists of the last evaluation even if nothing moves, because the next step would build the same lists.
-    fn keep_lists(&mut self) {
-        self.sides.all_mut().for_each(Side::keep_list);
-        self.state.sets.replaced = None;
     }
 
     /// Commits the result of the last evaluation, except the velocities, which the drift commits.

@@ -1,8 +1,8 @@
 //! The grid of the broad phase against every two boxes.
 
 use dem_proc::lists::cells::Cells;
-use dem_proc::parry::Bounds;
 use interface::Vec2;
+use mechanics::outline::Bounds;
 use proptest::prelude::*;
 
 fn check(boxes: &[Bounds]) -> Result<(), TestCaseError> {

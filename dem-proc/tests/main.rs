@@ -23,4 +23,3 @@ mod refusals;
 mod saved;
 mod segments;
 mod sound_runs;
-mod trial;

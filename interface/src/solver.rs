@@ -415,7 +415,7 @@ pub trait DemSolver {
     fn envelopes(&mut self) -> &[EnvelopeVertex];
 
     /// Adds the forces at `t_n` on the points to `forces`. It only evaluates: the state of bodies and contacts does not
-    /// change before [`Self::advance`], so it may be called again with other states.
+    /// change before [`Self::advance`].
     ///
     /// # Errors
     /// A [`Fault`], after which the run ends.

@@ -11,7 +11,7 @@ use interface::step::Step;
 use mpm_proc::Mpm;
 use rustix::time::{ClockId, clock_gettime};
 
-#[path = "../benches/column.rs"]
+#[path = "../tests/column.rs"]
 mod column;
 use column::{ELASTIC, HYPOELASTIC, SAND, column};
 

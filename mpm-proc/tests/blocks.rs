@@ -99,6 +99,7 @@ pub fn configured(config: &MpmConfig) -> Mpm {
 }
 
 /// Steps of equal length, first and closing half kicks included where a caller asks for them.
+#[derive(Clone, Default)]
 pub struct Stepper {
     pub index: u64,
     pub time: f64,
@@ -107,11 +108,7 @@ pub struct Stepper {
 
 impl Stepper {
     pub fn new() -> Self {
-        Self {
-            index: 0,
-            time: 0.0,
-            before: 0.0,
-        }
+        Self::default()
     }
 
     pub fn step(

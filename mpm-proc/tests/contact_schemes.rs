@@ -6,7 +6,7 @@ use nalgebra::{DMatrix, DVector};
 
 use crate::blocks::{Random, block, points_fill};
 use crate::chains::KERNELS;
-use crate::limits::{largest_eigenvalue, nodes, opening};
+use crate::limits::{largest_eigenvalue, matrices_over, nodes, opening};
 use mechanics::reference::Kernel;
 
 const SCHEMES: [ContactForceScheme; 3] = [
@@ -55,7 +55,10 @@ fn the_limit_of_each_scheme_bounds_its_operator() {
                 };
                 let mass = 1000.0 * 0.025 * 0.025;
                 let lower = config.domain[0];
-                let [s, t] = both(&positions, kernel, scatter, lower);
+                let reached = nodes(&positions, kernel, lower);
+                let [s, t] = [kernel, scatter]
+                    .map(|kernel| matrices_over(&reached, &positions, kernel, lower))
+                    .map(|[weights, ..]| weights);
                 let nodal: DVector<f64> = s.row_sum().transpose() * mass;
                 let root = |m: &DMatrix<f64>| {
                     DMatrix::from_fn(count, m.ncols(), |p, i| {
@@ -78,22 +81,4 @@ fn the_limit_of_each_scheme_bounds_its_operator() {
             }
         }
     }
-}
-
-/// `S` and `T` of a cloud over the nodes with mass.
-fn both(
-    positions: &[[f64; 2]],
-    gather: Kernel,
-    scatter: Kernel,
-    lower: [f64; 2],
-) -> [DMatrix<f64>; 2] {
-    let nodes = nodes(positions, gather, lower);
-    let build = |k: Kernel| {
-        DMatrix::from_fn(positions.len(), nodes.len(), |p, n| {
-            let d =
-                [0, 1].map(|a| (positions[p][a] - lower[a]) / crate::limits::CELL - nodes[n][a]);
-            k.value(d[0]) * k.value(d[1])
-        })
-    };
-    [gather, scatter].map(build)
 }

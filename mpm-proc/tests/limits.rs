@@ -29,7 +29,16 @@ pub fn nodes(positions: &[[f64; 2]], kernel: Kernel, lower: [f64; 2]) -> Vec<[f6
 
 /// `S` (points x nodes) and `dS/dx`, `dS/dy` of a cloud, over all nodes that it touches.
 pub fn matrices(positions: &[[f64; 2]], kernel: Kernel, lower: [f64; 2]) -> [DMatrix<f64>; 3] {
-    let nodes = nodes(positions, kernel, lower);
+    matrices_over(&nodes(positions, kernel, lower), positions, kernel, lower)
+}
+
+/// The same over these nodes.
+pub fn matrices_over(
+    nodes: &[[f64; 2]],
+    positions: &[[f64; 2]],
+    kernel: Kernel,
+    lower: [f64; 2],
+) -> [DMatrix<f64>; 3] {
     let at = |p: usize, n: usize| [0, 1].map(|a| (positions[p][a] - lower[a]) / CELL - nodes[n][a]);
     let build = |f: &dyn Fn([f64; 2]) -> f64| {
         DMatrix::from_fn(positions.len(), nodes.len(), |p, n| f(at(p, n)))

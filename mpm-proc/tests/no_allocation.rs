@@ -6,7 +6,7 @@ use interface::solver::MpmSolver;
 use interface::step::Step;
 use mpm_proc::Mpm;
 
-#[path = "../benches/column.rs"]
+#[path = "column.rs"]
 mod column;
 
 fn allocates_nothing(what: &str, config: &MpmConfig) {

@@ -24,7 +24,7 @@ const COMPARED: usize = 100;
 /// The session's part of a run, which is not the solver's to save.
 #[derive(Clone)]
 struct Driver {
-    stepper: (u64, f64, f64),
+    stepper: Stepper,
     random: Random,
     chosen: bool,
     dt: f64,
@@ -34,7 +34,7 @@ struct Driver {
 impl Driver {
     fn new(config: &MpmConfig, dt: f64) -> Self {
         Self {
-            stepper: (0, 0.0, 0.0),
+            stepper: Stepper::new(),
             random: Random::new(7),
             chosen: false,
             dt,
@@ -79,15 +79,10 @@ impl Driver {
                 ImpForce::default()
             });
         }
-        let (index, time, before) = self.stepper;
-        let mut stepper = Stepper {
-            index,
-            time,
-            before,
-        };
+        let index = self.stepper.index;
         let dt = if index == 0 { 0.0 } else { self.dt };
         let measure = index.is_multiple_of(3);
-        let limits = stepper.step(mpm, dt, measure, &forces)?;
+        let limits = self.stepper.step(mpm, dt, measure, &forces)?;
         said.say(&limits);
         said.say(&mpm.travel());
         if measure {
@@ -96,7 +91,6 @@ impl Driver {
         if index.is_multiple_of(10) {
             said.say(&mpm.points());
         }
-        self.stepper = (stepper.index, stepper.time, stepper.before);
         self.random = random;
         Ok(said.0.finish())
     }
@@ -178,7 +172,7 @@ pub(super) fn goes_on(name: &str, config: &MpmConfig) -> Vec<&'static str> {
             moment.name
         );
         let mut driver = moment.driver.clone();
-        let done = driver.stepper.0 as usize;
+        let done = driver.stepper.index as usize;
         let again = driver.steps(&mut fresh, COMPARED);
         let differs = (0..COMPARED).find(|&i| again[i] != said[done + i]);
         assert_eq!(differs, None, "{name}, saved {}: first step", moment.name);

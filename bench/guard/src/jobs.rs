@@ -24,7 +24,7 @@ use crate::yardsticks::{Grid, Mail, PlainDiscs, Polygons};
 use column::{ELASTIC, SAND, column};
 use toys::{Course, HalfPlane, Points};
 
-#[path = "../../../mpm-proc/benches/column.rs"]
+#[path = "../../../mpm-proc/tests/column.rs"]
 mod column;
 #[path = "../../../interface/tests/toys/mod.rs"]
 mod toys;

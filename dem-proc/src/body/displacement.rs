@@ -15,10 +15,6 @@ pub struct Displacement {
     /// Upper bound of the largest displacement since `start` in m: the sum of largest speed times step. It is replaced
     /// by the exact value when the sum is too coarse.
     bound: f64,
-    /// The last answer. It replaces `bound` only when the bodies move, so that a step that is evaluated twice gets the
-    /// same answer twice. It is no state: every step asks again before the bodies move.
-    #[serde(skip)]
-    found: Option<f64>,
 }
 
 impl Displacement {
@@ -26,12 +22,12 @@ impl Displacement {
     pub fn reset(&mut self, bodies: &Bodies) {
         self.start.clear();
         (self.start).extend(bodies.state.iter().map(|s| (s.center, s.angle)));
-        (self.bound, self.found) = (0.0, None);
+        self.bound = 0.0;
     }
 
     /// The bodies move with surface speeds up to `speed` (m/s) for `dt` (s).
     pub fn advance(&mut self, speed: f64, dt: f64) {
-        self.bound = self.found.take().unwrap_or(self.bound) + speed * dt;
+        self.bound += speed * dt;
     }
 
     /// Whether the displacement of every surface is below `limit` (m).
@@ -42,16 +38,14 @@ impl Displacement {
     /// Upper bound in m of the displacement; where it is above `coarse` (m), the largest `|c - c_ref| + R |theta -
     /// theta_ref|` of a body.
     pub fn bound(&mut self, coarse: f64, bodies: &Bodies) -> f64 {
-        let mut bound = self.bound;
-        if bound >= coarse {
+        if self.bound >= coarse {
             let moved = bodies.state.iter().zip(&self.start);
             let moved = moved.map(|(state, (center, angle))| {
                 (state.center - center).norm() + state.extent * (state.angle - angle).abs()
             });
-            bound = moved.fold(0.0, f64::max);
+            self.bound = moved.fold(0.0, f64::max);
         }
-        self.found = Some(bound);
-        bound
+        self.bound
     }
 
     /// Reference poses of the bodies; empty if there is no reference yet.

@@ -3,8 +3,9 @@
 use interface::Vec2;
 use interface::config::BodyShape;
 
-use crate::parry::{Bounds, BoxTree};
+use crate::parry::BoxTree;
 use mechanics::mass::{AreaMoments, cross, outward, swept, union_of_discs};
+use mechanics::outline::{Bounds, foot, segments_apart};
 
 /// Outlines with more edges than this are searched through a tree instead of edge by edge: below it, walking the
 /// edges is as fast as walking the tree.
@@ -153,17 +154,6 @@ fn edge_tree(vertices: &[Vec2]) -> BoxTree {
     BoxTree::new((0..n).map(|i| Bounds::around([vertices[i], vertices[(i + 1) % n]])))
 }
 
-/// Whether the closed segments `a b` and `c d` have a point in common.
-fn segments_meet(a: Vec2, b: Vec2, c: Vec2, d: Vec2) -> bool {
-    let side = |p: Vec2, q: Vec2, r: Vec2| cross(q - p, r - p);
-    let (ca, cb) = (side(c, d, a), side(c, d, b));
-    let (ac, ad) = (side(a, b, c), side(a, b, d));
-    if ca == 0.0 && cb == 0.0 {
-        return Bounds::around([a, b]).meets(&Bounds::around([c, d]));
-    }
-    ca * cb <= 0.0 && ac * ad <= 0.0
-}
-
 /// An edge whose offset by `a` comes closer than `a` to another part of the outline. Then the pieces of
 /// [`mechanics::mass`] overlap, and their sum is not the area of the swept shape.
 fn hidden_edge(vertices: &[Vec2], a: f64) -> Option<usize> {
@@ -197,7 +187,7 @@ fn hidden_edge(vertices: &[Vec2], a: f64) -> Option<usize> {
         };
         search(Bounds::around([p, q]).grown(a), &mut near);
         for j in near.iter().map(|&j| j as usize).filter(|&j| j != i) {
-            if segment_distance(p, q, at(j), at(j + 1)) < limit {
+            if segments_apart([p, q], [at(j), at(j + 1)]) < limit {
                 return Some(i);
             }
         }
@@ -210,7 +200,7 @@ fn hidden_edge(vertices: &[Vec2], a: f64) -> Option<usize> {
                 if j == i || (j + 1) % n == i {
                     continue;
                 }
-                let to_edge = nearest_on(at(j), at(j + 1), from) - from;
+                let to_edge = foot(at(j), at(j + 1), from).0 - from;
                 let within = cross(before, to_edge) >= 0.0 && cross(to_edge, normal) >= 0.0;
                 if within && to_edge.norm() < 2.0 * limit {
                     return Some(i);
@@ -219,20 +209,4 @@ fn hidden_edge(vertices: &[Vec2], a: f64) -> Option<usize> {
         }
     }
     None
-}
-
-fn nearest_on(a: Vec2, b: Vec2, p: Vec2) -> Vec2 {
-    mechanics::outline::nearest_on_edge(a, b, p, 0, 1).0
-}
-
-/// Distance of two segments.
-fn segment_distance(a: Vec2, b: Vec2, c: Vec2, d: Vec2) -> f64 {
-    if segments_meet(a, b, c, d) {
-        return 0.0;
-    }
-    let point = |p: Vec2, q: Vec2, r: Vec2| (nearest_on(p, q, r) - r).norm();
-    point(a, b, c)
-        .min(point(a, b, d))
-        .min(point(c, d, a))
-        .min(point(c, d, b))
 }

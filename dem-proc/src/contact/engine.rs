@@ -1,8 +1,6 @@
 //! Contacts of any [`PairKind`], for any law: lists, histories, chunks, sums and saved state.
 //!
-//! An evaluation does not change what is kept between steps ([`Kept`]). It writes histories to `next`, and a new list
-//! beside the one that is kept. [`Side::commit`] and [`Side::keep_list`] then make them the kept state, so a step can be
-//! evaluated again.
+//! An evaluation writes histories to `next`. [`Side::commit`] then makes them those of the next step, if a step follows.
 
 use std::fmt::Debug;
 use std::sync::Mutex;
@@ -18,7 +16,7 @@ use crate::contact::approach::{Near, crossing_rate};
 use crate::contact::pair_geometry::Moves;
 use crate::contact::side::{AfterKick, Interval, Side, Sums, Targets};
 use crate::law::history::{All, Numbers};
-use crate::law::{LastStep, Law, PairProperties};
+use crate::law::{Law, PairProperties};
 use crate::lists::now::{Among, Now, Sets, Slots};
 use crate::lists::watch::{Look, Watching};
 use crate::threads::{CHUNK, Spare, Threads};
@@ -247,9 +245,8 @@ pub struct Contacts<K: PairKind, L: Law> {
     law: L,
     kind: K,
     kept: Kept<K, L>,
-    /// Replaces `kept` if the last evaluation built it.
-    fresh: Kept<K, L>,
-    rebuilt: bool,
+    /// Room for the next list.
+    spare: Kept<K, L>,
     next: Vec<(L::History, K::Memory)>,
     rooms: Spare<K::Room<L>>,
     /// The results of each chunk.
@@ -266,22 +263,12 @@ impl<K: PairKind, L: Law> Contacts<K, L> {
             law,
             kind,
             kept: Kept::new(K::Watch::new(skin), Vec::new()),
-            fresh: Kept::new(K::Watch::new(skin), Vec::new()),
-            rebuilt: false,
+            spare: Kept::new(K::Watch::new(skin), Vec::new()),
             next: Vec::new(),
             rooms: Spare::default(),
             found: Vec::new(),
             sums: Sums::default(),
-            interval: Interval::after(LastStep::new(0.0)),
-        }
-    }
-
-    /// The version that the last evaluation used.
-    fn current(&self) -> &Kept<K, L> {
-        if self.rebuilt {
-            &self.fresh
-        } else {
-            &self.kept
+            interval: Interval::default(),
         }
     }
 
@@ -296,9 +283,9 @@ impl<K: PairKind, L: Law> Contacts<K, L> {
             bodies: now.bodies,
             set: &now.sets.now,
             states: now.states,
-            pairs: &self.current().pairs,
-            extra: &self.current().extra,
-            watch: &self.current().watch,
+            pairs: &self.kept.pairs,
+            extra: &self.kept.extra,
+            watch: &self.kept.watch,
             interval,
             moves,
             look,
@@ -306,7 +293,7 @@ impl<K: PairKind, L: Law> Contacts<K, L> {
     }
 
     fn chunk<'a>(&'a self, on: On<'a, K>, number: usize) -> Chunk<'a, K, L> {
-        let now = self.current();
+        let now = &self.kept;
         let from = number * CHUNK;
         let here = from..now.history.len().min(from + CHUNK);
         Chunk {
@@ -322,36 +309,32 @@ impl<K: PairKind, L: Law> Contacts<K, L> {
 
     /// The results of each chunk, and its pairs.
     fn results(&self) -> impl Iterator<Item = (&K::Found, &[K::Pair])> {
-        self.found.iter().zip(self.current().pairs.chunks(CHUNK))
+        self.found.iter().zip(self.kept.pairs.chunks(CHUNK))
     }
 }
 
 impl<K: PairKind, L: Law> Side for Contacts<K, L> {
     fn update_list(&mut self, now: &Now, threads: &Threads) {
-        self.rebuilt = !K::holds(&mut self.kept.watch, now);
-        if self.rebuilt {
-            let slots = Slots::of(now.sets);
-            self.fresh.watch.begin(&self.kept.watch, now, &slots);
-            let among = Among {
-                bodies: now.bodies,
-                set: &now.sets.now,
-                threads,
-            };
-            self.fresh.build(&self.law, &self.kind, &among);
-            self.fresh.carry(&self.kept, &slots, threads);
+        if K::holds(&mut self.kept.watch, now) {
+            return;
         }
+        let slots = Slots::of(now.sets);
+        self.spare.watch.begin(&self.kept.watch, now, &slots);
+        let among = Among {
+            bodies: now.bodies,
+            set: &now.sets.now,
+            threads,
+        };
+        self.spare.build(&self.law, &self.kind, &among);
+        self.spare.carry(&self.kept, &slots, threads);
+        std::mem::swap(&mut self.kept, &mut self.spare);
     }
 
     fn evaluate(&mut self, now: &Now, interval: Interval, threads: &Threads, to: &mut Targets) {
-        let current = if self.rebuilt {
-            &mut self.fresh
-        } else {
-            &mut self.kept
-        };
-        let look = current.watch.look(interval.closing);
+        let look = self.kept.watch.look(interval.closing);
         let mut next = std::mem::take(&mut self.next);
         let mut found = std::mem::take(&mut self.found);
-        next.resize(self.current().history.len(), Default::default());
+        next.resize(self.kept.history.len(), Default::default());
         let opening = Moves::opening(now.bodies, interval.last_step);
         let moves = Moves::of(now.bodies, interval.last_step, &opening);
         let on = self.on(now, interval, (moves, look));
@@ -379,8 +362,7 @@ impl<K: PairKind, L: Law> Side for Contacts<K, L> {
     fn energy(&self, now: &Now) -> f64 {
         let moves = Moves::of(now.bodies, self.interval.last_step, &[]);
         let on = self.on(now, self.interval, (moves, Look::default()));
-        let current = self.current();
-        let pairs = current.pairs.iter().zip(&current.constants);
+        let pairs = self.kept.pairs.iter().zip(&self.kept.constants);
         let mut room = self.rooms.take();
         let energy = pairs
             .zip(&self.next)
@@ -397,12 +379,11 @@ impl<K: PairKind, L: Law> Side for Contacts<K, L> {
         energy
     }
 
-    fn collect_contacts(&self, now: &Now, last_step: LastStep, contacts: &mut Vec<ContactState>) {
-        let opening = Moves::opening(now.bodies, last_step);
-        let moves = Moves::of(now.bodies, last_step, &opening);
-        // The next step affects only the stiffness, not the force.
-        let on = self.on(now, Interval::after(last_step), (moves, Look::default()));
-        for number in 0..self.current().history.len().div_ceil(CHUNK) {
+    fn collect_contacts(&self, now: &Now, contacts: &mut Vec<ContactState>) {
+        let opening = Moves::opening(now.bodies, self.interval.last_step);
+        let moves = Moves::of(now.bodies, self.interval.last_step, &opening);
+        let on = self.on(now, self.interval, (moves, Look::default()));
+        for number in 0..self.kept.history.len().div_ceil(CHUNK) {
             K::contacts(&self.chunk(on, number), self.found.get(number), contacts);
         }
     }
@@ -414,8 +395,7 @@ impl<K: PairKind, L: Law> Side for Contacts<K, L> {
     /// contact. The bound is exact for two bodies and one contact.
     fn omega(&self, after: &AfterKick, threads: &Threads) -> f64 {
         let all = Mutex::new([0.0_f64; 2]);
-        let current = self.current();
-        threads.each(current.history.len(), self.results(), |(found, pairs)| {
+        threads.each(self.kept.history.len(), self.results(), |(found, pairs)| {
             let known = || all.lock().expect("nobody panics while he holds it");
             let before = *known();
             let now = K::rates(found, pairs, before, after, self.sums.stiffest);
@@ -425,12 +405,12 @@ impl<K: PairKind, L: Law> Side for Contacts<K, L> {
         });
         let [stiff, impact] = all.into_inner().expect("likewise");
         let mut largest = stiff.max(after.impacts.count * impact).sqrt();
-        let most = K::fastest_crossing(&current.extra, after.impacts.speed);
+        let most = K::fastest_crossing(&self.kept.extra, after.impacts.speed);
         if most <= largest || self.sums.in_reach == 0 {
             return largest;
         }
         for (found, pairs) in self.results() {
-            let margins = (&current.watch, self.interval.closing);
+            let margins = (&self.kept.watch, self.interval.closing);
             K::each_near(found, pairs, after.bodies, margins, |near| {
                 largest = largest.max(crossing_rate(after.bodies, after.impacts.kicked, near));
             });
@@ -443,22 +423,14 @@ impl<K: PairKind, L: Law> Side for Contacts<K, L> {
             return 0.0;
         }
         // `damped_mass` is for contacts of points only.
-        let lightest = self.current().lightest;
         self.law.damping_ratio(if K::OF_POINTS {
-            lightest
+            self.kept.lightest
         } else {
             f64::INFINITY
         })
     }
 
-    fn keep_list(&mut self) {
-        if std::mem::replace(&mut self.rebuilt, false) {
-            std::mem::swap(&mut self.kept, &mut self.fresh);
-        }
-    }
-
     fn commit(&mut self) {
-        self.keep_list();
         std::mem::swap(&mut self.kept.history, &mut self.next);
         self.kept.watch.commit();
     }
@@ -495,7 +467,7 @@ impl<K: PairKind, L: Law> Side for Contacts<K, L> {
             let text = format!("the saved state has {found} pairs in a list, expected {expected}");
             return Err(refusal(text));
         }
-        (self.kept, self.rebuilt) = (kept, false);
+        self.kept = kept;
         Ok(())
     }
 }

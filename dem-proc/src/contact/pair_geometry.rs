@@ -18,7 +18,7 @@ use crate::body::bodies::{Bodies, Rigid};
 use crate::body::frame::{Frame, LastMove};
 use crate::body::load::PairLoad;
 use crate::contact::passage::DEEP;
-use crate::law::{Kinematics, LastStep};
+use crate::law::Kinematics;
 use crate::lists::neighbours::VertexEdge;
 use crate::threads::CHUNK;
 
@@ -232,7 +232,7 @@ pub struct Moves<'a> {
 
 impl<'a> Moves<'a> {
     /// The frames for [`Self::of`] before the first step; empty in any other.
-    pub fn opening(bodies: &Bodies, last_step: LastStep) -> Vec<Frame> {
+    pub fn opening(bodies: &Bodies, last_step: f64) -> Vec<Frame> {
         let frame = |(frame, state): (&Frame, &Rigid)| Frame {
             last: LastMove {
                 shift: state.velocity,
@@ -242,16 +242,16 @@ impl<'a> Moves<'a> {
             ..*frame
         };
         let all = bodies.frames.iter().zip(&bodies.state);
-        let wanted = if last_step.dt > 0.0 { 0 } else { all.len() };
+        let wanted = if last_step > 0.0 { 0 } else { all.len() };
         all.take(wanted).map(frame).collect()
     }
 
-    /// Over `last_step`, with the result of [`Self::opening`].
-    pub fn of(bodies: &'a Bodies, last_step: LastStep, opening: &'a [Frame]) -> Self {
-        if last_step.dt > 0.0 {
+    /// Over `last_step` (s), with the result of [`Self::opening`].
+    pub fn of(bodies: &'a Bodies, last_step: f64, opening: &'a [Frame]) -> Self {
+        if last_step > 0.0 {
             Self {
                 frames: &bodies.frames,
-                scale: [1.0, last_step.per_dt],
+                scale: [1.0, 1.0 / last_step],
             }
         } else {
             Self {

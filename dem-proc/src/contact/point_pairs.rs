@@ -10,7 +10,7 @@
 
 use interface::Vec2;
 use interface::message::wire::{ContactState, ImpForce, ImpInfo};
-use mechanics::outline::contact_point;
+use mechanics::outline::{Bounds, contact_point};
 
 use crate::body::load::Load;
 use crate::contact::engine::{Listing, On};
@@ -20,7 +20,6 @@ use crate::contact::points::{Geometry, Outcome, PointWatch, add_to_point};
 use crate::law::{PairProperties, Stiffness, reduced};
 use crate::lists::neighbours::{REACH, Search};
 use crate::lists::now::{Among, Now};
-use crate::parry::Bounds;
 
 /// Which groups touch one another.
 #[derive(Debug, Clone, Default)]

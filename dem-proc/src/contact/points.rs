@@ -78,7 +78,7 @@ impl<G: Geometry> On<'_, G> {
     pub fn moved(&self, slot: u32, arm: Vec2) -> Option<Vec2> {
         let state = &self.states[slot as usize];
         let turning = Vec2::new(-arm.y, arm.x) * state.spin;
-        let dt = self.interval.last_step.dt;
+        let dt = self.interval.last_step;
         if dt > 0.0 {
             Some(self.way(slot)? + turning * dt)
         } else {

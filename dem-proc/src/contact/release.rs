@@ -16,7 +16,6 @@ use std::collections::BTreeMap;
 
 use interface::Vec2;
 use interface::message::wire::ImpState;
-use interface::step::Step;
 
 use crate::contact::frame_contacts::{POINT, POINTS};
 use crate::system::Sdem;
@@ -29,15 +28,15 @@ const NEGLIGIBLE: f64 = 1e-4;
 
 impl Sdem {
     /// Squared frequency in 1/s^2 for which a step of `2 / omega` resolves the contacts that open with the initial
-    /// velocities; 0 if there are none. `step` is the opening step, and its contacts have been evaluated.
-    pub(crate) fn release(&self, step: &Step, imps: &[ImpState]) -> f64 {
+    /// velocities; 0 if there are none. The contacts of the opening step have been evaluated.
+    pub(crate) fn release(&self, imps: &[ImpState]) -> f64 {
         let set = self.state.sets.now.iter().zip(imps);
         let points: BTreeMap<u64, _> = set
             .map(|(info, state)| (info.id, (1.0 / info.mass, Vec2::from(state.velocity))))
             .collect();
         // In W/m, and the energy in J/m of an impact at the speeds at which they open.
         let (mut power, mut impact) = (0.0, 0.0);
-        for contact in self.frame_contacts(step, imps) {
+        for contact in self.frame_contacts(imps) {
             let body = |b: u64| {
                 let state = &self.bodies.state[b as usize];
                 let arm = Vec2::from(contact.position) - state.center;

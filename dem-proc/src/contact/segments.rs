@@ -374,7 +374,7 @@ impl<L: Law> OfDisc<'_, L> {
             moves,
             ..
         } = self.on;
-        let (dt, foot) = (self.on.interval.last_step.dt, &place.e.foot);
+        let (dt, foot) = (self.on.interval.last_step, &place.e.foot);
         let spin = foot.mean(foot.slots.map(|slot| states[slot as usize].spin));
         let turning = place.tangent * (-place.surface * spin);
         let of_body = moves.frame(self.disc.body).displacement(place.r);

@@ -10,35 +10,21 @@ use crate::body::bodies::Bodies;
 use crate::body::load::{Load, PairLoad};
 use crate::contact::impact::{Impacts, SurfaceMotion};
 use crate::contact::passage::Passed;
-use crate::law::{LastStep, Loss};
+use crate::law::Loss;
 use crate::lists::now::{Now, Sets};
 use crate::threads::Threads;
 
 /// The intervals before and after `t_n`, as far as contact needs them.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, Default)]
 pub struct Interval {
-    /// The interval before.
-    pub last_step: LastStep,
+    /// Length in s of the interval before, over which the surfaces have moved; 0 before the first step.
+    pub last_step: f64,
     /// Distance in m by which two surfaces can approach in the interval after: of bodies, in two steps. Two bodies
     /// within it count in the step limit. A law whose stiffness grows with the overlap declares the stiffness that it
     /// may then have.
     pub closing: f64,
     /// How contacts of points that open or close count.
     pub impacts: Impacts<'static>,
-}
-
-impl Interval {
-    /// After `last_step`, for code that does not ask for a step limit.
-    pub fn after(last_step: LastStep) -> Self {
-        Self {
-            last_step,
-            closing: 0.0,
-            impacts: Impacts {
-                count: 1.0,
-                ..Impacts::default()
-            },
-        }
-    }
 }
 
 /// The sums to which an evaluation adds.
@@ -92,18 +78,14 @@ pub trait Side: Debug + Send + Sync {
     /// Energy in the contact springs in J/m.
     fn energy(&self, now: &Now) -> f64;
     /// Appends the pairs of the last evaluation that press to `found`, in the order of the list.
-    fn collect_contacts(&self, now: &Now, last_step: LastStep, found: &mut Vec<ContactState>);
+    fn collect_contacts(&self, now: &Now, found: &mut Vec<ContactState>);
     /// The largest of these frequencies of bodies in 1/s, 0 if there is none: upper bounds for the pairs in reach, where
     /// one whose contact opens or closes counts as often as [`Impacts::count`] says, and the
     /// [`crossing_rate`](crate::contact::approach::crossing_rate) of each.
-    fn omega(&self, _: &AfterKick, _: &Threads) -> f64 {
-        0.0
-    }
+    fn omega(&self, after: &AfterKick, threads: &Threads) -> f64;
     /// Largest damping ratio of a contact in reach; 0 if there is none.
     fn damping_ratio(&self) -> f64;
-    /// Keeps the list that was evaluated.
-    fn keep_list(&mut self);
-    /// Makes the result of the evaluation the history of the next step, and keeps the list.
+    /// Makes the result of the evaluation the history of the next step.
     fn commit(&mut self);
     /// The bodies move with surface speeds up to `speed` (m/s) for `dt` (s).
     fn advance(&mut self, speed: f64, dt: f64);

@@ -53,23 +53,6 @@ impl Kinematics {
     }
 }
 
-/// The last step, over which the surfaces have moved.
-#[derive(Debug, Clone, Copy)]
-pub struct LastStep {
-    /// `t_n - t_{n-1}` in s; 0 before the first step.
-    pub dt: f64,
-    /// `1 / dt`, or 0 before the first step.
-    pub per_dt: f64,
-}
-
-impl LastStep {
-    /// An interval of `dt` (s).
-    pub fn new(dt: f64) -> Self {
-        let per_dt = if dt > 0.0 { 1.0 / dt } else { 0.0 };
-        Self { dt, per_dt }
-    }
-}
-
 /// The constants of two surfaces that may touch, for a law.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PairProperties {

@@ -2,8 +2,9 @@
 //! are much larger. A grid is built and searched in a fifth of the time of a tree, but a wall would fill all of it.
 
 use interface::Vec2;
+use mechanics::outline::Bounds;
 
-use crate::parry::{Bounds, BoxTree};
+use crate::parry::BoxTree;
 
 /// Boxes with a longer side than this many times the median are kept out of the grid: the cells are as large as the
 /// largest box in it, and boxes of the median size would crowd them.

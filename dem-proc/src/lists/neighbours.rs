@@ -6,7 +6,7 @@
 //! bodies has a larger margin, because it also contains the pairs that may touch soon ([`crate::contact::approach`]).
 
 use interface::Vec2;
-use mechanics::outline::{crosses_ray, nearest_on_edge};
+use mechanics::outline::{Bounds, crosses_ray, foot};
 
 use crate::body::bodies::Bodies;
 use crate::body::edge::vertex_edge;
@@ -14,7 +14,7 @@ use crate::body::shape::Shape;
 use crate::lists::cells::Cells;
 use crate::lists::now::Among;
 use crate::lists::watch::Watch;
-use crate::parry::{Bounds, BoxTree};
+use crate::parry::BoxTree;
 use crate::threads::{CHUNK, Threads};
 
 /// A point is "in reach" of a body up to this distance beyond contact, as a fraction of the point's radius. In a step a
@@ -108,7 +108,7 @@ impl PointList {
         }
         let distance = |i: usize| {
             let j = if i + 1 == n { 0 } else { i + 1 };
-            (p - nearest_on_edge(outline[i], outline[j], p, i, j).0).norm()
+            (p - foot(outline[i], outline[j], p).0).norm()
         };
         let mut near = std::mem::take(&mut self.near);
         let nearest = |near: &[u32]| {

@@ -104,14 +104,6 @@ pub fn configure(config: &DemConfig) -> Result<(Sdem, Readiness), Refusal> {
         return Err(fault.into());
     }
     refuse_unbuilt(config)?;
-    build(config)
-}
-
-/// The same without checks of numbers.
-///
-/// # Errors
-/// A refusal that names the key.
-pub fn build(config: &DemConfig) -> Result<(Sdem, Readiness), Refusal> {
     let bodies = Bodies::new(config)?;
     let threads = Threads::new(config.threads)
         .map_err(|e| Refusal::new("dem.threads", format!("{}: {e}", config.threads)))?;

@@ -2,87 +2,52 @@
 //! what a solver answers.
 
 use dem_proc::Sdem;
-use interface::config::surfaces::ContactPair;
-use interface::config::{
-    BodyConfig, BodyInertia, BodyShape, ContactLaw, DemConfig, Motion, OverlapMeasure,
-};
+use interface::config::{BodyConfig, BodyInertia, BodyShape, ContactLaw, DemConfig, Motion};
 use interface::message::wire::{ImpForce, ImpInfo, ImpState};
 use interface::solver::DemSolver;
 use interface::step::Step;
 
 use crate::small_scenes::{
-    Random, area_law, granular_law, hertz_law, info, linear_law, polygon_shape, rectangle_shape,
-    segment_shape,
+    Random, hertz_law, info, linear_law, polygon_shape, rectangle_shape, segment_shape,
 };
 
 /// Step in s.
-pub const DT: f64 = 1e-4;
+const DT: f64 = 1e-4;
 
 pub const LINEAR: ContactLaw = linear_law(1e5, 5e4, 0.3, 0.2);
 
 pub const HERTZ: ContactLaw = hertz_law(2e6, 0.3, 0.3, 0.7, 0.0);
-
-const AREA: ContactLaw = area_law(3e7, 3e4, 0.4);
-
-fn granular(rolling_friction: f64) -> ContactLaw {
-    granular_law(1e5, 5e4, 0.3, 0.1, 100.0, rolling_friction)
-}
 
 fn polygon(n: usize, radius: f64) -> BodyShape {
     let corner = |i: usize| {
         let (sin, cos) = (std::f64::consts::TAU * i as f64 / n as f64).sin_cos();
         [radius * cos, radius * sin]
     };
-    BodyShape::Polygon {
-        vertices: (0..n).map(corner).collect(),
-    }
+    polygon_shape((0..n).map(corner).collect())
 }
 
 /// Shapes of about 0.05 m with their sphero-radii in m.
-fn shapes(overlap: OverlapMeasure) -> Vec<(BodyShape, f64)> {
-    let rectangle = |a: f64| rectangle_shape(0.09 - 2.0 * a, 0.06 - 2.0 * a);
-    match overlap {
-        OverlapMeasure::Area => vec![
-            (polygon(5, 0.05), 0.0),
-            (rectangle(0.0), 0.0),
-            (polygon(20, 0.05), 0.0),
-        ],
-        OverlapMeasure::NearestEdge => vec![
-            (BodyShape::Disc, 0.045),
-            (segment(), 0.015),
-            (polygon(5, 0.04), 0.01),
-            (rectangle(0.01), 0.01),
-        ],
-        OverlapMeasure::EachEdge => vec![
-            (BodyShape::Disc, 0.045),
-            (segment(), 0.015),
-            (polygon(5, 0.04), 0.01),
-            (rectangle(0.01), 0.01),
-            (notched(), 0.005),
-            (polygon(20, 0.04), 0.01),
-            (
-                BodyShape::Cluster {
-                    centers: vec![[-0.02, 0.0], [0.02, 0.0], [0.0, 0.02]],
-                    radii: vec![0.02, 0.025, 0.015],
-                },
-                0.0,
-            ),
-        ],
-    }
-}
-
-fn segment() -> BodyShape {
-    segment_shape([[-0.03, 0.0], [0.03, 0.01]])
-}
-
-fn notched() -> BodyShape {
-    polygon_shape(vec![
+fn shapes() -> [(BodyShape, f64); 7] {
+    let notched = vec![
         [-0.04, -0.03],
         [0.04, -0.03],
         [0.04, 0.03],
         [0.0, 0.01],
         [-0.04, 0.03],
-    ])
+    ];
+    let cluster = BodyShape::Cluster {
+        centers: vec![[-0.02, 0.0], [0.02, 0.0], [0.0, 0.02]],
+        radii: vec![0.02, 0.025, 0.015],
+    };
+    [
+        (BodyShape::Disc, 0.045),
+        (segment_shape([[-0.03, 0.0], [0.03, 0.01]]), 0.015),
+        (polygon(5, 0.04), 0.01),
+        (rectangle_shape(0.07, 0.04), 0.01),
+        (polygon_shape(notched), 0.005),
+        (polygon(20, 0.04), 0.01),
+        (cluster, 0.0),
+    ]
 }
 
 /// All motions in turn, free ones most.
@@ -111,24 +76,17 @@ fn motion(i: usize) -> Motion {
 }
 
 /// Bodies of all shapes and motions on a grid, thrown at one another above a fixed floor.
-fn bodies(overlap: OverlapMeasure) -> Vec<BodyConfig> {
-    let shapes = shapes(overlap);
+fn bodies() -> Vec<BodyConfig> {
+    let shapes = shapes();
     let mut random = Random::new(7);
     let mut bodies = vec![BodyConfig {
         name: "floor".into(),
         shape: rectangle_shape(1.0, 0.1),
-        sphero_radius: if overlap == OverlapMeasure::Area {
-            0.0
-        } else {
-            0.01
-        },
+        sphero_radius: 0.01,
         inertia: BodyInertia::Mass(1.0),
         position: [0.2, -0.12],
-        angle: 0.0,
-        velocity: [0.0; 2],
-        spin: 0.0,
         motion: Motion::Fixed,
-        surface: "rough".into(),
+        ..BodyConfig::default()
     }];
     for i in 0..14 {
         let (shape, sphero_radius) = shapes[i % shapes.len()].clone();
@@ -148,53 +106,24 @@ fn bodies(overlap: OverlapMeasure) -> Vec<BodyConfig> {
             velocity: [random.between(-2.0, 2.0), random.between(-2.0, 1.0)].map(|v| moves * v),
             spin: moves * random.between(-20.0, 20.0),
             motion,
-            surface: if i % 3 == 0 {
-                "rough".into()
-            } else {
-                String::new()
-            },
+            surface: String::new(),
         });
     }
     bodies
 }
 
 /// A scene of bodies of all kinds.
-pub fn scene(law: ContactLaw, between: Option<ContactLaw>, overlap: OverlapMeasure) -> DemConfig {
+pub fn scene() -> DemConfig {
     DemConfig {
         gravity: [0.3, -9.81],
-        bodies: bodies(overlap),
-        point_contact: law,
-        body_contact: between,
-        overlap,
+        bodies: bodies(),
+        point_contact: LINEAR,
+        body_contact: Some(LINEAR),
         point_surfaces: vec!["sand".into(), "clay".into()],
         skin: 0.004,
         threads: 1,
         ..DemConfig::default()
     }
-}
-
-fn with_table(mut config: DemConfig, law: ContactLaw) -> DemConfig {
-    let pair = |a: &str, b: &str| ContactPair {
-        between: [a.into(), b.into()],
-        law,
-    };
-    config.contact_pairs = vec![pair("rough", "sand"), pair("rough", "rough")];
-    config
-}
-
-/// Every measure of overlap, shapes and motions in each; laws of every kind; and bodies that do not touch one another. That
-/// every law goes on from a saved state with every shape is for the kit to judge.
-pub fn all() -> Vec<(&'static str, DemConfig)> {
-    let (each, nearest) = (OverlapMeasure::EachEdge, OverlapMeasure::NearestEdge);
-    let rolling = granular(0.2);
-    let kinds = with_table(scene(HERTZ, Some(rolling), each), AREA);
-    vec![
-        ("linear", scene(LINEAR, Some(LINEAR), each)),
-        ("kinds", kinds),
-        ("one by one", scene(LINEAR, None, each)),
-        ("nearest", scene(granular(0.0), Some(rolling), nearest)),
-        ("area", scene(LINEAR, Some(LINEAR), OverlapMeasure::Area)),
-    ]
 }
 
 /// A solver with points that fly by themselves and are chosen anew now and then.
@@ -240,10 +169,6 @@ impl Cloud {
         cloud
     }
 
-    pub fn is_empty(&self) -> bool {
-        self.infos.is_empty()
-    }
-
     fn add(&mut self, radius: f64, position: [f64; 2], velocity: [f64; 2]) {
         let id = self.infos.len() as u64;
         self.infos.push(ImpInfo {
@@ -269,7 +194,7 @@ impl Cloud {
     }
 
     /// Of those chosen.
-    pub fn states(&self) -> Vec<ImpState> {
+    fn states(&self) -> Vec<ImpState> {
         self.chosen.iter().map(|&i| self.states[i]).collect()
     }
 
@@ -300,7 +225,7 @@ impl TestRun {
     }
 
     /// The next step: the opening one, and others of unequal lengths.
-    pub fn next(&self) -> Step {
+    fn next(&self) -> Step {
         let length = |i: u64| match i {
             0 => 0.0,
             i if i % 20 < 10 => DT,
@@ -315,23 +240,13 @@ impl TestRun {
         }
     }
 
-    /// Chooses the points anew where it is time to.
-    pub fn choose(&mut self) {
+    /// Does a step, with the points chosen anew where it is time to; its answers, in which every bit shows.
+    pub fn step(&mut self) -> String {
         if self.done.is_multiple_of(17) {
             let set = self.points.choose(self.done as usize / 17);
             self.dem.envelopes();
             self.dem.imp_set(&set);
         }
-    }
-
-    /// Does a step; its answers, in which every bit shows.
-    pub fn step(&mut self) -> String {
-        self.choose();
-        self.finish()
-    }
-
-    /// Does a step with the points that are chosen.
-    pub fn finish(&mut self) -> String {
         let step = self.next();
         let states = self.points.states();
         let mut forces = vec![ImpForce::default(); states.len()];

@@ -89,15 +89,6 @@ pub const fn hertz_law(
     }
 }
 
-/// k_A in N/m^2, k_t in N/m, mu.
-pub const fn area_law(area_stiffness: f64, tangential_stiffness: f64, friction: f64) -> ContactLaw {
-    ContactLaw::Area {
-        area_stiffness,
-        tangential_stiffness,
-        friction,
-    }
-}
-
 pub const fn rectangle_shape(width: f64, height: f64) -> BodyShape {
     BodyShape::Rectangle { width, height }
 }

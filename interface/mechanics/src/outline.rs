@@ -65,7 +65,7 @@ pub fn nearest(outline: &[Vec2], p: Vec2) -> Nearest {
 
 /// The point of edge `a b` (vertices `i`, `j`) nearest to `p`, and whether it is an end or between.
 #[inline]
-pub fn nearest_on_edge(a: Vec2, b: Vec2, p: Vec2, i: usize, j: usize) -> (Vec2, Feature) {
+pub(crate) fn nearest_on_edge(a: Vec2, b: Vec2, p: Vec2, i: usize, j: usize) -> (Vec2, Feature) {
     let (point, along) = foot(a, b, p);
     let feature = if along == 0.0 {
         Feature::Vertex(i)
@@ -75,6 +75,18 @@ pub fn nearest_on_edge(a: Vec2, b: Vec2, p: Vec2, i: usize, j: usize) -> (Vec2, 
         Feature::Edge(i)
     };
     (point, feature)
+}
+
+/// Distance of two segments in m.
+pub fn segments_apart([a, b]: [Vec2; 2], [c, d]: [Vec2; 2]) -> f64 {
+    let side = |p: Vec2, q: Vec2, x: Vec2| cross(q - p, x - p);
+    let crosses = side(a, b, c) * side(a, b, d) < 0.0 && side(c, d, a) * side(c, d, b) < 0.0;
+    if crosses {
+        return 0.0;
+    }
+    let to = |p: Vec2, q: Vec2, x: Vec2| (x - foot(p, q, x).0).norm();
+    let ends = [to(a, b, c), to(a, b, d), to(c, d, a), to(c, d, b)];
+    ends.into_iter().fold(f64::INFINITY, f64::min)
 }
 
 /// Whether the edge `a b` crosses the ray from `p` to the right (even-odd rule).
@@ -176,6 +188,56 @@ pub fn see(outline: &[Vec2], edges: impl IntoIterator<Item = usize>, p: Vec2) ->
     }
 }
 
+/// An axis-aligned box, in m.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Bounds {
+    /// Smallest coordinates.
+    pub lower: Vec2,
+    /// Largest coordinates.
+    pub upper: Vec2,
+}
+
+impl Bounds {
+    /// Of no points.
+    pub const EMPTY: Self = Self {
+        lower: Vec2::new(f64::INFINITY, f64::INFINITY),
+        upper: Vec2::new(f64::NEG_INFINITY, f64::NEG_INFINITY),
+    };
+
+    /// The smallest box around `points`.
+    pub fn around(points: impl IntoIterator<Item = Vec2>) -> Self {
+        let mut bounds = Self::EMPTY;
+        points.into_iter().for_each(|p| bounds.widen(p));
+        bounds
+    }
+
+    /// Makes it hold `p` too.
+    #[inline]
+    pub fn widen(&mut self, p: Vec2) {
+        (self.lower, self.upper) = (self.lower.inf(&p), self.upper.sup(&p));
+    }
+
+    /// The box grown by `margin` (m) on every side.
+    #[inline]
+    #[must_use]
+    pub fn grown(&self, margin: f64) -> Self {
+        let margin = Vec2::repeat(margin);
+        Self {
+            lower: self.lower - margin,
+            upper: self.upper + margin,
+        }
+    }
+
+    /// Whether the boxes touch.
+    #[inline]
+    pub fn meets(&self, other: &Self) -> bool {
+        self.lower.x <= other.upper.x
+            && other.lower.x <= self.upper.x
+            && self.lower.y <= other.upper.y
+            && other.lower.y <= self.upper.y
+    }
+}
+
 /// The smallest width of a convex outline in m: the thickness of a plate, 0 of a segment or a point.
 pub fn thickness(outline: &[Vec2]) -> f64 {
     let n = outline.len();
@@ -265,5 +327,24 @@ mod tests {
             .collect();
         assert!(nearest(&s, Vec2::new(2.0, 3.0)).distance > 0.0);
         assert!(nearest(&s, Vec2::new(2.0, 0.5)).distance < 0.0);
+    }
+
+    #[test]
+    fn segments_that_cross_are_not_apart() {
+        let [a, b] = [Vec2::new(-0.1, 0.0), Vec2::new(0.9, 0.0)];
+        let [c, d] = [Vec2::new(0.0, -0.7), Vec2::new(0.0, 0.2)];
+        for (ends, others) in [
+            ([a, b], [c, d]),
+            ([b, a], [c, d]),
+            ([a, b], [d, c]),
+            ([c, d], [a, b]),
+            ([d, c], [b, a]),
+        ] {
+            assert_eq!(segments_apart(ends, others), 0.0);
+        }
+        // Short of one another by 0.1, and by the diagonal beyond an end.
+        assert!((segments_apart([a, b], [Vec2::new(0.3, 0.1), d]) - 0.1).abs() < 1e-15);
+        let beyond = [Vec2::new(0.93, 0.04), Vec2::new(0.93, 2.0)];
+        assert!((segments_apart([a, b], beyond) - 0.05).abs() < 1e-15);
     }
 }

@@ -43,22 +43,12 @@ impl<T: Send> Share for RowsPerBlock<'_, T> {
 }
 
 /// One item for each tile.
-pub struct PerTile<'a, T> {
-    /// The items.
-    pub items: &'a mut [T],
-}
-
-impl<'a, T> PerTile<'a, T> {
-    /// One item for each tile.
-    pub fn one(items: &'a mut [T]) -> Self {
-        Self { items }
-    }
-}
+pub struct PerTile<'a, T>(pub &'a mut [T]);
 
 impl<T: Send> Share for PerTile<'_, T> {
     fn divide(self, tiles: usize, _blocks: usize) -> (Self, Self) {
-        let (a, b) = self.items.split_at_mut(tiles);
-        (Self { items: a }, Self { items: b })
+        let (a, b) = self.0.split_at_mut(tiles);
+        (Self(a), Self(b))
     }
 }
 

@@ -4,7 +4,6 @@ use interface::config::friction::{cone_root, cone_slope};
 use interface::config::material::Frictional;
 
 use super::elastic::Moduli;
-use super::granular::GrainLaw;
 use super::perfect_plasticity::YieldSurface;
 use super::point::Stress;
 use crate::kernel::lanes::{Lanes, ZERO, splat};
@@ -84,19 +83,17 @@ impl YieldSurface for DruckerPrager {
     }
 
     #[inline(always)]
-    fn return_stress(&self, trial: &Stress) -> (Stress, Lanes) {
-        self.return_by(trial, splat(self.mean_by_flow()))
-    }
-}
-
-impl GrainLaw for DruckerPrager {
-    fn moduli(&self) -> &Moduli {
-        &self.moduli
-    }
-
-    #[inline(always)]
-    fn flow(&self, trial: &Stress, _volume: Lanes, share: Lanes, _per_dt: f64) -> (Stress, Lanes) {
+    fn flow(
+        &self,
+        trial: &Stress,
+        _volume: Lanes,
+        share: Option<Lanes>,
+        _per_dt: f64,
+    ) -> (Stress, Lanes) {
         let Moduli { bulk, shear, .. } = self.moduli;
+        let Some(share) = share else {
+            return self.return_by(trial, splat(self.mean_by_flow()));
+        };
         let stiffness = splat(bulk * self.q_psi) * share;
         let flow = stiffness / stiffness.mul_add(splat(self.q_phi), splat(shear));
         self.return_by(trial, flow)
@@ -243,7 +240,7 @@ mod tests {
             let yields = |ratio: f64| {
                 let [xx, yy, zz] = sides.map(|s| splat(if s > 1.0 { -1e3 * ratio } else { -1e3 }));
                 let xy = ZERO;
-                let (_, work) = model.return_stress(&Stress { xx, yy, zz, xy });
+                let (_, work) = model.flow(&Stress { xx, yy, zz, xy }, splat(1.0), None, 0.0);
                 work.to_array()[0] > 0.0
             };
             assert!(!yields(3.0 - 1e-9) && yields(3.0 + 1e-9), "{test:?}");

@@ -118,78 +118,27 @@ fn under_stress(unstressed: f64, stress: &Stress, volume: Lanes) -> Lanes {
     volume.mul_add(more, splat(unstressed))
 }
 
-/// The relation of stress and strain in an elastic solid.
-pub trait ElasticLaw: Copy + Send + Sync + 'static {
-    /// The moduli of the solid.
-    fn moduli(&self) -> &Moduli;
-
-    /// Stress, and volume over the initial one, after the interval.
-    fn advance(&self, stress: &Stress, volume: Lanes, by: &Deformation) -> (Stress, Lanes);
-
-    /// Energy stored per initial volume in Pa: a function of state.
-    fn stored(&self, stress: &Stress, volume: Lanes) -> Lanes;
-
-    /// Stiffness that counts for the step, per initial volume in Pa ([`Material::stiffness_over_density`]).
-    fn stiffness(&self, stress: &Stress, volume: Lanes) -> Lanes;
-
-    /// Speed of pressure waves in m/s.
-    fn sound_speed(&self) -> f64;
-}
-
-/// An elastic solid.
+/// No strain out of plane.
 #[derive(Debug, Clone, Copy)]
-pub struct Elastic<L>(pub L);
+pub struct PlaneStrain(pub Moduli);
 
-impl<L: ElasticLaw> Material for Elastic<L> {
+impl Material for PlaneStrain {
     type State = ();
     const DISSIPATES: bool = false;
 
-    fn initial(&self) -> Point<()> {
-        Point::unstressed(())
-    }
-
     #[inline(always)]
     fn update(&self, point: &mut Point<()>, by: &Deformation, _per_dt: f64) -> Dissipated {
-        (point.stress, point.volume) = self.0.advance(&point.stress, point.volume, by);
+        (point.stress, point.volume) = self.0.trial(&point.stress, point.volume, by);
         Dissipated::NOTHING
     }
 
     #[inline(always)]
     fn stiffness_over_density(&self, point: &Point<()>) -> Lanes {
-        self.0.stiffness(&point.stress, point.volume) * splat(1.0 / self.0.moduli().density)
+        self.0.stiffness(&point.stress, point.volume) * splat(1.0 / self.0.density)
     }
 
     fn elastic_energy(&self, point: &Point<()>) -> Lanes {
         self.0.stored(&point.stress, point.volume)
-    }
-
-    fn sound_speed(&self) -> f64 {
-        self.0.sound_speed()
-    }
-}
-
-/// No strain out of plane.
-#[derive(Debug, Clone, Copy)]
-pub struct PlaneStrain(pub Moduli);
-
-impl ElasticLaw for PlaneStrain {
-    fn moduli(&self) -> &Moduli {
-        &self.0
-    }
-
-    #[inline(always)]
-    fn advance(&self, stress: &Stress, volume: Lanes, by: &Deformation) -> (Stress, Lanes) {
-        self.0.trial(stress, volume, by)
-    }
-
-    #[inline(always)]
-    fn stored(&self, stress: &Stress, volume: Lanes) -> Lanes {
-        self.0.stored(stress, volume)
-    }
-
-    #[inline(always)]
-    fn stiffness(&self, stress: &Stress, volume: Lanes) -> Lanes {
-        self.0.stiffness(stress, volume)
     }
 
     fn sound_speed(&self) -> f64 {
@@ -214,29 +163,31 @@ impl PlaneStress {
     }
 }
 
-impl ElasticLaw for PlaneStress {
-    fn moduli(&self) -> &Moduli {
-        &self.0
-    }
+impl Material for PlaneStress {
+    type State = ();
+    const DISSIPATES: bool = false;
 
     #[inline(always)]
-    fn advance(&self, stress: &Stress, volume: Lanes, by: &Deformation) -> (Stress, Lanes) {
-        let strained = strain(self.0.shear, in_plane(stress, volume), volume, by);
+    fn update(&self, point: &mut Point<()>, by: &Deformation, _per_dt: f64) -> Dissipated {
+        let Point { stress, volume, .. } = *point;
+        let strained = strain(self.0.shear, in_plane(&stress, volume), volume, by);
         let new = volume * (splat(1.0 - self.thinning()) * strained.trace).exp();
         let centre = splat(self.0.shear * (1.0 + 2.0 * self.thinning())) * strained.trace;
         let centre = (splat(0.5) * (stress.xx + stress.yy)).mul_add(volume, centre);
         let per = splat(1.0) / new;
-        (cauchy(centre, strained.deviator, ZERO, per), new)
+        point.stress = cauchy(centre, strained.deviator, ZERO, per);
+        point.volume = new;
+        Dissipated::NOTHING
     }
 
     #[inline(always)]
-    fn stored(&self, stress: &Stress, volume: Lanes) -> Lanes {
-        self.0.stored(stress, volume)
+    fn stiffness_over_density(&self, point: &Point<()>) -> Lanes {
+        let stiffness = under_stress(self.plane_stiffness(), &point.stress, point.volume);
+        stiffness * splat(1.0 / self.0.density)
     }
 
-    #[inline(always)]
-    fn stiffness(&self, stress: &Stress, volume: Lanes) -> Lanes {
-        under_stress(self.plane_stiffness(), stress, volume)
+    fn elastic_energy(&self, point: &Point<()>) -> Lanes {
+        self.0.stored(&point.stress, point.volume)
     }
 
     fn sound_speed(&self) -> f64 {
@@ -261,9 +212,9 @@ mod tests {
         let (k, g) = (MODULI.bulk, MODULI.shear);
         let young = 9.0 * k * g / (3.0 * k + g);
         let nu = (3.0 * k - 2.0 * g) / (2.0 * (3.0 * k + g));
-        let strain = Elastic(PlaneStrain(MODULI)).sound_speed();
+        let strain = PlaneStrain(MODULI).sound_speed();
         assert!((1000.0 * strain * strain / 9.0e5 - 1.0).abs() < 1e-12);
-        let stress = Elastic(PlaneStress(MODULI)).sound_speed();
+        let stress = PlaneStress(MODULI).sound_speed();
         assert!((1000.0 * stress * stress / (young / (1.0 - nu * nu)) - 1.0).abs() < 1e-12);
     }
 
@@ -274,7 +225,7 @@ mod tests {
         let young = 9.0 * k * g / (3.0 * k + g);
         let nu = (3.0 * k - 2.0 * g) / (2.0 * (3.0 * k + g));
         for strain in [1e-3, 0.3] {
-            let mut path = Path::new(Elastic(PlaneStress(MODULI)));
+            let mut path = Path::new(PlaneStress(MODULI));
             path.stretch([strain, -nu * strain], 1000);
             let ln = cayley(strain, 1000).ln();
             let [xx, yy, zz, _] = stress(&path.point);
@@ -312,9 +263,7 @@ mod tests {
             let shear = 3.0e5 * (a - b) / (a - b).tanh() - 0.5 * (p + q);
             let exact = stretch.symmetric_eigenvalues().max().max(2.0 * shear);
             let exact = exact + p.max(q).max(0.0);
-            let bound = PlaneStrain(MODULI)
-                .stiffness(&stress, splat(volume))
-                .to_array()[0];
+            let bound = MODULI.stiffness(&stress, splat(volume)).to_array()[0];
             assert!(bound >= exact * (1.0 - 1e-12), "{a} {b}: {bound} {exact}");
             assert!(bound < 1.6 * exact.max(5e5), "{a} {b}: {bound} {exact}");
         }
@@ -322,7 +271,7 @@ mod tests {
 
     #[test]
     fn turned_inside_out_is_not_a_number() {
-        let mut path = Path::new(Elastic(PlaneStrain(MODULI)));
+        let mut path = Path::new(PlaneStrain(MODULI));
         path.stretch([-2.5, 0.0], 1); // beyond -2 the end is on the other side of the start
         assert!(path.point.stress.xx.to_array()[0].is_nan());
     }

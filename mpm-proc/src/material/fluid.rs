@@ -35,10 +35,6 @@ impl Material for Fluid {
     type State = ();
     const DISSIPATES: bool = true;
 
-    fn initial(&self) -> Point<()> {
-        Point::unstressed(())
-    }
-
     /// The volume that has the pressure.
     fn prestressed(&self, stress: Stress) -> Result<Point<()>, String> {
         let [xx, yy, zz, xy] =

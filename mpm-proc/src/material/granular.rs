@@ -19,24 +19,10 @@
 
 use interface::config::CriticalState;
 
-use super::elastic::Moduli;
 use super::model::Material;
+use super::perfect_plasticity::YieldSurface;
 use super::point::{Deformation, Dissipated, Point, Stress};
 use crate::kernel::lanes::{Lanes, ZERO, splat};
-
-/// The flow of grains that touch.
-pub trait GrainLaw: Copy + Send + Sync + 'static {
-    /// Whether points may share their volumes ([`Granular::volume_rate`]).
-    const SHARES_VOLUMES: bool = false;
-
-    /// The elastic part.
-    fn moduli(&self) -> &Moduli;
-
-    /// Returns a trial stress to the surface in an interval of `1/per_dt` s, at this volume over the initial one and
-    /// with this share of the dilation. Also returns the work per volume in Pa that flow dissipates, by the moduli of
-    /// small strains.
-    fn flow(&self, trial: &Stress, volume: Lanes, share: Lanes, per_dt: f64) -> (Stress, Lanes);
-}
 
 /// A granular material with the gap between its grains, a critical state, or both.
 #[derive(Debug, Clone, Copy)]
@@ -51,7 +37,7 @@ pub struct Granular<G> {
     pub volume_rate: f64,
 }
 
-impl<G: GrainLaw> Granular<G> {
+impl<G: YieldSurface> Granular<G> {
     /// The remaining share of the dilation.
     #[inline(always)]
     fn share(&self, volume: Lanes, sheared: Lanes) -> Lanes {
@@ -67,15 +53,11 @@ impl<G: GrainLaw> Granular<G> {
     }
 }
 
-impl<G: GrainLaw> Material for Granular<G> {
+impl<G: YieldSurface> Material for Granular<G> {
     /// Gap, and plastic shear strain.
     type State = [Lanes; 2];
     const DISSIPATES: bool = true;
-    const SHARES_VOLUMES: bool = G::SHARES_VOLUMES;
-
-    fn initial(&self) -> Point<[Lanes; 2]> {
-        Point::unstressed([ZERO; 2])
-    }
+    const SHARES_VOLUMES: bool = <G as YieldSurface>::SHARES_VOLUMES;
 
     #[inline(always)]
     fn update(&self, point: &mut Point<[Lanes; 2]>, by: &Deformation, per_dt: f64) -> Dissipated {
@@ -95,7 +77,7 @@ impl<G: GrainLaw> Material for Granular<G> {
             trial = deviator.scaled_about(mean, after);
             new_gap = open.select(mean * volume * splat(1.0 / moduli.bulk), ZERO);
         }
-        let (flowed, work) = self.grains.flow(&trial, volume, share, per_dt);
+        let (flowed, work) = self.grains.flow(&trial, volume, Some(share), per_dt);
         let closed = |s: Lanes| open.select(ZERO, s);
         point.stress = Stress {
             xx: closed(flowed.xx),
@@ -178,7 +160,7 @@ mod tests {
 
     /// Compressed, pulled apart, sheared while open, and closed: the stress is the same, and no energy is created.
     /// Without separation the second compression begins where the first tension ended.
-    fn opens_and_closes<G: GrainLaw>(grains: G) {
+    fn opens_and_closes<G: YieldSurface>(grains: G) {
         let model = Granular {
             grains,
             critical: None,

@@ -6,8 +6,9 @@
 //! counts as stored is that of small strains, `p^2 / 2K + s:s / 4G` times the volume: a function of state, from which
 //! the work of the stress departs.
 
-use super::elastic::{ElasticLaw, Moduli, PlaneStrain, PlaneStress};
-use super::point::{Deformation, Stress, swelling};
+use super::elastic::{PlaneStrain, PlaneStress};
+use super::model::Material;
+use super::point::{Deformation, Dissipated, Point, Stress, swelling};
 use crate::kernel::lanes::{Lanes, ZERO, splat};
 
 /// The rate form with the moduli of a law.
@@ -34,38 +35,38 @@ fn rotate(s: &Stress, by: &Deformation) -> Stress {
     }
 }
 
-impl ElasticLaw for Jaumann<PlaneStrain> {
-    fn moduli(&self) -> &Moduli {
-        &self.0.0
-    }
+impl Material for Jaumann<PlaneStrain> {
+    type State = ();
+    const DISSIPATES: bool = false;
 
     /// The stress that was there, turned with the material, plus what the strain increment adds.
     ///
     /// The rotation is that of Hughes and Winget (1980): the exact rotation by the midpoint rule's angle, so that
     /// turning alone changes no invariant. It agrees with the Jaumann rate `C:D + W sigma - sigma W` to second order.
     #[inline(always)]
-    fn advance(&self, stress: &Stress, volume: Lanes, by: &Deformation) -> (Stress, Lanes) {
-        let moduli = self.moduli();
-        let turned = rotate(stress, by);
+    fn update(&self, point: &mut Point<()>, by: &Deformation, _per_dt: f64) -> Dissipated {
+        let moduli = &self.0.0;
+        let turned = rotate(&point.stress, by);
         let lame = splat(moduli.lame()) * (by.xx + by.yy);
         let two_g = splat(2.0 * moduli.shear);
-        let stress = Stress {
+        point.stress = Stress {
             xx: two_g.mul_add(by.xx, turned.xx + lame),
             yy: two_g.mul_add(by.yy, turned.yy + lame),
             zz: turned.zz + lame,
             xy: splat(moduli.shear).mul_add(by.xy + by.yx, turned.xy),
         };
-        (stress, volume * swelling(by.xx + by.yy))
+        point.volume *= swelling(by.xx + by.yy);
+        Dissipated::NOTHING
     }
 
     #[inline(always)]
-    fn stored(&self, stress: &Stress, volume: Lanes) -> Lanes {
-        self.moduli().energy(stress) * volume
+    fn stiffness_over_density(&self, point: &Point<()>) -> Lanes {
+        let moduli = &self.0.0;
+        point.volume * splat(moduli.plane_stiffness()) * splat(1.0 / moduli.density)
     }
 
-    #[inline(always)]
-    fn stiffness(&self, _stress: &Stress, volume: Lanes) -> Lanes {
-        volume * splat(self.moduli().plane_stiffness())
+    fn elastic_energy(&self, point: &Point<()>) -> Lanes {
+        self.0.0.energy(&point.stress) * point.volume
     }
 
     fn sound_speed(&self) -> f64 {
@@ -73,35 +74,34 @@ impl ElasticLaw for Jaumann<PlaneStrain> {
     }
 }
 
-impl ElasticLaw for Jaumann<PlaneStress> {
-    fn moduli(&self) -> &Moduli {
-        &self.0.0
-    }
+impl Material for Jaumann<PlaneStress> {
+    type State = ();
+    const DISSIPATES: bool = false;
 
     #[inline(always)]
-    fn advance(&self, stress: &Stress, volume: Lanes, by: &Deformation) -> (Stress, Lanes) {
-        let shear = self.moduli().shear;
-        let turned = rotate(stress, by);
+    fn update(&self, point: &mut Point<()>, by: &Deformation, _per_dt: f64) -> Dissipated {
+        let shear = self.0.0.shear;
+        let turned = rotate(&point.stress, by);
         let two_g = splat(2.0 * shear);
         let mean = two_g * splat(self.0.thinning()) * (by.xx + by.yy);
-        let stress = Stress {
+        point.stress = Stress {
             xx: two_g.mul_add(by.xx, turned.xx + mean),
             yy: two_g.mul_add(by.yy, turned.yy + mean),
             zz: ZERO,
             xy: splat(shear).mul_add(by.xy + by.yx, turned.xy),
         };
         let trace = (by.xx + by.yy) * splat(1.0 - self.0.thinning());
-        (stress, volume * swelling(trace))
+        point.volume *= swelling(trace);
+        Dissipated::NOTHING
     }
 
     #[inline(always)]
-    fn stored(&self, stress: &Stress, volume: Lanes) -> Lanes {
-        self.moduli().energy(stress) * volume
+    fn stiffness_over_density(&self, point: &Point<()>) -> Lanes {
+        point.volume * splat(self.0.plane_stiffness()) * splat(1.0 / self.0.0.density)
     }
 
-    #[inline(always)]
-    fn stiffness(&self, _stress: &Stress, volume: Lanes) -> Lanes {
-        volume * splat(self.0.plane_stiffness())
+    fn elastic_energy(&self, point: &Point<()>) -> Lanes {
+        self.0.0.energy(&point.stress) * point.volume
     }
 
     fn sound_speed(&self) -> f64 {
@@ -112,7 +112,7 @@ impl ElasticLaw for Jaumann<PlaneStress> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::material::elastic::Elastic;
+    use crate::material::elastic::Moduli;
     use crate::material::single_point::{Path, stress};
 
     const MODULI: Moduli = Moduli {
@@ -124,7 +124,7 @@ mod tests {
     /// The Jaumann rate in simple shear: `sigma_xy = G sin(gamma)`, `sigma_xx = G (1 - cos(gamma))` (Dienes 1979).
     #[test]
     fn simple_shear() {
-        let mut path = Path::new(Elastic(Jaumann(PlaneStrain(MODULI))));
+        let mut path = Path::new(Jaumann(PlaneStrain(MODULI)));
         let steps = 20_000;
         path.shear(2.0, steps);
         let [xx, yy, zz, xy] = stress(&path.point);
@@ -142,7 +142,7 @@ mod tests {
         let (k, g) = (MODULI.bulk, MODULI.shear);
         let young = 9.0 * k * g / (3.0 * k + g);
         let nu = (3.0 * k - 2.0 * g) / (2.0 * (3.0 * k + g));
-        let mut path = Path::new(Elastic(Jaumann(PlaneStress(MODULI))));
+        let mut path = Path::new(Jaumann(PlaneStress(MODULI)));
         path.stretch([1e-3, -nu * 1e-3], 10);
         let [xx, yy, zz, _] = stress(&path.point);
         assert!((xx / (young * 1e-3) - 1.0).abs() < 1e-12, "{xx}");

@@ -25,13 +25,14 @@ mod von_mises;
 
 pub use constitutive::{Constitutive, Straining, Stressed, Stresses, Sums};
 pub use drucker_prager::DruckerPrager;
-pub use elastic::{Elastic, Moduli, PlaneStrain, PlaneStress};
+pub use elastic::{Moduli, PlaneStrain, PlaneStress};
 pub use fluid::Fluid;
-pub use granular::{GrainLaw, Granular};
+pub use granular::Granular;
 pub use hypoelastic::Jaumann;
 pub use model::Material;
 pub use mohr_coulomb::MohrCoulomb;
 pub use mu_i::MuI;
 pub use neo_hookean::NeoHookean;
+pub use perfect_plasticity::YieldSurface;
 pub use point::{Deformation, Dissipated, Point, Rows, Stress};
 pub use von_mises::VonMises;

@@ -22,10 +22,6 @@ use crate::kernel::lanes::{Lanes, ZERO};
 ///     type State = (); // stress and volume are the whole state
 ///     const DISSIPATES: bool = false;
 ///
-///     fn initial(&self) -> Point<()> {
-///         Point::unstressed(())
-///     }
-///
 ///     #[inline(always)]
 ///     fn update(&self, point: &mut Point<()>, by: &Deformation, _per_dt: f64) -> Dissipated {
 ///         let one = splat(1.0);
@@ -76,8 +72,10 @@ pub trait Material: Copy + Send + Sync + 'static {
     /// Whether [`Self::volume_rate`] can be other than 0. The loops of all other models leave this part out.
     const SHARES_VOLUMES: bool = false;
 
-    /// The state of unstressed points.
-    fn initial(&self) -> Point<Self::State>;
+    /// The state of unstressed points; zeros unless the model says otherwise.
+    fn initial(&self) -> Point<Self::State> {
+        Point::unstressed(Self::State::read(&vec![ZERO; Self::State::COUNT]))
+    }
 
     /// The state of points that have this stress (Pa) at the start.
     ///

@@ -4,7 +4,6 @@
 use interface::config::material::Frictional;
 
 use super::elastic::Moduli;
-use super::granular::GrainLaw;
 use super::perfect_plasticity::YieldSurface;
 use super::point::Stress;
 use crate::kernel::lanes::{Lanes, ZERO, splat};
@@ -106,8 +105,15 @@ impl YieldSurface for MohrCoulomb {
         &self.moduli
     }
 
+    /// Its dilation has no critical state.
     #[inline(always)]
-    fn return_stress(&self, trial: &Stress) -> (Stress, Lanes) {
+    fn flow(
+        &self,
+        trial: &Stress,
+        _volume: Lanes,
+        _share: Option<Lanes>,
+        _per_dt: f64,
+    ) -> (Stress, Lanes) {
         let centre = splat(0.5) * (trial.xx + trial.yy);
         let half = splat(0.5) * (trial.xx - trial.yy);
         let radius = half.mul_add(half, trial.xy * trial.xy).sqrt();
@@ -142,18 +148,6 @@ impl YieldSurface for MohrCoulomb {
             xy: trial.xy * ratio,
         };
         (stress, work)
-    }
-}
-
-impl GrainLaw for MohrCoulomb {
-    fn moduli(&self) -> &Moduli {
-        &self.moduli
-    }
-
-    /// Its dilation has no critical state, so the share is one.
-    #[inline(always)]
-    fn flow(&self, trial: &Stress, _volume: Lanes, _share: Lanes, _per_dt: f64) -> (Stress, Lanes) {
-        self.return_stress(trial)
     }
 }
 
@@ -239,7 +233,7 @@ mod tests {
                     zz: value(),
                     xy: value(),
                 };
-                let (new, work) = model.return_stress(&trial);
+                let (new, _) = model.flow(&trial, splat(1.0), None, 0.0);
                 let order = |s: Stress| {
                     principal(&Point {
                         stress: s,
@@ -253,7 +247,6 @@ mod tests {
                 if f(p) < 0.0 && p[0] < model.sigma_t {
                     assert!((0..3).all(|i| (p[i] - q[i]).abs() < 1e-9));
                 }
-                let _ = work;
             }
         }
     }

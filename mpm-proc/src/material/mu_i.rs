@@ -17,7 +17,7 @@
 use interface::config::material::Inertial;
 
 use super::elastic::Moduli;
-use super::granular::GrainLaw;
+use super::perfect_plasticity::YieldSurface;
 use super::point::Stress;
 use crate::kernel::lanes::{Lanes, ZERO, splat};
 
@@ -60,7 +60,7 @@ impl MuI {
     };
 }
 
-impl GrainLaw for MuI {
+impl YieldSurface for MuI {
     const SHARES_VOLUMES: bool = true;
 
     fn moduli(&self) -> &Moduli {
@@ -68,7 +68,13 @@ impl GrainLaw for MuI {
     }
 
     #[inline(always)]
-    fn flow(&self, trial: &Stress, volume: Lanes, _share: Lanes, per_dt: f64) -> (Stress, Lanes) {
+    fn flow(
+        &self,
+        trial: &Stress,
+        volume: Lanes,
+        _share: Option<Lanes>,
+        per_dt: f64,
+    ) -> (Stress, Lanes) {
         let (mean, deviator) = trial.split();
         let tau = deviator.shear();
         let pressure = (-mean).fast_max(ZERO);

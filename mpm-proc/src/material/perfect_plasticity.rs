@@ -12,26 +12,32 @@ use crate::kernel::lanes::{Lanes, ZERO, splat};
 
 /// A yield surface with its flow rule.
 pub trait YieldSurface: Copy + Send + Sync + 'static {
+    /// Whether points may share their volumes ([`super::granular::Granular::volume_rate`]).
+    const SHARES_VOLUMES: bool = false;
+
     /// The elastic part.
     fn moduli(&self) -> &Moduli;
 
-    /// Returns a trial stress to the surface, and the work per volume in Pa that plastic flow dissipates, by the moduli
-    /// of small strains.
-    fn return_stress(&self, trial: &Stress) -> (Stress, Lanes);
+    /// Returns a trial stress to the surface in an interval of `1/per_dt` s, at this volume over the initial one; of a
+    /// material with a critical state, with this share of the dilation. Also returns the work per volume in Pa that
+    /// plastic flow dissipates, by the moduli of small strains.
+    fn flow(
+        &self,
+        trial: &Stress,
+        volume: Lanes,
+        share: Option<Lanes>,
+        per_dt: f64,
+    ) -> (Stress, Lanes);
 }
 
 impl<Y: YieldSurface> Material for Y {
     type State = ();
     const DISSIPATES: bool = true;
 
-    fn initial(&self) -> Point<()> {
-        Point::unstressed(())
-    }
-
     #[inline(always)]
-    fn update(&self, point: &mut Point<()>, by: &Deformation, _per_dt: f64) -> Dissipated {
+    fn update(&self, point: &mut Point<()>, by: &Deformation, per_dt: f64) -> Dissipated {
         let (trial, volume) = self.moduli().trial(&point.stress, point.volume, by);
-        let (stress, work) = self.return_stress(&trial);
+        let (stress, work) = self.flow(&trial, volume, None, per_dt);
         point.stress = stress;
         point.volume = volume;
         Dissipated {

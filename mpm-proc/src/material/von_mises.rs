@@ -22,10 +22,6 @@ impl Material for VonMises {
     type State = Lanes;
     const DISSIPATES: bool = true;
 
-    fn initial(&self) -> Point<Lanes> {
-        Point::unstressed(ZERO)
-    }
-
     #[inline(always)]
     fn update(&self, point: &mut Point<Lanes>, by: &Deformation, _per_dt: f64) -> Dissipated {
         let (trial, volume) = self.moduli.trial(&point.stress, point.volume, by);

@@ -1,6 +1,7 @@
 //! Checks the reports of the pass that moved the points: how far they moved, and whether all are finite and within the
 //! domain.
 
+use interface::config::Leaving;
 use interface::solver::Fault;
 
 use crate::kernel::lanes::LANES;
@@ -38,8 +39,10 @@ pub fn check_points<const W: usize, S: Shape<W>, A: AffineState>(
                     for k in 0..LANES {
                         let lane = block * LANES + k;
                         match cloud.check_point(lane, lower, upper) {
-                            Err(fault @ Fault::LeftDomain { .. }) => {
-                                continuum.outside.take(number, lane, fault)?;
+                            Err(Fault::LeftDomain { .. })
+                                if continuum.leaving == Leaving::Remove =>
+                            {
+                                continuum.gone.push((number, lane));
                             }
                             other => other?,
                         }

@@ -57,7 +57,7 @@ fn add_distances<const W: usize, S: Shape<W>, A: AffineState>(
     end: usize,
     sums: &mut [f64],
 ) {
-    let (along, wall) = (1 - axis, [0, walls.cells()[axis]][end]);
+    let (along, wall) = (1 - axis, [0, walls.cells[axis]][end]);
     let inward = [1.0, -1.0][end];
     for tile in &cloud.tiles {
         let first = first_node(tile.at).map(|node| node - MARGIN as i64);

@@ -146,7 +146,7 @@ fn transfer_cloud<
         PerBlock(&mut cloud.state.motion[..]),
         (
             PerBlock(&mut cloud.state.unsettled[..]),
-            PerTile::one(&mut cloud.reports[..]),
+            PerTile(&mut cloud.reports[..]),
         ),
     );
     over_tiles(
@@ -237,7 +237,7 @@ fn transfer_cloud<
                 }
                 speed_sq = speed_sq.fast_max(moves[0] * moves[0] + moves[1] * moves[1]);
             }
-            let report = &mut report.items[0];
+            let report = &mut report.0[0];
             *report = TileReport {
                 speed_sq: largest(speed_sq),
                 sum: sum(total),

@@ -21,11 +21,11 @@ use crate::state::points::{Cloud, NO_POINT};
 pub fn remove_left<const W: usize, S: Shape<W>, A: AffineState>(
     continuum: &mut Continuum<W, S, A>,
 ) {
-    if continuum.outside.gone.is_empty() {
+    if continuum.gone.is_empty() {
         return;
     }
     let (gravity, cell) = (continuum.grid.gravity, continuum.grid.geometry.cell);
-    for &(number, lane) in &continuum.outside.gone {
+    for &(number, lane) in &continuum.gone {
         let cloud = &mut continuum.clouds[number];
         let [x, v] = [cloud.position(lane), cloud.velocity(lane)];
         let elastic = cloud.volume * cloud.energy_of(lane);
@@ -43,7 +43,7 @@ pub fn remove_left<const W: usize, S: Shape<W>, A: AffineState>(
             continuum.imps.state.travel = f64::INFINITY;
         }
     }
-    continuum.outside.gone.clear();
+    continuum.gone.clear();
     sort(continuum);
 }
 

@@ -168,9 +168,9 @@ fn omega_sq_of_points<const W: usize, S: Shape<W>, A: AffineState>(
         let (shape, x, reports) = (cloud.shape, &cloud.state.x, &cloud.state.stress_reports);
         let mass = cloud.mass;
         let scale = mass * per_area;
-        let share = PerTile::one(&mut cloud.force[..]);
+        let share = PerTile(&mut cloud.force[..]);
         over_tiles(threads, &cloud.tiles, share, || (), &|tile, window, ()| {
-            let window = &mut window.items[0];
+            let window = &mut window.0[0];
             clear::<W, 2>(&mut window.0);
             let stiffness = splat(scale * reports[tile.index].stiffness);
             let mass = splat(mass);
@@ -201,7 +201,7 @@ fn omega_sq_of_points<const W: usize, S: Shape<W>, A: AffineState>(
     let mut largest_row: f64 = 0.0;
     for cloud in clouds {
         let (shape, x) = (cloud.shape, &cloud.state.x);
-        let share = PerTile::one(&mut cloud.reports[..]);
+        let share = PerTile(&mut cloud.reports[..]);
         over_tiles(
             threads,
             &cloud.tiles,
@@ -223,7 +223,7 @@ fn omega_sq_of_points<const W: usize, S: Shape<W>, A: AffineState>(
                     // Lanes without a point lie where one does.
                     most = most.fast_max(row_sum);
                 }
-                report.items[0].omega_sq = largest(most);
+                report.0[0].omega_sq = largest(most);
             },
         );
         let of_tiles = cloud.reports.iter().map(|report| report.omega_sq);

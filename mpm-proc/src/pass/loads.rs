@@ -85,8 +85,8 @@ fn apply<const W: usize, S: Shape<W>, A: AffineState>(
     let points = &loads.points;
     let share = (
         PerBlock(&mut loads.last[..]),
-        PerTile::one(&mut cloud.force[..]),
-        PerTile::one(&mut loads.reports[..]),
+        PerTile(&mut cloud.force[..]),
+        PerTile(&mut loads.reports[..]),
     );
     over_tiles(
         threads,
@@ -94,7 +94,7 @@ fn apply<const W: usize, S: Shape<W>, A: AffineState>(
         share,
         || NO_VECTORS,
         &|tile, (lasts, force, report), velocity| {
-            let force = &mut force.items[0];
+            let force = &mut force.0[0];
             if by_field.is_some() {
                 fill_window::<W, _>(velocity, nodes, tile, |t| &t.before);
             }
@@ -139,7 +139,7 @@ fn apply<const W: usize, S: Shape<W>, A: AffineState>(
                     scatter_row(force, &place, j, &row);
                 }
             }
-            report.items[0] = LoadReport {
+            report.0[0] = LoadReport {
                 force: total.map(sum),
                 work: sum(work),
             };

@@ -103,7 +103,7 @@ impl MappedTile {
         let origin = first_node(tile.at);
         for i in bits(tile.walled) {
             let free = self.velocity[i];
-            let held = walls.hold(node(origin, i), free);
+            let held = walls.act(node(origin, i), free, false).velocity;
             self.wall.work += walls.drive(node(origin, i), tile.mass[i], free, held);
             let impulse = [0, 1].map(|a| tile.mass[i] * (held[a] - free[a]));
             self.wall.count(geometry.place(node(origin, i)), impulse);
@@ -123,7 +123,7 @@ impl NodeTile {
         }
         let origin = first_node(self.at);
         for i in bits(self.walled) {
-            let held = walls.hold(node(origin, i), self.before[i]);
+            let held = walls.act(node(origin, i), self.before[i], false).velocity;
             let felt = pic_fraction * self.mass[i];
             self.wall.work += walls.drive(node(origin, i), felt, self.before[i], held);
             let impulse = [0, 1].map(|a| felt * (held[a] - self.before[i][a]));

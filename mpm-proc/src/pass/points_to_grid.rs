@@ -76,12 +76,12 @@ fn fill_windows<const W: usize, const SPIN: bool, S: Shape<W>, A: AffineState>(
     of_group: [[Lanes; 2]; 2],
 ) {
     let (shape, x, motion, mass) = (cloud.shape, &cloud.state.x, &cloud.state.motion, cloud.mass);
-    let share = PerTile::one(&mut cloud.mass_momentum[..]);
+    let share = PerTile(&mut cloud.mass_momentum[..]);
     over_tiles(threads, &cloud.tiles, share, || (), &|tile, window, ()| {
         if !which.has(tile) {
             return;
         }
-        let nodes = &mut window.items[0];
+        let nodes = &mut window.0[0];
         clear::<W, 4>(&mut nodes.0);
         for b in 0..tile.blocks {
             let block = tile.first + b;

@@ -2,7 +2,7 @@
 
 use interface::Vec2;
 use interface::message::wire::EnvelopeVertex;
-use mechanics::outline::{crosses_ray, nearest_on_edge};
+use mechanics::outline::{Bounds, crosses_ray, foot};
 
 use crate::kernel::point_tile::Tile;
 use crate::kernel::shape::Shape;
@@ -61,45 +61,17 @@ pub(super) fn outlines(envelopes: &[EnvelopeVertex]) -> Vec<Outline> {
             let vertices: Vec<Vec2> = records.iter().map(|r| Vec2::from(r.position)).collect();
             Outline {
                 reach: records.iter().map(|r| r.reach).fold(0.0, f64::max),
-                bounds: vertices.iter().copied().collect(),
+                bounds: Bounds::around(vertices.iter().copied()),
                 vertices,
             }
         })
         .collect()
 }
 
-/// An axis-aligned box.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Bounds {
-    lower: Vec2,
-    upper: Vec2,
-}
-
-impl FromIterator<Vec2> for Bounds {
-    fn from_iter<I: IntoIterator<Item = Vec2>>(points: I) -> Self {
-        let mut bounds = Self::EMPTY;
-        points.into_iter().for_each(|p| bounds.widen(p));
-        bounds
-    }
-}
-
-impl Bounds {
-    const EMPTY: Self = Self {
-        lower: Vec2::new(f64::INFINITY, f64::INFINITY),
-        upper: Vec2::new(f64::NEG_INFINITY, f64::NEG_INFINITY),
-    };
-
-    fn widen(&mut self, p: Vec2) {
-        (self.lower, self.upper) = (self.lower.inf(&p), self.upper.sup(&p));
-    }
-
-    /// Whether something in one box can be within `distance` of something in the other.
-    pub fn near(&self, other: &Self, distance: f64) -> bool {
-        // Slightly more, because the distances are compared after rounding.
-        let d = Vec2::repeat(distance * (1.0 + 1e-9));
-        let (a, b) = (self.lower - d, self.upper + d);
-        a.x <= other.upper.x && a.y <= other.upper.y && b.x >= other.lower.x && b.y >= other.lower.y
-    }
+/// Whether something in one box can be within `distance` (m) of something in the other.
+pub(super) fn near(a: &Bounds, b: &Bounds, distance: f64) -> bool {
+    // Slightly more, because the distances are compared after rounding.
+    a.grown(distance * (1.0 + 1e-9)).meets(b)
 }
 
 /// Calls `found` for the points of a tile that some outline asks for.
@@ -138,19 +110,19 @@ impl LocalOutline {
     fn all(outlines: &[Outline], bounds: &Bounds, margin: f64) -> Vec<Self> {
         outlines
             .iter()
-            .filter(|o| o.bounds.near(bounds, o.reach + margin))
+            .filter(|o| near(&o.bounds, bounds, o.reach + margin))
             .map(|o| Self::new(o, bounds, o.reach + margin))
             .filter(|o| !o.near.is_empty() || !o.crossed.is_empty())
             .collect()
     }
 
     fn new(outline: &Outline, bounds: &Bounds, distance: f64) -> Self {
-        let box_of = |(a, b): &(Vec2, Vec2)| [*a, *b].into_iter().collect::<Bounds>();
+        let box_of = |(a, b): &(Vec2, Vec2)| Bounds::around([*a, *b]);
         Self {
             distance,
             near: outline
                 .edges()
-                .filter(|e| box_of(e).near(bounds, distance))
+                .filter(|e| near(&box_of(e), bounds, distance))
                 .collect(),
             crossed: if outline.vertices.len() > 2 {
                 outline
@@ -170,7 +142,7 @@ impl LocalOutline {
         let square = self
             .near
             .iter()
-            .map(|&(a, b)| (p - nearest_on_edge(a, b, p, 0, 0).0).norm_squared())
+            .map(|&(a, b)| (p - foot(a, b, p).0).norm_squared())
             .fold(f64::INFINITY, f64::min);
         square.sqrt() <= self.distance
             || self

@@ -77,8 +77,8 @@ fn stress_cloud<const W: usize, S: Shape<W>, A: AffineState>(
             count: rows,
         },
         (
-            PerTile::one(&mut cloud.force[..]),
-            PerTile::one(&mut cloud.state.stress_reports[..]),
+            PerTile(&mut cloud.force[..]),
+            PerTile(&mut cloud.state.stress_reports[..]),
         ),
     );
     over_tiles(
@@ -97,7 +97,7 @@ fn stress_cloud<const W: usize, S: Shape<W>, A: AffineState>(
                 },
             );
             memory.take_ratios(volumes.map(|(nodes, _)| nodes), tile);
-            let (force, mut sums) = (&mut force.items[0], Sums::default());
+            let (force, mut sums) = (&mut force.0[0], Sums::default());
             if loads {
                 clear::<W, 2>(&mut force.0);
             }
@@ -129,7 +129,7 @@ fn stress_cloud<const W: usize, S: Shape<W>, A: AffineState>(
                     }
                 }
             }
-            write(&mut report.items[0], &sums, strain);
+            write(&mut report.0[0], &sums, strain);
         },
     );
 }

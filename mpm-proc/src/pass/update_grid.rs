@@ -122,7 +122,7 @@ impl NodeTile {
                 velocity: held,
                 rubbed,
                 pressed,
-            } = walls.hold_after_kick(node(origin, i), free);
+            } = walls.act(node(origin, i), free, true);
             if rubbed != [0.0; 2] {
                 self.friction.push((i, rubbed.map(|v| -self.mass[i] * v)));
             }

@@ -64,9 +64,9 @@ pub fn map_volumes<const W: usize, S: Shape<W>, A: AffineState>(
     {
         let (shape, x, volume) = (cloud.shape, &cloud.state.x, cloud.volume);
         let points = &cloud.state.stresses.points;
-        let share = PerTile::one(&mut cloud.force[..]);
+        let share = PerTile(&mut cloud.force[..]);
         over_tiles(threads, &cloud.tiles, share, || (), &|tile, window, ()| {
-            let window = &mut window.items[0];
+            let window = &mut window.0[0];
             clear::<W, 2>(&mut window.0);
             for b in 0..tile.blocks {
                 let block = tile.first + b;

@@ -20,8 +20,8 @@ use crate::kernel::tiles::Geometry;
 use crate::kernel::transfer::{AffineState, NoSlopes, Slopes, Transfer};
 use crate::layers::Layers;
 use crate::material::{
-    Constitutive, DruckerPrager, Elastic, Fluid, GrainLaw, Granular, Jaumann, Material, Moduli,
-    MohrCoulomb, MuI, NeoHookean, PlaneStrain, PlaneStress, Stresses, VonMises,
+    Constitutive, DruckerPrager, Fluid, Granular, Jaumann, Moduli, MohrCoulomb, MuI, NeoHookean,
+    PlaneStrain, PlaneStress, Stresses, VonMises, YieldSurface,
 };
 use crate::pass::gaps::touching;
 use crate::pass::limits::stiffest_place;
@@ -35,7 +35,6 @@ use crate::state::continuum::{Continuum, ContinuumState};
 use crate::state::grid::Grid;
 use crate::state::holds::{Hold, Holds};
 use crate::state::imps::Imps;
-use crate::state::outside::Outside;
 use crate::state::point_set::PointSet;
 use crate::state::points::{Cloud, Kind};
 use crate::state::settling::Settling;
@@ -215,7 +214,8 @@ impl<'a> Parts<'a> {
             kick: KickWork::default(),
             measurement: MpmMeasurement::default(),
             spread: self.spread.of(groups.clone()),
-            outside: Outside::new(self.config.leaving),
+            leaving: self.config.leaving,
+            gone: Vec::new(),
             stress_update: self.config.stress_update,
             drift: self.config.drift(),
             settling: Settling::default(),
@@ -333,15 +333,15 @@ fn constitutive(model: &MaterialModel, density: f64, plane: Plane) -> Box<dyn Co
         MaterialModel::LinearElastic(m) => {
             let moduli = moduli(m.bulk_modulus, m.shear_modulus);
             match plane {
-                Plane::Strain => Box::new(Elastic(PlaneStrain(moduli))),
-                Plane::Stress => Box::new(Elastic(PlaneStress(moduli))),
+                Plane::Strain => Box::new(PlaneStrain(moduli)),
+                Plane::Stress => Box::new(PlaneStress(moduli)),
             }
         }
         MaterialModel::Hypoelastic(m) => {
             let moduli = moduli(m.bulk_modulus, m.shear_modulus);
             match plane {
-                Plane::Strain => Box::new(Elastic(Jaumann(PlaneStrain(moduli)))),
-                Plane::Stress => Box::new(Elastic(Jaumann(PlaneStress(moduli)))),
+                Plane::Strain => Box::new(Jaumann(PlaneStrain(moduli))),
+                Plane::Stress => Box::new(Jaumann(PlaneStress(moduli))),
             }
         }
         MaterialModel::DruckerPrager(m) => sand(DruckerPrager::new(density, &m), &m),
@@ -382,7 +382,7 @@ fn constitutive(model: &MaterialModel, density: f64, plane: Plane) -> Box<dyn Co
 }
 
 /// A frictional material, with its state if it has one.
-fn sand<G: GrainLaw + Material>(grains: G, numbers: &Frictional) -> Box<dyn Constitutive> {
+fn sand<G: YieldSurface>(grains: G, numbers: &Frictional) -> Box<dyn Constitutive> {
     if numbers.is_plain() {
         return Box::new(grains);
     }

@@ -29,37 +29,15 @@ impl<'a> Fields<'a> {
     pub fn new(config: &'a MpmConfig, group: usize) -> Result<Self, Refusal> {
         let key = format!("mpm.points.{group}");
         let fields = &config.groups[group].fields;
-        let compile = |sources: &[String], key: &str, names: &[&str]| {
-            let parts = sources.iter().enumerate();
-            parts
-                .map(|(i, source)| compile(config, source, &format!("{key}.{i}"), names))
-                .collect::<Result<Vec<_>, _>>()
-        };
         let space = ["x", "y"];
-        let velocity = match &fields.velocity {
-            Some(v) => compile(v, &format!("{key}.velocity"), &space)?
-                .try_into()
-                .ok(),
-            None => None,
-        };
-        let stress = match &fields.stress {
-            Some(s) => compile(s, &format!("{key}.stress"), &space)?
-                .try_into()
-                .ok(),
-            None => None,
-        };
-        let body_force = match &config.forcing.body_force {
-            Some(b) => compile(b, "mpm.body_force", &["x", "y", "t"])?
-                .try_into()
-                .ok(),
-            None => None,
-        };
+        let (velocity, stress) = (format!("{key}.velocity"), format!("{key}.stress"));
+        let force = &config.forcing.body_force;
         Ok(Self {
             config,
             group,
-            velocity,
-            stress,
-            body_force,
+            velocity: compile_all(config, &fields.velocity, &velocity, &space)?,
+            stress: compile_all(config, &fields.stress, &stress, &space)?,
+            body_force: compile_all(config, force, "mpm.body_force", &["x", "y", "t"])?,
         })
     }
 
@@ -174,6 +152,19 @@ fn finite(values: &[f64], x: &[f64; 2], key: &str) -> Result<(), Refusal> {
             x[0], x[1]
         ),
     ))
+}
+
+fn compile_all<const N: usize>(
+    config: &MpmConfig,
+    sources: &Option<[String; N]>,
+    key: &str,
+    names: &[&str],
+) -> Result<Option<[Expression; N]>, Refusal> {
+    let mut parts = Vec::new();
+    for (i, source) in sources.iter().flatten().enumerate() {
+        parts.push(compile(config, source, &format!("{key}.{i}"), names)?);
+    }
+    Ok(parts.try_into().ok())
 }
 
 fn compile(

@@ -1,7 +1,7 @@
 //! The continuum: clouds of points over one grid, for one shape function, with or without affine parts. It is only data; the passes
 //! work on it.
 
-use interface::config::{Drift, StressUpdate};
+use interface::config::{Drift, Leaving, StressUpdate};
 use interface::message::wire::PointState;
 use interface::solver::{MpmMeasurement, Refusal};
 use mechanics::threads::Threads;
@@ -13,7 +13,6 @@ use super::holds::Holds;
 use super::imps::{Imps, ImpsState};
 use super::markers::MarkersState;
 use super::nodes::NodeTile;
-use super::outside::Outside;
 use super::point_set::PointSet;
 use super::points::{Cloud, NO_POINT, SavedCloud};
 use super::settling::Settling;
@@ -41,8 +40,10 @@ pub struct Continuum<const W: usize, S: Shape<W>, A: AffineState> {
     pub touches: Vec<Touch>,
     /// How a contact force reaches the grid.
     pub spread: Spread,
-    /// Points that leave the domain.
-    pub outside: Outside,
+    /// What happens to points that leave the domain.
+    pub leaving: Leaving,
+    /// Lanes whose points have left and are to be removed at the end of the step: cloud and lane, in this order.
+    pub gone: Vec<(usize, usize)>,
     /// What a step leaves to the next one, besides the states of the parts.
     pub state: ContinuumState,
     /// Work in the kick of the present step.

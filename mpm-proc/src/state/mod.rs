@@ -9,7 +9,6 @@ pub mod imps;
 pub mod loads;
 pub mod markers;
 pub mod nodes;
-pub mod outside;
 pub mod point_set;
 pub mod points;
 pub mod reflections;

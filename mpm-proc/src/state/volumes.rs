@@ -31,7 +31,7 @@ pub fn room(walls: &WallNodes, node: [i64; 2]) -> f64 {
     for a in 0..2 {
         let beyond = match node[a] {
             0 => -1,
-            last if last == walls.cells()[a] => last + 1,
+            last if last == walls.cells[a] => last + 1,
             _ => continue,
         };
         let mut next = node;

@@ -46,7 +46,8 @@ pub struct WallsState([[Vec<bool>; 2]; 2]);
 /// The walls, as conditions on nodes.
 #[derive(Debug, Clone)]
 pub struct WallNodes {
-    cells: [i64; 2],
+    /// Cells of the domain along x and y.
+    pub cells: [i64; 2],
     /// Along x and y: at the low end, at the high end.
     hold: [[Hold; 2]; 2],
     /// Likewise, what stands beyond.
@@ -159,11 +160,6 @@ impl WallNodes {
         }
     }
 
-    /// Cells of the domain along x and y.
-    pub fn cells(&self) -> [i64; 2] {
-        self.cells
-    }
-
     /// Whether the tile that begins at `first` can have nodes that are images.
     pub fn have_images(&self, first: [i64; 2]) -> bool {
         let last = first.map(|i| i + crate::kernel::tiles::TILE as i64 - 1);
@@ -261,18 +257,9 @@ impl WallNodes {
         }
     }
 
-    /// The velocity of `node` before a kick, after the walls have acted.
-    pub fn hold(&self, node: [i64; 2], v: [f64; 2]) -> [f64; 2] {
-        self.act(node, v, false).velocity
-    }
-
-    /// The velocity of `node` after a kick, after the walls have acted. Friction can reduce the velocity along a wall by its
-    /// coefficient times the velocity into the wall that the wall removes.
-    pub fn hold_after_kick(&self, node: [i64; 2], v: [f64; 2]) -> Held {
-        self.act(node, v, true)
-    }
-
-    fn act(&self, node: [i64; 2], mut v: [f64; 2], kicked: bool) -> Held {
+    /// The velocity `v` of `node` before a kick or after it, after the walls have acted. Friction acts on what was `kicked`: it
+    /// can reduce the velocity along a wall by its coefficient times the velocity into the wall that the wall removes.
+    pub fn act(&self, node: [i64; 2], mut v: [f64; 2], kicked: bool) -> Held {
         let (mut rubbed, mut pressed) = ([0.0; 2], [false; 2]);
         for a in 0..2 {
             match self.at(node, a) {
