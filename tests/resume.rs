@@ -81,7 +81,7 @@ fn a_table_that_was_changed_before_the_checkpoint_is_named_and_not_continued() {
 
 /// What must be the same byte for byte: the history, the course, the frames and their list, the bodies, the state.
 #[track_caller]
-fn assert_same(dir: &Path, undisturbed: &Path) {
+pub fn assert_same(dir: &Path, undisturbed: &Path) {
     let [ours, theirs] = [dir, undisturbed].map(|dir| bits(dir).expect("a summary"));
     assert!(ours.keys().eq(theirs.keys()), "other files");
     for (name, bytes) in &theirs {
