@@ -31,12 +31,12 @@ impl<'a> Fields<'a> {
         let fields = &config.groups[group].fields;
         let space = ["x", "y"];
         let (velocity, stress) = (format!("{key}.velocity"), format!("{key}.stress"));
-        let force = &config.forcing.body_force;
+        let force = config.forcing.body_force.as_ref();
         Ok(Self {
             config,
             group,
-            velocity: compile_all(config, &fields.velocity, &velocity, &space)?,
-            stress: compile_all(config, &fields.stress, &stress, &space)?,
+            velocity: compile_all(config, fields.velocity.as_ref(), &velocity, &space)?,
+            stress: compile_all(config, fields.stress.as_ref(), &stress, &space)?,
             body_force: compile_all(config, force, "mpm.body_force", &["x", "y", "t"])?,
         })
     }
@@ -156,12 +156,12 @@ fn finite(values: &[f64], x: &[f64; 2], key: &str) -> Result<(), Refusal> {
 
 fn compile_all<const N: usize>(
     config: &MpmConfig,
-    sources: &Option<[String; N]>,
+    sources: Option<&[String; N]>,
     key: &str,
     names: &[&str],
 ) -> Result<Option<[Expression; N]>, Refusal> {
     let mut parts = Vec::new();
-    for (i, source) in sources.iter().flatten().enumerate() {
+    for (i, source) in sources.into_iter().flatten().enumerate() {
         parts.push(compile(config, source, &format!("{key}.{i}"), names)?);
     }
     Ok(parts.try_into().ok())
