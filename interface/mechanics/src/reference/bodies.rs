@@ -437,11 +437,12 @@ impl Oracle {
         let near = nearest(outline, x);
         let (radii, mut away) = ([info.radius, a], x - near.point);
         let on_edge = match near.feature {
-            // Which side of an edge it is on, rounding decides, and nothing rests on it.
-            Feature::Edge(e) if near.distance.abs() <= BLUR * info.radius => {
+            // Which side of an edge it is on, rounding decides, and nothing rests on it. How far from a polygon's edge it is
+            // does not change the normal, and near it the way from there has rounding.
+            Feature::Edge(e) if near.distance.abs() <= BLUR * info.radius || outline.len() > 2 => {
                 let edge = outline[(e + 1) % outline.len()] - outline[e];
                 away = -left(edge) * near.distance.signum();
-                true
+                near.distance.abs() <= BLUR * info.radius
             }
             _ => false,
         };

@@ -8,7 +8,7 @@
 use std::collections::HashSet;
 use std::sync::Arc;
 
-use interface::config::{Drift, MpmConfig, Stage, StressUpdate, Transfer};
+use interface::config::{Drift, MpmConfig, Stage, StressUpdate, Transfer, Wall};
 use interface::impulse::at;
 use interface::message::wire::ImpForce;
 use nalgebra::Vector2;
@@ -233,6 +233,18 @@ impl Reference {
         ]
     }
 
+    /// Whether rounding decides that a wall with friction is pressed by a node of this velocity in m/s, of which the kick has given
+    /// `gain`: a support has left it at rest across the wall.
+    fn rests(&self, node: [i64; 2], velocity: [f64; 2], gain: [f64; 2]) -> bool {
+        let speeds = self.points.iter().flat_map(|p| p.v).chain(gain);
+        let fastest = speeds.fold(0.0, |most: f64, v| most.max(v.abs()));
+        let held = |axis: usize| self.points.iter().any(|p| p.held[axis]);
+        self.walls_at(node).any(|(wall, axis, _)| {
+            let rubs = matches!(wall, Wall::Friction { .. });
+            rubs && held(axis) && velocity[axis].abs() <= 1e-11 * fastest
+        })
+    }
+
     /// Lets held points stand still, by the smallest change of the velocities of the nodes in the norm of kinetic energy. Its
     /// impulse in N s/m.
     fn support(&mut self, nodes: &[Node], mass: &[f64], velocity: &mut [[f64; 2]]) -> [f64; 2] {
@@ -363,6 +375,7 @@ impl Reference {
             if mass[n] > 0.0 {
                 let gain = f.map(|f| kick * f / mass[n]);
                 let damped = [0, 1].map(|a| kept * before[n][a] + gained * gain[a]); // (17), (48)
+                self.totals.is_doubtful |= self.rests(node.at, damped, gain);
                 let held = self.act(&nodes, node.at, damped, Some(1.0));
                 let axes = (0..2).filter(|&axis| held.pressed[axis]);
                 pressed.extend(axes.map(|axis| (axis, self.on_wall(node.at, axis))));
