@@ -90,10 +90,8 @@ pub fn assert_same(dir: &Path, undisturbed: &Path) {
 }
 
 fn checkpoints(dir: &Path) -> Vec<PathBuf> {
-    let entries = fs::read_dir(dir.join("checkpoints")).into_iter().flatten();
-    let mut paths: Vec<PathBuf> = entries.flatten().map(|entry| entry.path()).collect();
+    let mut paths = names_of_checkpoints(dir);
     paths.retain(|path| path.extension().is_some_and(|e| e == "tandem"));
-    paths.sort();
     paths
 }
 

@@ -1,9 +1,8 @@
 //! What is no number in a configuration is a fault of its key; how bodies are pushed and guided.
 
 use interface::config::{
-    BodyConfig, BodyInertia, BodyShape, DemConfig, Elasticity, Fill, GroupConfig, InitialFields,
-    Lattice, MaterialConfig, MaterialModel, Motion, MpmConfig, Scheme, ShapeFunction, Spacing,
-    Wall,
+    BodyConfig, BodyInertia, BodyShape, DemConfig, Elasticity, Fill, GroupConfig, MaterialConfig,
+    MaterialModel, Motion, MpmConfig, Scheme, ShapeFunction, Spacing, Wall,
 };
 
 use crate::toys::mpm_config;
@@ -25,20 +24,14 @@ fn plain_continuum() -> MpmConfig {
                 shear_modulus: 3e6,
             }),
         }],
-        groups: vec![GroupConfig {
-            name: "disc".into(),
-            material: 0,
-            fill: Fill::Disc {
+        groups: vec![GroupConfig::at_rest(
+            "disc",
+            Fill::Disc {
                 center: [0.5, 0.25],
                 radius: 0.125,
             },
-            spacing: Spacing::PerCell(4),
-            lattice: Lattice::Grid,
-            velocity: [0.0; 2],
-            fields: InitialFields::default(),
-            contact_radius: None,
-            keeps_spin: false,
-        }],
+            Spacing::PerCell(4),
+        )],
         skin: 0.01,
         ..mpm_config()
     }

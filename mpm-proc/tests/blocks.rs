@@ -29,17 +29,11 @@ pub fn block() -> MpmConfig {
             density: 1000.0,
             model: elastic_model(BULK, SHEAR),
         }],
-        groups: vec![GroupConfig {
-            name: "block".into(),
-            material: 0,
-            fill: rectangle_fill([0.1, 0.3], [0.4, 0.5]),
-            spacing: Spacing::PerCell(4),
-            lattice: interface::config::Lattice::default(),
-            velocity: [0.0, 0.0],
-            fields: interface::config::InitialFields::default(),
-            contact_radius: None,
-            keeps_spin: false,
-        }],
+        groups: vec![GroupConfig::at_rest(
+            "block",
+            rectangle_fill([0.1, 0.3], [0.4, 0.5]),
+            Spacing::PerCell(4),
+        )],
         skin: 0.01,
         threads: 1,
         ..MpmConfig::default()

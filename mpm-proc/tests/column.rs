@@ -53,20 +53,14 @@ pub fn column(points: usize, threads: usize, model: MaterialModel) -> MpmConfig 
             density: 1500.0,
             model,
         }],
-        groups: vec![GroupConfig {
-            name: "column".into(),
-            material: 0,
-            fill: Fill::Rectangle {
+        groups: vec![GroupConfig::at_rest(
+            "column",
+            Fill::Rectangle {
                 lower: [0.0, 0.0],
                 upper: [1.0, 1.0],
             },
-            spacing: Spacing::PerCell(4),
-            lattice: interface::config::Lattice::default(),
-            velocity: [0.0, 0.0],
-            fields: interface::config::InitialFields::default(),
-            contact_radius: None,
-            keeps_spin: false,
-        }],
+            Spacing::PerCell(4),
+        )],
         threads,
         ..MpmConfig::default()
     }

@@ -1,7 +1,7 @@
 //! Measures of the regions that points fill: bounds, distances of points, the contact radius that follows.
 
 use super::polygon;
-use super::{Fill, GroupConfig, Spacing};
+use super::{Fill, GroupConfig, InitialFields, Lattice, Spacing};
 
 impl Fill {
     /// Lower left and upper right corner in m.
@@ -66,6 +66,21 @@ impl Fill {
 }
 
 impl GroupConfig {
+    /// Points at rest, of the first material and without fields.
+    pub fn at_rest(name: &str, fill: Fill, spacing: Spacing) -> Self {
+        Self {
+            name: name.into(),
+            material: 0,
+            fill,
+            spacing,
+            lattice: Lattice::default(),
+            velocity: [0.0; 2],
+            fields: InitialFields::default(),
+            contact_radius: None,
+            keeps_spin: false,
+        }
+    }
+
     /// Distance of neighbouring points along x and y that the spacing asks for on a grid of spacing `cell`, in m.
     pub fn distances(&self, cell: f64) -> [f64; 2] {
         match self.spacing {
@@ -126,21 +141,10 @@ impl GroupConfig {
 
 #[cfg(test)]
 mod tests {
-    use super::super::{InitialFields, Lattice};
     use super::*;
 
     fn group(fill: Fill, spacing: Spacing) -> GroupConfig {
-        GroupConfig {
-            name: String::new(),
-            material: 0,
-            fill,
-            spacing,
-            velocity: [0.0; 2],
-            fields: InitialFields::default(),
-            contact_radius: None,
-            keeps_spin: false,
-            lattice: Lattice::default(),
-        }
+        GroupConfig::at_rest("", fill, spacing)
     }
 
     #[test]

@@ -244,21 +244,14 @@ fn bounds(points: &FilledRegion) -> [Vec2; 2] {
 
 #[cfg(test)]
 mod tests {
-    use interface::config::{InitialFields, Lattice};
+    use interface::config::Lattice;
 
     use super::*;
 
     fn group(fill: Fill, distance: f64, lattice: Lattice) -> GroupConfig {
         GroupConfig {
-            name: "points".into(),
-            material: 0,
-            fill,
-            spacing: Spacing::Distance(distance),
             lattice,
-            velocity: [0.0; 2],
-            fields: InitialFields::default(),
-            contact_radius: None,
-            keeps_spin: false,
+            ..GroupConfig::at_rest("points", fill, Spacing::Distance(distance))
         }
     }
 

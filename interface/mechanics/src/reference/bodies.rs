@@ -436,26 +436,25 @@ impl Oracle {
         let (x, body) = (Vec2::from(state.position), &self.bodies[b]);
         let near = nearest(outline, x);
         let (radii, mut away) = ([info.radius, a], x - near.point);
-        let on_edge = match near.feature {
-            // Which side of an edge it is on, rounding decides, and nothing rests on it. How far from a polygon's edge it is
-            // does not change the normal, and near it the way from there has rounding.
-            Feature::Edge(e) if near.distance.abs() <= BLUR * info.radius || outline.len() > 2 => {
-                let edge = outline[(e + 1) % outline.len()] - outline[e];
-                away = -left(edge) * near.distance.signum();
-                near.distance.abs() <= BLUR * info.radius
-            }
-            _ => false,
-        };
+        let on_outline = near.distance.abs() <= BLUR * info.radius;
+        // Which side of an edge it is on, rounding decides, and nothing rests on it. Near an edge the way from there has rounding,
+        // and the normal of a polygon's edge is the same at any distance.
+        if let Feature::Edge(e) = near.feature
+            && (on_outline || outline.len() > 2)
+        {
+            let edge = outline[(e + 1) % outline.len()] - outline[e];
+            away = -left(edge) * near.distance.signum();
+        }
         let law = self.law_of_points(info.group, b);
         let corner = match near.feature {
-            Feature::Vertex(v) if near.distance.abs() <= BLUR * info.radius => corner(outline, v),
+            Feature::Vertex(v) if on_outline => corner(outline, v),
             _ => None,
         };
         if let Some([before, after]) = corner {
             away = (before + after) * near.distance.signum();
         }
         let mut place = Place::between(x, radii, away, near.distance, info.radius);
-        if on_edge {
+        if on_outline && matches!(near.feature, Feature::Edge(_)) {
             place.curvature = 1.0 / info.radius;
         }
         if let Some([before, after]) = corner {

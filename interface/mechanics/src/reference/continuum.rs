@@ -65,6 +65,9 @@ impl Kernel {
     }
 }
 
+/// A speed is rounding of 0 below this share of the fastest one.
+const AT_REST: f64 = 1e-11;
+
 /// Points over a dense grid with a rim of three nodes.
 #[derive(Debug, Clone)]
 pub struct Reference {
@@ -233,15 +236,17 @@ impl Reference {
         ]
     }
 
-    /// Whether rounding decides that a wall with friction is pressed by a node of this velocity in m/s, of which the kick has given
-    /// `gain`: a support has left it at rest across the wall.
+    /// Whether rounding decides if a node of this velocity in m/s, of which the kick has given `gain`, presses a wall with friction:
+    /// a support has left it at rest across the wall.
     fn rests(&self, node: [i64; 2], velocity: [f64; 2], gain: [f64; 2]) -> bool {
-        let speeds = self.points.iter().flat_map(|p| p.v).chain(gain);
-        let fastest = speeds.fold(0.0, |most: f64, v| most.max(v.abs()));
-        let held = |axis: usize| self.points.iter().any(|p| p.held[axis]);
+        let fastest = || {
+            let speeds = self.points.iter().flat_map(|p| p.v).chain(gain);
+            speeds.fold(0.0, |most: f64, v| most.max(v.abs()))
+        };
         self.walls_at(node).any(|(wall, axis, _)| {
-            let rubs = matches!(wall, Wall::Friction { .. });
-            rubs && held(axis) && velocity[axis].abs() <= 1e-11 * fastest
+            matches!(wall, Wall::Friction { .. })
+                && self.points.iter().any(|p| p.held[axis])
+                && velocity[axis].abs() <= AT_REST * fastest()
         })
     }
 

@@ -2,8 +2,8 @@
 //! Lengths are around a metre, a wave crosses a cell in a millisecond.
 
 use interface::config::{
-    Elasticity, Fill, GroupConfig, InitialFields, MaterialConfig, MaterialModel, MpmConfig, Scheme,
-    ShapeFunction, Spacing, Transfer,
+    Elasticity, Fill, GroupConfig, MaterialConfig, MaterialModel, MpmConfig, Scheme, ShapeFunction,
+    Spacing, Transfer,
 };
 use interface::message::wire::ImpForce;
 
@@ -57,15 +57,8 @@ pub fn scene(groups: Vec<GroupConfig>) -> MpmConfig {
 /// Points at rest in a region.
 pub fn group(fill: Fill) -> GroupConfig {
     GroupConfig {
-        name: "points".into(),
-        material: 0,
-        fill,
-        spacing: Spacing::Distance(SPACING),
-        lattice: interface::config::Lattice::default(),
-        velocity: [0.0; 2],
-        fields: InitialFields::default(),
         contact_radius: Some(RADIUS),
-        keeps_spin: false,
+        ..GroupConfig::at_rest("points", fill, Spacing::Distance(SPACING))
     }
 }
 
