@@ -90,7 +90,9 @@ struct Near<'a> {
 
 impl<'a> Near<'a> {
     fn new(shared: &SharedNodes, tile: &'a Tile, grid: &'a Grid) -> Self {
-        let imaged = tile.around.iter().any(|&t| grid.tiles[t as usize].imaged);
+        let around = tile.around.iter();
+        let mut around = around.filter_map(|&t| grid.tiles.get(t as usize));
+        let imaged = around.any(|t| t.imaged);
         let mut met = [0; 3 * TILE];
         for (k, &around) in tile.around.iter().enumerate() {
             let of_tile = shared.counted(around);

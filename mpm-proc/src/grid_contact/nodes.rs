@@ -46,10 +46,10 @@ impl AddAssign for Losses {
 /// The nodes on which layers may touch.
 #[derive(Debug, Default)]
 pub struct SharedNodes {
-    /// Every node tile of every layer: row, column, layer, number of the tile in the layer's grid.
-    tiles: Vec<([i32; 2], u32, u32)>,
-    /// The tiles that more than one layer has, in the same order, with their gradients.
+    /// The tiles that more than one layer has, by row, column and layer, with their gradients.
     shared: Vec<Shared>,
+    /// How often the grids had allocated tiles when these were listed.
+    allocations: u64,
     /// For each layer and tile of it, its number in `shared`, or [`ALONE`].
     slots: Vec<Vec<u32>>,
     /// For each tile of one layer, the nodes at which its density is wanted, a bit for each.
@@ -87,45 +87,52 @@ struct Party {
 }
 
 impl SharedNodes {
-    /// Finds the tiles that more than one layer has, and their nodes where more than one has mass.
+    /// Finds the nodes where more than one layer has mass.
     pub fn find<'a>(&mut self, grids: impl Iterator<Item = &'a Grid>) {
         let grids: Vec<&Grid> = grids.collect();
-        self.tiles.clear();
-        for (g, grid) in grids.iter().enumerate() {
-            let tiles = grid.tiles.iter();
-            self.tiles
-                .extend(tiles.map(|t| ([t.at[1], t.at[0]], g as u32, t.index as u32)));
-            if self.slots.len() <= g {
-                self.slots.push(Vec::new());
-            }
-            self.slots[g].clear();
-            self.slots[g].resize(grid.tiles.len(), ALONE);
+        let allocations = grids.iter().map(|grid| grid.allocations).sum();
+        if allocations != self.allocations {
+            self.list(&grids);
+            self.allocations = allocations;
         }
-        self.slots.truncate(grids.len());
-        self.tiles.sort_unstable();
-        self.shared.clear();
-        for together in self.tiles.chunk_by(|a, b| a.0 == b.0) {
-            if together.len() < 2 {
-                continue;
-            }
+        for together in self.shared.chunk_by_mut(|a, b| a.at == b.at) {
             let (mut once, mut twice) = (0, 0);
-            let first = self.shared.len();
-            for &(at, layer, tile) in together {
-                let has = has_mass(&grids[layer as usize].tiles[tile as usize]);
-                twice |= once & has;
-                once |= has;
-                self.slots[layer as usize][tile as usize] = self.shared.len() as u32;
-                self.shared.push(Shared {
-                    at,
-                    layer,
-                    tile,
-                    met: has,
-                    gradient: [[0.0; 2]; NODES],
-                });
+            for shared in &mut *together {
+                let tile = &grids[shared.layer as usize].tiles[shared.tile as usize];
+                shared.met = has_mass(tile);
+                twice |= once & shared.met;
+                once |= shared.met;
             }
-            for shared in &mut self.shared[first..] {
+            for shared in together {
                 shared.met &= twice;
+                for i in bits(shared.met) {
+                    shared.gradient[i] = [0.0; 2];
+                }
             }
+        }
+    }
+
+    /// Lists the tiles that more than one layer has.
+    fn list(&mut self, grids: &[&Grid]) {
+        let mut tiles = Vec::new();
+        self.slots.clear();
+        for (layer, grid) in (0..).zip(grids) {
+            let own = grid.tiles.iter();
+            tiles.extend(own.map(|t| ([t.at[1], t.at[0]], layer, t.index as u32)));
+            self.slots.push(vec![ALONE; grid.tiles.len()]);
+        }
+        tiles.sort_unstable();
+        self.shared.clear();
+        let places = tiles.chunk_by(|a, b| a.0 == b.0);
+        for &(at, layer, tile) in places.filter(|together| together.len() > 1).flatten() {
+            self.slots[layer as usize][tile as usize] = self.shared.len() as u32;
+            self.shared.push(Shared {
+                at,
+                layer,
+                tile,
+                met: 0,
+                gradient: [[0.0; 2]; NODES],
+            });
         }
     }
 
@@ -152,7 +159,7 @@ impl SharedNodes {
 
     /// Those of a tile, a bit for each, of the layer that was asked for last.
     pub fn counted(&self, tile: u32) -> u64 {
-        self.counted[tile as usize]
+        self.counted.get(tile as usize).copied().unwrap_or(0) // none for NO_TILE
     }
 
     /// Removes from the gradients of a layer the components across walls that hold nodes. The density ends there, but

@@ -1,7 +1,23 @@
 //! The tile of a cloud: where its blocks of points lie in the cloud, and where its window lies on the grid.
 
+use serde::{Deserialize, Serialize};
+
 use super::lanes::{LANES, Lanes, first, splat};
-use super::tiles::{Frame, TILE, pitch, runs};
+use super::tiles::{Frame, MARGIN, TILE, pitch, runs};
+
+/// No node tile.
+pub const NO_TILE: u32 = u32::MAX;
+
+/// The points of a tile when they were sorted.
+#[derive(Debug, Clone, Copy, Serialize, Deserialize)]
+pub struct SortedTile {
+    /// Column and row in the grid of tiles.
+    pub at: [i32; 2],
+    /// How many points.
+    pub points: u32,
+    /// The first and the last of the tile's own columns, and of its rows, with base nodes of them.
+    pub bases: [[u8; 2]; 2],
+}
 
 /// A tile of a cloud: a run of blocks whose points lie in it.
 #[derive(Debug, Clone)]
@@ -18,8 +34,10 @@ pub struct Tile {
     pub points: usize,
     /// Position of its window.
     pub frame: Frame,
-    /// The node tiles that own the window: the 3 x 3 around it, row by row from below.
+    /// The node tiles that own the window: the 3 x 3 around it, row by row from below; [`NO_TILE`] where its points do not reach.
     pub around: [u32; 9],
+    /// The first and the last of its columns, and of its rows, with base nodes of points when these were sorted.
+    bases: [[u8; 2]; 2],
     /// Whether its points see nodes near those on which bodies press in this step ([`crate::pass::drift`]).
     pub near_load: bool,
 }
@@ -47,19 +65,27 @@ impl Which {
 }
 
 impl Tile {
-    /// Tile `at` of the grid with `points` points from block `first` on, number `index` of its cloud. The caller fills in
-    /// [`Self::around`].
-    pub fn new(at: [i32; 2], index: usize, first: usize, points: usize, frame: Frame) -> Self {
+    /// A sorted tile with blocks from `first` on, number `index` of its cloud. The caller fills in [`Self::around`].
+    pub fn new(sorted: &SortedTile, index: usize, first: usize, frame: Frame) -> Self {
+        let points = sorted.points as usize;
         Self {
-            at,
+            at: sorted.at,
             index,
             first,
             blocks: points.div_ceil(LANES),
             points,
             frame,
-            around: [0; 9],
+            around: [NO_TILE; 9],
+            bases: sorted.bases,
             near_load: false,
         }
+    }
+
+    /// Which of the three runs of the window along an axis its points reach, until they are sorted again, with a shape function
+    /// that touches `w` nodes.
+    pub fn reaches(&self, w: usize, axis: usize) -> [bool; 3] {
+        let [first, last] = self.bases[axis].map(usize::from);
+        [first < MARGIN, true, last + MARGIN + w > TILE]
     }
 
     /// One in the lanes of block `block` of the tile that have a point, zero in the others.

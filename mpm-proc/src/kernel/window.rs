@@ -174,7 +174,7 @@ fn add<const N: usize>(to: &mut [f64], from: &[f64]) {
     }
 }
 
-/// Copies a vector `field` of the node tiles `nodes` into the window of a point tile.
+/// Copies a vector `field` of the node tiles `nodes` into the window of a point tile; zeros where its points do not reach.
 #[inline(always)]
 pub fn fill_window<'a, const W: usize, N>(
     window: &mut VectorWindow,
@@ -182,9 +182,11 @@ pub fn fill_window<'a, const W: usize, N>(
     tile: &Tile,
     field: impl Fn(&'a N) -> &'a [[f64; 2]; NODES],
 ) {
-    let mut around = [field(&nodes[tile.around[0] as usize]); 9];
+    let mut around = [&[[0.0; 2]; NODES]; 9];
     for (of, t) in around.iter_mut().zip(tile.around) {
-        *of = field(&nodes[t as usize]);
+        if let Some(node_tile) = nodes.get(t as usize) {
+            *of = field(node_tile);
+        }
     }
     copy_window::<W>(window, &around);
 }

@@ -51,8 +51,8 @@ impl Grid {
         }
     }
 
-    /// Allocates node tiles under the windows of all clouds, and stores in each tile of a cloud the node tiles that its
-    /// window overlaps.
+    /// Allocates node tiles where points of all clouds may reach until they are sorted again, and stores in each tile of a cloud
+    /// those that its window overlaps.
     pub fn cover<const W: usize, S: Shape<W>, A: AffineState>(
         &mut self,
         clouds: &mut [Cloud<W, S, A>],
@@ -60,7 +60,11 @@ impl Grid {
         let mut wanted: Vec<([i32; 2], Overlap)> = Vec::new();
         for (c, cloud) in clouds.iter().enumerate() {
             for tile in &cloud.tiles {
+                let reaches = [tile.reaches(W, 0), tile.reaches(W, 1)];
                 for (i, run) in RUNS_AROUND.iter().enumerate() {
+                    if !(0..2).all(|a| reaches[a][usize::from(run[a])]) {
+                        continue;
+                    }
                     let (dx, dy) = (i as i32 % 3 - 1, i as i32 / 3 - 1);
                     wanted.push((
                         [tile.at[1] + dy, tile.at[0] + dx],

@@ -8,9 +8,9 @@ use serde::{Deserialize, Serialize};
 
 use crate::kernel::blocks::{PointBlock, reorder, reorder_rows};
 use crate::kernel::lanes::{LANES, Lanes, ZERO, splat};
-use crate::kernel::point_tile::Tile;
+use crate::kernel::point_tile::{SortedTile, Tile};
 use crate::kernel::shape::Shape;
-use crate::kernel::tiles::Geometry;
+use crate::kernel::tiles::{Geometry, NODES, TILE};
 use crate::kernel::transfer::AffineState;
 use crate::kernel::window::{NO_MOMENTUM, NO_VECTORS, NodalWindow, VectorWindow};
 use crate::material::{Constitutive, Stressed, Stresses};
@@ -128,8 +128,8 @@ pub struct Cloud<const W: usize, S: Shape<W>, A: AffineState> {
 /// The state of a cloud's points, all of which is saved; in its present order, since sums depend on it.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct CloudState<A> {
-    /// Tiles with points, ordered by row and column: column and row in the grid of tiles, and points.
-    pub tiles: Vec<([i32; 2], u32)>,
+    /// Tiles with points, ordered by row and column.
+    pub tiles: Vec<SortedTile>,
     /// Identity of each lane's point less the cloud's first, or [`NO_POINT`].
     pub ids: Vec<[u32; LANES]>,
     /// `x_p^n` in m.
@@ -334,7 +334,15 @@ impl<const W: usize, S: Shape<W>, A: AffineState> Cloud<W, S, A> {
             sources.extend(run.iter().map(|&(_, lane)| lane));
             let blocks = run.len().div_ceil(LANES);
             sources.resize((first + blocks) * LANES, run[0].1);
-            self.state.tiles.push((at, run.len() as u32));
+            let cells = || run.iter().map(|&(key, _)| cell_of_key(key));
+            self.state.tiles.push(SortedTile {
+                at,
+                points: run.len() as u32,
+                bases: [
+                    range(cells().map(|[x, _]| x)),
+                    range(cells().map(|[_, y]| y)),
+                ],
+            });
             for block in 0..blocks {
                 ids.push([0, 1, 2, 3].map(|k| {
                     run.get(block * LANES + k).map_or(NO_POINT, |&(_, lane)| {
@@ -362,9 +370,9 @@ impl<const W: usize, S: Shape<W>, A: AffineState> Cloud<W, S, A> {
         let offset = self.shape.offset();
         self.tiles.clear();
         let mut first = 0;
-        for (index, &(at, points)) in self.state.tiles.iter().enumerate() {
-            let frame = grid.frame(at, offset);
-            let tile = Tile::new(at, index, first, points as usize, frame);
+        for (index, sorted) in self.state.tiles.iter().enumerate() {
+            let frame = grid.frame(sorted.at, offset);
+            let tile = Tile::new(sorted, index, first, frame);
             first += tile.blocks;
             self.tiles.push(tile);
         }
@@ -432,8 +440,8 @@ impl<const W: usize, S: Shape<W>, A: AffineState> Cloud<W, S, A> {
         if let Some(loads) = &mut self.loads {
             let mut sources = Vec::with_capacity(self.state.ids.len() * LANES);
             let mut ids = &self.state.ids[..];
-            for &(_, points) in &self.state.tiles {
-                let (of_tile, others) = ids.split_at((points as usize).div_ceil(LANES));
+            for tile in &self.state.tiles {
+                let (of_tile, others) = ids.split_at((tile.points as usize).div_ceil(LANES));
                 for &id in of_tile.as_flattened() {
                     // Lanes without a point come from the first of their tile.
                     let point = if id == NO_POINT { of_tile[0][0] } else { id };
@@ -471,4 +479,16 @@ fn tile_of_key([high, low]: [u32; 2]) -> [i32; 2] {
     let x = (key >> CELL_BITS) & ((1 << TILE_BITS) - 1);
     let y = key >> (TILE_BITS + CELL_BITS);
     [x, y].map(|t| (t as i64 - TILE_ORIGIN) as i32)
+}
+
+/// Column and row of the base node in its tile.
+fn cell_of_key([_, low]: [u32; 2]) -> [u8; 2] {
+    let cell = low as usize % NODES;
+    [cell % TILE, cell / TILE].map(|i| i as u8)
+}
+
+/// The smallest and the largest of some numbers; there is at least one.
+fn range(numbers: impl Iterator<Item = u8> + Clone) -> [u8; 2] {
+    let largest = numbers.clone().max();
+    [numbers.min(), largest].map(Option::unwrap_or_default)
 }
