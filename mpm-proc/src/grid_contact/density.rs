@@ -9,20 +9,18 @@
 //! ```
 //!
 //! with `xi`, `eta` the vector from node to point in cells. It reaches two nodes to either side, for every shape
-//! function.
+//! function. For the four nodes around a point that is `f` of a cell beyond the second of them, the splines between the nodes are
+//! `(1 - f)^2/2`, `3/4 - (f - 1/2)^2` and `f^2/2` (Jiang 2020 A4, docs/physics.md section 1).
 //!
 //! A node beyond a periodic wall is an image ([`crate::state::images`]): its contributions go to its original, which
 //! has the contacts.
 
 use super::nodes::SharedNodes;
 use crate::kernel::lanes::LANES;
-use crate::kernel::point_tile::Tile;
 use crate::kernel::shape::Shape;
 use crate::kernel::tiles::TILE;
 use crate::kernel::transfer::AffineState;
 use crate::state::continuum::Continuum;
-use crate::state::grid::Grid;
-use crate::state::images::Images;
 use crate::state::nodes::{NodeAt, bits};
 
 impl SharedNodes {
@@ -32,142 +30,71 @@ impl SharedNodes {
         number: usize,
         continuum: &Continuum<W, S, A>,
     ) {
-        let geometry = continuum.grid.geometry;
-        self.count(number, &continuum.grid.images);
+        let (geometry, images) = (continuum.grid.geometry, &continuum.grid.images);
+        self.count(number, images);
         for cloud in &continuum.clouds {
-            // Only the direction matters, and that all layers use the same unit: kg/m for each cell.
             for tile in &cloud.tiles {
-                let near = Near::new(self, tile, &continuum.grid);
-                if near.is_empty() {
+                if tile.around.iter().all(|&around| self.counted(around) == 0) {
                     continue;
                 }
+                let first = tile.at.map(|t| (i64::from(t) - 1) * TILE as i64);
+                let mut sums = [[[0.0; 2]; SIDE]; SIDE];
                 for point in 0..tile.points {
                     let lane = (tile.first + point / LANES) * LANES + point % LANES;
                     let x = cloud.position(lane);
                     let at = [0, 1].map(|a| (x[a] - geometry.lower[a]) / geometry.cell);
-                    self.add_point(number, &near, at, cloud.mass);
+                    add_point(&mut sums, first, at);
+                }
+                for (k, &around) in tile.around.iter().enumerate() {
+                    for i in bits(self.counted(around)) {
+                        let sum = sums[k / 3 * TILE + i / TILE][k % 3 * TILE + i % TILE];
+                        let node = NodeAt {
+                            tile: around,
+                            node: i as u32,
+                        };
+                        let at = images.at(node).map_or(node, |image| image.of);
+                        let (tile, node) = at.split();
+                        let Some(shared) = self.shared(number, tile as u32) else {
+                            continue;
+                        };
+                        // Only the direction matters, and that all layers use the same unit: kg/m for each cell.
+                        for (gradient, sum) in shared.gradient[node].iter_mut().zip(sum) {
+                            *gradient += cloud.mass * sum;
+                        }
+                    }
                 }
             }
         }
         self.keep_along_walls(number, &continuum.grid.walls);
     }
+}
 
-    /// Adds the gradient of one point at `at`, in cells from the domain's corner.
-    fn add_point(&mut self, number: usize, near: &Near, at: [f64; 2], mass: f64) {
-        let first = at.map(|x| x.floor() as i64 - 1);
-        let met = near.met_from(first);
-        if met == 0 {
-            return;
-        }
-        let along = [0, 1].map(|a| kernel(at[a] - first[a] as f64));
-        for k in bits(met) {
-            let (i, j) = (k % 4, k / 4);
-            let node = [first[0] + i as i64, first[1] + j as i64];
-            let Some((holder, within)) = near.holder(node) else {
-                continue;
-            };
-            let Some(shared) = self.shared(number, holder) else {
-                continue;
-            };
-            let gradient = &mut shared.gradient[within];
-            let [(dx, sx), (dy, sy)] = [along[0][i], along[1][j]];
-            gradient[0] += mass * dx * sy;
-            gradient[1] += mass * sx * dy;
+/// Nodes along the side of the 3 x 3 node tiles around a tile of points.
+const SIDE: usize = 3 * TILE;
+
+/// Adds what a point at `at`, in cells from the domain's corner, adds to the nodes from node `first` on.
+#[inline]
+fn add_point(sums: &mut [[[f64; 2]; SIDE]; SIDE], first: [i64; 2], at: [f64; 2]) {
+    let cell = at.map(f64::floor);
+    let [(dx, mx), (dy, my)] = [0, 1].map(|a| kernel(at[a] - cell[a]));
+    // Points are sorted before they leave the nodes around their tile.
+    let [x, y] = [0, 1].map(|a| (cell[a] as i64 - 1 - first[a]) as usize);
+    for (j, row) in sums.iter_mut().skip(y).take(4).enumerate() {
+        for (i, sum) in row.iter_mut().skip(x).take(4).enumerate() {
+            sum[0] += dx[i] * my[j];
+            sum[1] += mx[i] * dy[j];
         }
     }
 }
 
-/// The nodes around a tile of points.
-struct Near<'a> {
-    tile: &'a Tile,
-    /// The first of the 3 x 3 node tiles' nodes.
-    first: [i64; 2],
-    /// The nodes that count, row by row: those where others have mass too, and their images.
-    met: [u32; 3 * TILE],
-    /// The layer's images, where some of the nodes are.
-    images: Option<&'a Images>,
-}
-
-impl<'a> Near<'a> {
-    fn new(shared: &SharedNodes, tile: &'a Tile, grid: &'a Grid) -> Self {
-        let around = tile.around.iter();
-        let mut around = around.filter_map(|&t| grid.tiles.get(t as usize));
-        let imaged = around.any(|t| t.imaged);
-        let mut met = [0; 3 * TILE];
-        for (k, &around) in tile.around.iter().enumerate() {
-            let of_tile = shared.counted(around);
-            for row in 0..TILE {
-                let of_row = (of_tile >> (row * TILE)) as u32 & 0xff;
-                met[k / 3 * TILE + row] |= of_row << (k % 3 * TILE);
-            }
-        }
-        Self {
-            tile,
-            first: tile.at.map(|t| (i64::from(t) - 1) * TILE as i64),
-            met,
-            images: imaged.then_some(&grid.images),
-        }
-    }
-
-    fn is_empty(&self) -> bool {
-        self.met == [0; 3 * TILE]
-    }
-
-    /// Which of the 4 x 4 nodes from `first` on count, row by row, a bit for each.
-    fn met_from(&self, first: [i64; 2]) -> u64 {
-        let [x, y] = [0, 1].map(|a| first[a] - self.first[a]);
-        let mut met = 0;
-        for j in 0..4 {
-            let row = usize::try_from(y + j).ok();
-            let of_row = row.and_then(|row| self.met.get(row)).copied();
-            let of_row = u64::from(of_row.unwrap_or(0)) << 4; // nodes before the first tile count for nothing
-            met |= (of_row >> (x + 4).clamp(0, 31) & 0xf) << (4 * j);
-        }
-        met
-    }
-
-    /// The node tile that holds a node, or the original of an image, and its number in the tile. `None` if the layer
-    /// has no such tile and thus no mass at the node.
-    fn holder(&self, node: [i64; 2]) -> Option<(u32, usize)> {
-        let (around, within) = in_reach(self.tile, node)?;
-        let at = NodeAt {
-            tile: self.tile.around[around],
-            node: within as u32,
-        };
-        let image = self.images.and_then(|images| images.at(at));
-        let at = image.map_or(at, |image| image.of);
-        Some((at.tile, at.node as usize))
-    }
-}
-
-/// For the four nodes from a point's first on, `d` cells before it: difference and mean of the splines beside each.
-fn kernel(d: f64) -> [(f64, f64); 4] {
-    core::array::from_fn(|i| {
-        let way = d - i as f64;
-        let (after, before) = (spline(way - 0.5), spline(way + 0.5));
-        (after - before, 0.5 * (after + before))
-    })
-}
-
-/// The quadratic B-spline (Jiang 2020 A4, docs/physics.md section 1).
-fn spline(d: f64) -> f64 {
-    let d = d.abs();
-    if d < 0.5 {
-        0.75 - d * d
-    } else if d < 1.5 {
-        0.5 * (1.5 - d) * (1.5 - d)
-    } else {
-        0.0
-    }
-}
-
-/// Which of the 3 x 3 node tiles around `tile` a node lies in, and its number there.
-fn in_reach(tile: &Tile, node: [i64; 2]) -> Option<(usize, usize)> {
-    let size = TILE as i64;
-    let from = [0, 1].map(|a| node[a] - (i64::from(tile.at[a]) - 1) * size);
-    if from.iter().any(|f| !(0..3 * size).contains(f)) {
-        return None;
-    }
-    let [x, y] = from.map(|f| f as usize);
-    Some((y / TILE * 3 + x / TILE, y % TILE * TILE + x % TILE))
+/// For the four nodes around a point, which is `f` of a cell beyond the second: difference and mean of the splines beside each.
+#[inline]
+fn kernel(f: f64) -> ([f64; 4], [f64; 4]) {
+    let a = 0.5 * (1.0 - f) * (1.0 - f);
+    let b = 0.75 - (f - 0.5) * (f - 0.5);
+    let c = 0.5 * f * f;
+    (
+        [a, b - a, c - b, -c],
+        [0.5 * a, 0.5 * (a + b), 0.5 * (b + c), 0.5 * c],
+    )
 }

@@ -224,24 +224,20 @@ fn has_mass(tile: &NodeTile) -> u64 {
 /// The unit vector away from a layer towards others, by the gradients of their densities; `None` if these cancel.
 fn way_out(own: [f64; 2], others: [f64; 2]) -> Option<[f64; 2]> {
     let way = [0, 1].map(|a| others[a] - own[a]);
-    let length = way[0].hypot(way[1]);
+    let length = (way[0] * way[0] + way[1] * way[1]).sqrt();
     (length > 0.0).then(|| way.map(|c| c / length))
 }
 
 /// Contact of the layers at one node.
 fn collide(parties: &mut [Party], friction: f64) -> Losses {
     let mass: f64 = parties.iter().map(|p| p.mass).sum();
-    let sum = |of: &dyn Fn(&Party) -> [f64; 2]| {
-        let mut sum = [0.0; 2];
-        for p in &*parties {
-            let term = of(p);
-            sum[0] += term[0];
-            sum[1] += term[1];
+    let (mut common, mut density) = ([0.0; 2], [0.0; 2]); // v_i
+    for p in &*parties {
+        for a in 0..2 {
+            common[a] += p.mass * p.velocity[a] / mass;
+            density[a] += p.gradient[a];
         }
-        sum
-    };
-    let common = sum(&|p| p.velocity.map(|v| p.mass * v / mass)); // v_i
-    let density = sum(&|p| p.gradient);
+    }
     for p in parties.iter_mut() {
         let others = [0, 1].map(|a| density[a] - p.gradient[a]);
         let Some(n) = way_out(p.gradient, others) else {
@@ -251,7 +247,7 @@ fn collide(parties: &mut [Party], friction: f64) -> Losses {
         let approach = relative[0] * n[0] + relative[1] * n[1]; // (12)
         if approach > 0.0 {
             let along = [0, 1].map(|a| relative[a] - approach * n[a]);
-            let speed = along[0].hypot(along[1]);
+            let speed = (along[0] * along[0] + along[1] * along[1]).sqrt();
             let held = if speed > friction * approach {
                 friction * approach / speed // (22): slips
             } else {
