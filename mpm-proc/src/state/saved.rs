@@ -18,7 +18,7 @@ use interface::saved::ConfigurationMark;
 pub use interface::saved::refusal;
 
 /// Name of the format; the number rises with every change of what is saved.
-pub const FORMAT: &str = "tandem-mpm 13";
+pub const FORMAT: &str = "tandem-mpm 14";
 
 /// What the numbers of a state of `config` depend on.
 pub fn mark(config: &MpmConfig) -> ConfigurationMark {
