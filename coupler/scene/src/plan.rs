@@ -1,10 +1,11 @@
 //! The plan of a scene, before anything is started: what will run, and what is left out and why.
 
-use std::fmt::{self, Write as _};
+use std::fmt;
 
 use interface::config::friction::FrictionTest;
-use interface::config::{ContactLaw, GroupConfig, MaterialConfig, Motion, MpmConfig, Wall};
+use interface::config::{GroupConfig, MaterialConfig, Motion, MpmConfig, Wall};
 use serde::Serialize;
+use serde_json::Value;
 
 use super::Scene;
 
@@ -94,7 +95,7 @@ fn runs(scene: &Scene) -> Vec<String> {
             "MPM process{}: about {} points in groups: {}, grid of {} x {} cells of {} m, shape {}, transfer {}",
             other(scene.solvers.mpm.as_ref()),
             points(mpm),
-            mpm.groups.iter().map(|g| g.name.as_str()).collect::<Vec<_>>().join(", "),
+            some_names(mpm.groups.iter().map(|g| g.name.as_str())),
             nx - 1.0,
             ny - 1.0,
             mpm.cell,
@@ -113,19 +114,19 @@ fn runs(scene: &Scene) -> Vec<String> {
             count(Motion::Fixed)
         ));
         if scene.mpm.is_some() && !dem.bodies.is_empty() {
-            let law = law_in_words(dem.point_contact);
+            let law = spelling(&dem.point_contact);
             runs.push(format!(
                 "contact of points and bodies: {law}; skin {} m",
                 dem.skin
             ));
         }
         if let Some(law) = dem.body_contact {
-            runs.push(format!("contact among bodies: {}", law_in_words(law)));
+            runs.push(format!("contact among bodies: {}", spelling(&law)));
         }
         for pair in &dem.group_pairs {
             let groups = scene.mpm.as_ref().map_or(&[][..], |mpm| &mpm.groups);
             let [a, b] = pair.between.map(|group| &groups[group].name);
-            let law = law_in_words(pair.law);
+            let law = spelling(&pair.law);
             runs.push(format!(
                 "contact of the points of {a} and {b}: {law}; skin {} m",
                 dem.skin
@@ -133,7 +134,7 @@ fn runs(scene: &Scene) -> Vec<String> {
         }
         for pair in &dem.contact_pairs {
             let [a, b] = &pair.between;
-            let law = law_in_words(pair.law);
+            let law = spelling(&pair.law);
             runs.push(format!("contact of {a} and {b}: {law}"));
         }
     }
@@ -193,37 +194,43 @@ fn other(command: Option<&Vec<String>>) -> String {
     command.map_or_else(String::new, |words| format!(" `{}`", words.join(" ")))
 }
 
-/// A value as in a scene file; as JSON if it is a table.
+/// A value as in a scene file; a table as its keys and values, without zeros.
 fn spelling(value: &impl Serialize) -> String {
-    let json = serde_json::to_string(value).unwrap_or_default();
-    json.trim_matches('"').to_owned()
+    in_words(&serde_json::to_value(value).unwrap_or_default())
 }
 
-fn law_in_words(law: ContactLaw) -> String {
-    let ContactLaw::Linear {
-        normal_stiffness,
-        tangential_stiffness,
-        friction,
-        damping_ratio,
-        damped_mass,
-    } = law
-    else {
-        return spelling(&law);
+fn in_words(value: &Value) -> String {
+    let field = |(key, value): (&String, &Value)| match value {
+        Value::Object(_) => format!("{key}: {}", in_words(value)),
+        _ => format!("{key} {}", in_words(value)),
     };
-    let mut words = format!("linear spring, k_n {normal_stiffness:e} N/m");
-    if friction > 0.0 {
-        let _ = write!(
-            words,
-            ", friction {friction} through k_t {tangential_stiffness:e} N/m"
-        );
-    }
-    if damping_ratio > 0.0 {
-        let _ = write!(words, ", damping ratio {damping_ratio}");
-        if damped_mass > 0.0 {
-            let _ = write!(words, " of {damped_mass} kg/m for each point");
+    match value {
+        Value::Object(fields) => {
+            let all = fields
+                .iter()
+                .filter(|(_, value)| value.as_f64() != Some(0.0));
+            all.map(field).collect::<Vec<_>>().join(", ")
         }
+        Value::Number(number) => match number.as_f64() {
+            Some(x) if (1e-3..1e4).contains(&x.abs()) => x.to_string(),
+            Some(x) => format!("{x:e}"),
+            None => number.to_string(),
+        },
+        Value::String(word) => word.clone(),
+        other => other.to_string(),
     }
-    words
+}
+
+/// The first and the last of many names.
+fn some_names<'a>(names: impl ExactSizeIterator<Item = &'a str>) -> String {
+    const MOST: usize = 8;
+    let all: Vec<&str> = names.collect();
+    match &all[..] {
+        [first, second, .., last] if all.len() > MOST => {
+            format!("{first}, {second}, ..., {last} ({} groups)", all.len())
+        }
+        all => all.join(", "),
+    }
 }
 
 fn left_out(scene: &Scene) -> Vec<LeftOut> {
@@ -323,5 +330,29 @@ impl fmt::Display for Plan {
             writeln!(f, "warning: {warning}")?;
         }
         Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use interface::config::{ContactLaw, Transfer};
+
+    #[test]
+    fn values_are_words_and_many_names_are_few() {
+        let law = ContactLaw::Linear {
+            normal_stiffness: 6e6,
+            tangential_stiffness: 3e5,
+            friction: 0.2,
+            damping_ratio: 0.0,
+            damped_mass: 0.0,
+        };
+        let words = "linear: friction 0.2, normal_stiffness 6e6, tangential_stiffness 3e5";
+        assert_eq!(spelling(&law), words);
+        assert_eq!(spelling(&Transfer::Apic), "apic");
+        let names: Vec<String> = (0..369).map(|i| format!("g{i}")).collect();
+        let named = |n: usize| some_names(names[..n].iter().map(String::as_str));
+        assert_eq!(named(3), "g0, g1, g2");
+        assert_eq!(named(369), "g0, g1, ..., g368 (369 groups)");
     }
 }
