@@ -158,15 +158,16 @@ fn rows() -> Result<Vec<Row>, csv::Error> {
     csv::Reader::from_path(FILE)?.deserialize().collect()
 }
 
-/// The model of the processor, as Linux names it.
+/// The processor, as Linux names it, with its family and model: clouds call many of them "AMD EPYC".
 fn processor() -> String {
     let text = std::fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
-    let model = text
-        .lines()
-        .find_map(|line| line.strip_prefix("model name"));
-    model.map_or("unknown".into(), |name| {
-        name.trim_start_matches([':', ' ', '\t']).to_owned()
-    })
+    let of = |key: &str| {
+        let mut fields = text.lines().filter_map(|line| line.split_once(':'));
+        let found = fields.find(|(name, _)| name.trim() == key);
+        found.map_or("unknown", |(_, value)| value.trim())
+    };
+    let [name, family, model] = ["model name", "cpu family", "model"].map(of);
+    format!("{name}, family {family}, model {model}")
 }
 
 /// [`measure`] in processes of their own, one for each thread of the processor and all at once: the least.
