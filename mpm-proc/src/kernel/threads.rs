@@ -126,6 +126,28 @@ impl<'a, D: Share> Iterator for Parts<'a, D> {
     }
 }
 
+/// Calls `work` with every item of so many tiles, and with the threads that share its tiles: all of them, or where no item has
+/// much of the tiles, each item is the work of one.
+pub fn over_groups<T: Send>(
+    threads: &Threads,
+    items: &mut [T],
+    tiles: impl Fn(&T) -> usize,
+    work: &(impl Fn(&Threads, &mut T) + Sync),
+) {
+    let (mut all, mut largest) = (0, 0);
+    for item in &*items {
+        all += tiles(item);
+        largest = largest.max(tiles(item));
+    }
+    if threads.count() > 1 && 2 * threads.count() * largest <= all {
+        over_items(threads, items, &|item| work(&Threads::alone(), item));
+    } else {
+        for item in items {
+            work(threads, item);
+        }
+    }
+}
+
 /// Calls `work` with every item.
 pub fn over_items<T: Send, F: Fn(&mut T) + Sync>(threads: &Threads, items: &mut [T], work: &F) {
     let part = part(threads, items.len());

@@ -78,27 +78,19 @@ pub fn transfer_pass<
     };
     let threads = &continuum.threads;
     let (clouds, grid, transfer) = (&mut continuum.clouds, &continuum.grid, continuum.transfer);
-    for cloud in clouds {
-        if KICK && transfer.increment {
+    let nodes = (&grid.tiles[..], &grid.mapped[..]);
+    Cloud::each(threads, clouds, |threads, cloud| {
+        let transfer = (transfer, kept);
+        if KICK && transfer.0.increment {
             transfer_cloud::<W, KICK, true, DRIFT, S, A>(
-                threads,
-                cloud,
-                which,
-                (&grid.tiles, &grid.mapped),
-                (transfer, kept),
-                way,
+                threads, cloud, which, nodes, transfer, way,
             );
         } else {
             transfer_cloud::<W, KICK, false, DRIFT, S, A>(
-                threads,
-                cloud,
-                which,
-                (&grid.tiles, &grid.mapped),
-                (transfer, kept),
-                way,
+                threads, cloud, which, nodes, transfer, way,
             );
         }
-    }
+    });
 }
 
 /// How points move.

@@ -24,9 +24,10 @@ pub fn points_to_grid<const W: usize, S: Shape<W>, A: AffineState>(
     let threads = &continuum.threads;
     let pic_fraction = continuum.transfer.pic_fraction();
     let (clouds, grid) = (&mut continuum.clouds, &mut continuum.grid);
-    for cloud in &mut *clouds {
-        map_cloud(threads, cloud, Which::All, grid.geometry.cell);
-    }
+    let cell = grid.geometry.cell;
+    Cloud::each(threads, clouds, |threads, cloud| {
+        map_cloud(threads, cloud, Which::All, cell);
+    });
     sum_momentum(grid, threads, clouds, pic_fraction);
     hold_before(continuum, pic_fraction);
     let grid = &mut continuum.grid;
@@ -41,9 +42,10 @@ pub fn map_velocities<const W: usize, S: Shape<W>, A: AffineState>(
 ) {
     let threads = &continuum.threads;
     let (clouds, grid) = (&mut continuum.clouds, &mut continuum.grid);
-    for cloud in &mut *clouds {
-        map_cloud(threads, cloud, which, grid.geometry.cell);
-    }
+    let cell = grid.geometry.cell;
+    Cloud::each(threads, clouds, |threads, cloud| {
+        map_cloud(threads, cloud, which, cell);
+    });
     divide_mapped(grid, threads, clouds);
 }
 

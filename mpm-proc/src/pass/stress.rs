@@ -44,9 +44,9 @@ pub fn stress_pass<const W: usize, S: Shape<W>, A: AffineState>(
     load: bool,
 ) {
     let (clouds, grid) = (&mut continuum.clouds, &continuum.grid);
-    for cloud in clouds {
-        stress_cloud(&continuum.threads, cloud, grid, (dt, by), [strain, load]);
-    }
+    Cloud::each(&continuum.threads, clouds, |threads, cloud| {
+        stress_cloud(threads, cloud, grid, (dt, by), [strain, load]);
+    });
 }
 
 /// [`stress_pass`] of one cloud.

@@ -10,12 +10,14 @@ use crate::kernel::blocks::{PointBlock, reorder, reorder_rows};
 use crate::kernel::lanes::{LANES, Lanes, ZERO, splat};
 use crate::kernel::point_tile::{SortedTile, Tile};
 use crate::kernel::shape::Shape;
+use crate::kernel::threads::over_groups;
 use crate::kernel::tiles::{Geometry, NODES, TILE};
 use crate::kernel::transfer::AffineState;
 use crate::kernel::window::{NO_MOMENTUM, NO_VECTORS, NodalWindow, VectorWindow};
 use crate::material::{Constitutive, Stressed, Stresses};
 use crate::state::loads::{LastLoad, Loads};
 use crate::state::saved::refusal;
+use mechanics::threads::Threads;
 
 /// In [`CloudState::ids`]: a lane without a point. Such lanes fill up the last block of a tile. They have no mass and move
 /// with the first point of their tile, so that their numbers stay finite.
@@ -218,6 +220,11 @@ impl<const W: usize, S: Shape<W>, A: AffineState> Cloud<W, S, A> {
             reports: Vec::new(),
             scratch: Scratch::default(),
         }
+    }
+
+    /// Calls `work` with every cloud, and with the threads that share its tiles.
+    pub fn each(threads: &Threads, clouds: &mut [Self], work: impl Fn(&Threads, &mut Self) + Sync) {
+        over_groups(threads, clouds, |cloud| cloud.tiles.len(), &work);
     }
 
     /// Number of points.
