@@ -314,9 +314,10 @@ impl Context<'_, '_> {
     fn expected(
         &mut self,
         path: &str,
-        CheckWritten { name, expected, .. }: &CheckWritten,
+        written: &CheckWritten,
         when: When,
     ) -> Option<Expected<Expression, Reference>> {
+        let CheckWritten { name, expected, .. } = written;
         let forms = [
             expected.at_least.is_some(),
             expected.at_most.is_some(),
@@ -335,50 +336,7 @@ impl Context<'_, '_> {
             );
             return None;
         }
-        let distances = [
-            ("tolerance", &expected.tolerance),
-            ("relative_tolerance", &expected.relative_tolerance),
-            ("scale", &expected.scale),
-        ];
-        let near = expected.reference.is_some();
-        for (key, _) in distances
-            .iter()
-            .filter(|(_, given)| given.is_some() && !near)
-        {
-            let path = format!("{path}.{key}");
-            let message = format!("`{key}` has no effect on a bound");
-            self.problems
-                .refuse_key(&path, message, "it belongs to `reference`");
-        }
-        if !near && matches!(when, When::MaxError | When::RmsError) {
-            self.problems.refuse(
-                &format!("{path}.when"),
-                "an error needs a reference to compare with",
-                "give a `reference` and a tolerance, or use `max` or `rms`",
-            );
-        }
-        let [tolerance, relative, scale] =
-            distances.map(|(_, given)| given.as_ref().filter(|_| near));
-        if near && tolerance.is_some() == relative.is_some() {
-            let has = if tolerance.is_some() {
-                "both"
-            } else {
-                "neither"
-            };
-            let message = format!(
-                "check \"{name}\" has {has} of `tolerance` and `relative_tolerance`, expected one"
-            );
-            let help = "`tolerance` is in the value's unit, `relative_tolerance` a fraction of \
-                        the reference";
-            self.problems.refuse_key(path, message, help);
-        }
-        if scale.is_some() && relative.is_some() {
-            self.problems.refuse_key(
-                &format!("{path}.scale"),
-                "`scale` and `relative_tolerance` both divide the error",
-                "use `scale` with `tolerance`",
-            );
-        }
+        let [tolerance, relative, scale] = self.distances(path, written, when);
         let reference = expected.reference.as_ref();
         let reference = reference.and_then(|written| self.reference(path, written, when));
         let mut number = |key: &str, scope: Scope, written: Option<&NumberOrExpression>| {
@@ -404,6 +362,60 @@ impl Context<'_, '_> {
             relative_tolerance: number("relative_tolerance", Scope::Constants, relative),
             scale: number("scale", Scope::Unchanging, scale),
         })
+    }
+
+    /// The tolerance, the relative tolerance and the scale of a reference; refuses what has no effect, is missing or is there twice.
+    fn distances<'w>(
+        &mut self,
+        path: &str,
+        CheckWritten { name, expected, .. }: &'w CheckWritten,
+        when: When,
+    ) -> [Option<&'w NumberOrExpression>; 3] {
+        let distances = [
+            ("tolerance", &expected.tolerance),
+            ("relative_tolerance", &expected.relative_tolerance),
+            ("scale", &expected.scale),
+        ];
+        let near = expected.reference.is_some();
+        for (key, _) in distances
+            .iter()
+            .filter(|(_, given)| given.is_some() && !near)
+        {
+            let path = format!("{path}.{key}");
+            let message = format!("`{key}` has no effect on a bound");
+            self.problems
+                .refuse_key(&path, message, "it belongs to `reference`");
+        }
+        if !near && matches!(when, When::MaxError | When::RmsError) {
+            self.problems.refuse(
+                &format!("{path}.when"),
+                "an error needs a reference to compare with",
+                "give a `reference` and a tolerance, or use `max` or `rms`",
+            );
+        }
+        let all = distances.map(|(_, given)| given.as_ref().filter(|_| near));
+        let [tolerance, relative, scale] = all;
+        if near && tolerance.is_some() == relative.is_some() {
+            let has = if tolerance.is_some() {
+                "both"
+            } else {
+                "neither"
+            };
+            let message = format!(
+                "check \"{name}\" has {has} of `tolerance` and `relative_tolerance`, expected one"
+            );
+            let help = "`tolerance` is in the value's unit, `relative_tolerance` a fraction of \
+                        the reference";
+            self.problems.refuse_key(path, message, help);
+        }
+        if scale.is_some() && relative.is_some() {
+            self.problems.refuse_key(
+                &format!("{path}.scale"),
+                "`scale` and `relative_tolerance` both divide the error",
+                "use `scale` with `tolerance`",
+            );
+        }
+        all
     }
 
     fn reference(
