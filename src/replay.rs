@@ -5,7 +5,7 @@ use std::time::Duration;
 
 use interface::hosted::Subject;
 use interface::recording::End;
-use interface::recording::replay::{Options, Outcome, ReplayError, replay};
+use interface::recording::replay::{Outcome, ReplayError, replay};
 use interface::transport::remains::sweep;
 
 use crate::cli::ReplayArgs;
@@ -27,17 +27,16 @@ pub fn run(args: &ReplayArgs) -> Result<ExitCode, Failed> {
         ));
     }
     logging::of_solver();
-    let options = Options {
-        tolerance: args.tolerance,
-        set: args.set.clone(),
-    };
-    let outcome = replay(&args.recording, &subject, &options).map_err(|error| {
-        let status = match error {
-            ReplayError::Start(..) | ReplayError::Channel(_) | ReplayError::Solver { .. } => FAILED,
-            _ => BAD_INPUT,
-        };
-        Failed::new(error, status)
-    })?;
+    let outcome =
+        replay(&args.recording, &subject, args.tolerance, &args.set).map_err(|error| {
+            let status = match error {
+                ReplayError::Start(..) | ReplayError::Channel(_) | ReplayError::Solver { .. } => {
+                    FAILED
+                }
+                _ => BAD_INPUT,
+            };
+            Failed::new(error, status)
+        })?;
     Ok(show(&outcome, &subject, args.tolerance))
 }
 
