@@ -17,7 +17,7 @@ use interface::step::Step;
 
 use crate::cli::{CheckArgs, PlanArgs};
 use crate::cost::measure;
-use crate::exit::BAD_INPUT;
+use crate::exit::{BAD_INPUT, Failed};
 use crate::run::{options, trusted};
 use crate::terminal::{complain, say};
 use crate::{machine, solvers};
@@ -79,33 +79,22 @@ fn valid(mut scene: Scene, path: &Path, which: &str) -> Result<(), String> {
 }
 
 /// Shows what would run.
-pub fn plan(args: &PlanArgs) -> ExitCode {
-    let shown = args
-        .scene
-        .load_with(&[])
-        .map_err(|errors| errors.to_string())
-        .and_then(|mut scene| {
-            let plan = scene.plan();
-            let begun = begin(&mut scene, f64::INFINITY)?;
-            let estimate = Estimate::new(&scene, begun.ready, begun.limits.as_ref());
-            say(format_args!("{plan}{}", estimate.to_string().trim_end()));
-            say(format_args!("  shared   {}", resources::in_words(&scene)));
-            if let Some(more) = begun.warning {
-                say(format_args!("  warning  {more}"));
-            }
-            if let Some(shortage) = machine::shortage(&scene, &args.how) {
-                say(format_args!("  warning  {shortage}"));
-            }
-            say_cost(&scene, args);
-            Ok(())
-        });
-    match shown {
-        Ok(()) => ExitCode::SUCCESS,
-        Err(reason) => {
-            complain(reason);
-            ExitCode::from(BAD_INPUT)
-        }
+pub fn plan(args: &PlanArgs) -> Result<ExitCode, Failed> {
+    let loaded = args.scene.load_with(&[]);
+    let mut scene = loaded.map_err(|errors| errors.to_string())?;
+    let plan = scene.plan();
+    let begun = begin(&mut scene, f64::INFINITY)?;
+    let estimate = Estimate::new(&scene, begun.ready, begun.limits.as_ref());
+    say(format_args!("{plan}{}", estimate.to_string().trim_end()));
+    say(format_args!("  shared   {}", resources::in_words(&scene)));
+    if let Some(more) = begun.warning {
+        say(format_args!("  warning  {more}"));
     }
+    if let Some(shortage) = machine::shortage(&scene, &args.how) {
+        say(format_args!("  warning  {shortage}"));
+    }
+    say_cost(&scene, args);
+    Ok(ExitCode::SUCCESS)
 }
 
 /// Prints the cost of a run, estimated from its first steps.

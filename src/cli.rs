@@ -298,9 +298,6 @@ pub struct ConformanceArgs {
     /// Print all clauses, and those that are not tested, without testing.
     #[arg(long)]
     pub list: bool,
-    /// Test only these clauses.
-    #[arg(long, value_name = "ID", value_delimiter = ',')]
-    pub only: Vec<String>,
     /// Fail if a SHOULD is broken, too.
     #[arg(long)]
     pub strict: bool,
@@ -308,37 +305,15 @@ pub struct ConformanceArgs {
     /// elastic, full.
     #[arg(long, value_name = "PROFILE")]
     pub require: Option<String>,
-    /// Largest number of steps granted at once.
-    #[arg(long, value_name = "N", default_value_t = 64, value_parser = clap::value_parser!(u32).range(1..))]
-    pub window: u32,
-    /// Number of clauses tested at the same time; by default two for each core, at most eight. Clauses that measure
-    /// time are tested alone.
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
-    pub jobs: Option<u16>,
-    /// Seed of the first random case; the next one has the next seed.
-    #[arg(long, value_name = "N", default_value_t = 0)]
-    pub seed: u64,
-    /// Number of random cases, at most.
-    #[arg(long, value_name = "N", default_value_t = 1000)]
-    pub cases: u64,
-    /// Time for random cases in seconds, at most.
-    #[arg(long, value_name = "SECONDS", default_value_t = 10)]
-    pub time: u32,
-    /// Time to make a random case that fails smaller in seconds, at most.
-    #[arg(long, value_name = "SECONDS", default_value_t = 10)]
-    pub shrink: u32,
-    /// Longest wait for Hello and for Ready in seconds; the start-up time of a solver is not tested.
-    #[arg(long, value_name = "SECONDS", default_value_t = 20, value_parser = clap::value_parser!(u16).range(1..))]
-    pub startup: u16,
+    /// How it is tested.
+    #[command(flatten)]
+    pub options: conformance::Options,
     /// Write the verdicts as JSON.
     #[arg(long, value_name = "FILE")]
     pub json: Option<PathBuf>,
     /// Write the verdicts as JUnit XML.
     #[arg(long, value_name = "FILE")]
     pub junit: Option<PathBuf>,
-    /// Write the messages of every broken clause, one file for each.
-    #[arg(long, value_name = "DIR")]
-    pub trace: Option<PathBuf>,
 }
 
 #[cfg(test)]

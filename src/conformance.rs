@@ -1,20 +1,18 @@
 //! `tandem conformance`.
 
-use std::io::IsTerminal;
 use std::path::Path;
 use std::process::ExitCode;
-use std::time::Duration;
 
 use conformance::profile::{Profile, profiles};
-use conformance::report::{Paint, json, junit, listing, row, summary};
-use conformance::{Examination, ExamineError, Judged, Options, RandomCases, examine};
+use conformance::report::{json, junit, listing, row, summary};
+use conformance::{Examination, ExamineError, Judged, examine};
 use coupler::scene::BUILT_IN;
 use interface::files;
 use interface::hosted::{Host, Start, Subject};
 use interface::message::control::Party;
 
 use crate::cli::{ConformanceArgs, SolverArgs};
-use crate::exit::{BAD_INPUT, FAILED, fail};
+use crate::exit::{BAD_INPUT, FAILED, Failed, bad_input};
 use crate::run::this_program;
 use crate::terminal::say;
 use crate::{logging, solvers};
@@ -23,7 +21,7 @@ use crate::{logging, solvers};
 const BROKEN: u8 = 1;
 
 /// Judges a solver.
-pub fn judge(args: &ConformanceArgs) -> ExitCode {
+pub fn judge(args: &ConformanceArgs) -> Result<ExitCode, Failed> {
     if args.list {
         let both = [Party::Dem, Party::Mpm];
         let asked = |party: &Party| match (&args.solver.dem, &args.solver.mpm) {
@@ -33,50 +31,21 @@ pub fn judge(args: &ConformanceArgs) -> ExitCode {
         for party in both.into_iter().filter(asked) {
             say(listing(party).trim_end());
         }
-        return ExitCode::SUCCESS;
+        return Ok(ExitCode::SUCCESS);
     }
-    let prepared = args.solver.subject();
-    let prepared = prepared.and_then(|subject| Ok((required(args, subject.party)?, subject)));
-    let (required, subject) = match prepared {
-        Ok(prepared) => prepared,
-        Err(error) => return fail(error, BAD_INPUT),
-    };
+    let subject = args.solver.subject().map_err(bad_input)?;
+    let required = required(args, subject.party).map_err(bad_input)?;
     logging::of_solver();
-    let colour = std::io::stdout().is_terminal() && std::env::var_os("NO_COLOR").is_none();
-    let options = Options {
-        only: args.only.clone(),
-        window: args.window.into(),
-        startup: Duration::from_secs(args.startup.into()),
-        trace: args.trace.is_some(),
-        jobs: args.jobs.map_or_else(jobs, usize::from),
-        random: RandomCases {
-            seed: args.seed,
-            cases: args.cases,
-            time: Duration::from_secs(args.time.into()),
-            shrink: Duration::from_secs(args.shrink.into()),
-            ..RandomCases::default()
-        },
-    };
-    let told = |judged: &Judged| say(row(judged, Paint(colour)));
-    let examination = match examine(&subject, &options, told) {
-        Ok(examination) => examination,
-        Err(error @ ExamineError::NoSuchClause { .. }) => return fail(error, BAD_INPUT),
-        Err(error) => return fail(error, FAILED),
-    };
+    let told = |judged: &Judged| say(row(judged));
+    let examination = examine(&subject, &args.options, told).map_err(|error| {
+        let unknown = matches!(error, ExamineError::NoSuchClause { .. });
+        Failed::new(error, if unknown { BAD_INPUT } else { FAILED })
+    })?;
     say(summary(&examination));
-    if let Err(error) = write(args, &examination) {
-        return fail(error, BAD_INPUT);
-    }
+    write(args, &examination).map_err(bad_input)?;
     let none_broken = examination.broken(args.strict).next().is_none();
     let kept = is_whole(&examination, required) && none_broken;
-    ExitCode::from(if kept { 0 } else { BROKEN })
-}
-
-/// Clauses that are judged at the same time where nothing else is asked for. A clause mostly waits, for its deadlines and
-/// for the solver's start.
-fn jobs() -> usize {
-    let cores = std::thread::available_parallelism().map_or(1, usize::from);
-    (2 * cores).min(8)
+    Ok(ExitCode::from(if kept { 0 } else { BROKEN }))
 }
 
 /// Whether nothing of the core that counts was left out; says what was.
@@ -139,7 +108,7 @@ fn write(args: &ConformanceArgs, examination: &Examination) -> Result<(), String
     if let Some(path) = &args.junit {
         put(path, &junit(examination))?;
     }
-    if let Some(dir) = &args.trace {
+    if let Some(dir) = &args.options.trace {
         std::fs::create_dir_all(dir)
             .map_err(|e| format!("cannot create {}: {e}", dir.display()))?;
         for judged in examination.judged.iter().filter(|judged| judged.failed()) {

@@ -28,6 +28,7 @@ use clap::Parser;
 use cli::{Cli, Command, SchemaOf};
 use coupler::run::resources::check_addresses;
 use coupler::scene;
+use exit::Failed;
 use interface::hosted::Host;
 use interface::session::serve;
 use interface::transport::remains::sweep;
@@ -44,22 +45,22 @@ fn main() -> ExitCode {
     if let Err(error) = signals::ignore(SIGXFSZ) {
         complain(format_args!("warning: {error}"));
     }
-    let code = match check_addresses() {
-        Ok(()) => obey(Cli::parse().command),
-        Err(error) => exit::fail(error, exit::BAD_INPUT),
-    };
+    let ended = check_addresses()
+        .map_err(exit::bad_input)
+        .and_then(|()| obey(Cli::parse().command));
+    let code = ended.unwrap_or_else(|failed| failed.say());
     logging::sync();
     terminal::settled(code)
 }
 
-fn obey(command: Command) -> ExitCode {
+fn obey(command: Command) -> Result<ExitCode, Failed> {
     match command {
         Command::Run(args) => run::run(&args),
         Command::Resume(args) => run::resume(&args),
         Command::Replay(args) => replay::run(&args),
         Command::Report(args) => report::report(&args),
         Command::Watch(args) => watch::watch(&args),
-        Command::Check(args) => check::check(&args),
+        Command::Check(args) => Ok(check::check(&args)),
         Command::Plan(args) => check::plan(&args),
         Command::New(args) => new::new(&args),
         Command::Schema { of } => {
@@ -69,7 +70,7 @@ fn obey(command: Command) -> ExitCode {
                 SchemaOf::Dem => config::schema::of::<config::DemConfig>(),
             };
             say(format_args!("{schema:#}"));
-            ExitCode::SUCCESS
+            Ok(ExitCode::SUCCESS)
         }
         Command::Study(args) => studies::study(&args),
         Command::Stability(args) => studies::stability(&args),
@@ -87,9 +88,13 @@ fn obey(command: Command) -> ExitCode {
                     swept.inhabited.len()
                 ));
             }
-            ExitCode::SUCCESS
+            Ok(ExitCode::SUCCESS)
         }
-        Command::Mpm(args) => solvers::join(&args, |run| serve(run, Host::Mpm(solvers::mpm()))),
-        Command::Dem(args) => solvers::join(&args, |run| serve(run, Host::Dem(solvers::dem()))),
+        Command::Mpm(args) => Ok(solvers::join(&args, |run| {
+            serve(run, Host::Mpm(solvers::mpm()))
+        })),
+        Command::Dem(args) => Ok(solvers::join(&args, |run| {
+            serve(run, Host::Dem(solvers::dem()))
+        })),
     }
 }

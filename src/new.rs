@@ -8,7 +8,7 @@ use coupler::scene::schema;
 use interface::files;
 
 use crate::cli::{Language, NewArgs, NewCommand};
-use crate::exit::{BAD_INPUT, fail};
+use crate::exit::{Failed, bad_input};
 use crate::terminal::{complain, say};
 
 /// A scene with a comment at every key; [`NAME`] stands for its name.
@@ -42,18 +42,13 @@ const RUST: &[(&str, &str)] = &[
 ];
 
 /// Writes what was asked for; nothing that is there is changed.
-pub fn new(args: &NewArgs) -> ExitCode {
+pub fn new(args: &NewArgs) -> Result<ExitCode, Failed> {
     let written = match &args.what {
         NewCommand::Scene { name } => scene(name),
         NewCommand::Solver { name, lang, tree } => solver(name, *lang, tree.as_deref()),
     };
-    match written {
-        Ok(next) => {
-            say(format_args!("{next}"));
-            ExitCode::SUCCESS
-        }
-        Err(error) => fail(error, BAD_INPUT),
-    }
+    say(written.map_err(bad_input)?);
+    Ok(ExitCode::SUCCESS)
 }
 
 fn scene(name: &str) -> Result<String, String> {

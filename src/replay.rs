@@ -5,11 +5,11 @@ use std::time::Duration;
 
 use interface::hosted::Subject;
 use interface::recording::End;
-use interface::recording::replay::{Options, Outcome, ReplayError, replay};
+use interface::recording::replay::{Outcome, ReplayError, replay};
 use interface::transport::remains::sweep;
 
 use crate::cli::ReplayArgs;
-use crate::exit::{BAD_INPUT, FAILED, fail};
+use crate::exit::{BAD_INPUT, FAILED, Failed, bad_input};
 use crate::logging;
 use crate::terminal::{complain, say};
 
@@ -17,11 +17,8 @@ use crate::terminal::{complain, say};
 const DIFFERENT: u8 = 1;
 
 /// Plays a recording to one solver.
-pub fn run(args: &ReplayArgs) -> ExitCode {
-    let subject = match args.solver.subject() {
-        Ok(subject) => subject,
-        Err(error) => return fail(error, BAD_INPUT),
-    };
+pub fn run(args: &ReplayArgs) -> Result<ExitCode, Failed> {
+    let subject = args.solver.subject().map_err(bad_input)?;
     let interrupted = sweep(Duration::ZERO).removed;
     if !interrupted.is_empty() {
         complain(format_args!(
@@ -30,22 +27,17 @@ pub fn run(args: &ReplayArgs) -> ExitCode {
         ));
     }
     logging::of_solver();
-    let options = Options {
-        tolerance: args.tolerance,
-        set: args.set.clone(),
-    };
-    match replay(&args.recording, &subject, &options) {
-        Ok(outcome) => show(&outcome, &subject, args.tolerance),
-        Err(error) => {
+    let outcome =
+        replay(&args.recording, &subject, args.tolerance, &args.set).map_err(|error| {
             let status = match error {
                 ReplayError::Start(..) | ReplayError::Channel(_) | ReplayError::Solver { .. } => {
                     FAILED
                 }
                 _ => BAD_INPUT,
             };
-            fail(error, status)
-        }
-    }
+            Failed::new(error, status)
+        })?;
+    Ok(show(&outcome, &subject, args.tolerance))
 }
 
 /// The result for people.

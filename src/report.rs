@@ -8,22 +8,22 @@ use coupler::run::resources::Bytes;
 use report::{ReportError, Written};
 
 use crate::cli::ReportArgs;
-use crate::exit::{BAD_INPUT, FAILED, fail};
+use crate::exit::{BAD_INPUT, FAILED, Failed};
 use crate::terminal::{complain, say};
 
 /// Writes the page of some runs.
-pub fn report(args: &ReportArgs) -> ExitCode {
-    match report::write(&args.dirs, args.out.as_deref()) {
-        Ok(written) => {
-            announce(&written);
-            ExitCode::SUCCESS
-        }
-        Err(
-            error @ (ReportError::NotARun { .. }
-            | ReportError::File(FileError { action: "read", .. })),
-        ) => fail(error, BAD_INPUT),
-        Err(error) => fail(error, FAILED),
-    }
+pub fn report(args: &ReportArgs) -> Result<ExitCode, Failed> {
+    let written = report::write(&args.dirs, args.out.as_deref()).map_err(|error| {
+        let status = match error {
+            ReportError::NotARun { .. } | ReportError::File(FileError { action: "read", .. }) => {
+                BAD_INPUT
+            }
+            _ => FAILED,
+        };
+        Failed::new(error, status)
+    })?;
+    announce(&written);
+    Ok(ExitCode::SUCCESS)
 }
 
 /// Writes the page of a run that has ended. One that cannot be written is no fault of the run, whose exit status stays.

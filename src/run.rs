@@ -1,6 +1,5 @@
 //! `tandem run`: this process becomes the coupler.
 
-use std::fmt::Display;
 use std::io;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -22,7 +21,7 @@ use signal_hook::consts::SIGUSR1;
 use study::case::Source;
 
 use crate::cli::{HowArgs, LogFormat, ResumeArgs, RunArgs};
-use crate::exit::BAD_INPUT;
+use crate::exit::{Failed, bad_input};
 use crate::signals::{interrupt, on_signal};
 use crate::terminal::{complain, say};
 use crate::{logging, machine, outcome, report, solvers, terminal, watch};
@@ -31,23 +30,20 @@ use crate::{logging, machine, outcome, report, solvers, terminal, watch};
 const DIRECTORY_MAX: usize = 120;
 
 /// Runs a scene from the command line.
-pub fn run(args: &RunArgs) -> ExitCode {
-    run_unless_refused(args).unwrap_or_else(refuse)
-}
-
+///
 /// # Errors
 /// Why nothing was started.
-fn run_unless_refused(args: &RunArgs) -> Result<ExitCode, String> {
+pub fn run(args: &RunArgs) -> Result<ExitCode, Failed> {
     let solvers = [("mpm", &args.mpm), ("dem", &args.dem)]
         .into_iter()
         .filter_map(|(side, command)| Some(solver_override(side, command.as_ref()?)));
     let page = args.report.then(|| Ok("output.report=true".to_owned()));
     let more: Result<Vec<_>, _> = solvers.chain(page).collect();
-    let scene = args.scene.load_with(&more.map_err(error)?);
+    let scene = args.scene.load_with(&more.map_err(bad_input)?);
     let mut scene = scene.map_err(|errors| errors.to_string())?;
     let branch = Branch::find(&mut scene).map_err(|errors| errors.to_string())?;
-    trusted(&scene, &args.how).map_err(error)?;
-    let options = options(&args.how, args.record, &scene).map_err(error)?;
+    trusted(&scene, &args.how).map_err(bad_input)?;
+    let options = options(&args.how, args.record, &scene).map_err(bad_input)?;
     refuse_points_within_bodies(&scene).map_err(|errors| errors.to_string())?;
     let out = args
         .out
@@ -64,7 +60,7 @@ fn run_unless_refused(args: &RunArgs) -> Result<ExitCode, String> {
         && same_directory(&start.run, &out)
     {
         let why = "the run would replace the one whose state it begins with; give another `--out`";
-        return Err(error(why));
+        return Err(bad_input(why));
     }
     let killed = Killed::find(&out);
     let dir = RunDir::create(&out, &scene.resolved_toml).map_err(|e| with_advice(&e))?;
@@ -90,21 +86,18 @@ fn same_directory(a: &Path, b: &Path) -> bool {
 }
 
 /// Goes on with a run from its newest checkpoint.
-pub fn resume(args: &ResumeArgs) -> ExitCode {
-    resume_unless_refused(args).unwrap_or_else(refuse)
-}
-
+///
 /// # Errors
 /// Why nothing was started.
-fn resume_unless_refused(args: &ResumeArgs) -> Result<ExitCode, String> {
+pub fn resume(args: &ResumeArgs) -> Result<ExitCode, Failed> {
     let scene = Scene::of_run(&args.dir).map_err(|errors| errors.to_string())?;
-    trusted(&scene, &args.how).map_err(error)?;
+    trusted(&scene, &args.how).map_err(bad_input)?;
     let killed = Killed::find(&args.dir);
     let dir = RunDir::reopen(&args.dir).map_err(|e| with_advice(&e))?;
     let resumed = Resumed::find(&scene, &dir, args.new_tables)
         .map_err(|error| cannot_resume(&scene, &dir, killed.as_ref(), &error))?;
     let log = LogFile::of(&dir, true).map_err(|e| with_advice(&e))?;
-    let options = options(&args.how, false, &scene).map_err(error)?;
+    let options = options(&args.how, false, &scene).map_err(bad_input)?;
     logging::of_run(&log, args.how.log);
     begin(&scene, &args.how, &args.dir);
     for damaged in &resumed.passed_over {
@@ -131,7 +124,7 @@ fn cannot_resume(
     dir: &RunDir,
     killed: Option<&Killed>,
     why: &CheckpointError,
-) -> String {
+) -> Failed {
     if let Some(killed) = killed {
         complain(format_args!("{}: {}", dir.path().display(), killed.words()));
         match killed.write_summary(scene, dir) {
@@ -140,10 +133,10 @@ fn cannot_resume(
         }
     }
     let CheckpointError::None { .. } = why else {
-        return error(why);
+        return bad_input(why);
     };
     let (dir, trust) = (dir.path().display(), trust_of(scene));
-    error(format_args!(
+    bad_input(format_args!(
         "{why}\n  `tandem run {dir}/scene.toml --out OTHER{trust}` starts it again and leaves {dir} as it is; \
          `--out {dir}` replaces what is there"
     ))
@@ -160,7 +153,7 @@ fn trust_of(scene: &Scene) -> &'static str {
 }
 
 fn with_advice(why: &RunDirError) -> String {
-    error(format_args!("{why} ({})", why.advice()))
+    format!("error: {why} ({})", why.advice())
 }
 
 /// What is said and done before any run.
@@ -250,15 +243,6 @@ fn give_reason(log: LogFormat, reason: &str) {
             complain(format_args!("error: {reason}"));
         }
     }
-}
-
-fn error(why: impl Display) -> String {
-    format!("error: {why}")
-}
-
-fn refuse(why: String) -> ExitCode {
-    complain(why);
-    ExitCode::from(BAD_INPUT)
 }
 
 /// Refuses a scene that names programs as solvers: it may come from anybody, and they would run as the user.

@@ -15,61 +15,48 @@ use study::stability::edge::Search;
 use study::stability::{StabilityOptions, maps};
 use study::work::StudyOptions;
 
+use crate::exit::Failed;
 use crate::logging;
 use crate::signals::interrupt;
 use crate::terminal::{complain, say};
 
 /// Studies a scene.
-pub fn study(args: &StudyOptions) -> ExitCode {
+pub fn study(args: &StudyOptions) -> Result<ExitCode, Failed> {
     logging::of_study();
-    let result = asked_to_end().and_then(|interrupt| match &args.commands {
-        Some(file) => study::work::commands(args, interrupt, file).map(Err),
-        None => study::work::study(args, interrupt).map(Ok),
-    });
-    match result {
-        Ok(Err(missing)) => {
-            say(missing);
-            ExitCode::SUCCESS
-        }
-        Ok(Ok(report)) => {
-            say(&report);
-            say(format_args!("results in {}", args.runs.out.display()));
-            if report.rows().iter().any(|row| !row.outcome().settled()) {
-                return ExitCode::from(Status::Failed.exit_code());
-            }
-            ExitCode::SUCCESS
-        }
-        Err(error) => ended(&error),
+    let interrupt = asked_to_end()?;
+    if let Some(file) = &args.commands {
+        say(study::work::commands(args, interrupt, file)?);
+        return Ok(ExitCode::SUCCESS);
     }
+    let report = study::work::study(args, interrupt)?;
+    say(&report);
+    say(format_args!("results in {}", args.runs.out.display()));
+    let settled = report.rows().iter().all(|row| row.outcome().settled());
+    Ok(if settled {
+        ExitCode::SUCCESS
+    } else {
+        ExitCode::from(Status::Failed.exit_code())
+    })
 }
 
 /// Maps the stability of scenes.
-pub fn stability(args: &StabilityOptions) -> ExitCode {
+pub fn stability(args: &StabilityOptions) -> Result<ExitCode, Failed> {
     logging::of_study();
-    match map(args) {
-        Ok(text) => {
-            say(text.trim_end());
-            say(format_args!("results in {}", args.runs.out.display()));
-            ExitCode::SUCCESS
-        }
-        Err(error) => ended(&error),
-    }
+    say(map(args)?.trim_end());
+    say(format_args!("results in {}", args.runs.out.display()));
+    Ok(ExitCode::SUCCESS)
 }
 
 /// Draws curves out of tables, and pictures of frames.
-pub fn plot(args: &PlotOptions) -> ExitCode {
+pub fn plot(args: &PlotOptions) -> Result<ExitCode, Failed> {
     for run in &args.data {
         if let Some(killed) = Killed::find(Path::new(&run.what)) {
             complain(format_args!("note: {}: {}", run.what, killed.words()));
         }
     }
-    match study::plot::plot(args) {
-        Ok(()) => {
-            say(args.out.display());
-            ExitCode::SUCCESS
-        }
-        Err(error) => ended(&error),
-    }
+    study::plot::plot(args)?;
+    say(args.out.display());
+    Ok(ExitCode::SUCCESS)
 }
 
 fn map(args: &StabilityOptions) -> Result<String, StudyError> {
@@ -114,9 +101,4 @@ fn asked_to_end() -> Result<Arc<AtomicBool>, StudyError> {
     let interrupt = interrupt(false)
         .map_err(|e| StudyError::Asked(e, "start it where signals are allowed".to_owned()))?;
     Ok(interrupt.to_end)
-}
-
-fn ended(error: &StudyError) -> ExitCode {
-    complain(error.to_string().trim_end());
-    ExitCode::from(error.exit_code())
 }

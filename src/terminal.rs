@@ -13,6 +13,7 @@ use std::process::ExitCode;
 use std::sync::OnceLock;
 use std::time::Duration;
 
+use console::AnsiCodeIterator;
 use coupler::record::screen::Screen;
 use coupler::record::summary::Status;
 use interface::text;
@@ -33,26 +34,18 @@ pub fn say(line: impl Display) {
 
 /// A text without what a terminal would obey, but for the colours that we give it.
 fn shown(text: &str) -> String {
-    let mut shown = String::with_capacity(text.len());
-    let mut rest = text;
-    while let Some(at) = rest.find("\u{1b}[") {
-        let (before, from) = rest.split_at(at);
-        shown += &text::lines(before);
-        let length = 2 + from[2..]
-            .bytes()
-            .take_while(|b| b.is_ascii_digit() || *b == b';')
-            .count();
-        // A sequence that sets colours ends with `m`.
-        let length = if from[length..].starts_with('m') {
-            shown += &from[..=length];
-            length + 1
-        } else {
-            shown += &text::lines(&from[..1]);
-            1
-        };
-        rest = &from[length..];
-    }
-    shown + &text::lines(rest)
+    let is_colour = |code: &str| {
+        let numbers = code
+            .strip_prefix("\u{1b}[")
+            .and_then(|code| code.strip_suffix('m'));
+        numbers.is_some_and(|numbers| numbers.bytes().all(|b| b.is_ascii_digit() || b == b';'))
+    };
+    let parts = AnsiCodeIterator::new(text);
+    let shown = parts.map(|(part, is_code)| match part {
+        colour if is_code && is_colour(colour) => colour.into(),
+        other => text::lines(other),
+    });
+    shown.collect()
 }
 
 /// What shows standard error while a run goes on.

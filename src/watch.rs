@@ -10,7 +10,7 @@ use report::live::follow;
 use rustix::process::nice;
 
 use crate::cli::WatchArgs;
-use crate::exit::{BAD_INPUT, FAILED, fail};
+use crate::exit::{FAILED, Failed, bad_input};
 use crate::signals::interrupt;
 use crate::terminal::{complain, say};
 
@@ -19,7 +19,7 @@ use crate::terminal::{complain, say};
 const NICE: i32 = 10;
 
 /// Keeps the page of a run up to date until the run has ended.
-pub fn watch(args: &WatchArgs) -> ExitCode {
+pub fn watch(args: &WatchArgs) -> Result<ExitCode, Failed> {
     let dir = &args.dir;
     if !in_use(dir) {
         let why = format!(
@@ -27,12 +27,10 @@ pub fn watch(args: &WatchArgs) -> ExitCode {
              makes the page of one that has ended",
             dir.display()
         );
-        return fail(why, BAD_INPUT);
+        return Err(bad_input(why));
     }
-    let interrupt = match interrupt(false) {
-        Ok(interrupt) => interrupt,
-        Err(error) => return fail(error, FAILED),
-    };
+    let failed = |error| Failed::new(error, FAILED);
+    let interrupt = interrupt(false).map_err(failed)?;
     // Where that is refused this process is as urgent as the run, which costs a little of its time.
     let _ = nice(NICE);
     // Ctrl-C on a terminal reaches a run and this process: the run ends, and has a last page.
@@ -50,10 +48,8 @@ pub fn watch(args: &WatchArgs) -> ExitCode {
             "the run has written no history yet; its page is made when it has"
         )),
     };
-    match follow(dir, stop, shown) {
-        Ok(()) => ExitCode::SUCCESS,
-        Err(error) => fail(error, FAILED),
-    }
+    follow(dir, stop, shown).map_err(|error| Failed::new(error, FAILED))?;
+    Ok(ExitCode::SUCCESS)
 }
 
 /// Starts a process that shows the run in `dir`, and ends with it. A run goes on without one.

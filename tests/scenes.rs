@@ -69,7 +69,7 @@ fn assert_complete(files: &RunFiles) {
             .expected
             .tolerance
             .or(check.expected.relative_tolerance);
-        assert_eq!(said, reference.map(|_| check.tolerance), "{check:?}");
+        assert_eq!(said, reference.map(|_| Some(check.tolerance)), "{check:?}");
     }
     let booked: u64 = summary.dt_bound_by.values().sum();
     assert_eq!(summary.steps, booked, "every step is bound by something");

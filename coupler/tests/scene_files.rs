@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
-use coupler::record::check::{Expected, Reference};
+use coupler::record::check::Reference;
 use coupler::run::estimate::Estimate;
 use coupler::run::stability::Sides;
 use coupler::scene::{Scene, solver_override};
@@ -228,11 +228,8 @@ fn a_csv_reference_is_read_beside_the_scene_and_written_into_the_resolved_one() 
     );
     let path = files.write("scene.toml", &text);
     let scene = good(&path, None, &[]);
-    let table = |scene: &Scene| match &scene.checks[0].expected {
-        Expected::Near {
-            reference: Reference::Table(rows),
-            ..
-        } => rows.clone(),
+    let table = |scene: &Scene| match &scene.checks[0].expected.reference {
+        Some(Reference::Table(rows)) => rows.clone(),
         other => panic!("{other:?}"),
     };
     assert_eq!(table(&scene), [[0.0, 1.5], [0.5, 2.5]]);

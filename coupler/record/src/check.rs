@@ -35,9 +35,34 @@ pub struct Check {
     /// Begin and end of the window in s.
     pub window: [f64; 2],
     /// What the number must be.
-    pub expected: Expected,
+    pub expected: Expected<Expression, Reference>,
     /// Where the expected figure comes from.
     pub source: String,
+}
+
+impl Check {
+    /// The reference at a time; NaN if there is a bound instead.
+    fn reference(&self, slots: &[f64], time: f64) -> f64 {
+        match &self.expected.reference {
+            Some(Reference::Expression(expression)) => expression.evaluate(slots),
+            Some(Reference::Table(table)) => interpolate(table, time),
+            None => f64::NAN,
+        }
+    }
+
+    /// What it expects, as the scene says it; `told` is a number in words.
+    pub fn expectation(&self, told: impl Fn(f64) -> String) -> String {
+        let words = |expression: &Expression| {
+            let number = expression.as_number().map(&told);
+            number.or_else(|| Some(expression.source().to_owned()))
+        };
+        let reference = |reference: &Reference| match reference {
+            Reference::Expression(reference) => words(reference),
+            Reference::Table(_) => Some("a table over time".to_owned()),
+        };
+        let expected = self.expected.in_words(words, reference);
+        expected.unwrap_or_default()
+    }
 }
 
 /// How the value's history becomes one number.
@@ -85,36 +110,37 @@ impl<Time> When<Time> {
     }
 }
 
-/// What the number must be. Bounds and scales depend on nothing but constants and initial quantities.
-#[derive(Debug, Clone)]
-pub enum Expected {
-    /// Not below this.
-    AtLeast(Expression),
-    /// Not above this.
-    AtMost(Expression),
-    /// Within these two.
-    Between(Expression, Expression),
-    /// Near the reference.
-    Near {
-        /// The reference.
-        reference: Reference,
-        /// Largest distance, in the unit that `measure` gives it.
-        tolerance: f64,
-        /// What distances are divided by.
-        measure: Measure,
-    },
+/// What the number must be, under the keys of the scene: one of `at_least`, `at_most`, `between` and `reference`, and with
+/// `reference` a tolerance. `N` is a number and `R` a reference: as the scene writes them, as expressions, or as a run has
+/// found them. Bounds, tolerances and scales depend on nothing but constants and initial quantities.
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
+pub struct Expected<N, R = N> {
+    /// The value must not be below this. A check has one of `at_least`, `at_most`, `between`, `reference`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub at_least: Option<N>,
+    /// The value must not be above this.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub at_most: Option<N>,
+    /// The value must lie between these two, or on them.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub between: Option<[N; 2]>,
+    /// What the value must be, within a tolerance.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub reference: Option<R>,
+    /// Largest distance from the reference, in the unit of the value (or of `scale`). This or `relative_tolerance`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub tolerance: Option<N>,
+    /// Largest distance from the reference, as a fraction of it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub relative_tolerance: Option<N>,
+    /// Distances are divided by this, such as the largest value of the reference.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub scale: Option<N>,
 }
 
-/// What a check's distances are divided by.
-#[derive(Debug, Clone)]
-pub enum Measure {
-    /// Nothing.
-    Absolute,
-    /// The size of the reference.
-    Relative,
-    /// The size of this.
-    Scale(Expression),
-}
+/// What a check expects, in numbers: `None` is one that could not be computed. A reference that depends on time has its value at
+/// the time of the check's value. Empty if the run has no sample.
+pub type Meant = Expected<Option<f64>>;
 
 /// What a value must be near.
 #[derive(Debug, Clone)]
@@ -161,47 +187,20 @@ pub fn number<'de, D: Deserializer<'de>>(from: D) -> Result<f64, D::Error> {
     Option::deserialize(from).map(|number| number.unwrap_or(f64::NAN))
 }
 
-/// What a check expects, under the keys of the scene and with its expressions as numbers: one of `at_least`, `at_most`,
-/// `between` and `reference`, and with `reference` also the tolerance. Empty if the run has no sample.
-#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
-#[serde(default)]
-pub struct Meant {
-    /// Not below this.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub at_least: Option<f64>,
-    /// Not above this.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub at_most: Option<f64>,
-    /// Within these two.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub between: Option<[Option<f64>; 2]>,
-    /// Near this. If the reference depends on time, its value at the time of the check's value.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub reference: Option<f64>,
-    /// Largest distance in the value's unit, or with `scale` as a share of it.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub tolerance: Option<f64>,
-    /// Largest distance as a share of the reference.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub relative_tolerance: Option<f64>,
-    /// What distances are divided by.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub scale: Option<f64>,
-}
-
 impl Meant {
     /// The verdict on a value that has this distance from the reference. Without a reference the distance does not count.
     #[must_use]
     pub fn judge(&self, value: f64, distance: f64) -> CheckResult {
-        let number = |meant: Option<f64>| meant.unwrap_or(f64::NAN);
+        let number = |meant: Option<Option<f64>>| meant.flatten().unwrap_or(f64::NAN);
         // An infinite bound or scale would pass for any run.
         let (reference, error, tolerance, bounds);
         if let Some(ends) = self.between {
-            let [lower, upper] = ends.map(number);
+            let [lower, upper] = ends.map(|end| number(Some(end)));
             reference = 0.5 * (lower + upper);
             (error, tolerance) = (beyond(lower - value) + beyond(value - upper), 0.0);
             bounds = lower.is_finite() && upper.is_finite();
-        } else if let Some(bound) = self.at_least.or(self.at_most) {
+        } else if self.at_least.or(self.at_most).is_some() {
+            let bound = number(self.at_least.or(self.at_most));
             let excess = if self.at_least.is_some() {
                 bound - value
             } else {
@@ -214,13 +213,15 @@ impl Meant {
             let unit = if self.relative_tolerance.is_some() {
                 reference.abs()
             } else {
-                self.scale.map_or(1.0, f64::abs)
+                self.scale.map_or(1.0, |scale| number(Some(scale)).abs())
             };
             (error, tolerance) = (
                 distance / unit,
                 number(self.relative_tolerance.or(self.tolerance)),
             );
-            bounds = self.scale.is_none_or(f64::is_finite);
+            bounds = self
+                .scale
+                .is_none_or(|scale| number(Some(scale)).is_finite());
         }
         let reason = match (value.is_finite(), bounds) {
             (false, _) => Some("the value is not a finite number".to_owned()),
@@ -237,21 +238,6 @@ impl Meant {
             pass: error <= tolerance && reason.is_none(),
             reason,
             ..CheckResult::default()
-        }
-    }
-
-    /// The same as it is read from the summary, in which JSON has null for numbers that are not finite.
-    #[must_use]
-    pub fn finite(self) -> Self {
-        let finite = |number: Option<f64>| number.filter(|number| number.is_finite());
-        Self {
-            at_least: finite(self.at_least),
-            at_most: finite(self.at_most),
-            between: self.between.map(|ends| ends.map(finite)),
-            reference: finite(self.reference),
-            tolerance: finite(self.tolerance),
-            relative_tolerance: finite(self.relative_tolerance),
-            scale: finite(self.scale),
         }
     }
 }
@@ -314,7 +300,7 @@ impl Recorder {
             let point = Point {
                 time,
                 value: check.value.evaluate(slots),
-                reference: check.expected.reference(slots, time),
+                reference: check.reference(slots, time),
             };
             progress.take(check, point, self.time_slack);
         }
@@ -521,64 +507,45 @@ impl Progress {
     }
 }
 
-impl Expected {
-    /// As the scene says it; `told` is a number in words.
-    pub fn in_words(&self, told: impl Fn(f64) -> String) -> String {
-        let words = |expression: &Expression| {
-            let number = expression.as_number().map(&told);
-            number.unwrap_or_else(|| expression.source().to_owned())
-        };
-        match self {
-            Self::AtLeast(least) => format!("at least {}", words(least)),
-            Self::AtMost(most) => format!("at most {}", words(most)),
-            Self::Between(least, most) => [least, most].map(words).join(" to "),
-            Self::Near { reference, .. } => match reference {
-                Reference::Expression(reference) => words(reference),
-                Reference::Table(_) => "a table over time".to_owned(),
-            },
+impl<N, R> Expected<N, R> {
+    /// The same with other forms of numbers and of a reference.
+    pub fn map<M, Q>(
+        &self,
+        number: impl Fn(&N) -> M,
+        reference: impl Fn(&R) -> Q,
+    ) -> Expected<M, Q> {
+        let one = |written: &Option<N>| written.as_ref().map(&number);
+        Expected {
+            at_least: one(&self.at_least),
+            at_most: one(&self.at_most),
+            between: self
+                .between
+                .as_ref()
+                .map(|ends| ends.each_ref().map(&number)),
+            reference: self.reference.as_ref().map(reference),
+            tolerance: one(&self.tolerance),
+            relative_tolerance: one(&self.relative_tolerance),
+            scale: one(&self.scale),
         }
     }
 
-    /// The reference at a time; NaN if there is a bound instead.
-    fn reference(&self, slots: &[f64], time: f64) -> f64 {
-        match self {
-            Self::Near { reference, .. } => reference.at(slots, time),
-            Self::AtLeast(_) | Self::AtMost(_) | Self::Between(..) => f64::NAN,
+    /// In words, where a number and the reference are told so; `None` if nothing is expected or can be told.
+    pub fn in_words(
+        &self,
+        number: impl Fn(&N) -> Option<String>,
+        reference: impl Fn(&R) -> Option<String>,
+    ) -> Option<String> {
+        if let Some(ends) = &self.between {
+            let ends = ends.each_ref().map(number);
+            return Some(
+                ends.map(|end| end.unwrap_or("none".to_owned()))
+                    .join(" to "),
+            );
         }
-    }
-
-    /// The expectation in numbers, with the reference with which the value is compared.
-    fn meant(&self, slots: &[f64], reference: f64) -> Meant {
-        let number = |expression: &Expression| Some(expression.evaluate(slots));
-        let mut meant = Meant::default();
-        match self {
-            Self::AtLeast(bound) => meant.at_least = number(bound),
-            Self::AtMost(bound) => meant.at_most = number(bound),
-            Self::Between(lower, upper) => meant.between = Some([lower, upper].map(number)),
-            Self::Near {
-                tolerance, measure, ..
-            } => {
-                meant.reference = Some(reference);
-                match measure {
-                    Measure::Relative => meant.relative_tolerance = Some(*tolerance),
-                    Measure::Absolute => meant.tolerance = Some(*tolerance),
-                    Measure::Scale(scale) => {
-                        meant.tolerance = Some(*tolerance);
-                        meant.scale = number(scale);
-                    }
-                }
-            }
-        }
-        meant
-    }
-}
-
-impl Reference {
-    fn at(&self, slots: &[f64], time: f64) -> f64 {
-        match self {
-            Self::Expression(expression) => expression.evaluate(slots),
-            Self::Table(table) => interpolate(table, time),
-        }
+        let bound = |word, bound: &Option<N>| Some(format!("{word} {}", number(bound.as_ref()?)?));
+        bound("at least", &self.at_least)
+            .or_else(|| bound("at most", &self.at_most))
+            .or_else(|| reference(self.reference.as_ref()?))
     }
 }
 
@@ -600,7 +567,8 @@ fn judge(check: &Check, progress: &Progress, slots: &[f64]) -> CheckResult {
     let expected = if slots.is_empty() {
         Meant::default()
     } else {
-        check.expected.meant(slots, reference)
+        let number = |expression: &Expression| Some(expression.evaluate(slots));
+        check.expected.map(number, |_| Some(reference))
     };
     let [from, to] = check.window;
     let judged = match (outcome, check.when) {

@@ -1,6 +1,6 @@
 //! The checks of a run in words: what was expected is said as the scene says it.
 
-use coupler::record::check::{Check, CheckResult, Meant, When};
+use coupler::record::check::{Check, CheckResult, When};
 use coupler::scene::Scene;
 
 use crate::record::Record;
@@ -64,27 +64,31 @@ fn row(verdict: &CheckResult, scene: Option<&Scene>, run: &str) -> Row {
     });
     let (check, unit) = of_scene.unzip();
     let unit = unit.unwrap_or_default();
-    let meant = verdict.expected.finite();
+    let meant = &verdict.expected;
+    let finite = |number: &Option<f64>| number.filter(|number| number.is_finite());
     let relative = meant.relative_tolerance.is_some();
-    let scaled = meant.scale.is_some();
-    let near = meant.reference.is_some();
-    let scale = meant.scale.map(|scale| quantity(scale, &unit));
-    let scale = scale.unwrap_or_else(|| "scale".to_owned());
+    let scale = meant.scale.as_ref().and_then(finite);
+    let near = meant.reference.as_ref().and_then(finite).is_some();
     // What distances are told in.
-    let distance = |number: f64| match number {
-        number if !number.is_finite() => "none".to_owned(),
-        number if relative => format!("{}\u{a0}%", self::number(100.0 * number)),
-        number if scaled => format!("{}\u{a0}% of {scale}", self::number(100.0 * number)),
-        number => quantity(number, &unit),
+    let distance = |number: f64| match scale {
+        _ if !number.is_finite() => "none".to_owned(),
+        _ if relative => format!("{}\u{a0}%", self::number(100.0 * number)),
+        Some(scale) => {
+            let scale = quantity(scale, &unit);
+            format!("{}\u{a0}% of {scale}", self::number(100.0 * number))
+        }
+        None => quantity(number, &unit),
     };
+    let told = |number: &Option<f64>| Some(quantity(finite(number)?, &unit));
     Row {
         run: run.to_owned(),
         result: if verdict.pass { "pass" } else { "fail" },
         name: verdict.name.clone(),
         when: check.map_or("", |check| when(check.when)),
-        value: with_unit(Some(verdict.value), &unit),
-        expected: expected(&meant, &unit)
-            .or_else(|| Some(check?.expected.in_words(|number| quantity(number, &unit))))
+        value: told(&Some(verdict.value)).unwrap_or_else(|| "none".to_owned()),
+        expected: meant
+            .in_words(told, told)
+            .or_else(|| Some(check?.expectation(|number| quantity(number, &unit))))
             .unwrap_or_default(),
         error: match verdict.error {
             0.0 if !near => "within".to_owned(),
@@ -99,24 +103,6 @@ fn row(verdict: &CheckResult, scene: Option<&Scene>, run: &str) -> Row {
     }
 }
 
-/// A number with its unit, if it could be had.
-fn with_unit(number: Option<f64>, unit: &str) -> String {
-    let number = number.filter(|number| number.is_finite());
-    number.map_or_else(|| "none".to_owned(), |number| quantity(number, unit))
-}
-
-/// What a run had to show; `None` if it has no sample.
-fn expected(meant: &Meant, unit: &str) -> Option<String> {
-    let [least, most, reference] = [meant.at_least, meant.at_most, meant.reference];
-    let least = least.map(|least| format!("at least {}", quantity(least, unit)));
-    let most = || Some(format!("at most {}", quantity(most?, unit)));
-    let between = || Some(meant.between?.map(|end| with_unit(end, unit)).join(" to "));
-    least
-        .or_else(most)
-        .or_else(between)
-        .or_else(|| Some(quantity(reference?, unit)))
-}
-
 /// A check that nobody has judged.
 fn open(check: &Check, run: &str) -> Row {
     Row {
@@ -124,7 +110,7 @@ fn open(check: &Check, run: &str) -> Row {
         result: "open",
         name: check.name.clone(),
         when: when(check.when),
-        expected: check.expected.in_words(self::number),
+        expected: check.expectation(self::number),
         source: check.source.clone(),
         ..Row::default()
     }
@@ -164,6 +150,7 @@ fn unit(check: &Check, scene: &Scene) -> String {
 mod tests {
     use std::path::Path;
 
+    use coupler::record::check::Meant;
     use coupler::scene::SceneFile;
 
     use super::*;
@@ -251,8 +238,8 @@ mod tests {
             ("within", "")
         );
         let near = Meant {
-            reference: Some(24.5),
-            relative_tolerance: Some(0.03),
+            reference: Some(Some(24.5)),
+            relative_tolerance: Some(Some(0.03)),
             ..none
         };
         let near = judged(
@@ -266,9 +253,9 @@ mod tests {
             ("2\u{a0}%", "3\u{a0}%")
         );
         let scaled = Meant {
-            reference: Some(24.5),
-            tolerance: Some(0.03),
-            scale: Some(50.0),
+            reference: Some(Some(24.5)),
+            tolerance: Some(Some(0.03)),
+            scale: Some(Some(50.0)),
             ..none
         };
         let check_of_scale = "reference = 24.5\ntolerance = 0.03\nscale = 50.0";
@@ -278,7 +265,7 @@ mod tests {
             ("1\u{a0}% of 50\u{a0}mm", "3\u{a0}% of 50\u{a0}mm")
         );
         let most = Meant {
-            at_most: Some(26.0),
+            at_most: Some(Some(26.0)),
             ..none
         };
         let most = judged("when = \"max\"\nat_most = 26.0", most, 0.0, 0.0);
@@ -291,7 +278,7 @@ mod tests {
         assert_eq!(unseen.expected, "20\u{a0}mm to initial.body.a.x");
         assert_eq!(unseen.error, "none");
         let least = Meant {
-            at_least: Some(24.0),
+            at_least: Some(Some(24.0)),
             ..none
         };
         let gone = CheckResult {

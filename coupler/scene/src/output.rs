@@ -8,7 +8,7 @@ use interface::config::MaterialModel;
 use crate::diagnostic::suggestion;
 use mechanics::expression::{Expression, ExpressionError, Meaning, reserved_names};
 use record::Table;
-use record::check::{Check, Column, Expected, Measure, Reference, When};
+use record::check::{Check, Column, Expected, Reference, When};
 use record::frames::Field;
 use record::quantity::Quantities;
 
@@ -311,138 +311,139 @@ impl Context<'_, '_> {
         })
     }
 
-    fn expected(&mut self, path: &str, written: &CheckWritten, when: When) -> Option<Expected> {
+    fn expected(
+        &mut self,
+        path: &str,
+        written: &CheckWritten,
+        when: When,
+    ) -> Option<Expected<Expression, Reference>> {
+        let CheckWritten { name, expected, .. } = written;
         let forms = [
-            written.at_least.is_some(),
-            written.at_most.is_some(),
-            written.between.is_some(),
-            written.reference.is_some(),
+            expected.at_least.is_some(),
+            expected.at_most.is_some(),
+            expected.between.is_some(),
+            expected.reference.is_some(),
         ];
         let count = forms.iter().filter(|present| **present).count();
         if count != 1 {
             self.problems.refuse_key(
                 path,
                 format!(
-                    "check \"{}\" has {count} of `at_least`, `at_most`, `between`, `reference`, \
-                     expected exactly one",
-                    written.name
+                    "check \"{name}\" has {count} of `at_least`, `at_most`, `between`, `reference`, \
+                     expected exactly one"
                 ),
                 "say what the value must be, in one way",
             );
             return None;
         }
-        let along_time = matches!(when, When::MaxError | When::RmsError);
-        if let Some(reference) = &written.reference {
-            return self.near(path, written, reference, when);
-        }
-        for (key, present) in [
-            ("tolerance", written.tolerance.is_some()),
-            ("relative_tolerance", written.relative_tolerance.is_some()),
-            ("scale", written.scale.is_some()),
-        ] {
-            if present {
-                let message = format!("`{key}` has no effect on a bound");
-                self.problems.refuse_key(
-                    &format!("{path}.{key}"),
-                    message,
-                    "it belongs to `reference`",
-                );
+        let [tolerance, relative, scale] = self.distances(path, written, when);
+        let reference = expected.reference.as_ref();
+        let reference = reference.and_then(|written| self.reference(path, written, when));
+        let mut number = |key: &str, scope: Scope, written: Option<&NumberOrExpression>| {
+            let path = format!("{path}.{key}");
+            let number = self.number_or_expression(scope, &path, written?)?;
+            if scope == Scope::Constants {
+                let tolerance = number.as_number()?;
+                self.problems.not_negative(&path, tolerance, "a tolerance");
             }
+            Some(number)
+        };
+        let between = expected.between.as_ref().and_then(|[lower, upper]| {
+            let lower = number("between.0", Scope::Unchanging, Some(lower));
+            let upper = number("between.1", Scope::Unchanging, Some(upper));
+            Some([lower?, upper?])
+        });
+        Some(Expected {
+            at_least: number("at_least", Scope::Unchanging, expected.at_least.as_ref()),
+            at_most: number("at_most", Scope::Unchanging, expected.at_most.as_ref()),
+            between,
+            reference,
+            tolerance: number("tolerance", Scope::Constants, tolerance),
+            relative_tolerance: number("relative_tolerance", Scope::Constants, relative),
+            scale: number("scale", Scope::Unchanging, scale),
+        })
+    }
+
+    /// The tolerance, the relative tolerance and the scale of a reference; refuses what has no effect, is missing or is there twice.
+    fn distances<'w>(
+        &mut self,
+        path: &str,
+        CheckWritten { name, expected, .. }: &'w CheckWritten,
+        when: When,
+    ) -> [Option<&'w NumberOrExpression>; 3] {
+        let distances = [
+            ("tolerance", &expected.tolerance),
+            ("relative_tolerance", &expected.relative_tolerance),
+            ("scale", &expected.scale),
+        ];
+        let near = expected.reference.is_some();
+        for (key, _) in distances
+            .iter()
+            .filter(|(_, given)| given.is_some() && !near)
+        {
+            let path = format!("{path}.{key}");
+            let message = format!("`{key}` has no effect on a bound");
+            self.problems
+                .refuse_key(&path, message, "it belongs to `reference`");
         }
-        if along_time {
+        if !near && matches!(when, When::MaxError | When::RmsError) {
             self.problems.refuse(
                 &format!("{path}.when"),
                 "an error needs a reference to compare with",
                 "give a `reference` and a tolerance, or use `max` or `rms`",
             );
         }
-        let mut bound = |key: &str, bound: &NumberOrExpression| {
-            let path = format!("{path}.{key}");
-            self.number_or_expression(Scope::Unchanging, &path, bound)
-        };
-        match (&written.at_least, &written.at_most, &written.between) {
-            (Some(lower), ..) => bound("at_least", lower).map(Expected::AtLeast),
-            (_, Some(upper), _) => bound("at_most", upper).map(Expected::AtMost),
-            (.., Some([lower, upper])) => {
-                let (lower, upper) = (bound("between.0", lower), bound("between.1", upper));
-                Some(Expected::Between(lower?, upper?))
-            }
-            (None, None, None) => None,
+        let all = distances.map(|(_, given)| given.as_ref().filter(|_| near));
+        let [tolerance, relative, scale] = all;
+        if near && tolerance.is_some() == relative.is_some() {
+            let has = if tolerance.is_some() {
+                "both"
+            } else {
+                "neither"
+            };
+            let message = format!(
+                "check \"{name}\" has {has} of `tolerance` and `relative_tolerance`, expected one"
+            );
+            let help = "`tolerance` is in the value's unit, `relative_tolerance` a fraction of \
+                        the reference";
+            self.problems.refuse_key(path, message, help);
         }
+        if scale.is_some() && relative.is_some() {
+            self.problems.refuse_key(
+                &format!("{path}.scale"),
+                "`scale` and `relative_tolerance` both divide the error",
+                "use `scale` with `tolerance`",
+            );
+        }
+        all
     }
 
-    fn near(
+    fn reference(
         &mut self,
         path: &str,
-        written: &CheckWritten,
-        reference: &ReferenceWritten,
+        written: &ReferenceWritten,
         when: When,
-    ) -> Option<Expected> {
-        let tolerance = self.tolerance(path, written);
-        let reference_path = format!("{path}.reference");
+    ) -> Option<Reference> {
+        let path = format!("{path}.reference");
         let scope = match when {
             When::Rise | When::TimeOfMax | When::Mean | When::Rms => Scope::Unchanging,
             _ => Scope::All,
         };
-        let reference = match reference {
+        match written {
             ReferenceWritten::Plain(plain) => self
-                .number_or_expression(scope, &reference_path, plain)
+                .number_or_expression(scope, &path, plain)
                 .map(Reference::Expression),
             ReferenceWritten::Table(table) => {
                 if scope == Scope::Unchanging {
                     self.problems.refuse(
-                        &reference_path,
+                        &path,
                         "a mean, a rise or a time cannot be compared with a table over time",
                         "use `when = \"rms_error\"`, or a number",
                     );
                 }
-                self.table(&reference_path, table).map(Reference::Table)
+                self.table(&path, table).map(Reference::Table)
             }
-        };
-        let scale = written.scale.as_ref().map(|scale| {
-            let path = format!("{path}.scale");
-            self.number_or_expression(Scope::Unchanging, &path, scale)
-        });
-        let measure = match (scale, written.relative_tolerance.is_some()) {
-            (Some(_), true) => {
-                self.problems.refuse_key(
-                    &format!("{path}.scale"),
-                    "`scale` and `relative_tolerance` both divide the error",
-                    "use `scale` with `tolerance`",
-                );
-                return None;
-            }
-            (Some(scale), false) => Measure::Scale(scale?),
-            (None, true) => Measure::Relative,
-            (None, false) => Measure::Absolute,
-        };
-        Some(Expected::Near {
-            reference: reference?,
-            tolerance: tolerance?,
-            measure,
-        })
-    }
-
-    fn tolerance(&mut self, path: &str, written: &CheckWritten) -> Option<f64> {
-        let (key, tolerance) = match (&written.tolerance, &written.relative_tolerance) {
-            (Some(tolerance), None) => ("tolerance", tolerance),
-            (None, Some(tolerance)) => ("relative_tolerance", tolerance),
-            (both, _) => {
-                let has = if both.is_some() { "both" } else { "neither" };
-                let message = format!(
-                    "check \"{}\" has {has} of `tolerance` and `relative_tolerance`, expected one",
-                    written.name
-                );
-                let help = "`tolerance` is in the value's unit, `relative_tolerance` a fraction of \
-                            the reference";
-                self.problems.refuse_key(path, message, help);
-                return None;
-            }
-        };
-        let path = format!("{path}.{key}");
-        let number = self.number(&path, tolerance)?;
-        self.problems.not_negative(&path, number, "a tolerance");
-        Some(number)
+        }
     }
 
     fn table(&mut self, path: &str, written: &TableWritten) -> Option<Vec<[f64; 2]>> {

@@ -19,7 +19,7 @@ use super::{
     start, structure, study,
 };
 use crate::diagnostic::SceneErrors;
-use record::check::{Check, Expected, Reference};
+use record::check::{Check, Reference};
 use record::frames::Content;
 use record::quantity::Quantities;
 
@@ -167,22 +167,26 @@ fn checked(problems: &mut Problems, written: &SceneWritten, directory: &Path) ->
 
 /// The quantities that columns and checks of the scene may use.
 fn quantities(written: &SceneWritten, bodies_written: Option<&DemWritten>) -> Quantities {
-    let body_list = bodies_written.map_or(&[][..], |dem| &dem.body);
-    let fills = bodies_written.map_or(&[][..], |dem| &dem.fill);
-    let groups = written.mpm.as_ref().map_or(&[][..], |mpm| &mpm.points);
-    let mpm_written = written.mpm.as_ref();
-    let probes = mpm_written.map_or(&[][..], |mpm| &mpm.probe);
-    let holds = mpm_written.map_or(&[][..], |mpm| &mpm.hold);
-    let segments = mpm_written.filter(|mpm| mpm.scheme.interface == Interface::Segments);
-    let chains = segments.map_or(&[][..], |mpm| &mpm.chain);
-    let chains: Vec<&str> = chains.iter().map(|chain| chain.name.as_str()).collect();
-    let probes: Vec<&str> = probes.iter().map(|probe| probe.name.as_str()).collect();
-    let holds: Vec<&str> = holds.iter().map(|hold| hold.name.as_str()).collect();
+    let mpm = || written.mpm.iter();
+    let segments = mpm().filter(|mpm| mpm.scheme.interface == Interface::Segments);
+    let probes = mpm().flat_map(|mpm| &mpm.probe);
+    let holds = mpm().flat_map(|mpm| &mpm.hold);
+    let chains = segments.flat_map(|mpm| &mpm.chain);
+    let probes: Vec<&str> = probes.map(|probe| probe.name.as_str()).collect();
+    let holds: Vec<&str> = holds.map(|hold| hold.name.as_str()).collect();
+    let chains: Vec<&str> = chains.map(|chain| chain.name.as_str()).collect();
+    let dem = || bodies_written.into_iter();
     Quantities::new(
-        groups.iter().map(|group| group.name.as_str()),
+        mpm()
+            .flat_map(|mpm| &mpm.points)
+            .map(|group| group.name.as_str()),
         [&probes, &holds, &chains],
-        body_list.iter().map(|body| body.body.name.as_str()),
-        fills.iter().map(|fill| (fill.name.as_str(), fill.count)),
+        dem()
+            .flat_map(|dem| &dem.body)
+            .map(|body| body.body.name.as_str()),
+        dem()
+            .flat_map(|dem| &dem.fill)
+            .map(|fill| (fill.name.as_str(), fill.count)),
     )
     .of_slice(written.thickness)
 }
@@ -337,11 +341,7 @@ fn coupling(problems: &mut Problems, coupling: &Coupling) {
 fn inline_tables(document: &mut Document, checks: &[Check]) {
     let numbers = |row: &[f64; 2]| Value::Array(row.iter().map(|x| Value::Float(*x)).collect());
     for (i, check) in checks.iter().enumerate() {
-        let Expected::Near {
-            reference: Reference::Table(rows),
-            ..
-        } = &check.expected
-        else {
+        let Some(Reference::Table(rows)) = &check.expected.reference else {
             continue;
         };
         let points = Value::Array(rows.iter().map(numbers).collect());

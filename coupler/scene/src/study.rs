@@ -4,7 +4,7 @@ use super::problems::Problems;
 use super::written::StudyWritten;
 use super::{Measurand, Study};
 use crate::diagnostic::suggestion;
-use record::check::{Check, Column, Expected};
+use record::check::{Check, Column};
 
 /// The study of a scene with these checks and columns.
 pub(super) fn study(
@@ -14,7 +14,7 @@ pub(super) fn study(
     columns: &[Column],
 ) -> Study {
     let with_reference = || {
-        let near = |c: &&Check| matches!(c.expected, Expected::Near { .. });
+        let near = |c: &&Check| c.expected.reference.is_some();
         checks.iter().filter(near).map(|c| c.name.as_str())
     };
     let mut study = Study {

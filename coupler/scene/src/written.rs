@@ -14,7 +14,7 @@ use serde::Deserialize;
 
 use super::expectation::Expectation;
 use super::{CheckpointPlan, Coupling, TimePlan};
-use record::check::When;
+use record::check::{Expected, When};
 use record::frames::Field;
 use record::frames::vtu::Precision;
 
@@ -304,20 +304,9 @@ pub(crate) struct CheckWritten {
     pub from: Option<NumberOrExpression>,
     /// End of the time interval in s; the end of the run by default.
     pub to: Option<NumberOrExpression>,
-    /// The value must not be below this. A check has one of `at_least`, `at_most`, `between`, `reference`.
-    pub at_least: Option<NumberOrExpression>,
-    /// The value must not be above this.
-    pub at_most: Option<NumberOrExpression>,
-    /// The value must lie between these two, or on them.
-    pub between: Option<[NumberOrExpression; 2]>,
-    /// What the value must be, within a tolerance.
-    pub reference: Option<ReferenceWritten>,
-    /// Largest distance from the reference, in the unit of the value (or of `scale`). This or `relative_tolerance`.
-    pub tolerance: Option<NumberOrExpression>,
-    /// Largest distance from the reference, as a fraction of it.
-    pub relative_tolerance: Option<NumberOrExpression>,
-    /// Distances are divided by this, such as the largest value of the reference.
-    pub scale: Option<NumberOrExpression>,
+    /// What the number must be.
+    #[serde(flatten)]
+    pub expected: Expected<NumberOrExpression, ReferenceWritten>,
     /// Where the expected figure comes from.
     pub source: String,
 }

@@ -90,20 +90,17 @@ impl Case {
     }
 
     fn resolved(&self, key: &str) -> Option<f64> {
-        let root: toml::Table = self.scene.resolved_toml.parse().ok()?;
-        let mut at = &toml::Value::Table(root);
-        for segment in key.split('.') {
-            at = match at {
-                toml::Value::Table(table) => table.get(segment)?,
-                toml::Value::Array(array) => array.get(segment.parse::<usize>().ok()?)?,
-                _ => return None,
-            };
-        }
-        match at {
-            toml::Value::Float(number) => Some(*number),
-            toml::Value::Integer(number) => Some(*number as f64),
-            _ => None,
-        }
+        let root = toml::Value::Table(self.scene.resolved_toml.parse().ok()?);
+        let within = key
+            .split('.')
+            .try_fold(&root, |at, segment| match segment.parse::<usize>() {
+                Ok(place) => at.get(place),
+                Err(_) => at.get(segment),
+            });
+        let number = within?;
+        number
+            .as_float()
+            .or_else(|| Some(number.as_integer()? as f64))
     }
 
     /// The settings for people, but for those of some keys; each by the last part of its key.

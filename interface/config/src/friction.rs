@@ -20,6 +20,7 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use super::capability::word;
 use super::fault::ConfigFault;
 use super::{Frictional, MaterialModel};
 
@@ -47,13 +48,8 @@ impl FrictionTest {
     ];
 
     /// The test in words, to follow "in".
-    pub const fn words(self) -> &'static str {
-        match self {
-            Self::PlaneStrain => "plane strain",
-            Self::Repose => "repose",
-            Self::TriaxialCompression => "triaxial compression",
-            Self::TriaxialExtension => "triaxial extension",
-        }
+    pub fn words(self) -> String {
+        word(&self).replace('_', " ")
     }
 }
 

@@ -299,7 +299,7 @@ fn judge_all(
     let (first_of_all, rest): (Vec<_>, Vec<_>) =
         (0..).zip(clauses).partition(|(_, c)| first == Some(c.id));
     let (alone, several): (Vec<_>, Vec<_>) = rest.into_iter().partition(|(_, c)| c.alone);
-    let jobs = options.jobs.max(1);
+    let jobs = options.jobs;
     for (jobs, clauses) in [(1, first_of_all), (jobs, several), (1, alone)] {
         let next = AtomicUsize::new(0);
         let (sender, receiver) = std::sync::mpsc::channel();

@@ -1,62 +1,84 @@
-//! How the kit is used.
+//! How the kit is used: the options of `tandem conformance` that are about the examination.
 
+use std::num::{NonZero, ParseIntError};
+use std::path::PathBuf;
 use std::time::Duration;
 
-/// How the kit is used.
-#[derive(Debug, Clone)]
-pub struct Options {
-    /// Ids of the clauses to judge; all when empty.
-    pub only: Vec<String>,
-    /// Most steps granted at once.
-    pub window: u64,
-    /// Longest wait for Hello and for Ready. A solver that has been awaited for so long once is awaited for
-    /// [`crate::PATIENCE`] from then on, so that one that never comes is judged in bounded time.
-    pub startup: Duration,
-    /// Whether the messages of each clause are kept.
-    pub trace: bool,
-    /// Clauses that are judged at the same time; 0 is taken for 1. Those that measure time are judged alone.
-    pub jobs: usize,
-    /// The random cases.
-    pub random: RandomCases,
-}
+use clap::{Args, Command, FromArgMatches, value_parser};
 
-impl Default for Options {
-    fn default() -> Self {
-        Self {
-            only: Vec::new(),
-            window: 64,
-            // An interpreter may have much to load, and the coupler waits longer (S-11).
-            startup: Duration::from_secs(20),
-            trace: false,
-            jobs: 2,
-            random: RandomCases::default(),
-        }
-    }
+/// How the kit is used.
+#[derive(Debug, Clone, Args)]
+pub struct Options {
+    /// Test only these clauses.
+    #[arg(long, value_name = "ID", value_delimiter = ',')]
+    pub only: Vec<String>,
+    /// Largest number of steps granted at once.
+    #[arg(long, value_name = "N", default_value_t = 64, value_parser = value_parser!(u32).range(1..))]
+    pub window: u32,
+    /// Number of clauses tested at the same time; by default two for each core, at most eight. Clauses that measure
+    /// time are tested alone.
+    #[arg(long, value_name = "N", default_value_t = jobs(), hide_default_value = true, value_parser = value_parser!(u16).range(1..))]
+    pub jobs: u16,
+    /// The random cases.
+    #[command(flatten)]
+    pub random: RandomCases,
+    // An interpreter may have much to load, and the coupler waits longer (S-11). A solver that has been awaited for so long
+    // once is awaited for `PATIENCE` from then on, so that one that never comes is judged in bounded time.
+    /// Longest wait for Hello and for Ready in seconds; the start-up time of a solver is not tested.
+    #[arg(long, value_name = "SECONDS", default_value = "20", value_parser = some_seconds)]
+    pub startup: Duration,
+    /// Write the messages of every broken clause, one file for each.
+    #[arg(long, value_name = "DIR")]
+    pub trace: Option<PathBuf>,
 }
 
 /// Which random cases are run.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, Args)]
 pub struct RandomCases {
-    /// Seed of the first case; the next one has the next seed.
+    /// Seed of the first random case; the next one has the next seed.
+    #[arg(long, value_name = "N", default_value_t = 0)]
     pub seed: u64,
-    /// Number of cases, at most.
+    /// Number of random cases, at most.
+    #[arg(long, value_name = "N", default_value_t = 1000)]
     pub cases: u64,
-    /// Time, at most.
+    /// Time for random cases in seconds, at most.
+    #[arg(long, value_name = "SECONDS", default_value = "10", value_parser = seconds)]
     pub time: Duration,
-    /// Time to make a case that fails smaller, at most.
+    /// Time to make a random case that fails smaller in seconds, at most.
+    #[arg(long, value_name = "SECONDS", default_value = "10", value_parser = seconds)]
     pub shrink: Duration,
     /// So many clauses may be found broken before the search ends.
+    #[arg(skip = usize::MAX)]
     pub failures: usize,
+}
+
+impl Default for Options {
+    /// Those of a command line without any.
+    fn default() -> Self {
+        let command = Self::augment_args(Command::new("conformance"));
+        let none = command.get_matches_from([""; 0]);
+        Self::from_arg_matches(&none).expect("every option has a default")
+    }
 }
 
 impl Default for RandomCases {
     fn default() -> Self {
-        Self {
-            seed: 0,
-            cases: 1000,
-            time: Duration::from_secs(10),
-            shrink: Duration::from_secs(10),
-            failures: usize::MAX,
-        }
+        Options::default().random
     }
+}
+
+/// A clause mostly waits, for its deadlines and for the solver's start.
+fn jobs() -> u16 {
+    let cores = std::thread::available_parallelism().map_or(1, NonZero::get);
+    (2 * cores).min(8) as u16
+}
+
+fn seconds(text: &str) -> Result<Duration, ParseIntError> {
+    text.parse()
+        .map(|seconds: u32| Duration::from_secs(seconds.into()))
+}
+
+fn some_seconds(text: &str) -> Result<Duration, ParseIntError> {
+    let seconds: NonZero<u16> = text.parse()?;
+    Ok(Duration::from_secs(seconds.get().into()))
 }

@@ -13,15 +13,58 @@ fn expression(source: &str) -> Expression {
     Expression::compile(source, &meaning).unwrap()
 }
 
-fn near(reference: &str, tolerance: f64, measure: Measure) -> Expected {
-    Expected::Near {
-        reference: Reference::Expression(expression(reference)),
-        tolerance,
-        measure,
+type Compiled = Expected<Expression, Reference>;
+
+fn nothing() -> Compiled {
+    let nothing = Meant::default();
+    nothing.map(|_| expression("0"), |_| Reference::Table(Vec::new()))
+}
+
+fn near(reference: &str, tolerance: &str) -> Compiled {
+    Compiled {
+        reference: Some(Reference::Expression(expression(reference))),
+        tolerance: Some(expression(tolerance)),
+        ..nothing()
     }
 }
 
-fn run(when: When, window: [f64; 2], expected: Expected, rows: &[[f64; 2]]) -> CheckResult {
+fn relative(reference: &str, tolerance: &str) -> Compiled {
+    Compiled {
+        relative_tolerance: Some(expression(tolerance)),
+        tolerance: None,
+        ..near(reference, tolerance)
+    }
+}
+
+fn scaled(reference: &str, tolerance: &str, scale: &str) -> Compiled {
+    Compiled {
+        scale: Some(expression(scale)),
+        ..near(reference, tolerance)
+    }
+}
+
+fn at_least(bound: &str) -> Compiled {
+    Compiled {
+        at_least: Some(expression(bound)),
+        ..nothing()
+    }
+}
+
+fn at_most(bound: &str) -> Compiled {
+    Compiled {
+        at_most: Some(expression(bound)),
+        ..nothing()
+    }
+}
+
+fn between(lower: &str, upper: &str) -> Compiled {
+    Compiled {
+        between: Some([lower, upper].map(expression)),
+        ..nothing()
+    }
+}
+
+fn run(when: When, window: [f64; 2], expected: Compiled, rows: &[[f64; 2]]) -> CheckResult {
     let check = Check {
         name: "c".into(),
         value: expression("v"),
@@ -50,7 +93,7 @@ const ALL: [f64; 2] = [0.0, 10.0];
 const RAMP: [[f64; 2]; 4] = [[0.0, 1.0], [1.0, 3.0], [2.0, 2.0], [4.0, 0.0]];
 
 fn number(when: When, window: [f64; 2]) -> f64 {
-    run(when, window, near("0", 1e9, Measure::Absolute), &RAMP).value
+    run(when, window, near("0", "1e9"), &RAMP).value
 }
 
 #[test]
@@ -73,29 +116,18 @@ fn a_history_becomes_one_number() {
 
 #[test]
 fn distances_from_a_moving_reference() {
-    let result = run(
-        When::MaxError,
-        ALL,
-        near("t", 0.5, Measure::Scale(expression("8"))),
-        &RAMP,
-    );
+    let result = run(When::MaxError, ALL, scaled("t", "0.5", "8"), &RAMP);
     assert_eq!(
         (result.value, result.reference, result.error),
         (0.0, 4.0, 0.5)
     );
     assert!(result.pass);
-    let result = run(
-        When::RmsError,
-        [1.0, 2.0],
-        near("t", 1.0, Measure::Absolute),
-        &RAMP,
-    );
+    let result = run(When::RmsError, [1.0, 2.0], near("t", "1.0"), &RAMP);
     assert_eq!(result.error, 2f64.sqrt());
     assert!(!result.pass);
-    let table = Expected::Near {
-        reference: Reference::Table(vec![[1.0, 3.0], [3.0, 1.0]]),
-        tolerance: 0.0,
-        measure: Measure::Absolute,
+    let table = Compiled {
+        reference: Some(Reference::Table(vec![[1.0, 3.0], [3.0, 1.0]])),
+        ..near("0", "0")
     };
     let result = run(When::MaxError, [1.0, 2.0], table, &RAMP);
     assert!(result.pass, "{result:?}");
@@ -104,13 +136,13 @@ fn distances_from_a_moving_reference() {
 /// D5: these passed for any run.
 #[test]
 fn infinite_bounds_and_scales_fail() {
-    let infinite = || expression("initial.v / 0");
+    let infinite = "initial.v / 0";
     let rows = [[0.0, 1.0], [1.0, 5.0]];
     for expected in [
-        Expected::AtMost(infinite()),
-        Expected::AtLeast(expression("-initial.v / 0")),
-        Expected::Between(expression("0"), infinite()),
-        near("0", 0.1, Measure::Scale(infinite())),
+        at_most(infinite),
+        at_least("-initial.v / 0"),
+        between("0", infinite),
+        scaled("0", "0.1", infinite),
     ] {
         let result = run(When::End, [0.0, 1.0], expected, &rows);
         assert!(!result.pass, "{result:?}");
@@ -125,15 +157,15 @@ fn infinite_bounds_and_scales_fail() {
 #[test]
 fn bounds_pass_on_their_own_value() {
     let bound = |expected| run(When::Max, ALL, expected, &RAMP);
-    assert!(bound(Expected::AtLeast(expression("3*initial.v"))).pass);
-    assert!(bound(Expected::AtMost(expression("3"))).pass);
-    let result = bound(Expected::AtLeast(expression("3.5")));
+    assert!(bound(at_least("3*initial.v")).pass);
+    assert!(bound(at_most("3")).pass);
+    let result = bound(at_least("3.5"));
     assert_eq!(
         (result.pass, result.error, result.reference),
         (false, 0.5, 3.5)
     );
-    assert!(bound(Expected::Between(expression("2"), expression("3"))).pass);
-    let result = bound(Expected::Between(expression("1"), expression("2")));
+    assert!(bound(between("2", "3")).pass);
+    let result = bound(between("1", "2"));
     assert_eq!(
         (result.pass, result.error, result.reference),
         (false, 1.0, 1.5)
@@ -142,7 +174,7 @@ fn bounds_pass_on_their_own_value() {
 
 #[test]
 fn relative_tolerance_is_a_fraction_of_the_reference() {
-    let result = run(When::Max, ALL, near("-2.5", 2.2, Measure::Relative), &RAMP);
+    let result = run(When::Max, ALL, relative("-2.5", "2.2"), &RAMP);
     assert_eq!((result.error, result.pass), (2.2, true));
 }
 
@@ -159,13 +191,13 @@ fn a_nan_anywhere_in_the_window_fails() {
         When::MaxError,
         When::RmsError,
     ] {
-        let result = run(when, ALL, near("1", 1e9, Measure::Absolute), &rows[..]);
+        let result = run(when, ALL, near("1", "1e9"), &rows[..]);
         assert!(
             !result.pass && result.reason.is_some(),
             "{when:?} {result:?}"
         );
     }
-    let result = run(When::Max, ALL, Expected::AtMost(expression("1e9")), &rows);
+    let result = run(When::Max, ALL, at_most("1e9"), &rows);
     assert!(!result.pass);
     assert!(
         serde_json::to_string(&result)
@@ -176,12 +208,7 @@ fn a_nan_anywhere_in_the_window_fails() {
 
 #[test]
 fn a_window_without_samples_fails_with_a_reason() {
-    let result = run(
-        When::Mean,
-        [8.0, 9.0],
-        near("1", 1.0, Measure::Absolute),
-        &RAMP,
-    );
+    let result = run(When::Mean, [8.0, 9.0], near("1", "1.0"), &RAMP);
     assert!(!result.pass);
     assert!(
         result
@@ -189,65 +216,61 @@ fn a_window_without_samples_fails_with_a_reason() {
             .unwrap()
             .contains("no sample between 8 s and 9 s")
     );
-    let result = run(When::At(7.0), ALL, near("1", 1.0, Measure::Absolute), &RAMP);
+    let result = run(When::At(7.0), ALL, near("1", "1.0"), &RAMP);
     assert!(result.reason.unwrap().contains("around 7 s"));
 }
 
 /// The summary gave a bound as `reference` with the tolerance 0, without saying that it was a bound.
 #[test]
 fn the_summary_says_what_is_expected_under_the_keys_of_the_scene() {
-    let scale = Measure::Scale(expression("4*initial.v"));
     for (expected, written) in [
+        (at_least("3*initial.v"), json!({"at_least": 3.0})),
+        (at_most("5"), json!({"at_most": 5.0})),
+        (between("initial.v", "9"), json!({"between": [1.0, 9.0]})),
         (
-            Expected::AtLeast(expression("3*initial.v")),
-            json!({"at_least": 3.0}),
-        ),
-        (Expected::AtMost(expression("5")), json!({"at_most": 5.0})),
-        (
-            Expected::Between(expression("initial.v"), expression("9")),
-            json!({"between": [1.0, 9.0]}),
-        ),
-        (
-            near("2 + t", 0.5, Measure::Absolute),
+            near("2 + t", "0.5"),
             json!({"reference": 3.0, "tolerance": 0.5}),
         ),
         (
-            near("2 + t", 0.5, Measure::Relative),
+            relative("2 + t", "0.5"),
             json!({"reference": 3.0, "relative_tolerance": 0.5}),
         ),
         (
-            near("2 + t", 0.5, scale),
+            scaled("2 + t", "0.5", "4*initial.v"),
             json!({"reference": 3.0, "tolerance": 0.5, "scale": 4.0}),
         ),
-        (
-            Expected::AtMost(expression("1/0")),
-            json!({"at_most": null}),
-        ),
+        (at_most("1/0"), json!({"at_most": null})),
     ] {
         let result = run(When::Max, ALL, expected, &RAMP);
         let json = serde_json::to_value(&result).unwrap();
         assert_eq!(json["expected"], written);
         let read: Meant = serde_json::from_value(written).unwrap();
-        assert_eq!(read, result.expected.finite());
+        let finite = |bound: Option<Option<f64>>| bound.filter(|x| x.is_some_and(f64::is_finite));
+        let at_most = finite(result.expected.at_most);
+        assert_eq!(
+            read,
+            Meant {
+                at_most,
+                ..result.expected
+            }
+        );
     }
 }
 
 /// A bound is known even if no value is compared with it.
 #[test]
 fn what_is_expected_is_said_of_a_window_that_was_not_reached() {
-    let result = run(
-        When::Max,
-        [8.0, 9.0],
-        Expected::AtMost(expression("5")),
-        &RAMP,
+    let result = run(When::Max, [8.0, 9.0], at_most("5"), &RAMP);
+    assert_eq!(
+        (result.pass, result.expected.at_most),
+        (false, Some(Some(5.0)))
     );
-    assert_eq!((result.pass, result.expected.at_most), (false, Some(5.0)));
     let check = Check {
         name: "c".into(),
         value: expression("v"),
         when: When::End,
         window: ALL,
-        expected: Expected::AtMost(expression("5*initial.v")),
+        expected: at_most("5*initial.v"),
         source: "s".into(),
     };
     let result = Recorder::new(&[], &[check], 1.0).finish().remove(0);

@@ -1,6 +1,5 @@
 //! How the error of a run is taken: of a check, or against the finest run of its curve.
 
-use coupler::record::check::{Expected, Measure};
 use coupler::record::rundir::HISTORY;
 use coupler::record::{Summary, Table};
 use coupler::scene::{Measurand, Scene};
@@ -66,20 +65,14 @@ impl Measurement {
                 Self::values(&names, scene)
             }
             Some(Measurand::Check(name)) => {
-                let near = |case: &Case| {
-                    let mut checks = case.scene.checks.iter();
-                    checks.find_map(|check| match &check.expected {
-                        Expected::Near { measure, .. } if check.name == name => {
-                            Some(measure.clone())
-                        }
-                        _ => None,
-                    })
+                let near = || {
+                    scene
+                        .checks
+                        .iter()
+                        .filter(|c| c.expected.reference.is_some())
                 };
-                let Some(measure) = near(&cases[0]) else {
-                    let names = scene.checks.iter().filter_map(|check| {
-                        matches!(check.expected, Expected::Near { .. })
-                            .then_some(check.name.as_str())
-                    });
+                let Some(check) = near().find(|check| check.name == name) else {
+                    let names = near().map(|check| check.name.as_str());
                     return Err(StudyError::asked(
                         format!("--error {name}: no check with a `reference` has this name"),
                         coupler::scene::diagnostic::suggestion(
@@ -89,10 +82,12 @@ impl Measurement {
                         ),
                     ));
                 };
-                let (unit, absolute) = match measure {
-                    Measure::Absolute => ("of the reference", true),
-                    Measure::Relative => ("of the reference", false),
-                    Measure::Scale(_) => ("of the check's scale", false),
+                let scaled = check.expected.scale.is_some();
+                let absolute = !scaled && check.expected.relative_tolerance.is_none();
+                let unit = if scaled {
+                    "of the check's scale"
+                } else {
+                    "of the reference"
                 };
                 Ok(Self::Check {
                     name,

@@ -67,9 +67,8 @@ impl SampleReport {
         let mut verdicts = rows.filter_map(|row| row.outcome().check(name)).peekable();
         let expected = verdicts.peek()?.expected;
         let judge = |value: f64| {
-            let distance = expected
-                .reference
-                .map_or(0.0, |reference| (value - reference).abs());
+            let reference = expected.reference.flatten();
+            let distance = reference.map_or(0.0, |reference| (value - reference).abs());
             expected.judge(value, distance)
         };
         verdicts

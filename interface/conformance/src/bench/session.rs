@@ -44,10 +44,10 @@ impl Bench {
     pub fn new(subject: Subject, options: &Options, hello: &Capabilities) -> Self {
         Self {
             subject,
-            window: options.window.max(1),
+            window: options.window.into(),
             startup: options.startup,
             capabilities: hello.clone(),
-            trace: RefCell::new(Trace::new(options.trace)),
+            trace: RefCell::new(Trace::new(options.trace.is_some())),
             started: Instant::now(),
             starting: Cell::new(Duration::ZERO),
             sessions: Cell::new(0),

@@ -263,7 +263,7 @@ impl Search<'_> {
             }
         };
         std::thread::scope(|scope| {
-            for _ in 0..self.options.jobs.max(1) {
+            for _ in 0..self.options.jobs {
                 scope.spawn(worker);
             }
         });

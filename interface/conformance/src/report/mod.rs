@@ -11,7 +11,7 @@ use crate::verdict::Verdict;
 use crate::{Examination, Judged};
 
 pub use junit::junit;
-pub use table::{Paint, listing, row, summary};
+pub use table::{listing, row, summary};
 
 /// The shipped scenes without variants, a line each: its name, a side, and what it needs of that side's solver.
 const SCENES: &str = include_str!("scenes.csv");

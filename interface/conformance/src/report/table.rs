@@ -1,6 +1,8 @@
 //! The result for people: one row a clause, its evidence below it where it is broken.
 
 use core::fmt::Write as _;
+
+use console::Style;
 use interface::message::control::Party;
 
 use super::{count, scenes, shown};
@@ -9,43 +11,25 @@ use crate::profile::OWN;
 use crate::verdict::Verdict;
 use crate::{Examination, Judged};
 
-/// Whether words are coloured.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Paint(pub bool);
-
-const GREEN: u8 = 32;
-const RED: u8 = 31;
-const YELLOW: u8 = 33;
-const GREY: u8 = 90;
-
-impl Paint {
-    fn word(self, word: &str, colour: u8) -> String {
-        if self.0 {
-            format!("\x1b[{colour}m{word}\x1b[0m")
-        } else {
-            word.to_string()
-        }
-    }
-}
-
 /// The row of a clause, without a newline at its end; its evidence below it where it is broken.
-pub fn row(judged: &Judged, paint: Paint) -> String {
+pub fn row(judged: &Judged) -> String {
     let clause = judged.clause;
     let (word, said) = shown(judged);
-    let colour = match word {
-        "pass" => GREEN,
-        "FAIL" => RED,
-        "n/a" => GREY,
-        _ => YELLOW,
+    let grey = Style::new().black().bright();
+    let style = match word {
+        "pass" => Style::new().green(),
+        "FAIL" => Style::new().red(),
+        "n/a" => grey.clone(),
+        _ => Style::new().yellow(),
     };
-    let word = paint.word(&format!("{word:<7}"), colour);
+    let word = style.apply_to(format!("{word:<7}"));
     let mut text = format!(
         "  {:<6} {:<6} {word} {}",
         clause.id, clause.level, clause.title
     );
     let mut lines = Vec::new();
     if !said.is_empty() {
-        lines.push(paint.word(&said, GREY));
+        lines.push(grey.apply_to(said).to_string());
     }
     if let Verdict::Fail(evidence) = &judged.verdict {
         lines.extend(evidence.step.map(|n| format!("step      {n}")));

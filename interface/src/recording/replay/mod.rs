@@ -36,16 +36,6 @@ pub struct Outcome {
     pub failed_as_recorded: Option<String>,
 }
 
-/// How a recording is replayed.
-#[derive(Debug, Clone, Default)]
-pub struct Options {
-    /// Largest difference of a number, relative to the largest of its unit (all energies, all lengths, ...) so far in
-    /// the recording; 0: the same bits.
-    pub tolerance: f64,
-    /// Values of the solver's configuration other than those recorded, as `key.key=JSON`.
-    pub set: Vec<String>,
-}
-
 /// Why the play is over before the recorded session is closed.
 enum Stop {
     /// The recording has no more of what comes next.
@@ -63,11 +53,18 @@ impl<E: Into<ReplayError>> From<E> for Stop {
     }
 }
 
-/// Plays the recording at `path` to `subject`.
+/// Plays the recording at `path` to `subject`. `tolerance` is the largest difference of a number, relative to the largest of its
+/// unit (all energies, all lengths, ...) so far in the recording; 0: the same bits. `set` are values of the solver's configuration
+/// other than those recorded, as `key.key=JSON`.
 ///
 /// # Errors
 /// [`ReplayError`].
-pub fn replay(path: &Path, subject: &Subject, options: &Options) -> Result<Outcome, ReplayError> {
+pub fn replay(
+    path: &Path,
+    subject: &Subject,
+    tolerance: f64,
+    set: &[String],
+) -> Result<Outcome, ReplayError> {
     // All of it is read once before anything is started.
     let end = Playback::verify(path)?;
     let party = subject.party;
@@ -75,10 +72,10 @@ pub fn replay(path: &Path, subject: &Subject, options: &Options) -> Result<Outco
     let solver = subject.start();
     let mut replay = Replay {
         party,
-        set: &options.set,
+        set,
         script,
         solver: solver.map_err(|why| ReplayError::Start(party, why))?,
-        comparison: Comparison::new(party, options.tolerance),
+        comparison: Comparison::new(party, tolerance),
         patience: CONTROL,
         coupled: false,
         step: 0,
