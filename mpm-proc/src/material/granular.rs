@@ -149,15 +149,19 @@ mod tests {
         separates: true,
     };
 
+    fn sand(critical: Option<CriticalState>) -> Granular<DruckerPrager> {
+        Granular {
+            grains: DruckerPrager::new(1500.0, &NUMBERS),
+            critical,
+            separates: true,
+            volume_rate: 0.0,
+        }
+    }
+
     /// For any gap, and for any speed with which its neighbours pull it.
     #[test]
     fn an_open_point_asks_no_more_of_the_step_than_one_at_rest() {
-        let model = Granular {
-            grains: DruckerPrager::new(1500.0, &NUMBERS),
-            critical: None,
-            separates: true,
-            volume_rate: 0.0,
-        };
+        let model = sand(None);
         let at_rest = model.stiffness_over_density(&model.initial()).to_array()[0];
         let mut path = Path::new(model);
         for _ in 0..8 {
@@ -166,5 +170,38 @@ mod tests {
             assert!((asks / at_rest - 1.0).abs() < 1e-12, "{asks}");
         }
         assert!(path.point.volume.to_array()[0] > 100.0);
+    }
+
+    fn yy(path: &Path<Granular<DruckerPrager>>) -> f64 {
+        path.point.stress.yy.to_array()[0]
+    }
+
+    /// In shear at constant pressure: at most the volume of the critical state, and all of its way with the strain.
+    #[test]
+    fn dilation_ends() {
+        let dilates = |critical| {
+            let mut path = Path::new(sand(critical));
+            path.stretch([-2e-3, -2e-3], 10);
+            let pressure = -yy(&path);
+            for _ in 0..20_000 {
+                path.shear(1e-4, 1);
+                // The volume is released as far as the material has become denser.
+                let over = -yy(&path) - pressure;
+                path.stretch([0.0, over / (3.0 * NUMBERS.bulk_modulus)], 1);
+            }
+            path.point.volume.to_array()[0].ln()
+        };
+        let for_ever = dilates(None);
+        assert!(for_ever > 0.5, "{for_ever}");
+        let by_volume = dilates(Some(CriticalState::Volume(1.05)));
+        assert!((by_volume - 1.05_f64.ln()).abs() < 4e-3, "{by_volume}");
+        // Of the potential tau + q_psi sigma_m: q_psi of volume for each unit of shear, so q_psi gamma_c in all.
+        let by_strain = dilates(Some(CriticalState::ShearStrain(0.1)));
+        let q_psi = interface::config::friction::cone_slope(25.0_f64.to_radians());
+        let elastic = -4e-3;
+        assert!(
+            (by_strain - (0.1 * q_psi + elastic)).abs() < 2e-3,
+            "{by_strain}"
+        );
     }
 }
