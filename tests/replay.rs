@@ -125,17 +125,6 @@ fn one_solver_alone_is_recorded_too() {
 }
 
 #[test]
-fn a_killed_run_leaves_a_prefix_that_replays() {
-    let place = Place::new();
-    place.recording_of_a_killed_run("out", &scene(HARD));
-    for side in ["--dem", "--mpm"] {
-        let replayed = place.tandem(&format!("replay out/recording.tandem {side}"));
-        assert!(!replayed.stdout.contains(": 0 steps"), "{replayed:#?}");
-        tells(replayed, &[SAME, "ends in the middle"]);
-    }
-}
-
-#[test]
 fn a_failure_is_replayed_with_its_words() {
     let place = Place::new();
     let away = format!("{QUICK} --set mpm.points.0.velocity=[-20.0,0.0] --set check=[]");

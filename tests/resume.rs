@@ -1,11 +1,5 @@
-//! A run that is cut short at any moment goes on from its newest checkpoint to the same bits.
-//!
-//! The normal command does this with one scene. All scenes and variants that take less than two minutes:
-//!
-//!     TANDEM_TABLE=docs/results/resume.md cargo test --release --workspace --test tandem-tests -- --ignored --nocapture every_scene_that_is_killed
-//!
-//! `TANDEM_SCENES=silo` leaves out scenes without `silo` in their name, `TANDEM_LONGEST=20` those that take more than 20 s,
-//! `TANDEM_SHORTEST=3` those that take less than 3 s, `TANDEM_NIGHT` all but a quarter, as in [`hashes`].
+//! What `tandem resume` goes on from, and what it refuses. That a run which is killed at any moment goes on to the same bits is for
+//! `chaos.rs` to show.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -13,9 +7,8 @@ use std::time::Duration;
 
 use crate::harness::bits::bits;
 use crate::harness::{
-    Ended, PATIENCE, Place, RunFiles, at_once, dice, python_can_join, root, scene, signal, until,
+    Ended, PATIENCE, Place, dice, has, python_can_join, root, scene, signal, until,
 };
-use crate::hashes;
 use interface::recording::{End, Playback};
 
 /// A coupled run with frames that takes a second or two, and how it keeps checkpoints.
@@ -90,8 +83,10 @@ pub fn assert_same(dir: &Path, undisturbed: &Path) {
 }
 
 fn checkpoints(dir: &Path) -> Vec<PathBuf> {
-    let mut paths = names_of_checkpoints(dir);
+    let entries = fs::read_dir(dir.join("checkpoints")).into_iter().flatten();
+    let mut paths: Vec<PathBuf> = entries.flatten().map(|entry| entry.path()).collect();
     paths.retain(|path| path.extension().is_some_and(|e| e == "tandem"));
+    paths.sort();
     paths
 }
 
@@ -161,9 +156,13 @@ fn a_recording_ends_where_its_run_was_cut_short() {
     assert_eq!(fs::read(&recording).unwrap(), before);
     let end = Playback::verify(&recording).unwrap();
     assert!(matches!(end, End::Torn { .. }), "{end:?}");
-    let ended = place.tandem("replay killed/recording.tandem --dem --in-process");
-    let ended = ended.expect(0);
-    assert!(ended.stdout.contains("the same, to the bit"), "{ended:#?}");
+    for side in ["--dem", "--mpm --in-process"] {
+        let replay = format!("replay killed/recording.tandem {side}");
+        let replayed = place.tandem(&replay).expect(0).stdout;
+        has(&replayed, "the same, to the bit");
+        has(&replayed, "ends in the middle");
+        assert!(!replayed.contains(": 0 steps"), "{replayed}");
+    }
 }
 
 /// The discs in Python without `save`: the run says so when it begins, and `resume` says what to do.
@@ -207,124 +206,4 @@ sys.exit(disc_dem.serve_dem(disc_dem.Discs()))
     let from = format!("--trust --set start.from={}", place.path("whole").display());
     let ended = place.run("branch", scene, &from).expect(2);
     ended.says(&["has no checkpoint", unable]);
-}
-
-/// Ways in which the parts of a run are done.
-const WAYS: [&str; 4] = ["", "--in-process", "--threads 2", "--window 7"];
-
-/// When a run is killed.
-#[derive(Debug, Clone, Copy)]
-enum When {
-    /// Within the first 150 ms.
-    StartUp,
-    /// At a moment of its whole time.
-    Anywhere,
-    /// When a file of a checkpoint appears or changes its name.
-    Checkpoint,
-}
-
-/// Names in the folder of checkpoints, those of files that are being written too.
-fn names_of_checkpoints(dir: &Path) -> Vec<PathBuf> {
-    let entries = fs::read_dir(dir.join("checkpoints")).into_iter().flatten();
-    let mut names: Vec<PathBuf> = entries.flatten().map(|entry| entry.path()).collect();
-    names.sort();
-    names
-}
-
-/// Runs or resumes what is in `out` and kills it; whether there was something to kill.
-fn killed(place: &Place, out: &str, run: &str, way: &str, when: When, wall: f64) -> bool {
-    let dir = place.path(out);
-    let before = names_of_checkpoints(&dir);
-    let running = if checkpoints(&dir).is_empty() {
-        place.start(&format!("run {run} --out {out} {way}"))
-    } else {
-        place.start(&format!("resume {out} {way}"))
-    };
-    let limit = Duration::from_secs_f64(wall + 1.0);
-    match when {
-        When::StartUp => std::thread::sleep(Duration::from_millis(dice(150))),
-        When::Anywhere => {
-            std::thread::sleep(Duration::from_micros(dice((1e6 * wall) as u64 + 1)));
-        }
-        When::Checkpoint => {
-            until(limit, || {
-                (names_of_checkpoints(&dir) != before || !crate::harness::lives(running.pid()))
-                    .then_some(())
-            });
-        }
-    }
-    signal(running.pid(), "KILL");
-    running.end_within(Duration::from_mins(10)).signal() == Some(9)
-}
-
-/// A scene with checkpoints and frames, killed three times; what became of it.
-fn kill_three_times(name: &str, variant: &str) -> String {
-    let place = Place::new();
-    let file = scene(name);
-    let table: toml::Table = fs::read_to_string(&file).unwrap().parse().unwrap();
-    let number = |section: &str, key: &str| {
-        let variants = table.get("variant").and_then(|all| all.get(variant));
-        let set = variants.and_then(|set| set.get(format!("{section}.{key}")));
-        let value = set.unwrap_or_else(|| &table[section][key]);
-        value
-            .as_float()
-            .or(value.as_integer().map(|n| n as f64))
-            .unwrap()
-    };
-    let (end, every) = (number("time", "end"), number("output", "every"));
-    let frames = every * (end / every / 10.0).round().max(1.0);
-    let set = format!("--set output.frames={frames} --set output.checkpoint.wall=0.05");
-    let run = format!("'{file}' {set} {}", hashes::option(variant));
-    let ended = place.start(&format!("run {run} --out whole"));
-    let ended = ended.end_within(Duration::from_mins(30));
-    let code = ended.status.code();
-    let wall = RunFiles::read(&place.path("whole")).number("wall_s");
-    let first = dice(4) as usize;
-    let mut kills = Vec::new();
-    for (n, when) in [When::StartUp, When::Anywhere, When::Checkpoint]
-        .into_iter()
-        .enumerate()
-    {
-        let way = WAYS[(first + n) % 4];
-        if killed(&place, "killed", &run, way, when, wall) {
-            let dir = place.path("killed");
-            kills.push(format!("{when:?} ({})", checkpoints(&dir).len()));
-        }
-    }
-    let dir = place.path("killed");
-    let last = if checkpoints(&dir).is_empty() {
-        format!("run {run} --out killed")
-    } else {
-        "resume killed".to_owned()
-    };
-    let last = place.start(&last).end_within(Duration::from_mins(30));
-    assert_eq!(last.status.code(), code, "{name} {variant}: {last:#?}");
-    assert_same(&dir, &place.path("whole"));
-    let kills = kills.join(", ");
-    format!("{name},{variant},{wall:.1},\"{kills}\",the same")
-}
-
-#[test]
-#[ignore = "an hour"]
-fn every_scene_that_is_killed_three_times_goes_on_to_the_same_bits() {
-    let variable = |name: &str| std::env::var(name).unwrap_or_default();
-    let wanted = variable("TANDEM_SCENES");
-    let seconds = |name: &str, otherwise: f64| variable(name).parse().unwrap_or(otherwise);
-    let lengths = seconds("TANDEM_SHORTEST", 0.0)..=seconds("TANDEM_LONGEST", 120.0);
-    let mut rows = hashes::of_the_night(hashes::baseline());
-    // What is reported of the last steps of a run that a solver stops depends on the window.
-    rows.retain(|row| {
-        row.case.scene.contains(&wanted) && lengths.contains(&row.wall) && row.outcome.exit != 3
-    });
-    let table = at_once(hashes::WORKERS, &rows, |row| {
-        let line = kill_three_times(&row.case.scene, &row.case.variant);
-        println!("{line}");
-        line
-    });
-    assert!(!table.is_empty(), "no scene has `{wanted}` in its name");
-    if let Some(file) = std::env::var_os("TANDEM_TABLE") {
-        let head = "scene,variant,wall time in s,killed (checkpoints then),result";
-        let text = format!("{head}\n{}\n", table.join("\n"));
-        fs::write(root().join(file), text).unwrap();
-    }
 }

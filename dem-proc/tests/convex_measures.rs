@@ -87,30 +87,3 @@ fn friction_goes_round_a_corner_with_its_vertex() {
     }
     assert!(stored.unwrap() > 6.0, "{stored:?}");
 }
-
-/// Bodies that can only rotate have no mass for a dashpot.
-#[test]
-fn a_hinged_body_has_no_dashpot_on_a_fixed_one() {
-    use OverlapMeasure::{Area, EachEdge, NearestEdge};
-    for (measure, a) in [(EachEdge, 0.1), (NearestEdge, 0.1), (Area, 0.0)] {
-        let pressed = |damping_ratio| {
-            let hinged = BodyConfig {
-                motion: Motion::Guided {
-                    hold_x: true,
-                    hold_y: true,
-                    hold_angle: false,
-                },
-                position: [0.05, 1.0 + 2.0 * a - 1e-3],
-                spin: 3.0,
-                ..body(square(1.0), a)
-            };
-            let law = linear_law(1e5, 0.0, 0.0, damping_ratio);
-            let bodies = vec![hinged, fixed(square(1.0), a)];
-            let mut dem = configured(&measured(measure, bodies, law));
-            dem.contact(&OPENING, &[], &mut []).unwrap();
-            dem.measurement().bodies[0].body_force
-        };
-        assert!(pressed(0.0)[1] > 1.0, "{measure:?}");
-        assert_eq!(pressed(0.3), pressed(0.0), "{measure:?}");
-    }
-}

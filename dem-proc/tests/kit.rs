@@ -33,6 +33,14 @@ fn cases_that_the_solver_answered_wrongly_agree() {
     agree(5_330..5_335);
 }
 
+/// What few cases show: a body on a hinge, which has no mass for a dashpot on a fixed one; a contact of grains that has rolled when it
+/// opens.
+#[test]
+fn cases_of_what_is_rare_agree() {
+    agree(1_270..1_280);
+    agree(4_745..4_755);
+}
+
 fn agree(seeds: Range<u64>) {
     let subject = Subject::in_thread(|| Host::Dem(Box::new(Sdem::default())));
     let broken = random_cases(&subject, seeds).unwrap();

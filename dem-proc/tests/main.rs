@@ -1,7 +1,6 @@
 //! The solver from outside: one program, a module for each subject.
 
 mod alone;
-mod mixtures;
 mod small_scenes;
 
 mod approach;

@@ -143,16 +143,6 @@ fn the_nearer_wall_of_a_notch_may_change() {
     assert_eq!(refusal(&alone(notched, 0.0), path), None);
 }
 
-/// Half a body deep in a soft contact is deep, and still pushed out the right way.
-#[test]
-fn a_deep_contact_goes_on() {
-    let path = way([0.0, 0.6], [0.0, 0.09], 0.1);
-    assert_eq!(refusal(&alone(BodyShape::Disc, 0.3), path), None);
-    let block = polygon(&[[-1.0, -0.3], [1.0, -0.3], [1.0, 0.3], [-1.0, 0.3]]);
-    let path = way([0.2, 0.6], [0.2, 0.01], 0.1);
-    assert_eq!(refusal(&alone(block, 0.0), path), None);
-}
-
 /// A point that goes round with a body does not turn as the body sees it, and a body that turns onto a point does.
 #[test]
 fn the_body_s_own_rotation_is_not_the_point_s() {

@@ -159,60 +159,6 @@ fn a_disc_off_the_centre_on_a_chain_declares_its_rate_and_mobility() {
     assert!((limits.mobility / mobility - 1.0).abs() < 1e-10);
 }
 
-/// With `c = 2 zeta sqrt(k m)`, `m` of the disc (1 kg/m) and of one marker (1 kg/m).
-fn damped(damping_ratio: f64) -> (ContactLaw, f64) {
-    let law = linear_law(K, 0.0, 0.0, damping_ratio);
-    (law, 2.0 * damping_ratio * (0.5 * K).sqrt())
-}
-
-/// The opening takes velocities: that of the foot, between those of its two markers, less the disc's.
-#[test]
-fn the_dashpot_of_the_opening_has_the_velocity_of_the_foot() {
-    let (law, c) = damped(0.3);
-    for (of_markers, of_disc, closing) in [
-        ([0.0, 0.0, 0.0], -0.1, 0.1),
-        ([0.4, 0.0, 0.0], 0.0, 0.1),
-        ([0.0, 0.4, 0.0], 0.0, 0.3),
-        ([0.0, 0.0, 0.4], 0.0, 0.0),
-        ([0.2, 0.2, 0.2], 0.2, 0.0),
-    ] {
-        let mut moving = disc([0.55, A + R - 1e-3]);
-        moving.velocity = [0.0, of_disc];
-        let mut dem = configured(&on_segments(vec![moving], law));
-        let mut chain = floor(&[1.0, 0.4, -0.2]);
-        for (state, v) in chain.states.iter_mut().zip(of_markers) {
-            state.velocity = [0.0, v];
-        }
-        dem.imp_set(&chain.set);
-        chain.contact(&mut dem, &OPENING).unwrap();
-        let pressed = -chain.total().y;
-        let expected = K * 1e-3 + c * closing;
-        assert!((pressed - expected).abs() < 1e-9 * expected, "{pressed}");
-    }
-}
-
-/// What a disc loses to the dashpot of a chain that is held is booked as viscous work.
-#[test]
-fn a_disc_that_bounces_off_a_chain_loses_what_its_dashpot_takes() {
-    let mut falling = disc([0.55, A + R + 1e-5]);
-    falling.velocity = [0.0, -0.1];
-    let mut dem = configured(&on_segments(vec![falling], damped(0.2).0));
-    let mut chain = floor(&[1.0, 0.4, -0.2]);
-    dem.imp_set(&chain.set);
-    chain.step(&mut dem, &OPENING);
-    let dt = 1e-5;
-    for n in 0..2000 {
-        chain.step(&mut dem, &step(if n == 0 { 0.0 } else { dt }, dt));
-    }
-    let ledger = dem.measurement().ledger;
-    assert!(dem.bodies().state[0].velocity.y > 0.0 && ledger.contact == 0.0);
-    let lost = 0.5 * 0.1 * 0.1 - ledger.kinetic;
-    assert!(
-        lost > 2e-3 && (ledger.viscous_work - lost).abs() < 1e-3 * lost,
-        "{ledger:?}"
-    );
-}
-
 /// Near chains with dents and tips, where minima add and maxima subtract: the force of springs and adhesion is the gradient of
 /// their energy, and on a flat chain that of one contact.
 #[test]
@@ -286,74 +232,6 @@ fn springs_and_adhesion_of_a_chain_have_an_energy() {
     assert!(smooth > 1000, "{smooth}");
 }
 
-/// A held disc at the origin whose chain the test moves: what the chain did, and what the ledger says of it.
-struct Moved {
-    dem: Sdem,
-    chain: Chain,
-    /// In s.
-    dt: f64,
-    started: bool,
-    /// Positions, forces and couples of the step before.
-    last: Vec<(Vec2, Vec2, f64)>,
-    /// Work of the chain on the contact in J/m, by the trapezoid rule.
-    work: f64,
-    /// Energy in the springs at the beginning in J/m.
-    start: f64,
-    /// Largest fall of the friction's work in a step in J/m.
-    gained: f64,
-    friction_work: f64,
-}
-
-impl Moved {
-    fn new(x: &[[f64; 2]], law: ContactLaw) -> Self {
-        let mut held = disc([0.0, 0.0]);
-        held.motion = Motion::Driven;
-        let mut dem = configured(&on_segments(vec![held], law));
-        let mut chain = Chain::new(x);
-        dem.imp_set(&chain.set);
-        chain.step(&mut dem, &OPENING);
-        let start = dem.measurement().ledger.contact;
-        Self {
-            dem,
-            chain,
-            dt: 1e-3,
-            started: false,
-            last: Vec::new(),
-            work: 0.0,
-            start,
-            gained: 0.0,
-            friction_work: 0.0,
-        }
-    }
-
-    /// Moves the markers to `x` and turns them with `spin` (rad/s) on the way, and takes a step there.
-    fn to(&mut self, x: &[[f64; 2]], spin: impl Fn(u32) -> f64) {
-        for (i, (state, x)) in (0..).zip(self.chain.states.iter_mut().zip(x)) {
-            (state.position, state.spin) = (*x, spin(i));
-        }
-        let before = if self.started { self.dt } else { 0.0 };
-        self.chain.step(&mut self.dem, &step(before, self.dt));
-        self.started = true;
-        let now = self.chain.states.iter().zip(&self.chain.forces);
-        let now: Vec<(Vec2, Vec2, f64)> = now
-            .map(|(s, f)| (s.position.into(), f.force.into(), f.couple))
-            .collect();
-        let spins = self.chain.states.iter().map(|s| s.spin);
-        for (((x, f, c), (was, before, turned)), spin) in now.iter().zip(&self.last).zip(spins) {
-            self.work -= 0.5 * ((f + before).dot(&(x - was)) + (c + turned) * spin * self.dt);
-        }
-        self.last = now;
-        let work = self.dem.measurement().ledger.friction_work;
-        self.gained = self.gained.max(self.friction_work - work);
-        self.friction_work = work;
-    }
-
-    /// Stored since the beginning, and lost, less the work, in J/m.
-    fn off(&self) -> f64 {
-        self.dem.measurement().ledger.contact - self.start + self.friction_work - self.work
-    }
-}
-
 /// Another number from -0.5 to 0.5 for each marker and purpose.
 fn rough(i: u32, k: u32) -> f64 {
     f64::from((i * 37 + k * 23) % 19) / 19.0 - 0.5
@@ -409,39 +287,6 @@ fn a_step_allocates_nothing_after_warm_up() {
         let counted = allocation_counter::measure(run);
         assert_eq!(counted.count_total, 0, "{around}: {counted:?}");
         assert_eq!(pressed, [true; 2]);
-    }
-}
-
-/// Friction never gives, and the energies balance.
-#[test]
-fn friction_of_a_chain_that_wraps_round_never_gives_energy() {
-    for (friction, depth, slips) in [
-        (0.05, 2e-3, true),
-        (0.3, 2e-3, false),
-        (0.3, 3e-4, true),
-        (100.0, 1e-3, false),
-    ] {
-        let at = |time| wrapped(time, 160.0, [depth; 2]);
-        let spin = |i: u32, time: f64| {
-            let own = time * (3.0 + 4.0 * rough(i, 6)) + 7.0 * rough(i, 7);
-            0.3 * own.sin()
-        };
-        let mut moved = Moved::new(&at(0.0), frictional(K, 0.5 * K, friction));
-        for n in 0..6000 {
-            let time = 1e-3 * f64::from(n);
-            moved.to(&at(time), |i| spin(i, time));
-        }
-        let stored = 0.5 * K * depth * depth;
-        let text = format!(
-            "mu {friction}, {depth}: {} {}",
-            moved.friction_work, moved.gained
-        );
-        assert!(moved.gained < 1e-12 * stored, "{text}");
-        if slips {
-            assert!(moved.friction_work > stored, "{text}");
-        }
-        let off = moved.off().abs() / stored.max(moved.friction_work);
-        assert!(off < 1e-2, "{text}: {off}");
     }
 }
 

@@ -41,7 +41,6 @@ struct Timed {
 impl Timed {
     fn new(first: u64, steps: u64, window: u64) -> Self {
         let mut steps = Course::new(first + steps, window);
-        steps.measures = false;
         steps.budget = f64::MAX;
         steps.begin_epoch(1e-12);
         Self {

@@ -1,4 +1,5 @@
-//! Sessions between toy solvers, over every transport.
+//! What the coupler does not take from a solver, and what others may do with a run. That sessions have the same bits over every
+//! transport and for every window is for the scenes to show (`tests/hashes.rs`).
 
 use std::sync::mpsc;
 use std::time::{Duration, Instant};
@@ -7,7 +8,6 @@ use crate::toys::{Course, HalfPlane, Points};
 use interface::hosted::Host;
 use interface::message::Channel;
 use interface::message::control::Party;
-use interface::message::wire::{PointState, Report};
 use interface::session::together::Together;
 use interface::session::{Clocked, Session, SessionError, drive, serve};
 use interface::solver::Readiness;
@@ -17,21 +17,6 @@ use interface::transport::domain::OwnedDomain;
 use interface::transport::iceoryx::{self, SEND_TIMEOUT};
 
 const BOTH: [Party; 2] = [Party::Mpm, Party::Dem];
-
-/// How the parties of a test communicate.
-#[derive(Debug, Clone, Copy, PartialEq)]
-enum Way {
-    SharedMemory,
-    Direct,
-}
-
-struct Outcome {
-    coupler: Result<(), SessionError>,
-    points: Result<(), SessionError>,
-    wall: Result<(), SessionError>,
-    finals: Vec<PointState>,
-    reports: Vec<(Report, Report)>,
-}
 
 /// Runs a test with a deadline, so that a test that hangs fails.
 fn watched(test: impl FnOnce() + Send + 'static) {
@@ -48,122 +33,43 @@ fn watched(test: impl FnOnce() + Send + 'static) {
     }
 }
 
-fn on_every_transport(test: fn(Way)) {
-    watched(move || test(Way::Direct));
-    watched(move || test(Way::SharedMemory));
-}
-
-/// Runs `steps` steps of 0.1 ms in windows of `window`, measuring the first step of each.
-fn run(way: Way, points: Points, wall: HalfPlane, steps: u64, window: u64) -> Outcome {
-    let mut supervisor = Course::new(steps, window);
-    let (coupler, points, wall) = match way {
-        Way::SharedMemory => over_shared_memory(&mut supervisor, points, wall),
-        Way::Direct => in_one_thread(&mut supervisor, points, wall),
-    };
-    Outcome {
-        coupler,
-        points,
-        wall,
-        finals: supervisor.finals,
-        reports: supervisor.reports,
-    }
-}
-
-type Verdicts = (
-    Result<(), SessionError>,
-    Result<(), SessionError>,
-    Result<(), SessionError>,
-);
-
-fn over_shared_memory(supervisor: &mut Course, points: Points, wall: HalfPlane) -> Verdicts {
-    let domain = OwnedDomain::create().unwrap();
-    let names = domain.domain();
-    let _created = iceoryx::create(names, &BOTH, false).unwrap();
-    let mut transport = iceoryx::join(names, Party::Coupler, &BOTH, SEND_TIMEOUT).unwrap();
-    std::thread::scope(|scope| {
-        let points = scope.spawn(move || serve(names, Host::Mpm(Box::new(points))));
-        let wall = scope.spawn(move || serve(names, Host::Dem(Box::new(wall))));
-        let verdict = drive(Session::coupler(&BOTH, supervisor, &mut *transport));
-        domain.release();
-        (verdict, points.join().unwrap(), wall.join().unwrap())
-    })
-}
-
-fn in_one_thread(supervisor: &mut Course, mut points: Points, mut wall: HalfPlane) -> Verdicts {
-    let hub = Direct::new();
+/// What the coupler says of a session with these points.
+fn session(course: &mut Course, mut points: Points) -> Result<(), SessionError> {
+    let (hub, mut wall) = (Direct::new(), HalfPlane::default());
     let mut ends = [hub.clone(), hub.clone(), hub];
     let [to_coupler, to_mpm, to_dem] = &mut ends;
     let together = Together {
-        coupler: Session::coupler(&BOTH, supervisor, to_coupler),
+        coupler: Session::coupler(&BOTH, course, to_coupler),
         mpm: Some(Session::mpm(&mut points, to_mpm, Clocked::Shared)),
         dem: Some(Session::dem(&mut wall, to_dem, Clocked::Shared)),
     };
-    together.run().into()
-}
-
-#[test]
-fn points_bounce_off_the_wall_with_the_same_bits_for_every_window_and_transport() {
-    watched(|| {
-        let mut finals = Vec::new();
-        for (way, window) in [
-            (Way::Direct, 1),
-            (Way::Direct, 64),
-            (Way::SharedMemory, 1),
-            (Way::SharedMemory, 8),
-            (Way::SharedMemory, 64),
-        ] {
-            let outcome = run(way, Points::default(), HalfPlane::default(), 3000, window);
-            outcome.coupler.unwrap();
-            outcome.points.unwrap();
-            outcome.wall.unwrap();
-            let (points, reports) = (outcome.finals, outcome.reports);
-            // Leapfrog returns a linear bounce's speed to O((omega dt)^2); omega dt is 0.01.
-            assert!(
-                points.iter().all(|p| (p.velocity[0] - 1.0).abs() < 1e-3),
-                "{points:?}"
-            );
-            let energy = |(m, d): &(Report, Report)| m.ledger.kinetic + d.ledger.contact;
-            let drift = reports
-                .iter()
-                .map(|r| (energy(r) - 1.0).abs())
-                .fold(0.0, f64::max);
-            assert!(drift < 1e-4, "energy drift {drift}");
-            assert!(reports.last().unwrap().0.rebuilds > 5);
-            finals.push(points);
-        }
-        for other in &finals[1..] {
-            assert_eq!(*other, finals[0]);
-        }
-    });
+    let [coupler, ..] = together.run();
+    coupler
 }
 
 /// Plastic strain is checked if the solver reports it.
 #[test]
 fn a_plastic_strain_that_cannot_be_ends_the_session() {
-    on_every_transport(|way| {
-        for (strain, phrase) in [
-            (f64::NAN, Some("point 0 is NaN")),
-            (f64::INFINITY, Some("point 0 is inf")),
-            (-0.5, Some("point 0 is -0.5")),
-            (0.25, None),
-        ] {
-            let points = Points {
-                plastic_strain: Some(strain),
-                ..Points::default()
-            };
-            let outcome = run(way, points, HalfPlane::default(), 10, 8);
-            match (phrase, outcome.coupler) {
-                (None, ended) => {
-                    ended.unwrap();
-                    assert!(outcome.finals.iter().all(|p| p.plastic_strain == 0.25));
-                }
-                (Some(phrase), ended) => {
-                    let error = ended.unwrap_err().to_string();
-                    assert!(error.contains("D-1") && error.contains(phrase), "{error}");
-                }
-            }
-        }
-    });
+    for (strain, phrase) in [
+        (f64::NAN, Some("point 0 is NaN")),
+        (f64::INFINITY, Some("point 0 is inf")),
+        (-0.5, Some("point 0 is -0.5")),
+        (0.25, None),
+    ] {
+        let points = Points {
+            plastic_strain: Some(strain),
+            ..Points::default()
+        };
+        let mut course = Course::new(10, 8);
+        let ended = session(&mut course, points);
+        let Some(phrase) = phrase else {
+            ended.unwrap();
+            assert!(course.finals.iter().all(|p| p.plastic_strain == 0.25));
+            continue;
+        };
+        let error = ended.unwrap_err().to_string();
+        assert!(error.contains("D-1") && error.contains(phrase), "{error}");
+    }
 }
 
 /// A solver refuses and exits while the coupler waits for the other one. Its refusal is still reported.
@@ -207,41 +113,39 @@ fn a_refusal_is_heard_though_the_other_solver_never_comes() {
 /// D18: such numbers were accepted, and the coupler computed numbers from them that were not finite.
 #[test]
 fn a_ready_with_numbers_that_cannot_be_ends_the_session() {
-    on_every_transport(|way| {
-        type Spoil = fn(&mut Readiness);
-        let rows: [(Spoil, &str); 4] = [
-            (|ready| ready.mass_min = f64::NAN, "mass_min = NaN"),
-            (
-                |ready| ready.courant_time = f64::INFINITY,
-                "courant_time = inf",
-            ),
-            (|ready| ready.stiffness_max = -1.0, "stiffness_max = -1"),
-            (
-                |ready| ready.items = u64::MAX,
-                "items = 18446744073709551615",
-            ),
-        ];
-        for (spoil, phrase) in rows {
-            let mut ready = Readiness::default();
-            spoil(&mut ready);
-            let points = Points {
-                says: Some(ready),
-                ..Points::default()
-            };
-            let outcome = run(way, points, HalfPlane::default(), 10, 8);
-            let error = outcome.coupler.unwrap_err().to_string();
-            assert!(error.contains("S-6") && error.contains(phrase), "{error}");
-        }
-    });
+    type Spoil = fn(&mut Readiness);
+    let rows: [(Spoil, &str); 4] = [
+        (|ready| ready.mass_min = f64::NAN, "mass_min = NaN"),
+        (
+            |ready| ready.courant_time = f64::INFINITY,
+            "courant_time = inf",
+        ),
+        (|ready| ready.stiffness_max = -1.0, "stiffness_max = -1"),
+        (
+            |ready| ready.items = u64::MAX,
+            "items = 18446744073709551615",
+        ),
+    ];
+    for (spoil, phrase) in rows {
+        let mut ready = Readiness::default();
+        spoil(&mut ready);
+        let points = Points {
+            says: Some(ready),
+            ..Points::default()
+        };
+        let error = session(&mut Course::new(10, 8), points);
+        let error = error.unwrap_err().to_string();
+        assert!(error.contains("S-6") && error.contains(phrase), "{error}");
+    }
 }
 
 /// The number of a step in its epoch overflowed: a panic, or times of another epoch.
 #[test]
 fn a_grant_of_more_steps_than_a_run_has_ends_the_session() {
-    let mut supervisor = Course::new(10, 1);
-    supervisor.clock = Clock::within_epoch(0, 0.0, u64::MAX, 0.0, 1e-4);
-    let (coupler, ..) = in_one_thread(&mut supervisor, Points::default(), HalfPlane::default());
-    let error = coupler.unwrap_err().to_string();
+    let mut course = Course::new(10, 1);
+    course.clock = Clock::within_epoch(0, 0.0, u64::MAX, 0.0, 1e-4);
+    let error = session(&mut course, Points::default());
+    let error = error.unwrap_err().to_string();
     assert!(error.contains("G-3"), "{error}");
 }
 

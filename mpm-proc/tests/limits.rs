@@ -202,103 +202,49 @@ fn both_frequencies_bound_the_eigenvalues_of_random_clouds() {
     }
 }
 
-/// Stiffness of each point, and that of its friction: the same if it is alone.
-fn pressed_with_friction(random: &mut Random, count: usize) -> Vec<ImpForce> {
-    let force = |_| {
-        let stiffness = random.between(1e4, 1e6);
-        let ratio = if count == 1 {
-            1.0
-        } else {
-            random.between(0.0, 1.5)
-        };
-        ImpForce {
-            stiffness,
-            tangential: ratio * stiffness,
-            ..ImpForce::default()
-        }
-    };
-    (0..count).map(force).collect()
-}
-
-/// Points pressed by two bodies along any normals, with friction on their surfaces. A point alone has its own frequency.
+/// That the bound holds for any points, with friction on their surfaces, is for the kit to judge. A point alone has its own frequency.
 #[test]
-fn the_contact_frequency_bounds_that_of_surfaces_with_friction() {
+fn the_contact_frequency_of_a_point_alone_is_exact() {
     for (shape, kernel) in [
         (ShapeFunction::QuadraticBspline, Kernel::Quadratic),
         (ShapeFunction::CubicBspline, Kernel::Cubic),
         (ShapeFunction::Ugimp, Kernel::Ugimp(0.25)),
         (ShapeFunction::Linear, Kernel::Linear),
     ] {
-        let (mut tightest, mut beyond) = (0.0_f64, 0.0_f64);
-        for seed in 0..16 {
+        for seed in 0..8 {
             let mut random = Random::new(seed);
             let mut config = block();
             (config.shape, config.transfer) = (shape, Transfer::Flip);
             let radius = 0.025 * [0.5, 1.0, 2.0, 4.0][seed as usize % 4];
             config.groups[0].contact_radius = Some(radius);
-            let count = [1, 12, 40][seed as usize % 3];
-            let positions = scattered(&mut config, &mut random, count);
-            let forces = pressed_with_friction(&mut random, count);
-            let limits = opening(&config, &forces);
+            let positions = scattered(&mut config, &mut random, 1);
             let [s, gx, gy] = matrices(&positions, kernel, config.domain[0]);
-            let n = s.ncols();
-            let root = (s.row_sum().transpose() * MASS).map(|m| 1.0 / m.sqrt());
-            // For each body a row for the normal and one for the tangent of each point, with and without its turn.
-            let rows = |arm: f64, bodies: usize, random: &mut Random| {
-                let mut rows = DMatrix::zeros(2 * bodies * count, 2 * n);
-                for (p, f) in forces.iter().enumerate() {
-                    // The first body's shares: of both bodies the same stiffness is the larger.
-                    let ratio = (f.stiffness / f.tangential).max(1.0);
-                    let normal = if bodies == 1 {
-                        1.0
-                    } else {
-                        random.between(0.0, 1.0)
-                    };
-                    let least = (1.0 - (1.0 - normal) * ratio).max(0.0);
-                    let tangential = random.between(least, (normal * ratio).min(1.0));
-                    for (body, shares) in [[normal, tangential], [1.0 - normal, 1.0 - tangential]]
-                        .into_iter()
-                        .take(bodies)
-                        .enumerate()
-                    {
-                        let [k, k_t] = [shares[0] * f.stiffness, shares[1] * f.tangential];
-                        let (y, x) = random.between(0.0, 6.3).sin_cos();
-                        let row = 2 * (bodies * p + body);
-                        for i in 0..n {
-                            let turn = [-0.5 * gy[(p, i)], 0.5 * gx[(p, i)]];
-                            for (a, [along, across]) in [[x, -y], [y, x]].into_iter().enumerate() {
-                                let weight = s[(p, i)];
-                                let surface = weight * across - arm * turn[a];
-                                rows[(row, a * n + i)] = k.sqrt() * weight * along * root[i];
-                                rows[(row + 1, a * n + i)] = k_t.sqrt() * surface * root[i];
-                            }
-                        }
-                    }
-                }
-                largest_eigenvalue(&(&rows * rows.transpose()))
-            };
-            for bodies in [1, 2, 1, 2] {
-                let exact = rows(radius, bodies, &mut random);
-                let share = exact / limits.contact_omega_sq;
-                assert!(share <= 1.0 + 1e-9, "{shape:?} {seed}: {share}");
-                tightest = tightest.max(share);
-                if count == 1 && bodies == 1 {
-                    assert!(share > 1.0 - 1e-9, "{shape:?} {seed}: {share}");
-                }
-            }
-            let centres: Vec<ImpForce> = forces
-                .iter()
-                .map(|f| ImpForce {
-                    stiffness: f.stiffness.max(f.tangential),
+            let (n, stiffness) = (s.ncols(), random.between(1e4, 1e6));
+            let (y, x) = random.between(0.0, 6.3).sin_cos();
+            for tangential in [0.0, stiffness] {
+                let force = ImpForce {
+                    stiffness,
+                    tangential,
                     ..ImpForce::default()
-                })
-                .collect();
-            let at_centres = opening(&config, &centres).contact_omega_sq;
-            beyond = beyond.max(rows(radius, 1, &mut random) / at_centres);
+                };
+                let limits = opening(&config, &[force]);
+                // A row for the normal, and one for the tangent with the turn of the surface.
+                let rows = DMatrix::from_fn(2, 2 * n, |row, column| {
+                    let (a, i) = (column / n, column % n);
+                    let [along, across] = [[x, -y], [y, x]][a];
+                    let turn = [-0.5 * gy[(0, i)], 0.5 * gx[(0, i)]][a];
+                    let surface = s[(0, i)] * across - radius * turn;
+                    let of_row = [
+                        stiffness.sqrt() * s[(0, i)] * along,
+                        tangential.sqrt() * surface,
+                    ];
+                    of_row[row] / (s[(0, i)] * MASS).sqrt()
+                });
+                let exact = largest_eigenvalue(&(&rows * rows.transpose()));
+                let share = exact / limits.contact_omega_sq;
+                assert!((share - 1.0).abs() < 1e-9, "{shape:?} {seed}: {share}");
+            }
         }
-        assert!(tightest > 0.5, "{shape:?}: {tightest}");
-        // What the bound without the turn would miss.
-        assert!(beyond > 1.0, "{shape:?}: {beyond}");
     }
 }
 

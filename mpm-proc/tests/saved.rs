@@ -227,14 +227,6 @@ fn a_restored_solver_goes_on_to_the_same_bits() {
     }
 }
 
-/// A run of the block under forces, after 60 steps.
-fn under_way(config: &MpmConfig) -> (Driver, Mpm) {
-    let mut mpm = configured(config);
-    let mut driver = Driver::new(config, 2e-4);
-    driver.steps(&mut mpm, 60);
-    (driver, mpm)
-}
-
 #[test]
 fn a_state_takes_as_many_bytes_as_its_numbers() {
     let mut config = flying();
@@ -261,22 +253,37 @@ fn not_taken(config: &MpmConfig, bytes: &[u8], says: &[&str]) {
 #[test]
 fn a_state_of_another_configuration_is_refused_with_what_differs() {
     let bytes = configured(&flying()).save().unwrap();
-    let mut other = flying();
-    other.shape = ShapeFunction::CubicBspline;
-    not_taken(&other, &bytes, &["mpm.shape", "quadratic", "cubic"]);
-    let mut other = flying();
-    other.transfer = Transfer::Flip;
-    not_taken(&other, &bytes, &["mpm.transfer", "apic", "flip"]);
-    let mut other = flying();
-    other.materials[0].model = neo_hookean_model(BULK, SHEAR);
-    not_taken(&other, &bytes, &["linear_elastic", "neo_hookean"]);
-    let mut other = flying();
-    other.groups[0].spacing = Spacing::PerCell(4);
-    not_taken(&other, &bytes, &["mpm.points.0.spacing", "9"]);
-    let mut other = flying();
-    other.groups.push(other.groups[0].clone());
-    other.groups[1].fill = rectangle([0.1, 0.6]);
-    not_taken(&other, &bytes, &["mpm.points.1.name"]);
+    type Change = fn(&mut MpmConfig);
+    let rows: [(Change, &[&str]); 5] = [
+        (
+            |c| c.shape = ShapeFunction::CubicBspline,
+            &["mpm.shape", "quadratic", "cubic"],
+        ),
+        (
+            |c| c.transfer = Transfer::Flip,
+            &["mpm.transfer", "apic", "flip"],
+        ),
+        (
+            |c| c.materials[0].model = neo_hookean_model(BULK, SHEAR),
+            &["linear_elastic", "neo_hookean"],
+        ),
+        (
+            |c| c.groups[0].spacing = Spacing::PerCell(4),
+            &["mpm.points.0.spacing", "9"],
+        ),
+        (
+            |c| {
+                c.groups.push(c.groups[0].clone());
+                c.groups[1].fill = rectangle([0.1, 0.6]);
+            },
+            &["mpm.points.1.name"],
+        ),
+    ];
+    for (change, says) in rows {
+        let mut other = flying();
+        change(&mut other);
+        not_taken(&other, &bytes, says);
+    }
     not_taken(&flying(), b"", &["tandem-mpm"]);
     not_taken(&flying(), &bytes[..bytes.len() - 1], &["damaged"]);
     let refusal = Mpm::new().restore(&bytes).unwrap_err();
@@ -297,7 +304,8 @@ fn a_state_of_another_configuration_is_refused_with_what_differs() {
 /// A branch: points as they were, other gravity, walls, loads and moduli from here on.
 #[test]
 fn a_configuration_with_other_laws_goes_on_from_the_state() {
-    let (_, saved) = under_way(&flying());
+    let mut saved = configured(&flying());
+    Driver::new(&flying(), 2e-4).steps(&mut saved, 60);
     let bytes = saved.save().unwrap();
     let mut other = flying();
     other.gravity = [0.0, -1.0];

@@ -208,22 +208,6 @@ impl Place {
         self.start_run(out, scene, more).end()
     }
 
-    /// A recording of a run that was killed when some of it had been written.
-    pub fn recording_of_a_killed_run(&self, out: &str, scene: &str) -> PathBuf {
-        let long = "--variant quick --set time.end=20 --set check=[] --record";
-        let mut run = self.start_run(out, scene, long);
-        run.stepping(out);
-        let file = self.path(out).join("recording.tandem");
-        let grown = until(PATIENCE, || {
-            let size = fs::metadata(&file).map_or(0, |file| file.len());
-            (size > 100_000).then_some(())
-        });
-        assert!(grown.is_some(), "nothing is written while the run goes on");
-        signal(run.pid(), "KILL");
-        assert_eq!(run.end().signal(), Some(9));
-        file
-    }
-
     /// The hash of the state at the end of the run in `out`.
     #[track_caller]
     pub fn state_hash(&self, out: &str) -> String {

@@ -165,7 +165,6 @@ fn exchange() -> (Slice, Slice) {
     let work = || {
         let (mut points, mut wall) = (Points::new(0), HalfPlane::default());
         let mut course = Course::new(20_000, 64);
-        course.measures = false;
         course.budget = f64::MAX;
         course.begin_epoch(1e-12);
         let hub = Direct::new();

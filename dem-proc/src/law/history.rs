@@ -75,3 +75,20 @@ impl<A: Numbers, B: Numbers> Numbers for (A, B) {
         (A::take(all), B::take(all))
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::law::dashpot::Drag;
+    use crate::law::tangent::{Elongation, Sheared};
+
+    #[test]
+    fn what_two_laws_both_remember_goes_over() {
+        let before: (Elongation, Drag) = (Part([3.0]), Part([4.0, 5.0]));
+        assert_eq!(<(Elongation, Drag)>::of(&All::of(&before)), before);
+        assert_eq!(Elongation::of(&before), before.0);
+        assert_eq!(Drag::of(&before), before.1);
+        // A tangential spring with two numbers belongs to another law.
+        assert_eq!(<(Sheared, Drag)>::of(&before), (Part([0.0; 2]), before.1));
+    }
+}

@@ -8,8 +8,8 @@ use interface::config::{ContactLaw, DemConfig, MpmConfig, Scheme};
 use interface::forces::Forces;
 use interface::message::control::{Configure, Party};
 use interface::message::wire::{
-    BodyState, Budget, EnvelopeVertex, Grant, GroupState, ImpForce, ImpInfo, ImpState, Ledger,
-    Limits, PointState, Report, flags,
+    BodyState, Budget, EnvelopeVertex, Grant, GroupState, ImpForce, ImpInfo, ImpState, Limits,
+    PointState,
 };
 use interface::saved;
 use interface::session::{Next, Part, Solvers, Stop, Supervisor};
@@ -148,8 +148,6 @@ impl MpmSolver for Points {
 
     fn correct(&mut self, step: &Step, forces: &[ImpForce]) -> Result<Limits, Fault> {
         let state = &mut self.state;
-        let kinetic = |v: &[f64]| 0.5 * v.iter().map(|v| v * v).sum::<f64>();
-        let before = kinetic(&state.v);
         for (imp, force) in state.set.iter().zip(forces) {
             state.v[imp.id as usize] += step.kick() * force.force[0];
         }
@@ -159,11 +157,6 @@ impl MpmSolver for Points {
         let fastest = state.v.iter().fold(0.0, |m: f64, v| m.max(v.abs()));
         state.travel += step.dt * fastest;
         if step.measure {
-            let w = step.centring();
-            self.measurement.ledger = Ledger {
-                kinetic: (1.0 - w) * before + w * kinetic(&state.v),
-                ..Ledger::default()
-            };
             self.measurement.groups = vec![GroupState {
                 mass: self.count as f64,
                 ..GroupState::default()
@@ -277,7 +270,6 @@ impl DemSolver for HalfPlane {
     ) -> Result<Answer, Fault> {
         let state = &self.state;
         self.next.clear();
-        let mut energy = 0.0;
         let pairs = points.states.iter().zip(forces.on_points_mut());
         for ((imp, force), &id) in pairs.zip(&state.set) {
             let overlap = RADIUS - (imp.position[0] - state.x);
@@ -290,14 +282,9 @@ impl DemSolver for HalfPlane {
                 if overlap > 0.0 {
                     self.next.push((id, sum));
                 }
-                energy += 0.5 * STIFFNESS * pressed.powi(2);
             }
         }
         if step.measure {
-            self.measurement.ledger = Ledger {
-                contact: energy,
-                ..Ledger::default()
-            };
             self.measurement.bodies = vec![BodyState {
                 position: [state.x, 0.0],
                 velocity: [self.speed, 0.0],
@@ -370,18 +357,14 @@ pub fn dem_config() -> DemConfig {
     }
 }
 
-/// Controls a run of equal steps of 0.1 ms that measures the first step of each window.
+/// Controls a run of equal steps of 0.1 ms.
 pub struct Course {
     /// How many steps.
     pub steps: u64,
     /// Steps of a grant.
     pub window: u64,
-    /// Whether windows are measured.
-    pub measures: bool,
     /// Budget of squared frequencies in 1/s^2.
     pub budget: f64,
-    /// Reports of the continuum and of the bodies, window by window.
-    pub reports: Vec<(Report, Report)>,
     /// The points at the end.
     pub finals: Vec<PointState>,
     pub clock: Clock,
@@ -396,9 +379,7 @@ impl Course {
         Self {
             steps,
             window,
-            measures: true,
             budget: 1e6,
-            reports: Vec::new(),
             finals: Vec::new(),
             clock,
             epoch: 0,
@@ -453,7 +434,6 @@ impl Supervisor for Course {
             epoch: self.epoch,
             first: self.clock.index(),
             steps: self.window.min(self.steps - self.clock.index()),
-            flags: if self.measures { flags::MEASURE } else { 0 },
             epoch_start,
             steps_in_epoch,
             dt_before_epoch,
@@ -476,9 +456,6 @@ impl Supervisor for Course {
             self.epoch += 1;
             let dt = self.clock.dt();
             self.clock.begin_epoch(dt);
-        }
-        if self.measures {
-            self.reports.push((mpm, dem));
         }
         Ok(())
     }
