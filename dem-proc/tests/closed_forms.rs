@@ -139,6 +139,20 @@ fn hertz_contact_time_and_depth_and_restitution_at_any_speed() {
     }
 }
 
+/// Sticking with `k_t = k_n / 3`: tangential and normal spring have the same period, since the disc's surface has the
+/// effective mass m/3. The surface's sliding velocity is reversed: impulse `2 v_s m / 3`.
+#[test]
+fn oblique_impact_that_sticks() {
+    let (v_n, v_t, k) = (1.0, 0.5, 3e8);
+    let (v, spin) = after_bounce(
+        &disc_at_floor([v_t, -v_n], frictional(k, k / 3.0, 1.0)),
+        1e-7,
+    );
+    let surface = v.x + spin * 0.1;
+    assert!((surface + v_t).abs() < 2e-3, "{surface}");
+    assert!((v.x - (v_t - 2.0 * v_t / 3.0)).abs() < 2e-3, "{}", v.x);
+}
+
 /// Displacement down a slope of `tan` after `time`, of a body that first came to rest on level ground.
 fn down_slope(mut config: DemConfig, tan: f64, time: f64, dt: f64) -> (f64, f64) {
     let g = 9.81;
@@ -262,6 +276,22 @@ fn a_gas_keeps_its_energy_over_1e5_steps() {
     }
     assert!(collided > 100, "{collided}");
     assert!(worst < 1e-4, "{worst}");
+}
+
+#[test]
+fn adhesion_hangs_a_disc_on_a_ceiling() {
+    let law = |adhesion| granular_law(1e6, 5e5, 0.8, 0.3, adhesion, 0.0);
+    // Pull-off: pull c sqrt(xi) less k xi is largest at xi = (c / 2k)^2, c^2 / 4k, c = 2 s sqrt(2 R*).
+    let hangs = |stress: f64| {
+        let mut config = disc_at_floor([0.0, 0.0], law(stress));
+        config.bodies[1].position[1] = 0.1 - 2e-5; // deeper than the largest pull
+        config.gravity = [0.0, 9.81];
+        let mut dem = configured(&config);
+        run(&mut dem, 20_000, 2e-5);
+        dem.bodies().state[1].center.y < 0.11
+    };
+    let needed = (4.0 * 1e6 * 9.81_f64).sqrt() / (2.0 * (2.0 * 0.05_f64).sqrt());
+    assert!(hangs(1.2 * needed) && !hangs(0.9 * needed));
 }
 
 /// Two discs part in the last step before a step of no length, as at the end of a run: what was left in the tangential spring

@@ -217,3 +217,23 @@ fn a_lens_counts_once_and_a_hidden_disc_not_at_all() {
     let (hidden, inertia) = cluster(0.3, [1.0, 0.5]);
     assert!((hidden - PI).abs() < 1e-14 && (inertia - 0.5 * PI).abs() < 1e-14);
 }
+
+#[test]
+fn a_notch_narrower_than_the_disc_is_refused_for_a_free_body_only() {
+    let vertices = vec![
+        [0., 0.],
+        [3., 0.],
+        [3., 2.],
+        [1.6, 2.],
+        [1.6, 1.],
+        [1.4, 1.],
+        [1.4, 2.],
+        [0., 2.],
+    ];
+    let shape = polygon_shape(vertices);
+    let configure = |config| dem_proc::Sdem::default().configure(&scene(vec![config], spring(1.0)));
+    assert!(configure(body(shape.clone(), 0.09)).is_ok());
+    let refusal = configure(body(shape.clone(), 0.11)).unwrap_err();
+    assert_eq!(refusal.key, "dem.body.0.sphero_radius");
+    assert!(configure(crate::small_scenes::fixed(shape, 0.11)).is_ok());
+}

@@ -55,6 +55,19 @@ fn two_bare_bodies_that_would_never_touch_are_refused() {
     taken(&|c| c.overlap = OverlapMeasure::NearestEdge);
 }
 
+/// A run began with it, and ended in its first step with the advice to shorten the step.
+#[test]
+fn bodies_that_lie_deep_in_one_another_are_refused_with_their_overlap() {
+    let disc = || body(BodyShape::Disc, 1.0);
+    let mut deep = scene(vec![disc(), disc()], spring(1.0));
+    deep.bodies[1].position = [0.25, 0.0];
+    let (key, message) = refusal(&deep);
+    assert_eq!(key, "dem.body.1.position");
+    assert!(message.contains("by 1.750e0 m"), "{message}");
+    deep.bodies[1].position = [1.5, 0.0];
+    Sdem::default().configure(&deep).unwrap();
+}
+
 #[test]
 fn a_cluster_with_a_disc_twice_is_refused() {
     let shape = BodyShape::Cluster {

@@ -167,3 +167,24 @@ fn a_run_that_blows_up_is_stopped_before_anything_is_returned() {
         Some(Fault::LeftDomain { .. } | Fault::NotFinite { .. })
     ));
 }
+
+#[test]
+fn a_point_that_leaves_is_named() {
+    let mut config = block();
+    config.groups[0].velocity = [-10.0, 0.0];
+    let mut mpm = configured(&config);
+    let mut stepper = Stepper::new();
+    let fault = (0..1000).find_map(|_| stepper.step(&mut mpm, 1e-3, false, &[]).err());
+    let Some(Fault::LeftDomain { id, x, .. }) = fault else {
+        panic!("{fault:?}");
+    };
+    assert!(id % 12 == 0 && x < -0.2, "{id} at {x}");
+}
+
+#[test]
+fn forces_for_another_set_are_an_error() {
+    let mut mpm = configured(&block());
+    mpm.select_imps(&everywhere());
+    let fault = Stepper::new().step(&mut mpm, 1e-4, false, &[ImpForce::default(); 3]);
+    assert!(matches!(fault, Err(Fault::Other(m)) if m.contains("3 contact forces")));
+}

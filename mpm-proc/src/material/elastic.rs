@@ -198,7 +198,7 @@ impl Material for PlaneStress {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::material::single_point::Path;
+    use crate::material::single_point::{Path, cayley, stress};
 
     const MODULI: Moduli = Moduli {
         bulk: 5.0e5,
@@ -216,6 +216,25 @@ mod tests {
         assert!((1000.0 * strain * strain / 9.0e5 - 1.0).abs() < 1e-12);
         let stress = PlaneStress(MODULI).sound_speed();
         assert!((1000.0 * stress * stress / (young / (1.0 - nu * nu)) - 1.0).abs() < 1e-12);
+    }
+
+    /// `tau_xx = E eps_xx` where y is free: eps_yy = -nu eps_xx by definition of E and nu, at any strain.
+    #[test]
+    fn plane_stress_is_youngs_modulus() {
+        let (k, g) = (MODULI.bulk, MODULI.shear);
+        let young = 9.0 * k * g / (3.0 * k + g);
+        let nu = (3.0 * k - 2.0 * g) / (2.0 * (3.0 * k + g));
+        for strain in [1e-3, 0.3] {
+            let mut path = Path::new(PlaneStress(MODULI));
+            path.stretch([strain, -nu * strain], 1000);
+            let ln = cayley(strain, 1000).ln();
+            let [xx, yy, zz, _] = stress(&path.point);
+            let volume = path.point.volume.to_array()[0];
+            assert!((xx * volume / (young * ln) - 1.0).abs() < 1e-8, "{xx}");
+            assert!(yy.abs() < 1e-7 * xx && zz == 0.0);
+            assert!((volume.ln() / ((1.0 - 2.0 * nu) * ln) - 1.0).abs() < 1e-7);
+            assert!((path.energy() / (0.5 * young * ln * ln) - 1.0).abs() < 1e-7);
+        }
     }
 
     /// The tangent in principal axes, from derivatives of `tau_i = lambda tr + 2 G ln(l_i)`, and the tension beside it.

@@ -108,37 +108,73 @@ impl Material for Fluid {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::material::single_point::Path;
+    use crate::material::single_point::{Path, stress};
+
+    const WATER: Fluid = Fluid {
+        bulk: 3.0e4,
+        exponent: 7.0,
+        viscosity: 8.9e-4,
+        density: 997.0,
+    };
 
     #[test]
-    fn turning_makes_no_stress() {
-        let mut path = Path::new(Fluid {
-            bulk: 3.0e4,
-            exponent: 7.0,
-            viscosity: 8.9e-4,
-            density: 997.0,
-        });
-        path.turn(0.5, 10);
-        let s = path.point.stress;
-        assert!([s.xx, s.yy, s.zz, s.xy].map(|s| s.to_array()[0]) == [0.0; 4]);
-    }
-
-    /// `2 c^2`, with `rho c^2 = K J^-gamma` and `rho = rho_0 / J`.
-    #[test]
-    fn the_stiffness_is_that_of_sound() {
+    fn pressure_follows_the_equation_of_state() {
         for (strain, exponent) in [(-0.05, 7.0), (0.03, 7.0), (-0.05, 1.0)] {
             let fluid = Fluid {
-                bulk: 3.0e4,
                 exponent,
                 viscosity: 0.0,
-                density: 997.0,
+                ..WATER
             };
             let mut path = Path::new(fluid);
-            path.stretch([strain, strain], 100);
+            path.stretch([strain, strain], 10_000);
             let j = path.point.volume.to_array()[0];
+            assert!((j / (2.0 * strain).exp() - 1.0).abs() < 1e-8);
+            let p = 3.0e4 / exponent * (j.powf(-exponent) - 1.0);
+            let [xx, yy, zz, xy] = stress(&path.point);
+            assert!((xx / -p - 1.0).abs() < 1e-11 && xx == yy && yy == zz && xy == 0.0);
+            // 2 c^2, with rho c^2 = K J^-gamma and rho = rho_0 / J.
             let stiffness = fluid.stiffness_over_density(&path.point).to_array()[0];
             let twice = 2.0 * 3.0e4 * j.powf(1.0 - exponent) / 997.0;
             assert!((stiffness / twice - 1.0).abs() < 1e-10);
+            // The work of the pressure, by Simpson's rule.
+            let n = 1000;
+            let pressure = |j: f64| 3.0e4 / exponent * (j.powf(-exponent) - 1.0);
+            let h = (j - 1.0) / f64::from(n);
+            let work: f64 = (0..n)
+                .map(|i| {
+                    let a = 1.0 + h * f64::from(i);
+                    -h / 6.0 * (pressure(a) + 4.0 * pressure(a + 0.5 * h) + pressure(a + h))
+                })
+                .sum();
+            let energy = fluid.elastic_energy(&path.point).to_array()[0];
+            assert!((energy / work - 1.0).abs() < 1e-9, "{energy} {work}");
         }
+    }
+
+    #[test]
+    fn turning_makes_no_stress() {
+        let mut path = Path::new(WATER);
+        path.turn(0.5, 10);
+        assert!(stress(&path.point) == [0.0; 4] && path.viscous == 0.0);
+    }
+
+    /// `tau = mu gamma'`, lost at `tau gamma'`.
+    #[test]
+    fn simple_shear_is_newtonian() {
+        let mut path = Path::new(WATER);
+        path.shear(2.0, 100); // 0.02 a step of Path::DT
+        let rate = 0.02 / crate::material::single_point::DT;
+        let [xx, _, _, xy] = stress(&path.point);
+        assert!((xy / (8.9e-4 * rate) - 1.0).abs() < 1e-12 && xx.abs() < 1e-12);
+        assert!((path.viscous / (8.9e-4 * rate * 2.0) - 1.0).abs() < 1e-12);
+    }
+
+    #[test]
+    fn an_interval_of_no_length_keeps_the_stress() {
+        let mut path = Path::new(WATER);
+        path.shear(0.02, 1);
+        let before = stress(&path.point);
+        WATER.update(&mut path.point, &Deformation::NOTHING, 0.0);
+        assert!(before[3] > 0.0 && stress(&path.point) == before);
     }
 }

@@ -108,3 +108,46 @@ impl Material for Jaumann<PlaneStress> {
         self.0.sound_speed()
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::material::elastic::Moduli;
+    use crate::material::single_point::{Path, stress};
+
+    const MODULI: Moduli = Moduli {
+        bulk: 5.0e5,
+        shear: 3.0e5,
+        density: 1000.0,
+    };
+
+    /// The Jaumann rate in simple shear: `sigma_xy = G sin(gamma)`, `sigma_xx = G (1 - cos(gamma))` (Dienes 1979).
+    #[test]
+    fn simple_shear() {
+        let mut path = Path::new(Jaumann(PlaneStrain(MODULI)));
+        let steps = 20_000;
+        path.shear(2.0, steps);
+        let [xx, yy, zz, xy] = stress(&path.point);
+        // The increment is added to the stress turned over the whole step: first order in gamma per step.
+        let tolerance = 2.0 / steps as f64 * 3.0e5;
+        assert!((xy - 3.0e5 * 2.0_f64.sin()).abs() < tolerance);
+        assert!((xx - 3.0e5 * (1.0 - 2.0_f64.cos())).abs() < tolerance);
+        assert!((yy + xx).abs() < 1e-8 * 3.0e5 && zz.abs() < 1e-8 * 3.0e5);
+        assert_eq!(path.point.volume.to_array()[0], 1.0);
+    }
+
+    /// `sigma_xx = E eps_xx` where y is free: eps_yy = -nu eps_xx by definition of E and nu.
+    #[test]
+    fn plane_stress_is_youngs_modulus() {
+        let (k, g) = (MODULI.bulk, MODULI.shear);
+        let young = 9.0 * k * g / (3.0 * k + g);
+        let nu = (3.0 * k - 2.0 * g) / (2.0 * (3.0 * k + g));
+        let mut path = Path::new(Jaumann(PlaneStress(MODULI)));
+        path.stretch([1e-3, -nu * 1e-3], 10);
+        let [xx, yy, zz, _] = stress(&path.point);
+        assert!((xx / (young * 1e-3) - 1.0).abs() < 1e-12, "{xx}");
+        assert!(yy.abs() < 1e-9 * xx && zz == 0.0);
+        let volume = path.point.volume.to_array()[0];
+        assert!((volume - ((1.0 - 2.0 * nu) * 1e-3).exp()).abs() < 1e-11);
+    }
+}

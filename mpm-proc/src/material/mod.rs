@@ -18,6 +18,8 @@ mod neo_hookean;
 mod perfect_plasticity;
 mod point;
 #[cfg(test)]
+mod properties;
+#[cfg(test)]
 mod single_point;
 mod von_mises;
 

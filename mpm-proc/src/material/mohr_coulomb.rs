@@ -150,3 +150,112 @@ impl YieldSurface for MohrCoulomb {
         (stress, work)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::material::point::Point;
+    use crate::material::single_point::{Path, stress};
+
+    const MODULI: Moduli = Moduli {
+        bulk: 5.0e5,
+        shear: 3.0e5,
+        density: 1500.0,
+    };
+
+    fn material(phi: f64, psi: f64, cohesion: f64, tension: f64) -> MohrCoulomb {
+        let numbers = Frictional {
+            bulk_modulus: MODULI.bulk,
+            shear_modulus: MODULI.shear,
+            friction_angle: phi,
+            dilation_angle: psi,
+            cohesion,
+            tensile_strength: tension,
+            critical_state: None,
+            separates: false,
+        };
+        MohrCoulomb::new(MODULI.density, &numbers)
+    }
+
+    fn principal(point: &Point<()>) -> [f64; 3] {
+        let [xx, yy, zz, xy] = stress(point);
+        let (centre, radius) = (0.5 * (xx + yy), (0.25 * (xx - yy).powi(2) + xy * xy).sqrt());
+        let mut p = [centre + radius, centre - radius, zz];
+        p.sort_by(|a, b| b.total_cmp(a));
+        p
+    }
+
+    /// Biaxial compression from an even stress: yields at `sigma_3 = k sigma_1 - sigma_c`, and with psi = 0 the volume
+    /// stays elastic.
+    #[test]
+    fn biaxial_compression_follows_the_surface() {
+        let model = material(30.0, 0.0, 2.0e3, 0.0);
+        let mut path = Path::new(model);
+        path.stretch([-0.01, -0.01], 50);
+        path.stretch([0.02, -0.02], 2000);
+        let [p1, _, p3] = principal(&path.point);
+        assert!(
+            (3.0 * p1 - p3 - 4.0e3 * 3.0_f64.sqrt()).abs() < 1e-6,
+            "{p1} {p3}"
+        );
+        let [xx, yy, zz, _] = stress(&path.point);
+        let mean = (xx + yy + zz) / 3.0;
+        let volume = path.point.volume.to_array()[0];
+        let expected = MODULI.bulk * volume.ln() / volume;
+        assert!((mean / expected - 1.0).abs() < 1e-10, "{mean}");
+        assert!(path.plastic > 0.0);
+    }
+
+    /// `sin phi` from the Mohr circle in simple shear, whatever the direction.
+    #[test]
+    fn the_mohr_circle_touches_the_line() {
+        let model = material(35.0, 10.0, 0.0, 0.0);
+        let mut path = Path::new(model);
+        path.stretch([-0.01, -0.012], 50);
+        path.shear(0.05, 5000);
+        let [p1, _, p3] = principal(&path.point);
+        let sin = (p1 - p3) / -(p1 + p3);
+        assert!((sin - 35.0_f64.to_radians().sin()).abs() < 1e-12, "{sin}");
+    }
+
+    /// Against the definition: no random trial ends outside, nothing inside is touched, and the plastic strain obeys
+    /// the flow rule of some mixture of surfaces (it does no negative work).
+    #[test]
+    fn random_trials_end_on_the_surfaces() {
+        let mut random = fastrand::Rng::with_seed(5);
+        for (psi, tension) in [(0.0, 0.0), (20.0, 1e3), (35.0, 4e3)] {
+            let model = material(35.0, psi, 3.0e3, tension);
+            for _ in 0..5000 {
+                let mut value = || splat(3e4 * random.f64() - 2e4);
+                let trial = Stress {
+                    xx: value(),
+                    yy: value(),
+                    zz: value(),
+                    xy: value(),
+                };
+                let (new, _) = model.flow(&trial, splat(1.0), None, 0.0);
+                let order = |s: Stress| {
+                    principal(&Point {
+                        stress: s,
+                        volume: splat(1.0),
+                        state: (),
+                    })
+                };
+                let (p, q) = (order(trial), order(new));
+                let f = |s: [f64; 3]| model.k * s[0] - s[2] - model.sigma_c;
+                assert!(f(q) < 1e-6 && q[0] <= model.sigma_t + 1e-6, "{p:?} {q:?}");
+                if f(p) < 0.0 && p[0] < model.sigma_t {
+                    assert!((0..3).all(|i| (p[i] - q[i]).abs() < 1e-9));
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn sand_pulled_apart_has_no_stress() {
+        let mut path = Path::new(material(35.0, 10.0, 0.0, 0.0));
+        path.shear(0.01, 10);
+        path.stretch([0.02, 0.03], 3);
+        assert!(stress(&path.point).iter().all(|s| s.abs() < 1e-9));
+    }
+}

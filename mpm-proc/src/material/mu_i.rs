@@ -46,6 +46,18 @@ impl MuI {
                 / (material.grain_diameter * material.grain_density.sqrt()),
         }
     }
+
+    /// Glass beads of a millimetre (Jop, Forterre and Pouliquen 2006).
+    #[cfg(test)]
+    pub const SAMPLE: Self = Self {
+        moduli: Moduli {
+            bulk: 5e5,
+            shear: 3e5,
+            density: 1500.0,
+        },
+        friction: [0.38, 0.64],
+        rate: 0.279 / (1e-3 * 50.0),
+    };
 }
 
 impl YieldSurface for MuI {
@@ -78,5 +90,43 @@ impl YieldSurface for MuI {
         let ratio = new_tau / tau.fast_max(splat(f64::MIN_POSITIVE));
         let work = new_tau * (tau - new_tau) * splat(1.0 / self.moduli.shear);
         (deviator.scaled_about(mean, ratio), work)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::material::granular::Granular;
+    use crate::material::single_point::{DT, Path, stress};
+
+    /// Sheared steadily at each rate it has the friction of its inertial number.
+    #[test]
+    fn steady_shear_has_the_friction_of_its_rate() {
+        for rate in [0.1, 1.0, 10.0, 100.0] {
+            let model = Granular {
+                grains: MuI::SAMPLE,
+                critical: None,
+                separates: true,
+                volume_rate: 0.0,
+            };
+            let mut path = Path::new(model);
+            path.stretch([-2e-3, -2e-3], 10);
+            let steps = (0.3 / (rate * DT)).ceil().max(30.0);
+            path.shear(rate * DT * steps, steps as usize);
+            let [xx, yy, zz, xy] = stress(&path.point);
+            let pressure = -(xx + yy + zz) / 3.0;
+            let number = rate / (MuI::SAMPLE.rate / 0.279 * pressure.sqrt());
+            let expected = 0.38 + 0.26 / (0.279 / number + 1.0);
+            let s = [xx, yy, zz].map(|s| s + pressure);
+            let tau = (0.5 * (s[0] * s[0] + s[1] * s[1] + s[2] * s[2]) + xy * xy).sqrt();
+            assert!(
+                (tau / pressure / expected - 1.0).abs() < 5e-3,
+                "{rate}: {} {expected}",
+                tau / pressure
+            );
+            // All work that is not stored has been dissipated.
+            let off = path.work - path.energy() - path.plastic;
+            assert!(off.abs() < 0.06 * path.work, "{off} {}", path.work);
+        }
     }
 }

@@ -95,13 +95,31 @@ impl Material for NeoHookean {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::material::single_point::Path;
+    use crate::material::single_point::{Path, stress};
 
     const MODEL: NeoHookean = NeoHookean(Moduli {
         bulk: 5.0e5,
         shear: 3.0e5,
         density: 1000.0,
     });
+
+    /// `sigma_yy = (G (l^2 - 1) + lambda ln l)/l`, `sigma_xx = lambda ln l / l` at stretch l.
+    #[test]
+    fn uniaxial_strain() {
+        for strain in [-0.7_f64, 0.5] {
+            let mut path = Path::new(MODEL);
+            path.stretch([0.0, strain], 100);
+            // A strain at the middle of a step stretches by its Cayley transform.
+            let l = ((1.0 + strain / 200.0) / (1.0 - strain / 200.0)).powi(100);
+            let [xx, yy, zz, xy] = stress(&path.point);
+            let lame = 3.0e5;
+            assert!((yy / ((3.0e5 * (l * l - 1.0) + lame * l.ln()) / l) - 1.0).abs() < 1e-12);
+            assert!((xx / (lame * l.ln() / l) - 1.0).abs() < 1e-12);
+            assert!(zz == xx && xy == 0.0);
+            let energy = 0.5 * 3.0e5 * (l * l - 1.0 - 2.0 * l.ln()) + 0.5 * lame * l.ln().powi(2);
+            assert!((MODEL.elastic_energy(&path.point).to_array()[0] / energy - 1.0).abs() < 1e-12);
+        }
+    }
 
     /// At a stretch and a shear whose principal stresses follow from the eigenvalues of `b`.
     #[test]

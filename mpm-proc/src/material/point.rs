@@ -226,3 +226,40 @@ impl<P> Point<P> {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn gradient(rows: [[f64; 2]; 2]) -> Deformation {
+        let [[xx, xy], [yx, yy]] = rows.map(|row| row.map(splat));
+        Deformation { xx, xy, yx, yy }
+    }
+
+    fn rows(by: Deformation) -> [[f64; 2]; 2] {
+        [[by.xx, by.xy], [by.yx, by.yy]].map(|row| row.map(|x| x.to_array()[0]))
+    }
+
+    /// A turn by 1 rad in one interval, and a stretch to twice the length, as seen from both ends: the middle sees no
+    /// strain in the one, and in the other the change of length over the mean length.
+    #[test]
+    fn the_middle_is_the_same_from_both_ends() {
+        let (sin, cos) = 1.0_f64.sin_cos();
+        let turned = [[cos - 1.0, -sin], [sin, cos - 1.0]]; // R - 1
+        let turned_back = [[1.0 - cos, -sin], [sin, 1.0 - cos]]; // 1 - R^T
+        let spin = 2.0 * 0.5_f64.tan();
+        let stretched = [[1.0, 0.0], [0.0, 0.0]];
+        let stretched_back = [[0.5, 0.0], [0.0, 0.0]];
+        for (at_start, at_end, middle) in [
+            (turned, turned_back, [[0.0, -spin], [spin, 0.0]]),
+            (stretched, stretched_back, [[2.0 / 3.0, 0.0], [0.0, 0.0]]),
+        ] {
+            for (rows_of, half) in [(at_start, -0.5), (at_end, 0.5)] {
+                let found = rows(gradient(rows_of).in_the_middle(splat(half)));
+                for (found, middle) in found.as_flattened().iter().zip(middle.as_flattened()) {
+                    assert!((found - middle).abs() < 1e-15, "{half}: {found} {middle}");
+                }
+            }
+        }
+    }
+}

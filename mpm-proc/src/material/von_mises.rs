@@ -60,3 +60,44 @@ impl Material for VonMises {
         self.moduli.sound_speed()
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::material::single_point::{Path, cayley, stress};
+
+    const MODEL: VonMises = VonMises {
+        moduli: Moduli {
+            bulk: 5.0e9,
+            shear: 3.0e9,
+            density: 2000.0,
+        },
+        yield_stress: 3.0e7,
+        hardening: 4.0e8,
+    };
+
+    /// Pure shear by stretching one way and shortening the other: elastic until `tau = sigma_0/sqrt 3`, then
+    /// `d tau/d gamma = G h/(1 + h)` with `h = H/3G`.
+    #[test]
+    fn pure_shear_hardens_by_its_closed_form() {
+        let mut path = Path::new(MODEL);
+        let strain = 0.02; // gamma = 2 strain
+        path.stretch([strain, -strain], 400);
+        let [xx, yy, zz, _] = stress(&path.point);
+        let (g, h) = (3.0e9, 4.0e8 / 9.0e9);
+        let yields = 3.0e7 / 3.0_f64.sqrt();
+        let expected = yields + g * h / (1.0 + h) * (2.0 * cayley(strain, 400).ln() - yields / g);
+        assert!((xx / expected - 1.0).abs() < 1e-12, "{xx} {expected}");
+        assert!((xx + yy).abs() < 1e-3 && zz.abs() < 1e-3);
+        // alpha = gamma_p / sqrt 3, and the work is the area under the yield stress.
+        let alpha = path.point.state.to_array()[0];
+        let gamma = 2.0 * cayley(strain, 400).ln();
+        assert!((alpha - (gamma - xx / g) / 3.0_f64.sqrt()).abs() < 1e-12);
+        let work = 3.0e7 * alpha + 0.5 * 4.0e8 * alpha * alpha;
+        assert!(
+            (path.plastic / work - 1.0).abs() < 2e-3,
+            "{} {work}",
+            path.plastic
+        );
+    }
+}
