@@ -9,8 +9,10 @@ here=$(cd "$(dirname "$0")" && pwd)
 ln -sfn "$here/../../scenes" scenes
 mkdir -p runs figures
 
-run() { # NAME SCENE [OPTION]...: that checks fail (1) is a result
-    [ -e "runs/$1/summary.json" ] || { rm -rf "runs/$1"; tandem run "scenes/$2.toml" --in-process --out "runs/$1" "${@:3}" || [ $? = 1 ]; }
+run() { # NAME SCENE [OPTION]...: a scene of scenes/, or a file; that checks fail (1) is a result
+    local scene=$2
+    [ -e "$scene" ] || scene=scenes/$2.toml
+    [ -e "runs/$1/summary.json" ] || { rm -rf "runs/$1"; tandem run "$scene" --in-process --out "runs/$1" "${@:3}" || [ $? = 1 ]; }
 }
 study() { # NAME SCENE [OPTION]...
     [ -e "runs/$1/study.csv" ] || { rm -rf "runs/$1"; tandem study "scenes/$2.toml" --in-process --out "runs/$1" "${@:3}"; }
@@ -97,7 +99,7 @@ jiang2020() {
 
     python3 scenes/jiang2020/granular_matrix.py --cell 0.0035 --spacing 0.002 --container-stiffness 6e7 > full.toml
     for fines in low middle high; do
-        run full_$fines ../full $([ $fines = middle ] || echo --variant fines_$fines) --set mpm.material.0.model.drucker_prager.separates=true \
+        run full_$fines full.toml $([ $fines = middle ] || echo --variant fines_$fines) --set mpm.material.0.model.drucker_prager.separates=true \
             --set "mpm.material.0.model.drucker_prager.critical_state={ volume = 1.05 }"
     done
     figure jiang_23_full.svg "25.7 %=runs/full_low" "35.7 %=runs/full_middle" "44.3 %=runs/full_high" --x "100*settlement" \
