@@ -85,6 +85,9 @@ fn a_state_goes_from_one_thread_to_others() {
     }
 }
 
+/// What another configuration has otherwise.
+type Change = fn(&mut DemConfig);
+
 #[test]
 fn the_state_of_another_configuration_is_refused_by_what_differs() {
     let bytes = under_way(4, 5).0.save().unwrap();
@@ -96,7 +99,6 @@ fn the_state_of_another_configuration_is_refused_by_what_differs() {
         go(&mut dem, true, DT);
         refusal.message
     };
-    type Change = fn(&mut DemConfig);
     let rows: [(Change, &str); 5] = [
         (|c| c.body_contact = None, "`body_contact = true`"),
         (|c| c.skin = 0.005, "`coupling.skin ="),

@@ -250,10 +250,12 @@ fn not_taken(config: &MpmConfig, bytes: &[u8], says: &[&str]) {
     }
 }
 
+/// What another configuration has otherwise.
+type Change = fn(&mut MpmConfig);
+
 #[test]
 fn a_state_of_another_configuration_is_refused_with_what_differs() {
     let bytes = configured(&flying()).save().unwrap();
-    type Change = fn(&mut MpmConfig);
     let rows: [(Change, &[&str]); 5] = [
         (
             |c| c.shape = ShapeFunction::CubicBspline,
