@@ -112,3 +112,39 @@ pub fn owner<const W: usize>(tile: &Tile, index: usize) -> (usize, usize) {
     let ((run_x, x), (run_y, y)) = (along(index % pitch(W)), along(index / pitch(W)));
     (tile.around[run_y * 3 + run_x] as usize, y * TILE + x)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::kernel::tiles::Geometry;
+
+    /// Every base node and those on either side of it, where its point may be before the next sort, with all `w` nodes from there.
+    #[test]
+    fn a_window_has_the_runs_that_points_may_reach() {
+        let grid = Geometry {
+            lower: [0.0; 2],
+            upper: [64.0; 2],
+            cells: [64; 2],
+            cell: 1.0,
+            periodic: [false; 2],
+        };
+        for (first, last, w) in (0..TILE).flat_map(|first| {
+            let lasts = first..TILE;
+            lasts.flat_map(move |last| (2..=4).map(move |w| (first, last, w)))
+        }) {
+            let sorted = SortedTile {
+                at: [3, 3],
+                points: 1,
+                bases: [[0, 7], [first as u8, last as u8]],
+            };
+            let tile = Tile::new(&sorted, 0, 0, grid.frame(sorted.at, [0.5; 2]));
+            // Nodes of the window count from `MARGIN` before the tile.
+            let nodes = first..last + 2 * MARGIN + w;
+            let runs = runs(w).map(|run| run.window..run.window + run.length);
+            let reached = runs.map(|run| nodes.start < run.end && run.start < nodes.end);
+            assert_eq!(tile.reaches(w, 1)[0], reached[0], "{first} {last} {w}");
+            assert_eq!(tile.reaches(w, 1)[2], reached[2], "{first} {last} {w}");
+            assert_eq!(tile.reaches(w, 0), [true; 3]);
+        }
+    }
+}
