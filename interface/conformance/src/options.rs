@@ -78,7 +78,10 @@ fn seconds(text: &str) -> Result<Duration, ParseIntError> {
         .map(|seconds: u32| Duration::from_secs(seconds.into()))
 }
 
-fn some_seconds(text: &str) -> Result<Duration, ParseIntError> {
-    let seconds: NonZero<u16> = text.parse()?;
-    Ok(Duration::from_secs(seconds.get().into()))
+fn some_seconds(text: &str) -> Result<Duration, String> {
+    match text.parse::<u16>() {
+        Ok(0) => Err("it is at least 1".to_owned()),
+        Ok(seconds) => Ok(Duration::from_secs(seconds.into())),
+        Err(error) => Err(error.to_string()),
+    }
 }
