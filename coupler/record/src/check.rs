@@ -191,16 +191,15 @@ impl Meant {
     /// The verdict on a value that has this distance from the reference. Without a reference the distance does not count.
     #[must_use]
     pub fn judge(&self, value: f64, distance: f64) -> CheckResult {
-        let number = |meant: Option<Option<f64>>| meant.flatten().unwrap_or(f64::NAN);
+        let number = |meant: Option<f64>| meant.unwrap_or(f64::NAN);
         // An infinite bound or scale would pass for any run.
         let (reference, error, tolerance, bounds);
         if let Some(ends) = self.between {
-            let [lower, upper] = ends.map(|end| number(Some(end)));
+            let [lower, upper] = ends.map(number);
             reference = 0.5 * (lower + upper);
             (error, tolerance) = (beyond(lower - value) + beyond(value - upper), 0.0);
             bounds = lower.is_finite() && upper.is_finite();
-        } else if self.at_least.or(self.at_most).is_some() {
-            let bound = number(self.at_least.or(self.at_most));
+        } else if let Some(bound) = self.at_least.or(self.at_most).map(number) {
             let excess = if self.at_least.is_some() {
                 bound - value
             } else {
@@ -209,19 +208,18 @@ impl Meant {
             (reference, error, tolerance) = (bound, beyond(excess), 0.0);
             bounds = bound.is_finite();
         } else {
-            reference = number(self.reference);
+            reference = number(self.reference.flatten());
+            let scale = self.scale.map(number);
             let unit = if self.relative_tolerance.is_some() {
                 reference.abs()
             } else {
-                self.scale.map_or(1.0, |scale| number(Some(scale)).abs())
+                scale.map_or(1.0, f64::abs)
             };
             (error, tolerance) = (
                 distance / unit,
-                number(self.relative_tolerance.or(self.tolerance)),
+                number(self.relative_tolerance.or(self.tolerance).flatten()),
             );
-            bounds = self
-                .scale
-                .is_none_or(|scale| number(Some(scale)).is_finite());
+            bounds = scale.is_none_or(f64::is_finite);
         }
         let reason = match (value.is_finite(), bounds) {
             (false, _) => Some("the value is not a finite number".to_owned()),
