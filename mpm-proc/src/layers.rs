@@ -17,7 +17,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::grid_contact::{GridContact, Losses};
 use crate::kernel::shape::Shape;
-use crate::kernel::threads::over_items;
+use crate::kernel::threads::over_groups;
 use crate::kernel::transfer::AffineState;
 use crate::pass::select_imps::select_imps;
 use crate::pass::select_markers::select_markers;
@@ -48,7 +48,6 @@ pub struct Layers<const W: usize, S: Shape<W>, A: AffineState> {
     pairs: Vec<[usize; 2]>,
     /// Contact on the nodes, if there is any.
     on_grid: Option<GridContact>,
-    /// Of layers that are stepped at once.
     threads: Threads,
     /// The IMPs of all layers by id; those of one layer follow one another.
     infos: Vec<ImpInfo>,
@@ -65,28 +64,19 @@ struct SavedLayers<A> {
 }
 
 impl<const W: usize, S: Shape<W>, A: AffineState> Layers<W, S, A> {
-    /// One continuum, or one of a single cloud for each group, of which `pairs` touch. Several threads work on one layer,
-    /// or each on its own where there are more layers.
+    /// One continuum, or one of a single cloud for each group, of which `pairs` touch.
     pub fn new(
         continua: Vec<Continuum<W, S, A>>,
         pairs: Vec<[usize; 2]>,
         on_grid: Option<GridContact>,
-        mut threads: Threads,
+        threads: Threads,
     ) -> Self {
-        let within = if continua.len() > threads.count() {
-            Threads::default()
-        } else {
-            core::mem::take(&mut threads)
-        };
-        let layers = (0..).zip(continua).map(|(first, mut continuum)| {
-            continuum.threads = within.clone();
-            Layer {
-                continuum,
-                first,
-                slots: 0..0,
-                load: ContactLoad::default(),
-                outcome: Ok(Limits::default()),
-            }
+        let layers = (0..).zip(continua).map(|(first, continuum)| Layer {
+            continuum,
+            first,
+            slots: 0..0,
+            load: ContactLoad::default(),
+            outcome: Ok(Limits::default()),
         });
         Self {
             all: layers.collect(),
@@ -108,7 +98,12 @@ impl<const W: usize, S: Shape<W>, A: AffineState> Layers<W, S, A> {
         &mut self,
         work: &(impl Fn(&mut Layer<W, S, A>) -> Result<Limits, Fault> + Sync),
     ) -> Result<Limits, Fault> {
-        over_items(&self.threads, &mut self.all, &|layer| {
+        let tiles = |layer: &Layer<W, S, A>| {
+            let clouds = layer.continuum.clouds.iter();
+            clouds.map(|cloud| cloud.tiles.len()).sum()
+        };
+        over_groups(&self.threads, &mut self.all, tiles, &|threads, layer| {
+            layer.continuum.threads.clone_from(threads);
             layer.outcome = work(layer);
         });
         let mut limits = Limits::default();

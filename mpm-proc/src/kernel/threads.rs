@@ -126,8 +126,8 @@ impl<'a, D: Share> Iterator for Parts<'a, D> {
     }
 }
 
-/// Calls `work` with every item of so many tiles, and with the threads that share its tiles: all of them, or where no item has
-/// much of the tiles, each item is the work of one.
+/// Calls `work` with every item, a group or layer of so many tiles, and with the threads that share its tiles: all of them, or
+/// where no item has much of the tiles, one for each item.
 pub fn over_groups<T: Send>(
     threads: &Threads,
     items: &mut [T],

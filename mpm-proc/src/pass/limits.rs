@@ -35,6 +35,7 @@ use crate::kernel::window::{
 use crate::state::contact::ContactLoad;
 use crate::state::continuum::Continuum;
 use crate::state::images::Images;
+use crate::state::points::Cloud;
 
 /// The limits for the next step, with the contribution of contact in this step.
 pub fn limits<const W: usize, S: Shape<W>, A: AffineState>(
@@ -164,7 +165,7 @@ fn omega_sq_of_points<const W: usize, S: Shape<W>, A: AffineState>(
     } = continuum;
     let per_area = 1.0 / (grid.geometry.cell * grid.geometry.cell);
     // The windows of the internal forces, which have been used and are summed anew in the next step.
-    for cloud in &mut *clouds {
+    Cloud::each(threads, clouds, |threads, cloud| {
         let (shape, x, reports) = (cloud.shape, &cloud.state.x, &cloud.state.stress_reports);
         let mass = cloud.mass;
         let scale = mass * per_area;
@@ -188,7 +189,7 @@ fn omega_sq_of_points<const W: usize, S: Shape<W>, A: AffineState>(
                 }
             }
         });
-    }
+    });
     loads_of_nodes.resize(grid.tiles.len(), [[0.0; 2]; NODES]);
     for (loads, tile) in loads_of_nodes.iter_mut().zip(&grid.tiles) {
         *loads = [[0.0; 2]; NODES];
@@ -198,8 +199,7 @@ fn omega_sq_of_points<const W: usize, S: Shape<W>, A: AffineState>(
         }
     }
     divide_by_mass(loads_of_nodes, &grid.images);
-    let mut largest_row: f64 = 0.0;
-    for cloud in clouds {
+    Cloud::each(threads, clouds, |threads, cloud| {
         let (shape, x) = (cloud.shape, &cloud.state.x);
         let share = PerTile(&mut cloud.reports[..]);
         over_tiles(
@@ -226,10 +226,9 @@ fn omega_sq_of_points<const W: usize, S: Shape<W>, A: AffineState>(
                 report.0[0].omega_sq = largest(most);
             },
         );
-        let of_tiles = cloud.reports.iter().map(|report| report.omega_sq);
-        largest_row = of_tiles.fold(largest_row, f64::max);
-    }
-    largest_row
+    });
+    let reports = clouds.iter().flat_map(|cloud| &cloud.reports);
+    reports.map(|report| report.omega_sq).fold(0.0, f64::max)
 }
 
 /// Turns loads and masses of nodes into loads over masses. Nodes beyond a periodic wall are those at the other end; hats

@@ -37,9 +37,9 @@ pub fn apply_loads<const W: usize, S: Shape<W>, A: AffineState>(
     // USL computes strains from the velocities with which points move.
     let by_field = (continuum.stress_update != StressUpdate::Usl).then_some(step.dt_before);
     let nodes = &continuum.grid.tiles;
-    for cloud in clouds {
+    Cloud::each(threads, clouds, |threads, cloud| {
         apply(threads, cloud, (size, nodes), step.time, by_field);
-    }
+    });
     for cloud in &continuum.clouds {
         let Some(loads) = &cloud.loads else {
             continue;

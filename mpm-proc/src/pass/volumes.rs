@@ -29,6 +29,7 @@ use crate::kernel::tiles::{NODES, Place, first_node, node, pitch};
 use crate::kernel::transfer::AffineState;
 use crate::kernel::window::{VectorWindow, add_window, clear, gather_row, scatter_row};
 use crate::state::continuum::Continuum;
+use crate::state::points::Cloud;
 use crate::state::volumes::{VolumeNodes, room};
 
 /// Rate of the second mixture over that of the first.
@@ -58,10 +59,10 @@ pub fn map_volumes<const W: usize, S: Shape<W>, A: AffineState>(
     grid.volumes.clear();
     let tiles = 0..grid.tiles.len();
     grid.volumes.extend(tiles.map(VolumeNodes::of));
-    for cloud in clouds
-        .iter_mut()
-        .filter(|c| c.material.sharing_rate() > 0.0)
-    {
+    Cloud::each(threads, clouds, |threads, cloud| {
+        if cloud.material.sharing_rate() <= 0.0 {
+            return;
+        }
         let (shape, x, volume) = (cloud.shape, &cloud.state.x, cloud.volume);
         let points = &cloud.state.stresses.points;
         let share = PerTile(&mut cloud.force[..]);
@@ -80,7 +81,7 @@ pub fn map_volumes<const W: usize, S: Shape<W>, A: AffineState>(
                 );
             }
         });
-    }
+    });
     let (clouds, tiles, overlaps) = (&*clouds, &grid.tiles, &grid.overlaps);
     over_items(threads, &mut grid.volumes, &|nodes: &mut VolumeNodes| {
         nodes.sum = [[0.0; 2]; NODES];

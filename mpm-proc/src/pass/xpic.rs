@@ -19,6 +19,7 @@ use crate::kernel::window::{NO_VECTORS, gather_row};
 use crate::pass::points_to_grid::map_velocities;
 use crate::state::continuum::Continuum;
 use crate::state::nodes::ALL_NODES;
+use crate::state::points::Cloud;
 
 /// Filters the velocities of the points, if the transfer does. Walls constrain the velocities that the grid represents;
 /// their change in the last round is an impulse on the points.
@@ -56,7 +57,7 @@ pub fn over_velocities<const W: usize, S: Shape<W>, A: AffineState>(
 ) {
     let threads = &continuum.threads;
     let clouds = &mut continuum.clouds;
-    for cloud in clouds {
+    Cloud::each(threads, clouds, |threads, cloud| {
         cloud.aside.resize(cloud.state.motion.len(), [ZERO; 2]);
         let share = (
             PerBlock(&mut cloud.state.motion[..]),
@@ -68,14 +69,14 @@ pub fn over_velocities<const W: usize, S: Shape<W>, A: AffineState>(
                 act(&mut motion.v, aside);
             }
         });
-    }
+    });
 }
 
 /// `v_p -= sum_I S_Ip v_I`, of what the grid has seen.
 fn subtract<const W: usize, S: Shape<W>, A: AffineState>(continuum: &mut Continuum<W, S, A>) {
     let threads = &continuum.threads;
     let (clouds, grid) = (&mut continuum.clouds, &continuum.grid);
-    for cloud in clouds {
+    Cloud::each(threads, clouds, |threads, cloud| {
         let (shape, x) = (cloud.shape, &cloud.state.x);
         let share = PerBlock(&mut cloud.state.motion[..]);
         over_tiles(
@@ -102,5 +103,5 @@ fn subtract<const W: usize, S: Shape<W>, A: AffineState>(continuum: &mut Continu
                 }
             },
         );
-    }
+    });
 }
