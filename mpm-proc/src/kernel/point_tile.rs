@@ -1,5 +1,7 @@
 //! The tile of a cloud: where its blocks of points lie in the cloud, and where its window lies on the grid.
 
+use core::ops::Range;
+
 use serde::{Deserialize, Serialize};
 
 use super::lanes::{LANES, Lanes, first, splat};
@@ -81,11 +83,18 @@ impl Tile {
         }
     }
 
-    /// Which of the three runs of the window along an axis its points reach, until they are sorted again, with a shape function
-    /// that touches `w` nodes.
-    pub fn reaches(&self, w: usize, axis: usize) -> [bool; 3] {
+    /// The nodes of the window along an axis that its points reach until they are sorted again, with a shape function that
+    /// touches `w` nodes.
+    pub fn span(&self, w: usize, axis: usize) -> Range<usize> {
         let [first, last] = self.bases[axis].map(usize::from);
-        [first < MARGIN, true, last + MARGIN + w > TILE]
+        first..last + 2 * MARGIN + w
+    }
+
+    /// The numbers in a window, `N` a node, of the rows of nodes that its points reach.
+    #[inline(always)]
+    pub fn reached<const W: usize, const N: usize>(&self) -> Range<usize> {
+        let rows = self.span(W, 1);
+        N * pitch(W) * rows.start..N * pitch(W) * rows.end
     }
 
     /// One in the lanes of block `block` of the tile that have a point, zero in the others.
@@ -120,7 +129,7 @@ mod tests {
 
     /// Every base node and those on either side of it, where its point may be before the next sort, with all `w` nodes from there.
     #[test]
-    fn a_window_has_the_runs_that_points_may_reach() {
+    fn a_window_has_the_nodes_that_points_may_reach() {
         let grid = Geometry {
             lower: [0.0; 2],
             upper: [64.0; 2],
@@ -138,13 +147,16 @@ mod tests {
                 bases: [[0, 7], [first as u8, last as u8]],
             };
             let tile = Tile::new(&sorted, 0, 0, grid.frame(sorted.at, [0.5; 2]));
-            // Nodes of the window count from `MARGIN` before the tile.
-            let nodes = first..last + 2 * MARGIN + w;
-            let runs = runs(w).map(|run| run.window..run.window + run.length);
-            let reached = runs.map(|run| nodes.start < run.end && run.start < nodes.end);
-            assert_eq!(tile.reaches(w, 1)[0], reached[0], "{first} {last} {w}");
-            assert_eq!(tile.reaches(w, 1)[2], reached[2], "{first} {last} {w}");
-            assert_eq!(tile.reaches(w, 0), [true; 3]);
+            let reached = |node: i64| (first as i64 - 1..=(last + w) as i64).contains(&node);
+            let span = tile.span(w, 1);
+            for (number, run) in runs(w).iter().enumerate() {
+                for i in 0..run.length {
+                    // Counted from the first node of the tile.
+                    let node = (TILE * number + run.own + i) as i64 - TILE as i64;
+                    let within = run.part(&span).contains(&i);
+                    assert_eq!(within, reached(node), "{first} {last} {w}: {node}");
+                }
+            }
         }
     }
 }

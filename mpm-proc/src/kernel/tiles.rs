@@ -4,6 +4,8 @@
 //! *window* of [`pitch`] x [`pitch`] nodes: one more on the low side and `W` more on the high side. That is where the
 //! points of the tile reach, and still reach when each has moved by up to one cell since they were last sorted.
 
+use core::ops::Range;
+
 use crate::kernel::lanes::{INDEX_LIMIT, LANES, Lanes, ZERO, indices, splat};
 
 /// Nodes along the side of a tile.
@@ -29,6 +31,14 @@ pub struct Run {
     pub own: usize,
     /// Nodes.
     pub length: usize,
+}
+
+impl Run {
+    /// Which of its nodes lie in a `span` of the window: numbers in the run.
+    pub fn part(&self, span: &Range<usize>) -> Range<usize> {
+        let clip = |at: usize| at.clamp(self.window, self.window + self.length) - self.window;
+        clip(span.start)..clip(span.end)
+    }
 }
 
 /// The three runs of a window along one axis: in the tile before, in the tile itself, in the tile after.

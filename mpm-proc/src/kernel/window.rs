@@ -7,6 +7,8 @@
 //! A window stands in an array that is a little longer than it: any index of 7 bits ([`crate::kernel::lanes::indices`]) plus the
 //! reach of a shape function stays inside, which the compiler can see, so that no access needs a check.
 
+use core::ops::Range;
+
 use wide::f64x2;
 
 use super::point_tile::Tile;
@@ -36,10 +38,10 @@ pub const NO_MOMENTUM: NodalWindow = Aligned([0.0; 4 * (INDEX_LIMIT + REACH)]);
 // The last base node of a window, of the widest shape function.
 const _: () = assert!((TILE + 2 * MARGIN - 1) * (pitch(4) + 1) < INDEX_LIMIT);
 
-/// Sets the nodes of a window to zero, `N` numbers each.
+/// Sets the nodes of a tile's window that its points reach to zero, `N` numbers each. The others are never read.
 #[inline(always)]
-pub fn clear<const W: usize, const N: usize>(window: &mut [f64]) {
-    window[..N * pitch(W) * pitch(W)].fill(0.0);
+pub fn clear<const W: usize, const N: usize>(window: &mut [f64], tile: &Tile) {
+    window[tile.reached::<W, N>()].fill(0.0);
 }
 
 #[inline(always)]
@@ -140,16 +142,16 @@ fn add_vector(window: &mut VectorWindow, at: usize, vector: [f64; 2]) {
     to.copy_from_slice((f64x2::new(old) + f64x2::new(vector)).as_array());
 }
 
-/// Adds the part of a window that lies in a node tile, its run number `run` along x and y ([`runs`]); `N` numbers of it
-/// belong to one node.
+/// Adds the part of a window that lies in a node tile, its run number `run` along x and y ([`runs`]) and of that the rows
+/// `rows`; `N` numbers of it belong to one node.
 #[inline(always)]
 pub fn add_window<const W: usize, const N: usize>(
     sum: &mut [[f64; N]; NODES],
     window: &[f64],
-    run: [u8; 2],
+    (run, rows): ([u8; 2], [u8; 2]),
 ) {
     let y = runs(W)[usize::from(run[1])];
-    for row in 0..y.length {
+    for row in usize::from(rows[0])..usize::from(rows[1]) {
         let from = &window[N * (y.window + row) * pitch(W)..][..N * pitch(W)];
         let to = sum[(y.own + row) * TILE..][..TILE].as_flattened_mut();
         // Lengths known to the compiler: a few vector additions each, no loops.
@@ -174,7 +176,7 @@ fn add<const N: usize>(to: &mut [f64], from: &[f64]) {
     }
 }
 
-/// Copies a vector `field` of the node tiles `nodes` into the window of a point tile; zeros where its points do not reach.
+/// Copies a vector `field` of the node tiles `nodes` into the rows of a point tile's window that its points reach.
 #[inline(always)]
 pub fn fill_window<'a, const W: usize, N>(
     window: &mut VectorWindow,
@@ -188,17 +190,21 @@ pub fn fill_window<'a, const W: usize, N>(
             *of = field(node_tile);
         }
     }
-    copy_window::<W>(window, &around);
+    copy_window::<W>(window, &around, &tile.span(W, 1));
 }
 
-/// Copies a vector field of the nine node tiles around a point tile. Not inlined: the copies are many instructions, and every
+/// Copies `rows` of a vector field of the nine node tiles around a point tile. Not inlined: the copies are many instructions, and every
 /// loop over points has several windows.
 #[inline(never)]
-fn copy_window<const W: usize>(window: &mut VectorWindow, around: &[&[[f64; 2]; NODES]; 9]) {
+fn copy_window<const W: usize>(
+    window: &mut VectorWindow,
+    around: &[&[[f64; 2]; NODES]; 9],
+    rows: &Range<usize>,
+) {
     for run in 0..3 {
         let y = runs(W)[run];
         let [left, own, right] = [0, 1, 2].map(|x| around[3 * run + x].as_flattened());
-        for row in 0..y.length {
+        for row in y.part(rows) {
             let to = &mut window.0[2 * (y.window + row) * pitch(W)..][..2 * pitch(W)];
             let from = 2 * (y.own + row) * TILE;
             copy::<{ 2 * MARGIN }>(to, left, from + 2 * (TILE - MARGIN));

@@ -161,7 +161,9 @@ fn transfer_cloud<
             });
             if INCREMENT || takes {
                 fill_window::<W, _>(increment, nodes, tile, |t| &t.before);
-                for (b, a) in increment.0.iter_mut().zip(&velocity.0) {
+                let reached = tile.reached::<W, 2>();
+                let velocities = &velocity.0[reached.clone()];
+                for (b, a) in increment.0[reached].iter_mut().zip(velocities) {
                     *b = a - kept * *b;
                 }
             }

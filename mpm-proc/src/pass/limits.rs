@@ -172,7 +172,7 @@ fn omega_sq_of_points<const W: usize, S: Shape<W>, A: AffineState>(
         let share = PerTile(&mut cloud.force[..]);
         over_tiles(threads, &cloud.tiles, share, || (), &|tile, window, ()| {
             let window = &mut window.0[0];
-            clear::<W, 2>(&mut window.0);
+            clear::<W, 2>(&mut window.0, tile);
             let stiffness = splat(scale * reports[tile.index].stiffness);
             let mass = splat(mass);
             for b in 0..tile.blocks {
@@ -195,7 +195,7 @@ fn omega_sq_of_points<const W: usize, S: Shape<W>, A: AffineState>(
         *loads = [[0.0; 2]; NODES];
         for o in tile.overlapping(&grid.overlaps) {
             let window = &clouds[o.cloud as usize].force[o.tile as usize];
-            add_window::<W, 2>(loads, &window.0, o.run);
+            add_window::<W, 2>(loads, &window.0, o.part());
         }
     }
     divide_by_mass(loads_of_nodes, &grid.images);

@@ -32,7 +32,7 @@ pub fn sum_momentum<const W: usize, S: Shape<W>, A: AffineState>(
         let mut sum = [[0.0; 4]; NODES];
         for o in tile.overlapping(overlaps) {
             let window = &clouds[o.cloud as usize].mass_momentum[o.tile as usize];
-            add_window::<W, 4>(&mut sum, &window.0, o.run);
+            add_window::<W, 4>(&mut sum, &window.0, o.part());
         }
         tile.wall = WallContribution::default();
         tile.friction.clear();
@@ -72,7 +72,7 @@ pub fn divide_mapped<const W: usize, S: Shape<W>, A: AffineState>(
         let mut sum = [[0.0; 4]; NODES];
         for o in tile.overlapping(overlaps) {
             let window = &clouds[o.cloud as usize].mass_momentum[o.tile as usize];
-            add_window::<W, 4>(&mut sum, &window.0, o.run);
+            add_window::<W, 4>(&mut sum, &window.0, o.part());
         }
         for (v, sum) in mapped.velocity.iter_mut().zip(&sum) {
             *v = [sum[1], sum[2]];

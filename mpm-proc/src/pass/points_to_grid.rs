@@ -84,7 +84,7 @@ fn fill_windows<const W: usize, const SPIN: bool, S: Shape<W>, A: AffineState>(
             return;
         }
         let nodes = &mut window.0[0];
-        clear::<W, 4>(&mut nodes.0);
+        clear::<W, 4>(&mut nodes.0, tile);
         for b in 0..tile.blocks {
             let block = tile.first + b;
             let place = tile.frame.locate(&x[block], pitch(W));

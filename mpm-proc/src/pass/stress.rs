@@ -99,7 +99,7 @@ fn stress_cloud<const W: usize, S: Shape<W>, A: AffineState>(
             memory.take_ratios(volumes.map(|(nodes, _)| nodes), tile);
             let (force, mut sums) = (&mut force.0[0], Sums::default());
             if loads {
-                clear::<W, 2>(&mut force.0);
+                clear::<W, 2>(&mut force.0, tile);
             }
             for first in (0..tile.blocks).step_by(BATCH) {
                 let batch = first..tile.blocks.min(first + BATCH);

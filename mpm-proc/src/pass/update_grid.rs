@@ -63,7 +63,7 @@ fn kick_nodes<const W: usize, S: Shape<W>, A: AffineState>(
         let mut force = [[0.0; 2]; NODES];
         for o in tile.overlapping(overlaps) {
             let window = &clouds[o.cloud as usize].force[o.tile as usize];
-            add_window::<W, 2>(&mut force, &window.0, o.run);
+            add_window::<W, 2>(&mut force, &window.0, o.part());
         }
         if let Some(contact) = contact.get(tile.index) {
             for (f, c) in force.iter_mut().zip(&contact.force) {

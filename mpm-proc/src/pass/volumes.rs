@@ -68,7 +68,7 @@ pub fn map_volumes<const W: usize, S: Shape<W>, A: AffineState>(
         let share = PerTile(&mut cloud.force[..]);
         over_tiles(threads, &cloud.tiles, share, || (), &|tile, window, ()| {
             let window = &mut window.0[0];
-            clear::<W, 2>(&mut window.0);
+            clear::<W, 2>(&mut window.0, tile);
             for b in 0..tile.blocks {
                 let block = tile.first + b;
                 let place = tile.frame.locate(&x[block], pitch(W));
@@ -88,7 +88,7 @@ pub fn map_volumes<const W: usize, S: Shape<W>, A: AffineState>(
         for o in tiles[nodes.tile].overlapping(overlaps) {
             let cloud = &clouds[o.cloud as usize];
             if cloud.material.sharing_rate() > 0.0 {
-                add_window::<W, 2>(&mut nodes.sum, &cloud.force[o.tile as usize].0, o.run);
+                add_window::<W, 2>(&mut nodes.sum, &cloud.force[o.tile as usize].0, o.part());
             }
         }
     });

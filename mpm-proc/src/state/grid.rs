@@ -60,9 +60,11 @@ impl Grid {
         let mut wanted: Vec<([i32; 2], Overlap)> = Vec::new();
         for (c, cloud) in clouds.iter().enumerate() {
             for tile in &cloud.tiles {
-                let reaches = [tile.reaches(W, 0), tile.reaches(W, 1)];
+                let spans = [tile.span(W, 0), tile.span(W, 1)];
                 for (i, run) in RUNS_AROUND.iter().enumerate() {
-                    if !(0..2).all(|a| reaches[a][usize::from(run[a])]) {
+                    let part = |a: usize| runs(W)[usize::from(run[a])].part(&spans[a]);
+                    let rows = part(1);
+                    if part(0).is_empty() || rows.is_empty() {
                         continue;
                     }
                     let (dx, dy) = (i as i32 % 3 - 1, i as i32 / 3 - 1);
@@ -72,6 +74,7 @@ impl Grid {
                             cloud: c as u32,
                             tile: tile.index as u32,
                             run: *run,
+                            rows: [rows.start as u8, rows.end as u8],
                         },
                     ));
                 }

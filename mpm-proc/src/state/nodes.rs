@@ -106,6 +106,15 @@ pub struct Overlap {
     pub tile: u32,
     /// Which run of the window lies in the node tile, along x and y.
     pub run: [u8; 2],
+    /// The first of the rows of that run which points reach, and the one after the last.
+    pub rows: [u8; 2],
+}
+
+impl Overlap {
+    /// Which part of the window lies in the node tile, for [`crate::kernel::window::add_window`].
+    pub fn part(&self) -> ([u8; 2], [u8; 2]) {
+        (self.run, self.rows)
+    }
 }
 
 /// Velocities of the points mapped to the nodes of a tile between two steps, for passes that need them there.
