@@ -163,7 +163,7 @@ impl<const W: usize, S: Shape<W>, A: AffineState> Scheme for Layers<W, S, A> {
         let mut lost = Losses::default();
         if let Some(contact) = &mut self.on_grid {
             let mut continua: Vec<_> = self.all.iter_mut().map(|l| &mut l.continuum).collect();
-            lost = contact.act(&mut continua, step); // v_g~                               Bardenhagen (12) ... (24)
+            lost = contact.act(&self.threads, &mut continua, step); // v_g~                               Bardenhagen (12) ... (24)
         }
         let limits =
             self.each(&|layer| step::move_points(&mut layer.continuum, step, layer.load))?;

@@ -15,86 +15,121 @@
 //! A node beyond a periodic wall is an image ([`crate::state::images`]): its contributions go to its original, which
 //! has the contacts.
 
-use super::nodes::SharedNodes;
-use crate::kernel::lanes::LANES;
+use wide::f64x2;
+
+use super::nodes::LayerNodes;
+use crate::kernel::lanes::{LANES, Lanes, indices, splat};
 use crate::kernel::shape::Shape;
-use crate::kernel::tiles::TILE;
+use crate::kernel::tiles::{MARGIN, NODES, TILE};
 use crate::kernel::transfer::AffineState;
 use crate::state::continuum::Continuum;
 use crate::state::nodes::{NodeAt, bits};
 
-impl SharedNodes {
-    /// Adds the gradients of layer `number` at the nodes where others have mass too.
+impl LayerNodes {
+    /// Adds the gradients of the density of a layer at the nodes where others have mass too.
     pub fn add_density_gradients<const W: usize, S: Shape<W>, A: AffineState>(
         &mut self,
-        number: usize,
-        continuum: &Continuum<W, S, A>,
+        layer: &Continuum<W, S, A>,
     ) {
-        let (geometry, images) = (continuum.grid.geometry, &continuum.grid.images);
-        self.count(number, images);
-        for cloud in &continuum.clouds {
+        let (geometry, images) = (layer.grid.geometry, &layer.grid.images);
+        let per_cell = splat(1.0 / geometry.cell);
+        let mut sums = [[[0.0; 2]; WIDTH]; WIDTH];
+        for cloud in &layer.clouds {
             for tile in &cloud.tiles {
                 if tile.around.iter().all(|&around| self.counted(around) == 0) {
                     continue;
                 }
-                let first = tile.at.map(|t| (i64::from(t) - 1) * TILE as i64);
-                let mut sums = [[[0.0; 2]; SIDE]; SIDE];
-                for point in 0..tile.points {
-                    let lane = (tile.first + point / LANES) * LANES + point % LANES;
-                    let x = cloud.position(lane);
-                    let at = [0, 1].map(|a| (x[a] - geometry.lower[a]) / geometry.cell);
-                    add_point(&mut sums, first, at);
+                // Base nodes of shape functions are between this one's and one beyond it.
+                sums[tile.span(REACH + 1, 1)].fill([[0.0; 2]; WIDTH]);
+                let origin = [0, 1].map(|a| {
+                    let second = f64::from(tile.at[a]) * TILE as f64 + 1.0 - FIRST as f64;
+                    splat(geometry.lower[a] / geometry.cell + second)
+                });
+                for block in 0..tile.blocks {
+                    let x = cloud.state.x[tile.first + block];
+                    let at = [0, 1].map(|a| x[a].mul_sub(per_cell, origin[a]));
+                    add_points(&mut sums, at, tile.live(block));
                 }
                 for (k, &around) in tile.around.iter().enumerate() {
-                    for i in bits(self.counted(around)) {
-                        let sum = sums[k / 3 * TILE + i / TILE][k % 3 * TILE + i % TILE];
+                    let first = [k % 3, k / 3].map(|run| run * TILE + FIRST);
+                    for i in bits(self.counted(around) & WITHIN[k]) {
                         let node = NodeAt {
                             tile: around,
                             node: i as u32,
                         };
                         let at = images.at(node).map_or(node, |image| image.of);
-                        let (tile, node) = at.split();
-                        let Some(shared) = self.shared(number, tile as u32) else {
+                        let (of, n) = at.split();
+                        let Some(gradients) = self.gradients(of) else {
                             continue;
                         };
+                        let [x, y] = [first[0] + i % TILE - TILE, first[1] + i / TILE - TILE];
                         // Only the direction matters, and that all layers use the same unit: kg/m for each cell.
-                        for (gradient, sum) in shared.gradient[node].iter_mut().zip(sum) {
+                        for (gradient, sum) in gradients[n].iter_mut().zip(sums[y][x]) {
                             *gradient += cloud.mass * sum;
                         }
                     }
                 }
             }
         }
-        self.keep_along_walls(number, &continuum.grid.walls);
     }
 }
 
-/// Nodes along the side of the 3 x 3 node tiles around a tile of points.
-const SIDE: usize = 3 * TILE;
+/// Nodes that a point reaches along an axis.
+const REACH: usize = 4;
 
-/// Adds what a point at `at`, in cells from the domain's corner, adds to the nodes from node `first` on.
-#[inline]
-fn add_point(sums: &mut [[[f64; 2]; SIDE]; SIDE], first: [i64; 2], at: [f64; 2]) {
-    let cell = at.map(f64::floor);
-    let [(dx, mx), (dy, my)] = [0, 1].map(|a| kernel(at[a] - cell[a]));
-    // Points are sorted before they leave the nodes around their tile.
-    let [x, y] = [0, 1].map(|a| (cell[a] as i64 - 1 - first[a]) as usize);
-    for (j, row) in sums.iter_mut().skip(y).take(4).enumerate() {
-        for (i, sum) in row.iter_mut().skip(x).take(4).enumerate() {
-            sum[0] += dx[i] * my[j];
-            sum[1] += mx[i] * dy[j];
+/// Nodes before those of a tile that its points reach.
+const FIRST: usize = MARGIN + 1;
+
+/// Nodes along an axis that the points of a tile reach.
+const WIDTH: usize = FIRST + TILE + MARGIN + REACH - 1;
+
+/// The nodes of the 3 x 3 tiles around a tile that its points reach, a bit for each.
+const WITHIN: [u64; 9] = within();
+
+const fn within() -> [u64; 9] {
+    let mut within = [0; 9];
+    let mut i = 0;
+    while i < 9 * NODES {
+        let (k, node) = (i / NODES, i % NODES);
+        let x = k % 3 * TILE + node % TILE + FIRST;
+        let y = k / 3 * TILE + node / TILE + FIRST;
+        if x >= TILE && x < TILE + WIDTH && y >= TILE && y < TILE + WIDTH {
+            within[k] |= 1 << node;
+        }
+        i += 1;
+    }
+    within
+}
+
+/// Adds what four points add that are `at`, in cells from the second of these nodes, in the lanes that are `live`. One node at a
+/// time ([`crate::kernel::window::scatter_row`]).
+#[inline(always)]
+fn add_points(sums: &mut [[[f64; 2]; WIDTH]; WIDTH], at: [Lanes; 2], live: Lanes) {
+    let cell = at.map(Lanes::floor);
+    let [x, y] = cell.map(indices);
+    let ([dx, mx], [dy, my]) = (kernel(at[0] - cell[0]), kernel(at[1] - cell[1]));
+    let [dx, mx] = [dx, mx].map(|of| of.map(|s| (s * live).to_array()));
+    let [dy, my] = [dy, my].map(|of| of.map(Lanes::to_array));
+    for k in 0..LANES {
+        for (j, row) in sums[y[k]..][..REACH].iter_mut().enumerate() {
+            let across = f64x2::new([my[j][k], dy[j][k]]);
+            for (i, node) in row[x[k]..][..REACH].iter_mut().enumerate() {
+                let along = f64x2::new([dx[i][k], mx[i][k]]);
+                *node = along.mul_add(across, f64x2::new(*node)).to_array();
+            }
         }
     }
 }
 
 /// For the four nodes around a point, which is `f` of a cell beyond the second: difference and mean of the splines beside each.
-#[inline]
-fn kernel(f: f64) -> ([f64; 4], [f64; 4]) {
-    let a = 0.5 * (1.0 - f) * (1.0 - f);
-    let b = 0.75 - (f - 0.5) * (f - 0.5);
-    let c = 0.5 * f * f;
-    (
+#[inline(always)]
+fn kernel(f: Lanes) -> [[Lanes; REACH]; 2] {
+    let [half, g] = [splat(0.5), splat(1.0) - f];
+    let a = half * g * g;
+    let b = splat(0.75) - (f - half) * (f - half);
+    let c = half * f * f;
+    [
         [a, b - a, c - b, -c],
-        [0.5 * a, 0.5 * (a + b), 0.5 * (b + c), 0.5 * c],
-    )
+        [half * a, half * (a + b), half * (b + c), half * c],
+    ]
 }

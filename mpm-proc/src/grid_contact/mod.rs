@@ -9,12 +9,11 @@ mod nodes;
 
 use interface::message::wire::Ledger;
 use interface::step::Step;
+use mechanics::threads::Threads;
 
 use crate::kernel::shape::Shape;
 use crate::kernel::transfer::AffineState;
-use crate::pass::images::follow;
 use crate::state::continuum::Continuum;
-use crate::state::grid::Grid;
 pub use nodes::Losses;
 use nodes::SharedNodes;
 
@@ -40,23 +39,18 @@ impl GridContact {
     /// Corrects the velocities of nodes that have been kicked. Returns what that dissipates.
     pub fn act<const W: usize, S: Shape<W>, A: AffineState>(
         &mut self,
+        threads: &Threads,
         layers: &mut [&mut Continuum<W, S, A>],
         step: &Step,
     ) -> Losses {
         if step.kick() == 0.0 {
             return Losses::default(); // The opening step has no velocities of its own.
         }
-        self.shared.find(layers.iter().map(|layer| &layer.grid));
-        for (number, layer) in layers.iter().enumerate() {
-            self.shared.add_density_gradients(number, layer);
-        }
-        let grids = layers.iter_mut().map(|layer| &mut layer.grid.tiles[..]);
-        let mut tiles: Vec<_> = grids.collect();
-        let mut lost = self.shared.touch(&mut tiles, self.friction);
-        for layer in &mut *layers {
-            let Grid { images, tiles, .. } = &mut layer.grid;
-            follow(images, tiles);
-        }
+        let grids: Vec<_> = layers.iter().map(|layer| &layer.grid).collect();
+        self.shared.find(threads, &grids);
+        self.shared.find_gradients(threads, layers);
+        let mut lost = self.shared.touch(threads, &grids, self.friction);
+        self.shared.give_back(threads, layers);
         let first = &layers[0];
         if let Some(damping) = first.damping_of_points() {
             lost.damping = damping.beside(lost.friction + lost.impact);

@@ -9,9 +9,15 @@
 
 use core::ops::AddAssign;
 
+use mechanics::threads::Threads;
 use serde::{Deserialize, Serialize};
 
+use crate::kernel::shape::Shape;
+use crate::kernel::threads::over_items;
 use crate::kernel::tiles::{NODES, first_node, node};
+use crate::kernel::transfer::AffineState;
+use crate::pass::images::follow;
+use crate::state::continuum::Continuum;
 use crate::state::grid::Grid;
 use crate::state::images::Images;
 use crate::state::nodes::{NodeAt, NodeTile, bits};
@@ -46,36 +52,51 @@ impl AddAssign for Losses {
 /// The nodes on which layers may touch.
 #[derive(Debug, Default)]
 pub struct SharedNodes {
-    /// The tiles that more than one layer has, by row, column and layer, with their gradients.
+    /// The tiles that more than one layer has, by row, column and layer.
     shared: Vec<Shared>,
     /// How often the grids had allocated tiles when these were listed.
     allocations: u64,
-    /// For each layer and tile of it, its number in `shared`, or [`ALONE`].
-    slots: Vec<Vec<u32>>,
-    /// For each tile of one layer, the nodes at which its density is wanted, a bit for each.
-    counted: Vec<u64>,
+    /// What each layer has of them.
+    layers: Vec<LayerNodes>,
 }
 
 /// The node tile of a layer at a place that others have too.
 #[derive(Debug)]
-pub struct Shared {
+struct Shared {
     /// Row and column.
-    pub at: [i32; 2],
+    at: [i32; 2],
     /// Number of the layer.
-    pub layer: u32,
+    layer: u32,
     /// Number of the tile in the layer's grid.
-    pub tile: u32,
+    tile: u32,
+    /// Number among the shared tiles of the layer.
+    number: u32,
     /// Its nodes at which the layer has mass and another one too, a bit for each.
-    pub met: u64,
-    /// Gradient of the layer's density at those.
-    pub gradient: Gradients,
+    met: u64,
+    /// Velocities of those after contact.
+    after: [[f64; 2]; NODES],
+    /// What contact takes of the layer there.
+    lost: Losses,
+}
+
+/// What a layer has of the shared tiles.
+#[derive(Debug, Default)]
+pub struct LayerNodes {
+    /// For each of its node tiles, its number among the shared ones, or [`ALONE`].
+    numbers: Vec<u32>,
+    /// Where its shared tiles stand in the list of all.
+    slots: Vec<u32>,
+    /// The gradients of its density at the nodes of those that others have met.
+    gradients: Vec<Gradients>,
+    /// For each of its node tiles, the nodes at which its density counts, a bit for each.
+    counted: Vec<u64>,
 }
 
 /// One layer at one node.
 #[derive(Debug, Clone, Copy)]
 struct Party {
-    layer: usize,
-    tile: usize,
+    /// Number among the layers at the place.
+    of: usize,
     mass: f64,
     /// Before the kick of the step.
     before: [f64; 2],
@@ -84,18 +105,18 @@ struct Party {
     gradient: [f64; 2],
     /// The change of velocity by contact: along the normal, and along the surface.
     change: [[f64; 2]; 2],
+    lost: Losses,
 }
 
 impl SharedNodes {
     /// Finds the nodes where more than one layer has mass.
-    pub fn find<'a>(&mut self, grids: impl Iterator<Item = &'a Grid>) {
-        let grids: Vec<&Grid> = grids.collect();
+    pub fn find(&mut self, threads: &Threads, grids: &[&Grid]) {
         let allocations = grids.iter().map(|grid| grid.allocations).sum();
         if allocations != self.allocations {
-            self.list(&grids);
+            self.list(grids);
             self.allocations = allocations;
         }
-        for together in self.shared.chunk_by_mut(|a, b| a.at == b.at) {
+        over_places(threads, &mut self.shared, |together| {
             let (mut once, mut twice) = (0, 0);
             for shared in &mut *together {
                 let tile = &grids[shared.layer as usize].tiles[shared.tile as usize];
@@ -105,51 +126,132 @@ impl SharedNodes {
             }
             for shared in together {
                 shared.met &= twice;
-                for i in bits(shared.met) {
-                    shared.gradient[i] = [0.0; 2];
-                }
             }
-        }
+        });
     }
 
     /// Lists the tiles that more than one layer has.
     fn list(&mut self, grids: &[&Grid]) {
         let mut tiles = Vec::new();
-        self.slots.clear();
-        for (layer, grid) in (0..).zip(grids) {
-            let own = grid.tiles.iter();
-            tiles.extend(own.map(|t| ([t.at[1], t.at[0]], layer, t.index as u32)));
-            self.slots.push(vec![ALONE; grid.tiles.len()]);
+        self.layers.resize_with(grids.len(), LayerNodes::default);
+        for ((layer, grid), own) in (0..).zip(grids).zip(&mut self.layers) {
+            let all = grid.tiles.iter();
+            tiles.extend(all.map(|t| ([t.at[1], t.at[0]], layer, t.index as u32)));
+            own.numbers.clear();
+            own.numbers.resize(grid.tiles.len(), ALONE);
+            own.slots.clear();
         }
         tiles.sort_unstable();
         self.shared.clear();
         let places = tiles.chunk_by(|a, b| a.0 == b.0);
         for &(at, layer, tile) in places.filter(|together| together.len() > 1).flatten() {
-            self.slots[layer as usize][tile as usize] = self.shared.len() as u32;
+            let own = &mut self.layers[layer as usize];
+            let number = own.slots.len() as u32;
+            own.numbers[tile as usize] = number;
+            own.slots.push(self.shared.len() as u32);
             self.shared.push(Shared {
                 at,
                 layer,
                 tile,
+                number,
                 met: 0,
-                gradient: [[0.0; 2]; NODES],
+                after: [[0.0; 2]; NODES],
+                lost: Losses::default(),
             });
         }
-    }
-
-    /// A tile of a layer that others have too.
-    pub fn shared(&mut self, layer: usize, tile: u32) -> Option<&mut Shared> {
-        match self.slots[layer][tile as usize] {
-            ALONE => None,
-            slot => Some(&mut self.shared[slot as usize]),
+        for own in &mut self.layers {
+            own.gradients.resize(own.slots.len(), [[0.0; 2]; NODES]);
         }
     }
 
-    /// Finds the nodes of a layer at which its density counts: those where others have mass too, and their images.
-    pub fn count(&mut self, layer: usize, images: &Images) {
+    /// Computes the gradients of the layers' densities at the nodes where others have mass too.
+    pub fn find_gradients<const W: usize, S: Shape<W>, A: AffineState>(
+        &mut self,
+        threads: &Threads,
+        layers: &[&mut Continuum<W, S, A>],
+    ) {
+        let shared = &self.shared;
+        let mut all: Vec<_> = layers.iter().zip(&mut self.layers).collect();
+        over_items(threads, &mut all, &|(layer, own)| {
+            own.begin(shared, &layer.grid.images);
+            own.add_density_gradients(layer);
+            own.keep_along_walls(shared, &layer.grid.walls);
+        });
+    }
+
+    /// Corrects the velocities of approaching layers at every shared node. Returns what that dissipates.
+    pub fn touch(&mut self, threads: &Threads, grids: &[&Grid], friction: f64) -> Losses {
+        let layers = &self.layers;
+        over_places(threads, &mut self.shared, |together| {
+            let mut parties = Vec::with_capacity(together.len());
+            let mut met = 0;
+            for shared in &mut *together {
+                met |= shared.met;
+                shared.lost = Losses::default();
+            }
+            for i in bits(met) {
+                parties.clear();
+                for (of, shared) in together.iter().enumerate() {
+                    if shared.met >> i & 1 == 1 {
+                        let layer = shared.layer as usize;
+                        let tile = &grids[layer].tiles[shared.tile as usize];
+                        parties.push(Party {
+                            of,
+                            mass: tile.mass[i],
+                            before: tile.before[i],
+                            velocity: tile.after[i],
+                            gradient: layers[layer].gradients[shared.number as usize][i],
+                            change: [[0.0; 2]; 2],
+                            lost: Losses::default(),
+                        });
+                    }
+                }
+                collide(&mut parties, friction);
+                for p in &parties {
+                    together[p.of].after[i] = p.velocity;
+                    together[p.of].lost += p.lost;
+                }
+            }
+        });
+        let mut lost = Losses::default();
+        for shared in &self.shared {
+            lost += shared.lost;
+        }
+        lost
+    }
+
+    /// Gives the layers the velocities that contact leaves them.
+    pub fn give_back<const W: usize, S: Shape<W>, A: AffineState>(
+        &self,
+        threads: &Threads,
+        layers: &mut [&mut Continuum<W, S, A>],
+    ) {
+        let mut all: Vec<_> = layers.iter_mut().zip(&self.layers).collect();
+        over_items(threads, &mut all, &|(layer, own)| {
+            let Grid { tiles, images, .. } = &mut layer.grid;
+            for &slot in &own.slots {
+                let shared = &self.shared[slot as usize];
+                for i in bits(shared.met) {
+                    tiles[shared.tile as usize].after[i] = shared.after[i];
+                }
+            }
+            follow(images, tiles);
+        });
+    }
+}
+
+impl LayerNodes {
+    /// Sets the gradients to zero, and finds the nodes at which the density counts: those where others have mass too, and their
+    /// images.
+    fn begin(&mut self, shared: &[Shared], images: &Images) {
         self.counted.clear();
-        for &slot in &self.slots[layer] {
-            let shared = self.shared.get(slot as usize); // none for ALONE
-            self.counted.push(shared.map_or(0, |shared| shared.met));
+        self.counted.resize(self.numbers.len(), 0);
+        for (&slot, gradients) in self.slots.iter().zip(&mut self.gradients) {
+            let shared = &shared[slot as usize];
+            self.counted[shared.tile as usize] = shared.met;
+            for i in bits(shared.met) {
+                gradients[i] = [0.0; 2];
+            }
         }
         for image in &images.0 {
             let [(to, m), (from, n)] = [image.of, image.at].map(NodeAt::split);
@@ -157,58 +259,35 @@ impl SharedNodes {
         }
     }
 
-    /// Those of a tile, a bit for each, of the layer that was asked for last.
+    /// The nodes of a tile at which the density counts, a bit for each.
     pub fn counted(&self, tile: u32) -> u64 {
         self.counted.get(tile as usize).copied().unwrap_or(0) // none for NO_TILE
     }
 
-    /// Removes from the gradients of a layer the components across walls that hold nodes. The density ends there, but
-    /// the layer does not, and contact must not move what is held.
-    pub fn keep_along_walls(&mut self, layer: usize, walls: &WallNodes) {
-        for &slot in self.slots[layer].iter().filter(|&&slot| slot != ALONE) {
-            let shared = &mut self.shared[slot as usize];
+    /// The gradients at the nodes of a tile, if others have it too.
+    pub fn gradients(&mut self, tile: usize) -> Option<&mut Gradients> {
+        self.gradients.get_mut(self.numbers[tile] as usize) // none for ALONE
+    }
+
+    /// Removes from the gradients the components across walls that hold nodes. The density ends there, but the layer does not,
+    /// and contact must not move what is held.
+    fn keep_along_walls(&mut self, shared: &[Shared], walls: &WallNodes) {
+        for (&slot, gradients) in self.slots.iter().zip(&mut self.gradients) {
+            let shared = &shared[slot as usize];
             let origin = first_node([shared.at[1], shared.at[0]]);
             for i in bits(shared.met) {
-                let (free, gradient) = (walls.free(node(origin, i)), &mut shared.gradient[i]);
+                let (free, gradient) = (walls.free(node(origin, i)), &mut gradients[i]);
                 *gradient = [gradient[0] * free[0], gradient[1] * free[1]];
             }
         }
     }
+}
 
-    /// The shared tiles, place by place; in each the tiles of the layers that have it.
-    fn places(&self) -> impl Iterator<Item = &[Shared]> {
-        self.shared.chunk_by(|a, b| a.at == b.at)
-    }
-
-    /// Corrects the velocities of approaching layers at every shared node. `nodes` are the tiles of each layer.
-    pub fn touch(&self, nodes: &mut [&mut [NodeTile]], friction: f64) -> Losses {
-        let mut losses = Losses::default();
-        let mut parties = Vec::new();
-        for together in self.places() {
-            for i in bits(together.iter().fold(0, |met, shared| met | shared.met)) {
-                parties.clear();
-                parties.extend(together.iter().filter_map(|shared| {
-                    let tile = &nodes[shared.layer as usize][shared.tile as usize];
-                    (shared.met >> i & 1 == 1).then_some(Party {
-                        layer: shared.layer as usize,
-                        tile: shared.tile as usize,
-                        mass: tile.mass[i],
-                        before: tile.before[i],
-                        velocity: tile.after[i],
-                        gradient: shared.gradient[i],
-                        change: [[0.0; 2]; 2],
-                    })
-                }));
-                if parties.len() > 1 {
-                    losses += collide(&mut parties, friction);
-                    for p in &parties {
-                        nodes[p.layer][p.tile].after[i] = p.velocity;
-                    }
-                }
-            }
-        }
-        losses
-    }
+/// Calls `work` with the tiles of every place.
+fn over_places(threads: &Threads, shared: &mut [Shared], work: impl Fn(&mut [Shared]) + Sync) {
+    let same = |a: &Shared, b: &Shared| a.at == b.at;
+    let mut places: Vec<_> = shared.chunk_by_mut(same).collect();
+    over_items(threads, &mut places, &|together| work(together));
 }
 
 /// The nodes of a tile that have mass, a bit for each. An image counts as without mass: its original is in contact with
@@ -221,58 +300,55 @@ fn has_mass(tile: &NodeTile) -> u64 {
     has
 }
 
-/// The unit vector away from a layer towards others, by the gradients of their densities; `None` if these cancel.
-fn way_out(own: [f64; 2], others: [f64; 2]) -> Option<[f64; 2]> {
-    let way = [0, 1].map(|a| others[a] - own[a]);
-    let length = (way[0] * way[0] + way[1] * way[1]).sqrt();
-    (length > 0.0).then(|| way.map(|c| c / length))
-}
-
 /// Contact of the layers at one node.
-fn collide(parties: &mut [Party], friction: f64) -> Losses {
-    let mass: f64 = parties.iter().map(|p| p.mass).sum();
-    let (mut common, mut density) = ([0.0; 2], [0.0; 2]); // v_i
+fn collide(parties: &mut [Party], friction: f64) {
+    let (mut mass, mut momentum, mut density) = (0.0, [0.0; 2], [0.0; 2]);
     for p in &*parties {
+        mass += p.mass;
         for a in 0..2 {
-            common[a] += p.mass * p.velocity[a] / mass;
+            momentum[a] += p.mass * p.velocity[a];
             density[a] += p.gradient[a];
         }
     }
+    let per_mass = 1.0 / mass;
+    let common = momentum.map(|p| p * per_mass); // v_i
+    let mut excess = [[0.0; 2]; 2];
     for p in parties.iter_mut() {
-        let others = [0, 1].map(|a| density[a] - p.gradient[a]);
-        let Some(n) = way_out(p.gradient, others) else {
-            continue;
-        };
+        // Away from the layer towards the others; nowhere if their gradients cancel.
+        let way = [0, 1].map(|a| density[a] - p.gradient[a] - p.gradient[a]);
         let relative = [0, 1].map(|a| p.velocity[a] - common[a]);
-        let approach = relative[0] * n[0] + relative[1] * n[1]; // (12)
-        if approach > 0.0 {
-            let along = [0, 1].map(|a| relative[a] - approach * n[a]);
-            let speed = (along[0] * along[0] + along[1] * along[1]).sqrt();
-            let held = if speed > friction * approach {
-                friction * approach / speed // (22): slips
-            } else {
-                1.0 // sticks
-            };
-            p.change = [n.map(|n| -approach * n), along.map(|v| -held * v)]; // (14), (23)
+        let along_way = relative[0] * way[0] + relative[1] * way[1];
+        if along_way <= 0.0 {
+            continue;
+        }
+        let per_length = 1.0 / (way[0] * way[0] + way[1] * way[1]).sqrt();
+        let n = way.map(|c| c * per_length);
+        let approach = along_way * per_length; // (12)
+        let along = [0, 1].map(|a| relative[a] - approach * n[a]);
+        let speed = (along[0] * along[0] + along[1] * along[1]).sqrt();
+        let held = if speed > friction * approach {
+            friction * approach / speed // (22): slips
+        } else {
+            1.0 // sticks
+        };
+        p.change = [n.map(|n| -approach * n), along.map(|v| -held * v)]; // (14), (23)
+        for (excess, change) in excess.iter_mut().zip(p.change) {
+            for a in 0..2 {
+                excess[a] += p.mass * per_mass * change[a];
+            }
         }
     }
     // The changes must not change the momentum of the node, so their sum is subtracted from all.
-    let excess = [0, 1].map(|k| {
-        let total = |a: usize| parties.iter().map(|p| p.mass * p.change[k][a]).sum::<f64>() / mass;
-        [total(0), total(1)]
-    });
+    //
     // The work of an impulse in a kick is the impulse times the mean of the velocities before and after the whole kick.
     // So sticking dissipates nothing: friction removes the energy that forces supplied in the same kick.
-    let mut losses = Losses::default();
     for p in parties {
         for a in 0..2 {
             let [pressed, rubbed] = [0, 1].map(|k| p.change[k][a] - excess[k][a]);
-            p.velocity[a] += pressed;
-            p.velocity[a] += rubbed;
+            p.velocity[a] += pressed + rubbed;
             let mean = 0.5 * (p.before[a] + p.velocity[a]);
-            losses.impact -= p.mass * pressed * mean;
-            losses.friction -= p.mass * rubbed * mean;
+            p.lost.impact -= p.mass * pressed * mean;
+            p.lost.friction -= p.mass * rubbed * mean;
         }
     }
-    losses
 }
