@@ -5,7 +5,7 @@ use core::ops::Range;
 use serde::{Deserialize, Serialize};
 
 use super::lanes::{LANES, Lanes, first, splat};
-use super::tiles::{Frame, MARGIN, TILE, pitch, runs};
+use super::tiles::{Frame, MARGIN, Run, TILE, pitch, runs};
 
 /// No node tile.
 pub const NO_TILE: u32 = u32::MAX;
@@ -108,17 +108,31 @@ impl Tile {
     }
 }
 
-/// The node tile, and the node in it, of node `index` of a point tile's window.
-pub fn owner<const W: usize>(tile: &Tile, index: usize) -> (usize, usize) {
-    let along = |i: usize| {
-        let run = if i < runs(W)[1].window {
-            0
-        } else {
-            1 + usize::from(i >= runs(W)[2].window)
-        };
-        (run, runs(W)[run].own + i - runs(W)[run].window)
-    };
-    let ((run_x, x), (run_y, y)) = (along(index % pitch(W)), along(index / pitch(W)));
+/// For each node of a window along an axis, the run that it lies in, and its number in the tile that owns it.
+const fn owners(w: usize) -> [[usize; 2]; pitch(4)] {
+    let mut owners = [[0; 2]; pitch(4)];
+    let mut run = 0;
+    while run < 3 {
+        let Run {
+            window,
+            own,
+            length,
+        } = runs(w)[run];
+        let mut i = 0;
+        while i < length {
+            owners[window + i] = [run, own + i];
+            i += 1;
+        }
+        run += 1;
+    }
+    owners
+}
+
+/// The node tile, and the node in it, of a node of a point tile's window.
+#[inline(always)]
+pub fn owner<const W: usize>(tile: &Tile, [i, j]: [usize; 2]) -> (usize, usize) {
+    let owners = const { owners(W) };
+    let ([run_x, x], [run_y, y]) = (owners[i], owners[j]);
     (tile.around[run_y * 3 + run_x] as usize, y * TILE + x)
 }
 

@@ -167,6 +167,11 @@ impl Place {
     pub fn base(&self, k: usize) -> usize {
         self.base[k] & (INDEX_LIMIT - 1)
     }
+
+    /// Column and row of the base node of point `k` in the window of shape functions that touch `w` nodes.
+    pub fn column_row(&self, k: usize, w: usize) -> [usize; 2] {
+        [self.base(k) % pitch(w), self.base(k) / pitch(w)]
+    }
 }
 
 impl Frame {

@@ -71,10 +71,14 @@ pub fn apply_contact<const W: usize, S: Shape<W>, A: AffineState>(
     let all = continuum.touches.chunks_exact(W * W);
     for (loaded, touches) in continuum.loaded.iter().zip(all) {
         if loaded.stiffness > 0.0 || loaded.tangential > 0.0 {
-            let s = most(grid, loaded, touches, |t, n, i| [t.gather, n.stiffness[i]]);
+            let s = most(grid, loaded, touches, |t, n, i| {
+                [t.gather, t.weights[0], n.stiffness[i]]
+            });
             gathers = gathers.max(s);
             if spreads {
-                let t = most(grid, loaded, touches, |t, n, i| [t.scatter, n.scattered[i]]);
+                let t = most(grid, loaded, touches, |t, n, i| {
+                    [t.scatter, t.weights[1], n.scattered[i]]
+                });
                 scatters = scatters.max(t);
             }
             load.stiffness = load.stiffness.max(loaded.stiffness);
@@ -88,12 +92,12 @@ pub fn apply_contact<const W: usize, S: Shape<W>, A: AffineState>(
     Ok(load)
 }
 
-/// What one point has of `G(S)` or `G(T)`: `of` gives `S_I` or `T_I`, and `s_I`.
+/// What one point has of `G(S)` or `G(T)`: `of` gives `S_I` or `T_I`, `w_I` and `s_I`.
 fn most(
     grid: &Grid,
     loaded: &Loaded,
     touches: &[Touch],
-    of: impl Fn(&Touch, &ContactNodes, usize) -> [f64; 2],
+    of: impl Fn(&Touch, &ContactNodes, usize) -> [f64; 3],
 ) -> f64 {
     let (mut moves, mut turns, mut both) = (0.0, 0.0, [0.0_f64; 2]);
     for t in touches {
@@ -103,12 +107,11 @@ fn most(
         if mass <= 0.0 {
             continue;
         }
-        let [s, sum] = of(t, &grid.contact[tile], node);
+        let [s, weight, sum] = of(t, &grid.contact[tile], node);
         if loaded.tangential == 0.0 {
             moves += s * sum / mass;
             continue;
         }
-        let weight = loaded.weight(s, t.curl);
         if weight > 0.0 {
             let u = sum / mass;
             let [x, y] = t.curl.map(|g| u * (g / weight));
@@ -175,12 +178,13 @@ fn touch<const W: usize, S: Shape<W>, A: AffineState>(
         tangential,
         radius: cloud.radius,
     };
+    let base = place.column_row(k, W);
     for j in 0..W {
         for i in 0..W {
             let gather = s[0][i] * s[1][j];
             let scatter = t[0][i] * t[1][j];
             let curl = [-s[0][i] * g[1][j], g[0][i] * s[1][j]];
-            let (tile, node) = owner::<W>(tile, place.base(k) + j * pitch(W) + i);
+            let (tile, node) = owner::<W>(tile, [base[0] + i, base[1] + j]);
             let at = NodeAt {
                 tile: tile as u32,
                 node: node as u32,
@@ -200,9 +204,11 @@ fn touch<const W: usize, S: Shape<W>, A: AffineState>(
             }
             let (tile, node) = of.split();
             let nodes = &mut continuum.grid.contact[tile];
-            nodes.stiffness[node] += loaded.weight(gather, curl);
+            let mut weights = [loaded.weight(gather, curl), 0.0];
+            nodes.stiffness[node] += weights[0];
             if spreads {
-                nodes.scattered[node] += loaded.weight(scatter, curl);
+                weights[1] = loaded.weight(scatter, curl);
+                nodes.scattered[node] += weights[1];
             }
             continuum.touches.push(Touch {
                 at,
@@ -210,6 +216,7 @@ fn touch<const W: usize, S: Shape<W>, A: AffineState>(
                 gather,
                 scatter,
                 curl,
+                weights,
             });
         }
     }
@@ -228,12 +235,14 @@ fn at_periodic_wall(id: u64, at: [f64; 2]) -> Fault {
 /// Clears the forces of the step before. Sorting has already removed those of nodes that no longer exist.
 fn clear_contact<const W: usize, S: Shape<W>, A: AffineState>(continuum: &mut Continuum<W, S, A>) {
     for t in continuum.touches.drain(..) {
-        for (tile, node) in [t.at.split(), t.of.split()] {
-            if let Some(nodes) = continuum.grid.contact.get_mut(tile) {
-                nodes.force[node] = [0.0; 2];
-                nodes.stiffness[node] = 0.0;
-                nodes.scattered[node] = 0.0;
-            }
+        let (tile, node) = t.at.split();
+        if let Some(nodes) = continuum.grid.contact.get_mut(tile) {
+            nodes.force[node] = [0.0; 2];
+        }
+        let (tile, node) = t.of.split();
+        if let Some(nodes) = continuum.grid.contact.get_mut(tile) {
+            nodes.stiffness[node] = 0.0;
+            nodes.scattered[node] = 0.0;
         }
     }
     continuum.loaded.clear();

@@ -92,10 +92,11 @@ fn collect_rows<const W: usize, S: Shape<W>, A: AffineState>(
             let place = tile.frame.locate(&cloud.state.x[lane / LANES], pitch(W));
             let k = lane % LANES;
             let s = [0, 1].map(|a| cloud.shape.weights(a, place.d[a]).map(|w| w.as_array()[k]));
+            let base = place.column_row(k, W);
             let first = holds.weights.len() as u32;
             for j in 0..W {
                 for i in 0..W {
-                    let (tile, node) = owner::<W>(tile, place.base(k) + j * pitch(W) + i);
+                    let (tile, node) = owner::<W>(tile, [base[0] + i, base[1] + j]);
                     let at = NodeAt {
                         tile: tile as u32,
                         node: node as u32,

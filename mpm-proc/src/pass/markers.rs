@@ -168,6 +168,7 @@ pub fn touch_marker<const W: usize, S: Shape<W>, A: AffineState>(
             gather: share,
             scatter: share,
             curl,
+            weights: [weight; 2],
         });
     }
     continuum.loaded.push(loaded);

@@ -78,6 +78,9 @@ pub fn update_ledger<const W: usize, S: Shape<W>, A: AffineState>(
     }
     let (mut contact_force, mut moment) = ([0.0; 2], 0.0);
     for (m, f) in (continuum.imps.state.members.iter()).zip(&continuum.imps.forces) {
+        if f.force == [0.0; 2] && f.couple == 0.0 {
+            continue; // most points: no body presses on them
+        }
         for a in 0..2 {
             contact_force[a] += f.force[a];
         }

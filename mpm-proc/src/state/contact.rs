@@ -15,6 +15,8 @@ pub struct Touch {
     pub scatter: f64,
     /// `(-dS_Ip/dy, dS_Ip/dx) / 2` in 1/m, through which it turns and gives couples; 0 where contact has no friction.
     pub curl: [f64; 2],
+    /// [`Loaded::weight`] with `gather` and with `scatter`.
+    pub weights: [f64; 2],
 }
 
 /// A point that a body presses on, or may press on in the next step.
