@@ -121,6 +121,18 @@ impl Expression {
         self.root.uses(is)
     }
 
+    /// Splits off the largest parts that use slots for which `is` holds, and no others. In what is left their values stand in
+    /// the slots from `first` on.
+    pub fn split_off(&mut self, is: &dyn Fn(usize) -> bool, first: usize) -> Vec<Self> {
+        let mut parts = Vec::new();
+        self.root.split_off(is, first, &mut parts);
+        let with_source = |root| Self {
+            source: self.source.clone(),
+            root,
+        };
+        parts.into_iter().map(with_source).collect()
+    }
+
     /// The text as written.
     pub fn source(&self) -> &str {
         &self.source
@@ -143,6 +155,22 @@ impl Node {
             Self::Slot(slot) => is(*slot),
             Self::Unary(_, a) => a.uses(is),
             Self::Binary(_, a, b) => a.uses(is) || b.uses(is),
+        }
+    }
+
+    fn split_off(&mut self, is: &dyn Fn(usize) -> bool, first: usize, parts: &mut Vec<Self>) {
+        if self.uses(&|_| true) && !self.uses(&|slot| !is(slot)) {
+            let place = Self::Slot(first + parts.len());
+            parts.push(std::mem::replace(self, place));
+            return;
+        }
+        match self {
+            Self::Number(_) | Self::Slot(_) => {}
+            Self::Unary(_, a) => a.split_off(is, first, parts),
+            Self::Binary(_, a, b) => {
+                a.split_off(is, first, parts);
+                b.split_off(is, first, parts);
+            }
         }
     }
 
@@ -472,6 +500,36 @@ mod tests {
         assert_eq!(compiled.as_number(), None);
         assert!(compiled.uses(&|slot| slot == 7));
         assert!(!compiled.uses(&|slot| slot < 7));
+    }
+
+    /// What is left has one slot for each part, and the same value to the bit.
+    #[test]
+    fn parts_are_split_off_whole() {
+        let meaning = |name: &str| {
+            ["x", "y", "t"]
+                .iter()
+                .position(|n| *n == name)
+                .map(Meaning::Slot)
+        };
+        let formula = "(x + 2*y)*sin(3*t)^2 - 7*(x/t) + 5 + exp(-t)";
+        let whole = Expression::compile(formula, &meaning).unwrap();
+        let mut rest = whole.clone();
+        let of_place = rest.split_off(&|slot| slot < 2, 3);
+        let of_time = rest.split_off(&|slot| slot == 2, 5);
+        assert_eq!([of_place.len(), of_time.len()], [2, 3]); // x + 2y, x; sin(3t)^2, t, exp(-t)
+        let at = [0.3, -1.7, 0.9];
+        let mut slots = at.to_vec();
+        slots.extend(
+            of_place
+                .iter()
+                .chain(&of_time)
+                .map(|part| part.evaluate(&at)),
+        );
+        assert_eq!(
+            rest.evaluate(&slots).to_bits(),
+            whole.evaluate(&at).to_bits()
+        );
+        assert!(!rest.uses(&|slot| slot < 3));
     }
 
     #[test]

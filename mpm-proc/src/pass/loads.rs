@@ -78,11 +78,12 @@ fn apply<const W: usize, S: Shape<W>, A: AffineState>(
     let by_field = by_field.filter(|_| loads.body_force.is_none());
     let (shape, x, mass) = (cloud.shape, &cloud.state.x, splat(cloud.mass));
     let body_force = loads.body_force.as_ref();
+    let of_time = body_force.map_or_else(Vec::new, |formula| formula.slots(time));
     let uniform = match body_force {
-        Some(b) if !b.varies => b.at(&[ZERO; 2], time),
+        Some(formula) if !formula.varies() => formula.uniform(&of_time),
         _ => [ZERO; 2],
     };
-    let points = &loads.points;
+    let dead = &loads.dead;
     let share = (
         PerBlock(&mut loads.last[..]),
         PerTile(&mut cloud.force[..]),
@@ -92,18 +93,19 @@ fn apply<const W: usize, S: Shape<W>, A: AffineState>(
         threads,
         &cloud.tiles,
         share,
-        || NO_VECTORS,
-        &|tile, (lasts, force, report), velocity| {
+        || (NO_VECTORS, Vec::new()),
+        &|tile, (lasts, force, report), (velocity, slots): &mut (_, Vec<f64>)| {
+            slots.clone_from(&of_time);
             let force = &mut force.0[0];
             if by_field.is_some() {
                 fill_window::<W, _>(velocity, nodes, tile, |t| &t.before);
             }
             let (mut total, mut work) = ([ZERO; 3], ZERO);
             for (b, last) in lasts.0.iter_mut().enumerate() {
-                let load = &points[tile.first + b];
-                let (x, live) = (&x[tile.first + b], tile.live(b));
+                let block = tile.first + b;
+                let (x, live) = (&x[block], tile.live(b));
                 let acceleration = match body_force {
-                    Some(formula) if formula.varies => formula.at(&load.start, time),
+                    Some(formula) if formula.varies() => formula.at(block, slots),
                     _ => uniform,
                 };
                 let place = tile.frame.locate(x, pitch(W));
@@ -121,7 +123,7 @@ fn apply<const W: usize, S: Shape<W>, A: AffineState>(
                 });
                 let mut f = [ZERO; 2];
                 for a in 0..2 {
-                    f[a] = live * (load.dead[a] + mass * acceleration[a]);
+                    f[a] = live * (dead[block][a] + mass * acceleration[a]);
                     let mean = splat(0.5) * (last.force[a] + f[a]);
                     // A periodic wall may have moved the point by the size of the domain, which is no displacement.
                     let way = x[a] - last.x[a];
