@@ -13,7 +13,7 @@ use mechanics::threads::Threads;
 use serde::{Deserialize, Serialize};
 
 use crate::kernel::shape::Shape;
-use crate::kernel::threads::over_items;
+use crate::kernel::threads::{over_items, part};
 use crate::kernel::tiles::{NODES, first_node, node};
 use crate::kernel::transfer::AffineState;
 use crate::pass::images::follow;
@@ -116,7 +116,7 @@ impl SharedNodes {
             self.list(grids);
             self.allocations = allocations;
         }
-        over_places(threads, &mut self.shared, |together| {
+        over_places(threads, &mut self.shared, |together, _| {
             let (mut once, mut twice) = (0, 0);
             for shared in &mut *together {
                 let tile = &grids[shared.layer as usize].tiles[shared.tile as usize];
@@ -182,8 +182,7 @@ impl SharedNodes {
     /// Corrects the velocities of approaching layers at every shared node. Returns what that dissipates.
     pub fn touch(&mut self, threads: &Threads, grids: &[&Grid], friction: f64) -> Losses {
         let layers = &self.layers;
-        over_places(threads, &mut self.shared, |together| {
-            let mut parties = Vec::with_capacity(together.len());
+        over_places(threads, &mut self.shared, |together, parties| {
             let mut met = 0;
             for shared in &mut *together {
                 met |= shared.met;
@@ -206,8 +205,8 @@ impl SharedNodes {
                         });
                     }
                 }
-                collide(&mut parties, friction);
-                for p in &parties {
+                collide(parties, friction);
+                for p in &*parties {
                     together[p.of].after[i] = p.velocity;
                     together[p.of].lost += p.lost;
                 }
@@ -283,11 +282,21 @@ impl LayerNodes {
     }
 }
 
-/// Calls `work` with the tiles of every place.
-fn over_places(threads: &Threads, shared: &mut [Shared], work: impl Fn(&mut [Shared]) + Sync) {
+/// Calls `work` with the tiles of every place, and with room for those who meet at a node.
+fn over_places(
+    threads: &Threads,
+    shared: &mut [Shared],
+    work: impl Fn(&mut [Shared], &mut Vec<Party>) + Sync,
+) {
     let same = |a: &Shared, b: &Shared| a.at == b.at;
     let mut places: Vec<_> = shared.chunk_by_mut(same).collect();
-    over_items(threads, &mut places, &|together| work(together));
+    let part = part(threads, places.len());
+    threads.each(places.chunks_mut(part), |places| {
+        let mut parties = Vec::new();
+        for together in places {
+            work(together, &mut parties);
+        }
+    });
 }
 
 /// The nodes of a tile that have mass, a bit for each. An image counts as without mass: its original is in contact with

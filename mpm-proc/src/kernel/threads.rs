@@ -71,7 +71,7 @@ impl<A: Share, B: Share, C: Share> Share for (A, B, C) {
 
 /// Length of the parts into which a list of so many is divided: a few for each thread, so that others can take work from
 /// a slow one.
-fn part(threads: &Threads, count: usize) -> usize {
+pub fn part(threads: &Threads, count: usize) -> usize {
     match threads.count() {
         1 => count.max(1),
         threads => count.div_ceil(8 * threads).max(1),
