@@ -105,7 +105,12 @@ impl Expression {
     /// # Panics
     /// If a slot that the names were resolved to does not exist: an assertion, both come from the same registry.
     pub fn evaluate(&self, slots: &[f64]) -> f64 {
-        self.root.evaluate(slots)
+        self.root.evaluate(&|slot| slots[slot])
+    }
+
+    /// The value, with what `slot` gives for the number of a slot.
+    pub fn evaluate_with(&self, slot: &impl Fn(usize) -> f64) -> f64 {
+        self.root.evaluate(slot)
     }
 
     /// The value, if it depends on no slot.
@@ -140,12 +145,12 @@ impl Expression {
 }
 
 impl Node {
-    fn evaluate(&self, slots: &[f64]) -> f64 {
+    fn evaluate(&self, slot: &impl Fn(usize) -> f64) -> f64 {
         match self {
             Self::Number(value) => *value,
-            Self::Slot(slot) => slots[*slot],
-            Self::Unary(apply, a) => apply(a.evaluate(slots)),
-            Self::Binary(apply, a, b) => apply(a.evaluate(slots), b.evaluate(slots)),
+            Self::Slot(number) => slot(*number),
+            Self::Unary(apply, a) => apply(a.evaluate(slot)),
+            Self::Binary(apply, a, b) => apply(a.evaluate(slot), b.evaluate(slot)),
         }
     }
 

@@ -77,12 +77,10 @@ fn apply<const W: usize, S: Shape<W>, A: AffineState>(
     // A body force is that of the points' masses, and its work is on their way, as that of gravity is.
     let by_field = by_field.filter(|_| loads.body_force.is_none());
     let (shape, x, mass) = (cloud.shape, &cloud.state.x, splat(cloud.mass));
+    if let Some(formula) = &mut loads.body_force {
+        formula.set_time(time);
+    }
     let body_force = loads.body_force.as_ref();
-    let of_time = body_force.map_or_else(Vec::new, |formula| formula.slots(time));
-    let uniform = match body_force {
-        Some(formula) if !formula.varies() => formula.uniform(&of_time),
-        _ => [ZERO; 2],
-    };
     let dead = &loads.dead;
     let share = (
         PerBlock(&mut loads.last[..]),
@@ -93,9 +91,8 @@ fn apply<const W: usize, S: Shape<W>, A: AffineState>(
         threads,
         &cloud.tiles,
         share,
-        || (NO_VECTORS, Vec::new()),
-        &|tile, (lasts, force, report), (velocity, slots): &mut (_, Vec<f64>)| {
-            slots.clone_from(&of_time);
+        || NO_VECTORS,
+        &|tile, (lasts, force, report), velocity| {
             let force = &mut force.0[0];
             if by_field.is_some() {
                 fill_window::<W, _>(velocity, nodes, tile, |t| &t.before);
@@ -104,10 +101,7 @@ fn apply<const W: usize, S: Shape<W>, A: AffineState>(
             for (b, last) in lasts.0.iter_mut().enumerate() {
                 let block = tile.first + b;
                 let (x, live) = (&x[block], tile.live(b));
-                let acceleration = match body_force {
-                    Some(formula) if formula.varies() => formula.at(block, slots),
-                    _ => uniform,
-                };
+                let acceleration = body_force.map_or([ZERO; 2], |formula| formula.at(block));
                 let place = tile.frame.locate(x, pitch(W));
                 let s = [shape.weights(0, place.d[0]), shape.weights(1, place.d[1])];
                 let of_field = by_field.map(|dt| {

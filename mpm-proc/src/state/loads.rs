@@ -26,12 +26,16 @@ pub struct Loads {
 pub struct BodyForce {
     /// The parts that depend on the time alone, over slot 2, `t` in s.
     of_time: Vec<Expression>,
+    /// Their values in the present step.
+    times: Vec<f64>,
     /// How many parts depend on the initial position alone.
     of_place: usize,
     /// Their values, row by row for each block.
     places: Vec<Lanes>,
     /// What is left of the components, over the values of those parts.
     components: [Expression; 2],
+    /// The acceleration in m/s^2 in the present step, if it is that of all points.
+    uniform: Option<[Lanes; 2]>,
 }
 
 /// The load in the step before.
@@ -128,10 +132,12 @@ fn four(numbers: impl Iterator<Item = f64>) -> Lanes {
     lanes
 }
 
+/// Slots of a formula: `x`, `y` (initial position, m) and `t` (s).
+const SLOTS: usize = 3;
+
 impl BodyForce {
-    /// Of components over the slots `x`, `y` (initial position, m) and `t`, for points at these positions.
+    /// Of these components, for points at these positions.
     fn new(mut components: [Expression; 2], positions: &[[f64; 2]]) -> Self {
-        const SLOTS: usize = 3;
         let (mut of_time, mut of_place) = (Vec::new(), Vec::new());
         for component in &mut components {
             of_time.extend(component.split_off(&|slot| slot == 2, SLOTS + of_time.len()));
@@ -146,41 +152,41 @@ impl BodyForce {
             places.extend(of_place.iter().map(value));
         }
         Self {
+            times: vec![0.0; of_time.len()],
             of_time,
             of_place: of_place.len(),
             places,
             components,
+            uniform: None,
         }
     }
 
-    /// The slots of the components, with the values that belong to a time (s).
-    pub fn slots(&self, time: f64) -> Vec<f64> {
-        let mut slots = vec![0.0, 0.0, time];
-        for part in &self.of_time {
-            slots.push(part.evaluate(&slots[..3]));
+    /// Makes `time` (s) the present one.
+    pub fn set_time(&mut self, time: f64) {
+        for (value, part) in self.times.iter_mut().zip(&self.of_time) {
+            *value = part.evaluate(&[0.0, 0.0, time]);
         }
-        slots
+        if self.of_place == 0 {
+            let of_time = |slot: usize| self.times[slot - SLOTS];
+            let all = |component: &Expression| splat(component.evaluate_with(&of_time));
+            self.uniform = Some(self.components.each_ref().map(all));
+        }
     }
 
-    /// Whether it differs between points.
-    pub fn varies(&self) -> bool {
-        self.of_place > 0
-    }
-
-    /// The acceleration in m/s^2 of all points, if it does not.
-    pub fn uniform(&self, slots: &[f64]) -> [Lanes; 2] {
-        [0, 1].map(|a| splat(self.components[a].evaluate(slots)))
-    }
-
-    /// Accelerations in m/s^2 of the four points of a block. `slots` are [`Self::slots`], with or without the values of a place.
-    pub fn at(&self, block: usize, slots: &mut Vec<f64>) -> [Lanes; 2] {
+    /// Accelerations in m/s^2 of the four points of a block.
+    pub fn at(&self, block: usize) -> [Lanes; 2] {
+        if let Some(all) = self.uniform {
+            return all;
+        }
         let places = &self.places[block * self.of_place..][..self.of_place];
         let mut acceleration = [ZERO; 2];
         for k in 0..LANES {
-            slots.truncate(3 + self.of_time.len());
-            slots.extend(places.iter().map(|value| value.as_array()[k]));
+            let of_point = |slot: usize| match self.times.get(slot - SLOTS) {
+                Some(value) => *value,
+                None => places[slot - SLOTS - self.times.len()].as_array()[k],
+            };
             for a in 0..2 {
-                acceleration[a].as_mut_array()[k] = self.components[a].evaluate(slots);
+                acceleration[a].as_mut_array()[k] = self.components[a].evaluate_with(&of_point);
             }
         }
         acceleration
