@@ -130,10 +130,10 @@ const fn owners(w: usize) -> [[usize; 2]; pitch(4)] {
 
 /// The node tile, and the node in it, of a node of a point tile's window.
 #[inline(always)]
-pub fn owner<const W: usize>(tile: &Tile, [i, j]: [usize; 2]) -> (usize, usize) {
+pub fn owner<const W: usize>(tile: &Tile, [i, j]: [usize; 2]) -> (u32, u32) {
     let owners = const { owners(W) };
     let ([run_x, x], [run_y, y]) = (owners[i], owners[j]);
-    (tile.around[run_y * 3 + run_x] as usize, y * TILE + x)
+    (tile.around[run_y * 3 + run_x], (y * TILE + x) as u32)
 }
 
 #[cfg(test)]

@@ -185,16 +185,14 @@ fn touch<const W: usize, S: Shape<W>, A: AffineState>(
             let scatter = t[0][i] * t[1][j];
             let curl = [-s[0][i] * g[1][j], g[0][i] * s[1][j]];
             let (tile, node) = owner::<W>(tile, [base[0] + i, base[1] + j]);
-            let at = NodeAt {
-                tile: tile as u32,
-                node: node as u32,
-            };
+            let at = NodeAt { tile, node };
             let image = continuum.grid.images.at(at);
             if image.is_some_and(|i| i.periodic) {
                 let id = cloud.first_id + u64::from(member.local);
                 return Err(at_periodic_wall(id, cloud.position(lane)));
             }
             let of = image.map_or(at, |i| i.of);
+            let (tile, node) = at.split();
             let of_node = &mut continuum.grid.contact[tile].force[node];
             for a in 0..2 {
                 of_node[a] += scatter * force[a];
