@@ -16,7 +16,7 @@ use crate::diagnostic::FAULTS_LIMIT;
 const CELLS: f64 = 4.0;
 /// Densities in kg/m^3, from expanded polystyrene to osmium (22,590, CRC Handbook of Chemistry and Physics).
 const DENSITIES: [f64; 2] = [10.0, 22_600.0];
-/// Fastest sound in m/s: in diamond along [111], from the elastic constants of McSkimin and Andreatch 1972.
+/// Fastest sound in m/s: in diamond along \[111\], from the elastic constants of McSkimin and Andreatch 1972.
 const SOUND: f64 = 18_600.0;
 
 /// What is probably not meant, each with its line.

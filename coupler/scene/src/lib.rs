@@ -5,7 +5,7 @@
 //!      --written---> typed as written    --parse------> Scene
 //! ```
 //!
-//! What the rest of the coupler uses: [`Scene::load`], the fields of [`Scene`], [`Scene::plan`] and [`schema`]. Rows of
+//! What the rest of the coupler uses: [`Scene::load`], the fields of [`Scene`], [`Scene::plan`] and [`schema()`]. Rows of
 //! the history and the verdicts of checks come from [`record::check::Recorder`], which takes the columns and checks of a scene.
 //!
 //! The format is described for its users in `docs/scene-format.md`.
