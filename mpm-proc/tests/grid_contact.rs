@@ -6,7 +6,9 @@ use interface::config::{
 use interface::message::wire::PointState;
 use interface::solver::MpmSolver;
 
-use crate::blocks::{Stepper, bits, block, configured, disc_fill, rectangle_fill, walls};
+use crate::blocks::{
+    Stepper, bits, block, configured, disc_fill, points_fill, rectangle_fill, walls,
+};
 use mpm_proc::Mpm;
 
 /// Two blocks side by side, 0.1 apart, the left one on its way to the right at 1 m/s.
@@ -179,6 +181,44 @@ fn discs_meet_across_periodic_walls_as_they_do_away_from_them() {
                 bits(&threads),
                 "{shape:?} {shift:?}: threads"
             );
+        }
+    }
+}
+
+/// Tiles begin at the corner of the domain, wherever that is. A bar ends where another tile begins, in which its body has points
+/// in high rows alone: what the bar adds to the low ones must not be counted for these again.
+#[test]
+fn it_does_not_show_where_tiles_begin() {
+    let lattice = |lower: [f64; 2], counts: [usize; 2]| {
+        let along = move |a: usize, i: usize| lower[a] + 0.025 * i as f64;
+        let row = move |j| (0..counts[0]).map(move |i| [along(0, i), along(1, j)]);
+        (0..counts[1]).flat_map(row)
+    };
+    let run = |cells: [f64; 2]| {
+        let mut config = pair();
+        let corner = [0, 1].map(|a| -1.0 - config.cell * cells[a]);
+        config.domain = [corner, [2.0, 2.0]];
+        let bar = lattice([-0.1875, 0.2125], [16, 3]);
+        let body = bar.chain(lattice([0.3125, 0.5125], [3, 3]));
+        let block = lattice([0.1125, 0.2875], [6, 3]);
+        let fills = [points_fill(body.collect()), points_fill(block.collect())];
+        for (group, fill) in config.groups.iter_mut().zip(fills) {
+            (group.fill, group.spacing) = (fill, Spacing::Distance(0.025));
+        }
+        (config.groups[0].velocity, config.groups[1].velocity) = ([0.0; 2], [0.5, -1.0]);
+        collided(&config, 60).points()
+    };
+    let at_first = run([0.0; 2]);
+    let pushed = at_first
+        .iter()
+        .any(|p| p.velocity[1] < -0.1 && p.group == 0);
+    assert!(pushed, "they have not met");
+    for cells in [[3.0, 0.0], [0.0, 5.0], [6.0, 7.0]] {
+        for (a, b) in at_first.iter().zip(run(cells)) {
+            for axis in 0..2 {
+                let dv = b.velocity[axis] - a.velocity[axis];
+                assert!(dv.abs() < 1e-9, "{cells:?}, point {}: {dv:e} m/s", a.id);
+            }
         }
     }
 }

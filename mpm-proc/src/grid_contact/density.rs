@@ -33,14 +33,12 @@ impl LayerNodes {
     ) {
         let (geometry, images) = (layer.grid.geometry, &layer.grid.images);
         let per_cell = splat(1.0 / geometry.cell);
-        let mut sums = [[[0.0; 2]; WIDTH]; WIDTH];
         for cloud in &layer.clouds {
             for tile in &cloud.tiles {
                 if tile.around.iter().all(|&around| self.counted(around) == 0) {
                     continue;
                 }
-                // Base nodes of shape functions are between this one's and one beyond it.
-                sums[tile.span(REACH + 1, 1)].fill([[0.0; 2]; WIDTH]);
+                let mut sums = [[[0.0; 2]; WIDTH]; WIDTH];
                 let origin = [0, 1].map(|a| {
                     let second = f64::from(tile.at[a]) * TILE as f64 + 1.0 - FIRST as f64;
                     splat(geometry.lower[a] / geometry.cell + second)
