@@ -1,5 +1,5 @@
-//! The oracle of a continuum: a plain transcription of Jiang 2020. Every point loops over every node of a small dense grid;
-//! only the configuration is shared with the solver. It is slow on purpose.
+//! The oracle of a continuum: a plain transcription of Jiang 2020, in which every point looks at the nodes around it in a dense
+//! grid. Only the configuration is shared with the solver.
 #![expect(
     clippy::needless_range_loop,
     reason = "an axis is an index into several arrays of two"
@@ -14,7 +14,7 @@ use interface::message::wire::ImpForce;
 use nalgebra::Vector2;
 
 use super::material::RefPoint;
-use super::nodes::{Image, Node, driven};
+use super::nodes::{Image, Nodes, driven};
 use crate::expression::Expression;
 
 /// A shape function of the distance from a node in cells, and its derivative, as the paper prints them.
@@ -81,6 +81,7 @@ pub struct Reference {
     pub config: Arc<MpmConfig>,
     /// Along x and y.
     pub cells: [i64; 2],
+    pub(super) nodes: Arc<Nodes>,
     /// The nodes of walls with friction, each with the axis across its wall, that the last kick has pressed into it, or nodes beyond
     /// them.
     pub pressed: Vec<(usize, [i64; 2])>,
@@ -146,7 +147,6 @@ impl Totals {
 /// The nodes of a step that have taken their kick.
 #[derive(Debug, Clone)]
 pub struct Kicked {
-    pub(super) nodes: Vec<Node>,
     pub(super) mass: Vec<f64>,
     /// Velocities before the kick and after it in m/s.
     pub(super) before: Vec<[f64; 2]>,
@@ -194,26 +194,37 @@ impl Kicked {
     }
 }
 
-/// Rows made orthogonal, each to those before, without those that depend on these; and whether rounding decides that of one.
+/// Rows made orthogonal, each to those before, without those that depend on these; and whether rounding decides that of one,
+/// or changes one by more than is compared.
 fn orthogonal(rows: impl Iterator<Item = Vec<f64>>) -> (Vec<Vec<f64>>, bool) {
     let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
-    let (mut found, mut is_doubtful): (Vec<Vec<f64>>, bool) = (Vec::new(), false);
+    let (mut found, mut is_doubtful): (Vec<(Vec<f64>, f64)>, bool) = (Vec::new(), false);
     for mut row in rows {
         let whole = dot(&row, &row).sqrt();
-        for other in found.iter().chain(&found) {
+        let mut error = (f64::EPSILON * whole).powi(2);
+        for (other, error_of_other) in found.iter().chain(&found) {
             let along = dot(&row, other);
             row.iter_mut().zip(other).for_each(|(x, y)| *x -= along * y);
+            error += (along * error_of_other).powi(2);
         }
         let rest = dot(&row, &row).sqrt();
-        is_doubtful |= (1e-10..1e-4).contains(&(rest / whole));
         if rest > 1e-7 * whole {
-            found.push(row.iter().map(|x| x / rest).collect());
+            let error = error.sqrt() / rest;
+            is_doubtful |= error > 1e-13;
+            found.push((row.iter().map(|x| x / rest).collect(), error));
+        } else {
+            is_doubtful |= rest > 1e-10 * whole;
         }
     }
-    (found, is_doubtful)
+    (found.into_iter().map(|(row, _)| row).collect(), is_doubtful)
 }
 
 impl Reference {
+    /// The nodes that a point may see, each with a place at which it does.
+    pub(super) fn seen(&self, p: &RefPoint) -> impl Iterator<Item = (usize, &Image<[i64; 2]>)> {
+        self.nodes.around(self.distance(p, [0; 2]))
+    }
+
     pub(super) fn distance(&self, p: &RefPoint, place: [i64; 2]) -> [f64; 2] {
         [0, 1].map(|a| (p.x[a] - self.config.domain[0][a]) / self.config.cell - place[a] as f64)
     }
@@ -252,17 +263,16 @@ impl Reference {
 
     /// Lets held points stand still, by the smallest change of the velocities of the nodes in the norm of kinetic energy. Its
     /// impulse in N s/m.
-    fn support(&mut self, nodes: &[Node], mass: &[f64], velocity: &mut [[f64; 2]]) -> [f64; 2] {
+    fn support(&mut self, mass: &[f64], velocity: &mut [[f64; 2]]) -> [f64; 2] {
         let mut impulse = [0.0; 2];
         for a in 0..2 {
             let row = |p: &RefPoint, scale: fn(f64) -> f64| -> Vec<f64> {
-                let of_node = |(node, m): (&Node, &f64)| {
-                    let free = self.free(node.at)[a];
-                    let places = node.places.iter();
-                    let s: f64 = places.map(|i| i.sign[a] * self.weight(p, i.at)).sum();
-                    if *m > 0.0 { free * s * scale(*m) } else { 0.0 }
-                };
-                nodes.iter().zip(mass).map(of_node).collect()
+                let mut row = vec![0.0; mass.len()];
+                for (n, image) in self.seen(p).filter(|(n, _)| mass[*n] > 0.0) {
+                    let free = self.free(self.nodes.list[n].at)[a];
+                    row[n] += free * image.sign[a] * self.weight(p, image.at) * scale(mass[n]);
+                }
+                row
             };
             let held = || self.points.iter().filter(|p| p.held[a]);
             // Of velocities, and of velocities times the roots of the masses.
@@ -270,10 +280,10 @@ impl Reference {
             let (rows, by_masses) = orthogonal(held().map(|p| row(p, |m| m.sqrt().recip())));
             self.totals.is_doubtful |= by_weights || by_masses;
             for row in rows {
-                let along: f64 = (0..nodes.len())
+                let along: f64 = (0..mass.len())
                     .map(|n| row[n] * mass[n].sqrt() * velocity[n][a])
                     .sum();
-                for n in (0..nodes.len()).filter(|n| row[*n] != 0.0) {
+                for n in (0..mass.len()).filter(|n| row[*n] != 0.0) {
                     let change = -along * row[n] / mass[n].sqrt();
                     velocity[n][a] += change;
                     impulse[a] += mass[n] * change;
@@ -285,12 +295,12 @@ impl Reference {
 
     /// The loads of `t_n`, and their work since the step before: by the trapezoidal rule, on the way of the nodes that `velocity`
     /// says they have had, or with a body force, or where these do not strain the points, on that of the points.
-    fn load(&mut self, nodes: &[Node], velocity: &[[f64; 2]], dt_before: f64) {
+    fn load(&mut self, velocity: &[[f64; 2]], dt_before: f64) {
         if self.body_force.is_none() && self.points.iter().all(|p| p.dead == [0.0; 2]) {
             return;
         }
         for i in 0..self.points.len() {
-            let field = self.interpolate(nodes, i, |n, _| velocity[n]);
+            let field = self.interpolate(i, |n, _| velocity[n]);
             let p = &mut self.points[i];
             let [x, y] = p.start;
             let mut load = p.dead;
@@ -333,17 +343,16 @@ impl Reference {
         let alpha = self.pic_fraction(kick);
         let [kept, gained] = self.damping(kick);
         let inertia = self.inertia();
-        let nodes = self.nodes();
-        let (mass, mut before) = self.map(&nodes, inertia);
-        let felt = self.support(&nodes, &mass, &mut before).map(|p| alpha * p);
-        self.totals.turned = alpha * self.turned_by_map(&nodes, &before, inertia);
-        let pulled = self.pulled_by_map(&nodes, &before, (alpha, felt));
-        self.load(&nodes, &before, dt_before);
+        let (mass, mut before) = self.map(inertia);
+        let felt = self.support(&mass, &mut before).map(|p| alpha * p);
+        self.totals.turned = alpha * self.turned_by_map(&before, inertia);
+        let pulled = self.pulled_by_map(&before, (alpha, felt));
+        self.load(&before, dt_before);
         let [first, _] = self.shares();
         let past = first * dt_before;
         if self.config.drift() == Drift::Mapped && dt > 0.0 && first > 0.0 {
             for i in 0..self.points.len() {
-                let field = self.interpolate(&nodes, i, |n, _| before[n]);
+                let field = self.interpolate(i, |n, _| before[n]);
                 let p = &mut self.points[i];
                 p.unsettled = [0, 1].map(|a| {
                     if past > 0.0 {
@@ -354,34 +363,34 @@ impl Reference {
                 });
             }
         }
-        self.strain(&nodes, &before, past, 0.5);
+        self.strain(&before, past, 0.5);
         self.totals.elastic = self.points.iter().map(RefPoint::stored).sum();
         self.totals.lost = self.lost();
-        let mut pressed = Vec::new();
-        let [mut after, mut lost, mut rubbed] = [(); 3].map(|()| vec![[0.0; 2]; nodes.len()]);
-        for (n, node) in nodes.iter().enumerate() {
-            let mut f = [0.0; 2];
-            for (p, contact) in self.points.iter().zip(forces) {
-                let [xx, yy, _, xy] = p.stress;
-                let v = p.volume * p.ratio;
-                for Image { at, sign, .. } in &node.places {
-                    let g = self.gradient(p, *at);
-                    let s = self.weight(p, *at);
-                    let spread = self.value(self.spread, p, *at);
-                    let internal = [xx * g[0] + xy * g[1], xy * g[0] + yy * g[1]];
-                    let curl = self.curl(p, *at);
-                    for a in 0..2 {
-                        let outer = p.load[a] + p.mass * self.config.gravity[a];
-                        let of_contact = contact.force[a] * spread + contact.couple * curl[a];
-                        f[a] += sign[a] * (outer * s + of_contact - v * internal[a]); // (13), (47)
-                    }
+        let mut force = vec![[0.0; 2]; mass.len()];
+        for (p, contact) in self.points.iter().zip(forces) {
+            let [xx, yy, _, xy] = p.stress;
+            let v = p.volume * p.ratio;
+            for (n, Image { at, sign, .. }) in self.seen(p) {
+                let g = self.gradient(p, *at);
+                let s = self.weight(p, *at);
+                let spread = self.value(self.spread, p, *at);
+                let internal = [xx * g[0] + xy * g[1], xy * g[0] + yy * g[1]];
+                let curl = self.curl(p, *at);
+                for a in 0..2 {
+                    let outer = p.load[a] + p.mass * self.config.gravity[a];
+                    let of_contact = contact.force[a] * spread + contact.couple * curl[a];
+                    force[n][a] += sign[a] * (outer * s + of_contact - v * internal[a]); // (13), (47)
                 }
             }
+        }
+        let mut pressed = Vec::new();
+        let [mut after, mut lost, mut rubbed] = [(); 3].map(|()| vec![[0.0; 2]; mass.len()]);
+        for (n, node) in self.nodes.list.iter().enumerate() {
             if mass[n] > 0.0 {
-                let gain = f.map(|f| kick * f / mass[n]);
+                let gain = force[n].map(|f| kick * f / mass[n]);
                 let damped = [0, 1].map(|a| kept * before[n][a] + gained * gain[a]); // (17), (48)
                 self.totals.is_doubtful |= self.rests(node.at, damped, gain);
-                let held = self.act(&nodes, node.at, damped, Some(1.0));
+                let held = self.act(node.at, damped, Some(1.0));
                 let axes = (0..2).filter(|&axis| held.pressed[axis]);
                 pressed.extend(axes.map(|axis| (axis, self.on_wall(node.at, axis))));
                 after[n] = held.velocity;
@@ -390,10 +399,9 @@ impl Reference {
             }
         }
         self.pressed = pressed;
-        let kicked = self.support(&nodes, &mass, &mut after);
+        let kicked = self.support(&mass, &mut after);
         self.totals.support = [0, 1].map(|a| felt[a] + kicked[a]);
         Kicked {
-            nodes,
             mass,
             before,
             after,
@@ -406,9 +414,7 @@ impl Reference {
 
     /// The second part: the points take the velocities of the nodes and move.
     pub fn advance(&mut self, dt_before: f64, dt: f64, forces: &[ImpForce], kicked: &Kicked) {
-        let Kicked {
-            nodes, mass, after, ..
-        } = kicked;
+        let Kicked { mass, after, .. } = kicked;
         self.fastest_node = kicked.fastest(matches!(self.kernels[0], Kernel::Linear));
         let kick = 0.5 * (dt_before + dt);
         let start = self.momentum();
@@ -416,13 +422,13 @@ impl Reference {
         let inertia = self.inertia();
         let [first, last] = self.shares();
         let settles = self.config.drift() == Drift::Mapped && dt > 0.0;
-        self.filter_by_order(nodes, kick, inertia);
-        let [from, to] = [&kicked.before, after].map(|v| self.turning_of(nodes, v));
+        self.filter_by_order(kick, inertia);
+        let [from, to] = [&kicked.before, after].map(|v| self.turning_of(v));
         let damped = (1.0 - self.pic_fraction(kick)) * (self.kept_by_points(kick) - 1.0);
         let of_points: f64 = self.points.iter().map(RefPoint::turning).sum();
         self.totals.turned += to - from + damped * (of_points - from);
         if self.config.stress_update == StressUpdate::Usl {
-            self.strain(nodes, after, dt, -0.5);
+            self.strain(after, dt, -0.5);
         }
         self.totals.smoothed = kicked.pulled; // no loss of the points
         let mut drift: Vec<[f64; 2]> = self.gather(kicked, &own, kick);
@@ -438,12 +444,12 @@ impl Reference {
         {
             after.clone() // Velocities that are mapped once more approach again.
         } else {
-            let (_, mut again) = self.map(nodes, inertia);
-            self.support(nodes, mass, &mut again);
+            let (_, mut again) = self.map(inertia);
+            self.support(mass, &mut again);
             again
         };
-        self.strain(nodes, &again, last * dt, -0.5);
-        let mapped = self.places_near_loads(nodes, forces);
+        self.strain(&again, last * dt, -0.5);
+        let mapped = self.places_near_loads(forces);
         let moving = |n: usize, place: [i64; 2]| {
             let is_mapped = last > 0.0 || mapped.contains(&place);
             if self.config.drift() == Drift::Mapped && is_mapped {
@@ -455,12 +461,12 @@ impl Reference {
         let spins: Vec<f64> = (0..self.points.len())
             .map(|i| match forces[i].tangential {
                 0.0 => 0.0,
-                _ => self.spin(nodes, i, moving),
+                _ => self.spin(i, moving),
             })
             .collect();
         if self.config.drift() == Drift::Mapped {
             for (i, drift) in drift.iter_mut().enumerate() {
-                *drift = self.interpolate(nodes, i, moving);
+                *drift = self.interpolate(i, moving);
             }
         }
         for ((p, v), spin) in self.points.iter_mut().zip(drift).zip(spins) {
@@ -486,19 +492,17 @@ impl Reference {
             let p = self.points[i];
             let (mut v, mut dv) = ([0.0; 2], [0.0; 2]);
             let [mut b, mut db] = [[[0.0; 2]; 2]; 2];
-            for (n, node) in kicked.nodes.iter().enumerate() {
-                for image in &node.places {
-                    let s = self.weight(&p, image.at);
-                    let d = self.distance(&p, image.at).map(|d| -d * self.config.cell);
-                    let both = [&kicked.after, &kicked.before];
-                    let [after, before] = both.map(|v| image.velocity(v[n]));
-                    for a in 0..2 {
-                        v[a] += s * after[a];
-                        dv[a] += s * (after[a] - kept * before[a]);
-                        for c in 0..2 {
-                            b[a][c] += s * after[a] * d[c]; // (31)
-                            db[a][c] += s * (after[a] - kept * before[a]) * d[c];
-                        }
+            for (n, image) in self.seen(&p) {
+                let s = self.weight(&p, image.at);
+                let d = self.distance(&p, image.at).map(|d| -d * self.config.cell);
+                let both = [&kicked.after, &kicked.before];
+                let [after, before] = both.map(|v| image.velocity(v[n]));
+                for a in 0..2 {
+                    v[a] += s * after[a];
+                    dv[a] += s * (after[a] - kept * before[a]);
+                    for c in 0..2 {
+                        b[a][c] += s * after[a] * d[c]; // (31)
+                        db[a][c] += s * (after[a] - kept * before[a]) * d[c];
                     }
                 }
             }
@@ -537,18 +541,13 @@ impl Reference {
 
     /// Work of driven walls in J/m on mapped velocities, of whose change points feel a share; supports take the impulse `felt` of it
     /// (N s/m).
-    fn pulled_by_map(
-        &self,
-        nodes: &[Node],
-        mapped: &[[f64; 2]],
-        (share, felt): (f64, [f64; 2]),
-    ) -> f64 {
+    fn pulled_by_map(&self, mapped: &[[f64; 2]], (share, felt): (f64, [f64; 2])) -> f64 {
         let Some(wall) = self.driven() else {
             return 0.0;
         };
         let mut pulled = -(wall[0] * felt[0] + wall[1] * felt[1]);
         for (i, p) in self.points.iter().enumerate() {
-            let v = self.interpolate(nodes, i, |n, _| mapped[n]);
+            let v = self.interpolate(i, |n, _| mapped[n]);
             let gained = |a: usize| share * p.mass * (v[a] - p.v[a]);
             pulled += wall[0] * gained(0) + wall[1] * gained(1);
         }
@@ -602,8 +601,7 @@ impl Reference {
     /// radii (m), and what else there is of the stiffness at its centre. Springs reach the nodes through the spread of forces, and
     /// feel them through the shape function.
     pub fn contact_omega_sq(&self, forces: &[ImpForce], radii: &[f64]) -> f64 {
-        let nodes = self.nodes();
-        let (mass, _) = self.map(&nodes, self.inertia());
+        let (mass, _) = self.map(self.inertia());
         let mut springs = Vec::new();
         for ((p, f), radius) in self.points.iter().zip(forces).zip(radii) {
             let size = f.force[0].hypot(f.force[1]);
@@ -618,17 +616,19 @@ impl Reference {
                 (f.tangential, tangent, *radius),
             ] {
                 let through = |kernels: [Kernel; 2]| -> Vec<f64> {
-                    let at = |(node, mass): (&Node, &f64)| {
-                        let (free, mut row) = (self.free(node.at), [0.0; 2]);
-                        for Image { at, sign, .. } in &node.places {
-                            let (s, curl) = (self.value(kernels, p, *at), self.curl(p, *at));
-                            for a in 0..2 {
-                                row[a] += free[a] * sign[a] * (s * along[a] - radius * curl[a]);
-                            }
+                    let mut row = vec![[0.0; 2]; mass.len()];
+                    for (n, Image { at, sign, .. }) in self.seen(p) {
+                        let free = self.free(self.nodes.list[n].at);
+                        let (s, curl) = (self.value(kernels, p, *at), self.curl(p, *at));
+                        for a in 0..2 {
+                            row[n][a] += free[a] * sign[a] * (s * along[a] - radius * curl[a]);
                         }
+                    }
+                    let each = row.iter().zip(&mass);
+                    let per_root = |(row, mass): (&[f64; 2], &f64)| {
                         row.map(|x| if *mass > 0.0 { x / mass.sqrt() } else { 0.0 })
                     };
-                    nodes.iter().zip(&mass).flat_map(at).collect()
+                    each.flat_map(per_root).collect()
                 };
                 if k > 0.0 {
                     springs.push((k, through(self.spread), through(self.kernels)));
@@ -648,12 +648,13 @@ impl Reference {
     }
 
     /// Where nodes are that see forces, or that a point sees which sees one of these.
-    fn places_near_loads(&self, nodes: &[Node], forces: &[ImpForce]) -> HashSet<[i64; 2]> {
-        let places = || nodes.iter().flat_map(|node| &node.places).map(|p| p.at);
+    fn places_near_loads(&self, forces: &[ImpForce]) -> HashSet<[i64; 2]> {
         let presses = |f: &ImpForce| f.force != [0.0; 2] || f.couple != 0.0;
-        let pressed = || self.points.iter().zip(forces).filter(|p| presses(p.1));
-        let loaded: HashSet<[i64; 2]> = places()
-            .filter(|place| pressed().any(|(p, _)| self.weight(p, *place) != 0.0))
+        let pressed = self.points.iter().zip(forces).filter(|p| presses(p.1));
+        let seen = pressed.flat_map(|(p, _)| self.seen(p).map(move |(_, image)| (p, image.at)));
+        let loaded: HashSet<[i64; 2]> = seen
+            .filter(|(p, place)| self.weight(p, *place) != 0.0)
+            .map(|(_, place)| place)
             .collect();
         // As many nodes as a point sees along an axis, less one.
         let reach = match self.kernels[0] {
@@ -665,49 +666,39 @@ impl Reference {
         let closed = self.config.walls.periodic().contains(&true)
             || self.points.iter().any(|p| p.turns || p.held != [false; 2]);
         if closed && !loaded.is_empty() {
-            return places().collect();
+            let places = self.nodes.list.iter().flat_map(|node| &node.places);
+            return places.map(|place| place.at).collect();
         }
-        let near = |[x, y]: &[i64; 2]| {
-            let mut around = (-reach..=reach).flat_map(|j| (-reach..=reach).map(move |i| [i, j]));
-            around.any(|[i, j]| loaded.contains(&[x + i, y + j]))
+        let around = |[x, y]: [i64; 2]| {
+            (-reach..=reach).flat_map(move |j| (-reach..=reach).map(move |i| [x + i, y + j]))
         };
-        places().filter(near).collect()
+        loaded.into_iter().flat_map(around).collect()
     }
 
     /// A velocity of the nodes at a point, of which `velocity` says what it is at each place.
     fn interpolate(
         &self,
-        nodes: &[Node],
         point: usize,
         velocity: impl Fn(usize, [i64; 2]) -> [f64; 2],
     ) -> [f64; 2] {
         let (p, mut v) = (&self.points[point], [0.0_f64; 2]);
-        for (n, node) in nodes.iter().enumerate() {
-            for image in &node.places {
-                let s = self.weight(p, image.at);
-                if s != 0.0 {
-                    let there = image.velocity(velocity(n, image.at));
-                    v = [0, 1].map(|a| v[a] + s * there[a]);
-                }
+        for (n, image) in self.seen(p) {
+            let s = self.weight(p, image.at);
+            if s != 0.0 {
+                let there = image.velocity(velocity(n, image.at));
+                v = [0, 1].map(|a| v[a] + s * there[a]);
             }
         }
         v
     }
 
     /// Half the curl of such a velocity at a point.
-    fn spin(
-        &self,
-        nodes: &[Node],
-        point: usize,
-        velocity: impl Fn(usize, [i64; 2]) -> [f64; 2],
-    ) -> f64 {
+    fn spin(&self, point: usize, velocity: impl Fn(usize, [i64; 2]) -> [f64; 2]) -> f64 {
         let (p, mut spin) = (&self.points[point], 0.0);
-        for (n, node) in nodes.iter().enumerate() {
-            for image in &node.places {
-                let curl = self.curl(p, image.at);
-                let there = image.velocity(velocity(n, image.at));
-                spin += curl[0] * there[0] + curl[1] * there[1];
-            }
+        for (n, image) in self.seen(p) {
+            let curl = self.curl(p, image.at);
+            let there = image.velocity(velocity(n, image.at));
+            spin += curl[0] * there[0] + curl[1] * there[1];
         }
         spin
     }
@@ -788,11 +779,11 @@ impl Reference {
     }
 
     /// The filter of XPIC, where the transfer has one.
-    fn filter_by_order(&mut self, nodes: &[Node], kick: f64, inertia: f64) {
+    fn filter_by_order(&mut self, kick: f64, inertia: f64) {
         match self.config.transfer {
-            Transfer::Xpic { order } => self.filter(nodes, order, 1.0, inertia),
+            Transfer::Xpic { order } => self.filter(order, 1.0, inertia),
             Transfer::FlipXpic { order, pic_rate } => {
-                self.filter(nodes, order, 1.0 - (-pic_rate * kick).exp(), inertia);
+                self.filter(order, 1.0 - (-pic_rate * kick).exp(), inertia);
             }
             _ => {}
         }
@@ -809,23 +800,17 @@ impl Reference {
     }
 
     /// `v_p -= share (1 - S S+)^m v_p`.
-    fn filter(&mut self, nodes: &[Node], order: u32, share: f64, inertia: f64) {
+    fn filter(&mut self, order: u32, share: f64, inertia: f64) {
         let aside: Vec<[f64; 2]> = self.points.iter().map(|p| p.v).collect();
         for round in 1..=order {
-            let (_, held) = self.map(nodes, inertia);
+            let (_, held) = self.map(inertia);
             if round == order {
-                self.totals.turned += share * self.turned_by_map(nodes, &held, inertia);
+                self.totals.turned += share * self.turned_by_map(&held, inertia);
             }
-            for (n, node) in nodes.iter().enumerate() {
-                for image in &node.places {
-                    let there = image.velocity(held[n]);
-                    for p in 0..self.points.len() {
-                        let s = self.weight(&self.points[p], image.at);
-                        for a in 0..2 {
-                            self.points[p].v[a] -= s * there[a];
-                        }
-                    }
-                }
+            for i in 0..self.points.len() {
+                let there = self.interpolate(i, |n, _| held[n]);
+                let v = &mut self.points[i].v;
+                *v = [0, 1].map(|a| v[a] - there[a]);
             }
         }
         for (p, v) in self.points.iter_mut().zip(aside) {
@@ -869,59 +854,50 @@ impl Reference {
     }
 
     /// Angular momentum about the origin in N s of what has these velocities at the places of nodes.
-    fn turning_of(&self, nodes: &[Node], velocity: &[[f64; 2]]) -> f64 {
-        self.turning_at(nodes, |_, n, image| image.velocity(velocity[n]))
+    fn turning_of(&self, velocity: &[[f64; 2]]) -> f64 {
+        self.turning_at(|_, n, image| image.velocity(velocity[n]))
     }
 
     /// By how much (N s) that exceeds what the points give, by what walls and supports have done to `mapped` velocities.
-    fn turned_by_map(&self, nodes: &[Node], mapped: &[[f64; 2]], inertia: f64) -> f64 {
+    fn turned_by_map(&self, mapped: &[[f64; 2]], inertia: f64) -> f64 {
         let turns = self.turns();
         let given =
             |p: &RefPoint, _, image: &Image<_>| self.given(p, image.at, turns[p.group], inertia);
-        self.turning_of(nodes, mapped) - self.turning_at(nodes, given)
+        self.turning_of(mapped) - self.turning_at(given)
     }
 
-    fn turning_at(
-        &self,
-        nodes: &[Node],
-        velocity: impl Fn(&RefPoint, usize, &Image<[i64; 2]>) -> [f64; 2],
-    ) -> f64 {
+    fn turning_at(&self, velocity: impl Fn(&RefPoint, usize, &Image<[i64; 2]>) -> [f64; 2]) -> f64 {
+        let [corner, cell] = [self.config.domain[0], [self.config.cell; 2]];
         let mut sum = 0.0;
-        for (n, node) in nodes.iter().enumerate() {
-            for image in &node.places {
-                let place = [0, 1]
-                    .map(|a| self.config.domain[0][a] + self.config.cell * image.at[a] as f64);
-                for p in &self.points {
-                    let momentum = self.weight(p, image.at) * p.mass;
-                    sum += momentum * at(place, velocity(p, n, image))[2];
-                }
+        for p in &self.points {
+            for (n, image) in self.seen(p) {
+                let place = [0, 1].map(|a| corner[a] + cell[a] * image.at[a] as f64);
+                let momentum = self.weight(p, image.at) * p.mass;
+                sum += momentum * at(place, velocity(p, n, image))[2];
             }
         }
         sum
     }
 
     /// Mass and velocity of the nodes (18) ... (20), (30), walls obeyed.
-    fn map(&self, nodes: &[Node], inertia: f64) -> (Vec<f64>, Vec<[f64; 2]>) {
-        let turns = self.turns();
+    fn map(&self, inertia: f64) -> (Vec<f64>, Vec<[f64; 2]>) {
+        let (turns, nodes) = (self.turns(), &self.nodes.list);
         let mut mass = vec![0.0; nodes.len()];
         let mut momentum = vec![[0.0; 2]; nodes.len()];
-        for (n, node) in nodes.iter().enumerate() {
-            for p in &self.points {
-                let turn = turns[p.group];
-                for image in &node.places {
-                    let s = self.weight(p, image.at);
-                    // A velocity and its image are images of one another.
-                    let v = image.velocity(self.given(p, image.at, turn, inertia));
-                    mass[n] += p.mass * s;
-                    momentum[n] = [0, 1].map(|a| momentum[n][a] + p.mass * s * v[a]);
-                }
+        for p in &self.points {
+            for (n, image) in self.seen(p) {
+                let s = self.weight(p, image.at);
+                // A velocity and its image are images of one another.
+                let v = image.velocity(self.given(p, image.at, turns[p.group], inertia));
+                mass[n] += p.mass * s;
+                momentum[n] = [0, 1].map(|a| momentum[n][a] + p.mass * s * v[a]);
             }
         }
         let velocity = (0..nodes.len())
             .map(|n| {
                 if mass[n] > 0.0 {
                     let free = momentum[n].map(|p| p / mass[n]);
-                    self.act(nodes, nodes[n].at, free, Some(0.0)).velocity
+                    self.act(nodes[n].at, free, Some(0.0)).velocity
                 } else {
                     [0.0; 2]
                 }
@@ -932,18 +908,16 @@ impl Reference {
 
     /// Strains every point by the velocities of the nodes over `dt` (21) ... (24), with gradients of the middle of the
     /// interval; `half` is how much of it is past where the points stand.
-    fn strain(&mut self, nodes: &[Node], velocity: &[[f64; 2]], dt: f64, half: f64) {
-        let swellings = self.swellings(nodes, dt);
+    fn strain(&mut self, velocity: &[[f64; 2]], dt: f64, half: f64) {
+        let swellings = self.swellings(dt);
         for (i, swelling) in swellings.into_iter().enumerate() {
             let p = self.points[i];
             let mut l = [[0.0; 2]; 2];
-            for (n, node) in nodes.iter().enumerate() {
-                for image in &node.places {
-                    let (g, there) = (self.gradient(&p, image.at), image.velocity(velocity[n]));
-                    for a in 0..2 {
-                        for b in 0..2 {
-                            l[a][b] += there[a] * g[b] * dt;
-                        }
+            for (n, image) in self.seen(&p) {
+                let (g, there) = (self.gradient(&p, image.at), image.velocity(velocity[n]));
+                for a in 0..2 {
+                    for b in 0..2 {
+                        l[a][b] += there[a] * g[b] * dt;
                     }
                 }
             }

@@ -5,13 +5,13 @@
 use nalgebra::Vector2;
 
 use super::continuum::{Kernel, Kicked, Reference, Totals};
-use super::nodes::Node;
 
 /// Lets layers that approach at a node go on together, and rub on one another; with what that dissipates over a `kick` (s).
 pub fn meet(layers: &[Reference], kicked: &mut [Kicked], friction: f64, kick: f64) -> Totals {
     let mut taken = Totals::default();
     let books = f64::from(u8::from(layers[0].books_impacts(kick)));
-    for n in 0..kicked[0].nodes.len() {
+    let slopes: Vec<_> = layers.iter().map(Reference::slopes).collect();
+    for n in 0..kicked[0].mass.len() {
         let there: Vec<usize> = (0..layers.len())
             .filter(|l| kicked[*l].mass[n] > 0.0)
             .collect();
@@ -21,8 +21,7 @@ pub fn meet(layers: &[Reference], kicked: &mut [Kicked], friction: f64, kick: f6
         let mass: f64 = there.iter().map(|&l| kicked[l].mass[n]).sum();
         let momentum = |&l: &usize| Vector2::from(kicked[l].after[n]) * kicked[l].mass[n];
         let common = there.iter().map(momentum).sum::<Vector2<f64>>() / mass; // v_i
-        let node = &kicked[0].nodes[n];
-        let slopes: Vec<_> = there.iter().map(|&l| layers[l].slope(node)).collect();
+        let slopes: Vec<_> = there.iter().map(|&l| slopes[l][n]).collect();
         let slope: Vector2<f64> = slopes.iter().sum();
         let steep: f64 = slopes.iter().map(Vector2::norm).sum();
         let mut changes = Vec::new();
@@ -57,22 +56,25 @@ pub fn meet(layers: &[Reference], kicked: &mut [Kicked], friction: f64, kick: f6
 }
 
 impl Reference {
-    /// Gradient of the density at a node, up to a factor, along the walls that hold it: masses are mapped to the middles of cells by
+    /// Gradient of the density at each node, up to a factor, along the walls that hold it: masses are mapped to the middles of cells by
     /// quadratic splines (24).
-    fn slope(&self, node: &Node) -> Vector2<f64> {
+    fn slopes(&self) -> Vec<Vector2<f64>> {
         let spline = |d: f64| Kernel::Quadratic.value(d);
-        let mut slope = Vector2::zeros();
+        let mut slopes = vec![Vector2::zeros(); self.nodes.list.len()];
         for p in &self.points {
-            for place in &node.places {
+            for (n, place) in self.seen(p) {
                 let d = self.distance(p, place.at);
                 let [[left, right], [below, above]] = d.map(|d| [spline(d + 0.5), spline(d - 0.5)]);
                 let steps = [
                     (right - left) * (below + above),
                     (left + right) * (above - below),
                 ];
-                slope += Vector2::from(steps) * p.mass;
+                slopes[n] += Vector2::from(steps) * p.mass;
             }
         }
-        slope.component_mul(&Vector2::from(self.free(node.at)))
+        for (slope, node) in slopes.iter_mut().zip(&self.nodes.list) {
+            slope.component_mul_assign(&Vector2::from(self.free(node.at)));
+        }
+        slopes
     }
 }

@@ -115,6 +115,7 @@ impl Reference {
             spread: [Kernel::Linear; 2],
             config: Arc::new(c.clone()),
             cells,
+            nodes: Arc::default(),
             pressed: Vec::new(),
             body_force: match &c.forcing.body_force {
                 None => None,
@@ -145,6 +146,9 @@ impl Reference {
         let apart = |a: usize, b: usize| {
             !c.layers || c.group_pairs.iter().any(|p| [[a, b], [b, a]].contains(p))
         };
+        for layer in &mut layers {
+            layer.nodes = Arc::new(layer.between_walls());
+        }
         refuse_overlap(&c.groups, &filled, apart).ok()?;
         Some(layers)
     }

@@ -5,7 +5,6 @@ use interface::config::MaterialModel;
 
 use super::continuum::Reference;
 use super::material::RefPoint;
-use super::nodes::Node;
 
 fn rate(p: &RefPoint) -> f64 {
     match p.model {
@@ -16,39 +15,36 @@ fn rate(p: &RefPoint) -> f64 {
 
 impl Reference {
     /// What is added to `ln J` of each point over `dt` (s).
-    pub(super) fn swellings(&mut self, nodes: &[Node], dt: f64) -> Vec<f64> {
+    pub(super) fn swellings(&mut self, dt: f64) -> Vec<f64> {
         let mut swellings = vec![0.0; self.points.len()];
         if dt == 0.0 || self.points.iter().all(|p| rate(p) == 0.0) {
             return swellings;
         }
-        let (mut means, mut fits) = (vec![0.0; nodes.len()], vec![0.0; nodes.len()]);
-        for (n, node) in nodes.iter().enumerate() {
-            let (mut initial, mut now) = (0.0, 0.0);
-            for p in self.points.iter().filter(|p| rate(p) > 0.0) {
-                let s: f64 = node.places.iter().map(|i| self.weight(p, i.at)).sum();
-                initial += s * p.volume;
-                now += s * p.volume * p.ratio;
+        let nodes = &self.nodes.list;
+        let [mut initial, mut now, mut means, mut fits] = [(); 4].map(|()| vec![0.0; nodes.len()]);
+        for p in self.points.iter().filter(|p| rate(p) > 0.0) {
+            for (n, place) in self.seen(p) {
+                let s = self.weight(p, place.at);
+                initial[n] += s * p.volume;
+                now[n] += s * p.volume * p.ratio;
             }
-            if initial == 0.0 {
-                continue;
-            }
-            means[n] = now / initial;
-            let room = self.room(node.at) * self.config.cell * self.config.cell;
-            let filled = now / (0.8 * room);
+        }
+        for n in (0..nodes.len()).filter(|n| initial[*n] != 0.0) {
+            means[n] = now[n] / initial[n];
+            let room = self.room(nodes[n].at) * self.config.cell * self.config.cell;
+            let filled = now[n] / (0.8 * room);
             self.totals.is_doubtful |= (filled - 1.0).abs() < 1e-9;
             fits[n] = if filled > 1.0 {
-                room / initial
+                room / initial[n]
             } else {
                 means[n]
             };
         }
         for (p, swelling) in self.points.iter().zip(&mut swellings) {
             let at_point = |values: &[f64]| -> f64 {
-                let of_node = |(node, value): (&Node, &f64)| {
-                    let s: f64 = node.places.iter().map(|i| self.weight(p, i.at)).sum();
-                    s * value
-                };
-                nodes.iter().zip(values).map(of_node).sum()
+                let seen = self.seen(p);
+                seen.map(|(n, place)| self.weight(p, place.at) * values[n])
+                    .sum()
             };
             let share = |rate: f64| 1.0 - (-rate * dt).exp();
             if rate(p) > 0.0 {

@@ -3,10 +3,7 @@
 use interface::config::Wall;
 
 use super::continuum::{Kernel, Reference};
-use super::nodes::{Image, Node, driven};
-
-/// Nodes beyond the domain on each side.
-const RIM: i64 = 3;
+use super::nodes::{Image, Node, Nodes, RIM, driven};
 
 /// What walls leave of a node's velocity.
 pub(super) struct Held {
@@ -66,7 +63,8 @@ impl Reference {
         bspline && self.config.grid_contact.is_none() && !open
     }
 
-    pub(super) fn nodes(&self) -> Vec<Node> {
+    /// The nodes between these walls.
+    pub(super) fn between_walls(&self) -> Nodes {
         let (columns, rows) = (self.along(0), self.along(1));
         let mut nodes = Vec::new();
         for (j, in_column) in &rows {
@@ -88,7 +86,7 @@ impl Reference {
                 });
             }
         }
-        nodes
+        Nodes::new(nodes, self.cells)
     }
 
     /// The walls that act at a node: each with its axis, and the sign of the way out.
@@ -108,13 +106,7 @@ impl Reference {
     /// The velocity that walls leave of one of a node. With friction nothing moves into them, and they take of the velocity along
     /// them as much as across, times their coefficient and `rubs`. It is 0 before a kick, when what the last one has pressed into them begins at rest
     /// across them; if it is `None` they let everything pass.
-    pub(super) fn act(
-        &self,
-        nodes: &[Node],
-        node: [i64; 2],
-        mut v: [f64; 2],
-        rubs: Option<f64>,
-    ) -> Held {
+    pub(super) fn act(&self, node: [i64; 2], mut v: [f64; 2], rubs: Option<f64>) -> Held {
         let (mut taken, mut pressed) = ([0.0; 2], [false; 2]);
         for (wall, axis, out) in self.walls_at(node) {
             match wall {
@@ -123,7 +115,7 @@ impl Reference {
                 Wall::Tangential => v[1 - axis] = 0.0,
                 Wall::Driven { .. } => v = driven(wall, axis).unwrap_or_default(),
                 Wall::Friction { coefficient } => {
-                    let Some(rubs) = rubs.filter(|_| !self.is_apart(nodes, node, axis)) else {
+                    let Some(rubs) = rubs.filter(|_| !self.is_apart(node, axis)) else {
                         continue;
                     };
                     let into = (v[axis] * out).max(0.0);
@@ -153,7 +145,7 @@ impl Reference {
         if walls.any(|(wall, axis, _)| driven(wall, axis).is_some()) {
             return [0.0; 2];
         }
-        self.act(&[], node, [1.0; 2], None).velocity
+        self.act(node, [1.0; 2], None).velocity
     }
 
     /// The node on a wall across `axis` that is nearest to one on or beyond it.
@@ -165,13 +157,13 @@ impl Reference {
 
     /// Whether the mass that reaches the node of a wall across `axis` which is nearest to `node` is on the whole farther from it
     /// than where its surface is at the wall.
-    fn is_apart(&self, nodes: &[Node], node: [i64; 2], axis: usize) -> bool {
+    fn is_apart(&self, node: [i64; 2], axis: usize) -> bool {
         let at = self.on_wall(node, axis);
         let inward = if at[axis] == 0 { 1.0 } else { -1.0 };
         let mut sum = 0.0;
-        let of_wall = nodes.iter().find(|other| other.at == at);
-        for place in &of_wall.expect("a node").places {
-            for p in &self.points {
+        for p in &self.points {
+            let of_wall = self.seen(p).filter(|(n, _)| self.nodes.list[*n].at == at);
+            for (_, place) in of_wall {
                 let distance = inward * self.distance(p, at)[axis];
                 sum += p.mass * self.weight(p, place.at) * (distance - p.touching[axis]);
             }
