@@ -163,6 +163,7 @@ fn without(whole: &Value, (at, list): (&str, &str), from: usize, to: usize) -> O
     let caller = match list {
         "body" | "bodies" => "body",
         "points" => "point",
+        "material" => "material",
         _ => return Some(other),
     };
     let mut called = Vec::new();
@@ -242,6 +243,11 @@ fn words(value: &Value) -> String {
             } else {
                 format!("({})", or_0.join(", "))
             }
+        }
+        Value::Object(fields) if fields.len() == 1 && fields.values().all(Value::is_number) => {
+            let (key, value) = fields.iter().next().expect("one field");
+            let word = words(value);
+            format!("{key} {}", if word.is_empty() { "0" } else { &word })
         }
         Value::Object(fields) => {
             let said = fields.iter().map(|(key, value)| (key, words(value)));

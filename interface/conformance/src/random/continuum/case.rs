@@ -1,7 +1,7 @@
 //! A case: a configuration, outlines of bodies, forces on points, and the steps in which that is looked at.
 
 use interface::Vec2;
-use interface::config::MpmConfig;
+use interface::config::{MaterialModel, MpmConfig};
 use interface::message::wire::{EnvelopeVertex, ImpForce};
 use serde::{Deserialize, Serialize};
 
@@ -63,6 +63,22 @@ impl Case {
         let each = (0..).zip(&self.bodies);
         each.flat_map(|(b, body)| outline(b, body.reach, &body.vertices))
             .collect()
+    }
+
+    /// Whether no group begins with a stress that its material may not have, as drawn cases do not.
+    pub fn begins_elastic(&self) -> bool {
+        self.config.groups.iter().all(|group| {
+            let material = self.config.materials.get(group.material);
+            match (&group.fields.stress, material.map(|m| m.model)) {
+                (Some(_), Some(MaterialModel::NeoHookean(_) | MaterialModel::VonMises { .. })) => {
+                    false
+                }
+                (Some([xx, yy, zz, xy]), Some(model)) if !model.takes_plane_stress() => {
+                    xx == yy && yy == zz && xy == "0"
+                }
+                _ => true,
+            }
+        })
     }
 
     /// The force on a point in a step.

@@ -28,6 +28,35 @@ struct Scale {
     density: f64,
 }
 
+/// Points of the groups of a case.
+#[derive(Clone, Copy)]
+enum Size {
+    /// Up to four along each axis.
+    Few,
+    /// Many along this axis.
+    Long(usize),
+    /// As many along each axis, of which one half is of the first group and the other one of the second.
+    Halves([u32; 2]),
+}
+
+/// The points on one side of a diagonal.
+#[derive(Clone, Copy, PartialEq)]
+enum Half {
+    Lower,
+    Upper,
+}
+
+impl Half {
+    /// That of a point with this sum of its shares of the width and of the height.
+    fn of(shares: f64) -> Self {
+        if shares < 1.0 {
+            Self::Lower
+        } else {
+            Self::Upper
+        }
+    }
+}
+
 /// The case of a seed, for a continuum that says that it takes this.
 pub fn case(seed: u64, takes: &Capabilities) -> Case {
     let mut rng = Rng::with_seed(seed);
@@ -250,46 +279,63 @@ impl Dice<'_, Scale> {
         apart: bool,
         affine: bool,
     ) -> Vec<GroupConfig> {
-        let far = self.rarely();
+        let size = self.aside().size(count);
+        // Rounding of far places changes light nodes by more than what is compared, and many points have some.
+        let far = self.rarely() && matches!(size, Size::Few);
         let far = self.when(far, |dice| 1e3 * dice.scale.cell);
         let corner = [0; 2].map(|_| far + self.way(5.0) * self.scale.cell);
         let mut groups = Vec::new();
         let mut left = corner[0];
         for g in 0..count {
-            let counts = [1 + self.rng.u32(0..4), 1 + self.rng.u32(0..4)];
+            let few = [1 + self.rng.u32(0..4), 1 + self.rng.u32(0..4)];
+            let counts = match size {
+                Size::Few => few,
+                Size::Long(0) => [self.aside().rng.u32(10..40), few[1]],
+                Size::Long(_) => [few[0], self.aside().rng.u32(10..40)],
+                Size::Halves(counts) => counts,
+            };
+            let half = match (size, g) {
+                (Size::Halves(_), 0) => Some(Half::Lower),
+                (Size::Halves(_), 1) => Some(Half::Upper),
+                _ => None,
+            };
             // Layers may lie on one another, where their groups do not touch.
-            let at = if apart && self.often() {
+            let at = if half == Some(Half::Upper) || apart && self.often() {
                 corner[0]
             } else {
                 left
             };
-            let group = self.group(g, spacing, [at, corner[1]], counts, affine);
+            let group = self.group(g, spacing, ([at, corner[1]], counts, half), affine);
             left = at + spacing * (f64::from(counts[0]) + self.between(0.0, 0.5));
             groups.push(group);
         }
         groups
     }
 
-    /// A group of `counts` points with its lower left corner at `corner` (m).
+    /// A group of `counts` points with its lower left corner at `corner` (m), or of one half of these.
     fn group(
         &mut self,
         number: usize,
         side: f64,
-        corner: [f64; 2],
-        counts: [u32; 2],
+        (corner, counts, half): ([f64; 2], [u32; 2], Option<Half>),
         affine: bool,
     ) -> GroupConfig {
         let [n, m] = counts.map(f64::from);
         let upper = [corner[0] + n * side, corner[1] + m * side];
         // Without a grid, points of a region may be joined in some other way.
         let regions = self.takes.meets("fill:rectangle") && !self.takes.has(NO_GRID);
-        let listed = self.takes.meets("fill:points") && (self.rng.u32(0..4) > 0 || !regions);
+        let listed = self.takes.meets("fill:points")
+            && (half.is_some() || self.rng.u32(0..4) > 0 || !regions);
         let (fill, spacing) = if listed {
             let mess = if self.often() { 0.2 * side } else { 0.0 };
             let mut positions = Vec::new();
             for k in 0..counts[0] * counts[1] {
-                let place = [k % counts[0], k / counts[0]].map(|i| (f64::from(i) + 0.5) * side);
-                positions.push([0, 1].map(|a| corner[a] + place[a] + self.way(mess)));
+                let place = [k % counts[0], k / counts[0]].map(|i| f64::from(i) + 0.5);
+                let shares = place[0] / n + place[1] / m;
+                let x = [0, 1].map(|a| corner[a] + place[a] * side + self.way(mess));
+                if half.is_none_or(|half| half == Half::of(shares)) {
+                    positions.push(x);
+                }
             }
             (Fill::Points { positions }, Spacing::Distance(side))
         } else {
@@ -413,6 +459,19 @@ impl Dice<'_, Scale> {
 }
 
 impl Dice<'_, ()> {
+    /// In one case of eight groups are large: a solver may keep points in blocks of cells, and has its own way where a group fills
+    /// several of them, or only a part of one.
+    fn size(&mut self, groups: usize) -> Size {
+        if self.takes.has(NO_GRID) || self.rng.u32(0..8) > 0 {
+            return Size::Few;
+        }
+        let halves = groups > 1 && self.takes.meets("fill:points");
+        match self.rng.usize(0..3) {
+            2 if halves => Size::Halves([0; 2].map(|_| self.rng.u32(10..26))),
+            axis => Size::Long(axis % 2),
+        }
+    }
+
     /// A model of these moduli (Pa) that is no solid of the usual elasticity; or none.
     fn model(&mut self, scale: &Scale, moduli: Elasticity) -> Option<MaterialModel> {
         let Elasticity {

@@ -25,6 +25,8 @@ pub struct Stand {
     step: u32,
     /// The point that has an id.
     ids: BTreeMap<u64, usize>,
+    /// Whether a point has none yet.
+    nameless: Vec<bool>,
     /// The points of the set, slot by slot.
     pub(super) set: Vec<usize>,
     /// Where all points were at the last selection, in m.
@@ -49,6 +51,7 @@ impl Stand {
         Self {
             step: 0,
             ids: BTreeMap::new(),
+            nameless: vec![true; oracle.points.len()],
             set: Vec::new(),
             chosen: Vec::new(),
             bodies: 0.0,
@@ -66,10 +69,7 @@ impl Stand {
         if let Some(known) = self.ids.get(&id) {
             return (self.oracle.points[*known].group == group as usize).then_some(*known);
         }
-        let free = |k: &usize| {
-            self.oracle.points[*k].group == group as usize
-                && !self.ids.values().any(|named| named == k)
-        };
+        let free = |k: &usize| self.oracle.points[*k].group == group as usize && self.nameless[*k];
         let away = |k: &usize| {
             let [x, y] = self.oracle.point(*k).x;
             (x - position[0]).hypot(y - position[1])
@@ -77,6 +77,7 @@ impl Stand {
         let all = (0..self.oracle.points.len()).filter(free);
         let nearest = all.min_by(|a, b| away(a).total_cmp(&away(b)))?;
         self.ids.insert(id, nearest);
+        self.nameless[nearest] = false;
         Some(nearest)
     }
 }
@@ -99,7 +100,11 @@ impl run::Case for Case {
         // A case made smaller may have a wider domain by rounding, and the oracle looks at every node of it.
         let [lower, upper] = self.config.domain;
         let cells = [0, 1].map(|a| (upper[a] - lower[a]) / self.config.cell);
-        drawn && sound && cells[0] * cells[1] < MOST_CELLS && Oracle::new(&self.config).is_some()
+        drawn
+            && sound
+            && self.begins_elastic()
+            && cells[0] * cells[1] < MOST_CELLS
+            && Oracle::new(&self.config).is_some()
     }
 
     fn order(&self) -> Configure {
