@@ -52,7 +52,10 @@ impl Dice<'_, Scale> {
         let touching = springs && self.takes.meets("feature:body_contact") && self.often();
         let bodies: Vec<BodyConfig> = match self.rng.u32(0..8) {
             0 if self.takes.has("pairs") => Vec::new(),
-            k => self.bodies(1 + k as usize % 3, touching),
+            k => {
+                let few = 1 + k as usize % 3;
+                self.bodies(self.aside().count(few), touching)
+            }
         };
         let able = touching && self.takes.has("overlap:nearest_edge");
         let convex = bodies.iter().all(|body| body.shape.is_convex());
@@ -409,7 +412,8 @@ impl Dice<'_, Scale> {
             }),
             ("shape:polygon", |dice, size| {
                 // One in four has notches.
-                let corners = dice.rng.u32(3..8);
+                let few = dice.rng.u32(3..8);
+                let corners = dice.aside().corners(few);
                 let low = if dice.rarely() { 0.6 } else { 1.0 };
                 let reach = |dice: &mut Self| size * dice.between(low, 1.0);
                 BodyShape::Polygon {
@@ -561,6 +565,24 @@ fn extent(body: &BodyConfig) -> f64 {
 }
 
 impl<S> Dice<'_, S> {
+    /// Of a polygon: a few, or in one of eight so many that a solver may look for the near ones in its own way.
+    fn corners(&mut self, few: u32) -> u32 {
+        if self.rng.u32(0..8) == 0 {
+            self.rng.u32(17..40)
+        } else {
+            few
+        }
+    }
+
+    /// Of bodies: a few, or in one case of sixteen so many that not all are near to one another.
+    fn count(&mut self, few: usize) -> usize {
+        if self.rng.u32(0..16) == 0 {
+            self.rng.usize(6..16)
+        } else {
+            few
+        }
+    }
+
     /// Some points on polygons begin on their outlines, or as near to them, if the bodies rest, as a corner can be, or inside, with
     /// notches.
     fn put_on_outlines(&mut self, config: &mut DemConfig, points: &mut [Walker]) {
