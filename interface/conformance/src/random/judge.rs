@@ -16,6 +16,8 @@ pub struct Difference {
     pub expected: String,
     /// What the solver said.
     pub got: String,
+    /// How many times what is allowed it is off; infinite where nothing is.
+    pub share: f64,
 }
 
 /// What has been compared: how often each clause, and the largest difference as a share of what is allowed.
@@ -74,6 +76,7 @@ impl<'a> Judge<'a> {
             step: self.step,
             expected: format!("{what}: {expected}"),
             got: got.to_string(),
+            share: f64::INFINITY,
         }))
     }
 
@@ -119,7 +122,14 @@ impl<'a> Judge<'a> {
             return Ok(());
         }
         let got = format!("{}, {} off", show(got), show(&[off]));
-        self.differ(clause, what, show(want), got)
+        let differs = self.differ(clause, what, show(want), got);
+        differs.map_err(|difference| {
+            let share = off / tolerance.max(f64::MIN_POSITIVE);
+            Box::new(Difference {
+                share,
+                ..*difference
+            })
+        })
     }
 
     /// Fields of a record, in this order: each with its clause, its name and how far off it may be.

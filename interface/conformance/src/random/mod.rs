@@ -26,6 +26,9 @@ use interface::hosted::Subject;
 use judge::{Compared, Difference, Judge};
 use run::{Case, Stop, run, run_in_all_ways};
 
+/// A difference of this many times what is allowed is no rounding.
+const CLEAR: f64 = 100.0;
+
 /// One in so many cases is run in all ways that shall give the same bits.
 const IN_ALL_WAYS: u64 = 4;
 /// So many cases are refused before a solver is taken for one that refuses all.
@@ -318,6 +321,8 @@ impl Search<'_> {
                 break;
             }
         }
+        // What is left shows the same fault, not rounding beside it.
+        let least = difference.share.min(CLEAR);
         // In a circle, from where the last one was found.
         let smaller = |case: &C, difference: &Difference, from: usize| {
             let whole = serde_json::to_value(case).expect("a case has string keys only");
@@ -327,7 +332,8 @@ impl Search<'_> {
             in_time.find_map(|k| {
                 let other = smaller[k]().filter(|other| other != case)?;
                 let differs = fails(&other, &asked)?;
-                (differs.clause == difference.clause).then_some((k, other, differs))
+                let is_like = differs.clause == difference.clause && differs.share >= least;
+                is_like.then_some((k, other, differs))
             })
         };
         let mut next = 0;

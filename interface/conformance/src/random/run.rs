@@ -113,6 +113,7 @@ pub fn run<C: Case>(bench: &Bench, case: &C, judge: &mut Judge) -> Result<(), St
             step: judge.step,
             expected: evidence.expected,
             got: evidence.got,
+            share: f64::INFINITY,
         }))),
         outcome => outcome,
     }
