@@ -15,18 +15,24 @@ use super::case::Case;
 use super::generate;
 use crate::bench::{Bench, Run, at_least, configure};
 
-/// Most cells of a domain; drawn are some two hundred.
+/// Most cells of a domain; most of the drawn ones have some two hundred.
 const MOST_CELLS: f64 = 2000.0;
+
+/// Which ids the points have.
+#[derive(Clone)]
+struct Names {
+    /// The point that has an id.
+    ids: BTreeMap<u64, usize>,
+    /// Whether a point has none yet.
+    free: Vec<bool>,
+}
 
 /// Where a run stands.
 #[derive(Clone)]
 pub struct Stand {
     pub(super) oracle: Oracle,
     step: u32,
-    /// The point that has an id.
-    ids: BTreeMap<u64, usize>,
-    /// Whether a point has none yet.
-    nameless: Vec<bool>,
+    names: Names,
     /// The points of the set, slot by slot.
     pub(super) set: Vec<usize>,
     /// Where all points were at the last selection, in m.
@@ -50,8 +56,10 @@ impl Stand {
     pub fn new(oracle: Oracle, [works, strains]: [bool; 2]) -> Self {
         Self {
             step: 0,
-            ids: BTreeMap::new(),
-            nameless: vec![true; oracle.points.len()],
+            names: Names {
+                ids: BTreeMap::new(),
+                free: vec![true; oracle.points.len()],
+            },
             set: Vec::new(),
             chosen: Vec::new(),
             bodies: 0.0,
@@ -66,19 +74,28 @@ impl Stand {
 
     /// The point that has this id. An id that is new belongs to the nearest point of its group that has none.
     pub fn named(&mut self, id: u64, group: u32, position: [f64; 2]) -> Option<usize> {
-        if let Some(known) = self.ids.get(&id) {
+        if let Some(known) = self.names.ids.get(&id) {
             return (self.oracle.points[*known].group == group as usize).then_some(*known);
         }
-        let free = |k: &usize| self.oracle.points[*k].group == group as usize && self.nameless[*k];
+        let free =
+            |k: &usize| self.oracle.points[*k].group == group as usize && self.names.free[*k];
         let away = |k: &usize| {
             let [x, y] = self.oracle.point(*k).x;
             (x - position[0]).hypot(y - position[1])
         };
         let all = (0..self.oracle.points.len()).filter(free);
         let nearest = all.min_by(|a, b| away(a).total_cmp(&away(b)))?;
-        self.ids.insert(id, nearest);
-        self.nameless[nearest] = false;
+        self.names.ids.insert(id, nearest);
+        self.names.free[nearest] = false;
         Some(nearest)
+    }
+
+    /// What was `before`, with the ids that points have got since.
+    fn back_to(&self, before: Self) -> Self {
+        Self {
+            names: self.names.clone(),
+            ..before
+        }
     }
 }
 
@@ -97,7 +114,7 @@ impl run::Case for Case {
     fn is_possible(&self) -> bool {
         let drawn = self.bodies.iter().all(|body| !body.vertices.is_empty());
         let sound = self.config.faults().is_empty() && !self.config.groups.is_empty();
-        // A case made smaller may have a wider domain by rounding, and the oracle looks at every node of it.
+        // A case made smaller may have a wider domain by rounding, and the oracle keeps every node of it.
         let [lower, upper] = self.config.domain;
         let cells = [0, 1].map(|a| (upper[a] - lower[a]) / self.config.cell);
         drawn
@@ -179,12 +196,9 @@ impl run::Case for Case {
             judge.differ("R-5a", "frame", "all points", "none")?;
         }
         if let Some((header, points)) = &told.points {
-            let mut then = Stand {
-                ids: stand.ids.clone(),
-                ..before
-            };
+            let mut then = stand.back_to(before);
             judge.all_points("R-5a", (next, *header), points, &mut then)?;
-            stand.ids = then.ids;
+            stand.names = then.names;
         }
         if window.measured {
             let (expected, _) = &answered[0];
@@ -209,5 +223,24 @@ impl run::Case for Case {
         run.session.order(&Order::Close)?;
         run.session.solver.end(Duration::from_millis(500));
         Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A frame tells of the points before the window, in which some of them have got their ids.
+    #[test]
+    fn a_point_that_has_an_id_gets_no_other_one_in_a_frame() {
+        let takes = Capabilities::of(&["fill:points"]);
+        let of_seed = |seed| generate::case(seed, &takes).config;
+        let mut oracles = (0..).filter_map(|seed| Oracle::new(&of_seed(seed)));
+        let oracle = oracles.find(|oracle| oracle.points.len() > 1);
+        let before = Stand::new(oracle.expect("a case of two points"), [false; 2]);
+        let mut stand = before.clone();
+        let (x, group) = (stand.oracle.point(0).x, stand.oracle.points[0].group as u32);
+        assert_eq!(stand.named(7, group, x), Some(0));
+        assert_ne!(stand.back_to(before).named(8, group, x), Some(0));
     }
 }
