@@ -117,18 +117,16 @@ impl<'a> Judge<'a> {
     ) -> Result {
         let pairs = got.iter().zip(want);
         let off = pairs.fold(0.0, |off: f64, (got, want)| off.hypot(got - want));
+        let share = off / tolerance.max(f64::MIN_POSITIVE);
         if off <= tolerance {
-            self.count(clause, off / tolerance.max(f64::MIN_POSITIVE));
+            self.count(clause, share);
             return Ok(());
         }
         let got = format!("{}, {} off", show(got), show(&[off]));
         let differs = self.differ(clause, what, show(want), got);
-        differs.map_err(|difference| {
-            let share = off / tolerance.max(f64::MIN_POSITIVE);
-            Box::new(Difference {
-                share,
-                ..*difference
-            })
+        differs.map_err(|mut difference| {
+            difference.share = share;
+            difference
         })
     }
 

@@ -53,8 +53,11 @@ impl Dice<'_, Scale> {
         let bodies: Vec<BodyConfig> = match self.rng.u32(0..8) {
             0 if self.takes.has("pairs") => Vec::new(),
             k => {
+                // In one case of sixteen not all are near to one another.
+                let mut more = self.aside();
+                let many = more.rng.u32(0..16) == 0;
                 let few = 1 + k as usize % 3;
-                self.bodies(self.aside().count(few), touching)
+                self.bodies(if many { more.rng.usize(6..16) } else { few }, touching)
             }
         };
         let able = touching && self.takes.has("overlap:nearest_edge");
@@ -412,8 +415,10 @@ impl Dice<'_, Scale> {
             }),
             ("shape:polygon", |dice, size| {
                 // One in four has notches.
-                let few = dice.rng.u32(3..8);
-                let corners = dice.aside().corners(few);
+                // One in eight has so many corners that a solver may look for the near ones in its own way.
+                let (few, mut more) = (dice.rng.u32(3..8), dice.aside());
+                let many = more.rng.u32(0..8) == 0;
+                let corners = if many { more.rng.u32(17..40) } else { few };
                 let low = if dice.rarely() { 0.6 } else { 1.0 };
                 let reach = |dice: &mut Self| size * dice.between(low, 1.0);
                 BodyShape::Polygon {
@@ -565,24 +570,6 @@ fn extent(body: &BodyConfig) -> f64 {
 }
 
 impl<S> Dice<'_, S> {
-    /// Of a polygon: a few, or in one of eight so many that a solver may look for the near ones in its own way.
-    fn corners(&mut self, few: u32) -> u32 {
-        if self.rng.u32(0..8) == 0 {
-            self.rng.u32(17..40)
-        } else {
-            few
-        }
-    }
-
-    /// Of bodies: a few, or in one case of sixteen so many that not all are near to one another.
-    fn count(&mut self, few: usize) -> usize {
-        if self.rng.u32(0..16) == 0 {
-            self.rng.usize(6..16)
-        } else {
-            few
-        }
-    }
-
     /// Some points on polygons begin on their outlines, or as near to them, if the bodies rest, as a corner can be, or inside, with
     /// notches.
     fn put_on_outlines(&mut self, config: &mut DemConfig, points: &mut [Walker]) {
