@@ -194,6 +194,9 @@ fn shorten(value: &mut Value, digits: i32) {
     }
 }
 
+/// Longest list that is told whole.
+const LISTED: usize = 12;
+
 /// Of a case nobody is told these: steps, and what is the same in each.
 const UNTOLD: [&str; 5] = ["config", "epochs", "interface", "overlap", "threads"];
 
@@ -207,8 +210,11 @@ pub fn story<C: Case>(case: &C) -> Vec<String> {
         for (key, value) in fields.filter(|(key, _)| !UNTOLD.contains(&key.as_str())) {
             match value {
                 Value::Array(entries) if entries.iter().any(Value::is_object) => {
-                    let each = entries.iter().enumerate();
+                    let each = entries.iter().enumerate().take(LISTED);
                     story.extend(each.map(|(k, entry)| format!("{key} {k}: {}", words(entry))));
+                    if let Some(more) = entries.len().checked_sub(LISTED + 1) {
+                        story.push(format!("{key}: {} more", more + 1));
+                    }
                 }
                 _ if !words(value).is_empty() => {
                     rest.push(format!("{key}: {}", words(value)));

@@ -1,5 +1,5 @@
 //! The oracle of the bodies' side: what PROTOCOL.md and docs/physics.md say of a step, term by term, without lists, trees
-//! or chunks. It shares with the built-in solver the configuration's types and the mass properties of a shape.
+//! or chunks. It leaves out only what is farther apart than a law reaches. It shares with the built-in solver the configuration's types and the mass properties of a shape.
 
 mod area;
 mod body;
@@ -414,8 +414,17 @@ impl Oracle {
         sums: &mut Sums,
     ) {
         let bodies: Vec<_> = self.bodies.iter().map(Body::parts).collect();
+        let reaches: Vec<f64> = self.bodies.iter().map(Body::reach).collect();
         for (slot, point) in set.iter().zip(states).enumerate() {
+            let (info, x) = (point.0, Vec2::from(point.1.position));
             for (b, parts) in bodies.iter().enumerate() {
+                let gap = (x - self.bodies[b].pose.xy()).norm() - reaches[b] - info.radius;
+                let with = |part| Who::Point(info.id, b, part);
+                let met = || self.history.range(with(0)..with(parts.len())).next();
+                // More than is asked of a contact below, by rounding.
+                if gap > 2.001 * info.radius && met().is_none() {
+                    continue;
+                }
                 for (part, (outline, a)) in parts.iter().enumerate() {
                     let which = (slot, b, part);
                     self.point_and_body(step, which, point, (outline, *a), sums);
@@ -553,7 +562,7 @@ impl Oracle {
                 // A corner and a disc are an end of the disc at an edge.
                 let again = other.is_round() && (i > j || !one.is_round());
                 let moves = one.is_moved_by_forces() || other.is_moved_by_forces();
-                if i == j || again || !moves {
+                if i == j || again || !moves || self.are_apart(i, j) {
                     continue;
                 }
                 if self.config.overlap == OverlapMeasure::Area {
@@ -573,6 +582,17 @@ impl Oracle {
             }
         }
         sums.expected.own_omega_sq = frequency(&springs);
+    }
+
+    /// Whether the circles around two bodies are so far apart that no law reaches across, and nothing is remembered of the pair.
+    fn are_apart(&self, i: usize, j: usize) -> bool {
+        let (one, other) = (&self.bodies[i], &self.bodies[j]);
+        let gap = (one.pose - other.pose).xy().norm() - one.reach() - other.reach();
+        let pairs = Who::Bodies(i, 0, 0, 0)..Who::Bodies(i + 1, 0, 0, 0);
+        let with = |who: &Who| matches!(who, Who::Bodies(_, _, with, _) if *with == j);
+        // More than is asked of a contact below, by rounding.
+        gap > 0.501 * (one.largest_radius() + other.largest_radius())
+            && !self.history.range(pairs).any(|(who, _)| with(who))
     }
 
     /// Where a vertex at `x` may touch an outline, or discs at its vertices: places, each with its distance from `x`, in m.
@@ -756,8 +776,7 @@ impl Oracle {
             let guide = total.component_mul(&body.yields) - total;
             driven += (push + guide).dot(&(before + after)) * 0.5 * kick;
             let place = body.pose.xy();
-            let reach = body.vertices.iter().map(|(v, a)| v.norm() + a);
-            expected.far = reach.fold(expected.far, |far, reach| far.max(place.norm() + reach));
+            expected.far = expected.far.max(place.norm() + body.reach());
             let about_origin = |of: Vec3| of.xy().push(cross(place, of.xy()) + of.z);
             applied += about_origin(weight + push + guide) * kick;
             contact += about_origin(load.points) * kick;

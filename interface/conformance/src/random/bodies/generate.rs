@@ -53,11 +53,14 @@ impl Dice<'_, Scale> {
         let bodies: Vec<BodyConfig> = match self.rng.u32(0..8) {
             0 if self.takes.has("pairs") => Vec::new(),
             k => {
-                // In one case of sixteen not all are near to one another.
+                // In one case of sixteen not all are near to one another, and in one of 128 a solver may part their pairs.
                 let mut more = self.aside();
-                let many = more.rng.u32(0..16) == 0;
                 let few = 1 + k as usize % 3;
-                self.bodies(if many { more.rng.usize(6..16) } else { few }, touching)
+                let many = more.rng.u32(0..16) == 0;
+                let many = many.then(|| more.rng.usize(6..16));
+                let crowd = touching && more.rng.u32(0..8) == 0;
+                let count = many.map_or(few, |many| if crowd { 10 * many + 200 } else { many });
+                self.bodies(count, touching)
             }
         };
         let able = touching && self.takes.has("overlap:nearest_edge");

@@ -155,11 +155,20 @@ impl Body {
         self.vertices.iter().map(speed).fold(0.0, f64::max)
     }
 
+    /// Distance of its farthest place from its centre of mass in m.
+    pub(super) fn reach(&self) -> f64 {
+        let reach = self.vertices.iter().map(|(v, a)| v.norm() + a);
+        reach.fold(0.0, f64::max)
+    }
+
+    /// Largest sphero-radius in m.
+    pub(super) fn largest_radius(&self) -> f64 {
+        self.vertices.iter().map(|(_, a)| *a).fold(0.0, f64::max)
+    }
+
     /// The most that a force of 1 N/m on its surface accelerates a place of it, in m/kg.
     pub(super) fn surface_mobility(&self) -> f64 {
-        let reach = self.vertices.iter().map(|(v, a)| v.norm() + a);
-        let reach = reach.fold(0.0, f64::max);
-        let each = self.mobility();
+        let (reach, each) = (self.reach(), self.mobility());
         each.x.max(each.y) + reach * reach * each.z
     }
 
