@@ -36,8 +36,8 @@ pub fn judge(args: &ConformanceArgs) -> Result<ExitCode, Failed> {
     let subject = args.solver.subject().map_err(bad_input)?;
     let required = required(args, subject.party).map_err(bad_input)?;
     logging::of_solver();
-    let told = |judged: &Judged| say(row(judged));
-    let examination = examine(&subject, &args.options, told).map_err(|error| {
+    let show = |judged: &Judged| say(row(judged));
+    let examination = examine(&subject, &args.options, show).map_err(|error| {
         let unknown = matches!(error, ExamineError::NoSuchClause { .. });
         Failed::new(error, if unknown { BAD_INPUT } else { FAILED })
     })?;

@@ -1,4 +1,4 @@
-//! What a run has shown, said on the terminal.
+//! The results of a run on the terminal.
 
 use console::{Term, style, truncate_str};
 use coupler::record::summary::Summary;
@@ -113,9 +113,9 @@ mod tests {
             allowed: String::new(),
             source: "a paper".into(),
         };
-        let told = in_a_line(&row, 20);
+        let line = in_a_line(&row, 20);
         assert_eq!(
-            console::strip_ansi_codes(&told),
+            console::strip_ansi_codes(&line),
             "  pass  angle of repose       25 deg, expected 20 deg to 27.5 deg  (a paper)"
         );
         let row = Row {
@@ -124,9 +124,9 @@ mod tests {
             allowed: "1\u{a0}%".into(),
             ..row
         };
-        let told = in_a_line(&row, 0);
+        let line = in_a_line(&row, 0);
         assert_eq!(
-            console::strip_ansi_codes(&told),
+            console::strip_ansi_codes(&line),
             "  FAIL  angle of repose  25 deg, expected 25 deg within 1 %  (a paper)"
         );
     }

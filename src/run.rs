@@ -156,7 +156,7 @@ fn with_advice(why: &RunDirError) -> String {
     format!("error: {why} ({})", why.advice())
 }
 
-/// What is said and done before any run.
+/// Messages and actions before any run.
 fn begin(scene: &Scene, how: &HowArgs, out: &Path) {
     for id in sweep(Duration::ZERO).removed {
         tracing::info!("removed the files of the dead run {id}");
@@ -174,7 +174,7 @@ fn begin(scene: &Scene, how: &HowArgs, out: &Path) {
     tracing::info!(pid = std::process::id(), scene = scene.name, out = %out.display(), "coupler");
 }
 
-/// What is said after any run.
+/// Messages after any run.
 fn finish(
     log: LogFormat,
     scene: &Scene,

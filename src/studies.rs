@@ -82,7 +82,7 @@ fn source(args: &StabilityOptions, path: &Path) -> Result<Source, StudyError> {
 }
 
 fn assert_sound(search: &Search) -> Result<(), StudyError> {
-    let wrong = |what: &str, help: &str| Err(StudyError::Asked(what.into(), help.into()));
+    let wrong = |what: &str, help: &str| Err(StudyError::Usage(what.into(), help.into()));
     let [low, high] = search.between;
     if !(low > 0.0 && high > low && high.is_finite()) {
         return wrong(
@@ -99,6 +99,6 @@ fn assert_sound(search: &Search) -> Result<(), StudyError> {
 /// Set when the user asks to end.
 fn asked_to_end() -> Result<Arc<AtomicBool>, StudyError> {
     let interrupt = interrupt(false)
-        .map_err(|e| StudyError::Asked(e, "start it where signals are allowed".to_owned()))?;
+        .map_err(|e| StudyError::Usage(e, "start it where signals are allowed".to_owned()))?;
     Ok(interrupt.to_end)
 }

@@ -1,10 +1,10 @@
-//! What is said on a terminal, or into a pipe whose other end may have gone (`| head`): then nobody listens, which is no
-//! error, and the exit status still tells how it went. `println!` would panic. What cannot be written for another reason,
+//! Output to a terminal, or into a pipe whose other end may have gone (`| head`): then nobody listens, which is no
+//! error, and the exit status is that of the command. `println!` would panic. What cannot be written for another reason,
 //! such as a full disk, is one: [`settled`].
 
 #![allow(
     clippy::needless_pass_by_value,
-    reason = "what is said is made to be said"
+    reason = "all output of the program goes through here"
 )]
 
 use std::fmt::Display;
@@ -18,14 +18,14 @@ use coupler::record::screen::Screen;
 use coupler::record::summary::Status;
 use interface::text;
 
-/// Why something that was said on standard output did not get there.
+/// Why a text did not get to standard output.
 static UNSAID: OnceLock<io::Error> = OnceLock::new();
 
 /// A line on standard output.
 pub fn say(line: impl Display) {
     let mut stdout = stdout().lock();
-    let said = writeln!(stdout, "{}", shown(&line.to_string())).and_then(|()| stdout.flush());
-    if let Err(error) = said
+    let written = writeln!(stdout, "{}", shown(&line.to_string())).and_then(|()| stdout.flush());
+    if let Err(error) = written
         && error.kind() != ErrorKind::BrokenPipe
     {
         let _ = UNSAID.set(error);
@@ -67,7 +67,7 @@ pub fn complain(line: impl Display) {
     }
 }
 
-/// The exit status of a command that has ended with `code`: what it said may not have been written.
+/// The exit status of a command that has ended with `code`: its output may not have been written.
 pub fn settled(code: ExitCode) -> ExitCode {
     let code = or_write_error(code);
     if let Some(screen) = SCREEN.get() {

@@ -323,10 +323,10 @@ fn a_check_looks_at_the_run_that_a_scene_begins_with() {
             .expect(2)
             .says(&["`mpm.cell` is 0.01", "it is 0.02"]);
     }
-    let said = check("check", "nowhere", "time.max_step=1e-4").expect(0);
-    assert!(said.stdout.contains("`start.from` is not looked at"));
-    let said = check("plan", "nowhere", "time.max_step=1e-4").expect(0);
-    assert!(said.stdout.contains("`start.from` is not looked at"));
+    let ended = check("check", "nowhere", "time.max_step=1e-4").expect(0);
+    assert!(ended.stdout.contains("`start.from` is not looked at"));
+    let ended = check("plan", "nowhere", "time.max_step=1e-4").expect(0);
+    assert!(ended.stdout.contains("`start.from` is not looked at"));
     // No run would begin with a region that holds no points, whatever its state.
     let small = "mpm.points.0.fill={polygon={vertices=[[0.2, 0.3], [0.201, 0.3], [0.2, 0.301]]}}";
     for command in ["check", "plan"] {

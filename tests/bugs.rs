@@ -82,11 +82,11 @@ impl Bug {
                 file.display()
             ));
             let text = std::fs::read_to_string(file).ok()?;
-            let said: Value = serde_json::from_str(&text).ok()?;
-            let clauses = said["clauses"].as_array()?.iter();
+            let verdicts: Value = serde_json::from_str(&text).ok()?;
+            let clauses = verdicts["clauses"].as_array()?.iter();
             let failed = clauses.filter(|clause| clause["verdict"] == "fail");
             // The clause whose breach comes first in a step is the nearest to the cause.
-            let mut told = failed.map(|clause| {
+            let mut stories = failed.map(|clause| {
                 json!({
                     "bug": self.what,
                     "clause": clause["id"],
@@ -96,11 +96,11 @@ impl Bug {
                     "story": clause["story"],
                 })
             });
-            told.find(|_| ended.status.code() == Some(1))
+            stories.find(|_| ended.status.code() == Some(1))
         });
         let again = found
             .as_ref()
-            .and_then(|told| told["story"].as_array()?.last());
+            .and_then(|found| found["story"].as_array()?.last());
         println!("{}: {}", self.what, again.unwrap_or(&json!("not found")));
         found
     }
@@ -113,13 +113,16 @@ fn writes() -> bool {
 
 /// Each bug is found; its story is written where that is asked for.
 fn all_are_found(list: &str, found: &[(String, Option<Value>)]) {
-    let missed: Vec<_> = found.iter().filter(|(_, told)| told.is_none()).collect();
+    let missed: Vec<_> = found.iter().filter(|(_, story)| story.is_none()).collect();
     assert!(missed.is_empty(), "not found: {missed:?}");
     if writes() {
         let path = root().join(STORIES);
         let text = std::fs::read_to_string(&path).unwrap_or("{}".into());
         let mut stories: Value = serde_json::from_str(&text).unwrap();
-        stories[list] = found.iter().filter_map(|(_, told)| told.clone()).collect();
+        stories[list] = found
+            .iter()
+            .filter_map(|(_, story)| story.clone())
+            .collect();
         let text = serde_json::to_string_pretty(&stories).unwrap();
         std::fs::write(path, text + "\n").unwrap();
     }
@@ -131,17 +134,17 @@ fn every_bug_has_its_story() {
     let text = std::fs::read_to_string(root().join(STORIES)).unwrap();
     let stories: Value = serde_json::from_str(&text).unwrap();
     for list in stories.as_object().unwrap().keys() {
-        let told = stories[list].as_array().unwrap().iter();
-        let told: Vec<&str> = told.map(|told| told["bug"].as_str().unwrap()).collect();
+        let known = stories[list].as_array().unwrap().iter();
+        let known: Vec<&str> = known.map(|known| known["bug"].as_str().unwrap()).collect();
         let bugs = Bug::all(list);
         let bugs: Vec<&str> = bugs.iter().map(|bug| bug.what.as_str()).collect();
-        assert_eq!(told, bugs, "UPDATE_STORIES=1 writes them");
-        // Of each clause that a bug breaks, a story tells the usual mistakes.
-        for told in stories[list].as_array().unwrap() {
+        assert_eq!(known, bugs, "UPDATE_STORIES=1 writes them");
+        // The story of a clause that a bug breaks names the usual mistakes.
+        for known in stories[list].as_array().unwrap() {
             let mut clauses = [Party::Dem, Party::Mpm].map(conformance::clause::own);
             let mut clauses = clauses.iter_mut().flatten();
-            let of = clauses.find(|clause| clause.id == told["clause"]);
-            assert!(!of.unwrap().often.is_empty(), "{}", told["clause"]);
+            let of = clauses.find(|clause| clause.id == known["clause"]);
+            assert!(!of.unwrap().often.is_empty(), "{}", known["clause"]);
         }
     }
 }
@@ -165,8 +168,8 @@ fn every_bug_of_physics_is_found_by_random_cases() {
         let discs = package.join(DISCS).display().to_string();
         let kit = format!("conformance --dem 'python3 {discs}'");
         let run = |options: &str| place.tandem(&format!("{kit} {options}"));
-        let told = bug.story(&place, run);
-        found.push((bug.what, told));
+        let story = bug.story(&place, run);
+        found.push((bug.what, story));
     }
     all_are_found("bug", &found);
 }
@@ -195,9 +198,9 @@ fn every_bug_of_the_built_in_solver_is_found_by_random_cases() {
             let kit = format!("conformance --{side} built-in --in-process {options}");
             place.start_as(&program, &words(&kit)).end()
         };
-        let told = bug.story(&place, run);
+        let story = bug.story(&place, run);
         std::fs::write(tree.join(&bug.file), before).unwrap();
-        found.push((bug.what, told));
+        found.push((bug.what, story));
     }
     all_are_found("built_in", &found);
 }

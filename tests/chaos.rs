@@ -133,18 +133,18 @@ impl Fault {
         let says = |words: &&str| ended.stderr.contains(words);
         let kills = |party: &str| self.sends(party, &["KILL"]);
         let killed = |party: &str| says(&&*format!("the {party} solver was killed by signal 9"));
-        let told = |party: &str| kills(party) && killed(party);
+        let blamed = |party: &str| kills(party) && killed(party);
         let right = match ended.status.code() {
             Some(0) => true,
             // Before the program handles a signal, this does what it always does.
             None => !self.signals.is_empty(),
             Some(130) if self.sends("coupler", &ASK_TO_END) => took < SOON,
-            Some(3) if kills("mpm") || kills("dem") => told("mpm") || told("dem"),
+            Some(3) if kills("mpm") || kills("dem") => blamed("mpm") || blamed("dem"),
             Some(2 | 3) if self.room.is_some() || self.remove.is_some() => NO_ROOM.iter().any(says),
             _ => has_nothing(ended),
         };
-        let said = ended.stderr.lines().last().unwrap_or_default();
-        let about = format!("{}, {took:.1?} after the last signal: {said}", ended.status);
+        let last = ended.stderr.lines().last().unwrap_or_default();
+        let about = format!("{}, {took:.1?} after the last signal: {last}", ended.status);
         (!right).then(|| ("wrong culprit", format!("{about} {self:?}")))
     }
 }

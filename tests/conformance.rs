@@ -93,20 +93,20 @@ fn a_broken_clause_is_reported_as_text_json_and_junit() {
     assert!(lines.iter().any(|line| line["kind"] == "Forces"), "{trace}");
 }
 
-/// What blocks what, and the order in which it is told, does not depend on how many clauses are judged at once.
+/// What blocks what, and the order of the verdicts, does not depend on how many clauses are judged at once.
 #[test]
 fn verdicts_are_the_same_for_any_number_of_jobs() {
     let place = Place::new();
     let broken = mutant("G-2a");
     // Of every kind: sessions, saved states, random cases, and what is blocked.
     let only = "--only S-2a,G-2a,H-2a,X-1a,K-4a,J-1,F-7,T-1,R-6";
-    let told = |jobs: u32| {
+    let verdicts_of = |jobs: u32| {
         let arguments = format!("--dem {} {only} --jobs {jobs}", quoted(&broken));
         let (status, verdicts) = verdicts(&place, &arguments);
         assert_eq!(status, Some(1));
         verdicts
     };
-    let one = told(1);
+    let one = verdicts_of(1);
     let verdict = |id: &str| {
         one.iter()
             .find(|(known, _)| known == id)
@@ -116,7 +116,7 @@ fn verdicts_are_the_same_for_any_number_of_jobs() {
     };
     assert_eq!((verdict("S-2a"), verdict("G-2a")), ("pass", "fail"));
     assert_eq!(verdict("X-1a"), "blocked");
-    assert_eq!(told(8), one);
+    assert_eq!(verdicts_of(8), one);
 }
 
 #[test]
@@ -241,9 +241,9 @@ fn a_verdict_says_which_scenes_a_solver_is_good_for() {
             whole: true,
             wall: Duration::ZERO,
         };
-        let said = summary(&examination);
+        let words = summary(&examination);
         let scenes = examination.scenes();
-        assert!(scenes.iter().all(|scene| said.contains(scene)), "{said}");
+        assert!(scenes.iter().all(|scene| words.contains(scene)), "{words}");
         scenes
     };
     let polygons = "shape:disc shape:rectangle shape:polygon law:linear motion:free motion:fixed feature:friction";

@@ -25,7 +25,7 @@ fn start_long<'a>(place: &'a Place, out: &str, more: &str) -> Running<'a> {
     place.start_run(out, &scene, &format!("{long} {more}"))
 }
 
-/// Lets a run go on for a while that differs from call to call; told in case the test fails.
+/// Lets a run go on for a while that differs from call to call; printed in case the test fails.
 fn a_random_while() {
     let while_ms = 50 + dice(500);
     println!("after {while_ms} ms");
@@ -396,7 +396,7 @@ fn the_limit_on_arrival_can_be_set() {
     place.assert_clean(&ended.runs);
 }
 
-/// `tandem check ... | head`: what nobody reads is not written, and the exit status tells as ever.
+/// `tandem check ... | head`: what no program reads is not written, and the exit status is as ever.
 #[test]
 fn a_reader_that_leaves_is_no_death() {
     let unheard = |arguments: &[&str], stdout: bool| {
@@ -410,8 +410,8 @@ fn a_reader_that_leaves_is_no_death() {
             command.stderr(writer);
         }
         let output = command.output().unwrap();
-        let said = String::from_utf8(output.stderr).unwrap();
-        assert!(!said.contains("panicked"), "{said}");
+        let stderr = String::from_utf8(output.stderr).unwrap();
+        assert!(!stderr.contains("panicked"), "{stderr}");
         output.status.code()
     };
     let scene = scene("jiang2020/normal_force");

@@ -191,7 +191,7 @@ fn blocks(groups: &[(&str, &str)]) -> String {
 fn plastic_strain_colours_pictures_and_films() {
     let place = Place::new();
     let all = [("bar", "metal"), ("ball", "rubber"), ("heap", "sand")];
-    for (out, groups) in [("told", &all[..]), ("none", &all[1..])] {
+    for (out, groups) in [("frames", &all[..]), ("none", &all[1..])] {
         let file = format!("{out}.toml");
         place.write(&file, &blocks(groups));
         place.run(out, &file, "--set output.frames=0.002").expect(0);
@@ -201,10 +201,10 @@ fn plastic_strain_colours_pictures_and_films() {
             "plot {run} --frames all --out {out} --colour '{colour}'"
         ))
     };
-    plot("told", "plastic_strain", "a.svg").expect(0);
+    plot("frames", "plastic_strain", "a.svg").expect(0);
     let figure = fs::read_to_string(place.path("a.svg")).unwrap();
     has(&figure, "\nplastic_strain; grey: no number\n");
-    plot("told", "flow [%]=100*plastic_strain", "b.svg").expect(0);
+    plot("frames", "flow [%]=100*plastic_strain", "b.svg").expect(0);
     let other = fs::read_to_string(place.path("b.svg")).unwrap();
     let points = |figure: &str| figure.matches("<rect").count();
     assert!(points(&figure) > 300, "{}", points(&figure));
@@ -220,8 +220,8 @@ fn plastic_strain_colours_pictures_and_films() {
         assert!(!place.path("none.svg").exists());
     }
     plot("none", "speed", "none.svg").expect(0);
-    plot("told", "plastic_strain", "a.png").expect(0);
-    plot("told", "plastic_strain", "a.gif").expect(0);
+    plot("frames", "plastic_strain", "a.png").expect(0);
+    plot("frames", "plastic_strain", "a.gif").expect(0);
     assert!(fs::metadata(place.path("a.gif")).unwrap().len() > 1000);
 }
 
@@ -323,10 +323,10 @@ fn frames_name_the_bodies() {
     assert_eq!(bodies.names, named);
     let file = run.join("frames/bodies_0001.vtu");
     for (modules, read) in [("meshio", MESHIO), ("vtkmodules", VTK)] {
-        if let Some(said) = python(modules, &["-c", read, file.to_str().unwrap()]) {
-            let said = String::from_utf8(said).unwrap();
+        if let Some(output) = python(modules, &["-c", read, file.to_str().unwrap()]) {
+            let output = String::from_utf8(output).unwrap();
             assert_eq!(
-                said.trim_end().lines().collect::<Vec<_>>(),
+                output.trim_end().lines().collect::<Vec<_>>(),
                 named,
                 "{modules}"
             );
@@ -388,7 +388,7 @@ fn meshio_reads_the_same_numbers() {
 }
 
 /// What VTK reads at a time: the time, places, cells with the numbers of their points and kinds, arrays, names of bodies.
-type Told = (
+type ReadBack = (
     f64,
     Vec<[f64; 3]>,
     Vec<(usize, u8)>,
@@ -408,7 +408,7 @@ reader = vtkHDFReader()
 reader.SetFileName(sys.argv[1])
 reader.UpdateInformation()
 times = reader.GetOutputInformation(0).Get(pipeline.TIME_STEPS())
-told = []
+frames = []
 for time in times:
     reader.UpdateTimeStep(time)
     grid = reader.GetOutput()
@@ -421,8 +421,8 @@ for time in times:
     points = vtk_to_numpy(grid.GetPoints().GetData()).tolist() if grid.GetNumberOfPoints() else []
     names = grid.GetFieldData().GetAbstractArray('names')
     names = [names.GetValue(k) for k in range(names.GetNumberOfValues())] if names else []
-    told.append([time, points, cells, arrays, names])
-print(json.dumps(told))
+    frames.append([time, points, cells, arrays, names])
+print(json.dumps(frames))
 ";
     let place = Place::new();
     framed(&place);
@@ -441,9 +441,9 @@ print(json.dumps(told))
     for (name, cell) in [("points", 1), ("bodies", 7), ("contacts", 3)] {
         let file = run.join(format!("vtkhdf/{name}.vtkhdf"));
         let read = python("vtkmodules", &["-c", READ, file.to_str().unwrap()]).unwrap();
-        let told: Vec<Told> = serde_json::from_slice(&read).unwrap();
-        assert_eq!(told.len(), frames.len());
-        for (frame, (time, places, cells, arrays, names)) in frames.iter().zip(told) {
+        let read_back: Vec<ReadBack> = serde_json::from_slice(&read).unwrap();
+        assert_eq!(read_back.len(), frames.len());
+        for (frame, (time, places, cells, arrays, names)) in frames.iter().zip(read_back) {
             let mesh = match name {
                 "points" => &frame.points,
                 "bodies" => &frame.bodies,
@@ -499,9 +499,9 @@ print(picture.width * picture.height, white, blue, grey, len(counts))
         .env_remove("PYTHONPATH")
         .output()
         .unwrap();
-    let said = String::from_utf8_lossy(&ended.stderr);
-    assert!(ended.status.success() && picture.is_file(), "{said}");
-    assert!(!said.contains("Traceback"), "{said}");
+    let stderr = String::from_utf8_lossy(&ended.stderr);
+    assert!(ended.status.success() && picture.is_file(), "{stderr}");
+    assert!(!stderr.contains("Traceback"), "{stderr}");
     let Some(seen) = python("PIL", &["-c", LOOK, picture.to_str().unwrap()]) else {
         return;
     };
@@ -528,7 +528,7 @@ fn a_folder_without_frames_is_not_converted() {
         place.path("nowhere"),
     );
     let arguments = ["-c", code, "tandem_frames", nowhere.to_str().unwrap()];
-    if let Some(said) = python("h5py", &arguments) {
-        assert_eq!(String::from_utf8(said).unwrap().trim(), "2");
+    if let Some(output) = python("h5py", &arguments) {
+        assert_eq!(String::from_utf8(output).unwrap().trim(), "2");
     }
 }

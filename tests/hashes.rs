@@ -86,7 +86,7 @@ pub struct Outcome {
 pub struct Row {
     pub case: Case,
     pub outcome: Outcome,
-    /// Wall time of the run in s when it was taken: tells what is quick, and is not compared.
+    /// Wall time of the run in s when it was taken: shows what is quick, and is not compared.
     pub wall: f64,
 }
 

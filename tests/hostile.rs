@@ -161,9 +161,9 @@ fn too_little_address_space_is_an_error() {
     for command in ["check", "run"] {
         let script = format!("ulimit -v 50000; exec '{tandem}' {command} '{hard}'");
         let ended = Command::new("sh").args(["-c", &script]).output().unwrap();
-        let said = String::from_utf8(ended.stderr).unwrap();
-        assert_eq!(ended.status.code(), Some(2), "{said}");
-        has(&said, "of address space");
+        let stderr = String::from_utf8(ended.stderr).unwrap();
+        assert_eq!(ended.status.code(), Some(2), "{stderr}");
+        has(&stderr, "of address space");
     }
 }
 

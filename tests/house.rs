@@ -45,13 +45,13 @@ fn packages() -> Vec<Value> {
         "--format-version",
         "1",
     ];
-    let told = Command::new(env!("CARGO"))
+    let output = Command::new(env!("CARGO"))
         .args(arguments)
         .current_dir(root())
         .output()
         .unwrap();
-    let told: Value = serde_json::from_slice(&told.stdout).expect("cargo metadata");
-    told["packages"].as_array().expect("packages").clone()
+    let output: Value = serde_json::from_slice(&output.stdout).expect("cargo metadata");
+    output["packages"].as_array().expect("packages").clone()
 }
 
 /// `cargo run` and `cargo test` build all dependencies once, as long as tests, benchmarks and examples want no feature of one
@@ -59,7 +59,7 @@ fn packages() -> Vec<Value> {
 #[test]
 fn the_program_and_its_tests_share_their_dependencies() {
     let tree = |scope: &[&str]| -> BTreeSet<String> {
-        let told = Command::new(env!("CARGO"))
+        let output = Command::new(env!("CARGO"))
             .args(["tree", "--offline", "--prefix", "none", "--no-dedupe"])
             .args(["--format", "{p} {f}"])
             .args(scope)
@@ -67,11 +67,11 @@ fn the_program_and_its_tests_share_their_dependencies() {
             .output()
             .unwrap();
         assert!(
-            told.status.success(),
+            output.status.success(),
             "{}",
-            String::from_utf8_lossy(&told.stderr)
+            String::from_utf8_lossy(&output.stderr)
         );
-        let text = String::from_utf8(told.stdout).expect("names of crates");
+        let text = String::from_utf8(output.stdout).expect("names of crates");
         text.lines().map(str::to_owned).collect()
     };
     let of_program = tree(&["--edges", "normal"]);

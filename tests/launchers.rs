@@ -102,7 +102,7 @@ fn a_launcher_starts_the_runs_and_what_it_loses_is_tried_again() {
 struct Queue<'a>(&'a Place);
 
 impl Queue<'_> {
-    fn tell(&self, what: &str) -> bool {
+    fn command(&self, what: &str) -> bool {
         let mut queue = Command::new(root().join("tests/harness/slurm"));
         queue.arg(what).arg(self.0.path("queue"));
         queue.env("TANDEM_RUNTIME_DIR", self.0.temporary_path());
@@ -112,7 +112,7 @@ impl Queue<'_> {
 
 impl Drop for Queue<'_> {
     fn drop(&mut self) {
-        self.tell("stop");
+        self.command("stop");
     }
 }
 
@@ -130,7 +130,7 @@ fn slurm_makes_a_study_though_the_node_starts_again() {
     let place = Place::new();
     fs::create_dir(place.path("queue")).unwrap();
     let queue = Queue(&place);
-    assert!(queue.tell("start"), "the queue does not start");
+    assert!(queue.command("start"), "the queue does not start");
     let conf = format!("SLURM_CONF={}", place.path("queue/slurm.conf").display());
     let slurm = |line: &str| start_by(&place, &conf, line);
     let srun = "--jobs 3 --launcher 'srun --quiet --ntasks=1 --cpus-per-task=1 --mem=500M'";
@@ -141,7 +141,7 @@ fn slurm_makes_a_study_though_the_node_starts_again() {
         ended.expect("runs end");
     };
     ended("out", runs() / 4);
-    assert!(queue.tell("crash"), "the node does not come back");
+    assert!(queue.command("crash"), "the node does not come back");
     let done = started.end().expect(0);
     has(
         &done.stdout,

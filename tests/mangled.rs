@@ -150,10 +150,10 @@ fn fault(place: &Place, by: &[&str], words: &[&str]) -> (Option<String>, Option<
     let over = until(PATIENCE, || {
         seen.look([pid]);
         if words[0] == "watch" && !asked {
-            let said = running.said();
-            asked = said.ends_with('\n');
+            let stdout = running.output();
+            asked = stdout.ends_with('\n');
             if asked {
-                let page = said.split_once("shown at file://");
+                let page = stdout.split_once("shown at file://");
                 answer = page.map(|(_, page)| fs::read_to_string(page.trim()).unwrap_or_default());
                 signal(pid, "TERM");
             }

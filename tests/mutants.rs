@@ -19,7 +19,7 @@ use mutant::{Flawed, Mutant, ProcessFlaws, Wrong, built_in, change};
 /// The words of a mutant's command line, if a process of this program is to be one.
 const MUTANT: &str = "TANDEM_MUTANT";
 
-/// Words of a command that starts a mutant as a process: this program of tests, which is told by a variable what to be.
+/// Words of a command that starts a mutant as a process: this program of tests; a variable says which mutant it is.
 pub fn command(name: &str) -> Vec<String> {
     let tests = std::env::current_exe().expect("a program");
     let test = "mutants::a_process_that_is_told_to_is_a_mutant";
@@ -133,8 +133,8 @@ struct Kept {
 }
 
 impl Kept {
-    /// Whether a mutant does anything in these sessions, or takes its time. Kit and solver do the same whenever they are told the same
-    /// (T-6a), so where a flaw passes on all that passed without it, the mutant is told and answers what was told and
+    /// Whether a mutant does anything in these sessions, or takes its time. Kit and solver do the same whenever they receive the same
+    /// (T-6a), so where a flaw passes on all that passed without it, the mutant receives and answers what was received and
     /// answered without it, and the clause is kept: nothing has to be run to know that.
     fn is_touched_by(&self, mutant: &Mutant) -> bool {
         self.sessions.iter().any(|log| {
@@ -266,7 +266,7 @@ fn every_mutant_of_physics_is_found_by_its_clause(of: Of) {
         println!("{}: {broken:?}, {seed:?}, {took:.1} s", mutant.name);
         // A wrong force may show first as another answer on the same contact. Wrong steps may show first in the forces
         // on points, and on bodies that do not move in the impulses alone. What is wrong with the motion of points shows
-        // in all that is told of them, a soft material in the step that it allows, wrong hardening in the motion, points that
+        // in all that is reported of them, a soft material in the step that it allows, wrong hardening in the motion, points that
         // bear one another's ids are pushed at other places, and a set without some points may stay too long.
         let own = mutant.clause.id;
         let also: &[&str] = match own {

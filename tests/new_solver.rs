@@ -14,10 +14,10 @@ fn runs(place: &Place, command: &mut Command) -> String {
         .env("TANDEM_RUNTIME_DIR", place.temporary_path())
         .output()
         .unwrap();
-    let mut said = String::from_utf8_lossy(&ended.stdout).into_owned();
-    said += &String::from_utf8_lossy(&ended.stderr);
-    assert_eq!(ended.status.code(), Some(0), "{command:?}: {said}");
-    said
+    let mut output = String::from_utf8_lossy(&ended.stdout).into_owned();
+    output += &String::from_utf8_lossy(&ended.stderr);
+    assert_eq!(ended.status.code(), Some(0), "{command:?}: {output}");
+    output
 }
 
 /// A new solver, and what `tandem new` says that comes next.
@@ -45,8 +45,8 @@ fn a_new_solver_in_python_collides_and_passes_its_tests() {
     // The second of its tests is the kit.
     let mut tests = Command::new("python3");
     tests.args(["-m", "unittest", "discover", "mine"]);
-    let said = runs(&place, tests.current_dir(place.path(".")));
-    has(&said, "Ran 2 tests");
+    let output = runs(&place, tests.current_dir(place.path(".")));
+    has(&output, "Ran 2 tests");
 }
 
 /// Lets the package compile its dependencies with the features, the versions and the profile of this tree. So cargo takes
@@ -93,8 +93,8 @@ fn a_new_solver_in_rust_collides_and_passes_its_tests() {
     ]);
     tests.arg(package).arg("--target-dir");
     tests.arg(target.parent().unwrap()).current_dir(root());
-    let said = runs(&place, &mut tests);
-    has(&said, "2 passed");
+    let output = runs(&place, &mut tests);
+    has(&output, "2 passed");
     let program = target.join("my-own");
     collides(&place, &format!("'{}'", program.display()));
     fs::remove_file(program).unwrap();

@@ -17,8 +17,8 @@ fn compiled(level: &str) -> (bool, String) {
         .current_dir(root())
         .output()
         .unwrap();
-    let said = String::from_utf8(ended.stderr).unwrap();
-    (ended.status.success(), said)
+    let stderr = String::from_utf8(ended.stderr).unwrap();
+    (ended.status.success(), stderr)
 }
 
 /// As `cargo install` from elsewhere makes it, or `RUSTFLAGS` in the environment.
@@ -26,14 +26,17 @@ fn compiled(level: &str) -> (bool, String) {
 #[cfg(target_arch = "x86_64")]
 fn a_build_for_older_processors_says_what_to_do() {
     for level in ["x86-64", "x86-64-v2", "sandybridge"] {
-        let (built, said) = compiled(level);
+        let (built, stderr) = compiled(level);
         assert!(!built, "{level}");
-        assert!(said.contains("RUSTFLAGS"), "{level}: {said}");
-        assert!(said.contains("-C target-cpu=x86-64-v3"), "{level}: {said}");
+        assert!(stderr.contains("RUSTFLAGS"), "{level}: {stderr}");
+        assert!(
+            stderr.contains("-C target-cpu=x86-64-v3"),
+            "{level}: {stderr}"
+        );
     }
     for level in ["x86-64-v3", "x86-64-v4", "haswell"] {
-        let (built, said) = compiled(level);
-        assert!(built, "{level}: {said}");
+        let (built, stderr) = compiled(level);
+        assert!(built, "{level}: {stderr}");
     }
 }
 
@@ -53,13 +56,13 @@ fn a_processor_without_avx2_is_told_apart_before_main() {
     };
     for old in ["Nehalem", "SandyBridge"] {
         let ended = on(old);
-        let said = String::from_utf8_lossy(&ended.stderr);
-        assert_eq!(ended.status.code(), Some(2), "{old}: {said}");
-        has(&said, "a processor with AVX2 and FMA");
+        let stderr = String::from_utf8_lossy(&ended.stderr);
+        assert_eq!(ended.status.code(), Some(2), "{old}: {stderr}");
+        has(&stderr, "a processor with AVX2 and FMA");
         assert!(ended.stdout.is_empty(), "{old}");
     }
     let ended = on("max");
-    let said = String::from_utf8_lossy(&ended.stdout);
+    let stdout = String::from_utf8_lossy(&ended.stdout);
     assert_eq!(ended.status.code(), Some(0), "{ended:?}");
-    assert!(said.starts_with("tandem "), "{said}");
+    assert!(stdout.starts_with("tandem "), "{stdout}");
 }

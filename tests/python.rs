@@ -72,9 +72,12 @@ fn the_python_package_passes_its_own_tests() {
         .current_dir(folder)
         .output()
         .unwrap();
-    let told = String::from_utf8_lossy(&tests.stderr);
-    assert!(tests.status.success(), "{told}");
-    assert!(told.contains("Ran ") && !told.contains("Ran 0 "), "{told}");
+    let output = String::from_utf8_lossy(&tests.stderr);
+    assert!(tests.status.success(), "{output}");
+    assert!(
+        output.contains("Ran ") && !output.contains("Ran 0 "),
+        "{output}"
+    );
 }
 
 #[test]

@@ -22,7 +22,7 @@ fn content(path: &Path) -> (BTreeMap<&'static str, u64>, End) {
     (messages, playback.end().expect("the end has been read"))
 }
 
-/// Asserts that every step of a coupled run is there, with what the coupler said and heard.
+/// Asserts that every step of a coupled run is there, with what the coupler sent and received.
 #[track_caller]
 /// `clouds`: how often all points crossed. Between processes they do once at the start, so that the memory for them is there.
 fn assert_whole(path: &Path, run: &RunFiles, clouds: u64) {
@@ -89,10 +89,10 @@ fn a_recording_that_cannot_be_written_ends_the_run_with_the_reason() {
         .env("TANDEM_RUNTIME_DIR", place.temporary_path())
         .output()
         .unwrap();
-    let told = String::from_utf8_lossy(&ended.stderr).into_owned();
-    assert_eq!(ended.status.code(), Some(3), "{told}");
-    has(&told, "cannot write the recording");
-    has(&told, "run without --record");
+    let stderr = String::from_utf8_lossy(&ended.stderr).into_owned();
+    assert_eq!(ended.status.code(), Some(3), "{stderr}");
+    has(&stderr, "cannot write the recording");
+    has(&stderr, "run without --record");
     assert!(place.temporary().is_empty());
 }
 

@@ -50,13 +50,18 @@ fn a_misspelt_key_is_named_with_its_line_and_the_nearest_key() {
 #[test]
 fn what_presses_at_the_start_is_told() {
     let place = Place::new();
-    for (x, told) in [("0.042", false), ("0.039", true)] {
+    for (x, is_refused) in [("0.042", false), ("0.039", true)] {
         let text = with("position = [0.042, 0.0]", &format!("position = [{x}, 0.0]"));
         place.write("near.toml", &text);
         for line in ["check near.toml", "plan near.toml"] {
             let ended = place.tandem(line).expect(0);
             let phrase = "overlaps body `target` by";
-            assert_eq!(ended.stdout.contains(phrase), told, "{}", ended.stdout);
+            assert_eq!(
+                ended.stdout.contains(phrase),
+                is_refused,
+                "{}",
+                ended.stdout
+            );
         }
     }
 }
@@ -121,8 +126,8 @@ fn a_refusal_by_a_solver_names_the_key() {
     let ended = ended.expect(3);
     place.assert_clean(&ended.runs);
     let refusal = "the mpm refuses `mpm.points.0.velocity`";
-    let told = ended.stderr.matches(refusal).count();
-    assert_eq!(told, 1, "{}", ended.stderr);
+    let count = ended.stderr.matches(refusal).count();
+    assert_eq!(count, 1, "{}", ended.stderr);
     assert_eq!(ended.stdout, "", "there are no results");
     assert!(!place.path("out").exists(), "it left a directory");
     ended.says(&[
@@ -206,13 +211,13 @@ fn a_program_that_a_scene_names_is_started_only_when_it_is_trusted() {
     let place = Place::new();
     let named = format!("{text}\n[solvers]\ndem = \"sh -c 'touch started'\"\n");
     place.write("foreign.toml", &named);
-    let told = [
+    let phrases = [
         "would start a program of its own",
         "as its dem: sh -c 'touch started'",
         "`--trust` starts it",
         "`--set solvers.dem=built-in`",
     ];
-    refused(&place, "run foreign.toml --out out").says(&told);
+    refused(&place, "run foreign.toml --out out").says(&phrases);
     let vary = "--vary dem.body.0.spin=1e4 --resolution dem.body.0.spin --finer angle";
     let ended = place.tandem(&format!("study foreign.toml --out studied {vary}"));
     ended.expect(2).says(&[
@@ -229,8 +234,8 @@ fn a_program_that_a_scene_names_is_started_only_when_it_is_trusted() {
     ended.expect(3).says(&["dem"]);
     assert!(place.path("started").exists());
     // A directory from elsewhere is a scene from elsewhere.
-    refused(&place, "resume out").says(&told[..3]);
-    // Whoever names it on the command line has said so; the scene's own is left out.
+    refused(&place, "resume out").says(&phrases[..3]);
+    // Whoever names it on the command line wants it; the scene's own is left out.
     let built_in = "run foreign.toml --out own --dem built-in --set check=[]";
     place.tandem(built_in).expect(0);
 }

@@ -18,7 +18,7 @@ fn replay(place: &Place, recording: &str, more: &str) -> Ended {
 
 /// A replay that reaches its end, and says this.
 #[track_caller]
-fn tells(ended: Ended, phrases: &[&str]) {
+fn prints(ended: Ended, phrases: &[&str]) {
     let ended = ended.expect(0);
     for phrase in phrases {
         has(&ended.stdout, phrase);
@@ -37,7 +37,7 @@ fn either_solver_answers_again_to_the_bit() {
         let file = format!("{out}/recording.tandem");
         for more in ["--dem", "--mpm", "--dem --in-process"] {
             let steps = format!("{} steps", recorded.number("steps") + 2.0);
-            tells(replay(&place, &file, more), &[&steps, SAME]);
+            prints(replay(&place, &file, more), &[&steps, SAME]);
         }
     }
 }
@@ -60,7 +60,7 @@ fn what_is_damaged_or_different_is_named() {
 
     fs::write(place.path("cut"), &whole[..whole.len() * 2 / 3]).unwrap();
     for side in ["--dem", "--mpm"] {
-        tells(replay(&place, "cut", side), &[SAME, "ends in the middle"]);
+        prints(replay(&place, "cut", side), &[SAME, "ends in the middle"]);
     }
 
     refused("none", "--dem", 2, "cannot open the recording");
@@ -75,14 +75,14 @@ fn what_is_damaged_or_different_is_named() {
     refused(file, "--dem false", 3, ended);
     refused(file, "--dem --set no.such=1", 2, "no such key");
 
-    // 1e-9 more stiffness: told where it first shows, and within a tolerance of 1e-6 it is the same.
+    // 1e-9 more stiffness: reported where it first shows, and within a tolerance of 1e-6 it is the same.
     let stiffer = "--dem --set contact.linear.normal_stiffness=60000.00006";
     let ended = replay(&place, file, stiffer).expect(1);
     for phrase in ["first difference: step", "`stiffness_max`", "ulp"] {
         has(&ended.stdout, phrase);
     }
     let within = format!("{stiffer} --tolerance 1e-4");
-    tells(replay(&place, file, &within), &["within 1e-4"]);
+    prints(replay(&place, file, &within), &["within 1e-4"]);
     // A heavier continuum is slower, which it says itself.
     let ended = replay(&place, file, "--mpm --set material.0.density=1001").expect(1);
     has(
@@ -103,10 +103,10 @@ fn a_solver_in_python_is_recorded_and_compared_for_nothing() {
     record(&place, "python", HARD, &format!("{QUICK} {discs}")).expect(0);
     let file = "python/recording.tandem";
     // Its own answers again to the bit; the built-in solver's but for rounding, if it resolves no contacts.
-    tells(replay(&place, file, &discs), &[SAME]);
+    prints(replay(&place, file, &discs), &[SAME]);
     let built_in = "--dem --tolerance 1e-9 --set contact_resolution=2";
-    tells(replay(&place, file, built_in), &["the same within 1e-9"]);
-    tells(replay(&place, file, "--mpm"), &[SAME]);
+    prints(replay(&place, file, built_in), &["the same within 1e-9"]);
+    prints(replay(&place, file, "--mpm"), &[SAME]);
 }
 
 #[test]
@@ -115,13 +115,13 @@ fn one_solver_alone_is_recorded_too() {
     let bar = "--variant quick --in-process";
     record(&place, "bar", "chen2023/wave_1d", bar).expect(0);
     let file = "bar/recording.tandem";
-    tells(replay(&place, file, "--mpm --in-process"), &[SAME]);
+    prints(replay(&place, file, "--mpm --in-process"), &[SAME]);
     let ended = replay(&place, file, "--dem").expect(2);
     ended.says(&["the recording has no dem"]);
     // And one that sends no points.
     record(&place, "incline", "verification/incline", "--in-process").expect(0);
     let file = "incline/recording.tandem";
-    tells(replay(&place, file, "--dem --in-process"), &[SAME]);
+    prints(replay(&place, file, "--dem --in-process"), &[SAME]);
 }
 
 #[test]
@@ -133,6 +133,6 @@ fn a_failure_is_replayed_with_its_words() {
     place.assert_clean(&ended.runs);
     let file = "out/recording.tandem";
     let ended = replay(&place, file, "--mpm");
-    tells(ended, &["fails as recorded", "left the domain"]);
-    tells(replay(&place, file, "--dem"), &[SAME]);
+    prints(ended, &["fails as recorded", "left the domain"]);
+    prints(replay(&place, file, "--dem"), &[SAME]);
 }

@@ -14,7 +14,7 @@ use coupler::record::frames::Frame;
 
 /// Widths in pixels: a phone, a tablet, a desk.
 const WIDTHS: [u32; 3] = [360, 800, 1400];
-/// The quick collision with its report, and what the program said.
+/// The quick collision with its report, and the output of the program.
 fn collision(place: &Place) -> (PathBuf, String) {
     let ended = place.run("run", &scene(HARD), "--variant quick --report");
     let ended = ended.expect(0);
@@ -24,12 +24,12 @@ fn collision(place: &Place) -> (PathBuf, String) {
 #[test]
 fn a_run_ends_with_a_page_that_plays() {
     let place = Place::new();
-    let (run, said) = collision(&place);
+    let (run, stdout) = collision(&place);
     let page = run.join("report.html");
-    let line = said.lines().find(|line| line.starts_with("report in "));
+    let line = stdout.lines().find(|line| line.starts_with("report in "));
     assert!(
         line.is_some_and(|line| line.contains("report.html (")),
-        "{said}"
+        "{stdout}"
     );
     assert!(fs::metadata(&page).unwrap().len() < 5_000_000);
     let Some(reader) = Reader::open(&page) else {

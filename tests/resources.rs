@@ -1,5 +1,5 @@
-//! What a run needs of the machine, told before it begins: room in shared memory, open files, time. And files in shared memory
-//! that somebody removes, told as what it is.
+//! What a run needs of the machine, reported before it begins: room in shared memory, open files, time. And files in shared memory
+//! that another program removes, reported as what it is.
 
 use std::fs;
 use std::process::Command;
@@ -52,25 +52,25 @@ fn a_small_shared_memory_is_reported_before_the_run() {
     if !Need::Mount.is_met(possible, "its user may not mount a small /dev/shm") {
         return;
     }
-    let (code, said) = after(&place, &mounts, &mount("600k"), "small");
-    assert_eq!(code, Some(2), "{said}");
-    has(&said, "of shared memory, and /dev/shm has 600.0 KiB free");
-    has(&said, "--shm-size");
+    let (code, output) = after(&place, &mounts, &mount("600k"), "small");
+    assert_eq!(code, Some(2), "{output}");
+    has(&output, "of shared memory, and /dev/shm has 600.0 KiB free");
+    has(&output, "--shm-size");
     assert!(!place.path("small").exists(), "nothing has begun");
-    let (code, said) = after(&place, &mounts, &mount("8m"), "enough");
-    assert_eq!(code, Some(0), "{said}");
+    let (code, output) = after(&place, &mounts, &mount("8m"), "enough");
+    assert_eq!(code, Some(0), "{output}");
 }
 
 #[test]
 fn a_low_limit_of_open_files_is_reported() {
     let place = Place::new();
-    let (code, said) = after(&place, &[], "ulimit -n 64", "out");
-    assert_eq!(code, Some(2), "{said}");
-    has(&said, "too many open files");
-    has(&said, "ulimit -n 1024");
+    let (code, output) = after(&place, &[], "ulimit -n 64", "out");
+    assert_eq!(code, Some(2), "{output}");
+    has(&output, "too many open files");
+    has(&output, "ulimit -n 1024");
     // A soft limit alone is raised.
-    let (code, said) = after(&place, &[], "ulimit -S -n 64", "out");
-    assert_eq!(code, Some(0), "{said}");
+    let (code, output) = after(&place, &[], "ulimit -S -n 64", "out");
+    assert_eq!(code, Some(0), "{output}");
 }
 
 #[test]
@@ -153,17 +153,17 @@ fn a_run_whose_files_in_shared_memory_are_removed_goes_on_to_the_same_bits() {
     assert_eq!(place.state_hash("removed"), place.state_hash("whole"));
 }
 
-/// Two solvers that have to share a processor: said before the run, with what it costs and what to do.
+/// Two solvers that have to share a processor: a warning before the run says what it costs and what to do.
 #[test]
 fn too_few_processors_are_reported_before_the_run() {
     let place = Place::new();
     let first = "taskset -cp $$ | sed 's/.*: //; s/[-,].*//'";
     let script = format!("taskset -cp \"$({first})\" $$ > /dev/null");
-    let (code, said) = after(&place, &[], &script, "one");
-    assert_eq!(code, Some(0), "{said}");
+    let (code, output) = after(&place, &[], &script, "one");
+    assert_eq!(code, Some(0), "{output}");
     has(
-        &said,
+        &output,
         "the threads of the solvers (2) outnumber the free processors (",
     );
-    has(&said, "`--in-process`");
+    has(&output, "`--in-process`");
 }

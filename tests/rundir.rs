@@ -204,13 +204,13 @@ fn a_full_device_is_an_error_of_what_is_said() {
         let tandem = env!("CARGO_BIN_EXE_tandem");
         let ended = Command::new(tandem).args(arguments).stdout(full).output();
         let ended = ended.unwrap();
-        let said = String::from_utf8(ended.stderr).unwrap();
-        assert_eq!(ended.status.code(), Some(3), "{arguments:?}: {said}");
-        has(&said, "No space left on device");
+        let stderr = String::from_utf8(ended.stderr).unwrap();
+        assert_eq!(ended.status.code(), Some(3), "{arguments:?}: {stderr}");
+        has(&stderr, "No space left on device");
     }
 }
 
-/// D12: a full disk was told as "cannot write summary.json", and the history ended in half a row. The limit on the size of
+/// D12: a full disk was reported as "cannot write summary.json", and the history ended in half a row. The limit on the size of
 /// files stands for the disk.
 #[test]
 fn an_output_that_cannot_be_written_is_told_and_the_history_ends_with_a_row() {
@@ -224,11 +224,11 @@ fn an_output_that_cannot_be_written_is_told_and_the_history_ends_with_a_row() {
         out.display()
     );
     let ended = Command::new("sh").args(["-c", &run]).output().unwrap();
-    let said = String::from_utf8(ended.stderr).unwrap();
-    assert_eq!(ended.status.code(), Some(3), "{said}");
+    let stderr = String::from_utf8(ended.stderr).unwrap();
+    assert_eq!(ended.status.code(), Some(3), "{stderr}");
     let files = RunFiles::read(&out);
     let reason = files.text("reason");
-    has(&said, reason);
+    has(&stderr, reason);
     // Which of the two tables is as long first depends on when their rows are written.
     for phrase in [".csv: File too large", "ulimit -f"] {
         assert!(reason.contains(phrase), "no `{phrase}` in: {reason}");

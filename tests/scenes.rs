@@ -66,11 +66,15 @@ fn assert_complete(files: &RunFiles) {
             reference.is_some(),
         ];
         assert_eq!(meant.iter().filter(|meant| **meant).count(), 1, "{check:?}");
-        let said = check
+        let tolerance = check
             .expected
             .tolerance
             .or(check.expected.relative_tolerance);
-        assert_eq!(said, reference.map(|_| Some(check.tolerance)), "{check:?}");
+        assert_eq!(
+            tolerance,
+            reference.map(|_| Some(check.tolerance)),
+            "{check:?}"
+        );
     }
     let booked: u64 = summary.dt_bound_by.values().sum();
     assert_eq!(summary.steps, booked, "every step is bound by something");
@@ -151,7 +155,7 @@ fn every_scene_passes_and_reads_back() {
     let failed: Vec<_> = failed.into_iter().flatten().collect();
     assert!(
         failed.is_empty(),
-        "these fail, as is said above: {failed:?}"
+        "these fail, with the reasons above: {failed:?}"
     );
 }
 

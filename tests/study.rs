@@ -259,12 +259,12 @@ fn a_sample_has_the_statistics_of_a_known_law() {
     let place = Place::new();
     let values = "--value y --value xy --value x --value height --value above --value distance";
     let scene = [THROWN, CHECKS].concat();
-    let said = draw(
+    let output = draw(
         &place,
         &scene,
         &format!("{values} --seed 3 --out own --jobs 2"),
     );
-    has(&said, "40 runs, 40 of them new");
+    has(&output, "40 runs, 40 of them new");
     let rows = table(&place.path("own/study.csv"));
     for row in &rows {
         let (vx, vy) = (
@@ -337,8 +337,8 @@ fn a_sample_is_the_same_whatever_makes_its_runs() {
     shell.arg("todo").current_dir(place.path("."));
     shell.env("TANDEM_RUNTIME_DIR", place.temporary_path());
     assert!(shell.output().unwrap().status.success());
-    let said = draw(&place, THROWN, "--seed 3 --out shell");
-    has(&said, "40 runs, 0 of them new");
+    let output = draw(&place, THROWN, "--seed 3 --out shell");
+    has(&output, "40 runs, 0 of them new");
     let bytes = |out: &str| fs::read(place.path(out).join("statistics.csv")).unwrap();
     assert!(bytes("own") == bytes("shell"));
     let order = |out: &str| -> Vec<String> {

@@ -76,7 +76,7 @@ fn a_strike_keeps_angular_momentum_with_friction_too() {
 }
 
 /// A disc strikes the boundary chain of a free block aslant, slips and makes both turn. What is left is what the weights of the
-/// markers gave, and that is told; with the friction at the foot it was 14 times as much, most of it told nowhere.
+/// markers gave, and that is reported; with the friction at the foot it was 14 times as much, most of it reported nowhere.
 #[test]
 fn friction_on_a_chain_keeps_angular_momentum_but_for_its_weights() {
     let scene = r#"

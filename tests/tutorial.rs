@@ -11,8 +11,8 @@ enum Block {
     Scene(String),
     /// Commands, and the exit status that each has.
     Commands(Vec<String>, i32),
-    /// Lines, parts of which the last commands have said, in this order.
-    Said(Vec<String>),
+    /// Lines, parts of which the last commands have printed, in this order.
+    Output(Vec<String>),
 }
 
 fn blocks(page: &str) -> Vec<Block> {
@@ -34,7 +34,7 @@ fn blocks(page: &str) -> Vec<Block> {
                 let status = more.strip_prefix("status=").and_then(|n| n.parse().ok());
                 Block::Commands(inside, status.expect("`sh status=N`"))
             }
-            ("text", "") => Block::Said(inside),
+            ("text", "") => Block::Output(inside),
             other => panic!("nobody knows what to do with {other:?}"),
         });
     }
@@ -46,7 +46,7 @@ fn the_tutorial_works_as_it_stands() {
     let place = Place::new();
     let page = fs::read_to_string(root().join("docs/tutorial.md")).unwrap();
     let directory = place.path(".");
-    let (mut scene, mut said, mut commands) = (String::new(), String::new(), 0);
+    let (mut scene, mut output, mut commands) = (String::new(), String::new(), 0);
     for block in blocks(&page) {
         match block {
             Block::Scene(more) => {
@@ -54,23 +54,23 @@ fn the_tutorial_works_as_it_stands() {
                 fs::write(directory.join("first.toml"), &scene).unwrap();
             }
             Block::Commands(lines, status) => {
-                said.clear();
+                output.clear();
                 for line in lines {
                     let words = line
                         .strip_prefix("tandem ")
                         .expect("a command of the program");
                     let ended = place.tandem(words).expect(status);
-                    said += &ended.stdout;
-                    said += &ended.stderr;
+                    output += &ended.stdout;
+                    output += &ended.stderr;
                     commands += 1;
                 }
             }
-            Block::Said(lines) => {
-                let mut rest = said.as_str();
+            Block::Output(lines) => {
+                let mut rest = output.as_str();
                 for line in lines {
                     let line = line.trim();
                     let found = rest.find(line);
-                    let at = found.unwrap_or_else(|| panic!("`{line}` is not in: {said}"));
+                    let at = found.unwrap_or_else(|| panic!("`{line}` is not in: {output}"));
                     rest = &rest[at + line.len()..];
                 }
             }

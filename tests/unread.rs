@@ -7,7 +7,7 @@ use std::process::{Child, Command, Stdio};
 use crate::harness::{PATIENCE, Place, python_can_join, scene, until, words};
 
 const TANDEM: &str = env!("CARGO_BIN_EXE_tandem");
-/// Solvers that are not told why the coupler is silent give up after half a second and two more.
+/// Solvers that do not know why the coupler is silent give up after half a second and two more.
 const DEADLINE: &str = "--variant quick --set coupling.deadline=0.5";
 
 /// The reading end of a pipe with no room, and the writing end.

@@ -13,11 +13,11 @@ fn begun(place: &Place) -> (Running<'_>, PathBuf) {
     let mut run = place.start_run("run", &scene(HARD), long);
     run.stepping("run");
     let line = until(PATIENCE, || {
-        let said = run.said();
-        let line = said.lines().find(|line| line.contains("is shown at"));
+        let output = run.output();
+        let line = output.lines().find(|line| line.contains("is shown at"));
         line.map(str::to_owned)
     });
-    let line = line.expect("the place is said");
+    let line = line.expect("the place is shown");
     let (_, page) = line.split_once("file://").unwrap();
     assert_eq!(page, place.path("run/live.html").to_str().unwrap());
     (run, page.into())

@@ -11,7 +11,7 @@ fn main() {
     }
     let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("left-out");
     let entries = fs::read_dir(&folder).into_iter().flatten().flatten();
-    let mut told: Vec<String> = entries
+    let mut left_out: Vec<String> = entries
         .map(|entry| {
             let text = fs::read_to_string(entry.path()).expect("a note");
             let lines: BTreeSet<(&str, &str)> = text
@@ -30,10 +30,10 @@ fn main() {
             )
         })
         .collect();
-    told.sort();
+    left_out.sort();
     let _ = fs::remove_dir_all(&folder);
-    match told.as_slice() {
+    match left_out.as_slice() {
         [] => println!("\nleft out: nothing of tandem-tests\n"),
-        told => println!("\nleft out: {}\n", told.join(", ")),
+        left_out => println!("\nleft out: {}\n", left_out.join(", ")),
     }
 }

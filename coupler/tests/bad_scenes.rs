@@ -32,16 +32,16 @@ fn every_bad_scene_gives_its_expected_message_and_names_its_file() {
         let variant = text
             .lines()
             .find_map(|line| line.strip_prefix("# variant: "));
-        let said = match Scene::load(&file, variant, &[]) {
+        let message = match Scene::load(&file, variant, &[]) {
             Ok(_) => "nothing: it was accepted".to_owned(),
             Err(errors) => errors.to_string(),
         };
-        for place in said.lines().filter(|line| line.contains("-->")) {
+        for place in message.lines().filter(|line| line.contains("-->")) {
             assert!(place.contains(&*file.to_string_lossy()), "{place}");
         }
-        for phrase in expected.iter().filter(|phrase| !said.contains(**phrase)) {
+        for phrase in expected.iter().filter(|phrase| !message.contains(**phrase)) {
             let file = file.display();
-            disappointments.push(format!("{file}\nexpected: {phrase}\nsaid:\n{said}"));
+            disappointments.push(format!("{file}\nexpected: {phrase}\nsaid:\n{message}"));
         }
     }
     assert!(disappointments.is_empty(), "{}", disappointments.join("\n"));
@@ -68,12 +68,12 @@ fn every_bad_value_is_refused_with_key_and_reason() {
             let mut cells = row.split(" | ");
             let set = cells.next().expect("what is set").split("; ");
             let set: Vec<String> = set.map(String::from).collect();
-            let said = match file.scene(None, &set) {
+            let message = match file.scene(None, &set) {
                 Ok(_) => "nothing: it was accepted".to_owned(),
                 Err(errors) => errors.to_string(),
             };
-            if !cells.all(|phrase| said.contains(phrase)) {
-                disappointments.push(format!("{row}\nsaid:\n{said}"));
+            if !cells.all(|phrase| message.contains(phrase)) {
+                disappointments.push(format!("{row}\nsaid:\n{message}"));
             }
         }
     }

@@ -111,14 +111,14 @@ fn plan(text: &str) -> Result<(), String> {
 
 /// What is wrong with what is done with a text.
 fn wrong(text: &str) -> Option<String> {
-    let (tell, told) = channel();
+    let (report, outcome) = channel();
     let own = text.to_owned();
     thread::spawn(move || {
         let taken = allocation_counter::measure(|| drop(plan(&own)));
-        let _ = tell.send(taken.bytes_max);
+        let _ = report.send(taken.bytes_max);
     });
     let [base, each] = MEMORY;
-    match told.recv_timeout(PATIENCE) {
+    match outcome.recv_timeout(PATIENCE) {
         // A panic ends the thread without an answer.
         Err(error) => Some(format!("it panics or hangs: {error}")),
         Ok(most) if most > base + each * text.len() as u64 => Some(format!("{most} bytes")),

@@ -49,14 +49,14 @@ fn slips_of_a_unit_are_told_with_their_key() {
         ),
         ("mpm.shape=linear", "\"usavg\" does not"),
     ] {
-        let told = warnings(&[set]);
+        let doubts = warnings(&[set]);
         let key = set.split('=').next().unwrap();
         let key = key.replace("mpm.cell", "mpm.points.0.fill");
         let key = key.split(".mohr_coulomb").next().unwrap();
-        assert_eq!(told.len(), 1, "{set}: {told:?}");
+        assert_eq!(doubts.len(), 1, "{set}: {doubts:?}");
         assert!(
-            told[0].contains(words) && told[0].contains(key),
-            "{set}: {told:?}"
+            doubts[0].contains(words) && doubts[0].contains(key),
+            "{set}: {doubts:?}"
         );
     }
 }

@@ -44,14 +44,14 @@ fn read_within(text: &str, limit: Duration) -> Result<Scene, String> {
     let started = cpu_time();
     let file = SceneFile::of_text("long.toml", text, Path::new("."));
     let scene = file.and_then(|file| file.scene(None, &[]));
-    let told = scene.map_err(|errors: SceneErrors| errors.to_string());
+    let result = scene.map_err(|errors: SceneErrors| errors.to_string());
     let took = cpu_time().saturating_sub(started);
     assert!(took < limit, "{took:?} for {} bytes", text.len());
-    if let Err(words) = &told {
+    if let Err(words) = &result {
         assert!(words.len() < 1 << 20, "{} bytes of messages", words.len());
         assert!(words.matches("error:").count() <= 100);
     }
-    told
+    result
 }
 
 fn lines(count: usize, line: impl Fn(usize, &mut String)) -> String {
@@ -88,8 +88,11 @@ fn a_text_is_not_parsed_beyond_a_length() {
         format!("constants = {{ {inline} z = 1 }}\n{GOOD}"),
         GOOD.repeat(600_000),
     ] {
-        let told = read_within(&many, Duration::from_secs(1)).unwrap_err();
-        assert!(told.contains("bytes, expected at most 2097152"), "{told}");
+        let message = read_within(&many, Duration::from_secs(1)).unwrap_err();
+        assert!(
+            message.contains("bytes, expected at most 2097152"),
+            "{message}"
+        );
     }
 }
 
@@ -159,7 +162,7 @@ fn sum(terms: usize) -> String {
     format!("[[output.column]]\nname = \"sum\"\nunit = \"m\"\nvalue = \"{sum}\"")
 }
 
-/// What is wrong at great length is told at once: every message of a line had the whole line in it, and counted the lines
+/// What is wrong at great length is refused at once: every message of a line had the whole line in it, and counted the lines
 /// before; a table that was a device without an end was read until the memory was.
 #[test]
 fn long_mistakes_are_told_soon() {
@@ -197,7 +200,10 @@ fn long_mistakes_are_told_soon() {
         (format!("[constants]\nc = \"{nested}\""), "nested deeper"),
         (check.to_owned(), "cannot read /dev/zero"),
     ] {
-        let told = read(&format!("{GOOD}{text}\n")).unwrap_err();
-        assert!(told.contains(words), "expected `{words}`: {told:.300}");
+        let message = read(&format!("{GOOD}{text}\n")).unwrap_err();
+        assert!(
+            message.contains(words),
+            "expected `{words}`: {message:.300}"
+        );
     }
 }

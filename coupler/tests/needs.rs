@@ -73,8 +73,8 @@ fn scene(variant: Option<&str>, set: &[&str]) -> Scene {
     scene.unwrap_or_else(|errors| panic!("{errors}"))
 }
 
-/// What the solver `toy 1` of `party` is told of the scene.
-fn told(
+/// The refusal of the scene for the solver `toy 1` of `party`.
+fn refusal(
     (variant, set): (Option<&str>, &[&str]),
     party: Party,
     capabilities: &[&str],
@@ -87,11 +87,11 @@ fn told(
 const AS_IT_IS: (Option<&str>, &[&str]) = (None, &[]);
 
 fn bodies(capabilities: &[&str]) -> Option<String> {
-    told(AS_IT_IS, Party::Dem, capabilities)
+    refusal(AS_IT_IS, Party::Dem, capabilities)
 }
 
 fn continuum(capabilities: &[&str]) -> Option<String> {
-    told(AS_IT_IS, Party::Mpm, capabilities)
+    refusal(AS_IT_IS, Party::Mpm, capabilities)
 }
 
 #[test]
@@ -100,22 +100,22 @@ fn a_solver_without_a_list_or_with_all_capabilities_is_accepted() {
     assert_eq!(continuum(&[]), None);
     // Families that are not listed are checked at Configure, but single words have to be listed.
     let layers = (None, &["mpm.layers=true"][..]);
-    let said = told(layers, Party::Mpm, &[]).unwrap();
+    let message = refusal(layers, Party::Mpm, &[]).unwrap();
     assert!(
-        said.contains("`mpm.layers` needs `layers`, which the solver"),
-        "{said}"
+        message.contains("`mpm.layers` needs `layers`, which the solver"),
+        "{message}"
     );
-    assert_eq!(told(layers, Party::Mpm, &["layers"]), None);
+    assert_eq!(refusal(layers, Party::Mpm, &["layers"]), None);
     let all = ["shape:disc", "shape:rectangle", "shape:polygon", "save"];
     assert_eq!(bodies(&all), None);
-    assert_eq!(told(AS_IT_IS, Party::Coupler, &["shape:disc"]), None);
+    assert_eq!(refusal(AS_IT_IS, Party::Coupler, &["shape:disc"]), None);
 }
 
 #[test]
 fn a_refused_shape_is_located_with_the_shapes_that_are_taken() {
-    let said = bodies(&["shape:disc", "shape:polygon"]).unwrap();
+    let message = bodies(&["shape:disc", "shape:polygon"]).unwrap();
     assert_eq!(
-        said,
+        message,
         "error: `dem.body.1.shape` needs rectangle, and the solver of the bodies, `toy 1`, takes only disc, polygon
   --> needs.toml:33:1  (dem.body.1.shape)
    33 | shape.rectangle = { width = 0.2, height = 0.2 }
@@ -127,25 +127,28 @@ fn a_refused_shape_is_located_with_the_shapes_that_are_taken() {
 
 #[test]
 fn a_body_of_a_set_is_reported_by_the_set() {
-    let said = bodies(&["shape:disc", "shape:rectangle", "motion:fixed"]).unwrap();
-    assert!(said.contains("`dem.fill.0.grain` needs polygon"), "{said}");
+    let message = bodies(&["shape:disc", "shape:rectangle", "motion:fixed"]).unwrap();
     assert!(
-        said.contains("needs.toml:41:1  (dem.fill.0.grain)"),
-        "{said}"
+        message.contains("`dem.fill.0.grain` needs polygon"),
+        "{message}"
     );
-    assert!(said.contains("2 more keys need the same"), "{said}");
+    assert!(
+        message.contains("needs.toml:41:1  (dem.fill.0.grain)"),
+        "{message}"
+    );
+    assert!(message.contains("2 more keys need the same"), "{message}");
     // The ball, whose motion is not written, and the three of the set.
     let motion =
         "`dem.body.0.motion`, which is not in the scene and has this value by default, needs free";
-    assert!(said.contains(motion), "{said}");
-    assert!(said.contains("3 more keys need the same"), "{said}");
-    let before = said.find("dem.body.0.motion").unwrap() < said.find("dem.fill.0").unwrap();
-    assert!(before, "in the order of the file: {said}");
+    assert!(message.contains(motion), "{message}");
+    assert!(message.contains("3 more keys need the same"), "{message}");
+    let before = message.find("dem.body.0.motion").unwrap() < message.find("dem.fill.0").unwrap();
+    assert!(before, "in the order of the file: {message}");
 }
 
 #[test]
 fn laws_and_their_numbers_are_reported_by_the_scenes_sections() {
-    let said = bodies(&["law:linear", "feature:damping", "feature:body_contact"]).unwrap();
+    let message = bodies(&["law:linear", "feature:damping", "feature:body_contact"]).unwrap();
     for phrase in [
         "`body_contact` needs granular",
         "`contact.linear.friction` needs friction",
@@ -153,14 +156,15 @@ fn laws_and_their_numbers_are_reported_by_the_scenes_sections() {
         "`body_contact.granular.rolling_friction` needs rolling_friction",
         "takes only damping, body_contact",
     ] {
-        assert!(said.contains(phrase), "{phrase}: {said}");
+        assert!(message.contains(phrase), "{phrase}: {message}");
     }
-    assert_eq!(said.matches("error:").count(), 3, "{said}");
+    assert_eq!(message.matches("error:").count(), 3, "{message}");
 }
 
 #[test]
 fn the_continuum_is_reported_by_its_keys() {
-    let said = continuum(&["transfer:flip", "wall:open", "material:fluid", "fill:disc"]).unwrap();
+    let message =
+        continuum(&["transfer:flip", "wall:open", "material:fluid", "fill:disc"]).unwrap();
     for phrase in [
         "`mpm.transfer` needs blend, and the solver of the continuum, `toy 1`, takes only flip",
         "`mpm.walls.bottom` needs slip",
@@ -168,9 +172,9 @@ fn the_continuum_is_reported_by_its_keys() {
         "`mpm.material.0.model` needs linear_elastic",
         "`mpm.points.0.fill` needs rectangle",
     ] {
-        assert!(said.contains(phrase), "{phrase}: {said}");
+        assert!(message.contains(phrase), "{phrase}: {message}");
     }
-    assert_eq!(said.matches("error:").count(), 4, "{said}");
+    assert_eq!(message.matches("error:").count(), 4, "{message}");
 }
 
 #[test]
@@ -182,12 +186,12 @@ fn an_override_is_reported_at_its_place() {
     ];
     assert_eq!(bodies(&frictional), None);
     let variant = (Some("springy"), &[][..]);
-    let said = told(variant, Party::Dem, &frictional).unwrap();
-    assert!(said.contains("set by variant `springy`"), "{said}");
+    let message = refusal(variant, Party::Dem, &frictional).unwrap();
+    assert!(message.contains("set by variant `springy`"), "{message}");
     let set = ["contact.linear.damping_ratio=0.2"];
-    let said = told((None, &set), Party::Dem, &frictional).unwrap();
+    let message = refusal((None, &set), Party::Dem, &frictional).unwrap();
     let place = "command line: --set contact.linear.damping_ratio=0.2";
-    assert!(said.contains(place), "{said}");
+    assert!(message.contains(place), "{message}");
 }
 
 /// Without points there is no `[contact]`: what needs the law is `[body_contact]`.
@@ -198,11 +202,11 @@ fn bodies_alone_are_reported_by_their_law() {
     let scene = Scene::load(&scenes, None, &[]).unwrap();
     assert!(scene.mpm.is_none() && scene.dem.is_some());
     let area = Capabilities::of(&["law:area"]);
-    let said = unmet(&scene, Party::Dem, "toy 1", &area)
+    let message = unmet(&scene, Party::Dem, "toy 1", &area)
         .unwrap()
         .to_string();
-    assert!(said.contains("`body_contact` needs linear"), "{said}");
-    assert!(said.contains("body_bounce.toml:"), "{said}");
+    assert!(message.contains("`body_contact` needs linear"), "{message}");
+    assert!(message.contains("body_bounce.toml:"), "{message}");
 }
 
 /// Settings of the scene, what they need besides, the first key with that need, and how many keys of both sides

@@ -36,14 +36,14 @@ fn points_wholly_inside_a_body_are_refused_with_group_body_and_the_way_out() {
     // The lowest points, at 0.02125 m, reach 2.5 mm from 0.02 m on: not wholly inside.
     assert_eq!(refuse_points_within_bodies(&floor(0.0224)), Ok(()));
     let errors = refuse_points_within_bodies(&floor(0.031)).unwrap_err();
-    let told = errors.to_string();
+    let message = errors.to_string();
     for words in [
         "points of group `slab` are wholly inside body `floor`: 64",
         "the deepest, at (0.0213, 0.0213) m, is 9.750e-3 m below its surface",
         "a.toml:22:1  (mpm.points.0.fill)",
         "by at least 1.100e-2 m in the direction (0.00, 1.00)",
     ] {
-        assert!(told.contains(words), "no `{words}` in {told}");
+        assert!(message.contains(words), "no `{words}` in {message}");
     }
 }
 
@@ -55,9 +55,12 @@ fn a_body_within_points_and_a_cluster_among_them_are_seen_and_a_notch_is_outside
                    position = [0.04, 0.03]\n\
                    shape.cluster = { centers = [[0, 0], [0.005, 0]], radii = [0.004, 0.005] }\n";
     for (body, count) in [(disc, 4), (cluster, 8)] {
-        let told = refuse_points_within_bodies(&scene(body)).unwrap_err();
-        let told = told.to_string();
-        assert!(told.contains(&format!("`: {count}; the deepest")), "{told}");
+        let message = refuse_points_within_bodies(&scene(body)).unwrap_err();
+        let message = message.to_string();
+        assert!(
+            message.contains(&format!("`: {count}; the deepest")),
+            "{message}"
+        );
     }
     // A trough around the slab.
     let trough = "[[dem.body]]\nname = \"trough\"\nmotion = \"fixed\"\nposition = [0, 0]\n\
@@ -86,14 +89,14 @@ fn contact(force: f64) -> ContactState {
     }
 }
 
-/// 1e-12 N were told as a contact that presses; where a real one was written was not said.
+/// 1e-12 N counted as a contact that presses; the line of a real one was not named.
 #[test]
 fn contacts_by_rounding_are_left_out_and_others_told_with_their_line_and_overlap() {
     let touching = discs(0.05 - 1e-17);
     assert_eq!(pressing(&touching, &[contact(1e-12)], &[], &[]), None);
-    let told = pressing(&discs(0.047), &[contact(-30.0)], &[], &[]).unwrap();
+    let message = pressing(&discs(0.047), &[contact(-30.0)], &[], &[]).unwrap();
     assert_eq!(
-        told,
+        message,
         "1 contact presses at t = 0, the largest force is 3.000e1 N/m: body `two` overlaps body `one` by 3.000e-3 m \
          (line 34, dem.body.1.position); move apart whatever should not touch at the start"
     );

@@ -172,47 +172,47 @@ fn the_hash_is_that_of_the_resolved_scene_and_sees_every_override() {
 #[test]
 fn a_bad_override_names_the_command_line_or_the_variant() {
     let files = Files::new();
-    let said = files.refusal(None, &["mpm.cel=0.1"]);
-    has(&said, "unknown key `cel`");
-    has(&said, "command line: --set mpm.cel=0.1  (mpm.cel)");
-    has(&said, "did you mean `cell`?");
-    let said = files.refusal(None, &["mpm.cell=-1"]);
-    has(&said, "`mpm.cell` is -1, expected a length above 0");
-    let said = files.refusal(None, &["mpm.cell"]);
-    has(&said, "`mpm.cell` sets nothing");
-    let said = files.refusal(None, &["mpm.points.7.velocity=[0,0]"]);
-    has(&said, "`mpm.points` has no element 7");
-    let said = files.refusal(None, &["mpm.points.first.velocity=[0,0]"]);
-    has(&said, "`first` is not a number of an element");
-    let said = files.refusal(None, &["mpm.stage.first={from=0}"]);
-    has(&said, "`mpm.stage` is a table, expected a list");
+    let message = files.refusal(None, &["mpm.cel=0.1"]);
+    has(&message, "unknown key `cel`");
+    has(&message, "command line: --set mpm.cel=0.1  (mpm.cel)");
+    has(&message, "did you mean `cell`?");
+    let message = files.refusal(None, &["mpm.cell=-1"]);
+    has(&message, "`mpm.cell` is -1, expected a length above 0");
+    let message = files.refusal(None, &["mpm.cell"]);
+    has(&message, "`mpm.cell` sets nothing");
+    let message = files.refusal(None, &["mpm.points.7.velocity=[0,0]"]);
+    has(&message, "`mpm.points` has no element 7");
+    let message = files.refusal(None, &["mpm.points.first.velocity=[0,0]"]);
+    has(&message, "`first` is not a number of an element");
+    let message = files.refusal(None, &["mpm.stage.first={from=0}"]);
+    has(&message, "`mpm.stage` is a table, expected a list");
     let scene = files.load(None, &["mpm.stage.0={from=0,damping=2}"]);
     assert!(scene.resolved_toml.contains("damping = 2"));
-    let said = files.refusal(Some("quik"), &[]);
-    has(&said, "no variant `quik`");
-    has(&said, "did you mean `quick`?");
+    let message = files.refusal(Some("quik"), &[]);
+    has(&message, "no variant `quik`");
+    has(&message, "did you mean `quick`?");
     let path = files.write(
         "v.toml",
         GOOD.replace("\"time.end\" = 0.5", "\"time.end\" = -0.5"),
     );
-    let said = load(&path, Some("quick"), &[]).expect_err("a negative time");
-    has(&said, "set by variant `quick`");
-    has(&said, "| \"time.end\" = -0.5");
+    let message = load(&path, Some("quick"), &[]).expect_err("a negative time");
+    has(&message, "set by variant `quick`");
+    has(&message, "| \"time.end\" = -0.5");
 }
 
 #[test]
 fn what_is_no_scene_file_is_refused_clearly() {
     let files = Files::new();
     let refusal = |path: &Path| load(path, None, &[]).expect_err("no scene");
-    let said = refusal(&files.directory.path().join("missing.toml"));
-    has(&said, "cannot read the scene file: No such file");
-    has(&said, "missing.toml");
-    let said = refusal(files.directory.path());
-    has(&said, "it is a directory, not a regular file");
-    let said = refusal(&files.write("empty.toml", "  \n"));
-    has(&said, "the scene file is empty");
-    let said = refusal(&files.write("latin.toml", b"name = \"\xe9\""));
-    has(&said, "byte 8 is not UTF-8");
+    let message = refusal(&files.directory.path().join("missing.toml"));
+    has(&message, "cannot read the scene file: No such file");
+    has(&message, "missing.toml");
+    let message = refusal(files.directory.path());
+    has(&message, "it is a directory, not a regular file");
+    let message = refusal(&files.write("empty.toml", "  \n"));
+    has(&message, "the scene file is empty");
+    let message = refusal(&files.write("latin.toml", b"name = \"\xe9\""));
+    has(&message, "byte 8 is not UTF-8");
 }
 
 #[test]
@@ -249,8 +249,8 @@ fn a_csv_reference_is_read_beside_the_scene_and_written_into_the_resolved_one() 
         ("time,force\n", "at least one row"),
     ] {
         files.write("curve.csv", content);
-        let said = load(&path, None, &[]).expect_err(content);
-        has(&said, expected);
+        let message = load(&path, None, &[]).expect_err(content);
+        has(&message, expected);
     }
 }
 

@@ -72,7 +72,7 @@ fn a_point_driven_through_a_body_is_named_whatever_the_step() {
     };
     let (centers, radii) = (vec![[-0.2, 0.0], [0.2, 0.0]], vec![0.25, 0.25]);
     let cluster = BodyShape::Cluster { centers, radii };
-    // Where it crosses; it must be told in the middle, or a little later.
+    // Where it crosses; the run must stop in the middle, or a little later.
     let cases: &[(&str, BodyShape, f64, f64)] = &[
         ("disc", BodyShape::Disc, 0.2, 0.0),
         ("small disc", BodyShape::Disc, 0.01, 0.0),
@@ -92,7 +92,7 @@ fn a_point_driven_through_a_body_is_named_whatever_the_step() {
                 .unwrap_or_else(|| panic!("{name}, {share}: it went through"));
             assert!(
                 path[step as usize].y > -0.5 * RADIUS - 1e-9,
-                "{name}, {share}: told at {}",
+                "{name}, {share}: stopped at {}",
                 path[step as usize]
             );
             for phrase in ["point 7", "body 0 (body)", "overlap of", "stiffer contact"] {
@@ -178,7 +178,7 @@ fn the_body_s_own_rotation_is_not_the_point_s() {
 fn a_new_set_forgets_nothing() {
     let mut dem = configured(&alone(segment(), 0.02));
     let mut forces = [ImpForce::default(); 2];
-    let mut told = None;
+    let mut stopped = None;
     for (index, p) in (0..).zip(way([0.3, 0.06], [0.3, -0.06], 0.3)) {
         let step = step(if index == 0 { 0.0 } else { DT }, DT);
         let here = at(p.x, p.y);
@@ -193,12 +193,12 @@ fn a_new_set_forgets_nothing() {
         };
         dem.imp_set(&set);
         if let Err(fault) = dem.contact(&step, &states, &mut forces[..set.len()]) {
-            told = Some((p, fault.to_string()));
+            stopped = Some((p, fault.to_string()));
             break;
         }
         dem.advance(&step).unwrap();
     }
-    let (p, reason) = told.expect("it goes through");
+    let (p, reason) = stopped.expect("it goes through");
     assert!(
         reason.contains("point 7 has passed through") && p.y > -0.3 * RADIUS,
         "{p} {reason}"
@@ -279,15 +279,15 @@ fn a_body_driven_through_a_body_is_named_whatever_the_measure() {
     for (name, mover, floor, measure, length, lowest) in cases {
         for share in [0.5, 0.13, 0.01] {
             let by = share * length;
-            let told = driven_into(mover.clone(), floor.clone(), measure, by, 1.2);
-            let (y, reason) = told.unwrap_or_else(|| panic!("{name}, {share}: it went through"));
-            assert!(y > lowest - by, "{name}, {share}: told at {y}: {reason}");
+            let stopped = driven_into(mover.clone(), floor.clone(), measure, by, 1.2);
+            let (y, reason) = stopped.unwrap_or_else(|| panic!("{name}, {share}: it went through"));
+            assert!(y > lowest - by, "{name}, {share}: stopped at {y}: {reason}");
             let phrases = ["(mover)", "(floor)", "overlap of", "stiffer contact"];
             assert!(phrases.iter().all(|p| reason.contains(p)), "{reason}");
             if measure == EachEdge && name != "cluster" {
-                let told = reason.split("overlap of ").nth(1).expect("an overlap");
-                let told = told.split(' ').next().expect("a number").parse::<f64>();
-                let of_length = told.expect("a number") / length;
+                let overlap = reason.split("overlap of ").nth(1).expect("an overlap");
+                let overlap = overlap.split(' ').next().expect("a number").parse::<f64>();
+                let of_length = overlap.expect("a number") / length;
                 assert!((0.749..1.001).contains(&of_length), "{name}: {reason}");
             }
         }
@@ -310,10 +310,10 @@ fn a_corner_may_cut_off_a_small_tip() {
                 ..body(rectangle_shape(0.4, 0.4), a)
             };
             let floor = body(needle.clone(), a);
-            let told = driven_into(diamond, floor, OverlapMeasure::NearestEdge, 1e-3, 1.2);
-            assert_eq!(told.is_none(), goes, "{a}, {share}: {told:?}");
+            let stopped = driven_into(diamond, floor, OverlapMeasure::NearestEdge, 1e-3, 1.2);
+            assert_eq!(stopped.is_none(), goes, "{a}, {share}: {stopped:?}");
             let through = |(_, reason): (f64, String)| reason.contains("has passed through");
-            assert!(told.is_none_or(through));
+            assert!(stopped.is_none_or(through));
         }
     }
 }
@@ -333,8 +333,8 @@ fn bodies_that_lie_across_one_another_are_named() {
                 ..body(shape.clone(), a)
             };
             let floor = body(shape.clone(), a);
-            let told = driven_into(mover, floor, OverlapMeasure::NearestEdge, by, 0.7);
-            let (_, reason) = told.unwrap_or_else(|| panic!("{shape:?}, {a}: unseen"));
+            let stopped = driven_into(mover, floor, OverlapMeasure::NearestEdge, by, 0.7);
+            let (_, reason) = stopped.unwrap_or_else(|| panic!("{shape:?}, {a}: unseen"));
             assert!(
                 reason.contains("(mover) lies across body 1 (floor)"),
                 "{reason}"
@@ -368,8 +368,8 @@ fn points_that_would_pass_through_one_another_stop_the_run() {
     dem.imp_set(&points.set);
     let fault = (0..100).find_map(|_| {
         points.states[0].position[0] += 0.01;
-        let told = dem.contact(&step(DT, DT), &points.states, &mut points.forces);
-        told.err()
+        let result = dem.contact(&step(DT, DT), &points.states, &mut points.forces);
+        result.err()
     });
     let text = fault.expect("a fault").to_string();
     assert!(

@@ -10,7 +10,7 @@ fn refusal(config: &DemConfig) -> (String, String) {
     (refusal.key, refusal.message)
 }
 
-/// What is wrong with a configuration is told by the configuration: coupler/tests has a row for each fault.
+/// The configuration finds its own faults: coupler/tests has a row for each fault.
 #[test]
 fn the_first_fault_of_a_configuration_is_refused() {
     let mut config = scene(vec![body(BodyShape::Disc, 0.1)], spring(1.0));

@@ -74,13 +74,13 @@ fn a_state_goes_from_one_thread_to_others() {
         (taken_over(&config, &straight), points.clone())
     });
     for i in 0..20 {
-        let told = |dem: &mut Sdem, points: &mut Points| {
+        let taken = |dem: &mut Sdem, points: &mut Points| {
             let answer = points.step(dem, &step(DT, DT));
             (answer, points.forces.clone(), dem.measurement().clone())
         };
-        let expected = told(&mut straight, &mut points);
+        let expected = taken(&mut straight, &mut points);
         for (dem, points) in &mut others {
-            assert!(told(dem, points) == expected, "step {i} differs");
+            assert!(taken(dem, points) == expected, "step {i} differs");
         }
     }
 }

@@ -151,7 +151,7 @@ fn pile(seed: u64, measure: OverlapMeasure, stiffness: f64) -> DemConfig {
     config(bodies, measure, stiffness)
 }
 
-/// What tells that a body has gone through another one, apart from the solver's own guard: its centre is as deep in a fixed
+/// The sign that a body has gone through another one, apart from the solver's own guard: its centre is as deep in a fixed
 /// body as that is thick, nine tenths of half of it; or the centres of two free ones, each within the other body, have
 /// come past one another.
 #[derive(Default)]
@@ -312,7 +312,7 @@ fn piles_in_which_the_guard_was_wrong_end_as_they_should() {
         // Stones cut off small tips of one another, and then their edges cross where no vertex is inside.
         (500_029, NearestEdge, 1e7, across),
         (500_079, NearestEdge, 1e7, across),
-        // A plank goes through a stone, and neither the width of the overlap nor its normal tells.
+        // A plank goes through a stone, and neither the width of the overlap nor its normal shows it.
         (500_003, Area, 1e5, |end| matches!(end, End::Sunk(_))),
     ] {
         let end = run(&pile(seed, measure, stiffness), 1.5);

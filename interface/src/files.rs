@@ -4,7 +4,7 @@
 //! directory is never reached by a link, is a regular file, and is not read beyond a size. No opening waits, as that of a
 //! pipe does. A file that is written has no second name (hard link), under which it would change too.
 //!
-//! The directory itself, and a file that the user names, may be reached by links: there the user has said which file.
+//! The directory itself, and a file that the user names, may be reached by links: there the user has chosen the file.
 //! `clippy.toml` forbids every other way to open one. The few places that do, those of `/proc` and of the private directory
 //! of a run's shared memory, allow it with their reason.
 
@@ -432,15 +432,15 @@ mod tests {
             "/etc/passwd",
         ] {
             for how in [How::Read].iter().chain(&WRITES) {
-                let told = open(&dir, name, *how).unwrap_err();
+                let error = open(&dir, name, *how).unwrap_err();
                 assert_eq!(
-                    told.kind(),
+                    error.kind(),
                     ErrorKind::InvalidInput,
-                    "{name} {how:?}: {told}"
+                    "{name} {how:?}: {error}"
                 );
             }
-            let told = replace(&dir, name, b"x", false).unwrap_err();
-            assert_eq!(told.kind(), ErrorKind::InvalidInput, "{name}: {told}");
+            let error = replace(&dir, name, b"x", false).unwrap_err();
+            assert_eq!(error.kind(), ErrorKind::InvalidInput, "{name}: {error}");
         }
         rename(&dir, "file", "folder/mine").unwrap_err();
         remove(&dir, "folder/mine").unwrap_err();
@@ -463,8 +463,8 @@ mod tests {
         fs::create_dir(dir.join("folder")).unwrap();
         for name in ["pipe", "folder"] {
             for how in [How::Read].iter().chain(&WRITES) {
-                let told = open(dir, name, *how).unwrap_err().to_string();
-                assert!(told.contains("not a regular file"), "{told}");
+                let error = open(dir, name, *how).unwrap_err().to_string();
+                assert!(error.contains("not a regular file"), "{error}");
             }
             replace(dir, name, b"x", false).unwrap_err();
             assert!(is_regular(dir, name).is_err());
@@ -472,8 +472,8 @@ mod tests {
             write_named(&dir.join(name), b"x").unwrap_err();
         }
         for device in ["/dev/zero", "/dev/full"] {
-            let told = read_named(Path::new(device), SMALL).unwrap_err();
-            assert_eq!(told.to_string(), "it is a device, not a regular file");
+            let error = read_named(Path::new(device), SMALL).unwrap_err();
+            assert_eq!(error.to_string(), "it is a device, not a regular file");
             write_named(Path::new(device), b"x").unwrap_err();
         }
         assert_eq!(fs::read_dir(dir).unwrap().count(), 2);

@@ -5,7 +5,7 @@
 //!
 //! | folder or file | what is in it |
 //! | --- | --- |
-//! | [`config`] | what a solver is told, what it can do, and what a configuration asks for |
+//! | [`config`] | the configuration of a solver, what it can do, and what a configuration asks for |
 //! | [`message`] | the channels, the records and control messages that cross, and their bytes |
 //! | [`solver`] | the two traits that a solver implements |
 //! | [`forces`] | what passes between a bodies' side and its driver in a step |

@@ -52,7 +52,7 @@ impl ConfigurationMark {
     fn check(&self, saved: &Self) -> Result<(), Refusal> {
         let [mut here, mut there] = [self.0.iter(), saved.0.iter()];
         loop {
-            let said = match (here.next(), there.next()) {
+            let difference = match (here.next(), there.next()) {
                 (None, None) => return Ok(()),
                 (Some(own), Some(other)) if own == other => continue,
                 (Some((key, own)), Some((other, value))) if key == other => {
@@ -61,7 +61,7 @@ impl ConfigurationMark {
                 (Some((key, _)), _) => format!("has no `{key}` where this configuration has one"),
                 (None, Some((key, _))) => format!("has `{key}`, this configuration has none"),
             };
-            return Err(refusal(format!("the state {said}")));
+            return Err(refusal(format!("the state {difference}")));
         }
     }
 }

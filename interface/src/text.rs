@@ -1,5 +1,5 @@
 //! Text of others that is shown: of scenes, of solvers, of paths. A terminal obeys control characters, and a line break
-//! makes a line that nobody has said.
+//! makes a line that no process has written.
 
 use std::borrow::Cow;
 use std::fmt::Write as _;

@@ -1,4 +1,4 @@
-//! The instruction level that Tandem's solvers are built for (`docs/decisions/0009-target-cpu.md`). rustdoc is not told of it.
+//! The instruction level that Tandem's solvers are built for (`docs/decisions/0009-target-cpu.md`). rustdoc does not get it.
 
 #[cfg(all(
     target_arch = "x86_64",

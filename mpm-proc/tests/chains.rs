@@ -255,10 +255,10 @@ fn a_force_on_a_marker_gives_the_nodes_its_whole_momentum() {
             shift[0] * f.force[1] - shift[1] * f.force[0] + (whole - 1.0) * f.couple
         });
         let expected: f64 = added.sum();
-        let told = chain.kinetic / 1e-4;
+        let speed_sq = chain.kinetic / 1e-4;
         assert!(
-            (told - expected).abs() < 1e-6 * expected.abs(),
-            "{told} {expected}"
+            (speed_sq - expected).abs() < 1e-6 * expected.abs(),
+            "{speed_sq} {expected}"
         );
         // FLIP changes angular momentum by itself.
         if transfer == Transfer::Apic {
@@ -269,7 +269,7 @@ fn a_force_on_a_marker_gives_the_nodes_its_whole_momentum() {
     }
 }
 
-/// Hats have all their weight on one node if a marker lies on it: it takes no couple, which is told.
+/// Hats have all their weight on one node if a marker lies on it: it takes no couple, which is reported.
 #[test]
 fn a_couple_on_a_single_node_is_told_to_be_lost() {
     let mut config = chained(0.1);

@@ -50,9 +50,9 @@ fn held_bar(shape: ShapeFunction, cells: u32) -> [f64; 2] {
     for n in 0..steps as usize {
         let time = stepper.time;
         stepper.step(&mut mpm, dt, true, &[]).expect("a sound step");
-        let told = mpm.measurement().groups[1];
-        assert_eq!(told.contact_force[1], 0.0);
-        sum += told.contact_force[0];
+        let held = mpm.measurement().groups[1];
+        assert_eq!(held.contact_force[1], 0.0);
+        sum += held.contact_force[0];
         // The mean over a tenth of the time: single steps have the noise of the points that cross cells.
         if (n + 1) % (steps as usize / 10) == 0 {
             let k = steps as usize / 10;

@@ -49,7 +49,7 @@ fn points_outside_are_removed_with_their_momentum_and_energy() {
     assert!(seen.windows(2).all(|w| w[0] >= w[1]));
     assert_eq!((seen[0], seen[seen.len() - 1]), (all, 0));
     assert!(seen.iter().any(|n| *n > 0 && *n < all));
-    // Nothing is left, and nothing is what is told.
+    // Nothing is left, and nothing is reported.
     let measurement = mpm.measurement();
     assert_eq!(measurement.groups[0].mass, 0.0);
     assert_eq!(measurement.ledger.momentum, [0.0; 2]);

@@ -1,4 +1,4 @@
-//! What is refused, and that it is told where and why; and what stops a run.
+//! What is refused, with the place and the reason; and what stops a run.
 
 use interface::config::{Chain, GroupConfig, Hold, Interface, MpmConfig, Probe, Traction};
 use interface::message::wire::ImpForce;
@@ -15,7 +15,7 @@ fn refused(change: impl Fn(&mut MpmConfig), key: &str, says: &str) {
     assert!(refusal.message.contains(says), "{refusal}");
 }
 
-/// What is wrong with a configuration by itself is told by the configuration, so that a scene reader can say it: coupler/tests has
+/// A configuration finds its own faults, so that a scene reader can report them: coupler/tests has
 /// a row for each. The solver says the first of it.
 #[test]
 fn the_first_fault_of_a_configuration_is_refused() {

@@ -55,15 +55,15 @@ impl Driver {
 
     /// One step; the first one opens. Returns a hash of what the solver says.
     fn step(&mut self, mpm: &mut Mpm) -> Result<u64, Fault> {
-        let mut said = Hashed(DefaultHasher::new());
+        let mut hashed = Hashed(DefaultHasher::new());
         let mut random = self.random.clone();
         let mut forces = Vec::new();
         if !self.chosen || mpm.travel() > 0.008 {
-            said.say(&mpm.select_imps(&Self::envelope()));
+            hashed.say(&mpm.select_imps(&Self::envelope()));
             self.chosen = true;
         }
         let states = mpm.imp_states();
-        said.say(&states);
+        hashed.say(&states);
         let far = |x: f64, a: usize| self.domain[0][a] + 0.11 < x && x < self.domain[1][a] - 0.11;
         for state in states {
             let numbers = [0; 4].map(|_| random.between(-1.0, 1.0));
@@ -83,16 +83,16 @@ impl Driver {
         let dt = if index == 0 { 0.0 } else { self.dt };
         let measure = index.is_multiple_of(3);
         let limits = self.stepper.step(mpm, dt, measure, &forces)?;
-        said.say(&limits);
-        said.say(&mpm.travel());
+        hashed.say(&limits);
+        hashed.say(&mpm.travel());
         if measure {
-            said.say(mpm.measurement());
+            hashed.say(mpm.measurement());
         }
         if index.is_multiple_of(10) {
-            said.say(&mpm.points());
+            hashed.say(&mpm.points());
         }
         self.random = random;
-        Ok(said.0.finish())
+        Ok(hashed.0.finish())
     }
 
     fn steps(&mut self, mpm: &mut Mpm, count: usize) -> Vec<u64> {
@@ -102,7 +102,7 @@ impl Driver {
     }
 }
 
-/// A hash of numbers as they are printed: that tells every bit of one that is finite.
+/// A hash of numbers as they are printed: the text of a finite one has all its bits.
 struct Hashed(DefaultHasher);
 
 impl Hashed {
@@ -129,7 +129,7 @@ struct Moment {
 pub(super) fn goes_on(name: &str, config: &MpmConfig) -> Vec<&'static str> {
     let mut mpm = configured(config);
     let mut driver = Driver::new(config, 2e-4);
-    let mut said = Vec::new();
+    let mut hashes = Vec::new();
     let mut moments: Vec<Moment> = Vec::new();
     let mut save = |name, driver: &Driver, mpm: &Mpm| {
         if moments.iter().all(|m: &Moment| m.name != name) {
@@ -146,7 +146,7 @@ pub(super) fn goes_on(name: &str, config: &MpmConfig) -> Vec<&'static str> {
     for n in 0..230 {
         let travel = mpm.travel();
         let result = driver.step(&mut mpm);
-        said.push(result.unwrap_or_else(|fault| panic!("{name}, step {n}: {fault}")));
+        hashes.push(result.unwrap_or_else(|fault| panic!("{name}, step {n}: {fault}")));
         if n == 0 {
             save("after the opening step", &driver, &mpm);
         } else if n < 230 - COMPARED {
@@ -174,7 +174,7 @@ pub(super) fn goes_on(name: &str, config: &MpmConfig) -> Vec<&'static str> {
         let mut driver = moment.driver.clone();
         let done = driver.stepper.index as usize;
         let again = driver.steps(&mut fresh, COMPARED);
-        let differs = (0..COMPARED).find(|&i| again[i] != said[done + i]);
+        let differs = (0..COMPARED).find(|&i| again[i] != hashes[done + i]);
         assert_eq!(differs, None, "{name}, saved {}: first step", moment.name);
     }
     moments.iter().map(|m| m.name).collect()
@@ -291,7 +291,7 @@ fn a_state_of_another_configuration_is_refused_with_what_differs() {
     let refusal = Mpm::new().restore(&bytes).unwrap_err();
     assert!(refusal.message.contains("configured"), "{refusal}");
 
-    // Given point by point, groups are told apart by their number alone.
+    // Given point by point, only their numbers distinguish the groups.
     let mut single = flying();
     let mut positions = vec![[0.2, 0.3], [0.3, 0.3]];
     let fill = |positions: &Vec<[f64; 2]>| points_fill(positions.clone());

@@ -111,7 +111,7 @@ impl Reader {
             "Emulation.setEmulatedMedia",
             &json!({ "features": [scheme] }),
         );
-        // What watches sizes is told with the next pictures.
+        // What watches sizes is called with the next pictures.
         self.ask("await new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(() => done(1))))");
     }
 
@@ -159,7 +159,7 @@ impl Reader {
     /// The page has complained of nothing and asked nobody else.
     #[track_caller]
     pub fn assert_silent(&self) {
-        // What was said before this answer is heard with it.
+        // Messages before this answer are read with it.
         self.ask("1");
         let wire = self.wire.borrow();
         let complaints = wire.events.iter().filter(|event| self.is_complaint(event));
@@ -188,7 +188,7 @@ struct Wire {
     session: Option<Value>,
     /// How many commands were sent.
     sent: u64,
-    /// What the browser told unasked.
+    /// Messages of the browser that are no answers.
     events: Vec<Value>,
 }
 
@@ -214,14 +214,14 @@ impl Wire {
             .expect("a shell starts Chromium");
         let out = browser.stdin.take().expect("a pipe");
         let mut heard = BufReader::new(browser.stdout.take().expect("a pipe"));
-        let (tell, messages) = channel();
+        let (sender, messages) = channel();
         thread::spawn(move || {
             let mut text = Vec::new();
             while heard.read_until(0, &mut text).is_ok_and(|count| count > 0) {
                 text.pop();
                 let message = serde_json::from_slice(&text).expect("JSON");
                 text.clear();
-                if tell.send(message).is_err() {
+                if sender.send(message).is_err() {
                     return;
                 }
             }

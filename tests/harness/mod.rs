@@ -1,7 +1,7 @@
 //! Runs the real binary in a place of its own and watches what it leaves behind.
 //!
 //! Every run gets its own `TANDEM_RUNTIME_DIR`, so that the directories and segments that a test sees are of its own runs only, and
-//! every wait has a limit, so that nothing hangs. The limits are no claims about speed: they tell "late" from "never".
+//! every wait has a limit, so that nothing hangs. The limits are no claims about speed: they separate "late" from "never".
 
 pub mod bits;
 pub mod browser;
@@ -72,8 +72,8 @@ pub fn python(modules: &str, arguments: &[&str]) -> Option<Vec<u8>> {
         return None;
     }
     let ended = python(arguments);
-    let said = String::from_utf8_lossy(&ended.stdout) + String::from_utf8_lossy(&ended.stderr);
-    assert!(ended.status.success(), "{said}");
+    let output = String::from_utf8_lossy(&ended.stdout) + String::from_utf8_lossy(&ended.stderr);
+    assert!(ended.status.success(), "{output}");
     Some(ended.stdout)
 }
 
@@ -281,7 +281,7 @@ pub struct Running<'a> {
     stderr: PathBuf,
 }
 
-/// How the program ended and what it said.
+/// The exit status of the program and its output.
 #[derive(Debug)]
 pub struct Ended {
     /// How.
@@ -302,7 +302,7 @@ impl Running<'_> {
         self.child.id()
     }
 
-    /// Process id of a solver, as the run's log in `out` tells it.
+    /// Process id of a solver, from the run's log in `out`.
     pub fn solver(&mut self, out: &str, party: &str) -> u32 {
         let joined = |line: &Value| {
             let fields = &line["fields"];
@@ -348,7 +348,7 @@ impl Running<'_> {
     }
 
     /// What is on standard output so far.
-    pub fn said(&self) -> String {
+    pub fn output(&self) -> String {
         read(&self.stdout)
     }
 
@@ -401,7 +401,7 @@ impl Running<'_> {
 /// CPU time in ticks of the system, and the call of the system that it is in.
 fn processes_of(pid: u32) -> String {
     let of = |name: &str| fs::read_to_string(format!("/proc/{pid}/{name}")).unwrap_or_default();
-    let mut said = format!("{pid}: {}\n", of("cmdline").replace('\0', " "));
+    let mut text = format!("{pid}: {}\n", of("cmdline").replace('\0', " "));
     let threads = fs::read_dir(format!("/proc/{pid}/task"));
     for thread in threads.into_iter().flatten().flatten() {
         let of = |name: &str| fs::read_to_string(thread.path().join(name)).unwrap_or_default();
@@ -421,9 +421,9 @@ fn processes_of(pid: u32) -> String {
             " system, in ",
             call,
         ];
-        said.extend(["  ", &thread.concat(), "\n"]);
+        text.extend(["  ", &thread.concat(), "\n"]);
     }
-    said + &children(pid)
+    text + &children(pid)
         .into_iter()
         .map(processes_of)
         .collect::<String>()

@@ -1,4 +1,4 @@
-//! What some tests need of the machine. A test without it is left out, which `tests/what_was_left_out.rs` tells at the end, or
+//! What some tests need of the machine. A test without it is left out, which `tests/what_was_left_out.rs` prints at the end, or
 //! fails where `TANDEM_REQUIRE` names it: `TANDEM_REQUIRE=python,chromium`.
 
 use std::fs::{self, OpenOptions};
@@ -41,7 +41,7 @@ impl Need {
         let name = self.name();
         let noted = noted().join(&name);
         if there {
-            // Of an earlier run that was not told.
+            // Of an earlier run that did not report it.
             let _ = fs::remove_file(noted);
             return true;
         }

@@ -50,10 +50,10 @@ impl Check {
         }
     }
 
-    /// What it expects, as the scene says it; `told` is a number in words.
-    pub fn expectation(&self, told: impl Fn(f64) -> String) -> String {
+    /// What it expects, as the scene writes it; `show` formats a number.
+    pub fn expectation(&self, show: impl Fn(f64) -> String) -> String {
         let words = |expression: &Expression| {
-            let number = expression.as_number().map(&told);
+            let number = expression.as_number().map(&show);
             number.or_else(|| Some(expression.source().to_owned()))
         };
         let reference = |reference: &Reference| match reference {
@@ -527,7 +527,7 @@ impl<N, R> Expected<N, R> {
         }
     }
 
-    /// In words, where a number and the reference are told so; `None` if nothing is expected or can be told.
+    /// In words, with these formats of a number and of the reference; `None` if nothing is expected or can be shown.
     pub fn in_words(
         &self,
         number: impl Fn(&N) -> Option<String>,

@@ -87,7 +87,7 @@ fn share(part: f64, whole: f64) -> f64 {
     if part == 0.0 { 0.0 } else { part / whole }
 }
 
-/// Created energy above this share of the energy in play is told.
+/// Created energy above this share of the energy in play is reported.
 pub const TOLD: f64 = 0.01;
 
 /// Says how much energy the computation has created, as a share of the energy in play; `None` if that is little.

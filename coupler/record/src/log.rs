@@ -11,7 +11,7 @@ pub struct Line {
     pub timestamp: String,
     /// `ERROR`, `WARN`, `INFO` or `DEBUG`.
     pub level: String,
-    /// What is said: `message`, and values by name.
+    /// An entry: `message`, and values by name.
     pub fields: Map<String, Value>,
 }
 

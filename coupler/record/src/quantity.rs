@@ -357,8 +357,8 @@ impl Quantities {
     /// # Panics
     /// If there are not as many groups or bodies as the scene has: an assertion, they were configured from it.
     pub fn fill(&self, sample: &mut Sample, measured: &Measured, first: &[f64]) {
-        let told: usize = self.sets.iter().sum();
-        assert_eq!(measured.groups.len(), told, "one record a group");
+        let groups: usize = self.sets.iter().sum();
+        assert_eq!(measured.groups.len(), groups, "one record a group");
         let mut rest = measured.groups;
         let [groups, probes, holds, chains] = self.sets.map(|count| {
             let (set, others) = rest.split_at(count);

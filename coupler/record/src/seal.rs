@@ -91,11 +91,11 @@ mod tests {
         for at in [0, 1000, table.len() - 1] {
             let mut changed = longer.clone();
             changed[at] ^= 1;
-            let told = compare(&changed).unwrap_err();
-            assert!(told.contains("were changed"), "{at}: {told}");
+            let message = compare(&changed).unwrap_err();
+            assert!(message.contains("were changed"), "{at}: {message}");
         }
-        let told = compare(&table[..table.len() - 1]).unwrap_err();
-        assert!(told.contains("bytes, and had"), "{told}");
+        let message = compare(&table[..table.len() - 1]).unwrap_err();
+        assert!(message.contains("bytes, and had"), "{message}");
         let none = Sealed::default();
         assert!(none.compare(dir.path(), "t").is_ok());
     }

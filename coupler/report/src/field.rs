@@ -151,8 +151,8 @@ mod tests {
         let mut mesh = mesh();
         let speed = fields(&mesh).remove(0);
         mesh.of_points[1].values.truncate(3);
-        let told = values(&mesh, &speed, &[Some(0), Some(1)]);
-        assert!(told[0] == 0.0 && told[1].is_nan(), "{told:?}");
+        let colours = values(&mesh, &speed, &[Some(0), Some(1)]);
+        assert!(colours[0] == 0.0 && colours[1].is_nan(), "{colours:?}");
         mesh.of_points[1].components = 1;
         assert!(values(&mesh, &speed, &[Some(0)])[0].is_nan());
         assert!(fields(&mesh).iter().all(|field| field.name != "speed"));

@@ -22,7 +22,7 @@ const TICK: Duration = Duration::from_millis(100);
 /// large runs take long. Not the wall time: beside other work a page of a second would be the only one for an hour.
 const REST: u32 = 60;
 
-/// Keeps the page of the run in `dir` up to date until the run has ended or `stop` says so; `shown` is told of the first page, or
+/// Keeps the page of the run in `dir` up to date until the run has ended or `stop` says so; `shown` gets the first page, or
 /// before it with `None` that there is nothing to show yet.
 /// It reads what the run has written, and writes the page only.
 ///

@@ -61,8 +61,8 @@ impl Record {
         });
         let scene = scene_text.as_ref().and_then(|_| {
             let read = Scene::of_run(dir);
-            let told = |e: &SceneErrors| format!("scene.toml cannot be read: {}.", e.0[0].message);
-            read.map_err(|errors| faults.push(told(&errors))).ok()
+            let fault = |e: &SceneErrors| format!("scene.toml cannot be read: {}.", e.0[0].message);
+            read.map_err(|errors| faults.push(fault(&errors))).ok()
         });
         let history = table("history.csv", history, &mut faults);
         let course = table(COURSE, text(dir, COURSE)?, &mut faults);

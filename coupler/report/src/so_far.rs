@@ -14,7 +14,7 @@ pub fn steps(record: &Record) -> Option<u64> {
     Some(steps as u64)
 }
 
-/// Points or bodies, as the solver said when it was ready.
+/// Points or bodies, as the solver reported in Ready.
 pub fn items(record: &Record, party: &str) -> Option<u64> {
     let mut lines = record.log.iter();
     let ready = lines

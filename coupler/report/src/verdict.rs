@@ -1,4 +1,4 @@
-//! The checks of a run in words: what was expected is said as the scene says it.
+//! The checks of a run in words: what was expected is written as in the scene.
 
 use coupler::record::check::{Check, CheckResult, When};
 use coupler::scene::Scene;
@@ -69,7 +69,7 @@ fn row(verdict: &CheckResult, scene: Option<&Scene>, run: &str) -> Row {
     let relative = meant.relative_tolerance.is_some();
     let scale = meant.scale.as_ref().and_then(finite);
     let near = meant.reference.as_ref().and_then(finite).is_some();
-    // What distances are told in.
+    // The units of distances.
     let distance = |number: f64| match scale {
         _ if !number.is_finite() => "none".to_owned(),
         _ if relative => format!("{}\u{a0}%", self::number(100.0 * number)),
@@ -79,15 +79,15 @@ fn row(verdict: &CheckResult, scene: Option<&Scene>, run: &str) -> Row {
         }
         None => quantity(number, &unit),
     };
-    let told = |number: &Option<f64>| Some(quantity(finite(number)?, &unit));
+    let in_unit = |number: &Option<f64>| Some(quantity(finite(number)?, &unit));
     Row {
         run: run.to_owned(),
         result: if verdict.pass { "pass" } else { "fail" },
         name: verdict.name.clone(),
         when: check.map_or("", |check| when(check.when)),
-        value: told(&Some(verdict.value)).unwrap_or_else(|| "none".to_owned()),
+        value: in_unit(&Some(verdict.value)).unwrap_or_else(|| "none".to_owned()),
         expected: meant
-            .in_words(told, told)
+            .in_words(in_unit, in_unit)
             .or_else(|| Some(check?.expectation(|number| quantity(number, &unit))))
             .unwrap_or_default(),
         error: match verdict.error {
@@ -141,7 +141,7 @@ fn unit(check: &Check, scene: &Scene) -> String {
     if let Some(same) = columns.find(|column| column.value.source() == value) {
         return same.unit.clone();
     }
-    // A pure number is told without one.
+    // A pure number has none.
     let unit = scene.quantities.unit_of(value).filter(|unit| *unit != "1");
     unit.unwrap_or_default().to_owned()
 }

@@ -216,8 +216,8 @@ impl Scene {
     /// One complaint about a key.
     pub fn complaint(&self, key: &str, message: &str, help: &str) -> SceneErrors {
         let help = (!help.is_empty()).then(|| help.to_owned());
-        let told = self.document.diagnostic(key, Part::Value, message, help);
-        SceneErrors(vec![told])
+        let diagnostic = self.document.diagnostic(key, Part::Value, message, help);
+        SceneErrors(vec![diagnostic])
     }
 
     /// Notes the state with which the scene begins: its time `at` (s) and its hash `state`. A run of the resolved scene

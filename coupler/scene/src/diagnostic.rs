@@ -305,8 +305,8 @@ mod tests {
         assert_eq!(nearest(&long, [long.as_str(), "cell"]), None);
         assert_eq!(nearest("cel", [long.as_str(), "cell"]), Some("cell"));
         let names: Vec<String> = (0..5000).map(|i| format!("name_{i}")).collect();
-        let told = suggestion("cell", "names", names.iter().map(String::as_str));
-        assert!(told.ends_with("name_99 and 4900 more"), "{told}");
+        let suggested = suggestion("cell", "names", names.iter().map(String::as_str));
+        assert!(suggested.ends_with("name_99 and 4900 more"), "{suggested}");
     }
 
     #[test]

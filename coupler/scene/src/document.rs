@@ -121,7 +121,7 @@ pub(super) enum Part {
     Value,
 }
 
-/// Longest text of a scene in bytes. The longest of the tree has 240 kB; of this one, whatever is in it, `check` tells within
+/// Longest text of a scene in bytes. The longest of the tree has 240 kB; of this one, whatever is in it, `check` answers within
 /// 2 s what is wrong (`coupler/tests/long_scenes.rs`). Tables and points are read from files, sets of bodies are one key.
 const TEXT_MAX: usize = 2 << 20;
 
@@ -216,8 +216,8 @@ impl Document {
         }
         let begin = |fault: &toml::de::Error| fault.span().map(|span| span.start);
         let first = faults.iter().min_by_key(|fault| begin(fault));
-        let told = first.map(|fault| document.not_toml(fault));
-        Err(SceneErrors(told.into_iter().collect()))
+        let diagnostic = first.map(|fault| document.not_toml(fault));
+        Err(SceneErrors(diagnostic.into_iter().collect()))
     }
 
     /// The message for an error of syntax; errors that follow from it are not reported.

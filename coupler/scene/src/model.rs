@@ -210,7 +210,7 @@ pub struct Study {
     pub error: Option<Measurand>,
     /// Dotted key of the number that sets the resolution of a run.
     pub resolution: String,
-    /// Varied keys that lead along a curve instead of telling curves apart.
+    /// Varied keys that lead along a curve instead of distinguishing curves.
     pub along: Vec<String>,
     /// Dotted scene key, or `variant`, and its values as `--set` takes them.
     pub vary: Vec<(String, Vec<String>)>,

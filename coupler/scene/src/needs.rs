@@ -24,7 +24,7 @@ pub fn unmet(
         Party::Coupler => return None,
     };
     let solver = format!("the solver of the {side}, `{identity}`,");
-    let told = missing(&needs, capabilities).into_iter().map(|need| {
+    let diagnostics = missing(&needs, capabilities).into_iter().map(|need| {
         let path = body_or_set(&need.key, &scene.document);
         let message = sentence(need, &path, &scene.document, &solver, capabilities);
         let help = help(need, party);
@@ -32,9 +32,9 @@ pub fn unmet(
             .document
             .diagnostic(&path, Part::Value, &message, Some(help))
     });
-    let mut told: Vec<_> = told.collect();
-    told.sort_by_key(|diagnostic| diagnostic.place.line());
-    (!told.is_empty()).then_some(SceneErrors(told))
+    let mut diagnostics: Vec<_> = diagnostics.collect();
+    diagnostics.sort_by_key(|diagnostic| diagnostic.place.line());
+    (!diagnostics.is_empty()).then_some(SceneErrors(diagnostics))
 }
 
 /// The refusal of a solver, reported at the line of the scene.

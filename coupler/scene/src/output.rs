@@ -59,7 +59,7 @@ pub(super) fn constants(
             },
         }
     }
-    // Of constants that wait for others, the faults of the others are told; without any, that they wait in a circle.
+    // Of constants that wait for others, the faults of the others are reported; without any, that they form a circle.
     let is_constant = |missing: &String| written.contains_key(missing);
     let of_others = waiting.iter().filter(|(missing, _)| !is_constant(missing));
     stuck.extend(of_others.flat_map(|(_, names)| names));
@@ -160,7 +160,7 @@ pub(super) fn suggestion_for<'n>(
     }
 }
 
-/// The names with which columns and checks are compiled, and where what is wrong with them is told.
+/// The names with which columns and checks are compiled, and where their faults are reported.
 pub(super) struct Context<'a, 'd> {
     pub problems: &'a mut Problems<'d>,
     pub constants: &'a BTreeMap<String, f64>,

@@ -89,7 +89,7 @@ pub fn refuse_points_within_bodies(scene: &Scene) -> Result<(), SceneErrors> {
         return Ok(());
     };
     let solids: Vec<Solid> = dem.bodies.iter().map(Solid::of).collect();
-    let mut told = Vec::new();
+    let mut diagnostics = Vec::new();
     for (g, group) in mpm.groups.iter().enumerate() {
         let radius =
             (group.contact_radius).unwrap_or_else(|| group.default_contact_radius(mpm.cell));
@@ -129,13 +129,13 @@ pub fn refuse_points_within_bodies(scene: &Scene) -> Result<(), SceneErrors> {
             );
             let key = format!("mpm.points.{g}.fill");
             let document = &scene.document;
-            told.push(document.diagnostic(&key, Part::Value, &message, Some(help)));
+            diagnostics.push(document.diagnostic(&key, Part::Value, &message, Some(help)));
         }
     }
-    if told.is_empty() {
+    if diagnostics.is_empty() {
         Ok(())
     } else {
-        Err(SceneErrors(told))
+        Err(SceneErrors(diagnostics))
     }
 }
 

@@ -1,5 +1,5 @@
 //! Waiting for a disk. Files are written in the background; if a writer is too far behind, the run waits. The solvers
-//! are told, so that the time does not count towards their deadlines.
+//! know of it, so that the time does not count towards their deadlines.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;

@@ -178,12 +178,12 @@ mod tests {
             end,
         };
         assert_eq!(of(8.0, 100_000).too_long(), None);
-        let told = of(800.0, 100_000).too_long().unwrap();
+        let message = of(800.0, 100_000).too_long().unwrap();
         assert!(
-            told.starts_with("about 8.0e7 steps, which take 2.8 days or more"),
-            "{told}"
+            message.starts_with("about 8.0e7 steps, which take 2.8 days or more"),
+            "{message}"
         );
-        assert!(told.ends_with("`time.end` is 800 s"), "{told}");
+        assert!(message.ends_with("`time.end` is 800 s"), "{message}");
         assert_eq!(
             Estimate {
                 limits: Vec::new(),

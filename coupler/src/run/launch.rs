@@ -62,7 +62,7 @@ pub struct Processes {
 struct Process {
     party: Party,
     child: Child,
-    said: Said,
+    stderr: CapturedStderr,
     /// Whether its end has been seen once. Its last message was sent before, so it gets one more chance to be read.
     seen_ended: bool,
 }
@@ -117,7 +117,7 @@ impl Processes {
         self.all.push(Process {
             party,
             child,
-            said: Said::read(stderr, party, self.dir.clone(), self.screen.clone()),
+            stderr: CapturedStderr::read(stderr, party, self.dir.clone(), self.screen.clone()),
             seen_ended: false,
         });
         Ok(())
@@ -161,7 +161,7 @@ impl Processes {
             }
             process::kill(&mut process.child);
             let _ = process.child.wait();
-            self.last_words.push((process.party, process.said.last()));
+            self.last_words.push((process.party, process.stderr.last()));
         }
     }
 
@@ -181,12 +181,12 @@ impl Drop for Processes {
 
 /// The standard error of a solver. It is passed on and written to a file, and its end is kept in memory.
 #[derive(Debug)]
-struct Said {
+struct CapturedStderr {
     tail: Arc<Mutex<Vec<u8>>>,
     reader: JoinHandle<()>,
 }
 
-impl Said {
+impl CapturedStderr {
     fn read(
         mut stderr: ChildStderr,
         party: Party,
@@ -200,17 +200,17 @@ impl Said {
             let mut file: Option<HeadAndTail<File>> = None;
             let mut bytes = vec![0; 4096];
             loop {
-                let said = match stderr.read(&mut bytes) {
+                let bytes_read = match stderr.read(&mut bytes) {
                     Ok(0) => break,
                     Ok(read) => &bytes[..read],
                     Err(error) if error.kind() == io::ErrorKind::Interrupted => continue,
                     Err(_) => break,
                 };
                 match &screen {
-                    Some(screen) => screen.text(said),
-                    None => drop(io::stderr().write_all(said)),
+                    Some(screen) => screen.text(bytes_read),
+                    None => drop(io::stderr().write_all(bytes_read)),
                 }
-                keep(&mut kept.lock().expect("no thread panics"), said);
+                keep(&mut kept.lock().expect("no thread panics"), bytes_read);
                 if file.is_none() {
                     let name = format!("{}.log", party.name());
                     let opened = dir
@@ -220,7 +220,7 @@ impl Said {
                 }
                 // If the file cannot be written, standard error still shows the output.
                 if let Some(file) = &mut file {
-                    let _ = file.write(said);
+                    let _ = file.write(bytes_read);
                 }
             }
             if let Some(file) = file {
@@ -239,8 +239,8 @@ impl Said {
 }
 
 /// Appends to the output in memory, of which only the end is kept.
-fn keep(tail: &mut Vec<u8>, said: &[u8]) {
-    tail.extend(said);
+fn keep(tail: &mut Vec<u8>, bytes: &[u8]) {
+    tail.extend(bytes);
     let over = tail.len().saturating_sub(KEPT);
     tail.drain(..over);
 }
@@ -267,8 +267,8 @@ impl<W: Write> HeadAndTail<W> {
         }
     }
 
-    fn write(&mut self, said: &[u8]) -> io::Result<()> {
-        let (head, rest) = said.split_at(said.len().min(self.left));
+    fn write(&mut self, bytes: &[u8]) -> io::Result<()> {
+        let (head, rest) = bytes.split_at(bytes.len().min(self.left));
         self.left -= head.len();
         self.tail.extend(rest);
         let over = self.tail.len().saturating_sub(self.most);

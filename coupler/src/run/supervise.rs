@@ -133,7 +133,7 @@ impl<'a> Run<'a> {
             schedule: Schedule {
                 phase: Phase::Opening,
                 under_way: None,
-                asked: 0,
+                flags: 0,
                 touches: match options.solvers {
                     Solvers::Processes { .. } if scene.mpm.is_some() => flags::FRAME,
                     _ => 0,
@@ -146,7 +146,7 @@ impl<'a> Run<'a> {
             restored: Vec::new(),
             failure: None,
         };
-        run.schedule.asked = run.asked_at_output(true);
+        run.schedule.flags = run.flags_at_output(true);
         if let Some(checkpoint) = checkpoint {
             run.go_on(checkpoint, branch);
         }
@@ -165,7 +165,7 @@ impl<'a> Run<'a> {
         let is_within = state.phase == Phase::Stepping;
         match branch {
             None => {
-                (schedule.phase, schedule.asked) = (state.phase, state.asked);
+                (schedule.phase, schedule.flags) = (state.phase, state.flags);
                 schedule.under_way = Some(at);
                 // A recording that continues must not have a message twice.
                 schedule.touches = 0;
@@ -175,10 +175,10 @@ impl<'a> Run<'a> {
                 schedule.under_way = is_within.then_some(at);
                 // Only the first grant of an epoch may measure (G-8).
                 if is_within && at.done > 0 {
-                    schedule.asked = state.asked;
+                    schedule.flags = state.flags;
                 }
             }
-            Some(false) => (schedule.phase, schedule.asked) = (Phase::Arriving, 0),
+            Some(false) => (schedule.phase, schedule.flags) = (Phase::Arriving, 0),
         }
     }
 

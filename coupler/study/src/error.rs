@@ -10,9 +10,9 @@ pub enum StudyError {
     /// A scene, with the values that it was given, is none.
     #[error("{0}")]
     Scene(SceneErrors),
-    /// What was asked for cannot be; the second is what to write instead.
+    /// The command cannot be carried out; the second is what to write instead.
     #[error("error: {0}\n   help: {1}")]
-    Asked(String, String),
+    Usage(String, String),
     /// A file cannot be read or written.
     #[error("error: {0}")]
     File(#[from] FileError),
@@ -25,14 +25,14 @@ pub enum StudyError {
 }
 
 impl StudyError {
-    pub(crate) fn asked(what: impl Into<String>, help: impl Into<String>) -> Self {
-        Self::Asked(what.into(), help.into())
+    pub(crate) fn usage(what: impl Into<String>, help: impl Into<String>) -> Self {
+        Self::Usage(what.into(), help.into())
     }
 
     /// Exit status of the program.
     pub fn exit_code(&self) -> u8 {
         match self {
-            Self::Scene(_) | Self::Asked(..) => 2,
+            Self::Scene(_) | Self::Usage(..) => 2,
             Self::File(_) | Self::Figure(_) => 3,
             Self::Interrupted => 130,
         }

@@ -49,7 +49,7 @@ fn measured(options: &PlotOptions) -> Result<(Vec<Series>, [String; 2]), StudyEr
                 let points: Vec<(f64, f64)> =
                     points.into_iter().filter(|p| options.shows(*p)).collect();
                 if points.is_empty() {
-                    return Err(StudyError::asked(
+                    return Err(StudyError::usage(
                         format!("`{label}` has nothing to draw"),
                         "check the columns, --xlim, --slope, and that what has a logarithmic axis is above 0",
                     ));
@@ -71,7 +71,7 @@ fn measured(options: &PlotOptions) -> Result<(Vec<Series>, [String; 2]), StudyEr
 /// Draws curves, or frames where these are asked for.
 ///
 /// # Errors
-/// [`StudyError::Asked`]: data cannot be read, a name is no column, or nothing is there to be drawn; [`StudyError::Figure`]
+/// [`StudyError::Usage`]: data cannot be read, a name is no column, or nothing is there to be drawn; [`StudyError::Figure`]
 /// and [`StudyError::File`].
 pub fn plot(options: &PlotOptions) -> Result<(), StudyError> {
     let path = &options.out;
@@ -79,7 +79,7 @@ pub fn plot(options: &PlotOptions) -> Result<(), StudyError> {
         return snapshots(options);
     }
     if kind(path)? == "gif" {
-        return Err(StudyError::asked(
+        return Err(StudyError::usage(
             format!("--out {}: one figure is no film", path.display()),
             "a film is of frames: `--frames all --out FILE.gif`",
         ));
@@ -132,7 +132,7 @@ impl PlotOptions {
         for (axis, name) in ["x", "y"].into_iter().enumerate() {
             let below_zero = |end: &Option<f64>| end.is_some_and(|end| end <= 0.0);
             if self.scales()[axis] == Scale::Log && self.limits()[axis].iter().any(below_zero) {
-                return Err(StudyError::asked(
+                return Err(StudyError::usage(
                     format!("--{name}lim: a logarithmic axis is above 0"),
                     format!("give ends above 0, or leave out --{name}log"),
                 ));
@@ -163,7 +163,7 @@ fn read(data: &str) -> Result<Table, StudyError> {
         Table::read(&path)
     };
     table.map_err(|error| {
-        StudyError::asked(
+        StudyError::usage(
             format!("cannot read {}: {error}", path.display()),
             "give a run directory or a CSV file, as PATH or LABEL=PATH",
         )
@@ -198,7 +198,7 @@ fn grouped<'a>(
         return Ok(vec![(None, rows.into_iter().filter(finite).collect())]);
     };
     let column = table.column(by).ok_or_else(|| {
-        StudyError::asked(
+        StudyError::usage(
             format!("--by {by} is no column"),
             format!("the columns are {}", table.names()),
         )
@@ -217,13 +217,13 @@ fn grouped<'a>(
 /// The slope of a curve: its change over a width around each point, for those that are half of it away from both ends.
 fn slope(points: &[(f64, f64)], width: f64, label: &str) -> Result<Vec<(f64, f64)>, StudyError> {
     if width.is_nan() || width <= 0.0 {
-        return Err(StudyError::asked(
+        return Err(StudyError::usage(
             format!("--slope {width}: not a width"),
             "give a number above 0, in the unit of x",
         ));
     }
     if points.windows(2).any(|pair| pair[1].0 <= pair[0].0) {
-        return Err(StudyError::asked(
+        return Err(StudyError::usage(
             format!("`{label}` has no slope: x does not grow from row to row"),
             "--slope is along what grows, such as time",
         ));
@@ -264,7 +264,7 @@ fn expected(
     let points = (0..count).map(|k| (at(k), y.evaluate(&[at(k)])));
     let points: Vec<(f64, f64)> = points.filter(|p| p.1.is_finite()).collect();
     if points.is_empty() {
-        return Err(StudyError::asked(
+        return Err(StudyError::usage(
             format!("`{}` is nowhere a number", line.what),
             help,
         ));

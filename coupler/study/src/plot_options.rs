@@ -182,7 +182,7 @@ pub(crate) fn compile(
     help: &str,
 ) -> Result<Expression, StudyError> {
     Expression::compile(text, meaning)
-        .map_err(|error| StudyError::asked(format!("`{text}`: {}", error.message), help))
+        .map_err(|error| StudyError::usage(format!("`{text}`: {}", error.message), help))
 }
 
 impl PlotOptions {

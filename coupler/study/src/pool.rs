@@ -1,4 +1,4 @@
-//! What starts runs: processes of this machine, so many at once. What ended is told by the run directories alone, so that a
+//! What starts runs: processes of this machine, so many at once. The run directories alone show what has ended, so that a
 //! process may as well be one that waits for a queue, and a run whose node was lost may be started again.
 
 use std::path::{Path, PathBuf};
@@ -80,11 +80,11 @@ pub(crate) fn wait(start: &Start, interrupt: &AtomicBool) -> Result<(), StudyErr
     }
     let mut child = spawn(&start.command, &start.log)?;
     let program = Path::new(&start.command[0]);
-    let mut told = false;
+    let mut announced = false;
     let ended = until_there(LOOK, || {
         let looked = child.try_wait().transpose();
-        if looked.is_none() && interrupt.load(Ordering::Relaxed) && !told {
-            told = true;
+        if looked.is_none() && interrupt.load(Ordering::Relaxed) && !announced {
+            announced = true;
             // It may have ended meanwhile, which the next look finds out.
             if let Some(group) = i32::try_from(child.id()).ok().and_then(Pid::from_raw) {
                 let _ = kill_process_group(group, Signal::TERM);
@@ -100,12 +100,12 @@ pub(crate) fn wait(start: &Start, interrupt: &AtomicBool) -> Result<(), StudyErr
 fn spawn(command: &[String], log: &Path) -> Result<Child, StudyError> {
     use std::os::unix::process::CommandExt;
     let (program, arguments) = command.split_first().expect("a command has a first word");
-    let said = files::make_named(log).map_err(fail("create", log))?;
+    let log_file = files::make_named(log).map_err(fail("create", log))?;
     let child = Command::new(program)
         .args(arguments)
         .stdin(Stdio::null())
         .stdout(Stdio::null())
-        .stderr(said)
+        .stderr(log_file)
         .process_group(0)
         .spawn()
         .map_err(fail("start", Path::new(program)))?;

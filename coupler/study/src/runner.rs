@@ -148,7 +148,7 @@ impl Runner {
         let runs = options.out.join("runs");
         fs::create_dir_all(&runs).map_err(|error| {
             let what = format!("cannot create the directory {}: {error}", runs.display());
-            StudyError::asked(what, "give another with `--out`")
+            StudyError::usage(what, "give another with `--out`")
         })?;
         // A launcher may work elsewhere.
         let runs = runs
@@ -207,7 +207,7 @@ impl Runner {
     }
 
     /// Runs cases as often as their times ask for, `most` times at most, unless they have been. All cases are run before one is repeated, so that
-    /// what else the machine does at a time falls on repetitions of many cases and not on all of one. `partial` is told now
+    /// what else the machine does at a time falls on repetitions of many cases and not on all of one. `partial` gets now
     /// and then what the first runs of all cases have left so far.
     ///
     /// # Errors
@@ -287,7 +287,7 @@ impl Runner {
                 tracing::warn!("{} runs left no summary: tried again", starts.len());
             }
             let commands: Vec<&Start> = starts.iter().map(|(_, start)| start).collect();
-            let mut told = Instant::now();
+            let mut announced = Instant::now();
             let mut look = || {
                 let mut news = false;
                 for (k, _) in &starts {
@@ -298,10 +298,10 @@ impl Runner {
                 }
                 progress.show(&found);
                 // A large table takes its time too.
-                if news && told.elapsed() > PARTIAL {
+                if news && announced.elapsed() > PARTIAL {
                     let began = Instant::now();
                     partial(&found);
-                    told = Instant::now() + 20 * began.elapsed();
+                    announced = Instant::now() + 20 * began.elapsed();
                 }
             };
             let make = |start: &&Start| wait(start, &self.interrupt);
@@ -367,7 +367,7 @@ impl Runner {
         let programs = case.scene.programs();
         if let Some((side, command)) = programs.first().filter(|_| !self.options.trust) {
             let what = format!("the scene would start a program as its {side}: {command}");
-            return Err(StudyError::asked(what, "look at it, then give `--trust`"));
+            return Err(StudyError::usage(what, "look at it, then give `--trust`"));
         }
         let directory = self.directory(case, repeat);
         let beside = |extension: &str| directory.with_extension(extension);
@@ -405,15 +405,15 @@ impl Runner {
 
 /// A run that left no summary, with its last words.
 fn lost(start: &Start) -> Summary {
-    let said = files::read_named_text(&start.log, SMALL).unwrap_or_default();
-    let last = said.lines().rev().find(|line| !line.trim().is_empty());
+    let log = files::read_named_text(&start.log, SMALL).unwrap_or_default();
+    let last = log.lines().rev().find(|line| !line.trim().is_empty());
     let event = last.and_then(|line| log::parse(line).0.pop());
-    let said = match (&event, last) {
+    let why = match (&event, last) {
         (Some(event), _) => event.message(),
         (None, last) => last.unwrap_or("it said nothing"),
     };
     Summary {
-        reason: Some(format!("the run left no summary, {TRIES} times; {said}")),
+        reason: Some(format!("the run left no summary, {TRIES} times; {why}")),
         ..Summary::default()
     }
 }

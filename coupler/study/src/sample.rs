@@ -41,12 +41,12 @@ impl Over {
     /// Of `KEY=uniform(A,B),...`; also `log_uniform` and `integer`.
     ///
     /// # Errors
-    /// [`StudyError::Asked`].
+    /// [`StudyError::Usage`].
     pub fn parse(argument: &str) -> Result<Vec<Self>, StudyError> {
         let all = split(argument).and_then(|all| all.iter().map(|one| Self::one(one)).collect());
         all.map_err(|what| {
             let help = "write `--over 'KEY=uniform(0.1,0.4)'`, or `log_uniform`, or `integer`";
-            StudyError::asked(format!("--over {argument}: {what}"), help)
+            StudyError::usage(format!("--over {argument}: {what}"), help)
         })
     }
 
@@ -103,12 +103,12 @@ impl Sample {
     /// value.
     ///
     /// # Errors
-    /// [`StudyError::Asked`] when a key is there twice, or when two runs are the same.
+    /// [`StudyError::Usage`] when a key is there twice, or when two runs are the same.
     pub fn draw(&self) -> Result<Vec<Vec<Setting>>, StudyError> {
         let keys: Vec<String> = self.over.iter().map(|over| over.key.clone()).collect();
         if let Some(key) = twice(&keys) {
             let what = format!("`{key}` is drawn twice");
-            return Err(StudyError::asked(what, "give each key one range"));
+            return Err(StudyError::usage(what, "give each key one range"));
         }
         let mut dice = fastrand::Rng::with_seed(self.seed);
         let mut runs = vec![Vec::new(); self.count];
@@ -121,7 +121,7 @@ impl Sample {
             }
         }
         if runs.iter().collect::<BTreeSet<_>>().len() < runs.len() {
-            return Err(StudyError::asked(
+            return Err(StudyError::usage(
                 format!("two of {} runs have the same values", self.count),
                 "give fewer runs or longer ranges",
             ));
@@ -216,8 +216,8 @@ mod tests {
             ("a=uniform(0,1),a=uniform(0,2)", "`a` is drawn twice"),
             ("a=integer(1,3)", "two of 5 runs have the same values"),
         ] {
-            let said = sample(over, 5, 0).unwrap_err().to_string();
-            assert!(said.contains(phrase), "{over}: {said}");
+            let message = sample(over, 5, 0).unwrap_err().to_string();
+            assert!(message.contains(phrase), "{over}: {message}");
         }
     }
 

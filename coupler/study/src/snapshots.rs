@@ -57,16 +57,16 @@ struct Dot {
 /// Draws the frames.
 ///
 /// # Errors
-/// [`StudyError::Asked`]: a frame cannot be read, or the expression is invalid; [`StudyError::Figure`] and
+/// [`StudyError::Usage`]: a frame cannot be read, or the expression is invalid; [`StudyError::Figure`] and
 /// [`StudyError::File`].
 pub(crate) fn snapshots(options: &PlotOptions) -> Result<(), StudyError> {
     let path = &options.out;
     let film = kind(path)? == "gif";
     if !options.clim.is_none_or(|[low, high]| low < high) {
-        return Err(StudyError::asked("--clim: not in order", "give LOW,HIGH"));
+        return Err(StudyError::usage("--clim: not in order", "give LOW,HIGH"));
     }
     if options.rate.is_nan() || options.rate <= 0.0 {
-        return Err(StudyError::asked(
+        return Err(StudyError::usage(
             format!("--rate {}: not a rate", options.rate),
             "give a number above 0, of pictures a second",
         ));
@@ -79,7 +79,7 @@ pub(crate) fn snapshots(options: &PlotOptions) -> Result<(), StudyError> {
     let x = ends(places().map(|place| place.0), options.limits()[0]);
     let y = ends(places().map(|place| place.1), options.limits()[1]);
     if let Some([low, high]) = [x, y].into_iter().find(|[low, high]| low >= high) {
-        return Err(StudyError::asked(
+        return Err(StudyError::usage(
             format!("nothing is shown from {low} to {high} m"),
             "give --xlim LEFT,RIGHT and --ylim BOTTOM,TOP in m where something is",
         ));
@@ -240,7 +240,7 @@ fn times_of(run: &Path, wanted: &[Which]) -> Result<Vec<f64>, StudyError> {
     }
     if all.is_empty() {
         let what = format!("{} has no frames", run.display());
-        return Err(StudyError::asked(
+        return Err(StudyError::usage(
             what,
             "give `output.frames`, and run again",
         ));
@@ -249,7 +249,7 @@ fn times_of(run: &Path, wanted: &[Which]) -> Result<Vec<f64>, StudyError> {
 }
 
 fn unread(error: &FrameError) -> StudyError {
-    StudyError::asked(
+    StudyError::usage(
         error.to_string(),
         "give `output.frames`, run, and name one of its times",
     )
@@ -290,7 +290,7 @@ fn without(name: &str, run: &str, time: f64) -> StudyError {
         }
         _ => "name it in `output.fields`, and run again; or choose another quantity for --colour",
     };
-    StudyError::asked(
+    StudyError::usage(
         format!("the points of {run} have no `{name}` at {time} s"),
         help,
     )
@@ -298,11 +298,11 @@ fn without(name: &str, run: &str, time: f64) -> StudyError {
 
 /// The contact forces of a frame.
 fn forces(frame: &Frame) -> Result<Vec<([Place; 2], f64)>, StudyError> {
-    let told = frame.contacts.as_ref();
-    let contacts = told.ok_or_else(|| {
-        StudyError::asked(
+    let states = frame.contacts.as_ref();
+    let contacts = states.ok_or_else(|| {
+        StudyError::usage(
             format!("the frame at {} s has no contacts", frame.time),
-            "run again with `contacts` among `output.fields`, or all of them, and a solver that tells contacts",
+            "run again with `contacts` among `output.fields`, or all of them, and a solver that reports contacts",
         )
     })?;
     let force = contacts.array("force");

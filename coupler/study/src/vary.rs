@@ -23,11 +23,11 @@ impl Vary {
     /// Of `KEY=V1,V2,...`. Commas within brackets, braces and quotes belong to a value.
     ///
     /// # Errors
-    /// [`StudyError::Asked`].
+    /// [`StudyError::Usage`].
     pub fn parse(argument: &str) -> Result<Self, StudyError> {
         let wrong = |what: String| {
             let help = "write `--vary mpm.cell=0.01,0.005`; values are those of `--set`";
-            StudyError::asked(format!("--vary {argument}: {what}"), help)
+            StudyError::usage(format!("--vary {argument}: {what}"), help)
         };
         let (key, values) = argument
             .split_once('=')
@@ -72,11 +72,11 @@ pub fn with_unit(key: &str) -> String {
 /// All combinations, the last key changing fastest.
 ///
 /// # Errors
-/// [`StudyError::Asked`] when a key is there twice.
+/// [`StudyError::Usage`] when a key is there twice.
 pub fn combinations(vary: &[Vary]) -> Result<Vec<Vec<Setting>>, StudyError> {
     let keys: Vec<String> = vary.iter().map(|v| v.key.clone()).collect();
     if let Some(key) = twice(&keys) {
-        return Err(StudyError::asked(
+        return Err(StudyError::usage(
             format!("`{key}` is varied twice"),
             "give all its values at once: `--vary KEY=V1,V2`",
         ));
@@ -184,8 +184,8 @@ mod tests {
             ("a=[1}", "`}` closes nothing"),
             ("a=\"x", "a closing `\"` is missing"),
         ] {
-            let said = Vary::parse(argument).unwrap_err().to_string();
-            assert!(said.contains(phrase), "{argument}: {said}");
+            let message = Vary::parse(argument).unwrap_err().to_string();
+            assert!(message.contains(phrase), "{argument}: {message}");
         }
     }
 
@@ -197,8 +197,8 @@ mod tests {
             .collect();
         let all = combinations(&vary).unwrap();
         assert_eq!(all.len(), 6);
-        let said: Vec<String> = all.iter().map(|s| s[0].1.clone() + &s[1].1).collect();
-        assert_eq!(said, ["1x", "1y", "1z", "2x", "2y", "2z"]);
+        let values: Vec<String> = all.iter().map(|s| s[0].1.clone() + &s[1].1).collect();
+        assert_eq!(values, ["1x", "1y", "1z", "2x", "2y", "2z"]);
         assert_eq!(combinations(&[]).unwrap(), [Vec::new()]);
         let twice = [vary[0].clone(), vary[0].clone()];
         assert!(combinations(&twice).is_err());

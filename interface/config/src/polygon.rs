@@ -163,20 +163,20 @@ mod tests {
         assert_eq!(simple(&square), Ok(()));
         assert_eq!(area(&square), 1.0);
         assert_eq!(perimeter(&square), 4.0);
-        let told = fault(&[[0., 0.], [1., 1.], [1., 0.], [0., 1.]]);
+        let message = fault(&[[0., 0.], [1., 1.], [1., 0.], [0., 1.]]);
         assert!(
-            told.contains("vertex 0 [0.0, 0.0] and the one from vertex 2"),
-            "{told}"
+            message.contains("vertex 0 [0.0, 0.0] and the one from vertex 2"),
+            "{message}"
         );
     }
 
     #[test]
     fn other_impossible_outlines_are_named() {
         // A vertex that lies on another edge.
-        let told = fault(&[[0., 0.], [2., 0.], [2., 2.], [1., 0.], [0., 2.]]);
+        let message = fault(&[[0., 0.], [2., 0.], [2., 2.], [1., 0.], [0., 2.]]);
         assert!(
-            told.contains("vertex 0 [0.0, 0.0] and the one from vertex 2"),
-            "{told}"
+            message.contains("vertex 0 [0.0, 0.0] and the one from vertex 2"),
+            "{message}"
         );
         let star = [
             [0., 3.],

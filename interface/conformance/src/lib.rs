@@ -1,7 +1,7 @@
 //! A conformance kit: starts a solver, plays its coupler and its peer over the real channels, and judges every clause
 //! of PROTOCOL.md that can be seen from outside. `tandem conformance` is its command, docs/conformance.md its manual.
 //!
-//! [`random`] judges the physics of bodies by random cases beside an oracle; what else is said of a clause here is of the others.
+//! [`random`] judges the physics of bodies by random cases beside an oracle; the rest of this page is about the other clauses.
 //! `bench` is where a clause is judged: sessions with the solver, time, a peer of mass points. [`clause`] holds the
 //! clauses as data, `verdict` what becomes of them, [`report`] how that is shown, `flaw` what the kit says wrongly.
 //!
@@ -82,7 +82,7 @@ pub struct Judged {
     pub verdict: Verdict,
     /// Time that it took.
     pub wall: Duration,
-    /// What was said, if that was asked for.
+    /// The messages, if they were asked for.
     pub trace: Trace,
     /// The seed of the random case that breaks it, and that case as small as it could be made.
     pub case: Option<(u64, String)>,
@@ -122,7 +122,7 @@ impl Judged {
 pub struct Examination {
     /// The solver's side.
     pub party: Party,
-    /// What the solver calls itself, if it said.
+    /// The solver's name for itself, if it sent one.
     pub identity: String,
     /// What it says that it takes.
     pub capabilities: Capabilities,
@@ -174,14 +174,14 @@ impl Examination {
     }
 }
 
-/// Tests a solver; calls `tell` with each verdict, in the order of the clauses.
+/// Tests a solver; calls `show` with each verdict, in the order of the clauses.
 ///
 /// # Errors
 /// [`ExamineError`] when nothing can be judged.
 pub fn examine(
     subject: &Subject,
     options: &Options,
-    mut tell: impl FnMut(&Judged),
+    mut show: impl FnMut(&Judged),
 ) -> Result<Examination, ExamineError> {
     let start = Instant::now();
     let all = clause::of(subject.party);
@@ -198,9 +198,9 @@ pub fn examine(
         |clause: &&Clause| options.only.is_empty() || options.only.iter().any(|id| id == clause.id);
     let clauses: Vec<&Clause> = all.into_iter().filter(asked).collect();
     let (rows, random): (Vec<_>, Vec<_>) = clauses.into_iter().partition(|c| c.judge.is_some());
-    let mut judged = judge_all(subject, options, &greeting, first, &rows, &mut tell);
+    let mut judged = judge_all(subject, options, &greeting, first, &rows, &mut show);
     for one in judge_at_random(subject, options, &greeting.capabilities, &random, &judged) {
-        tell(&one);
+        show(&one);
         judged.push(one);
     }
     Ok(Examination {
@@ -240,7 +240,7 @@ pub fn random_cases(
     Ok(verdicts.filter(|(_, verdict)| !passes(verdict)).collect())
 }
 
-/// Tests clauses of a table whose first one is `first`, several at the same time; calls `tell` with the verdicts in order.
+/// Tests clauses of a table whose first one is `first`, several at the same time; calls `show` with the verdicts in order.
 ///
 /// A clause is blocked where one that it is after is broken, however many are judged at once. Those that measure time come
 /// last, one by one.
@@ -250,7 +250,7 @@ fn judge_all(
     greeting: &Greeting,
     first: Option<&'static str>,
     clauses: &[&'static Clause],
-    mut tell: impl FnMut(&Judged),
+    mut show: impl FnMut(&Judged),
 ) -> Vec<Judged> {
     let impatient = AtomicBool::new(!greeting.came);
     // What rests on a clause is blocked by itself or by what blocks it.
@@ -292,7 +292,7 @@ fn judge_all(
                 breaks(clause, by);
                 judged = Judged::of(clause, Verdict::Blocked { by });
             }
-            tell(&judged);
+            show(&judged);
             done.push(judged);
         }
     };

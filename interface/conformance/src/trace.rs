@@ -1,4 +1,4 @@
-//! What was said while a clause was judged, as lines of JSON: who to whom, header, every number, and the bytes.
+//! The messages while a clause was judged, as lines of JSON: sender, receiver, header, every number, and the bytes.
 
 use std::fmt::Write as _;
 use std::time::Duration;
@@ -26,8 +26,13 @@ impl Trace {
         let mut line = json!(message.header);
         line["run"] = run.into();
         line["time"] = time.as_secs_f64().into();
-        let said = Channel::of(solver, message.kind()).from() == solver;
-        line["way"] = if said { "from_solver" } else { "to_solver" }.into();
+        let from_solver = Channel::of(solver, message.kind()).from() == solver;
+        line["way"] = if from_solver {
+            "from_solver"
+        } else {
+            "to_solver"
+        }
+        .into();
         line["kind"] = json!(message.kind());
         let (decoded, bytes) = decoded(message);
         line["decoded"] = decoded.into();

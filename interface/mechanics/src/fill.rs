@@ -164,7 +164,7 @@ fn along_the_grid(vertices: &[[f64; 2]], side: f64) -> Filled {
     (inside(vertices, counts, place), [side; 2])
 }
 
-/// The centres of a lattice of boxes that are inside of a polygon, row by row; `place` tells where a place of the lattice is.
+/// The centres of a lattice of boxes that are inside of a polygon, row by row; `place` is the position of a place of the lattice.
 fn inside(
     vertices: &[[f64; 2]],
     counts: [u32; 2],

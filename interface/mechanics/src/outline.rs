@@ -122,7 +122,7 @@ pub fn foot(a: Vec2, b: Vec2, p: Vec2) -> (Vec2, f64) {
 /// Distance and normal of `p` with respect to `edges` of a closed, counter-clockwise outline.
 ///
 /// The sign comes from the nearest feature alone, so only edges near `p` need be looked at: in a simple polygon the
-/// nearest point is an edge (then its side tells), a convex corner (then `p` is outside) or a reflex one (inside).
+/// nearest point is an edge (then its side has the sign), a convex corner (then `p` is outside) or a reflex one (inside).
 /// Where `p` lies on the outline the normal is the edge's, or bisects the corner; at the centre of a disc,
 /// which has no direction, it is +y. Of features at the same distance the first counts.
 #[inline]

@@ -155,7 +155,7 @@ impl Scenario {
         let Some(step) = step_of(error) else {
             return Ok(());
         };
-        let [told, mpm, dem] = played.steps;
+        let [coupler, mpm, dem] = played.steps;
         // A message that was sent in one step may be found wrong later: one that is sent twice, at its next reading.
         let late = played
             .struck
@@ -170,9 +170,9 @@ impl Scenario {
         } else {
             mpm.max(dem) + self.plan.window
         };
-        if step < told.min(mpm).min(dem) || step > last {
+        if step < coupler.min(mpm).min(dem) || step > last {
             return Err(format!(
-                "{}; the fault was at step {told}, {mpm}, {dem}",
+                "{}; the fault was at step {coupler}, {mpm}, {dem}",
                 verdict()
             ));
         }

@@ -22,8 +22,8 @@ fn holds(scenario: &Scenario) -> Outcome {
 #[test]
 fn scenarios_of_seeds_hold_and_meet_every_kind_of_fault_and_outcome() {
     let asked = |name: &str| {
-        let told = std::env::var(name).ok()?;
-        Some(told.parse::<u64>().expect("a number of scenarios"))
+        let number = std::env::var(name).ok()?;
+        Some(number.parse::<u64>().expect("a number of scenarios"))
     };
     let (from, asked) = (asked("SIMULATE_FROM").unwrap_or(0), asked("SIMULATE_SEEDS"));
     let mut kinds: BTreeMap<String, u64> = BTreeMap::new();

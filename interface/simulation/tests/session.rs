@@ -240,7 +240,7 @@ impl Supervisor for ToySupervisor<'_> {
             host.stopped[n] == Stopped::Dead || host.ended[n]
         };
         let gone = [Party::Mpm, Party::Dem].into_iter().find(ended)?;
-        // Told at the second look: what was said before the end has been looked for in between.
+        // Reported at the second look: what was sent before the end has been looked for in between.
         if self.seen == Some(gone) {
             return Some((gone, "has ended".into()));
         }

@@ -246,8 +246,8 @@ mod tests {
         assert_eq!(Notice::decode(&hello).unwrap(), whole);
         assert!(Notice::decode(&bye).is_err());
         // Texts of a solver reach a terminal as one line.
-        let said = Notice::Refused(Refusal::new("a\nb", "\u{1b}[2J"));
+        let notice = Notice::Refused(Refusal::new("a\nb", "\u{1b}[2J"));
         let heard = Notice::Refused(Refusal::new("a\\nb", "\\u{1b}[2J"));
-        assert_eq!(Notice::decode(&encode(&said)).unwrap(), heard);
+        assert_eq!(Notice::decode(&encode(&notice)).unwrap(), heard);
     }
 }

@@ -120,10 +120,10 @@ fn without_its_end_a_recording_is_torn_and_its_prefix_is_read() {
         fs::write(&path, &whole[..whole.len() - cut]).unwrap();
         let (messages, end) = read(&path);
         assert_first(&messages);
-        let End::Torn { messages: told } = end else {
+        let End::Torn { messages: intact } = end else {
             panic!("{end:?}");
         };
-        assert!(told == messages.len() as u64 && told < written);
+        assert!(intact == messages.len() as u64 && intact < written);
     }
 }
 
@@ -138,15 +138,15 @@ fn every_flipped_byte_is_detected() {
         let mut flipped = whole.clone();
         flipped[at] ^= 0x10;
         fs::write(&path, flipped).unwrap();
-        let told = Playback::verify(&path);
-        let torn = |messages| matches!(told, Ok(End::Torn { messages: whole }) if whole < messages);
-        assert!(told.is_err() || torn(20), "byte {at}: {told:?}");
+        let end = Playback::verify(&path);
+        let torn = |messages| matches!(end, Ok(End::Torn { messages: whole }) if whole < messages);
+        assert!(end.is_err() || torn(20), "byte {at}: {end:?}");
     }
     let mut longer = whole.clone();
     longer.push(0);
     fs::write(&path, longer).unwrap();
-    let told = Playback::verify(&path).unwrap_err().to_string();
-    assert!(told.contains("after the end"), "{told}");
+    let message = Playback::verify(&path).unwrap_err().to_string();
+    assert!(message.contains("after the end"), "{message}");
 }
 
 #[test]
@@ -155,14 +155,17 @@ fn files_that_are_not_recordings_are_refused() {
     let path = dir.path().join("r");
     for text in ["", "short", "name,x [m],y [m],angle [rad]\nfloor,0,0,0\n"] {
         fs::write(&path, text).unwrap();
-        let told = Playback::verify(&path).unwrap_err().to_string();
-        assert!(told.contains("is not a recording"), "{told}");
+        let message = Playback::verify(&path).unwrap_err().to_string();
+        assert!(message.contains("is not a recording"), "{message}");
     }
     let mut other = about();
     other.made.layout = "0123456789abcdef".into();
     create(&path, &other).finish().unwrap();
-    let told = Playback::verify(&path).unwrap_err().to_string();
-    assert!(told.contains("layout 0123456789abcdef, this is"), "{told}");
+    let message = Playback::verify(&path).unwrap_err().to_string();
+    assert!(
+        message.contains("layout 0123456789abcdef, this is"),
+        "{message}"
+    );
 }
 
 /// `/dev/full` is a disk without room.
@@ -170,10 +173,10 @@ fn files_that_are_not_recordings_are_refused() {
 fn a_full_disk_is_reported_and_delays_nothing() {
     let path = Path::new("/dev/full");
     let full = fs::OpenOptions::new().write(true).open(path).unwrap();
-    let Err(told) = Recorder::create(full, path, &about()) else {
+    let Err(error) = Recorder::create(full, path, &about()) else {
         panic!("the first write finds out");
     };
-    assert!(told.to_string().contains("No space left"), "{told}");
+    assert!(error.to_string().contains("No space left"), "{error}");
 }
 
 /// A run whose tap was late by 64 messages lost some, and its recording could not be replayed.

@@ -140,14 +140,14 @@ mod tests {
             set,
             ..StepHeader::default()
         };
-        let told = |header, sent| not_of_set("forces", &header, sent, (1, 24));
-        assert_eq!(told(header(1, 24), 24), None);
+        let fault = |header, sent| not_of_set("forces", &header, sent, (1, 24));
+        assert_eq!(fault(header(1, 24), 24), None);
         assert_eq!(
-            told(header(1, 23), 24).as_deref(),
+            fault(header(1, 23), 24).as_deref(),
             Some("24 forces for set 1, 23 announced; expected 24 for set 1")
         );
         for (header, sent) in [(header(1, 24), 23), (header(2, 24), 24)] {
-            assert!(told(header, sent).is_some());
+            assert!(fault(header, sent).is_some());
         }
     }
 
@@ -157,8 +157,11 @@ mod tests {
             links(&linked(next), 0).unwrap();
         }
         for next in [[4, 0, 0], [1, 0, 0], [0, 0, 3], [u32::MAX, 0, 0]] {
-            let told = links(&linked(next), 7).unwrap_err().to_string();
-            assert!(told.contains("I-2") && told.contains("`next`"), "{told}");
+            let message = links(&linked(next), 7).unwrap_err().to_string();
+            assert!(
+                message.contains("I-2") && message.contains("`next`"),
+                "{message}"
+            );
         }
     }
 }

@@ -171,8 +171,8 @@ impl<'a> Connection<'a> {
 
     /// Refuses the configuration or the saved state: sends the refusal, and waits for the Abort that answers it.
     pub async fn refuse(&self, refusal: Refusal) -> SessionError {
-        let said = self.say(&Notice::Refused(refusal.clone())).await;
-        if said.is_ok() {
+        let sent = self.say(&Notice::Refused(refusal.clone())).await;
+        if sent.is_ok() {
             let _ = self.order("the answer to its refusal", SETUP).await;
         }
         SessionError::Refused {

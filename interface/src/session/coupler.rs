@@ -445,7 +445,7 @@ impl<'a> Coupler<'a> {
                     if let Some(stop) = self.supervisor.interrupted(self.arriving, silence) {
                         return Err(stop.into());
                     }
-                    // A notice is looked for before the end of a process: a solver that has ended may have said why.
+                    // A notice is looked for before the end of a process: a solver that has ended may have sent the reason.
                     if !awaits_notices {
                         self.unexpected_notice()?;
                     }
@@ -511,7 +511,7 @@ mod tests {
 
     impl Supervisor for Nobody {
         fn configure(&mut self, _: &Solvers) -> Result<Vec<Part>, Stop> {
-            unreachable!("not all have said Hello")
+            unreachable!("not all have sent Hello")
         }
         fn next(&mut self) -> Result<Option<Next>, Stop> {
             unreachable!("nobody is ready")
@@ -559,7 +559,7 @@ mod tests {
         session.into_verdict().unwrap_err().to_string()
     }
 
-    /// A solver that sends no forces waits for the next states, and said first that the other one was silent.
+    /// A solver that sends no forces waits for the next states, and was the first to report that the other one was silent.
     #[test]
     fn of_two_complaints_that_of_the_earlier_step_is_told() {
         let mpm = "the mpm ended the session at step 0: said by mpm";

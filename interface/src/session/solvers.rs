@@ -401,8 +401,8 @@ mod tests {
                 ..Readiness::default()
             });
             sent.grant.steps = 1;
-            let told = sent.report(&[Report { next: 1, ..report }]);
-            told.err().map(|error| error.to_string())
+            let result = sent.report(&[Report { next: 1, ..report }]);
+            result.err().map(|error| error.to_string())
         };
         let sound = Report {
             items: 4,
@@ -426,9 +426,9 @@ mod tests {
         for (spoil, words) in rows {
             let mut absurd = sound;
             spoil(&mut absurd);
-            let told = report(absurd).unwrap();
-            assert!(told.contains("the mpm broke clause R-2"), "{told}");
-            assert!(told.contains(words), "{told}");
+            let message = report(absurd).unwrap();
+            assert!(message.contains("the mpm broke clause R-2"), "{message}");
+            assert!(message.contains(words), "{message}");
         }
     }
 }

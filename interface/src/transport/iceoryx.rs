@@ -403,8 +403,11 @@ mod tests {
             found.map(|_| into.payload.len()).map_err(|e| e.to_string())
         };
         assert_eq!(look(&[0; 640]), Ok(2));
-        let told = look(&[0; 321]).unwrap_err();
-        assert!(told.contains("321 bytes") && told.contains("C-4"), "{told}");
+        let error = look(&[0; 321]).unwrap_err();
+        assert!(
+            error.contains("321 bytes") && error.contains("C-4"),
+            "{error}"
+        );
         assert_eq!(look(&[]), Ok(0));
     }
 
@@ -428,10 +431,10 @@ mod tests {
                 std::thread::sleep(Duration::from_millis(50));
                 owned.release();
             });
-            let told = (0..=BUFFER).find_map(|_| say().err());
+            let error = (0..=BUFFER).find_map(|_| say().err());
             assert!(
-                matches!(told, Some(TransportError::Full { .. })),
-                "{told:?}"
+                matches!(error, Some(TransportError::Full { .. })),
+                "{error:?}"
             );
         });
         assert!(start.elapsed() < SEND_TIMEOUT / 2, "{:?}", start.elapsed());

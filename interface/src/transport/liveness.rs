@@ -16,7 +16,7 @@ pub enum Hold {
     Blocked,
     /// Its control group is frozen: a container that is paused.
     Frozen,
-    /// It waits until a disk has taken what it writes, and has said so (clause O-7).
+    /// It waits until a disk has taken what it writes, and has announced that (clause O-7).
     WaitsForDisk,
 }
 

@@ -101,8 +101,8 @@ impl MpmSolver for Points {
         }
         let start = (0..self.count).map(self.start);
         (self.state.x, self.state.v) = start.map(|[x, v]| (x, v)).unzip();
-        if let Some(said) = &self.says {
-            return Ok(said.clone());
+        if let Some(message) = &self.says {
+            return Ok(message.clone());
         }
         Ok(Readiness {
             items: self.count as u64,

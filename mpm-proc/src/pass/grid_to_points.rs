@@ -105,7 +105,7 @@ struct Way {
 
 /// [`transfer_pass`] of one cloud, with the velocities of the nodes; and with their increment if `INCREMENT`. Damping leaves
 /// `kept` of the velocities before.
-#[allow(clippy::too_many_lines)] // one loop over points with its sums; parts of it would need their names told to one another
+#[allow(clippy::too_many_lines)] // one loop over points with its sums; its parts would have to pass their names to one another
 fn transfer_cloud<
     const W: usize,
     const KICK: bool,

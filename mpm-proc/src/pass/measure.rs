@@ -272,7 +272,7 @@ fn measure_sets<const W: usize, S: Shape<W>, A: AffineState>(
         ..
     } = continuum;
     let groups = &mut measurement.groups;
-    let mut tell = |set: &PointSet, support: Option<[f64; 2]>| {
+    let mut report = |set: &PointSet, support: Option<[f64; 2]>| {
         let cloud = &clouds[set.cloud as usize];
         let mut state = set.extent(cloud);
         let (velocity, kinetic) = set.motion(cloud);
@@ -288,11 +288,11 @@ fn measure_sets<const W: usize, S: Shape<W>, A: AffineState>(
         groups.push(state);
     };
     for probe in probes.iter() {
-        tell(probe, None);
+        report(probe, None);
     }
     let per_kick = if kick > 0.0 { 1.0 / kick } else { 0.0 };
     for hold in &holds.all {
-        tell(&hold.points, Some(hold.impulse.map(|p| p * per_kick)));
+        report(&hold.points, Some(hold.impulse.map(|p| p * per_kick)));
     }
     if let Some(markers) = &imps.markers {
         for number in 0..markers.chains.len() {

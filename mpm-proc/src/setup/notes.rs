@@ -61,25 +61,25 @@ mod tests {
 
     #[test]
     fn few_groups_have_a_line_each_and_many_one_together() {
-        let told = |counts: &[usize]| {
+        let notes = |counts: &[usize]| {
             let regions: Vec<(String, FilledRegion)> = (0..)
                 .zip(counts)
                 .map(|(g, &count)| (format!("g{g}"), filled(count)))
                 .collect();
             areas(regions.iter().map(|(name, region)| (&**name, region)))
         };
-        assert!(told(&[2, 2]).is_empty());
+        assert!(notes(&[2, 2]).is_empty());
         assert_eq!(
-            told(&[3, 2, 1]),
+            notes(&[3, 2, 1]),
             [
                 "group 'g0': 3 points, area off by +50.000 %",
                 "group 'g2': 1 points, area off by -50.000 %"
             ]
         );
-        assert_eq!(told(&[3; LINES]).len(), LINES);
+        assert_eq!(notes(&[3; LINES]).len(), LINES);
         let many = [&[3; LINES][..], &[2, 1, 4]].concat();
         assert_eq!(
-            told(&many),
+            notes(&many),
             [
                 "10 groups of 29 points, areas off by -50.000 % (group 'g9') to +100.000 % (group 'g10')"
             ]

@@ -32,7 +32,7 @@ pub fn mark(config: &MpmConfig) -> ConfigurationMark {
         group_pairs: _, // the bodies' side checks that they are the same
         chains,
         skin,
-        probes: _,  // they tell of points and keep nothing
+        probes: _,  // they report of points and keep nothing
         threads: _, // the bits are the same for any number of them
     } = config;
     let Scheme {

@@ -59,6 +59,6 @@ fn the_kit_passes_it() {
     kit.args(["conformance", "--require", "held", "--cases", "100", "--dem"]);
     kit.arg(format!("'{}'", env!("CARGO_BIN_EXE_NAME")));
     let judged = kit.output().expect("tandem starts: name it in $TANDEM");
-    let told = String::from_utf8_lossy(&judged.stdout);
-    assert!(judged.status.success(), "{told}");
+    let verdict = String::from_utf8_lossy(&judged.stdout);
+    assert!(judged.status.success(), "{verdict}");
 }

@@ -36,7 +36,7 @@ pub fn hello(mut change: impl FnMut(&mut Hello) + 'static) -> Flaw {
     })
 }
 
-/// Changes what is said with Ready.
+/// Changes the contents of Ready.
 pub fn ready(change: fn(&mut Ready)) -> Flaw {
     notices(move |notice| {
         if let Notice::Ready(ready) = notice {
@@ -69,7 +69,7 @@ pub struct Now {
     pub of_states: u64,
     /// Flags of the last forces.
     pub of_forces: u64,
-    /// A report has told of a halt.
+    /// A report has announced a halt.
     pub halted: bool,
     /// Between a grant and the report on it.
     pub granted: bool,
@@ -277,5 +277,5 @@ pub fn nudges(ulps: impl Fn(&Now) -> u32 + 'static) -> Flaw {
 /// Runs of mutants in this process.
 pub static RUNS: AtomicU32 = AtomicU32::new(0);
 
-/// A contact radius that is so much smaller than it is said to be: a power of two, so that nothing is rounded.
+/// A contact radius that is so much smaller than the configuration has it: a power of two, so that nothing is rounded.
 pub const SHRUNK: f64 = 128.0;

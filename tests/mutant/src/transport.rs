@@ -37,7 +37,7 @@ pub struct Flawed {
     in_step: bool,
     /// Channels that it opens after Ready.
     late: Vec<Channel>,
-    /// It has said Ready.
+    /// It has sent Ready.
     ready: bool,
 }
 

@@ -23,13 +23,13 @@ pub struct ProcessFlaws {
     pub status_failed: Option<u8>,
     /// Exit status when there is nothing to join, instead of 2.
     pub status_unjoined: Option<u8>,
-    /// Opens where it measures to only after it has said Ready.
+    /// Opens where it measures to only after it has sent Ready.
     pub opens_late: bool,
     /// Wakes nobody.
     pub wakes_nobody: bool,
     /// Looks for messages only when somebody has woken it.
     pub waits_to_be_woken: bool,
-    /// Ends when it has said Bye.
+    /// Ends when it has sent Bye.
     pub goes_at_bye: bool,
     /// Does not look whether the coupler lives.
     pub never_looks_up: bool,

@@ -107,7 +107,7 @@ pub(super) fn bodies(
 
 /// A line for each contact, from one centre to the other, so that chains of forces lead through bodies. For a wall, and
 /// for any other body that is held or driven, the line ends at the contact point.
-pub(super) fn contacts(told: &[ContactState], instant: &Instant, outlined: &[Outlined]) -> Mesh {
+pub(super) fn contacts(states: &[ContactState], instant: &Instant, outlined: &[Outlined]) -> Mesh {
     let of_body = |body: u64, contact: &ContactState| {
         let body = body as usize;
         let is_free = outlined.get(body).is_some_and(|outlined| outlined.is_free);
@@ -119,7 +119,7 @@ pub(super) fn contacts(told: &[ContactState], instant: &Instant, outlined: &[Out
         let found = instant.points.binary_search_by_key(&id, |p| p.id);
         found.map_or(contact.position, |k| instant.points[k].position)
     };
-    let ends = told.iter().map(|contact| {
+    let ends = states.iter().map(|contact| {
         let (body, other) = (contact.body, contact.other);
         match contact.with {
             0 => [of_body(body, contact), of_body(other, contact)],
@@ -128,10 +128,10 @@ pub(super) fn contacts(told: &[ContactState], instant: &Instant, outlined: &[Out
         }
     });
     let whole = |name: &str, number: fn(&ContactState) -> u64| {
-        Array::whole(name, told.iter().map(|c| number(c) as f64).collect())
+        Array::whole(name, states.iter().map(|c| number(c) as f64).collect())
     };
     let vector = |name: &str, vector: fn(&ContactState) -> [f64; 2]| {
-        array(name, told, |contact| {
+        array(name, states, |contact| {
             let [x, y] = vector(contact);
             [x, y, 0.0]
         })
@@ -139,7 +139,7 @@ pub(super) fn contacts(told: &[ContactState], instant: &Instant, outlined: &[Out
     Mesh {
         cell: Cell::Line,
         points: ends.flatten().collect(),
-        ends: (1..=told.len()).map(|k| 2 * k).collect(),
+        ends: (1..=states.len()).map(|k| 2 * k).collect(),
         of_cells: vec![
             whole("body", |c| c.body),
             whole("other", |c| c.other),

@@ -175,9 +175,9 @@ impl Series {
             let bodies = bodies(&self.outlines, &self.start, &instant.bodies, &self.content);
             self.write_part("bodies", number, &bodies)?;
         }
-        if let Some(told) = &instant.contacts {
+        if let Some(states) = &instant.contacts {
             self.has[2] = true;
-            let contacts = contacts(told, instant, &self.outlines);
+            let contacts = contacts(states, instant, &self.outlines);
             self.write_part("contacts", number, &contacts)?;
         }
         self.times.push(instant.time);

@@ -100,9 +100,9 @@ fn take(dir: &Path, locked: &File, path: &Path) -> Result<(), RunDirError> {
 
 /// Who holds a lock: the run that says so in the file, if it lives and the system knows no other process.
 fn holder(dir: &Path, locked: &File) -> String {
-    let said = files::read_text(dir, LOCK, SMALL).unwrap_or_default();
+    let written = files::read_text(dir, LOCK, SMALL).unwrap_or_default();
     let inode = locked.metadata().map_or(0, |file| file.ino());
-    told(said.trim(), &holders_of(inode))
+    holder_of(written.trim(), &holders_of(inode))
 }
 
 /// The processes that have locked the file of this number. The system's list may leave a lock out while others are taken and
@@ -115,9 +115,9 @@ fn holders_of(inode: u64) -> Vec<u32> {
     found.unwrap_or_default()
 }
 
-fn told(said: &str, holders: &[u32]) -> String {
-    match (owner(said), holders.first()) {
-        (Some(owner), holder) if holder.is_none() || holders.contains(&owner) => said.to_owned(),
+fn holder_of(written: &str, holders: &[u32]) -> String {
+    match (owner(written), holders.first()) {
+        (Some(owner), holder) if holder.is_none() || holders.contains(&owner) => written.to_owned(),
         (_, Some(pid)) => {
             let name = of_system(&format!("/proc/{pid}/comm"));
             format!("process {pid} (`{name}`), which is not a run that {LOCK} names")
@@ -129,11 +129,11 @@ fn told(said: &str, holders: &[u32]) -> String {
 }
 
 /// The process that the text of the file names, unless it has ended on this machine.
-fn owner(said: &str) -> Option<u32> {
-    let (pid, said) = said.strip_prefix("process ")?.split_once(" of tick ")?;
-    let (start, said) = said.split_once(" on ")?;
+fn owner(written: &str) -> Option<u32> {
+    let (pid, rest) = written.strip_prefix("process ")?.split_once(" of tick ")?;
+    let (start, rest) = rest.split_once(" on ")?;
     let pid = pid.parse().ok()?;
-    let is_elsewhere = !said.starts_with(&format!("{} (", host()));
+    let is_elsewhere = !rest.starts_with(&format!("{} (", host()));
     (is_elsewhere || start_of(pid).as_deref() == Some(start)).then_some(pid)
 }
 
@@ -212,26 +212,26 @@ mod tests {
         });
     }
 
-    /// The name of a run that had ended was told for ever where the system does not say who holds the lock.
+    /// The name of a run that had ended was shown for ever where the system does not show who holds the lock.
     #[test]
     fn a_process_that_has_ended_is_not_told_as_the_holder() {
         let me = std::process::id();
         let start = start_of(me).unwrap();
-        let said = |start: &str| format!("process {me} of tick {start} on {} (`run`)", host());
-        let (mine, earlier) = (said(&start), said("1"));
+        let written = |start: &str| format!("process {me} of tick {start} on {} (`run`)", host());
+        let (mine, earlier) = (written(&start), written("1"));
         for holders in [&[][..], &[me], &[1, me]] {
-            assert_eq!(told(&mine, holders), mine);
+            assert_eq!(holder_of(&mine, holders), mine);
         }
         // The number was given again.
-        for said in [&earlier, ""] {
-            assert!(told(said, &[]).contains("names none that lives"));
-            assert!(told(said, &[me]).starts_with(&format!("process {me} (`")));
+        for written in [&earlier, ""] {
+            assert!(holder_of(written, &[]).contains("names none that lives"));
+            assert!(holder_of(written, &[me]).starts_with(&format!("process {me} (`")));
         }
         let elsewhere = "process 1 of tick 1 on elsewhere (`run`)";
-        assert_eq!(told(elsewhere, &[]), elsewhere);
+        assert_eq!(holder_of(elsewhere, &[]), elsewhere);
     }
 
-    /// Somebody who may only read can lock the file: then nobody runs there, and it is told who that is.
+    /// Somebody who may only read can lock the file: then no run is there, and the message names that process.
     #[test]
     fn a_directory_that_somebody_has_locked_by_reading_is_refused_with_the_process() {
         let dir = tempfile::tempdir().unwrap();
@@ -245,10 +245,10 @@ mod tests {
                 .spawn();
             let mut other = other.unwrap();
             other.stdout.take().unwrap().read_exact(&mut [0]).unwrap();
-            let told = Lock::take(dir.path()).unwrap_err().to_string();
+            let message = Lock::take(dir.path()).unwrap_err().to_string();
             assert!(
-                told.contains(&format!("process {} (`", other.id())),
-                "{told}"
+                message.contains(&format!("process {} (`", other.id())),
+                "{message}"
             );
             other.kill().unwrap();
             other.wait().unwrap();

@@ -36,8 +36,8 @@ fn cannot_resume(dir: &Path) -> Option<String> {
     let log = files::read_text(dir, LOG, TABLE).ok()?;
     let lines = log::parse(&log).0;
     let mut messages = lines.iter().map(log::Line::message);
-    let said = messages.find(|message| message.starts_with(CANNOT_RESUME));
-    said.map(str::to_owned)
+    let message = messages.find(|message| message.starts_with(CANNOT_RESUME));
+    message.map(str::to_owned)
 }
 
 /// The complete state of a run.
@@ -263,7 +263,7 @@ pub(crate) fn newest(dir: &Path, ours: &About) -> Result<Found, CheckpointError>
 }
 
 /// Compares the tables of a run directory with what they had at a checkpoint. With `new_tables` the checkpoint forgets a table
-/// that was changed; what is said of those is returned.
+/// that was changed; the messages about those are returned.
 ///
 /// # Errors
 /// [`CheckpointError::Changed`].

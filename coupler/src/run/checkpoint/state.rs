@@ -40,7 +40,7 @@ pub(crate) struct CouplerState {
     pub phase: Phase,
     pub under_way: UnderWay,
     /// Flags of the grant, except CHECKPOINT.
-    pub asked: u64,
+    pub flags: u64,
     pub sides: Sides,
     pub bodies: Vec<BodyState>,
     /// The bodies at their initial positions.

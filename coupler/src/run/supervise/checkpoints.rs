@@ -35,7 +35,7 @@ impl Run<'_> {
         let plan = self.scene.output.checkpoint.as_ref();
         plan.is_some_and(|plan| match self.schedule.phase {
             Phase::Stepping => {
-                let on_output = self.schedule.asked & flags::MEASURE != 0;
+                let on_output = self.schedule.flags & flags::MEASURE != 0;
                 let now = self.account.pace.so_far.outputs;
                 let is_now = |at: &f64| (at / self.scene.output.every).round() as u64 == now;
                 on_output && plan.at.iter().any(is_now)
@@ -68,7 +68,7 @@ impl Run<'_> {
             account: self.account.keep(),
             phase: self.schedule.phase,
             under_way: *under_way,
-            asked: self.schedule.asked,
+            flags: self.schedule.flags,
             sides: self.latest.sides,
             bodies: self.latest.bodies.clone(),
             origin: self.latest.origin.clone(),

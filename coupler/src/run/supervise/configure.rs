@@ -20,14 +20,14 @@ impl Run<'_> {
 
     /// K-2.
     fn check_needs(&self, party: Party, solvers: &Solvers) -> Result<(), RunError> {
-        let hello = solvers.hello(party).expect("it has said hello");
+        let hello = solvers.hello(party).expect("Hello has come");
         match unmet(self.scene, party, &hello.identity, &hello.capabilities) {
             Some(unmet) => Err(RunError::Unmet(unmet)),
             None => Ok(()),
         }
     }
 
-    /// What a solver is told, with the state that it begins with.
+    /// The configuration of a solver, with the state that it begins with.
     fn part(&mut self, party: Party) -> Part {
         let threads = self.options.threads;
         let (config, measured) = match party {
@@ -35,15 +35,15 @@ impl Run<'_> {
                 let config = self.scene.mpm.clone().expect("it takes part");
                 // Probes, holds and chains are reported like groups, after them.
                 let sets = config.probes.len() + config.forcing.holds.len() + config.chains.len();
-                let told = config.groups.len() + sets;
-                (to_json(&MpmConfig { threads, ..config }), told)
+                let groups = config.groups.len() + sets;
+                (to_json(&MpmConfig { threads, ..config }), groups)
             }
             Party::Dem => {
                 let config = self.scene.dem.clone().expect("it takes part");
                 let bodies = config.bodies.len();
                 (to_json(&DemConfig { threads, ..config }), bodies)
             }
-            Party::Coupler => unreachable!("the coupler is told nothing"),
+            Party::Coupler => unreachable!("the coupler has no configuration"),
         };
         let restored = self.restored.iter().position(|(of, _)| *of == party);
         Part {

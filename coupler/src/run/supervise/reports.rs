@@ -31,7 +31,7 @@ pub(super) struct Latest {
     pub bodies: Vec<BodyState>,
     /// The bodies at their initial positions.
     pub origin: Vec<BodyState>,
-    /// The share of created energy that was told last.
+    /// The share of created energy that was reported last.
     pub created_told: f64,
 }
 
@@ -54,12 +54,12 @@ impl Run<'_> {
         let round = solvers.round();
         let mut under_way = self.schedule.under_way.take().expect("a grant was given");
         let epoch = under_way.epoch;
-        let asked = std::mem::take(&mut self.schedule.asked);
-        let at = self.account.tally.clock.step(asked != 0);
+        let requested = std::mem::take(&mut self.schedule.flags);
+        let at = self.account.tally.clock.step(requested != 0);
         // Before the steps of the window count: a run that stops here has done those before the measurement, in any window.
-        if asked != 0 {
+        if requested != 0 {
             self.outputs.course.before(&self.account.pace);
-            self.record(at.time, &epoch, asked & flags::FRAME != 0, round)?;
+            self.record(at.time, &epoch, requested & flags::FRAME != 0, round)?;
         }
         self.account.tally.clock.advance_by(round.steps);
         under_way.done += round.steps;

@@ -32,7 +32,7 @@ pub(super) struct Schedule {
     /// The epoch in progress.
     pub under_way: Option<UnderWay>,
     /// Flags of the next grant.
-    pub asked: u64,
+    pub flags: u64,
     /// More flags of the first grant. It asks for a frame, so that the memory for all points exists, and both sides
     /// know it, before anything is computed. At the end of the run all points are sent in that memory.
     pub touches: u64,
@@ -76,7 +76,7 @@ impl Run<'_> {
             epoch: self.account.tally.epochs,
             first: self.account.tally.clock.index(),
             steps: window,
-            flags: self.schedule.asked | checkpoint | std::mem::take(&mut self.schedule.touches),
+            flags: self.schedule.flags | checkpoint | std::mem::take(&mut self.schedule.touches),
             epoch_start,
             steps_in_epoch,
             dt_before_epoch,
@@ -121,7 +121,7 @@ impl Run<'_> {
                 return epoch.map(Some).map_err(|e| self.collapsed(e));
             }
             self.schedule.phase = Phase::Closing;
-            self.schedule.asked = self.asked_at_output(true);
+            self.schedule.flags = self.flags_at_output(true);
         }
         match self.schedule.phase {
             Phase::Arriving => {
@@ -130,7 +130,7 @@ impl Run<'_> {
             }
             Phase::Opening => {
                 self.schedule.phase = Phase::Stepping;
-                self.schedule.asked = self.asked_at_output(true);
+                self.schedule.flags = self.flags_at_output(true);
                 Ok(Some(STANDSTILL))
             }
             Phase::Closing => {
@@ -147,15 +147,15 @@ impl Run<'_> {
     }
 
     fn interrupted(&mut self) -> bool {
-        let asked = self.options.interrupt.load(Ordering::Relaxed);
+        let interrupted = self.options.interrupt.load(Ordering::Relaxed);
         let most = self.options.stepping;
         self.account.interrupted |=
-            asked || most.is_some_and(|most| self.account.is_stepping_for(most));
+            interrupted || most.is_some_and(|most| self.account.is_stepping_for(most));
         self.account.interrupted
     }
 
     /// The flags of a grant at an output: the measurement, and a frame if one is `due`.
-    pub(super) fn asked_at_output(&self, due: bool) -> u64 {
+    pub(super) fn flags_at_output(&self, due: bool) -> u64 {
         if due && self.outputs.frames.is_some() {
             flags::MEASURE | flags::FRAME
         } else {
@@ -184,7 +184,7 @@ impl Run<'_> {
         let every = self.scene.output.frames;
         let due = every.is_some_and(|rows| self.account.pace.so_far.outputs.is_multiple_of(rows));
         if self.account.tally.clock.time() < self.scene.time.end {
-            self.schedule.asked = self.asked_at_output(due);
+            self.schedule.flags = self.flags_at_output(due);
         }
     }
 

@@ -227,9 +227,9 @@ mod tests {
                     assert!((2..=most).contains(&count), "{axis:?}, {most}: {ticks:?}");
                     let within = |t: &f64| (-1e-6..1.0 + 1e-6).contains(&axis.share(*t));
                     assert!(ticks.iter().all(within), "{axis:?}: {ticks:?}");
-                    let mut said: Vec<String> = ticks.iter().copied().map(label).collect();
-                    said.dedup();
-                    assert_eq!(said.len(), ticks.len(), "{axis:?}: {said:?}");
+                    let mut labels: Vec<String> = ticks.iter().copied().map(label).collect();
+                    labels.dedup();
+                    assert_eq!(labels.len(), ticks.len(), "{axis:?}: {labels:?}");
                 }
             }
         }
@@ -269,7 +269,7 @@ mod tests {
 
     #[test]
     fn a_label_has_the_digits_that_it_needs() {
-        for (number, said) in [
+        for (number, text) in [
             (0.600_000_000_000_000_1, "0.6"),
             (-25.0, "-25"),
             (12_500.0, "12500"),
@@ -281,7 +281,7 @@ mod tests {
             (-0.0, "0"),
             (123_456_789_012.3, "1.23456789012e11"),
         ] {
-            assert_eq!(label(number), said);
+            assert_eq!(label(number), text);
         }
     }
 

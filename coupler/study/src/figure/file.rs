@@ -23,7 +23,7 @@ pub fn kind(path: &Path) -> Result<&'static str, StudyError> {
     let mut kinds = ["svg", "png", "gif"].into_iter();
     let kind = kinds.find(|kind| end.eq_ignore_ascii_case(kind));
     kind.ok_or_else(|| {
-        StudyError::asked(
+        StudyError::usage(
             format!("--out {}: no figure is written as this", path.display()),
             "end its name with .svg or .png; frames also with .gif, as a film",
         )

@@ -50,7 +50,7 @@ pub fn maps(
     for source in wanted {
         let vary = Vary::parse(&options.vary)?;
         let Some(values) = vary.numbers() else {
-            return Err(StudyError::asked(
+            return Err(StudyError::usage(
                 format!("--vary {}: a map has numbers along its axis", vary.key),
                 "for values that are no numbers make a map each",
             ));

@@ -76,7 +76,7 @@ fn usable(row: &Row) -> Result<(), StudyError> {
     let outcome = row.outcome();
     if outcome.status == Status::Failed {
         let reason = outcome.reason.clone().unwrap_or_default();
-        return Err(StudyError::asked(
+        return Err(StudyError::usage(
             format!("{} does not run: {reason}", row.case.label(&[])),
             "a map is of a scene that runs",
         ));

@@ -73,7 +73,7 @@ impl Measurement {
                 };
                 let Some(check) = near().find(|check| check.name == name) else {
                     let names = near().map(|check| check.name.as_str());
-                    return Err(StudyError::asked(
+                    return Err(StudyError::usage(
                         format!("--error {name}: no check with a `reference` has this name"),
                         coupler::scene::diagnostic::suggestion(
                             &name,
@@ -107,7 +107,7 @@ impl Measurement {
     /// The values of these checks and columns.
     pub(super) fn values(names: &[String], scene: &Scene) -> Result<Self, StudyError> {
         if names.is_empty() {
-            return Err(StudyError::asked(
+            return Err(StudyError::usage(
                 format!("{} has neither checks nor columns", scene.name),
                 "write an `[[output.column]]` or a `[[check]]` into the scene",
             ));
@@ -165,7 +165,7 @@ fn known(option: &str, name: &str, scene: &Scene) -> Result<(), StudyError> {
     if known.clone().any(|k| k == name) {
         return Ok(());
     }
-    Err(StudyError::asked(
+    Err(StudyError::usage(
         format!("{option} {name}: no column and no check has this name"),
         coupler::scene::diagnostic::suggestion(name, "known here", known),
     ))
@@ -224,7 +224,7 @@ fn against_the_finest(
                 break;
             };
             if own.len() != fine.len() {
-                return Err(StudyError::asked(
+                return Err(StudyError::usage(
                     format!(
                         "`{name}` has {} rows in one run and {} in another",
                         own.len(),

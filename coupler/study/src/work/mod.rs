@@ -31,7 +31,7 @@ use crate::runner::{Found, Runner, RunnerOptions, Timed};
 use crate::sample::{Over, Sample};
 use crate::vary::{VARIANT, Vary, combinations};
 
-/// Most times that a run is timed, unless it is said.
+/// Most times that a run is timed, unless the command line gives a number.
 const MOST: usize = 7;
 
 /// What is studied, and how.
@@ -125,7 +125,7 @@ pub fn study(
     Ok(report)
 }
 
-/// Writes the commands of the runs that are missing to a file, one a line, and tells how many these are.
+/// Writes the commands of the runs that are missing to a file, one a line, and returns their number.
 ///
 /// # Errors
 /// [`StudyError`].
@@ -191,7 +191,7 @@ impl Design {
             asked
         };
         if vary.is_empty() {
-            return Err(StudyError::asked(
+            return Err(StudyError::usage(
                 "there is nothing to vary",
                 "give `--vary mpm.cell=0.01,0.005`, or write a `[study]` into the scene",
             ));
@@ -249,12 +249,12 @@ impl Design {
                 .iter()
                 .any(|case| case.number(&self.resolution).is_none())
         {
-            return Err(StudyError::asked(
+            return Err(StudyError::usage(
                 format!(
-                    "no run can be told to be the finest: `{}` is not a number in all of them",
+                    "no run is the finest: `{}` is not a number in all of them",
                     self.resolution
                 ),
-                "name the key that tells it: `--resolution KEY`",
+                "name the key that has it: `--resolution KEY`",
             ));
         }
         Ok(())

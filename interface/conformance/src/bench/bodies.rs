@@ -20,7 +20,7 @@ pub struct Answer {
 
 impl Bench {
     /// A coupled run of bodies, configured and ready; [`Unmet::Declined`] when the solver refuses it,
-    /// [`Unmet::Lacking`] when it has said that it would.
+    /// [`Unmet::Lacking`] when it has announced that it would.
     pub fn run_bodies(&self, config: &DemConfig) -> Result<Run<'_>, Unmet> {
         let needs = config.needs();
         let lacking = missing(&needs, &self.capabilities);

@@ -74,7 +74,7 @@ pub(super) use records;
 pub struct Run<'b> {
     /// The session with the solver.
     pub session: Session<'b>,
-    /// What the solver said of itself.
+    /// What the solver reported of itself.
     pub ready: Ready,
     /// Most steps granted at once where several are to be done.
     pub window: u64,
@@ -249,7 +249,7 @@ impl<'b> Run<'b> {
         let Some(&report) = reports.first() else {
             return Err(broken("a report", "none in its message").at(step));
         };
-        let mut told = WindowReport {
+        let mut received = WindowReport {
             header,
             report,
             ..WindowReport::default()
@@ -262,11 +262,11 @@ impl<'b> Run<'b> {
             };
         }
         if self.session.is_of_bodies() {
-            (told.bodies, told.contacts) = (take!(Bodies), take!(Contacts));
+            (received.bodies, received.contacts) = (take!(Bodies), take!(Contacts));
         } else {
-            (told.groups, told.points) = (take!(Groups), take!(Points));
+            (received.groups, received.points) = (take!(Groups), take!(Points));
         }
-        Ok(told)
+        Ok(received)
     }
 
     /// Waits for the report on a window that ends before the step `next`, by a halt or not.
@@ -274,7 +274,7 @@ impl<'b> Run<'b> {
         let report = self.report()?.report;
         let expected = format_args!("halted = {}, next = {next}", u64::from(halted));
         let got = format_args!("halted = {}, next = {}", report.halted, report.next);
-        let told = (report.halted, report.next) == (u64::from(halted), next);
-        require(told, expected, got).map_err(|e| e.at(next))
+        let agrees = (report.halted, report.next) == (u64::from(halted), next);
+        require(agrees, expected, got).map_err(|e| e.at(next))
     }
 }

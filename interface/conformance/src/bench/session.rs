@@ -59,7 +59,7 @@ impl Bench {
         self.started.elapsed()
     }
 
-    /// A run with the solver, which has been started and has said nothing yet.
+    /// A run with the solver, which has been started and has sent nothing yet.
     pub fn session(&self) -> Result<Session<'_>, Unmet> {
         let solver = self.subject.start();
         let solver = solver.map_err(|e| broken("a solver that starts", e))?;
@@ -77,7 +77,7 @@ impl Bench {
         self.capabilities.meets(capability)
     }
 
-    /// A run with the solver, which has said Hello.
+    /// A run with the solver, which has sent Hello.
     pub fn greeted(&self) -> Result<Session<'_>, Unmet> {
         let mut session = self.session()?;
         session.hello()?;

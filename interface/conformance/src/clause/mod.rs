@@ -36,7 +36,7 @@ pub fn own(party: Party) -> impl Iterator<Item = &'static Clause> {
 
 /// What nobody can see from outside, or what this kit does not look at, with the reason: a line each.
 const NOT_CHECKED: &str = "\
-C-5: whether a solver copies before it checks: only a sender that writes to a segment in use would tell
+C-5: whether a solver copies before it checks: only a sender that writes to a segment in use would show it
 C-7: that a sender gives up on a full channel after 10 s: too long for a kit
 S-11: the waits of 30 s and 120 s: too long for a kit; those that come from `Configure.deadline` are judged
 S-8: that a solver has done nothing that outlasts it before Ready: nobody sees all that it may have done

@@ -70,8 +70,8 @@ macro_rules! judged {
     (by $judge:expr) => {
         $judge
     };
-    (refuses $said:expr) => {
-        |bench| $crate::clause::refuses(bench, $said)
+    (refuses $flaw:expr) => {
+        |bench| $crate::clause::refuses(bench, $flaw)
     };
     (rejects $sent:expr) => {
         |bench| $crate::clause::rejects(bench, $sent)

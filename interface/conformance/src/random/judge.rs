@@ -14,7 +14,7 @@ pub struct Difference {
     pub step: u32,
     /// What PROTOCOL.md asks for, of whom: "force on point 3: 12".
     pub expected: String,
-    /// What the solver said.
+    /// What the solver answered.
     pub got: String,
     /// How many times what is allowed it is off; infinite where nothing is.
     pub share: f64,
@@ -31,8 +31,8 @@ pub struct Compared {
 
 /// Compares numbers of one step.
 pub struct Judge<'a> {
-    /// The clauses that are asked for.
-    pub asked: &'a [&'static str],
+    /// The clauses that are selected.
+    pub selected: &'a [&'static str],
     /// By clause.
     pub compared: BTreeMap<&'static str, Compared>,
     /// The step.
@@ -46,9 +46,9 @@ pub type Result = std::result::Result<(), Box<Difference>>;
 
 impl<'a> Judge<'a> {
     /// Of a case that is to begin.
-    pub fn new(asked: &'a [&'static str]) -> Self {
+    pub fn new(selected: &'a [&'static str]) -> Self {
         Self {
-            asked,
+            selected,
             compared: BTreeMap::new(),
             step: 0,
             bits: Vec::new(),
@@ -68,7 +68,7 @@ impl<'a> Judge<'a> {
         expected: impl Display,
         got: impl Display,
     ) -> Result {
-        if !self.asked.contains(&clause) {
+        if !self.selected.contains(&clause) {
             return Ok(());
         }
         Err(Box::new(Difference {

@@ -1,6 +1,6 @@
 //! Physics by random cases: configurations within what a solver takes, motions of the other side that reach every regime,
 //! and every answer beside an oracle that is written from PROTOCOL.md and docs/physics.md. A case that differs is made as
-//! small as it can be and told in a sentence.
+//! small as it can be and is shown in a few lines.
 
 mod bodies;
 mod continuum;
@@ -43,7 +43,7 @@ pub struct Failure {
     pub case: String,
     /// The clause that is broken.
     pub clause: &'static str,
-    /// What it asks for, what the solver said, and the case.
+    /// What it asks for, what the solver answered, and the case.
     pub evidence: Evidence,
 }
 
@@ -69,7 +69,7 @@ impl Campaign {
         failures.find(|failure| failure.clause == clause.id)
     }
 
-    /// What is said of a clause.
+    /// The verdict on a clause.
     pub fn verdict(&self, clause: &Clause, takes: &Capabilities) -> Verdict {
         if let Some(failure) = self.failure(clause) {
             return Verdict::Fail(failure.evidence.clone());
@@ -211,7 +211,7 @@ impl Search<'_> {
         self.campaign.blocked.extend(blocked.map(|id| (id, broken)));
     }
 
-    fn asked(&self) -> Vec<&'static str> {
+    fn selected(&self) -> Vec<&'static str> {
         self.open.iter().map(|clause| clause.id).collect()
     }
 
@@ -221,7 +221,7 @@ impl Search<'_> {
 
     /// Runs cases until one breaks a clause that is judged: that of the least seed.
     fn first<C: Case>(&mut self) -> Failing<C> {
-        let (start, plan, asked) = (Instant::now(), self.options.random, self.asked());
+        let (start, plan, selected) = (Instant::now(), self.options.random, self.selected());
         // Cases from `end` on are not run.
         let end = AtomicU64::new(plan.seed.saturating_add(plan.cases));
         let next = AtomicU64::new(self.seed);
@@ -236,7 +236,7 @@ impl Search<'_> {
                 if !case.is_possible() {
                     continue;
                 }
-                let mut judge = Judge::new(&asked);
+                let mut judge = Judge::new(&selected);
                 let in_all_ways = (seed - plan.seed).is_multiple_of(IN_ALL_WAYS);
                 let run = if in_all_ways { run_in_all_ways } else { run };
                 let outcome = run(&self.bench(), &case, &mut judge);
@@ -278,13 +278,13 @@ impl Search<'_> {
 
     /// Leaves out of a failing case what can be left out, while it breaks the same clause.
     fn smallest<C: Case>(&self, mut case: C, mut difference: Difference) -> (C, Difference) {
-        let (start, time, asked) = (Instant::now(), self.options.random.shrink, self.asked());
-        let fails = |case: &C, asked: &[&'static str]| {
+        let (start, time, selected) = (Instant::now(), self.options.random.shrink, self.selected());
+        let fails = |case: &C, selected: &[&'static str]| {
             let steps = plan::steps(case.clone().epochs());
             if steps == 0 || !case.is_possible() {
                 return None;
             }
-            match run_in_all_ways(&self.bench(), case, &mut Judge::new(asked)) {
+            match run_in_all_ways(&self.bench(), case, &mut Judge::new(selected)) {
                 Err(Stop::Differs(other)) => Some(*other),
                 _ => None,
             }
@@ -293,8 +293,8 @@ impl Search<'_> {
         for epoch in fresh.epochs() {
             epoch.resumed = false;
         }
-        if asked.contains(&"K-4a") && fresh != case {
-            match fails(&fresh, &asked) {
+        if selected.contains(&"K-4a") && fresh != case {
+            match fails(&fresh, &selected) {
                 None => {
                     difference.clause = "K-4a";
                     return (case, difference);
@@ -307,8 +307,8 @@ impl Search<'_> {
         // wrong, and not the other way round.
         let measured = |case: &C| case.with(plan::measured(case.clone().epochs()));
         let causes = C::CAUSES.iter().copied();
-        let (all, mut asked) = (asked.clone(), asked);
-        let causes: Vec<&str> = causes.filter(|id| asked.contains(id)).collect();
+        let (all, mut selected) = (selected.clone(), selected);
+        let causes: Vec<&str> = causes.filter(|id| selected.contains(id)).collect();
         for (nearer, causes) in [
             (measured(&shrink::unpushed(&case)), &causes),
             (measured(&case), &causes),
@@ -317,7 +317,7 @@ impl Search<'_> {
         ] {
             let cause = (!causes.is_empty()).then(|| fails(&nearer, causes));
             if let Some(cause) = cause.flatten() {
-                (case, difference, asked) = (nearer, cause, causes.clone());
+                (case, difference, selected) = (nearer, cause, causes.clone());
                 break;
             }
         }
@@ -331,7 +331,7 @@ impl Search<'_> {
             let mut in_time = tries.take_while(|_| start.elapsed() < time);
             in_time.find_map(|k| {
                 let other = smaller[k]().filter(|other| other != case)?;
-                let differs = fails(&other, &asked)?;
+                let differs = fails(&other, &selected)?;
                 let is_like = differs.clause == difference.clause && differs.share >= least;
                 is_like.then_some((k, other, differs))
             })

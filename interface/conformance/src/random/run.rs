@@ -38,7 +38,7 @@ pub trait Case: Clone + PartialEq + Serialize + DeserializeOwned + Send {
     ) -> Result<(), Stop>;
     /// The end of the run, after all steps.
     fn end(&self, run: Run, stand: &mut Self::Stand, judge: &mut Judge) -> Result<(), Stop>;
-    /// What is to be said again in another run, after all steps that could be judged.
+    /// What another run has to answer in the same way, after all steps that could be judged.
     fn again(&self, _: &Bench, _: &Self::Stand, _: &mut Judge) -> Result<(), Stop> {
         Ok(())
     }
@@ -103,12 +103,12 @@ impl From<Box<Difference>> for Stop {
 pub fn run<C: Case>(bench: &Bench, case: &C, judge: &mut Judge) -> Result<(), Stop> {
     match steps(bench, &mut case.clone(), judge) {
         Err(Stop::Doubtful) => Ok(()),
-        // A missing answer is told as a breach of the first of the causes that are asked for.
+        // A missing answer is a breach of the first of the causes that are asked for.
         Err(Stop::Unmet(Unmet::Broken(evidence))) => Err(Stop::Differs(Box::new(Difference {
             clause: C::CAUSES
                 .iter()
-                .chain(judge.asked)
-                .find(|id| judge.asked.contains(id))
+                .chain(judge.selected)
+                .find(|id| judge.selected.contains(id))
                 .unwrap_or(&C::CAUSES[0]),
             step: judge.step,
             expected: evidence.expected,
@@ -141,7 +141,7 @@ pub fn ways<C: Case>(case: &C, saves: bool) -> Vec<(&'static str, C)> {
 pub fn run_in_all_ways<C: Case>(bench: &Bench, case: &C, judge: &mut Judge) -> Result<(), Stop> {
     run(bench, case, judge)?;
     let ways = ways(case, bench.takes("save")).into_iter();
-    for (clause, other) in ways.filter(|(clause, _)| judge.asked.contains(clause)) {
+    for (clause, other) in ways.filter(|(clause, _)| judge.selected.contains(clause)) {
         let mut again = Judge::new(&[]);
         match run(bench, &other, &mut again) {
             Err(Stop::Differs(mut difference)) => {
@@ -219,30 +219,30 @@ pub fn report(
     window: Window,
     judge: &mut Judge,
 ) -> Result<WindowReport, Stop> {
-    let told = run.report()?;
-    let (report, header, own) = (&told.report, told.header, run.header());
+    let reported = run.report()?;
+    let (report, header, own) = (&reported.report, reported.header, run.header());
     judge.same("C-4", "count in the header of a report", header.count, 1)?;
-    let said = (report.epoch, report.next, report.halted);
+    let got = (report.epoch, report.next, report.halted);
     let want = (own.epoch, own.step, 0);
-    judge.same("R-1a", "epoch, next and halted of a report", said, want)?;
-    let (said, want) = ([header.epoch, header.step], [own.epoch, own.step]);
-    judge.same("R-1a", "epoch and step of its header", said, want)?;
+    judge.same("R-1a", "epoch, next and halted of a report", got, want)?;
+    let (got, want) = ([header.epoch, header.step], [own.epoch, own.step]);
+    judge.same("R-1a", "epoch and step of its header", got, want)?;
     let l = report.limits;
     let limits = [l.omega_sq, l.contact_omega_sq, l.damping, l.speed];
     let least = limits.into_iter().fold(0.0, f64::min);
     judge.same("L-1a", "the least limit, if it is below 0", least, 0.0)?;
     let wrong = report.check().err().map(|fault| format!("{fault:?}"));
     judge.same("R-2a", "what is not finite", wrong, None)?;
-    let sent = told.bodies.as_ref().map(|(header, _)| header.step);
-    let sent = sent.or(told.groups.as_ref().map(|(header, _)| header.step));
+    let sent = reported.bodies.as_ref().map(|(header, _)| header.step);
+    let sent = sent.or(reported.groups.as_ref().map(|(header, _)| header.step));
     if window.measured {
-        let (said, want) = ((report.measured, sent), (1, Some(first)));
-        judge.same("R-3a", "measured, and the measured step", said, want)?;
+        let (got, want) = ((report.measured, sent), (1, Some(first)));
+        judge.same("R-3a", "measured, and the measured step", got, want)?;
     } else {
         let ledger = report.ledger == Ledger::default();
-        let said = (report.measured, ledger, sent, told.points.is_some());
+        let got = (report.measured, ledger, sent, reported.points.is_some());
         let of = "measured, whether the ledger is 0, and what is sent";
-        judge.same("R-3b", of, said, (0, true, None, false))?;
+        judge.same("R-3b", of, got, (0, true, None, false))?;
     }
-    Ok(told)
+    Ok(reported)
 }

@@ -1,4 +1,4 @@
-//! Makes a case that fails smaller, whichever side it is of, and tells it: a case is data, of which parts are left out.
+//! Makes a case that fails smaller, whichever side it is of, and shows it: a case is data, of which parts are left out.
 
 use serde_json::{Value, json};
 
@@ -194,11 +194,11 @@ fn shorten(value: &mut Value, digits: i32) {
     }
 }
 
-/// Longest list that is told whole.
+/// Longest list that is shown whole.
 const LISTED: usize = 12;
 
-/// Of a case nobody is told these: steps, and what is the same in each.
-const UNTOLD: [&str; 5] = ["config", "epochs", "interface", "overlap", "threads"];
+/// Keys that are not shown: steps, and what is the same in every case.
+const LEFT_OUT: [&str; 5] = ["config", "epochs", "interface", "overlap", "threads"];
 
 /// A case for people, line by line: what is not 0 of it.
 pub fn story<C: Case>(case: &C) -> Vec<String> {
@@ -207,13 +207,13 @@ pub fn story<C: Case>(case: &C) -> Vec<String> {
     let whole = serde_json::to_value(case).expect("a case has string keys only");
     for part in [&whole["config"], &whole] {
         let fields = part.as_object().into_iter().flatten();
-        for (key, value) in fields.filter(|(key, _)| !UNTOLD.contains(&key.as_str())) {
+        for (key, value) in fields.filter(|(key, _)| !LEFT_OUT.contains(&key.as_str())) {
             match value {
                 Value::Array(entries) if entries.iter().any(Value::is_object) => {
                     let each = entries.iter().enumerate().take(LISTED);
                     story.extend(each.map(|(k, entry)| format!("{key} {k}: {}", words(entry))));
-                    if let Some(more) = entries.len().checked_sub(LISTED + 1) {
-                        story.push(format!("{key}: {} more", more + 1));
+                    if entries.len() > LISTED {
+                        story.push(format!("{key}: {} more", entries.len() - LISTED));
                     }
                 }
                 _ if !words(value).is_empty() => {
@@ -239,12 +239,12 @@ fn words(value: &Value) -> String {
         },
         Value::String(text) => text.clone(),
         Value::Array(entries) => {
-            let said: Vec<String> = entries.iter().map(words).collect();
-            let or_0 = said
+            let parts: Vec<String> = entries.iter().map(words).collect();
+            let or_0 = parts
                 .iter()
                 .map(|word| if word.is_empty() { "0" } else { word });
             let or_0: Vec<&str> = or_0.collect();
-            if said.iter().all(String::is_empty) {
+            if parts.iter().all(String::is_empty) {
                 String::new()
             } else {
                 format!("({})", or_0.join(", "))
@@ -256,10 +256,10 @@ fn words(value: &Value) -> String {
             format!("{key} {}", if word.is_empty() { "0" } else { &word })
         }
         Value::Object(fields) => {
-            let said = fields.iter().map(|(key, value)| (key, words(value)));
-            let said = said.filter(|(_, words)| !words.is_empty());
-            let said: Vec<String> = said.map(|(key, words)| format!("{key} {words}")).collect();
-            said.join(", ")
+            let parts = fields.iter().map(|(key, value)| (key, words(value)));
+            let parts = parts.filter(|(_, words)| !words.is_empty());
+            let parts: Vec<String> = parts.map(|(key, words)| format!("{key} {words}")).collect();
+            parts.join(", ")
         }
     }
 }

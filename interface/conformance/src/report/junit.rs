@@ -30,10 +30,10 @@ fn case(judged: &Judged) -> String {
             escape(evidence.to_string())
         ),
         (Verdict::Pass { .. }, _) => String::new(),
-        (_, (word, said)) => {
+        (_, (word, detail)) => {
             format!(
                 "<skipped message=\"{}\"/>",
-                escape(format!("{word} {said}"))
+                escape(format!("{word} {detail}"))
             )
         }
     };

@@ -61,7 +61,7 @@ pub fn json(examination: &Examination) -> String {
     serde_json::to_string_pretty(&document).expect("a document has string keys only")
 }
 
-/// How a clause has come out, in a word, and what is said beside that; the evidence of a broken one is told apart.
+/// The verdict on a clause in a word, and what is shown beside it; the evidence of a broken one is shown apart.
 fn shown(judged: &Judged) -> (&'static str, String) {
     match &judged.verdict {
         Verdict::Pass { measured } => ("pass", measured.clone()),

@@ -14,7 +14,7 @@ use crate::{Examination, Judged};
 /// The row of a clause, without a newline at its end; its evidence below it where it is broken.
 pub fn row(judged: &Judged) -> String {
     let clause = judged.clause;
-    let (word, said) = shown(judged);
+    let (word, detail) = shown(judged);
     let grey = Style::new().black().bright();
     let style = match word {
         "pass" => Style::new().green(),
@@ -28,8 +28,8 @@ pub fn row(judged: &Judged) -> String {
         clause.id, clause.level, clause.title
     );
     let mut lines = Vec::new();
-    if !said.is_empty() {
-        lines.push(grey.apply_to(said).to_string());
+    if !detail.is_empty() {
+        lines.push(grey.apply_to(detail).to_string());
     }
     if let Verdict::Fail(evidence) = &judged.verdict {
         lines.extend(evidence.step.map(|n| format!("step      {n}")));

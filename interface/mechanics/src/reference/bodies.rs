@@ -1,5 +1,6 @@
 //! The oracle of the bodies' side: what PROTOCOL.md and docs/physics.md say of a step, term by term, without lists, trees
-//! or chunks. It leaves out only what is farther apart than a law reaches. It shares with the built-in solver the configuration's types and the mass properties of a shape.
+//! or chunks. Only what is farther apart than a law reaches is left out. It shares with the built-in solver the
+//! configuration's types and the mass properties of a shape.
 
 mod area;
 mod body;
@@ -21,10 +22,10 @@ use crate::outline::{Feature, nearest, nearest_on_edge};
 pub use area::{Shared, shared};
 pub use body::{Body, Vec3};
 use body::{Side, edges, left};
-pub use own::{Rubbed, Said};
+pub use own::{Reported, Rubbed};
 pub use sound::MOVES;
 
-/// Distances (m) below this share of a point's radius are not told apart: rounding, and its growth over a run.
+/// Distances (m) below this share of a point's radius count as the same: rounding, and its growth over a run.
 pub const BLUR: f64 = 1e-8;
 
 /// Who touch: a body and a point (part of the body, id), two bodies, or two points.
@@ -92,7 +93,7 @@ pub struct OnPoint {
     pub couple: f64,
     /// Tangential stiffness in N/m.
     pub tangential: f64,
-    /// Least stiffness that may be said, in N/m, and whether it is the only one.
+    /// Least stiffness that may be reported, in N/m, and whether it is the only one.
     pub stiffness: f64,
     /// Whether every law that counts has a constant stiffness.
     pub exact: bool,
@@ -212,7 +213,7 @@ struct Place {
     at: Vec2,
     /// R* in m.
     radius: f64,
-    /// Below this (m) nothing is told apart.
+    /// Distances (m) below this count as the same.
     blur: f64,
     /// How much the normal turns (rad) by a shift of a metre.
     curvature: f64,
@@ -222,8 +223,8 @@ struct Place {
 
 impl Place {
     /// Between `x`, with a surface of radius `a` around it, and what is nearest to it of the other, `away` from there, with a
-    /// surface of radius `b`. The distance is negative inside of the other. All in m; of what is far below `least` nothing is
-    /// told.
+    /// surface of radius `b`. The distance is negative inside of the other. All in m; what is far below `least` is not
+    /// distinguished.
     fn between(x: Vec2, [a, b]: [f64; 2], away: Vec2, distance: f64, least: f64) -> Self {
         let (overlap, blur) = (a + b - distance, BLUR * least);
         let normal = away / (distance.signum() * away.norm());
@@ -421,7 +422,7 @@ impl Oracle {
                 let gap = (x - self.bodies[b].pose.xy()).norm() - reaches[b] - info.radius;
                 let with = |part| Who::Point(info.id, b, part);
                 let met = || self.history.range(with(0)..with(parts.len())).next();
-                // More than is asked of a contact below, by rounding.
+                // At 2 radii `point_and_body` looks no further; more, for rounding.
                 if gap > 2.001 * info.radius && met().is_none() {
                     continue;
                 }
@@ -590,7 +591,7 @@ impl Oracle {
         let gap = (one.pose - other.pose).xy().norm() - one.reach() - other.reach();
         let pairs = Who::Bodies(i, 0, 0, 0)..Who::Bodies(i + 1, 0, 0, 0);
         let with = |who: &Who| matches!(who, Who::Bodies(_, _, with, _) if *with == j);
-        // More than is asked of a contact below, by rounding.
+        // At 0.5 `vertex_and_edge` looks no further; more, for rounding.
         gap > 0.501 * (one.largest_radius() + other.largest_radius())
             && !self.history.range(pairs).any(|(who, _)| with(who))
     }

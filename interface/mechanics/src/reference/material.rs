@@ -44,7 +44,7 @@ pub struct RefPoint {
     pub bulk: f64,
     /// Shear modulus in Pa.
     pub shear: f64,
-    /// The law of its material. Models that are not said to have another have Hencky's elasticity.
+    /// The law of its material. Models have Hencky's elasticity unless their text says otherwise.
     pub model: MaterialModel,
     /// Deformation gradient so far, of a material with an elasticity of it.
     pub gradient: Matrix2<f64>,

@@ -184,7 +184,7 @@ impl Replay<'_> {
         };
         let (mut done, mut torn) = (0, false);
         while self.coupled {
-            // The window may have ended early: its report tells.
+            // The window may have ended early: its report says so.
             match self.script.peek(Kind::States)? {
                 Some(states) if granted(states) => done += u64::from(self.exchange()?),
                 states => {
@@ -195,8 +195,8 @@ impl Replay<'_> {
         }
         let report = self.recorded(Kind::Report)?;
         let reports: &[Report] = report.payload.of();
-        let told = reports.first().copied().unwrap_or_default();
-        if torn && (told.halted == 1 || grant.first + done < told.next) {
+        let reported = reports.first().copied().unwrap_or_default();
+        if torn && (reported.halted == 1 || grant.first + done < reported.next) {
             // Messages between the solvers are recorded a little later than reports, so the last ones are missing here.
             return Err(Stop::Over);
         }
@@ -212,7 +212,7 @@ impl Replay<'_> {
         if grant.flags & flags::FRAME != 0 && of_points {
             self.compare_sent(Kind::Points)?;
         }
-        self.step = told.next;
+        self.step = reported.next;
         self.compare(&report, &replayed)
     }
 

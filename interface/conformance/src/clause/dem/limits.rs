@@ -18,8 +18,11 @@ fn contact_tight(bench: &Bench) -> Judgement {
     let points = pressed().with([0.0, SPHERO + 0.9 * RADIUS], [0.0; 2], RADIUS, 0.5);
     let mut play = bench.run_bodies(&one_disc(bench))?;
     play.set(&points.set);
-    let (_, told) = play.measured(0.0, &points.states)?;
-    let (got, exact) = (told.report.limits.contact_omega_sq, 3.0 * STIFFNESS / MASS);
+    let (_, reported) = play.measured(0.0, &points.states)?;
+    let (got, exact) = (
+        reported.report.limits.contact_omega_sq,
+        3.0 * STIFFNESS / MASS,
+    );
     let expected = format_args!("at most four times {exact:.3e} 1/s^2");
     require(got <= 4.0 * exact, expected, format_args!("{got:.3e}"))?;
     Ok("half the step that is possible, or more".into())
@@ -42,9 +45,9 @@ fn halts(bench: &Bench) -> Judgement {
         play.set(&points.set);
         *budget(&mut play.budget) = 0.0;
         play.grant(1e-5, 5, true)?;
-        let told = play.answer(&points.states)?.header.flags & flags::HALT_AFTER != 0;
+        let halts = play.answer(&points.states)?.header.flags & flags::HALT_AFTER != 0;
         let expected = format_args!("HALT_AFTER beyond {:?}", play.budget);
-        require(told, expected, "forces without it")?;
+        require(halts, expected, "forces without it")?;
         play.ends(true, 1)?;
     }
     Ok("for each budget".into())

@@ -46,9 +46,9 @@ fn without_set(flags: u64) -> Flaw {
 }
 
 fn unused(bench: &Bench) -> Judgement {
-    let answer = |said: Option<Flaw>| -> Result<Answer, Unmet> {
+    let answer = |flaw: Option<Flaw>| -> Result<Answer, Unmet> {
         let (mut play, points) = (bench.run_bodies(&one_disc(bench))?, pressed());
-        play.session.flaw = said;
+        play.session.flaw = flaw;
         play.set(&points.set);
         Ok(play.measured(0.0, &points.states)?.0)
     };

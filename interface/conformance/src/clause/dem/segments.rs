@@ -42,7 +42,7 @@ fn chain(places: &[[f64; 2]]) -> Points {
 }
 
 fn nowhere(bench: &Bench) -> Judgement {
-    let mut said = String::new();
+    let mut message = String::new();
     for (slot, next) in [(0, 4), (2, 3), (1, u32::MAX)] {
         let mut points = chain(&[[-0.05, HEIGHT], [0.0, HEIGHT], [0.06, HEIGHT]]);
         points.set[slot].next = next;
@@ -50,9 +50,9 @@ fn nowhere(bench: &Bench) -> Judgement {
         play.set(&points.set);
         play.grant(1e-4, 1, false)?;
         play.send_states(&points.states)?;
-        said = play.session.failure()?.message;
+        message = play.session.failure()?.message;
     }
-    Ok(said)
+    Ok(message)
 }
 
 /// The forces on a chain that meets the disc by an elastic law.

@@ -33,9 +33,9 @@ fn once(bench: &Bench) -> Judgement {
     flow.outlines.clear();
     flow.grant(DT, 8, false)?;
     for _ in 0..8 {
-        let (step, said) = (flow.next(), flow.free()?.header.step);
+        let (step, sent) = (flow.next(), flow.free()?.header.step);
         let expected = format_args!("states of step {step}");
-        require(said == step, expected, format_args!("of step {said}")).map_err(|e| e.at(step))?;
+        require(sent == step, expected, format_args!("of step {sent}")).map_err(|e| e.at(step))?;
     }
     flow.report()?;
     let more = flow.session.take(Kind::States)?;

@@ -27,9 +27,9 @@ const SLOW: Budget = Budget {
 /// The next message is HALT_BEFORE of this step, and the report fits it.
 fn halted(flow: &mut Run, step: u64) -> Result<(), Unmet> {
     let (header, states) = flow.next_states()?;
-    let told = (header.flags, header.step, states.len()) == (flags::HALT_BEFORE, step, 0);
+    let halts = (header.flags, header.step, states.len()) == (flags::HALT_BEFORE, step, 0);
     let expected = format_args!("HALT_BEFORE of step {step}, without states");
-    require(told, expected, format_args!("{header:?}")).map_err(|e| e.at(step))?;
+    require(halts, expected, format_args!("{header:?}")).map_err(|e| e.at(step))?;
     flow.ends(true, step)
 }
 
@@ -75,8 +75,8 @@ fn window(
 
 fn stiff(bench: &Bench) -> Judgement {
     let mut flow = bench.run_continuum(&single([0.0; 2]))?;
-    let (_, told) = flow.free_step(DT)?;
-    flow.budget.omega_sq = 2.0 * told.report.limits.omega_sq + 1.0;
+    let (_, reported) = flow.free_step(DT)?;
+    flow.budget.omega_sq = 2.0 * reported.report.limits.omega_sq + 1.0;
     let first = flow.next();
     flow.grant(DT, 6, false)?;
     flow.free()?;

@@ -21,11 +21,15 @@ fn not_absurd(bench: &Bench) -> Judgement {
     flow.grant(DT, 1, true)?;
     flow.states()?;
     flow.press(&[push([0.0; 2], STIFFNESS)])?;
-    let said = flow.report()?.report.limits.contact_omega_sq;
+    let reported = flow.report()?.report.limits.contact_omega_sq;
     let bound = STIFFNESS / MASS;
     let expected = format_args!("at most {:.3e} 1/s^2", 4.0 * bound);
-    require(said <= 4.0 * bound, expected, format_args!("{said:.3e}"))?;
-    Ok(format!("{:.3} k/m", said / bound))
+    require(
+        reported <= 4.0 * bound,
+        expected,
+        format_args!("{reported:.3e}"),
+    )?;
+    Ok(format!("{:.3} k/m", reported / bound))
 }
 
 /// Kinetic energy of a block that rings, with steps of `share` of its own limit: the largest seen, over that of the
@@ -41,16 +45,16 @@ fn growth(bench: &Bench, share: f64) -> Result<f64, Unmet> {
         ..block([0.4; 2], [0.0; 2])
     };
     let mut flow = bench.run_continuum(&scene(vec![ringing]))?;
-    let (_, told) = flow.free_step(0.0)?;
-    let start = told.report.ledger.kinetic;
-    let mut omega_sq = told.report.limits.omega_sq;
+    let (_, reported) = flow.free_step(0.0)?;
+    let start = reported.report.ledger.kinetic;
+    let mut omega_sq = reported.report.limits.omega_sq;
     let mut largest: f64 = 0.0;
     for _ in 0..12 {
         let dt = share * 2.0 / omega_sq.sqrt();
         flow.coast(dt, 32)?;
-        let (_, told) = flow.free_step(dt)?;
-        omega_sq = told.report.limits.omega_sq;
-        largest = largest.max(told.report.ledger.kinetic / start);
+        let (_, reported) = flow.free_step(dt)?;
+        omega_sq = reported.report.limits.omega_sq;
+        largest = largest.max(reported.report.ledger.kinetic / start);
     }
     Ok(largest)
 }

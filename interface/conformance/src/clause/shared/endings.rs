@@ -129,9 +129,9 @@ fn lives_till_close(bench: &Bench) -> Judgement {
 
 fn named(bench: &Bench) -> Judgement {
     let failure = failure(bench, Flaw::grant(|grant| grant.dt = f64::NAN))?;
-    let said = failure.message.contains("G-2") && failure.step == 1;
+    let names_both = failure.message.contains("G-2") && failure.step == 1;
     let got = format_args!("step {}: {}", failure.step, failure.message);
-    require(said, "clause G-2 and step 1", got)?;
+    require(names_both, "clause G-2 and step 1", got)?;
     Ok(failure.message)
 }
 

@@ -65,10 +65,10 @@ fn version(bench: &Bench) -> Judgement {
 
 fn pid(bench: &Bench) -> Judgement {
     let mut session = bench.session()?;
-    let said = session.hello()?.pid;
+    let sent = session.hello()?.pid;
     match session.solver.pid() {
-        Some(pid) if pid == said => Ok(format!("pid {pid}")),
-        pid => Err(broken(format_args!("pid {pid:?}"), said)),
+        Some(pid) if pid == sent => Ok(format!("pid {pid}")),
+        pid => Err(broken(format_args!("pid {pid:?}"), sent)),
     }
 }
 

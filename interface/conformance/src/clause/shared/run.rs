@@ -98,22 +98,22 @@ impl<'b> Run<'b> {
 }
 
 /// What the solver says to a step in which the kit says something wrong.
-pub fn failure(bench: &Bench, said: Flaw) -> Result<Failure, Unmet> {
+pub fn failure(bench: &Bench, flaw: Flaw) -> Result<Failure, Unmet> {
     let mut run = led(bench, &order(bench))?;
     if !run.session.is_of_bodies() {
         // So far that it asks for outlines again.
         run.travel = 1.0;
     }
     run.step(0.0)?;
-    run.session.flaw = Some(said);
+    run.session.flaw = Some(flaw);
     let went_on = run.whole_step().is_ok();
     require(!went_on, "Failed", "an answer").map_err(|e| e.at(1))?;
     run.session.failure()
 }
 
 /// The solver fails where the kit says something wrong in a step.
-pub fn refuses(bench: &Bench, said: Flaw) -> Judgement {
-    Ok(failure(bench, said)?.message)
+pub fn refuses(bench: &Bench, flaw: Flaw) -> Judgement {
+    Ok(failure(bench, flaw)?.message)
 }
 
 /// What the solver says to a first order in which something is wrong.
@@ -139,7 +139,12 @@ pub fn names(bench: &Bench, key: &str, sent: Flaw) -> Judgement {
     let Notice::Refused(refusal) = &notice else {
         return Err(broken("Refused", format_args!("{notice:?}")));
     };
-    let said = refusal.key.contains(key) && !refusal.key.is_empty() && !refusal.message.is_empty();
-    require(said, format_args!("the key `{key}` and a message"), refusal)?;
+    let complete =
+        refusal.key.contains(key) && !refusal.key.is_empty() && !refusal.message.is_empty();
+    require(
+        complete,
+        format_args!("the key `{key}` and a message"),
+        refusal,
+    )?;
     Ok(refusal.to_string())
 }

@@ -39,7 +39,7 @@ pub fn pierces(case: &Case, oracle: &Oracle, now: &[Vec2]) -> bool {
     })
 }
 
-/// The smallest length of a case in m: of what is smaller by far, nothing is told.
+/// The smallest length of a case in m: what is smaller by far is not compared.
 pub fn smallest(case: &Case) -> f64 {
     let points = case.points.iter().map(|p| p.info.radius);
     let bodies = case.config.bodies.iter().map(|b| b.sphero_radius);

@@ -92,8 +92,8 @@ impl Judge<'_> {
         Ok(())
     }
 
-    /// Limits for the step of `now`, said after the step of `before`: what holds in both has to be bounded.
-    /// Of speeds far below `speed` (m/s) nothing is told, and of frequencies far below that of a step of `dt` (s).
+    /// Limits for the step of `now`, reported after the step of `before`: what holds in both has to be bounded.
+    /// Speeds far below `speed` (m/s) are not compared, nor frequencies far below that of a step of `dt` (s).
     pub fn limits(
         &mut self,
         limits: &Limits,
@@ -141,7 +141,7 @@ impl Judge<'_> {
         Ok(())
     }
 
-    /// Loads and velocities of the bodies as measured. `dt` (s) is the longest step so far, `tiny` (m) what is not told
+    /// Loads and velocities of the bodies as measured. `dt` (s) is the longest step so far, `tiny` (m) what cannot be told
     /// apart.
     pub fn bodies(
         &mut self,
@@ -173,7 +173,7 @@ impl Judge<'_> {
         Ok(())
     }
 
-    /// The ledger as measured. Of energies far below `energy` (J/m) nothing is told, and of impulses far below `impulse`
+    /// The ledger as measured. Energies far below `energy` (J/m) are not compared, nor impulses far below `impulse`
     /// (N s/m).
     pub fn ledger(
         &mut self,
@@ -201,9 +201,9 @@ impl Judge<'_> {
         let moment = moment + impulse * expected.far;
         let rows = ["angular_momentum", "applied_moment", "contact_moment"];
         self.fields("", [got, want], &rows.map(|name| ("N-1", name, moment)))?;
-        let (said, least) = (got.viscous_work, want.viscous_work);
-        let nearest = said.clamp(least, most.max(least));
-        self.near("N-1", "viscous_work", &[said], &[nearest], tolerance)
+        let (work, least) = (got.viscous_work, want.viscous_work);
+        let nearest = work.clamp(least, most.max(least));
+        self.near("N-1", "viscous_work", &[work], &[nearest], tolerance)
     }
 
     /// The contacts of a frame. Those that have only just begun may be missing.
@@ -235,12 +235,15 @@ impl Judge<'_> {
                 self.count("R-6", 0.0);
                 continue;
             }
-            let told =
+            let in_words =
                 |c: &ContactState| format!("{} N/m at {} m", show(&c.force), show(&c.position));
             let of = ways.map(|want| names(&want));
-            let got = contacts.iter().find(|c| of.contains(&names(c))).map(told);
+            let got = contacts
+                .iter()
+                .find(|c| of.contains(&names(c)))
+                .map(in_words);
             let what = format!("contact between {:?}", touch.who);
-            return self.differ("R-6", what, told(&want), got.unwrap_or("none".into()));
+            return self.differ("R-6", what, in_words(&want), got.unwrap_or("none".into()));
         }
         let of = "contacts of a frame that do not overlap";
         self.same("R-6", of, left, Vec::new())

@@ -53,7 +53,8 @@ impl Dice<'_, Scale> {
         let bodies: Vec<BodyConfig> = match self.rng.u32(0..8) {
             0 if self.takes.has("pairs") => Vec::new(),
             k => {
-                // In one case of sixteen not all are near to one another, and in one of 128 a solver may part their pairs.
+                // In one case of sixteen not all are near to one another, and in one of 128 there are so many
+                // pairs that a solver may evaluate them in several chunks.
                 let mut more = self.aside();
                 let few = 1 + k as usize % 3;
                 let many = more.rng.u32(0..16) == 0;

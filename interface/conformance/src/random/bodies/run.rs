@@ -7,7 +7,7 @@ use interface::config::capability::Capabilities;
 use interface::message::control::Configure;
 use interface::message::wire::{ImpInfo, ImpState, Limits};
 use interface::step::Step;
-use mechanics::reference::bodies::{BLUR, Expected, Oracle, Rubbed, Said};
+use mechanics::reference::bodies::{BLUR, Expected, Oracle, Reported, Rubbed};
 
 use super::super::judge::Judge;
 use super::super::plan::Epoch;
@@ -22,13 +22,13 @@ pub struct Stand {
     oracle: Oracle,
     step: u32,
     before: Option<Vec<Vec2>>,
-    /// What the last step of the window before was expected to give, with the limits that were said after it.
+    /// What the last step of the window before was expected to give, with the limits that were reported after it.
     limits: Option<(Expected, Limits)>,
     /// The longest step so far in s.
     longest: f64,
     /// Of a solver with friction of its own: what that has done, and the steps that the copy of the run has to repeat.
     rubbed: Rubbed,
-    told: Vec<(Window, Answered)>,
+    past: Vec<(Window, Answered)>,
 }
 
 impl Stand {
@@ -41,7 +41,7 @@ impl Stand {
             limits: None,
             longest: 0.0,
             rubbed: Rubbed::default(),
-            told: Vec::new(),
+            past: Vec::new(),
         }
     }
 }
@@ -69,9 +69,9 @@ fn stepped(
     if first && window.outlines {
         let own = play.header();
         let (header, vertices) = play.envelopes()?;
-        let said = [header.step, header.epoch, header.count];
+        let sent = [header.step, header.epoch, header.count];
         let want = [own.step, own.epoch, vertices.len() as u64];
-        judge.same("E-1", "step, epoch and count of envelopes", said, want)?;
+        judge.same("E-1", "step, epoch and count of envelopes", sent, want)?;
         judge.envelopes(&stand.oracle, &vertices)?;
         stand.oracle.publish();
     }
@@ -95,11 +95,11 @@ fn stepped(
     let own = play.header();
     let answer = play.answer(&states)?;
     let header = answer.header;
-    let (said, want) = ([header.step, header.epoch], [own.step, own.epoch]);
-    judge.same("F-2", "step and epoch of forces", said, want)?;
+    let (sent, want) = ([header.step, header.epoch], [own.step, own.epoch]);
+    judge.same("F-2", "step and epoch of forces", sent, want)?;
     let generation = play.at.generation;
-    let (said, want) = ([header.set, header.count], [generation, set.len() as u64]);
-    judge.same("F-3", "set and count of forces", said, want)?;
+    let (sent, want) = ([header.set, header.count], [generation, set.len() as u64]);
+    judge.same("F-3", "set and count of forces", sent, want)?;
     let forces = answer.forces.iter();
     let numbers = forces.flat_map(|f| [f.force[0], f.force[1], f.stiffness]);
     judge.keep(numbers.chain([answer.header.travel]));
@@ -184,13 +184,13 @@ impl run::Case for Case {
                 oracle.publish();
             }
             judge.opposite(&step.expected, &step.answer.forces, bodies)?;
-            let said = Said {
+            let reported = Reported {
                 forces: &step.answer.forces,
                 bodies,
                 ledger: &report.report.ledger,
             };
             let of = (&step.set[..], &step.states[..]);
-            let law = (&step.expected, said);
+            let law = (&step.expected, reported);
             step.expected = oracle.admit(&step.granted, of, law, &mut stand.rubbed);
             stand.oracle = oracle;
         }
@@ -217,13 +217,13 @@ impl run::Case for Case {
         }
         let last = answered.last().map(|answered| answered.expected.clone());
         stand.limits = last.map(|last| (last, report.report.limits));
-        let told = answered.into_iter().filter(|_| self.copied.is_some());
-        stand.told.extend(told.map(|step| (window, step)));
+        let past = answered.into_iter().filter(|_| self.copied.is_some());
+        stand.past.extend(past.map(|step| (window, step)));
         Ok(())
     }
 
     fn again(&self, bench: &Bench, stand: &Stand, judge: &mut Judge) -> Result<(), Stop> {
-        repeat(bench, self, &stand.told, judge)
+        repeat(bench, self, &stand.past, judge)
     }
 
     fn end(&self, run: Run, _: &mut Stand, _: &mut Judge) -> Result<(), Stop> {
@@ -249,14 +249,14 @@ impl run::Case for Case {
 fn repeat(
     bench: &Bench,
     case: &Case,
-    told: &[(Window, Answered)],
+    past: &[(Window, Answered)],
     judge: &mut Judge,
 ) -> Result<(), Stop> {
-    let Some(copied) = case.copied.filter(|_| judge.asked.contains(&"F-7")) else {
+    let Some(copied) = case.copied.filter(|_| judge.selected.contains(&"F-7")) else {
         return Ok(());
     };
     let mut play = bench.run_bodies(&copied.config(&case.config))?;
-    let mut left = told;
+    let mut left = past;
     while let Some((first, _)) = left.first() {
         let alike = |(window, _): &&(Window, Answered)| {
             first.dt > 0.0 && window.dt == first.dt && !window.outlines
@@ -276,9 +276,9 @@ fn repeat(
             let Answer { header, forces } = play.answer(&copied.states(&step.states))?;
             let forces = copied.in_order(forces);
             let mut expected = step.expected.clone();
-            for (want, said) in expected.points.iter_mut().zip(&step.answer.forces) {
-                want.force = copied.vector(said.force).into();
-                want.couple = copied.axial(said.couple);
+            for (want, got) in expected.points.iter_mut().zip(&step.answer.forces) {
+                want.force = copied.vector(got.force).into();
+                want.couple = copied.axial(got.couple);
             }
             let answer = Answer { header, forces };
             judge.forces(&expected, &step.set, &answer, " in a copy of the run")?;

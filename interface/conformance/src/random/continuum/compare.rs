@@ -54,7 +54,7 @@ impl Tolerance {
 }
 
 impl Judge<'_> {
-    /// What is said with Ready.
+    /// The contents of Ready.
     pub fn readiness(&mut self, oracle: &Oracle, ready: &Readiness) -> Result {
         self.same("S-2c", "items", ready.items, oracle.points.len() as u64)?;
         let time = oracle.config.cell / oracle.wave;
@@ -160,10 +160,10 @@ impl Judge<'_> {
 
     /// What a report counts.
     pub fn counts(&mut self, report: &Report, stand: &Stand) -> Result {
-        let said = [report.items, report.imps, report.rebuilds];
+        let sent = [report.items, report.imps, report.rebuilds];
         let points = [stand.oracle.points.len(), stand.set.len()].map(|n| n as u64);
         let want = [points[0], points[1], stand.sets];
-        self.same("R-1b", "items, imps and rebuilds", said, want)
+        self.same("R-1b", "items, imps and rebuilds", sent, want)
     }
 
     /// All points in a frame or at the end.
@@ -175,11 +175,11 @@ impl Judge<'_> {
         stand: &mut Stand,
     ) -> Result {
         let (t, blur) = (Tolerance::of(stand), blur(&stand.oracle));
-        let (said, want) = (
+        let (sent, want) = (
             (header.step, points.len()),
             (step, stand.oracle.points.len()),
         );
-        self.same(clause, "step and number of all points", said, want)?;
+        self.same(clause, "step and number of all points", sent, want)?;
         let rise = points.windows(2).all(|pair| pair[0].id < pair[1].id);
         self.same(clause, "whether ids rise", rise, true)?;
         for got in points {
@@ -190,9 +190,9 @@ impl Judge<'_> {
             };
             let p = *stand.oracle.point(k);
             let strain = if stand.strains { p.plastic_strain } else { 0.0 };
-            let told = 2e-7 * strain + 10.0 * blur;
+            let tolerance = 2e-7 * strain + 10.0 * blur;
             let of_strain = if p.keeps_strain() {
-                ("R-5e", "plastic_strain", told)
+                ("R-5e", "plastic_strain", tolerance)
             } else {
                 (clause, "plastic_strain", 0.0)
             };
@@ -278,7 +278,7 @@ impl Judge<'_> {
         let rows: Vec<_> = asked.map(|(_, name, most)| ("N-1a", name, most)).collect();
         self.fields("", [got, want], &rows)?;
         let fall = t.impulse / t.v * t.x * Vec2::from(config.gravity).norm();
-        // Who does not tell both may say either.
+        // A solver that does not report both may report either.
         let either = f64::from(u8::from(!stand.works)) * expected.created.abs();
         let energy = t.stored + either + fall + 1e-13 * want.gravity.abs();
         let groups = &expected.groups[..config.groups.len()];
@@ -287,7 +287,7 @@ impl Judge<'_> {
         self.ledgers("N-1a", [got, want], [energy, t.impulse, force])
     }
 
-    /// The limits that were said after a step with these forces on all points.
+    /// The limits that were reported after a step with these forces on all points.
     pub fn bounds(
         &mut self,
         limits: &Limits,
@@ -295,10 +295,15 @@ impl Judge<'_> {
         forces: &[ImpForce],
         stand: &Stand,
     ) -> Result {
-        let (of, said) = ("contact_omega_sq in 1/s^2", limits.contact_omega_sq);
-        self.at_least("L-2a", of, said, (1.0 - 1e-9) * expected.contact_omega_sq)?;
+        let (of, reported) = ("contact_omega_sq in 1/s^2", limits.contact_omega_sq);
+        self.at_least(
+            "L-2a",
+            of,
+            reported,
+            (1.0 - 1e-9) * expected.contact_omega_sq,
+        )?;
         if forces.iter().all(|f| f.stiffness + f.tangential == 0.0) {
-            self.same("L-2a", "contact_omega_sq without stiffness", said, 0.0)?;
+            self.same("L-2a", "contact_omega_sq without stiffness", reported, 0.0)?;
         }
         let speeds = stand.set.iter().map(|k| stand.oracle.point(*k).v);
         let fastest = speeds.map(|v| v[0].hypot(v[1])).fold(0.0, f64::max);
@@ -310,8 +315,8 @@ impl Judge<'_> {
         let all = least(&mut (0..stand.oracle.points.len()));
         let of_set = least(&mut stand.set.iter().copied());
         // Of all points, or of those of the set.
-        let said = limits.radius_min;
-        let want = if said == of_set { of_set } else { all };
-        self.same("L-2a", "radius_min in m", said, want)
+        let reported = limits.radius_min;
+        let want = if reported == of_set { of_set } else { all };
+        self.same("L-2a", "radius_min in m", reported, want)
     }
 }

@@ -45,9 +45,9 @@ pub struct Stand {
     pub(super) fastest: f64,
     /// Whether anything has pressed.
     pub(super) pressed: bool,
-    /// Whether the solver tells the work of the stress beside the stored energy.
+    /// Whether the solver reports the work of the stress beside the stored energy.
     pub(super) works: bool,
-    /// Whether it tells the plastic strain of points.
+    /// Whether it reports the plastic strain of points.
     pub(super) strains: bool,
 }
 
@@ -132,8 +132,8 @@ impl run::Case for Case {
         let oracle = Oracle::new(&self.config).ok_or(Stop::Doubtful)?;
         let run = bench.run_continuum(&self.config)?;
         judge.readiness(&oracle, &run.ready.readiness)?;
-        let tells = [STRESS_WORK, PLASTIC_STRAIN].map(|name| bench.takes(name));
-        Ok((run, Stand::new(oracle, tells)))
+        let reports = [STRESS_WORK, PLASTIC_STRAIN].map(|name| bench.takes(name));
+        Ok((run, Stand::new(oracle, reports)))
     }
 
     fn window(
@@ -165,9 +165,9 @@ impl run::Case for Case {
                 .map(|_| (own.step, own.epoch, 0, flags::WANT_ENVELOPES));
             let of = "step, epoch, count and flags of what asks for envelopes";
             judge.same("I-1c", of, asked.collect::<Vec<_>>(), wanted.collect())?;
-            let said = [shown.header.step, shown.header.epoch, shown.header.count];
+            let sent = [shown.header.step, shown.header.epoch, shown.header.count];
             let want = [own.step, own.epoch, shown.states.len() as u64];
-            judge.same("I-1c", "step, epoch and count of states", said, want)?;
+            judge.same("I-1c", "step, epoch and count of states", sent, want)?;
             let numbers = shown.states.iter().flat_map(|s| [s.position, s.velocity]);
             judge.keep(numbers.flatten());
             judge.set(&shown, &flow.at.set, stand, self)?;
@@ -190,12 +190,12 @@ impl run::Case for Case {
             answered.push((expected, forces));
         }
         judge.step = first;
-        let told = report(flow, next, window, judge)?;
-        judge.counts(&told.report, stand)?;
-        if window.frame && told.points.is_none() {
+        let reported = report(flow, next, window, judge)?;
+        judge.counts(&reported.report, stand)?;
+        if window.frame && reported.points.is_none() {
             judge.differ("R-5a", "frame", "all points", "none")?;
         }
-        if let Some((header, points)) = &told.points {
+        if let Some((header, points)) = &reported.points {
             let mut then = stand.back_to(before);
             judge.all_points("R-5a", (next, *header), points, &mut then)?;
             stand.names = then.names;
@@ -204,14 +204,14 @@ impl run::Case for Case {
             let (expected, _) = &answered[0];
             judge.groups(
                 expected,
-                at_least(told.groups.as_ref(), expected.groups.len(), "groups")?,
+                at_least(reported.groups.as_ref(), expected.groups.len(), "groups")?,
                 stand,
             )?;
-            judge.books(expected, &told.report.ledger, stand)?;
+            judge.books(expected, &reported.report.ledger, stand)?;
         }
         if let Some((expected, forces)) = answered.pop() {
             judge.step = stand.step - 1;
-            let limits: Limits = told.report.limits;
+            let limits: Limits = reported.report.limits;
             judge.bounds(&limits, &expected, &forces, stand)?;
         }
         Ok(())
@@ -230,7 +230,7 @@ impl run::Case for Case {
 mod tests {
     use super::*;
 
-    /// A frame tells of the points before the window, in which some of them have got their ids.
+    /// A frame has the points before the window, in which some of them have got their ids.
     #[test]
     fn a_point_that_has_an_id_gets_no_other_one_in_a_frame() {
         let takes = Capabilities::of(&["fill:points"]);

@@ -38,9 +38,9 @@ impl Rubbed {
     }
 }
 
-/// What a solver has said of a step: of its points and bodies, and of the energies.
+/// What a solver has reported of a step: of its points and bodies, and of the energies.
 #[derive(Debug, Clone, Copy)]
-pub struct Said<'a> {
+pub struct Reported<'a> {
     /// Point by point.
     pub forces: &'a [ImpForce],
     /// Body by body.
@@ -50,14 +50,14 @@ pub struct Said<'a> {
 }
 
 impl Oracle {
-    /// Takes a measured step, of which `law` is what the law asks for, with what was `said` of it where that is admitted, else
+    /// Takes a measured step, of which `law` is what the law asks for, with what was `reported` of it where that is admitted, else
     /// with what is and is nearest: of a point on one body what is not the law's normal force is at most Coulomb's friction;
     /// forces on bodies and points are opposite; friction stores and takes no more than it works, and gives nothing.
     pub fn admit(
         &mut self,
         step: &Step,
         (set, states): (&[ImpInfo], &[ImpState]),
-        (law, said): (&Expected, Said),
+        (law, reported): (&Expected, Reported),
         rubbed: &mut Rubbed,
     ) -> Expected {
         let mut points = law.points.clone();
@@ -69,7 +69,7 @@ impl Oracle {
             law.touches.iter().filter_map(of_point).collect();
         let is_alone = |slot: usize| of_points.iter().filter(|(.., s)| *s == slot).count() == 1;
         let on_body = |body: &BodyState| Vec2::from(body.point_force).push(body.point_torque);
-        let mut loads: Vec<_> = said.bodies.iter().map(on_body).collect();
+        let mut loads: Vec<_> = reported.bodies.iter().map(on_body).collect();
         let is_shared = |b: usize| of_points.iter().any(|(_, c, s)| *c == b && !is_alone(*s));
         let own: Vec<usize> = (0..loads.len()).filter(|b| !is_shared(*b)).collect();
         for b in &own {
@@ -78,7 +78,7 @@ impl Oracle {
         let mut slides = Vec::new();
         for (touch, b, slot) in &of_points {
             let (point, x) = (&mut points[*slot], Vec2::from(states[*slot].position));
-            let (got, normal) = (said.forces[*slot], touch.normal);
+            let (got, normal) = (reported.forces[*slot], touch.normal);
             let mut friction = None;
             (point.force, point.couple) = (got.force.into(), got.couple);
             if is_alone(*slot) {
@@ -101,9 +101,9 @@ impl Oracle {
         let mut expected = self.step(step, set, states);
         let held: f64 = expected.touches.iter().map(|touch| touch.held).sum();
         let (want, Rubbed { most, off, .. }) = (&mut expected.ledger, rubbed);
-        let stored = (said.ledger.contact - (want.contact - held)).clamp(0.0, *most);
+        let stored = (reported.ledger.contact - (want.contact - held)).clamp(0.0, *most);
         want.contact += stored - held;
-        want.friction_work = said
+        want.friction_work = reported
             .ledger
             .friction_work
             .clamp(-*off, *most + *off - stored);
