@@ -191,7 +191,7 @@ fn blocks(groups: &[(&str, &str)]) -> String {
 fn plastic_strain_colours_pictures_and_films() {
     let place = Place::new();
     let all = [("bar", "metal"), ("ball", "rubber"), ("heap", "sand")];
-    for (out, groups) in [("frames", &all[..]), ("none", &all[1..])] {
+    for (out, groups) in [("strain", &all[..]), ("none", &all[1..])] {
         let file = format!("{out}.toml");
         place.write(&file, &blocks(groups));
         place.run(out, &file, "--set output.frames=0.002").expect(0);
@@ -201,10 +201,10 @@ fn plastic_strain_colours_pictures_and_films() {
             "plot {run} --frames all --out {out} --colour '{colour}'"
         ))
     };
-    plot("frames", "plastic_strain", "a.svg").expect(0);
+    plot("strain", "plastic_strain", "a.svg").expect(0);
     let figure = fs::read_to_string(place.path("a.svg")).unwrap();
     has(&figure, "\nplastic_strain; grey: no number\n");
-    plot("frames", "flow [%]=100*plastic_strain", "b.svg").expect(0);
+    plot("strain", "flow [%]=100*plastic_strain", "b.svg").expect(0);
     let other = fs::read_to_string(place.path("b.svg")).unwrap();
     let points = |figure: &str| figure.matches("<rect").count();
     assert!(points(&figure) > 300, "{}", points(&figure));
@@ -220,8 +220,8 @@ fn plastic_strain_colours_pictures_and_films() {
         assert!(!place.path("none.svg").exists());
     }
     plot("none", "speed", "none.svg").expect(0);
-    plot("frames", "plastic_strain", "a.png").expect(0);
-    plot("frames", "plastic_strain", "a.gif").expect(0);
+    plot("strain", "plastic_strain", "a.png").expect(0);
+    plot("strain", "plastic_strain", "a.gif").expect(0);
     assert!(fs::metadata(place.path("a.gif")).unwrap().len() > 1000);
 }
 

@@ -41,7 +41,7 @@ fn every_bad_scene_gives_its_expected_message_and_names_its_file() {
         }
         for phrase in expected.iter().filter(|phrase| !message.contains(**phrase)) {
             let file = file.display();
-            disappointments.push(format!("{file}\nexpected: {phrase}\nsaid:\n{message}"));
+            disappointments.push(format!("{file}\nexpected: {phrase}\ngot:\n{message}"));
         }
     }
     assert!(disappointments.is_empty(), "{}", disappointments.join("\n"));
@@ -73,7 +73,7 @@ fn every_bad_value_is_refused_with_key_and_reason() {
                 Err(errors) => errors.to_string(),
             };
             if !cells.all(|phrase| message.contains(phrase)) {
-                disappointments.push(format!("{row}\nsaid:\n{message}"));
+                disappointments.push(format!("{row}\ngot:\n{message}"));
             }
         }
     }

@@ -176,16 +176,24 @@ fn a_bad_override_names_the_command_line_or_the_variant() {
     has(&message, "unknown key `cel`");
     has(&message, "command line: --set mpm.cel=0.1  (mpm.cel)");
     has(&message, "did you mean `cell`?");
-    let message = files.refusal(None, &["mpm.cell=-1"]);
-    has(&message, "`mpm.cell` is -1, expected a length above 0");
-    let message = files.refusal(None, &["mpm.cell"]);
-    has(&message, "`mpm.cell` sets nothing");
-    let message = files.refusal(None, &["mpm.points.7.velocity=[0,0]"]);
-    has(&message, "`mpm.points` has no element 7");
-    let message = files.refusal(None, &["mpm.points.first.velocity=[0,0]"]);
-    has(&message, "`first` is not a number of an element");
-    let message = files.refusal(None, &["mpm.stage.first={from=0}"]);
-    has(&message, "`mpm.stage` is a table, expected a list");
+    for (set, phrase) in [
+        ("mpm.cell=-1", "`mpm.cell` is -1, expected a length above 0"),
+        ("mpm.cell", "`mpm.cell` sets nothing"),
+        (
+            "mpm.points.7.velocity=[0,0]",
+            "`mpm.points` has no element 7",
+        ),
+        (
+            "mpm.points.first.velocity=[0,0]",
+            "`first` is not a number of an element",
+        ),
+        (
+            "mpm.stage.first={from=0}",
+            "`mpm.stage` is a table, expected a list",
+        ),
+    ] {
+        has(&files.refusal(None, &[set]), phrase);
+    }
     let scene = files.load(None, &["mpm.stage.0={from=0,damping=2}"]);
     assert!(scene.resolved_toml.contains("damping = 2"));
     let message = files.refusal(Some("quik"), &[]);

@@ -200,17 +200,17 @@ impl CapturedStderr {
             let mut file: Option<HeadAndTail<File>> = None;
             let mut bytes = vec![0; 4096];
             loop {
-                let bytes_read = match stderr.read(&mut bytes) {
+                let output = match stderr.read(&mut bytes) {
                     Ok(0) => break,
                     Ok(read) => &bytes[..read],
                     Err(error) if error.kind() == io::ErrorKind::Interrupted => continue,
                     Err(_) => break,
                 };
                 match &screen {
-                    Some(screen) => screen.text(bytes_read),
-                    None => drop(io::stderr().write_all(bytes_read)),
+                    Some(screen) => screen.text(output),
+                    None => drop(io::stderr().write_all(output)),
                 }
-                keep(&mut kept.lock().expect("no thread panics"), bytes_read);
+                keep(&mut kept.lock().expect("no thread panics"), output);
                 if file.is_none() {
                     let name = format!("{}.log", party.name());
                     let opened = dir
@@ -220,7 +220,7 @@ impl CapturedStderr {
                 }
                 // If the file cannot be written, standard error still shows the output.
                 if let Some(file) = &mut file {
-                    let _ = file.write(bytes_read);
+                    let _ = file.write(output);
                 }
             }
             if let Some(file) = file {

@@ -287,7 +287,7 @@ impl Runner {
                 tracing::warn!("{} runs left no summary: tried again", starts.len());
             }
             let commands: Vec<&Start> = starts.iter().map(|(_, start)| start).collect();
-            let mut announced = Instant::now();
+            let mut last_shown = Instant::now();
             let mut look = || {
                 let mut news = false;
                 for (k, _) in &starts {
@@ -298,10 +298,10 @@ impl Runner {
                 }
                 progress.show(&found);
                 // A large table takes its time too.
-                if news && announced.elapsed() > PARTIAL {
+                if news && last_shown.elapsed() > PARTIAL {
                     let began = Instant::now();
                     partial(&found);
-                    announced = Instant::now() + 20 * began.elapsed();
+                    last_shown = Instant::now() + 20 * began.elapsed();
                 }
             };
             let make = |start: &&Start| wait(start, &self.interrupt);

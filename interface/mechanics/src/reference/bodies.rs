@@ -415,11 +415,11 @@ impl Oracle {
         sums: &mut Sums,
     ) {
         let bodies: Vec<_> = self.bodies.iter().map(Body::parts).collect();
-        let reaches: Vec<f64> = self.bodies.iter().map(Body::reach).collect();
         for (slot, point) in set.iter().zip(states).enumerate() {
             let (info, x) = (point.0, Vec2::from(point.1.position));
             for (b, parts) in bodies.iter().enumerate() {
-                let gap = (x - self.bodies[b].pose.xy()).norm() - reaches[b] - info.radius;
+                let body = &self.bodies[b];
+                let gap = (x - body.pose.xy()).norm() - body.reach - info.radius;
                 let with = |part| Who::Point(info.id, b, part);
                 let met = || self.history.range(with(0)..with(parts.len())).next();
                 // At 2 radii `point_and_body` looks no further; more, for rounding.
@@ -588,7 +588,7 @@ impl Oracle {
     /// Whether the circles around two bodies are so far apart that no law reaches across, and nothing is remembered of the pair.
     fn are_apart(&self, i: usize, j: usize) -> bool {
         let (one, other) = (&self.bodies[i], &self.bodies[j]);
-        let gap = (one.pose - other.pose).xy().norm() - one.reach() - other.reach();
+        let gap = (one.pose - other.pose).xy().norm() - one.reach - other.reach;
         let pairs = Who::Bodies(i, 0, 0, 0)..Who::Bodies(i + 1, 0, 0, 0);
         let with = |who: &Who| matches!(who, Who::Bodies(_, _, with, _) if *with == j);
         // At 0.5 `vertex_and_edge` looks no further; more, for rounding.
@@ -777,7 +777,7 @@ impl Oracle {
             let guide = total.component_mul(&body.yields) - total;
             driven += (push + guide).dot(&(before + after)) * 0.5 * kick;
             let place = body.pose.xy();
-            expected.far = expected.far.max(place.norm() + body.reach());
+            expected.far = expected.far.max(place.norm() + body.reach);
             let about_origin = |of: Vec3| of.xy().push(cross(place, of.xy()) + of.z);
             applied += about_origin(weight + push + guide) * kick;
             contact += about_origin(load.points) * kick;

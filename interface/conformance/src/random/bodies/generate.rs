@@ -56,11 +56,14 @@ impl Dice<'_, Scale> {
                 // In one case of sixteen not all are near to one another, and in one of 128 there are so many
                 // pairs that a solver may evaluate them in several chunks.
                 let mut more = self.aside();
-                let few = 1 + k as usize % 3;
-                let many = more.rng.u32(0..16) == 0;
-                let many = many.then(|| more.rng.usize(6..16));
-                let crowd = touching && more.rng.u32(0..8) == 0;
-                let count = many.map_or(few, |many| if crowd { 10 * many + 200 } else { many });
+                let has_many = more.rng.u32(0..16) == 0;
+                let many = more.rng.usize(6..16);
+                let is_crowd = touching && more.rng.u32(0..8) == 0;
+                let count = match (has_many, is_crowd) {
+                    (false, _) => 1 + k as usize % 3,
+                    (true, false) => many,
+                    (true, true) => 10 * many + 200,
+                };
                 self.bodies(count, touching)
             }
         };

@@ -24,6 +24,8 @@ pub struct Body {
     pub(super) surface: String,
     /// Vertices from the centre of mass at an angle of 0 in m, and the sphero-radius of each in m.
     pub(super) vertices: Vec<(Vec2, f64)>,
+    /// Distance of its farthest place from its centre of mass in m.
+    pub(super) reach: f64,
     /// A cluster: every vertex is a disc of its own.
     cluster: bool,
     /// Centre of mass in m, and angle.
@@ -71,12 +73,15 @@ impl Body {
         let (mass, inertia) = moments.mass(config.inertia);
         let place = Vec2::from(config.position) + turned(moments.centroid, config.angle);
         let vertices = vertices.iter().map(|v| v - moments.centroid).zip(radii);
+        let vertices: Vec<_> = vertices.collect();
+        let reach = vertices.iter().map(|(v, a)| v.norm() + a);
         Self {
+            reach: reach.fold(0.0, f64::max),
             inertia: Vec3::new(mass, mass, inertia),
             yields: config.motion.yielding().into(),
             drive: config.motion,
             surface: config.surface.clone(),
-            vertices: vertices.collect(),
+            vertices,
             cluster: own.is_some(),
             pose: place.push(config.angle),
             velocity: Vec2::from(config.velocity).push(config.spin),
@@ -155,12 +160,6 @@ impl Body {
         self.vertices.iter().map(speed).fold(0.0, f64::max)
     }
 
-    /// Distance of its farthest place from its centre of mass in m.
-    pub(super) fn reach(&self) -> f64 {
-        let reach = self.vertices.iter().map(|(v, a)| v.norm() + a);
-        reach.fold(0.0, f64::max)
-    }
-
     /// Largest sphero-radius in m.
     pub(super) fn largest_radius(&self) -> f64 {
         self.vertices.iter().map(|(_, a)| *a).fold(0.0, f64::max)
@@ -168,7 +167,7 @@ impl Body {
 
     /// The most that a force of 1 N/m on its surface accelerates a place of it, in m/kg.
     pub(super) fn surface_mobility(&self) -> f64 {
-        let (reach, each) = (self.reach(), self.mobility());
+        let (reach, each) = (self.reach, self.mobility());
         each.x.max(each.y) + reach * reach * each.z
     }
 
