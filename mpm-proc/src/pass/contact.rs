@@ -193,7 +193,9 @@ fn touch<const W: usize, S: Shape<W>, A: AffineState>(
             }
             let of = image.map_or(at, |i| i.of);
             let (tile, node) = at.split();
-            let of_node = &mut continuum.grid.contact[tile].force[node];
+            let nodes = &mut continuum.grid.contact[tile];
+            nodes.touched = true;
+            let of_node = &mut nodes.force[node];
             for a in 0..2 {
                 of_node[a] += scatter * force[a];
                 if turns {
@@ -202,6 +204,7 @@ fn touch<const W: usize, S: Shape<W>, A: AffineState>(
             }
             let (tile, node) = of.split();
             let nodes = &mut continuum.grid.contact[tile];
+            nodes.touched = true;
             let mut weights = [loaded.weight(gather, curl), 0.0];
             nodes.stiffness[node] += weights[0];
             if spreads {
@@ -230,20 +233,15 @@ fn at_periodic_wall(id: u64, at: [f64; 2]) -> Fault {
     ))
 }
 
-/// Clears the forces of the step before. Sorting has already removed those of nodes that no longer exist.
+/// Clears what contact gave to nodes in the step before.
 fn clear_contact<const W: usize, S: Shape<W>, A: AffineState>(continuum: &mut Continuum<W, S, A>) {
-    for t in continuum.touches.drain(..) {
-        let (tile, node) = t.at.split();
-        if let Some(nodes) = continuum.grid.contact.get_mut(tile) {
-            nodes.force[node] = [0.0; 2];
-        }
-        let (tile, node) = t.of.split();
-        if let Some(nodes) = continuum.grid.contact.get_mut(tile) {
-            nodes.stiffness[node] = 0.0;
-            nodes.scattered[node] = 0.0;
+    for nodes in &mut continuum.grid.contact {
+        if nodes.touched {
+            *nodes = ContactNodes::NONE;
         }
     }
     continuum.loaded.clear();
+    continuum.touches.clear();
 }
 
 /// Sets the spins of points and markers with friction to that of the field that moves them in this step: `w = sum_I g_I . v_I`.

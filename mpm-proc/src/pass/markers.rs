@@ -154,11 +154,14 @@ pub fn touch_marker<const W: usize, S: Shape<W>, A: AffineState>(
         let [x, y] = from_mean(weight).map(|x| share * x * per_inertia);
         let curl = [-y, x];
         let (tile, node) = at.split();
+        let nodes = &mut continuum.grid.contact[tile];
+        nodes.touched = true;
         for a in 0..2 {
-            continuum.grid.contact[tile].force[node][a] += share * force[a] + couple * curl[a];
+            nodes.force[node][a] += share * force[a] + couple * curl[a];
         }
         let (tile, node) = of.split();
         let nodes = &mut continuum.grid.contact[tile];
+        nodes.touched = true;
         let weight = loaded.weight(share, curl);
         nodes.stiffness[node] += weight;
         nodes.scattered[node] += weight;

@@ -65,7 +65,7 @@ fn kick_nodes<const W: usize, S: Shape<W>, A: AffineState>(
             let window = &clouds[o.cloud as usize].force[o.tile as usize];
             add_window::<W, 2>(&mut force, &window.0, o.part());
         }
-        if let Some(contact) = contact.get(tile.index) {
+        if let Some(contact) = contact.get(tile.index).filter(|nodes| nodes.touched) {
             for (f, c) in force.iter_mut().zip(&contact.force) {
                 f[0] += c[0];
                 f[1] += c[1];

@@ -153,6 +153,8 @@ impl WallContribution {
 /// Contact of bodies with the nodes of a tile.
 #[derive(Debug, Clone)]
 pub struct ContactNodes {
+    /// Whether contact has given anything to its nodes; all else is 0 if not.
+    pub touched: bool,
     /// `f_I^cont` in N/m (eq. 47).
     pub force: [[f64; 2]; NODES],
     /// `sum_p k_p S_Ip` in N/m per m, and more with friction (`Loaded::weight`).
@@ -164,6 +166,7 @@ pub struct ContactNodes {
 impl ContactNodes {
     /// No contact.
     pub const NONE: Self = Self {
+        touched: false,
         force: [[0.0; 2]; NODES],
         stiffness: [0.0; NODES],
         scattered: [0.0; NODES],
