@@ -192,9 +192,7 @@ fn touch<const W: usize, S: Shape<W>, A: AffineState>(
                 return Err(at_periodic_wall(id, cloud.position(lane)));
             }
             let of = image.map_or(at, |i| i.of);
-            let (tile, node) = at.split();
-            let nodes = &mut continuum.grid.contact[tile];
-            nodes.touched = true;
+            let (nodes, node) = continuum.grid.touch(at);
             let of_node = &mut nodes.force[node];
             for a in 0..2 {
                 of_node[a] += scatter * force[a];
@@ -202,9 +200,7 @@ fn touch<const W: usize, S: Shape<W>, A: AffineState>(
                     of_node[a] += couple * curl[a];
                 }
             }
-            let (tile, node) = of.split();
-            let nodes = &mut continuum.grid.contact[tile];
-            nodes.touched = true;
+            let (nodes, node) = continuum.grid.touch(of);
             let mut weights = [loaded.weight(gather, curl), 0.0];
             nodes.stiffness[node] += weights[0];
             if spreads {

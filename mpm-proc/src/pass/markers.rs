@@ -153,15 +153,11 @@ pub fn touch_marker<const W: usize, S: Shape<W>, A: AffineState>(
         let &Weight { at, of, share, .. } = weight;
         let [x, y] = from_mean(weight).map(|x| share * x * per_inertia);
         let curl = [-y, x];
-        let (tile, node) = at.split();
-        let nodes = &mut continuum.grid.contact[tile];
-        nodes.touched = true;
+        let (nodes, node) = continuum.grid.touch(at);
         for a in 0..2 {
             nodes.force[node][a] += share * force[a] + couple * curl[a];
         }
-        let (tile, node) = of.split();
-        let nodes = &mut continuum.grid.contact[tile];
-        nodes.touched = true;
+        let (nodes, node) = continuum.grid.touch(of);
         let weight = loaded.weight(share, curl);
         nodes.stiffness[node] += weight;
         nodes.scattered[node] += weight;

@@ -1,7 +1,9 @@
 //! The occupied part of the grid: the node tiles that some point's window reaches.
 
 use super::images::Images;
-use super::nodes::{ALL_NODES, ContactNodes, MappedTile, NodeTile, Overlap, WallContribution};
+use super::nodes::{
+    ALL_NODES, ContactNodes, MappedTile, NodeAt, NodeTile, Overlap, WallContribution,
+};
 use super::points::Cloud;
 use super::volumes::VolumeNodes;
 use super::walls::WallNodes;
@@ -149,6 +151,14 @@ impl Grid {
         let at = |t: &NodeTile| [t.at[1], t.at[0]];
         let tile = self.tiles.binary_search_by_key(&[row, column], at).ok()?;
         Some((tile as u32, y * TILE + x))
+    }
+
+    /// The contact of the tile of a node that is given some, and the node's number in it.
+    pub fn touch(&mut self, at: NodeAt) -> (&mut ContactNodes, usize) {
+        let (tile, node) = at.split();
+        let nodes = &mut self.contact[tile];
+        nodes.touched = true;
+        (nodes, node)
     }
 
     /// Makes room for the contact of bodies.

@@ -11,7 +11,7 @@ use interface::config::{
 };
 
 use super::super::dice::{Dice, decades};
-use super::super::plan::{self, Course};
+use super::super::plan::{self, Course, Epoch};
 use super::case::{Case, Outline, Push};
 use crate::clause::mpm::scene;
 
@@ -37,6 +37,15 @@ enum Size {
     Long(usize),
     /// As many along each axis, of which one half is of the first group and the other one of the second.
     Halves([u32; 2]),
+}
+
+/// How many points a group has.
+fn points_of(group: &GroupConfig) -> usize {
+    match (&group.fill, group.spacing) {
+        (Fill::Points { positions }, _) => positions.len(),
+        (_, Spacing::Counts([n, m])) => (n * m) as usize,
+        _ => 0,
+    }
 }
 
 /// The points on one side of a diagonal.
@@ -123,15 +132,9 @@ impl Dice<'_, Scale> {
         }
         let epochs = self.epochs(true);
         let steps = plan::steps(&epochs);
-        let points = config
-            .groups
-            .iter()
-            .map(|group| match (&group.fill, group.spacing) {
-                (Fill::Points { positions }, _) => positions.len(),
-                (_, Spacing::Counts([n, m])) => (n * m) as usize,
-                _ => 0,
-            });
-        let mut pushes = self.pushes(points.sum(), spacing, steps, config.drift());
+        self.aside().carry(&mut config, &epochs);
+        let points = config.groups.iter().map(points_of).sum();
+        let mut pushes = self.pushes(points, spacing, steps, config.drift());
         let skin = config.skin;
         let travel = (0..self.rng.u32(0..4))
             .map(|k| (8 * k, self.between(0.0, 0.8) * skin))
@@ -664,6 +667,41 @@ impl Dice<'_, ()> {
         if self.takes.meets("feature:keeps_spin") && plain && !closed && which % 4 == 0 {
             for group in &mut config.groups {
                 group.keeps_spin = self.often();
+            }
+        }
+    }
+
+    /// In one case of eight all points fly across some cells, where no wall or support holds them: a solver that keeps points in
+    /// blocks of cells has to move them from one to another.
+    fn carry(&mut self, config: &mut MpmConfig, epochs: &[Epoch]) {
+        let held = self.takes.has(NO_GRID) || !config.forcing.holds.is_empty();
+        if self.rng.u32(0..8) > 0 || held {
+            return;
+        }
+        let time: f64 = epochs
+            .iter()
+            .map(|epoch| epoch.dt * f64::from(epoch.windows.iter().sum::<u32>()))
+            .sum();
+        let longest = epochs.iter().map(|epoch| epoch.dt).fold(0.0, f64::max);
+        let walls = config.walls.by_axis();
+        let free = |a: usize| {
+            let mut across = walls[a].iter().map(|(_, wall)| *wall);
+            let mut along = walls[1 - a].iter().map(|(_, wall)| *wall);
+            across.all(|wall| matches!(wall, Wall::Open | Wall::Periodic))
+                && along.all(|wall| matches!(wall, Wall::Open | Wall::Periodic | Wall::Slip))
+        };
+        for a in (0..2).filter(|a| free(*a)) {
+            let cell = config.cell;
+            let way = self.way(4.0) * cell;
+            // A point moves by less than a cell in a step.
+            let speed = way.signum() * (way.abs() / time).min(0.3 * cell / longest);
+            let room = (way.abs() / cell).ceil() * cell;
+            if walls[a][0].1 != Wall::Periodic {
+                let end = usize::from(way > 0.0);
+                config.domain[end][a] += way.signum() * room;
+            }
+            for group in &mut config.groups {
+                group.velocity[a] += speed;
             }
         }
     }
