@@ -153,7 +153,7 @@ impl WallContribution {
 /// Contact of bodies with the nodes of a tile.
 #[derive(Debug, Clone)]
 pub struct ContactNodes {
-    /// Whether contact has given anything to its nodes; all else is 0 if not.
+    /// Whether contact has given anything to its nodes in this step. If not, all numbers are 0.
     pub touched: bool,
     /// `f_I^cont` in N/m (eq. 47).
     pub force: [[f64; 2]; NODES],

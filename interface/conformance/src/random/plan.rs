@@ -36,16 +36,23 @@ pub struct Epoch {
     pub resumed: bool,
 }
 
-/// Number of steps.
+impl Epoch {
+    /// Number of steps.
+    pub fn steps(&self) -> u32 {
+        self.windows.iter().sum()
+    }
+}
+
+/// Number of steps of all.
 pub fn steps(epochs: &[Epoch]) -> u32 {
-    epochs.iter().flat_map(|epoch| &epoch.windows).sum()
+    epochs.iter().map(Epoch::steps).sum()
 }
 
 /// The same steps, each measured.
 pub fn measured(epochs: &[Epoch]) -> Vec<Epoch> {
     let each = |epoch: &Epoch| {
         let epoch = epoch.clone();
-        (0..epoch.windows.iter().sum()).map(move |k: u32| Epoch {
+        (0..epoch.steps()).map(move |k| Epoch {
             windows: vec![1],
             outlines: epoch.outlines && k == 0,
             ..epoch
@@ -85,7 +92,7 @@ pub fn simpler(epochs: &[Epoch], step: u32) -> Vec<Vec<Epoch>> {
         |e| e.resumed = false,
         |e| e.frame = false,
         |e| e.outlines = false,
-        |e| e.windows = vec![e.windows.iter().sum()],
+        |e| e.windows = vec![e.steps()],
     ];
     for change in changes {
         let mut other = epochs.to_vec();

@@ -126,7 +126,7 @@ pub fn ways<C: Case>(case: &C, saves: bool) -> Vec<(&'static str, C)> {
         other.epochs().iter_mut().for_each(change);
         other
     };
-    let ones = with(&|epoch| epoch.windows = vec![1; epoch.windows.iter().sum::<u32>() as usize]);
+    let ones = with(&|epoch| epoch.windows = vec![1; epoch.steps() as usize]);
     let mut ways = vec![("T-6a", case.clone()), ("T-6b", ones)];
     if saves {
         let mut saved = case.clone();

@@ -120,7 +120,7 @@ impl Dice<'_, Scale> {
         if copied.is_some() {
             epochs = plan::measured(&epochs);
         }
-        let steps = epochs.iter().flat_map(|e| &e.windows).sum();
+        let steps = plan::steps(&epochs);
         let mut points = self.points(&config, steps);
         if config.interface == Interface::Segments {
             points = self.chains(&config.bodies, steps);

@@ -39,15 +39,6 @@ enum Size {
     Halves([u32; 2]),
 }
 
-/// How many points a group has.
-fn points_of(group: &GroupConfig) -> usize {
-    match (&group.fill, group.spacing) {
-        (Fill::Points { positions }, _) => positions.len(),
-        (_, Spacing::Counts([n, m])) => (n * m) as usize,
-        _ => 0,
-    }
-}
-
 /// The points on one side of a diagonal.
 #[derive(Clone, Copy, PartialEq)]
 enum Half {
@@ -63,6 +54,15 @@ impl Half {
         } else {
             Self::Upper
         }
+    }
+}
+
+/// How many points a group has.
+fn points_of(group: &GroupConfig) -> usize {
+    match (&group.fill, group.spacing) {
+        (Fill::Points { positions }, _) => positions.len(),
+        (_, Spacing::Counts([n, m])) => (n * m) as usize,
+        _ => 0,
     }
 }
 
@@ -678,17 +678,14 @@ impl Dice<'_, ()> {
         if self.rng.u32(0..8) > 0 || held {
             return;
         }
-        let time: f64 = epochs
-            .iter()
-            .map(|epoch| epoch.dt * f64::from(epoch.windows.iter().sum::<u32>()))
-            .sum();
+        let times = epochs.iter().map(|e| e.dt * f64::from(e.steps()));
+        let time: f64 = times.sum();
         let longest = epochs.iter().map(|epoch| epoch.dt).fold(0.0, f64::max);
         let walls = config.walls.by_axis();
         let free = |a: usize| {
-            let mut across = walls[a].iter().map(|(_, wall)| *wall);
-            let mut along = walls[1 - a].iter().map(|(_, wall)| *wall);
-            across.all(|wall| matches!(wall, Wall::Open | Wall::Periodic))
-                && along.all(|wall| matches!(wall, Wall::Open | Wall::Periodic | Wall::Slip))
+            let lets = |(_, wall): &(_, Wall)| matches!(wall, Wall::Open | Wall::Periodic);
+            let slides = |end: &(_, Wall)| lets(end) || end.1 == Wall::Slip;
+            walls[a].iter().all(lets) && walls[1 - a].iter().all(slides)
         };
         for a in (0..2).filter(|a| free(*a)) {
             let cell = config.cell;
