@@ -34,8 +34,16 @@ fn watched(test: impl FnOnce() + Send + 'static) {
 }
 
 /// What the coupler says of a session with these points.
-fn session(course: &mut Course, mut points: Points) -> Result<(), SessionError> {
-    let (hub, mut wall) = (Direct::new(), HalfPlane::default());
+fn session(course: &mut Course, points: Points) -> Result<(), SessionError> {
+    session_with(course, points, HalfPlane::default())
+}
+
+fn session_with(
+    course: &mut Course,
+    mut points: Points,
+    mut wall: HalfPlane,
+) -> Result<(), SessionError> {
+    let hub = Direct::new();
     let mut ends = [hub.clone(), hub.clone(), hub];
     let [to_coupler, to_mpm, to_dem] = &mut ends;
     let together = Together {
@@ -70,6 +78,23 @@ fn a_plastic_strain_that_cannot_be_ends_the_session() {
         let error = ended.unwrap_err().to_string();
         assert!(error.contains("D-1") && error.contains(phrase), "{error}");
     }
+}
+
+/// A thread that all parties share does not run while a solver sleeps, as beside other programs: what a solver reports as CPU
+/// time is not the time of its turns.
+#[test]
+fn time_in_which_a_shared_thread_did_not_run_is_not_cpu_time() {
+    let sleeps_for = Duration::from_millis(2);
+    let wall = HalfPlane {
+        sleeps_for,
+        ..HalfPlane::default()
+    };
+    let mut course = Course::new(50, 10);
+    session_with(&mut course, Points::default(), wall).unwrap();
+    // The last turn is measured after its report.
+    let [wall, cpu] = [course.bodies.compute_ns, course.bodies.cpu_ns].map(Duration::from_nanos);
+    assert!(wall >= 40 * sleeps_for, "{wall:?}");
+    assert!(cpu < wall / 2, "{cpu:?} of {wall:?}");
 }
 
 /// A solver refuses and exits while the coupler waits for the other one. Its refusal is still reported.

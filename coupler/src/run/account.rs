@@ -142,8 +142,8 @@ impl Account {
         }
     }
 
-    /// CPU time of the coupler in this process so far, in s. Of a shared thread it is what the solvers have left; they report
-    /// wall times there, which may be more than all CPU time.
+    /// CPU time of the coupler in this process so far, in s. Of a shared thread it is what the solvers have left. Of
+    /// their last turns they report wall time, which may be more than that.
     fn own_cpu(&self) -> f64 {
         let all = interface::session::cpu_time().saturating_sub(self.cpu_at_start);
         let reports = self.reports.values().filter(|_| self.shared_thread);
@@ -315,7 +315,7 @@ mod tests {
 
     use super::*;
 
-    /// Beside other programs, the wall times that solvers report of a shared thread are more than its CPU time.
+    /// Beside other programs, what solvers report of a shared thread may be more than its CPU time.
     #[test]
     fn stepping_takes_no_more_of_a_shared_thread_than_the_whole_run() {
         let file = Path::new(env!("CARGO_MANIFEST_DIR"));

@@ -31,6 +31,8 @@ pub(crate) struct Stopwatch {
     compute_ns: u64,
     exchange_ns: u64,
     wait_ns: u64,
+    /// Of the computing time that somebody else has measured, what the thread did not run in.
+    idle_ns: u64,
     pub(crate) trace: Option<Trace>,
 }
 
@@ -42,6 +44,7 @@ impl Stopwatch {
             compute_ns: 0,
             exchange_ns: 0,
             wait_ns: 0,
+            idle_ns: 0,
             trace: None,
         }
     }
@@ -76,6 +79,11 @@ impl Stopwatch {
         self.compute_ns += computed.as_nanos() as u64;
     }
 
+    /// The thread did not run in this much of the computing time: the processor had other programs to run.
+    pub(crate) fn idle(&mut self, idle: Duration) {
+        self.idle_ns += idle.as_nanos() as u64;
+    }
+
     /// Writes the times so far into a report.
     pub(crate) fn write(&self, clocked: Clocked, report: &mut Report) {
         report.compute_ns = self.compute_ns;
@@ -83,7 +91,7 @@ impl Stopwatch {
         report.wait_ns = self.wait_ns;
         report.cpu_ns = match clocked {
             Clocked::Process => cpu_ns(ClockId::ProcessCPUTime),
-            Clocked::Shared => self.compute_ns,
+            Clocked::Shared => self.compute_ns.saturating_sub(self.idle_ns),
         };
     }
 }

@@ -2,7 +2,7 @@
 
 use std::time::{Duration, Instant};
 
-use super::{Session, SessionError, Turn};
+use super::{Session, SessionError, Turn, cpu_time};
 use crate::message::control::Party;
 
 /// The parties of a session.
@@ -43,10 +43,10 @@ impl<'a> Together<'a> {
             let mut round = Round::default();
             // While the solvers wait for one another, the coupler has nothing to do.
             if asked {
-                watch.close(self.mpm.as_ref(), self.dem.as_ref());
+                watch.close([self.mpm.as_ref(), self.dem.as_ref()]);
                 watch.led(round.add(&mut self.coupler));
             } else {
-                watch.next(self.mpm.as_ref(), self.dem.as_ref());
+                watch.next([self.mpm.as_ref(), self.dem.as_ref()]);
             }
             if let Some(side) = &mut self.mpm {
                 round.add(side);
@@ -121,6 +121,9 @@ const SHORT: Duration = Duration::from_micros(2);
 /// Number of short rounds that are timed together.
 const TOGETHER: u32 = 15;
 
+/// The thread's CPU time is read this often: reading it takes longer than a short round.
+const CPU_EVERY: Duration = Duration::from_millis(4);
+
 /// Divides the time of a round between the solvers. Short rounds that follow one another are timed together, and their
 /// time is divided in the proportion of the last round that was timed by itself.
 struct Watch {
@@ -132,15 +135,22 @@ struct Watch {
     rounds: u32,
     /// Whether the present round is timed by itself.
     divides: bool,
+    /// When the thread's CPU time was read last, and what it was.
+    cpu_read: (Instant, Duration),
+    /// The time of the continuum and of the bodies since then.
+    since: [Duration; 2],
 }
 
 impl Watch {
     fn start() -> Self {
+        let now = Instant::now();
         Self {
-            mark: Instant::now(),
+            mark: now,
             parts: [Duration::ZERO; 2],
             rounds: 0,
             divides: true,
+            cpu_read: (now, cpu_time()),
+            since: [Duration::ZERO; 2],
         }
     }
 
@@ -154,11 +164,11 @@ impl Watch {
     }
 
     /// The next round begins.
-    fn next(&mut self, mpm: Option<&Session<'_>>, dem: Option<&Session<'_>>) {
+    fn next(&mut self, sides: [Option<&Session<'_>>; 2]) {
         let [mpm_part, dem_part] = self.parts;
         self.divides = self.rounds == TOGETHER || mpm_part + dem_part >= SHORT;
         if self.divides {
-            self.close(mpm, dem);
+            self.close(sides);
         } else {
             self.rounds += 1;
         }
@@ -169,22 +179,44 @@ impl Watch {
         if self.divides {
             let part = self.lap();
             self.parts[which] = part;
-            side.io.watch().book(part);
+            self.book(which, side, part);
         }
     }
 
-    /// Adds the time of the rounds that are not divided.
-    fn close(&mut self, mpm: Option<&Session<'_>>, dem: Option<&Session<'_>>) {
+    fn book(&mut self, which: usize, side: &Session<'_>, part: Duration) {
+        self.since[which] += part;
+        side.io.watch().book(part);
+    }
+
+    /// Adds the time of the rounds that are not divided. Takes off what the thread did not run in.
+    fn close(&mut self, sides: [Option<&Session<'_>>; 2]) {
+        self.add_rounds(sides);
+        let wall = self.mark.duration_since(self.cpu_read.0);
+        if wall < CPU_EVERY {
+            return;
+        }
+        let cpu = cpu_time();
+        let ran = cpu.saturating_sub(self.cpu_read.1);
+        let idle = wall.saturating_sub(ran).as_secs_f64() / wall.as_secs_f64();
+        for (side, time) in sides.into_iter().zip(std::mem::take(&mut self.since)) {
+            if let Some(side) = side {
+                side.io.watch().idle(time.mul_f64(idle));
+            }
+        }
+        self.cpu_read = (self.mark, cpu);
+    }
+
+    fn add_rounds(&mut self, sides: [Option<&Session<'_>>; 2]) {
         if core::mem::take(&mut self.rounds) == 0 {
             return;
         }
         let (all, [first, second]) = (self.lap(), self.parts.map(|part| part.as_secs_f64()));
         let of_mpm = all.mul_f64(first / (first + second).max(f64::MIN_POSITIVE));
-        if let Some(side) = mpm {
-            side.io.watch().book(of_mpm);
-        }
-        if let Some(side) = dem {
-            side.io.watch().book(all.saturating_sub(of_mpm));
+        let parts = [of_mpm, all.saturating_sub(of_mpm)];
+        for (which, (side, part)) in sides.into_iter().zip(parts).enumerate() {
+            if let Some(side) = side {
+                self.book(which, side, part);
+            }
         }
     }
 

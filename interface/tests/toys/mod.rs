@@ -9,7 +9,7 @@ use interface::forces::Forces;
 use interface::message::control::{Configure, Party};
 use interface::message::wire::{
     BodyState, Budget, EnvelopeVertex, Grant, GroupState, ImpForce, ImpInfo, ImpState, Limits,
-    PointState,
+    PointState, Report,
 };
 use interface::saved;
 use interface::session::{Next, Part, Solvers, Stop, Supervisor};
@@ -217,6 +217,8 @@ pub struct HalfPlane {
     pub damps_at: Option<u64>,
     /// Time that it needs to take its configuration.
     pub configures_for: std::time::Duration,
+    /// Sleeps this long in every step.
+    pub sleeps_for: std::time::Duration,
 }
 
 /// What is saved of a wall.
@@ -268,6 +270,7 @@ impl DemSolver for HalfPlane {
         points: &interface::forces::Points<'_>,
         forces: &mut Forces,
     ) -> Result<Answer, Fault> {
+        std::thread::sleep(self.sleeps_for);
         let state = &self.state;
         self.next.clear();
         let pairs = points.states.iter().zip(forces.on_points_mut());
@@ -367,6 +370,8 @@ pub struct Course {
     pub budget: f64,
     /// The points at the end.
     pub finals: Vec<PointState>,
+    /// The bodies' last report.
+    pub bodies: Report,
     pub clock: Clock,
     epoch: u64,
 }
@@ -381,6 +386,7 @@ impl Course {
             window,
             budget: 1e6,
             finals: Vec::new(),
+            bodies: Report::default(),
             clock,
             epoch: 0,
         }
@@ -452,6 +458,7 @@ impl Supervisor for Course {
         let steps = solvers.round().steps;
         self.clock.advance_by(steps);
         let [mpm, dem] = [Party::Mpm, Party::Dem].map(|party| *solvers.report(party).unwrap());
+        self.bodies = dem;
         if mpm.halted + dem.halted > 0 {
             self.epoch += 1;
             let dt = self.clock.dt();
