@@ -6,12 +6,12 @@ use interface::text;
 
 use super::drift::FieldOfMotion;
 use super::markers::touch_marker;
-use crate::kernel::lanes::LANES;
+use crate::kernel::lanes::{LANES, Lanes, ZERO, splat};
 use crate::kernel::point_tile::owner;
 use crate::kernel::shape::Shape;
-use crate::kernel::tiles::pitch;
+use crate::kernel::tiles::{NODES, pitch};
 use crate::kernel::transfer::AffineState;
-use crate::state::contact::{ContactLoad, Loaded, Touch};
+use crate::state::contact::{ContactLoad, Loaded, TouchRow, Weighted};
 use crate::state::continuum::Continuum;
 use crate::state::grid::Grid;
 use crate::state::nodes::{ContactNodes, NodeAt};
@@ -65,68 +65,70 @@ pub fn apply_contact<const W: usize, S: Shape<W>, A: AffineState>(
         touch(continuum, slot)?;
     }
     let mut load = ContactLoad::default();
-    let spreads = !continuum.spread.is_shape();
     let (mut gathers, mut scatters) = (0.0_f64, 0.0_f64);
     let grid = &continuum.grid;
-    let all = continuum.touches.chunks_exact(W * W);
-    for (loaded, touches) in continuum.loaded.iter().zip(all) {
+    for (p, loaded) in continuum.loaded.iter().enumerate() {
         if loaded.stiffness > 0.0 || loaded.tangential > 0.0 {
-            let s = most(grid, loaded, touches, |t, n, i| {
-                [t.gather, t.weights[0], n.stiffness[i]]
-            });
-            gathers = gathers.max(s);
-            if spreads {
-                let t = most(grid, loaded, touches, |t, n, i| {
-                    [t.scatter, t.weights[1], n.scattered[i]]
-                });
-                scatters = scatters.max(t);
+            let own = p * W..(p + 1) * W;
+            let rows = &continuum.touches[own.clone()];
+            let s = rows.iter().map(|row| (row, row.gather));
+            gathers = gathers.max(most::<W>(grid, loaded, |n| &n.stiffness, s));
+            if let Some(of_rows) = continuum.scatters.get(own) {
+                let t = rows.iter().zip(of_rows.iter().copied());
+                scatters = scatters.max(most::<W>(grid, loaded, |n| &n.scattered, t));
             }
             load.stiffness = load.stiffness.max(loaded.stiffness);
         }
     }
-    load.omega_sq = if spreads {
-        (gathers * scatters).sqrt()
-    } else {
+    load.omega_sq = if continuum.spread.is_shape() {
         gathers
+    } else {
+        (gathers * scatters).sqrt()
     };
     Ok(load)
 }
 
-/// What one point has of `G(S)` or `G(T)`: `of` gives `S_I` or `T_I`, `w_I` and `s_I`.
-fn most(
+/// What one point has of `G(S)` or `G(T)`: `rows` have `S_I` or `T_I` and `w_I`, `sum` of a tile `s_I`.
+#[inline(always)]
+fn most<'a, const W: usize>(
     grid: &Grid,
     loaded: &Loaded,
-    touches: &[Touch],
-    of: impl Fn(&Touch, &ContactNodes, usize) -> [f64; 3],
+    sum: impl Fn(&ContactNodes) -> &[f64; NODES],
+    rows: impl Iterator<Item = (&'a TouchRow, Weighted)>,
 ) -> f64 {
-    let (mut moves, mut turns, mut both) = (0.0, 0.0, [0.0_f64; 2]);
-    for t in touches {
-        let (tile, node) = t.of.split();
-        let mass = grid.tiles[tile].mass[node];
+    let rubs = loaded.tangential != 0.0;
+    // sum u S^2, sum u |g|^2 and q, node by node.
+    let mut sums = ZERO;
+    for (row, Weighted { share: s, weight }) in rows {
+        let (mut masses, mut stiffnesses) = ([0.0; LANES], [0.0; LANES]);
+        for i in 0..W {
+            let (tile, node) = row.of[i].split();
+            masses[i] = grid.tiles[tile].mass[node];
+            stiffnesses[i] = sum(&grid.contact[tile])[node];
+        }
+        let (mass, stiffness) = (Lanes::new(masses), Lanes::new(stiffnesses));
         // A weight so small that the mass underflowed carries nothing.
-        if mass <= 0.0 {
-            continue;
-        }
-        let [s, weight, sum] = of(t, &grid.contact[tile], node);
-        if loaded.tangential == 0.0 {
-            moves += s * sum / mass;
-            continue;
-        }
-        if weight > 0.0 {
-            let u = sum / mass;
-            let [x, y] = t.curl.map(|g| u * (g / weight));
-            moves += u * (s / weight) * s;
-            turns += t.curl[0] * x + t.curl[1] * y;
-            both = [both[0] + s * x, both[1] + s * y];
+        let carries = mass.simd_gt(ZERO);
+        let parts = if rubs {
+            let u = stiffness / mass;
+            let [x, y] = row.curl.map(|g| u * (g / weight));
+            let moves = u * (s / weight) * s;
+            let turns = row.curl[0] * x + row.curl[1] * y;
+            let carries = carries & weight.simd_gt(ZERO);
+            [moves, turns, s * x, s * y].map(|part| carries.select(part, ZERO))
+        } else {
+            let moves = carries.select(s * stiffness / mass, ZERO);
+            [moves, ZERO, ZERO, ZERO]
+        };
+        for of_node in &Lanes::transpose(parts)[..W] {
+            sums += *of_node;
         }
     }
-    if loaded.tangential == 0.0 {
+    let [moves, turns, x, y] = sums.to_array();
+    if !rubs {
         return moves;
     }
-    let (r, q) = (
-        loaded.radius,
-        (both[0] * both[0] + both[1] * both[1]).sqrt(),
-    );
+    let (r, q) = (loaded.radius, (x * x + y * y).sqrt());
     loaded.stiffness.max(loaded.tangential) * moves + loaded.tangential * r * (r * turns + 2.0 * q)
 }
 
@@ -157,20 +159,31 @@ fn touch<const W: usize, S: Shape<W>, A: AffineState>(
     let cloud = &continuum.clouds[member.cloud as usize];
     let lane = cloud.lane_of[member.local as usize] as usize;
     let tile = cloud.tile_of_lane(lane);
-    let place = tile.frame.locate(&cloud.state.x[lane / LANES], pitch(W));
-    let k = lane % LANES;
-    let s = [0, 1].map(|a| cloud.shape.weights(a, place.d[a]).map(|w| w.as_array()[k]));
-    let number = member.cloud as usize;
-    let t = [0, 1].map(|a| {
-        let d = place.d[a].as_array()[k];
-        continuum.spread.weights(number, a, d, s[a])
-    });
-    let spreads = !continuum.spread.is_shape();
+    // The same in all four lanes, so that none has to be taken out of its vector.
+    let place = tile
+        .frame
+        .locate(&cloud.position(lane).map(splat), pitch(W));
+    let [x, y] = place.d;
+    let (weights_x, s_y) = (cloud.shape.weights(0, x), cloud.shape.weights(1, y));
+    let s_x = row(&weights_x);
     let turns = couple != 0.0 || tangential > 0.0;
-    let half = 0.5 / continuum.grid.geometry.cell;
-    let g = [0, 1].map(|a| {
-        let gradients = turns.then(|| cloud.shape.gradients(a, place.d[a]));
-        gradients.map_or([0.0; W], |g| g.map(|g| half * g.as_array()[k]))
+    let (mut g_x, mut g_y) = (ZERO, [ZERO; W]);
+    if turns {
+        let half = splat(0.5 / continuum.grid.geometry.cell);
+        g_x = half * row(&cloud.shape.gradients(0, x));
+        g_y = cloud.shape.gradients(1, y);
+        for g in &mut g_y {
+            *g = half * *g;
+        }
+    }
+    let spread = &continuum.spread;
+    let t = (!spread.is_shape()).then(|| {
+        let along = |a, d: Lanes, s: &[Lanes; W]| {
+            let one = |of: &Lanes| of.as_array()[0];
+            let t = spread.weights(member.cloud as usize, a, one(&d), s.each_ref().map(one));
+            t.map(splat)
+        };
+        (row(&along(0, x, &weights_x)), along(1, y, &s_y))
     });
     let loaded = Loaded {
         slot,
@@ -178,47 +191,59 @@ fn touch<const W: usize, S: Shape<W>, A: AffineState>(
         tangential,
         radius: cloud.radius,
     };
-    let base = place.column_row(k, W);
+    let base = place.column_row(0, W);
     for j in 0..W {
+        let curl = [-s_x * g_y[j], g_x * s_y[j]];
+        let gather = loaded.weighted(s_x * s_y[j], curl);
+        let scatter = t.map(|(t_x, t_y)| loaded.weighted(t_x * t_y[j], curl));
+        let given = scatter.unwrap_or(gather).share;
+        let forces = force.map(|f| (given * splat(f)).to_array());
+        let turning = curl.map(|g| (splat(couple) * g).to_array());
+        let weights = [Some(gather), scatter].map(|of| of.map_or(ZERO, |of| of.weight).to_array());
+        let (mut at, mut of) = ([NodeAt::default(); LANES], [NodeAt::default(); LANES]);
         for i in 0..W {
-            let gather = s[0][i] * s[1][j];
-            let scatter = t[0][i] * t[1][j];
-            let curl = [-s[0][i] * g[1][j], g[0][i] * s[1][j]];
             let (tile, node) = owner::<W>(tile, [base[0] + i, base[1] + j]);
-            let at = NodeAt { tile, node };
-            let image = continuum.grid.images.at(at);
+            at[i] = NodeAt { tile, node };
+            let image = continuum.grid.image(at[i]);
             if image.is_some_and(|i| i.periodic) {
                 let id = cloud.first_id + u64::from(member.local);
                 return Err(at_periodic_wall(id, cloud.position(lane)));
             }
-            let of = image.map_or(at, |i| i.of);
-            let (nodes, node) = continuum.grid.touch(at);
+            of[i] = image.map_or(at[i], |i| i.of);
+            let (nodes, node) = continuum.grid.touch(at[i]);
             let of_node = &mut nodes.force[node];
             for a in 0..2 {
-                of_node[a] += scatter * force[a];
+                of_node[a] += forces[a][i];
                 if turns {
-                    of_node[a] += couple * curl[a];
+                    of_node[a] += turning[a][i];
                 }
             }
-            let (nodes, node) = continuum.grid.touch(of);
-            let mut weights = [loaded.weight(gather, curl), 0.0];
-            nodes.stiffness[node] += weights[0];
-            if spreads {
-                weights[1] = loaded.weight(scatter, curl);
-                nodes.scattered[node] += weights[1];
+            let (nodes, node) = continuum.grid.touch(of[i]);
+            nodes.stiffness[node] += weights[0][i];
+            if t.is_some() {
+                nodes.scattered[node] += weights[1][i];
             }
-            continuum.touches.push(Touch {
-                at,
-                of,
-                gather,
-                scatter,
-                curl,
-                weights,
-            });
         }
+        continuum.touches.push(TouchRow {
+            at,
+            of,
+            gather,
+            curl,
+        });
+        continuum.scatters.extend(scatter);
     }
     continuum.loaded.push(loaded);
     Ok(())
+}
+
+/// The values at the nodes of a row, each in all lanes of its vector, side by side.
+#[inline(always)]
+fn row<const W: usize>(values: &[Lanes; W]) -> Lanes {
+    let mut row = [0.0; LANES];
+    for i in 0..W {
+        row[i] = values[i].as_array()[0];
+    }
+    Lanes::new(row)
 }
 
 fn at_periodic_wall(id: u64, at: [f64; 2]) -> Fault {
@@ -238,6 +263,7 @@ fn clear_contact<const W: usize, S: Shape<W>, A: AffineState>(continuum: &mut Co
     }
     continuum.loaded.clear();
     continuum.touches.clear();
+    continuum.scatters.clear();
 }
 
 /// Sets the spins of points and markers with friction to that of the field that moves them in this step: `w = sum_I g_I . v_I`.
@@ -253,14 +279,18 @@ pub fn turn_points<const W: usize, S: Shape<W>, A: AffineState>(
         ..
     } = continuum;
     imps.state.spins.clear();
-    for (loaded, touches) in loaded.iter().zip(touches.chunks_exact(W * W)) {
+    for (loaded, rows) in loaded.iter().zip(touches.chunks_exact(W)) {
         if loaded.tangential > 0.0 {
-            let along = touches.iter().map(|t| {
-                let v = by.at(grid, t.at);
-                t.curl[0] * v[0] + t.curl[1] * v[1]
-            });
+            let mut along = 0.0;
+            for row in rows {
+                let [x, y] = row.curl.map(Lanes::to_array);
+                for i in 0..W {
+                    let v = by.at(grid, row.at[i]);
+                    along += x[i] * v[0] + y[i] * v[1];
+                }
+            }
             let member = imps.state.members[loaded.slot];
-            imps.state.spins.push((member, along.sum()));
+            imps.state.spins.push((member, along));
         }
     }
 }

@@ -16,11 +16,12 @@
 //! the nodes that such points see, those on which bodies press and those within the reach of a point of them, move points
 //! with the mapped velocities at once. This needs one more mapping, only of the points that reach these nodes.
 
+use crate::kernel::lanes::ZERO;
 use crate::kernel::shape::Shape;
 use crate::kernel::transfer::AffineState;
 use crate::state::continuum::Continuum;
 use crate::state::grid::Grid;
-use crate::state::nodes::{ALL_NODES, NodeAt};
+use crate::state::nodes::{ALL_NODES, NodeAt, bits};
 
 /// The velocity of the nodes with which loaded points move.
 #[derive(Debug, Clone, Copy)]
@@ -74,9 +75,13 @@ pub fn find_near_loads<const W: usize, S: Shape<W>, A: AffineState>(
     if everywhere {
         return;
     }
-    for touch in &continuum.touches {
-        if touch.gather != 0.0 || touch.scatter != 0.0 || touch.curl != [0.0; 2] {
-            let (tile, node) = touch.at.split();
+    for (r, row) in continuum.touches.iter().enumerate() {
+        let scatter = continuum.scatters.get(r).map_or(ZERO, |t| t.share);
+        let parts = [row.gather.share, scatter, row.curl[0], row.curl[1]];
+        let reaches = parts.map(|part| part.simd_ne(ZERO));
+        let reached = (reaches[0] | reaches[1] | reaches[2] | reaches[3]).to_bitmask();
+        for i in bits(reached.into()) {
+            let (tile, node) = row.at[i].split();
             grid.mapped[tile].wanted |= 1 << node;
         }
     }

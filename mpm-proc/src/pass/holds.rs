@@ -98,7 +98,7 @@ fn collect_rows<const W: usize, S: Shape<W>, A: AffineState>(
                 for i in 0..W {
                     let (tile, node) = owner::<W>(tile, [base[0] + i, base[1] + j]);
                     let at = NodeAt { tile, node };
-                    let image = grid.images.at(at);
+                    let image = grid.image(at);
                     let sign = image.map_or([1.0; 2], |image| image.sign);
                     holds.weights.push(Weight {
                         node: 0,

@@ -7,10 +7,10 @@ use interface::solver::Fault;
 use interface::text;
 
 use super::drift::FieldOfMotion;
-use crate::kernel::lanes::splat;
+use crate::kernel::lanes::{LANES, Lanes, splat};
 use crate::kernel::shape::Shape;
 use crate::kernel::transfer::AffineState;
-use crate::state::contact::{Loaded, Touch};
+use crate::state::contact::{Loaded, TouchRow};
 use crate::state::continuum::Continuum;
 use crate::state::grid::Grid;
 use crate::state::markers::{LEAST_SPREAD, Markers, Weight};
@@ -51,7 +51,6 @@ fn weigh<const W: usize, S: Shape<W>>(
         weights.map(|w| w.as_array()[0])
     });
     let first = markers.weights.len();
-    let nowhere = NodeAt { tile: 0, node: 0 };
     let (mut sum, mut mean) = (0.0, [0.0; 2]);
     for j in 0..W {
         for i in 0..W {
@@ -60,7 +59,7 @@ fn weigh<const W: usize, S: Shape<W>>(
                 tile,
                 node: node as u32,
             });
-            let image = at.and_then(|at| grid.images.at(at));
+            let image = at.and_then(|at| grid.image(at));
             let of = image.map(|image| image.of).or(at);
             let per_mass = of.map_or(0.0, |of| {
                 let (tile, node) = of.split();
@@ -78,8 +77,8 @@ fn weigh<const W: usize, S: Shape<W>>(
             }
             let arm = [0, 1].map(|a| cell * (node[a] as f64 - xi[a]));
             markers.weights.push(Weight {
-                at: at.unwrap_or(nowhere),
-                of: of.unwrap_or(nowhere),
+                at: at.unwrap_or_default(),
+                of: of.unwrap_or_default(),
                 share,
                 arm,
             });
@@ -149,25 +148,36 @@ pub fn touch_marker<const W: usize, S: Shape<W>, A: AffineState>(
         tangential,
         radius: markers.chain(marker).radius,
     };
-    for weight in weights {
-        let &Weight { at, of, share, .. } = weight;
-        let [x, y] = from_mean(weight).map(|x| share * x * per_inertia);
-        let curl = [-y, x];
-        let (nodes, node) = continuum.grid.touch(at);
-        for a in 0..2 {
-            nodes.force[node][a] += share * force[a] + couple * curl[a];
+    let spreads = !continuum.spread.is_shape();
+    for weights in weights.chunks_exact(W) {
+        let (mut at, mut of) = ([NodeAt::default(); LANES], [NodeAt::default(); LANES]);
+        let (mut shares, mut curls) = ([0.0; LANES], [[0.0; LANES]; 2]);
+        for (i, weight) in weights.iter().enumerate() {
+            let share = weight.share;
+            let [x, y] = from_mean(weight).map(|x| share * x * per_inertia);
+            let curl = [-y, x];
+            (at[i], of[i], shares[i]) = (weight.at, weight.of, share);
+            let (nodes, node) = continuum.grid.touch(at[i]);
+            for a in 0..2 {
+                curls[a][i] = curl[a];
+                nodes.force[node][a] += share * force[a] + couple * curl[a];
+            }
         }
-        let (nodes, node) = continuum.grid.touch(of);
-        let weight = loaded.weight(share, curl);
-        nodes.stiffness[node] += weight;
-        nodes.scattered[node] += weight;
-        continuum.touches.push(Touch {
+        let curl = curls.map(Lanes::new);
+        let gather = loaded.weighted(Lanes::new(shares), curl);
+        for (of, weight) in of.into_iter().zip(gather.weight.to_array()).take(W) {
+            let (nodes, node) = continuum.grid.touch(of);
+            nodes.stiffness[node] += weight;
+            nodes.scattered[node] += weight;
+        }
+        if spreads {
+            continuum.scatters.push(gather);
+        }
+        continuum.touches.push(TouchRow {
             at,
             of,
-            gather: share,
-            scatter: share,
+            gather,
             curl,
-            weights: [weight; 2],
         });
     }
     continuum.loaded.push(loaded);

@@ -209,6 +209,7 @@ impl<'a> Parts<'a> {
                 ..Imps::default()
             },
             touches: Vec::new(),
+            scatters: Vec::new(),
             loaded: Vec::new(),
             state: ContinuumState::default(),
             kick: KickWork::default(),

@@ -1,22 +1,28 @@
 //! Contact of bodies with points in the present step: the nodes that loaded points touch.
 
 use super::nodes::NodeAt;
+use crate::kernel::lanes::{LANES, Lanes, splat};
 
-/// A node that a loaded point touches.
+/// A row of the nodes that a loaded point touches: `W` of four lanes, the others are 0.
 #[derive(Debug, Clone, Copy)]
-pub struct Touch {
-    /// The node to which the force is applied.
-    pub at: NodeAt,
-    /// The node that moves: the same, or the original if it is an image.
-    pub of: NodeAt,
+pub struct TouchRow {
+    /// The nodes to which the force is applied.
+    pub at: [NodeAt; LANES],
+    /// The nodes that move: the same, or the originals of those that are images.
+    pub of: [NodeAt; LANES],
     /// `S_Ip`, through which the point takes velocities.
-    pub gather: f64,
-    /// `T_Ip`, through which it gives forces ([`crate::kernel::spread`]).
-    pub scatter: f64,
+    pub gather: Weighted,
     /// `(-dS_Ip/dy, dS_Ip/dx) / 2` in 1/m, through which it turns and gives couples; 0 where contact has no friction.
-    pub curl: [f64; 2],
-    /// [`Loaded::weight`] with `gather` and with `scatter`.
-    pub weights: [f64; 2],
+    pub curl: [Lanes; 2],
+}
+
+/// Shares in the motion or the force of a point, each with its [`Loaded::weight`].
+#[derive(Debug, Clone, Copy)]
+pub struct Weighted {
+    /// `S_Ip`, or `T_Ip`, through which the point gives forces ([`crate::kernel::spread`]).
+    pub share: Lanes,
+    /// In N/m.
+    pub weight: Lanes,
 }
 
 /// A point that a body presses on, or may press on in the next step.
@@ -33,14 +39,17 @@ pub struct Loaded {
 }
 
 impl Loaded {
-    /// Its weight in N/m at a node with the share `along` of its motion, in the bound of the frequency of contact.
-    pub fn weight(&self, along: f64, curl: [f64; 2]) -> f64 {
-        if self.tangential == 0.0 {
-            return along * self.stiffness;
-        }
-        let turned = self.radius * (curl[0] * curl[0] + curl[1] * curl[1]).sqrt();
-        let moved = along * self.stiffness.max(self.tangential);
-        moved.max(0.5 * self.tangential * turned)
+    /// Shares of its motion at nodes, with its weights there in the bound of the frequency of contact.
+    #[inline(always)]
+    pub fn weighted(&self, share: Lanes, curl: [Lanes; 2]) -> Weighted {
+        let weight = if self.tangential == 0.0 {
+            share * splat(self.stiffness)
+        } else {
+            let turned = splat(self.radius) * (curl[0] * curl[0] + curl[1] * curl[1]).sqrt();
+            let moved = share * splat(self.stiffness.max(self.tangential));
+            moved.fast_max(splat(0.5 * self.tangential) * turned)
+        };
+        Weighted { share, weight }
     }
 }
 

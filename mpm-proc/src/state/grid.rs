@@ -1,6 +1,6 @@
 //! The occupied part of the grid: the node tiles that some point's window reaches.
 
-use super::images::Images;
+use super::images::{Image, Images};
 use super::nodes::{
     ALL_NODES, ContactNodes, MappedTile, NodeAt, NodeTile, Overlap, WallContribution,
 };
@@ -151,6 +151,12 @@ impl Grid {
         let at = |t: &NodeTile| [t.at[1], t.at[0]];
         let tile = self.tiles.binary_search_by_key(&[row, column], at).ok()?;
         Some((tile as u32, y * TILE + x))
+    }
+
+    /// What a node is an image of, if it is one.
+    pub fn image(&self, at: NodeAt) -> Option<&Image> {
+        let imaged = self.tiles[at.tile as usize].imaged;
+        imaged.then(|| self.images.at(at)).flatten()
     }
 
     /// The contact of the tile of a node that is given some, and the node's number in it.

@@ -181,7 +181,7 @@ impl NodeTile {
 }
 
 /// A node of a tile.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, PartialOrd, Ord)]
 pub struct NodeAt {
     /// Number of the node tile.
     pub tile: u32,

@@ -118,6 +118,8 @@ pub struct Cloud<const W: usize, S: Shape<W>, A: AffineState> {
     pub removed: usize,
     /// Tiles with points: those of the state, with their places.
     pub tiles: Vec<Tile>,
+    /// Number of the tile of each block.
+    tile_of: Vec<u32>,
     /// `(m_I, p_I, 0)` in each tile's window, of this cloud's points alone.
     pub mass_momentum: Vec<NodalWindow>,
     /// `f_I^int` likewise, in N/m ([`crate::kernel::window`]).
@@ -215,6 +217,7 @@ impl<const W: usize, S: Shape<W>, A: AffineState> Cloud<W, S, A> {
             lane_of: (0..count).collect(),
             removed: 0,
             tiles: Vec::new(),
+            tile_of: Vec::new(),
             mass_momentum: Vec::new(),
             force: Vec::new(),
             reports: Vec::new(),
@@ -299,8 +302,7 @@ impl<const W: usize, S: Shape<W>, A: AffineState> Cloud<W, S, A> {
 
     /// The tile that holds a lane.
     pub fn tile_of_lane(&self, lane: usize) -> &Tile {
-        let block = lane / LANES;
-        &self.tiles[self.tiles.partition_point(|t| t.first <= block) - 1]
+        &self.tiles[self.tile_of[lane / LANES] as usize]
     }
 
     /// Calls `found` with each point of a tile: its identity less the cloud's first, and its position in m.
@@ -376,11 +378,13 @@ impl<const W: usize, S: Shape<W>, A: AffineState> Cloud<W, S, A> {
     fn lay_out(&mut self, grid: &Geometry) {
         let offset = self.shape.offset();
         self.tiles.clear();
+        self.tile_of.clear();
         let mut first = 0;
         for (index, sorted) in self.state.tiles.iter().enumerate() {
             let frame = grid.frame(sorted.at, offset);
             let tile = Tile::new(sorted, index, first, frame);
             first += tile.blocks;
+            self.tile_of.resize(first, index as u32);
             self.tiles.push(tile);
         }
         self.find_lanes();
@@ -406,7 +410,8 @@ impl<const W: usize, S: Shape<W>, A: AffineState> Cloud<W, S, A> {
             + self.state.motion.capacity() * size_of::<Motion<A>>()
             + self.aside.capacity() * size_of::<[Lanes; 2]>()
             + self.state.ids.capacity() * size_of::<[u32; LANES]>()
-            + (self.lane_of.capacity() + self.scratch.sources.capacity()) * size_of::<u32>()
+            + (self.lane_of.capacity() + self.tile_of.capacity() + self.scratch.sources.capacity())
+                * size_of::<u32>()
             + self.scratch.keys.capacity() * size_of::<([u32; 2], u32)>()
             + self.scratch.number.capacity() * size_of::<Lanes>()
             + self.mass_momentum.capacity() * size_of::<NodalWindow>()
