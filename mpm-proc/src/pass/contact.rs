@@ -200,6 +200,8 @@ fn touch<const W: usize, S: Shape<W>, A: AffineState>(
         let forces = force.map(|f| (given * splat(f)).to_array());
         let turning = curl.map(|g| (splat(couple) * g).to_array());
         let weights = [Some(gather), scatter].map(|of| of.map_or(ZERO, |of| of.weight).to_array());
+        let parts = [gather.share, given, curl[0], curl[1]].map(|part| part.simd_ne(ZERO));
+        let takes = (parts[0] | parts[1] | parts[2] | parts[3]).to_bitmask();
         let (mut at, mut of) = ([NodeAt::default(); LANES], [NodeAt::default(); LANES]);
         for i in 0..W {
             let (tile, node) = owner::<W>(tile, [base[0] + i, base[1] + j]);
@@ -211,6 +213,7 @@ fn touch<const W: usize, S: Shape<W>, A: AffineState>(
             }
             of[i] = image.map_or(at[i], |i| i.of);
             let (nodes, node) = continuum.grid.touch(at[i]);
+            nodes.reached |= u64::from(takes >> i & 1) << node;
             let of_node = &mut nodes.force[node];
             for a in 0..2 {
                 of_node[a] += forces[a][i];

@@ -16,12 +16,11 @@
 //! the nodes that such points see, those on which bodies press and those within the reach of a point of them, move points
 //! with the mapped velocities at once. This needs one more mapping, only of the points that reach these nodes.
 
-use crate::kernel::lanes::ZERO;
 use crate::kernel::shape::Shape;
 use crate::kernel::transfer::AffineState;
 use crate::state::continuum::Continuum;
 use crate::state::grid::Grid;
-use crate::state::nodes::{ALL_NODES, NodeAt, bits};
+use crate::state::nodes::{ALL_NODES, NodeAt};
 
 /// The velocity of the nodes with which loaded points move.
 #[derive(Debug, Clone, Copy)]
@@ -65,25 +64,19 @@ pub fn find_near_loads<const W: usize, S: Shape<W>, A: AffineState>(
     if grid.mapped.is_empty() {
         grid.make_room_for_mapped();
     }
-    let nodes = if everywhere { ALL_NODES } else { 0 };
-    for tile in &mut grid.mapped {
-        (tile.wanted, tile.moves) = (nodes, nodes);
+    for (mapped, contact) in grid.mapped.iter_mut().zip(&grid.contact) {
+        mapped.wanted = if everywhere {
+            ALL_NODES
+        } else {
+            contact.reached
+        };
+        mapped.moves = mapped.wanted;
     }
     for tile in clouds.iter_mut().flat_map(|cloud| &mut cloud.tiles) {
         tile.near_load = everywhere;
     }
     if everywhere {
         return;
-    }
-    for (r, row) in continuum.touches.iter().enumerate() {
-        let scatter = continuum.scatters.get(r).map_or(ZERO, |t| t.share);
-        let parts = [row.gather.share, scatter, row.curl[0], row.curl[1]];
-        let reaches = parts.map(|part| part.simd_ne(ZERO));
-        let reached = (reaches[0] | reaches[1] | reaches[2] | reaches[3]).to_bitmask();
-        for i in bits(reached.into()) {
-            let (tile, node) = row.at[i].split();
-            grid.mapped[tile].wanted |= 1 << node;
-        }
     }
     grid.widen_wanted(W - 1);
     grid.points_behind::<W>(|cloud, tile| clouds[cloud].tiles[tile].near_load = true);

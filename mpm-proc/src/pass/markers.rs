@@ -158,6 +158,7 @@ pub fn touch_marker<const W: usize, S: Shape<W>, A: AffineState>(
             let curl = [-y, x];
             (at[i], of[i], shares[i]) = (weight.at, weight.of, share);
             let (nodes, node) = continuum.grid.touch(at[i]);
+            nodes.reached |= u64::from(share != 0.0 || curl != [0.0; 2]) << node;
             for a in 0..2 {
                 curls[a][i] = curl[a];
                 nodes.force[node][a] += share * force[a] + couple * curl[a];

@@ -128,6 +128,7 @@ impl Imps {
         self.motion(member, clouds)[1]
     }
 
+    #[inline(always)]
     fn motion<const W: usize, S: Shape<W>, A: AffineState>(
         &self,
         member: Member,
@@ -146,6 +147,7 @@ impl Imps {
 }
 
 /// Position in m and velocity in m/s of a member that is a point.
+#[inline(always)]
 fn of_point<const W: usize, S: Shape<W>, A: AffineState>(
     member: Member,
     clouds: &[Cloud<W, S, A>],

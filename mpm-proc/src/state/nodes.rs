@@ -155,6 +155,8 @@ impl WallContribution {
 pub struct ContactNodes {
     /// Whether contact has given anything to its nodes in this step. If not, all numbers are 0.
     pub touched: bool,
+    /// Its nodes that take forces from points, a bit for each.
+    pub reached: u64,
     /// `f_I^cont` in N/m (eq. 47).
     pub force: [[f64; 2]; NODES],
     /// `sum_p k_p S_Ip` in N/m per m, and more with friction (`Loaded::weight`).
@@ -167,6 +169,7 @@ impl ContactNodes {
     /// No contact.
     pub const NONE: Self = Self {
         touched: false,
+        reached: 0,
         force: [[0.0; 2]; NODES],
         stiffness: [0.0; NODES],
         scattered: [0.0; NODES],
