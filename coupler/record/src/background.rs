@@ -143,15 +143,19 @@ impl<T> Drop for Background<T> {
     }
 }
 
-/// A file of `bytes` bytes to which a thread appends. A piece that is written only in part, because the disk is full, is
-/// removed again. `path` is for messages.
+/// A text of `bytes` bytes to which a thread appends pieces of whole lines. If the disk is full, the lines that have room
+/// stay, and the part of a line that follows them is removed. `path` is for messages.
 pub(crate) fn appends(mut file: File, path: PathBuf, bytes: u64) -> Background<Vec<u8>> {
     let mut length = bytes;
     Background::begin(bytes, move |piece: Vec<u8>| {
         let written = file.write_all(&piece);
         if let Err(error) = written {
-            let _ = file.set_len(length);
-            let _ = file.seek(SeekFrom::Start(length));
+            let there = file.stream_position().unwrap_or(length);
+            let there = &piece[..there.saturating_sub(length) as usize];
+            let lines = there.iter().rposition(|byte| *byte == b'\n');
+            let whole = length + lines.map_or(0, |end| end as u64 + 1);
+            let _ = file.set_len(whole);
+            let _ = file.seek(SeekFrom::Start(whole));
             return Err(fail("write", &path)(error).into());
         }
         length += piece.len() as u64;

@@ -18,7 +18,7 @@ const ROWS: usize = 64 << 10;
 const UNWRITTEN: Duration = Duration::from_secs(1);
 
 /// `history.csv`, written by a separate thread. Rows are written whole and within [`UNWRITTEN`]. A row that is written
-/// only in part, because the disk is full, is removed again.
+/// only in part, because the disk is full, is removed again; those before it stay.
 #[derive(Debug)]
 pub struct History {
     file: Background<Vec<u8>>,

@@ -7,7 +7,7 @@ use interface::text;
 use super::drift::FieldOfMotion;
 use super::markers::touch_marker;
 use crate::kernel::lanes::{LANES, Lanes, ZERO, splat};
-use crate::kernel::point_tile::owner;
+use crate::kernel::point_tile::{Tile, owner};
 use crate::kernel::shape::Shape;
 use crate::kernel::tiles::{NODES, pitch};
 use crate::kernel::transfer::AffineState;
@@ -159,43 +159,22 @@ fn touch<const W: usize, S: Shape<W>, A: AffineState>(
     let cloud = &continuum.clouds[member.cloud as usize];
     let lane = cloud.lane_of[member.local as usize] as usize;
     let tile = cloud.tile_of_lane(lane);
-    // The same in all four lanes, so that none has to be taken out of its vector.
-    let place = tile
-        .frame
-        .locate(&cloud.position(lane).map(splat), pitch(W));
-    let [x, y] = place.d;
-    let (weights_x, s_y) = (cloud.shape.weights(0, x), cloud.shape.weights(1, y));
-    let s_x = row(&weights_x);
     let turns = couple != 0.0 || tangential > 0.0;
-    let (mut g_x, mut g_y) = (ZERO, [ZERO; W]);
-    if turns {
-        let half = splat(0.5 / continuum.grid.geometry.cell);
-        g_x = half * row(&cloud.shape.gradients(0, x));
-        g_y = cloud.shape.gradients(1, y);
-        for g in &mut g_y {
-            *g = half * *g;
-        }
-    }
-    let spread = &continuum.spread;
-    let t = (!spread.is_shape()).then(|| {
-        let along = |a, d: Lanes, s: &[Lanes; W]| {
-            let one = |of: &Lanes| of.as_array()[0];
-            let t = spread.weights(member.cloud as usize, a, one(&d), s.each_ref().map(one));
-            t.map(splat)
-        };
-        (row(&along(0, x, &weights_x)), along(1, y, &s_y))
-    });
+    let half = turns.then(|| 0.5 / continuum.grid.geometry.cell);
+    let spread = |axis, d, s| (continuum.spread).weights(member.cloud as usize, axis, d, s);
+    let spread = (!continuum.spread.is_shape()).then_some(spread);
+    let x = cloud.position(lane);
+    let (base, s, g, t) = weights_of(&cloud.shape, tile, x, half, spread);
     let loaded = Loaded {
         slot,
         stiffness,
         tangential,
         radius: cloud.radius,
     };
-    let base = place.column_row(0, W);
     for j in 0..W {
-        let curl = [-s_x * g_y[j], g_x * s_y[j]];
-        let gather = loaded.weighted(s_x * s_y[j], curl);
-        let scatter = t.map(|(t_x, t_y)| loaded.weighted(t_x * t_y[j], curl));
+        let curl = [-s.x * g.y[j], g.x * s.y[j]];
+        let gather = loaded.weighted(s.x * s.y[j], curl);
+        let scatter = t.map(|t| loaded.weighted(t.x * t.y[j], curl));
         let given = scatter.unwrap_or(gather).share;
         let forces = force.map(|f| (given * splat(f)).to_array());
         let turning = curl.map(|g| (splat(couple) * g).to_array());
@@ -239,14 +218,51 @@ fn touch<const W: usize, S: Shape<W>, A: AffineState>(
     Ok(())
 }
 
-/// The values at the nodes of a row, each in all lanes of its vector, side by side.
-#[inline(always)]
-fn row<const W: usize>(values: &[Lanes; W]) -> Lanes {
-    let mut row = [0.0; LANES];
-    for i in 0..W {
-        row[i] = values[i].as_array()[0];
+/// A function of each coordinate at the nodes that a point touches: along x side by side, along y each in all lanes.
+#[derive(Clone, Copy)]
+struct Along<const W: usize> {
+    x: Lanes,
+    y: [Lanes; W],
+}
+
+impl<const W: usize> Along<W> {
+    /// From values in all lanes.
+    #[inline(always)]
+    fn of([along_x, y]: [[Lanes; W]; 2]) -> Self {
+        let mut x = [0.0; LANES];
+        for i in 0..W {
+            x[i] = along_x[i].as_array()[0];
+        }
+        let x = Lanes::new(x);
+        Self { x, y }
     }
-    Lanes::new(row)
+}
+
+/// Column and row of the base node of a point at `x` (m) in the window of its tile; `S` there, `half L dS/dx` or zero, and `T`
+/// where it is not `S`. All is computed in all four lanes, so that no number has to be taken out of a vector.
+#[inline(always)]
+fn weights_of<const W: usize, S: Shape<W>>(
+    shape: &S,
+    tile: &Tile,
+    x: [f64; 2],
+    half: Option<f64>,
+    spread: Option<impl Fn(usize, f64, [f64; W]) -> [f64; W]>,
+) -> ([usize; 2], Along<W>, Along<W>, Option<Along<W>>) {
+    let place = tile.frame.locate(&x.map(splat), pitch(W));
+    let [x, y] = place.d;
+    let s = [shape.weights(0, x), shape.weights(1, y)];
+    let mut g = [[ZERO; W]; 2];
+    if let Some(half) = half {
+        g = [shape.gradients(0, x), shape.gradients(1, y)];
+        for g in g.as_flattened_mut() {
+            *g = splat(half) * *g;
+        }
+    }
+    let t = spread.map(|spread| {
+        let one = |of: &Lanes| of.as_array()[0];
+        Along::of([0, 1].map(|a| spread(a, one(&place.d[a]), s[a].each_ref().map(one)).map(splat)))
+    });
+    (place.column_row(0, W), Along::of(s), Along::of(g), t)
 }
 
 fn at_periodic_wall(id: u64, at: [f64; 2]) -> Fault {

@@ -16,7 +16,7 @@ pub struct TouchRow {
     pub curl: [Lanes; 2],
 }
 
-/// Shares in the motion or the force of a point, each with its [`Loaded::weight`].
+/// Shares in the motion or the force of a point, each with its weight there ([`Loaded::weighted`]).
 #[derive(Debug, Clone, Copy)]
 pub struct Weighted {
     /// `S_Ip`, or `T_Ip`, through which the point gives forces ([`crate::kernel::spread`]).
