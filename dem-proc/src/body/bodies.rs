@@ -1,7 +1,5 @@
 //! Bodies: their constants (checked configuration) and their state in the leapfrog.
 
-use std::cell::OnceCell;
-
 use interface::Vec2;
 use interface::config::{BodyConfig, DemConfig, Motion};
 use interface::solver::Refusal;
@@ -110,6 +108,12 @@ impl Rigid {
     #[inline]
     pub fn lever(&self) -> f64 {
         if self.is_disc() { 0.0 } else { self.extent }
+    }
+
+    /// Whether it stays where it is with these kicked velocity and spin: it is held, and is not driven.
+    #[inline]
+    fn rests(&self, (velocity, spin): (Vec2, f64)) -> bool {
+        self.falls == 0.0 && velocity == Vec2::zeros() && spin == 0.0
     }
 
     /// Vertices in world coordinates (m), from those in the body's frame and its angle.
@@ -276,26 +280,27 @@ impl Bodies {
                 let four = state.chunks_mut(4).zip(frames.chunks_mut(4));
                 for ((four, frames), kicked) in four.zip(kicked.chunks(4)) {
                     let mut angles = [0.0; 4];
-                    for (angle, (state, (_, spin))) in
-                        angles.iter_mut().zip(four.iter().zip(kicked))
-                    {
-                        *angle = state.angle + spin * dt;
+                    let mut turns = false;
+                    for (angle, (state, kicked)) in angles.iter_mut().zip(four.iter().zip(kicked)) {
+                        *angle = state.angle + kicked.1 * dt;
+                        turns |= !state.is_disc() && !state.rests(*kicked);
                     }
-                    let turns = OnceCell::new();
+                    // Discs need none, and `angles` would go through memory on its way into a vector.
+                    let turns = turns.then(|| sines(angles)).unwrap_or_default();
                     for (k, (state, frame)) in four.iter_mut().zip(frames).enumerate() {
                         let (own, shape);
                         let count = state.vertices[1] as usize;
                         (own, world) = std::mem::take(&mut world).split_at_mut(count);
                         (shape, local) = local.split_at(count);
-                        let (velocity, spin) = kicked[k];
-                        if state.falls == 0.0 && velocity == Vec2::zeros() && spin == 0.0 {
+                        if state.rests(kicked[k]) {
                             continue;
                         }
+                        let (velocity, spin) = kicked[k];
                         (state.velocity, state.spin) = (velocity, spin);
                         frame.advance(velocity * dt, spin * dt);
                         state.center = frame.center;
-                        state.angle = angles[k];
-                        state.place_turned(own, shape, || turns.get_or_init(|| sines(angles))[k]);
+                        state.angle += spin * dt;
+                        state.place_turned(own, shape, || turns[k]);
                     }
                 }
             },
