@@ -111,6 +111,7 @@ impl Imps {
     }
 
     /// Position in m of a member that is there.
+    #[inline(always)]
     pub fn position<const W: usize, S: Shape<W>, A: AffineState>(
         &self,
         member: Member,
@@ -120,6 +121,7 @@ impl Imps {
     }
 
     /// Velocity in m/s of a member that is there.
+    #[inline(always)]
     pub fn velocity<const W: usize, S: Shape<W>, A: AffineState>(
         &self,
         member: Member,

@@ -242,14 +242,12 @@ impl<const W: usize, S: Shape<W>, A: AffineState> Cloud<W, S, A> {
 
     /// Position of a lane's point in m.
     pub fn position(&self, lane: usize) -> [f64; 2] {
-        self.state.x[lane / LANES].map(|x| x.as_array()[lane % LANES])
+        of_lane(&self.state.x[lane / LANES], lane)
     }
 
     /// Velocity of a lane's point in m/s.
     pub fn velocity(&self, lane: usize) -> [f64; 2] {
-        self.state.motion[lane / LANES]
-            .v
-            .map(|v| v.as_array()[lane % LANES])
+        of_lane(&self.state.motion[lane / LANES].v, lane)
     }
 
     /// Kinetic energy of a lane's point in J/m, with that of its affine part.
@@ -258,8 +256,7 @@ impl<const W: usize, S: Shape<W>, A: AffineState> Cloud<W, S, A> {
         let mut twice = square(self.velocity(lane));
         if A::PRESENT {
             let slopes = self.state.motion[lane / LANES].affine.slopes();
-            let of_lane = |s: [Lanes; 2]| s.map(|s| s.as_array()[lane % LANES]);
-            let affine: f64 = slopes.iter().map(|s| square(of_lane(*s))).sum();
+            let affine: f64 = slopes.iter().map(|s| square(of_lane(s, lane))).sum();
             twice += affine / S::INVERSE_INERTIA.unwrap_or(1.0);
         }
         0.5 * self.mass * twice
@@ -421,6 +418,13 @@ impl<const W: usize, S: Shape<W>, A: AffineState> Cloud<W, S, A> {
             + self.state.stresses.rows.capacity() * size_of::<Lanes>()
             + self.loads.as_ref().map_or(0, |l| l.bytes())
     }
+}
+
+/// What a vector of four points has for the point of a lane. Its two numbers are read where they are; `map` would copy all eight.
+#[inline(always)]
+fn of_lane(vector: &[Lanes; 2], lane: usize) -> [f64; 2] {
+    let [x, y] = vector;
+    [x.as_array()[lane % LANES], y.as_array()[lane % LANES]]
 }
 
 /// The states of a cloud and of its parts.
