@@ -286,7 +286,7 @@ impl Bodies {
                         turns |= !state.is_disc() && !state.rests(*kicked);
                     }
                     // Discs need none, and `angles` would go through memory on its way into a vector.
-                    let turns = turns.then(|| sines(angles)).unwrap_or_default();
+                    let turns = if turns { sines(angles) } else { [[0.0; 2]; 4] };
                     for (k, (state, frame)) in four.iter_mut().zip(frames).enumerate() {
                         let (own, shape);
                         let count = state.vertices[1] as usize;
