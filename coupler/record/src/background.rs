@@ -151,7 +151,8 @@ pub(crate) fn appends(mut file: File, path: PathBuf, bytes: u64) -> Background<V
         let written = file.write_all(&piece);
         if let Err(error) = written {
             let there = file.stream_position().unwrap_or(length);
-            let there = &piece[..there.saturating_sub(length) as usize];
+            let there = there.saturating_sub(length) as usize;
+            let there = &piece[..there.min(piece.len())];
             let lines = there.iter().rposition(|byte| *byte == b'\n');
             let whole = length + lines.map_or(0, |end| end as u64 + 1);
             let _ = file.set_len(whole);
