@@ -234,7 +234,7 @@ fn an_output_that_cannot_be_written_is_told_and_the_history_ends_with_a_row() {
         assert!(reason.contains(phrase), "no `{phrase}` in: {reason}");
     }
     files.history().assert_sound();
-    // The table that reached the limit has all rows that fit: it was cut back to what was there before its last piece.
+    // The table that reached the limit has all rows that fit. It once lost all of its last piece.
     let size = |table| fs::metadata(out.join(table)).unwrap().len();
     let largest = size("history.csv").max(size("course.csv"));
     assert!((7_500..=8_192).contains(&largest), "{largest}");

@@ -70,10 +70,10 @@ pub fn apply_contact<const W: usize, S: Shape<W>, A: AffineState>(
     for (p, loaded) in continuum.loaded.iter().enumerate() {
         if loaded.stiffness > 0.0 || loaded.tangential > 0.0 {
             let own = p * W..(p + 1) * W;
-            let rows = &continuum.touches[own.clone()];
+            let rows = &continuum.touches.rows[own.clone()];
             let s = rows.iter().map(|row| (row, row.gather));
             gathers = gathers.max(most::<W>(grid, loaded, |n| &n.stiffness, s));
-            if let Some(of_rows) = continuum.scatters.get(own) {
+            if let Some(of_rows) = continuum.touches.scatters.get(own) {
                 let t = rows.iter().zip(of_rows.iter().copied());
                 scatters = scatters.max(most::<W>(grid, loaded, |n| &n.scattered, t));
             }
@@ -178,9 +178,6 @@ fn touch<const W: usize, S: Shape<W>, A: AffineState>(
         let given = scatter.unwrap_or(gather).share;
         let forces = force.map(|f| (given * splat(f)).to_array());
         let turning = curl.map(|g| (splat(couple) * g).to_array());
-        let weights = [Some(gather), scatter].map(|of| of.map_or(ZERO, |of| of.weight).to_array());
-        let parts = [gather.share, given, curl[0], curl[1]].map(|part| part.simd_ne(ZERO));
-        let takes = (parts[0] | parts[1] | parts[2] | parts[3]).to_bitmask();
         let (mut at, mut of) = ([NodeAt::default(); LANES], [NodeAt::default(); LANES]);
         for i in 0..W {
             let (tile, node) = owner::<W>(tile, [base[0] + i, base[1] + j]);
@@ -192,7 +189,6 @@ fn touch<const W: usize, S: Shape<W>, A: AffineState>(
             }
             of[i] = image.map_or(at[i], |i| i.of);
             let (nodes, node) = continuum.grid.touch(at[i]);
-            nodes.reached |= u64::from(takes >> i & 1) << node;
             let of_node = &mut nodes.force[node];
             for a in 0..2 {
                 of_node[a] += forces[a][i];
@@ -200,19 +196,14 @@ fn touch<const W: usize, S: Shape<W>, A: AffineState>(
                     of_node[a] += turning[a][i];
                 }
             }
-            let (nodes, node) = continuum.grid.touch(of[i]);
-            nodes.stiffness[node] += weights[0][i];
-            if t.is_some() {
-                nodes.scattered[node] += weights[1][i];
-            }
         }
-        continuum.touches.push(TouchRow {
+        let row = TouchRow {
             at,
             of,
             gather,
             curl,
-        });
-        continuum.scatters.extend(scatter);
+        };
+        (continuum.touches).add::<W>(&mut continuum.grid, row, scatter);
     }
     continuum.loaded.push(loaded);
     Ok(())
@@ -282,7 +273,6 @@ fn clear_contact<const W: usize, S: Shape<W>, A: AffineState>(continuum: &mut Co
     }
     continuum.loaded.clear();
     continuum.touches.clear();
-    continuum.scatters.clear();
 }
 
 /// Sets the spins of points and markers with friction to that of the field that moves them in this step: `w = sum_I g_I . v_I`.
@@ -298,7 +288,7 @@ pub fn turn_points<const W: usize, S: Shape<W>, A: AffineState>(
         ..
     } = continuum;
     imps.state.spins.clear();
-    for (loaded, rows) in loaded.iter().zip(touches.chunks_exact(W)) {
+    for (loaded, rows) in loaded.iter().zip(touches.rows.chunks_exact(W)) {
         if loaded.tangential > 0.0 {
             let mut along = 0.0;
             for row in rows {

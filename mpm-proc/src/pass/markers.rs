@@ -158,7 +158,6 @@ pub fn touch_marker<const W: usize, S: Shape<W>, A: AffineState>(
             let curl = [-y, x];
             (at[i], of[i], shares[i]) = (weight.at, weight.of, share);
             let (nodes, node) = continuum.grid.touch(at[i]);
-            nodes.reached |= u64::from(share != 0.0 || curl != [0.0; 2]) << node;
             for a in 0..2 {
                 curls[a][i] = curl[a];
                 nodes.force[node][a] += share * force[a] + couple * curl[a];
@@ -166,20 +165,13 @@ pub fn touch_marker<const W: usize, S: Shape<W>, A: AffineState>(
         }
         let curl = curls.map(Lanes::new);
         let gather = loaded.weighted(Lanes::new(shares), curl);
-        for (of, weight) in of.into_iter().zip(gather.weight.to_array()).take(W) {
-            let (nodes, node) = continuum.grid.touch(of);
-            nodes.stiffness[node] += weight;
-            nodes.scattered[node] += weight;
-        }
-        if spreads {
-            continuum.scatters.push(gather);
-        }
-        continuum.touches.push(TouchRow {
+        let row = TouchRow {
             at,
             of,
             gather,
             curl,
-        });
+        };
+        (continuum.touches).add::<W>(&mut continuum.grid, row, spreads.then_some(gather));
     }
     continuum.loaded.push(loaded);
 }

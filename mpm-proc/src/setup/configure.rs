@@ -31,6 +31,7 @@ use crate::setup::chains::markers;
 use crate::setup::fields::Fields;
 use crate::setup::notes;
 use crate::setup::region::points_within;
+use crate::state::contact::Touches;
 use crate::state::continuum::{Continuum, ContinuumState};
 use crate::state::grid::Grid;
 use crate::state::holds::{Hold, Holds};
@@ -208,8 +209,7 @@ impl<'a> Parts<'a> {
                 markers: markers(self.config, first_id, &radii)?,
                 ..Imps::default()
             },
-            touches: Vec::new(),
-            scatters: Vec::new(),
+            touches: Touches::default(),
             loaded: Vec::new(),
             state: ContinuumState::default(),
             kick: KickWork::default(),

@@ -1,7 +1,8 @@
 //! Contact of bodies with points in the present step: the nodes that loaded points touch.
 
+use super::grid::Grid;
 use super::nodes::NodeAt;
-use crate::kernel::lanes::{LANES, Lanes, splat};
+use crate::kernel::lanes::{LANES, Lanes, ZERO, splat};
 
 /// A row of the nodes that a loaded point touches: `W` of four lanes, the others are 0.
 #[derive(Debug, Clone, Copy)]
@@ -23,6 +24,48 @@ pub struct Weighted {
     pub share: Lanes,
     /// In N/m.
     pub weight: Lanes,
+}
+
+/// The nodes that the loaded points touch, `W` rows each.
+#[derive(Debug, Default)]
+pub struct Touches {
+    pub rows: Vec<TouchRow>,
+    /// `T_Ip` at these nodes, where it is not `S_Ip`.
+    pub scatters: Vec<Weighted>,
+}
+
+impl Touches {
+    /// Adds the row of a point, with `T_Ip` where it is not `S_Ip`, and its weights to the nodes that move.
+    #[inline(always)]
+    pub fn add<const W: usize>(
+        &mut self,
+        grid: &mut Grid,
+        row: TouchRow,
+        scatter: Option<Weighted>,
+    ) {
+        let given = scatter.unwrap_or(row.gather);
+        let parts = [row.gather.share, given.share, row.curl[0], row.curl[1]];
+        let [a, b, c, d] = parts.map(|part| part.simd_ne(ZERO));
+        let reached = (a | b | c | d).to_bitmask();
+        let weights = [row.gather, given].map(|of| of.weight.to_array());
+        for i in 0..W {
+            let (nodes, node) = grid.touch(row.at[i]);
+            nodes.reached |= u64::from(reached >> i & 1) << node;
+            let (nodes, node) = grid.touch(row.of[i]);
+            nodes.stiffness[node] += weights[0][i];
+            if scatter.is_some() {
+                nodes.scattered[node] += weights[1][i];
+            }
+        }
+        self.rows.push(row);
+        self.scatters.extend(scatter);
+    }
+
+    /// Leaves none.
+    pub fn clear(&mut self) {
+        self.rows.clear();
+        self.scatters.clear();
+    }
 }
 
 /// A point that a body presses on, or may press on in the next step.

@@ -7,7 +7,7 @@ use interface::solver::{MpmMeasurement, Refusal};
 use mechanics::threads::Threads;
 use serde::{Deserialize, Serialize};
 
-use super::contact::{Loaded, TouchRow, Weighted};
+use super::contact::{Loaded, Touches};
 use super::grid::Grid;
 use super::holds::Holds;
 use super::imps::{Imps, ImpsState};
@@ -36,10 +36,8 @@ pub struct Continuum<const W: usize, S: Shape<W>, A: AffineState> {
     pub imps: Imps,
     /// The points that bodies press on, or may press on next, in the present step.
     pub loaded: Vec<Loaded>,
-    /// The nodes that they touch, `W` rows each.
-    pub touches: Vec<TouchRow>,
-    /// `T_Ip` at these nodes, where it is not `S_Ip`.
-    pub scatters: Vec<Weighted>,
+    /// The nodes that they touch.
+    pub touches: Touches,
     /// How a contact force reaches the grid.
     pub spread: Spread,
     /// What happens to points that leave the domain.
