@@ -9,9 +9,10 @@ use mechanics::threads::Threads as Pool;
 /// Elements of a chunk: its results stay in the first-level cache.
 pub const CHUNK: usize = 256;
 
-/// Loops over fewer elements than this are not shared: what one thread has written has to go to the cache of the other,
-/// and a step of 1,000 discs with 3,000 pairs took 50 us with two threads and 37 with one.
-const WORTH_SHARING: usize = 32 * CHUNK;
+/// Loops over fewer elements than this are not shared: a shared loop costs 0.5 to 1 us, and what one thread has written has
+/// to go to the cache of the other. A step of 1,000 discs takes 19 us with two threads and 28 with one, of 500 discs, with
+/// 1,500 pairs, 11 and 14.
+const WORTH_SHARING: usize = 3 * CHUNK;
 
 /// A search for the neighbours of one element takes as long as the evaluation of so many pairs.
 const SEARCH: usize = 4;
@@ -44,7 +45,7 @@ impl Threads {
     /// Length of the parts of a loop over `len` elements: a few parts for each thread, so that a thread that starts late
     /// does less.
     pub fn part(&self, len: usize) -> usize {
-        part_of(self.of(len), len)
+        part_of(self.of(len), len, (4, CHUNK))
     }
 
     /// Calls `act` for every task of a loop over `len` elements.
@@ -66,7 +67,8 @@ impl Threads {
         act: impl Fn(Range<usize>, &mut S) + Sync,
     ) {
         let pool = self.of(SEARCH * len);
-        let part = part_of(pool, len);
+        // Many parts: those where bodies lie close take several times as long.
+        let part = part_of(pool, len, (32, 16));
         places.resize_with(len.div_ceil(part), S::default);
         pool.each(places.iter_mut().enumerate(), |(i, place)| {
             act(i * part..len.min((i + 1) * part), place);
@@ -112,10 +114,11 @@ impl Threads {
     }
 }
 
-fn part_of(pool: &Pool, len: usize) -> usize {
+/// Length of the parts of a loop over `len` elements: so many parts for each thread, of a multiple of so many elements.
+fn part_of(pool: &Pool, len: usize, (parts, multiple): (usize, usize)) -> usize {
     match pool.count() {
         1 => len.max(1),
-        threads => len.div_ceil(4 * threads).next_multiple_of(CHUNK),
+        threads => len.div_ceil(parts * threads).next_multiple_of(multiple),
     }
 }
 

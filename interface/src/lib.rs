@@ -15,6 +15,7 @@
 //! | [`session`] | the protocol: the three parties of a session, over any transport; a solver as a program |
 //! | [`recording`], [`trace`] | every message of a run in a file, and played to a solver again; what each party does when |
 //! | [`hosted`] | one solver alone, led message by message |
+//! | [`lend`] | a function lent to threads that live on |
 //! | [`processor`] | the check of the processor at the start of a program |
 //! | [`saved`], [`packed`] | the bytes of a saved state; files that say what they are |
 //!
@@ -27,6 +28,7 @@ pub mod forces;
 pub mod hosted;
 pub mod impulse;
 pub mod ledger;
+pub mod lend;
 pub mod message;
 pub mod packed;
 pub mod processor;

@@ -11,29 +11,22 @@
 //! A step has several short loops with little between them. To wake a thread costs as much as such a loop, so after a
 //! loop a thread looks for the next one for a while ([`LOOKS`]), and only then sleeps: until the next step if the solver
 //! waits for other processes in between. And a thread that is asleep, or that other programs keep from running, is
-//! called but not waited for: the calling thread begins alone, and divides what is left when all are there.
+//! called but not waited for: the calling thread begins, and takes what the others have not begun.
 //!
-//! Rayon's own threads do not wait in this way. After a loop they call the system 33 times to give their processor
+//! Rayon's own loops do not wait in this way. After each its threads call the system 33 times to give their processor
 //! away, which beside other programs costs them milliseconds, and sleep then (docs/decisions/0006-waiting.md). So each
-//! thread of the pool is in one job of ours all the time, and rayon brings the loops to it: only rayon can lend borrowed
-//! data to a thread that lives on, without `unsafe` here.
+//! thread of the pool is in one job of ours all the time, to which the loops are lent ([`interface::lend`]): a loop of
+//! nothing takes 0.3 us, where a scope of rayon took 2.7.
 
 use std::hint::spin_loop;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, OnceLock, PoisonError};
 
-use rayon::{ThreadPool, ThreadPoolBuilder, Yield, yield_local};
+use interface::lend::Lent;
+use rayon::{ThreadPool, ThreadPoolBuilder};
 
-/// Number of looks, some 50 us in all, for the next loop before a thread sleeps, and for the end of a loop before the
-/// calling thread does.
+/// Number of looks, some 50 us in all, for the next loop before a thread sleeps.
 const LOOKS: usize = 2000;
-
-/// Number of looks, some 0.7 us in all, for the others before the calling thread begins alone. One that is awake is
-/// there within 0.1 us.
-const FIRST_LOOKS: usize = 30;
-
-/// Number of looks, some 0.1 us in all: rayon counts a thread as done a little after its last task.
-const LAST_LOOKS: usize = 5;
 
 /// Number of the calling thread.
 const CALLER: usize = 0;
@@ -61,9 +54,9 @@ impl Threads {
             .thread_name(move |i| format!("{name}-{}", i + 1))
             .build()
             .map_err(|e| e.to_string())?;
-        let calls = Arc::new(Calls::new(count - 1));
+        let calls = Arc::new(Calls::default());
         let attended = Arc::clone(&calls);
-        threads.spawn_broadcast(move |thread| attended.attend(thread.index()));
+        threads.spawn_broadcast(move |thread| attended.attend(thread.index() + 1));
         Ok(Self(Some(Arc::new(Pool { threads, calls }))))
     }
 
@@ -160,22 +153,8 @@ impl Pool {
         act: &(dyn Fn(usize, usize) + Sync),
         rest: &(dyn Fn(usize) + Sync),
     ) {
-        let call = self.calls.call();
-        let mut alone = 0;
-        if !within(FIRST_LOOKS, || self.calls.all_have_seen(call)) {
-            loop {
-                if alone == count {
-                    return rest(CALLER);
-                }
-                act(alone, CALLER);
-                alone += 1;
-                if self.calls.all_have_seen(call) {
-                    break;
-                }
-            }
-        }
         let threads = self.threads.current_num_threads() + 1;
-        let begin = |thread: usize| (count * thread / threads).max(alone);
+        let begin = |thread: usize| count * thread / threads;
         let parts = (0..threads).map(|thread| Mutex::new(begin(thread)..begin(thread + 1)));
         let parts: Vec<_> = parts.collect();
         let part = |k: usize| parts[k].lock().expect("no task is made in a panic");
@@ -190,18 +169,9 @@ impl Pool {
             }
             rest(thread);
         };
-        let working = AtomicUsize::new(threads - 1);
-        self.threads.in_place_scope(|scope| {
-            scope.spawn_broadcast(|_, context| {
-                work(context.index() + 1);
-                working.fetch_sub(1, Ordering::Release);
-            });
+        self.calls.lent.lend(&work, || {
             self.calls.call();
             work(CALLER);
-            // If not all have ended by then, the scope sleeps until they have.
-            within(LOOKS, || working.load(Ordering::Acquire) == 0);
-            // Without these the scope would sleep although all have ended.
-            within(LAST_LOOKS, || false);
         });
     }
 
@@ -266,12 +236,12 @@ impl Drop for Pool {
 }
 
 /// What the threads of a pool look at while they wait.
-#[derive(Debug)]
+#[derive(Debug, Default)]
 struct Calls {
-    /// Number of calls: two for each loop, before and after rayon has it, and one at the end of the pool.
+    /// Number of calls: one for each loop, and one at the end of the pool.
     count: AtomicUsize,
-    /// The last call that each thread has seen.
-    seen: Vec<AtomicUsize>,
+    /// The loop that runs.
+    lent: Lent,
     ended: AtomicBool,
     /// Number of threads that sleep or are about to.
     sleepers: AtomicUsize,
@@ -281,34 +251,14 @@ struct Calls {
 }
 
 impl Calls {
-    fn new(threads: usize) -> Self {
-        Self {
-            count: AtomicUsize::new(0),
-            seen: std::iter::repeat_with(AtomicUsize::default)
-                .take(threads)
-                .collect(),
-            ended: AtomicBool::new(false),
-            sleepers: AtomicUsize::new(0),
-            last_look: Mutex::new(()),
-            woken: Condvar::new(),
-        }
-    }
-
-    /// Calls all threads; returns the number of the call.
-    fn call(&self) -> usize {
+    /// Calls all threads.
+    fn call(&self) {
         // In this order, and in the opposite one in `next`, one of the two sees what the other has done.
-        let count = self.count.fetch_add(1, Ordering::SeqCst) + 1;
+        self.count.fetch_add(1, Ordering::SeqCst);
         if self.sleepers.load(Ordering::SeqCst) > 0 {
             drop(self.lock());
             self.woken.notify_all();
         }
-        count
-    }
-
-    /// Whether all threads run at present, and have seen this call.
-    fn all_have_seen(&self, count: usize) -> bool {
-        let mut seen = self.seen.iter();
-        seen.all(|seen| seen.load(Ordering::Acquire) == count)
     }
 
     /// A thread of the pool: runs its part of every loop until the pool ends.
@@ -316,11 +266,10 @@ impl Calls {
         let mut count = 0;
         loop {
             count = self.next(count);
-            self.seen[thread].store(count, Ordering::Release);
             if self.ended.load(Ordering::Acquire) {
                 return;
             }
-            while yield_local() == Some(Yield::Executed) {}
+            self.lent.join_in(thread);
         }
     }
 
