@@ -30,18 +30,25 @@ impl Sdem {
             imps.len(),
             forces.len()
         );
-        self.meet(step, imps, forces); //                 lists and forces
-        self.state.sets.replaced = None; //               lists are of the present set
-        self.none_passed()?; //                           crate::contact::passage
-        self.respond(step, imps)
+        let threads = self.threads.clone();
+        threads.in_step(true, || {
+            self.meet(step, imps, forces); //             lists and forces
+            self.state.sets.replaced = None; //           lists are of the present set
+            self.none_passed()?; //                       crate::contact::passage
+            self.respond(step, imps)
+        })
     }
 
     /// Steps 2 and 3 of section 4.2: commits the result of [`Self::contact`], and moves the bodies.
     pub(crate) fn move_on(&mut self, step: &Step) {
-        if !step.is_opening() {
+        if step.is_opening() {
+            return;
+        }
+        let threads = self.threads.clone();
+        threads.in_step(false, || {
             self.commit(step); //                         histories, ledger, v^{n+1/2}
             self.drift(step.dt); //                       eq. 42, x^n -> x^{n+1}
-        }
+        });
     }
 
     /// Two bodies of which one is on the wrong side of the other before anything has moved.
@@ -225,7 +232,6 @@ impl Sdem {
         let moments = moments.chunks_mut(part.div_ceil(CHUNK));
         let parts = parts.zip(loads.zip(moments)).enumerate();
         self.threads.each(
-            state.len(),
             parts,
             |(i, (((kicked, motions), fastest), (loads, moments)))| {
                 let here = i * part..i * part + kicked.len();

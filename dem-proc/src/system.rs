@@ -114,8 +114,8 @@ impl Loads {
     /// are none, and were none in the step before, there is nothing to add.
     pub fn clear(&mut self, threads: &Threads, forces: &mut [ImpForce], points: bool) -> bool {
         // By parts, since the thread that clears a load is the one that kicks by it and mostly the one that adds to it.
-        let (count, part) = (self.by_bodies.len(), threads.part(self.by_bodies.len()));
-        threads.each(count, self.by_bodies.chunks_mut(part), |loads| {
+        let part = threads.part(self.by_bodies.len());
+        threads.each(self.by_bodies.chunks_mut(part), |loads| {
             loads.fill(PairLoad::default());
         });
         let evaluate = points || self.any_by_points;

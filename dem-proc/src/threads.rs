@@ -9,19 +9,8 @@ use mechanics::threads::Threads as Pool;
 /// Elements of a chunk: its results stay in the first-level cache.
 pub const CHUNK: usize = 256;
 
-/// Loops over fewer elements than this are not shared: a shared loop costs 0.5 to 1 us, and what one thread has written has
-/// to go to the cache of the other. A step of 1,000 discs takes 19 us with two threads and 28 with one, of 500 discs, with
-/// 1,500 pairs, 11 and 14.
-const WORTH_SHARING: usize = 3 * CHUNK;
-
-/// A search for the neighbours of one element takes as long as the evaluation of so many pairs.
-const SEARCH: usize = 4;
-
-/// The calling thread.
-static ALONE: Pool = Pool::alone();
-
 /// How loops are run.
-#[derive(Debug, Default)]
+#[derive(Debug, Clone, Default)]
 pub struct Threads(Pool);
 
 impl Threads {
@@ -33,30 +22,21 @@ impl Threads {
         Pool::new(count, "dem").map(Self)
     }
 
-    /// The threads for a loop over `len` elements.
-    fn of(&self, len: usize) -> &Pool {
-        if len >= WORTH_SHARING {
-            &self.0
-        } else {
-            &ALONE
-        }
+    /// Runs a part of a step, the `first` or a later one.
+    pub fn in_step<R>(&self, first: bool, act: impl FnOnce() -> R) -> R {
+        self.0.in_step(first, act)
     }
 
     /// Length of the parts of a loop over `len` elements: a few parts for each thread, so that a thread that starts late
     /// does less.
     pub fn part(&self, len: usize) -> usize {
-        part_of(self.of(len), len, (4, CHUNK))
+        part_of(&self.0, len, (4, CHUNK))
     }
 
-    /// Calls `act` for every task of a loop over `len` elements.
+    /// Calls `act` for every task of a loop.
     #[inline]
-    pub fn each<T: Send>(
-        &self,
-        len: usize,
-        tasks: impl Iterator<Item = T> + Send,
-        act: impl Fn(T) + Sync,
-    ) {
-        self.of(len).each(tasks, act);
+    pub fn each<T: Send>(&self, tasks: impl Iterator<Item = T> + Send, act: impl Fn(T) + Sync) {
+        self.0.each(tasks, act);
     }
 
     /// Calls `act` for the parts of a search for the neighbours of `len` elements, with a place for the results of each.
@@ -66,11 +46,10 @@ impl Threads {
         places: &mut Vec<S>,
         act: impl Fn(Range<usize>, &mut S) + Sync,
     ) {
-        let pool = self.of(SEARCH * len);
         // Many parts: those where bodies lie close take several times as long.
-        let part = part_of(pool, len, (32, 16));
+        let part = part_of(&self.0, len, (32, 16));
         places.resize_with(len.div_ceil(part), S::default);
-        pool.each(places.iter_mut().enumerate(), |(i, place)| {
+        self.0.each(places.iter_mut().enumerate(), |(i, place)| {
             act(i * part..len.min((i + 1) * part), place);
         });
     }
@@ -85,9 +64,9 @@ impl Threads {
         act: impl Fn(usize, &mut [B], &mut S) + Sync,
         take: impl FnMut(&S) + Send,
     ) {
-        let threads = self.of(kept.len());
         let chunks = kept.chunks_mut(CHUNK).enumerate().zip(places);
-        threads.in_order(chunks, |(i, kept), place| act(i, kept, place), take);
+        self.0
+            .in_order(chunks, |(i, kept), place| act(i, kept, place), take);
     }
 
     /// The same for results that nobody needs later: alone, the calling thread has one place for all chunks, which
@@ -100,7 +79,7 @@ impl Threads {
         act: impl Fn(usize, &mut [B], &mut S) + Sync,
         mut take: impl FnMut(&S) + Send,
     ) {
-        if self.of(kept.len()).count() > 1 {
+        if self.0.count() > 1 {
             let count = kept.len().div_ceil(CHUNK);
             places.resize_with(places.len().max(count), S::default);
             self.chunks(kept, &mut places[..count], act, take);
@@ -118,7 +97,7 @@ impl Threads {
 fn part_of(pool: &Pool, len: usize, (parts, multiple): (usize, usize)) -> usize {
     match pool.count() {
         1 => len.max(1),
-        threads => len.div_ceil(parts * threads).next_multiple_of(multiple),
+        threads => (len.div_ceil(parts * threads).max(1)).next_multiple_of(multiple),
     }
 }
 

@@ -114,40 +114,8 @@ impl<const W: usize, S: Shape<W>, A: AffineState> Layers<W, S, A> {
         Ok(limits)
     }
 
-    /// Makes one list from the IMPs of all layers.
-    fn write_infos(&mut self) {
-        self.infos.clear();
-        for Layer {
-            continuum, first, ..
-        } in &self.all
-        {
-            let infos = continuum.imps.infos.iter();
-            self.infos.extend(infos.map(|info| ImpInfo {
-                group: first + info.group,
-                ..*info
-            }));
-        }
-    }
-
-    /// Says which slots each layer has; returns how many there are.
-    fn number_slots(&mut self) -> usize {
-        let mut end = 0;
-        for layer in &mut self.all {
-            let start = end;
-            end += layer.continuum.imps.state.members.len();
-            layer.slots = start..end;
-        }
-        end
-    }
-}
-
-impl<const W: usize, S: Shape<W>, A: AffineState> Scheme for Layers<W, S, A> {
-    fn predict(&mut self, step: &Step) -> Result<(), Fault> {
-        self.each(&|layer| step::predict(&mut layer.continuum, step).map(|()| Limits::default()))?;
-        Ok(())
-    }
-
-    fn correct(&mut self, step: &Step, forces: &[ImpForce]) -> Result<Limits, Fault> {
+    /// The rest of a step after the prediction.
+    fn move_all(&mut self, step: &Step, forces: &[ImpForce]) -> Result<Limits, Fault> {
         let count = self.number_slots();
         if !forces.is_empty() && forces.len() != count {
             return Err(Fault::Other(format!(
@@ -181,6 +149,48 @@ impl<const W: usize, S: Shape<W>, A: AffineState> Scheme for Layers<W, S, A> {
         Ok(limits)
     }
 
+    /// Makes one list from the IMPs of all layers.
+    fn write_infos(&mut self) {
+        self.infos.clear();
+        for Layer {
+            continuum, first, ..
+        } in &self.all
+        {
+            let infos = continuum.imps.infos.iter();
+            self.infos.extend(infos.map(|info| ImpInfo {
+                group: first + info.group,
+                ..*info
+            }));
+        }
+    }
+
+    /// Says which slots each layer has; returns how many there are.
+    fn number_slots(&mut self) -> usize {
+        let mut end = 0;
+        for layer in &mut self.all {
+            let start = end;
+            end += layer.continuum.imps.state.members.len();
+            layer.slots = start..end;
+        }
+        end
+    }
+}
+
+impl<const W: usize, S: Shape<W>, A: AffineState> Scheme for Layers<W, S, A> {
+    fn predict(&mut self, step: &Step) -> Result<(), Fault> {
+        let threads = self.threads.clone();
+        threads.in_step(true, || {
+            self.each(&|layer| {
+                step::predict(&mut layer.continuum, step).map(|()| Limits::default())
+            })
+        })?;
+        Ok(())
+    }
+
+    fn correct(&mut self, step: &Step, forces: &[ImpForce]) -> Result<Limits, Fault> {
+        let threads = self.threads.clone();
+        threads.in_step(false, || self.move_all(step, forces))
+    }
     fn select_imps(&mut self, envelopes: &[EnvelopeVertex]) -> &[ImpInfo] {
         for Layer { continuum, .. } in &mut self.all {
             let Continuum { imps, clouds, .. } = continuum;

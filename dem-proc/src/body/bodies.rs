@@ -261,7 +261,7 @@ impl Bodies {
     /// Drift of the leapfrog: velocities and spins become `kicked`, those of `t_{n+1/2}`, and positions move with them
     /// to `t_{n+1}`. The rotation is exact.
     pub fn drift(&mut self, dt: f64, kicked: &[(Vec2, f64)], threads: &Threads) {
-        let (count, part) = (self.len(), threads.part(self.len()));
+        let part = threads.part(self.len());
         let (mut outline, mut local) = (&mut self.outline[..], &self.local[..]);
         let states = self.state.chunks_mut(part);
         let frames = self.frames.chunks_mut(part).zip(kicked.chunks(part));
@@ -273,38 +273,34 @@ impl Bodies {
             (outline, local) = (others, local_others);
             (state, frames, kicked, world, local_here)
         });
-        threads.each(
-            count,
-            parts,
-            |(state, frames, kicked, mut world, mut local)| {
-                let four = state.chunks_mut(4).zip(frames.chunks_mut(4));
-                for ((four, frames), kicked) in four.zip(kicked.chunks(4)) {
-                    let mut angles = [0.0; 4];
-                    let mut turns = false;
-                    for (angle, (state, kicked)) in angles.iter_mut().zip(four.iter().zip(kicked)) {
-                        *angle = state.angle + kicked.1 * dt;
-                        turns |= !state.is_disc() && !state.rests(*kicked);
-                    }
-                    // Discs need none, and `angles` would go through memory on its way into a vector.
-                    let turns = if turns { sines(angles) } else { [[0.0; 2]; 4] };
-                    for (k, (state, frame)) in four.iter_mut().zip(frames).enumerate() {
-                        let (own, shape);
-                        let count = state.vertices[1] as usize;
-                        (own, world) = std::mem::take(&mut world).split_at_mut(count);
-                        (shape, local) = local.split_at(count);
-                        if state.rests(kicked[k]) {
-                            continue;
-                        }
-                        let (velocity, spin) = kicked[k];
-                        (state.velocity, state.spin) = (velocity, spin);
-                        frame.advance(velocity * dt, spin * dt);
-                        state.center = frame.center;
-                        state.angle += spin * dt;
-                        state.place_turned(own, shape, || turns[k]);
-                    }
+        threads.each(parts, |(state, frames, kicked, mut world, mut local)| {
+            let four = state.chunks_mut(4).zip(frames.chunks_mut(4));
+            for ((four, frames), kicked) in four.zip(kicked.chunks(4)) {
+                let mut angles = [0.0; 4];
+                let mut turns = false;
+                for (angle, (state, kicked)) in angles.iter_mut().zip(four.iter().zip(kicked)) {
+                    *angle = state.angle + kicked.1 * dt;
+                    turns |= !state.is_disc() && !state.rests(*kicked);
                 }
-            },
-        );
+                // Discs need none, and `angles` would go through memory on its way into a vector.
+                let turns = if turns { sines(angles) } else { [[0.0; 2]; 4] };
+                for (k, (state, frame)) in four.iter_mut().zip(frames).enumerate() {
+                    let (own, shape);
+                    let count = state.vertices[1] as usize;
+                    (own, world) = std::mem::take(&mut world).split_at_mut(count);
+                    (shape, local) = local.split_at(count);
+                    if state.rests(kicked[k]) {
+                        continue;
+                    }
+                    let (velocity, spin) = kicked[k];
+                    (state.velocity, state.spin) = (velocity, spin);
+                    frame.advance(velocity * dt, spin * dt);
+                    state.center = frame.center;
+                    state.angle += spin * dt;
+                    state.place_turned(own, shape, || turns[k]);
+                }
+            }
+        });
     }
 
     /// The saved state of the bodies.

@@ -200,7 +200,7 @@ impl<K: PairKind, L: Law> Kept<K, L> {
         let constants = self.constants.chunks_mut(CHUNK);
         let constants = constants.zip(self.mobility.chunks_mut(CHUNK));
         let chunks = pairs.chunks(CHUNK).zip(constants);
-        (among.threads).each(pairs.len(), chunks, |(pairs, (constants, mobility))| {
+        (among.threads).each(chunks, |(pairs, (constants, mobility))| {
             let mut least = f64::INFINITY;
             for ((&pair, constants), mobility) in pairs.iter().zip(constants).zip(mobility) {
                 let properties = of(pair);
@@ -219,7 +219,7 @@ impl<K: PairKind, L: Law> Kept<K, L> {
         let (pairs, all) = (&old.pairs, &self.pairs);
         self.history.resize(all.len(), Default::default());
         let chunks = all.chunks(CHUNK).zip(self.history.chunks_mut(CHUNK));
-        threads.each(all.len(), chunks, |(new, histories)| {
+        threads.each(chunks, |(new, histories)| {
             let mut at = 0;
             for (&pair, history) in new.iter().zip(histories) {
                 *history = Default::default();
@@ -395,7 +395,7 @@ impl<K: PairKind, L: Law> Side for Contacts<K, L> {
     /// contact. The bound is exact for two bodies and one contact.
     fn omega(&self, after: &AfterKick, threads: &Threads) -> f64 {
         let all = Mutex::new([0.0_f64; 2]);
-        threads.each(self.kept.history.len(), self.results(), |(found, pairs)| {
+        threads.each(self.results(), |(found, pairs)| {
             let known = || all.lock().expect("nobody panics while he holds it");
             let before = *known();
             let now = K::rates(found, pairs, before, after, self.sums.stiffest);

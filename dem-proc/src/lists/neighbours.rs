@@ -230,7 +230,7 @@ impl<T: Copy + Default + Send + Sync> Search<T> {
             all = others;
             (own, &found.pairs)
         });
-        threads.each(count, places, |(own, found)| own.copy_from_slice(found));
+        threads.each(places, |(own, found)| own.copy_from_slice(found));
     }
 
     /// Lists what `find` appends for every two bodies whose bounding boxes, enlarged by their margins, overlap, if forces
@@ -251,7 +251,7 @@ impl<T: Copy + Default + Send + Sync> Search<T> {
         let (count, part) = (bodies.len(), threads.part(bodies.len()));
         let mut boxes = vec![Bounds::around([Vec2::zeros()]); count];
         let parts = boxes.chunks_mut(part).enumerate();
-        threads.each(count, parts, |(i, boxes)| {
+        threads.each(parts, |(i, boxes)| {
             for (b, of) in (i * part..).zip(boxes) {
                 *of = around(b);
             }
@@ -303,7 +303,7 @@ impl BodyList {
         });
         self.chunks.resize(pairs.len().div_ceil(CHUNK), (true, 0.0));
         let chunks = pairs.chunks(CHUNK).zip(&mut self.chunks);
-        (among.threads).each(pairs.len(), chunks, |(pairs, chunk)| {
+        (among.threads).each(chunks, |(pairs, chunk)| {
             let disc = |b: &u32| bodies.state[*b as usize].is_disc();
             let round = pairs.iter().all(|pair| pair.bodies.iter().all(disc));
             let reaches = pairs.iter().map(|pair| pair.reach);

@@ -9,7 +9,7 @@
 //! | [`fill`] | regions filled with points |
 //! | [`generate`] | sets of bodies from a seed |
 //! | [`mod@reference`] | a material point method and the motion of bodies, plain and slow: the oracles of tests and of the kit |
-//! | [`threads`] | the threads of a solver |
+//! | [`threads`], `trial` | the threads of a solver; whether they share its loops |
 #![forbid(unsafe_code)]
 #![cfg_attr(not(test), warn(clippy::disallowed_methods))]
 
@@ -21,3 +21,4 @@ pub mod outline;
 pub mod reference;
 pub mod rigid;
 pub mod threads;
+mod trial;

@@ -21,9 +21,12 @@
 use std::hint::spin_loop;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, OnceLock, PoisonError};
+use std::time::Instant;
 
 use interface::lend::Lent;
 use rayon::{ThreadPool, ThreadPoolBuilder};
+
+use crate::trial::Trial;
 
 /// Number of looks, some 50 us in all, for the next loop before a thread sleeps.
 const LOOKS: usize = 2000;
@@ -57,21 +60,49 @@ impl Threads {
         let calls = Arc::new(Calls::default());
         let attended = Arc::clone(&calls);
         threads.spawn_broadcast(move |thread| attended.attend(thread.index() + 1));
-        Ok(Self(Some(Arc::new(Pool { threads, calls }))))
+        Ok(Self(Some(Arc::new(Pool {
+            threads,
+            calls,
+            shares: AtomicBool::new(true),
+            trial: Mutex::default(),
+        }))))
     }
 
-    /// Number of threads, including the caller's.
+    /// Number of threads that share the loops at present, including the caller's.
     pub fn count(&self) -> usize {
-        match &self.0 {
+        match self.sharing() {
             Some(pool) => pool.threads.current_num_threads() + 1,
             None => 1,
         }
     }
 
+    /// The threads of the pool, if they share the loops at present.
+    fn sharing(&self) -> Option<&Pool> {
+        let pool = self.0.as_deref()?;
+        pool.shares.load(Ordering::Relaxed).then_some(pool)
+    }
+
+    /// Runs a part of a step, the `first` or a later one. Its loops are shared if that has taken less time lately; those
+    /// outside of steps are always.
+    pub fn in_step<R>(&self, first: bool, act: impl FnOnce() -> R) -> R {
+        let Some(pool) = &self.0 else { return act() };
+        let trial = || pool.trial.lock().expect("nobody panics with the lock");
+        if first {
+            let shares = trial().begin_step();
+            pool.shares.store(shares, Ordering::Relaxed);
+        }
+        let begin = trial().tries().then(Instant::now);
+        let result = act();
+        if let Some(begin) = begin {
+            trial().took(begin.elapsed());
+        }
+        result
+    }
+
     /// Calls `act` for every task.
     #[inline]
     pub fn each<T: Send>(&self, tasks: impl Iterator<Item = T> + Send, act: impl Fn(T) + Sync) {
-        match &self.0 {
+        match self.sharing() {
             Some(pool) if tasks.size_hint().1 != Some(1) => {
                 // Plain loops, here and where this is called: adaptors of iterators are compiled anew for each of a hundred
                 // loops.
@@ -97,7 +128,7 @@ impl Threads {
         act: impl Fn(T, &mut S) + Sync,
         mut take: impl FnMut(&S) + Send,
     ) {
-        let Some(pool) = &self.0 else {
+        let Some(pool) = self.sharing() else {
             for (task, place) in tasks {
                 act(task, place);
                 take(place);
@@ -140,6 +171,9 @@ impl<T> Slot<T> {
 struct Pool {
     threads: ThreadPool,
     calls: Arc<Calls>,
+    /// Whether they share the loops of the present step.
+    shares: AtomicBool,
+    trial: Mutex<Trial>,
 }
 
 impl Pool {
