@@ -56,6 +56,7 @@ impl Lent {
             let forever = unsafe { core::mem::transmute::<&Work, &'static Work<'static>>(work) };
             *slot = Some(forever);
         }
+        *lock(&self.panic) = None; // one of a loan whose lender panicked too
         let loan = Loan(self);
         own();
         drop(loan);
@@ -184,7 +185,7 @@ mod tests {
     #[test]
     fn panics_end_a_loan() {
         with_threads(1, |lent| {
-            for by_user in [true, false].repeat(50) {
+            for [by_user, by_lender] in [[true, false], [false, true], [true, true]].repeat(50) {
                 let began = AtomicBool::new(false);
                 let running = AtomicUsize::new(0);
                 let work = |_: usize| {
@@ -197,19 +198,19 @@ mod tests {
                     while !began.load(Ordering::SeqCst) {
                         spin_loop();
                     }
-                    assert!(by_user, "of the lender");
+                    assert!(!by_lender, "of the lender");
                 };
                 let lends = AssertUnwindSafe(|| lent.lend(&work, own));
                 let panic = catch_unwind(lends).expect_err("one of them");
-                let of = if by_user {
-                    "of the user"
-                } else {
+                let of = if by_lender {
                     "of the lender"
+                } else {
+                    "of the user"
                 };
                 assert_eq!(panic.downcast_ref(), Some(&of));
                 assert_eq!(running.load(Ordering::SeqCst), 0);
+                lent.lend(&|_| {}, || {});
             }
-            lent.lend(&|_| {}, || {});
         });
     }
 
