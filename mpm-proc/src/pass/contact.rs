@@ -61,9 +61,13 @@ pub fn apply_contact<const W: usize, S: Shape<W>, A: AffineState>(
     if forces.is_empty() {
         return Ok(ContactLoad::default());
     }
+    // First all rows of nodes, then all sums: the processor computes the rows of several points at once, while sums wait for
+    // one another.
     for slot in 0..forces.len() {
         touch(continuum, slot)?;
     }
+    let touches = &continuum.touches;
+    touches.give::<W>(&mut continuum.grid, &continuum.loaded, forces);
     let mut load = ContactLoad::default();
     let (mut gathers, mut scatters) = (0.0_f64, 0.0_f64);
     let grid = &continuum.grid;
@@ -132,9 +136,9 @@ fn most<'a, const W: usize>(
     loaded.stiffness.max(loaded.tangential) * moves + loaded.tangential * r * (r * turns + 2.0 * q)
 }
 
-/// Distributes the force on one slot, if there is one or a body is near enough to press. The stiffness is counted at
-/// nodes that are free: with `v_image = sigma v` ([`crate::state::images`]) the weights of the original are at most the
-/// sum of both.
+/// Finds the nodes to which the force on one slot goes, if there is one or a body is near enough to press. The stiffness is
+/// counted at nodes that are free: with `v_image = sigma v` ([`crate::state::images`]) the weights of the original are at
+/// most the sum of both.
 ///
 /// # Errors
 /// [`Fault::Other`] at a periodic wall, across which bodies do not see.
@@ -175,9 +179,6 @@ fn touch<const W: usize, S: Shape<W>, A: AffineState>(
         let curl = [-s.x * g.y[j], g.x * s.y[j]];
         let gather = loaded.weighted(s.x * s.y[j], curl);
         let scatter = t.map(|t| loaded.weighted(t.x * t.y[j], curl));
-        let given = scatter.unwrap_or(gather).share;
-        let forces = force.map(|f| (given * splat(f)).to_array());
-        let turning = curl.map(|g| (splat(couple) * g).to_array());
         let (mut at, mut of) = ([NodeAt::default(); LANES], [NodeAt::default(); LANES]);
         for i in 0..W {
             let (tile, node) = owner::<W>(tile, [base[0] + i, base[1] + j]);
@@ -188,14 +189,6 @@ fn touch<const W: usize, S: Shape<W>, A: AffineState>(
                 return Err(at_periodic_wall(id, cloud.position(lane)));
             }
             of[i] = image.map_or(at[i], |i| i.of);
-            let (nodes, node) = continuum.grid.touch(at[i]);
-            let of_node = &mut nodes.force[node];
-            for a in 0..2 {
-                of_node[a] += forces[a][i];
-                if turns {
-                    of_node[a] += turning[a][i];
-                }
-            }
         }
         let row = TouchRow {
             at,
@@ -203,7 +196,7 @@ fn touch<const W: usize, S: Shape<W>, A: AffineState>(
             gather,
             curl,
         };
-        (continuum.touches).add::<W>(&mut continuum.grid, row, scatter);
+        continuum.touches.push(row, scatter);
     }
     continuum.loaded.push(loaded);
     Ok(())

@@ -110,7 +110,8 @@ fn lost(markers: &Markers, marker: usize) -> Fault {
     ))
 }
 
-/// Spreads the force and the couple on the marker of one slot by its weights, if there are any, or a body near enough to press.
+/// Finds the nodes to which the force and the couple on the marker of one slot go, if there are any, or a body is near enough to
+/// press.
 pub fn touch_marker<const W: usize, S: Shape<W>, A: AffineState>(
     continuum: &mut Continuum<W, S, A>,
     slot: usize,
@@ -157,10 +158,8 @@ pub fn touch_marker<const W: usize, S: Shape<W>, A: AffineState>(
             let [x, y] = from_mean(weight).map(|x| share * x * per_inertia);
             let curl = [-y, x];
             (at[i], of[i], shares[i]) = (weight.at, weight.of, share);
-            let (nodes, node) = continuum.grid.touch(at[i]);
             for a in 0..2 {
                 curls[a][i] = curl[a];
-                nodes.force[node][a] += share * force[a] + couple * curl[a];
             }
         }
         let curl = curls.map(Lanes::new);
@@ -171,7 +170,7 @@ pub fn touch_marker<const W: usize, S: Shape<W>, A: AffineState>(
             gather,
             curl,
         };
-        (continuum.touches).add::<W>(&mut continuum.grid, row, spreads.then_some(gather));
+        (continuum.touches).push(row, spreads.then_some(gather));
     }
     continuum.loaded.push(loaded);
 }

@@ -1,5 +1,7 @@
 //! Contact of bodies with points in the present step: the nodes that loaded points touch.
 
+use interface::message::wire::ImpForce;
+
 use super::grid::Grid;
 use super::nodes::NodeAt;
 use crate::kernel::lanes::{LANES, Lanes, ZERO, splat};
@@ -35,30 +37,45 @@ pub struct Touches {
 }
 
 impl Touches {
-    /// Adds the row of a point, with `T_Ip` where it is not `S_Ip`, and its weights to the nodes that move.
+    /// Adds a row of a point, with `T_Ip` where it is not `S_Ip`.
     #[inline(always)]
-    pub fn add<const W: usize>(
-        &mut self,
-        grid: &mut Grid,
-        row: TouchRow,
-        scatter: Option<Weighted>,
-    ) {
-        let given = scatter.unwrap_or(row.gather);
-        let parts = [row.gather.share, given.share, row.curl[0], row.curl[1]];
-        let [a, b, c, d] = parts.map(|part| part.simd_ne(ZERO));
-        let reached = (a | b | c | d).to_bitmask();
-        let weights = [row.gather, given].map(|of| of.weight.to_array());
-        for i in 0..W {
-            let (nodes, node) = grid.touch(row.at[i]);
-            nodes.reached |= u64::from(reached >> i & 1) << node;
-            let (nodes, node) = grid.touch(row.of[i]);
-            nodes.stiffness[node] += weights[0][i];
-            if scatter.is_some() {
-                nodes.scattered[node] += weights[1][i];
-            }
-        }
+    pub fn push(&mut self, row: TouchRow, scatter: Option<Weighted>) {
         self.rows.push(row);
         self.scatters.extend(scatter);
+    }
+
+    /// Gives the `forces` on the points to the nodes, and the weights to those that move.
+    pub fn give<const W: usize>(&self, grid: &mut Grid, points: &[Loaded], forces: &[ImpForce]) {
+        for (point, loaded) in points.iter().enumerate() {
+            let ImpForce { force, couple, .. } = forces[loaded.slot];
+            let turns = couple != 0.0 || loaded.tangential > 0.0;
+            for number in point * W..(point + 1) * W {
+                let (row, scatter) = (&self.rows[number], self.scatters.get(number));
+                let given = scatter.unwrap_or(&row.gather);
+                let parts = [row.gather.share, given.share, row.curl[0], row.curl[1]];
+                let [a, b, c, d] = parts.map(|part| part.simd_ne(ZERO));
+                let reached = (a | b | c | d).to_bitmask();
+                let weights = [row.gather, *given].map(|of| of.weight.to_array());
+                let moving = force.map(|f| (given.share * splat(f)).to_array());
+                let turning = row.curl.map(|g| (splat(couple) * g).to_array());
+                for i in 0..W {
+                    let (nodes, node) = grid.touch(row.at[i]);
+                    nodes.reached |= u64::from(reached >> i & 1) << node;
+                    let of_node = &mut nodes.force[node];
+                    for a in 0..2 {
+                        of_node[a] += moving[a][i];
+                        if turns {
+                            of_node[a] += turning[a][i];
+                        }
+                    }
+                    let (nodes, node) = grid.touch(row.of[i]);
+                    nodes.stiffness[node] += weights[0][i];
+                    if scatter.is_some() {
+                        nodes.scattered[node] += weights[1][i];
+                    }
+                }
+            }
+        }
     }
 
     /// Leaves none.
