@@ -16,20 +16,16 @@
 //! Rayon's own loops do not wait in this way. After each its threads call the system 33 times to give their processor
 //! away, which beside other programs costs them milliseconds, and sleep then (docs/decisions/0006-waiting.md). So each
 //! thread of the pool is in one job of ours all the time, to which the loops are lent ([`interface::lend`]): a loop of
-//! nothing takes 0.3 us, where a scope of rayon took 2.7.
+//! nothing takes 0.5 us, where a scope of rayon took 2.7.
 
-use std::hint::spin_loop;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, OnceLock, PoisonError};
 use std::time::Instant;
 
-use interface::lend::Lent;
+use interface::lend::{LOOKS, Lent, within};
 use rayon::{ThreadPool, ThreadPoolBuilder};
 
 use crate::trial::Trial;
-
-/// Number of looks, some 50 us in all, for the next loop before a thread sleeps.
-const LOOKS: usize = 2000;
 
 /// Number of the calling thread.
 const CALLER: usize = 0;
@@ -249,17 +245,6 @@ impl Pool {
         self.share(count, &run, &rest);
         take_next(None);
     }
-}
-
-/// Whether this is so at one of so many looks.
-fn within(looks: usize, is_so: impl Fn() -> bool) -> bool {
-    (0..looks).any(|_| {
-        let so = is_so();
-        if !so {
-            spin_loop();
-        }
-        so
-    })
 }
 
 impl Drop for Pool {

@@ -16,11 +16,11 @@ const SAMPLES: usize = 8 * (BURST - 1);
 /// Steps of a trial.
 const TRIED: usize = 16 * BURST;
 
-/// Steps after the first trial and, after more and more of them, at most, until the next one: a trial of ways one of which
-/// takes twice as long costs 0.8 % then.
+/// Steps until the next trial: after the first one, and at most. Each trial doubles them. A trial does 32 steps in the slower
+/// way, so at the end it costs 0.8 % where that way takes twice as long.
 const KEPT: [usize; 2] = [256, 4096];
 
-/// The larger part of the time by one thread alone that several may take: they need more processors.
+/// Loops are shared only if a step then takes less than this part of its time alone: it needs more processors.
 const GAIN: f64 = 0.95;
 
 /// The present trial, and what the last one has found.
@@ -30,7 +30,7 @@ pub struct Trial {
     step: usize,
     /// Steps until the next trial.
     kept: usize,
-    /// What it has taken so far.
+    /// What the present step has taken so far.
     elapsed: Duration,
     /// Times of the steps alone, and of those shared.
     times: [[Duration; SAMPLES]; 2],

@@ -11,7 +11,7 @@ use crate::kernel::point_tile::{Tile, owner};
 use crate::kernel::shape::Shape;
 use crate::kernel::tiles::{NODES, pitch};
 use crate::kernel::transfer::AffineState;
-use crate::state::contact::{ContactLoad, Loaded, TouchRow, Weighted};
+use crate::state::contact::{ContactLoad, Loaded, TouchRow, Weighted, turns};
 use crate::state::continuum::Continuum;
 use crate::state::grid::Grid;
 use crate::state::nodes::{ContactNodes, NodeAt};
@@ -163,7 +163,7 @@ fn touch<const W: usize, S: Shape<W>, A: AffineState>(
     let cloud = &continuum.clouds[member.cloud as usize];
     let lane = cloud.lane_of[member.local as usize] as usize;
     let tile = cloud.tile_of_lane(lane);
-    let turns = couple != 0.0 || tangential > 0.0;
+    let turns = turns(&continuum.imps.forces[slot]);
     let half = turns.then(|| 0.5 / continuum.grid.geometry.cell);
     let spread = |axis, d, s| (continuum.spread).weights(member.cloud as usize, axis, d, s);
     let spread = (!continuum.spread.is_shape()).then_some(spread);

@@ -10,7 +10,7 @@ use super::drift::FieldOfMotion;
 use crate::kernel::lanes::{LANES, Lanes, splat};
 use crate::kernel::shape::Shape;
 use crate::kernel::transfer::AffineState;
-use crate::state::contact::{Loaded, TouchRow};
+use crate::state::contact::{Loaded, TouchRow, turns};
 use crate::state::continuum::Continuum;
 use crate::state::grid::Grid;
 use crate::state::markers::{LEAST_SPREAD, Markers, Weight};
@@ -129,7 +129,7 @@ pub fn touch_marker<const W: usize, S: Shape<W>, A: AffineState>(
     let shift = markers.shift[marker];
     let weights = &markers.weights[marker * W * W..][..W * W];
     let from_mean = |w: &Weight| [w.arm[0] - shift[0], w.arm[1] - shift[1]];
-    let turns = couple != 0.0 || tangential > 0.0;
+    let turns = turns(&continuum.imps.forces[slot]);
     let (mut per_inertia, mut lacks) = (0.0, 0.0);
     if turns {
         let mut spread = 0.0;
@@ -156,11 +156,8 @@ pub fn touch_marker<const W: usize, S: Shape<W>, A: AffineState>(
         for (i, weight) in weights.iter().enumerate() {
             let share = weight.share;
             let [x, y] = from_mean(weight).map(|x| share * x * per_inertia);
-            let curl = [-y, x];
             (at[i], of[i], shares[i]) = (weight.at, weight.of, share);
-            for a in 0..2 {
-                curls[a][i] = curl[a];
-            }
+            (curls[0][i], curls[1][i]) = (-y, x);
         }
         let curl = curls.map(Lanes::new);
         let gather = loaded.weighted(Lanes::new(shares), curl);

@@ -48,7 +48,7 @@ impl Touches {
     pub fn give<const W: usize>(&self, grid: &mut Grid, points: &[Loaded], forces: &[ImpForce]) {
         for (point, loaded) in points.iter().enumerate() {
             let ImpForce { force, couple, .. } = forces[loaded.slot];
-            let turns = couple != 0.0 || loaded.tangential > 0.0;
+            let turns = turns(&forces[loaded.slot]);
             for number in point * W..(point + 1) * W {
                 let (row, scatter) = (&self.rows[number], self.scatters.get(number));
                 let given = scatter.unwrap_or(&row.gather);
@@ -83,6 +83,12 @@ impl Touches {
         self.rows.clear();
         self.scatters.clear();
     }
+}
+
+/// Whether bodies may turn a point: by a couple, or by friction on its surface.
+#[inline(always)]
+pub fn turns(force: &ImpForce) -> bool {
+    force.couple != 0.0 || force.tangential > 0.0
 }
 
 /// A point that a body presses on, or may press on in the next step.
