@@ -8,7 +8,8 @@ use core::fmt::{Debug, Write};
 use std::collections::hash_map::DefaultHasher;
 use std::hash::Hasher;
 
-use interface::config::{Fill, Leaving, MpmConfig, ShapeFunction, Spacing, Transfer, Wall};
+use interface::config::material::Frictional;
+use interface::config::{Fill, Leaving, MaterialModel, MpmConfig, ShapeFunction, Spacing, Transfer, Wall};
 use interface::message::wire::{EnvelopeVertex, ImpForce};
 use interface::solver::{Fault, MpmSolver};
 
@@ -325,6 +326,44 @@ fn a_configuration_with_other_laws_goes_on_from_the_state() {
     let mut periodic = flying();
     (periodic.walls.left, periodic.walls.right) = (Wall::Periodic, Wall::Periodic);
     not_taken(&periodic, &bytes, &["mpm.walls.periodic"]);
+}
+
+/// A model that keeps more numbers of each point than before, and a load that the saved run did not have.
+#[test]
+fn what_a_branch_adds_begins_with_it() {
+    let sand = |separates| {
+        MaterialModel::DruckerPrager(Frictional {
+            bulk_modulus: BULK,
+            shear_modulus: SHEAR,
+            friction_angle: 35.0,
+            dilation_angle: 0.0,
+            cohesion: 0.0,
+            tensile_strength: 0.0,
+            critical_state: None,
+            separates,
+        })
+    };
+    let mut config = flying();
+    config.materials[0].model = sand(false);
+    let mut saved = configured(&config);
+    let mut stepper = Stepper::new();
+    stepper.run(&mut saved, 2e-4, 60);
+    let bytes = saved.save().unwrap();
+    config.materials[0].model = sand(true);
+    config.forcing.body_force = Some(["1e3".into(), "0".into()]);
+    let mut branch = configured(&config);
+    branch.restore(&bytes).unwrap();
+    let work = |mpm: &Mpm| mpm.measurement().ledger.driven_work;
+    // Zero behind the first step, in which the load begins; then what it does in a step on 3 m/s.
+    let mut measured = || {
+        stepper.step(&mut branch, 2e-4, true, &[]).expect("sound");
+        work(&branch)
+    };
+    let before = work(&saved);
+    let (first, second) = (measured() - before, measured() - before);
+    assert!(first.abs() < 1e-12, "{first}");
+    let power = 1e3 * 60.0 * 3.0;
+    assert!((second / (power * 2e-4) - 1.0).abs() < 0.1, "{second}");
 }
 
 /// A solver that has refused a state says so and does no step.

@@ -452,6 +452,12 @@ impl<const W: usize, S: Shape<W>, A: AffineState> Cloud<W, S, A> {
             return Err(refusal("this solver has done steps already"));
         }
         self.state = saved.points;
+        // A branch may have parameters with which a model keeps more or fewer numbers: those begin as at rest.
+        let (_, rows) = self.material.at_rest();
+        let stresses = &mut self.state.stresses;
+        if stresses.rows.len() != stresses.points.len() * rows.len() {
+            stresses.rows = rows.repeat(stresses.points.len());
+        }
         // Loads that a branch no longer has are left out; its new loads begin at zero.
         if let Some(loads) = &mut self.loads {
             let mut sources = Vec::with_capacity(self.state.ids.len() * LANES);
@@ -469,6 +475,11 @@ impl<const W: usize, S: Shape<W>, A: AffineState> Cloud<W, S, A> {
             loads.reorder(number, &sources, self.state.tiles.len());
             if let Some(last) = saved.loads {
                 loads.last = last;
+            } else {
+                // The saved run had none: they work from here on.
+                for (last, x) in loads.last.iter_mut().zip(&self.state.x) {
+                    last.x = *x;
+                }
             }
         }
         self.lane_of.fill(NO_POINT);
