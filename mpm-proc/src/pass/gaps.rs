@@ -14,11 +14,15 @@ use crate::state::continuum::Continuum;
 use crate::state::points::Cloud;
 use crate::state::walls::{REACH, WallNodes};
 
+/// A spacing in cells.
+const SMALL: f64 = 1e-3;
+
 /// Mean distance in cells of the mass at a node of a wall across `axis`, of rows of points `spacing` cells apart whose
-/// boxes fill the half space beside it. The limit of small boxes is the mean of `|y|` over the function: 1/3 for hats, 13/32
-/// and 7/15 for the quadratic and the cubic B-spline.
+/// boxes fill the half space beside it. The limit of small boxes, which is as good as reached at [`SMALL`], is the mean of `|y|`
+/// over the function: 1/3 for hats, 13/32 and 7/15 for the quadratic and the cubic B-spline. Of boxes so large that the first
+/// row gives the wall no mass it is the distance of that row.
 pub fn touching<const W: usize, S: Shape<W>>(shape: &S, axis: usize, spacing: f64) -> f64 {
-    let offset = shape.offset()[axis];
+    let (offset, spacing) = (shape.offset()[axis], spacing.max(SMALL));
     let (mut mass, mut moment) = (0.0, 0.0);
     for row in 0..(W as f64 / spacing).ceil() as usize {
         let y = (row as f64 + 0.5) * spacing;
@@ -29,7 +33,11 @@ pub fn touching<const W: usize, S: Shape<W>>(shape: &S, axis: usize, spacing: f6
             moment += weight.as_array()[0] * y;
         }
     }
-    moment / mass
+    if mass > 0.0 {
+        moment / mass
+    } else {
+        0.5 * spacing
+    }
 }
 
 /// Sums `m_p S_Ip (y_p - y_0)` at the nodes of the walls with friction: `y_p` is the distance from the wall, `y_0`
@@ -106,5 +114,9 @@ mod tests {
         let weights = [11.0 / 16.0, 9.0 / 32.0, 1.0 / 32.0];
         let mean = 0.25 * weights[0] + 0.75 * weights[1] + 1.25 * weights[2];
         assert_eq!(touching(&QuadraticBspline, 0, 0.5), mean);
+        // No finer than makes a difference, and coarser than the function is wide.
+        let [tiny, wide] = [1e-12, 3.5].map(|spacing| touching(&QuadraticBspline, 0, spacing));
+        near(tiny, 13.0 / 32.0);
+        assert_eq!(wide, 1.75);
     }
 }
