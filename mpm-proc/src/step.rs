@@ -32,7 +32,7 @@ pub fn predict<const W: usize, S: Shape<W>, A: AffineState>(
     c: &mut Continuum<W, S, A>,
     step: &Step,
 ) -> Result<(), Fault> {
-    c.damping = begin_stage(&c.stages, &mut c.transfer, step);
+    begin_stage(c, step);
     c.settling = Settling::of(c.stress_update, c.drift, step);
     points_to_grid(c); //                       m_I, p_I^{n-1/2}, v_I^{n-1/2}        (18) (19) (20) (30)
     update_stress_first(c, step.dt_before); //  D, W, sigma^n, f_I^int               (21) ... (25), (13)

@@ -9,7 +9,9 @@ use std::collections::hash_map::DefaultHasher;
 use std::hash::Hasher;
 
 use interface::config::material::Frictional;
-use interface::config::{Fill, Leaving, MaterialModel, MpmConfig, ShapeFunction, Spacing, Transfer, Wall};
+use interface::config::{
+    Fill, Leaving, MaterialModel, MpmConfig, ShapeFunction, Spacing, Transfer, Wall,
+};
 use interface::message::wire::{EnvelopeVertex, ImpForce};
 use interface::solver::{Fault, MpmSolver};
 

@@ -20,13 +20,13 @@ use serde::{Serialize, de::DeserializeOwned};
 use crate::kernel::blocks::PointBlock;
 use crate::kernel::lanes::Lanes;
 
-/// A transfer scheme. Whether the points have an affine part is the type of their motion ([`AffineState`]).
+/// A transfer scheme in one step. Whether the points have an affine part is the type of their motion ([`AffineState`]).
 #[derive(Debug, Clone, Copy)]
 pub struct Transfer {
     /// Whether points take the increment of the grid's velocity (FLIP) besides the velocity itself.
     pub increment: bool,
     /// alpha of eq. 28: the share of the grid's velocity (PIC); the rest is the point's own plus the increment.
-    pic: Share,
+    pub pic_fraction: f64,
     /// XPIC's filter.
     pub filter: Option<Filter>,
 }
@@ -36,75 +36,41 @@ pub struct Transfer {
 pub struct Filter {
     /// m, at least 1 (which is PIC): how often the points' velocities are filtered before they take the increment.
     pub order: u32,
-    share: Share,
-}
-
-impl Filter {
     /// The share of what the filter finds that is removed from the points' velocities, from 0 (FLIP) to 1 (XPIC).
-    pub fn share(&self) -> f64 {
-        self.share.share
-    }
+    pub share: f64,
 }
 
 impl Transfer {
-    /// As configured.
-    pub fn new(config: TransferConfig) -> Self {
-        let of_grid = Self {
-            increment: false,
-            pic: Share::fixed(1.0),
-            filter: None,
-        };
-        let flip = |pic| Self {
+    /// As configured, for a step with a kick of this length (s).
+    pub fn of(config: TransferConfig, kick: f64) -> Self {
+        let flip = |pic_fraction| Self {
             increment: true,
-            pic,
+            pic_fraction,
             filter: None,
         };
         let filtered = |order, share| Self {
             filter: Some(Filter { order, share }),
-            ..flip(Share::fixed(0.0))
+            ..flip(0.0)
         };
         match config {
-            TransferConfig::Pic | TransferConfig::Apic => of_grid,
-            TransferConfig::Flip => flip(Share::fixed(0.0)),
-            TransferConfig::Blend { pic_fraction } => flip(Share::fixed(pic_fraction)),
+            TransferConfig::Pic | TransferConfig::Apic => Self {
+                increment: false,
+                ..flip(1.0)
+            },
+            TransferConfig::Flip => flip(0.0),
+            TransferConfig::Blend { pic_fraction } => flip(pic_fraction),
             TransferConfig::FlipPic { pic_rate } | TransferConfig::Aflip { pic_rate } => {
-                flip(Share::at_rate(pic_rate))
+                flip(share(pic_rate, kick))
             }
-            TransferConfig::Xpic { order } => filtered(order, Share::fixed(1.0)),
-            TransferConfig::FlipXpic { order, pic_rate } => {
-                filtered(order, Share::at_rate(pic_rate))
-            }
+            TransferConfig::Xpic { order } => filtered(order, 1.0),
+            TransferConfig::FlipXpic { order, pic_rate } => filtered(order, share(pic_rate, kick)),
         }
     }
+}
 
-    /// alpha of eq. 28 in the present step.
-    pub fn pic_fraction(&self) -> f64 {
-        self.pic.share
-    }
-
-    /// The transfer for a step with a kick of this length (s).
-    #[must_use]
-    pub fn over(self, kick: f64) -> Self {
-        let filter = self.filter.map(|filter| Filter {
-            share: filter.share.over(kick),
-            ..filter
-        });
-        Self {
-            pic: self.pic.over(kick),
-            filter,
-            ..self
-        }
-    }
-
-    /// The same with another share of PIC, where it is FLIP with a fixed one.
-    #[must_use]
-    pub fn with_pic_fraction(self, pic_fraction: f64) -> Self {
-        if self.increment && self.pic.per_second.is_none() {
-            let pic = Share::fixed(pic_fraction);
-            return Self { pic, ..self };
-        }
-        self
-    }
+/// `1 - exp(-r t)`, with `r` in 1/s: the share of what a smoothing finds that it takes in `t` s.
+pub fn share(rate: f64, over: f64) -> f64 {
+    -(-rate * over).exp_m1()
 }
 
 /// Affine part of the velocity of four points: nothing, or a matrix.
@@ -155,72 +121,17 @@ impl AffineState for Slopes {
     }
 }
 
-/// A share of what a smoothing finds: the same in every step, or one that grows with the length of the step.
-#[derive(Debug, Clone, Copy)]
-pub struct Share {
-    /// In 1/s, if it grows.
-    per_second: Option<f64>,
-    /// The share for the present step.
-    share: f64,
-}
-
-impl Share {
-    /// The same in every step, from 0 to 1.
-    pub fn fixed(share: f64) -> Self {
-        Self {
-            per_second: None,
-            share,
-        }
-    }
-
-    /// `1 - exp(-r k)` of a kick of `k` s, with `r` in 1/s.
-    pub fn at_rate(per_second: f64) -> Self {
-        Self {
-            per_second: Some(per_second),
-            share: 0.0,
-        }
-    }
-
-    /// For a kick of this length in s.
-    fn over(self, kick: f64) -> Self {
-        let Some(rate) = self.per_second else {
-            return self;
-        };
-        Self {
-            share: -(-rate * kick).exp_m1(),
-            ..self
-        }
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    /// A stage has a share of PIC of its own for FLIP with a fixed share, and for no other transfer.
-    #[test]
-    fn the_share_of_a_stage_is_for_flip_with_a_fixed_share() {
-        let share = |config| {
-            let transfer = Transfer::new(config).with_pic_fraction(0.3);
-            transfer.over(0.01).pic_fraction()
-        };
-        assert_eq!(share(TransferConfig::Flip), 0.3);
-        assert_eq!(share(TransferConfig::Blend { pic_fraction: 0.1 }), 0.3);
-        assert_eq!(share(TransferConfig::Apic), 1.0);
-        let of_rate = share(TransferConfig::FlipPic { pic_rate: 10.0 });
-        assert!((of_rate - (1.0 - (-0.1_f64).exp())).abs() < 1e-15);
-    }
-
     /// The remainder of a mode that is filtered completely does not depend on the number of steps.
     #[test]
     fn shares_of_a_rate_compose() {
-        let rate = Share::at_rate(40.0);
-        let kept = |kick: f64| 1.0 - rate.over(kick).share;
+        let kept = |kick: f64| 1.0 - share(40.0, kick);
         assert!((kept(0.03) - kept(0.01) * kept(0.02)).abs() < 1e-15);
         assert!((kept(0.03) - (-1.2_f64).exp()).abs() < 1e-15);
-        assert!(rate.over(0.0).share.abs() < f64::MIN_POSITIVE);
-        assert!(rate.over(1e9).share <= 1.0);
-        let fixed = Share::fixed(0.25);
-        assert_eq!(fixed.over(0.1).share.to_bits(), fixed.share.to_bits());
+        assert!(share(40.0, 0.0).abs() < f64::MIN_POSITIVE);
+        assert!(share(40.0, 1e9) <= 1.0);
     }
 }

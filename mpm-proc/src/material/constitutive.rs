@@ -163,9 +163,6 @@ pub trait Constitutive: Send + Sync {
     /// `viscosity_over_density` of the model in m^2/s.
     fn viscosity(&self) -> f64;
 
-    /// `stiffness_over_density` of the undeformed material in m^2/s^2.
-    fn stiffness_at_rest(&self) -> f64;
-
     /// `volume_rate` of the model in 1/s.
     fn sharing_rate(&self) -> f64;
 }
@@ -226,10 +223,6 @@ impl<M: Material> Constitutive for M {
 
     fn viscosity(&self) -> f64 {
         self.viscosity_over_density()
-    }
-
-    fn stiffness_at_rest(&self) -> f64 {
-        largest(self.stiffness_over_density(&self.initial()))
     }
 
     fn sharing_rate(&self) -> f64 {

@@ -43,7 +43,7 @@ impl MohrCoulomb {
         } else {
             f64::MAX
         };
-        let lame = moduli.bulk - 2.0 / 3.0 * moduli.shear;
+        let lame = moduli.lame();
         let flow = SURFACES.map(|[i, j]| {
             let mut b = [0.0; 3];
             (b[i], b[j]) = (m, -1.0);

@@ -9,12 +9,6 @@ use crate::kernel::lanes::{Lanes, ZERO, splat};
 #[derive(Debug, Clone, Copy)]
 pub struct NeoHookean(pub Moduli);
 
-impl NeoHookean {
-    fn lame(&self) -> f64 {
-        self.0.bulk - 2.0 / 3.0 * self.0.shear
-    }
-}
-
 impl Material for NeoHookean {
     /// Deformation gradient `F` by rows.
     type State = [[Lanes; 2]; 2];
@@ -48,7 +42,7 @@ impl Material for NeoHookean {
         let [[xx, xy], [yx, yy]] = f;
         let j = xx * yy - xy * yx;
         let per_j = splat(1.0) / j;
-        let pressure = splat(self.lame()) * j.ln() * per_j;
+        let pressure = splat(self.0.lame()) * j.ln() * per_j;
         let g = splat(self.0.shear) * per_j;
         let one = splat(1.0);
         point.stress = Stress {
@@ -69,9 +63,9 @@ impl Material for NeoHookean {
         let half = splat(0.5) * (s.xx - s.yy);
         let largest = splat(0.5) * (s.xx + s.yy) + (half * half + s.xy * s.xy).sqrt();
         let twice_shear =
-            splat(2.0) * (splat(self.0.shear) - splat(self.lame()) * point.volume.ln());
+            splat(2.0) * (splat(self.0.shear) - splat(self.0.lame()) * point.volume.ln());
         // J of the tangent and of the density cancel.
-        let tangent = (twice_shear + splat(2.0 * self.lame())).fast_max(twice_shear);
+        let tangent = (twice_shear + splat(2.0 * self.0.lame())).fast_max(twice_shear);
         let stress = point.volume * largest.fast_max(ZERO);
         (tangent + stress) * splat(1.0 / self.0.density)
     }
@@ -84,7 +78,7 @@ impl Material for NeoHookean {
             .iter()
             .fold(splat(1.0), |sum, f| sum + *f * *f);
         splat(0.5 * self.0.shear) * (trace - splat(3.0) - splat(2.0) * ln)
-            + splat(0.5 * self.lame()) * ln * ln
+            + splat(0.5 * self.0.lame()) * ln * ln
     }
 
     fn sound_speed(&self) -> f64 {

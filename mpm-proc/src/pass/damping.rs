@@ -1,4 +1,4 @@
-//! Damping in a stage of loading.
+//! Damping in a stage of loading, such as a settling phase before a pile is driven (Chen 2023 section 4.3).
 //!
 //! Damping is proportional to mass, `dv/dt = a - c v`, and is solved exactly over the kick with the acceleration held.
 //! Nodes do it before the walls act:
@@ -24,6 +24,7 @@
 //! every step that no point sees (a body at rest needs the forces to vanish at its points, not at its nodes), and its
 //! damping is no loss of the points.
 
+use interface::config::Transfer as TransferConfig;
 use interface::impulse::at;
 use interface::step::Step;
 
@@ -31,21 +32,23 @@ use crate::kernel::lanes::{ZERO, splat, sum};
 use crate::kernel::shape::Shape;
 use crate::kernel::tiles::NODES;
 use crate::kernel::transfer::{AffineState, Transfer};
+use crate::state::continuum::Continuum;
+use crate::state::damping::Damping;
 use crate::state::grid::Grid;
 use crate::state::nodes::NodeTile;
 use crate::state::points::Cloud;
-use crate::state::stages::{Damping, Stages};
 
-/// Sets the transfer for a step: the share for its kick, and that of the stage to which the step belongs. Returns the
-/// damping of that stage over the kick, if it has one.
-pub fn begin_stage(stages: &Stages, transfer: &mut Transfer, step: &Step) -> Option<Damping> {
-    *transfer = transfer.over(step.kick());
-    if stages.is_empty() {
-        return None;
-    }
-    let (rate, pic_fraction) = stages.at(step.time);
-    *transfer = transfer.with_pic_fraction(pic_fraction);
-    Damping::over(rate, step.kick())
+/// Sets transfer and damping for a step: those of the last stage that has begun, over its kick.
+pub fn begin_stage<const W: usize, S: Shape<W>, A: AffineState>(
+    c: &mut Continuum<W, S, A>,
+    step: &Step,
+) {
+    let stage = c.stages.iter().rev().find(|stage| stage.from <= step.time);
+    // A stage has a share of PIC with FLIP and its blend alone (a fault of the configuration).
+    let blend = stage.and_then(|stage| stage.pic_fraction);
+    let blend = blend.map(|pic_fraction| TransferConfig::Blend { pic_fraction });
+    c.transfer = Transfer::of(blend.unwrap_or(c.configured), step.kick());
+    c.damping = stage.and_then(|stage| Damping::over(stage.damping, step.kick()));
 }
 
 impl Damping {

@@ -124,14 +124,14 @@ fn transfer_cloud<
     let (shape, aside) = (cloud.shape, &cloud.aside);
     let filtered = transfer.filter.is_some();
     // FLIP alone takes nothing.
-    let takes = KICK && (!INCREMENT || A::PRESENT || filtered || transfer.pic_fraction() > 0.0);
+    let takes = KICK && (!INCREMENT || A::PRESENT || filtered || transfer.pic_fraction > 0.0);
     let dt = splat(way.dt);
     let per_dt = splat(if way.dt > 0.0 { 1.0 / way.dt } else { 0.0 });
     let settles = way.settling.settles();
     let [past, ahead] = [way.settling.past, way.settling.ahead].map(splat);
     let per_kept = splat(1.0 / kept);
-    let pic = splat(transfer.pic_fraction());
-    let flip = splat(1.0 - transfer.pic_fraction());
+    let pic = splat(transfer.pic_fraction);
+    let flip = splat(1.0 - transfer.pic_fraction);
     let own = splat(kept);
     let share = (
         PerBlock(&mut cloud.state.x[..]),

@@ -121,28 +121,20 @@ pub fn follow(images: &Images, tiles: &mut [NodeTile]) {
 }
 
 /// Adds two sums over the points around each image to those of its original.
-pub fn gather_sums<T>(
-    images: &Images,
-    tiles: &mut [T],
-    of_node: impl Fn(&mut T, usize) -> &mut [f64; 2],
-) {
+pub fn gather_sums(images: &Images, sums: &mut [[[f64; 2]; NODES]]) {
     for image in &images.0 {
         let [(tile, n), (of, m)] = [image.at.split(), image.of.split()];
-        let own = *of_node(&mut tiles[tile], n);
-        let sum = of_node(&mut tiles[of], m);
-        *sum = [sum[0] + own[0], sum[1] + own[1]];
+        let own = sums[tile][n];
+        for a in 0..2 {
+            sums[of][m][a] += own[a];
+        }
     }
 }
 
 /// Gives the images what follows at their originals from these sums.
-pub fn spread_values<T>(
-    images: &Images,
-    tiles: &mut [T],
-    of_node: impl Fn(&mut T, usize) -> &mut [f64; 2],
-) {
+pub fn spread_values(images: &Images, values: &mut [[[f64; 2]; NODES]]) {
     for image in &images.0 {
         let [(tile, n), (of, m)] = [image.at.split(), image.of.split()];
-        let of = *of_node(&mut tiles[of], m);
-        *of_node(&mut tiles[tile], n) = of;
+        values[tile][n] = values[of][m];
     }
 }

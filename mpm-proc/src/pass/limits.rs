@@ -23,18 +23,18 @@
 use interface::config::{Drift, StressUpdate};
 use interface::message::wire::Limits;
 
-use super::images::{gather_sums, spread_values};
+use super::images::spread_values;
+use super::node_momentum::sum_numbers;
 use crate::kernel::lanes::{Lanes, ZERO, largest, splat};
 use crate::kernel::shape::Shape;
 use crate::kernel::threads::{PerTile, over_tiles};
-use crate::kernel::tiles::{NODES, Place, pitch};
+use crate::kernel::tiles::{Place, pitch};
 use crate::kernel::transfer::AffineState;
 use crate::kernel::window::{
-    NO_VECTORS, VectorWindow, add_window, clear, fill_window, gather_row, scatter_row,
+    NO_VECTORS, VectorWindow, clear, fill_window, gather_row, scatter_row,
 };
 use crate::state::contact::ContactLoad;
 use crate::state::continuum::Continuum;
-use crate::state::images::Images;
 use crate::state::points::Cloud;
 
 /// The limits for the next step, with the contribution of contact in this step.
@@ -136,8 +136,8 @@ fn stepped_share<const W: usize, S: Shape<W>, A: AffineState>(c: &Continuum<W, S
     if A::PRESENT || c.drift == Drift::Nodal || creates {
         return 1.0;
     }
-    let of_filter = c.transfer.filter.map_or(0.0, |filter| filter.share());
-    let smooths = c.transfer.pic_fraction().max(of_filter);
+    let of_filter = c.transfer.filter.map_or(0.0, |filter| filter.share);
+    let smooths = c.transfer.pic_fraction.max(of_filter);
     (1.0 + (1.0 - 0.5 * smooths).sqrt()).powi(-2)
 }
 
@@ -160,7 +160,6 @@ fn omega_sq_of_points<const W: usize, S: Shape<W>, A: AffineState>(
         clouds,
         grid,
         threads,
-        loads_of_nodes,
         ..
     } = continuum;
     let per_area = 1.0 / (grid.geometry.cell * grid.geometry.cell);
@@ -190,15 +189,14 @@ fn omega_sq_of_points<const W: usize, S: Shape<W>, A: AffineState>(
             }
         });
     });
-    loads_of_nodes.resize(grid.tiles.len(), [[0.0; 2]; NODES]);
-    for (loads, tile) in loads_of_nodes.iter_mut().zip(&grid.tiles) {
-        *loads = [[0.0; 2]; NODES];
-        for o in tile.overlapping(&grid.overlaps) {
-            let window = &clouds[o.cloud as usize].force[o.tile as usize];
-            add_window::<W, 2>(loads, &window.0, o.part());
+    sum_numbers(grid, threads, clouds, |_| true);
+    for [load, mass] in grid.sums.as_flattened_mut() {
+        if *mass > 0.0 {
+            *load /= *mass;
         }
     }
-    divide_by_mass(loads_of_nodes, &grid.images);
+    // Nodes beyond a periodic wall are those at the other end; hats have no other images.
+    spread_values(&grid.images, &mut grid.sums);
     Cloud::each(threads, clouds, |threads, cloud| {
         let (shape, x) = (cloud.shape, &cloud.state.x);
         let share = PerTile(&mut cloud.reports[..]);
@@ -208,7 +206,7 @@ fn omega_sq_of_points<const W: usize, S: Shape<W>, A: AffineState>(
             share,
             || NO_VECTORS,
             &|tile, report, window: &mut VectorWindow| {
-                fill_window::<W, _>(window, loads_of_nodes, tile, |loads| loads);
+                fill_window::<W, _>(window, &grid.sums, tile, |loads| loads);
                 let mut most = ZERO;
                 for b in 0..tile.blocks {
                     let place = tile.frame.locate(&x[tile.first + b], pitch(W));
@@ -231,18 +229,6 @@ fn omega_sq_of_points<const W: usize, S: Shape<W>, A: AffineState>(
     reports.map(|report| report.omega_sq).fold(0.0, f64::max)
 }
 
-/// Turns loads and masses of nodes into loads over masses. Nodes beyond a periodic wall are those at the other end; hats
-/// have no other images.
-fn divide_by_mass(nodes: &mut [[[f64; 2]; NODES]], images: &Images) {
-    gather_sums(images, nodes, |tile, n| &mut tile[n]);
-    for [load, mass] in nodes.as_flattened_mut() {
-        if *mass > 0.0 {
-            *load /= *mass;
-        }
-    }
-    spread_values(images, nodes, |tile, n| &mut tile[n]);
-}
-
 /// `|grad S_Ip|` of four points times the cell, row by row.
 #[inline(always)]
 fn gradient_sizes<const W: usize, S: Shape<W>>(shape: &S, place: &Place) -> [[Lanes; W]; W] {
@@ -257,7 +243,7 @@ fn gradient_sizes<const W: usize, S: Shape<W>>(shape: &S, place: &Place) -> [[La
 }
 
 /// `g L^2` of a shape function.
-pub fn stiffest_place<const W: usize, S: Shape<W>>(shape: &S) -> f64 {
+fn stiffest_place<const W: usize, S: Shape<W>>(shape: &S) -> f64 {
     (0..2)
         .filter_map(|axis| shape.stiffest(axis))
         .fold(0.0, f64::max)

@@ -101,7 +101,7 @@ pub fn count_damping_of_points<const W: usize, S: Shape<W>, A: AffineState>(
     continuum: &mut Continuum<W, S, A>,
 ) {
     if let Some(damping) = continuum.damping_of_points() {
-        let own = 1.0 - continuum.transfer.pic_fraction();
+        let own = 1.0 - continuum.transfer.pic_fraction;
         let impulse = damping.beyond_nodes(&continuum.clouds, &continuum.grid, own);
         continuum.state.totals.applied_impulse += impulse;
     }

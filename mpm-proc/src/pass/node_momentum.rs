@@ -1,9 +1,9 @@
 //! Mass, momentum and velocity of the nodes (Jiang 2020 eqs. 18 to 20): the windows of the clouds are summed, the momentum
 //! is divided by the mass, and the walls are obeyed.
 
-use super::images::{gather_momentum, gather_vectors, spread_vectors};
+use super::images::{gather_momentum, gather_sums, gather_vectors, spread_vectors};
 use crate::kernel::shape::Shape;
-use crate::kernel::threads::over_items;
+use crate::kernel::threads::{over_items, part};
 use crate::kernel::tiles::{Geometry, NODES, first_node, node};
 use crate::kernel::transfer::AffineState;
 use crate::kernel::window::add_window;
@@ -53,6 +53,32 @@ pub fn sum_momentum<const W: usize, S: Shape<W>, A: AffineState>(
             }
         });
     }
+}
+
+/// Sums two numbers of the points at the nodes into [`Grid::sums`], from the windows of the internal forces of those clouds that
+/// count; with what is at images.
+pub fn sum_numbers<const W: usize, S: Shape<W>, A: AffineState>(
+    grid: &mut Grid,
+    threads: &Threads,
+    clouds: &[Cloud<W, S, A>],
+    counts: impl Fn(&Cloud<W, S, A>) -> bool + Sync,
+) {
+    let (tiles, overlaps) = (&grid.tiles, &grid.overlaps);
+    grid.sums.resize(tiles.len(), [[0.0; 2]; NODES]);
+    let part = part(threads, tiles.len());
+    let parts = grid.sums.chunks_mut(part).zip(tiles.chunks(part));
+    threads.each(parts, |(sums, tiles)| {
+        for (sum, tile) in sums.iter_mut().zip(tiles) {
+            *sum = [[0.0; 2]; NODES];
+            for o in tile.overlapping(overlaps) {
+                let cloud = &clouds[o.cloud as usize];
+                if counts(cloud) {
+                    add_window::<W, 2>(sum, &cloud.force[o.tile as usize].0, o.part());
+                }
+            }
+        }
+    });
+    gather_sums(&grid.images, &mut grid.sums);
 }
 
 /// Computes velocities `p_I / m_I` of the nodes from the clouds' windows, with walls, and writes them to

@@ -22,7 +22,7 @@ pub fn points_to_grid<const W: usize, S: Shape<W>, A: AffineState>(
 ) {
     measure_gaps(continuum);
     let threads = &continuum.threads;
-    let pic_fraction = continuum.transfer.pic_fraction();
+    let pic_fraction = continuum.transfer.pic_fraction;
     let (clouds, grid) = (&mut continuum.clouds, &mut continuum.grid);
     let cell = grid.geometry.cell;
     Cloud::each(threads, clouds, |threads, cloud| {

@@ -5,7 +5,7 @@ use crate::kernel::lanes::{Lanes, ZERO, splat};
 use crate::kernel::point_tile::Tile;
 use crate::kernel::shape::Shape;
 use crate::kernel::threads::{PerBlock, PerTile, RowsPerBlock, over_tiles};
-use crate::kernel::tiles::{Frame, Place, pitch};
+use crate::kernel::tiles::{Frame, NODES, Place, pitch};
 use crate::kernel::transfer::AffineState;
 use crate::kernel::window::{
     NO_VECTORS, VectorWindow, clear, fill_window, gather_row, scatter_row,
@@ -14,7 +14,6 @@ use crate::material::{Deformation, Straining, Stress, Stressed, Sums};
 use crate::state::continuum::Continuum;
 use crate::state::grid::Grid;
 use crate::state::points::{Cloud, StressReport};
-use crate::state::volumes::VolumeNodes;
 use mechanics::threads::Threads;
 
 /// A velocity of the nodes.
@@ -26,26 +25,17 @@ pub enum Velocity {
     After,
 }
 
-/// The end of the strained interval to which the positions of the points belong.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum PositionsAt {
-    /// Its start.
-    Start,
-    /// Its end.
-    End,
-}
-
-/// Updates the stress of all points over `dt` (s) if `strain`, and sums their internal forces if `load`.
+/// Updates the stress of all points over an interval of `strained` (s), if any, by a velocity of the nodes: up to their present
+/// positions if it `loads`, that is sums their internal forces too, else from there on.
 pub fn stress_pass<const W: usize, S: Shape<W>, A: AffineState>(
     continuum: &mut Continuum<W, S, A>,
-    dt: f64,
-    by: (Velocity, PositionsAt),
-    strain: bool,
-    load: bool,
+    strained: Option<f64>,
+    by: Velocity,
+    loads: bool,
 ) {
     let (clouds, grid) = (&mut continuum.clouds, &continuum.grid);
     Cloud::each(&continuum.threads, clouds, |threads, cloud| {
-        stress_cloud(threads, cloud, grid, (dt, by), [strain, load]);
+        stress_cloud(threads, cloud, grid, (strained, by), loads);
     });
 }
 
@@ -54,20 +44,18 @@ fn stress_cloud<const W: usize, S: Shape<W>, A: AffineState>(
     threads: &Threads,
     cloud: &mut Cloud<W, S, A>,
     grid: &Grid,
-    (dt, (velocity, positions_at)): (f64, (Velocity, PositionsAt)),
-    [strain, loads]: [bool; 2],
+    (strained, velocity): (Option<f64>, Velocity),
+    loads: bool,
 ) {
     let (shape, model, x) = (cloud.shape, &*cloud.material, &cloud.state.x);
     let rows = model.rows();
     let per_cell = 1.0 / grid.geometry.cell;
     let rate = model.sharing_rate();
-    let volumes = (strain && rate > 0.0).then(|| (&grid.volumes[..], shares(rate, dt)));
+    let (strain, dt) = (strained.is_some(), strained.unwrap_or(0.0));
+    let volumes = (strain && rate > 0.0).then(|| (&grid.sums[..], shares(rate, dt)));
     let scale = splat(dt * per_cell);
     let per_dt = if dt > 0.0 { 1.0 / dt } else { 0.0 };
-    let half = splat(match positions_at {
-        PositionsAt::Start => -0.5,
-        PositionsAt::End => 0.5,
-    });
+    let half = splat(if loads { 0.5 } else { -0.5 });
     let load = -cloud.volume * per_cell;
     let stresses = &mut cloud.state.stresses;
     let share = (
@@ -166,9 +154,9 @@ struct Memory<const W: usize> {
 
 impl<const W: usize> Memory<W> {
     /// The volumes at the nodes around a tile, where there are any.
-    fn take_ratios(&mut self, nodes: Option<&[VolumeNodes]>, tile: &Tile) {
+    fn take_ratios(&mut self, nodes: Option<&[[[f64; 2]; NODES]]>, tile: &Tile) {
         if let Some(nodes) = nodes {
-            fill_window::<W, _>(&mut self.ratio, nodes, tile, |t| &t.ratio);
+            fill_window::<W, _>(&mut self.ratio, nodes, tile, |ratios| ratios);
         }
     }
 

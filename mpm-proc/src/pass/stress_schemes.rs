@@ -5,7 +5,7 @@ use interface::config::StressUpdate;
 use super::grid_to_points::transfer_pass;
 use super::measure::sum_stress_ahead;
 use super::points_to_grid::points_to_grid;
-use super::stress::{PositionsAt, Velocity, stress_pass};
+use super::stress::{Velocity, stress_pass};
 use super::volumes::map_volumes;
 use crate::kernel::point_tile::Which;
 use crate::kernel::shape::Shape;
@@ -23,19 +23,8 @@ pub fn update_stress_first<const W: usize, S: Shape<W>, A: AffineState>(
         StressUpdate::Usavg => Some(0.5 * dt),
         StressUpdate::Usl | StressUpdate::Musl => None,
     };
-    let positions_at = match strained {
-        Some(_) => PositionsAt::End,
-        None => PositionsAt::Start, // as when its strain was computed
-    };
     map_volumes(continuum);
-    let by = (Velocity::Before, positions_at);
-    stress_pass(
-        continuum,
-        strained.unwrap_or(dt),
-        by,
-        strained.is_some(),
-        true,
-    );
+    stress_pass(continuum, strained, Velocity::Before, true);
 }
 
 /// The stress at `t_{n+1}`, from velocities after the kick: those of the nodes (USL), or those of the points, mapped to
@@ -57,6 +46,6 @@ pub fn update_stress_last<const W: usize, S: Shape<W>, A: AffineState>(
     } else {
         Velocity::After
     };
-    stress_pass(continuum, dt, (velocity, PositionsAt::Start), true, false);
+    stress_pass(continuum, Some(dt), velocity, false);
     sum_stress_ahead(continuum);
 }

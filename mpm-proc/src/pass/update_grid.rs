@@ -8,10 +8,10 @@ use crate::kernel::tiles::{Geometry, NODES, first_node, node};
 use crate::kernel::transfer::AffineState;
 use crate::kernel::window::add_window;
 use crate::state::continuum::Continuum;
+use crate::state::damping::Damping;
 use crate::state::grid::Grid;
 use crate::state::nodes::{NodeTile, bits};
 use crate::state::points::Cloud;
-use crate::state::stages::Damping;
 use crate::state::walls::{Held, WallNodes};
 use mechanics::threads::Threads;
 

@@ -21,16 +21,16 @@
 //! who move points for it. Rates, as in [`crate::kernel::transfer`], so that steps of any length do the same in a
 //! second.
 
-use super::images::{gather_sums, spread_values};
+use super::images::spread_values;
+use super::node_momentum::sum_numbers;
 use crate::kernel::lanes::{Lanes, ZERO, splat};
 use crate::kernel::shape::Shape;
-use crate::kernel::threads::{PerTile, over_items, over_tiles};
-use crate::kernel::tiles::{NODES, Place, first_node, node, pitch};
-use crate::kernel::transfer::AffineState;
-use crate::kernel::window::{VectorWindow, add_window, clear, gather_row, scatter_row};
+use crate::kernel::threads::{PerTile, over_tiles};
+use crate::kernel::tiles::{Place, first_node, node, pitch};
+use crate::kernel::transfer::{AffineState, share};
+use crate::kernel::window::{VectorWindow, clear, gather_row, scatter_row};
 use crate::state::continuum::Continuum;
 use crate::state::points::Cloud;
-use crate::state::volumes::{VolumeNodes, room};
 
 /// Rate of the second mixture over that of the first.
 const ROOM: f64 = 0.01;
@@ -39,11 +39,11 @@ const FILLED: f64 = 0.8;
 
 /// The shares of an interval of `dt` (s) at this rate (1/s): of the mean volume, and of the room.
 pub fn shares(rate: f64, dt: f64) -> [f64; 2] {
-    [rate, ROOM * rate].map(|rate| -(-rate * dt).exp_m1())
+    [rate, ROOM * rate].map(|rate| share(rate, dt))
 }
 
-/// Fills [`crate::state::grid::Grid::volumes`] if a material needs it, else does nothing. It uses the windows of the
-/// internal forces, which are summed afterwards.
+/// Sets [`crate::state::grid::Grid::sums`] to the mean volume over the initial one and the volume for which there is space, if a
+/// material needs them. It uses the windows of the internal forces, which are summed afterwards.
 pub fn map_volumes<const W: usize, S: Shape<W>, A: AffineState>(
     continuum: &mut Continuum<W, S, A>,
 ) {
@@ -56,9 +56,6 @@ pub fn map_volumes<const W: usize, S: Shape<W>, A: AffineState>(
     }
     let threads = &continuum.threads;
     let (clouds, grid) = (&mut continuum.clouds, &mut continuum.grid);
-    grid.volumes.clear();
-    let tiles = 0..grid.tiles.len();
-    grid.volumes.extend(tiles.map(VolumeNodes::of));
     Cloud::each(threads, clouds, |threads, cloud| {
         if cloud.material.sharing_rate() <= 0.0 {
             return;
@@ -82,36 +79,24 @@ pub fn map_volumes<const W: usize, S: Shape<W>, A: AffineState>(
             }
         });
     });
-    let (clouds, tiles, overlaps) = (&*clouds, &grid.tiles, &grid.overlaps);
-    over_items(threads, &mut grid.volumes, &|nodes: &mut VolumeNodes| {
-        nodes.sum = [[0.0; 2]; NODES];
-        for o in tiles[nodes.tile].overlapping(overlaps) {
-            let cloud = &clouds[o.cloud as usize];
-            if cloud.material.sharing_rate() > 0.0 {
-                add_window::<W, 2>(&mut nodes.sum, &cloud.force[o.tile as usize].0, o.part());
-            }
-        }
+    sum_numbers(grid, threads, clouds, |cloud| {
+        cloud.material.sharing_rate() > 0.0
     });
-    gather_sums(&grid.images, &mut grid.volumes, |nodes, n| {
-        &mut nodes.sum[n]
-    });
-    for nodes in &mut grid.volumes {
-        let origin = first_node(grid.tiles[nodes.tile].at);
-        for n in 0..NODES {
-            let [initial, now] = nodes.sum[n];
-            let room = room(&grid.walls, node(origin, n)) * grid.geometry.cell.powi(2);
+    for (nodes, tile) in grid.sums.iter_mut().zip(&grid.tiles) {
+        let origin = first_node(tile.at);
+        for (n, sums) in nodes.iter_mut().enumerate() {
+            let [initial, now] = *sums;
+            let room = grid.walls.room(node(origin, n)) * grid.geometry.cell.powi(2);
             let mean = if initial > 0.0 { now / initial } else { 1.0 };
             let fits = if now > FILLED * room {
                 room / initial
             } else {
                 mean
             };
-            nodes.ratio[n] = [mean, fits];
+            *sums = [mean, fits];
         }
     }
-    spread_values(&grid.images, &mut grid.volumes, |nodes, n| {
-        &mut nodes.ratio[n]
-    });
+    spread_values(&grid.images, &mut grid.sums);
 }
 
 /// Adds two numbers of each of four points to the nodes, by their weights.
@@ -151,17 +136,4 @@ pub fn swelling<const W: usize>(
         }
     }
     splat(of_room).mul_add((fits / mean).ln(), splat(of_mean) * (mean / volume).ln())
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn shares_belong_to_time() {
-        let kept = |dt| shares(700.0, dt).map(|share| 1.0 - share);
-        let ([a, b], [c, d], [e, f]) = (kept(1e-3), kept(3e-3), kept(4e-3));
-        assert!((a * c - e).abs() < 1e-15 && (b * d - f).abs() < 1e-15);
-        assert!((f.ln() * 100.0 / e.ln() - 1.0).abs() < 1e-12);
-    }
 }

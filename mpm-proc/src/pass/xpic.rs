@@ -40,13 +40,12 @@ pub fn filter_velocities<const W: usize, S: Shape<W>, A: AffineState>(
         map_velocities(continuum, Which::All);
         subtract(continuum);
     }
-    let share = filter.share();
-    let removed = splat(share);
+    let removed = splat(filter.share);
     over_velocities(continuum, |v, aside| {
         *v = [0, 1].map(|a| v[a].mul_neg_add(removed, aside[a]));
     });
     for tile in &continuum.grid.mapped {
-        continuum.state.totals.applied_impulse += tile.wall.impulse.map(|p| share * p);
+        continuum.state.totals.applied_impulse += tile.wall.impulse.map(|p| filter.share * p);
     }
 }
 

@@ -24,7 +24,6 @@ use crate::material::{
     PlaneStrain, PlaneStress, Stresses, VonMises, YieldSurface,
 };
 use crate::pass::gaps::touching;
-use crate::pass::limits::stiffest_place;
 use crate::pass::sort::sort;
 use crate::scheme::Scheme;
 use crate::setup::chains::markers;
@@ -39,7 +38,6 @@ use crate::state::imps::Imps;
 use crate::state::point_set::PointSet;
 use crate::state::points::{Cloud, Kind};
 use crate::state::settling::Settling;
-use crate::state::stages::Stages;
 use crate::state::totals::KickWork;
 use crate::state::walls::WallNodes;
 
@@ -81,7 +79,6 @@ struct Parts<'a> {
     geometry: Geometry,
     points: Vec<FilledRegion>,
     spread: Spread,
-    stages: Stages,
     threads: Threads,
     notes: Vec<String>,
 }
@@ -92,7 +89,6 @@ impl<'a> Parts<'a> {
             return Err(fault.into());
         }
         let geometry = geometry(config);
-        let stages = Stages::new(config);
         let mut notes = Vec::new();
         let mut points = Vec::new();
         for (g, group) in config.groups.iter().enumerate() {
@@ -127,7 +123,6 @@ impl<'a> Parts<'a> {
             geometry,
             points,
             spread,
-            stages,
             threads,
             notes,
         })
@@ -203,7 +198,8 @@ impl<'a> Parts<'a> {
         let walls = WallNodes::new(&self.config.walls, self.geometry.cells, mirrors);
         let mut continuum = Continuum {
             grid: Grid::new(self.geometry, self.config.gravity, walls),
-            transfer: Transfer::new(self.config.transfer),
+            configured: self.config.transfer,
+            transfer: Transfer::of(self.config.transfer, 0.0),
             imps: Imps {
                 skin: self.config.skin,
                 markers: markers(self.config, first_id, &radii)?,
@@ -220,8 +216,7 @@ impl<'a> Parts<'a> {
             stress_update: self.config.stress_update,
             drift: self.config.drift(),
             settling: Settling::default(),
-            loads_of_nodes: Vec::new(),
-            stages: self.stages.clone(),
+            stages: self.config.forcing.stages.clone(),
             damping: None,
             probes: self.probes(groups)?,
             holds: Holds::new(holds),
@@ -296,15 +291,12 @@ impl<'a> Parts<'a> {
             stiffness_max: 0.0,
             notes: self.notes.clone(),
         };
-        let mut stiffest: f64 = 0.0;
         for continuum in continua {
             ready.bytes += continuum.bytes() as u64;
             for cloud in &continuum.clouds {
                 ready.items += cloud.len() as u64;
                 ready.mass_min = ready.mass_min.min(cloud.mass);
                 ready.courant_time = ready.courant_time.min(cell / cloud.material.wave_speed());
-                let place = stiffest_place(&cloud.shape);
-                stiffest = stiffest.max(place * cloud.material.stiffness_at_rest());
             }
         }
         // Of none there is none.
@@ -312,13 +304,6 @@ impl<'a> Parts<'a> {
             if !least.is_finite() {
                 *least = 0.0;
             }
-        }
-        let omega_sq = stiffest / (cell * cell);
-        if omega_sq > 0.0 {
-            ready.notes.push(format!(
-                "stable without contact up to dt = {:.3e} s at the initial density",
-                2.0 / omega_sq.sqrt()
-            ));
         }
         ready
     }

@@ -1,13 +1,14 @@
 //! The continuum: clouds of points over one grid, for one shape function, with or without affine parts. It is only data; the passes
 //! work on it.
 
-use interface::config::{Drift, Leaving, StressUpdate};
+use interface::config::{Drift, Leaving, Stage, StressUpdate, Transfer as TransferConfig};
 use interface::message::wire::PointState;
 use interface::solver::{MpmMeasurement, Refusal};
 use mechanics::threads::Threads;
 use serde::{Deserialize, Serialize};
 
 use super::contact::{Loaded, Touches};
+use super::damping::Damping;
 use super::grid::Grid;
 use super::holds::Holds;
 use super::imps::{Imps, ImpsState};
@@ -16,12 +17,10 @@ use super::nodes::NodeTile;
 use super::point_set::PointSet;
 use super::points::{Cloud, NO_POINT, SavedCloud};
 use super::settling::Settling;
-use super::stages::{Damping, Stages};
 use super::totals::{KickWork, Totals};
 use super::walls::WallsState;
 use crate::kernel::shape::Shape;
 use crate::kernel::spread::Spread;
-use crate::kernel::tiles::NODES;
 use crate::kernel::transfer::{AffineState, Transfer};
 
 /// The whole state of the solver.
@@ -30,7 +29,9 @@ pub struct Continuum<const W: usize, S: Shape<W>, A: AffineState> {
     pub clouds: Vec<Cloud<W, S, A>>,
     /// The grid.
     pub grid: Grid,
-    /// Transfer scheme.
+    /// Transfer scheme where a stage does not say.
+    pub configured: TransferConfig,
+    /// That of the present step.
     pub transfer: Transfer,
     /// The identified material points.
     pub imps: Imps,
@@ -56,10 +57,8 @@ pub struct Continuum<const W: usize, S: Shape<W>, A: AffineState> {
     pub drift: Drift,
     /// What positions take over from the step before, in the present step.
     pub settling: Settling,
-    /// Sums over nodes for the step limit of linear hats, and nothing; empty for other shapes.
-    pub loads_of_nodes: Vec<[[f64; 2]; NODES]>,
-    /// Stages of loading.
-    pub stages: Stages,
+    /// Stages of loading, in order of their beginning.
+    pub stages: Vec<Stage>,
     /// Damping over the present kick.
     pub damping: Option<Damping>,
     /// Points whose mean motion is recorded.
@@ -118,7 +117,7 @@ impl<const W: usize, S: Shape<W>, A: AffineState> Continuum<W, S, A> {
     /// before or after the kick, its work has a part of them with the opposite sign (docs/energy.md).
     pub fn books_kick(&self) -> bool {
         let mean = self.stress_update == StressUpdate::Usavg && !self.maps_kicked();
-        let flip = self.transfer.increment && self.transfer.pic_fraction() == 0.0;
+        let flip = self.transfer.increment && self.transfer.pic_fraction == 0.0;
         mean && flip && !A::PRESENT && self.transfer.filter.is_none() && self.damping.is_none()
     }
 

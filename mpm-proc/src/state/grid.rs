@@ -5,7 +5,6 @@ use super::nodes::{
     ALL_NODES, ContactNodes, MappedTile, NodeAt, NodeTile, Overlap, WallContribution,
 };
 use super::points::Cloud;
-use super::volumes::VolumeNodes;
 use super::walls::WallNodes;
 use crate::kernel::shape::Shape;
 use crate::kernel::tiles::{Geometry, NODES, TILE, first_node, runs};
@@ -26,8 +25,8 @@ pub struct Grid {
     pub contact: Vec<ContactNodes>,
     /// Velocities of the points mapped between two steps, for each node tile; empty where no pass needs them.
     pub mapped: Vec<MappedTile>,
-    /// Volumes of points at the nodes of each tile; empty where no material asks for them.
-    pub volumes: Vec<VolumeNodes>,
+    /// Two numbers at each node for the present pass: volumes, or what hats bound the step by; empty where neither is needed.
+    pub sums: Vec<[[f64; 2]; NODES]>,
     /// Nodes that are images of others.
     pub images: Images,
     /// Windows of the clouds' tiles over the node tiles, node tile by node tile.
@@ -46,7 +45,7 @@ impl Grid {
             tiles: Vec::new(),
             contact: Vec::new(),
             mapped: Vec::new(),
-            volumes: Vec::new(),
+            sums: Vec::new(),
             images: Images::default(),
             overlaps: Vec::new(),
             allocations: 0,
@@ -63,19 +62,21 @@ impl Grid {
         for (c, cloud) in clouds.iter().enumerate() {
             for tile in &cloud.tiles {
                 let spans = [tile.span(W, 0), tile.span(W, 1)];
-                for (i, run) in RUNS_AROUND.iter().enumerate() {
+                // The 3 x 3 node tiles around it, row by row from below, and the run of its window that lies there.
+                for i in 0..9_u8 {
+                    let run = [i % 3, i / 3];
                     let part = |a: usize| runs(W)[usize::from(run[a])].part(&spans[a]);
                     let rows = part(1);
                     if part(0).is_empty() || rows.is_empty() {
                         continue;
                     }
-                    let (dx, dy) = (i as i32 % 3 - 1, i as i32 / 3 - 1);
+                    let [dx, dy] = run.map(|run| i32::from(run) - 1);
                     wanted.push((
                         [tile.at[1] + dy, tile.at[0] + dx],
                         Overlap {
                             cloud: c as u32,
                             tile: tile.index as u32,
-                            run: *run,
+                            run,
                             rows: [rows.start as u8, rows.end as u8],
                         },
                     ));
@@ -255,19 +256,6 @@ impl Grid {
         }
     }
 }
-
-/// For each of the 3 x 3 node tiles around a tile, row by row from below, the run of its window that lies there.
-const RUNS_AROUND: [[u8; 2]; 9] = [
-    [0, 0],
-    [1, 0],
-    [2, 0],
-    [0, 1],
-    [1, 1],
-    [2, 1],
-    [0, 2],
-    [1, 2],
-    [2, 2],
-];
 
 /// The nodes at most `reach` from these of a tile along both axes, a bit for each: the rows of the 3 x 3 tiles around it, from
 /// below.

@@ -2,6 +2,7 @@
 
 pub mod contact;
 pub mod continuum;
+pub mod damping;
 pub mod grid;
 pub mod holds;
 pub mod images;
@@ -14,7 +15,5 @@ pub mod points;
 pub mod reflections;
 pub mod saved;
 pub mod settling;
-pub mod stages;
 pub mod totals;
-pub mod volumes;
 pub mod walls;

@@ -293,6 +293,24 @@ impl WallNodes {
         }
     }
 
+    /// Cells that belong to a node. For each axis along which it lies on a mirror wall, the number is halved.
+    pub fn room(&self, node: [i64; 2]) -> f64 {
+        let mut room = 1.0;
+        for a in 0..2 {
+            let beyond = match node[a] {
+                0 => -1,
+                last if last == self.cells[a] => last + 1,
+                _ => continue,
+            };
+            let mut next = node;
+            next[a] = beyond;
+            if self.original(next).is_some_and(|(.., periodic)| !periodic) {
+                room *= 0.5;
+            }
+        }
+        room
+    }
+
     /// Whether points may lie a little beyond the wall, because it holds them: along x and y, low and high end.
     pub fn closed(&self) -> [[bool; 2]; 2] {
         self.hold.map(|ends| ends.map(|h| h != Hold::Nothing))
@@ -313,5 +331,30 @@ mod tests {
         };
         let narrow = WallNodes::new(&ends, [1, 20], true);
         assert_eq!(narrow.original([-2, 5]), Some(([0, 5], [1.0, -1.0], false)));
+    }
+
+    /// Nodes on a wall that is a mirror have half a cell; beyond a periodic wall the domain goes on, and at an open one too.
+    #[test]
+    fn a_node_on_a_wall_has_half_of_the_room() {
+        let walls = Walls {
+            left: Wall::Slip,
+            right: Wall::Slip,
+            bottom: Wall::Fixed,
+            top: Wall::Open,
+        };
+        let nodes = WallNodes::new(&walls, [4, 6], true);
+        let of = |node| nodes.room(node);
+        assert_eq!(
+            [[0, 0], [4, 0], [2, 0], [0, 3]].map(of),
+            [0.25, 0.25, 0.5, 0.5]
+        );
+        assert_eq!([[2, 3], [2, 6], [2, 7]].map(of), [1.0; 3]);
+        let around = Walls {
+            left: Wall::Periodic,
+            right: Wall::Periodic,
+            ..walls
+        };
+        let nodes = WallNodes::new(&around, [4, 6], true);
+        assert!((nodes.room([0, 3]) - 1.0).abs() < 1e-15);
     }
 }
