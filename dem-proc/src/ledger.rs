@@ -10,21 +10,27 @@ use interface::step::Step;
 
 use crate::body::bodies::Rigid;
 use crate::body::load::Load;
-use crate::system::Sdem;
+use crate::contact::side::Side;
+use crate::system::{BODIES, POINT_PAIRS, POINTS, Sdem};
+
+/// The order of sums over contacts.
+const LEDGER: [usize; 3] = [POINTS, POINT_PAIRS, BODIES];
 
 impl Sdem {
     /// Energy in all contact springs of the last evaluation in J/m.
     pub(crate) fn contact_energy(&self, imps: &[ImpState]) -> f64 {
         let now = self.now(imps);
-        let energies = self.sides.each();
-        let [points, pairs, bodies] = energies.map(|side| side.map_or(0.0, |s| s.energy(&now)));
-        points + pairs + bodies
+        let energy = |side: &dyn Side| side.energy(&now);
+        LEDGER
+            .map(|of| self.sides[of].as_deref().map_or(0.0, energy))
+            .iter()
+            .sum()
     }
 
     /// The totals after the kick of this step. Free bodies, which only contact and gravity move, are summed together.
     pub(crate) fn totals_after(&self, step: &Step) -> Totals {
         let (mut after, length) = (self.state.totals, step.kick());
-        for side in self.sides.each().into_iter().flatten() {
+        for side in LEDGER.iter().filter_map(|&of| self.sides[of].as_ref()) {
             after.friction_work += side.sums().loss.friction;
             after.viscous_work += side.sums().loss.viscous;
         }

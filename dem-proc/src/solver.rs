@@ -12,7 +12,7 @@ use crate::body::bodies::Bodies;
 use crate::setup::capabilities::capabilities;
 use crate::setup::configure::configure;
 use crate::setup::saved::{FORMAT, Saved};
-use crate::system::Sdem;
+use crate::system::{BODIES, Sdem};
 
 impl Default for Sdem {
     fn default() -> Self {
@@ -36,7 +36,7 @@ impl Sdem {
 
     /// Vertex-edge pairs of bodies that pressed on one another in the last step.
     pub fn contacts(&self) -> usize {
-        let bodies = self.sides.bodies.as_ref();
+        let bodies = self.sides[BODIES].as_ref();
         bodies.map_or(0, |bodies| bodies.sums().presses)
     }
 

@@ -7,10 +7,10 @@ use interface::step::Step;
 
 use crate::contact::impact::{Impacts, SurfaceMotion};
 use crate::contact::passage::{Passed, PassedBodies};
-use crate::contact::side::{AfterKick, Interval, Side, Targets};
+use crate::contact::side::{AfterKick, Interval, Targets};
 use crate::lists::now::{Ahead, Now};
-use crate::system::Sdem;
-use crate::threads::CHUNK;
+use crate::system::{BODIES, POINT_PAIRS, Sdem};
+use crate::threads::{CHUNK, part};
 
 impl Sdem {
     /// Step 1 of section 4.2: contact lists, contact forces, forces on the bodies, and the velocities after the kick.
@@ -53,7 +53,7 @@ impl Sdem {
 
     /// Two bodies of which one is on the wrong side of the other before anything has moved.
     pub(crate) fn passed_at_the_start(&mut self) -> Option<PassedBodies> {
-        self.sides.bodies.as_ref()?;
+        self.sides[BODIES].as_ref()?;
         let opening = Step {
             index: 0,
             time: 0.0,
@@ -62,7 +62,7 @@ impl Sdem {
             measure: false,
         };
         self.meet(&opening, &[], &mut []);
-        match self.sides.bodies.as_ref()?.sums().passed {
+        match self.sides[BODIES].as_ref()?.sums().passed {
             Some(Passed::Bodies(passed)) => Some(passed),
             _ => None,
         }
@@ -75,11 +75,11 @@ impl Sdem {
         let now = self.now(imps);
         // Without points nothing was evaluated, and the list may belong to earlier points.
         let evaluated = if imps.is_empty() {
-            usize::from(self.sides.bodies.is_some())
+            ..=BODIES
         } else {
-            3
+            ..=POINT_PAIRS
         };
-        for side in self.sides.all().take(evaluated) {
+        for side in self.sides[evaluated].iter().flatten() {
             side.collect_contacts(&now, &mut found);
         }
         found
@@ -112,7 +112,7 @@ impl Sdem {
             ahead: Ahead::new(step.kick(), step.dt, outer),
             speed,
         };
-        for side in sides.all_mut() {
+        for side in sides.iter_mut().flatten() {
             side.update_list(&now, &self.threads); //     Verlet lists of bodies and of points
         }
         let any_points = self.loads.clear(&self.threads, forces, !imps.is_empty());
@@ -122,7 +122,8 @@ impl Sdem {
             by_bodies: &mut self.loads.by_bodies,
         };
         let last_step = step.dt_before;
-        if let Some(bodies) = &mut sides.bodies {
+        let [bodies, points, pairs] = sides;
+        if let Some(bodies) = bodies {
             // Contacts that have opened since the last step, which may have been longer, have dissipated energy.
             let way = now.ahead.way(speed).max(speed * last_step);
             let interval = Interval {
@@ -149,8 +150,10 @@ impl Sdem {
             },
         };
         let with_bodies = interval(speed + fastest);
-        (sides.points).evaluate(&now, with_bodies, &self.threads, &mut to); // eqs. 44, 46, 49, 50
-        if let Some(pairs) = &mut sides.point_pairs {
+        if let Some(points) = points {
+            points.evaluate(&now, with_bodies, &self.threads, &mut to); // eqs. 44, 46, 49, 50
+        }
+        if let Some(pairs) = pairs {
             pairs.evaluate(&now, interval(2.0 * fastest), &self.threads, &mut to);
         }
     }
@@ -166,7 +169,8 @@ impl Sdem {
 
     /// Refuses a step in which a point or a body is on the wrong side of a body.
     fn none_passed(&self) -> Result<(), Fault> {
-        match self.sides.all().find_map(|side| side.sums().passed) {
+        let mut sides = self.sides.iter().flatten();
+        match sides.find_map(|side| side.sums().passed) {
             Some(passed) => Err(passed.fault(&self.bodies)),
             None => Ok(()),
         }
@@ -193,7 +197,8 @@ impl Sdem {
                     velocity[i] = state.velocity[i];
                 }
             }
-            speed = speed.max(state.surface_speed(*velocity, *spin));
+            let own = state.surface_speed(*velocity, *spin);
+            speed = speed.max(own);
             let per_kick = if kick > 0.0 { 1.0 / kick } else { 0.0 };
             let accelerated = (
                 (*velocity - state.velocity) * per_kick,
@@ -201,9 +206,9 @@ impl Sdem {
             );
             let motion = &mut self.kicked.motions[b];
             *motion = motion.moved(state, (*velocity, *spin), accelerated);
-        }
-        if !speed.is_finite() {
-            return Err(self.not_finite(self.bodies.special[0] as usize));
+            if !own.is_finite() {
+                return Err(self.not_finite(b));
+            }
         }
         self.kicked.speed = speed;
         Ok(())
@@ -211,7 +216,7 @@ impl Sdem {
 
     /// Computes the velocities and spins after a kick (s) by contact loads and by gravity, part by part. Returns the largest surface speed in m/s, or NaN if one is not finite.
     fn kick_all(&mut self, kick: f64) -> f64 {
-        let part = self.threads.part(self.bodies.len());
+        let part = part(&self.threads, self.bodies.len());
         self.kicked.fastest.clear();
         self.kicked
             .fastest
@@ -291,7 +296,7 @@ impl Sdem {
             }
         }
         let mut omega_sq = 0.0;
-        if let Some(bodies) = &self.sides.bodies {
+        if let Some(bodies) = &self.sides[BODIES] {
             let outer = self.constants.outer_acceleration;
             let after = AfterKick {
                 bodies: &self.bodies,
@@ -314,7 +319,7 @@ impl Sdem {
         if step.is_opening() {
             omega_sq = omega_sq.max(self.release(imps));
         }
-        let damping = self.sides.all().map(Side::damping_ratio);
+        let damping = self.sides.iter().flatten().map(|side| side.damping_ratio());
         // While the displacement is below a quarter of the skin, nothing is rebuilt, so a coarse bound is enough.
         let gone = self.state.published.bound(0.25 * self.skin, &self.bodies);
         Answer {
@@ -334,7 +339,7 @@ impl Sdem {
     fn commit(&mut self, step: &Step) {
         self.state.totals = self.totals_after(step);
         self.state.speed = self.kicked.speed;
-        self.sides.all_mut().for_each(Side::commit);
+        (self.sides.iter_mut().flatten()).for_each(|side| side.commit());
     }
 
     /// Moves velocities to `t_{n+1/2}` and positions to `t_{n+1}`.
@@ -343,6 +348,6 @@ impl Sdem {
             .drift(dt, &self.kicked.velocities, &self.threads);
         self.state.published.advance(self.state.speed, dt);
         let speed = self.state.speed;
-        (self.sides.all_mut()).for_each(|side| side.advance(speed, dt));
+        (self.sides.iter_mut().flatten()).for_each(|side| side.advance(speed, dt));
     }
 }

@@ -14,7 +14,8 @@ use crate::contact::impact::SurfaceMotion;
 use crate::contact::side::Side;
 use crate::lists::now::{Ahead, Now, Sets};
 use crate::parry::BoxTree;
-use crate::threads::Threads;
+use crate::threads::part;
+use mechanics::threads::Threads;
 
 /// The state of the solver beside that of its bodies and contacts.
 #[derive(Debug, Clone, Default, Serialize, Deserialize)]
@@ -58,36 +59,15 @@ pub struct Sdem {
     pub(crate) measurement: DemMeasurement,
 }
 
-/// Contacts of every kind.
-#[derive(Debug)]
-pub(crate) struct Sides {
-    /// Contact with points.
-    pub points: Box<dyn Side>,
-    /// Contact between the points of two groups, if the scene has a law for it.
-    pub point_pairs: Option<Box<dyn Side>>,
-    /// Contact between bodies, if the scene has a law for it and a body that forces can move.
-    pub bodies: Option<Box<dyn Side>>,
-}
+/// Contacts of each kind that the scene has, in the order of frames.
+pub(crate) type Sides = [Option<Box<dyn Side>>; 3];
 
-impl Sides {
-    /// All that the scene has: of bodies, of points with bodies, and of pairs of points.
-    pub fn all(&self) -> impl Iterator<Item = &(dyn Side + 'static)> {
-        let of_points = std::iter::once(&self.points).chain(&self.point_pairs);
-        self.bodies.iter().chain(of_points).map(|side| &**side)
-    }
-
-    /// Each, in the order of the ledger.
-    pub fn each(&self) -> [Option<&dyn Side>; 3] {
-        let of_points = [Some(&*self.points), self.point_pairs.as_deref()];
-        [of_points[0], of_points[1], self.bodies.as_deref()]
-    }
-
-    /// The same as [`Self::all`].
-    pub fn all_mut(&mut self) -> impl Iterator<Item = &mut (dyn Side + 'static)> {
-        let of_points = std::iter::once(&mut self.points).chain(&mut self.point_pairs);
-        (self.bodies.iter_mut().chain(of_points)).map(|side| &mut **side)
-    }
-}
+/// Between bodies: there if the scene has a law for it and a body that forces can move.
+pub(crate) const BODIES: usize = 0;
+/// Of points with bodies.
+pub(crate) const POINTS: usize = 1;
+/// Between the points of two groups: there if the scene has a law for it.
+pub(crate) const POINT_PAIRS: usize = 2;
 
 /// Contact loads on each body.
 #[derive(Debug, Default)]
@@ -114,7 +94,7 @@ impl Loads {
     /// are none, and were none in the step before, there is nothing to add.
     pub fn clear(&mut self, threads: &Threads, forces: &mut [ImpForce], points: bool) -> bool {
         // By parts, since the thread that clears a load is the one that kicks by it and mostly the one that adds to it.
-        let part = threads.part(self.by_bodies.len());
+        let part = part(threads, self.by_bodies.len());
         threads.each(self.by_bodies.chunks_mut(part), |loads| {
             loads.fill(PairLoad::default());
         });

@@ -3,13 +3,13 @@
 use interface::Vec2;
 use interface::config::{BodyConfig, DemConfig, Motion};
 use interface::solver::Refusal;
-use serde::{Deserialize, Serialize};
 use wide::f64x4;
 
 use crate::body::frame::{Frame, LastMove};
 use crate::body::shape::Shape;
 use crate::body::surfaces::Surfaces;
-use crate::threads::Threads;
+use crate::threads::part;
+use mechanics::threads::Threads;
 
 /// The constants of a body.
 #[derive(Debug, Clone)]
@@ -37,9 +37,13 @@ impl Body {
     }
 }
 
-/// State of a body: position at `t_n`, velocity at `t_{n-1/2}`. With [`LastMove`] it is what is saved of a body.
-#[derive(Debug, Clone, Copy, Serialize, Deserialize)]
-pub struct Pose {
+/// What is saved of a body with its [`LastMove`]: centre, velocity, angle and spin.
+pub type Pose = (Vec2, Vec2, f64, f64);
+
+/// A body for contacts and steps: its state, with the position at `t_n` and the velocity at `t_{n-1/2}`, and the constants that
+/// every contact needs.
+#[derive(Debug, Clone, Copy)]
+pub struct Rigid {
     /// Centre of mass `c` in m.
     pub center: Vec2,
     /// Velocity of the centre of mass in m/s.
@@ -48,14 +52,6 @@ pub struct Pose {
     pub angle: f64,
     /// Angular velocity in rad/s.
     pub spin: f64,
-}
-
-/// A body for contacts and steps: its state, and the constants that every contact needs. Its fields and those of the
-/// state read alike.
-#[derive(Debug, Clone, Copy)]
-pub struct Rigid {
-    /// The state.
-    pub state: Pose,
     /// `1/m`, 0 for a body that forces do not move.
     pub inverse_mass: f64,
     /// `1/I`, 0 for a body that forces do not rotate.
@@ -68,21 +64,6 @@ pub struct Rigid {
     pub falls: f64,
     /// Index of its first vertex in [`Bodies::outline`], and number of its vertices.
     vertices: [u32; 2],
-}
-
-impl std::ops::Deref for Rigid {
-    type Target = Pose;
-    #[inline]
-    fn deref(&self) -> &Pose {
-        &self.state
-    }
-}
-
-impl std::ops::DerefMut for Rigid {
-    #[inline]
-    fn deref_mut(&mut self) -> &mut Pose {
-        &mut self.state
-    }
 }
 
 impl Rigid {
@@ -261,7 +242,7 @@ impl Bodies {
     /// Drift of the leapfrog: velocities and spins become `kicked`, those of `t_{n+1/2}`, and positions move with them
     /// to `t_{n+1}`. The rotation is exact.
     pub fn drift(&mut self, dt: f64, kicked: &[(Vec2, f64)], threads: &Threads) {
-        let part = threads.part(self.len());
+        let part = part(threads, self.len());
         let (mut outline, mut local) = (&mut self.outline[..], &self.local[..]);
         let states = self.state.chunks_mut(part);
         let frames = self.frames.chunks_mut(part).zip(kicked.chunks(part));
@@ -306,23 +287,29 @@ impl Bodies {
     /// The saved state of the bodies.
     pub fn save(&self) -> Vec<(Pose, LastMove)> {
         let both = self.state.iter().zip(&self.frames);
-        both.map(|(body, frame)| (body.state, frame.last)).collect()
+        let pose = |body: &Rigid| (body.center, body.velocity, body.angle, body.spin);
+        both.map(|(body, frame)| (pose(body), frame.last)).collect()
     }
 
     /// Takes the bodies to a saved state. In directions in which forces do not move a body, its velocity is that of the
     /// configuration, which may differ from that of the saved run.
     pub fn restore(&mut self, saved: &[(Pose, LastMove)]) {
-        *self = self.placed(saved.iter().map(|(pose, _)| (pose.center, pose.angle)));
+        *self = self.placed(
+            saved
+                .iter()
+                .map(|((center, _, angle, _), _)| (*center, *angle)),
+        );
         let all = self.state.iter_mut().zip(&mut self.frames);
-        for ((body, (state, frame)), (pose, last)) in self.properties.iter().zip(all).zip(saved) {
+        let of_all = self.properties.iter().zip(all).zip(saved);
+        for ((body, (state, frame)), ((_, velocity, _, spin), last)) in of_all {
             let [x, y, angle] = body.yielding.map(|yields| yields != 0.0);
             for (i, yields) in [x, y].into_iter().enumerate() {
                 if yields {
-                    state.velocity[i] = pose.velocity[i];
+                    state.velocity[i] = velocity[i];
                 }
             }
             if angle {
-                state.spin = pose.spin;
+                state.spin = *spin;
             }
             (frame.center, frame.last) = (state.center, *last);
         }
@@ -371,12 +358,10 @@ fn place(
     let center =
         Vec2::from(body.position) + Vec2::new(cos * c.x - sin * c.y, sin * c.x + cos * c.y);
     let state = Rigid {
-        state: Pose {
-            center,
-            velocity: body.velocity.into(),
-            angle: body.angle,
-            spin: body.spin,
-        },
+        center,
+        velocity: body.velocity.into(),
+        angle: body.angle,
+        spin: body.spin,
         inverse_mass: if yielding[0] + yielding[1] > 0.0 {
             1.0 / mass
         } else {

@@ -5,11 +5,8 @@ use interface::Vec2;
 
 /// Vector from the nearest point of the edge `a b` to a vertex (eq. 38), and its squared length. Unsigned distance.
 /// `inverse_length_sq` is `1/|b - a|^2`, a constant of a rigid body, and 0 for an edge without length, which is a disc.
-/// There is no branch and no division, so that the loop over a list can be vectorised.
-#[expect(
-    clippy::inline_always,
-    reason = "as in `pairs`, whose first pass is this function"
-)]
+/// There is no branch and no division.
+#[expect(clippy::inline_always, reason = "as in `pairs`")]
 #[inline(always)]
 pub fn vertex_edge(vertex: Vec2, a: Vec2, b: Vec2, inverse_length_sq: f64) -> (Vec2, f64) {
     let (edge, from_a) = (b - a, vertex - a);

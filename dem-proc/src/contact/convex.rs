@@ -27,7 +27,7 @@ use crate::contact::passage::{Passage, Passed, PassedBodies, TURN};
 use crate::contact::side::{AfterKick, Sums, Targets};
 use crate::law::{Kinematics, Law, Loss, PairProperties};
 use crate::lists::neighbours::Search;
-use crate::lists::now::{Among, Now};
+use crate::lists::now::Among;
 use crate::lists::watch::Watch;
 use mechanics::mass::cross;
 
@@ -118,14 +118,11 @@ fn kinematics(moves: &Moves, spot: &Spot, pair: [u32; 2], arms: [Vec2; 2]) -> Ki
 }
 
 impl<M: Measure> Listing for Convex<M> {
+    const POINTS: u32 = 0;
     type Pair = Candidate;
     type Key = ([u32; 2], Option<u32>);
     type Extra = Search<Candidate>;
     type Watch = Watch;
-
-    fn holds(watch: &mut Watch, now: &Now) -> bool {
-        watch.holds(now)
-    }
 
     fn list(
         &self,
@@ -151,7 +148,6 @@ impl<M: Measure> Listing for Convex<M> {
 }
 
 impl<M: Measure> PairKind for Convex<M> {
-    const OF_POINTS: bool = false;
     /// The normal of the last step, zero where there was no contact.
     type Memory = [f64; 2];
     type Found = Results;

@@ -19,10 +19,13 @@ use crate::law::history::{All, Numbers};
 use crate::law::{Law, PairProperties};
 use crate::lists::now::{Among, Now, Sets, Slots};
 use crate::lists::watch::{Look, Watching};
-use crate::threads::{CHUNK, Spare, Threads};
+use crate::threads::{CHUNK, Spare, chunks, chunks_in_passing};
+use mechanics::threads::Threads;
 
 /// Pairs in a list: which may touch.
 pub trait Listing: Debug + Send + Sync + Sized + 'static {
+    /// How many of the two are points.
+    const POINTS: u32;
     /// Two that may touch.
     type Pair: Copy + Debug + Send + Sync;
     /// What distinguishes a pair from the others of a list.
@@ -32,8 +35,6 @@ pub trait Listing: Debug + Send + Sync + Sized + 'static {
     /// Where the two were when the list was built.
     type Watch: Watching;
 
-    /// Whether a list still holds all pairs that may touch.
-    fn holds(watch: &mut Self::Watch, now: &Now) -> bool;
     /// Lists the pairs for the places and margins of `watch`, in ascending order of their keys.
     fn list(
         &self,
@@ -50,9 +51,6 @@ pub trait Listing: Debug + Send + Sync + Sized + 'static {
 
 /// A kind of pairs: where they touch, and on what their force acts.
 pub trait PairKind: Listing {
-    /// Whether one of the two is a point. Then nobody needs the results of a chunk after they were added, and a damping
-    /// ratio refers to the lightest pair.
-    const OF_POINTS: bool;
     /// What the geometry remembers of a pair from step to step.
     type Memory: Clone + Debug + Default + Send + Sync + Serialize + DeserializeOwned;
     /// The results of a chunk.
@@ -315,7 +313,7 @@ impl<K: PairKind, L: Law> Contacts<K, L> {
 
 impl<K: PairKind, L: Law> Side for Contacts<K, L> {
     fn update_list(&mut self, now: &Now, threads: &Threads) {
-        if K::holds(&mut self.kept.watch, now) {
+        if self.kept.watch.holds(now, K::POINTS) {
             return;
         }
         let slots = Slots::of(now.sets);
@@ -345,11 +343,12 @@ impl<K: PairKind, L: Law> Side for Contacts<K, L> {
         };
         let mut sums = Sums::default();
         let add = |found: &K::Found| K::add(&on, found, to, &mut sums);
-        if K::OF_POINTS {
-            threads.chunks_in_passing(&mut next, &mut found, evaluate, add);
+        // Nobody needs the results of a chunk with points after they were added.
+        if K::POINTS > 0 {
+            chunks_in_passing(threads, &mut next, &mut found, evaluate, add);
         } else {
             found.resize_with(next.len().div_ceil(CHUNK), K::Found::default);
-            threads.chunks(&mut next, &mut found, evaluate, add);
+            chunks(threads, &mut next, &mut found, evaluate, add);
         }
         (self.next, self.found) = (next, found);
         (self.sums, self.interval) = (sums, interval);
@@ -423,7 +422,7 @@ impl<K: PairKind, L: Law> Side for Contacts<K, L> {
             return 0.0;
         }
         // `damped_mass` is for contacts of points only.
-        self.law.damping_ratio(if K::OF_POINTS {
+        self.law.damping_ratio(if K::POINTS > 0 {
             self.kept.lightest
         } else {
             f64::INFINITY

@@ -26,7 +26,7 @@ use crate::contact::passage::{Passage, Passed, PassedBodies};
 use crate::contact::side::{AfterKick, Sums, Targets};
 use crate::law::{Law, Loss, PairProperties, reduced};
 use crate::lists::neighbours::{BodyList, VertexEdge};
-use crate::lists::now::{Among, Now};
+use crate::lists::now::Among;
 use crate::lists::watch::{Look, Watch};
 use crate::threads::CHUNK;
 use mechanics::outline::contact_point;
@@ -263,14 +263,11 @@ impl<L: Law> Chunk<'_, VertexEdges, L> {
 }
 
 impl Listing for VertexEdges {
+    const POINTS: u32 = 0;
     type Pair = VertexEdge;
     type Key = (u32, u32, bool, u32, u32);
     type Extra = BodyList;
     type Watch = Watch;
-
-    fn holds(watch: &mut Watch, now: &Now) -> bool {
-        watch.holds(now)
-    }
 
     fn list(&self, among: &Among, watch: &Watch, pairs: &mut Vec<VertexEdge>, list: &mut BodyList) {
         list.build(among, watch, pairs);
@@ -287,7 +284,6 @@ impl Listing for VertexEdges {
 }
 
 impl PairKind for VertexEdges {
-    const OF_POINTS: bool = false;
     type Memory = ();
     type Found = Outcomes;
     type Room<L: Law> = Box<Separations>;

@@ -15,7 +15,7 @@ use crate::contact::passage::{CROSSING, Passage, Passed, TURN, admissible_depth,
 use crate::contact::points::{Geometry, Outcome, PointWatch, add_to_point};
 use crate::law::{PairProperties, Stiffness, reduced_on_outline};
 use crate::lists::neighbours::{PointList, PointPair, REACH};
-use crate::lists::now::{Among, Now};
+use crate::lists::now::Among;
 
 /// Pairs of points and bodies.
 #[derive(Debug)]
@@ -99,18 +99,11 @@ impl OnBodies<'_> {
 }
 
 impl Listing for PointBody {
+    const POINTS: u32 = 1;
     type Pair = PointPair;
     type Key = [u32; 3];
     type Extra = PointList;
     type Watch = PointWatch;
-
-    fn holds(watch: &mut PointWatch, now: &Now) -> bool {
-        let skin = watch.skin;
-        watch.holds(now, |moved, displacement| {
-            let left = skin - moved;
-            left > 0.0 && displacement.stays_below(left, now.bodies)
-        })
-    }
 
     fn list(
         &self,

@@ -19,7 +19,7 @@ use crate::contact::passage::{DEEP, Passed};
 use crate::contact::points::{Geometry, Outcome, PointWatch, add_to_point};
 use crate::law::{PairProperties, Stiffness, reduced};
 use crate::lists::neighbours::{REACH, Search};
-use crate::lists::now::{Among, Now};
+use crate::lists::now::Among;
 
 /// Which groups touch one another.
 #[derive(Debug, Clone, Default)]
@@ -86,17 +86,13 @@ fn contact_distance([a, b]: [&ImpInfo; 2]) -> f64 {
 }
 
 impl Listing for PointPairs {
+    const POINTS: u32 = 2;
     type Pair = Pair;
     type Key = [u32; 3];
     type Extra = Search<Pair>;
     type Watch = PointWatch;
 
     /// Both points of a pair may have moved by this much towards one another.
-    fn holds(watch: &mut PointWatch, now: &Now) -> bool {
-        let skin = watch.skin;
-        watch.holds(now, |moved, _| 2.0 * moved <= skin)
-    }
-
     fn list(
         &self,
         among: &Among,

@@ -136,6 +136,23 @@ impl Watching for PointWatch {
         }
     }
 
+    fn holds(&mut self, now: &Now, points: u32) -> bool {
+        self.positions.clear();
+        let positions = now.states.iter().map(|s| Vec2::from(s.position));
+        self.positions.extend(positions);
+        if now.sets.replaced.is_some() || now.sets.now.is_empty() {
+            return now.sets.replaced.is_none();
+        }
+        let moved = self.positions.iter().zip(&self.built_at);
+        let moved = moved.map(|(now, at)| (now - at).norm_squared());
+        let left = self.skin - f64::from(points) * moved.fold(0.0, f64::max).sqrt();
+        if points == 2 {
+            left >= 0.0
+        } else {
+            left > 0.0 && self.displacement.stays_below(left, now.bodies)
+        }
+    }
+
     fn begin(&mut self, old: &Self, now: &Now, slots: &Slots) {
         self.positions.clone_from(&old.positions);
         self.built_at.clone_from(&old.positions);
@@ -169,20 +186,6 @@ impl PointWatch {
     pub fn was(&self, slot: u32) -> Option<Vec2> {
         let was = *self.previous.get(slot as usize)?;
         (!was.x.is_nan()).then_some(was)
-    }
-
-    /// Whether a list still holds all pairs that may touch, by the rule `stays`. Its arguments are how far points have moved
-    /// at most since the list was built, in m, and by how much bodies have.
-    pub fn holds(&mut self, now: &Now, stays: impl FnOnce(f64, &mut Displacement) -> bool) -> bool {
-        self.positions.clear();
-        let positions = now.states.iter().map(|s| Vec2::from(s.position));
-        self.positions.extend(positions);
-        if now.sets.replaced.is_some() || now.sets.now.is_empty() {
-            return now.sets.replaced.is_none();
-        }
-        let points = self.positions.iter().zip(&self.built_at);
-        let points = points.map(|(now, at)| (now - at).norm_squared());
-        stays(points.fold(0.0, f64::max).sqrt(), &mut self.displacement)
     }
 }
 
@@ -233,7 +236,6 @@ impl<G: Geometry, L: Law> Chunk<'_, G, L> {
 }
 
 impl<G: Geometry> PairKind for G {
-    const OF_POINTS: bool = true;
     type Memory = ();
     type Found = Vec<Outcome<G::Effect>>;
     type Room<L: Law> = ();

@@ -23,7 +23,7 @@ use crate::contact::span::{Held, Memory, Place, Transferred};
 use crate::law::history::{All, Numbers};
 use crate::law::{Kinematics, Law, Loss, PairProperties};
 use crate::lists::neighbours::REACH;
-use crate::lists::now::{Among, Now};
+use crate::lists::now::Among;
 use mechanics::mass::cross;
 use mechanics::outline::{contact_point, foot};
 
@@ -55,14 +55,11 @@ pub struct Chain {
 }
 
 impl Listing for Segments {
+    const POINTS: u32 = 1;
     type Pair = Disc;
     type Key = [u32; 2];
     type Extra = Chain;
     type Watch = PointWatch;
-
-    fn holds(watch: &mut PointWatch, now: &Now) -> bool {
-        PointBody::holds(watch, now)
-    }
 
     /// Lists the segments up to the skin farther away than they can matter.
     fn list(&self, among: &Among, watch: &PointWatch, discs: &mut Vec<Disc>, chain: &mut Chain) {
@@ -177,7 +174,6 @@ fn spans(found: &[Extremum]) -> impl Iterator<Item = &[Extremum]> {
 }
 
 impl PairKind for Segments {
-    const OF_POINTS: bool = true;
     type Memory = Memory;
     type Found = Results;
     type Room<L: Law> = Room<L::Pair>;

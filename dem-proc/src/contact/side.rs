@@ -12,7 +12,7 @@ use crate::contact::impact::{Impacts, SurfaceMotion};
 use crate::contact::passage::Passed;
 use crate::law::Loss;
 use crate::lists::now::{Now, Sets};
-use crate::threads::Threads;
+use mechanics::threads::Threads;
 
 /// The intervals before and after `t_n`, as far as contact needs them.
 #[derive(Debug, Clone, Copy, Default)]

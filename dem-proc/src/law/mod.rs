@@ -1,5 +1,5 @@
 //! Contact laws as values. There are few types, one for each kind of law, and a law that lacks a part has zeros for it:
-//! no friction, no damping. One `match` at configuration chooses the type ([`choice`]), so no loop branches on it.
+//! no friction, no damping. One `match` at configuration chooses the type ([`crate::setup::laws`]), so no loop branches on it.
 //!
 //! A law is a normal spring ([`normal`]), a tangential part ([`tangent`]) and a dashpot ([`dashpot`]), combined by
 //! [`contact::Contact`]. [`rolling`] adds a moment to any law. [`table`] holds one law for each pair of surfaces,
@@ -9,7 +9,6 @@
 //! Signs: normal quantities are positive along `N` (apart), tangential ones along `T`, `N` turned by +90 degrees;
 //! forces are those on the side that `N` points to (the material point, or the owner of the vertex).
 
-pub mod choice;
 pub mod contact;
 pub mod dashpot;
 pub mod history;
@@ -60,7 +59,7 @@ pub struct PairProperties {
     pub mass: f64,
     /// Reduced radius of curvature `R* = 1 / (1/a_1 + 1/a_2)` in m.
     pub radius: f64,
-    /// Their surfaces, by number (`table::Surfaces`).
+    /// Their surfaces, by number ([`crate::body::surfaces::Surfaces`]).
     pub surfaces: [u32; 2],
 }
 

@@ -15,7 +15,8 @@ use crate::lists::cells::Cells;
 use crate::lists::now::Among;
 use crate::lists::watch::Watch;
 use crate::parry::BoxTree;
-use crate::threads::{CHUNK, Threads};
+use crate::threads::{CHUNK, part, search};
+use mechanics::threads::Threads;
 
 /// A point is "in reach" of a body up to this distance beyond contact, as a fraction of the point's radius. In a step a
 /// point moves at most half its radius relative to a body (the kinematic limit), so every pair that touches in the next
@@ -208,7 +209,7 @@ impl<T: Copy + Default + Send + Sync> Search<T> {
         find: impl Fn(u32, &[u32], &mut Found<T>) + Sync,
     ) {
         let cells = Cells::new(boxes);
-        threads.search(boxes.len(), &mut self.0, |here, found| {
+        search(threads, boxes.len(), &mut self.0, |here, found| {
             found.pairs.clear();
             let mut others = std::mem::take(&mut found.others);
             for i in here {
@@ -248,7 +249,7 @@ impl<T: Copy + Default + Send + Sync> Search<T> {
             let outline = Bounds::around(bodies.outline_of(b).iter().copied());
             outline.grown(bodies.state[b].radius + watch.margin(b))
         };
-        let (count, part) = (bodies.len(), threads.part(bodies.len()));
+        let (count, part) = (bodies.len(), part(threads, bodies.len()));
         let mut boxes = vec![Bounds::around([Vec2::zeros()]); count];
         let parts = boxes.chunks_mut(part).enumerate();
         threads.each(parts, |(i, boxes)| {

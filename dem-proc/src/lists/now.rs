@@ -5,7 +5,7 @@ use interface::step::GROWTH;
 use serde::{Deserialize, Serialize};
 
 use crate::body::bodies::Bodies;
-use crate::threads::Threads;
+use mechanics::threads::Threads;
 
 /// The largest displacement of surfaces in the next two steps, as a function of their speed.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]

@@ -25,6 +25,8 @@ pub enum Look {
 pub trait Watching: Debug + Send + Sync + Serialize + DeserializeOwned {
     /// No list yet; with a skin in m.
     fn new(skin: f64) -> Self;
+    /// Whether a list of pairs, of which so many of the two are `points`, still holds all that may touch.
+    fn holds(&mut self, now: &Now, points: u32) -> bool;
     /// Makes the present places the reference of a new list that replaces the one of `old`.
     fn begin(&mut self, old: &Self, now: &Now, slots: &Slots);
     /// Which pairs the next evaluation looks at, if pairs within `closing` (m) count.
@@ -62,16 +64,6 @@ pub struct Watch {
 }
 
 impl Watch {
-    /// Whether the list still holds all pairs that may meet within two steps.
-    pub fn holds(&mut self, now: &Now) -> bool {
-        let left = self.limit - now.ahead.way(now.speed);
-        let holds = left > 0.0 && self.displacement.stays_below(left, now.bodies);
-        if !holds {
-            self.slack = None; // the next evaluation looks at the pairs of another list
-        }
-        holds
-    }
-
     /// Whether there may be a history of a pair that is not looked at.
     pub fn is_stale(&self) -> bool {
         self.stale > 0
@@ -106,6 +98,16 @@ impl Watching for Watch {
             skin,
             ..Self::default()
         }
+    }
+
+    /// Within two steps.
+    fn holds(&mut self, now: &Now, _: u32) -> bool {
+        let left = self.limit - now.ahead.way(now.speed);
+        let holds = left > 0.0 && self.displacement.stays_below(left, now.bodies);
+        if !holds {
+            self.slack = None; // the next evaluation looks at the pairs of another list
+        }
+        holds
     }
 
     fn begin(&mut self, _: &Self, now: &Now, _: &Slots) {

@@ -9,7 +9,6 @@ use crate::body::bodies::{Bodies, Body};
 use crate::body::surfaces::Surfaces;
 use crate::contact::approach::{first_contact, outer_acceleration};
 use crate::contact::convex::Convex;
-use crate::contact::engine::{Contacts, PairKind};
 use crate::contact::impact::SurfaceMotion;
 use crate::contact::nearest::NearestEdge;
 use crate::contact::overlap::OverlapArea;
@@ -18,24 +17,10 @@ use crate::contact::point_body::PointBody;
 use crate::contact::point_pairs::PointPairs;
 use crate::contact::segments::Segments;
 use crate::contact::side::Side;
-use crate::law::Law;
-use crate::law::choice::{ForLaw, normal_stiffness, with_laws, with_table};
+use crate::setup::laws::{normal_stiffness, with_laws, with_table};
 use crate::setup::saved::mark;
-use crate::system::{Kicked, LimitConstants, Loads, Sdem, Sides, State};
-use crate::threads::Threads;
-
-/// Contacts in pairs of the kind `K`.
-struct With<K> {
-    kind: K,
-    skin: f64,
-}
-
-impl<K: PairKind> ForLaw for With<K> {
-    type Output = Box<dyn Side>;
-    fn build<L: Law>(self, law: L) -> Self::Output {
-        Box::new(Contacts::new(law, self.kind, self.skin))
-    }
-}
+use crate::system::{Kicked, LimitConstants, Loads, Sdem, State};
+use mechanics::threads::Threads;
 
 /// Contact between the points of two groups, if there is a law for it.
 fn pair_side(config: &DemConfig) -> Option<Box<dyn Side>> {
@@ -51,13 +36,10 @@ fn pair_side(config: &DemConfig) -> Option<Box<dyn Side>> {
     let surfaces = Surfaces::of(&table);
     let groups = pairs.iter().map(|pair| pair.between);
     let geometry = PointPairs::new(groups, |group| surfaces.number(&group.to_string()));
-    let build = With {
-        kind: geometry,
-        skin: config.skin,
-    };
     let others = table.iter().filter(|pair| pair.law != *law);
     let others: Vec<&ContactPair> = others.collect();
-    Some(with_laws(&surfaces, law, &others, build))
+    let kind = (geometry, config.skin);
+    Some(with_laws(&surfaces, (law, &others), kind))
 }
 
 /// Contact between points and bodies.
@@ -69,28 +51,24 @@ fn point_side(config: &DemConfig, surfaces_of: &Surfaces) -> Box<dyn Side> {
     let kind = PointBody { surfaces };
     if config.interface == Interface::Segments {
         let kind = Segments(kind);
-        return with_table(surfaces_of, law, &table, With { kind, skin });
+        return with_table(surfaces_of, (law, &table), (kind, skin));
     }
-    with_laws(surfaces_of, law, &table, With { kind, skin })
+    with_laws(surfaces_of, (law, &table), (kind, skin))
 }
 
 /// Contact between bodies by `law` and the pairs of the table, with the measure of overlap that the scene chooses.
 fn body_side(config: &DemConfig, surfaces: &Surfaces, law: &ContactLaw) -> Box<dyn Side> {
     let table: Vec<&ContactPair> = config.body_pairs().map(|(_, pair)| pair).collect();
     let skin = config.skin;
+    let laws = (law, &table[..]);
     match config.overlap {
-        OverlapMeasure::EachEdge => {
-            let kind = VertexEdges;
-            with_laws(surfaces, law, &table, With { kind, skin })
-        }
+        OverlapMeasure::EachEdge => with_laws(surfaces, laws, (VertexEdges, skin)),
         // The other measures need not be fast.
         OverlapMeasure::NearestEdge => {
-            let kind = Convex::<NearestEdge>::default();
-            with_table(surfaces, law, &table, With { kind, skin })
+            with_table(surfaces, laws, (Convex::<NearestEdge>::default(), skin))
         }
         OverlapMeasure::Area => {
-            let kind = Convex::<OverlapArea>::default();
-            with_table(surfaces, law, &table, With { kind, skin })
+            with_table(surfaces, laws, (Convex::<OverlapArea>::default(), skin))
         }
     }
 }
@@ -105,7 +83,7 @@ pub fn configure(config: &DemConfig) -> Result<(Sdem, Readiness), Refusal> {
     }
     refuse_unbuilt(config)?;
     let bodies = Bodies::new(config)?;
-    let threads = Threads::new(config.threads)
+    let threads = Threads::new(config.threads, "dem")
         .map_err(|e| Refusal::new("dem.threads", format!("{}: {e}", config.threads)))?;
     let [point_stiffness, body_stiffness] = stiffest(config, &bodies);
     let of_pairs = config.group_pairs.iter();
@@ -127,11 +105,11 @@ pub fn configure(config: &DemConfig) -> Result<(Sdem, Readiness), Refusal> {
     let solver = Sdem {
         mark: mark(config),
         gravity: config.gravity.into(),
-        sides: Sides {
-            points: point_side(config, &surfaces),
-            point_pairs: pair_side(config),
-            bodies: pairs.map(|law| body_side(config, &surfaces, law)),
-        },
+        sides: [
+            pairs.map(|law| body_side(config, &surfaces, law)),
+            Some(point_side(config, &surfaces)),
+            pair_side(config),
+        ],
         threads,
         loads: Loads::of(n),
         kicked: Kicked {
@@ -167,16 +145,18 @@ pub fn configure(config: &DemConfig) -> Result<(Sdem, Readiness), Refusal> {
 /// The largest normal stiffness in N/m between points and bodies, and between bodies.
 fn stiffest(config: &DemConfig, bodies: &Bodies) -> [f64; 2] {
     let radii = bodies.state.iter().map(|s| s.radius);
-    let radius = radii.reduce(f64::min).unwrap_or(0.0);
+    let smallest = radii.reduce(f64::min).unwrap_or(0.0);
+    let moved = bodies.state.iter().filter(|s| s.falls > 0.0);
+    let sizes = moved.map(|s| if s.radius > 0.0 { s.radius } else { s.extent });
     let largest = |laws: &mut dyn Iterator<Item = ContactLaw>, overlap: f64| {
         let stiffness = laws.map(|law| normal_stiffness(&law, overlap));
         stiffness.fold(0.0, f64::max)
     };
     [
         // If the stiffness depends on the overlap, it is taken at a hundredth of the smallest sphero-radius.
-        largest(&mut config.point_laws(), 0.01 * radius),
-        // The overlap in a first contact is not known; it is at most the smallest sphero-radius.
-        largest(&mut config.body_laws(), radius),
+        largest(&mut config.point_laws(), 0.01 * smallest),
+        // The overlap in a first contact is not known. Of two, one is moved by forces, and it is at most the size of that one.
+        largest(&mut config.body_laws(), sizes.fold(0.0, f64::max)),
     ]
 }
 

@@ -2,4 +2,5 @@
 
 pub(crate) mod capabilities;
 pub(crate) mod configure;
+pub(crate) mod laws;
 pub(crate) mod saved;

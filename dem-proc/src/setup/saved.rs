@@ -14,7 +14,6 @@ use serde::{Deserialize, Serialize};
 use crate::body::bodies::Pose;
 use crate::body::frame::LastMove;
 use crate::body::load::{Load, PairLoad};
-use crate::contact::side::Side;
 use crate::system::{Sdem, State};
 
 /// Name of the format of the bytes.
@@ -35,7 +34,12 @@ impl Sdem {
         Saved {
             bodies: self.bodies.save(),
             state: self.state.clone(),
-            sides: self.sides.all().map(Side::save).collect(),
+            sides: self
+                .sides
+                .iter()
+                .flatten()
+                .map(|side| side.save())
+                .collect(),
         }
     }
 
@@ -48,7 +52,7 @@ impl Sdem {
         self.state = saved.state;
         // Driven bodies may have another speed than in the saved run.
         self.state.speed = self.state.speed.max(self.bodies.initial_speed());
-        for (side, saved) in self.sides.all_mut().zip(&saved.sides) {
+        for (side, saved) in self.sides.iter_mut().flatten().zip(&saved.sides) {
             side.restore(saved, &self.bodies, &self.state.sets)?;
         }
         self.loads.by_points.fill(Load::default());

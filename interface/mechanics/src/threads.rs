@@ -72,6 +72,15 @@ impl Threads {
         }
     }
 
+    /// Length of the parts of a loop over `len` elements: `parts` for each thread, so that others can take work from a slow one,
+    /// of a multiple of so many elements.
+    pub fn part(&self, len: usize, parts: usize, multiple: usize) -> usize {
+        match self.count() {
+            1 => len.max(1),
+            threads => (len.div_ceil(parts * threads).max(1)).next_multiple_of(multiple),
+        }
+    }
+
     /// The threads of the pool, if they share the loops at present.
     fn sharing(&self) -> Option<&Pool> {
         let pool = self.0.as_deref()?;

@@ -13,7 +13,7 @@ use mechanics::threads::Threads;
 use serde::{Deserialize, Serialize};
 
 use crate::kernel::shape::Shape;
-use crate::kernel::threads::{over_items, part};
+use crate::kernel::threads::{PARTS, over_items};
 use crate::kernel::tiles::{NODES, first_node, node};
 use crate::kernel::transfer::AffineState;
 use crate::pass::images::follow;
@@ -290,7 +290,7 @@ fn over_places(
 ) {
     let same = |a: &Shared, b: &Shared| a.at == b.at;
     let mut places: Vec<_> = shared.chunk_by_mut(same).collect();
-    let part = part(threads, places.len());
+    let part = threads.part(places.len(), PARTS, 1);
     threads.each(places.chunks_mut(part), |places| {
         let mut parties = Vec::new();
         for together in places {

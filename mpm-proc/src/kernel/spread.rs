@@ -12,53 +12,10 @@
 //!   the mean over the box has the same nodes, needs no such factor, and is what a traction that is uniform over the
 //!   points of a surface adds up to. With uGIMP it is the point scheme.
 
-use interface::config::ContactForceScheme;
-
-/// The scheme of the scene, with what it needs of each cloud.
-#[derive(Debug, Clone)]
-pub struct Spread {
-    scheme: ContactForceScheme,
-    /// `l_p / L` of each cloud, along x and y.
-    half_width: Vec<[f64; 2]>,
-}
-
-impl Spread {
-    /// The scheme of a scene whose groups have points with boxes of half width `half_width` (cells) along x and y.
-    pub fn new(scheme: ContactForceScheme, half_width: Vec<[f64; 2]>) -> Self {
-        Self { scheme, half_width }
-    }
-
-    /// The same for some of the groups, in their order.
-    #[must_use]
-    pub fn of(&self, groups: core::ops::Range<usize>) -> Self {
-        Self::new(self.scheme, self.half_width[groups].to_vec())
-    }
-
-    /// Whether forces reach the grid through the shape function itself.
-    pub fn is_shape(&self) -> bool {
-        self.scheme == ContactForceScheme::Point
-    }
-
-    /// `T` along `axis` at the `W` nodes from the base node on, for a point of `cloud` at `d` cells from the base node
-    /// with shape function `shape` there.
-    pub fn weights<const W: usize>(
-        &self,
-        cloud: usize,
-        axis: usize,
-        d: f64,
-        shape: [f64; W],
-    ) -> [f64; W] {
-        match self.scheme {
-            ContactForceScheme::Point => shape,
-            ContactForceScheme::NearestNodes => {
-                core::array::from_fn(|i| (1.0 - (d - i as f64).abs()).max(0.0))
-            }
-            ContactForceScheme::Traction => {
-                let l = self.half_width[cloud][axis].min(0.5);
-                core::array::from_fn(|i| averaged_hat((d - i as f64).abs(), l))
-            }
-        }
-    }
+/// `T` along an axis at the `W` nodes from the base node on, of a point at `d` cells from it: the hat function averaged over a box
+/// of half width `l` (cells, at most 1/2). Nearest nodes have `l = 0`.
+pub fn weights<const W: usize>(d: f64, l: f64) -> [f64; W] {
+    core::array::from_fn(|i| averaged_hat((d - i as f64).abs(), l))
 }
 
 /// The hat function averaged over a box of half width `l <= 1/2` at distance `r` from the node, in cells (Jiang 2020 A2).

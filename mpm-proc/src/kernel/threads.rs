@@ -7,6 +7,9 @@ use mechanics::threads::Threads;
 
 use crate::kernel::point_tile::Tile;
 
+/// Into how many parts for each thread a list is divided.
+pub const PARTS: usize = 8;
+
 /// Data that a list of tiles can be divided with: each part of the list takes its own.
 pub trait Share: Send + Sized {
     /// The parts of the first `tiles` tiles, which hold the first `blocks` blocks, and of the others.
@@ -69,15 +72,6 @@ impl<A: Share, B: Share, C: Share> Share for (A, B, C) {
     }
 }
 
-/// Length of the parts into which a list of so many is divided: a few for each thread, so that others can take work from
-/// a slow one.
-pub fn part(threads: &Threads, count: usize) -> usize {
-    match threads.count() {
-        1 => count.max(1),
-        threads => count.div_ceil(8 * threads).max(1),
-    }
-}
-
 /// Calls `work` with every tile, its part of `share`, and working memory that is made for each part of the list.
 pub fn over_tiles<D: Share, M, F: Fn(&Tile, D, &mut M) + Sync>(
     threads: &Threads,
@@ -87,7 +81,7 @@ pub fn over_tiles<D: Share, M, F: Fn(&Tile, D, &mut M) + Sync>(
     work: &F,
 ) {
     let parts = Parts {
-        tiles: tiles.chunks(part(threads, tiles.len())),
+        tiles: tiles.chunks(threads.part(tiles.len(), PARTS, 1)),
         rest: Some(share),
     };
     threads.each(parts, |(tiles, share): (&[Tile], D)| {
@@ -150,7 +144,7 @@ pub fn over_groups<T: Send>(
 
 /// Calls `work` with every item.
 pub fn over_items<T: Send, F: Fn(&mut T) + Sync>(threads: &Threads, items: &mut [T], work: &F) {
-    let part = part(threads, items.len());
+    let part = threads.part(items.len(), PARTS, 1);
     threads.each(items.chunks_mut(part), |items| {
         for item in items {
             work(item);

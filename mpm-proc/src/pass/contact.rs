@@ -9,6 +9,7 @@ use super::markers::touch_marker;
 use crate::kernel::lanes::{LANES, Lanes, ZERO, splat};
 use crate::kernel::point_tile::{Tile, owner};
 use crate::kernel::shape::Shape;
+use crate::kernel::spread;
 use crate::kernel::tiles::{NODES, pitch};
 use crate::kernel::transfer::AffineState;
 use crate::state::contact::{ContactLoad, Loaded, TouchRow, Weighted, turns};
@@ -84,7 +85,7 @@ pub fn apply_contact<const W: usize, S: Shape<W>, A: AffineState>(
             load.stiffness = load.stiffness.max(loaded.stiffness);
         }
     }
-    load.omega_sq = if continuum.spread.is_shape() {
+    load.omega_sq = if continuum.touches.scatters.is_empty() {
         gathers
     } else {
         (gathers * scatters).sqrt()
@@ -165,10 +166,8 @@ fn touch<const W: usize, S: Shape<W>, A: AffineState>(
     let tile = cloud.tile_of_lane(lane);
     let turns = turns(&continuum.imps.forces[slot]);
     let half = turns.then(|| 0.5 / continuum.grid.geometry.cell);
-    let spread = |axis, d, s| (continuum.spread).weights(member.cloud as usize, axis, d, s);
-    let spread = (!continuum.spread.is_shape()).then_some(spread);
     let x = cloud.position(lane);
-    let (base, s, g, t) = weights_of(&cloud.shape, tile, x, half, spread);
+    let (base, s, g, t) = weights_of(&cloud.shape, tile, x, half, cloud.spread);
     let loaded = Loaded {
         slot,
         stiffness,
@@ -230,7 +229,7 @@ fn weights_of<const W: usize, S: Shape<W>>(
     tile: &Tile,
     x: [f64; 2],
     half: Option<f64>,
-    spread: Option<impl Fn(usize, f64, [f64; W]) -> [f64; W]>,
+    spread: Option<[f64; 2]>,
 ) -> ([usize; 2], Along<W>, Along<W>, Option<Along<W>>) {
     let place = tile.frame.locate(&x.map(splat), pitch(W));
     let [x, y] = place.d;
@@ -242,9 +241,9 @@ fn weights_of<const W: usize, S: Shape<W>>(
             *g = splat(half) * *g;
         }
     }
-    let t = spread.map(|spread| {
-        let one = |of: &Lanes| of.as_array()[0];
-        Along::of([0, 1].map(|a| spread(a, one(&place.d[a]), s[a].each_ref().map(one)).map(splat)))
+    let t = spread.map(|half_width| {
+        let t = |a: usize| spread::weights(place.d[a].as_array()[0], half_width[a]).map(splat);
+        Along::of([0, 1].map(t))
     });
     (place.column_row(0, W), Along::of(s), Along::of(g), t)
 }

@@ -149,7 +149,6 @@ pub fn touch_marker<const W: usize, S: Shape<W>, A: AffineState>(
         tangential,
         radius: markers.chain(marker).radius,
     };
-    let spreads = !continuum.spread.is_shape();
     for weights in weights.chunks_exact(W) {
         let (mut at, mut of) = ([NodeAt::default(); LANES], [NodeAt::default(); LANES]);
         let (mut shares, mut curls) = ([0.0; LANES], [[0.0; LANES]; 2]);
@@ -167,7 +166,8 @@ pub fn touch_marker<const W: usize, S: Shape<W>, A: AffineState>(
             gather,
             curl,
         };
-        (continuum.touches).push(row, spreads.then_some(gather));
+        // The nodes of segments get forces by the shape functions alone (a fault of the configuration).
+        continuum.touches.push(row, None);
     }
     continuum.loaded.push(loaded);
 }

@@ -3,7 +3,7 @@
 
 use super::images::{gather_momentum, gather_sums, gather_vectors, spread_vectors};
 use crate::kernel::shape::Shape;
-use crate::kernel::threads::{over_items, part};
+use crate::kernel::threads::{PARTS, over_items};
 use crate::kernel::tiles::{Geometry, NODES, first_node, node};
 use crate::kernel::transfer::AffineState;
 use crate::kernel::window::add_window;
@@ -65,7 +65,7 @@ pub fn sum_numbers<const W: usize, S: Shape<W>, A: AffineState>(
 ) {
     let (tiles, overlaps) = (&grid.tiles, &grid.overlaps);
     grid.sums.resize(tiles.len(), [[0.0; 2]; NODES]);
-    let part = part(threads, tiles.len());
+    let part = threads.part(tiles.len(), PARTS, 1);
     let parts = grid.sums.chunks_mut(part).zip(tiles.chunks(part));
     threads.each(parts, |(sums, tiles)| {
         for (sum, tile) in sums.iter_mut().zip(tiles) {

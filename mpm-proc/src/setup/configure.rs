@@ -5,7 +5,7 @@ use core::ops::Range;
 
 use interface::config::material::Frictional;
 use interface::config::{
-    MaterialModel, MpmConfig, Plane, ShapeFunction, Transfer as TransferConfig,
+    ContactForceScheme, MaterialModel, MpmConfig, Plane, ShapeFunction, Transfer as TransferConfig,
 };
 use interface::solver::{MpmMeasurement, Readiness, Refusal};
 use mechanics::fill::{FilledRegion, fill, refuse_overlap};
@@ -15,7 +15,6 @@ use super::grid::geometry;
 use crate::grid_contact::GridContact;
 use crate::kernel::lanes::LANES;
 use crate::kernel::shape::{CubicBspline, Linear, QuadraticBspline, Shape, Ugimp};
-use crate::kernel::spread::Spread;
 use crate::kernel::tiles::Geometry;
 use crate::kernel::transfer::{AffineState, NoSlopes, Slopes, Transfer};
 use crate::layers::Layers;
@@ -78,7 +77,6 @@ struct Parts<'a> {
     config: &'a MpmConfig,
     geometry: Geometry,
     points: Vec<FilledRegion>,
-    spread: Spread,
     threads: Threads,
     notes: Vec<String>,
 }
@@ -112,17 +110,12 @@ impl<'a> Parts<'a> {
         refuse_overlap(&config.groups, &points, |a, b| {
             !config.layers || is_pair(a, b)
         })?;
-        let half_width = points
-            .iter()
-            .map(|p| p.sides.map(|s| 0.5 * s / config.cell));
-        let spread = Spread::new(config.contact_force, half_width.collect());
         let threads = Threads::new(config.threads, "mpm")
             .map_err(|e| Refusal::new("mpm.threads", format!("{} threads: {e}", config.threads)))?;
         Ok(Self {
             config,
             geometry,
             points,
-            spread,
             threads,
             notes,
         })
@@ -181,6 +174,13 @@ impl<'a> Parts<'a> {
                     touching: [0, 1]
                         .map(|a| touching(&shape, a, points.sides[a] / self.geometry.cell)),
                     sides: points.sides,
+                    spread: match self.config.contact_force {
+                        ContactForceScheme::Point => None,
+                        ContactForceScheme::NearestNodes => Some([0.0; 2]),
+                        ContactForceScheme::Traction => {
+                            Some(points.sides.map(|s| (0.5 * s / self.config.cell).min(0.5)))
+                        }
+                    },
                     keeps_spin: group.keeps_spin,
                 },
                 first_id,
@@ -210,7 +210,6 @@ impl<'a> Parts<'a> {
             state: ContinuumState::default(),
             kick: KickWork::default(),
             measurement: MpmMeasurement::default(),
-            spread: self.spread.of(groups.clone()),
             leaving: self.config.leaving,
             gone: Vec::new(),
             stress_update: self.config.stress_update,

@@ -20,7 +20,6 @@ use super::settling::Settling;
 use super::totals::{KickWork, Totals};
 use super::walls::WallsState;
 use crate::kernel::shape::Shape;
-use crate::kernel::spread::Spread;
 use crate::kernel::transfer::{AffineState, Transfer};
 
 /// The whole state of the solver.
@@ -39,8 +38,6 @@ pub struct Continuum<const W: usize, S: Shape<W>, A: AffineState> {
     pub loaded: Vec<Loaded>,
     /// The nodes that they touch.
     pub touches: Touches,
-    /// How a contact force reaches the grid.
-    pub spread: Spread,
     /// What happens to points that leave the domain.
     pub leaving: Leaving,
     /// Lanes whose points have left and are to be removed at the end of the step: cloud and lane, in this order.

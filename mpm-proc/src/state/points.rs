@@ -83,6 +83,8 @@ pub struct Kind {
     pub touching: [f64; 2],
     /// Sides of a point's box in m.
     pub sides: [f64; 2],
+    /// [`Cloud::spread`].
+    pub spread: Option<[f64; 2]>,
     /// Whether the nodes are given the spin of the group.
     pub keeps_spin: bool,
 }
@@ -103,6 +105,9 @@ pub struct Cloud<const W: usize, S: Shape<W>, A: AffineState> {
     pub radius: f64,
     /// Mean distance in cells of its mass from walls that it touches, along x and y ([`crate::pass::gaps`]).
     pub touching: [f64; 2],
+    /// Half widths along x and y, in cells, of the boxes over which contact forces are spread ([`crate::kernel::spread`]); `None`: by
+    /// the shape function.
+    pub spread: Option<[f64; 2]>,
     /// Spin of the group at the last map to the grid in rad/s, where the nodes are given it.
     pub spin: Option<f64>,
     /// Identity of the first point; the others follow.
@@ -188,6 +193,7 @@ impl<const W: usize, S: Shape<W>, A: AffineState> Cloud<W, S, A> {
             volume: kind.sides[0] * kind.sides[1],
             radius: kind.radius,
             touching: kind.touching,
+            spread: kind.spread,
             spin: kind.keeps_spin.then_some(0.0),
             first_id,
             state: CloudState {

@@ -1,59 +1,51 @@
-//! Turns a configured law into a value of its type: the one `match` over laws.
+//! Turns a configured law into a value of its type, and contacts by it: the one `match` over laws.
 
 use interface::config::surfaces::ContactPair;
 use interface::config::{ContactLaw, ratio_of_restitution};
 
-use super::Law;
-use super::contact::Contact;
-use super::dashpot::{Tsuji, Viscous};
-use super::mixed::AnyLaw;
-use super::normal::{Adhesive, Area, Hertz, Linear};
-use super::rolling::Rolling;
-use super::table::Table;
-use super::tangent::{Coulomb, Mindlin};
 use crate::body::surfaces::Surfaces;
+use crate::contact::engine::{Contacts, PairKind};
+use crate::contact::side::Side;
+use crate::law::contact::Contact;
+use crate::law::dashpot::{Tsuji, Viscous};
+use crate::law::mixed::AnyLaw;
+use crate::law::normal::{Adhesive, Area, Hertz, Linear};
+use crate::law::rolling::Rolling;
+use crate::law::table::Table;
+use crate::law::tangent::{Coulomb, Mindlin};
 
-/// Something that is built from a law of any type.
-pub trait ForLaw: Sized {
-    /// The result.
-    type Output;
-    /// Builds it.
-    fn build<L: Law>(self, law: L) -> Self::Output;
-}
-
-/// Builds something from `for_all`, and from the laws of `pairs` for their surfaces; all have been checked. Every law is
-/// a value of one of few types, in a table by pairs of surfaces, with zeros for the parts that it does not use. A type
-/// for every combination of parts would be faster by a few per cent where parts are missing, and would double the
+/// Contacts in pairs of a kind, with a skin in m, by `for_all` and by the laws of `pairs` for their surfaces; all have been checked.
+/// Every law is a value of one of few types, in a table by pairs of surfaces, with zeros for the parts that it does not use. A
+/// type for every combination of parts would be faster by a few per cent where parts are missing, and would double the
 /// compile time. Only a linear spring without adhesion and rolling has no table, where it holds for all pairs: no
 /// contact stores it.
-pub fn with_laws<F: ForLaw>(
+pub fn with_laws<K: PairKind>(
     surfaces: &Surfaces,
-    for_all: &ContactLaw,
-    pairs: &[&ContactPair],
-    build: F,
-) -> F::Output {
+    (for_all, pairs): (&ContactLaw, &[&ContactPair]),
+    (kind, skin): (K, f64),
+) -> Box<dyn Side> {
     match value(for_all) {
         AnyLaw::Grains(Rolling { law, friction: 0.0 })
             if pairs.is_empty() && law.normal.stress == 0.0 =>
         {
-            build.build(Contact {
+            let law = Contact {
                 normal: law.normal.spring,
                 tangent: law.tangent,
                 dashpot: law.dashpot,
-            })
+            };
+            Box::new(Contacts::new(law, kind, skin))
         }
-        _ => with_table(surfaces, for_all, pairs, build),
+        _ => with_table(surfaces, (for_all, pairs), (kind, skin)),
     }
 }
 
 /// The same with a table in any case, for code that need not be fast. If all laws are of one kind, no loop branches on
 /// the kind.
-pub fn with_table<F: ForLaw>(
+pub fn with_table<K: PairKind>(
     surfaces: &Surfaces,
-    for_all: &ContactLaw,
-    pairs: &[&ContactPair],
-    build: F,
-) -> F::Output {
+    (for_all, pairs): (&ContactLaw, &[&ContactPair]),
+    (kind, skin): (K, f64),
+) -> Box<dyn Side> {
     let table = Table::new(surfaces, for_all, pairs, value);
     let grains = table.of(|law| match law {
         AnyLaw::Grains(law) => Some(law),
@@ -70,13 +62,13 @@ pub fn with_table<F: ForLaw>(
     match (grains, spheres, areas) {
         (Some(grains), _, _) => {
             match grains.of(|Rolling { law, friction }| (friction == 0.0).then_some(law)) {
-                Some(forces) => build.build(forces),
-                None => build.build(grains),
+                Some(forces) => Box::new(Contacts::new(forces, kind, skin)),
+                None => Box::new(Contacts::new(grains, kind, skin)),
             }
         }
-        (_, Some(spheres), _) => build.build(spheres),
-        (_, _, Some(areas)) => build.build(areas),
-        _ => build.build(table),
+        (_, Some(spheres), _) => Box::new(Contacts::new(spheres, kind, skin)),
+        (_, _, Some(areas)) => Box::new(Contacts::new(areas, kind, skin)),
+        _ => Box::new(Contacts::new(table, kind, skin)),
     }
 }
 
