@@ -18,7 +18,7 @@ use interface::step::Step;
 use crate::cli::{CheckArgs, PlanArgs};
 use crate::cost::measure;
 use crate::exit::{BAD_INPUT, Failed};
-use crate::run::{options, trusted};
+use crate::run::{options, timeline, trusted};
 use crate::terminal::{complain, say};
 use crate::{machine, solvers};
 
@@ -104,8 +104,10 @@ fn say_cost(scene: &Scene, args: &PlanArgs) {
     }
     let measured = match trusted(scene, &args.how) {
         Err(_) => Err("the scene names programs as solvers (`--trust` starts them)".to_owned()),
-        Ok(()) => options(&args.how, false, scene)
-            .and_then(|options| measure(scene, options, Duration::from_secs_f64(args.measure))),
+        Ok(()) => options(&args.how, false, scene).and_then(|mut options| {
+            options.trace = timeline(&args.how)?;
+            measure(scene, options, Duration::from_secs_f64(args.measure))
+        }),
     };
     match measured {
         Ok(cost) => say(format_args!("  time     {cost}")),

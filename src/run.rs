@@ -43,7 +43,7 @@ pub fn run(args: &RunArgs) -> Result<ExitCode, Failed> {
     let mut scene = scene.map_err(|errors| errors.to_string())?;
     let branch = Branch::find(&mut scene).map_err(|errors| errors.to_string())?;
     trusted(&scene, &args.how).map_err(bad_input)?;
-    let options = options(&args.how, args.record, &scene).map_err(bad_input)?;
+    let mut options = options(&args.how, args.record, &scene).map_err(bad_input)?;
     refuse_points_within_bodies(&scene).map_err(|errors| errors.to_string())?;
     let out = args
         .out
@@ -64,6 +64,8 @@ pub fn run(args: &RunArgs) -> Result<ExitCode, Failed> {
     }
     let killed = Killed::find(&out);
     let dir = RunDir::create(&out, &scene.resolved_toml).map_err(|e| with_advice(&e))?;
+    let trace = timeline(&args.how).inspect_err(|_| dir.discard());
+    options.trace = trace.map_err(bad_input)?;
     let log = LogFile::of(&dir, false).map_err(|e| with_advice(&e))?;
     logging::of_run(&log, args.how.log);
     if args.watch {
@@ -97,7 +99,8 @@ pub fn resume(args: &ResumeArgs) -> Result<ExitCode, Failed> {
     let resumed = Resumed::find(&scene, &dir, args.new_tables)
         .map_err(|error| cannot_resume(&scene, &dir, killed.as_ref(), &error))?;
     let log = LogFile::of(&dir, true).map_err(|e| with_advice(&e))?;
-    let options = options(&args.how, false, &scene).map_err(bad_input)?;
+    let mut options = options(&args.how, false, &scene).map_err(bad_input)?;
+    options.trace = timeline(&args.how).map_err(bad_input)?;
     logging::of_run(&log, args.how.log);
     begin(&scene, &args.how, &args.dir);
     for damaged in &resumed.passed_over {
@@ -288,7 +291,7 @@ fn default_out(args: &Source, name: &str, hash: &str) -> PathBuf {
     PathBuf::from("runs").join(file)
 }
 
-/// How `scene` is run.
+/// How `scene` is run, without the [`timeline`].
 ///
 /// # Errors
 /// Why it cannot be run so.
@@ -315,11 +318,6 @@ pub fn options(args: &HowArgs, record: bool, scene: &Scene) -> Result<RunOptions
             dem: named.dem.map_or_else(|| this_program("dem"), Ok)?,
         }
     };
-    let trace = args.trace.as_ref().map(|path| {
-        trace::begin(path)?;
-        std::path::absolute(path)
-    });
-    let trace = trace.transpose().map_err(|e| format!("--trace: {e}"))?;
     // In this thread there is nobody to wait for: a solver that hangs hears nothing.
     let asked = interrupt(!args.in_process)?;
     Ok(RunOptions {
@@ -327,7 +325,7 @@ pub fn options(args: &HowArgs, record: bool, scene: &Scene) -> Result<RunOptions
         threads: args.threads.into(),
         window: args.window,
         record,
-        trace,
+        trace: None,
         progress: args.log == LogFormat::Text,
         screen: Some(terminal::screen().clone()),
         patience: Duration::from_secs_f64(args.patience),
@@ -336,6 +334,18 @@ pub fn options(args: &HowArgs, record: bool, scene: &Scene) -> Result<RunOptions
         at_once: asked.at_once,
         save: on_signal(SIGUSR1)?,
     })
+}
+
+/// Begins the timeline that is asked for. It replaces an earlier one, so nothing may refuse the run any more.
+///
+/// # Errors
+/// Why it cannot be written.
+pub fn timeline(how: &HowArgs) -> Result<Option<PathBuf>, String> {
+    let begun = how.trace.as_ref().map(|path| {
+        trace::begin(path)?;
+        std::path::absolute(path)
+    });
+    begun.transpose().map_err(|e| format!("--trace: {e}"))
 }
 
 /// The command of a built-in solver in a process of its own: this program again.

@@ -137,6 +137,28 @@ fn a_timeline_has_the_times_of_the_summary() {
         }
     }
     let nowhere = format!("{QUICK} --trace no/such/folder.json");
-    let refused = place.run("out", &scene(HARD), &nowhere);
-    refused.expect(2).says(&["--trace"]);
+    for out in ["out", "new"] {
+        let refused = place.run(out, &scene(HARD), &nowhere);
+        refused.expect(2).says(&["--trace"]);
+    }
+    assert!(!place.path("new").exists());
+}
+
+/// It was emptied before it was known that nothing runs.
+#[test]
+fn a_timeline_stays_where_nothing_runs() {
+    let place = Place::new();
+    let save = format!("{QUICK} --set output.checkpoint.end=true --trace trace.json");
+    place.run("out", &scene(HARD), &save).expect(0);
+    let before = fs::read(place.path("trace.json")).unwrap();
+    let again = |more: &str, code: i32| {
+        let ended = place.run("out", &scene(HARD), &format!("{save} {more}"));
+        ended.expect(code);
+        assert!(fs::read(place.path("trace.json")).unwrap() == before, "{more}");
+    };
+    again("--unless-done", 0);
+    again("--set start.from=out --set time.end=1", 2);
+    let held = fs::File::open(place.path("out")).unwrap();
+    held.try_lock().unwrap();
+    again("", 2);
 }
