@@ -19,8 +19,17 @@ const SCHEMA: &str = "scene.schema.json";
 
 /// In the files of a solver, the checkout that has the contract.
 const TREE: &str = "TREE";
-/// And the solver's name as Rust writes it in code.
-const CRATE: &str = "CRATE";
+
+/// Names that no package of a solver can have: those of cargo's own folders, and of the packages that it is built with.
+const TAKEN: [&str; 7] = [
+    "build",
+    "deps",
+    "examples",
+    "incremental",
+    "interface",
+    "config",
+    "mechanics",
+];
 
 /// Where GitHub looks for what it runs at every push.
 const WORKFLOW: &str = ".github/workflows/conformance.yml";
@@ -79,6 +88,11 @@ fn solver(name: &str, language: Language, tree: Option<&Path>) -> Result<String,
             "a solver cannot be called `{name}`: a name has lower-case letters, digits, `_` and `-`, and begins with a letter"
         ));
     }
+    if language == Language::Rust && TAKEN.contains(&name) {
+        return Err(format!(
+            "a solver in Rust cannot be called `{name}`: cargo or the contract has this name already"
+        ));
+    }
     // A program that was installed as a wheel has brought what a solver in Python needs.
     let tree = match checkout(tree) {
         Err(_) if language == Language::Python && tree.is_none() => None,
@@ -126,7 +140,6 @@ fn filled(text: &str, name: &str, tree: Option<&Path>) -> String {
             .collect(),
     };
     text.replace(NAME, name)
-        .replace(CRATE, &name.replace('-', "_"))
 }
 
 /// The checkout that was named, or that this program was built from.
@@ -156,7 +169,7 @@ mod tests {
     fn a_solver_in_python_needs_no_checkout_where_the_wheel_is() {
         for (file, text) in PYTHON {
             let text = filled(text, "mine", None);
-            for mark in [TREE, SCENES, NAME, CRATE, "sys.path.append"] {
+            for mark in [TREE, SCENES, NAME, "sys.path.append"] {
                 assert!(!text.contains(mark), "{file}: {mark}");
             }
         }

@@ -74,12 +74,13 @@ fn with_features_of_this_tree(package: &Path) {
     .unwrap();
 }
 
+/// By a name that is a word of Rust's: it does not stand in the code.
 #[test]
 fn a_new_solver_in_rust_collides_and_passes_its_tests() {
     let place = Place::new();
-    let next = new(&place, "my-own", "rust");
+    let next = new(&place, "type", "rust");
     has(&next, "cargo build --release");
-    let package = place.path("my-own/Cargo.toml");
+    let package = place.path("type/Cargo.toml");
     with_features_of_this_tree(&package);
     // With what has been compiled for this test, and by the flags of this tree, which a command within it gets.
     let target = Path::new(env!("CARGO_BIN_EXE_tandem")).parent().unwrap();
@@ -95,7 +96,7 @@ fn a_new_solver_in_rust_collides_and_passes_its_tests() {
     tests.arg(target.parent().unwrap()).current_dir(root());
     let output = runs(&place, &mut tests);
     has(&output, "2 passed");
-    let program = target.join("my-own");
+    let program = target.join("type");
     collides(&place, &format!("'{}'", program.display()));
     fs::remove_file(program).unwrap();
 }
@@ -110,6 +111,8 @@ fn nothing_that_is_there_is_lost_to_a_new_solver() {
         ("../up --lang rust", "cannot be called"),
         ("2d --lang python", "begins with a letter"),
         ("other --lang rust --tree .", "no checkout"),
+        ("build --lang rust", "cannot be called `build`"),
+        ("mechanics --lang rust", "cannot be called `mechanics`"),
     ] {
         let ended = place.tandem(&format!("new solver {words}"));
         ended.expect(2).says(&[why]);

@@ -1,5 +1,5 @@
 //! `tandem run SCENE --dem target/release/NAME`
 
 fn main() -> std::process::ExitCode {
-    interface::session::process::serve_dem(CRATE::Solver::default())
+    interface::session::process::serve_dem(solver::Solver::default())
 }

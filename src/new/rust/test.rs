@@ -2,12 +2,12 @@
 
 use std::process::Command;
 
-use CRATE::Solver;
 use interface::config::{BodyConfig, BodyInertia, BodyShape, ContactLaw, DemConfig};
 use interface::forces::{Forces, Load, Points};
 use interface::message::wire::{ImpInfo, ImpState};
 use interface::solver::DemSolver;
 use interface::step::Step;
+use solver::Solver;
 
 #[test]
 fn a_point_is_pushed_away_and_the_disc_the_other_way() {
