@@ -8,7 +8,7 @@ use interface::message::control::Party;
 use serde_json::{Value, json};
 
 use crate::harness::needs::Need;
-use crate::harness::{Ended, Place, copy, python_can_join, root, words};
+use crate::harness::{Ended, Place, copy, has, python_can_join, root, words};
 
 /// What the kit says of each bug.
 const STORIES: &str = "docs/results/conformance/bugs.json";
@@ -147,6 +147,8 @@ fn every_bug_has_its_story() {
             assert!(!of.unwrap().often.is_empty(), "{}", known["clause"]);
         }
     }
+    let page = std::fs::read_to_string(root().join("docs/conformance.md")).unwrap();
+    has(&page, &format!("has {} more", Bug::all("bug").len()));
 }
 
 #[test]
