@@ -7,10 +7,10 @@ use std::time::Duration;
 
 use coupler::record::Summary;
 use coupler::record::background::LogFile;
-use coupler::record::rundir::{RunDir, RunDirError};
+use coupler::record::rundir::{RunDir, RunDirError, SCENE};
 use coupler::record::summary::Status;
 use coupler::run::checkpoint::branch::Branch;
-use coupler::run::checkpoint::file::CheckpointError;
+use coupler::run::checkpoint::file::{CheckpointError, as_word, is_in};
 use coupler::run::killed::Killed;
 use coupler::run::resources;
 use coupler::run::{Finished, Resumed, RunOptions, Solvers, run as run_scene};
@@ -138,10 +138,13 @@ fn cannot_resume(
     let CheckpointError::None { .. } = why else {
         return bad_input(why);
     };
-    let (dir, trust) = (dir.path().display(), trust_of(scene));
+    let (dir, trust) = (dir.path(), trust_of(scene));
     bad_input(format_args!(
-        "{why}\n  `tandem run {dir}/scene.toml --out OTHER{trust}` starts it again and leaves {dir} as it is; \
-         `--out {dir}` replaces what is there"
+        "{why}\n  `tandem run {} --out OTHER{trust}` starts it again and leaves {} as it is; \
+         `--out {}` replaces what is there",
+        as_word(&dir.join(SCENE)),
+        dir.display(),
+        as_word(dir)
     ))
 }
 
@@ -224,8 +227,8 @@ fn finish(
         }
     }
     let cut_short = matches!(summary.status, Status::Interrupted | Status::Failed);
-    if cut_short && place == out && coupler::run::checkpoint::file::is_in(out) {
-        let (out, trust) = (out.display(), trust_of(scene));
+    if cut_short && place == out && is_in(out) {
+        let (out, trust) = (as_word(out), trust_of(scene));
         say(format_args!(
             "`tandem resume {out}{trust}` continues from its last checkpoint"
         ));

@@ -23,12 +23,14 @@ fn scene_of_the_test() -> String {
 #[test]
 fn a_table_that_was_changed_before_the_checkpoint_is_named_and_not_continued() {
     let place = Place::new();
-    let mut run = place.start_run("run", &scene_of_the_test(), LONG);
-    run.stepping("run");
-    run.has_rows("run");
+    let mut run = place.start_run("my run", &scene_of_the_test(), LONG);
+    run.stepping("my run");
+    run.has_rows("my run");
     signal(run.pid(), "INT");
-    run.end().expect(130);
-    let dir = place.path("run");
+    let ended = run.end().expect(130);
+    let dir = place.path("my run");
+    let advice = format!("`tandem resume '{}'` continues", dir.display());
+    has(&ended.stdout, &advice);
     for name in ["history.csv", "course.csv"] {
         let before = fs::read(dir.join(name)).unwrap();
         let mut changed = before.clone();
@@ -36,11 +38,11 @@ fn a_table_that_was_changed_before_the_checkpoint_is_named_and_not_continued() {
         let at = before.iter().position(|&b| b == b'\n').unwrap() + 1;
         changed[at] = b'7';
         fs::write(dir.join(name), &changed).unwrap();
-        let ended = place.tandem("resume run").expect(2);
+        let ended = place.tandem("resume 'my run'").expect(2);
         ended.says(&[
             name,
             "bytes, which it had at the checkpoint, were changed",
-            "starts the run again",
+            "`tandem run 'my run/scene.toml' --out OTHER` starts the run again",
         ]);
         assert!(
             fs::read(dir.join(name)).unwrap() == changed,
@@ -53,7 +55,7 @@ fn a_table_that_was_changed_before_the_checkpoint_is_named_and_not_continued() {
     let history = fs::read_to_string(dir.join("history.csv")).unwrap();
     let changed = history.replacen('\n', "\n7", 1);
     fs::write(dir.join("history.csv"), &changed).unwrap();
-    let ended = place.tandem("resume run --new-tables").expect(0);
+    let ended = place.tandem("resume 'my run' --new-tables").expect(0);
     ended.says(&["history.csv.changed"]);
     let read = |name: &str| fs::read_to_string(dir.join(name)).unwrap();
     assert_eq!(read("history.csv.changed"), changed);

@@ -144,14 +144,19 @@ fn modes_follow_the_umask() {
 #[test]
 fn a_killed_run_without_a_checkpoint_is_told_and_gets_a_summary() {
     let place = Place::new();
-    let mut run = place.start_run("out", &scene("jiang2020/normal_force"), LONG);
-    run.stepping("out");
-    run.has_rows("out");
+    let mut run = place.start_run("my run", &scene("jiang2020/normal_force"), LONG);
+    run.stepping("my run");
+    run.has_rows("my run");
     signal(run.pid(), "KILL");
     run.end();
-    let out = place.path("out");
-    let resumed = place.tandem("resume out").expect(2);
-    resumed.says(&["its coupler was killed", "has no checkpoint"]);
+    let out = place.path("my run");
+    let resumed = place.tandem("resume 'my run'").expect(2);
+    resumed.says(&[
+        "its coupler was killed",
+        "has no checkpoint",
+        "`tandem run 'my run/scene.toml' --out OTHER` starts it again and leaves my run as it is; \
+         `--out 'my run'` replaces what is there",
+    ]);
     let files = RunFiles::read(&out);
     assert_eq!(files.text("status"), "killed");
     assert!(files.text("reason").contains("its history ends at t ="));

@@ -104,6 +104,13 @@ impl About {
     }
 }
 
+/// A path as a shell takes it, for commands that people paste.
+pub fn as_word(path: &Path) -> String {
+    let word = path.to_string_lossy();
+    let quoted = shlex::try_quote(&word).expect("a path has no zero byte");
+    quoted.into_owned()
+}
+
 /// A checkpoint cannot be used.
 #[derive(Debug, Error)]
 pub enum CheckpointError {
@@ -127,7 +134,7 @@ pub enum CheckpointError {
         what: String,
     },
     /// A table was changed before the moment of the checkpoint.
-    #[error("{} is not as the run has written it: {source}; `tandem resume --new-tables` puts it aside and begins a new one, `tandem run {}/{SCENE} --out OTHER` starts the run again", dir.join(table).display(), dir.display())]
+    #[error("{} is not as the run has written it: {source}; `tandem resume --new-tables` puts it aside and begins a new one, `tandem run {} --out OTHER` starts the run again", dir.join(table).display(), as_word(&dir.join(SCENE)))]
     Changed {
         /// Of which run.
         dir: PathBuf,
