@@ -154,7 +154,10 @@ fn a_timeline_stays_where_nothing_runs() {
     let again = |more: &str, code: i32| {
         let ended = place.run("out", &scene(HARD), &format!("{save} {more}"));
         ended.expect(code);
-        assert!(fs::read(place.path("trace.json")).unwrap() == before, "{more}");
+        assert!(
+            fs::read(place.path("trace.json")).unwrap() == before,
+            "{more}"
+        );
     };
     again("--unless-done", 0);
     again("--set start.from=out --set time.end=1", 2);
