@@ -15,9 +15,8 @@
 //! Another compiler or C library may change last bits too (ARCHITECTURE.md, "Where determinism comes from"): where the
 //! build that took a row does not give its hashes, that build takes it again first.
 //!
-//! Environment: `TANDEM_BINARY` is the program to run, absolute or relative to the workspace's root, instead of the one
-//! that was built with this test. For the two commands above, `TANDEM_SCENES="silo d2cm"` leaves out rows without
-//! this in scene and variant; for the first of them, `TANDEM_LONGEST=20` leaves out rows that take more than 20 s.
+//! For these two commands, `TANDEM_SCENES="silo d2cm"` leaves out rows without this in scene and variant; for the first of
+//! them, `TANDEM_LONGEST=20` leaves out rows that take more than 20 s.
 
 use std::ffi::OsStr;
 use std::fs;
@@ -27,7 +26,7 @@ use std::time::Duration;
 use coupler::record::summary::Status;
 use coupler::scene::Scene;
 
-use crate::harness::{Place, RunFiles, at_once, catalogue, root, scene, words};
+use crate::harness::{Place, RunFiles, at_once, catalogue, root, scene};
 
 /// Ways to run a scene that must not show in its result; the first is the one that the file was taken with.
 pub const WAYS: [&str; 7] = [
@@ -150,8 +149,7 @@ impl Case {
         let (place, path) = (Place::new(), scene(&self.scene));
         let out = place.path("out");
         let line = format!("run '{path}' --out out {way} {}", option(&self.variant));
-        let ended = place.start_as(&binary(), &words(&line));
-        let ended = ended.end_within(patience);
+        let ended = place.start(&line).end_within(patience);
         place.assert_clean(&ended.runs);
         let files = RunFiles::read(&out);
         let exit = ended.status.code().expect("it is not killed");
@@ -184,14 +182,6 @@ impl Outcome {
             history: blake3::hash(rows.concat().as_bytes()).to_string(),
         }
     }
-}
-
-/// The program to run.
-fn binary() -> PathBuf {
-    let given = std::env::var_os("TANDEM_BINARY");
-    given.map_or(env!("CARGO_BIN_EXE_tandem").into(), |given| {
-        root().join(given)
-    })
 }
 
 /// The rows of the file, which begins with comments and a line that names the columns.
