@@ -1,5 +1,6 @@
 //! The bits of every scene and variant are those of `tests/hashes/baseline.csv`, however a run is made.
 //! So a change of the structure is seen to have changed no number, and no way to run a scene to change a bit.
+//! A run that stops by itself also says why.
 //!
 //! The normal command runs every row that is quick in one way, the ways taking turns; `scenes.rs` compares the variants
 //! called `quick`, which it runs anyway. All rows take about an hour in the same manner; `TANDEM_NIGHT`, the number of a night,
@@ -26,7 +27,7 @@ use std::time::Duration;
 use coupler::record::summary::Status;
 use coupler::scene::Scene;
 
-use crate::harness::{Place, RunFiles, at_once, catalogue, root, scene};
+use crate::harness::{Place, RunFiles, at_once, catalogue, has, root, scene};
 
 /// Ways to run a scene that must not show in its result; the first is the one that the file was taken with.
 pub const WAYS: [&str; 7] = [
@@ -124,7 +125,7 @@ impl Row {
 }
 
 /// The option of a variant; none for the scene as it stands.
-pub fn option(variant: &str) -> String {
+fn option(variant: &str) -> String {
     match variant {
         PLAIN => String::new(),
         variant => format!("--variant {variant}"),
@@ -154,11 +155,60 @@ impl Case {
         let files = RunFiles::read(&out);
         let exit = ended.status.code().expect("it is not killed");
         let outcome = Outcome::of(&files, exit, lines);
+        if exit > 1 {
+            self.assert_says_why(&files);
+        }
         let (case, wall) = (self.clone(), files.number("wall_s"));
         Row {
             case,
             outcome,
             wall,
+        }
+    }
+
+    /// What the reason has of each that stops by itself.
+    fn reason(&self) -> &'static [&'static str] {
+        match self.scene.as_str() {
+            "extreme/forced" => &["at t = ", "created numerically", "unstable with dt = "],
+            // A point outside of the domain, by its number and place.
+            "extreme/leaving" | "extreme/rest" => {
+                &["the mpm stopped at step", "point", "left the domain at ("]
+            }
+            "extreme/mach" => &[
+                "the dem stopped at step",
+                "has passed through body 0 (wall) with an overlap of",
+            ],
+            "extreme/squeeze" | "extreme/thin_floor" => &[
+                "the dem stopped at step",
+                "is near the middle of body",
+                "with an overlap of",
+                "stiffer contact",
+            ],
+            "extreme/chain" => &[
+                "marker 1 of chain 0 at (0.1, 0.12) m has lost its material",
+                "no node near it has mass",
+            ],
+            "extreme/ring" | "chen2023/rings" => &[
+                "of groups 0 and 1 overlap by",
+                "they would pass through one another",
+                "stiffer contact",
+            ],
+            _ => panic!("{self:?} stops: with which reason?"),
+        }
+    }
+
+    /// Asserts that a run that stopped says why, and leaves finite numbers only.
+    fn assert_says_why(&self, files: &RunFiles) {
+        for words in self.reason() {
+            has(files.text("reason"), words);
+        }
+        // A NaN would be a null, or a word in the history.
+        for key in ["/energy/start", "/energy/end", "/momentum_error"] {
+            let numbers = files.summary.pointer(key).expect("numbers").to_string();
+            assert!(!numbers.contains("null"), "{self:?}: {numbers}");
+        }
+        if files.number("steps") > 0.0 {
+            files.history().assert_sound();
         }
     }
 }

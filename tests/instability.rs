@@ -126,3 +126,20 @@ fn created_energy_is_told_first_and_above_a_bound_of_the_scene_the_run_has_faile
         assert_eq!(warning.contains("time.created_energy"), code == 1);
     }
 }
+
+/// The blow-up is first seen at the last row, which the closing step measures: its length is zero, and not to blame.
+#[test]
+fn a_blow_up_seen_at_the_end_names_the_step_that_led_there() {
+    let place = Place::new();
+    let stability_alone = "--set time.step_factor=5 --set dem.contact_resolution=2";
+    let set = format!("{stability_alone} --set output.every=0.004 --set time.end=0.004");
+    place.run("out", &scene("extreme/forced"), &set).expect(4);
+    let files = RunFiles::read(&place.path("out"));
+    let reason = files.text("reason");
+    let after = reason
+        .split("dt = ")
+        .nth(1)
+        .unwrap_or_else(|| panic!("no step in: {reason}"));
+    let dt: f64 = after.split(' ').next().unwrap().parse().unwrap();
+    assert!(dt > 0.0 && dt <= files.number("dt_max"), "{reason}");
+}

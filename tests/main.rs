@@ -9,7 +9,6 @@ mod bugs;
 mod chaos;
 mod conformance;
 mod deaths;
-mod extreme;
 mod frames;
 mod hashes;
 mod hostile;
