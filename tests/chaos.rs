@@ -260,14 +260,13 @@ impl Rig {
     /// Starts the program, lets happen what is to happen, and waits until all of its processes have ended.
     fn part(&self, place: &Place, words: &str, dir: &Path, fault: &Fault) -> Part {
         let dir = dir.to_str().expect("UTF-8");
-        let mut all = vec![env!("CARGO_BIN_EXE_tandem")];
+        let mut by = Vec::new();
         if let Some(script) = &fault.room {
             let shell = ["unshare", "-rm", "sh", "-c", script, dir];
             let from = if script.contains("mount") { 0 } else { 2 };
-            all.splice(..0, shell[from..].iter().copied());
+            by.extend(&shell[from..]);
         }
-        all.extend(words.split_whitespace());
-        let mut run = place.start_as(Path::new(all[0]), &all[1..]);
+        let mut run = place.start_by(&by, words);
         let (began, mut seen, mut last) = (Instant::now(), Seen::begin(), Duration::ZERO);
         let mut signals = fault.signals.iter().peekable();
         let mut remove = fault.remove;

@@ -7,7 +7,6 @@ use std::fs;
 use std::os::unix::ffi::OsStrExt;
 use std::os::unix::fs::symlink;
 use std::path::{Path, PathBuf};
-use std::process::Command;
 use std::time::Duration;
 
 use rustix::fs::{CWD, FileType, Mode, mknodat};
@@ -156,14 +155,11 @@ fn bodies_are_counted_before_memory_is_taken_for_them() {
 /// It was ended by a signal.
 #[test]
 fn too_little_address_space_is_an_error() {
-    let tandem = env!("CARGO_BIN_EXE_tandem");
-    let hard = scene(HARD);
+    let place = Place::new();
     for command in ["check", "run"] {
-        let script = format!("ulimit -v 50000; exec '{tandem}' {command} '{hard}'");
-        let ended = Command::new("sh").args(["-c", &script]).output().unwrap();
-        let stderr = String::from_utf8(ended.stderr).unwrap();
-        assert_eq!(ended.status.code(), Some(2), "{stderr}");
-        has(&stderr, "of address space");
+        let line = format!("{command} '{}'", scene(HARD));
+        let ended = place.start_after("ulimit -v 50000", &line).end_within(SOON);
+        ended.expect(2).says(&["of address space"]);
     }
 }
 
@@ -171,21 +167,16 @@ fn too_little_address_space_is_an_error() {
 #[test]
 fn names_that_are_no_text_and_names_that_a_terminal_obeys() {
     let place = Place::new();
-    let tandem = env!("CARGO_BIN_EXE_tandem");
     let out = place.path("").join(OsStr::from_bytes(b"out-\xff"));
-    let ended = Command::new(tandem)
-        .args([
-            "run",
-            &scene(HARD),
-            "--variant",
-            "quick",
-            "--in-process",
-            "--out",
-        ])
-        .arg(&out)
-        .output()
-        .unwrap();
-    assert_eq!(ended.status.code(), Some(0), "{ended:?}");
+    let hard = scene(HARD);
+    let line = ["run", &hard, "--variant", "quick", "--in-process", "--out"];
+    let line: Vec<&OsStr> = line
+        .map(OsStr::new)
+        .into_iter()
+        .chain([out.as_os_str()])
+        .collect();
+    let ended = place.start_as(Path::new(env!("CARGO_BIN_EXE_tandem")), &line);
+    ended.end_within(SOON).expect(0);
     assert!(out.join("summary.json").is_file());
     let ended = place.start("check 'a\u{1b}[2Jb\nerror: c.toml'");
     let ended = ended.end_within(SOON).expect(2);

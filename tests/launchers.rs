@@ -6,12 +6,11 @@
 
 use std::collections::BTreeMap;
 use std::fs;
-use std::path::Path;
 use std::process::Command;
 use std::time::Instant;
 
 use crate::harness::needs::Need;
-use crate::harness::{PATIENCE, Place, Running, has, quoted, root, scene, summaries, until, words};
+use crate::harness::{PATIENCE, Place, has, quoted, root, scene, summaries, until};
 use crate::study::without_times;
 
 /// Runs of a study, unless `STUDY_RUNS` says otherwise.
@@ -36,12 +35,6 @@ fn study(out: &str, more: &str) -> String {
 fn it_runs(program: &str, arguments: &[&str]) -> bool {
     let ran = Command::new(program).args(arguments).output();
     ran.is_ok_and(|ran| ran.status.success())
-}
-
-/// The program with a line of arguments, which finds its queue by `NAME=VALUE`.
-fn start_by<'a>(place: &'a Place, queue: &str, line: &str) -> Running<'a> {
-    let line = format!("{queue} '{}' {line}", env!("CARGO_BIN_EXE_tandem"));
-    place.start_as(Path::new("env"), &words(&line))
 }
 
 /// The table of the same study by this machine.
@@ -132,7 +125,7 @@ fn slurm_makes_a_study_though_the_node_starts_again() {
     let queue = Queue(&place);
     assert!(queue.command("start"), "the queue does not start");
     let conf = format!("SLURM_CONF={}", place.path("queue/slurm.conf").display());
-    let slurm = |line: &str| start_by(&place, &conf, line);
+    let slurm = |line: &str| place.start_by(&["env", &conf], line);
     let srun = "--jobs 3 --launcher 'srun --quiet --ntasks=1 --cpus-per-task=1 --mem=500M'";
     let line = study("out", srun);
     let started = slurm(&line);

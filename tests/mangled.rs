@@ -143,8 +143,7 @@ fn mangle(random: &mut Rng, all: &[PathBuf], outside: &Path) -> String {
 /// What is wrong with a command on a mangled directory, if anything is; its status, and how long it took. The program starts by
 /// the words `by`.
 fn fault(place: &Place, by: &[&str], words: &[&str]) -> (Option<String>, Option<i32>, Duration) {
-    let all = [by, &[env!("CARGO_BIN_EXE_tandem")], words].concat();
-    let mut running = place.start_as(Path::new(all[0]), &all[1..]);
+    let mut running = place.start_by(by, &words.join(" "));
     let (pid, mut seen) = (running.pid(), Seen::begin());
     let (mut asked, mut answer) = (false, None);
     let over = until(PATIENCE, || {

@@ -3,9 +3,8 @@
 use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
-use std::process::Command;
 
-use crate::harness::{HARD, Place, QUICK, RunFiles, has, scene};
+use crate::harness::{HARD, Place, QUICK, RunFiles, scene};
 use interface::recording::{End, Playback};
 
 fn recording(place: &Place, out: &str) -> PathBuf {
@@ -78,21 +77,14 @@ fn recording_changes_nothing_and_has_everything() {
 #[test]
 fn a_recording_that_cannot_be_written_ends_the_run_with_the_reason() {
     let place = Place::new();
-    let out = place.path("out").display().to_string();
-    let program = env!("CARGO_BIN_EXE_tandem");
-    let script = format!(
-        "trap '' XFSZ; ulimit -f 64; exec '{program}' run '{}' --variant quick --record --in-process --log json --out '{out}'",
+    let line = format!(
+        "run '{}' {QUICK} --record --in-process --log json --out out",
         scene(HARD)
     );
-    let ended = Command::new("sh")
-        .args(["-c", &script])
-        .env("TANDEM_RUNTIME_DIR", place.temporary_path())
-        .output()
-        .unwrap();
-    let stderr = String::from_utf8_lossy(&ended.stderr).into_owned();
-    assert_eq!(ended.status.code(), Some(3), "{stderr}");
-    has(&stderr, "cannot write the recording");
-    has(&stderr, "run without --record");
+    let ended = place.start_after("trap '' XFSZ; ulimit -f 64", &line).end();
+    ended
+        .expect(3)
+        .says(&["cannot write the recording", "run without --record"]);
     assert!(place.temporary().is_empty());
 }
 

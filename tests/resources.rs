@@ -2,75 +2,58 @@
 //! that another program removes, reported as what it is.
 
 use std::fs;
-use std::process::Command;
+use std::path::Path;
 use std::time::Duration;
 
 use crate::harness::needs::Need;
-use crate::harness::{
-    PATIENCE, Place, QUICK, RunFiles, has, scene, segments, signal, until, words,
-};
+use crate::harness::{PATIENCE, Place, QUICK, RunFiles, has, scene, segments, signal, until};
 
 fn drop() -> String {
     scene("jiang2020/drop_hard")
 }
 
-/// The program after a line of shell.
-fn after(place: &Place, wrap: &[&str], script: &str, out: &str) -> (Option<i32>, String) {
-    let script = format!("{script} && exec \"$@\"");
-    let mut wrapped: Vec<&str> = wrap.to_vec();
-    wrapped.extend([
-        "sh",
-        "-c",
-        &script,
-        "sh",
-        env!("CARGO_BIN_EXE_tandem"),
-        "run",
-    ]);
-    let ended = Command::new(wrapped[0])
-        .args(&wrapped[1..])
-        .arg(drop())
-        .args(words(QUICK))
-        .args(["--out", place.path(out).to_str().unwrap()])
-        .output()
-        .unwrap();
-    (
-        ended.status.code(),
-        String::from_utf8(ended.stderr).unwrap(),
-    )
+fn run(out: &str) -> String {
+    format!("run '{}' {QUICK} --out {out}", drop())
 }
 
 /// D3: a run computed to its end and then failed, or was killed by a bus error.
 #[test]
 fn a_small_shared_memory_is_reported_before_the_run() {
     let place = Place::new();
-    let mounts = ["unshare", "-rm"];
-    let mount = |size: &str| format!("mount -t tmpfs -o size={size} tmpfs /dev/shm");
-    let possible = Command::new("unshare")
-        .args(["-rm", "sh", "-c", &mount("1m")])
-        .status();
-    let possible = possible.is_ok_and(|status| status.success());
-    if !Need::Mount.is_met(possible, "its user may not mount a small /dev/shm") {
+    let possible = ["-c", "unshare -rm mount -t tmpfs tmpfs /dev/shm"];
+    let possible = place.start_as(Path::new("sh"), &possible).end();
+    let why = "its user may not mount a small /dev/shm";
+    if !Need::Mount.is_met(possible.status.success(), why) {
         return;
     }
-    let (code, output) = after(&place, &mounts, &mount("600k"), "small");
-    assert_eq!(code, Some(2), "{output}");
-    has(&output, "of shared memory, and /dev/shm has 600.0 KiB free");
-    has(&output, "--shm-size");
+    let within = |size: &str, out: &str| {
+        // The directory of the run's files is in there too.
+        let script = format!(
+            "mount -t tmpfs -o size={size} tmpfs /dev/shm && mkdir $TANDEM_RUNTIME_DIR && exec \"$@\""
+        );
+        let by = ["unshare", "-rm", "sh", "-c", &script, "sh"];
+        place.start_by(&by, &run(out)).end()
+    };
+    within("600k", "small").expect(2).says(&[
+        "of shared memory, and /dev/shm has 600.0 KiB free",
+        "--shm-size",
+    ]);
     assert!(!place.path("small").exists(), "nothing has begun");
-    let (code, output) = after(&place, &mounts, &mount("8m"), "enough");
-    assert_eq!(code, Some(0), "{output}");
+    within("8m", "enough").expect(0);
 }
 
 #[test]
 fn a_low_limit_of_open_files_is_reported() {
     let place = Place::new();
-    let (code, output) = after(&place, &[], "ulimit -n 64", "out");
-    assert_eq!(code, Some(2), "{output}");
-    has(&output, "too many open files");
-    has(&output, "ulimit -n 1024");
+    let ended = place.start_after("ulimit -n 64", &run("out")).end();
+    ended
+        .expect(2)
+        .says(&["too many open files", "ulimit -n 1024"]);
     // A soft limit alone is raised.
-    let (code, output) = after(&place, &[], "ulimit -S -n 64", "out");
-    assert_eq!(code, Some(0), "{output}");
+    place
+        .start_after("ulimit -S -n 64", &run("out"))
+        .end()
+        .expect(0);
 }
 
 #[test]
@@ -159,11 +142,9 @@ fn too_few_processors_are_reported_before_the_run() {
     let place = Place::new();
     let first = "taskset -cp $$ | sed 's/.*: //; s/[-,].*//'";
     let script = format!("taskset -cp \"$({first})\" $$ > /dev/null");
-    let (code, output) = after(&place, &[], &script, "one");
-    assert_eq!(code, Some(0), "{output}");
-    has(
-        &output,
+    let ended = place.start_after(&script, &run("one")).end();
+    ended.expect(0).says(&[
         "the threads of the solvers (2) outnumber the free processors (",
-    );
-    has(&output, "`--in-process`");
+        "`--in-process`",
+    ]);
 }

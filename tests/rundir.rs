@@ -123,14 +123,11 @@ fn a_run_that_fails_to_start_leaves_the_earlier_result() {
 fn modes_follow_the_umask() {
     let place = Place::new();
     let out = place.path("out");
-    let tandem = env!("CARGO_BIN_EXE_tandem");
-    let run = format!(
-        "umask 027; exec '{tandem}' run '{}' --variant quick --out '{}' --set output.checkpoint.time=0.001",
-        hard(),
-        out.display()
+    let line = format!(
+        "run '{}' {QUICK} --out out --set output.checkpoint.time=0.001",
+        hard()
     );
-    let ended = Command::new("sh").args(["-c", &run]).output().unwrap();
-    assert!(ended.status.success(), "{ended:?}");
+    place.start_after("umask 027", &line).end().expect(0);
     let mode = |path: &Path| fs::metadata(path).unwrap().permissions().mode() & 0o777;
     for name in ["summary.json", "scene.toml", "bodies.csv", "history.csv"] {
         assert_eq!(mode(&out.join(name)), 0o640, "{name}");
@@ -221,19 +218,15 @@ fn a_full_device_is_an_error_of_what_is_said() {
 fn an_output_that_cannot_be_written_is_told_and_the_history_ends_with_a_row() {
     let place = Place::new();
     let out = place.path("out");
-    let tandem = env!("CARGO_BIN_EXE_tandem");
-    let run = format!(
-        "trap '' XFSZ; ulimit -f 16; exec '{tandem}' run '{}' --variant quick --out '{}' --in-process \
-         --set time.end=3 --set output.every=1e-3 --set check=[]",
-        scene("jiang2020/normal_force"),
-        out.display()
+    let line = format!(
+        "run '{}' {LONG} --out out --in-process --set output.every=1e-3",
+        scene("jiang2020/normal_force")
     );
-    let ended = Command::new("sh").args(["-c", &run]).output().unwrap();
-    let stderr = String::from_utf8(ended.stderr).unwrap();
-    assert_eq!(ended.status.code(), Some(3), "{stderr}");
+    let ended = place.start_after("trap '' XFSZ; ulimit -f 16", &line).end();
+    let ended = ended.expect(3);
     let files = RunFiles::read(&out);
     let reason = files.text("reason");
-    has(&stderr, reason);
+    has(&ended.stderr, reason);
     // Which of the two tables is as long first depends on when their rows are written.
     for phrase in [".csv: File too large", "ulimit -f"] {
         assert!(reason.contains(phrase), "no `{phrase}` in: {reason}");

@@ -3,7 +3,6 @@
 use std::collections::BTreeMap;
 use std::fs;
 use std::path::Path;
-use std::process::Command;
 
 use crate::harness::{HARD, PATIENCE, Place, RunFiles, has, scene, summaries, until};
 
@@ -333,10 +332,7 @@ fn a_sample_is_the_same_whatever_makes_its_runs() {
     let again = draw(&place, THROWN, "--seed 3 --out own");
     has(&again, "40 runs, 0 of them new");
     draw(&place, THROWN, "--seed 3 --out shell --commands todo");
-    let mut shell = Command::new("sh");
-    shell.arg("todo").current_dir(place.path("."));
-    shell.env("TANDEM_RUNTIME_DIR", place.temporary_path());
-    assert!(shell.output().unwrap().status.success());
+    place.start_as(Path::new("sh"), &["todo"]).end().expect(0);
     let output = draw(&place, THROWN, "--seed 3 --out shell");
     has(&output, "40 runs, 0 of them new");
     let bytes = |out: &str| fs::read(place.path(out).join("statistics.csv")).unwrap();

@@ -186,7 +186,21 @@ impl Place {
 
     /// Starts the program with a line of arguments, as one types it, its streams in files of this place.
     pub fn start(&self, line: &str) -> Running<'_> {
-        self.start_as(Path::new(env!("CARGO_BIN_EXE_tandem")), &words(line))
+        self.start_by(&[], line)
+    }
+
+    /// The same by the words of another program, which starts it in its turn.
+    pub fn start_by(&self, by: &[&str], line: &str) -> Running<'_> {
+        let line = words(line);
+        let mut all = [by, &[env!("CARGO_BIN_EXE_tandem")]].concat();
+        all.extend(line.iter().map(String::as_str));
+        self.start_as(Path::new(all[0]), &all[1..])
+    }
+
+    /// The same by a shell, after a line of it.
+    pub fn start_after(&self, script: &str, line: &str) -> Running<'_> {
+        let script = format!("{script} && exec \"$@\"");
+        self.start_by(&["sh", "-c", &script, "sh"], line)
     }
 
     /// The same, to its end.
