@@ -181,34 +181,3 @@ fn a_block_that_slides_does_not_pass_for_one_that_stands() {
     assert_eq!(files.check(stands)["pass"], false);
     assert_eq!(files.check("no energy is lost")["pass"], true);
 }
-
-/// The IMPs sit half a point distance inside the end of the bar, and the mass of that end is lumped on the first nodes:
-/// the contact acts on the bar off its end by a share of the cell, which is an error of first order. Measured:
-/// 0.99 to 1.04 for the largest and the rms error.
-#[test]
-fn the_error_of_bar_on_grain_falls_in_proportion_to_the_cell() {
-    let place = Place::new();
-    let errors = |out: &str, variant: &str| -> [f64; 2] {
-        let bar = scene("verification/bar_on_grain");
-        place.run(out, &bar, variant).expect(0);
-        let files = RunFiles::read(&place.path(out));
-        let error = |name: &str| files.check(name)["error"].as_f64().unwrap();
-        [
-            error("contact force, largest error"),
-            error("contact force, rms error"),
-        ]
-    };
-    let coarse = errors("coarse", "--variant cell_5mm");
-    let middle = errors("middle", "");
-    let fine = errors("fine", "--variant cell_1_25mm");
-    for (k, kind) in ["largest", "rms"].iter().enumerate() {
-        for (a, b) in [(coarse[k], middle[k]), (middle[k], fine[k])] {
-            let order = (a / b).log2();
-            println!("{kind} error {a:.3e} -> {b:.3e}: order {order:.2}");
-            assert!(
-                (0.9..=1.2).contains(&order),
-                "{kind} error {a:.3e} -> {b:.3e}: order {order:.2}"
-            );
-        }
-    }
-}

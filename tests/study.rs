@@ -49,11 +49,14 @@ fn a_study_has_a_row_a_run_a_figure_and_an_order_and_is_not_run_twice() {
         assert!(number(row, "scatter [1]") > 0.0);
         assert_eq!(row["alone"], "true");
     }
-    // From coarse to fine within a curve; the error falls (tests/scenes.rs: first order with ugimp).
+    // From coarse to fine within a curve. The IMPs sit half a point distance inside the end of the bar, and the mass of that end
+    // is lumped on the first nodes: the contact acts on the bar off its end by a share of the cell, which is an error of first
+    // order. Measured: 1.01.
     let ugimp: Vec<_> = rows.iter().filter(|r| r["mpm.shape"] == "ugimp").collect();
     assert_eq!(ugimp[0]["resolution"], "0.005");
     assert_eq!(ugimp[1]["resolution"], "0.0025");
     let order = (number(ugimp[0], "error [1]") / number(ugimp[1], "error [1]")).log2();
+    assert!((0.9..=1.2).contains(&order), "{order}");
     has(
         &ended.stdout,
         &format!("shape ugimp: order {order:.2} in mpm.cell"),
