@@ -11,11 +11,6 @@ fn with(original: &str, replacement: &str) -> String {
     text.replacen(original, replacement, 1)
 }
 
-/// Number of the first line that has `text`.
-fn line_of(scene: &str, text: &str) -> usize {
-    1 + scene.lines().position(|line| line.contains(text)).unwrap()
-}
-
 /// Runs what is to be refused: exit 2, and everything is as before.
 #[track_caller]
 fn refused(place: &Place, line: &str) -> Ended {
@@ -27,23 +22,6 @@ fn refused(place: &Place, line: &str) -> Ended {
     assert!(ended.runs.is_empty(), "a run was begun");
     place.assert_clean(&ended.runs);
     ended
-}
-
-/// A scene file that `run`, `check` and `plan` refuse alike.
-#[track_caller]
-fn refused_scene(text: &str, phrases: &[&str]) {
-    let place = Place::new();
-    place.write("bad.toml", text);
-    for line in ["run bad.toml --out out", "check bad.toml", "plan bad.toml"] {
-        refused(&place, line).says(phrases);
-    }
-}
-
-#[test]
-fn a_misspelt_key_is_named_with_its_line_and_the_nearest_key() {
-    let bad = with("cell = 0.003", "cel = 0.003");
-    let place = format!("bad.toml:{}:", line_of(&bad, "cel = 0.003"));
-    refused_scene(&bad, &["unknown key `cel`", &place, "did you mean `cell`?"]);
 }
 
 /// Discs that were put into one another flew apart without a word before.

@@ -120,25 +120,6 @@ fn a_torn_checkpoint_is_passed_over() {
     assert_same(&dir, &place.path("whole"));
 }
 
-#[test]
-fn what_cannot_be_resumed_is_refused_with_the_reason() {
-    let place = Place::new();
-    let scene = scene_of_the_test();
-    let (none, _) = LONG.rsplit_once("--set").unwrap();
-    place.run("none", &scene, none).expect(0);
-    resume(&place, "none")
-        .expect(2)
-        .says(&["has no checkpoint"]);
-    resume(&place, "nowhere").expect(2).says(&["scene.toml"]);
-    place.run("other", &scene, LONG).expect(0);
-    // Another scene in the place of the one that was run.
-    let file = place.path("other").join("scene.toml");
-    let text = fs::read_to_string(&file).unwrap();
-    fs::write(&file, text.replace("end = 0.1", "end = 0.11")).unwrap();
-    let ended = resume(&place, "other");
-    ended.expect(2).says(&["is not of this run", "scene hash"]);
-}
-
 /// A recording is of the run up to where it was cut short: the rest is not recorded, and the result is as without it.
 #[test]
 fn a_recording_ends_where_its_run_was_cut_short() {

@@ -154,6 +154,8 @@ fn a_killed_run_without_a_checkpoint_is_told_and_gets_a_summary() {
         "`tandem run 'my run/scene.toml' --out OTHER` starts it again and leaves my run as it is; \
          `--out 'my run'` replaces what is there",
     ]);
+    let nowhere = place.tandem("resume nowhere").expect(2);
+    nowhere.says(&["scene.toml"]);
     let files = RunFiles::read(&out);
     assert_eq!(files.text("status"), "killed");
     assert!(files.text("reason").contains("its history ends at t ="));
