@@ -1,4 +1,4 @@
-//! Studies by GNU parallel and by a launcher, Slurm's `srun`, started for real. The node is lost in the middle. Each ends with
+//! Studies by a launcher, Slurm's `srun`, started for real. The node is lost in the middle. Each ends with
 //! the table of a study on this machine, to the bit but for times, and with each run once.
 //!
 //! The measurements of docs/results/sweeps.md are the same with more runs: `STUDY_RUNS=200 cargo test --release --test
@@ -46,30 +46,6 @@ fn expected(place: &Place) -> BTreeMap<String, Vec<(String, String)>> {
     let rows = without_times(&place.path("local/study.csv"));
     assert_eq!(rows.len(), runs());
     rows
-}
-
-#[test]
-fn parallel_runs_the_commands_of_a_study() {
-    let there = it_runs("parallel", &["--version"]);
-    if !Need::Parallel.is_met(there, "no GNU parallel: apt-get install parallel") {
-        return;
-    }
-    let place = Place::new();
-    place.tandem(&study("out", "--commands todo")).expect(0);
-    let mut parallel = Command::new("parallel");
-    parallel
-        .args(["--jobs", "2", "--arg-file", "todo"])
-        .current_dir(place.path("."));
-    parallel.env("TANDEM_RUNTIME_DIR", place.temporary_path());
-    // Its status is the number of runs of which a check failed, as one does at most of these densities.
-    let began = Instant::now();
-    parallel.output().unwrap();
-    let took = began.elapsed().as_secs_f64();
-    println!("{} runs, parallel: {took:.1} s", runs());
-    let ended = place.tandem(&study("out", "")).expect(0);
-    let count = format!("{} runs, 0 of them new", runs());
-    has(&ended.stdout, &count);
-    assert!(expected(&place) == without_times(&place.path("out/study.csv")));
 }
 
 /// A launcher of which every process says that it was started, and loses its first run.

@@ -23,8 +23,6 @@ pub enum Need {
     Qemu,
     /// The right to mount a small `/dev/shm`.
     Mount,
-    /// `parallel` of GNU.
-    Parallel,
     /// The daemons of Slurm and munge, and root to start them.
     Slurm,
 }
