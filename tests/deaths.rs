@@ -20,9 +20,11 @@ const SOON: Duration = Duration::from_secs(20);
 
 /// A block that rests on the floor: an exchange of forces in every step, for minutes if it is let.
 fn start_long<'a>(place: &'a Place, out: &str, more: &str) -> Running<'a> {
-    let long = "--variant quick --set time.end=20 --set output.every=1e-4 --set check=[]";
+    // The first check is over at the start; the other, which the study of the scene needs, never.
+    let check = r#"check=[{name="early",value="t",to=0,at_most=1,source="s"},{name="normal force is the weight",value="t",reference=0,tolerance=9,source="s"}]"#;
+    let long = "--variant quick --set time.end=20 --set output.every=1e-4";
     let scene = scene("jiang2020/normal_force");
-    place.start_run(out, &scene, &format!("{long} {more}"))
+    place.start_run(out, &scene, &format!("{long} --set '{check}' {more}"))
 }
 
 /// Lets a run go on for a while that differs from call to call; printed in case the test fails.
@@ -32,7 +34,8 @@ fn a_random_while() {
     std::thread::sleep(Duration::from_millis(while_ms));
 }
 
-/// What holds of every run directory of a run that was ended: what was recorded up to then is there.
+/// What holds of every run directory of a run that was ended: what was recorded up to then is there, with the bodies and the
+/// checks that are over.
 #[track_caller]
 fn assert_kept(dir: &Path) -> RunFiles {
     let files = RunFiles::read(dir);
@@ -47,6 +50,10 @@ fn assert_kept(dir: &Path) -> RunFiles {
     assert!(dir.join("scene.toml").is_file());
     let reason = files.text("reason");
     assert!(!reason.is_empty());
+    let checks = files.summary["checks"].as_array().unwrap();
+    assert_eq!((checks.len(), &checks[0]["name"]), (1, &"early".into()));
+    let bodies = std::fs::read_to_string(dir.join("bodies.csv")).unwrap();
+    assert!(bodies.lines().count() > 1);
     files
 }
 

@@ -170,33 +170,6 @@ fn a_killed_run_without_a_checkpoint_is_told_and_gets_a_summary() {
         .says(&["its coupler was killed"]);
 }
 
-/// D6: the bodies of a run that was cut short.
-#[test]
-fn a_run_that_is_cut_short_leaves_its_bodies_and_the_checks_that_are_over() {
-    for (target, code) in [("coupler", 130), ("dem", 3)] {
-        let place = Place::new();
-        // The check is over at the start, others never.
-        let check = r#"check=[{name="early",value="t",to=0,at_most=1,source="s"},{name="normal force is the weight",value="t",reference=0,tolerance=9,source="s"}]"#;
-        let more = format!("--variant quick --set time.end=3 --set '{check}'");
-        let mut run = place.start_run("out", &scene("jiang2020/normal_force"), &more);
-        run.stepping("out");
-        run.has_rows("out");
-        if target == "dem" {
-            let pid = run.solver("out", "dem");
-            signal(pid, "KILL");
-        } else {
-            signal(run.pid(), "INT");
-        }
-        run.end().expect(code);
-        let files = RunFiles::read(&place.path("out"));
-        let checks = files.summary["checks"].as_array().unwrap();
-        assert_eq!(checks.len(), 1, "{target}: {checks:?}");
-        assert_eq!(checks[0]["name"], "early");
-        let bodies = fs::read_to_string(place.path("out/bodies.csv")).unwrap();
-        assert!(bodies.lines().count() > 1, "{target}");
-    }
-}
-
 /// D18: the exit status was 0.
 #[test]
 fn a_full_device_is_an_error_of_what_is_said() {
