@@ -225,55 +225,20 @@ fn plastic_strain_colours_pictures_and_films() {
     assert!(fs::metadata(place.path("a.gif")).unwrap().len() > 1000);
 }
 
-/// Two blocks of points run into one another, each on a layer of its own.
-const PAIR: &str = r#"
-version = 1
-name = "pair"
-[time]
-end = 0.004
-[output]
-every = 0.001
-frames = 0.001
-[mpm]
-cell = 0.01
-domain = [[0.0, 0.0], [0.4, 0.2]]
-shape = "linear"
-transfer = "flip"
-layers = true
-[[mpm.material]]
-name = "rubber"
-density = 1000.0
-model.linear_elastic = { bulk_modulus = 1e6, shear_modulus = 5e5 }
-[[mpm.points]]
-name = "left"
-material = "rubber"
-spacing.per_cell = 4
-fill.rectangle = { lower = [0.1, 0.05], upper = [0.19, 0.1] }
-velocity = [2.0, 0.0]
-[[mpm.points]]
-name = "right"
-material = "rubber"
-spacing.per_cell = 4
-fill.rectangle = { lower = [0.2, 0.05], upper = [0.3, 0.1] }
-velocity = [-2.0, 0.0]
-[[group_pair]]
-between = ["left", "right"]
-law.linear = { normal_stiffness = 1e6 }
-"#;
-
 /// Contacts of two points were not among those of frames.
 #[test]
 fn contacts_of_two_groups_are_lines_from_point_to_point() {
     let place = Place::new();
-    place.write("pair.toml", PAIR);
-    place.run("pair", "pair.toml", "").expect(0);
+    let bars = scene("verification/two_bars_pairs");
+    let more = "--variant quick --set output.frames=0.001";
+    place.run("pair", &bars, more).expect(0);
     let frame = Frame::read(&place.path("pair"), 0.004).unwrap();
     let (points, contacts) = (frame.points.unwrap(), frame.contacts.unwrap());
     let ids: Vec<f64> = column(&points, "id", 0).collect();
     let groups: Vec<f64> = column(&points, "group", 0).collect();
     let of_id = |id: f64| ids.iter().position(|&known| known == id).unwrap();
     let lines: Vec<&[[f64; 2]]> = contacts.cells().collect();
-    assert!(lines.len() > 5, "{} contacts of ten rows", lines.len());
+    assert!(lines.len() > 5, "{} contacts of eight rows", lines.len());
     let cells = |name: &str| contacts.array(name).unwrap().values.clone();
     let (with, force) = (cells("with_point"), cells("force"));
     let (body, other) = (cells("body"), cells("other"));

@@ -11,7 +11,7 @@ use std::time::Duration;
 
 use rustix::fs::{CWD, FileType, Mode, mknodat};
 
-use crate::harness::{HARD, MINE, Place, copy, has, scene, whole_run};
+use crate::harness::{HARD, MINE, Place, QUICK, copy, has, scene, whole_run};
 
 /// Longest time of a command here; it takes tenths of a second.
 const SOON: Duration = Duration::from_mins(1);
@@ -74,37 +74,12 @@ fn files_that_the_user_names_are_regular_ones() {
     }
 }
 
-/// A block of points; the test sets how many.
-const BLOCK: &str = r#"
-version = 1
-name = "block"
-check = []
-[time]
-end = 0.01
-[mpm]
-cell = 0.01
-domain = [[0.0, 0.0], [20.0, 20.0]]
-shape = "ugimp"
-transfer = "flip"
-[[mpm.material]]
-name = "rubber"
-density = 2000.0
-model.linear_elastic = { bulk_modulus = 5e6, shear_modulus = 3.7e6 }
-[[mpm.points]]
-name = "block"
-material = "rubber"
-fill.rectangle = { lower = [1.0, 1.0], upper = [11.0, 11.0] }
-spacing.counts = [1000, 1000]
-[output]
-every = 1e-3
-"#;
-
 /// `check` and `plan` took memory until they were aborted.
 #[test]
 fn points_are_counted_before_memory_is_taken_for_them() {
     let place = Place::new();
-    place.write("block.toml", BLOCK);
-    let many = "block.toml --set mpm.points.0.spacing.counts=[43000,43000]";
+    let block = format!("{} {QUICK}", scene("verification/column_collapse"));
+    let many = format!("{block} --set mpm.points.0.spacing.counts=[43000,43000]");
     for command in ["check", "plan", "run", "run --in-process"] {
         let ended = place.start(&format!("{command} {many}"));
         let ended = ended.end_within(SOON).expect(2);
@@ -115,7 +90,7 @@ fn points_are_counted_before_memory_is_taken_for_them() {
         "a refused run leaves no directory"
     );
     // As many as the machine can hold are not laid out for a check.
-    let some = "block.toml --set mpm.points.0.spacing.counts=[1600,1600]";
+    let some = format!("{block} --set mpm.points.0.spacing.counts=[1600,1600]");
     let ended = place.start(&format!("check {some}"));
     let ended = ended.end_within(SOON).expect(0);
     has(&ended.stdout, "the solvers were not asked");
