@@ -130,6 +130,7 @@ impl RunDir {
     pub fn reopen(path: &Path) -> Result<Self, RunDirError> {
         let lock = Lock::take(path)?;
         roll_back(path)?;
+        remove_all(&path.join(NEXT))?;
         let names = written(path)?;
         plain(path, &names)?;
         // Before anything is changed: a file with a second name cannot be.
@@ -223,12 +224,13 @@ impl RunDir {
             displace(root, next.join(name), name)?;
         }
         remove_all(&root.join(NEXT))?;
+        // From here on there is no way back.
+        inner.place = PathBuf::new();
         remove_all(&root.join(EARLIER))?;
         // Removes empty folders; folders with files of others are not empty.
         for folder in [FRAMES, CHECKPOINTS, FAILED_START] {
             let _ = files::remove_folder(root, folder);
         }
-        inner.place = PathBuf::new();
         Ok(())
     }
 
@@ -239,8 +241,12 @@ impl RunDir {
     /// # Errors
     /// [`RunDirError`].
     pub fn settle(&self) -> Result<PathBuf, RunDirError> {
-        if self.is_beside() && !has_result(&self.root) {
-            self.take_place()?;
+        if self.is_beside() {
+            // It may have failed while it replaced the earlier run.
+            roll_back(&self.root)?;
+            if !has_result(&self.root) {
+                self.take_place()?;
+            }
         }
         let mut inner = self.inner();
         if inner.place == Path::new("") {
@@ -410,8 +416,8 @@ fn has_result(dir: &Path) -> bool {
     Summary::read(dir).map_or_else(|_| rows(), |summary| summary.steps > 0)
 }
 
-/// Undoes the exchange of a run that was killed while it replaced another one. That run had done nothing yet, so the
-/// other one gets its place back.
+/// Undoes the exchange of a run that was killed, or failed, while it replaced another one. That run had done nothing yet,
+/// so the other one gets its place back, and its own files are in their folder again.
 fn roll_back(dir: &Path) -> Result<(), RunDirError> {
     let (next, away) = (Path::new(NEXT), Path::new(EARLIER));
     // If the folder of the new run does not exist, the exchange was complete.
@@ -422,15 +428,15 @@ fn roll_back(dir: &Path) -> Result<(), RunDirError> {
         if files::is_there(dir, next.join(WRITTEN)) {
             names.extend(listed);
         } else {
-            for name in listed {
-                displace(dir, &name, next.join(&name))?;
+            let moved = listed.iter().filter(|name| files::is_there(dir, name));
+            for name in moved {
+                displace(dir, name, next.join(name))?;
             }
         }
         for name in &names {
             displace(dir, away.join(name), name)?;
         }
         Written::open(dir, Path::new(""), names)?;
-        remove_all(&dir.join(next))?;
     }
     remove_all(&dir.join(away))
 }
@@ -550,5 +556,32 @@ mod tests {
                 "{moment}"
             );
         }
+    }
+
+    /// The next run removed what the failed one had moved away, and the user was told that nothing had changed.
+    #[test]
+    fn an_exchange_that_fails_leaves_the_earlier_result() {
+        let place = tempfile::tempdir().unwrap();
+        let root = place.path();
+        let earlier = RunDir::create(root, "earlier").unwrap();
+        earlier.replace(HISTORY, b"time [s]\n0\n", false).unwrap();
+        drop(earlier);
+        let new = RunDir::create(root, "new").unwrap();
+        let state = format!("{CHECKPOINTS}/1.tandem");
+        new.replace(&state, b"new", false).unwrap();
+        // Where a folder has to be made, which root could make anywhere else.
+        fs::write(root.join(CHECKPOINTS), "mine").unwrap();
+        new.take_place().unwrap_err();
+        let failed = new.settle().unwrap();
+        assert_eq!(failed, root.join(FAILED_START));
+        drop(new);
+        RunDir::reopen(root).unwrap();
+        let text = |name: &Path| fs::read_to_string(root.join(name)).unwrap();
+        assert_eq!(text(Path::new(SCENE)), "earlier");
+        assert_eq!(text(Path::new(HISTORY)), "time [s]\n0\n");
+        assert_eq!(text(Path::new(CHECKPOINTS)), "mine");
+        assert_eq!(text(&failed.join(SCENE)), "new");
+        assert_eq!(text(&failed.join(&state)), "new");
+        assert!(!root.join(NEXT).exists() && !root.join(EARLIER).exists());
     }
 }
