@@ -8,6 +8,7 @@ use std::io::{self, Read as _, Write as _};
 use flate2::Compression;
 use flate2::read::ZlibDecoder;
 use flate2::write::ZlibEncoder;
+use interface::files::TABLE;
 use quick_xml::events::{BytesStart, Event};
 use quick_xml::{Reader, Writer};
 use schemars::JsonSchema;
@@ -15,6 +16,8 @@ use serde::{Deserialize, Serialize};
 
 /// Bytes of an array that are compressed together.
 const BLOCK: usize = 1 << 20;
+/// Largest size in bytes of all arrays of a file that is read: that of some 15 million points with all fields.
+const UNPACKED: u64 = 4 * TABLE;
 /// The element before the compressed arrays; an underscore follows it.
 const APPENDED: &[u8] = b"<AppendedData encoding=\"raw\">";
 
@@ -229,21 +232,28 @@ impl Mesh {
         let text = std::str::from_utf8(head).map_err(|e| e.to_string())?;
         let mut reader = Reader::from_str(text);
         let mut section = String::new();
+        let mut room = UNPACKED;
         loop {
             match reader.read_event().map_err(|e| e.to_string())? {
                 Event::Eof => return mesh.whole(),
                 Event::Start(element) => element.name().as_ref().clone_into(&mut section),
                 Event::Empty(element) if element.name().as_ref() == "DataArray" => {
-                    mesh.take(&section, Header::of(&element)?, arrays)?;
+                    mesh.take(&section, Header::of(&element)?, arrays, &mut room)?;
                 }
                 _ => {}
             }
         }
     }
 
-    /// Takes an array of a section of the file.
-    fn take(&mut self, section: &str, header: Header, arrays: &[u8]) -> Result<(), String> {
-        let bytes = header.unpack(arrays)?;
+    /// Takes an array of a section of the file; less `room` (bytes) is left.
+    fn take(
+        &mut self,
+        section: &str,
+        header: Header,
+        arrays: &[u8],
+        room: &mut u64,
+    ) -> Result<(), String> {
+        let bytes = header.unpack(arrays, room)?;
         match (section, header.name.as_str()) {
             ("Points", _) => {
                 let values = header.numbers(&bytes)?;
@@ -382,7 +392,10 @@ impl Header {
         Ok(Self {
             name: attribute(element, "Name")?,
             kind: attribute(element, "type")?,
-            components: number("NumberOfComponents")?,
+            components: match number("NumberOfComponents")? {
+                0 => return Err("an array of nothing".into()),
+                some => some,
+            },
             offset: number("offset")?,
         })
     }
@@ -395,8 +408,8 @@ impl Header {
         }
     }
 
-    /// The bytes of the array, from the compressed `arrays`.
-    fn unpack(&self, arrays: &[u8]) -> Result<Vec<u8>, String> {
+    /// The bytes of the array, from the compressed `arrays`. Arrays may have the same bytes there.
+    fn unpack(&self, arrays: &[u8], room: &mut u64) -> Result<Vec<u8>, String> {
         let short = || format!("`{}` has another length than it declares", self.name);
         let mut rest = arrays.get(self.offset..).ok_or_else(short)?;
         let mut word = || {
@@ -408,6 +421,8 @@ impl Header {
         if block > BLOCK || last > block {
             return Err(format!("`{}` has blocks that are too large", self.name));
         }
+        let left = room.checked_sub(count.saturating_mul(block) as u64);
+        *room = left.ok_or_else(|| format!("`{}` would take too much memory", self.name))?;
         // Each size takes eight bytes, so a false count is recognised.
         let sizes: Vec<usize> = (0..count).map(|_| word()).collect::<Result<_, _>>()?;
         let mut bytes = Vec::new();
@@ -517,6 +532,9 @@ mod tests {
         vast.of_cells[0].components = 1 << 63;
         vast.of_cells[0].values.clear();
         assert!(read_back(&vast).is_err());
+        // Of no component is no value, for any number of cells: who divides by it panicked.
+        vast.of_cells[0].components = 0;
+        assert!(read_back(&vast).is_err());
     }
 
     #[test]
@@ -533,6 +551,30 @@ mod tests {
             };
             assert_eq!(read_back(&mesh), Ok(mesh), "{length}");
         }
+    }
+
+    /// A file of some MB took a thousand times as much memory: each block was bounded, and not how many there are.
+    #[test]
+    fn a_file_that_would_take_much_memory_is_refused() {
+        let mut block = ZlibEncoder::new(Vec::new(), Compression::fast());
+        block.write_all(&vec![0; BLOCK]).unwrap();
+        let block = block.finish().unwrap();
+        let words = |words: &[usize]| -> Vec<u8> {
+            let words = words.iter().flat_map(|&word| (word as u64).to_le_bytes());
+            words.collect()
+        };
+        let blocks = 256;
+        let header = words(&[&[blocks, BLOCK, 0][..], &vec![block.len(); blocks]].concat());
+        let array = r#"<DataArray type="UInt8" Name="x" NumberOfComponents="1" format="appended" offset="0"/>"#;
+        let file = |arrays: usize| {
+            let head = format!("<VTKFile><Cells>{}</Cells>", array.repeat(arrays));
+            let packed = [header.clone(), block.repeat(blocks)].concat();
+            [head.as_bytes(), APPENDED, b"_", &packed].concat()
+        };
+        let largest = (UNPACKED / BLOCK as u64) as usize / blocks;
+        assert_eq!(Mesh::from_file(&file(1)), Ok(Mesh::default()));
+        let refused = Mesh::from_file(&file(largest + 1)).unwrap_err();
+        assert!(refused.contains("too much memory"), "{refused}");
     }
 
     #[test]
