@@ -192,7 +192,7 @@ impl Meant {
     #[must_use]
     pub fn judge(&self, value: f64, distance: f64) -> CheckResult {
         let number = |meant: Option<f64>| meant.unwrap_or(f64::NAN);
-        // An infinite bound or scale would pass for any run.
+        // An infinite bound, tolerance or scale would pass for any run.
         let (reference, error, tolerance, bounds);
         if let Some(ends) = self.between {
             let [lower, upper] = ends.map(number);
@@ -219,7 +219,7 @@ impl Meant {
                 distance / unit,
                 number(self.relative_tolerance.or(self.tolerance).flatten()),
             );
-            bounds = scale.is_none_or(f64::is_finite);
+            bounds = tolerance.is_finite() && scale.is_none_or(f64::is_finite);
         }
         let reason = match (value.is_finite(), bounds) {
             (false, _) => Some("the value is not a finite number".to_owned()),

@@ -135,7 +135,7 @@ fn distances_from_a_moving_reference() {
 
 /// D5: these passed for any run.
 #[test]
-fn infinite_bounds_and_scales_fail() {
+fn infinite_bounds_tolerances_and_scales_fail() {
     let infinite = "initial.v / 0";
     let rows = [[0.0, 1.0], [1.0, 5.0]];
     for expected in [
@@ -143,6 +143,8 @@ fn infinite_bounds_and_scales_fail() {
         at_least("-initial.v / 0"),
         between("0", infinite),
         scaled("0", "0.1", infinite),
+        near("0", infinite),
+        relative("1", infinite),
     ] {
         let result = run(When::End, [0.0, 1.0], expected, &rows);
         assert!(!result.pass, "{result:?}");
