@@ -23,6 +23,7 @@ pub use self::lock::in_use;
 use self::lock::{LOCK, Lock};
 pub use super::error::RunDirError;
 use super::error::fail;
+use super::frames::PARTS;
 use super::summary::{SUMMARY, Summary};
 
 /// The scene, with all that it takes from elsewhere.
@@ -379,13 +380,14 @@ fn named_as_ours(dir: &Path) -> BTreeSet<String> {
     let mut names: BTreeSet<String> = all.map(ToString::to_string).collect();
     let numbered = |folder: &str, name: &str| match folder {
         FRAMES => {
-            let frame = name
-                .strip_prefix("points_")
-                .or(name.strip_prefix("bodies_"));
-            let number = frame.and_then(|frame| frame.strip_suffix(".vtu"));
-            name == "frames.pvd" || number.is_some_and(is_number)
+            let frame = name.strip_suffix(".vtu").and_then(|n| n.split_once('_'));
+            let is_frame = |(part, number)| PARTS.contains(&part) && is_number(number);
+            name == "frames.pvd" || frame.is_some_and(is_frame)
         }
-        _ => name.strip_suffix(".tandem").is_some_and(is_number),
+        _ => name.strip_suffix(".tandem").is_some_and(|state| {
+            // One that is kept for other scenes.
+            is_number(state.strip_suffix(".kept").unwrap_or(state))
+        }),
     };
     for folder in [FRAMES, CHECKPOINTS] {
         for name in files::names(dir, folder).unwrap_or_default() {
@@ -583,5 +585,26 @@ mod tests {
         assert_eq!(text(&failed.join(SCENE)), "new");
         assert_eq!(text(&failed.join(&state)), "new");
         assert!(!root.join(NEXT).exists() && !root.join(EARLIER).exists());
+    }
+
+    /// A file of the user's in the place of contacts, or of a state that is kept, was replaced.
+    #[test]
+    fn a_file_of_the_user_with_a_name_of_a_run_is_in_the_way() {
+        for (name, is_in_the_way) in [
+            (SUMMARY, true),
+            ("frames/points_0000.vtu", true),
+            ("frames/contacts_0000.vtu", true),
+            ("frames/contacts_of_mine.vtu", false),
+            ("frames/stresses_0000.vtu", false),
+            ("checkpoints/0001.tandem", true),
+            ("checkpoints/0001.kept.tandem", true),
+            ("checkpoints/kept.tandem", false),
+        ] {
+            let place = tempfile::tempdir().unwrap();
+            files::replace(place.path(), name, b"mine", false).unwrap();
+            let made = RunDir::create(place.path(), "");
+            let refused = matches!(made, Err(RunDirError::NotOurs(_)));
+            assert_eq!(refused, is_in_the_way, "{name}: {made:?}");
+        }
     }
 }

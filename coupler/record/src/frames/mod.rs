@@ -31,7 +31,7 @@ use meshes::{Outlined, bodies, contacts, points};
 use vtu::{Mesh, attribute};
 
 /// The parts of a frame, one file each.
-const PARTS: [&str; 3] = ["points", "bodies", "contacts"];
+pub(crate) const PARTS: [&str; 3] = ["points", "bodies", "contacts"];
 /// Largest number of frames in memory that have not been written.
 const WAITING: u64 = 4;
 
