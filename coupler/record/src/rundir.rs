@@ -10,11 +10,11 @@ mod lock;
 use std::collections::BTreeSet;
 use std::fmt::Write as _;
 use std::fs::{self, File};
-use std::io::{self, ErrorKind};
+use std::io::{self, BufRead as _, BufReader, ErrorKind, Read as _};
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, MutexGuard};
 
-use interface::files::{self, How, SMALL, TABLE};
+use interface::files::{self, How, SMALL};
 use interface::message::wire::BodyState;
 use interface::transport::vanished;
 
@@ -412,9 +412,11 @@ fn in_the_way(dir: &Path, earlier: &BTreeSet<String>) -> Option<String> {
 
 /// Whether a run that did a step has left a result.
 fn has_result(dir: &Path) -> bool {
-    // A killed coupler leaves the history, and perhaps a checkpoint.
-    let history = || files::read_text(dir, HISTORY, TABLE);
-    let rows = || history().is_ok_and(|text| text.lines().count() > 1);
+    // A killed coupler leaves the history, and perhaps a checkpoint. The history may be of any length.
+    let rows = || {
+        let history = files::open(dir, HISTORY, How::Read);
+        history.is_ok_and(|file| BufReader::new(file.take(SMALL)).lines().nth(1).is_some())
+    };
     Summary::read(dir).map_or_else(|_| rows(), |summary| summary.steps > 0)
 }
 
@@ -606,5 +608,19 @@ mod tests {
             let refused = matches!(made, Err(RunDirError::NotOurs(_)));
             assert_eq!(refused, is_in_the_way, "{name}: {made:?}");
         }
+    }
+
+    /// A failed start replaced it: no more than 512 MiB of a table are read at once.
+    #[test]
+    fn a_history_of_any_length_is_a_result() {
+        let dir = tempfile::tempdir().unwrap();
+        let has = |text: &str| {
+            fs::write(dir.path().join(HISTORY), text).unwrap();
+            has_result(dir.path())
+        };
+        assert!(!has("") && !has("time [s]\n") && has("time [s]\n0\n"));
+        let file = File::options().write(true).open(dir.path().join(HISTORY));
+        file.unwrap().set_len(files::TABLE + 1).unwrap();
+        assert!(has_result(dir.path()));
     }
 }
