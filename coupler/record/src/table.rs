@@ -34,22 +34,25 @@ impl Table {
     /// # Errors
     /// It cannot be read, has no header, or its rows are not of one length.
     pub fn read(path: &Path) -> Result<Self, String> {
-        Self::of_text(files::read_named_text(path, TABLE))
+        let text = files::read_named_text(path, TABLE);
+        Self::of_text(text.map(|text| text + "\n"))
     }
 
-    /// The same of the file `name` of a run directory.
+    /// The same of the file `name` of a run directory, without a row at its end that a run is writing, or that a killed one
+    /// has not written whole.
     ///
     /// # Errors
     /// As [`Self::read`].
     pub fn of_run(dir: &Path, name: &str) -> Result<Self, String> {
-        Self::of_text(files::read_text(dir, name, TABLE))
+        let mut text = files::read_text(dir, name, TABLE);
+        if let Ok(text) = &mut text {
+            text.truncate(text.rfind('\n').map_or(0, |last| last + 1));
+        }
+        Self::of_text(text)
     }
 
     fn of_text(text: io::Result<String>) -> Result<Self, String> {
-        let mut text = text.map_err(|error| error.to_string())?;
-        if !text.ends_with('\n') {
-            text.push('\n');
-        }
+        let text = text.map_err(|error| error.to_string())?;
         let table = Self::parse(&text)?;
         match table.faults.first() {
             Some(fault) => Err(fault.clone()),
@@ -212,6 +215,27 @@ mod tests {
             assert_eq!(table.column("time").unwrap().values, [0.0, 0.1], "{torn}");
             assert_eq!(table.faults.len(), 1, "{torn}");
             assert!(table.faults[0].contains("middle of a row"), "{torn}");
+        }
+    }
+
+    /// `plot` counted it with the digits that it had, or refused the table.
+    #[test]
+    fn a_row_that_is_not_whole_counts_in_a_file_of_the_user_only() {
+        let dir = tempfile::tempdir().unwrap();
+        let times = |table: Result<Table, String>| table.map(|t| t.columns[0].values.clone());
+        for (rows, of_run, named) in [
+            ("0,1\n", vec![0.0], Ok(vec![0.0])),
+            ("0,1\n0.2,2.5", vec![0.0], Ok(vec![0.0, 0.2])),
+            ("0,1\n0.2", vec![0.0], Err(())),
+        ] {
+            let path = dir.path().join("t.csv");
+            std::fs::write(&path, format!("time [s],v [m/s]\n{rows}")).unwrap();
+            assert_eq!(
+                times(Table::of_run(dir.path(), "t.csv")),
+                Ok(of_run),
+                "{rows}"
+            );
+            assert_eq!(times(Table::read(&path)).map_err(|_| ()), named, "{rows}");
         }
     }
 

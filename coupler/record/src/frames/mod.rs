@@ -56,11 +56,11 @@ pub struct Frames {
 }
 
 impl Frames {
-    /// The frames of a run that continues: those that are `listed` are kept, later ones are removed. `start` are the bodies at
-    /// the positions of the scene; empty if the first frame has them.
+    /// The frames of a run that continues: those that are `listed` are kept, where their files are still there; later ones are
+    /// removed. `start` are the bodies at the positions of the scene; empty if the first frame has them.
     ///
     /// # Errors
-    /// [`RunDirError`], also if a listed frame is missing.
+    /// [`RunDirError`].
     pub fn resume(
         dir: &RunDir,
         has_points: bool,
