@@ -3,6 +3,7 @@
 use std::collections::HashMap;
 use std::path::Path;
 
+use coupler::record::frames::numbers::Column;
 use coupler::record::frames::vtu::Mesh;
 use coupler::record::frames::{Frame, FrameError, times};
 
@@ -114,12 +115,11 @@ fn common(first: &Frame, kept: usize, loaded: &mut Loaded) -> Common {
             .map(|&[px, py]| [x.fine(px), y.fine(py)])
             .collect();
         let order = along_a_curve(&places);
-        let volume = mesh.array("volume");
+        let (id, volume) = (ids(mesh), Column::of(mesh, "volume"));
         for k in evenly(order.len(), kept).into_iter().map(|k| order[k]) {
-            common.ids.push(id(mesh, k));
-            loaded
-                .points
-                .push(volume.map_or(0.0, |volume| volume.values[k].sqrt()));
+            common.ids.push(id(k));
+            let side = volume.as_ref().map_or(0.0, |volume| volume.at(k).sqrt());
+            loaded.points.push(side);
         }
         let ids = common.ids.iter().zip(0..);
         common.places = ids.map(|(&id, place)| (id, place)).collect();
@@ -200,9 +200,9 @@ impl Common {
 
     /// Where in a mesh the kept points are.
     fn find(&self, mesh: &Mesh) -> Vec<Option<u32>> {
-        let mut found = vec![None; self.ids.len()];
+        let (id, mut found) = (ids(mesh), vec![None; self.ids.len()]);
         for k in 0..mesh.points.len() {
-            if let Some(&place) = self.places.get(&id(mesh, k)) {
+            if let Some(&place) = self.places.get(&id(k)) {
                 found[place as usize] = Some(k as u32);
             }
         }
@@ -210,22 +210,56 @@ impl Common {
     }
 }
 
-/// The id of a point; its place where a frame has no ids.
-fn id(mesh: &Mesh, point: usize) -> u64 {
-    mesh.array("id")
-        .map_or(point as u64, |ids| ids.values[point] as u64)
+/// The id of each point; its place where a frame has no ids.
+fn ids(mesh: &Mesh) -> impl Fn(usize) -> u64 {
+    let ids = Column::of(mesh, "id");
+    move |point| {
+        ids.as_ref()
+            .map_or(point as u64, |ids| ids.at(point) as u64)
+    }
 }
 
 /// The angle of each outline in rad.
 fn angles(mesh: &Mesh) -> Vec<f64> {
-    mesh.array("angle").map_or_else(
-        || vec![0.0; mesh.ends.len()],
-        |angles| angles.values.clone(),
-    )
+    let angles = Column::of(mesh, "angle");
+    let angle = |k| angles.as_ref().map_or(0.0, |angles| angles.at(k));
+    (0..mesh.ends.len()).map(angle).collect()
 }
 
 /// The mean of the vertices, which moves with the outline.
 fn middle(outline: &[[f64; 2]]) -> [f64; 2] {
     let count = outline.len().max(1) as f64;
     [0, 1].map(|axis| outline.iter().map(|p| p[axis]).sum::<f64>() / count)
+}
+
+#[cfg(test)]
+mod tests {
+    use coupler::record::frames::vtu::{Array, Precision};
+
+    use super::*;
+
+    /// A frame from elsewhere made the report panic.
+    #[test]
+    fn points_whose_numbers_are_those_of_cells_are_no_fault() {
+        let dir = tempfile::tempdir().unwrap();
+        let frames = dir.path().join("frames");
+        std::fs::create_dir(&frames).unwrap();
+        let list = r#"<VTKFile><DataSet timestep="0" part="0" name="points" file="points_0000.vtu"/></VTKFile>"#;
+        std::fs::write(frames.join("frames.pvd"), list).unwrap();
+        let mesh = Mesh {
+            points: vec![[0.0, 0.0], [1.0, 0.0]],
+            ends: vec![2],
+            of_cells: ["id", "volume"]
+                .map(|name| Array::whole(name, vec![7.0]))
+                .to_vec(),
+            ..Mesh::default()
+        };
+        std::fs::write(
+            frames.join("points_0000.vtu"),
+            mesh.to_file(Precision::Double),
+        )
+        .unwrap();
+        let loaded = load(dir.path(), 1000).unwrap().unwrap();
+        assert_eq!((loaded.points.len(), loaded.frames[0].at.len()), (2, 2));
+    }
 }
