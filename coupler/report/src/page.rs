@@ -386,13 +386,10 @@ fn figures(records: &[Record]) -> Vec<Figure> {
         Some(x).filter(|x| x.is_finite()).map_or_else(none, size_of)
     };
     let mut figures = vec![
-        of("Checks that pass", &|s| {
-            let passing = s.checks.iter().filter(|check| check.pass).count();
-            match s.checks.len() {
-                0 => "none judged".to_owned(),
-                all => format!("{passing} of {all}"),
-            }
-        }),
+        Figure {
+            name: "Checks that pass",
+            values: records.iter().map(verdict::passing).collect(),
+        },
         known("Simulated time", &|s| moment(s.time), &|record| {
             so_far::time(record).map(moment)
         }),

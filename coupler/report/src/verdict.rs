@@ -29,15 +29,25 @@ pub struct Row {
     pub source: String,
 }
 
-/// The checks of a run that has left a record, those that fail first.
+/// The checks of a run that has left a record: those that fail first, and last those that it has not come to.
 pub fn rows(record: &Record, run: &str) -> Vec<Row> {
-    let verdicts = record.summary.iter().flat_map(|summary| &summary.checks);
-    let mut rows = judged(record.scene.as_ref(), verdicts, run);
-    if rows.is_empty() {
-        let checks = record.scene.iter().flat_map(|scene| &scene.checks);
-        rows.extend(checks.map(|check| open(check, run)));
-    }
+    let verdicts = || record.summary.iter().flat_map(|summary| &summary.checks);
+    let mut rows = judged(record.scene.as_ref(), verdicts(), run);
+    let checks = record.scene.iter().flat_map(|scene| &scene.checks);
+    let left = checks.filter(|check| verdicts().all(|verdict| verdict.name != check.name));
+    rows.extend(left.map(|check| open(check, run)));
     rows
+}
+
+/// How many of a run's checks pass, in words.
+pub fn passing(record: &Record) -> String {
+    let rows = rows(record, "");
+    let of = |result: &str| rows.iter().filter(|row| row.result == result).count();
+    match &record.summary {
+        None => "–".to_owned(),
+        Some(summary) if summary.checks.is_empty() => "none judged".to_owned(),
+        Some(_) => format!("{} of {}", of("pass"), rows.len()),
+    }
 }
 
 /// The checks of a run of `scene` that has just ended, those that fail first: nothing is read.
@@ -150,6 +160,7 @@ fn unit(check: &Check, scene: &Scene) -> String {
 mod tests {
     use std::path::Path;
 
+    use coupler::record::Summary;
     use coupler::record::check::Meant;
     use coupler::scene::SceneFile;
 
@@ -219,6 +230,35 @@ mod tests {
         let check = format!("value = \"1000*body.a.x\"\n{check}");
         let scene = scene(&check, "constants = { angle = 25.0 }");
         row(&verdict, Some(&scene), "x")
+    }
+
+    /// Only those that were over were shown.
+    #[test]
+    fn a_check_that_a_run_has_not_come_to_is_shown_as_open() {
+        let dir = tempfile::tempdir().unwrap();
+        std::fs::write(dir.path().join("history.csv"), "time [s]\n0\n").unwrap();
+        let mut record = Record::read(dir.path()).unwrap();
+        let more =
+            "[[check]]\nname = \"early\"\nvalue = \"t\"\nto = 0.0\nat_most = 1.0\nsource = \"s\"";
+        record.scene = Some(scene(&format!("value = \"t\"\nat_most = 1.0\n{more}"), ""));
+        let results = |record: &Record| -> Vec<(String, &str)> {
+            let rows = rows(record, "").into_iter();
+            rows.map(|row| (row.name, row.result)).collect()
+        };
+        let open = |name: &str| (name.to_owned(), "open");
+        assert_eq!(results(&record), [open("c"), open("early")]);
+        assert_eq!(passing(&record), "–");
+        let verdict = CheckResult {
+            name: "early".into(),
+            pass: true,
+            ..CheckResult::default()
+        };
+        record.summary = Some(Summary {
+            checks: vec![verdict],
+            ..Summary::default()
+        });
+        assert_eq!(results(&record), [("early".into(), "pass"), open("c")]);
+        assert_eq!(passing(&record), "1 of 2");
     }
 
     /// Ends that are expressions were written as such, in the page and in the line of a run.
