@@ -342,6 +342,11 @@ impl RunDir {
     }
 }
 
+/// Whether the files in a directory are those of an earlier run, which a new one has not replaced yet.
+pub fn is_to_be_replaced(dir: &Path) -> bool {
+    files::is_there(dir, NEXT)
+}
+
 /// The names of the files in a run directory that Tandem has written, by its list.
 fn written(dir: &Path) -> Result<BTreeSet<String>, RunDirError> {
     let list = match files::read_text(dir, WRITTEN, SMALL) {

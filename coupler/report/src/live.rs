@@ -4,7 +4,7 @@ use std::path::Path;
 use std::time::{Duration, Instant, SystemTime};
 
 use coupler::record::fail;
-use coupler::record::rundir::{COURSE, FRAME_LIST, HISTORY, in_use};
+use coupler::record::rundir::{COURSE, FRAME_LIST, HISTORY, in_use, is_to_be_replaced};
 use interface::files::{self, How};
 use interface::session::cpu_time;
 use interface::transport::wait::until;
@@ -44,9 +44,11 @@ pub fn follow(
         if ended || (seen.as_ref() != Some(&written) && Instant::now() >= rested) {
             seen = Some(written);
             let begun = cpu_time();
+            // The one that goes on has nothing to show then.
+            let is_earlier = !ended && is_to_be_replaced(dir);
             // A run that has just begun has no history to show.
             match Record::read(dir) {
-                Ok(record) if record.history.is_some() => {
+                Ok(record) if record.history.is_some() && !is_earlier => {
                     let rest = || LOOK.max(REST * cpu_time().saturating_sub(begun));
                     let html = page(&[record], (!ended).then(rest))?;
                     let written = files::replace(dir, LIVE, html.as_bytes(), false);
@@ -81,4 +83,28 @@ fn state(dir: &Path) -> Vec<Option<(u64, SystemTime)>> {
         Some((file.len(), file.modified().ok()?))
     };
     names.into_iter().map(of).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use std::cell::Cell;
+
+    use coupler::record::rundir::RunDir;
+
+    use super::*;
+
+    /// It was shown as "Under way".
+    #[test]
+    fn an_earlier_run_is_not_shown_as_the_one_that_begins() {
+        let dir = tempfile::tempdir().unwrap();
+        let earlier = RunDir::create(dir.path(), "").unwrap();
+        earlier.replace(HISTORY, b"time [s]\n0\n", false).unwrap();
+        drop(earlier);
+        let _new = RunDir::create(dir.path(), "").unwrap();
+        let (asked, mut shown) = (Cell::new(0), Vec::new());
+        // Looks once while the run goes on, and once at its end.
+        let stop = || asked.replace(asked.get() + 1) > 0;
+        follow(dir.path(), stop, |page| shown.push(page.is_some())).unwrap();
+        assert_eq!(shown, [false, true]);
+    }
 }
