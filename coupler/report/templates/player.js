@@ -293,14 +293,7 @@ class Player {
     const { bar, hint } = this.elements;
     bar.hidden = !this.field;
     hint.textContent = this.field ? showBar(bar, this.field) : "";
-    this.labelUnit();
     this.draw();
-  }
-
-  /** The bar's numbers may be in a larger unit than the field's name says. */
-  labelUnit() {
-    const { bar } = this.elements;
-    bar.dataset.title = this.field ? bar.dataset.unit : "";
   }
 
   draw() {
