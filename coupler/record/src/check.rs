@@ -2,14 +2,13 @@
 //!
 //! ```text
 //! let mut recorder = Recorder::new(columns, checks, end);      // header() for history.csv
-//! recorder.record(&sample);                      // at every history output, from t_0 to the end; then row()
+//! let row = recorder.record(&sample);            // at every history output, from t_0 to the end
 //! let results = recorder.finish();               // for summary.json
 //! ```
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Deserializer, Serialize};
 
-use crate::quantity::Sample;
 use mechanics::expression::Expression;
 
 /// A column of the history.
@@ -247,7 +246,6 @@ pub struct Recorder {
     checks: Vec<Check>,
     /// What later records depend on; a run that goes on takes that of another recorder of its scene.
     pub recorded: Recorded,
-    row: Vec<f64>,
     /// Times that are nearer than this (s) to an end of a window count as within it, because output times are rounded.
     time_slack: f64,
 }
@@ -262,7 +260,6 @@ impl Recorder {
                 slots: Vec::new(),
                 checks: vec![Progress::default(); checks.len()],
             },
-            row: Vec::new(),
             time_slack: 1e-9 * end,
         }
     }
@@ -278,22 +275,16 @@ impl Recorder {
             .collect()
     }
 
-    /// Takes a sample. The first one is that of `t_0`, to which the `initial.` quantities refer.
-    pub fn record(&mut self, sample: &Sample) {
-        let (values, time) = (sample.values(), sample.time());
+    /// Takes a sample, whose first value is the time; returns the row of the history, in the order of [`Self::header`]. The first
+    /// sample is that of `t_0`, to which the `initial.` quantities refer.
+    pub fn record(&mut self, sample: &[f64]) -> Vec<f64> {
+        let time = sample[0];
         let Recorded { slots, checks } = &mut self.recorded;
         if slots.is_empty() {
-            *slots = [values, values].concat();
+            *slots = [sample, sample].concat();
         } else {
-            slots[..values.len()].copy_from_slice(values);
+            slots[..sample.len()].copy_from_slice(sample);
         }
-        self.row.clear();
-        self.row.push(time);
-        let columns = self
-            .columns
-            .iter()
-            .map(|column| column.value.evaluate(slots));
-        self.row.extend(columns);
         for (check, progress) in self.checks.iter().zip(checks) {
             let point = Point {
                 time,
@@ -302,11 +293,9 @@ impl Recorder {
             };
             progress.take(check, point, self.time_slack);
         }
-    }
-
-    /// The present row of the history, in the order of [`Self::header`].
-    pub fn row(&self) -> &[f64] {
-        &self.row
+        let columns = self.columns.iter();
+        let columns = columns.map(|column| column.value.evaluate(slots));
+        std::iter::once(time).chain(columns).collect()
     }
 
     /// The values of the first sample; empty before it.

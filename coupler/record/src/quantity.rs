@@ -231,19 +231,7 @@ pub struct Ledgers {
     pub balance: Balance,
 }
 
-/// One measurement of both sides, from which a [`Sample`] is filled.
-#[derive(Debug, Clone, Copy)]
-pub struct Measured<'a> {
-    /// Ledgers and balance.
-    pub ledgers: Ledgers,
-    /// One record for each point group, then for each probe, for each hold and for each chain, in the order of the
-    /// scene.
-    pub groups: &'a [GroupState],
-    /// One record for each body, in the order of the scene.
-    pub bodies: &'a [BodyState],
-}
-
-/// The registry: every quantity of a scene and its place in a [`Sample`].
+/// The registry: every quantity of a scene and its place in a sample.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Quantities {
     names: Vec<String>,
@@ -257,12 +245,6 @@ pub struct Quantities {
     fills: Vec<usize>,
     /// Thickness of the slice in m; `None`: the values are per metre.
     thickness: Option<f64>,
-}
-
-/// The values of all quantities at one time, in the order of their registry.
-#[derive(Debug, Clone, PartialEq, Default)]
-pub struct Sample {
-    values: Vec<f64>,
 }
 
 impl Quantities {
@@ -323,22 +305,12 @@ impl Quantities {
         Some(of_slice.unwrap_or(unit))
     }
 
-    /// Number of values in a [`Sample`].
-    pub fn len(&self) -> usize {
-        self.names.len()
-    }
-
-    /// Always false: every scene has a time.
-    pub fn is_empty(&self) -> bool {
-        self.names.is_empty()
-    }
-
-    /// All names, in the order of a [`Sample`].
+    /// All names, in the order of a sample.
     pub fn names(&self) -> impl Iterator<Item = &str> + Clone {
         self.names.iter().map(String::as_str)
     }
 
-    /// Index of a quantity in a [`Sample`].
+    /// Index of a quantity in a sample.
     pub fn index(&self, name: &str) -> Option<usize> {
         let name = whole_name(name);
         self.names.iter().position(|known| known == name)
@@ -347,53 +319,62 @@ impl Quantities {
     /// What a name means in an expression over `[sample, initial sample]`: a quantity, or `initial.` and a quantity.
     pub fn meaning(&self, name: &str) -> Option<Meaning> {
         match name.strip_prefix("initial.") {
-            Some(quantity) => Some(Meaning::Slot(self.len() + self.index(quantity)?)),
+            Some(quantity) => Some(Meaning::Slot(self.names.len() + self.index(quantity)?)),
             None => Some(Meaning::Slot(self.index(name)?)),
         }
     }
 
-    /// Fills `sample` from one measurement. `first` has the values of the first sample; it is empty if this is it.
+    /// The sample of one measurement: the values of all quantities in their order, the time first. `groups` has a record for
+    /// each point group, then for each probe, hold and chain, and `bodies` one for each body, in the order of the scene. `first`
+    /// is the first sample; it is empty if this is it.
     ///
     /// # Panics
     /// If there are not as many groups or bodies as the scene has: an assertion, they were configured from it.
-    pub fn fill(&self, sample: &mut Sample, measured: &Measured, first: &[f64]) {
-        let groups: usize = self.sets.iter().sum();
-        assert_eq!(measured.groups.len(), groups, "one record a group");
-        let mut rest = measured.groups;
+    pub fn sample(
+        &self,
+        ledgers: &Ledgers,
+        groups: &[GroupState],
+        bodies: &[BodyState],
+        first: &[f64],
+    ) -> Vec<f64> {
+        let count: usize = self.sets.iter().sum();
+        assert_eq!(groups.len(), count, "one record a group");
+        let mut rest = groups;
         let [groups, probes, holds, chains] = self.sets.map(|count| {
             let (set, others) = rest.split_at(count);
             rest = others;
             set
         });
         let count = self.bodies + self.fills.iter().sum::<usize>();
-        assert_eq!(measured.bodies.len(), count, "one record a body");
-        let (bodies, mut filled) = measured.bodies.split_at(self.bodies);
-        sample.values.clear();
-        sample.add(OF_RUN, &measured.ledgers);
-        sample.add_each(OF_GROUP, groups);
+        assert_eq!(bodies.len(), count, "one record a body");
+        let (bodies, mut filled) = bodies.split_at(self.bodies);
+        let mut sample = Vec::with_capacity(self.names.len());
+        add(&mut sample, OF_RUN, ledgers);
+        add_each(&mut sample, OF_GROUP, groups);
         for &now in probes {
-            let place = sample.values.len();
+            let place = sample.len();
             let first = match first.get(place..place + 2) {
                 Some(&[x, y]) => [x, y],
                 _ => now.position,
             };
-            sample.add(OF_PROBE, &Followed { now, first });
+            add(&mut sample, OF_PROBE, &Followed { now, first });
         }
-        sample.add_each(OF_HOLD, holds);
-        sample.add_each(OF_CHAIN, chains);
-        sample.add_each(OF_BODY, bodies);
+        add_each(&mut sample, OF_HOLD, holds);
+        add_each(&mut sample, OF_CHAIN, chains);
+        add_each(&mut sample, OF_BODY, bodies);
         for count in &self.fills {
             let (fill, others) = filled.split_at(*count);
-            sample.add(OF_FILL, fill);
+            add(&mut sample, OF_FILL, fill);
             filled = others;
         }
         if let Some(thickness) = self.thickness {
-            for (value, unit) in sample.values.iter_mut().zip(&self.units) {
+            for (value, unit) in sample.iter_mut().zip(&self.units) {
                 if slice_unit(unit).is_some() {
                     *value *= thickness;
                 }
             }
         }
+        sample
     }
 
     /// The list of all quantities as the CSV file docs/quantities.csv.
@@ -417,35 +398,13 @@ fn list<T: ?Sized>(table: &mut String, of: &str, rows: &[Row<T>]) {
     }
 }
 
-impl Sample {
-    fn add<T: ?Sized>(&mut self, rows: &[Row<T>], of: &T) {
-        self.values.extend(rows.iter().map(|row| (row.value)(of)));
-    }
-
-    fn add_each<T>(&mut self, rows: &[Row<T>], each: &[T]) {
-        for one in each {
-            self.add(rows, one);
-        }
-    }
-
-    /// The values, in the order of the registry; empty before the first fill.
-    pub fn values(&self) -> &[f64] {
-        &self.values
-    }
-
-    /// The time of the sample in s.
-    ///
-    /// # Panics
-    /// If it was never filled: an assertion.
-    pub fn time(&self) -> f64 {
-        self.values[0]
-    }
+fn add<T: ?Sized>(sample: &mut Vec<f64>, rows: &[Row<T>], of: &T) {
+    sample.extend(rows.iter().map(|row| (row.value)(of)));
 }
 
-#[cfg(test)]
-impl From<Vec<f64>> for Sample {
-    fn from(values: Vec<f64>) -> Self {
-        Self { values }
+fn add_each<T>(sample: &mut Vec<f64>, rows: &[Row<T>], each: &[T]) {
+    for one in each {
+        add(sample, rows, one);
     }
 }
 

@@ -80,10 +80,10 @@ fn run(when: When, window: [f64; 2], expected: Compiled, rows: &[[f64; 2]]) -> C
     };
     let mut recorder = Recorder::new(&[twice], &[check], 1.0);
     for row in rows {
-        recorder.record(&Sample::from(row.to_vec()));
+        let of_history = recorder.record(row);
         let expected = 2.0 * row[1] - rows[0][1];
-        assert_eq!(recorder.row()[0], row[0]);
-        assert!(recorder.row()[1] == expected || expected.is_nan());
+        assert_eq!(of_history[0], row[0]);
+        assert!(of_history[1] == expected || expected.is_nan());
     }
     assert_eq!(recorder.header(), ["time [s]", "twice [m]"]);
     recorder.finish().remove(0)

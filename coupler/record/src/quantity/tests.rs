@@ -50,9 +50,9 @@ const EXPECTED: [(&str, f64); 43] = [
     ("fill.grains.ymin", 2.0),
 ];
 
-/// Calls `act` with the quantities of a scene, a measurement of it, and the values of a first sample.
+/// The quantities of a scene, and what makes a sample of such quantities, after a first one or as the first.
 #[expect(clippy::too_many_lines, reason = "a table")]
-fn with_measured(act: impl FnOnce(&Quantities, &Measured, &[f64])) {
+fn measured() -> (Quantities, impl Fn(&Quantities, bool) -> Vec<f64>) {
     let quantities = Quantities::new(
         ["disc"],
         [&["edge", "middle"], &["left"], &[]],
@@ -122,22 +122,20 @@ fn with_measured(act: impl FnOnce(&Quantities, &Measured, &[f64])) {
     };
     balance.take(&Ledger::default(), &Ledger::default(), &Moving::default());
     balance.take(&mpm, &dem, &moving);
-    let measured = Measured {
-        ledgers: Ledgers {
-            time: 0.25,
-            mpm,
-            dem,
-            balance,
-        },
-        groups: &[group, edge, middle, left],
-        bodies: &[
-            BodyState::default(),
-            target,
-            grain(1.0, 3.0),
-            grain(5.0, 1.0),
-        ],
+    let ledgers = Ledgers {
+        time: 0.25,
+        mpm,
+        dem,
+        balance,
     };
-    let mut first = vec![0.0; quantities.len()];
+    let groups = [group, edge, middle, left];
+    let bodies = [
+        BodyState::default(),
+        target,
+        grain(1.0, 3.0),
+        grain(5.0, 1.0),
+    ];
+    let mut first = vec![0.0; quantities.names.len()];
     for (name, value) in [
         ("probe.edge.x", 1.0),
         ("probe.edge.y", 2.0),
@@ -146,79 +144,71 @@ fn with_measured(act: impl FnOnce(&Quantities, &Measured, &[f64])) {
     ] {
         first[quantities.index(name).expect("a quantity")] = value;
     }
-    act(&quantities, &measured, &first);
+    let sample = move |quantities: &Quantities, is_first: bool| {
+        let first = if is_first { &[][..] } else { &first };
+        quantities.sample(&ledgers, &groups, &bodies, first)
+    };
+    (quantities, sample)
 }
 
 #[test]
 fn every_value_stands_at_the_index_of_its_name() {
-    with_measured(|quantities, measured, first| {
-        let mut sample = Sample::default();
-        quantities.fill(&mut sample, measured, first);
-        for (name, expected) in EXPECTED {
-            let index = quantities.index(name).unwrap_or_else(|| panic!("{name}"));
-            assert_eq!(sample.values()[index], expected, "{name}");
-        }
-        assert_eq!(sample.values().len(), quantities.len());
-        // In the first sample nothing has moved.
-        quantities.fill(&mut sample, measured, &[]);
-        let moved = quantities.index("probe.middle.uy").expect("a quantity");
-        assert_eq!(sample.values()[moved], 0.0);
-        assert_eq!(quantities.index("body.targt.vx"), None);
-    });
+    let (quantities, sample) = measured();
+    let later = sample(&quantities, false);
+    for (name, expected) in EXPECTED {
+        let index = quantities.index(name).unwrap_or_else(|| panic!("{name}"));
+        assert_eq!(later[index], expected, "{name}");
+    }
+    assert_eq!(later.len(), quantities.names.len());
+    // In the first sample nothing has moved.
+    let moved = quantities.index("probe.middle.uy").expect("a quantity");
+    assert_eq!(sample(&quantities, true)[moved], 0.0);
+    assert_eq!(quantities.index("body.targt.vx"), None);
 }
 
 #[test]
 fn a_slice_has_its_share_of_what_is_counted() {
-    with_measured(|quantities, measured, first| {
-        let mut sample = Sample::default();
-        quantities.fill(&mut sample, measured, first);
-        // A slice of half a metre has half of every extensive quantity, and the same positions, speeds and ratios.
-        let half = quantities.clone().of_slice(Some(0.5));
-        let whole = sample.values().to_vec();
-        half.fill(&mut sample, measured, first);
-        for name in ["energy.total", "momentum.y", "contact.force.x"]
-            .into_iter()
-            .chain([
-                "probe.middle.fx",
-                "body.target.inertia",
-                "body.target.torque",
-                "fill.grains.mass",
-            ])
-        {
-            let index = quantities.index(name).expect("a quantity");
-            assert_eq!(sample.values()[index], 0.5 * whole[index], "{name}");
-        }
-        for name in [
-            "time",
-            "energy.residual_relative",
-            "probe.middle.uy",
-            "body.target.spin",
-        ] {
-            let index = quantities.index(name).expect("a quantity");
-            assert_eq!(sample.values()[index], whole[index], "{name}");
-        }
-    });
+    let (quantities, sample) = measured();
+    // A slice of half a metre has half of every extensive quantity, and the same positions, speeds and ratios.
+    let whole = sample(&quantities, false);
+    let half = sample(&quantities.clone().of_slice(Some(0.5)), false);
+    for name in [
+        "energy.total",
+        "momentum.y",
+        "contact.force.x",
+        "probe.middle.fx",
+        "body.target.inertia",
+        "body.target.torque",
+        "fill.grains.mass",
+    ] {
+        let index = quantities.index(name).expect("a quantity");
+        assert_eq!(half[index], 0.5 * whole[index], "{name}");
+    }
+    for name in [
+        "time",
+        "energy.residual_relative",
+        "probe.middle.uy",
+        "body.target.spin",
+    ] {
+        let index = quantities.index(name).expect("a quantity");
+        assert_eq!(half[index], whole[index], "{name}");
+    }
 }
 
 /// A check of a quantity that the continuum does not report must not pass.
 #[test]
 fn a_work_gap_without_the_capability_is_nan() {
     let quantities = Quantities::new([], [&[], &[], &[]], [], []);
-    let silent = Measured {
-        ledgers: Ledgers {
-            time: 0.0,
-            mpm: Ledger::default(),
-            dem: Ledger::default(),
-            balance: Balance::default(),
-        },
-        groups: &[],
-        bodies: &[],
+    let silent = Ledgers {
+        time: 0.0,
+        mpm: Ledger::default(),
+        dem: Ledger::default(),
+        balance: Balance::default(),
     };
-    let mut sample = Sample::default();
-    quantities.fill(&mut sample, &silent, &[]);
+    let sample = quantities.sample(&silent, &[], &[], &[]);
     for name in ["energy.work_gap", "energy.stress_work"] {
         let index = quantities.index(name).expect("a quantity");
-        assert!(sample.values()[index].is_nan(), "{name}");
+        assert!(sample[index].is_nan(), "{name}");
     }
 }
 

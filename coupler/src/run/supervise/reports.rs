@@ -11,7 +11,7 @@ use super::Run;
 use crate::record::frames::Instant as FrameInstant;
 use crate::record::ledger::{Moving, created_words};
 use crate::record::progress;
-use crate::record::quantity::{Ledgers, Measured, Sample};
+use crate::record::quantity::Ledgers;
 use crate::record::summary::state_hash;
 use crate::run::failure::RunError;
 use crate::run::options;
@@ -27,7 +27,6 @@ const REMEMBERED: Duration = Duration::from_secs(1);
 #[derive(Default)]
 pub(super) struct Latest {
     pub sides: Sides,
-    pub sample: Sample,
     pub bodies: Vec<BodyState>,
     /// The bodies at their initial positions.
     pub origin: Vec<BodyState>,
@@ -104,22 +103,16 @@ impl Run<'_> {
         let [mpm, dem] = account.tally.since.count([mpm, dem]);
         let moving = Moving::of(&round.groups[..groups], &round.bodies);
         account.tally.balance.take(&mpm, &dem, &moving);
-        let measured = Measured {
-            ledgers: Ledgers {
-                time,
-                mpm,
-                dem,
-                balance: account.tally.balance,
-            },
-            groups: &round.groups,
-            bodies: &round.bodies,
+        let ledgers = Ledgers {
+            time,
+            mpm,
+            dem,
+            balance: account.tally.balance,
         };
-        let first = account.recorder.initial();
-        self.scene
-            .quantities
-            .fill(&mut self.latest.sample, &measured, first);
-        account.recorder.record(&self.latest.sample);
-        self.outputs.history.row(account.recorder.row())?;
+        let (quantities, first) = (&self.scene.quantities, account.recorder.initial());
+        let sample = quantities.sample(&ledgers, &round.groups, &round.bodies, first);
+        let row = account.recorder.record(&sample);
+        self.outputs.history.row(&row)?;
         self.outputs.course.row(time, &account.tally.balance.now)?;
         if frame && let Some(frames) = &mut self.outputs.frames {
             frames.take(FrameInstant {
