@@ -19,7 +19,6 @@ use self::outputs::Outputs;
 use self::reports::Latest;
 use self::steps::Schedule;
 use crate::record::background::Mark;
-use crate::record::frames::ReportedFields;
 use crate::record::rundir::{RunDir, RunDirError};
 use crate::run::account::Account;
 use crate::run::checkpoint::writer::CheckpointWriter;
@@ -243,9 +242,9 @@ impl<'a> Run<'a> {
         let mpm = self.scene.mpm.as_ref();
         let goes_round = mpm.is_some_and(|mpm| mpm.walls.periodic().contains(&true));
         self.account.tally.balance.goes_round = goes_round;
-        self.outputs.reported = ReportedFields::by(self.scene.mpm.as_ref(), |party, capability| {
-            solvers.can(party, capability)
-        });
+        if let Some(frames) = &mut self.outputs.frames {
+            frames.reported_by(mpm, |party, capability| solvers.can(party, capability));
+        }
         let [mpm, dem] = [Party::Mpm, Party::Dem].map(|party| solvers.readiness(party));
         self.stability = Some(Stability::new(&self.scene.time, mpm, dem));
         if let Some(sink) = &self.outputs.sink {

@@ -3,8 +3,6 @@
 use std::sync::Arc;
 
 use interface::config::MpmConfig;
-use interface::config::capability::{CONTACTS, PLASTIC_STRAIN};
-use interface::message::control::Party;
 use interface::message::wire::{BodyState, ContactState, PointState};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -12,78 +10,37 @@ use serde::{Deserialize, Serialize};
 use super::vtu::{Array, Precision};
 
 /// Points, bodies and contacts at an instant.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Instant {
+#[derive(Debug)]
+pub(super) struct Instant {
     /// t_n in s.
     pub time: f64,
     /// Positions at t_n, velocities at t_{n-1/2}.
     pub points: Vec<PointState>,
     /// Of the measurement at t_n.
     pub bodies: Vec<BodyState>,
-    /// The source of the plastic strain for each group; `None` if no group has any, or the solver does not report it.
-    pub plastic_strain: Option<Arc<[PlasticStrain]>>,
-    /// Contacts at t_n; `None` if the bodies' side does not report them.
+    /// As [`plastic_strain`]; `None` also if the solver does not report it.
+    pub plastic_strain: Option<Arc<[Option<f64>]>>,
+    /// Contacts at t_n; `None` if they are not asked for, or the bodies' side does not report them.
     pub contacts: Option<Vec<ContactState>>,
 }
 
-/// The fields that the solvers of a run report for frames, besides positions.
-#[derive(Debug, Clone, Default)]
-pub struct ReportedFields {
-    /// The contacts of bodies.
-    pub contacts: bool,
-    /// As in [`Instant`].
-    pub plastic_strain: Option<Arc<[PlasticStrain]>>,
-}
-
-impl ReportedFields {
-    /// The fields that solvers with these capabilities report, in a run with this continuum.
-    pub fn by(mpm: Option<&MpmConfig>, can: impl Fn(Party, &str) -> bool) -> Self {
-        let mpm = mpm.filter(|_| can(Party::Mpm, PLASTIC_STRAIN));
-        Self {
-            contacts: can(Party::Dem, CONTACTS),
-            plastic_strain: mpm.and_then(PlasticStrain::of_groups),
-        }
-    }
-}
-
-/// The source of the plastic strain of a group's points.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum PlasticStrain {
-    /// The solver stores it.
-    Kept,
-    /// The material does not flow, so it is 0.
-    None,
-    /// The material flows, and the solver does not store how far: it is NaN.
-    Forgotten,
-}
-
-impl PlasticStrain {
-    /// The sources for the groups of a continuum whose solver reports it; `None` if no material stores any.
-    pub fn of_groups(config: &MpmConfig) -> Option<Arc<[Self]>> {
-        let materials = config
-            .groups
-            .iter()
-            .map(|group| &config.materials[group.material].model);
-        let of_groups: Arc<[Self]> = materials
-            .map(
-                |model| match (model.keeps_plastic_strain(), model.is_plastic()) {
-                    (true, _) => Self::Kept,
-                    (false, true) => Self::Forgotten,
-                    (false, false) => Self::None,
-                },
-            )
-            .collect();
-        of_groups.contains(&Self::Kept).then_some(of_groups)
-    }
-
-    /// The plastic strain of a point of such a group.
-    pub(super) fn of(self, point: &PointState) -> f64 {
-        match self {
-            Self::Kept => point.plastic_strain.into(),
-            Self::None => 0.0,
-            Self::Forgotten => f64::NAN,
-        }
-    }
+/// The plastic strain of the points of each group: `None` is what the solver keeps for each point, 0 that of a material that does
+/// not flow, and NaN that of one that flows while nobody keeps how far. `None` for all if no material keeps any.
+pub(super) fn plastic_strain(config: &MpmConfig) -> Option<Arc<[Option<f64>]>> {
+    let models = config
+        .groups
+        .iter()
+        .map(|group| &config.materials[group.material].model);
+    let of_groups: Arc<[Option<f64>]> = models
+        .map(
+            |model| match (model.keeps_plastic_strain(), model.is_plastic()) {
+                (true, _) => None,
+                (false, true) => Some(f64::NAN),
+                (false, false) => Some(0.0),
+            },
+        )
+        .collect();
+    of_groups.contains(&None).then_some(of_groups)
 }
 
 /// The fields of points and bodies in frames, besides positions.

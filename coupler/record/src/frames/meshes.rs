@@ -53,7 +53,9 @@ pub(super) fn points(instant: &Instant, content: &Content) -> Mesh {
         ..Mesh::default()
     };
     if let Some(of_groups) = &instant.plastic_strain {
-        let strain = points.iter().map(|p| of_groups[p.group as usize].of(p));
+        let strain = points
+            .iter()
+            .map(|p| of_groups[p.group as usize].unwrap_or(p.plastic_strain.into()));
         let strain = Array::real("plastic_strain", 1, strain.collect());
         let asked = content.keep([(Some(Field::PlasticStrain), strain)]);
         mesh.of_points.extend(asked);

@@ -14,10 +14,14 @@ use std::collections::BTreeSet;
 use std::ffi::OsStr;
 use std::io;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
-use interface::config::{DemConfig, Motion};
+use interface::config::capability::{CONTACTS, PLASTIC_STRAIN};
+use interface::config::{DemConfig, Motion, MpmConfig};
 use interface::files::{self, SMALL, TABLE};
+use interface::message::control::Party;
 use interface::message::wire::BodyState;
+use interface::session::Round;
 use quick_xml::Writer;
 use quick_xml::events::Event;
 use serde::{Deserialize, Serialize};
@@ -26,7 +30,8 @@ use thiserror::Error;
 use crate::background::{Background, Mark};
 use crate::error::fail;
 use crate::rundir::{FRAME_LIST, FRAMES, RunDir, RunDirError};
-pub use instant::{Content, Field, Instant, PlasticStrain, ReportedFields};
+pub use instant::{Content, Field};
+use instant::{Instant, plastic_strain};
 use meshes::{Outlined, bodies, contacts, points};
 use vtu::{Mesh, attribute};
 
@@ -49,6 +54,9 @@ pub struct Listed {
 #[derive(Debug)]
 pub struct Frames {
     content: Content,
+    /// Whether frames have contacts, and the plastic strain of groups: what the solvers report of them.
+    contacts: bool,
+    plastic_strain: Option<Arc<[Option<f64>]>>,
     /// The frames that were taken so far.
     pub listed: Listed,
     /// Counts frames.
@@ -87,6 +95,8 @@ impl Frames {
         series.keep_listed()?;
         Ok(Self {
             content: content.clone(),
+            contacts: false,
+            plastic_strain: None,
             writer: Background::begin(listed.times.len() as u64, move |instant| {
                 series.write(&instant)
             }),
@@ -94,16 +104,28 @@ impl Frames {
         })
     }
 
-    /// Takes a frame; the thread writes it soon.
+    /// Takes what the solvers can report, in a run with this continuum. Until this is known, frames have what every solver
+    /// reports.
+    pub fn reported_by(&mut self, mpm: Option<&MpmConfig>, can: impl Fn(Party, &str) -> bool) {
+        self.contacts = can(Party::Dem, CONTACTS) && self.content.has(Field::Contacts);
+        let mpm = mpm.filter(|_| can(Party::Mpm, PLASTIC_STRAIN));
+        self.plastic_strain = mpm.and_then(plastic_strain);
+    }
+
+    /// Takes a frame, and the points out of `round`; the thread writes it soon.
     ///
     /// # Errors
     /// [`RunDirError`] if an earlier one could not be written.
-    pub fn take(&mut self, mut instant: Instant) -> Result<(), RunDirError> {
-        if !self.content.has(Field::Contacts) {
-            instant.contacts = None;
-        }
-        self.listed.contacts |= instant.contacts.is_some();
-        self.listed.times.push(instant.time);
+    pub fn take(&mut self, time: f64, round: &mut Round) -> Result<(), RunDirError> {
+        self.listed.contacts |= self.contacts;
+        self.listed.times.push(time);
+        let instant = Instant {
+            time,
+            points: std::mem::take(&mut round.points),
+            bodies: round.bodies.clone(),
+            plastic_strain: self.plastic_strain.clone(),
+            contacts: self.contacts.then(|| round.contacts.clone()),
+        };
         self.writer.give(instant, 1)
     }
 

@@ -4,7 +4,7 @@ use interface::message::wire::BodyState;
 use interface::recording::RecordingSink;
 
 use crate::record::background::Mark;
-use crate::record::frames::{Frames, Listed, ReportedFields};
+use crate::record::frames::{Frames, Listed};
 use crate::record::history::History;
 use crate::record::progress::Progress;
 use crate::record::rundir::{HISTORY, RunDir, RunDirError};
@@ -23,8 +23,6 @@ pub(crate) struct Outputs {
     pub(super) course: Course,
     /// `None` if the scene asks for no frames.
     pub(super) frames: Option<Frames>,
-    /// The fields of frames that the solvers report besides positions.
-    pub(super) reported: ReportedFields,
     /// The recording of all messages, if the run has one.
     pub(crate) sink: Option<RecordingSink>,
     pub(super) progress: Progress,
@@ -54,7 +52,6 @@ impl Outputs {
             history,
             course,
             frames: scene.output.frames.map(|_| frames()).transpose()?,
-            reported: ReportedFields::default(),
             sink: None,
             progress: Progress::new(scene.time.end, options.progress, options.screen.clone()),
         })

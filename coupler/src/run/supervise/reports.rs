@@ -8,7 +8,6 @@ use interface::session::{Round, SessionError, Solvers};
 use interface::transport::vanished;
 
 use super::Run;
-use crate::record::frames::Instant as FrameInstant;
 use crate::record::ledger::{Moving, created_words};
 use crate::record::progress;
 use crate::record::quantity::Ledgers;
@@ -115,17 +114,7 @@ impl Run<'_> {
         self.outputs.history.row(&row)?;
         self.outputs.course.row(time, &account.tally.balance.now)?;
         if frame && let Some(frames) = &mut self.outputs.frames {
-            frames.take(FrameInstant {
-                time,
-                points: std::mem::take(&mut round.points),
-                bodies: round.bodies.clone(),
-                plastic_strain: self.outputs.reported.plastic_strain.clone(),
-                contacts: self
-                    .outputs
-                    .reported
-                    .contacts
-                    .then(|| round.contacts.clone()),
-            })?;
+            frames.take(time, round)?;
         }
         let residual = account.tally.balance.residual_relative();
         // A sum of finite numbers can still be infinite.
