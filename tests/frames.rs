@@ -9,8 +9,8 @@ use std::process::Command;
 
 use crate::harness::needs::Need;
 use crate::harness::{HARD, Place, RunFiles, has, python, root, scene};
-use coupler::record::frames::Frame;
 use coupler::record::frames::vtu::{Array, Mesh};
+use coupler::record::frames::{Frame, FrameList};
 use serde_json::Value;
 
 const BETWEEN: f64 = 2e-3;
@@ -26,6 +26,10 @@ fn column<'a>(mesh: &'a Mesh, name: &str, component: usize) -> impl Iterator<Ite
         components, values, ..
     } = mesh.array(name).expect("an array of the manual");
     values.iter().skip(component).step_by(*components).copied()
+}
+
+fn frame_at(run: &Path, time: f64) -> Frame {
+    FrameList::read(run).unwrap().frame(time).unwrap()
 }
 
 #[test]
@@ -44,7 +48,7 @@ fn a_frame_holds_what_was_where() {
     assert!(frames >= 3);
     for k in 0..=frames {
         let t = f64::from(k) * BETWEEN;
-        let frame = Frame::read(&run, t).unwrap();
+        let frame = frame_at(&run, t);
         let row = time
             .iter()
             .position(|time| (time - t).abs() < 1e-9)
@@ -74,10 +78,7 @@ fn a_frame_holds_what_was_where() {
         }
     }
     let middle = |k: u32| {
-        let bodies = Frame::read(&run, f64::from(k) * BETWEEN)
-            .unwrap()
-            .bodies
-            .unwrap();
+        let bodies = frame_at(&run, f64::from(k) * BETWEEN).bodies.unwrap();
         bodies.points.iter().map(|p| p[0]).sum::<f64>() / bodies.points.len() as f64
     };
     // From the last but one to the last frame the disc that was hit flies freely.
@@ -88,18 +89,18 @@ fn a_frame_holds_what_was_where() {
     );
     // While they press, the disc is under pressure somewhere; at the start nowhere.
     let largest = |t: f64| {
-        let points = Frame::read(&run, t).unwrap().points.unwrap();
+        let points = frame_at(&run, t).points.unwrap();
         column(&points, "stress", 0).fold(0.0, |m: f64, s| m.max(s.abs()))
     };
     assert_eq!(largest(0.0), 0.0);
     assert!(largest(BETWEEN) > 1e3);
     // And points press the disc that is hit away: a line for each, from its centre to the point.
-    let contacts = |t: f64| Frame::read(&run, t).unwrap().contacts.unwrap();
+    let contacts = |t: f64| frame_at(&run, t).contacts.unwrap();
     assert_eq!(contacts(0.0).ends.len(), 0);
     let pressing = contacts(BETWEEN);
     assert!(pressing.ends.len() > 3);
     assert!(column(&pressing, "force", 0).sum::<f64>() > 1e3);
-    let frame = Frame::read(&run, BETWEEN).unwrap();
+    let frame = frame_at(&run, BETWEEN);
     let points = frame.points.unwrap();
     let ids: Vec<f64> = column(&points, "id", 0).collect();
     for (line, id) in pressing.cells().zip(column(&pressing, "other", 0)) {
@@ -107,7 +108,11 @@ fn a_frame_holds_what_was_where() {
         assert_eq!(line[1], points.points[point]);
         assert_eq!(line[0], pressing.points[0], "the centre of the one body");
     }
-    let missing = Frame::read(&run, 0.4 * BETWEEN).unwrap_err().to_string();
+    let missing = FrameList::read(&run)
+        .unwrap()
+        .frame(0.4 * BETWEEN)
+        .unwrap_err()
+        .to_string();
     assert!(missing.contains("the nearest is at 0 s"), "{missing}");
 }
 
@@ -122,7 +127,7 @@ fn a_scene_chooses_what_frames_hold() {
     place.run("chosen", &scene(HARD), &more).expect(0);
     let [all, chosen] = ["framed", "chosen"].map(|out| {
         let run = place.path(out);
-        Frame::read(&run, BETWEEN).unwrap()
+        frame_at(&run, BETWEEN)
     });
     let names = |mesh: &Mesh| -> Vec<String> {
         let arrays = mesh.of_points.iter().chain(&mesh.of_cells);
@@ -232,7 +237,7 @@ fn contacts_of_two_groups_are_lines_from_point_to_point() {
     let bars = scene("verification/two_bars_pairs");
     let more = "--variant quick --set output.frames=0.001";
     place.run("pair", &bars, more).expect(0);
-    let frame = Frame::read(&place.path("pair"), 0.004).unwrap();
+    let frame = frame_at(&place.path("pair"), 0.004);
     let (points, contacts) = (frame.points.unwrap(), frame.contacts.unwrap());
     let ids: Vec<f64> = column(&points, "id", 0).collect();
     let groups: Vec<f64> = column(&points, "group", 0).collect();
@@ -277,7 +282,7 @@ fn frames_name_the_bodies() {
     let ledger = scene("verification/random_ledger");
     place.run("named", &ledger, more).expect(0);
     let run = place.path("named");
-    let bodies = Frame::read(&run, 0.001).unwrap().bodies.unwrap();
+    let bodies = frame_at(&run, 0.001).bodies.unwrap();
     let table = fs::read_to_string(run.join("bodies.csv")).unwrap();
     let named = table
         .lines()
@@ -320,7 +325,7 @@ fn meshio_reads_the_same_numbers() {
     let place = Place::new();
     framed(&place);
     let run = place.path("framed");
-    let frame = Frame::read(&run, BETWEEN).unwrap();
+    let frame = frame_at(&run, BETWEEN);
     for (name, mesh, kind) in [
         ("points", frame.points.unwrap(), "vertex"),
         ("bodies", frame.bodies.unwrap(), "polygon"),
@@ -398,11 +403,8 @@ print(json.dumps(frames))
     };
     let written = String::from_utf8(written).unwrap();
     assert_eq!(written.lines().count(), 3, "{written}");
-    let times = coupler::record::frames::times(&run).unwrap();
-    let frames: Vec<Frame> = times
-        .iter()
-        .map(|&time| Frame::read(&run, time).unwrap())
-        .collect();
+    let times = FrameList::read(&run).unwrap().times();
+    let frames: Vec<Frame> = times.iter().map(|&time| frame_at(&run, time)).collect();
     for (name, cell) in [("points", 1), ("bodies", 7), ("contacts", 3)] {
         let file = run.join(format!("vtkhdf/{name}.vtkhdf"));
         let read = python("vtkmodules", &["-c", READ, file.to_str().unwrap()]).unwrap();

@@ -10,7 +10,7 @@ use std::time::Duration;
 
 use crate::harness::browser::Reader;
 use crate::harness::{HARD, Place, RunFiles, scene};
-use coupler::record::frames::Frame;
+use coupler::record::frames::FrameList;
 
 /// Widths in pixels: a phone, a tablet, a desk.
 const WIDTHS: [u32; 3] = [360, 800, 1400];
@@ -92,10 +92,10 @@ fn the_page_shows_what_the_frames_hold() {
         return;
     };
     let times: Vec<f64> = serde_json::from_value(reader.ask("tandem.player.times")).unwrap();
-    assert_eq!(times, coupler::record::frames::times(&run).unwrap());
+    assert_eq!(times, FrameList::read(&run).unwrap().times());
     assert!(times.len() > 50, "a report makes frames");
     for place in [0, times.len() / 3, times.len() - 1] {
-        let frame = Frame::read(&run, times[place]).unwrap();
+        let frame = FrameList::read(&run).unwrap().frame(times[place]).unwrap();
         let there: Vec<[f64; 2]> = serde_json::from_value(reader.ask(&format!(
             "(() => {{ const p = tandem.player.stages[0].motion.points, n = {place} * p.count; \
              return Array.from({{length: p.count}}, (_, k) => \

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use coupler::record::frames::numbers::{Column, Number};
 use coupler::record::frames::vtu::Mesh;
-use coupler::record::frames::{Frame, FrameError, times};
+use coupler::record::frames::{Frame, FrameError, FrameList};
 use mechanics::expression::{Expression, Meaning};
 use plotters::style::colors::colormaps::{ColorMap, ViridisRGB};
 use plotters::style::text_anchor::HPos;
@@ -132,8 +132,9 @@ fn pictures(options: &PlotOptions) -> Result<Vec<Picture>, StudyError> {
     let colour = of_point(&options.colour.what)?;
     let mut pictures = Vec::new();
     for run in &options.data {
-        for time in times_of(Path::new(&run.what), &options.frames)? {
-            let frame = Frame::read(Path::new(&run.what), time).map_err(|e| unread(&e))?;
+        let list = FrameList::read(Path::new(&run.what)).map_err(|e| unread(&e))?;
+        for time in times_of(&run.what, &list, &options.frames)? {
+            let frame = list.frame(time).map_err(|e| unread(&e))?;
             let of = run.label.as_ref().map(|label| format!("{label}, "));
             let caption = format!("{}t = {} s", of.unwrap_or_default(), label(time));
             let dots = frame.points.as_ref().map(|points| dots(points, &colour));
@@ -230,16 +231,16 @@ fn shade(value: f64, [from, to]: [f64; 2]) -> RGBColor {
 }
 
 /// The times in s of the frames that are asked for.
-fn times_of(run: &Path, wanted: &[Which]) -> Result<Vec<f64>, StudyError> {
+fn times_of(run: &str, list: &FrameList, wanted: &[Which]) -> Result<Vec<f64>, StudyError> {
     let mut all = Vec::new();
     for which in wanted {
         match which {
             Which::At(time) => all.push(*time),
-            Which::All => all.extend(times(run).map_err(|e| unread(&e))?),
+            Which::All => all.extend(list.times()),
         }
     }
     if all.is_empty() {
-        let what = format!("{} has no frames", run.display());
+        let what = format!("{run} has no frames");
         return Err(StudyError::usage(
             what,
             "give `output.frames`, and run again",

@@ -12,6 +12,7 @@ pub mod vtu;
 
 use std::collections::BTreeSet;
 use std::ffi::OsStr;
+use std::fmt::Write as _;
 use std::io;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -22,7 +23,6 @@ use interface::files::{self, SMALL, TABLE};
 use interface::message::control::Party;
 use interface::message::wire::BodyState;
 use interface::session::Round;
-use quick_xml::Writer;
 use quick_xml::events::Event;
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
@@ -167,15 +167,13 @@ impl Series {
         if self.times.is_empty() {
             return Ok(());
         }
-        let kept: BTreeSet<String> = (0..self.times.len())
-            .flat_map(|number| PARTS.map(|name| file(name, number)))
-            .collect();
+        let kept: BTreeSet<String> = names(0..self.times.len()).collect();
         let dir = self.dir.path();
         let keep = || {
             for name in files::names(dir, FRAMES)? {
                 let in_run = format!("{FRAMES}/{name}");
                 let frame = in_run != FRAME_LIST && self.dir.has_written(&in_run);
-                if frame && !kept.contains(&name) {
+                if frame && !kept.contains(&in_run) {
                     files::remove(dir, in_run)?;
                 }
             }
@@ -212,38 +210,21 @@ impl Series {
             .replace(&name, &mesh.to_file(self.content.precision), false)
     }
 
-    /// ParaView's list of the files and their times.
+    /// ParaView's list of the files and their times. Nothing in it needs an escape.
     fn list(&self) -> Vec<u8> {
-        let mut xml = Writer::new_with_indent(Vec::new(), b' ', 1);
-        let about = [
-            ("type", "Collection"),
-            ("version", "1.0"),
-            ("byte_order", "LittleEndian"),
-        ];
-        let written = xml
-            .create_element("VTKFile")
-            .with_attributes(about)
-            .write_inner_content(|xml| {
-                let collection = xml.create_element("Collection");
-                collection.write_inner_content(|xml| {
-                    for (number, time) in self.times.iter().enumerate() {
-                        let parts = PARTS.into_iter().zip(self.has);
-                        for (part, (name, _)) in parts.filter(|(_, has)| *has).enumerate() {
-                            let (time, part) = (time.to_string(), part.to_string());
-                            let file = file(name, number);
-                            let set = [("timestep", time.as_str()), ("part", &part)];
-                            let which = [("name", name), ("file", &file)];
-                            xml.create_element("DataSet")
-                                .with_attributes(set.into_iter().chain(which))
-                                .write_empty()?;
-                        }
-                    }
-                    Ok(())
-                })?;
-                Ok(())
-            });
-        written.expect("memory takes what is written");
-        xml.into_inner()
+        let mut xml = "<VTKFile type=\"Collection\" version=\"1.0\" byte_order=\"LittleEndian\">\n <Collection>\n".to_owned();
+        for (number, time) in self.times.iter().enumerate() {
+            let parts = PARTS.into_iter().zip(self.has);
+            for (part, (name, _)) in parts.filter(|(_, has)| *has).enumerate() {
+                let file = file(name, number);
+                let _ = writeln!(
+                    xml,
+                    "  <DataSet timestep=\"{time}\" part=\"{part}\" name=\"{name}\" file=\"{file}\"/>"
+                );
+            }
+        }
+        xml += " </Collection>\n</VTKFile>";
+        xml.into_bytes()
     }
 }
 
@@ -278,48 +259,44 @@ pub struct FrameError {
     what: String,
 }
 
-/// The list of the frames of a run directory, and its path.
-fn list(run: &Path) -> (PathBuf, io::Result<Vec<Entry>>) {
-    let text = files::read_text(run, FRAME_LIST, SMALL);
-    let entries = text.and_then(|text| entries(&text).map_err(io::Error::other));
-    (run.join(FRAME_LIST), entries)
+/// The list of the frames of a run directory.
+#[derive(Debug)]
+pub struct FrameList {
+    run: PathBuf,
+    entries: Vec<Entry>,
 }
 
-/// The times in s of the frames of a run directory; empty if it has no frames.
-///
-/// # Errors
-/// [`FrameError`]: their list is there and cannot be read.
-pub fn times(run: &Path) -> Result<Vec<f64>, FrameError> {
-    let (path, entries) = list(run);
-    match entries {
-        Err(error) if error.kind() == io::ErrorKind::NotFound => Ok(Vec::new()),
-        Err(error) => Err(FrameError {
-            path,
-            what: error.to_string(),
-        }),
-        Ok(entries) => {
-            let mut times: Vec<f64> = entries.iter().map(|entry| entry.time).collect();
-            times.dedup();
-            Ok(times)
-        }
+impl FrameList {
+    /// Reads the list of a run directory; it is empty if there is none.
+    ///
+    /// # Errors
+    /// [`FrameError`]: it is there and cannot be read.
+    pub fn read(run: &Path) -> Result<Self, FrameError> {
+        let entries = match files::read_text(run, FRAME_LIST, SMALL) {
+            Err(error) if error.kind() == io::ErrorKind::NotFound => Ok(Vec::new()),
+            Err(error) => Err(error.to_string()),
+            Ok(text) => entries(&text),
+        };
+        Ok(Self {
+            entries: entries.map_err(bad(run.join(FRAME_LIST)))?,
+            run: run.to_path_buf(),
+        })
     }
-}
 
-impl Frame {
-    /// The frame of this time (s) of a run directory.
+    /// The times of the frames in s.
+    pub fn times(&self) -> Vec<f64> {
+        let mut times: Vec<f64> = self.entries.iter().map(|entry| entry.time).collect();
+        times.dedup();
+        times
+    }
+
+    /// Reads the frame of this time (s).
     ///
     /// # Errors
     /// [`FrameError`]: there is none, or it cannot be read.
-    pub fn read(run: &Path, time: f64) -> Result<Self, FrameError> {
-        let bad = |path: &Path, what: String| FrameError {
-            path: path.to_path_buf(),
-            what,
-        };
-        let (list, entries) = list(run);
-        let entries = entries.map_err(|e| {
-            let what = format!("{e}; only a run with `output.frames` has frames");
-            bad(&list, what)
-        })?;
+    pub fn frame(&self, time: f64) -> Result<Frame, FrameError> {
+        let (run, entries) = (&self.run, &self.entries);
+        let bad_list = bad(run.join(FRAME_LIST));
         let away = |entry: &&Entry| (entry.time - time).abs();
         let nearest = entries.iter().min_by(|a, b| away(a).total_cmp(&away(b)));
         let last = entries.last().map_or(0.0, |entry| entry.time);
@@ -328,22 +305,26 @@ impl Frame {
             Some(nearest) if away(&nearest) <= 1e-6 * last.max(time) => nearest.time,
             Some(nearest) => {
                 let what = format!("no frame at {time} s; the nearest is at {} s", nearest.time);
-                return Err(bad(&list, what));
+                return Err(bad_list(what));
             }
-            None => return Err(bad(&list, "no frames".into())),
+            None => {
+                return Err(bad_list(
+                    "no frames; only a run with `output.frames` has frames".into(),
+                ));
+            }
         };
         let part = |name: &str| {
             let found = entries.iter().find(|e| e.time == nearest && e.name == name);
             found
                 .map(|entry| {
-                    let path = run.join(FRAMES).join(&entry.file);
-                    let file = files::read(run, Path::new(FRAMES).join(&entry.file), TABLE);
-                    let file = file.map_err(|e| bad(&path, e.to_string()))?;
-                    Mesh::from_file(&file).map_err(|what| bad(&path, what))
+                    let name = Path::new(FRAMES).join(&entry.file);
+                    let file = files::read(run, &name, TABLE).map_err(|e| e.to_string());
+                    let mesh = file.and_then(|file| Mesh::from_file(&file));
+                    mesh.map_err(bad(run.join(name)))
                 })
                 .transpose()
         };
-        Ok(Self {
+        Ok(Frame {
             time: nearest,
             points: part("points")?,
             bodies: part("bodies")?,
@@ -352,7 +333,13 @@ impl Frame {
     }
 }
 
+/// What is wrong with a file.
+fn bad(path: PathBuf) -> impl FnOnce(String) -> FrameError {
+    move |what| FrameError { path, what }
+}
+
 /// A line of the list.
+#[derive(Debug)]
 struct Entry {
     time: f64,
     name: String,

@@ -5,7 +5,8 @@ use std::path::Path;
 
 use coupler::record::frames::numbers::Column;
 use coupler::record::frames::vtu::Mesh;
-use coupler::record::frames::{Frame, FrameError, times};
+use coupler::record::frames::{Frame, FrameError, FrameList};
+use rayon::prelude::*;
 
 use crate::field::{self, Field};
 use crate::pack::Scale;
@@ -64,11 +65,12 @@ struct Common {
 /// # Errors
 /// [`FrameError`]: there are frames, and their list or the first of them cannot be read.
 pub fn load(run: &Path, room: usize) -> Result<Option<Loaded>, FrameError> {
-    let times = times(run)?;
+    let list = FrameList::read(run)?;
+    let times = list.times();
     let Some(&start) = times.first() else {
         return Ok(None);
     };
-    let first = Frame::read(run, start)?;
+    let first = list.frame(start)?;
     let points = first.points.as_ref().map_or(0, |mesh| mesh.points.len());
     let outlines = first.bodies.as_ref().map_or(0, |mesh| mesh.ends.len());
     let all = Amount {
@@ -83,15 +85,16 @@ pub fn load(run: &Path, room: usize) -> Result<Option<Loaded>, FrameError> {
         ..Loaded::default()
     };
     let common = common(&first, kept.points, &mut loaded);
-    let wanted: Vec<f64> = evenly(times.len(), kept.frames)
-        .into_iter()
-        .map(|k| times[k])
-        .collect();
-    let read = read_all(run, &wanted, &common, &loaded);
-    for (time, read) in wanted.iter().zip(read) {
+    let wanted = evenly(times.len(), kept.frames);
+    let read = wanted.into_par_iter().map(|k| {
+        let frame = list.frame(times[k]).map_err(|error| error.to_string());
+        frame.and_then(|frame| Ok((times[k], common.instant(&frame, &loaded)?)))
+    });
+    let read: Vec<Result<(f64, Instant), String>> = read.collect();
+    for read in read {
         match read {
-            Ok(instant) => {
-                loaded.times.push(*time);
+            Ok((time, instant)) => {
+                loaded.times.push(time);
                 loaded.frames.push(instant);
             }
             Err(fault) => loaded.faults.push(format!("A frame is left out: {fault}.")),
@@ -135,33 +138,6 @@ fn common(first: &Frame, kept: usize, loaded: &mut Loaded) -> Common {
         common.angles = angles(mesh);
     }
     common
-}
-
-/// The frames of these times, read by as many threads as there are processors.
-fn read_all(
-    run: &Path,
-    times: &[f64],
-    common: &Common,
-    loaded: &Loaded,
-) -> Vec<Result<Instant, String>> {
-    let threads = std::thread::available_parallelism().map_or(1, std::num::NonZero::get);
-    let each = times.len().div_ceil(threads).max(1);
-    std::thread::scope(|scope| {
-        let readers: Vec<_> = times
-            .chunks(each)
-            .map(|times| {
-                let read = move |&time: &f64| {
-                    let frame = Frame::read(run, time).map_err(|error| error.to_string())?;
-                    common.instant(&frame, loaded)
-                };
-                scope.spawn(move || times.iter().map(read).collect::<Vec<_>>())
-            })
-            .collect();
-        readers
-            .into_iter()
-            .flat_map(|reader| reader.join().expect("reading a frame does not panic"))
-            .collect()
-    })
 }
 
 impl Common {
