@@ -87,8 +87,13 @@ fn in_a_line(row: &Row, width: usize) -> String {
     } else {
         format!(" within {}", row.allowed)
     };
+    let reason = if row.reason.is_empty() {
+        String::new()
+    } else {
+        format!(": {}", row.reason)
+    };
     let words = format!(
-        "{:<width$}  {}, expected {}{within}",
+        "{:<width$}  {}, expected {}{within}{reason}",
         row.name, row.value, row.expected
     );
     // Numbers and units are kept together on a page; here lines do not break.
@@ -112,6 +117,7 @@ mod tests {
             error: "within".into(),
             allowed: String::new(),
             source: "a paper".into(),
+            reason: String::new(),
         };
         let line = in_a_line(&row, 20);
         assert_eq!(
@@ -128,6 +134,16 @@ mod tests {
         assert_eq!(
             console::strip_ansi_codes(&line),
             "  FAIL  angle of repose  25 deg, expected 25 deg within 1 %  (a paper)"
+        );
+        let row = Row {
+            value: "none".into(),
+            reason: "the run has no samples around 7 s".into(),
+            ..row
+        };
+        let line = in_a_line(&row, 0);
+        assert_eq!(
+            console::strip_ansi_codes(&line),
+            "  FAIL  angle of repose  none, expected 25 deg within 1 %: the run has no samples around 7 s  (a paper)"
         );
     }
 }

@@ -173,8 +173,8 @@ pub struct CheckResult {
     pub pass: bool,
     /// Where the expected figure comes from.
     pub source: String,
-    /// Why it fails, if the numbers do not show it. It is for people and not in the summary.
-    #[serde(skip)]
+    /// Why it fails, if the numbers do not show it: for people.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub reason: Option<String>,
 }
 
@@ -218,7 +218,9 @@ impl Meant {
                 distance / unit,
                 number(self.relative_tolerance.or(self.tolerance).flatten()),
             );
-            bounds = tolerance.is_finite() && scale.is_none_or(f64::is_finite);
+            bounds = [reference, tolerance, scale.unwrap_or(1.0)]
+                .into_iter()
+                .all(f64::is_finite);
         }
         let reason = match (value.is_finite(), bounds) {
             (false, _) => Some("the value is not a finite number".to_owned()),

@@ -27,6 +27,8 @@ pub struct Row {
     pub allowed: String,
     /// Where the expected figure comes from.
     pub source: String,
+    /// Why it fails, if the numbers do not show it; else empty.
+    pub reason: String,
 }
 
 /// The checks of a run that has left a record: those that fail first, and last those that it has not come to.
@@ -110,6 +112,7 @@ fn row(verdict: &CheckResult, scene: Option<&Scene>, run: &str) -> Row {
             String::new()
         },
         source: verdict.source.clone(),
+        reason: verdict.reason.clone().unwrap_or_default(),
     }
 }
 
