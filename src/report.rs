@@ -18,7 +18,7 @@ pub fn report(args: &ReportArgs) -> Result<ExitCode, Failed> {
             ReportError::NotARun { .. } | ReportError::File(FileError { action: "read", .. }) => {
                 BAD_INPUT
             }
-            _ => FAILED,
+            ReportError::File(_) => FAILED,
         };
         Failed::new(error, status)
     })?;

@@ -19,7 +19,4 @@ pub enum ReportError {
     /// A file cannot be read or written.
     #[error(transparent)]
     File(#[from] FileError),
-    /// The page cannot be made although everything was read.
-    #[error("cannot make the page: {0}")]
-    Page(String),
 }

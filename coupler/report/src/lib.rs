@@ -34,7 +34,6 @@ use interface::files;
 use record::Record;
 
 pub use error::ReportError;
-pub use page::LARGEST;
 
 /// A page that was written.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -45,8 +44,8 @@ pub struct Written {
     pub bytes: u64,
 }
 
-/// Makes the page of these runs and writes it to `out`, or into the first run's directory. A reader sees the old page or the
-/// new one, never half of either.
+/// Makes the page of these runs, at least one, and writes it to `out`, or into the first run's directory. A reader sees the
+/// old page or the new one, never half of either.
 ///
 /// # Errors
 /// [`ReportError`]; nothing is written then.
@@ -55,12 +54,8 @@ pub fn write(runs: &[PathBuf], out: Option<&Path>) -> Result<Written, ReportErro
         .iter()
         .map(|run| Record::read(run))
         .collect::<Result<_, _>>()?;
-    let html = page::page(&records, None)?;
-    let path = match (out, runs.first()) {
-        (Some(out), _) => out.to_path_buf(),
-        (None, Some(run)) => run.join(REPORT),
-        (None, None) => return Err(ReportError::Page("no run was named".to_owned())),
-    };
+    let html = page::page(&records, None);
+    let path = out.map_or_else(|| runs[0].join(REPORT), Path::to_path_buf);
     let written = match out {
         Some(out) => files::write_named(out, &html),
         None => files::replace(&runs[0], REPORT, html.as_bytes(), false),

@@ -27,7 +27,7 @@ const REST: u32 = 60;
 /// It reads what the run has written, and writes the page only.
 ///
 /// # Errors
-/// [`ReportError`]: the page cannot be made or written.
+/// [`ReportError`]: what the run has left cannot be read, or the page cannot be written.
 pub fn follow(
     dir: &Path,
     stop: impl Fn() -> bool,
@@ -50,7 +50,7 @@ pub fn follow(
             match Record::read(dir) {
                 Ok(record) if record.history.is_some() && !is_earlier => {
                     let rest = || LOOK.max(REST * cpu_time().saturating_sub(begun));
-                    let html = page(&[record], (!ended).then(rest))?;
+                    let html = page(&[record], (!ended).then(rest));
                     let written = files::replace(dir, LIVE, html.as_bytes(), false);
                     written.map_err(fail("write", &path))?;
                     rested = Instant::now() + rest();

@@ -8,12 +8,10 @@ use coupler::record::Summary;
 use coupler::record::log::Line;
 use coupler::record::summary::Status;
 use coupler::run::resources::Bytes;
-use coupler::scene::Scene;
 use coupler::scene::plan::LeftOut;
 use serde::Serialize;
 
 use crate::chart::{Charts, charts};
-use crate::error::ReportError;
 use crate::motion::{Motion, load};
 use crate::record::Record;
 use crate::so_far;
@@ -36,7 +34,7 @@ const LOG: [usize; 2] = [100, 400];
 /// Bytes of a scene that are shown.
 const SCENE: usize = 200_000;
 /// Largest page in bytes.
-pub const LARGEST: usize = 5_000_000;
+const LARGEST: usize = 5_000_000;
 /// Share of the room of a motion that its times and outlines may take, and of rounding.
 const RESERVE: f64 = 0.04;
 
@@ -87,13 +85,6 @@ struct Run<'a> {
     tone: &'static str,
     reason: Option<&'a str>,
     last_words: Vec<String>,
-    parts: Vec<Part>,
-    log_title: String,
-    scene: &'a str,
-    scene_note: Option<String>,
-    left_out: Vec<LeftOut>,
-    /// Names and values.
-    details: Vec<(&'static str, String)>,
 }
 
 #[derive(Debug)]
@@ -131,15 +122,12 @@ impl Run<'_> {
 }
 
 /// The page of these runs; of a run that goes on, it loads itself `again` after this time ([`crate::live`]).
-///
-/// # Errors
-/// [`ReportError::Page`].
-pub fn page(records: &[Record], again: Option<Duration>) -> Result<String, ReportError> {
+pub fn page(records: &[Record], again: Option<Duration>) -> String {
     let labels = labels(records);
     let charts: Vec<Charts> = records.iter().map(charts).collect();
     let none: Vec<_> = records.iter().map(|_| Err(String::new())).collect();
     // The space for motions is known when everything else is there.
-    let rest = render(records, &labels, &charts, &none, again)?.len();
+    let rest = render(records, &labels, &charts, &none, again).len();
     let room = LARGEST.saturating_sub(rest) as f64 * (1.0 - RESERVE) / records.len().max(1) as f64;
     let motions = records.iter().map(|record| motion(record, room as usize));
     render(
@@ -177,14 +165,14 @@ fn render(
     charts: &[Charts],
     motions: &[Result<Motion, String>],
     again: Option<Duration>,
-) -> Result<String, ReportError> {
+) -> String {
     let of_runs = labels.iter().zip(motions).zip(charts);
     let data = of_runs.map(|((label, motion), charts)| OfRun {
         label,
         motion: motion.as_ref().ok(),
         charts,
     });
-    let data = in_script(&data.collect::<Vec<_>>())?;
+    let data = in_script(&data.collect::<Vec<_>>());
     let has_motion = motions.iter().any(Result::is_ok);
     let all = records.iter().zip(labels).zip(charts.iter().zip(motions));
     let runs: Vec<Run> = all
@@ -231,13 +219,13 @@ fn render(
             .join(", "),
         runs,
     };
-    page.render().map_err(|e| ReportError::Page(e.to_string()))
+    page.render().expect("memory takes what is written")
 }
 
 /// JSON that may stand in a script element: no `<` in it can end the element.
-fn in_script(data: &impl Serialize) -> Result<String, ReportError> {
-    let json = serde_json::to_string(data).map_err(|e| ReportError::Page(e.to_string()))?;
-    Ok(json.replace('<', "\\u003c"))
+fn in_script(data: &impl Serialize) -> String {
+    let json = serde_json::to_string(data).expect("all keys are strings");
+    json.replace('<', "\\u003c")
 }
 
 /// Distinct names of the runs: the last part of the path, or all of it.
@@ -276,8 +264,6 @@ fn run<'a>(
 ) -> Run<'a> {
     let (status, tone) = status(record);
     let reason = record.summary.as_ref().and_then(|s| s.reason.as_deref());
-    let (scene, scene_note) = scene(record);
-    let plan = record.scene.as_ref().map(Scene::plan);
     Run {
         label,
         record,
@@ -292,12 +278,6 @@ fn run<'a>(
             Vec::new()
         },
         reason,
-        parts: parts(record),
-        log_title: log_title(&record.log),
-        scene,
-        scene_note,
-        left_out: plan.map_or(Vec::new(), |plan| plan.left_out),
-        details: details(record),
     }
 }
 
@@ -479,6 +459,11 @@ fn log_title(log: &[Line]) -> String {
     words.join(", ")
 }
 
+fn left_out(record: &Record) -> Vec<LeftOut> {
+    let scene = record.scene.as_ref();
+    scene.map_or(Vec::new(), |scene| scene.plan().left_out)
+}
+
 /// The text of the scene, and what is left out of it.
 fn scene(record: &Record) -> (&str, Option<String>) {
     let Some(text) = &record.scene_text else {
@@ -499,7 +484,7 @@ fn scene(record: &Record) -> (&str, Option<String>) {
     (&text[..end.unwrap_or(0)], Some(note))
 }
 
-/// Where and how it was run: from the log, which says it since there are reports.
+/// Where and how it was run, by names: from the log, which says it since there are reports.
 fn details(record: &Record) -> Vec<(&'static str, String)> {
     let mut details = Vec::new();
     let mut add = |name, value: Option<String>| {
