@@ -7,19 +7,6 @@ use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 
 use super::screen::Screen;
 
-/// The progress of a run at one moment.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct State {
-    /// Steps done.
-    pub step: u64,
-    /// Simulated time in s.
-    pub time: f64,
-    /// Step in s.
-    pub dt: f64,
-    /// The limit that determines it.
-    pub bound: &'static str,
-}
-
 /// Progress of a run towards its end.
 #[derive(Debug)]
 pub struct Progress {
@@ -57,22 +44,22 @@ impl Progress {
         }
     }
 
-    /// Shows the progress of the run.
-    pub fn show(&mut self, state: &State) {
+    /// Shows the progress of the run: steps done, simulated time in s, the step in s and the limit that determines it.
+    pub fn show(&mut self, step: u64, time: f64, dt: f64, bound: &'static str) {
         let every = if self.screen.is_some() {
             DRAW_EVERY
         } else {
             LOG_EVERY
         };
         let now = Instant::now();
-        let position = (PARTS * state.time / self.end) as u64;
+        let position = (PARTS * time / self.end) as u64;
         let (begun, first) = self.begun.unwrap_or_else(|| {
             // A continued run has steps that this process has not computed.
             self.at_bar(move |bar| {
                 bar.set_position(position);
                 bar.reset_eta();
             });
-            (now, state.step)
+            (now, step)
         });
         self.begun = Some((begun, first));
         if now.duration_since(self.shown) < every {
@@ -80,13 +67,7 @@ impl Progress {
         }
         self.shown = now;
         let took = now.duration_since(begun).as_secs_f64();
-        let rate = state.step.saturating_sub(first) as f64 / took.max(f64::MIN_POSITIVE);
-        let State {
-            step,
-            time,
-            dt,
-            bound,
-        } = *state;
+        let rate = step.saturating_sub(first) as f64 / took.max(f64::MIN_POSITIVE);
         if self.screen.is_none() {
             self.bar.set_position(position);
             tracing::info!(

@@ -9,7 +9,6 @@ use interface::transport::vanished;
 
 use super::Run;
 use crate::record::ledger::{Moving, created_words};
-use crate::record::progress;
 use crate::record::quantity::Ledgers;
 use crate::record::summary::state_hash;
 use crate::run::failure::RunError;
@@ -164,13 +163,10 @@ impl Run<'_> {
     }
 
     fn show(&mut self, epoch: &Epoch) {
-        let state = progress::State {
-            step: self.account.tally.clock.index(),
-            time: self.account.tally.clock.time(),
-            dt: epoch.dt,
-            bound: epoch.bound.name(),
-        };
-        self.outputs.progress.show(&state);
+        let clock = &self.account.tally.clock;
+        let bound = epoch.bound.name();
+        let progress = &mut self.outputs.progress;
+        progress.show(clock.index(), clock.time(), epoch.dt, bound);
     }
 
     /// All points have arrived, at the end.
