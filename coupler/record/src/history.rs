@@ -5,12 +5,13 @@ use std::io::{Seek, SeekFrom, Write};
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
+use blake3::Hasher;
 use interface::files::How;
 
 use super::background::{Background, Mark, appends};
 use super::error::fail;
 use super::rundir::{RunDir, RunDirError};
-use super::seal::{Seal, Sealed};
+use super::seal::Sealed;
 
 /// Buffer for rows that are not in the file yet, in bytes.
 const ROWS: usize = 64 << 10;
@@ -26,8 +27,8 @@ pub struct History {
     rows: Vec<u8>,
     /// When rows were last given to the writer.
     flushed: Instant,
-    /// Of the rows that the writer has.
-    seal: Seal,
+    /// Has taken the rows that the writer has.
+    given: Hasher,
 }
 
 impl History {
@@ -49,7 +50,7 @@ impl History {
             dir.put_aside(name)?;
         }
         let (file, path) = dir.open(name, How::Replace)?;
-        let mut history = Self::of(file, path, Seal::default());
+        let mut history = Self::of(file, path, Hasher::new());
         let mut writer = csv::Writer::from_writer(Vec::new());
         writer
             .write_record(header)
@@ -63,21 +64,21 @@ impl History {
     }
 
     fn resume(dir: &RunDir, name: &str, at: &Sealed) -> Result<Self, RunDirError> {
-        let seal = at.compare(dir.path(), name);
-        let seal = seal.map_err(fail("resume", &dir.path().join(name)))?;
+        let given = at.compare(dir.path(), name);
+        let given = given.map_err(fail("resume", &dir.path().join(name)))?;
         let (mut file, path) = dir.open(name, How::Change)?;
         let mut cut = || {
             file.set_len(at.bytes)?;
             file.seek(SeekFrom::End(0))
         };
         cut().map_err(fail("resume", &path))?;
-        Ok(Self::of(file, path, seal))
+        Ok(Self::of(file, path, given))
     }
 
-    fn of(file: File, path: PathBuf, seal: Seal) -> Self {
+    fn of(file: File, path: PathBuf, given: Hasher) -> Self {
         Self {
-            file: appends(file, path, seal.sealed().bytes),
-            seal,
+            file: appends(file, path, given.count()),
+            given,
             rows: Vec::with_capacity(2 * ROWS),
             flushed: Instant::now(),
         }
@@ -85,7 +86,7 @@ impl History {
 
     /// What the writer was given so far.
     pub fn sealed(&self) -> Sealed {
-        self.seal.sealed()
+        Sealed::of(&self.given)
     }
 
     /// Bytes that the writer has not written yet.
@@ -118,7 +119,7 @@ impl History {
         if !self.rows.is_empty() {
             let rows = std::mem::replace(&mut self.rows, Vec::with_capacity(2 * ROWS));
             let bytes = rows.len() as u64;
-            self.seal.take(&rows);
+            self.given.update(&rows);
             self.file.give(rows, bytes)?;
         }
         Ok(self.file.mark())

@@ -3,6 +3,7 @@
 use std::io::{self, ErrorKind, Read as _};
 use std::path::Path;
 
+use blake3::Hasher;
 use interface::files::{self, How};
 use serde::{Deserialize, Serialize};
 
@@ -15,50 +16,30 @@ pub struct Sealed {
     hash: String,
 }
 
-/// Seals a table while it is written.
-#[derive(Debug, Default)]
-pub struct Seal {
-    bytes: u64,
-    hasher: blake3::Hasher,
-}
-
-impl Seal {
-    /// Takes what is added to the table.
-    pub fn take(&mut self, added: &[u8]) {
-        self.hasher.update(added);
-        self.bytes += added.len() as u64;
-    }
-
-    /// What was taken so far.
-    pub fn sealed(&self) -> Sealed {
-        Sealed {
-            bytes: self.bytes,
-            hash: self.hasher.finalize().to_string(),
+impl Sealed {
+    /// Of a table whose bytes so far this has taken.
+    pub(super) fn of(table: &Hasher) -> Self {
+        Self {
+            bytes: table.count(),
+            hash: table.finalize().to_string(),
         }
     }
-}
 
-impl Sealed {
-    /// Compares the beginning of the table `name` of a run directory with what was written; returns its seal.
+    /// Compares the beginning of the table `name` of a run directory with what was written; returns what has taken it.
     ///
     /// # Errors
     /// It cannot be read, is shorter, or differs.
-    pub fn compare(&self, dir: &Path, name: &str) -> io::Result<Seal> {
-        let mut file = files::open(dir, name, How::Read)?.take(self.bytes);
-        let (mut seal, mut piece) = (Seal::default(), vec![0; 64 << 10]);
-        loop {
-            match file.read(&mut piece)? {
-                0 => break,
-                read => seal.take(&piece[..read]),
-            }
-        }
-        let (found, bytes) = (seal.bytes, self.bytes);
+    pub fn compare(&self, dir: &Path, name: &str) -> io::Result<Hasher> {
+        let file = files::open(dir, name, How::Read)?.take(self.bytes);
+        let mut table = Hasher::new();
+        table.update_reader(file)?;
+        let (found, bytes) = (table.count(), self.bytes);
         let what = if found < bytes {
             format!("it has {found} bytes, and had {bytes} at the checkpoint")
-        } else if bytes > 0 && seal.sealed() != *self {
+        } else if bytes > 0 && Self::of(&table) != *self {
             format!("its first {bytes} bytes, which it had at the checkpoint, were changed")
         } else {
-            return Ok(seal);
+            return Ok(table);
         };
         Err(io::Error::new(ErrorKind::InvalidData, what))
     }
@@ -73,16 +54,16 @@ mod tests {
     fn a_changed_byte_before_the_checkpoint_is_found_and_none_behind_it() {
         let dir = tempfile::tempdir().unwrap();
         let table: Vec<u8> = (0..200_017).map(|k| (k % 251) as u8).collect();
-        let mut seal = Seal::default();
+        let mut written = Hasher::new();
         for part in table.chunks(1000) {
-            seal.take(part);
+            written.update(part);
         }
-        let sealed = seal.sealed();
+        let sealed = Sealed::of(&written);
         let compare = |bytes: &[u8]| {
             fs::write(dir.path().join("t"), bytes).unwrap();
             let compared = sealed.compare(dir.path(), "t");
             compared
-                .map(|seal| seal.sealed())
+                .map(|table| Sealed::of(&table))
                 .map_err(|e| e.to_string())
         };
         assert_eq!(compare(&table), Ok(sealed.clone()));
