@@ -95,7 +95,7 @@ impl Progress {
     fn at_bar(&self, act: impl FnOnce(&ProgressBar) + Send + 'static) {
         let bar = self.bar.clone();
         match &self.screen {
-            Some(screen) => drop(screen.draw(Box::new(move || act(&bar)))),
+            Some(screen) => drop(screen.draw(Box::new(move |_| act(&bar)))),
             None => act(&bar),
         }
     }
@@ -104,7 +104,7 @@ impl Progress {
     pub fn finish(&mut self) {
         let bar = self.bar.clone();
         if let Some(screen) = self.screen.take()
-            && let Some(unseen) = screen.draw(Box::new(move || bar.finish_and_clear()))
+            && let Some(unseen) = screen.draw(Box::new(move |_| bar.finish_and_clear()))
         {
             // A bar draws when it is dropped, and this thread must not wait for a terminal.
             std::mem::forget(unseen);

@@ -15,19 +15,15 @@ const WAITING: u64 = 256;
 /// Time between two looks at the end.
 const LOOK: Duration = Duration::from_millis(1);
 
-/// Something to be shown.
-enum Shown {
-    /// A text, and the number of texts that were left out before it.
-    Text(Vec<u8>, u64),
-    Drawing(Box<dyn FnOnce() + Send>),
-}
+/// Shows something.
+pub(crate) type Drawing = Box<dyn FnOnce(&mut dyn Write) + Send>;
 
 /// Shows text on standard error.
 #[derive(Clone)]
 pub struct Screen(Arc<Mutex<Queue>>);
 
 struct Queue {
-    writer: Background<Shown>,
+    writer: Background<Drawing>,
     /// Texts that were left out since the last one that was not.
     left_out: u64,
 }
@@ -40,7 +36,7 @@ impl fmt::Debug for Screen {
 
 impl Queue {
     /// Gives something to the writer; if there is no room, returns it.
-    fn give(&mut self, shown: Shown) -> Option<Shown> {
+    fn give(&mut self, shown: Drawing) -> Option<Drawing> {
         if self.writer.behind() >= WAITING {
             return Some(shown);
         }
@@ -57,18 +53,8 @@ impl Screen {
     }
 
     fn of(mut out: impl Write + Send + 'static) -> Self {
-        let writer = Background::begin(0, move |shown| {
-            // A reader that has closed the pipe is no error.
-            match shown {
-                Shown::Text(text, left_out) => {
-                    if left_out > 0 {
-                        let _ =
-                            writeln!(out, "({left_out} messages are not shown: nobody read them)");
-                    }
-                    let _ = out.write_all(&text);
-                }
-                Shown::Drawing(draw) => draw(),
-            }
+        let writer = Background::begin(0, move |draw: Drawing| {
+            draw(&mut out);
             Ok(())
         });
         let left_out = 0;
@@ -82,17 +68,20 @@ impl Screen {
     /// Shows a text soon, or leaves it out.
     pub fn text(&self, text: &[u8]) {
         let mut queue = self.lock();
-        let before = queue.left_out;
-        let unsent = queue.give(Shown::Text(text.to_vec(), before));
+        let (text, before) = (text.to_vec(), queue.left_out);
+        let unsent = queue.give(Box::new(move |out| {
+            // A reader that has closed the pipe is no error.
+            if before > 0 {
+                let _ = writeln!(out, "({before} messages are not shown: nobody read them)");
+            }
+            let _ = out.write_all(&text);
+        }));
         queue.left_out = unsent.map_or(0, |_| before + 1);
     }
 
     /// Draws something soon; if there is no room, returns the drawing.
-    pub fn draw(&self, drawing: Box<dyn FnOnce() + Send>) -> Option<Box<dyn FnOnce() + Send>> {
-        match self.lock().give(Shown::Drawing(drawing)) {
-            Some(Shown::Drawing(drawing)) => Some(drawing),
-            _ => None,
-        }
+    pub(crate) fn draw(&self, drawing: Drawing) -> Option<Drawing> {
+        self.lock().give(drawing)
     }
 
     /// Waits until everything is shown, or nothing has been shown for `patience`.
