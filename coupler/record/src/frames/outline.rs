@@ -69,13 +69,8 @@ fn swept(vertices: &[[f64; 2]], radius: f64) -> Vec<[f64; 2]> {
 
 #[cfg(test)]
 mod tests {
+    use super::polygon::area;
     use super::*;
-
-    fn area(outline: &[[f64; 2]]) -> f64 {
-        let next = outline.iter().cycle().skip(1);
-        let parts = outline.iter().zip(next);
-        0.5 * parts.map(|(a, b)| a[0] * b[1] - a[1] * b[0]).sum::<f64>()
-    }
 
     /// Area of a disc as drawn.
     fn disc(radius: f64) -> f64 {

@@ -479,15 +479,6 @@ pub(super) fn attribute(element: &BytesStart, name: &str) -> Result<String, Stri
 mod tests {
     use super::*;
 
-    fn array(name: &str, kind: Kind, components: usize, values: &[f64]) -> Array {
-        Array {
-            name: name.into(),
-            kind,
-            components,
-            values: values.to_vec(),
-        }
-    }
-
     fn mesh() -> Mesh {
         Mesh {
             cell: Cell::Polygon,
@@ -499,15 +490,10 @@ mod tests {
             ],
             ends: vec![3, 4],
             of_points: vec![
-                array("a & b", Kind::Real, 1, &[1.0, 2.0, -0.0, 5e-324]),
-                array(
-                    "id",
-                    Kind::Whole,
-                    1,
-                    &[1.0, 2.0, 9_007_199_254_740_992.0, 0.0],
-                ),
+                Array::real("a & b", 1, vec![1.0, 2.0, -0.0, 5e-324]),
+                Array::whole("id", vec![1.0, 2.0, 9_007_199_254_740_992.0, 0.0]),
             ],
-            of_cells: vec![array("velocity", Kind::Real, 2, &[f64::MAX, 0.0, 1.0, 2.0])],
+            of_cells: vec![Array::real("velocity", 2, vec![f64::MAX, 0.0, 1.0, 2.0])],
             names: vec!["wedge".into(), "grüner Stein".into()],
         }
     }
@@ -546,7 +532,7 @@ mod tests {
             let mesh = Mesh {
                 points,
                 ends: (1..=length).collect(),
-                of_points: vec![array("x", Kind::Real, 1, &values)],
+                of_points: vec![Array::real("x", 1, values)],
                 ..Mesh::default()
             };
             assert_eq!(read_back(&mesh), Ok(mesh), "{length}");
