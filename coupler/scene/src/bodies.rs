@@ -195,9 +195,9 @@ fn body(problems: &mut Problems, path: &str, written: &BodyWritten) {
             format!("body \"{name}\" has both `density` and `mass`, expected one"),
             "drop one of them",
         ),
-        (None, None, Motion::Free) => problems.refuse_key(
+        (None, None, motion) if motion.yielding() != [0.0; 3] => problems.refuse_key(
             path,
-            format!("body \"{name}\" is free and has neither `density` nor `mass`"),
+            format!("body \"{name}\" is moved by forces and has neither `density` nor `mass`"),
             "give it one of them, or `motion = \"fixed\"`",
         ),
         _ => {}
