@@ -217,6 +217,9 @@ mpm.layers=true; OTHER; PAIR | pairs | group_pair.0 | 2
 mpm.interface=segments; dem.fill=[]; dem.body.1.shape=disc; dem.body.1.sphero_radius=0.1; mpm.chain=[{ name = 'c', points = 'block', spacing = 0.1 }] | segments | mpm.interface | 2
 mpm.points.0.lattice=outline | lattice:outline | mpm.points.0.lattice | 1
 mpm.walls.bottom.friction.coefficient=0.5 | wall:friction | mpm.walls.bottom | 1
+mpm.body_force=[0, 't'] | feature:fields | mpm.body_force | 1
+mpm.points.0.velocity=['x', 0]; mpm.points.0.stress=[0, 0, 0, 0] | feature:fields | mpm.points.0.velocity | 2
+mpm.points.0.velocity=[1, 0] | feature:fields | none | 0
 mpm.probe=[{ name = 'a', WITHIN }, { name = 'b', WITHIN }] | feature:probes | mpm.probe.0 | 2
 mpm.hold=[{ name = 'a', WITHIN, hold_x = true }] | feature:holds | mpm.hold.0 | 1
 mpm.grid_contact.friction=0 | feature:grid_contact | mpm.grid_contact | 1
@@ -224,6 +227,8 @@ mpm.points.0.keeps_spin=true | feature:keeps_spin | mpm.points.0.keeps_spin | 1
 SAND; SAND.critical_state.volume=1.1 | feature:critical_state | mpm.material.0.model | 1
 SAND; SAND.separates=true | feature:separates | mpm.material.0.model | 1
 BEADS | feature:volume_rate | mpm.material.0.model | 1
+dem.body.0={ name = 'ball', shape = 'disc', sphero_radius = 0.1, mass = 1 } | inertia:mass | dem.body.0.mass | 1
+dem.fill.0.count=2 | inertia:density | dem.body.0.density | 4
 SURFACES; contact_pair=[LINEAR, { between = ['rubber', 'ball'], HERTZ }] | feature:contact_pairs | contact_pair.0 | 2
 SURFACES; contact_pair=[LINEAR, { between = ['rubber', 'ball'], HERTZ }] | feature:mixed_kinds | contact_pair.1.law | 1
 SURFACES; contact_pair=[LINEAR, { between = ['ball', 'box'], HERTZ }] | feature:mixed_kinds | contact_pair.1.law | 1

@@ -58,7 +58,7 @@ impl MpmConfig {
     ///
     /// Single words: `layers`, `pairs`, `segments`. Families: `shape`, `transfer`, `stress_update`, `plane`,
     /// `wall`, `material`, `fill`, `lattice` (where it is not the default), `contact_force`, whose members are the
-    /// words of the configuration, and `feature`: `probes`, `holds`, `grid_contact`, `keeps_spin`, and what sand may need.
+    /// words of the configuration, and `feature`: `fields`, `probes`, `holds`, `grid_contact`, `keeps_spin`, and what sand may need.
     pub fn needs(&self) -> Vec<Need> {
         let mut needs = Vec::new();
         if self.layers {
@@ -88,6 +88,7 @@ impl MpmConfig {
         needs.extend(Need::of_all("lattice:outline", lattices));
         let force = &self.contact_force;
         needs.push(one("contact_force", force, "mpm.contact_force"));
+        needs.extend(Need::of_all("feature:fields", self.formulas()));
         let probes = (0..self.probes.len()).map(|i| format!("mpm.probe.{i}"));
         needs.extend(Need::of_all("feature:probes", probes));
         let holds = (0..self.forcing.holds.len()).map(|i| format!("mpm.hold.{i}"));
@@ -107,6 +108,19 @@ impl MpmConfig {
 }
 
 impl MpmConfig {
+    /// The keys of the fields that are formulas.
+    fn formulas(&self) -> impl Iterator<Item = String> {
+        let force = self.forcing.body_force.iter();
+        let force = force.map(|_| "mpm.body_force".to_owned());
+        let groups = self.groups.iter().enumerate();
+        force.chain(groups.flat_map(|(g, group)| {
+            let velocity = group.fields.velocity.as_ref().map(|_| "velocity");
+            let stress = group.fields.stress.as_ref().map(|_| "stress");
+            let fields = velocity.into_iter().chain(stress);
+            fields.map(move |field| format!("mpm.points.{g}.{field}"))
+        }))
+    }
+
     /// The capabilities that a frictional material needs besides its yield surface.
     fn needs_of_sand(&self) -> impl Iterator<Item = Need> {
         type Asks = fn(&MaterialModel) -> bool;
@@ -135,8 +149,8 @@ impl MpmConfig {
 impl DemConfig {
     /// The capabilities that it needs from the bodies' solver, each once.
     ///
-    /// Single words: `segments`, `pairs`. Families: `shape`, `motion`, `overlap` (where it is not the default), `law`,
-    /// whose members are the words of the configuration, and `feature`: `friction`, `damping`, `adhesion`,
+    /// Single words: `segments`, `pairs`. Families: `shape`, `motion`, `overlap` (where it is not the default), `inertia`,
+    /// `law`, whose members are the words of the configuration, and `feature`: `friction`, `damping`, `adhesion`,
     /// `rolling_friction` of any law, `body_contact`, `contact_resolution`, `contact_pairs`, `mixed_kinds`. The default
     /// law for points, which has no stiffness, needs no capability.
     pub fn needs(&self) -> Vec<Need> {
@@ -152,6 +166,9 @@ impl DemConfig {
         if self.overlap != OverlapMeasure::default() {
             needs.push(one("overlap", &self.overlap, "dem.overlap"));
         }
+        let inertias = self.bodies.iter().map(|body| &body.inertia);
+        let key = |i: usize| format!("dem.body.{i}.{}", word(&self.bodies[i].inertia));
+        needs.extend(each("inertia", inertias, key));
         let laws = self.laws_by_key();
         let kinds = laws.iter().map(|(_, law)| law);
         needs.extend(each("law", kinds, |i| laws[i].0.clone()));
