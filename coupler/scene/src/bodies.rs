@@ -42,7 +42,10 @@ pub(super) fn bodies(
         group_pairs: group_pairs.to_vec(),
         ..config(written, scene)
     };
-    problems.config_faults(config.faults());
+    let mut faults = config.faults();
+    // A section that is missing has been refused, so its default has no fault of its own.
+    faults.retain(|fault| scene.contact.is_some() || !fault.key.starts_with("contact."));
+    problems.config_faults(faults);
     (!problems.any()).then_some(config)
 }
 

@@ -18,7 +18,9 @@ impl DemConfig {
             body.look(&mut found.at(format!("dem.body.{i}")));
         }
         let points = Between::PointsAndBodies;
-        if self.has_point_law() {
+        // Without points or without bodies the law may have no stiffness: nothing is in contact by it.
+        let is_used = !self.point_surfaces.is_empty() && !self.bodies.is_empty();
+        if self.has_point_law() && (is_used || self.point_contact != ContactLaw::default()) {
             self.point_contact.look(&mut found.at("contact"), points);
         }
         if let Some(law) = &self.body_contact {

@@ -296,13 +296,8 @@ impl ContactLaw {
             .map(|[normal, tangential]| normal.max(tangential))
     }
 
-    /// Finds the impossible values, in the order of the row. The default law between points and bodies has no stiffness: it
-    /// means no contact and has no fault.
+    /// Finds the impossible values, in the order of the row.
     pub(super) fn look(&self, found: &mut Faults<'_>, between: Between) {
-        let of_points = between == Between::PointsAndBodies;
-        if of_points && *self == Self::default() {
-            return;
-        }
         let mut found = found.at(self.name());
         for (p, value) in self.numbers() {
             let mut refuse = |expected: &str, help| {
