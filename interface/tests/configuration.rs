@@ -1,11 +1,14 @@
-//! What is no number in a configuration is a fault of its key; how bodies are pushed and guided.
+//! What is left out of a configuration is missed, and what is no number in it is a fault of its key; how bodies are pushed and guided.
 
 use interface::config::{
     BodyConfig, BodyInertia, BodyShape, DemConfig, Elasticity, Fill, GroupConfig, MaterialConfig,
-    MaterialModel, Motion, MpmConfig, Scheme, ShapeFunction, Spacing, Wall,
+    MaterialModel, Motion, MpmConfig, Scheme, ShapeFunction, Spacing, Wall, from_json,
 };
+use serde::Serialize;
+use serde::de::DeserializeOwned;
+use serde_json::Value;
 
-use crate::toys::mpm_config;
+use crate::toys::{dem_config, mpm_config};
 
 /// A disc at rest.
 fn plain_continuum() -> MpmConfig {
@@ -107,6 +110,29 @@ fn what_is_no_finite_number_is_a_fault_of_its_key() {
             let keys: Vec<String> = config.faults().into_iter().map(|f| f.key).collect();
             assert!(keys.iter().any(|k| k == key), "{key} of {x}: {keys:?}");
         }
+    }
+}
+
+/// S-5: a default would hide what the coupler has not said.
+#[test]
+fn a_field_that_is_left_out_is_missing_at_any_depth() {
+    fn without<T: Serialize + DeserializeOwned>(config: &T, of: &str, field: &str) -> String {
+        let mut json = serde_json::to_value(config).unwrap();
+        let fields = json.pointer_mut(of).and_then(Value::as_object_mut);
+        fields.and_then(|all| all.remove(field)).expect(field);
+        let read = from_json::<T>(&json.to_string());
+        read.map_or_else(|error| error.to_string(), |_| String::new())
+    }
+    let (mpm, mut dem) = (mpm_config(), dem_config());
+    dem.bodies.push(BodyConfig::default());
+    for (found, field) in [
+        (without(&mpm, "", "plane"), "plane"),
+        (without(&mpm, "/walls", "left"), "left"),
+        (without(&mpm, "/forcing", "body_force"), "body_force"),
+        (without(&dem, "/contact/linear", "friction"), "friction"),
+        (without(&dem, "/body/0", "surface"), "surface"),
+    ] {
+        assert_eq!(found, format!("missing field `{field}`"));
     }
 }
 

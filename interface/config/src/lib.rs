@@ -70,15 +70,19 @@ pub fn from_json<T: Serialize + DeserializeOwned>(text: &str) -> serde_json::Res
     }
 }
 
-/// A field that a configuration, or an element of its lists, has and that was not given.
+/// A field that a configuration, or what is within it, has and that was not given.
 fn missing<'a>(given: &Value, all: &'a Value) -> Option<&'a str> {
-    all.as_object()?.iter().find_map(|(field, value)| {
-        let Some(given) = given.get(field) else {
-            return Some(&**field);
-        };
-        let mut each = given.as_array()?.iter().zip(value.as_array()?);
-        each.find_map(|(given, value)| missing(given, value))
-    })
+    match all {
+        Value::Object(fields) => fields.iter().find_map(|(field, all)| {
+            let found = given.get(field).map(|given| missing(given, all));
+            found.unwrap_or(Some(field))
+        }),
+        Value::Array(each) => {
+            let mut pairs = given.as_array()?.iter().zip(each);
+            pairs.find_map(|(given, all)| missing(given, all))
+        }
+        _ => None,
+    }
 }
 
 /// A configuration as the text of the message Configure.

@@ -14,15 +14,17 @@ const BUILT_IN: SolverPair = SolverPair {
         let material = r#"{"name": "jelly", "density": 1000, "model": {"linear_elastic": {"bulk_modulus": 2000, "shear_modulus": 1000}}}"#;
         let block = r#"{"name": "block", "material": 0, "fill": {"rectangle": {"lower": [0.4, 0.42], "upper": [0.6, 0.52]}},
             "spacing": {"distance": 0.05}, "velocity": [0, -3], "contact_radius": 0.01,
-            "lattice": "grid", "fields": {}, "keeps_spin": false}"#;
+            "lattice": "grid", "fields": {"velocity": null, "stress": null}, "keeps_spin": false}"#;
         let mpm = format!(
             r#"{{"domain": [[0, 0], [1, 1]], "cell": 0.1, "gravity": [0, -9.81], "shape": "linear", "transfer": "flip",
             "stress_update": "usf", "contact_force": "point",
-            "forcing": {{"traction": [], "hold": [], "stage": []}}, "constants": {{}}, "leaving": "stop", "grid_contact": null, "layers": false,
-            "group_pair": [], "interface": "points", "chain": [], "probe": [], "plane": "strain", "walls": {{}}, "material": [{material}], "points": [{block}],
+            "forcing": {{"body_force": null, "traction": [], "hold": [], "stage": []}}, "constants": {{}}, "leaving": "stop", "grid_contact": null, "layers": false,
+            "group_pair": [], "interface": "points", "chain": [], "probe": [], "plane": "strain",
+            "walls": {{"left": "open", "right": "open", "bottom": "open", "top": "open"}}, "material": [{material}], "points": [{block}],
             "skin": 0.02, "threads": 1}}"#
         );
-        let law = r#"{"linear": {"normal_stiffness": 10000, "tangential_stiffness": 5000, "friction": 0.4}}"#;
+        let law = r#"{"linear": {"normal_stiffness": 10000, "tangential_stiffness": 5000, "friction": 0.4,
+            "damping_ratio": 0, "damped_mass": 0}}"#;
         let disc = r#"{"name": "disc", "shape": "disc", "sphero_radius": 0.1, "inertia": {"mass": 20}, "position": [0.48, 0.3],
             "motion": "free", "angle": 0, "velocity": [0, 0], "spin": 0, "surface": ""}"#;
         let wall = r#"{"name": "wall", "shape": {"segment": {"ends": [[0, 0.1], [1, 0.1]]}}, "sphero_radius": 0.1,
