@@ -91,6 +91,7 @@ fn what_the_solver_alone_can_see_is_refused_with_key_and_reason() {
         "mpm.points.0.material",
         "no material",
     );
+    refused(|c| c.threads = 0, "mpm.threads", "1 or more");
 }
 
 #[test]

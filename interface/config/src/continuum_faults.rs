@@ -33,6 +33,9 @@ impl MpmConfig {
             self.layer_faults(found);
             self.forcing_faults(found);
             self.chain_faults(found);
+            if self.threads == 0 {
+                found.add("mpm.threads", "0", "1 or more", "");
+            }
         })
     }
 
