@@ -319,6 +319,13 @@ fn the_plan_names_what_runs_and_what_is_left_out() {
     // 2 x 2 cells of 4 points.
     has(&text, "about 16 points in groups: block");
     has(&text, ", 11 rows; ");
+    has(&text, "bodies: 0 free, 0 driven, 1 fixed");
+    let push = "dem.body.0.motion={ pushed = { force = [0, 1] } }";
+    let pushed = Files::new().load(None, &["dem.body.0.mass=1", push]);
+    has(
+        &pushed.plan().to_string(),
+        "bodies: 1 free, 0 driven, 0 fixed",
+    );
     let left_out: Vec<&str> = plan.left_out.iter().map(|l| l.what.as_str()).collect();
     for what in [
         "plastic state of points",

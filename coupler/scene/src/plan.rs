@@ -105,13 +105,13 @@ fn runs(scene: &Scene) -> Vec<String> {
         runs.extend(scene.notes());
     }
     if let Some(dem) = &scene.dem {
-        let count = |motion| dem.bodies.iter().filter(|b| b.motion == motion).count();
+        let count = |of: fn(&Motion) -> bool| dem.bodies.iter().filter(|b| of(&b.motion)).count();
+        let free = count(|motion| motion.yielding() != [0.0; 3]);
+        let fixed = count(|motion| *motion == Motion::Fixed);
         runs.push(format!(
-            "DEM process{}: bodies: {} free, {} driven, {} fixed",
+            "DEM process{}: bodies: {free} free, {} driven, {fixed} fixed",
             other(scene.solvers.dem.as_ref()),
-            count(Motion::Free),
-            count(Motion::Driven),
-            count(Motion::Fixed)
+            dem.bodies.len() - free - fixed
         ));
         if scene.mpm.is_some() && !dem.bodies.is_empty() {
             let law = spelling(&dem.point_contact);
