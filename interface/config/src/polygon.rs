@@ -23,7 +23,7 @@ pub fn bounds(points: &[Point]) -> [Point; 2] {
 
 /// Signed area of a closed polygon in m^2: positive counter-clockwise.
 pub fn area(vertices: &[Point]) -> f64 {
-    let twice = |(a, b): (&Point, &Point)| a[0] * b[1] - b[0] * a[1];
+    let twice = |(a, b): (&Point, &Point)| cross(vertices[0], *a, *b);
     0.5 * edges(vertices).map(twice).sum::<f64>()
 }
 
@@ -168,6 +168,14 @@ mod tests {
             message.contains("vertex 0 [0.0, 0.0] and the one from vertex 2"),
             "{message}"
         );
+    }
+
+    /// Far from the origin, products of coordinates have no digit of a small area.
+    #[test]
+    fn a_small_square_far_away_has_its_area() {
+        let at = |x: f64, y: f64| [5e6 + 0.01 * x, -5e6 + 0.01 * y];
+        let square = [at(0., 0.), at(1., 0.), at(1., 1.), at(0., 1.)];
+        assert!((area(&square) / 1e-4 - 1.0).abs() < 1e-6);
     }
 
     #[test]
