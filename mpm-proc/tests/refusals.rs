@@ -1,6 +1,6 @@
 //! What is refused, with the place and the reason; and what stops a run.
 
-use interface::config::{Chain, GroupConfig, Hold, Interface, MpmConfig, Probe, Traction};
+use interface::config::{GroupConfig, Hold, MpmConfig, Probe, Traction};
 use interface::message::wire::ImpForce;
 use interface::solver::{Fault, MpmSolver};
 
@@ -92,28 +92,6 @@ fn what_the_solver_alone_can_see_is_refused_with_key_and_reason() {
         "no material",
     );
     refused(|c| c.threads = 0, "mpm.threads", "1 or more");
-}
-
-#[test]
-fn chains_without_a_curve_are_refused() {
-    refused(|c| c.interface = Interface::Segments, "mpm.chain", "");
-    for markers in [
-        vec![[0.2, 0.3], [0.3, 0.3]],
-        vec![[0.2, 0.3], [9.0, 9.0], [0.3, 0.4]],
-        vec![[0.2, 0.3]; 3],
-    ] {
-        let chain = Chain {
-            group: 0,
-            markers,
-            closed: true,
-            floor: 0.1,
-        };
-        refused(
-            |c| (c.interface, c.chains) = (Interface::Segments, vec![chain.clone()]),
-            "mpm.chain.0.markers",
-            "",
-        );
-    }
 }
 
 /// Eq. 45 of Jiang 2020 is for a radius that a scene chooses. The one that the coupler fills in used to be noted as outside.

@@ -112,20 +112,3 @@ pub fn members_of<T: JsonSchema>(family: &str) -> Vec<String> {
     let member = |word: &serde_json::Value| Some(format!("{family}:{}", word.as_str()?));
     words.filter_map(member).collect()
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_family_that_is_named_is_closed_and_one_that_is_not_is_open() {
-        let discs = Capabilities::of(&["save", "shape:disc", "shape:segment"]);
-        assert!(discs.has(SAVE) && !discs.has(PAIRS));
-        assert!(discs.takes("shape", "disc") && !discs.takes("shape", "polygon"));
-        assert!(discs.takes("law", "hertz_mindlin"));
-        assert_eq!(
-            discs.members("shape").collect::<Vec<_>>(),
-            ["disc", "segment"]
-        );
-    }
-}

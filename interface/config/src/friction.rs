@@ -230,25 +230,4 @@ mod tests {
         let plane = associated.fails_at(FrictionTest::PlaneStrain).unwrap();
         assert!((plane - 30.0).abs() < 1e-12);
     }
-
-    #[test]
-    fn what_cannot_be_is_refused_by_its_key() {
-        let steep = MaterialModel::DruckerPrager(sand(38.0, 0.0));
-        let fault = steep
-            .measured(FrictionTest::TriaxialCompression)
-            .unwrap_err();
-        assert_eq!(fault.key, "model.drucker_prager.friction_angle");
-        assert!(fault.help.contains("mohr_coulomb"), "{fault:?}");
-        let slope = MaterialModel::MohrCoulomb(sand(50.0, 0.0));
-        assert!(slope.measured(FrictionTest::Repose).is_err());
-        let none = MaterialModel::DruckerPrager(sand(0.0, 0.0));
-        assert!(none.measured(FrictionTest::PlaneStrain).is_err());
-        let water = MaterialModel::Fluid {
-            bulk_modulus: 1.0,
-            exponent: 7.0,
-            viscosity: 0.0,
-        };
-        let fault = water.measured(FrictionTest::Repose).unwrap_err();
-        assert_eq!(fault.key, "friction_test");
-    }
 }

@@ -150,50 +150,12 @@ fn touch(a: Point, b: Point, c: Point, d: Point) -> bool {
 mod tests {
     use super::*;
 
-    /// Why vertices form no simple polygon.
-    fn fault(vertices: &[Point]) -> String {
-        simple(vertices)
-            .err()
-            .map_or(String::new(), |(what, _)| what)
-    }
-
-    #[test]
-    fn a_square_is_simple_and_a_bow_tie_is_not() {
-        let square = [[0., 0.], [1., 0.], [1., 1.], [0., 1.]];
-        assert_eq!(simple(&square), Ok(()));
-        assert_eq!(area(&square), 1.0);
-        assert_eq!(perimeter(&square), 4.0);
-        let message = fault(&[[0., 0.], [1., 1.], [1., 0.], [0., 1.]]);
-        assert!(
-            message.contains("vertex 0 [0.0, 0.0] and the one from vertex 2"),
-            "{message}"
-        );
-    }
-
     /// Far from the origin, products of coordinates have no digit of a small area.
     #[test]
     fn a_small_square_far_away_has_its_area() {
         let at = |x: f64, y: f64| [5e6 + 0.01 * x, -5e6 + 0.01 * y];
         let square = [at(0., 0.), at(1., 0.), at(1., 1.), at(0., 1.)];
         assert!((area(&square) / 1e-4 - 1.0).abs() < 1e-6);
-    }
-
-    #[test]
-    fn other_impossible_outlines_are_named() {
-        // A vertex that lies on another edge.
-        let message = fault(&[[0., 0.], [2., 0.], [2., 2.], [1., 0.], [0., 2.]]);
-        assert!(
-            message.contains("vertex 0 [0.0, 0.0] and the one from vertex 2"),
-            "{message}"
-        );
-        let star = [
-            [0., 3.],
-            [-1., 1.],
-            [-3., 0.],
-            [-1., -1.],
-            [0., -3.],
-            [1., 0.],
-        ];
-        assert_eq!(simple(&star), Ok(()));
+        assert!((perimeter(&square) / 0.04 - 1.0).abs() < 1e-6);
     }
 }
