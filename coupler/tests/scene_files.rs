@@ -117,6 +117,20 @@ fn defaults_are_as_documented() {
     assert_eq!(dem.skin, 0.25);
 }
 
+/// Eq. 45 of Jiang 2020 is for a radius that a scene chooses: from the distance of points, 0.25 m, to the cell, 0.5 m.
+#[test]
+fn a_chosen_contact_radius_is_warned_of_out_of_range_and_the_default_is_not() {
+    let warned = |set: &[&str]| {
+        let warnings = Files::new().load(None, set).warnings;
+        warnings.iter().any(|warning| warning.contains("eq. 45"))
+    };
+    assert!(!warned(&[]));
+    for (radius, expected) in [(0.125, false), (0.24, true), (0.3, false), (0.6, true)] {
+        let set = format!("mpm.points.0.contact_radius={radius}");
+        assert_eq!(warned(&[&set]), expected, "{radius}");
+    }
+}
+
 #[test]
 fn set_wins_over_the_variant_and_the_variant_over_the_file() {
     let files = Files::new();

@@ -94,21 +94,6 @@ fn what_the_solver_alone_can_see_is_refused_with_key_and_reason() {
     refused(|c| c.threads = 0, "mpm.threads", "1 or more");
 }
 
-/// Eq. 45 of Jiang 2020 is for a radius that a scene chooses. The one that the coupler fills in used to be noted as outside.
-#[test]
-fn a_radius_that_was_filled_in_is_not_noted_as_out_of_range() {
-    let noted = |radius: Option<f64>| {
-        let mut config = block();
-        config.groups[0].contact_radius = radius;
-        let ready = Mpm::new().configure(&config).expect("a good configuration");
-        ready.notes.iter().any(|n| n.contains("eq. 45"))
-    };
-    let config = block();
-    let default = config.groups[0].default_contact_radius(config.cell);
-    assert!(!noted(None) && !noted(Some(default)));
-    assert!(noted(Some(0.9 * default)) && !noted(Some(2.0 * default)));
-}
-
 #[test]
 fn a_huge_empty_domain_costs_nothing() {
     let mut config = block();

@@ -76,9 +76,7 @@ fn markers(
             "write `spacing`, or the markers themselves as `through`",
         );
     };
-    let radius = group.contact_radius;
-    let shift = chain.shift.or(radius);
-    let shift = shift.unwrap_or_else(|| group.default_contact_radius(cell));
+    let shift = chain.shift.unwrap_or_else(|| group.radius(cell));
     let polygon = match &group.fill {
         Fill::Disc { center, radius } => {
             let r = radius - shift;

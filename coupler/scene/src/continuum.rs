@@ -122,16 +122,17 @@ fn group(
     }
 }
 
-/// Warns if the scene's contact radius is out of the range of Jiang 2020 eq. 45, and fills it in if the scene has none.
+/// Warns if the scene's contact radius is out of the range of Jiang 2020 eq. 45, and fills it in if the scene has none. The
+/// default lies outside too, but it is not warned of: the range is for a radius that the scene chooses.
 fn radius(problems: &mut Problems, path: &str, group: &mut GroupConfig, cell: f64) {
-    if let (Some(radius), Some([low, high])) =
-        (group.contact_radius, group.radius_out_of_range(cell))
-    {
+    let default = group.default_contact_radius(cell);
+    let radius = *group.contact_radius.get_or_insert(default);
+    let (low, slack) = (2.0 * default, 1.0 + 1e-9);
+    let outside = radius * slack < low || radius > cell * slack;
+    if outside && radius != default {
         problems.warn(format!(
-            "`{path}.contact_radius` = {radius} m lies outside {low:.4e} to {high} m (point distance \
+            "`{path}.contact_radius` = {radius} m lies outside {low:.4e} to {cell} m (point distance \
              to cell, Jiang 2020 eq. 45)"
         ));
     }
-    let default = group.default_contact_radius(cell);
-    group.contact_radius.get_or_insert(default);
 }

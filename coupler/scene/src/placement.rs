@@ -91,8 +91,7 @@ pub fn refuse_points_within_bodies(scene: &Scene) -> Result<(), SceneErrors> {
     let solids: Vec<Solid> = dem.bodies.iter().map(Solid::of).collect();
     let mut diagnostics = Vec::new();
     for (g, group) in mpm.groups.iter().enumerate() {
-        let radius =
-            (group.contact_radius).unwrap_or_else(|| group.default_contact_radius(mpm.cell));
+        let radius = group.radius(mpm.cell);
         let [low, high] = group.fill.bounds().map(Vec2::from);
         let meets = |solid: &&Solid| {
             let [from, to] = solid.bounds();

@@ -119,6 +119,12 @@ impl GroupConfig {
         }
     }
 
+    /// Contact radius in m on a grid of spacing `cell` in m: that of the configuration, else the default.
+    pub fn radius(&self, cell: f64) -> f64 {
+        let given = self.contact_radius;
+        given.unwrap_or_else(|| self.default_contact_radius(cell))
+    }
+
     /// Contact radius in m of a group whose scene gives none: half the distance of neighbouring points.
     pub fn default_contact_radius(&self, cell: f64) -> f64 {
         let [dx, dy] = self.distances(cell);
@@ -126,16 +132,6 @@ impl GroupConfig {
             return 0.5 * following.side();
         }
         0.5 * (dx * dy).sqrt()
-    }
-
-    /// The range of Jiang 2020 eq. 45 (m), from the distance of neighbouring points to the cell, if a contact radius that the scene
-    /// has chosen lies outside of it.
-    pub fn radius_out_of_range(&self, cell: f64) -> Option<[f64; 2]> {
-        let radius = self.contact_radius?;
-        let default = self.default_contact_radius(cell);
-        let (distance, slack) = (2.0 * default, 1.0 + 1e-9);
-        let outside = radius * slack < distance || radius > cell * slack;
-        (outside && radius != default).then_some([distance, cell])
     }
 }
 

@@ -12,7 +12,7 @@ pub(crate) struct Approach {
     allowed_travel: f64,
     /// Whether points touch points. Both points of a pair may then approach, so the fastest speed counts twice.
     among_points: bool,
-    /// Smallest contact radius of any group in m; 0 where the configuration leaves radii to the solver.
+    /// Smallest contact radius of any group in m; 0 without groups.
     radius_min: f64,
     /// Speed of the fastest point of all in m/s.
     pub(crate) fastest: f64,
@@ -25,12 +25,7 @@ pub(crate) struct Approach {
 impl Approach {
     /// By a configuration.
     pub(crate) fn new(config: &MpmConfig) -> Self {
-        let radii = || {
-            config
-                .groups
-                .iter()
-                .filter_map(|group| group.contact_radius)
-        };
+        let radii = || config.groups.iter().map(|group| group.radius(config.cell));
         let radius_min = radii().fold(f64::INFINITY, f64::min);
         Self {
             among_points: !config.group_pairs.is_empty(),
@@ -89,13 +84,13 @@ mod tests {
     use super::*;
     use crate::config::from_json;
 
-    fn approach(group_pairs: &str) -> Approach {
+    fn approach(radius: &str, group_pairs: &str) -> Approach {
         let group = |name: &str| {
             format!(
                 r#"{{"name": "{name}", "material": 0, "fill": {{"points": {{"positions": []}}}},
                     "spacing": {{"per_cell": 4}}, "lattice": "grid", "velocity": [0, 0],
                     "fields": {{"velocity": null, "stress": null}},
-                    "contact_radius": 0.2, "keeps_spin": false}}"#
+                    "contact_radius": {radius}, "keeps_spin": false}}"#
             )
         };
         let text = format!(
@@ -115,7 +110,7 @@ mod tests {
     #[test]
     fn two_points_come_nearer_twice_as_fast_as_one() {
         for (pairs, factor) in [("[]", 1.0), ("[[0, 1]]", 2.0)] {
-            let mut approach = approach(pairs);
+            let mut approach = approach("0.2", pairs);
             let limits = approach.moved(Limits::default(), 0.19, 0.1);
             assert!((limits.speed - factor * 1.9).abs() < 1e-12);
             assert!(!approach.set_is_old()); // 0.19 or 0.38 of 0.5 - 0.1
@@ -124,5 +119,18 @@ mod tests {
             approach.bodies = 0.2;
             assert!(approach.set_is_old());
         }
+    }
+
+    /// Points are 0.05 m apart.
+    #[test]
+    fn a_radius_that_is_left_to_the_solver_is_half_the_distance_of_points() {
+        let mut approach = approach("null", "[]");
+        assert_eq!(
+            approach.moved(Limits::default(), 0.48, 0.1).radius_min,
+            0.025
+        );
+        assert!(!approach.set_is_old()); // 0.48 of 0.5 - 0.0125
+        approach.moved(Limits::default(), 0.49, 0.1);
+        assert!(approach.set_is_old());
     }
 }

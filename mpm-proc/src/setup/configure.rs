@@ -95,7 +95,6 @@ impl<'a> Parts<'a> {
             for x in &mut filled.positions {
                 *x = geometry.entered(*x); // what reaches over a periodic wall
             }
-            notes.extend(notes::radius(group, config.cell));
             points.push(filled);
         }
         let names = config.groups.iter().map(|group| &*group.name);
@@ -170,7 +169,7 @@ impl<'a> Parts<'a> {
                 (model, stresses),
                 &Kind {
                     mass: material.density * points.box_area(),
-                    radius: group.contact_radius.unwrap_or_else(|| half_spacing(points)),
+                    radius: group.radius(self.config.cell),
                     touching: [0, 1]
                         .map(|a| touching(&shape, a, points.sides[a] / self.geometry.cell)),
                     sides: points.sides,
@@ -390,8 +389,4 @@ fn at_rest(mut velocities: Vec<[f64; 2]>, cloud: u32, holds: &[Hold]) -> Vec<[f6
         }
     }
     velocities
-}
-
-fn half_spacing(points: &FilledRegion) -> f64 {
-    0.5 * points.sides[0].min(points.sides[1])
 }

@@ -1,6 +1,5 @@
 //! Notes for the user about the points of a scene before the run.
 
-use interface::config::GroupConfig;
 use mechanics::fill::FilledRegion;
 
 /// Largest number of groups that have a line each about their area; more are summarised in one line.
@@ -35,15 +34,6 @@ pub fn areas<'a>(groups: impl Iterator<Item = (&'a str, &'a FilledRegion)>) -> V
         )
     });
     named.into_iter().collect()
-}
-
-/// A note that a contact radius in m is outside the range of Jiang 2020 eq. 45.
-pub fn radius(group: &GroupConfig, cell: f64) -> Option<String> {
-    let (radius, [low, high]) = group.contact_radius.zip(group.radius_out_of_range(cell))?;
-    Some(format!(
-        "group '{}': contact radius {radius} m lies outside {low:.3e} ... {high:.3e} m (Jiang 2020 eq. 45)",
-        group.name
-    ))
 }
 
 #[cfg(test)]

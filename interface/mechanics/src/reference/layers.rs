@@ -68,7 +68,7 @@ impl Oracle {
             for (place, p) in reference.points.iter().enumerate() {
                 points.push(Identity {
                     group: p.group,
-                    radius: config.groups[p.group].contact_radius?,
+                    radius: config.groups[p.group].radius(config.cell),
                     layer,
                     place,
                 });
