@@ -67,13 +67,3 @@ fn bodies_that_lie_deep_in_one_another_are_refused_with_their_overlap() {
     deep.bodies[1].position = [1.5, 0.0];
     Sdem::default().configure(&deep).unwrap();
 }
-
-#[test]
-fn a_cluster_with_a_disc_twice_is_refused() {
-    let shape = BodyShape::Cluster {
-        centers: vec![[0.0, 0.0], [1.0, 0.0], [0.0, 0.0]],
-        radii: Vec::new(),
-    };
-    let (key, _) = refusal(&scene(vec![body(shape, 0.1)], spring(1.0)));
-    assert_eq!(key, "dem.body.0.shape.cluster.centers");
-}

@@ -92,7 +92,7 @@ fn markers(
         Fill::Rectangle { lower, upper } => {
             vec![*lower, [upper[0], lower[1]], *upper, [lower[0], upper[1]]]
         }
-        Fill::Polygon { vertices } => counter_clockwise(vertices),
+        Fill::Polygon { vertices } => polygon::counter_clockwise(vertices.clone()),
         Fill::Ring { .. } => {
             let what = "a ring has two outlines".to_owned();
             return refuse("points", what, "write a chain for each, with `through`");
@@ -131,14 +131,6 @@ fn circle(center: [f64; 2], radius: f64, spacing: f64) -> Vec<[f64; 2]> {
 /// Number of parts of at most `spacing` into which a length is divided. Rounding must not add a part.
 fn parts(length: f64, spacing: f64) -> usize {
     ((length / spacing - 1e-9).ceil() as usize).max(1)
-}
-
-fn counter_clockwise(vertices: &[[f64; 2]]) -> Vec<[f64; 2]> {
-    let mut vertices = vertices.to_vec();
-    if polygon::area(&vertices) < 0.0 {
-        vertices.reverse();
-    }
-    vertices
 }
 
 /// The outline with every edge moved inwards by `shift`; `None` if an edge vanishes or reverses.
@@ -215,7 +207,7 @@ mod tests {
         }
         assert_eq!(shrunk(&l, 0.6), None, "the arms are 1 m wide");
         let turned: Vec<[f64; 2]> = l.into_iter().rev().collect();
-        assert_eq!(counter_clockwise(&turned), l.to_vec());
+        assert_eq!(polygon::counter_clockwise(turned), l.to_vec());
         let square = cut(&[[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]], 0.25);
         assert_eq!((square.len(), square[5]), (16, [1.0, 0.25]));
         assert_eq!(parts(1.0, 0.3), 4);

@@ -41,14 +41,29 @@ impl Shape {
     /// # Errors
     /// The key and what is wrong with it.
     pub fn new(shape: &BodyShape, a: f64, exact: bool) -> Result<Self, ShapeError> {
-        let (mut vertices, radii) = match shape {
-            BodyShape::Cluster { centers, radii } => cluster(centers, radii, a)?,
-            _ => (checked_outline(shape, a, exact)?, Vec::new()),
+        let vertices = shape.counter_clockwise().into_iter();
+        let mut vertices: Vec<Vec2> = vertices.map(Vec2::from).collect();
+        let radii = match shape {
+            BodyShape::Cluster { radii, .. } if radii.is_empty() => vec![a; vertices.len()],
+            BodyShape::Cluster { radii, .. } => radii.clone(),
+            _ => Vec::new(),
         };
+        let is_closed = radii.is_empty() && vertices.len() > 2;
+        if exact
+            && is_closed
+            && let Some(i) = hidden_edge(&vertices, a)
+        {
+            let text = format!(
+                "{a} m is too large for the notch next to edge {i} (in counter-clockwise order): the rounded \
+                 outline would cover itself; write a smaller radius or fill the notch"
+            );
+            return Err(("sphero_radius", text));
+        }
         let has_edges = radii.is_empty() && vertices.len() > 1;
         let moments = if radii.is_empty() {
             swept(&vertices, a)
         } else {
+            // Overlaps count once, because a cluster represents a body that it fills (Singer 2022).
             union_of_discs(&vertices, &radii)
         };
         for v in &mut vertices {
@@ -100,52 +115,9 @@ impl Shape {
     }
 }
 
-/// The vertices of a shape other than a cluster, in counter-clockwise order.
-fn checked_outline(shape: &BodyShape, a: f64, exact: bool) -> Result<Vec<Vec2>, ShapeError> {
-    let mut vertices: Vec<Vec2> = shape.vertices().iter().map(|&v| v.into()).collect();
-    let n = vertices.len();
-    if n > 2 {
-        let first = vertices[0];
-        let corner = |i: usize| cross(vertices[i] - first, vertices[(i + 1) % n] - first);
-        let twice_area: f64 = (0..n).map(corner).sum();
-        if twice_area < 0.0 {
-            vertices.reverse();
-        }
-        if exact && let Some(i) = hidden_edge(&vertices, a) {
-            let text = format!(
-                "{a} m is too large for the notch next to edge {i} (in counter-clockwise order): the rounded \
-                 outline would cover itself; write a smaller radius or fill the notch"
-            );
-            return Err(("sphero_radius", text));
-        }
-    }
-    Ok(vertices)
-}
-
 /// Edges of an outline of `n` vertices; a lone vertex counts as an edge without length.
 pub fn edge_count(n: usize) -> usize {
     if n == 2 { 1 } else { n }
-}
-
-/// Centres and radii of a rigid cluster of discs, of the radii given (m) or all of radius `a` (m). Its mass is spread evenly
-/// over the union of the discs: overlaps count once, because the cluster represents a body that it fills (Singer 2022).
-fn cluster(
-    centers: &[[f64; 2]],
-    radii: &[f64],
-    a: f64,
-) -> Result<(Vec<Vec2>, Vec<f64>), ShapeError> {
-    let mut sorted = centers.to_vec();
-    sorted.sort_by(|p, q| p[0].total_cmp(&q[0]).then(p[1].total_cmp(&q[1])));
-    if let Some(&[twice, _]) = sorted.array_windows().find(|[a, b]| a == b) {
-        let text = format!("two discs are at {twice:?}");
-        return Err(("shape.cluster.centers", text));
-    }
-    let radii = if radii.is_empty() {
-        vec![a; centers.len()]
-    } else {
-        radii.to_vec()
-    };
-    Ok((centers.iter().map(|&c| c.into()).collect(), radii))
 }
 
 /// The boxes of the edges of a closed outline.

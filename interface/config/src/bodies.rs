@@ -3,7 +3,7 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::{ContactLaw, Interface};
+use super::{ContactLaw, Interface, polygon};
 use crate::surfaces::ContactPair;
 use nalgebra::Vector2;
 
@@ -186,6 +186,14 @@ impl BodyShape {
                 let (x, y) = (0.5 * width, 0.5 * height);
                 vec![[-x, -y], [x, -y], [x, y], [-x, y]]
             }
+        }
+    }
+
+    /// The same, of an outline counter-clockwise; the discs of a cluster keep their order, which is that of their radii.
+    pub fn counter_clockwise(&self) -> Vec<[f64; 2]> {
+        match self {
+            Self::Cluster { .. } => self.vertices(),
+            _ => polygon::counter_clockwise(self.vertices()),
         }
     }
 }

@@ -185,6 +185,13 @@ impl BodyConfig {
                 if centers.is_empty() {
                     found.add("shape.cluster.centers", "no discs", "one or more", "");
                 }
+                let mut sorted = centers.clone();
+                sorted.sort_by(|p, q| p[0].total_cmp(&q[0]).then(p[1].total_cmp(&q[1])));
+                if let Some([twice, _]) = sorted.array_windows().find(|[p, q]| p == q) {
+                    let value = format!("two discs at {twice:?}");
+                    let expected = "a place of its own for each disc";
+                    found.add("shape.cluster.centers", value, expected, "");
+                }
                 if radii.is_empty() {
                     return radius(found, a > 0.0, "a disc's radius above 0");
                 }

@@ -27,6 +27,14 @@ pub fn area(vertices: &[Point]) -> f64 {
     0.5 * edges(vertices).map(twice).sum::<f64>()
 }
 
+/// The vertices of a polygon in counter-clockwise order.
+pub fn counter_clockwise(mut vertices: Vec<Point>) -> Vec<Point> {
+    if area(&vertices) < 0.0 {
+        vertices.reverse();
+    }
+    vertices
+}
+
 /// Length of an outline in m: there and back for two vertices.
 pub fn perimeter(vertices: &[Point]) -> f64 {
     let length = |(a, b): (&Point, &Point)| (b[0] - a[0]).hypot(b[1] - a[1]);

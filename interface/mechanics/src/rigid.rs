@@ -9,7 +9,7 @@ use std::collections::BTreeMap;
 use crate::mass::swept;
 use crate::outline::{contact_point, see};
 use interface::Vec2;
-use interface::config::{BodyConfig, BodyShape, ContactLaw, Motion, polygon};
+use interface::config::{BodyConfig, BodyShape, ContactLaw, Motion};
 use interface::forces::{Contact, Forces, Load, Points};
 use interface::ledger::Entry;
 use interface::message::wire::{BodyState, EnvelopeVertex};
@@ -47,11 +47,8 @@ impl Body {
             let text = "only discs, segments and convex polygons here";
             return Err(Refusal::new(format!("dem.body.{index}.shape"), text));
         }
-        let mut vertices = config.shape.vertices();
-        if polygon::area(&vertices) < 0.0 {
-            vertices.reverse();
-        }
-        let mut outline: Vec<Vec2> = vertices.into_iter().map(Vec2::from).collect();
+        let vertices = config.shape.counter_clockwise().into_iter();
+        let mut outline: Vec<Vec2> = vertices.map(Vec2::from).collect();
         let radius = config.sphero_radius;
         let moments = swept(&outline, radius);
         let (mass, inertia) = moments.mass(config.inertia);

@@ -29,8 +29,7 @@ fn swept(vertices: &[[f64; 2]], radius: f64) -> Vec<[f64; 2]> {
         let at = move |k: u32| from + turn * f64::from(k) / edges;
         (0..=edges as u32).map(move |k| [x + radius * at(k).cos(), y + radius * at(k).sin()])
     };
-    let mut vertices = vertices.to_vec();
-    if let [center] = vertices[..] {
+    if let [center] = *vertices {
         let mut circle: Vec<[f64; 2]> = around(center, 0.0, TAU).collect();
         circle.pop(); // where it began
         return circle;
@@ -40,9 +39,7 @@ fn swept(vertices: &[[f64; 2]], radius: f64) -> Vec<[f64; 2]> {
         let ([ax, ay], [bx, by]) = (v[i % n], v[(i + 1) % n]);
         [bx - ax, by - ay]
     };
-    if polygon::area(&vertices) < 0.0 {
-        vertices.reverse();
-    }
+    let vertices = polygon::counter_clockwise(vertices.to_vec());
     if radius == 0.0 {
         return vertices;
     }

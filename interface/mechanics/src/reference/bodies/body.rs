@@ -53,10 +53,9 @@ pub(super) fn edges(outline: &[Vec2]) -> impl Iterator<Item = [Vec2; 2]> {
 
 impl Body {
     pub(super) fn new(config: &BodyConfig) -> Self {
-        let mut vertices: Vec<Vec2> = config.shape.vertices().iter().map(|&v| v.into()).collect();
+        let vertices = config.shape.counter_clockwise().into_iter();
+        let vertices: Vec<Vec2> = vertices.map(Vec2::from).collect();
         let mut radii = vec![config.sphero_radius; vertices.len()];
-        let first = vertices[0];
-        let corner = |w: &[Vec2]| cross(w[0] - first, w[1] - first);
         let own = match &config.shape {
             BodyShape::Cluster { radii, .. } => Some(radii),
             _ => None,
@@ -65,9 +64,6 @@ impl Body {
             radii[..own.len()].copy_from_slice(own);
             union_of_discs(&vertices, &radii)
         } else {
-            if vertices.windows(2).map(corner).sum::<f64>() < 0.0 {
-                vertices.reverse();
-            }
             swept(&vertices, config.sphero_radius)
         };
         let (mass, inertia) = moments.mass(config.inertia);
