@@ -6,7 +6,7 @@
 //! ([`Following`]) fills discs, and rectangles that are turned, exactly.
 
 use interface::Vec2;
-use interface::config::{Fill, Following, GroupConfig, Spacing, points_of_ring, polygon};
+use interface::config::{Fill, Following, GroupConfig, MpmConfig, points_of_ring, polygon};
 use interface::solver::Refusal;
 
 use crate::outline::crosses_ray;
@@ -34,35 +34,25 @@ impl FilledRegion {
 /// # Errors
 /// A [`Refusal`] if the region holds no point.
 pub fn fill(group: &GroupConfig, cell: f64, key: &str) -> Result<FilledRegion, Refusal> {
-    let side = match group.spacing {
-        Spacing::PerCell(n) => cell / f64::from(n).sqrt().round(),
-        Spacing::Distance(distance) => distance,
-        Spacing::Counts(_) => 0.0, // only with a rectangle, which has its own counts
-    };
-    let round = |center, radius, inner| match group.following(side) {
-        Some(following) => concentric(center, radius, &following),
+    let [side, _] = group.distances(cell);
+    let (sides, following) = (group.box_sides(cell), group.following(side));
+    let round = |center, radius, inner| match &following {
+        Some(following) => concentric(center, radius, following),
         None => disc(center, radius, inner, side),
     };
-    let (positions, sides) = match &group.fill {
+    let positions = match &group.fill {
         Fill::Disc { center, radius } => round(*center, *radius, 0.0),
         Fill::Ring {
             center,
             radius,
             inner,
         } => round(*center, *radius, *inner),
-        Fill::Rectangle { lower, upper } => {
-            let size = [upper[0] - lower[0], upper[1] - lower[1]];
-            let counts = match group.spacing {
-                Spacing::Counts(counts) => counts.map(f64::from),
-                _ => size.map(|s| (s / side).round().max(1.0)),
-            };
-            rectangle(*lower, size, counts.map(|n| n as usize))
-        }
-        Fill::Polygon { vertices } => match group.following(side) {
-            Some(following @ Following::Rows { .. }) => rows(vertices, &following),
-            _ => along_the_grid(vertices, side),
+        Fill::Rectangle { lower, upper } => rectangle(*lower, *upper, sides),
+        Fill::Polygon { vertices } => match &following {
+            Some(following) => rows(vertices, following),
+            None => along_the_grid(vertices, side),
         },
-        Fill::Points { positions } => (positions.clone(), [side; 2]),
+        Fill::Points { positions } => positions.clone(),
     };
     if positions.is_empty() {
         return Err(Refusal::new(
@@ -80,12 +70,9 @@ pub fn fill(group: &GroupConfig, cell: f64, key: &str) -> Result<FilledRegion, R
     })
 }
 
-/// Positions in m, and the sides of a point's box in m.
-type Filled = (Vec<[f64; 2]>, [f64; 2]);
-
 /// The lattice has a corner at the centre: four-fold symmetric, whatever the ratio of radius and side. `inner` is the
 /// radius of a hole, 0 for none.
-fn disc(center: [f64; 2], radius: f64, inner: f64, side: f64) -> Filled {
+fn disc(center: [f64; 2], radius: f64, inner: f64, side: f64) -> Vec<[f64; 2]> {
     let half = (radius / side).ceil() as i64;
     let mut positions = Vec::new();
     for j in -half..half {
@@ -97,21 +84,21 @@ fn disc(center: [f64; 2], radius: f64, inner: f64, side: f64) -> Filled {
             }
         }
     }
-    (positions, [side; 2])
+    positions
 }
 
-fn rectangle(lower: [f64; 2], size: [f64; 2], counts: [usize; 2]) -> Filled {
-    let sides = [0, 1].map(|a| size[a] / counts[a] as f64);
-    let positions = (0..counts[1])
+/// The sides of a box divide those of the rectangle, up to rounding.
+fn rectangle(lower: [f64; 2], upper: [f64; 2], sides: [f64; 2]) -> Vec<[f64; 2]> {
+    let counts = [0, 1].map(|a| ((upper[a] - lower[a]) / sides[a]).round() as usize);
+    (0..counts[1])
         .flat_map(|j| (0..counts[0]).map(move |i| [i, j]))
         .map(|at| [0, 1].map(|a| lower[a] + (at[a] as f64 + 0.5) * sides[a]))
-        .collect();
-    (positions, sides)
+        .collect()
 }
 
 /// Rings of points of the same area, each in the middle between the circles that bound that area. As the lattice along the
 /// grid, they are four-fold symmetric: a ring has a multiple of four points, and none on an axis.
-fn concentric(center: [f64; 2], radius: f64, lattice: &Following) -> Filled {
+fn concentric(center: [f64; 2], radius: f64, lattice: &Following) -> Vec<[f64; 2]> {
     let &Following::Rings { hole, rings, width } = lattice else {
         unreachable!("round regions have round lattices");
     };
@@ -134,11 +121,11 @@ fn concentric(center: [f64; 2], radius: f64, lattice: &Following) -> Filled {
         }
         within += n;
     }
-    (positions, [lattice.side(); 2])
+    positions
 }
 
 /// Points of a lattice along an edge that are inside of the polygon.
-fn rows(vertices: &[[f64; 2]], lattice: &Following) -> Filled {
+fn rows(vertices: &[[f64; 2]], lattice: &Following) -> Vec<[f64; 2]> {
     let Following::Rows {
         corner,
         along,
@@ -151,17 +138,17 @@ fn rows(vertices: &[[f64; 2]], lattice: &Following) -> Filled {
     let across = Vec2::new(-along.y, along.x);
     let place =
         |[i, j]: [f64; 2]| corner + along * (i * distances[0]) + across * (j * distances[1]);
-    (inside(vertices, counts, place), [lattice.side(); 2])
+    inside(vertices, counts, place)
 }
 
 /// The lattice begins at the lower left corner of the polygon's bounds.
-fn along_the_grid(vertices: &[[f64; 2]], side: f64) -> Filled {
+fn along_the_grid(vertices: &[[f64; 2]], side: f64) -> Vec<[f64; 2]> {
     let [lower, upper] = polygon::bounds(vertices).map(Vec2::from);
     // Slightly less than the quotient, so that a side that divides the bounds exactly adds no empty row.
     let counts = ((upper - lower) / side).map(|n| (n - 1e-9).ceil().max(1.0));
     let place = |at| lower + Vec2::from(at) * side;
     let counts = [counts.x as u32, counts.y as u32];
-    (inside(vertices, counts, place), [side; 2])
+    inside(vertices, counts, place)
 }
 
 /// The centres of a lattice of boxes that are inside of a polygon, row by row; `place` is the position of a place of the lattice.
@@ -183,15 +170,15 @@ fn holds(outline: &[Vec2], p: Vec2) -> bool {
     edges.fold(false, |inside, (a, b)| inside ^ crosses_ray(*a, *b, p))
 }
 
-/// Refuses groups whose boxes lie on top of one another by more than half a side.
+/// Refuses groups, filled with `points`, whose boxes lie on top of one another by more than half a side. Layers exchange
+/// nothing except by their pairs, so groups on layers without a pair may overlap.
 ///
 /// # Errors
 /// A [`Refusal`] that names both groups.
-pub fn refuse_overlap(
-    groups: &[GroupConfig],
-    points: &[FilledRegion],
-    touch: impl Fn(usize, usize) -> bool,
-) -> Result<(), Refusal> {
+pub fn refuse_overlap(config: &MpmConfig, points: &[FilledRegion]) -> Result<(), Refusal> {
+    let groups = &config.groups;
+    let is_pair = |of: [usize; 2]| config.group_pairs.contains(&of);
+    let touch = |a, b| !config.layers || is_pair([a, b]) || is_pair([b, a]);
     let side = points.iter().flat_map(|p| p.sides).fold(0.0, f64::max);
     let bounds: Vec<[Vec2; 2]> = points.iter().map(bounds).collect();
     let meet =
@@ -244,7 +231,7 @@ fn bounds(points: &FilledRegion) -> [Vec2; 2] {
 
 #[cfg(test)]
 mod tests {
-    use interface::config::Lattice;
+    use interface::config::{Lattice, Spacing};
 
     use super::*;
 

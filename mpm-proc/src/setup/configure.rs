@@ -99,16 +99,7 @@ impl<'a> Parts<'a> {
         }
         let names = config.groups.iter().map(|group| &*group.name);
         notes.extend(notes::areas(names.zip(&points)));
-        // Layers exchange nothing except by their pairs, so groups without a pair may overlap.
-        let is_pair = |a, b| {
-            config
-                .group_pairs
-                .iter()
-                .any(|p| [[a, b], [b, a]].contains(p))
-        };
-        refuse_overlap(&config.groups, &points, |a, b| {
-            !config.layers || is_pair(a, b)
-        })?;
+        refuse_overlap(config, &points)?;
         let threads = Threads::new(config.threads, "mpm")
             .map_err(|e| Refusal::new("mpm.threads", format!("{} threads: {e}", config.threads)))?;
         Ok(Self {

@@ -143,13 +143,10 @@ impl Reference {
             layer.points.extend(points(c, g, &region, layer.kernels)?);
             filled.push(region);
         }
-        let apart = |a: usize, b: usize| {
-            !c.layers || c.group_pairs.iter().any(|p| [[a, b], [b, a]].contains(p))
-        };
         for layer in &mut layers {
             layer.nodes = Arc::new(layer.between_walls());
         }
-        refuse_overlap(&c.groups, &filled, apart).ok()?;
+        refuse_overlap(c, &filled).ok()?;
         Some(layers)
     }
 }
