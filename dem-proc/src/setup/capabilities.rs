@@ -2,7 +2,7 @@
 
 use interface::config::capability::{CONTACTS, Capabilities, PAIRS, SAVE, SEGMENTS, members_of};
 use interface::config::laws::LAWS;
-use interface::config::{BodyInertia, BodyShape, Motion, OverlapMeasure};
+use interface::config::{BodyInertia, BodyShape, ContactLaw, Motion, OverlapMeasure};
 
 /// The capabilities besides contact laws and the choices of a body.
 const OTHERS: [&str; 8] = [
@@ -16,17 +16,16 @@ const OTHERS: [&str; 8] = [
     "feature:mixed_kinds",
 ];
 
-/// All capabilities: every variant of every choice, and every contact law of the table and the features of its parameters.
+/// All capabilities: every variant of every choice, and the features of the parameters of every contact law.
 pub(crate) fn capabilities() -> Capabilities {
-    let mut names = OTHERS.to_vec();
-    names.extend(LAWS.iter().map(|law| law.capability));
+    let mut all = Capabilities::of(&OTHERS).0;
+    all.extend(members_of::<ContactLaw>("law"));
     let parameters = LAWS.iter().flat_map(|law| law.parameters);
     for feature in parameters.filter_map(|parameter| parameter.feature) {
-        if !names.contains(&feature) {
-            names.push(feature);
+        if !all.iter().any(|known| known == feature) {
+            all.push(feature.to_owned());
         }
     }
-    let mut all = Capabilities::of(&names).0;
     all.extend(members_of::<BodyShape>("shape"));
     all.extend(members_of::<Motion>("motion"));
     all.extend(members_of::<OverlapMeasure>("overlap"));

@@ -38,10 +38,6 @@ impl Parameter {
 pub struct LawRow {
     /// Its key.
     pub name: &'static str,
-    /// The capability of a solver that takes it.
-    pub capability: &'static str,
-    /// Kind of the law. A table of laws by surfaces with a single kind needs a single contact loop.
-    pub kind: &'static str,
     /// Its parameters; the first is the normal stiffness.
     pub parameters: &'static [Parameter],
 }
@@ -133,14 +129,10 @@ const AREA: Parameter = Parameter {
 pub const LAWS: [LawRow; 4] = [
     LawRow {
         name: "linear",
-        capability: "law:linear",
-        kind: "linear",
         parameters: &[STIFFNESS, TANGENTIAL, FRICTION, DAMPING, DAMPED_MASS],
     },
     LawRow {
         name: "granular",
-        capability: "law:granular",
-        kind: "linear",
         parameters: &[
             STIFFNESS,
             TANGENTIAL,
@@ -153,14 +145,10 @@ pub const LAWS: [LawRow; 4] = [
     },
     LawRow {
         name: "hertz_mindlin",
-        capability: "law:hertz_mindlin",
-        kind: "hertz_mindlin",
         parameters: &[HERTZ, POISSON, FRICTION, RESTITUTION, ADHESION],
     },
     LawRow {
         name: "area",
-        capability: "law:area",
-        kind: "area",
         parameters: &[AREA, TANGENTIAL, FRICTION],
     },
 ];
@@ -239,9 +227,11 @@ impl ContactLaw {
         self.row().name
     }
 
-    /// Whether two laws differ in numbers only; `linear` is `granular` without adhesion and rolling friction.
+    /// Whether two laws differ in numbers only; `linear` is `granular` without adhesion and rolling friction. A table of laws
+    /// by surfaces that are all like one another needs a single contact loop.
     pub fn is_like(&self, other: &Self) -> bool {
-        self.row().kind == other.row().kind
+        let [one, two] = [self, other].map(|law| law.name().replace("granular", "linear"));
+        one == two
     }
 
     /// The capabilities that its values need, each with the parameter that needs it.
@@ -252,42 +242,27 @@ impl ContactLaw {
         used.filter_map(|(p, _)| Some((p.feature?, p.name)))
     }
 
+    /// The number of a parameter, if the law has it.
+    fn number(self, name: &str) -> Option<f64> {
+        let found = self.numbers().find(|(parameter, _)| parameter.name == name);
+        found.map(|(_, value)| value)
+    }
+
     /// mu.
-    pub fn friction(&self) -> f64 {
-        match *self {
-            Self::Linear { friction, .. }
-            | Self::Granular { friction, .. }
-            | Self::HertzMindlin { friction, .. }
-            | Self::Area { friction, .. } => friction,
-        }
+    pub fn friction(self) -> f64 {
+        self.number(FRICTION.name).unwrap_or(0.0)
     }
 
     /// Damping as a fraction of critical.
-    pub fn damping_ratio(&self) -> f64 {
-        match *self {
-            Self::Linear { damping_ratio, .. } | Self::Granular { damping_ratio, .. } => {
-                damping_ratio
-            }
-            Self::HertzMindlin { restitution, .. } => ratio_of_restitution(restitution),
-            Self::Area { .. } => 0.0,
-        }
+    pub fn damping_ratio(self) -> f64 {
+        let restitution = self.number(RESTITUTION.name);
+        let ratio = restitution.map(ratio_of_restitution);
+        ratio.or(self.number(DAMPING.name)).unwrap_or(0.0)
     }
 
     /// Normal and tangential stiffness in N/m, where the law has constant ones.
-    fn stiffnesses(&self) -> Option<[f64; 2]> {
-        match *self {
-            Self::Linear {
-                normal_stiffness,
-                tangential_stiffness,
-                ..
-            }
-            | Self::Granular {
-                normal_stiffness,
-                tangential_stiffness,
-                ..
-            } => Some([normal_stiffness, tangential_stiffness]),
-            Self::HertzMindlin { .. } | Self::Area { .. } => None,
-        }
+    fn stiffnesses(self) -> Option<[f64; 2]> {
+        Some([self.number(STIFFNESS.name)?, self.number(TANGENTIAL.name)?])
     }
 
     /// The larger of normal and tangential stiffness in N/m, where the law has a constant one.
