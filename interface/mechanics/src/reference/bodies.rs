@@ -344,10 +344,7 @@ impl Oracle {
         let [a, b] = surfaces;
         let pairs = self.config.contact_pairs.iter();
         let mut pairs = pairs.filter(|_| !a.is_empty() && !b.is_empty());
-        let found = pairs.find(|pair| {
-            let [p, q] = [pair.between[0].as_str(), pair.between[1].as_str()];
-            [p, q] == [a, b] || [q, p] == [a, b]
-        });
+        let found = pairs.find(|pair| pair.is_of(a, b));
         found.map_or(common, |pair| &pair.law)
     }
 

@@ -331,13 +331,7 @@ impl Reference {
         [-0.5 * y, 0.5 * x]
     }
 
-    /// One step; `forces` holds a contact force for each point.
-    pub fn step(&mut self, dt_before: f64, dt: f64, forces: &[ImpForce]) {
-        let kicked = self.kick(dt_before, dt, forces);
-        self.advance(dt_before, dt, forces, &kicked);
-    }
-
-    /// The first part of a step, up to the new velocities of the nodes.
+    /// The first part of a step, up to the new velocities of the nodes; `forces` holds a contact force for each point.
     pub fn kick(&mut self, dt_before: f64, dt: f64, forces: &[ImpForce]) -> Kicked {
         let kick = 0.5 * (dt_before + dt);
         let alpha = self.pic_fraction(kick);

@@ -143,11 +143,6 @@ impl RefPoint {
         self.mass * (at(self.x, self.v)[2] + self.b[1][0] - self.b[0][1])
     }
 
-    /// Whether it keeps its plastic strain.
-    pub fn keeps_strain(&self) -> bool {
-        self.model.keeps_plastic_strain()
-    }
-
     fn separates(&self) -> bool {
         match self.model {
             MaterialModel::DruckerPrager(numbers) | MaterialModel::MohrCoulomb(numbers) => {
@@ -292,7 +287,7 @@ impl RefPoint {
         let sheared = 2.0 * shear(&split(&flow).1);
         self.plastic_strain += match self.model {
             MaterialModel::VonMises { .. } => sheared / 3.0_f64.sqrt(),
-            _ if self.keeps_strain() => sheared,
+            _ if self.model.keeps_plastic_strain() => sheared,
             _ => 0.0,
         };
         new

@@ -191,7 +191,7 @@ impl Judge<'_> {
             let p = *stand.oracle.point(k);
             let strain = if stand.strains { p.plastic_strain } else { 0.0 };
             let tolerance = 2e-7 * strain + 10.0 * blur;
-            let of_strain = if p.keeps_strain() {
+            let of_strain = if p.model.keeps_plastic_strain() {
                 ("R-5e", "plastic_strain", tolerance)
             } else {
                 (clause, "plastic_strain", 0.0)
