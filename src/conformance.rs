@@ -74,7 +74,7 @@ impl SolverArgs {
     /// The solver that was asked for.
     ///
     /// # Errors
-    /// None was, or what was given is no command.
+    /// None was, or what was given is no command or cannot be had in this process.
     pub fn subject(&self) -> Result<Subject, String> {
         let (party, command) = match (&self.dem, &self.mpm) {
             (Some(command), None) => (Party::Dem, command),
@@ -82,6 +82,11 @@ impl SolverArgs {
             _ => return Err("expected one of --dem COMMAND and --mpm COMMAND".into()),
         };
         if self.in_process {
+            if command != BUILT_IN {
+                return Err(format!(
+                    "--in-process runs the built-in solver only, not `{command}`"
+                ));
+            }
             return Ok(match party {
                 Party::Mpm => Subject::in_thread(|| Host::Mpm(solvers::mpm())),
                 _ => Subject::in_thread(|| Host::Dem(solvers::dem())),

@@ -128,6 +128,8 @@ fn what_cannot_be_judged_has_its_own_status() {
     };
     assert_eq!(code("--dem /no/such/solver"), Some(3));
     assert_eq!(code(""), Some(2));
+    // Not the built-in solver in its place.
+    assert_eq!(code("--dem false --in-process --only S-2a"), Some(2));
     let built_in = solver("dem");
     let unknown = format!("--dem {} --only Z-1", quoted(&built_in));
     assert_eq!(code(&unknown), Some(2));

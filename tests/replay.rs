@@ -73,6 +73,8 @@ fn what_is_damaged_or_different_is_named() {
     let ended =
         "the dem solver at step 0: expected Notice, got a solver that ended with exit status 1";
     refused(file, "--dem false", 3, ended);
+    let built_in = "--in-process runs the built-in solver only, not `false`";
+    refused(file, "--dem false --in-process", 2, built_in);
     refused(file, "--dem --set no.such=1", 2, "no such key");
 
     // 1e-9 more stiffness: reported where it first shows, and within a tolerance of 1e-6 it is the same.
