@@ -351,6 +351,20 @@ fn a_solver_that_refuses_everything_does_not_pass() {
     }
 }
 
+/// Where the messages of a step are out of order, nothing is said of the physics.
+#[test]
+fn physics_is_blocked_where_a_step_has_a_message_too_many() {
+    for (party, order, physics) in [(Party::Dem, "G-9a", "F-2"), (Party::Mpm, "G-9b", "I-1c")] {
+        let mut mutants = mutant::of(party).into_iter();
+        let mutant = mutants.find(|mutant| mutant.name == order).expect("one");
+        let subject = flawed(Of::whole(party), mutant.wrong);
+        let judged = judge(&subject, vec![order.into(), physics.into()]).judged;
+        let verdict = &judged[1].verdict;
+        let blocked = matches!(verdict, Verdict::Blocked { by } if *by == order);
+        assert!(blocked, "{physics}: {verdict:?}");
+    }
+}
+
 /// What a right solver may do otherwise than the built-in one: nothing fails.
 #[test]
 fn a_solver_with_other_rounding_passes() {

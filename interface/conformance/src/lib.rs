@@ -325,7 +325,7 @@ fn judge_all(
 }
 
 /// Without these a session with the solver says nothing of its physics.
-const ROOTS: [&str; 4] = ["S-2a", "S-6a", "S-7a", "G-9a"];
+const ROOTS: [&str; 5] = ["S-2a", "S-6a", "S-7a", "G-9a", "G-9b"];
 
 /// Judges the clauses that random cases judge, all at once.
 fn judge_at_random(
