@@ -12,9 +12,6 @@ pub struct Options {
     /// Test only these clauses.
     #[arg(long, value_name = "ID", value_delimiter = ',')]
     pub only: Vec<String>,
-    /// Largest number of steps granted at once.
-    #[arg(long, value_name = "N", default_value_t = 64, value_parser = value_parser!(u32).range(1..))]
-    pub window: u32,
     /// Number of clauses tested at the same time; by default two for each core, at most eight. Clauses that measure
     /// time are tested alone.
     #[arg(long, value_name = "N", default_value_t = jobs(), hide_default_value = true, value_parser = value_parser!(u16).range(1..))]

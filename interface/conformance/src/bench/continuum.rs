@@ -22,6 +22,9 @@ pub struct Shown {
     pub new_set: Option<StepHeader>,
 }
 
+/// Most steps granted at once where many are to be done.
+const WINDOW: u64 = 64;
+
 /// An outline around everything: all points are IMPs, and their states are seen in every step.
 pub fn around_all(config: &MpmConfig) -> Vec<EnvelopeVertex> {
     let [[left, bottom], [right, top]] = config.domain;
@@ -147,7 +150,7 @@ impl Run<'_> {
     pub fn coast(&mut self, dt: f64, steps: u64) -> Result<(), Unmet> {
         let end = self.next() + steps;
         while self.next() < end {
-            let window = self.window.min(end - self.next());
+            let window = WINDOW.min(end - self.next());
             self.grant(dt, window, false)?;
             for _ in 0..window {
                 if self.coupled {

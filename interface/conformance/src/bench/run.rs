@@ -76,8 +76,6 @@ pub struct Run<'b> {
     pub session: Session<'b>,
     /// What the solver reported of itself.
     pub ready: Ready,
-    /// Most steps granted at once where several are to be done.
-    pub window: u64,
     /// Of the grants to come.
     pub budget: Budget,
     /// The points that the kit is, in clauses of both sides.
@@ -106,7 +104,7 @@ impl Bench {
             generation: 0,
             set: Vec::new(),
         };
-        Ok(self.led(session, ready, order, start))
+        Ok(Self::led(session, ready, order, start))
     }
 
     /// A run that goes on in a fresh solver, from where it stood when `state` was saved.
@@ -119,21 +117,14 @@ impl Bench {
         let mut session = self.greeted()?;
         match session.restore(order, state) {
             Err(Unmet::Declined(why)) => Err(broken("Ready after the restored state", why)),
-            ready => Ok(self.led(session, ready?, order, stand.clone())),
+            ready => Ok(Self::led(session, ready?, order, stand.clone())),
         }
     }
 
-    fn led<'b>(
-        &self,
-        session: Session<'b>,
-        ready: Ready,
-        order: &Configure,
-        at: RunState,
-    ) -> Run<'b> {
+    fn led<'b>(session: Session<'b>, ready: Ready, order: &Configure, at: RunState) -> Run<'b> {
         Run {
             session,
             ready,
-            window: self.window,
             budget: Budget::UNLIMITED,
             points: Points::new(),
             outlines: Vec::new(),

@@ -26,8 +26,6 @@ pub const HASH: &str = "00c0ffee";
 pub struct Bench {
     /// The solver under test.
     pub subject: Subject,
-    /// Most steps granted at once.
-    pub window: u64,
     /// Longest wait for Hello and for Ready.
     pub startup: Duration,
     /// What the solver says in Hello that it takes.
@@ -44,7 +42,6 @@ impl Bench {
     pub fn new(subject: Subject, options: &Options, hello: &Capabilities) -> Self {
         Self {
             subject,
-            window: options.window.into(),
             startup: options.startup,
             capabilities: hello.clone(),
             trace: RefCell::new(Trace::new(options.trace.is_some())),
