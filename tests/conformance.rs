@@ -15,7 +15,7 @@ use interface::config::{DemConfig, MpmConfig};
 use interface::message::control::Party;
 use serde_json::Value;
 
-use crate::harness::{Place, at_once, catalogue, quoted, root};
+use crate::harness::{Place, at_once, catalogue, lives, quoted, root, until};
 use crate::mutants;
 
 /// The command of a solver that is this program.
@@ -162,6 +162,24 @@ fn a_slow_start_is_no_fault_and_an_endless_one_is_found_soon() {
         assert_eq!(status, Some(expected), "{command}");
         assert!(took < 300.0, "{took:.1} s");
     });
+}
+
+/// A command that waits where it has nothing to join (X-2c) is ended with all that it has started.
+#[test]
+fn no_process_of_a_solver_outlives_the_kit() {
+    let place = Place::new();
+    let script = format!(
+        "if [ $# = 2 ]; then exec {} \"$@\"; fi; sleep 600; true",
+        solver("dem").replace('\'', "")
+    );
+    let waits = quoted(&format!("sh -c '{script}' waits")).into_owned();
+    let ended = place.tandem(&format!(
+        "conformance --dem {waits} --only X-2c --startup 2"
+    ));
+    assert_eq!(ended.status.code(), Some(1));
+    let left = || place.processes().iter().all(|pid| !lives(*pid));
+    let gone = until(Duration::from_mins(1), || left().then_some(()));
+    assert!(gone.is_some(), "{:?}", place.processes());
 }
 
 /// The clauses and their mutants: those of both sides, then of each.

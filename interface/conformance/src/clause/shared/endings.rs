@@ -1,5 +1,6 @@
 //! Sections 1, 2, 9 and 11: how a session ends, in order or not.
 
+use std::os::unix::process::CommandExt;
 use std::process::{Command, Stdio};
 use std::time::Duration;
 
@@ -157,12 +158,13 @@ fn unjoined(bench: &Bench) -> Judgement {
     };
     let mut words = Command::new(&command[0]);
     words.args(&command[1..]).stdin(Stdio::null());
+    words.process_group(0);
     let child = words.stdout(Stdio::null()).stderr(Stdio::null()).spawn();
     let mut child = child.map_err(|e| broken("a solver that starts", e))?;
     let ended = until(bench.startup, Duration::from_millis(1), || {
         child.try_wait().ok().flatten()
     });
-    let _ = child.kill();
+    process::kill(&mut child);
     let _ = child.wait();
     status(ended.map(process::describe), 2)
 }
