@@ -130,6 +130,9 @@ fn what_cannot_be_judged_has_its_own_status() {
     assert_eq!(code(""), Some(2));
     // Not the built-in solver in its place.
     assert_eq!(code("--dem false --in-process --only S-2a"), Some(2));
+    // The seeds after it would be 0, 1 and so on.
+    let last = format!("--dem --in-process --only J-1 --seed {}", u64::MAX);
+    assert_eq!(code(&last), Some(2));
     let built_in = solver("dem");
     let unknown = format!("--dem {} --only Z-1", quoted(&built_in));
     assert_eq!(code(&unknown), Some(2));

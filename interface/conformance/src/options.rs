@@ -32,8 +32,9 @@ pub struct Options {
 /// Which random cases are run.
 #[derive(Debug, Clone, Copy, Args)]
 pub struct RandomCases {
+    // Below 2^63: the cases after it must not begin again at 0.
     /// Seed of the first random case; the next one has the next seed.
-    #[arg(long, value_name = "N", default_value_t = 0)]
+    #[arg(long, value_name = "N", default_value_t = 0, value_parser = value_parser!(u64).range(..1 << 63))]
     pub seed: u64,
     /// Number of random cases, at most.
     #[arg(long, value_name = "N", default_value_t = 1000)]
