@@ -5,13 +5,14 @@ use std::fs;
 use std::path::Path;
 use std::time::Duration;
 
-use conformance::Examination;
 use conformance::clause::{self, Clause};
 use conformance::report::summary;
+use conformance::{Examination, Options, RandomCases, examine};
 use coupler::scene::Scene;
 use interface::config::capability::Capabilities;
 use interface::config::needs::Need;
 use interface::config::{DemConfig, MpmConfig};
+use interface::hosted::Subject;
 use interface::message::control::Party;
 use serde_json::Value;
 
@@ -183,6 +184,23 @@ fn no_process_of_a_solver_outlives_the_kit() {
     let left = || place.processes().iter().all(|pid| !lives(*pid));
     let gone = until(Duration::from_mins(1), || left().then_some(()));
     assert!(gone.is_some(), "{:?}", place.processes());
+}
+
+/// Random cases judge several clauses at once: their time is counted once.
+#[test]
+fn the_times_of_clauses_add_up_to_the_time_of_all() {
+    let subject = Subject::in_thread(|| mutant::built_in(Party::Dem));
+    let options = Options {
+        only: ["J-1", "F-8", "F-7"].map(str::to_owned).to_vec(),
+        random: RandomCases {
+            cases: 20,
+            ..RandomCases::default()
+        },
+        ..Options::default()
+    };
+    let found = examine(&subject, &options, |_| ()).unwrap();
+    let sum: Duration = found.judged.iter().map(|judged| judged.wall).sum();
+    assert!(sum <= found.wall, "{sum:?} of {:?}", found.wall);
 }
 
 /// The clauses and their mutants: those of both sides, then of each.

@@ -80,7 +80,7 @@ pub struct Judged {
     pub clause: &'static Clause,
     /// Its verdict.
     pub verdict: Verdict,
-    /// Time that it took.
+    /// Time that it took. Random cases judge several at once; the first of those has the time of all.
     pub wall: Duration,
     /// The messages, if they were asked for.
     pub trace: Trace,
@@ -347,13 +347,14 @@ fn judge_at_random(
         campaign = random::campaign(subject, options, takes, clauses);
     }
     let case = |failure: &random::Failure| (failure.seed, failure.case.clone());
+    let mut wall = start.elapsed();
     let judged = clauses.iter().map(|&clause| {
         let verdict = match root {
             Some(root) => Verdict::Blocked { by: root.clause.id },
             None => campaign.verdict(clause, takes),
         };
         Judged {
-            wall: start.elapsed(),
+            wall: std::mem::take(&mut wall),
             case: campaign.failure(clause).map(case),
             ..Judged::of(clause, verdict)
         }
