@@ -1,6 +1,6 @@
 //! The transport of messages: one object-safe trait and its implementations.
 //!
-//! [`iceoryx`] is shared memory between processes (the only file that names iceoryx2), [`direct`] a queue between
+//! [`iceoryx`] is shared memory between processes, by iceoryx2, [`direct`] a queue between
 //! parties that take turns in one thread. The crate `simulation` has a simulated transport.
 
 pub mod direct;
