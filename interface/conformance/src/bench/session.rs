@@ -65,6 +65,7 @@ impl Bench {
             bench: self,
             solver,
             flaw: None,
+            silent: false,
             number: self.sessions.get(),
         })
     }
@@ -119,27 +120,30 @@ pub struct Session<'b> {
     pub solver: Hosted,
     /// What is wrong with what the kit says from now on.
     pub flaw: Option<Flaw>,
+    /// Whether the kit wakes nobody from now on.
+    pub silent: bool,
     number: u32,
 }
 
 impl Session<'_> {
-    /// Sends a message as it is, and wakes its receiver.
+    /// Sends a message, as it is if nothing is wrong with it, and wakes its receiver.
     pub fn send(&mut self, message: &Message) -> Result<(), Unmet> {
         let Some(flaw) = &mut self.flaw else {
-            self.note(message);
-            return Ok(self.solver.run.send(message)?);
+            return self.pass_on(message);
         };
-        for changed in flaw.pass(message.clone()) {
-            self.note(&changed);
-            self.solver.run.send(&changed)?;
-        }
-        Ok(())
+        let mut changed = flaw.pass(message.clone()).into_iter();
+        changed.try_for_each(|message| self.pass_on(&message))
     }
 
-    /// Sends a message as it is, and wakes nobody.
-    pub fn send_silently(&mut self, message: &Message) -> Result<(), Unmet> {
+    fn pass_on(&mut self, message: &Message) -> Result<(), Unmet> {
         self.note(message);
-        Ok(self.solver.run.send_silently(message)?)
+        let run = &mut self.solver.run;
+        let sent = if self.silent {
+            run.send_silently(message)
+        } else {
+            run.send(message)
+        };
+        Ok(sent?)
     }
 
     /// Sends an order.

@@ -8,7 +8,6 @@ use interface::transport::raw::{Kind, Payload};
 
 use super::row::{Row, rows};
 use crate::change;
-use crate::wrong::Wrong;
 
 pub const ROWS: &[Row] = rows! {
     clause "I-1a":
@@ -71,10 +70,6 @@ pub const ROWS: &[Row] = rows! {
         };
     clause "G-9a":
         - "answers twice": change::twice(|message| message.kind() == Kind::Forces);
-    clause "B-3a":
-        - "looks for states only when woken": Wrong::process(|m| m.waits_to_be_woken = true);
-    clause "B-2a":
-        - "wakes nobody": Wrong::process(|m| m.wakes_nobody = true);
     clause "C-1a":
         - "answers 4096 points at most":
             Flaw::forces(|header, forces| { forces.truncate(4096); header.count = forces.len() as u64; });

@@ -131,6 +131,10 @@ pub const ROWS: &[Row] = rows! {
         };
     clause "X-6a":
         - "keeps all messages": { let mut kept = Vec::new(); Flaw::each(move |message| kept.push(message.clone())) };
+    clause "B-3a":
+        - "looks for messages only when woken": Wrong::process(|m| m.waits_to_be_woken = true);
+    clause "B-2a":
+        - "wakes nobody": Wrong::process(|m| m.wakes_nobody = true);
     clause "G-10a":
         // More often than answers are timed; in clauses with thousands of steps nobody has to wait for it.
         - "sleeps before it answers many points": {

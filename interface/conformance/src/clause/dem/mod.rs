@@ -7,12 +7,10 @@ pub(super) mod scene;
 mod segments;
 
 use super::row::Clause;
-use super::shared::naps;
 
 /// All of them, in order.
 pub const CLAUSES: &[&[Clause]] = &[
     order::CLAUSES,
-    &[naps(&["S-7a", "B-2a", "G-10a"])],
     segments::CLAUSES,
     limits::CLAUSES,
     physics::CLAUSES,

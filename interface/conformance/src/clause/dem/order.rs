@@ -3,7 +3,7 @@
 use std::time::Duration;
 
 use interface::message::wire::flags;
-use interface::transport::raw::{Kind, Message, Payload};
+use interface::transport::raw::Kind;
 
 use super::scene::{RADIUS, one_disc, pressed};
 use crate::bench::{Answer, Bench, Points, Run};
@@ -28,8 +28,6 @@ pub const CLAUSES: &[Clause] = clauses! {
     Must "I-3d" "refuses a velocity that is infinite" refuses Flaw::state(|state| state.velocity[0] = f64::INFINITY);
     Must "W-2a" "ignores fields that a message does not use" by unused;
     Must "G-9a" "answers the states of a step once, also with no points" by once;
-    Must "B-3a" "finds states although nobody woke it" by unwoken;
-    Should "B-2a" "wakes the receiver of what it sends" by wakes;
     Must "C-1a" "accepts any number of points: none, and one more than fit" by numbers;
 };
 
@@ -78,44 +76,6 @@ fn once(bench: &Bench) -> Judgement {
         )?;
     }
     Ok("one answer each to 2 points and to none".into())
-}
-
-fn unwoken(bench: &Bench) -> Judgement {
-    let (mut play, points) = (Run::begun(bench)?, pressed());
-    play.grant(1e-5, 4, false)?;
-    let mut longest = Duration::ZERO;
-    for _ in 0..4 {
-        // Long enough for a solver that spins first to be asleep.
-        play.session.solver.leave_alone(Duration::from_millis(2));
-        let start = play.session.solver.elapsed();
-        let states = Message::new(play.header(), Payload::States(points.states.clone()));
-        play.session.send_silently(&states)?;
-        play.forces()?;
-        longest = longest.max(play.session.solver.since(start));
-    }
-    // Two sleeps of 10 ms, and a large margin for a busy machine.
-    let limit = Duration::from_millis(500);
-    let expected = format_args!("an answer within {limit:?}");
-    require(longest < limit, expected, format_args!("{longest:?}"))?;
-    Ok(format!("after {longest:.1?} at most"))
-}
-
-fn wakes(bench: &Bench) -> Judgement {
-    let (mut play, points) = (Run::begun(bench)?, pressed());
-    play.grant(1e-5, 1, false)?;
-    // Earlier wake-ups are consumed.
-    for kind in [Kind::Forces, Kind::Report] {
-        play.session.solver.sleep(kind, Duration::ZERO);
-    }
-    play.send_states(&points.states)?;
-    for kind in [Kind::Forces, Kind::Report] {
-        let woken = play.session.solver.sleep(kind, Duration::from_millis(500));
-        let expected = format_args!("a wake-up with {kind:?}");
-        require(woken > 0, expected, "none within 0.5 s")?;
-    }
-    play.forces()?;
-    play.report()?;
-    Ok("after forces and report".into())
 }
 
 fn numbers(bench: &Bench) -> Judgement {

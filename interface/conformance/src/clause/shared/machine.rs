@@ -1,4 +1,4 @@
-//! What a run takes of the machine: memory over many steps, time until an answer.
+//! What a run takes of the machine: memory over many steps, wake-ups, time until an answer.
 
 #![allow(clippy::disallowed_methods, reason = "/proc")]
 
@@ -6,6 +6,7 @@ use std::time::{Duration, Instant};
 
 use interface::message::control::Party;
 use interface::message::wire::{ImpForce, ImpInfo, ImpState};
+use interface::transport::raw::Kind;
 
 use crate::bench::{Bench, Points, Run};
 use crate::clause::dem::scene::{RADIUS, SPHERO, held_disc};
@@ -20,16 +21,11 @@ pub const CLAUSES: &[Clause] = clauses! {
     // A tenth of the data is ten times less than the memory of a solver that keeps all messages.
     Should "X-6a" "its memory does not grow with the number of steps"
         by |bench| memory(bench, [10, 60], [20, 250], |crossed| (crossed / 10).max(256 << 10)), after: &["X-6b"], of_processes: true;
+    Must "B-3a" "finds what its peer sends although nobody woke it" by unwoken;
+    Should "B-2a" "wakes the receiver of what it sends" by wakes;
     Should "G-10a" "answers at once, without a sleep" by latency, alone: true;
-};
-
-/// That a solver takes no rare naps, which rests on clauses that each side has by itself.
-pub const fn naps(after: &'static [&'static str]) -> Clause {
-    Clause { after, ..NAPS[0] }
-}
-
-const NAPS: &[Clause] = clauses! {
-    Should "G-10b" "does not sleep in any of a thousand steps" by rare_naps, alone: true;
+    Should "G-10b" "does not sleep in any of a thousand steps" by rare_naps, after: &["S-7a", "B-2a", "G-10a"],
+        alone: true;
 };
 
 /// Points of a bodies' exchange, and steps of a window.
@@ -126,24 +122,67 @@ fn memory(
     Ok(words)
 }
 
+fn unwoken(bench: &Bench) -> Judgement {
+    let mut run = Run::begun(bench)?;
+    run.await_peer(DT, 4)?;
+    run.session.silent = true;
+    let mut longest = Duration::ZERO;
+    for _ in 0..4 {
+        // Long enough for a solver that spins first to be asleep.
+        run.session.solver.leave_alone(Duration::from_millis(2));
+        let start = run.session.solver.elapsed();
+        run.answered()?;
+        longest = longest.max(run.session.solver.since(start));
+    }
+    // Two sleeps of 10 ms, and a large margin for a busy machine.
+    let limit = Duration::from_millis(500);
+    let expected = format_args!("an answer within {limit:?}");
+    require(longest < limit, expected, format_args!("{longest:?}"))?;
+    Ok(format!("after {longest:.1?} at most"))
+}
+
+fn wakes(bench: &Bench) -> Judgement {
+    let mut run = Run::begun(bench)?;
+    let of_bodies = run.session.is_of_bodies();
+    let of_a_step = if of_bodies {
+        Kind::Forces
+    } else {
+        Kind::States
+    };
+    // Earlier wake-ups are consumed.
+    for kind in [of_a_step, Kind::Report] {
+        run.session.solver.sleep(kind, Duration::ZERO);
+    }
+    run.grant(DT, 1, false)?;
+    if of_bodies {
+        run.send_states(&run.points.states.clone())?;
+        woken(&mut run, of_a_step)?;
+        run.forces()?;
+    } else {
+        woken(&mut run, of_a_step)?;
+        run.free()?;
+    }
+    woken(&mut run, Kind::Report)?;
+    run.report()?;
+    Ok("after the message of a step and after the report".into())
+}
+
+/// The solver wakes the receiver of this kind.
+fn woken(run: &mut Run, kind: Kind) -> Result<(), Unmet> {
+    let woken = run.session.solver.sleep(kind, Duration::from_millis(500));
+    let expected = format_args!("a wake-up with {kind:?}");
+    require(woken > 0, expected, "none within 0.5 s")
+}
+
 /// Times of `count` answers, one after another; fewer, one at least, when they take longer than `long` together.
 fn answers(bench: &Bench, many: bool, count: u64, long: Duration) -> Result<Vec<Duration>, Unmet> {
     let mut run = loaded(bench, many)?;
-    let of_bodies = run.session.is_of_bodies();
-    run.grant(DT, count + u64::from(!of_bodies), false)?;
-    if !of_bodies {
-        run.states()?;
-    }
-    let (forces, start) = (run.no_forces(), Instant::now());
+    run.await_peer(DT, count)?;
+    let start = Instant::now();
     let mut times = Vec::new();
     while (times.len() as u64) < count && (times.is_empty() || start.elapsed() < long) {
         let sent = Instant::now();
-        if of_bodies {
-            run.exchange()?;
-        } else {
-            run.press(&forces)?;
-            run.states()?;
-        }
+        run.answered()?;
         times.push(sent.elapsed());
     }
     Ok(times)

@@ -8,7 +8,6 @@ mod machine;
 mod run;
 mod saved;
 
-pub use machine::naps;
 pub use run::{names, refuses, rejects};
 
 use super::row::Clause;

@@ -71,6 +71,25 @@ impl<'b> Run<'b> {
         Ok(Some((shown.header.flags, numbers.flatten().collect())))
     }
 
+    /// Grants so many exchanges and goes on to where the solver waits for the peer's message of the first: a continuum sends
+    /// its states before, so it needs a step more.
+    pub fn await_peer(&mut self, dt: f64, exchanges: u64) -> Result<(), Unmet> {
+        if self.session.is_of_bodies() {
+            return self.grant(dt, exchanges, false);
+        }
+        self.grant(dt, exchanges + 1, false)?;
+        self.states().map(|_| ())
+    }
+
+    /// Sends the message that the solver waits for, and takes its answer: forces, or the states of the next step.
+    pub fn answered(&mut self) -> Result<(), Unmet> {
+        if self.session.is_of_bodies() {
+            return self.exchange();
+        }
+        self.press(&self.no_forces())?;
+        self.states().map(|_| ())
+    }
+
     /// Grants a step and leaves the solver where it waits for its peer.
     pub fn wait_for_peer(&mut self) -> Result<(), Unmet> {
         self.grant(1e-4, 1, false)?;
