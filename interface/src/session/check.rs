@@ -120,18 +120,6 @@ pub(crate) fn forces(
 mod tests {
     use super::*;
 
-    /// Points in the order of their ids, with these links.
-    fn linked<const N: usize>(next: [u32; N]) -> Vec<ImpInfo> {
-        let point = |(id, next)| ImpInfo {
-            id,
-            radius: 1e-3,
-            mass: 1.0,
-            group: 0,
-            next,
-        };
-        (0..).zip(next).map(point).collect()
-    }
-
     /// "24 forces for set 1, expected 24 for set 1".
     #[test]
     fn a_wrong_count_is_told_with_the_number_that_is_wrong() {
@@ -148,20 +136,6 @@ mod tests {
         );
         for (header, sent) in [(header(1, 24), 23), (header(2, 24), 24)] {
             assert!(fault(header, sent).is_some());
-        }
-    }
-
-    #[test]
-    fn a_link_leads_to_another_slot_of_the_set() {
-        for next in [[0, 0, 0], [2, 3, 1], [3, 0, 2]] {
-            links(&linked(next), 0).unwrap();
-        }
-        for next in [[4, 0, 0], [1, 0, 0], [0, 0, 3], [u32::MAX, 0, 0]] {
-            let message = links(&linked(next), 7).unwrap_err().to_string();
-            assert!(
-                message.contains("I-2") && message.contains("`next`"),
-                "{message}"
-            );
         }
     }
 }

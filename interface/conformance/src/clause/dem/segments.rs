@@ -5,7 +5,7 @@ use interface::config::{BodyShape, DemConfig, Interface, Motion};
 use super::scene::{OVERLAP, RADIUS, SPHERO, STIFFNESS, body, elastic, scene};
 use crate::bench::{Bench, Points};
 use crate::clause::{Clause, clauses};
-use crate::verdict::{Judgement, Unmet, near};
+use crate::verdict::{Judgement, Unmet, near, require};
 
 const NEEDS: &[&str] = &["segments", "shape:disc"];
 
@@ -51,6 +51,7 @@ fn nowhere(bench: &Bench) -> Judgement {
         play.grant(1e-4, 1, false)?;
         play.send_states(&points.states)?;
         message = play.session.failure()?.message;
+        require(message.contains("I-2"), "a failure by I-2", &message)?;
     }
     Ok(message)
 }
