@@ -21,7 +21,7 @@ fn run(dem: &mut Sdem, n: usize, dt: f64) {
 }
 
 fn viscous(k: f64, friction: f64, ratio: f64) -> ContactLaw {
-    linear_law(k, 0.5 * k, friction, ratio)
+    ContactLaw::linear(k, 0.5 * k, friction, ratio)
 }
 
 /// A disc of radius 0.1 and 1 kg/m that flies at a floor whose surface is y = 0.

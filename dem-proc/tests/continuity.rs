@@ -2,7 +2,7 @@
 //! outlines (`kit.rs`).
 
 use crate::small_scenes::*;
-use interface::config::BodyConfig;
+use interface::config::{BodyConfig, ContactLaw};
 use interface::solver::DemSolver;
 
 /// The bits do not depend on the skin, and so not on when lists are rebuilt: with friction, damping, points and bodies.
@@ -20,7 +20,7 @@ fn lists_leave_no_trace() {
                 ..body(shape, 0.02)
             });
         }
-        let law = linear_law(1e6, 3e5, 0.4, 0.1);
+        let law = ContactLaw::linear(1e6, 3e5, 0.4, 0.1);
         let mut config = scene(bodies, law);
         config.gravity = [0.0, -9.81];
         config.skin = skin;

@@ -5,8 +5,8 @@ use std::f64::consts::TAU;
 use crate::alone::Alone;
 use crate::small_scenes::*;
 use interface::config::{
-    BodyConfig, BodyInertia, BodyShape, DAMPED_RESOLUTION, DemConfig, ELASTIC_RESOLUTION,
-    GroupPair, OverlapMeasure, RESOLUTION_OF_POINTS, ratio_of_restitution,
+    BodyConfig, BodyInertia, BodyShape, ContactLaw, DAMPED_RESOLUTION, DemConfig,
+    ELASTIC_RESOLUTION, GroupPair, OverlapMeasure, RESOLUTION_OF_POINTS, ratio_of_restitution,
 };
 use interface::solver::DemSolver;
 
@@ -81,7 +81,7 @@ fn dropped(resolution: Option<f64>, damping_ratio: f64) -> DemConfig {
         position: [0.0, -0.1],
         ..fixed(rectangle_shape(2.0, 0.1), 0.05)
     };
-    let law = linear_law(1e6, 0.0, 0.0, damping_ratio);
+    let law = ContactLaw::linear(1e6, 0.0, 0.0, damping_ratio);
     DemConfig {
         gravity: [0.0, -9.81],
         contact_resolution: resolution,

@@ -2,7 +2,7 @@
 //! run or a branch.
 
 use crate::small_scenes::*;
-use interface::config::{BodyConfig, BodyShape, DemConfig, Motion};
+use interface::config::{BodyConfig, BodyShape, ContactLaw, DemConfig, Motion};
 use interface::solver::DemSolver;
 
 const K: f64 = 1e5;
@@ -12,7 +12,7 @@ const XI: f64 = 2e-4;
 
 /// A plate under points, which moves down at `speed` (m/s).
 fn plate(speed: f64, damping_ratio: f64) -> DemConfig {
-    let law = linear_law(K, 0.0, 0.0, damping_ratio);
+    let law = ContactLaw::linear(K, 0.0, 0.0, damping_ratio);
     let plate = BodyConfig {
         velocity: [0.0, -speed],
         motion: Motion::Driven,

@@ -1,7 +1,7 @@
 //! The declared limits are stable, and they are not far too low (C07, C20).
 
 use crate::small_scenes::*;
-use interface::config::{BodyConfig, BodyInertia, BodyShape, Motion};
+use interface::config::{BodyConfig, BodyInertia, BodyShape, ContactLaw, Motion};
 use interface::solver::DemSolver;
 
 /// Largest separation speed of points of mass `m` resting against a free disc of mass `big`, after many steps of
@@ -159,7 +159,7 @@ fn bodies_that_press_and_approach_declare_the_stiffness_ahead() {
 
 #[test]
 fn damping_and_readiness_are_declared() {
-    let law = linear_law(7.0, 0.0, 0.0, 0.25);
+    let law = ContactLaw::linear(7.0, 0.0, 0.0, 0.25);
     let mut config = scene(
         vec![body(BodyShape::Disc, 1.0), fixed(BodyShape::Disc, 1.0)],
         law,

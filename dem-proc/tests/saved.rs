@@ -9,7 +9,7 @@ use crate::small_scenes::*;
 
 /// Step in s.
 const DT: f64 = 1e-4;
-const LINEAR: ContactLaw = linear_law(1e5, 5e4, 0.3, 0.2);
+const LINEAR: ContactLaw = ContactLaw::linear(1e5, 5e4, 0.3, 0.2);
 const HERTZ: ContactLaw = hertz_law(2e6, 0.3, 0.3, 0.7, 0.0);
 /// Distance of neighbours in m, and discs along each side.
 const APART: f64 = 0.0215;

@@ -5,7 +5,7 @@ use std::collections::HashMap;
 use std::f64::consts::TAU;
 
 use crate::alone::Alone;
-use crate::small_scenes::{body, fixed, linear_law, polygon_shape, rectangle_shape, scene};
+use crate::small_scenes::{body, fixed, polygon_shape, rectangle_shape, scene};
 use dem_proc::body::bodies::Bodies;
 use dem_proc::contact::passage::penetration;
 use interface::Vec2;
@@ -57,7 +57,7 @@ fn rectangle(width: f64, height: f64, a: f64) -> BodyShape {
 }
 
 fn law(stiffness: f64) -> ContactLaw {
-    linear_law(stiffness, 0.5 * stiffness, 0.5, 0.2)
+    ContactLaw::linear(stiffness, 0.5 * stiffness, 0.5, 0.2)
 }
 
 fn config(bodies: Vec<BodyConfig>, measure: OverlapMeasure, stiffness: f64) -> DemConfig {

@@ -120,13 +120,7 @@ fn points(pentagons: bool, bodies: usize, around: usize) {
     };
     let config = DemConfig {
         bodies: (0..bodies).map(body).collect(),
-        point_contact: ContactLaw::Linear {
-            normal_stiffness: 1e5,
-            tangential_stiffness: 5e4,
-            friction: 0.5,
-            damping_ratio: 0.1,
-            damped_mass: 0.0,
-        },
+        point_contact: ContactLaw::linear(1e5, 5e4, 0.5, 0.1),
         skin: 2.0 * RADII[0],
         threads: 1,
         ..DemConfig::default()

@@ -45,13 +45,7 @@ pub fn grain_box(grain: Grain, count: usize, threads: usize) -> DemConfig {
         surface: String::new(),
     };
     bodies.extend(packing.bodies());
-    let law = ContactLaw::Linear {
-        normal_stiffness: STIFFNESS,
-        tangential_stiffness: 0.5 * STIFFNESS,
-        friction: 0.5,
-        damping_ratio: 0.3,
-        damped_mass: 0.0,
-    };
+    let law = ContactLaw::linear(STIFFNESS, 0.5 * STIFFNESS, 0.5, 0.3);
     DemConfig {
         gravity: [0.0, -9.81],
         bodies,

@@ -340,13 +340,7 @@ mod tests {
 
     #[test]
     fn values_are_words_and_many_names_are_few() {
-        let law = ContactLaw::Linear {
-            normal_stiffness: 6e6,
-            tangential_stiffness: 3e5,
-            friction: 0.2,
-            damping_ratio: 0.0,
-            damped_mass: 0.0,
-        };
+        let law = ContactLaw::linear(6e6, 3e5, 0.2, 0.0);
         let words = "linear: friction 0.2, normal_stiffness 6e6, tangential_stiffness 3e5";
         assert_eq!(spelling(&law), words);
         assert_eq!(spelling(&Transfer::Apic), "apic");

@@ -29,30 +29,14 @@ pub fn fixed(shape: BodyShape, sphero_radius: f64) -> BodyConfig {
 }
 
 pub fn spring(normal_stiffness: f64) -> ContactLaw {
-    linear_law(normal_stiffness, 0.0, 0.0, 0.0)
+    ContactLaw::linear(normal_stiffness, 0.0, 0.0, 0.0)
 }
 
 pub fn frictional(normal_stiffness: f64, tangential_stiffness: f64, friction: f64) -> ContactLaw {
-    linear_law(normal_stiffness, tangential_stiffness, friction, 0.0)
+    ContactLaw::linear(normal_stiffness, tangential_stiffness, friction, 0.0)
 }
 
-/// k_n and k_t in N/m, mu, zeta.
-pub const fn linear_law(
-    normal_stiffness: f64,
-    tangential_stiffness: f64,
-    friction: f64,
-    damping_ratio: f64,
-) -> ContactLaw {
-    ContactLaw::Linear {
-        normal_stiffness,
-        tangential_stiffness,
-        friction,
-        damping_ratio,
-        damped_mass: 0.0,
-    }
-}
-
-/// The same, adhesion in Pa, mu_r.
+/// k_n and k_t in N/m, mu, zeta, adhesion in Pa, mu_r.
 pub const fn granular_law(
     normal_stiffness: f64,
     tangential_stiffness: f64,

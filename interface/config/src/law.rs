@@ -89,16 +89,28 @@ fn one() -> f64 {
     1.0
 }
 
+impl ContactLaw {
+    /// `linear` with k_n and k_t in N/m, mu and zeta.
+    pub const fn linear(
+        normal_stiffness: f64,
+        tangential_stiffness: f64,
+        friction: f64,
+        damping_ratio: f64,
+    ) -> Self {
+        Self::Linear {
+            normal_stiffness,
+            tangential_stiffness,
+            friction,
+            damping_ratio,
+            damped_mass: 0.0,
+        }
+    }
+}
+
 impl Default for ContactLaw {
     /// No stiffness: nothing is in contact.
     fn default() -> Self {
-        Self::Linear {
-            normal_stiffness: 0.0,
-            tangential_stiffness: 0.0,
-            friction: 0.0,
-            damping_ratio: 0.0,
-            damped_mass: 0.0,
-        }
+        Self::linear(0.0, 0.0, 0.0, 0.0)
     }
 }
 

@@ -342,17 +342,10 @@ pub fn mpm_config() -> MpmConfig {
 
 /// A configuration that parses. The toys use little of it.
 pub fn dem_config() -> DemConfig {
-    let point_contact = ContactLaw::Linear {
-        normal_stiffness: 1e4,
-        tangential_stiffness: 0.0,
-        friction: 0.0,
-        damping_ratio: 0.0,
-        damped_mass: 0.0,
-    };
     DemConfig {
         gravity: [0.0, 0.0],
         bodies: Vec::new(),
-        point_contact,
+        point_contact: ContactLaw::linear(1e4, 0.0, 0.0, 0.0),
         body_contact: None,
         skin: 0.02,
         threads: 1,

@@ -18,17 +18,10 @@ fn a_point_is_pushed_away_and_the_disc_the_other_way() {
         inertia: BodyInertia::Mass(2.0),
         ..BodyConfig::default()
     };
-    let law = ContactLaw::Linear {
-        normal_stiffness: 1e4,
-        tangential_stiffness: 5e3,
-        friction: 0.1,
-        damping_ratio: 0.0,
-        damped_mass: 0.0,
-    };
     let mut solver = Solver::default();
     let config = DemConfig {
         bodies: vec![disc],
-        point_contact: law,
+        point_contact: ContactLaw::linear(1e4, 5e3, 0.1, 0.0),
         threads: 1,
         ..DemConfig::default()
     };

@@ -23,13 +23,7 @@ fn config(shape: BodyShape, motion: Motion) -> BodyConfig {
 }
 
 fn springs(tangential_stiffness: f64, friction: f64) -> PointContact {
-    let law = ContactLaw::Linear {
-        normal_stiffness: 6e4,
-        tangential_stiffness,
-        friction,
-        damping_ratio: 0.0,
-        damped_mass: 0.0,
-    };
+    let law = ContactLaw::linear(6e4, tangential_stiffness, friction, 0.0);
     PointContact::new(&law).unwrap()
 }
 

@@ -18,13 +18,7 @@ pub const MASS: f64 = 1.5;
 
 /// A linear law of [`STIFFNESS`] with these k_t (N/m), mu and zeta.
 pub fn law(tangential_stiffness: f64, friction: f64, damping_ratio: f64) -> ContactLaw {
-    ContactLaw::Linear {
-        normal_stiffness: STIFFNESS,
-        tangential_stiffness,
-        friction,
-        damping_ratio,
-        damped_mass: 0.0,
-    }
+    ContactLaw::linear(STIFFNESS, tangential_stiffness, friction, damping_ratio)
 }
 
 /// The same without friction or damping.
