@@ -89,8 +89,6 @@ pub const ROWS: &[Row] = rows! {
                 }
             });
         });
-    clause "L-2b":
-        - "reports ten times its contact frequency": change::limits(|l| l.contact_omega_sq *= 10.0);
     clause "H-2a":
         - "never halts": Flaw::grant(|g| {
             (g.budget_omega_sq, g.budget_speed, g.budget_damping) = (f64::MAX, f64::MAX, f64::MAX);

@@ -69,8 +69,6 @@ pub const ROWS: &[Row] = rows! {
     clause "I-9c":
         - "sends five thousand states at most":
             Flaw::states(|header, states| { states.truncate(5000); header.count = states.len() as u64; });
-    clause "L-2b":
-        - "reports five times its contact_omega_sq": change::limits(|limits| limits.contact_omega_sq *= 5.0);
     clause "L-2c":
         - "reports a hundredth of its stiffness": change::limits(|limits| limits.omega_sq *= 0.01);
     clause "L-2h":

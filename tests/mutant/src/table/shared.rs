@@ -187,6 +187,8 @@ pub const ROWS: &[Row] = rows! {
         - "has other bits in windows of one step": change::nudges(|now| u32::from(now.grant.steps == 1));
     clause "K-4a":
         - "starts from the beginning": begins_anew();
+    clause "L-2b":
+        - "reports ten times its contact frequency": change::limits(|l| l.contact_omega_sq *= 10.0);
     clause "L-5a":
         - "halts on the last step too": change::report(|report, now| {
             let last = report.next == now.grant.first + now.grant.steps;

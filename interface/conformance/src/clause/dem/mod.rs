@@ -1,6 +1,6 @@
 //! The clauses of a bodies' side, besides those of both sides.
 
-pub(super) mod limits;
+pub(super) mod halt;
 mod order;
 mod physics;
 pub(super) mod scene;
@@ -12,6 +12,6 @@ use super::row::Clause;
 pub const CLAUSES: &[&[Clause]] = &[
     order::CLAUSES,
     segments::CLAUSES,
-    limits::CLAUSES,
+    halt::CLAUSES,
     physics::CLAUSES,
 ];

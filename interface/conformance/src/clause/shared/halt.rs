@@ -1,17 +1,19 @@
-//! Section 5, halting, as far as it is the same for both sides.
+//! Sections 5 and 8: limits and halting, as far as they are the same for both sides.
 
 use interface::message::wire::{Budget, flags};
 
-use super::run::led;
+use super::run::{led, order};
 use crate::bench::{Bench, Run, configure};
-use crate::clause::dem::limits::lively;
-use crate::clause::mpm::scene::single;
+use crate::clause::dem::halt::lively;
+use crate::clause::dem::scene::{MASS, STIFFNESS};
+use crate::clause::mpm::scene::{MASS as POINT, push, single};
 use crate::clause::{Clause, clauses};
-use crate::verdict::{Judgement, Unmet, broken};
+use crate::verdict::{Judgement, Unmet, broken, require};
 use interface::config::MpmConfig;
 use interface::message::control::Party;
 
 pub const CLAUSES: &[Clause] = clauses! {
+    Should "L-2b" "contact_omega_sq is at most four times that" by tight, needs: &["motion:free"];
     Must "L-5a" "does not halt on the last step of a window" by last_step, needs: &["motion:free"];
     Must "H-5a" "a halt changes no bit of the later steps" by halt_is_free, needs: &["motion:free"];
 };
@@ -35,6 +37,24 @@ fn moving(bench: &Bench, budget: Budget) -> Result<Run<'_>, Unmet> {
     let mut run = led(bench, &order)?;
     run.budget = budget;
     Ok(run)
+}
+
+fn tight(bench: &Bench) -> Judgement {
+    let mut run = led(bench, &order(bench))?;
+    run.grant(DT, 1, true)?;
+    let exact = if run.session.is_of_bodies() {
+        run.exchange()?;
+        // Two points press the disc.
+        2.0 * STIFFNESS / MASS
+    } else {
+        run.states()?;
+        run.press(&[push([0.0; 2], STIFFNESS)])?;
+        STIFFNESS / POINT
+    };
+    let got = run.report()?.report.limits.contact_omega_sq;
+    let expected = format_args!("at most four times {exact:.3e} 1/s^2");
+    require(got <= 4.0 * exact, expected, format_args!("{got:.3e}"))?;
+    Ok(format!("{:.3} of the stiffness by the mass", got / exact))
 }
 
 fn last_step(bench: &Bench) -> Judgement {
