@@ -5,13 +5,11 @@
 
 mod bodies;
 mod continuum;
-mod points;
 mod run;
 mod saved;
 mod session;
 
 pub use bodies::Answer;
 pub use continuum::{Shown, around_all, outline};
-pub use points::Points;
-pub use run::{Run, WindowReport, at_least};
+pub use run::{Points, Run, WindowReport, at_least};
 pub use session::{Bench, HASH, PATIENCE, Session, configure};

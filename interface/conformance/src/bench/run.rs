@@ -3,15 +3,23 @@
 
 use interface::message::control::{Configure, Order, Ready};
 use interface::message::wire::{
-    BodyState, Budget, ContactState, EnvelopeVertex, Grant, GroupState, ImpInfo, PointState,
-    Report, StepHeader, flags,
+    BodyState, Budget, ContactState, EnvelopeVertex, Grant, GroupState, ImpInfo, ImpState,
+    PointState, Report, StepHeader, flags,
 };
 use interface::step::{Clock, Step};
 use interface::transport::raw::{Kind, Message, Payload};
 
-use super::points::Points;
 use super::session::{Bench, Session};
 use crate::verdict::{Unmet, broken, require};
+
+/// Mass points, and their states in the next step: positions at `t_n`, velocities at `t_{n-1/2}`.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Points {
+    /// Who they are, ids rising.
+    pub set: Vec<ImpInfo>,
+    /// Where they are.
+    pub states: Vec<ImpState>,
+}
 
 /// Where a run stands, as far as the kit knows.
 #[derive(Debug, Clone)]
@@ -126,7 +134,7 @@ impl Bench {
             session,
             ready,
             budget: Budget::UNLIMITED,
-            points: Points::new(),
+            points: Points::default(),
             outlines: Vec::new(),
             travel: 0.0,
             flags: 0,

@@ -1,9 +1,9 @@
 //! Section 5, halting: who is beyond its budget, or whose other side is.
 
-use interface::config::{BodyConfig, DemConfig};
+use interface::config::{ContactLaw, DemConfig, Motion};
 use interface::message::wire::{Budget, flags};
 
-use super::scene::{disc, law, pressed, scene};
+use super::scene::{STIFFNESS, disc, pressed};
 use crate::bench::{Bench, Run};
 use crate::clause::{Clause, clauses};
 use crate::verdict::{Judgement, require};
@@ -16,9 +16,10 @@ pub const CLAUSES: &[Clause] = clauses! {
 /// A moving disc that two points press, damped where the solver takes that: beyond any budget of 0.
 pub fn lively(bench: &Bench) -> DemConfig {
     let damps = bench.takes("feature:damping");
-    let mut runner: BodyConfig = disc([0.0; 2]);
-    runner.velocity = [0.1, 0.0];
-    scene(vec![runner], law(0.0, 0.0, if damps { 0.1 } else { 0.0 }))
+    let mut config = disc(Motion::Free);
+    config.bodies[0].velocity = [0.1, 0.0];
+    config.point_contact = ContactLaw::linear(STIFFNESS, 0.0, 0.0, if damps { 0.1 } else { 0.0 });
+    config
 }
 
 fn halts(bench: &Bench) -> Judgement {

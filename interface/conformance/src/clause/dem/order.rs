@@ -5,7 +5,7 @@ use std::time::Duration;
 use interface::message::wire::flags;
 use interface::transport::raw::Kind;
 
-use super::scene::{RADIUS, one_disc, pressed};
+use super::scene::{one_disc, points, pressed};
 use crate::bench::{Answer, Bench, Points, Run};
 use crate::clause::{Clause, clauses};
 use crate::flaw::Flaw;
@@ -63,7 +63,7 @@ fn unused(bench: &Bench) -> Judgement {
 
 fn once(bench: &Bench) -> Judgement {
     let mut play = Run::begun(bench)?;
-    for points in [pressed(), Points::new()] {
+    for points in [pressed(), Points::default()] {
         play.place(points);
         play.step(1e-5)?;
         let again = play
@@ -83,12 +83,8 @@ fn numbers(bench: &Bench) -> Judgement {
     // A channel begins with room for 64 records.
     let counts = [0, 1, 63, 64, 65, 10_000, 1];
     for count in counts {
-        let mut points = Points::new();
-        for k in 0..count {
-            let x = 0.05 + 1e-4 * f64::from(k);
-            points = points.with([x, 0.0], [0.0; 2], RADIUS, 0.5);
-        }
-        play.place(points);
+        let row = (0..count).map(|k| [0.05 + 1e-4 * f64::from(k), 0.0]);
+        play.place(points(row));
         play.step(1e-6)?;
     }
     Ok(format!("{counts:?}"))

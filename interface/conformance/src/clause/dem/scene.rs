@@ -2,6 +2,7 @@
 //! lasts around ten milliseconds.
 
 use interface::config::{BodyConfig, BodyInertia, BodyShape, ContactLaw, DemConfig, Motion};
+use interface::message::wire::{ImpInfo, ImpState};
 
 use crate::bench::{Bench, Points};
 
@@ -16,65 +17,54 @@ pub const OVERLAP: f64 = 1e-3;
 /// Mass of bodies in kg/m.
 pub const MASS: f64 = 1.5;
 
-/// A linear law of [`STIFFNESS`] with these k_t (N/m), mu and zeta.
-pub fn law(tangential_stiffness: f64, friction: f64, damping_ratio: f64) -> ContactLaw {
-    ContactLaw::linear(STIFFNESS, tangential_stiffness, friction, damping_ratio)
-}
-
-/// The same without friction or damping.
-pub fn elastic() -> ContactLaw {
-    law(0.0, 0.0, 0.0)
-}
-
-/// Bodies that touch points by `law`, and not one another; no gravity.
-pub fn scene(bodies: Vec<BodyConfig>, law: ContactLaw) -> DemConfig {
+/// One disc at the origin, at rest, without friction or damping, and no gravity.
+pub fn disc(motion: Motion) -> DemConfig {
+    let disc = BodyConfig {
+        name: "body".into(),
+        shape: BodyShape::Disc,
+        sphero_radius: SPHERO,
+        inertia: BodyInertia::Mass(MASS),
+        motion,
+        ..BodyConfig::default()
+    };
     DemConfig {
-        bodies,
-        point_contact: law,
+        bodies: vec![disc],
+        point_contact: ContactLaw::linear(STIFFNESS, 0.0, 0.0, 0.0),
         skin: 1e-3,
         threads: 1,
         ..DemConfig::default()
     }
 }
 
-/// A body at rest, of [`MASS`].
-pub fn body(shape: BodyShape, position: [f64; 2], motion: Motion) -> BodyConfig {
-    BodyConfig {
-        name: "body".into(),
-        shape,
-        sphero_radius: SPHERO,
-        inertia: BodyInertia::Mass(MASS),
-        position,
-        motion,
-        ..BodyConfig::default()
-    }
-}
-
-/// A disc that forces move.
-pub fn disc(position: [f64; 2]) -> BodyConfig {
-    body(BodyShape::Disc, position, Motion::Free)
-}
-
-/// A disc at the origin that nothing moves, without friction.
-pub fn held_disc() -> DemConfig {
-    let disc = body(BodyShape::Disc, [0.0; 2], Motion::Fixed);
-    scene(vec![disc], elastic())
-}
-
-/// One disc at the origin, without friction, that forces move where the solver takes such bodies: enough where physics
-/// does not matter.
+/// The same, which forces move where the solver takes such bodies: enough where physics does not matter.
 pub fn one_disc(bench: &Bench) -> DemConfig {
-    let mut config = held_disc();
-    if bench.takes("motion:free") {
-        config.bodies[0].motion = Motion::Free;
+    disc(if bench.takes("motion:free") {
+        Motion::Free
+    } else {
+        Motion::Fixed
+    })
+}
+
+/// Points at rest at these places (m), with the ids 0, 1, 2 and so on.
+pub fn points(places: impl IntoIterator<Item = [f64; 2]>) -> Points {
+    let mut points = Points::default();
+    for (id, position) in (0..).zip(places) {
+        points.set.push(ImpInfo {
+            id,
+            radius: RADIUS,
+            mass: 0.5,
+            ..ImpInfo::default()
+        });
+        points.states.push(ImpState {
+            position,
+            ..ImpState::default()
+        });
     }
-    config
+    points
 }
 
 /// What presses a disc at the origin: two points, from the right and from the left.
 pub fn pressed() -> Points {
     let x = SPHERO + 0.9 * RADIUS;
-    Points::new()
-        .with([x, 0.0], [0.0; 2], RADIUS, 0.5)
-        .with([-x, 0.0], [0.0; 2], RADIUS, 0.5)
+    points([[x, 0.0], [-x, 0.0]])
 }

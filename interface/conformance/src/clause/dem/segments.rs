@@ -1,8 +1,8 @@
 //! Sections 6 and 7 with `interface` = `segments`: what random cases of boundary chains do not meet.
 
-use interface::config::{BodyShape, DemConfig, Interface, Motion};
+use interface::config::{DemConfig, Interface, Motion};
 
-use super::scene::{OVERLAP, RADIUS, SPHERO, STIFFNESS, body, elastic, scene};
+use super::scene::{OVERLAP, RADIUS, SPHERO, STIFFNESS, disc, points};
 use crate::bench::{Bench, Points};
 use crate::clause::{Clause, clauses};
 use crate::verdict::{Judgement, Unmet, near, require};
@@ -18,10 +18,7 @@ pub const CLAUSES: &[Clause] = clauses! {
 fn held() -> DemConfig {
     DemConfig {
         interface: Interface::Segments,
-        ..scene(
-            vec![body(BodyShape::Disc, [0.0; 2], Motion::Fixed)],
-            elastic(),
-        )
+        ..disc(Motion::Fixed)
     }
 }
 
@@ -30,10 +27,7 @@ const HEIGHT: f64 = SPHERO + RADIUS - OVERLAP;
 
 /// A chain over the disc, from left to right, the material above.
 fn chain(places: &[[f64; 2]]) -> Points {
-    let mut points = Points::new();
-    for &place in places {
-        points = points.with(place, [0.0; 2], RADIUS, 0.5);
-    }
+    let mut points = points(places.iter().copied());
     let count = places.len() as u32;
     for (slot, info) in (1..).zip(&mut points.set) {
         info.next = if slot < count { slot + 1 } else { 0 };

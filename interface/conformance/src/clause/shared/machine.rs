@@ -4,12 +4,13 @@
 
 use std::time::{Duration, Instant};
 
+use interface::config::Motion;
 use interface::message::control::Party;
 use interface::message::wire::{ImpForce, ImpInfo, ImpState};
 use interface::transport::raw::Kind;
 
-use crate::bench::{Bench, Points, Run};
-use crate::clause::dem::scene::{RADIUS, SPHERO, held_disc};
+use crate::bench::{Bench, Run};
+use crate::clause::dem::scene::{RADIUS, SPHERO, disc, points};
 use crate::clause::mpm::scene::{block, scene, single};
 use crate::clause::{Clause, clauses};
 use crate::verdict::{Judgement, Unmet, broken, require};
@@ -45,15 +46,14 @@ fn loaded(bench: &Bench, many: bool) -> Result<Run<'_>, Unmet> {
             single([0.0; 2])
         })?
     } else {
-        let mut points = Points::new();
         let count = if many { POINTS } else { 2 };
-        for k in 0..count {
+        let place = |k: usize| {
             let (sin, cos) = (core::f64::consts::TAU * k as f64 / count as f64).sin_cos();
             let r = SPHERO + 0.9 * RADIUS;
-            points = points.with([r * cos, r * sin], [0.0; 2], RADIUS, 0.5);
-        }
-        let mut run = bench.run_bodies(&held_disc())?;
-        run.place(points);
+            [r * cos, r * sin]
+        };
+        let mut run = bench.run_bodies(&disc(Motion::Fixed))?;
+        run.place(points((0..count).map(place)));
         run
     };
     run.step(0.0)?;
