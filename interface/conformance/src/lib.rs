@@ -29,7 +29,6 @@ mod bench;
 pub mod clause;
 mod flaw;
 mod options;
-mod part;
 pub mod profile;
 mod random;
 pub mod report;

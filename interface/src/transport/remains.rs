@@ -123,7 +123,7 @@ pub(super) fn remove(id: &str, patience: Duration) -> bool {
 }
 
 /// The files by which solvers note that they take part (O-8) whose solvers live and have not closed their ports.
-fn taking_part(root: &Path) -> Vec<OsString> {
+pub fn taking_part(root: &Path) -> Vec<OsString> {
     let entries = fs::read_dir(root).into_iter().flatten().flatten();
     let joined = entries.filter(|entry| {
         let name = entry.file_name();
@@ -131,7 +131,8 @@ fn taking_part(root: &Path) -> Vec<OsString> {
             .starts_with(JOINED_PREFIX.as_bytes())
     });
     let locked = joined.filter(|entry| {
-        let lock = File::open(entry.path()).map(|file| file.try_lock());
+        // A solver's lock is exclusive; this one disturbs nobody who also looks.
+        let lock = File::open(entry.path()).map(|file| file.try_lock_shared());
         matches!(lock, Ok(Err(TryLockError::WouldBlock)))
     });
     locked.map(|entry| entry.file_name()).collect()

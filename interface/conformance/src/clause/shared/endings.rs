@@ -8,6 +8,7 @@ use interface::hosted::Start;
 use interface::message::control::{Order, Party};
 use interface::session::process;
 use interface::transport::raw::{Kind, Message};
+use interface::transport::remains::taking_part;
 use interface::transport::wait::until;
 use rustix::process::{Pid, Signal, kill_process};
 
@@ -15,7 +16,6 @@ use super::run::{failure, led, order};
 use crate::bench::{Bench, Run, Session};
 use crate::clause::{Clause, clauses};
 use crate::flaw::Flaw;
-use crate::part::notes;
 use crate::verdict::{Judgement, Unmet, broken, require};
 
 pub const CLAUSES: &[Clause] = clauses! {
@@ -202,11 +202,16 @@ fn removes_nothing(bench: &Bench) -> Judgement {
 
 fn noted(bench: &Bench) -> Judgement {
     let run = Run::begun(bench)?;
-    let kit = std::process::id();
-    // The kit takes part as the peer.
-    let notes = notes(run.session.solver.domain().ok_or(Unmet::OutOfSight)?);
-    let held = notes.filter(|note| note.pid != kit && note.is_locked());
-    let held: Vec<String> = held.map(|note| note.pid.to_string()).collect();
+    let domain = run.session.solver.domain().ok_or(Unmet::OutOfSight)?;
+    let kit = std::process::id().to_string();
+    let names = taking_part(domain.directory()).into_iter();
+    let held: Vec<String> = names
+        .filter_map(|name| {
+            let (pid, _) = name.to_str()?.strip_prefix("joined-")?.split_once('.')?;
+            // The kit takes part as the peer.
+            (pid != kit && pid.parse::<u32>().is_ok()).then(|| pid.to_owned())
+        })
+        .collect();
     let expected = "a locked file `joined-PID.X` in the run's directory";
     require(!held.is_empty(), expected, "none but the kit's own")?;
     run.closed()?;
