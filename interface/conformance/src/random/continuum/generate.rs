@@ -39,24 +39,6 @@ enum Size {
     Halves([u32; 2]),
 }
 
-/// The points on one side of a diagonal.
-#[derive(Clone, Copy, PartialEq)]
-enum Half {
-    Lower,
-    Upper,
-}
-
-impl Half {
-    /// That of a point with this sum of its shares of the width and of the height.
-    fn of(shares: f64) -> Self {
-        if shares < 1.0 {
-            Self::Lower
-        } else {
-            Self::Upper
-        }
-    }
-}
-
 /// How many points a group has.
 fn points_of(group: &GroupConfig) -> usize {
     match (&group.fill, group.spacing) {
@@ -297,38 +279,33 @@ impl Dice<'_, Scale> {
                 Size::Long(_) => [few[0], self.aside().rng.u32(10..40)],
                 Size::Halves(counts) => counts,
             };
-            let half = match (size, g) {
-                (Size::Halves(_), 0) => Some(Half::Lower),
-                (Size::Halves(_), 1) => Some(Half::Upper),
-                _ => None,
-            };
+            let upper = (matches!(size, Size::Halves(_)) && g < 2).then_some(g == 1);
             // Layers may lie on one another, where their groups do not touch.
-            let at = if half == Some(Half::Upper) || apart && self.often() {
+            let at = if upper == Some(true) || apart && self.often() {
                 corner[0]
             } else {
                 left
             };
-            let group = self.group(g, spacing, ([at, corner[1]], counts, half), affine);
+            let group = self.group(g, spacing, ([at, corner[1]], counts, upper), affine);
             left = at + spacing * (f64::from(counts[0]) + self.between(0.0, 0.5));
             groups.push(group);
         }
         groups
     }
 
-    /// A group of `counts` points with its lower left corner at `corner` (m), or of one half of these.
+    /// A group of `counts` points with its lower left corner at `corner` (m), or of one half of these: the `upper` one or not.
     fn group(
         &mut self,
         number: usize,
         side: f64,
-        (corner, counts, half): ([f64; 2], [u32; 2], Option<Half>),
+        (corner, counts, upper): ([f64; 2], [u32; 2], Option<bool>),
         affine: bool,
     ) -> GroupConfig {
         let [n, m] = counts.map(f64::from);
-        let upper = [corner[0] + n * side, corner[1] + m * side];
         // Without a grid, points of a region may be joined in some other way.
         let regions = self.takes.meets("fill:rectangle") && !self.takes.has(NO_GRID);
         let listed = self.takes.meets("fill:points")
-            && (half.is_some() || self.rng.u32(0..4) > 0 || !regions);
+            && (upper.is_some() || self.rng.u32(0..4) > 0 || !regions);
         let (fill, spacing) = if listed {
             let mess = if self.often() { 0.2 * side } else { 0.0 };
             let mut positions = Vec::new();
@@ -336,13 +313,14 @@ impl Dice<'_, Scale> {
                 let place = [k % counts[0], k / counts[0]].map(|i| f64::from(i) + 0.5);
                 let shares = place[0] / n + place[1] / m;
                 let x = [0, 1].map(|a| corner[a] + place[a] * side + self.way(mess));
-                if half.is_none_or(|half| half == Half::of(shares)) {
+                if upper.is_none_or(|upper| upper == (shares >= 1.0)) {
                     positions.push(x);
                 }
             }
             (Fill::Points { positions }, Spacing::Distance(side))
         } else {
             let lower = corner;
+            let upper = [corner[0] + n * side, corner[1] + m * side];
             (Fill::Rectangle { lower, upper }, Spacing::Counts(counts))
         };
         let speed = 0.03 * self.scale.wave;
