@@ -11,7 +11,7 @@ use interface::transport::domain::Domain;
 use interface::transport::iceoryx::{SEND_TIMEOUT, join};
 use mpm_proc::Mpm;
 use signal_hook::consts::SIGINT;
-use signal_hook::flag::{register, register_conditional_shutdown};
+use signal_hook::flag::register_conditional_shutdown;
 
 use crate::table::of;
 use crate::transport::Flawed;
@@ -54,30 +54,18 @@ pub fn run(words: &[&str]) -> u8 {
     };
     let wrong = (mutant.wrong)();
     if let ["--join", run] = more {
-        return join_and_serve(run, party, wrong);
+        // `join` sees to it that the others do not end. A process that a shell starts in the background inherits that SIGINT
+        // is ignored, so both ways have to be set.
+        if wrong.process.ends_on_interrupt {
+            let _ = register_conditional_shutdown(SIGINT, 130, Arc::new(AtomicBool::new(true)));
+        }
+        process::join(run, |domain| {
+            std::process::exit(serve(domain, party, wrong).into())
+        });
+        return FAILED;
     }
     eprintln!("error: a mutant is started by `tandem conformance`");
     wrong.process.status_unjoined.unwrap_or(BAD_INPUT)
-}
-
-/// Joins a run as a process does; returns its exit status.
-fn join_and_serve(run: &str, party: Party, wrong: Wrong) -> u8 {
-    // A process that a shell starts in the background inherits that SIGINT is ignored, so both ways have to be set.
-    let set = if wrong.process.ends_on_interrupt {
-        register_conditional_shutdown(SIGINT, 130, Arc::new(AtomicBool::new(true)))
-    } else {
-        register(SIGINT, Arc::default())
-    };
-    if let Err(error) = set {
-        eprintln!("warning: the handling of Ctrl-C could not be changed: {error}");
-    }
-    match Domain::join(run) {
-        Ok(domain) => serve(&domain, party, wrong),
-        Err(error) => {
-            eprintln!("error: {error}");
-            FAILED
-        }
-    }
 }
 
 /// Joins the run of `domain` as the built-in solver of a side that does something wrong, and serves until its session is
