@@ -12,8 +12,8 @@ use conformance::profile::{Profile, profiles};
 use conformance::{Examination, Flaw, Options, RandomCases, examine};
 use conformance::{PATIENCE, Verdict};
 use interface::hosted::{Ends, Host, Start, Subject};
+use interface::message::Message;
 use interface::message::control::Party;
-use interface::transport::raw::Message;
 use mutant::{Flawed, Mutant, ProcessFlaws, Wrong, built_in, change};
 
 /// The words of a mutant's command line, if a process of this program is to be one.

@@ -5,7 +5,7 @@ use interface::message::wire::{
     BodyState, ContactState, EnvelopeVertex, Grant, GroupState, ImpForce, ImpInfo, ImpState,
     PointState, Report, StepHeader,
 };
-use interface::transport::raw::{Message, Payload};
+use interface::message::{Message, Payload};
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 use serde_json::{Map, Value};

@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 use std::time::Duration;
 
 use interface::message::control::Party;
-use interface::transport::raw::{Channel, Message, Payload};
+use interface::message::{Channel, Message, Payload};
 use serde_json::{Value, json};
 
 /// The messages of one clause, if they are wanted: each the header with its kind and way, which of the clause's runs it is

@@ -3,7 +3,7 @@
 use core::fmt::{self, Display};
 
 use interface::solver::Refusal;
-use interface::transport::raw::ChannelError;
+use interface::transport::TransportError;
 use serde::Serialize;
 
 /// How a clause was judged.
@@ -93,8 +93,8 @@ impl Display for Unmet {
     }
 }
 
-impl From<ChannelError> for Unmet {
-    fn from(error: ChannelError) -> Self {
+impl From<TransportError> for Unmet {
+    fn from(error: TransportError) -> Self {
         broken("a solver that takes its messages", error)
     }
 }

@@ -1,5 +1,8 @@
 //! One solver that is started alone, while all other ends of its run are in the hands of the caller: the conformance kit
 //! judges it, a replay compares what it answers ([`crate::recording::replay`]).
+//!
+//! The caller sends and receives [`Message`]s as they are: any header, any records, any bytes, in any order. Nothing is
+//! checked here, on purpose. Solvers and the coupler use [`crate::session`].
 
 mod host;
 mod in_thread;
@@ -13,12 +16,18 @@ use thiserror::Error;
 
 use self::in_thread::Served;
 use crate::message::control::{Failure, Notice, Party};
+use crate::message::{Channel, Kind, Message};
 use crate::session::process;
-use crate::transport::domain::Domain;
-use crate::transport::raw::{ChannelError, Kind, Message, RawRun};
+use crate::transport::direct::Direct;
+use crate::transport::domain::{Domain, OwnedDomain};
+use crate::transport::iceoryx::{Created, create, join};
 use crate::transport::wait::{Awaited, Spin, until, wait};
+use crate::transport::{Transport, TransportError};
 
 pub use self::host::{Ends, Host};
+
+/// Longest wait of a send to a full channel. It is short, so that the kit soon notices that a solver takes nothing.
+const SEND_TIMEOUT: Duration = Duration::from_secs(1);
 
 /// Makes a solver for a run in which it has these ends, and says through which ones it talks.
 pub type Make = Arc<dyn Fn(Ends) -> (Host, Ends) + Send + Sync>;
@@ -59,43 +68,67 @@ impl Subject {
     /// # Errors
     /// Why the run cannot be opened, or the solver not be started.
     pub fn start(&self) -> io::Result<Hosted> {
-        let (run, worker) = match &self.start {
+        let (party, other) = (self.party, self.party.other_solver());
+        let other = other.expect("a solver is under test");
+        let (coupler, peer, worker): (Ends, Ends, _) = match &self.start {
             Start::Command(command) => {
-                let (run, domain) = RawRun::open(self.party).map_err(io::Error::other)?;
-                let child = process::start(command, self.party, &domain, Stdio::inherit());
+                // In this order, so that the directory is removed last if there is no such program.
+                let (domain, created, coupler, peer) =
+                    shared(party, other).map_err(io::Error::other)?;
+                let child = process::start(command, party, domain.domain(), Stdio::inherit())?;
                 let worker = Worker::Process {
-                    child: child?,
-                    domain,
+                    child,
                     start: Instant::now(),
+                    created,
+                    domain,
                 };
-                (run, worker)
+                (coupler, peer, worker)
             }
             Start::InThread(make) => {
-                let (run, ends) = RawRun::in_thread(self.party);
-                let (host, ends) = make(ends);
-                (run, Worker::InThread(Served::new(host, ends)))
+                let ends = Direct::new();
+                let (host, own) = make(Box::new(ends.of(party)));
+                let peer = Box::new(ends.of(other));
+                let worker = Worker::InThread(Served::new(host, own), ends.clone());
+                (Box::new(ends), peer, worker)
             }
         };
         Ok(Hosted {
-            run,
-            worker,
+            party,
+            coupler,
+            peer,
             failed: None,
             awaited: Kind::Notice,
             ended: None,
+            worker,
         })
     }
 }
 
-/// A solver at work.
+/// A run of a solver in shared memory: its names, all channels, and the ends of the coupler and of the `other` solver.
+fn shared(
+    solver: Party,
+    other: Party,
+) -> Result<(OwnedDomain, Created, Ends, Ends), TransportError> {
+    let domain = OwnedDomain::create()?;
+    let names = domain.domain();
+    let created = create(names, &[Party::Mpm, Party::Dem], false)?;
+    let coupler = join(names, Party::Coupler, &[solver], SEND_TIMEOUT)?;
+    let mut peer = join(names, other, &[], SEND_TIMEOUT)?;
+    peer.open(&Channel::before_ready(other, true))?;
+    Ok((domain, created, coupler, peer))
+}
+
+/// A solver at work, and where its channels are.
 enum Worker {
-    /// In a process, which has joined this run.
+    /// In a process, which has joined this run in shared memory.
     Process {
         child: Child,
-        domain: Domain,
         start: Instant,
+        created: Created,
+        domain: OwnedDomain,
     },
     /// In the thread of its caller.
-    InThread(Served),
+    InThread(Served, Direct),
 }
 
 impl Worker {
@@ -103,7 +136,7 @@ impl Worker {
     fn ended(&mut self) -> Option<String> {
         match self {
             Self::Process { child, .. } => child.try_wait().ok().flatten().map(process::describe),
-            Self::InThread(solver) => solver.ended(),
+            Self::InThread(solver, _) => solver.ended(),
         }
     }
 
@@ -111,13 +144,13 @@ impl Worker {
     fn turn(&mut self) -> bool {
         match self {
             Self::Process { .. } => false,
-            Self::InThread(solver) => solver.turn(),
+            Self::InThread(solver, _) => solver.turn(),
         }
     }
 
     /// Lets time pass while a solver in this thread waits, `at_most` and no more than it waits for.
     fn skip(&mut self, at_most: Duration) {
-        if let Self::InThread(solver) = self {
+        if let Self::InThread(solver, _) = self {
             solver.skip(at_most);
         }
     }
@@ -128,7 +161,7 @@ impl Worker {
 pub enum Instead {
     /// The channels do not work.
     #[error(transparent)]
-    Channel(#[from] ChannelError),
+    Channel(#[from] TransportError),
     /// Nothing, for this long.
     #[error("nothing for {:.1} s", .0.as_secs_f64())]
     Nothing(Duration),
@@ -140,25 +173,83 @@ pub enum Instead {
     End(String),
 }
 
-/// A solver in a run of its own. Dropping it ends the solver.
+/// A solver in a run of its own. Dropping it ends the solver, and the run as if the coupler had died.
 pub struct Hosted {
-    /// The coupler's and the peer's ends.
-    pub run: RawRun,
-    worker: Worker,
+    party: Party,
+    /// The coupler's ends of every channel that the solver may open, those of a coupled run included.
+    coupler: Ends,
+    /// Those of the other solver.
+    peer: Ends,
     /// The last words of the solver, if they came instead of a message.
     pub failed: Option<Failure>,
     /// What is awaited.
     awaited: Kind,
     /// The solver's end. It is reported at the second look, because what was sent before it is looked for in between.
     ended: Option<String>,
+    // The last field, so that the ports are dropped before the directory is removed.
+    worker: Worker,
 }
 
 impl Hosted {
+    /// The channel of this kind, and those ends of which one is its other end.
+    fn ends(&mut self, kind: Kind) -> (Channel, &mut dyn Transport) {
+        let channel = Channel::of(self.party, kind);
+        let ends = if channel.is_between_solvers() {
+            &mut self.peer
+        } else {
+            &mut self.coupler
+        };
+        (channel, &mut **ends)
+    }
+
+    /// Sends a message as it is, and wakes its receiver as B-2 says.
+    ///
+    /// # Errors
+    /// [`TransportError::Full`] if the solver takes nothing.
+    pub fn send(&mut self, message: &Message) -> Result<(), TransportError> {
+        let (channel, ends) = self.ends(message.kind());
+        ends.send_and_wake(channel, message)
+    }
+
+    /// Sends a message as it is, and wakes nobody.
+    ///
+    /// # Errors
+    /// As [`Self::send`].
+    pub fn send_silently(&mut self, message: &Message) -> Result<(), TransportError> {
+        let (channel, ends) = self.ends(message.kind());
+        ends.send(channel, &message.header, message.payload.records())
+    }
+
+    /// The next message of this kind, if there is one.
+    ///
+    /// # Errors
+    /// [`TransportError`].
+    pub fn receive(&mut self, kind: Kind) -> Result<Option<Message>, TransportError> {
+        let (channel, ends) = self.ends(kind);
+        ends.take(channel)
+    }
+
+    /// Channels that the solver has not opened at its end.
+    pub fn unopened(&self) -> Vec<&str> {
+        match &self.worker {
+            Worker::Process { created, .. } => created.unopened(self.party),
+            Worker::InThread(_, ends) => ends.unopened(self.party),
+        }
+    }
+
+    /// From now on the solver sees the coupler as gone, although the channels still exist.
+    pub fn release(&self) {
+        match &self.worker {
+            Worker::Process { domain, .. } => domain.release(),
+            Worker::InThread(_, ends) => ends.release(),
+        }
+    }
+
     /// Time since it was started. In the thread of the caller only time in which both wait counts, and it is not waited for.
     pub fn elapsed(&self) -> Duration {
         match &self.worker {
             Worker::Process { start, .. } => start.elapsed(),
-            Worker::InThread(solver) => solver.waited(),
+            Worker::InThread(solver, _) => solver.waited(),
         }
     }
 
@@ -231,10 +322,11 @@ impl Hosted {
     /// last call.
     pub fn sleep(&mut self, kind: Kind, at_most: Duration) -> u64 {
         if self.pid().is_some() || at_most.is_zero() {
-            return self.run.sleep(kind, at_most);
+            let (channel, ends) = self.ends(kind);
+            return ends.sleep(channel.from(), at_most);
         }
         let woken = |solver: &mut Self| {
-            let times = solver.run.sleep(kind, Duration::ZERO);
+            let times = solver.sleep(kind, Duration::ZERO);
             (times > 0).then_some(times)
         };
         self.until(at_most, at_most, woken).unwrap_or(0)
@@ -256,7 +348,7 @@ impl Hosted {
         if self.awaited == Kind::Notice {
             return None;
         }
-        let notice = match self.run.receive(Kind::Notice) {
+        let notice = match self.receive(Kind::Notice) {
             Ok(notice) => notice?,
             Err(error) => return Some(error.into()),
         };
@@ -276,15 +368,15 @@ impl Hosted {
     pub fn pid(&self) -> Option<u32> {
         match &self.worker {
             Worker::Process { child, .. } => Some(child.id()),
-            Worker::InThread(_) => None,
+            Worker::InThread(..) => None,
         }
     }
 
     /// The run that the solver has joined, if it is a process.
     pub fn domain(&self) -> Option<&Domain> {
         match &self.worker {
-            Worker::Process { domain, .. } => Some(domain),
-            Worker::InThread(_) => None,
+            Worker::Process { domain, .. } => Some(domain.domain()),
+            Worker::InThread(..) => None,
         }
     }
 }
@@ -296,12 +388,12 @@ impl Awaited for Hosted {
     const NAP: Duration = Duration::from_micros(500);
 
     fn look(&mut self) -> Option<Self::Found> {
-        let message = self.run.receive(self.awaited);
+        let message = self.receive(self.awaited);
         message.map_err(Instead::from).transpose()
     }
 
     fn block(&mut self, at_most: Duration) {
-        self.run.sleep(self.awaited, at_most);
+        self.sleep(self.awaited, at_most);
     }
 
     fn interruption(&mut self, _: Duration) -> Option<Self::Found> {

@@ -8,7 +8,6 @@ pub mod domain;
 pub mod iceoryx;
 pub mod liveness;
 mod names;
-pub mod raw;
 pub mod remains;
 pub mod vanished;
 pub mod wait;
@@ -108,18 +107,6 @@ pub trait Transport {
 }
 
 impl dyn Transport + '_ {
-    /// Sends a message as it is, and wakes nobody.
-    ///
-    /// # Errors
-    /// As [`Transport::send`].
-    pub fn send_silently(
-        &mut self,
-        channel: Channel,
-        message: &Message,
-    ) -> Result<(), TransportError> {
-        self.send(channel, &message.header, message.payload.records())
-    }
-
     /// Sends a message as it is, and wakes its receiver as B-2 says.
     ///
     /// # Errors
@@ -129,7 +116,7 @@ impl dyn Transport + '_ {
         channel: Channel,
         message: &Message,
     ) -> Result<(), TransportError> {
-        self.send_silently(channel, message)?;
+        self.send(channel, &message.header, message.payload.records())?;
         if channel.wakes() {
             self.wake(channel.to());
         }

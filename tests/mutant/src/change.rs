@@ -8,7 +8,7 @@ use conformance::Flaw;
 use interface::config::{BodyConfig, ContactLaw, DemConfig, Motion};
 use interface::message::control::{Hello, Notice, Order, Ready};
 use interface::message::wire::{Grant, ImpForce, ImpState, Ledger, Limits, Report, StepHeader};
-use interface::transport::raw::{Kind, Message, Payload};
+use interface::message::{Kind, Message, Payload};
 
 /// A value that two flaws see.
 pub fn shared<T>(value: T) -> (Rc<Cell<T>>, Rc<Cell<T>>) {

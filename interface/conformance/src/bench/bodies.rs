@@ -3,7 +3,7 @@
 use interface::config::DemConfig;
 use interface::config::needs::missing;
 use interface::message::wire::{EnvelopeVertex, ImpForce, ImpInfo, ImpState, StepHeader, flags};
-use interface::transport::raw::{Kind, Payload};
+use interface::message::{Kind, Payload};
 
 use super::run::{Run, WindowReport, records};
 use super::session::{Bench, configure};

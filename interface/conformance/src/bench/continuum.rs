@@ -3,7 +3,7 @@
 
 use interface::config::MpmConfig;
 use interface::message::wire::{EnvelopeVertex, ImpForce, ImpState, PointState, StepHeader, flags};
-use interface::transport::raw::{Kind, Payload};
+use interface::message::{Kind, Payload};
 
 use super::run::{Run, WindowReport, records};
 use super::session::{Bench, configure};

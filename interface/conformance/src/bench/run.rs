@@ -6,8 +6,8 @@ use interface::message::wire::{
     BodyState, Budget, ContactState, EnvelopeVertex, Grant, GroupState, ImpInfo, ImpState,
     PointState, Report, StepHeader, flags,
 };
+use interface::message::{Kind, Message, Payload};
 use interface::step::{Clock, Step};
-use interface::transport::raw::{Kind, Message, Payload};
 
 use super::session::{Bench, Session};
 use crate::verdict::{Unmet, broken, require};
@@ -69,9 +69,9 @@ pub fn at_least<'a, T>(
 /// Header and records of a message of a channel that carries nothing else.
 macro_rules! records {
     ($message:expr, $kind:ident) => {{
-        let message: interface::transport::raw::Message = $message;
+        let message: interface::message::Message = $message;
         match message.payload {
-            interface::transport::raw::Payload::$kind(records) => (message.header, records),
+            interface::message::Payload::$kind(records) => (message.header, records),
             _ => unreachable!("a channel carries one kind of records"),
         }
     }};

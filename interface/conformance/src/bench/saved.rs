@@ -2,7 +2,7 @@
 
 use interface::message::control::{Configure, Order, Ready};
 use interface::message::wire::{StepHeader, flags};
-use interface::transport::raw::{Kind, Message, Payload};
+use interface::message::{Kind, Message, Payload};
 
 use super::run::records;
 use super::session::Session;

@@ -6,7 +6,7 @@ use std::time::{Duration, Instant};
 use interface::config::capability::Capabilities;
 use interface::hosted::{Hosted, Subject};
 use interface::message::control::{Configure, Failure, Hello, Notice, Order, Party, Ready};
-use interface::transport::raw::{Kind, Message};
+use interface::message::{Kind, Message};
 
 use crate::flaw::Flaw;
 use crate::options::Options;
@@ -137,11 +137,10 @@ impl Session<'_> {
 
     fn pass_on(&mut self, message: &Message) -> Result<(), Unmet> {
         self.note(message);
-        let run = &mut self.solver.run;
         let sent = if self.silent {
-            run.send_silently(message)
+            self.solver.send_silently(message)
         } else {
-            run.send(message)
+            self.solver.send(message)
         };
         Ok(sent?)
     }
@@ -153,7 +152,7 @@ impl Session<'_> {
 
     /// The next message of this kind, if it is there.
     pub fn take(&mut self, kind: Kind) -> Result<Option<Message>, Unmet> {
-        let message = self.solver.run.receive(kind)?;
+        let message = self.solver.receive(kind)?;
         if let Some(message) = &message {
             self.note(message);
         }
@@ -162,7 +161,7 @@ impl Session<'_> {
 
     /// The next message of this kind that comes within `time`, if one does: none is expected.
     pub fn unexpected(&mut self, kind: Kind, time: Duration) -> Result<Option<Message>, Unmet> {
-        let look = |solver: &mut Hosted| solver.run.receive(kind).transpose();
+        let look = |solver: &mut Hosted| solver.receive(kind).transpose();
         let found = self.solver.until(time, Duration::from_millis(1), look);
         let found = found.transpose()?;
         if let Some(message) = &found {

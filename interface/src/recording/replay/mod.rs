@@ -256,7 +256,7 @@ impl Replay<'_> {
     }
 
     fn send(&mut self, message: &Message) -> Result<(), Stop> {
-        Ok(self.solver.run.send(message)?)
+        Ok(self.solver.send(message)?)
     }
 
     /// The next recorded message of a kind, or what the recording ends with instead.
@@ -319,7 +319,7 @@ impl Replay<'_> {
     /// A message that has been sent before another one that has arrived.
     fn compare_sent(&mut self, kind: Kind) -> Result<(), Stop> {
         let recorded = self.recorded(kind)?;
-        let Some(replayed) = self.solver.run.receive(kind)? else {
+        let Some(replayed) = self.solver.receive(kind)? else {
             return Err(self.wrong(format!("no {kind:?} before what follows them")));
         };
         self.compare(&recorded, &replayed)

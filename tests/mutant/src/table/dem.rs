@@ -4,7 +4,7 @@ use conformance::Flaw;
 use interface::config::capability::{CONTACTS, OWN_FRICTION};
 use interface::config::{BodyInertia, ContactLaw, DemConfig, Motion};
 use interface::message::wire::flags;
-use interface::transport::raw::{Kind, Payload};
+use interface::message::{Kind, Payload};
 
 use super::row::{Row, rows};
 use crate::change;

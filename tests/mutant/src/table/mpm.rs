@@ -7,7 +7,7 @@ use interface::config::{
     GridContact, MaterialModel, MpmConfig, ShapeFunction, StressUpdate, Transfer, Walls,
 };
 use interface::message::wire::{ImpForce, StepHeader, flags};
-use interface::transport::raw::{Kind, Message, Payload};
+use interface::message::{Kind, Message, Payload};
 
 use super::row::{Row, rows};
 use crate::change;

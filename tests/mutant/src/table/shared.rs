@@ -6,7 +6,7 @@ use std::time::Duration;
 use conformance::Flaw;
 use interface::message::control::{Configure, Notice, Order};
 use interface::message::wire::flags;
-use interface::transport::raw::{Kind, Message, Payload};
+use interface::message::{Kind, Message, Payload};
 use interface::transport::wait::nap;
 use serde_json::{Value, json};
 

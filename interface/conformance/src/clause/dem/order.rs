@@ -2,8 +2,8 @@
 
 use std::time::Duration;
 
+use interface::message::Kind;
 use interface::message::wire::flags;
-use interface::transport::raw::Kind;
 
 use super::scene::{one_disc, points, pressed};
 use crate::bench::{Answer, Bench, Points, Run};

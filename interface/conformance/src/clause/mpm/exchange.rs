@@ -1,7 +1,7 @@
 //! Section 5, messages of a step, and what is wrong with those of the bodies.
 
 use interface::config::MpmConfig;
-use interface::transport::raw::Kind;
+use interface::message::Kind;
 
 use super::scene::{DT, push, single};
 use crate::bench::Bench;

@@ -1,7 +1,7 @@
 //! Section 5, halting.
 
+use interface::message::Kind;
 use interface::message::wire::{Budget, flags};
-use interface::transport::raw::Kind;
 
 use super::scene::{DT, block, push, scene, single};
 use crate::bench::{Bench, Run, configure};

@@ -6,8 +6,8 @@ use std::time::Duration;
 
 use interface::hosted::Start;
 use interface::message::control::{Order, Party};
+use interface::message::{Kind, Message};
 use interface::session::process;
-use interface::transport::raw::{Kind, Message};
 use interface::transport::remains::taking_part;
 use interface::transport::wait::until;
 use rustix::process::{Pid, Signal, kill_process};
@@ -72,7 +72,7 @@ fn silent(bench: &Bench) -> Judgement {
 }
 
 fn orphan(mut run: Run) -> Judgement {
-    run.session.solver.run.release();
+    run.session.solver.release();
     ends(&mut run.session)
 }
 

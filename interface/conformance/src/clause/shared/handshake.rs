@@ -3,7 +3,7 @@
 use std::time::Duration;
 
 use interface::message::control::{Order, PROTOCOL, Party};
-use interface::transport::raw::{Kind, Message};
+use interface::message::{Kind, Message};
 use serde_json::{Value, json};
 
 use super::run::{names, order};
@@ -111,7 +111,7 @@ fn opened(bench: &Bench) -> Judgement {
 
 /// None of these channels may be closed.
 fn closed(session: &Session, of: impl Fn(&&str) -> bool, expected: &str) -> Result<(), Unmet> {
-    let unopened = session.solver.run.unopened();
+    let unopened = session.solver.unopened();
     let missing: Vec<&str> = unopened.into_iter().filter(of).collect();
     require(
         missing.is_empty(),

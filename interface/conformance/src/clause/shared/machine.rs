@@ -5,9 +5,9 @@
 use std::time::{Duration, Instant};
 
 use interface::config::Motion;
+use interface::message::Kind;
 use interface::message::control::Party;
 use interface::message::wire::{ImpForce, ImpInfo, ImpState};
-use interface::transport::raw::Kind;
 
 use crate::bench::{Bench, Run};
 use crate::clause::dem::scene::{RADIUS, SPHERO, disc, points};
