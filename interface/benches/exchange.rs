@@ -15,7 +15,7 @@ use interface::hosted::Host;
 use interface::message::control::Party;
 use interface::message::wire::{ImpForce, ImpState};
 use interface::session::together::Together;
-use interface::session::{Clocked, Next, Part, Session, Solvers, Stop, Supervisor, drive, serve};
+use interface::session::{Clocked, Session, drive, serve};
 use interface::transport::direct::Direct;
 use interface::transport::domain::OwnedDomain;
 use interface::transport::iceoryx::{self, SEND_TIMEOUT};
@@ -30,52 +30,6 @@ const SETTLED: u64 = 20_000;
 /// Steps over processes for each iteration of criterion, which would measure a few hundred: it takes the start for a part of them.
 const MANY: u64 = 100;
 
-/// Steps so short that nothing moves far: no set after the first. Times those after the first.
-struct Timed {
-    steps: Course,
-    first: u64,
-    from: Option<Instant>,
-    spent: Duration,
-}
-
-impl Timed {
-    fn new(first: u64, steps: u64, window: u64) -> Self {
-        let mut steps = Course::new(first + steps, window);
-        steps.budget = f64::MAX;
-        steps.begin_epoch(1e-12);
-        Self {
-            steps,
-            first,
-            from: None,
-            spent: Duration::ZERO,
-        }
-    }
-}
-
-impl Supervisor for Timed {
-    fn configure(&mut self, solvers: &Solvers) -> Result<Vec<Part>, Stop> {
-        self.steps.configure(solvers)
-    }
-
-    fn next(&mut self) -> Result<Option<Next>, Stop> {
-        if self.from.is_none() && self.steps.done() >= self.first {
-            self.from = Some(Instant::now());
-        }
-        if self.steps.is_done() {
-            self.spent = self.from.map_or(Duration::ZERO, |from| from.elapsed());
-        }
-        self.steps.next()
-    }
-
-    fn collected(&mut self, solvers: &mut Solvers) -> Result<(), Stop> {
-        self.steps.collected(solvers)
-    }
-
-    fn drained(&mut self, solvers: &mut Solvers) -> Result<(), Stop> {
-        self.steps.drained(solvers)
-    }
-}
-
 /// Wall time of `steps` steps with `imps` IMPs over shared memory. The parties are threads, which talk as processes do.
 fn between_processes(imps: usize, window: u64, steps: u64) -> Duration {
     let domain = OwnedDomain::create().expect("a directory");
@@ -83,31 +37,33 @@ fn between_processes(imps: usize, window: u64, steps: u64) -> Duration {
     let _created = iceoryx::create(names, &BOTH, false).expect("channels");
     let mut transport =
         iceoryx::join(names, Party::Coupler, &BOTH, SEND_TIMEOUT).expect("the coupler's ends");
-    let mut supervisor = Timed::new(SETTLED, MANY * steps, window);
+    let mut course = Course::still(SETTLED + MANY * steps, window);
+    course.warm = SETTLED;
     std::thread::scope(|scope| {
         scope.spawn(move || serve(names, Host::Mpm(Box::new(Points::new(imps)))));
         scope.spawn(move || serve(names, Host::Dem(Box::<HalfPlane>::default())));
-        let session = Session::coupler(&BOTH, &mut supervisor, &mut *transport);
+        let session = Session::coupler(&BOTH, &mut course, &mut *transport);
         drive(session).expect("an orderly end");
     });
-    supervisor.spent.div_f64(MANY as f64)
+    course.spent.div_f64(MANY as f64)
 }
 
 /// The same in one thread, by direct calls.
 fn direct(imps: usize, window: u64, steps: u64) -> Duration {
     let (mut points, mut wall) = (Points::new(imps), HalfPlane::default());
-    let mut supervisor = Timed::new(WARM, steps, window);
+    let mut course = Course::still(WARM + steps, window);
+    course.warm = WARM;
     let hub = Direct::new();
     let mut ends = [hub.clone(), hub.clone(), hub];
     let [to_coupler, to_mpm, to_dem] = &mut ends;
     let together = Together {
-        coupler: Session::coupler(&BOTH, &mut supervisor, to_coupler),
+        coupler: Session::coupler(&BOTH, &mut course, to_coupler),
         mpm: Some(Session::mpm(&mut points, to_mpm, Clocked::Shared)),
         dem: Some(Session::dem(&mut wall, to_dem, Clocked::Shared)),
     };
     let [coupler, ..] = together.run();
     coupler.expect("an orderly end");
-    supervisor.spent
+    course.spent
 }
 
 /// What the toys compute by themselves in a step.

@@ -164,9 +164,7 @@ fn options() -> RunOptions {
 fn exchange() -> (Slice, Slice) {
     let work = || {
         let (mut points, mut wall) = (Points::new(0), HalfPlane::default());
-        let mut course = Course::new(20_000, 64);
-        course.budget = f64::MAX;
-        course.begin_epoch(1e-12);
+        let mut course = Course::still(20_000, 64);
         let hub = Direct::new();
         let mut ends = [hub.clone(), hub.clone(), hub];
         let [to_coupler, to_mpm, to_dem] = &mut ends;

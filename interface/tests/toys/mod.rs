@@ -3,6 +3,8 @@
 
 #![allow(dead_code, reason = "tests and benches use different parts")]
 
+use std::time::{Duration, Instant};
+
 use interface::config::capability::{Capabilities, PLASTIC_STRAIN, SAVE};
 use interface::config::{ContactLaw, DemConfig, MpmConfig, Scheme};
 use interface::forces::Forces;
@@ -367,6 +369,11 @@ pub struct Course {
     pub bodies: Report,
     pub clock: Clock,
     epoch: u64,
+    /// Steps before it is timed.
+    pub warm: u64,
+    from: Option<Instant>,
+    /// Wall time of the steps after those, at the end.
+    pub spent: Duration,
 }
 
 impl Course {
@@ -382,12 +389,18 @@ impl Course {
             bodies: Report::default(),
             clock,
             epoch: 0,
+            warm: 0,
+            from: None,
+            spent: Duration::ZERO,
         }
     }
 
-    /// Continues with steps of another length (s).
-    pub fn begin_epoch(&mut self, dt: f64) {
-        self.clock.begin_epoch(dt);
+    /// The same of steps so short that nothing moves far, without a halt: no set after the first.
+    pub fn still(steps: u64, window: u64) -> Self {
+        let mut course = Self::new(steps, window);
+        course.budget = f64::MAX;
+        course.clock.begin_epoch(1e-12);
+        course
     }
 
     /// Steps that are done.
@@ -425,7 +438,11 @@ impl Supervisor for Course {
     }
 
     fn next(&mut self) -> Result<Option<Next>, Stop> {
+        if self.done() >= self.warm {
+            self.from.get_or_insert_with(Instant::now);
+        }
         if self.is_done() {
+            self.spent = self.from.map_or(Duration::ZERO, |from| from.elapsed());
             return Ok(None);
         }
         let (epoch_start, steps_in_epoch, dt_before_epoch) = self.clock.epoch();
