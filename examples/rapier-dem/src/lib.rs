@@ -11,15 +11,11 @@ use interface::config::{ContactLaw, DemConfig, Motion};
 use interface::forces::{Forces, Points};
 use interface::impulse::at;
 use interface::ledger::{self, Totals};
-use interface::message::wire::{BodyState, EnvelopeVertex, Limits};
+use interface::message::wire::{BodyState, EnvelopeVertex};
 use interface::solver::{Answer, DemMeasurement, DemSolver, Fault, Readiness, Refusal};
 use interface::step::Step;
 use mechanics::rigid::{Body, PointContact};
 use rapier2d_f64::prelude::*;
-
-/// Bodies that meet may pass speed on, and a far end may get more than the end that was hit; twice is ample for convex
-/// ones of even mass.
-const PASSED_ON: f64 = 2.0;
 
 /// What the solver takes ([`interface::config::capability`]). Not `save`: rapier keeps of its contacts what it does not give. Of the
 /// family `overlap` nothing, since bodies meet by impulses, whatever the measure.
@@ -46,8 +42,6 @@ pub struct Rapier {
     /// The same in rapier's set.
     handles: Vec<RigidBodyHandle>,
     gravity: Vec2,
-    /// Whether bodies touch one another.
-    meeting: bool,
     springs: PointContact,
     /// Velocity (m/s) and spin (rad/s) of each body after the last step. Those in `bodies` are of the last evaluation.
     reached: Vec<([f64; 2], f64)>,
@@ -90,7 +84,6 @@ impl DemSolver for Rapier {
         };
         *self = Self {
             gravity: config.gravity.into(),
-            meeting: friction.is_some(),
             springs: PointContact::new(&config.point_contact)?,
             ..Self::default()
         };
@@ -125,7 +118,7 @@ impl DemSolver for Rapier {
     }
 
     fn envelopes(&mut self) -> &[EnvelopeVertex] {
-        let bodies = self.bodies.iter_mut().enumerate();
+        let bodies = self.bodies.iter().enumerate();
         self.envelopes = bodies.flat_map(|(i, b)| b.envelope(i)).collect();
         &self.envelopes
     }
@@ -154,7 +147,8 @@ impl DemSolver for Rapier {
             let entries = self.bodies.iter().map(|b| b.entry);
             self.measured = ledger::measure(step, self.gravity, forces.stored, totals, entries);
         }
-        Ok(self.answer(step, forces))
+        // The driver measures speed and travel after rapier's impulses (L-2).
+        Ok(Answer::default())
     }
 
     /// Takes over what was evaluated; then rapier's step.
@@ -257,25 +251,6 @@ impl Rapier {
             self.world.insert_collider(collider, Some(handle));
         }
         Some(())
-    }
-
-    fn answer(&self, step: &Step, forces: &Forces) -> Answer {
-        let most = |of: &dyn Fn(&Body) -> f64| self.bodies.iter().map(of).fold(0.0, f64::max);
-        let mut speed = most(&Body::speed);
-        if self.meeting {
-            let p = &self.world.integration_parameters;
-            speed = PASSED_ON * (speed + p.normalized_max_corrective_velocity * p.length_unit);
-        }
-        let loads = forces.on_bodies().iter();
-        let limits = loads.fold(Limits::default(), |most, load| Limits {
-            contact_omega_sq: most.contact_omega_sq.max(load.rate),
-            mobility: most.mobility.max(load.mobility),
-            ..most
-        });
-        Answer {
-            limits: Limits { speed, ..limits },
-            travel: Some(most(&Body::travelled) + speed * step.dt),
-        }
     }
 }
 

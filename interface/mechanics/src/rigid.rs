@@ -33,8 +33,6 @@ pub struct Body {
     motion: Motion,
     /// The outline at `t_n`.
     placed: Vec<Vec2>,
-    /// Position and angle when the envelope was last asked for.
-    published: (Vec2, f64),
 }
 
 impl Body {
@@ -73,7 +71,6 @@ impl Body {
             motion: config.motion,
             placed: outline.clone(),
             outline,
-            published: (center, config.angle),
         };
         body.place(center, config.angle);
         Ok(body)
@@ -97,19 +94,12 @@ impl Body {
     }
 
     /// Largest speed of a point of its surface after the kick in m/s.
-    pub fn speed(&self) -> f64 {
+    fn speed(&self) -> f64 {
         Vec2::from(self.entry.velocity).norm() + self.entry.spin.abs() * self.extent
     }
 
-    /// Largest displacement of a point of its surface since its envelope was last asked for, in m.
-    pub fn travelled(&self) -> f64 {
-        let (position, angle) = self.published;
-        (self.center() - position).norm() + (self.entry.body.angle - angle).abs() * self.extent
-    }
-
-    /// Its records of the envelopes; [`Self::travelled`] counts from now on. `index` is the index of the body.
-    pub fn envelope(&mut self, index: usize) -> impl Iterator<Item = EnvelopeVertex> {
-        self.published = (self.center(), self.entry.body.angle);
+    /// Its records of the envelopes. `index` is the index of the body.
+    pub fn envelope(&self, index: usize) -> impl Iterator<Item = EnvelopeVertex> {
         let reach = self.radius;
         self.placed.iter().map(move |&vertex| EnvelopeVertex {
             body: index as u64,
