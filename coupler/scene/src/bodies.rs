@@ -32,6 +32,11 @@ pub(super) fn bodies(
         let message = format!("the scene has {all} bodies, expected at most {BODIES_LIMIT}");
         problems.refuse("dem.fill", message, "let the sets have smaller counts");
     }
+    let all: f64 = written.fill.iter().map(corners).sum();
+    if all > CORNERS_LIMIT {
+        let message = format!("the sets have {all} corners, expected at most {CORNERS_LIMIT}");
+        problems.refuse("dem.fill", message, "let their polygons have fewer");
+    }
     let sets_are_sound = problems.count() == before;
     contact(problems, written, scene);
     // Bodies of a set cannot be made from impossible numbers.
@@ -135,6 +140,16 @@ fn all_bodies(written: &DemWritten) -> Vec<BodyConfig> {
 
 /// Largest number of bodies: a hundred times what can be computed in an hour.
 const BODIES_LIMIT: u32 = 1_000_000;
+/// Largest number of corners that polygons of sets have together: ten for each of as many bodies.
+const CORNERS_LIMIT: f64 = 1e7;
+
+/// How many corners the polygons of a set have together.
+fn corners(fill: &BodyFill) -> f64 {
+    match fill.grain {
+        Grain::Polygon { corners, .. } => f64::from(fill.count) * f64::from(corners),
+        Grain::Disc | Grain::Square { .. } => 0.0,
+    }
+}
 
 fn fill(problems: &mut Problems, path: &str, fill: &BodyFill) {
     let below = |key: &str| format!("{path}.{key}");
