@@ -436,6 +436,10 @@ fn the_plan_says_what_impacts_cost_and_a_resolution_is_checked() {
         let text = plan.to_string();
         has(&text, "while bodies come into contact or separate");
     }
+    // With a longest step "about inf steps each" were announced.
+    let hertz = "body_contact={ hertz_mindlin = { hertz_constant = 1e8, poisson_ratio = 0.3 } }";
+    let unknown = estimate(&good(&path, None, &[hertz, "time.max_step=1e-5"]));
+    assert_eq!(unknown.impacts, None);
 }
 
 /// The resolved scene, and so its hash, has the moduli.

@@ -100,7 +100,7 @@ fn step_limits(
 fn impacts(scene: &Scene, ready: &Readiness) -> Option<[f64; 2]> {
     let dem = scene.dem.as_ref()?;
     dem.body_contact?;
-    // A stiffness that grows with the overlap is not known in advance.
+    // A stiffness that grows with the overlap is not known in advance. Without another there is no frequency.
     let stiffness = dem.body_laws().filter_map(|law| law.constant_stiffness());
     let omega = (stiffness.fold(0.0, f64::max) / ready.mass_min).sqrt();
     let [resolution, _] = dem.resolutions();
@@ -109,7 +109,7 @@ fn impacts(scene: &Scene, ready: &Readiness) -> Option<[f64; 2]> {
     let step = (angle / omega).min(cap);
     // Number of steps in half a period of an elastic contact.
     let steps = (PI / (omega * step)).ceil();
-    (step.is_finite() && step > 0.0).then_some([step, steps])
+    (omega > 0.0 && step.is_finite() && step > 0.0).then_some([step, steps])
 }
 
 impl Display for Estimate {
