@@ -324,6 +324,11 @@ fn bodies_that_cannot_touch_are_warned_about() {
             .to_string()
             .contains("warning: there is no `[body_contact]`")
     );
+    // Forces move no driven body, so such a contact would never be listed.
+    let driven = ["dem.body.1.motion=driven", "check=[]"];
+    let warnings = good(&path, None, &driven).warnings;
+    let passes = |w: &String| w.contains("pass through one another");
+    assert!(!warnings.iter().any(passes), "{warnings:?}");
 }
 
 #[test]

@@ -121,7 +121,7 @@ fn contact(problems: &mut Problems, written: &DemWritten, scene: &SceneWritten) 
     let movable = written
         .body
         .iter()
-        .filter(|b| b.body.motion != Motion::Fixed)
+        .filter(|b| b.body.motion.yielding() != [0.0; 3])
         .count();
     let filled: usize = written.fill.iter().map(|fill| fill.count as usize).sum();
     if scene.body_contact.is_none() && movable + filled > 0 && written.body.len() + filled > 1 {
