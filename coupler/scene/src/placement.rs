@@ -174,7 +174,7 @@ pub fn pressing(
     let dem = scene.dem.as_ref()?;
     let solid = |body: u64| Some(Solid::of(dem.bodies.get(body as usize)?));
     let point = |id: u64| {
-        let slot = set.iter().position(|info| info.id == id)?;
+        let slot = set.binary_search_by_key(&id, |info| info.id).ok()?;
         Some((&set[slot], Vec2::from(states[slot].position)))
     };
     let overlap = |contact: &ContactState| {
