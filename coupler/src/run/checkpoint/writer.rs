@@ -122,12 +122,42 @@ impl WriterThread {
             bytes = bytes.len(),
             "checkpoint"
         );
-        let all = file::list(self.dir.path()).into_iter();
-        for old in all.filter(|name| !file::is_kept(name)).skip(KEPT) {
+        for old in outdated(file::list(self.dir.path()), &name) {
             if let Err(error) = files::remove(self.dir.path(), &old) {
                 tracing::warn!("{old} stays: {error}");
             }
         }
         Ok(())
+    }
+}
+
+/// Which checkpoints are to be deleted once `name` is written; `all` of the directory are given newest first. Those of later
+/// steps do not count: they are damaged, and the run goes on from an older one.
+fn outdated(all: Vec<String>, name: &str) -> impl Iterator<Item = String> {
+    let to_here = move |old: &String| !file::is_kept(old) && old.as_str() <= name;
+    all.into_iter().filter(to_here).skip(KEPT)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// After damage to the two newest, each new checkpoint was deleted as the third.
+    #[test]
+    fn what_was_just_written_stays_whatever_later_steps_have_left() {
+        let all = [
+            "9.tandem",
+            "8.tandem",
+            "5.tandem",
+            "4.kept.tandem",
+            "3.tandem",
+            "2.tandem",
+        ];
+        let outdated = |name| outdated(all.map(String::from).to_vec(), name);
+        assert_eq!(outdated("5.tandem").collect::<Vec<_>>(), ["2.tandem"]);
+        assert_eq!(
+            outdated("9.tandem").collect::<Vec<_>>(),
+            ["5.tandem", "3.tandem", "2.tandem"]
+        );
     }
 }
