@@ -393,6 +393,13 @@ mod tests {
         );
     }
 
+    /// A point at rest, whose `1/speed` is infinite, gave all points one colour.
+    #[test]
+    fn colours_are_between_the_numbers_that_are_finite() {
+        let values = [2.0, f64::INFINITY, 1.0, f64::NAN];
+        assert_eq!(ends(values.into_iter(), [None; 2]), [1.0, 2.0]);
+    }
+
     #[test]
     fn a_point_is_a_square_of_its_size_and_colour() {
         let dot = |value| Dot {

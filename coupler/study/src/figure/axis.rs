@@ -16,21 +16,17 @@ pub enum Scale {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Axis(Scale, [f64; 2]);
 
-/// The least and the largest, in the wrong order if there are no numbers.
+/// The least and the largest of those that are finite, in the wrong order if there are none.
 pub(crate) fn extent(numbers: impl Iterator<Item = f64>) -> [f64; 2] {
     let none = [f64::INFINITY, f64::NEG_INFINITY];
-    numbers.fold(none, |[low, high], n| [low.min(n), high.max(n)])
-}
-
-/// The same of those that are finite.
-fn ends(numbers: impl Iterator<Item = f64>) -> [f64; 2] {
-    extent(numbers.filter(|n| n.is_finite()))
+    let finite = numbers.filter(|n| n.is_finite());
+    finite.fold(none, |[low, high], n| [low.min(n), high.max(n)])
 }
 
 impl Scale {
     /// Logarithmic for positive numbers of which the largest is at least `many` times the least.
     pub(super) fn of(numbers: impl Iterator<Item = f64>, many: f64) -> Self {
-        match ends(numbers) {
+        match extent(numbers) {
             [low, high] if low > 0.0 && high >= many * low => Self::Log,
             _ => Self::Linear,
         }
@@ -53,7 +49,7 @@ impl Axis {
         scale: Scale,
         given: [Option<f64>; 2],
     ) -> Self {
-        let [low, high] = match ends(numbers.map(|n| scale.place(n))) {
+        let [low, high] = match extent(numbers.map(|n| scale.place(n))) {
             [low, high] if low < high => [1.04 * low - 0.04 * high, 1.04 * high - 0.04 * low],
             [low, _] if low.is_infinite() => [0.0, 1.0],
             [low, _] if scale == Scale::Log || low == 0.0 => [low - 1.0, low + 1.0],
