@@ -233,18 +233,22 @@ fn against_the_finest(
                     "runs are compared row by row: keep `time.end` and `output.every`",
                 ));
             }
-            sum += distance(&own, &fine).powi(2) / names.len() as f64;
+            let Some(distance) = distance(&own, &fine) else {
+                known = false;
+                break;
+            };
+            sum += distance.powi(2) / names.len() as f64;
         }
         rows[k].error = known.then_some(sum.sqrt());
     }
     Ok(())
 }
 
-/// Root mean square of the differences over the largest of `fine`.
-fn distance(own: &[f64], fine: &[f64]) -> f64 {
+/// Root mean square of the differences over the largest of `fine`, if that is not 0.
+fn distance(own: &[f64], fine: &[f64]) -> Option<f64> {
     let square: f64 = own.iter().zip(fine).map(|(a, b)| (a - b).powi(2)).sum();
     let largest = fine.iter().fold(0.0, |m: f64, x| m.max(x.abs()));
-    (square / fine.len() as f64).sqrt() / largest
+    finite((square / fine.len() as f64).sqrt() / largest)
 }
 
 #[cfg(test)]
@@ -253,7 +257,10 @@ mod tests {
 
     #[test]
     fn the_distance_is_relative_to_the_largest_value_of_the_finest_run() {
-        assert_eq!(distance(&[1.0, 3.0], &[1.0, 4.0]), 0.5f64.sqrt() / 4.0);
-        assert_eq!(distance(&[2.0], &[4.0]), 0.5);
+        let half = 0.5f64.sqrt();
+        assert_eq!(distance(&[1.0, 3.0], &[1.0, 4.0]), Some(half / 4.0));
+        assert_eq!(distance(&[2.0], &[4.0]), Some(0.5));
+        // It was no number, also in the table.
+        assert_eq!(distance(&[0.0, 0.0], &[0.0, 0.0]), None);
     }
 }
