@@ -82,8 +82,9 @@ fn valid(mut scene: Scene, path: &Path, which: &str) -> Result<(), String> {
 pub fn plan(args: &PlanArgs) -> Result<ExitCode, Failed> {
     let loaded = args.scene.load_with(&[]);
     let mut scene = loaded.map_err(|errors| errors.to_string())?;
-    let plan = scene.plan();
     let begun = begin(&mut scene, f64::INFINITY)?;
+    // Only now it is known when a scene begins that goes on from another run.
+    let plan = scene.plan();
     let estimate = Estimate::new(&scene, begun.ready, begun.limits.as_ref());
     say(format_args!("{plan}{}", estimate.to_string().trim_end()));
     say(format_args!("  shared   {}", resources::in_words(&scene)));

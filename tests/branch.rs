@@ -323,6 +323,9 @@ fn a_check_looks_at_the_run_that_a_scene_begins_with() {
             .expect(2)
             .says(&["`mpm.cell` is 0.01", "it is 0.02"]);
     }
+    // Rows were counted from 0: the clock goes on from 0.2 s.
+    let ended = check("plan", "fill", "time.max_step=1e-4").expect(0);
+    assert!(ended.stdout.contains("every 0.01 s, 11 rows"));
     let ended = check("check", "nowhere", "time.max_step=1e-4").expect(0);
     assert!(ended.stdout.contains("`start.from` is not looked at"));
     let ended = check("plan", "nowhere", "time.max_step=1e-4").expect(0);

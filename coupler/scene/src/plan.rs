@@ -81,10 +81,13 @@ fn nodes(mpm: &MpmConfig) -> [f64; 2] {
     [0, 1].map(|axis| ((upper[axis] - lower[axis]) / mpm.cell).round() + 1.0)
 }
 
-/// Rows of the history: one at the start and one at the end, whether or not the interval divides the run. The term 1e-9 allows
-/// for rounding.
+/// Rows of the history: one at the start and one at the end, and between them one at each multiple of the interval. The term
+/// 1e-9 allows for rounding.
 fn rows(scene: &Scene) -> f64 {
-    (scene.time.end / scene.output.every - 1e-9).ceil() + 1.0
+    let goes_on = scene.start.iter().filter(|start| !start.from_zero);
+    let begin = goes_on.filter_map(|start| start.at).next().unwrap_or(0.0);
+    let [begin, end] = [begin, scene.time.end].map(|time| time / scene.output.every);
+    (end - 1e-9).ceil() - (begin + 1e-9).floor() + 1.0
 }
 
 fn runs(scene: &Scene) -> Vec<String> {
