@@ -111,7 +111,7 @@ fn filled(size: usize, before: &str, form: &str, after: &str) -> String {
 
 /// Scenes of `size` bytes, each of a form of which the longest took from four seconds to minutes, gigabytes, or wrote
 /// 200 MB of messages.
-fn forms(size: usize) -> [(&'static str, String); 11] {
+fn forms(size: usize) -> [(&'static str, String); 13] {
     let constants = &format!("{GOOD}[constants]\n");
     let law = &format!("{GOOD}[body_contact]\nlinear = {{ normal_stiffness = 1e5 }}\n");
     let vertices = &format!("{GOOD}[[dem.body]]\nshape.polygon.vertices=[");
@@ -123,6 +123,24 @@ fn forms(size: usize) -> [(&'static str, String); 11] {
         &format!("{GOOD}[{long}]\n"),
     );
     let list = &format!("{section}k=[");
+    let halves = |before: &str, one, two, other, after| {
+        filled(
+            size,
+            &(filled(size / 2, before, one, "") + two),
+            other,
+            after,
+        )
+    };
+    let column = "[[output.column]]\nname=\"k#\"\nunit=\"m\"\nvalue=\"body.bar.x\"\n";
+    let mpm = &format!(
+        "{GOOD}[mpm]\ncell=0.01\nshape=\"ugimp\"\ntransfer=\"flip\"\ndomain=[[0,0],[1,1]]\n"
+    );
+    let material = "[[mpm.material]]\nname=\"m#\"\ndensity=1000\n\
+        model.linear_elastic={bulk_modulus=1,shear_modulus=1}\n";
+    let points = "[[mpm.points]]\nname=\"g#\"\nmaterial=\"zz#\"\nspacing.per_cell=4\n\
+        fill.disc={center=[0.5,0.5],radius=0.1}\n";
+    let missed = halves(GOOD, column, "[study]\nfiner=[", "\"zz#\",", "]\n");
+    let misspelt = halves(mpm, material, "", points, "");
     let filled = |before, form, after| filled(size, before, form, after);
     [
         ("constants", filled(constants, "z#=1\n", "")),
@@ -135,6 +153,8 @@ fn forms(size: usize) -> [(&'static str, String); 11] {
         ("wrong elements", filled(vertices, "0,", "0]\n")),
         ("before an error", filled("a=[", "\"x\",", "\nb==3\n")),
         ("light bodies", filled(law, disc, "")),
+        ("names of no column", missed),
+        ("names of no material", misspelt),
         ("variants", filled(GOOD, "[variant.v#]\ntime.end=1\n", "")),
     ]
 }

@@ -1,12 +1,12 @@
 //! Boundary chains: makes the markers of the configuration from a group's outline or a list of positions.
 
+use std::collections::BTreeMap;
 use std::f64::consts::TAU;
 
 use interface::config::{Chain, Fill, GroupConfig, Interface, polygon};
 
 use super::problems::Problems;
 use super::written::{ChainWritten, MpmWritten};
-use crate::diagnostic::suggestion;
 
 /// The chains of a scene whose bodies are in contact with segments; empty if they are in contact with points.
 pub(super) fn chains(
@@ -16,14 +16,15 @@ pub(super) fn chains(
 ) -> Vec<Chain> {
     let names = written.chain.iter().map(|chain| chain.name.as_str());
     problems.names("mpm.chain", "chains", names);
+    let names = written.points.iter().map(|group| group.name.as_str());
+    let known: BTreeMap<&str, usize> = names.clone().zip(0..).collect();
     let chains = written.chain.iter().enumerate().map(|(i, chain)| {
         let path = format!("mpm.chain.{i}");
-        let names = written.points.iter().map(|group| group.name.as_str());
-        let found = names.clone().position(|name| name == chain.points);
+        let found = known.get(chain.points.as_str()).copied();
         if found.is_none() {
             let message = format!("no group of points \"{}\"", chain.points);
-            let help = suggestion(&chain.points, "groups of this scene", names);
-            problems.refuse(&format!("{path}.points"), message, help);
+            let what = [chain.points.as_str(), "groups of this scene"];
+            problems.refuse_unknown(&format!("{path}.points"), &message, what, names.clone());
         }
         let group = found.unwrap_or(0);
         let (markers, closed) = match groups.get(group) {

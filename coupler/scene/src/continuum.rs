@@ -8,7 +8,6 @@ use super::chains::chains;
 use super::forcing;
 use super::problems::Problems;
 use super::written::{MaterialWritten, MpmWritten, PointsWritten};
-use crate::diagnostic::suggestion;
 
 /// The continuum's configuration, unless something was refused. The skin is set later.
 pub(super) fn continuum(
@@ -29,6 +28,7 @@ pub(super) fn continuum(
         materials.map(|(i, written)| material(problems, &format!("mpm.material.{i}"), written));
     let configured = configured.collect();
     let materials = written.material.iter().map(|m| m.material.name.as_str());
+    let indices = materials.clone().zip(0..).collect();
     problems.names("mpm.material", "materials", materials);
     let groups = written.points.iter().map(|g| g.name.as_str());
     problems.names("mpm.points", "groups of points", groups);
@@ -36,7 +36,7 @@ pub(super) fn continuum(
     let groups: Vec<GroupConfig> = groups
         .map(|(i, points)| {
             let path = format!("mpm.points.{i}");
-            group(problems, &path, points, (written, constants))
+            group(problems, &path, points, (written, &indices, constants))
         })
         .collect();
     let forcing = forcing::forcing(problems, written, constants);
@@ -97,15 +97,15 @@ fn group(
     problems: &mut Problems,
     path: &str,
     written: &PointsWritten,
-    (mpm, constants): (&MpmWritten, &BTreeMap<String, f64>),
+    (mpm, materials, constants): (&MpmWritten, &BTreeMap<&str, usize>, &BTreeMap<String, f64>),
 ) -> GroupConfig {
-    let known = mpm.material.iter().map(|m| m.material.name.as_str());
-    let material = known.clone().position(|name| name == written.material);
+    let material = materials.get(written.material.as_str()).copied();
     if material.is_none() {
-        problems.refuse(
+        problems.refuse_unknown(
             &format!("{path}.material"),
-            format!("no material \"{}\"", written.material),
-            suggestion(&written.material, "materials of this scene", known),
+            &format!("no material \"{}\"", written.material),
+            [&written.material, "materials of this scene"],
+            mpm.material.iter().map(|m| m.material.name.as_str()),
         );
     }
     let (velocity, fields) = forcing::initial(problems, path, written, constants);

@@ -5,7 +5,7 @@ use std::ops::Range;
 
 use interface::config::ConfigFault;
 
-use crate::diagnostic::{Diagnostic, FAULTS_LIMIT, SceneErrors};
+use crate::diagnostic::{Diagnostic, FAULTS_LIMIT, SceneErrors, suggestion};
 
 use super::document::{Document, Part};
 use super::needs::body_or_set;
@@ -71,6 +71,21 @@ impl<'a> Problems<'a> {
     pub fn refuse(&mut self, path: &str, message: impl AsRef<str>, help: impl Into<String>) {
         let help = Some(help.into());
         self.push(|document| document.diagnostic(path, Part::Value, message.as_ref(), help));
+    }
+
+    /// Refuses a value with a name that is none of `names`, which are `what`. Nearest names take long to find, and only those
+    /// of faults that are reported are looked for.
+    pub fn refuse_unknown<'b>(
+        &mut self,
+        path: &str,
+        message: &str,
+        [name, what]: [&str; 2],
+        names: impl Iterator<Item = &'b str>,
+    ) {
+        self.push(|document| {
+            let help = Some(suggestion(name, what, names));
+            document.diagnostic(path, Part::Value, message, help)
+        });
     }
 
     /// Refuses a key that is missing or not allowed.

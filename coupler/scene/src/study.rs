@@ -1,9 +1,10 @@
 //! `[study]`: what `tandem study` varies, and how it computes the error of a run.
 
+use std::collections::BTreeSet;
+
 use super::problems::Problems;
 use super::written::StudyWritten;
 use super::{Measurand, Study};
-use crate::diagnostic::suggestion;
 use record::check::{Check, Column};
 
 /// The study of a scene with these checks and columns.
@@ -30,10 +31,11 @@ pub(super) fn study(
             let known = with_reference().any(|known| known == name);
             // If `--set check=[]` has removed the checks, the study is not used.
             if !known && !checks.is_empty() {
-                problems.refuse(
+                problems.refuse_unknown(
                     "study.error",
-                    format!("`study.error` is \"{name}\", expected a check with a `reference`"),
-                    suggestion(name, "checks with a reference", with_reference()),
+                    &format!("`study.error` is \"{name}\", expected a check with a `reference`"),
+                    [name, "checks with a reference"],
+                    with_reference(),
                 );
             }
             if !written.finer.is_empty() {
@@ -45,15 +47,15 @@ pub(super) fn study(
             }
             study.error = known.then(|| Measurand::Check(name.clone()));
         } else if !written.finer.is_empty() {
-            let known = || {
-                let columns = columns.iter().map(|c| c.name.as_str());
-                columns.chain(checks.iter().map(|c| c.name.as_str()))
-            };
+            let columns = columns.iter().map(|c| c.name.as_str());
+            let names = columns.chain(checks.iter().map(|c| c.name.as_str()));
+            let known: BTreeSet<&str> = names.clone().collect();
             for (i, name) in written.finer.iter().enumerate() {
-                if !known().any(|k| k == name) {
+                if !known.contains(name.as_str()) {
                     let path = format!("study.finer.{i}");
                     let message = format!("`{path}` is \"{name}\", expected a column or a check");
-                    problems.refuse(&path, message, suggestion(name, "known here", known()));
+                    let what = [name.as_str(), "known here"];
+                    problems.refuse_unknown(&path, &message, what, names.clone());
                 }
             }
             study.error = Some(Measurand::Finer(written.finer.clone()));
