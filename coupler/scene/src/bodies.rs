@@ -1,8 +1,6 @@
 //! The bodies' part of a scene: outlines, masses, motion, contact laws.
 
-use interface::config::{
-    BodyConfig, BodyInertia, DemConfig, GroupPair, Motion, MpmConfig, polygon,
-};
+use interface::config::{BodyConfig, BodyInertia, DemConfig, GroupPair, MpmConfig, polygon};
 use mechanics::generate::{Arrangement, BodyFill, Grain};
 
 use super::problems::Problems;
