@@ -2,7 +2,10 @@
 
 use std::fs;
 
-use crate::harness::{Ended, HARD, Place, QUICK, RunFiles, has, python_can_join, root, scene};
+use crate::harness::{
+    Ended, HARD, Place, QUICK, RunFiles, has, python_can_join, quoted, root, scene,
+};
+use crate::mutants;
 
 /// A recorded run in `out`.
 fn record(place: &Place, out: &str, name: &str, more: &str) -> Ended {
@@ -40,6 +43,25 @@ fn either_solver_answers_again_to_the_bit() {
             prints(replay(&place, &file, more), &[&steps, SAME]);
         }
     }
+}
+
+/// A solver may list its contacts otherwise, and all else the same.
+#[test]
+fn the_contacts_of_frames_are_compared() {
+    let place = Place::new();
+    record(
+        &place,
+        "out",
+        HARD,
+        &format!("{QUICK} --set output.frames=1e-3"),
+    )
+    .expect(0);
+    let file = "out/recording.tandem";
+    prints(replay(&place, file, "--dem"), &[SAME]);
+    let mutant = mutants::command("R-6/2");
+    let mutant = shlex::try_join(mutant.iter().map(String::as_str)).unwrap();
+    let ended = replay(&place, file, &format!("--dem {}", quoted(&mutant)));
+    has(&ended.expect(1).stdout, "dem/contacts");
 }
 
 /// All that can be wrong with a file, and a solver that answers otherwise: one recording serves.

@@ -129,11 +129,6 @@ impl Channel {
         }
     }
 
-    /// The channel of this name.
-    pub fn named(name: &str) -> Option<Self> {
-        Self::ALL.into_iter().find(|channel| channel.name() == name)
-    }
-
     /// The party that sends.
     pub const fn from(self) -> Party {
         match self.kind.row().1 {
@@ -201,11 +196,6 @@ macro_rules! define {
         impl Kind {
             /// All kinds.
             pub const ALL: [Self; [$(Self::$kind),*].len()] = [$(Self::$kind),*];
-
-            /// Bytes of a record.
-            pub const fn record_size(self) -> usize {
-                match self { $(Self::$kind => size_of::<$record>()),* }
-            }
         }
 
         impl Records<'_> {
@@ -403,7 +393,6 @@ mod tests {
     fn every_channel_has_its_number_and_name() {
         for (number, channel) in Channel::ALL.into_iter().enumerate() {
             assert_eq!(channel.number(), number);
-            assert_eq!(Channel::named(channel.name()), Some(channel));
             assert_ne!(channel.from(), channel.to());
             assert_eq!(Channel::of(channel.solver, channel.kind), channel);
         }

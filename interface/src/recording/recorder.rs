@@ -157,6 +157,11 @@ impl RecordingSink {
         if state.failure.is_some() {
             return; // the failure is reported elsewhere
         }
+        if u32::try_from(records.bytes().len()).is_err() {
+            drop(state);
+            let what = format!("a message of {} has more than 4 GiB", channel.name());
+            return self.0.fail(RecordingError::Tap(what));
+        }
         state.messages += 1;
         let pending = &mut state.pending;
         let begin = pending.len();

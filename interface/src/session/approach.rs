@@ -25,16 +25,11 @@ pub(crate) struct Approach {
 impl Approach {
     /// By a configuration.
     pub(crate) fn new(config: &MpmConfig) -> Self {
-        let radii = || config.groups.iter().map(|group| group.radius(config.cell));
-        let radius_min = radii().fold(f64::INFINITY, f64::min);
+        let radii = config.groups.iter().map(|group| group.radius(config.cell));
         Self {
             among_points: !config.group_pairs.is_empty(),
-            allowed_travel: config.skin - 0.5 * radii().fold(0.0, f64::max),
-            radius_min: if radius_min.is_finite() {
-                radius_min
-            } else {
-                0.0
-            },
+            allowed_travel: config.skin - 0.5 * radii.clone().fold(0.0, f64::max),
+            radius_min: radii.reduce(f64::min).unwrap_or(0.0),
             ..Self::default()
         }
     }
@@ -82,35 +77,32 @@ pub(crate) fn fastest(points: &[PointState]) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::config::from_json;
+    use crate::config::{Fill, GroupConfig, MpmConfig, Scheme, Spacing};
 
-    fn approach(radius: &str, group_pairs: &str) -> Approach {
-        let group = |name: &str| {
-            format!(
-                r#"{{"name": "{name}", "material": 0, "fill": {{"points": {{"positions": []}}}},
-                    "spacing": {{"per_cell": 4}}, "lattice": "grid", "velocity": [0, 0],
-                    "fields": {{"velocity": null, "stress": null}},
-                    "contact_radius": {radius}, "keeps_spin": false}}"#
-            )
+    fn approach(contact_radius: Option<f64>, group_pairs: &[[usize; 2]]) -> Approach {
+        let nowhere = Fill::Points { positions: vec![] };
+        let group = GroupConfig {
+            contact_radius,
+            ..GroupConfig::at_rest("a", nowhere, Spacing::PerCell(4))
         };
-        let text = format!(
-            r#"{{"domain": [[0, 0], [1, 1]], "cell": 0.1, "shape": "linear", "transfer": "flip", "material": [],
-                "points": [{}, {}], "layers": true, "group_pair": {group_pairs}, "skin": 0.5, "gravity": [0, 0],
-                "stress_update": "usf", "plane": "strain", "walls": {{"left": "open", "right": "open", "bottom": "open", "top": "open"}}, "contact_force": "point",
-                "forcing": {{"body_force": null, "traction": [], "hold": [], "stage": []}}, "constants": {{}}, "leaving": "stop", "grid_contact": null,
-                "interface": "points", "chain": [], "probe": [], "threads": 1}}"#,
-            group("a"),
-            group("b")
-        );
-        Approach::new(&from_json(&text).expect("a configuration"))
+        Approach::new(&MpmConfig {
+            scheme: Scheme {
+                cell: 0.1,
+                ..Scheme::default()
+            },
+            groups: vec![group.clone(), group],
+            group_pairs: group_pairs.to_vec(),
+            skin: 0.5,
+            ..MpmConfig::default()
+        })
     }
 
     /// Both points of a pair may approach. So the set is old after half the travel, and contact closes at twice the
     /// speed of the fastest point.
     #[test]
     fn two_points_come_nearer_twice_as_fast_as_one() {
-        for (pairs, factor) in [("[]", 1.0), ("[[0, 1]]", 2.0)] {
-            let mut approach = approach("0.2", pairs);
+        for (pairs, factor) in [(&[][..], 1.0), (&[[0, 1]], 2.0)] {
+            let mut approach = approach(Some(0.2), pairs);
             let limits = approach.moved(Limits::default(), 0.19, 0.1);
             assert!((limits.speed - factor * 1.9).abs() < 1e-12);
             assert!(!approach.set_is_old()); // 0.19 or 0.38 of 0.5 - 0.1
@@ -124,7 +116,7 @@ mod tests {
     /// Points are 0.05 m apart.
     #[test]
     fn a_radius_that_is_left_to_the_solver_is_half_the_distance_of_points() {
-        let mut approach = approach("null", "[]");
+        let mut approach = approach(None, &[]);
         assert_eq!(
             approach.moved(Limits::default(), 0.48, 0.1).radius_min,
             0.025

@@ -23,7 +23,6 @@ mod solvers;
 mod stopwatch;
 pub mod together;
 
-use std::fmt;
 use std::pin::Pin;
 use std::rc::Rc;
 use std::task::{Context, Poll, Waker};
@@ -185,16 +184,6 @@ impl<'a> Session<'a> {
     pub fn into_verdict(self) -> Result<(), SessionError> {
         self.verdict
             .unwrap_or_else(|| Err(SessionError::Aborted("the session has not ended".into())))
-    }
-}
-
-impl fmt::Debug for Session<'_> {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let mut session = f.debug_struct("Session");
-        session.field("step", &self.step());
-        session
-            .field("verdict", &self.verdict)
-            .finish_non_exhaustive()
     }
 }
 

@@ -113,18 +113,16 @@ pub fn solver_part(saved: &[u8]) -> &[u8] {
 mod tests {
     use super::*;
 
-    fn carry(bytes: &[u8], change: impl Fn(usize, &mut Vec<u8>)) -> Result<Vec<u8>, String> {
+    fn carry(bytes: &[u8]) -> Result<Vec<u8>, String> {
         let (end, mut into) = (hash(bytes), Incoming::default());
-        let mut pieces = pieces(bytes, &end).enumerate();
-        while let Some((k, (piece, flags))) = pieces.next() {
-            let mut piece = piece.to_vec();
-            change(k, &mut piece);
+        let mut pieces = pieces(bytes, &end);
+        while let Some((piece, flags)) = pieces.next() {
             let header = StepHeader {
                 count: piece.len() as u64,
                 flags,
                 ..StepHeader::default()
             };
-            if let Some(whole) = into.take(&header, &piece)? {
+            if let Some(whole) = into.take(&header, piece)? {
                 assert!(pieces.next().is_none(), "nothing follows the last piece");
                 return Ok(whole);
             }
@@ -136,20 +134,7 @@ mod tests {
     fn a_state_of_any_length_arrives_whole() {
         for length in [0, 1, PIECE - 1, PIECE, PIECE + 1, 2 * PIECE, 2 * PIECE + 7] {
             let bytes: Vec<u8> = (0..length).map(|i| (i % 251) as u8).collect();
-            assert_eq!(carry(&bytes, |_, _| {}).unwrap(), bytes, "{length}");
-        }
-    }
-
-    #[test]
-    fn a_damaged_state_is_refused() {
-        let bytes = vec![7; PIECE + 5];
-        for k in 0..3 {
-            let damaged = carry(&bytes, |n, piece| {
-                if n == k {
-                    piece[0] ^= 1;
-                }
-            });
-            assert!(damaged.unwrap_err().contains("hash"), "piece {k}");
+            assert_eq!(carry(&bytes).unwrap(), bytes, "{length}");
         }
     }
 }

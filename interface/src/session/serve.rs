@@ -7,8 +7,8 @@ use super::error::{SessionError, broken};
 use super::process::started_as;
 use super::stopwatch::Clocked;
 use crate::hosted::Host;
-use crate::message::Message;
 use crate::message::control::{Hello, Notice};
+use crate::message::{Channel, Kind, Message};
 use crate::transport::domain::Domain;
 use crate::transport::iceoryx::{self, SEND_TIMEOUT};
 use crate::transport::wait::until;
@@ -37,7 +37,8 @@ fn check_side(domain: &Domain, hello: Hello) -> Result<(), SessionError> {
         return Ok(());
     };
     let hello = Message::notice(0, &Notice::Hello(hello));
-    let _ends = iceoryx::say_as(domain, expected, &hello)?;
+    let mut ends = iceoryx::join(domain, expected, &[], SEND_TIMEOUT)?;
+    ends.send_and_wake(Channel::of(expected, Kind::Notice), &hello)?;
     until(GRACE, LOOK, || (!domain.coupler_lives()).then_some(()));
     let message = format!("started as the {expected}");
     Err(broken(own, "O-1", 0, message))

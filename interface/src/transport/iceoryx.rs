@@ -126,23 +126,6 @@ pub fn listen(domain: &Domain) -> Result<Box<dyn Transport>, TransportError> {
     Ok(Box::new(ends))
 }
 
-/// Says one message on the channel of `expected`, as a solver does that was started as another party (clause O-1).
-///
-/// # Errors
-/// [`TransportError`].
-pub fn say_as(
-    domain: &Domain,
-    expected: Party,
-    notice: &Message,
-) -> Result<Box<dyn Transport>, TransportError> {
-    let mut ends = Ends::new(domain, expected, SEND_TIMEOUT)?;
-    let channel = Channel::of(expected, Kind::Notice);
-    ends.open_channel(channel)?;
-    let mut ends: Box<dyn Transport> = Box::new(ends);
-    ends.send_and_wake(channel, notice)?;
-    Ok(ends)
-}
-
 /// The channels of a run. They exist for as long as somebody holds them.
 pub struct Created(Vec<(Channel, Service)>);
 

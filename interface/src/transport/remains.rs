@@ -9,7 +9,7 @@ use std::path::Path;
 use std::time::Duration;
 
 use crate::transport::names::{
-    JOINED_PREFIX, LOCK, PROCESS_PREFIX, WAITS_FOR_DISK, WAKES, after_prefix, is_id,
+    JOINED_PREFIX, LOCK, PROCESS_PREFIX, TRACE, WAITS_FOR_DISK, WAKES, after_prefix, is_id,
     maker_of_draft, root_of, runtime_dir, segments_of, shared_memory_prefix,
 };
 use crate::transport::wait::until;
@@ -82,7 +82,7 @@ fn owner_of(path: &Path) -> Option<u32> {
 fn is_remains(id: &str, root: &Path) -> bool {
     let prefix = shared_memory_prefix(id);
     let is_ours = |name: &str| {
-        let made = ["services", "nodes", WAITS_FOR_DISK, WAKES].contains(&name);
+        let made = ["services", "nodes", WAITS_FOR_DISK, WAKES, TRACE].contains(&name);
         let begins = [PROCESS_PREFIX, JOINED_PREFIX, &prefix];
         made || begins.iter().any(|begin| name.starts_with(begin))
     };
@@ -263,10 +263,11 @@ mod tests {
         for id in [&notes, &full, &empty, &late] {
             fs::create_dir(root_of(id)).unwrap();
         }
-        // A solver that opened its channels when the sweep had been there.
+        // A solver that opened its channels, or began its part of a timeline, when the sweep had been there.
         fs::create_dir(root_of(&late).join("services")).unwrap();
         let event = format!("{}1.event", shared_memory_prefix(&late));
         fs::write(root_of(&late).join(event), b"x").unwrap();
+        fs::write(root_of(&late).join(TRACE), b"x").unwrap();
         for id in [&notes, &full] {
             fs::write(root_of(id).join("dear.txt"), b"x").unwrap();
         }

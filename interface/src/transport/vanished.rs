@@ -8,7 +8,7 @@ use std::os::unix::ffi::OsStrExt;
 use std::path::Path;
 use std::sync::Once;
 
-use rustix::fs::{Mode, OFlags, open, rename};
+use rustix::fs::{Mode, OFlags, open, rename, unlink};
 use rustix::io::write;
 use signal_hook::consts::SIGBUS;
 use signal_hook::low_level;
@@ -35,7 +35,9 @@ struct Left {
 impl Left {
     /// Writes the file: whole or not at all.
     fn write(&self) -> rustix::io::Result<()> {
-        let new = OFlags::WRONLY | OFlags::CREATE | OFlags::TRUNC | OFlags::NOFOLLOW;
+        // Whatever has this name: it may be a second name of another file, or a FIFO.
+        let _ = unlink(&*self.part);
+        let new = OFlags::WRONLY | OFlags::CREATE | OFlags::EXCL | OFlags::NOFOLLOW;
         let file = open(&*self.part, new, Mode::from_raw_mode(0o644))?;
         let mut rest = &self.content[..];
         while !rest.is_empty() {
@@ -80,7 +82,7 @@ pub(super) fn say_so() {
             }
             low_level::exit(FAILED);
         };
-        // SAFETY: what may be done in a signal handler is limited. This one makes system calls (`open`, `write`, `close`, `rename`,
+        // SAFETY: what may be done in a signal handler is limited. This one makes system calls (`unlink`, `open`, `write`, `close`, `rename`,
         // `_exit`): it takes no lock, allocates and frees nothing, and does not return to the access that failed.
         #[expect(unsafe_code)]
         let registered = unsafe { low_level::register(SIGBUS, end) };

@@ -15,8 +15,9 @@ pub use script::ReplayError;
 use script::Script;
 
 use super::{End, Playback};
+use crate::config::capability::CONTACTS;
 use crate::hosted::{Hosted, Subject};
-use crate::message::control::{Configure, Failure, Notice, Order, Party};
+use crate::message::control::{Configure, Failure, Hello, Notice, Order, Party};
 use crate::message::wire::{Grant, Report, flags};
 use crate::message::{Kind, Message, Payload};
 
@@ -78,6 +79,7 @@ pub fn replay(
         comparison: Comparison::new(party, tolerance),
         patience: CONTROL,
         coupled: false,
+        lists_contacts: false,
         step: 0,
     };
     let failed_as_recorded = match replay.run() {
@@ -102,17 +104,23 @@ struct Replay<'a> {
     /// Longest wait for an answer.
     patience: Duration,
     coupled: bool,
+    /// Whether both the recorded solver and this one list their contacts.
+    lists_contacts: bool,
     /// First step that is not replayed.
     step: u64,
 }
 
 impl Replay<'_> {
     fn run(&mut self) -> Result<(), Stop> {
-        let hello = self.notice()?;
-        if !matches!(hello, Notice::Hello(_)) {
-            return Err(self.wrong(format!("{hello:?} instead of Hello")));
+        let hello = match self.notice()? {
+            Notice::Hello(hello) => hello,
+            other => return Err(self.wrong(format!("{other:?} instead of Hello"))),
+        };
+        let recorded = self.recorded(Kind::Notice)?.as_notice();
+        if let Notice::Hello(then) = recorded.map_err(ReplayError::Senseless)? {
+            let lists = |hello: &Hello| hello.capabilities.has(CONTACTS);
+            self.lists_contacts = lists(&then) && lists(&hello);
         }
-        self.recorded(Kind::Notice)?;
         loop {
             let message = self.script.lead()?.ok_or(Stop::Over)?;
             match &message.payload {
@@ -209,8 +217,12 @@ impl Replay<'_> {
                 Kind::Bodies
             })?;
         }
-        if grant.flags & flags::FRAME != 0 && of_points {
-            self.compare_sent(Kind::Points)?;
+        if grant.flags & flags::FRAME != 0 {
+            if of_points {
+                self.compare_sent(Kind::Points)?;
+            } else if self.lists_contacts {
+                self.compare_sent(Kind::Contacts)?;
+            }
         }
         self.step = reported.next;
         self.compare(&report, &replayed)
