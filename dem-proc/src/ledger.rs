@@ -4,27 +4,22 @@
 
 use interface::Vec2;
 use interface::ledger::{self, Entry, Totals};
-use interface::message::wire::{BodyState, ImpState};
+use interface::message::wire::BodyState;
 use interface::solver::DemMeasurement;
 use interface::step::Step;
 
 use crate::body::bodies::Rigid;
 use crate::body::load::Load;
-use crate::contact::side::Side;
 use crate::system::{BODIES, POINT_PAIRS, POINTS, Sdem};
 
 /// The order of sums over contacts.
 const LEDGER: [usize; 3] = [POINTS, POINT_PAIRS, BODIES];
 
 impl Sdem {
-    /// Energy in all contact springs of the last evaluation in J/m.
-    pub(crate) fn contact_energy(&self, imps: &[ImpState]) -> f64 {
-        let now = self.now(imps);
-        let energy = |side: &dyn Side| side.energy(&now);
-        LEDGER
-            .map(|of| self.sides[of].as_deref().map_or(0.0, energy))
-            .iter()
-            .sum()
+    /// Energy in all contact springs in J/m, in a measured or an opening step.
+    pub(crate) fn contact_energy(&self) -> f64 {
+        let sides = LEDGER.iter().filter_map(|&of| self.sides[of].as_ref());
+        sides.map(|side| side.sums().energy).sum()
     }
 
     /// The totals after the kick of this step. Free bodies, which only contact and gravity move, are summed together.
@@ -81,8 +76,8 @@ impl Sdem {
 
     /// The measurement at `t_n`, between kick and commit: `bodies.state` still has the velocities before the kick,
     /// `kicked` has those after it.
-    pub(crate) fn measure(&self, step: &Step, imps: &[ImpState]) -> DemMeasurement {
-        let contact = self.contact_energy(imps);
+    pub(crate) fn measure(&self, step: &Step) -> DemMeasurement {
+        let contact = self.contact_energy();
         let totals = [&self.state.totals, &self.totals_after(step)];
         let entries = (0..self.bodies.len()).map(|b| self.entry(b));
         ledger::measure(step, self.gravity, contact, totals, entries)

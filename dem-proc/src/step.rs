@@ -1,7 +1,7 @@
 //! One coupled step, as Jiang 2020 section 4.2 lists it, in the leapfrog of [`interface::step::Step`].
 
 use interface::Vec2;
-use interface::message::wire::{ContactState, EnvelopeVertex, ImpForce, ImpState, Limits};
+use interface::message::wire::{EnvelopeVertex, ImpForce, ImpState, Limits};
 use interface::solver::{Answer, Fault};
 use interface::step::Step;
 
@@ -9,7 +9,7 @@ use crate::contact::impact::{Impacts, SurfaceMotion};
 use crate::contact::passage::{Passed, PassedBodies};
 use crate::contact::side::{AfterKick, Interval, Targets};
 use crate::lists::now::{Ahead, Now};
-use crate::system::{BODIES, POINT_PAIRS, Sdem};
+use crate::system::{BODIES, Sdem};
 use crate::threads::{CHUNK, part};
 
 impl Sdem {
@@ -68,23 +68,6 @@ impl Sdem {
         }
     }
 
-    /// The contacts that press in the last evaluation: of bodies, of points with bodies, and of pairs of
-    /// points, each in the order of its list.
-    pub(crate) fn frame_contacts(&self, imps: &[ImpState]) -> Vec<ContactState> {
-        let mut found = Vec::new();
-        let now = self.now(imps);
-        // Without points nothing was evaluated, and the list may belong to earlier points.
-        let evaluated = if imps.is_empty() {
-            ..=BODIES
-        } else {
-            ..=POINT_PAIRS
-        };
-        for side in self.sides[evaluated].iter().flatten() {
-            side.collect_contacts(&now, &mut found);
-        }
-        found
-    }
-
     /// The outlines of all bodies. Their displacement is measured from these positions on.
     pub(crate) fn publish(&mut self) -> &[EnvelopeVertex] {
         self.state.published.reset(&self.bodies);
@@ -120,8 +103,11 @@ impl Sdem {
             forces,
             by_points: &mut self.loads.by_points,
             by_bodies: &mut self.loads.by_bodies,
+            contacts: &mut self.contacts,
         };
+        to.contacts.clear();
         let last_step = step.dt_before;
+        let measured = step.measure || step.is_opening();
         let [bodies, points, pairs] = sides;
         if let Some(bodies) = bodies {
             // Contacts that have opened since the last step, which may have been longer, have dissipated energy.
@@ -129,6 +115,7 @@ impl Sdem {
             let interval = Interval {
                 last_step,
                 closing: 2.0 * way,
+                measured,
                 ..Interval::default()
             };
             bodies.evaluate(&now, interval, &self.threads, &mut to); // eqs. 38 to 41, 43
@@ -141,6 +128,7 @@ impl Sdem {
         let interval = |approach: f64| Interval {
             last_step,
             closing: 1.5 * approach * step.dt.max(last_step),
+            measured,
             impacts: Impacts {
                 ahead: now.ahead,
                 speed: approach,
@@ -162,7 +150,7 @@ impl Sdem {
     pub(crate) fn respond(&mut self, step: &Step, imps: &[ImpState]) -> Result<Answer, Fault> {
         self.kick(step)?; //                              eq. 42, v^{n-1/2} -> v^{n+1/2}
         if step.measure {
-            self.measurement = self.measure(step, imps); //  docs/physics.md section 7
+            self.measurement = self.measure(step); //  docs/physics.md section 7
         }
         Ok(self.answer(step, imps)) //                    docs/physics.md section 4
     }

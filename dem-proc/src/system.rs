@@ -2,7 +2,7 @@
 
 use interface::Vec2;
 use interface::ledger::Totals;
-use interface::message::wire::{EnvelopeVertex, ImpForce, ImpState};
+use interface::message::wire::{ContactState, EnvelopeVertex, ImpForce};
 use interface::saved::ConfigurationMark;
 use interface::solver::DemMeasurement;
 use serde::{Deserialize, Serialize};
@@ -12,7 +12,7 @@ use crate::body::displacement::Displacement;
 use crate::body::load::{Load, PairLoad};
 use crate::contact::impact::SurfaceMotion;
 use crate::contact::side::Side;
-use crate::lists::now::{Ahead, Now, Sets};
+use crate::lists::now::Sets;
 use crate::parry::BoxTree;
 use crate::threads::part;
 use mechanics::threads::Threads;
@@ -55,6 +55,9 @@ pub struct Sdem {
     pub(crate) skin: f64,
     /// The envelopes.
     pub(crate) envelopes: Vec<EnvelopeVertex>,
+    /// The contacts that pressed in the last measured or opening step: of bodies, of points with bodies, and of pairs of points,
+    /// each in the order of its list.
+    pub(crate) contacts: Vec<ContactState>,
     /// The last measurement.
     pub(crate) measurement: DemMeasurement,
 }
@@ -135,17 +138,6 @@ pub(crate) struct LimitConstants {
 }
 
 impl Sdem {
-    /// Bodies and points, for whoever does not ask what may touch in the next steps.
-    pub(crate) fn now<'a>(&'a self, imps: &'a [ImpState]) -> Now<'a> {
-        Now {
-            bodies: &self.bodies,
-            sets: &self.state.sets,
-            states: imps,
-            ahead: Ahead::default(),
-            speed: self.state.speed,
-        }
-    }
-
     /// Bytes of memory in use before the first step, when contacts have no lists yet.
     pub fn bytes(&self) -> usize {
         let bodies = self.bodies.properties.iter();

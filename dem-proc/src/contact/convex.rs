@@ -12,7 +12,6 @@ use std::fmt::Debug;
 use std::marker::PhantomData;
 
 use interface::Vec2;
-use interface::message::wire::ContactState;
 
 use crate::body::bodies::Bodies;
 use crate::body::frame::Frame;
@@ -92,6 +91,8 @@ pub struct Met {
     pressing: Pressing<f64>,
     loads: [PairLoad; 2],
     loss: Loss,
+    /// Energy in J/m of its springs, if it presses and that is wanted.
+    energy: f64,
 }
 
 /// The results of a chunk.
@@ -153,11 +154,6 @@ impl<M: Measure> PairKind for Convex<M> {
     type Found = Results;
     type Room<L: Law> = M;
 
-    fn depth<L: Law>(on: &On<Self>, candidate: Candidate, measure: &mut M) -> f64 {
-        let spot = measure.meet(on.bodies, candidate, 0.0);
-        spot.map_or(0.0, |spot| spot.depth)
-    }
-
     fn evaluate<L: Law>(
         chunk: &Chunk<Self, L>,
         measure: &mut M,
@@ -217,6 +213,7 @@ impl<M: Measure> PairKind for Convex<M> {
                 },
                 loads,
                 loss: Loss::default(),
+                energy: 0.0,
             };
             if spot.depth > 0.0 {
                 let response = chunk.law.response(constants, &kinematics, before);
@@ -232,6 +229,9 @@ impl<M: Measure> PairKind for Convex<M> {
                     met.loads[i].torque = sign * (cross(arms[i], force) + response.moment);
                 }
                 met.loss = response.loss;
+                if interval.measured {
+                    met.energy = (chunk.law).energy(constants, spot.depth, &response.history);
+                }
                 next[k] = (response.history, spot.normal.into());
             } else {
                 met.loss = chunk.law.separate(constants, &kinematics, before);
@@ -240,8 +240,14 @@ impl<M: Measure> PairKind for Convex<M> {
         }
     }
 
-    fn add(_: &On<Self>, found: &Results, to: &mut Targets, sums: &mut Sums) {
+    fn add(on: &On<Self>, found: &Results, to: &mut Targets, sums: &mut Sums) {
         for met in &found.met {
+            if on.interval.measured && met.pressing.overlap > 0.0 {
+                let ids = met.near.bodies.map(u64::from);
+                let force = met.loads[0].force;
+                to.contacts.push(between(ids, BODY, met.near.point, force));
+                sums.energy += met.energy;
+            }
             for (b, load) in met.near.bodies.into_iter().zip(met.loads) {
                 to.by_bodies[b as usize] += load;
             }
@@ -250,18 +256,6 @@ impl<M: Measure> PairKind for Convex<M> {
         }
         sums.passed = sums.passed.or(found.passed.map(Passed::Bodies));
         sums.in_reach += found.met.len();
-    }
-
-    fn contacts<L: Law>(
-        _: &Chunk<Self, L>,
-        found: Option<&Results>,
-        contacts: &mut Vec<ContactState>,
-    ) {
-        let pressing = found.into_iter().flat_map(|found| &found.met);
-        let pressing = pressing.filter(|met| met.pressing.overlap > 0.0);
-        contacts.extend(pressing.map(|Met { near, loads, .. }| {
-            between(near.bodies.map(u64::from), BODY, near.point, loads[0].force)
-        }));
     }
 
     fn rates(

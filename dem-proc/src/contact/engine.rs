@@ -5,7 +5,7 @@
 use std::fmt::Debug;
 use std::sync::Mutex;
 
-use interface::message::wire::{ContactState, ImpInfo, ImpState};
+use interface::message::wire::{ImpInfo, ImpState};
 use interface::saved::{pack, refusal, unpack};
 use interface::solver::Refusal;
 use serde::Serialize;
@@ -58,10 +58,6 @@ pub trait PairKind: Listing {
     /// Working memory for a chunk.
     type Room<L: Law>: Debug + Default + Send;
 
-    /// Overlap in m, for the energy; 0 if the evaluation adds the energy to [`Sums`].
-    fn depth<L: Law>(_: &On<Self>, _: Self::Pair, _: &mut Self::Room<L>) -> f64 {
-        0.0
-    }
     /// Evaluates the pairs of a chunk. `next` gets their histories.
     fn evaluate<L: Law>(
         chunk: &Chunk<Self, L>,
@@ -69,14 +65,8 @@ pub trait PairKind: Listing {
         next: &mut [(L::History, Self::Memory)],
         found: &mut Self::Found,
     );
-    /// Adds the results of a chunk.
+    /// Adds the results of a chunk; if the interval is measured with the energy, and the contacts that press.
     fn add(on: &On<Self>, found: &Self::Found, to: &mut Targets, sums: &mut Sums);
-    /// Appends the pairs of a chunk that press as frames contain them.
-    fn contacts<L: Law>(
-        chunk: &Chunk<Self, L>,
-        found: Option<&Self::Found>,
-        contacts: &mut Vec<ContactState>,
-    );
     /// The larger ones of `known` and of the rates in 1/s^2, upper bounds of squared frequencies: of the chunk's pairs in
     /// reach, and of those whose contact opens or closes ([`crate::contact::impact`]). `stiffest` is the largest stiffness
     /// in N/m of a pair that presses.
@@ -270,26 +260,6 @@ impl<K: PairKind, L: Law> Contacts<K, L> {
         }
     }
 
-    fn on<'a>(
-        &'a self,
-        now: &'a Now,
-        interval: Interval,
-        (moves, look): (Moves<'a>, Look),
-    ) -> On<'a, K> {
-        On {
-            kind: &self.kind,
-            bodies: now.bodies,
-            set: &now.sets.now,
-            states: now.states,
-            pairs: &self.kept.pairs,
-            extra: &self.kept.extra,
-            watch: &self.kept.watch,
-            interval,
-            moves,
-            look,
-        }
-    }
-
     fn chunk<'a>(&'a self, on: On<'a, K>, number: usize) -> Chunk<'a, K, L> {
         let now = &self.kept;
         let from = number * CHUNK;
@@ -335,7 +305,18 @@ impl<K: PairKind, L: Law> Side for Contacts<K, L> {
         next.resize(self.kept.history.len(), Default::default());
         let opening = Moves::opening(now.bodies, interval.last_step);
         let moves = Moves::of(now.bodies, interval.last_step, &opening);
-        let on = self.on(now, interval, (moves, look));
+        let on = On {
+            kind: &self.kind,
+            bodies: now.bodies,
+            set: &now.sets.now,
+            states: now.states,
+            pairs: &self.kept.pairs,
+            extra: &self.kept.extra,
+            watch: &self.kept.watch,
+            interval,
+            moves,
+            look,
+        };
         let evaluate = |i: usize, next: &mut [_], found: &mut K::Found| {
             let mut room = self.rooms.take();
             K::evaluate(&self.chunk(on, i), &mut room, next, found);
@@ -356,35 +337,6 @@ impl<K: PairKind, L: Law> Side for Contacts<K, L> {
 
     fn sums(&self) -> &Sums {
         &self.sums
-    }
-
-    fn energy(&self, now: &Now) -> f64 {
-        let moves = Moves::of(now.bodies, self.interval.last_step, &[]);
-        let on = self.on(now, self.interval, (moves, Look::default()));
-        let pairs = self.kept.pairs.iter().zip(&self.kept.constants);
-        let mut room = self.rooms.take();
-        let energy = pairs
-            .zip(&self.next)
-            .map(|((&pair, constants), (history, _))| {
-                let depth = K::depth::<L>(&on, pair, &mut room);
-                if depth > 0.0 {
-                    self.law.energy(constants, depth, history)
-                } else {
-                    0.0
-                }
-            });
-        let energy = self.sums.energy + energy.sum::<f64>();
-        self.rooms.give_back(room);
-        energy
-    }
-
-    fn collect_contacts(&self, now: &Now, contacts: &mut Vec<ContactState>) {
-        let opening = Moves::opening(now.bodies, self.interval.last_step);
-        let moves = Moves::of(now.bodies, self.interval.last_step, &opening);
-        let on = self.on(now, self.interval, (moves, Look::default()));
-        for number in 0..self.kept.history.len().div_ceil(CHUNK) {
-            K::contacts(&self.chunk(on, number), self.found.get(number), contacts);
-        }
     }
 
     /// `max over contacts (Lambda_A + Lambda_B)`, with `Lambda` the trace of each body's own `M^-1 K`. In contact space

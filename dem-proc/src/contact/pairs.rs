@@ -78,6 +78,8 @@ pub struct Outcomes {
     presses: usize,
     /// The first pair whose overlap is too large.
     deep: Option<PassedBodies>,
+    /// The pairs that press with the energy in J/m of their springs, if that is wanted.
+    contacts: Vec<(ContactState, f64)>,
 }
 
 impl Outcomes {
@@ -189,9 +191,35 @@ impl<L: Law> Chunk<'_, VertexEdges, L> {
             self.quad::<true, ROUND>(separations, places, next, outcomes);
         }
         outcomes.presses = outcomes.count;
+        outcomes.contacts.clear();
+        if interval.measured {
+            self.measure(next, outcomes);
+        }
         for i in (0..close.count()).step_by(LANES) {
             let places = (close.four(i), close.count() - i);
             self.quad::<false, ROUND>(separations, places, next, outcomes);
+        }
+    }
+
+    /// Notes the contacts that press, and their energies.
+    #[cold]
+    fn measure(&self, next: &[(L::History, ())], outcomes: &mut Outcomes) {
+        let bodies = self.on.bodies;
+        for i in 0..outcomes.presses {
+            let k = outcomes.numbers[i] as usize;
+            let pair = &self.pairs[k];
+            let (away, sq) = separation(bodies, pair);
+            let distance = sq.sqrt();
+            let vertex = bodies.outline[pair.vertex as usize];
+            let (overlap, normal) = (pair.reach - distance, away / distance);
+            let at = contact_point(vertex, pair.radius, overlap, normal);
+            let (ids, force) = (pair.bodies.map(u64::from), outcomes.on_vertex[i].force);
+            let energy = if overlap > 0.0 {
+                (self.law).energy(&self.constants[k], overlap, &next[k].0)
+            } else {
+                0.0
+            };
+            (outcomes.contacts).push((between(ids, BODY, at, force), energy));
         }
     }
 
@@ -288,10 +316,6 @@ impl PairKind for VertexEdges {
     type Found = Outcomes;
     type Room<L: Law> = Box<Separations>;
 
-    fn depth<L: Law>(on: &On<Self>, pair: VertexEdge, _: &mut Box<Separations>) -> f64 {
-        pair.reach - separation(on.bodies, &pair).1.sqrt()
-    }
-
     #[inline(always)]
     fn evaluate<L: Law>(
         chunk: &Chunk<Self, L>,
@@ -319,26 +343,11 @@ impl PairKind for VertexEdges {
         sums.presses += found.presses;
         let stiffest = found.stiffest.to_array().into_iter();
         sums.stiffest = stiffest.fold(sums.stiffest, f64::max);
-        sums.passed = sums.passed.or(found.deep.map(Passed::Bodies));
-    }
-
-    fn contacts<L: Law>(
-        chunk: &Chunk<Self, L>,
-        found: Option<&Outcomes>,
-        contacts: &mut Vec<ContactState>,
-    ) {
-        let Some(found) = found else { return };
-        let bodies = chunk.on.bodies;
-        for i in 0..found.presses {
-            let pair = &chunk.pairs[found.numbers[i] as usize];
-            let (away, sq) = separation(bodies, pair);
-            let distance = sq.sqrt();
-            let vertex = bodies.outline[pair.vertex as usize];
-            let (overlap, normal) = (pair.reach - distance, away / distance);
-            let at = contact_point(vertex, pair.radius, overlap, normal);
-            let (ids, force) = (pair.bodies.map(u64::from), found.on_vertex[i].force);
-            contacts.push(between(ids, BODY, at, force));
+        for (contact, energy) in &found.contacts {
+            to.contacts.push(*contact);
+            sums.energy += energy;
         }
+        sums.passed = sums.passed.or(found.deep.map(Passed::Bodies));
     }
 
     fn rates(

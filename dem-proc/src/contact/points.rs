@@ -108,6 +108,8 @@ pub struct Outcome<E> {
     pub effect: E,
     /// Dissipated over the last step.
     loss: Loss,
+    /// Energy in J/m of its springs, if that is wanted.
+    energy: f64,
 }
 
 /// Where points and bodies were when a list was built, and where the points were one step before.
@@ -220,6 +222,11 @@ impl<G: Geometry, L: Law> Chunk<'_, G, L> {
             let loss = law.separate(constants, &kinematics, before);
             ([0.0; 2], loss, L::History::default())
         };
+        let energy = if overlap > 0.0 && on.interval.measured {
+            law.energy(constants, overlap, &history)
+        } else {
+            0.0
+        };
         let stiffness = law.stiffness(constants, overlap + on.interval.closing);
         let (impacts, velocity) = (&on.interval.impacts, kinematics.velocity[0]);
         let stiffness = impacts.counted(stiffness, [overlap, force[0]], velocity, self.mobility[k]);
@@ -230,6 +237,7 @@ impl<G: Geometry, L: Law> Chunk<'_, G, L> {
             force: normal * force[0] + tangent * force[1],
             effect: G::effect(on, pair, &arms, stiffness, force),
             loss,
+            energy,
         };
         Some((outcome, history))
     }
@@ -239,10 +247,6 @@ impl<G: Geometry> PairKind for G {
     type Memory = ();
     type Found = Vec<Outcome<G::Effect>>;
     type Room<L: Law> = ();
-
-    fn depth<L: Law>(on: &On<G>, pair: G::Pair, (): &mut ()) -> f64 {
-        G::overlap(on, pair).0
-    }
 
     #[inline]
     fn evaluate<L: Law>(
@@ -267,25 +271,17 @@ impl<G: Geometry> PairKind for G {
         for outcome in found {
             G::add(outcome, forces, loads);
             sums.loss += outcome.loss;
+            if on.interval.measured && outcome.overlap > 0.0 {
+                let pair = on.pairs[outcome.pair as usize];
+                let at = G::overlap(on, pair);
+                (to.contacts).push(G::contact_state(on, pair, at, outcome.force));
+                sums.energy += outcome.energy;
+            }
             if outcome.deep && sums.passed.is_none() {
                 let pair = on.pairs[outcome.pair as usize];
                 sums.passed = G::passed(on, pair, outcome.overlap);
             }
         }
         sums.in_reach += found.len();
-    }
-
-    fn contacts<L: Law>(
-        chunk: &Chunk<Self, L>,
-        _: Option<&Self::Found>,
-        contacts: &mut Vec<ContactState>,
-    ) {
-        for (k, &pair) in chunk.pairs.iter().enumerate() {
-            let in_reach = chunk.pair(k);
-            if let Some((outcome, _)) = in_reach.filter(|(outcome, _)| outcome.overlap > 0.0) {
-                let at = G::overlap(&chunk.on, pair);
-                contacts.push(G::contact_state(&chunk.on, pair, at, outcome.force));
-            }
-        }
     }
 }

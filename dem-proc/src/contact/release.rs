@@ -36,7 +36,7 @@ impl Sdem {
             .collect();
         // In W/m, and the energy in J/m of an impact at the speeds at which they open.
         let (mut power, mut impact) = (0.0, 0.0);
-        for contact in self.frame_contacts(imps) {
+        for contact in &self.contacts {
             let body = |b: u64| {
                 let state = &self.bodies.state[b as usize];
                 let arm = Vec2::from(contact.position) - state.center;
@@ -55,7 +55,7 @@ impl Sdem {
         if power <= 0.0 {
             return 0.0;
         }
-        let energy = self.contact_energy(imps);
+        let energy = self.contact_energy();
         if energy > NEGLIGIBLE * impact {
             (PARTS * power / energy).powi(2)
         } else {

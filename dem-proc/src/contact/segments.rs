@@ -206,18 +206,9 @@ impl PairKind for Segments {
         }
         sums.loss += found.sums.loss;
         sums.energy += found.sums.energy;
+        to.contacts.extend_from_slice(&found.pressing);
         sums.in_reach += found.sums.in_reach;
         sums.passed = sums.passed.or(found.sums.passed);
-    }
-
-    fn contacts<L: Law>(
-        chunk: &Chunk<Self, L>,
-        _: Option<&Results>,
-        contacts: &mut Vec<ContactState>,
-    ) {
-        let (mut found, mut next) = (Results::default(), chunk.history.to_vec());
-        Self::evaluate(chunk, &mut Room::default(), &mut next, &mut found);
-        contacts.append(&mut found.pressing);
     }
 }
 
@@ -548,8 +539,10 @@ impl<L: Law> OfDisc<'_, L> {
             };
             to.on_bodies.push((self.disc.body, load));
         }
-        let nearer = foot.slots[usize::from(foot.s > 0.5)];
-        let ids = [self.disc.body.into(), self.info(nearer).id];
-        (to.pressing).push(between(ids, POINT, place.r + place.center, -force));
+        if self.on.interval.measured {
+            let nearer = foot.slots[usize::from(foot.s > 0.5)];
+            let ids = [self.disc.body.into(), self.info(nearer).id];
+            (to.pressing).push(between(ids, POINT, place.r + place.center, -force));
+        }
     }
 }

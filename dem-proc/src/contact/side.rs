@@ -23,6 +23,8 @@ pub struct Interval {
     /// within it count in the step limit. A law whose stiffness grows with the overlap declares the stiffness that it
     /// may then have.
     pub closing: f64,
+    /// Whether the energy in contact springs and the contacts that press are wanted.
+    pub measured: bool,
     /// How contacts of points that open or close count.
     pub impacts: Impacts<'static>,
 }
@@ -36,6 +38,8 @@ pub struct Targets<'a> {
     pub by_points: &'a mut [Load],
     /// Loads on bodies by bodies.
     pub by_bodies: &'a mut [PairLoad],
+    /// The contacts that press, if the interval is measured, in the order of the list.
+    pub contacts: &'a mut Vec<ContactState>,
 }
 
 /// What an evaluation finds, over all contacts.
@@ -43,7 +47,7 @@ pub struct Targets<'a> {
 pub struct Sums {
     /// Dissipated over the last step.
     pub loss: Loss,
-    /// Energy in J/m in contact springs, of kinds of pairs whose evaluation finds it.
+    /// Energy in J/m in contact springs, if the interval is measured.
     pub energy: f64,
     /// Pairs in reach.
     pub in_reach: usize,
@@ -75,10 +79,6 @@ pub trait Side: Debug + Send + Sync {
     fn evaluate(&mut self, now: &Now, interval: Interval, threads: &Threads, to: &mut Targets);
     /// What the last evaluation found.
     fn sums(&self) -> &Sums;
-    /// Energy in the contact springs in J/m.
-    fn energy(&self, now: &Now) -> f64;
-    /// Appends the pairs of the last evaluation that press to `found`, in the order of the list.
-    fn collect_contacts(&self, now: &Now, found: &mut Vec<ContactState>);
     /// The largest of these frequencies of bodies in 1/s, 0 if there is none: upper bounds for the pairs in reach, where
     /// one whose contact opens or closes counts as often as [`Impacts::count`] says, and the
     /// [`crossing_rate`](crate::contact::approach::crossing_rate) of each.

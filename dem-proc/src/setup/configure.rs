@@ -129,6 +129,7 @@ pub fn configure(config: &DemConfig) -> Result<(Sdem, Readiness), Refusal> {
         skin: config.skin,
         bodies,
         envelopes: Vec::new(),
+        contacts: Vec::new(),
         measurement: DemMeasurement::default(),
     };
     let readiness = Readiness {
