@@ -28,10 +28,9 @@ pub fn study(args: &StudyOptions) -> Result<ExitCode, Failed> {
         say(study::work::commands(args, interrupt, file)?);
         return Ok(ExitCode::SUCCESS);
     }
-    let report = study::work::study(args, interrupt)?;
-    say(&report);
+    let (report, settled) = study::work::study(args, interrupt)?;
+    say(report);
     say(format_args!("results in {}", args.runs.out.display()));
-    let settled = report.rows().iter().all(|row| row.outcome().settled());
     Ok(if settled {
         ExitCode::SUCCESS
     } else {

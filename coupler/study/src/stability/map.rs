@@ -13,7 +13,7 @@ use crate::case::{Case, Source};
 use crate::output::{number, write_table};
 use crate::runner::Runner;
 use crate::vary::Vary;
-use crate::work::{Row, write_rows};
+use crate::work::{Row, column, write_rows};
 
 /// A column of a map.
 #[derive(Debug, Clone)]
@@ -151,8 +151,7 @@ impl Column {
 
 fn write(reports: &[MapReport], options: &StabilityOptions, alone: bool) -> Result<(), StudyError> {
     let out = &options.runs.out;
-    let text = |words: &[&str]| words.iter().map(ToString::to_string).collect::<Vec<_>>();
-    let mut edges = vec![text(&[
+    let header = [
         "scene",
         "column",
         "at",
@@ -161,7 +160,8 @@ fn write(reports: &[MapReport], options: &StabilityOptions, alone: bool) -> Resu
         "composed [s]",
         "jiang2020 [composed]",
         "lightest_point [composed]",
-    ])];
+    ];
+    let mut edges = vec![header.map(String::from).to_vec()];
     let mut rows = Vec::new();
     for report in reports {
         for column in &report.columns {
@@ -179,36 +179,31 @@ fn write(reports: &[MapReport], options: &StabilityOptions, alone: bool) -> Resu
         }
     }
     write_table(&out.join("edges.csv"), &edges)?;
-    let middle = text(&["stable", "residual_max [1]", "bound_by"]);
-    let end = text(&["composed [s]", "jiang2020 [s]", "lightest_point [s]"]);
-    write_rows(
-        &out.join("stability.csv"),
-        &rows,
-        alone,
-        [&middle, &end],
-        |row| {
-            let outcome = row.outcome();
-            let bound = outcome.dt_bound_by.iter();
-            let bound: Vec<String> = bound
-                .map(|(name, steps)| format!("{name} {steps}"))
-                .collect();
-            let criteria = &outcome.criteria;
-            [
-                vec![
-                    is_stable(outcome, options.residual).to_string(),
-                    outcome.energy.residual_max.to_string(),
-                    bound.join(" "),
-                ],
-                [
-                    criteria.composed,
-                    criteria.jiang2020,
-                    criteria.lightest_point,
-                ]
-                .map(number)
-                .to_vec(),
-            ]
-        },
-    )
+    let bound_by = |row: &Row| {
+        let bound = row.outcome().dt_bound_by.iter();
+        let bound: Vec<String> = bound
+            .map(|(name, steps)| format!("{name} {steps}"))
+            .collect();
+        bound.join(" ")
+    };
+    let middle = vec![
+        column("stable", |row| {
+            is_stable(row.outcome(), options.residual).to_string()
+        }),
+        column("residual_max [1]", |row| {
+            row.outcome().energy.residual_max.to_string()
+        }),
+        column("bound_by", bound_by),
+    ];
+    let criterion = |header, of: fn(&Criteria) -> Option<f64>| {
+        column(header, move |row| number(of(&row.outcome().criteria)))
+    };
+    let end = vec![
+        criterion("composed [s]", |k| k.composed),
+        criterion("jiang2020 [s]", |k| k.jiang2020),
+        criterion("lightest_point [s]", |k| k.lightest_point),
+    ];
+    write_rows(&out.join("stability.csv"), &rows, alone, [middle, end])
 }
 
 /// The edges for people.

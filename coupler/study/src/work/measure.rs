@@ -204,44 +204,48 @@ fn against_the_finest(
     names: &[String],
     runner: &Runner,
 ) -> Result<(), StudyError> {
-    let curves: Vec<String> = rows.iter().map(|row| row.curve.clone()).collect();
-    let values = |row: &Row, name: &str| shown(row, name, runner);
-    for k in 0..rows.len() {
-        let candidate = |j: &usize| curves[*j] == curves[k] && rows[*j].outcome().whole();
-        let Some(finest) = (0..rows.len()).rfind(candidate) else {
+    for curve in rows.chunk_by_mut(|a, b| a.curve == b.curve) {
+        let Some(finest) = curve.iter_mut().rfind(|row| row.outcome().whole()) else {
             continue;
         };
-        if finest == k {
-            rows[k].finest = true;
-            continue;
+        finest.finest = true;
+        let fine = names.iter().map(|name| shown(finest, name, runner));
+        let fine: Vec<_> = fine.collect();
+        for row in curve.iter_mut().filter(|row| !row.finest) {
+            row.error = from_finest(row, names, &fine, runner)?;
         }
-        let mut sum = 0.0;
-        let mut known = true;
-        for name in names {
-            let (Some(own), Some(fine)) = (values(&rows[k], name), values(&rows[finest], name))
-            else {
-                known = false;
-                break;
-            };
-            if own.len() != fine.len() {
-                return Err(StudyError::usage(
-                    format!(
-                        "`{name}` has {} rows in one run and {} in another",
-                        own.len(),
-                        fine.len()
-                    ),
-                    "runs are compared row by row: keep `time.end` and `output.every`",
-                ));
-            }
-            let Some(distance) = distance(&own, &fine) else {
-                known = false;
-                break;
-            };
-            sum += distance.powi(2) / names.len() as f64;
-        }
-        rows[k].error = known.then_some(sum.sqrt());
     }
     Ok(())
+}
+
+/// The distance of a run from the finest of its curve, which shows `fine` under the names.
+fn from_finest(
+    row: &Row,
+    names: &[String],
+    fine: &[Option<Vec<f64>>],
+    runner: &Runner,
+) -> Result<Option<f64>, StudyError> {
+    let mut sum = 0.0;
+    for (name, fine) in names.iter().zip(fine) {
+        let (Some(own), Some(fine)) = (shown(row, name, runner), fine) else {
+            return Ok(None);
+        };
+        if own.len() != fine.len() {
+            return Err(StudyError::usage(
+                format!(
+                    "`{name}` has {} rows in one run and {} in another",
+                    own.len(),
+                    fine.len()
+                ),
+                "runs are compared row by row: keep `time.end` and `output.every`",
+            ));
+        }
+        let Some(distance) = distance(&own, fine) else {
+            return Ok(None);
+        };
+        sum += distance.powi(2) / names.len() as f64;
+    }
+    Ok(Some(sum.sqrt()))
 }
 
 /// Root mean square of the differences over the largest of `fine`, if that is not 0.

@@ -1,13 +1,14 @@
 //! `tandem study`: the error of a scene over its resolution and methods, against the time that it takes; where there is
 //! nothing to compare with, the values of its checks and columns over what was varied, or their statistics over a sample.
 
+mod errors;
 mod measure;
-mod report;
 mod row;
 mod sample;
 mod sweep;
 
 use std::collections::BTreeMap;
+use std::fmt;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
@@ -15,16 +16,14 @@ use std::sync::atomic::AtomicBool;
 use clap::Args;
 use coupler::scene::{Measurand, Study};
 
-pub(crate) use self::row::write_rows;
-pub use self::row::{Report, Row};
+pub use self::row::Row;
+pub(crate) use self::row::{column, write_rows};
 
-use self::report::WorkReport;
-use self::sample::SampleReport;
-use self::sweep::SweepReport;
-
-use self::measure::{Measurement, Value};
+use self::measure::Measurement;
+use self::row::count;
 use crate::StudyError;
 use crate::case::{Case, Source, scene_title};
+use crate::figure::chart::Chart;
 use crate::output::write;
 use crate::precision::pareto;
 use crate::runner::{Found, Runner, RunnerOptions, Timed};
@@ -84,14 +83,15 @@ pub struct StudyOptions {
     pub repeat: Option<u16>,
 }
 
-/// Runs a study, and writes `study.csv` and `study.svg` to its directory.
+/// Runs a study, and writes `study.csv` and `study.svg` to its directory. Returned are the table for people, and whether every
+/// run is settled ([`Summary::settled`](coupler::record::Summary::settled)).
 ///
 /// # Errors
 /// [`StudyError`]. Nothing is started unless every run has a valid scene.
 pub fn study(
     options: &StudyOptions,
     interrupt: Arc<AtomicBool>,
-) -> Result<Box<dyn Report>, StudyError> {
+) -> Result<(String, bool), StudyError> {
     let design = Design::new(options)?;
     let runner = Runner::new(&options.runs, interrupt)?;
     let out = &options.runs.out;
@@ -121,8 +121,9 @@ pub fn study(
     let report = design.report(rows, runner.started());
     report.write_csv(&table, runner.alone())?;
     let (figure, title) = (out.join("study.svg"), scene_title(&options.source.path));
-    report.draw(&figure, &title, runner.jobs())?;
-    Ok(report)
+    report.draw(&figure, title, runner.jobs())?;
+    let settled = report.rows.iter().all(|row| row.outcome().settled());
+    Ok((report.to_string(), settled))
 }
 
 /// Writes the commands of the runs that are missing to a file, one a line, and returns their number.
@@ -260,28 +261,12 @@ impl Design {
         Ok(())
     }
 
-    fn report(&self, rows: Vec<Row>, started: usize) -> Box<dyn Report> {
-        if let Measurement::Values(values) = &self.measure {
-            let runs = SweepReport {
-                names: self.named.as_ref().map(|vary| vary.values.clone()),
-                key: self.resolution.clone(),
-                values: values.iter().map(Value::header).collect(),
-                rows,
-                started,
-            };
-            return if self.sampled {
-                let keys = self.along.clone();
-                Box::new(SampleReport { keys, runs })
-            } else {
-                Box::new(runs)
-            };
-        }
-        Box::new(WorkReport {
-            error_of: self.measure.title(),
-            resolution: self.resolution.clone(),
+    fn report(&self, rows: Vec<Row>, started: usize) -> Report<'_> {
+        Report {
+            design: self,
             rows,
             started,
-        })
+        }
     }
 
     /// The rows of the cases that have been run.
@@ -331,6 +316,51 @@ impl Design {
             row.pareto = front;
         }
         Ok(rows)
+    }
+}
+
+/// What a study has found: errors against run time, values over what was varied, or statistics of a sample.
+struct Report<'a> {
+    design: &'a Design,
+    /// The runs, as [`Design::rows`] orders them.
+    rows: Vec<Row>,
+    /// Runs that were started for it; the others were there.
+    started: usize,
+}
+
+impl Report<'_> {
+    /// Writes `study.csv`, and of a sample `statistics.csv` beside it; `alone` if no run shared the machine with another.
+    fn write_csv(&self, path: &Path, alone: bool) -> Result<(), StudyError> {
+        let Measurement::Values(values) = &self.design.measure else {
+            return write_rows(path, &self.rows, alone, errors::columns());
+        };
+        let columns = [sweep::columns(values), Vec::new()];
+        write_rows(path, &self.rows, alone, columns)?;
+        if self.design.sampled {
+            sample::write_statistics(self, values, &path.with_file_name("statistics.csv"))?;
+        }
+        Ok(())
+    }
+
+    /// Draws `study.svg` of the runs of a scene, of which `jobs` were made at once.
+    fn draw(&self, path: &Path, title: String, jobs: usize) -> Result<(), StudyError> {
+        let chart = match &self.design.measure {
+            Measurement::Values(values) if self.design.sampled => sample::chart(self, values),
+            Measurement::Values(values) => sweep::chart(self, values),
+            _ => errors::chart(self, jobs),
+        };
+        Chart { title, ..chart }.draw(path)
+    }
+}
+
+impl fmt::Display for Report<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match &self.design.measure {
+            Measurement::Values(values) if self.design.sampled => sample::words(self, values, f),
+            Measurement::Values(values) => sweep::words(self, values, f),
+            _ => errors::words(self, f),
+        }?;
+        f.write_str(&count(&self.rows, self.started))
     }
 }
 

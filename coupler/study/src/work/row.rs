@@ -1,6 +1,5 @@
-//! A run of a study, what is measured of it, what tables say of its times, and what a report of runs can do.
+//! A run of a study, what is measured of it, and the tables of runs.
 
-use std::fmt;
 use std::path::Path;
 
 use crate::StudyError;
@@ -8,24 +7,6 @@ use crate::case::Case;
 use crate::output::{self, number};
 use crate::runner::{Runner, Timed};
 use coupler::record::Summary;
-
-/// What a study has found: errors against run time, values over what was varied, or statistics of a sample.
-pub trait Report: fmt::Display {
-    /// Its runs.
-    fn rows(&self) -> &[Row];
-
-    /// Writes `study.csv`; `alone` if no run shared the machine with another.
-    ///
-    /// # Errors
-    /// [`StudyError::File`].
-    fn write_csv(&self, path: &Path, alone: bool) -> Result<(), StudyError>;
-
-    /// Draws `study.svg` of the runs of a scene, of which `jobs` were made at once.
-    ///
-    /// # Errors
-    /// [`StudyError`].
-    fn draw(&self, path: &Path, title: &str, jobs: usize) -> Result<(), StudyError>;
-}
 
 /// A run and what is measured of it.
 #[derive(Debug, Clone)]
@@ -78,49 +59,41 @@ impl Row {
     }
 }
 
-/// Header of [`times`].
-const TIMES: [&str; 11] = [
-    "stepping cpu [s]",
-    "stepping wall [s]",
-    "repetitions",
-    "scatter [1]",
-    "cpu [s]",
-    "wall [s]",
-    "alone",
-    "steps",
-    "points",
-    "dt_min [s]",
-    "dt_max [s]",
-];
+/// A column of a table of runs: its header, and its cell of a run.
+pub(crate) struct Column<'a>(String, Box<dyn Fn(&Row) -> String + 'a>);
+
+pub(crate) fn column<'a>(
+    header: impl Into<String>,
+    cell: impl Fn(&Row) -> String + 'a,
+) -> Column<'a> {
+    Column(header.into(), Box::new(cell))
+}
 
 /// What a run took; `alone` if no other ran at the time.
-fn times(row: &Row, alone: bool) -> [String; TIMES.len()] {
-    let o = row.outcome();
+fn times<'a>(alone: bool) -> [Column<'a>; 11] {
     [
-        o.stepping_cpu().to_string(),
-        o.spent.stepping_wall_s.to_string(),
-        row.timed.times.len().to_string(),
-        number(row.timed.scatter()),
-        o.cpu().to_string(),
-        o.spent.wall_s.to_string(),
-        alone.to_string(),
-        o.steps.to_string(),
-        o.points.to_string(),
-        number(o.dt_min),
-        number(o.dt_max),
+        column("stepping cpu [s]", |row| {
+            row.outcome().stepping_cpu().to_string()
+        }),
+        column("stepping wall [s]", |row| {
+            row.outcome().spent.stepping_wall_s.to_string()
+        }),
+        column("repetitions", |row| row.timed.times.len().to_string()),
+        column("scatter [1]", |row| number(row.timed.scatter())),
+        column("cpu [s]", |row| row.outcome().cpu().to_string()),
+        column("wall [s]", |row| row.outcome().spent.wall_s.to_string()),
+        column("alone", move |_| alone.to_string()),
+        column("steps", |row| row.outcome().steps.to_string()),
+        column("points", |row| row.outcome().points.to_string()),
+        column("dt_min [s]", |row| number(row.outcome().dt_min)),
+        column("dt_max [s]", |row| number(row.outcome().dt_max)),
     ]
 }
 
 /// Curves in their order: label and rows.
-pub(super) fn curves(rows: &[Row]) -> Vec<(&str, Vec<&Row>)> {
-    let mut curves: Vec<(&str, Vec<&Row>)> = Vec::new();
-    for row in rows {
-        match curves.last_mut() {
-            Some((label, rows)) if *label == row.curve => rows.push(row),
-            _ => curves.push((&row.curve, vec![row])),
-        }
-    }
-    curves
+pub(super) fn curves(rows: &[Row]) -> impl Iterator<Item = (&str, &[Row])> {
+    let curves = rows.chunk_by(|a, b| a.curve == b.curve);
+    curves.map(|rows| (rows[0].curve.as_str(), rows))
 }
 
 /// How many runs there are, in words.
@@ -138,36 +111,40 @@ pub(super) fn count(rows: &[Row], started: usize) -> String {
     )
 }
 
-/// Writes a table with a row a run: what it is, its own columns (in the middle and at the end) and its times.
+/// Writes a table with a row a run: what it is, columns of the `middle`, its times, and columns of the `end`.
 pub(crate) fn write_rows(
     path: &Path,
     rows: &[Row],
     alone: bool,
-    [middle, end]: [&[String]; 2],
-    own: impl Fn(&Row) -> [Vec<String>; 2],
+    [middle, end]: [Vec<Column>; 2],
 ) -> Result<(), StudyError> {
     let settings = rows.first().map_or(&[][..], |row| &row.case.settings);
-    let text = |texts: &[&str]| texts.iter().map(ToString::to_string).collect::<Vec<_>>();
-    let mut header = text(&["run", "curve"]);
-    header.extend(settings.iter().map(|(key, _)| key.clone()));
-    header.extend(text(&["resolution", "status"]));
-    header.extend_from_slice(middle);
-    header.extend(text(&TIMES));
-    header.extend_from_slice(end);
-    header.extend(text(&["scene_hash", "reason"]));
-    let mut lines = vec![header];
-    for row in rows {
-        let outcome = row.outcome();
-        let [middle, end] = own(row);
-        let mut record = vec![row.run.clone(), row.curve.clone()];
-        record.extend(row.case.settings.iter().map(|(_, value)| value.clone()));
-        record.extend([number(row.resolution), outcome.status.name().to_owned()]);
-        record.extend(middle);
-        record.extend(times(row, alone));
-        record.extend(end);
-        let reason = outcome.reason.clone().unwrap_or_default();
-        record.extend([row.case.scene.hash.clone(), reason]);
-        lines.push(record);
-    }
+    let settings = settings.iter().enumerate();
+    let mut columns = vec![
+        column("run", |row| row.run.clone()),
+        column("curve", |row| row.curve.clone()),
+    ];
+    columns.extend(
+        settings.map(|(k, (key, _))| column(key, move |row| row.case.settings[k].1.clone())),
+    );
+    columns.push(column("resolution", |row| number(row.resolution)));
+    columns.push(column("status", |row| {
+        row.outcome().status.name().to_owned()
+    }));
+    columns.extend(middle);
+    columns.extend(times(alone));
+    columns.extend(end);
+    columns.push(column("scene_hash", |row| row.case.scene.hash.clone()));
+    columns.push(column("reason", |row| {
+        row.outcome().reason.clone().unwrap_or_default()
+    }));
+    let header = columns
+        .iter()
+        .map(|Column(header, _)| header.clone())
+        .collect();
+    let line = |row| columns.iter().map(|Column(_, cell)| cell(row)).collect();
+    let lines: Vec<Vec<String>> = std::iter::once(header)
+        .chain(rows.iter().map(line))
+        .collect();
     output::write_table(path, &lines)
 }
