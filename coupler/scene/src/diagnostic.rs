@@ -70,10 +70,10 @@ pub enum Place {
 impl Place {
     /// The place of a byte range of `text`; if it spans several lines, that on the first line.
     pub fn in_text(file: &str, text: &str, span: &Range<usize>) -> Self {
-        let start = floor_boundary(text, span.start);
+        let start = text.floor_char_boundary(span.start);
         let line_start = text[..start].rfind('\n').map_or(0, |at| at + 1);
         let line_end = text[start..].find('\n').map_or(text.len(), |at| start + at);
-        let end = floor_boundary(text, span.end).clamp(start, line_end);
+        let end = text.floor_char_boundary(span.end).clamp(start, line_end);
         let line = text[line_start..line_end].trim_end();
         let column = text[line_start..start].chars().count() + 1;
         let is_long = line.chars().count() > LINE_LIMIT;
@@ -109,18 +109,9 @@ fn cut(text: &str, most: usize) -> Cow<'_, str> {
     if text.len() <= most {
         return text.into();
     }
-    let head = &text[..floor_boundary(text, most / 2)];
-    let tail = &text[floor_boundary(text, text.len() - most / 2)..];
+    let head = &text[..text.floor_char_boundary(most / 2)];
+    let tail = &text[text.floor_char_boundary(text.len() - most / 2)..];
     format!("{head}...{tail}").into()
-}
-
-/// The last character boundary of `text` that is not after `at`.
-fn floor_boundary(text: &str, at: usize) -> usize {
-    let mut at = at.min(text.len());
-    while !text.is_char_boundary(at) {
-        at -= 1;
-    }
-    at
 }
 
 impl fmt::Display for Diagnostic {
