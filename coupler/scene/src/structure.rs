@@ -48,8 +48,7 @@ impl<'a> Walk<'a> {
         schema
     }
 
-    /// The alternatives of a schema as a flat list, with all references followed and without null; the schema itself if
-    /// it has none.
+    /// The alternatives of a schema as a flat list, with all references followed; the schema itself if it has none.
     fn alternatives(&self, schema: &'a Schema) -> Vec<&'a Schema> {
         let schema = self.resolve(schema);
         let options = schema["oneOf"].as_array().or(schema["anyOf"].as_array());
@@ -58,7 +57,6 @@ impl<'a> Walk<'a> {
             Some(options) => options
                 .iter()
                 .flat_map(|option| self.alternatives(option))
-                .filter(|option| option["type"] != "null")
                 .collect(),
             None => vec![schema],
         }
@@ -102,11 +100,11 @@ impl<'a> Walk<'a> {
                 }
             }
             Value::Table(table) if !tagged.is_empty() && tagged.len() + words.len() > 1 => {
-                self.tagged(&alternatives, table, path);
+                self.tagged(&alternatives, &tagged, table, path);
             }
             _ => match alternatives.iter().find(|a| accepts(a, value)) {
                 Some(chosen) => self.inside(chosen, value, path),
-                None => self.wrong_type(&alternatives, path),
+                None => self.wrong_type(schema, path),
             },
         }
     }
@@ -190,8 +188,7 @@ impl<'a> Walk<'a> {
     }
 
     /// Checks a table that chooses a variant of an enumeration by its single key.
-    fn tagged(&mut self, alternatives: &[&'a Schema], table: &Table, path: &str) {
-        let tags: Vec<&str> = alternatives.iter().filter_map(|a| tag(a)).collect();
+    fn tagged(&mut self, alternatives: &[&'a Schema], tags: &[&str], table: &Table, path: &str) {
         let plain = alternatives.iter().flat_map(|a| words(a));
         let mut keys = table.iter();
         let (Some((key, value)), None) = (keys.next(), keys.next()) else {
@@ -228,13 +225,13 @@ impl<'a> Walk<'a> {
         self.fault(path, Part::Value, &message, Some(help));
     }
 
-    fn wrong_type(&mut self, alternatives: &[&'a Schema], path: &str) {
-        let expected: Vec<String> = alternatives.iter().map(|a| self.describe(a)).collect();
+    fn wrong_type(&mut self, schema: &'a Schema, path: &str) {
+        let expected = self.describe(schema);
         let mut written = self.document.as_written(path);
         if written.is_empty() {
             "a table".clone_into(&mut written); // Only what is in it has been written.
         }
-        let message = format!("`{path}` is {written}, expected {}", expected.join(" or "));
+        let message = format!("`{path}` is {written}, expected {expected}");
         self.fault(path, Part::Value, &message, None);
     }
 
@@ -252,7 +249,7 @@ impl<'a> Walk<'a> {
         if !words.is_empty() {
             return format!("\"{}\"", words.join("\" or \""));
         }
-        match kinds(schema).first().copied() {
+        match schema["type"].as_str() {
             Some("number") => "a number".to_owned(),
             Some("integer") => "a whole number".to_owned(),
             Some("string") => "a text".to_owned(),
@@ -291,16 +288,7 @@ fn tag(schema: &Schema) -> Option<&str> {
 fn free_text(alternatives: &[&Schema]) -> bool {
     alternatives
         .iter()
-        .any(|a| kinds(a).contains(&"string") && words(a).is_empty())
-}
-
-/// The JSON types that a schema names.
-fn kinds(schema: &Schema) -> Vec<&str> {
-    match &schema["type"] {
-        Schema::String(kind) => vec![kind],
-        Schema::Array(kinds) => kinds.iter().filter_map(Schema::as_str).collect(),
-        _ => Vec::new(),
-    }
+        .any(|a| a["type"] == "string" && words(a).is_empty())
 }
 
 fn accepts(schema: &Schema, value: &Value) -> bool {
@@ -308,15 +296,14 @@ fn accepts(schema: &Schema, value: &Value) -> bool {
     if schema == &Schema::Bool(true) {
         return true;
     }
-    let kinds = kinds(schema);
-    let any_of = |wanted: &[&str]| kinds.iter().any(|kind| wanted.contains(kind));
+    let kind = schema["type"].as_str();
     match value {
-        Value::Integer(_) => any_of(&["integer", "number"]),
-        Value::Float(_) => any_of(&["number"]),
-        Value::String(_) => any_of(&["string"]),
-        Value::Boolean(_) => any_of(&["boolean"]),
-        Value::Array(_) => any_of(&["array"]),
-        Value::Table(_) => any_of(&["object"]),
+        Value::Integer(_) => matches!(kind, Some("integer" | "number")),
+        Value::Float(_) => kind == Some("number"),
+        Value::String(_) => kind == Some("string"),
+        Value::Boolean(_) => kind == Some("boolean"),
+        Value::Array(_) => kind == Some("array"),
+        Value::Table(_) => kind == Some("object"),
         Value::Datetime(_) => false,
     }
 }
