@@ -41,13 +41,7 @@ pub fn unmet(
 pub fn refused(scene: &Scene, who: Party, refusal: &Refusal) -> SceneErrors {
     let path = body_or_set(&refusal.key, &scene.document);
     let message = format!("the {who} refuses `{path}`: {}", refusal.message);
-    let document = &scene.document;
-    SceneErrors(vec![document.diagnostic(
-        &path,
-        Part::Value,
-        &message,
-        None,
-    )])
+    scene.complaint(&path, &message, "")
 }
 
 /// "`dem.body.3.shape` asks for polygon, and the solver of the bodies, `disc 0.1`, takes disc, segment only".

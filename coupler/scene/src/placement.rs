@@ -110,19 +110,14 @@ pub fn refuse_points_within_bodies(scene: &Scene) -> Result<(), SceneErrors> {
             let Some(inside) = inside(solid, &points, radius) else {
                 continue;
             };
-            let Inside {
-                count,
-                at,
-                depth,
-                way_out,
-            } = inside;
+            let (at, way_out) = (inside.at, inside.way_out);
             let message = format!(
-                "points of group `{}` are wholly inside body `{}`: {count}; the deepest, at ({:.4}, {:.4}) m, is {depth:.3e} m below its surface",
-                group.name, dem.bodies[b].name, at.x, at.y
+                "points of group `{}` are wholly inside body `{}`: {}; the deepest, at ({:.4}, {:.4}) m, is {:.3e} m below its surface",
+                group.name, dem.bodies[b].name, inside.count, at.x, at.y, inside.depth
             );
             let help = format!(
                 "move the group away from the body by at least {:.3e} m in the direction ({:.2}, {:.2})",
-                depth + radius,
+                inside.depth + radius,
                 way_out.x + 0.0,
                 way_out.y + 0.0
             );
