@@ -84,8 +84,8 @@ fn nodes(mpm: &MpmConfig) -> [f64; 2] {
 /// Rows of the history: one at the start and one at the end, and between them one at each multiple of the interval. The term
 /// 1e-9 allows for rounding.
 fn rows(scene: &Scene) -> f64 {
-    let goes_on = scene.start.iter().filter(|start| !start.from_zero);
-    let begin = goes_on.filter_map(|start| start.at).next().unwrap_or(0.0);
+    let goes_on = scene.start.as_ref().filter(|start| !start.from_zero);
+    let begin = goes_on.and_then(|start| start.at).unwrap_or(0.0);
     let [begin, end] = [begin, scene.time.end].map(|time| time / scene.output.every);
     (end - 1e-9).ceil() - (begin + 1e-9).floor() + 1.0
 }
