@@ -4,8 +4,8 @@ use crate::small_scenes::*;
 use dem_proc::Sdem;
 use interface::Vec2;
 use interface::config::{BodyConfig, BodyShape, ContactLaw, DemConfig, Interface, Motion};
-use interface::message::wire::{ImpForce, ImpInfo, ImpState};
-use interface::solver::{Answer, DemSolver, Fault};
+use interface::message::wire::{ImpInfo, ImpState};
+use interface::solver::DemSolver;
 use interface::step::Step;
 
 const K: f64 = 1e5;
@@ -29,48 +29,27 @@ fn on_segments(bodies: Vec<BodyConfig>, law: ContactLaw) -> DemConfig {
 }
 
 /// A chain through `x` in this order, material on the left, not closed.
-struct Chain {
-    set: Vec<ImpInfo>,
-    states: Vec<ImpState>,
-    forces: Vec<ImpForce>,
+fn markers(x: &[[f64; 2]]) -> Points {
+    let marker = |i: usize| ImpInfo {
+        next: if i + 1 < x.len() { i as u32 + 2 } else { 0 },
+        ..info(10 + i as u64, R, 1.0)
+    };
+    let each = x.iter().enumerate();
+    let each: Vec<_> = each.map(|(i, x)| (marker(i), at(x[0], x[1]))).collect();
+    Points::new(&each)
 }
 
-impl Chain {
-    fn new(x: &[[f64; 2]]) -> Self {
-        let n = x.len();
-        let set = (0..n).map(|i| ImpInfo {
-            next: if i + 1 < n { i as u32 + 2 } else { 0 },
-            ..info(10 + i as u64, R, 1.0)
-        });
-        Self {
-            set: set.collect(),
-            states: x.iter().map(|x| at(x[0], x[1])).collect(),
-            forces: vec![ImpForce::default(); n],
-        }
-    }
-
-    fn contact(&mut self, dem: &mut Sdem, step: &Step) -> Result<Answer, Fault> {
-        dem.contact(step, &self.states, &mut self.forces)
-    }
-
-    fn step(&mut self, dem: &mut Sdem, step: &Step) -> Answer {
-        let answer = self.contact(dem, step).unwrap();
-        dem.advance(step).unwrap();
-        answer
-    }
-
-    fn total(&self) -> Vec2 {
-        self.forces.iter().map(|f| Vec2::from(f.force)).sum()
-    }
+fn total(chain: &Points) -> Vec2 {
+    chain.forces.iter().map(|f| Vec2::from(f.force)).sum()
 }
 
 /// Markers along the x axis from right to left (material below), at these places.
-fn floor(x: &[f64]) -> Chain {
-    Chain::new(&x.iter().map(|&x| [x, 0.0]).collect::<Vec<_>>())
+fn floor(x: &[f64]) -> Points {
+    markers(&x.iter().map(|&x| [x, 0.0]).collect::<Vec<_>>())
 }
 
 /// The disc at `center` on a chain, evaluated once: chain and energy.
-fn once(mut chain: Chain, center: [f64; 2]) -> (Chain, Sdem) {
+fn once(mut chain: Points, center: [f64; 2]) -> (Points, Sdem) {
     let mut dem = configured(&on_segments(vec![disc(center)], spring(K)));
     dem.imp_set(&chain.set);
     chain.contact(&mut dem, &OPENING).unwrap();
@@ -89,7 +68,7 @@ fn a_maximum_without_a_minimum_beside_it_counts_in_the_stiffness() {
         [-long * cos, long * sin],
     ];
     let distance = A + R - 2e-3;
-    let (chain, _) = once(Chain::new(&dent), [0.0, distance]);
+    let (chain, _) = once(markers(&dent), [0.0, distance]);
     let foot = distance * sin / long;
     let expected = [
         1.0 + 1.0,                             // the end of the short segment, the vertex
@@ -103,7 +82,7 @@ fn a_maximum_without_a_minimum_beside_it_counts_in_the_stiffness() {
         );
     }
     // Round a ring that is smaller than that, each marker counts once in either direction.
-    let mut ring = Chain::new(&[[0.0, 0.0], [-1e-4, -1e-4], [1e-4, -1e-4]]);
+    let mut ring = markers(&[[0.0, 0.0], [-1e-4, -1e-4], [1e-4, -1e-4]]);
     ring.set[2].next = 1;
     let (ring, _) = once(ring, [0.0, distance]);
     let stiffness: Vec<f64> = ring.forces.iter().map(|f| f.stiffness).collect();
@@ -166,11 +145,11 @@ fn springs_and_adhesion_of_a_chain_have_an_energy() {
     let adhesion = 500.0;
     let law = granular_law(K, 0.0, 0.0, 0.0, adhesion, 0.0);
     let once = |x: &[[f64; 2]], center: [f64; 2]| {
-        let mut chain = Chain::new(x);
+        let mut chain = markers(x);
         let mut dem = configured(&on_segments(vec![disc(center)], law));
         dem.imp_set(&chain.set);
         let through = chain.contact(&mut dem, &OPENING).is_err();
-        (!through).then(|| (-chain.total(), dem.measurement().ledger.contact))
+        (!through).then(|| (-total(&chain), dem.measurement().ledger.contact))
     };
     let flat = [[1.0, 0.0], [0.0, 0.0], [-1.0, 0.0]];
     let xi: f64 = 4e-3;
@@ -259,7 +238,7 @@ fn a_step_allocates_nothing_after_warm_up() {
             x.iter().map(|x| at(x[0], x[1])).collect()
         };
         let motion: Vec<Vec<ImpState>> = (0..3000).map(states).collect();
-        let mut chain = Chain::new(&wrapped(0.0, around, [1e-3, 2e-3]));
+        let mut chain = markers(&wrapped(0.0, around, [1e-3, 2e-3]));
         chain.set[29].next = next;
         let mut held = disc([0.0, 0.0]);
         held.motion = Motion::Driven;
@@ -319,14 +298,14 @@ fn a_disc_that_comes_through_the_chain_is_named() {
         let mut dem = configured(&config);
         dem.imp_set(&chain.set);
         assert_eq!(chain.contact(&mut dem, &OPENING).is_err(), through);
-        assert!(through || chain.total() == Vec2::zeros());
+        assert!(through || total(&chain) == Vec2::zeros());
     }
 }
 
 #[test]
 fn two_markers_may_lie_on_one_another() {
     let (chain, _) = once(floor(&[0.5, 0.0, 0.0, -0.5]), [0.1, A + R - 1e-3]);
-    assert!((chain.total().y + K * 1e-3).abs() < 1e-6);
+    assert!((total(&chain).y + K * 1e-3).abs() < 1e-6);
 }
 
 #[test]

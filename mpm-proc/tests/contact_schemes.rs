@@ -73,6 +73,8 @@ fn the_limit_of_each_scheme_bounds_its_operator() {
                     "{scheme:?} {shape:?}: {norm} {bound}"
                 );
                 assert!(norm > 0.05 * bound, "{scheme:?} {shape:?}: {norm} {bound}");
+                let lightest = (1.0 + 1e-9) / mass;
+                assert!(limits.mobility <= lightest || scheme != ContactForceScheme::Point);
                 if count == 1 {
                     // One point: the operator's only eigenvalue is k sum S T / m.
                     let eigenvalue = (root(&s) * root(&t).transpose())[(0, 0)];

@@ -109,8 +109,7 @@ pub fn opening(config: &MpmConfig, forces: &[ImpForce]) -> Limits {
 }
 
 #[test]
-#[expect(clippy::too_many_lines, reason = "a table")]
-fn both_frequencies_bound_the_eigenvalues_of_random_clouds() {
+fn the_elastic_frequency_bounds_the_eigenvalues_of_random_clouds() {
     use Kernel::{Cubic, Linear, Quadratic, Ugimp};
     let of_grid = None;
     for (kernel, transfer, smooths) in [
@@ -144,25 +143,9 @@ fn both_frequencies_bound_the_eigenvalues_of_random_clouds() {
             }
             let count = [3, 12, 40][seed as usize % 3];
             let positions = scattered(&mut config, &mut random, count);
-            let stiffness: Vec<f64> = (0..count)
-                .map(|i| {
-                    if i % 3 == 0 {
-                        0.0
-                    } else {
-                        random.between(1e4, 1e6)
-                    }
-                })
-                .collect();
-            let force = |&stiffness: &f64| ImpForce {
-                force: [0.0; 2],
-                stiffness,
-                ..ImpForce::default()
-            };
-            let forces: Vec<ImpForce> = stiffness.iter().map(force).collect();
-            let limits = opening(&config, &forces);
+            let limits = opening(&config, &[]);
 
             let [s, gx, gy] = matrices(&positions, kernel, config.domain[0]);
-            let n = s.ncols();
             let nodal: DVector<f64> = s.row_sum().transpose() * MASS;
             let root = nodal.map(|m| 1.0 / m.sqrt());
             let by_mass = DMatrix::from_diagonal(&root);
@@ -176,21 +159,6 @@ fn both_frequencies_bound_the_eigenvalues_of_random_clouds() {
                 limits.omega_sq
             );
             tightest = tightest.max(exact / limits.omega_sq);
-
-            let scaled =
-                DMatrix::from_fn(count, n, |p, i| stiffness[p].sqrt() * s[(p, i)] * root[i]);
-            let exact = largest_eigenvalue(&(&scaled * scaled.transpose()));
-            assert!(
-                exact <= limits.contact_omega_sq * (1.0 + 1e-9),
-                "{exact} {}",
-                limits.contact_omega_sq
-            );
-            assert!(exact > 0.05 * limits.contact_omega_sq);
-            assert!(
-                limits.mobility <= (1.0 + 1e-9) / MASS,
-                "never above 1/m: {}",
-                limits.mobility
-            );
         }
         // The bound is reached, near enough, by a cloud whose points lie in the stiffest place.
         let near = if shape == ShapeFunction::Linear {

@@ -6,7 +6,7 @@ use dem_proc::Sdem;
 use interface::Vec2;
 use interface::config::{BodyConfig, BodyInertia, BodyShape, ContactLaw, DemConfig, Motion};
 use interface::message::wire::{ImpForce, ImpInfo, ImpState};
-use interface::solver::{Answer, DemSolver};
+use interface::solver::{Answer, DemSolver, Fault};
 use interface::step::Step;
 pub use mechanics::generate::Random;
 
@@ -175,9 +175,14 @@ impl Points {
         }
     }
 
+    /// The first half of a step of the bodies.
+    pub fn contact(&mut self, dem: &mut Sdem, step: &Step) -> Result<Answer, Fault> {
+        dem.contact(step, &self.states, &mut self.forces)
+    }
+
     /// One step of both sides.
     pub fn step(&mut self, dem: &mut Sdem, step: &Step) -> Answer {
-        let answer = dem.contact(step, &self.states, &mut self.forces).unwrap();
+        let answer = self.contact(dem, step).unwrap();
         for ((state, force), info) in self.states.iter_mut().zip(&self.forces).zip(&self.set) {
             for k in 0..2 {
                 state.velocity[k] += force.force[k] / info.mass * step.kick();
