@@ -15,8 +15,7 @@ use interface::hosted::Host;
 use interface::message::control::Party;
 use interface::message::wire::{ImpForce, ImpState};
 use interface::session::together::Together;
-use interface::session::{Clocked, Session, drive, serve};
-use interface::transport::direct::Direct;
+use interface::session::{Session, drive, serve};
 use interface::transport::domain::OwnedDomain;
 use interface::transport::iceoryx::{self, SEND_TIMEOUT};
 use toys::{Course, HalfPlane, Points};
@@ -35,14 +34,15 @@ fn between_processes(imps: usize, window: u64, steps: u64) -> Duration {
     let domain = OwnedDomain::create().expect("a directory");
     let names = domain.domain();
     let _created = iceoryx::create(names, &BOTH, false).expect("channels");
-    let mut transport =
+    let ends =
         iceoryx::join(names, Party::Coupler, &BOTH, SEND_TIMEOUT).expect("the coupler's ends");
     let mut course = Course::still(SETTLED + MANY * steps, window);
     course.warm = SETTLED;
     std::thread::scope(|scope| {
         scope.spawn(move || serve(names, Host::Mpm(Box::new(Points::new(imps)))));
         scope.spawn(move || serve(names, Host::Dem(Box::<HalfPlane>::default())));
-        let session = Session::coupler(&BOTH, &mut course, &mut *transport);
+        let session = Session::coupler(&BOTH, &mut course, ends);
+        let _open = session.ends();
         drive(session).expect("an orderly end");
     });
     course.spent.div_f64(MANY as f64)
@@ -50,18 +50,11 @@ fn between_processes(imps: usize, window: u64, steps: u64) -> Duration {
 
 /// The same in one thread, by direct calls.
 fn direct(imps: usize, window: u64, steps: u64) -> Duration {
-    let (mut points, mut wall) = (Points::new(imps), HalfPlane::default());
     let mut course = Course::still(WARM + steps, window);
     course.warm = WARM;
-    let hub = Direct::new();
-    let mut ends = [hub.clone(), hub.clone(), hub];
-    let [to_coupler, to_mpm, to_dem] = &mut ends;
-    let together = Together {
-        coupler: Session::coupler(&BOTH, &mut course, to_coupler),
-        mpm: Some(Session::mpm(&mut points, to_mpm, Clocked::Shared)),
-        dem: Some(Session::dem(&mut wall, to_dem, Clocked::Shared)),
-    };
-    let [coupler, ..] = together.run();
+    let points = Host::Mpm(Box::new(Points::new(imps)));
+    let wall = Host::Dem(Box::<HalfPlane>::default());
+    let [coupler, ..] = Together::of(&mut course, [points, wall]).run();
     coupler.expect("an orderly end");
     course.spent
 }

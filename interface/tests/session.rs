@@ -9,10 +9,9 @@ use interface::hosted::Host;
 use interface::message::Channel;
 use interface::message::control::Party;
 use interface::session::together::Together;
-use interface::session::{Clocked, Session, SessionError, drive, serve};
+use interface::session::{Session, SessionError, drive, serve};
 use interface::solver::Readiness;
 use interface::step::Clock;
-use interface::transport::direct::Direct;
 use interface::transport::domain::OwnedDomain;
 use interface::transport::iceoryx::{self, SEND_TIMEOUT};
 
@@ -38,20 +37,9 @@ fn session(course: &mut Course, points: Points) -> Result<(), SessionError> {
     session_with(course, points, HalfPlane::default())
 }
 
-fn session_with(
-    course: &mut Course,
-    mut points: Points,
-    mut wall: HalfPlane,
-) -> Result<(), SessionError> {
-    let hub = Direct::new();
-    let mut ends = [hub.clone(), hub.clone(), hub];
-    let [to_coupler, to_mpm, to_dem] = &mut ends;
-    let together = Together {
-        coupler: Session::coupler(&BOTH, course, to_coupler),
-        mpm: Some(Session::mpm(&mut points, to_mpm, Clocked::Shared)),
-        dem: Some(Session::dem(&mut wall, to_dem, Clocked::Shared)),
-    };
-    let [coupler, ..] = together.run();
+fn session_with(course: &mut Course, points: Points, wall: HalfPlane) -> Result<(), SessionError> {
+    let hosts = [Host::Mpm(Box::new(points)), Host::Dem(Box::new(wall))];
+    let [coupler, ..] = Together::of(course, hosts).run();
     coupler
 }
 
@@ -104,7 +92,7 @@ fn a_refusal_is_heard_though_the_other_solver_never_comes() {
         let domain = OwnedDomain::create().unwrap();
         let names = domain.domain();
         let _created = iceoryx::create(names, &BOTH, false).unwrap();
-        let mut transport = iceoryx::join(names, Party::Coupler, &BOTH, SEND_TIMEOUT).unwrap();
+        let ends = iceoryx::join(names, Party::Coupler, &BOTH, SEND_TIMEOUT).unwrap();
         let mut supervisor = Course::new(10, 1);
         std::thread::scope(|scope| {
             let solver = scope.spawn(move || {
@@ -121,7 +109,8 @@ fn a_refusal_is_heard_though_the_other_solver_never_comes() {
             };
             let other = scope.spawn(move || serve(names, Host::Dem(Box::new(wall))));
             let begin = Instant::now();
-            let session = Session::coupler(&BOTH, &mut supervisor, &mut *transport);
+            let session = Session::coupler(&BOTH, &mut supervisor, ends);
+            let _open = session.ends();
             let error = drive(session).unwrap_err();
             assert!(begin.elapsed() < Duration::from_secs(2));
             assert!(

@@ -10,12 +10,10 @@ use coupler::record::summary::Status;
 use coupler::run::{RunOptions, Solvers};
 use coupler::scene::Scene;
 use interface::config::MaterialModel;
-use interface::message::control::Party;
+use interface::hosted::Host;
 use interface::session::together::Together;
-use interface::session::{Clocked, Session};
 use interface::solver::MpmSolver;
 use interface::step::Step;
-use interface::transport::direct::Direct;
 use mechanics::generate::Grain;
 use mpm_proc::Mpm;
 
@@ -163,17 +161,10 @@ fn options() -> RunOptions {
 /// 20,000 coupled steps of two solvers that compute next to nothing, by direct calls.
 fn exchange() -> (Slice, Slice) {
     let work = || {
-        let (mut points, mut wall) = (Points::new(0), HalfPlane::default());
+        let points = Host::Mpm(Box::new(Points::new(0)));
+        let wall = Host::Dem(Box::<HalfPlane>::default());
         let mut course = Course::still(20_000, 64);
-        let hub = Direct::new();
-        let mut ends = [hub.clone(), hub.clone(), hub];
-        let [to_coupler, to_mpm, to_dem] = &mut ends;
-        let together = Together {
-            coupler: Session::coupler(&[Party::Mpm, Party::Dem], &mut course, to_coupler),
-            mpm: Some(Session::mpm(&mut points, to_mpm, Clocked::Shared)),
-            dem: Some(Session::dem(&mut wall, to_dem, Clocked::Shared)),
-        };
-        let [coupler, ..] = together.run();
+        let [coupler, ..] = Together::of(&mut course, [points, wall]).run();
         coupler.expect("an orderly end");
     };
     let mut mail = Mail::default();

@@ -30,14 +30,14 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::PathBuf;
 
 use interface::files::{self, How};
+use interface::hosted::Host;
 use interface::message::control::Party;
 use interface::message::{Channel, Kind};
 use interface::recording::{About, Recorder, Tap};
 use interface::session::together::Together;
-use interface::session::{Clocked, Session, SessionError, Supervisor, drive};
+use interface::session::{Session, SessionError, Supervisor, drive};
 use interface::solver::{DemSolver, MpmSolver};
 use interface::trace;
-use interface::transport::direct::Direct;
 use interface::transport::domain::OwnedDomain;
 use interface::transport::iceoryx::{self, SEND_TIMEOUT};
 
@@ -204,7 +204,7 @@ fn processes(run: &mut Run<'_>, commands: &BTreeMap<Party, &Vec<String>>) -> Res
     let memory = SharedMemory::of(names, Some(&channels));
     run.resources.shared_memory = Some(memory.clone());
     let caused = |error| with_cause(error, &memory);
-    let mut transport = iceoryx::join(names, Party::Coupler, &parties, SEND_TIMEOUT)
+    let ends = iceoryx::join(names, Party::Coupler, &parties, SEND_TIMEOUT)
         .map_err(|error| caused(error.into()))?;
     let mut tap = match &sink {
         Some(sink) if parties.len() == 2 => {
@@ -226,8 +226,10 @@ fn processes(run: &mut Run<'_>, commands: &BTreeMap<Party, &Vec<String>>) -> Res
         .iter()
         .try_for_each(&mut start)
         .map_err(RunError::from);
+    let mut open = None;
     if verdict.is_ok() {
-        let session = Session::coupler(&parties, &mut *run, &mut *transport);
+        let session = Session::coupler(&parties, &mut *run, ends);
+        open = Some(session.ends());
         let session = session.recorded(sink.as_ref(), noted);
         verdict = drive(session.traced(names, Party::Coupler)).map_err(caused);
     }
@@ -238,6 +240,7 @@ fn processes(run: &mut Run<'_>, commands: &BTreeMap<Party, &Vec<String>>) -> Res
         domain.release();
     }
     run.resources.processes.end_all();
+    drop(open); // what was sent is there until the solvers have ended
     if let Some(path) = &run.options.trace
         && let Err(e) = trace::end(path)
     {
@@ -254,20 +257,15 @@ fn in_process(
 ) -> Result<(), RunError> {
     let parties = run.parties().to_vec();
     let sink = run.outputs.sink.clone();
-    let (mut continuum, mut bodies) = (mpm(), dem());
-    let takes_part = |party| parties.contains(&party);
-    let hub = Direct::new();
-    let [mut to_coupler, mut to_mpm, mut to_dem] = [(); 3].map(|()| hub.clone());
-    let coupler = Session::coupler(&parties, run, &mut to_coupler);
-    let mpm = Session::mpm(&mut *continuum, &mut to_mpm, Clocked::Shared);
-    let dem = Session::dem(&mut *bodies, &mut to_dem, Clocked::Shared);
+    let hosts = parties.iter().map(|party| match party {
+        Party::Mpm => Host::Mpm(mpm()),
+        _ => Host::Dem(dem()),
+    });
+    let mut together = Together::of(run, hosts);
     // Each message is recorded once: the coupler records its own, and the continuum those between the solvers.
-    let mpm = mpm.recorded(sink.as_ref(), Channel::is_between_solvers);
-    let together = Together {
-        coupler: coupler.recorded(sink.as_ref(), noted),
-        mpm: takes_part(Party::Mpm).then_some(mpm),
-        dem: takes_part(Party::Dem).then_some(dem),
-    };
+    together.coupler = together.coupler.recorded(sink.as_ref(), noted);
+    let between = Channel::is_between_solvers;
+    together.mpm = together.mpm.map(|mpm| mpm.recorded(sink.as_ref(), between));
     match catch_unwind(AssertUnwindSafe(|| together.run())) {
         Ok([coupler, ..]) => Ok(coupler?),
         Err(panic) => {

@@ -4,6 +4,7 @@ use std::cell::RefCell;
 use std::rc::Rc;
 use std::time::Duration;
 
+use interface::hosted::Host;
 use interface::message::control::{Configure, Party};
 use interface::message::wire::{BodyState, Budget, Grant, PointState, flags};
 use interface::session::{
@@ -273,7 +274,7 @@ enum Activity {
 /// Runs a session of `plan` on `host`, from a checkpoint if one is given.
 pub fn run(plan: &Plan, host: SimulatedHost, from: Option<&Checkpoint>) -> SessionOutcome {
     let host = Rc::new(RefCell::new(host));
-    let (mut continuum, mut bodies) = (plan.solvers.build)(plan);
+    let (continuum, bodies) = (plan.solvers.build)(plan);
     let mut toy = ToySupervisor {
         plan,
         configs: (plan.solvers.configs)(),
@@ -291,14 +292,14 @@ pub fn run(plan: &Plan, host: SimulatedHost, from: Option<&Checkpoint>) -> Sessi
         finals: None,
         seen: None,
     };
-    let [mut to_coupler, mut to_mpm, mut to_dem] = Party::ALL.map(|party| Ends {
-        party,
-        host: host.clone(),
+    let [to_coupler, to_mpm, to_dem] = Party::ALL.map(|party| {
+        let host = host.clone();
+        Box::new(Ends { party, host })
     });
     let mut parties = [
-        Session::coupler(&[Party::Mpm, Party::Dem], &mut toy, &mut to_coupler),
-        Session::mpm(&mut *continuum, &mut to_mpm, Clocked::Shared),
-        Session::dem(&mut *bodies, &mut to_dem, Clocked::Shared),
+        Session::coupler(&[Party::Mpm, Party::Dem], &mut toy, to_coupler),
+        Session::solver(Host::Mpm(continuum), to_mpm, Clocked::Shared),
+        Session::solver(Host::Dem(bodies), to_dem, Clocked::Shared),
     ];
     let mut schedule = Schedule::new(&host);
     schedule.run(&mut parties);

@@ -1,9 +1,7 @@
 //! A solver of this program, whichever side it is.
 
 use crate::message::control::{Hello, Party};
-use crate::session::{Clocked, Session};
 use crate::solver::{DemSolver, MpmSolver};
-use crate::transport::Transport;
 
 /// A solver of this program.
 pub enum Host {
@@ -29,15 +27,4 @@ impl Host {
             Self::Dem(solver) => Hello::of(Party::Dem, solver.identity(), solver.capabilities()),
         }
     }
-
-    /// Its side of a session.
-    pub fn session<'a>(&'a mut self, ends: &'a mut dyn Transport, clocked: Clocked) -> Session<'a> {
-        match self {
-            Self::Mpm(solver) => Session::mpm(&mut **solver, ends, clocked),
-            Self::Dem(solver) => Session::dem(&mut **solver, ends, clocked),
-        }
-    }
 }
-
-/// The ends of a solver's channels.
-pub type Ends = Box<dyn Transport>;

@@ -24,7 +24,8 @@ use crate::transport::iceoryx::{Created, create, join};
 use crate::transport::wait::{Awaited, Spin, until, wait};
 use crate::transport::{Transport, TransportError};
 
-pub use self::host::{Ends, Host};
+pub use self::host::Host;
+pub use crate::transport::Ends;
 
 /// Longest wait of a send to a full channel. It is short, so that the kit soon notices that a solver takes nothing.
 const SEND_TIMEOUT: Duration = Duration::from_secs(1);

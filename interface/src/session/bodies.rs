@@ -8,7 +8,7 @@ use super::solver::Side;
 use crate::config::capability::CONTACTS;
 use crate::config::{DemConfig, Interface, from_json};
 use crate::forces::{Forces, Points};
-use crate::message::control::{Configure, Hello, Party};
+use crate::message::control::{Configure, Party};
 use crate::message::wire::{ContactState, Ledger, StepHeader, flags, records_of};
 use crate::message::{Channel, Kind, Message, Payload, Records};
 use crate::saved::{pack, unpack};
@@ -19,8 +19,8 @@ use crate::step::Step;
 const DRIVER: &str = "driver of bodies 2";
 
 /// Bodies in a session.
-pub(super) struct Bodies<'a> {
-    solver: &'a mut dyn DemSolver,
+pub(super) struct Bodies {
+    solver: Box<dyn DemSolver>,
     /// Whether the links of the set are used (W-2).
     links: bool,
     /// Where messages arrive, so that memory is reused.
@@ -34,8 +34,8 @@ pub(super) struct Bodies<'a> {
     lists_contacts: bool,
 }
 
-impl<'a> Bodies<'a> {
-    pub fn new(solver: &'a mut dyn DemSolver) -> Self {
+impl Bodies {
+    pub fn new(solver: Box<dyn DemSolver>) -> Self {
         Self {
             lists_contacts: solver.capabilities().has(CONTACTS),
             solver,
@@ -62,7 +62,7 @@ impl<'a> Bodies<'a> {
 
     /// I-1 to I-5: waits for the states of the points, and answers what the continuum asks for before it. Returns whether
     /// there are any: there are none if the continuum halts.
-    async fn receive_states(&mut self, to: &mut Connection<'_>) -> Result<bool, SessionError> {
+    async fn receive_states(&mut self, to: &mut Connection) -> Result<bool, SessionError> {
         self.next_states(to).await?;
         if self.states_have(flags::WANT_ENVELOPES) {
             self.send_envelopes(to).await?;
@@ -94,7 +94,7 @@ impl<'a> Bodies<'a> {
     }
 
     /// I-1, I-4, I-5.
-    async fn next_states(&mut self, to: &Connection<'_>) -> Result<(), SessionError> {
+    async fn next_states(&mut self, to: &Connection) -> Result<(), SessionError> {
         let channel = Channel::of(Party::Mpm, Kind::States);
         let awaited = "the states of the points (I-1)";
         to.receive(channel, &mut self.states, awaited, to.deadline)
@@ -114,7 +114,7 @@ impl<'a> Bodies<'a> {
     }
 
     /// E-1, E-3.
-    async fn send_envelopes(&mut self, to: &Connection<'_>) -> Result<(), SessionError> {
+    async fn send_envelopes(&mut self, to: &Connection) -> Result<(), SessionError> {
         let envelopes = self.solver.envelopes();
         if let Some(follower) = &mut self.follower {
             follower.publish(envelopes);
@@ -128,7 +128,7 @@ impl<'a> Bodies<'a> {
     }
 
     /// I-2, I-8: takes the set that `states` announce, which was sent before them.
-    fn receive_set(&mut self, to: &mut Connection<'_>) -> Result<(), SessionError> {
+    fn receive_set(&mut self, to: &mut Connection) -> Result<(), SessionError> {
         let (step, channel) = (to.step(), Channel::of(Party::Mpm, Kind::Set));
         let complain = |message| Err(broken(Party::Mpm, "I-2", step, message));
         if !to.io().receive(channel, &mut self.set)? {
@@ -178,8 +178,8 @@ fn advance(
     }
 }
 
-impl Side for Bodies<'_> {
-    async fn steps(&mut self, to: &mut Connection<'_>) -> Result<(), SessionError> {
+impl Side for Bodies {
+    async fn steps(&mut self, to: &mut Connection) -> Result<(), SessionError> {
         // L-4, H-2, H-4: the forces of the last step had HALT_AFTER.
         while !to.is_window_done() && to.may_go_on() {
             if to.coupled && !self.receive_states(to).await? {
@@ -204,7 +204,8 @@ impl Side for Bodies<'_> {
             let measured = answer.travel.is_none();
             let moved = match &mut self.follower {
                 Some(follower) if measured => {
-                    let moved = advance(self.solver, Some(&mut *follower), &step, &self.forces);
+                    let moved =
+                        advance(&mut *self.solver, Some(&mut *follower), &step, &self.forces);
                     answer.limits = follower.limits(answer.limits, &self.forces);
                     answer.travel = Some(follower.travel());
                     moved.map_err(|f| to.fault(f))
@@ -235,16 +236,12 @@ impl Side for Bodies<'_> {
             }
             if !measured {
                 let follower = self.follower.as_mut();
-                advance(self.solver, follower, &step, &self.forces).map_err(|f| to.fault(f))?;
+                advance(&mut *self.solver, follower, &step, &self.forces)
+                    .map_err(|f| to.fault(f))?;
             }
             to.advanced(answer.limits)?;
         }
         Ok(())
-    }
-
-    fn hello(&self) -> Hello {
-        let (identity, capabilities) = (self.solver.identity(), self.solver.capabilities());
-        Hello::of(Party::Dem, identity, capabilities)
     }
 
     fn configure(

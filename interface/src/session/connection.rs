@@ -31,8 +31,8 @@ pub(super) enum Granted {
 }
 
 /// A solver's connection to the coupler.
-pub(super) struct Connection<'a> {
-    io: Rc<Io<'a>>,
+pub(super) struct Connection {
+    io: Rc<Io>,
     pub party: Party,
     /// Whether there is another solver to exchange with.
     pub coupled: bool,
@@ -52,8 +52,8 @@ pub(super) struct Connection<'a> {
     grants: Message,
 }
 
-impl<'a> Connection<'a> {
-    pub fn new(io: Rc<Io<'a>>, party: Party) -> Self {
+impl Connection {
+    pub fn new(io: Rc<Io>, party: Party) -> Self {
         Self {
             io,
             party,
@@ -69,7 +69,7 @@ impl<'a> Connection<'a> {
         }
     }
 
-    pub fn io(&self) -> &Io<'a> {
+    pub fn io(&self) -> &Io {
         &self.io
     }
 
@@ -256,7 +256,7 @@ impl<'a> Connection<'a> {
         let [grants, orders] = [Kind::Grant, Kind::Order].map(|kind| Channel::of(self.party, kind));
         let mut grant = std::mem::replace(&mut self.grants, Message::empty(Kind::Grant));
         let mut order = Message::empty(Kind::Order);
-        let look = |io: &Io<'_>| {
+        let look = |io: &Io| {
             if io.receive(grants, &mut grant)? {
                 return Ok(Some(Granted::Window));
             }
@@ -324,7 +324,7 @@ impl<'a> Connection<'a> {
     ) -> impl Future<Output = Result<(), SessionError>> {
         let wait = (channel.from(), awaited, at_most);
         let awaits_order = channel.kind == Kind::Order;
-        let look = move |io: &Io<'_>| Ok(io.receive(channel, into)?.then_some(()));
+        let look = move |io: &Io| Ok(io.receive(channel, into)?.then_some(()));
         self.arrival(wait, awaits_order, look)
     }
 
@@ -333,7 +333,7 @@ impl<'a> Connection<'a> {
         &self,
         (from, awaited, at_most): (Party, &'static str, Duration),
         awaits_order: bool,
-        mut look: impl FnMut(&Io<'a>) -> Result<Option<T>, SessionError>,
+        mut look: impl FnMut(&Io) -> Result<Option<T>, SessionError>,
     ) -> impl Future<Output = Result<T, SessionError>> {
         let io = &*self.io;
         io.arrival(Wait { from, at_most }, move |signal| {

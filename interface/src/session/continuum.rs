@@ -6,7 +6,7 @@ use super::connection::Connection;
 use super::error::{SessionError, broken};
 use super::solver::Side;
 use crate::config::{MpmConfig, from_json};
-use crate::message::control::{Configure, Hello, Party};
+use crate::message::control::{Configure, Party};
 use crate::message::wire::{Ledger, PointState, flags};
 use crate::message::{Channel, Kind, Message, Records};
 use crate::saved::{pack, unpack};
@@ -16,16 +16,16 @@ use crate::solver::{Fault, MpmSolver, Readiness, Refusal};
 const DRIVER: &str = "driver of a continuum 1";
 
 /// A continuum in a session.
-pub(super) struct Continuum<'a> {
-    solver: &'a mut dyn MpmSolver,
+pub(super) struct Continuum {
+    solver: Box<dyn MpmSolver>,
     approach: Approach,
     /// Where messages arrive, so that memory is reused.
     forces: Message,
     envelopes: Message,
 }
 
-impl<'a> Continuum<'a> {
-    pub fn new(solver: &'a mut dyn MpmSolver) -> Self {
+impl Continuum {
+    pub fn new(solver: Box<dyn MpmSolver>) -> Self {
         Self {
             solver,
             approach: Approach::default(),
@@ -35,7 +35,7 @@ impl<'a> Continuum<'a> {
     }
 
     /// E-1 to E-3, I-2: chooses a new set of IMPs by the envelopes of the bodies.
-    async fn choose_set(&mut self, to: &mut Connection<'_>) -> Result<(), SessionError> {
+    async fn choose_set(&mut self, to: &mut Connection) -> Result<(), SessionError> {
         to.io().mark("new set");
         to.exchange(flags::WANT_ENVELOPES, Records::States(&[]))
             .await?;
@@ -64,7 +64,7 @@ impl<'a> Continuum<'a> {
     }
 
     /// F-2 to F-5: waits for the contact forces.
-    async fn receive_forces(&mut self, to: &Connection<'_>) -> Result<(), SessionError> {
+    async fn receive_forces(&mut self, to: &Connection) -> Result<(), SessionError> {
         let channel = Channel::of(Party::Mpm, Kind::Forces);
         let awaited = "the contact forces (F-1)";
         to.receive(channel, &mut self.forces, awaited, to.deadline)
@@ -83,8 +83,8 @@ impl<'a> Continuum<'a> {
     }
 }
 
-impl Side for Continuum<'_> {
-    async fn steps(&mut self, to: &mut Connection<'_>) -> Result<(), SessionError> {
+impl Side for Continuum {
+    async fn steps(&mut self, to: &mut Connection) -> Result<(), SessionError> {
         while !to.is_window_done() {
             // L-4, H-1, H-4.
             if !to.may_go_on() {
@@ -121,11 +121,6 @@ impl Side for Continuum<'_> {
             }
         }
         Ok(())
-    }
-
-    fn hello(&self) -> Hello {
-        let (identity, capabilities) = (self.solver.identity(), self.solver.capabilities());
-        Hello::of(Party::Mpm, identity, capabilities)
     }
 
     fn configure(

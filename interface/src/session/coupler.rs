@@ -84,7 +84,7 @@ impl From<Stop> for SessionError {
 
 /// The coupler in a session.
 pub(super) struct Coupler<'a> {
-    io: Rc<Io<'a>>,
+    io: Rc<Io>,
     supervisor: &'a mut dyn Supervisor,
     solvers: Solvers,
     /// Whether no grant has been sent yet.
@@ -94,7 +94,7 @@ pub(super) struct Coupler<'a> {
 }
 
 impl<'a> Coupler<'a> {
-    pub fn new(io: Rc<Io<'a>>, parties: &[Party], supervisor: &'a mut dyn Supervisor) -> Self {
+    pub fn new(io: Rc<Io>, parties: &[Party], supervisor: &'a mut dyn Supervisor) -> Self {
         Self {
             io,
             supervisor,
@@ -540,9 +540,9 @@ mod tests {
     /// The verdict if dem complains in step 1, and mpm in `step` a little later.
     fn verdict(step: Option<u64>, fault: Option<Fault>) -> String {
         let hub = Direct::new();
-        let (mut ends, mut nobody) = (hub.clone(), Nobody);
+        let mut nobody = Nobody;
         let both = [Party::Mpm, Party::Dem];
-        let mut session = Session::coupler(&both, &mut nobody, &mut ends);
+        let mut session = Session::coupler(&both, &mut nobody, Box::new(hub.clone()));
         complains(&hub, Party::Dem, 1, fault);
         for _ in 0..10 {
             if matches!(session.turn(), Turn::Waits(_)) {

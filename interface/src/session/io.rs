@@ -15,7 +15,7 @@ use crate::message::control::Party;
 use crate::message::wire::StepHeader;
 use crate::message::{Channel, Message, Records};
 use crate::recording::RecordingSink;
-use crate::transport::{Transport, TransportError};
+use crate::transport::{Ends, Transport, TransportError};
 
 /// The party and the deadline of a wait.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -50,8 +50,8 @@ fn record((sink, notes): &Recording, channel: Channel, header: &StepHeader, reco
 }
 
 /// A party's ends of the channels, and what it has in common with whoever polls its session.
-pub(super) struct Io<'a> {
-    transport: RefCell<&'a mut dyn Transport>,
+pub(super) struct Io {
+    transport: RefCell<Ends>,
     watch: RefCell<Stopwatch>,
     pub recording: OnceCell<Recording>,
     /// The wait in which the session is pending; `None` if it can go on.
@@ -65,8 +65,8 @@ pub(super) struct Io<'a> {
     pub step: Cell<u64>,
 }
 
-impl<'a> Io<'a> {
-    pub fn new(transport: &'a mut dyn Transport, watch: Stopwatch) -> Self {
+impl Io {
+    pub fn new(transport: Ends, watch: Stopwatch) -> Self {
         Self {
             transport: RefCell::new(transport),
             watch: RefCell::new(watch),

@@ -23,6 +23,7 @@ mod solvers;
 mod stopwatch;
 pub mod together;
 
+use std::any::Any;
 use std::pin::Pin;
 use std::rc::Rc;
 use std::task::{Context, Poll, Waker};
@@ -34,12 +35,12 @@ use self::continuum::Continuum;
 use self::coupler::Coupler;
 use self::io::{Io, Signal};
 use self::stopwatch::Stopwatch;
+use crate::hosted::Host;
 use crate::message::Channel;
 use crate::message::control::Party;
 use crate::recording::RecordingSink;
-use crate::solver::{DemSolver, MpmSolver};
 use crate::trace::Trace;
-use crate::transport::Transport;
+use crate::transport::Ends;
 use crate::transport::domain::Domain;
 use crate::transport::wait::{Awaited, Spin, wait};
 
@@ -62,60 +63,49 @@ pub enum Turn {
     Ended,
 }
 
-/// One party's side of a session.
+/// One party's side of a session, with its ends of the channels.
 pub struct Session<'a> {
-    io: Rc<Io<'a>>,
-    side: Pin<Box<dyn Future<Output = Result<(), SessionError>> + 'a>>,
+    io: Rc<Io>,
+    side: Side<'a>,
     verdict: Option<Result<(), SessionError>>,
 }
 
+type Side<'a> = Pin<Box<dyn Future<Output = Result<(), SessionError>> + 'a>>;
+
+impl Session<'static> {
+    /// A solver's side.
+    pub fn solver(host: Host, ends: Ends, clocked: Clocked) -> Self {
+        let hello = host.hello();
+        Self::of(ends, clocked, |io| {
+            let to = Connection::new(io, host.party());
+            match host {
+                Host::Mpm(solver) => Box::pin(solver::session(to, hello, Continuum::new(solver))),
+                Host::Dem(solver) => Box::pin(solver::session(to, hello, Bodies::new(solver))),
+            }
+        })
+    }
+}
+
 impl<'a> Session<'a> {
-    /// The continuum's side.
-    pub fn mpm(
-        solver: &'a mut dyn MpmSolver,
-        transport: &'a mut dyn Transport,
-        clocked: Clocked,
-    ) -> Self {
-        Self::of(transport, clocked, |io| {
-            let to = Connection::new(io, Party::Mpm);
-            Box::pin(solver::session(to, Continuum::new(solver), clocked))
-        })
-    }
-
-    /// The bodies' side.
-    pub fn dem(
-        solver: &'a mut dyn DemSolver,
-        transport: &'a mut dyn Transport,
-        clocked: Clocked,
-    ) -> Self {
-        Self::of(transport, clocked, |io| {
-            let to = Connection::new(io, Party::Dem);
-            Box::pin(solver::session(to, Bodies::new(solver), clocked))
-        })
-    }
-
     /// The coupler's side with these solvers, in which `supervisor` decides.
-    pub fn coupler(
-        solvers: &[Party],
-        supervisor: &'a mut dyn Supervisor,
-        transport: &'a mut dyn Transport,
-    ) -> Self {
-        Self::of(transport, Clocked::Shared, |io| {
+    pub fn coupler(solvers: &[Party], supervisor: &'a mut dyn Supervisor, ends: Ends) -> Self {
+        Self::of(ends, Clocked::Shared, |io| {
             Box::pin(Coupler::new(io, solvers, supervisor).session())
         })
     }
 
-    fn of(
-        transport: &'a mut dyn Transport,
-        clocked: Clocked,
-        side: impl FnOnce(Rc<Io<'a>>) -> Pin<Box<dyn Future<Output = Result<(), SessionError>> + 'a>>,
-    ) -> Self {
-        let io = Rc::new(Io::new(transport, Stopwatch::start(clocked)));
+    fn of(ends: Ends, clocked: Clocked, side: impl FnOnce(Rc<Io>) -> Side<'a>) -> Self {
+        let io = Rc::new(Io::new(ends, Stopwatch::start(clocked)));
         Self {
             side: side(io.clone()),
             io,
             verdict: None,
         }
+    }
+
+    /// What keeps its ends of the channels open when it is over: what was sent, and not yet received, is lost when they close.
+    pub fn ends(&self) -> Rc<dyn Any> {
+        self.io.clone()
     }
 
     /// Adds what it does to the timeline of the run, if there is one.

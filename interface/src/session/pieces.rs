@@ -24,7 +24,7 @@ fn pieces<'a>(state: &'a [u8], end: &'a [u8; 32]) -> impl Iterator<Item = (&'a [
 
 /// Sends a saved state from before `step`.
 pub(super) async fn send(
-    io: &Io<'_>,
+    io: &Io,
     channel: Channel,
     step: u64,
     state: &[u8],

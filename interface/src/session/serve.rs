@@ -2,10 +2,10 @@
 
 use std::time::Duration;
 
-use super::drive;
 use super::error::{SessionError, broken};
 use super::process::started_as;
 use super::stopwatch::Clocked;
+use super::{Session, drive};
 use crate::hosted::Host;
 use crate::message::control::{Hello, Notice};
 use crate::message::{Channel, Kind, Message};
@@ -21,11 +21,11 @@ const LOOK: Duration = Duration::from_millis(10);
 ///
 /// # Errors
 /// Any [`SessionError`]; it was sent to the coupler.
-pub fn serve(domain: &Domain, mut solver: Host) -> Result<(), SessionError> {
+pub fn serve(domain: &Domain, solver: Host) -> Result<(), SessionError> {
     let party = solver.party();
     check_side(domain, solver.hello())?;
-    let mut transport = iceoryx::join(domain, party, &[], SEND_TIMEOUT)?;
-    let session = solver.session(&mut *transport, Clocked::Process);
+    let ends = iceoryx::join(domain, party, &[], SEND_TIMEOUT)?;
+    let session = Session::solver(solver, ends, Clocked::Process);
     drive(session.traced(domain, party))
 }
 

@@ -4,7 +4,7 @@
 use super::connection::{Connection, Granted, LATEST, SETUP};
 use super::error::{INDIRECT_WAIT_MARGIN, SessionError};
 use super::pieces::{self, Mark};
-use super::stopwatch::{Activity, Clocked};
+use super::stopwatch::Activity;
 use crate::message::codec::encode;
 use crate::message::control::{Configure, Hello, Notice, Order, Ready};
 use crate::message::wire::{ContactState, Ledger, PointState, Report, StepHeader, flags};
@@ -13,7 +13,6 @@ use crate::solver::{Fault, Readiness, Refusal};
 
 /// What the two sides of a session do in ways of their own.
 pub(super) trait Side {
-    fn hello(&self) -> Hello;
     /// Takes the configuration.
     ///
     /// # Errors
@@ -27,7 +26,7 @@ pub(super) trait Side {
     /// The solver's state, and the driver's.
     fn save(&self) -> Result<(Vec<u8>, Vec<u8>), Fault>;
     /// The steps of the present grant, or as many of them as the budgets allow.
-    async fn steps(&mut self, to: &mut Connection<'_>) -> Result<(), SessionError>;
+    async fn steps(&mut self, to: &mut Connection) -> Result<(), SessionError>;
     /// The ledger, and the records of groups or bodies.
     fn measurement(&self) -> (&Ledger, Records<'_>);
     /// All points, of a continuum.
@@ -42,34 +41,34 @@ pub(super) trait Side {
 
 /// A whole session.
 pub(super) async fn session(
-    mut to: Connection<'_>,
+    mut to: Connection,
+    hello: Hello,
     mut side: impl Side,
-    clocked: Clocked,
 ) -> Result<(), SessionError> {
-    match serve(&mut to, &mut side, clocked).await {
+    match serve(&mut to, hello, &mut side).await {
         Ok(()) => Ok(()),
         Err(error) => Err(to.report_failure(error).await),
     }
 }
 
 async fn serve(
-    to: &mut Connection<'_>,
+    to: &mut Connection,
+    hello: Hello,
     side: &mut impl Side,
-    clocked: Clocked,
 ) -> Result<(), SessionError> {
-    to.say(&Notice::Hello(side.hello())).await?;
+    to.say(&Notice::Hello(hello)).await?;
     let items = configure(to, side).await?;
     let mut first = true;
     while let Granted::Window = to.next_grant(first).await? {
         first = false;
         window(to, side, items).await?;
-        report(to, side, clocked, items).await?;
+        report(to, side, items).await?;
     }
     drain(to, side).await
 }
 
 /// Takes the configuration, and the saved state if there is one. Returns the number of points or bodies.
-async fn configure(to: &mut Connection<'_>, side: &mut impl Side) -> Result<u64, SessionError> {
+async fn configure(to: &mut Connection, side: &mut impl Side) -> Result<u64, SessionError> {
     let configure = match to.order("its part of the scene", SETUP).await? {
         Order::Configure(configure) => configure,
         order => {
@@ -116,7 +115,7 @@ async fn configure(to: &mut Connection<'_>, side: &mut impl Side) -> Result<u64,
 
 /// Continues from a saved state.
 fn restore(
-    to: &mut Connection<'_>,
+    to: &mut Connection,
     side: &mut impl Side,
     saved: &[u8],
     items: u64,
@@ -141,11 +140,7 @@ fn restore(
 }
 
 /// The points and the state if the grant asks for them, and then its steps.
-async fn window(
-    to: &mut Connection<'_>,
-    side: &mut impl Side,
-    items: u64,
-) -> Result<(), SessionError> {
+async fn window(to: &mut Connection, side: &mut impl Side, items: u64) -> Result<(), SessionError> {
     let (asked, step) = (to.grant.flags, to.step());
     if asked & flags::FRAME != 0
         && let Some(points) = side.points()
@@ -171,12 +166,7 @@ async fn window(
 }
 
 /// The window is over, or the side has halted: sends what the grant asks for, and then the report.
-async fn report(
-    to: &Connection<'_>,
-    side: &impl Side,
-    clocked: Clocked,
-    items: u64,
-) -> Result<(), SessionError> {
+async fn report(to: &Connection, side: &impl Side, items: u64) -> Result<(), SessionError> {
     let (asked, step) = (to.grant.flags, to.step());
     let measured = asked & flags::MEASURE != 0;
     let mut report = Report {
@@ -201,7 +191,7 @@ async fn report(
         to.send(to.grant.first, Records::Contacts(contacts)).await?;
     }
     to.io().lap(Activity::Compute);
-    to.io().watch().write(clocked, &mut report);
+    to.io().watch().write(&mut report);
     let header = StepHeader {
         set: 0,
         ..to.header(0, 1)
@@ -210,7 +200,7 @@ async fn report(
 }
 
 /// The end: the points, Bye, and the leave to close.
-async fn drain(to: &Connection<'_>, side: &impl Side) -> Result<(), SessionError> {
+async fn drain(to: &Connection, side: &impl Side) -> Result<(), SessionError> {
     if let Some(points) = side.points() {
         to.send(to.step(), Records::Points(&points)).await?;
     }

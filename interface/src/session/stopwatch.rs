@@ -26,6 +26,7 @@ pub(crate) enum Activity {
 
 #[derive(Debug)]
 pub(crate) struct Stopwatch {
+    clocked: Clocked,
     /// When the present lap began; `None` if somebody else measures.
     mark: Option<Instant>,
     compute_ns: u64,
@@ -40,6 +41,7 @@ impl Stopwatch {
     /// Starts.
     pub(crate) fn start(clocked: Clocked) -> Self {
         Self {
+            clocked,
             mark: (clocked != Clocked::Shared).then(Instant::now),
             compute_ns: 0,
             exchange_ns: 0,
@@ -85,11 +87,11 @@ impl Stopwatch {
     }
 
     /// Writes the times so far into a report.
-    pub(crate) fn write(&self, clocked: Clocked, report: &mut Report) {
+    pub(crate) fn write(&self, report: &mut Report) {
         report.compute_ns = self.compute_ns;
         report.exchange_ns = self.exchange_ns;
         report.wait_ns = self.wait_ns;
-        report.cpu_ns = match clocked {
+        report.cpu_ns = match self.clocked {
             Clocked::Process => cpu_ns(ClockId::ProcessCPUTime),
             Clocked::Shared => self.compute_ns.saturating_sub(self.idle_ns),
         };

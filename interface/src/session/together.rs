@@ -2,8 +2,10 @@
 
 use std::time::{Duration, Instant};
 
-use super::{Session, SessionError, Turn, cpu_time};
+use super::{Clocked, Session, SessionError, Supervisor, Turn, cpu_time};
+use crate::hosted::Host;
 use crate::message::control::Party;
+use crate::transport::direct::Direct;
 
 /// The parties of a session.
 pub struct Together<'a> {
@@ -16,6 +18,28 @@ pub struct Together<'a> {
 }
 
 impl<'a> Together<'a> {
+    /// The coupler, in which `supervisor` decides, and these solvers.
+    pub fn of(supervisor: &'a mut dyn Supervisor, solvers: impl IntoIterator<Item = Host>) -> Self {
+        let hub = Direct::new();
+        let ends = || Box::new(hub.clone());
+        let (mut parties, mut mpm, mut dem) = (Vec::new(), None, None);
+        for host in solvers {
+            let party = host.party();
+            let side = if party == Party::Mpm {
+                &mut mpm
+            } else {
+                &mut dem
+            };
+            *side = Some(Session::solver(host, ends(), Clocked::Shared));
+            parties.push(party);
+        }
+        Self {
+            coupler: Session::coupler(&parties, supervisor, ends()),
+            mpm,
+            dem,
+        }
+    }
+
     /// Lets the parties take turns until all sessions are over. Returns how that of the coupler ended, and those of the
     /// continuum and the bodies.
     pub fn run(mut self) -> [Result<(), SessionError>; 3] {

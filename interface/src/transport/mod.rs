@@ -106,6 +106,9 @@ pub trait Transport {
     }
 }
 
+/// A party's ends of its channels.
+pub type Ends = Box<dyn Transport>;
+
 impl dyn Transport + '_ {
     /// Sends a message as it is, and wakes its receiver as B-2 says.
     ///

@@ -6,7 +6,7 @@ use std::sync::atomic::AtomicBool;
 use dem_proc::Sdem;
 use interface::hosted::Host;
 use interface::message::control::Party;
-use interface::session::{Clocked, SessionError, drive, process};
+use interface::session::{Clocked, Session, SessionError, drive, process};
 use interface::transport::domain::Domain;
 use interface::transport::iceoryx::{SEND_TIMEOUT, join};
 use mpm_proc::Mpm;
@@ -88,8 +88,8 @@ fn served(domain: &Domain, party: Party, wrong: Wrong) -> Result<(), SessionErro
     if wrong.process.joins_without_note {
         remove_note(domain);
     }
-    let mut flawed = Flawed::new(ends, party, wrong);
-    drive(built_in(party).session(&mut flawed, Clocked::Process))
+    let flawed = Box::new(Flawed::new(ends, party, wrong));
+    drive(Session::solver(built_in(party), flawed, Clocked::Process))
 }
 
 /// Removes the file by which this process notes that it takes part.
