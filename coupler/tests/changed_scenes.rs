@@ -101,10 +101,10 @@ fn plan(text: &str) -> Result<(), String> {
     let nowhere = std::env::temp_dir().join("tandem-no-scene");
     let file = SceneFile::of_text("scene.toml", text, &nowhere).map_err(|e| e.to_string())?;
     let scene = file.scene(None, &[]).map_err(|e| e.to_string())?;
-    let _ = scene.plan().to_string();
+    let _ = scene.plan();
     for variant in scene.variants.iter().take(2) {
         let scene = file.scene(Some(variant), &[]).map_err(|e| e.to_string())?;
-        let _ = scene.plan().to_string();
+        let _ = scene.plan();
     }
     Ok(())
 }

@@ -287,7 +287,7 @@ fn one_side_alone_is_a_scene() {
     let points_only = without("[[dem.body]]", "[output]", GOOD);
     let scene = good(&files.write("p.toml", &points_only), None, &[]);
     assert!(scene.dem.is_none());
-    let plan = scene.plan().to_string();
+    let plan = scene.plan();
     has(&plan, "DEM process: the scene has no `[dem]`");
 
     let bodies_only = without("[mpm]", "[[dem.body]]", GOOD)
@@ -321,7 +321,6 @@ fn bodies_that_cannot_touch_are_warned_about() {
     assert!(
         scene
             .plan()
-            .to_string()
             .contains("warning: there is no `[body_contact]`")
     );
     // Forces move no driven body, so such a contact would never be listed.
@@ -333,19 +332,17 @@ fn bodies_that_cannot_touch_are_warned_about() {
 
 #[test]
 fn the_plan_names_what_runs_and_what_is_left_out() {
-    let plan = Files::new().load(None, &[]).plan();
-    let text = plan.to_string();
+    let scene = Files::new().load(None, &[]);
+    let text = scene.plan();
     // 2 x 2 cells of 4 points.
     has(&text, "about 16 points in groups: block");
     has(&text, ", 11 rows; ");
     has(&text, "bodies: 0 free, 0 driven, 1 fixed");
     let push = "dem.body.0.motion={ pushed = { force = [0, 1] } }";
     let pushed = Files::new().load(None, &["dem.body.0.mass=1", push]);
-    has(
-        &pushed.plan().to_string(),
-        "bodies: 1 free, 0 driven, 0 fixed",
-    );
-    let left_out: Vec<&str> = plan.left_out.iter().map(|l| l.what.as_str()).collect();
+    has(&pushed.plan(), "bodies: 1 free, 0 driven, 0 fixed");
+    let left_out = scene.left_out();
+    let left_out: Vec<&str> = left_out.iter().map(|l| l.what.as_str()).collect();
     for what in [
         "plastic state of points",
         "body force",
@@ -489,7 +486,7 @@ fn solvers_are_commands_with_paths_from_the_scene() {
     ];
     assert_eq!(words(&scene), expected.map(PathBuf::from));
     assert_eq!(scene.solvers.mpm, None);
-    assert!(scene.plan().to_string().contains("DEM process `python3 "));
+    assert!(scene.plan().contains("DEM process `python3 "));
 
     let elsewhere = Files::new();
     let again = elsewhere.write("scene.toml", &scene.resolved_toml);

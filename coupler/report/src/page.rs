@@ -461,7 +461,7 @@ fn log_title(log: &[Line]) -> String {
 
 fn left_out(record: &Record) -> Vec<LeftOut> {
     let scene = record.scene.as_ref();
-    scene.map_or(Vec::new(), |scene| scene.plan().left_out)
+    scene.map_or(Vec::new(), coupler::scene::Scene::left_out)
 }
 
 /// The text of the scene, and what is left out of it.

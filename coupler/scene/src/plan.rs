@@ -1,28 +1,11 @@
 //! The plan of a scene, before anything is started: what will run, and what is left out and why.
 
-use std::fmt;
-
 use interface::config::friction::FrictionTest;
 use interface::config::{GroupConfig, MaterialConfig, Motion, MpmConfig, Wall};
 use serde::Serialize;
 use serde_json::Value;
 
 use super::Scene;
-
-/// What a scene will run.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Plan {
-    /// Name of the scene.
-    pub scene: String,
-    /// What to look at in the results.
-    pub about: String,
-    /// What will run, a line each.
-    pub runs: Vec<String>,
-    /// What is left out, and why.
-    pub left_out: Vec<LeftOut>,
-    /// Things that are allowed but probably not meant.
-    pub warnings: Vec<String>,
-}
 
 /// Something that a scene does not need.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -34,15 +17,23 @@ pub struct LeftOut {
 }
 
 impl Scene {
-    /// What will run, what is left out and why, and estimates of memory, step and number of steps.
-    pub fn plan(&self) -> Plan {
-        Plan {
-            scene: self.name.clone(),
-            about: self.about.clone(),
-            runs: runs(self),
-            left_out: left_out(self),
-            warnings: self.warnings.clone(),
-        }
+    /// What will run, what is left out and why, and what is allowed but probably not meant, in words.
+    pub fn plan(&self) -> String {
+        let mut lines = vec![self.name.clone()];
+        lines.extend((!self.about.is_empty()).then(|| format!("  {}", self.about)));
+        lines.push("runs".to_owned());
+        lines.extend(runs(self).iter().map(|line| format!("  {line}")));
+        lines.push("left out".to_owned());
+        let left_out = self.left_out().into_iter();
+        lines.extend(left_out.map(|LeftOut { what, why }| format!("  {what}: {why}")));
+        let warnings = self.warnings.iter();
+        lines.extend(warnings.map(|warning| format!("warning: {warning}")));
+        lines.join("\n") + "\n"
+    }
+
+    /// What it does not need.
+    pub fn left_out(&self) -> Vec<LeftOut> {
+        left_out(self)
     }
 
     /// Explanations of its numbers, one a line: for each material with friction, the angle at which it fails in each
@@ -313,27 +304,6 @@ fn left_out(scene: &Scene) -> Vec<LeftOut> {
         "the scene has no `output.checkpoint`",
     );
     list
-}
-
-impl fmt::Display for Plan {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        writeln!(f, "{}", self.scene)?;
-        if !self.about.is_empty() {
-            writeln!(f, "  {}", self.about)?;
-        }
-        writeln!(f, "runs")?;
-        for line in &self.runs {
-            writeln!(f, "  {line}")?;
-        }
-        writeln!(f, "left out")?;
-        for LeftOut { what, why } in &self.left_out {
-            writeln!(f, "  {what}: {why}")?;
-        }
-        for warning in &self.warnings {
-            writeln!(f, "warning: {warning}")?;
-        }
-        Ok(())
-    }
 }
 
 #[cfg(test)]
