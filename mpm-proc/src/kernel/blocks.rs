@@ -11,6 +11,14 @@ pub trait PointBlock: Copy {
     fn number(&mut self, n: usize) -> &mut Lanes;
 }
 
+impl PointBlock for () {
+    const NUMBERS: usize = 0;
+
+    fn number(&mut self, _n: usize) -> &mut Lanes {
+        unreachable!("it has no numbers")
+    }
+}
+
 impl PointBlock for Lanes {
     const NUMBERS: usize = 1;
 

@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 
 use super::elastic::power;
 use super::model::Material;
-use super::point::{Deformation, Dissipated, Point, Rows, Stress};
+use super::point::{Deformation, Dissipated, Point, Stress};
 use crate::kernel::blocks::PointBlock;
 use crate::kernel::lanes::{LANES, Lanes, largest, splat, sum};
 
@@ -169,7 +169,7 @@ pub trait Constitutive: Send + Sync {
 
 impl<M: Material> Constitutive for M {
     fn rows(&self) -> usize {
-        M::State::COUNT
+        M::State::NUMBERS
     }
 
     fn at_rest(&self) -> Block {
@@ -192,18 +192,20 @@ impl<M: Material> Constitutive for M {
         let swell = by.swell.filter(|_| M::SHARES_VOLUMES);
         let each = points.iter_mut().zip(by.by).zip(by.live).enumerate();
         for (b, ((stressed, deformation), &live)) in each {
-            let own = b * M::State::COUNT..(b + 1) * M::State::COUNT;
+            let own = b * M::State::NUMBERS..(b + 1) * M::State::NUMBERS;
             let mut point = join::<M>(stressed, &rows[own.clone()]);
             let by_both = (deformation, swell.map(|swell| swell[b]));
             sums.strain(model, &mut point, by_both, by.per_dt, live);
             (stressed.stress, stressed.volume) = (point.stress, point.volume);
-            point.state.write(&mut rows[own]);
+            for (n, row) in rows[own].iter_mut().enumerate() {
+                *row = *point.state.number(n);
+            }
         }
     }
 
     fn stiffen(&self, points: &[Stressed], rows: &[Lanes], sums: &mut Sums) {
         for (b, stressed) in points.iter().enumerate() {
-            let own = &rows[b * M::State::COUNT..(b + 1) * M::State::COUNT];
+            let own = &rows[b * M::State::NUMBERS..(b + 1) * M::State::NUMBERS];
             let stiffness = self.stiffness_over_density(&join::<M>(stressed, own));
             sums.stiffest = sums.stiffest.fast_max(stiffness);
         }
@@ -233,7 +235,10 @@ impl<M: Material> Constitutive for M {
 #[inline(always)]
 fn join<M: Material>(point: &Stressed, rows: &[Lanes]) -> Point<M::State> {
     let Stressed { stress, volume } = *point;
-    let state = M::State::read(rows);
+    let mut state = M::State::default();
+    for (n, row) in rows.iter().enumerate() {
+        *state.number(n) = *row;
+    }
     Point {
         stress,
         volume,
@@ -241,14 +246,13 @@ fn join<M: Material>(point: &Stressed, rows: &[Lanes]) -> Point<M::State> {
     }
 }
 
-fn split<P: Rows>(point: Point<P>) -> Block {
+fn split<P: PointBlock>(point: Point<P>) -> Block {
     let Point {
         stress,
         volume,
-        state,
+        mut state,
     } = point;
-    let mut rows = vec![splat(0.0); P::COUNT];
-    state.write(&mut rows);
+    let rows = (0..P::NUMBERS).map(|n| *state.number(n)).collect();
     (Stressed { stress, volume }, rows)
 }
 

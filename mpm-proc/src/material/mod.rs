@@ -34,5 +34,5 @@ pub use mohr_coulomb::MohrCoulomb;
 pub use mu_i::MuI;
 pub use neo_hookean::NeoHookean;
 pub use perfect_plasticity::YieldSurface;
-pub use point::{Deformation, Dissipated, Point, Rows, Stress};
+pub use point::{Deformation, Dissipated, Point, Stress};
 pub use von_mises::VonMises;

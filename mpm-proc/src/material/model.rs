@@ -1,6 +1,7 @@
 //! The trait that a material implements.
 
-use super::point::{Deformation, Dissipated, Point, Rows, Stress};
+use super::point::{Deformation, Dissipated, Point, Stress};
+use crate::kernel::blocks::PointBlock;
 use crate::kernel::lanes::{Lanes, ZERO};
 
 /// A constitutive model. The loops over points are compiled for it; what they call is `#[inline(always)]`.
@@ -64,7 +65,7 @@ use crate::kernel::lanes::{Lanes, ZERO};
 /// To let scenes choose it, see "Where to add" in ARCHITECTURE.md.
 pub trait Material: Copy + Send + Sync + 'static {
     /// The state of four points besides stress and volume.
-    type State: Rows;
+    type State: PointBlock + Default;
 
     /// Whether [`Self::update`] can dissipate anything.
     const DISSIPATES: bool;
@@ -74,7 +75,7 @@ pub trait Material: Copy + Send + Sync + 'static {
 
     /// The state of unstressed points; zeros unless the model says otherwise.
     fn initial(&self) -> Point<Self::State> {
-        Point::unstressed(Self::State::read(&vec![ZERO; Self::State::COUNT]))
+        Point::unstressed(Self::State::default())
     }
 
     /// The state of points that have this stress (Pa) at the start.

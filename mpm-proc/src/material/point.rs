@@ -90,58 +90,6 @@ pub struct Point<P> {
     pub state: P,
 }
 
-/// A state of four points as rows of numbers, in which it is stored.
-pub trait Rows: Copy {
-    /// How many there are.
-    const COUNT: usize;
-
-    /// The state in so many rows.
-    fn read(rows: &[Lanes]) -> Self;
-
-    /// Writes it into so many rows.
-    fn write(&self, rows: &mut [Lanes]);
-}
-
-impl Rows for () {
-    const COUNT: usize = 0;
-
-    #[inline(always)]
-    fn read(_rows: &[Lanes]) -> Self {}
-
-    #[inline(always)]
-    fn write(&self, _rows: &mut [Lanes]) {}
-}
-
-impl Rows for Lanes {
-    const COUNT: usize = 1;
-
-    #[inline(always)]
-    fn read(rows: &[Lanes]) -> Self {
-        rows[0]
-    }
-
-    #[inline(always)]
-    fn write(&self, rows: &mut [Lanes]) {
-        rows[0] = *self;
-    }
-}
-
-impl<T: Rows, const N: usize> Rows for [T; N] {
-    const COUNT: usize = N * T::COUNT;
-
-    #[inline(always)]
-    fn read(rows: &[Lanes]) -> Self {
-        core::array::from_fn(|i| T::read(&rows[i * T::COUNT..(i + 1) * T::COUNT]))
-    }
-
-    #[inline(always)]
-    fn write(&self, rows: &mut [Lanes]) {
-        for (i, part) in self.iter().enumerate() {
-            part.write(&mut rows[i * T::COUNT..(i + 1) * T::COUNT]);
-        }
-    }
-}
-
 /// What happens to four points over an interval: the velocity gradient times its length, `L_ij dt = dv_i/dx_j dt`, in the
 /// middle of the interval.
 #[derive(Debug, Clone, Copy)]
