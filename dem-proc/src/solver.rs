@@ -57,9 +57,7 @@ impl DemSolver for Sdem {
 
     fn configure(&mut self, config: &DemConfig) -> Result<Readiness, Refusal> {
         let (mut solver, readiness) = configure(config)?;
-        if let Some(passed) = solver.passed_at_the_start() {
-            return Err(passed.refusal(&solver.bodies));
-        }
+        solver.none_passed_at_the_start()?;
         *self = solver;
         Ok(readiness)
     }

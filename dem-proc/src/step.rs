@@ -2,11 +2,10 @@
 
 use interface::Vec2;
 use interface::message::wire::{EnvelopeVertex, ImpForce, ImpState, Limits};
-use interface::solver::{Answer, Fault};
+use interface::solver::{Answer, Fault, Refusal};
 use interface::step::Step;
 
 use crate::contact::impact::{Impacts, SurfaceMotion};
-use crate::contact::passage::{Passed, PassedBodies};
 use crate::contact::side::{AfterKick, Interval, Targets};
 use crate::lists::now::{Ahead, Now};
 use crate::system::{BODIES, Sdem};
@@ -51,9 +50,11 @@ impl Sdem {
         });
     }
 
-    /// Two bodies of which one is on the wrong side of the other before anything has moved.
-    pub(crate) fn passed_at_the_start(&mut self) -> Option<PassedBodies> {
-        self.sides[BODIES].as_ref()?;
+    /// Refuses two bodies of which one is on the wrong side of the other before anything has moved.
+    pub(crate) fn none_passed_at_the_start(&mut self) -> Result<(), Refusal> {
+        if self.sides[BODIES].is_none() {
+            return Ok(());
+        }
         let opening = Step {
             index: 0,
             time: 0.0,
@@ -62,9 +63,12 @@ impl Sdem {
             measure: false,
         };
         self.meet(&opening, &[], &mut []);
-        match self.sides[BODIES].as_ref()?.sums().passed {
-            Some(Passed::Bodies(passed)) => Some(passed),
-            _ => None,
+        let passed = self.sides[BODIES]
+            .as_ref()
+            .and_then(|side| side.sums().passed);
+        match passed.and_then(|passed| passed.refusal(&self.bodies)) {
+            Some(refusal) => Err(refusal),
+            None => Ok(()),
         }
     }
 

@@ -22,7 +22,7 @@ use crate::contact::frame_contacts::{BODY, between};
 use crate::contact::impact::Pressing;
 use crate::contact::pair_geometry::Moves;
 use crate::contact::pairs::pair_properties;
-use crate::contact::passage::{Passage, Passed, PassedBodies, TURN};
+use crate::contact::passage::{Own, Passage, Passed, TURN};
 use crate::contact::side::{AfterKick, Sums, Targets};
 use crate::law::{Kinematics, Law, Loss, PairProperties};
 use crate::lists::neighbours::Search;
@@ -99,7 +99,7 @@ pub struct Met {
 #[derive(Debug, Default)]
 pub struct Results {
     met: Vec<Met>,
-    passed: Option<PassedBodies>,
+    passed: Option<Passed>,
 }
 
 /// The motion of the surfaces at a contact, for the law.
@@ -173,8 +173,9 @@ impl<M: Measure> PairKind for Convex<M> {
             let pair = candidate.bodies;
             let closing = watch.closing(pair, interval.closing);
             let mut passes = |passage: Option<Passage>, overlap| {
-                let passed = passage.map(|passage| PassedBodies {
-                    bodies: pair,
+                let passed = passage.map(|passage| Passed::Body {
+                    own: Own::Body(pair[0]),
+                    body: pair[1],
                     passage,
                     overlap,
                 });
@@ -254,7 +255,7 @@ impl<M: Measure> PairKind for Convex<M> {
             sums.loss += met.loss;
             sums.presses += usize::from(met.pressing.overlap > 0.0);
         }
-        sums.passed = sums.passed.or(found.passed.map(Passed::Bodies));
+        sums.passed = sums.passed.or(found.passed);
         sums.in_reach += found.met.len();
     }
 

@@ -22,7 +22,7 @@ use crate::contact::pair_geometry::{
     Answers, LANES, Lanes, Numbers, Room, Separations, away, bits, dot, each, first, gather,
     gather_vec,
 };
-use crate::contact::passage::{Passage, Passed, PassedBodies};
+use crate::contact::passage::{Own, Passage, Passed};
 use crate::contact::side::{AfterKick, Sums, Targets};
 use crate::law::{Law, Loss, PairProperties, reduced};
 use crate::lists::neighbours::{BodyList, VertexEdge};
@@ -77,7 +77,7 @@ pub struct Outcomes {
     /// Pairs that press on one another.
     presses: usize,
     /// The first pair whose overlap is too large.
-    deep: Option<PassedBodies>,
+    deep: Option<Passed>,
     /// The pairs that press with the energy in J/m of their springs, if that is wanted.
     contacts: Vec<(ContactState, f64)>,
 }
@@ -176,8 +176,9 @@ impl<L: Law> Chunk<'_, VertexEdges, L> {
         outcomes.deep = None;
         if separations.any_deep {
             let deep = separations.first_deep(self.pairs, looked_at);
-            outcomes.deep = deep.map(|(pair, overlap)| PassedBodies {
-                bodies: pair.bodies,
+            outcomes.deep = deep.map(|(pair, overlap)| Passed::Body {
+                own: Own::Body(pair.bodies[0]),
+                body: pair.bodies[1],
                 passage: Passage::Deep,
                 overlap,
             });
@@ -347,7 +348,7 @@ impl PairKind for VertexEdges {
             to.contacts.push(*contact);
             sums.energy += energy;
         }
-        sums.passed = sums.passed.or(found.deep.map(Passed::Bodies));
+        sums.passed = sums.passed.or(found.deep);
     }
 
     fn rates(

@@ -104,15 +104,24 @@ const ADVICE: &str = "a contact force would push it to the wrong side; write a s
 const ACROSS: &str = "no corner of either is in the other, so no contact force pushes them apart; take another \
                       dem.overlap, or write rounder bodies or a stiffer contact";
 
+/// What is too far inside a body.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Own {
+    /// The point of this identity.
+    Point(u64),
+    /// A vertex of this body, or all of it.
+    Body(u32),
+}
+
 /// Two whose overlap is too large.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Passed {
     /// In a body.
     Body {
-        /// Identity of the point.
-        id: u64,
+        /// What is in it.
+        own: Own,
         /// Body.
-        body: usize,
+        body: u32,
         /// The criterion that is met.
         passage: Passage,
         /// Overlap `xi` in m.
@@ -129,8 +138,6 @@ pub enum Passed {
         /// In m.
         contact_distance: f64,
     },
-    /// Two bodies.
-    Bodies(PassedBodies),
 }
 
 impl Passed {
@@ -138,15 +145,18 @@ impl Passed {
     pub fn fault(&self, bodies: &Bodies) -> Fault {
         Fault::Other(match *self {
             Self::Body {
-                id,
+                own,
                 body,
                 passage,
                 overlap,
             } => {
-                let (name, how) = (&bodies.properties[body].name, passage.words());
-                format!(
-                    "point {id} {how} body {body} ({name}) with an overlap of {overlap:.3e} m: {ADVICE}"
-                )
+                let named = |b: u32| format!("body {b} ({})", bodies.properties[b as usize].name);
+                let own = match own {
+                    Own::Point(id) => format!("point {id}"),
+                    Own::Body(b) => named(b),
+                };
+                let (how, advice, body) = (passage.words(), passage.advice(), named(body));
+                format!("{own} {how} {body} with an overlap of {overlap:.3e} m: {advice}")
             }
             Self::Point {
                 ids: [a, b],
@@ -158,48 +168,29 @@ impl Passed {
                  quarters of their contact distance of {contact_distance:.3e} m: they would pass through one another; \
                  write a stiffer contact or larger contact radii"
             ),
-            Self::Bodies(PassedBodies {
-                bodies: [one, other],
-                passage,
-                overlap,
-            }) => {
-                let [own, its] = [one, other].map(|b| &bodies.properties[b as usize].name);
-                let (how, advice) = (passage.words(), passage.advice());
-                format!(
-                    "body {one} ({own}) {how} body {other} ({its}) with an overlap of {overlap:.3e} m: {advice}"
-                )
-            }
         })
     }
-}
 
-/// Two bodies whose overlap is too large.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct PassedBodies {
-    /// The owner of the vertex, and the other body.
-    pub bodies: [u32; 2],
-    /// The criterion that is met.
-    pub passage: Passage,
-    /// Overlap `xi` in m.
-    pub overlap: f64,
-}
-
-impl PassedBodies {
-    /// The message for the user before anything has moved.
-    pub fn refusal(&self, bodies: &Bodies) -> Refusal {
-        let [first, second] = [
-            self.bodies[0].min(self.bodies[1]),
-            self.bodies[0].max(self.bodies[1]),
-        ];
+    /// The message for the user about two bodies before anything has moved.
+    pub fn refusal(&self, bodies: &Bodies) -> Option<Refusal> {
+        let Self::Body {
+            own: Own::Body(own),
+            body,
+            overlap,
+            ..
+        } = *self
+        else {
+            return None;
+        };
+        let [first, second] = [own.min(body), own.max(body)];
         let [first_name, name] = [first, second].map(|b| &bodies.properties[b as usize].name);
-        let overlap = self.overlap;
-        Refusal::new(
+        Some(Refusal::new(
             format!("dem.body.{second}.position"),
             format!(
                 "body \"{name}\" overlaps body \"{first_name}\" by {overlap:.3e} m, and contact would not push them \
                  apart; move one of them by at least that"
             ),
-        )
+        ))
     }
 }
 

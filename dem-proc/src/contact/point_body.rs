@@ -11,7 +11,9 @@ use crate::body::load::Load;
 use crate::body::shape::edge_count;
 use crate::contact::engine::{Listing, On};
 use crate::contact::frame_contacts::{POINT, between};
-use crate::contact::passage::{CROSSING, Passage, Passed, TURN, admissible_depth, goes_through};
+use crate::contact::passage::{
+    CROSSING, Own, Passage, Passed, TURN, admissible_depth, goes_through,
+};
 use crate::contact::points::{Geometry, Outcome, PointWatch, add_to_point};
 use crate::law::{PairProperties, Stiffness, reduced_on_outline};
 use crate::lists::neighbours::{PointList, PointPair, REACH};
@@ -248,8 +250,8 @@ impl Geometry for PointBody {
         let overlaps = on.pairs.iter().filter(of_both);
         let overlaps = overlaps.map(|other| Self::overlap(on, *other).0);
         Some(Passed::Body {
-            id: on.set[pair.slot as usize].id,
-            body,
+            own: Own::Point(on.set[pair.slot as usize].id),
+            body: pair.body,
             passage,
             overlap: overlaps.fold(f64::NEG_INFINITY, f64::max),
         })

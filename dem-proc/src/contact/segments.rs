@@ -15,7 +15,7 @@ use crate::body::load::Load;
 use crate::contact::chain::{Extremum, Foot, Links, came_through, extrema, shares_within};
 use crate::contact::engine::{Chunk, Listing, On, PairKind};
 use crate::contact::frame_contacts::{POINT, between};
-use crate::contact::passage::{Passage, Passed, admissible_depth};
+use crate::contact::passage::{Own, Passage, Passed, admissible_depth};
 use crate::contact::point_body::PointBody;
 use crate::contact::points::{PointWatch, add_to_point};
 use crate::contact::side::{Sums, Targets};
@@ -244,8 +244,8 @@ impl<L: Law> OfDisc<'_, L> {
             let deep = e.outside && of_disc - e.distance > depth;
             if (through || deep) && to.sums.passed.is_none() {
                 to.sums.passed = Some(Passed::Body {
-                    id: self.info(e.foot.slots[0]).id,
-                    body,
+                    own: Own::Point(self.info(e.foot.slots[0]).id),
+                    body: self.disc.body,
                     passage: if through {
                         Passage::Through
                     } else {
