@@ -341,7 +341,7 @@ fn the_plan_names_what_runs_and_what_is_left_out() {
     let push = "dem.body.0.motion={ pushed = { force = [0, 1] } }";
     let pushed = Files::new().load(None, &["dem.body.0.mass=1", push]);
     has(&pushed.plan(), "bodies: 1 free, 0 driven, 0 fixed");
-    let left_out = scene.left_out();
+    let left_out = coupler::scene::plan::left_out(&scene);
     let left_out: Vec<&str> = left_out.iter().map(|l| l.what.as_str()).collect();
     for what in [
         "plastic state of points",

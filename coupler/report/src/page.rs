@@ -8,7 +8,7 @@ use coupler::record::Summary;
 use coupler::record::log::Line;
 use coupler::record::summary::Status;
 use coupler::run::resources::Bytes;
-use coupler::scene::plan::LeftOut;
+use coupler::scene::plan::{self, LeftOut};
 use serde::Serialize;
 
 use crate::chart::{Charts, charts};
@@ -461,7 +461,7 @@ fn log_title(log: &[Line]) -> String {
 
 fn left_out(record: &Record) -> Vec<LeftOut> {
     let scene = record.scene.as_ref();
-    scene.map_or(Vec::new(), coupler::scene::Scene::left_out)
+    scene.map_or(Vec::new(), plan::left_out)
 }
 
 /// The text of the scene, and what is left out of it.

@@ -24,16 +24,11 @@ impl Scene {
         lines.push("runs".to_owned());
         lines.extend(runs(self).iter().map(|line| format!("  {line}")));
         lines.push("left out".to_owned());
-        let left_out = self.left_out().into_iter();
+        let left_out = left_out(self).into_iter();
         lines.extend(left_out.map(|LeftOut { what, why }| format!("  {what}: {why}")));
         let warnings = self.warnings.iter();
         lines.extend(warnings.map(|warning| format!("warning: {warning}")));
         lines.join("\n") + "\n"
-    }
-
-    /// What it does not need.
-    pub fn left_out(&self) -> Vec<LeftOut> {
-        left_out(self)
     }
 
     /// Explanations of its numbers, one a line: for each material with friction, the angle at which it fails in each
@@ -227,7 +222,8 @@ fn some_names<'a>(names: impl ExactSizeIterator<Item = &'a str>) -> String {
     }
 }
 
-fn left_out(scene: &Scene) -> Vec<LeftOut> {
+/// What a scene does not need.
+pub fn left_out(scene: &Scene) -> Vec<LeftOut> {
     let mut list = Vec::new();
     let mut add = |applies: bool, what: &str, why: &'static str| {
         let what = what.to_owned();

@@ -1,5 +1,7 @@
 //! Damping over a kick ([`crate::pass::damping`]).
 
+use crate::kernel::transfer::share;
+
 /// Damping over one kick.
 #[derive(Debug, Clone, Copy)]
 pub struct Damping {
@@ -15,7 +17,7 @@ impl Damping {
         let lost = rate * kick;
         (lost > 0.0).then(|| Self {
             kept: (-lost).exp(),
-            gained: -(-lost).exp_m1() / lost,
+            gained: share(rate, kick) / lost,
         })
     }
 }
