@@ -5,8 +5,10 @@ use crate::small_scenes::*;
 use dem_proc::Sdem;
 use interface::Vec2;
 use interface::config::{
-    BodyConfig, BodyInertia, BodyShape, ContactLaw, DemConfig, ratio_of_restitution,
+    BodyConfig, BodyInertia, BodyShape, ContactLaw, DemConfig, Interface, OverlapMeasure,
+    ratio_of_restitution,
 };
+use interface::message::wire::ImpInfo;
 use interface::solver::DemSolver;
 
 /// Does `n` steps of `dt`; the first is the first step of a run.
@@ -194,6 +196,67 @@ fn a_tall_block_tips_at_the_right_angle() {
     assert!(stands.abs() < 0.01, "{stands}");
     let (_, falls) = down_slope(config, at(0.3), 1.0, 2e-5);
     assert!(falls < -0.3, "{falls}");
+}
+
+/// Without friction nothing acts on the spin of a disc at rest, and dashpots do not either: its surface stays where it is, although
+/// the material at the contact moves away by `(1 - cos a) r` in a turn by `a`.
+#[test]
+fn a_damped_disc_that_spins_stays_at_rest() {
+    let (r, dt, law) = (0.1, 1e-3, viscous(1e5, 0.0, 0.3));
+    let below = |x: [f64; 2], shape: BodyShape| BodyConfig {
+        position: x,
+        ..fixed(shape, r)
+    };
+    let markers = [0.3, -0.3].map(|x| x * r);
+    let chain = |k: usize| ImpInfo {
+        next: [2, 0][k],
+        ..info(1 + k as u64, r, 1.0)
+    };
+    let on_chain = [0, 1].map(|k| (chain(k), at(markers[k], -r)));
+    let (points, segments) = (Interface::Points, Interface::Segments);
+    let cases = [
+        (
+            vec![below([0.0, -r], segment_shape([[-1.0, 0.0], [1.0, 0.0]]))],
+            vec![],
+            points,
+        ),
+        (vec![below([0.0, -r], BodyShape::Disc)], vec![], points),
+        (vec![], vec![(info(1, r, 1.0), at(0.0, -r))], points),
+        (vec![], on_chain.to_vec(), segments),
+    ];
+    for (case, (mut bodies, imps, interface)) in cases.into_iter().enumerate() {
+        for overlap in [OverlapMeasure::EachEdge, OverlapMeasure::NearestEdge] {
+            let height = r - 9.81 / 1e5;
+            bodies.push(BodyConfig {
+                position: [0.0, height],
+                spin: 80.0,
+                ..body(BodyShape::Disc, r)
+            });
+            let mut config = DemConfig {
+                body_contact: Some(law),
+                gravity: [0.0, -9.81],
+                interface,
+                overlap,
+                ..scene(bodies.clone(), law)
+            };
+            config.body_contact = config.body_contact.filter(|_| imps.is_empty());
+            let (mut dem, mut points) = (configured(&config), Points::new(&imps));
+            dem.imp_set(&points.set);
+            for i in 0..100 {
+                let step = step(if i == 0 { 0.0 } else { dt }, dt);
+                points.contact(&mut dem, &step).unwrap();
+                dem.advance(&step).unwrap();
+            }
+            let disc = dem.bodies().state[bodies.len() - 1];
+            assert!(
+                (disc.center.y - height).abs() < 1e-12,
+                "{case}: {}",
+                disc.center
+            );
+            assert!(disc.velocity.norm() < 1e-9, "{case}: {}", disc.velocity);
+            bodies.pop();
+        }
+    }
 }
 
 /// Five rounded squares one on another on a floor, which touch without overlap.

@@ -64,6 +64,11 @@ pub trait Measure: Debug + Default + Send + Sync + 'static {
     fn list(bodies: &Bodies, pair: [u32; 2], margin: f64, candidates: &mut Vec<Candidate>);
     /// The contact of a candidate; `None` if its distance is above `closing` (m).
     fn meet(&mut self, bodies: &Bodies, candidate: Candidate, closing: f64) -> Option<Spot>;
+    /// By how much the depth has fallen over the last step in m; its rate in m/s before the first. `moved`: the same of
+    /// the material at the place of the contact, which is an approximation.
+    fn fallen(_: &Bodies, _: &Moves, _: Candidate, _: &Spot, moved: f64) -> f64 {
+        moved
+    }
     /// The criterion by which a candidate that presses has gone too far ([`crate::contact::passage`]). `turned`: its
     /// normal has rotated since the last step, in the frame of the second body; with how far the bodies have approached
     /// at most in that step, in m.
@@ -103,12 +108,18 @@ pub struct Results {
 }
 
 /// The motion of the surfaces at a contact, for the law.
-fn kinematics(moves: &Moves, spot: &Spot, pair: [u32; 2], arms: [Vec2; 2]) -> Kinematics {
+fn kinematics<M: Measure>(
+    bodies: &Bodies,
+    moves: &Moves,
+    spot: &Spot,
+    (candidate, arms): (Candidate, [Vec2; 2]),
+) -> Kinematics {
     let tangent = Vec2::new(-spot.normal.y, spot.normal.x);
-    let along = |u: Vec2| [spot.gain * u.dot(&spot.normal), spot.gain * u.dot(&tangent)];
-    let frames = pair.map(|b| moves.frame(b));
+    let frames = candidate.bodies.map(|b| moves.frame(b));
     let [a, b] = [0, 1].map(|i| frames[i].displacement(arms[i]));
-    let [moved, velocity] = moves.scaled(along(a - b));
+    let [normal, along] = [spot.normal, tangent].map(|x| spot.gain * (a - b).dot(&x));
+    let fallen = M::fallen(bodies, moves, candidate, spot, normal);
+    let [moved, velocity] = moves.scaled([fallen, along]);
     let [sines, _] = moves.scaled(frames.map(|frame| frame.last.sin));
     Kinematics {
         overlap: spot.depth,
@@ -189,7 +200,8 @@ impl<M: Measure> PairKind for Convex<M> {
             };
             let frames = pair.map(|b| &bodies.frames[b as usize]);
             let arms = frames.map(|frame| spot.point - frame.center);
-            let kinematics = kinematics(&chunk.on.moves, &spot, pair, arms);
+            let place = (*candidate, arms);
+            let kinematics = kinematics::<M>(bodies, &chunk.on.moves, &spot, place);
             let (constants, (before, was)) = (&chunk.constants[k], &chunk.history[k]);
             let stiffness = chunk.law.stiffness(constants, spot.depth + closing);
             let [normal, tangential] = [stiffness.normal * M::STIFFENS, stiffness.tangential];

@@ -15,6 +15,7 @@ use mechanics::outline::{Seen, contact_point, nearest, see, thickness};
 use crate::body::bodies::Bodies;
 use crate::body::shape::edge_count;
 use crate::contact::convex::{Candidate, Measure, Spot};
+use crate::contact::pair_geometry::Moves;
 use crate::contact::passage::{
     Passage, TIP, TURN, admissible_depth, deeper, goes_through, leap, penetration,
 };
@@ -82,21 +83,45 @@ impl Measure for NearestEdge {
         })
     }
 
+    /// Of a vertex inside the outline it is measured from the line of the edge that pushes it.
+    fn fallen(
+        bodies: &Bodies,
+        moves: &Moves,
+        candidate: Candidate,
+        spot: &Spot,
+        moved: f64,
+    ) -> f64 {
+        let (Some(vertex), true) = (candidate.vertex, moves.are_known()) else {
+            return moved;
+        };
+        let (now, from) = (
+            bodies.outline[vertex as usize],
+            from(bodies, candidate.bodies, vertex),
+        );
+        let [v, e] = candidate.bodies.map(|b| b as usize);
+        let distance = bodies.state[v].radius + bodies.state[e].radius - spot.depth;
+        if distance < 0.0 {
+            return (now - from).dot(&spot.normal);
+        }
+        let outline = bodies.outline_of(e);
+        distance - see(outline, 0..edge_count(outline.len()), from).distance
+    }
+
     fn passage(
         bodies: &Bodies,
         candidate: Candidate,
         spot: &Spot,
         turned: Option<f64>,
     ) -> Option<Passage> {
-        let now = bodies.outline[candidate.vertex? as usize];
+        let vertex = candidate.vertex?;
+        let now = bodies.outline[vertex as usize];
         let [v, e] = candidate.bodies.map(|b| b as usize);
         let of_vertex = bodies.state[v].radius;
         let outlines = [v, e].map(|b| bodies.outline_of(b));
         let reach = || cut_off(bodies, candidate.bodies);
         let through = || {
-            let [own, other] = [v, e].map(|b| &bodies.frames[b]);
-            let moved = own.displacement(now - own.center) - other.displacement(now - other.center);
-            goes_through(outlines[1], now - other.turned(moved), now, reach())
+            let from = from(bodies, candidate.bodies, vertex);
+            goes_through(outlines[1], from, now, reach())
         };
         let sinks = || {
             let whole = behind(outlines[0], now, spot.normal);
@@ -137,6 +162,14 @@ impl Measure for NearestEdge {
             && !presses(outlines[1], outlines[0]);
         across.then(|| penetration(outlines))
     }
+}
+
+/// Where a vertex was one step before, in the frame in which the other body has not moved, in m.
+fn from(bodies: &Bodies, pair: [u32; 2], vertex: u32) -> Vec2 {
+    let now = bodies.outline[vertex as usize];
+    let [own, other] = pair.map(|b| &bodies.frames[b as usize]);
+    let moved = own.displacement(now - own.center) - other.displacement(now - other.center);
+    now - other.turned(moved)
 }
 
 /// Whether the outlines of two bodies would have to move apart by more than `limit` (m).

@@ -152,7 +152,7 @@ impl Numbers {
         self.count = 0;
         for (i, four) in (0..).step_by(LANES).zip(pairs.chunks(LANES)) {
             let of = each(|l| &four[l.min(four.len() - 1)]);
-            let away = away::<false>(bodies, of);
+            let (away, _) = away::<false>(bodies, of);
             let far = gather(|l| of[l].reach) + Lanes::splat(margin);
             let near = dot(away, away).simd_lt(far * far).to_bitmask();
             self.append(near & bits(four.len()), i);
@@ -201,24 +201,57 @@ pub fn gather_vec(f: impl Fn(usize) -> Vec2) -> LaneVec {
     [gather(|l| v[l].x), gather(|l| v[l].y)]
 }
 
-/// Vectors from the edges to the vertices of four pairs in m; `ROUND` as in [`Separations::find`].
+/// The edges of four pairs from their beginning to their end in m.
 #[inline(always)]
-pub fn away<const ROUND: bool>(bodies: &Bodies, pairs: [&VertexEdge; LANES]) -> LaneVec {
+fn edges(bodies: &Bodies, pairs: [&VertexEdge; LANES]) -> LaneVec {
+    let end = |k: usize| gather_vec(|l| bodies.outline[pairs[l].edge[k] as usize]);
+    sub(end(1), end(0))
+}
+
+/// By how much the distances of four places from points have grown over a step, if they have moved by `n` along the normal and by
+/// `t` across it; `moves` is 0 if these are velocities. A difference of two lengths that are almost the same would be rounding,
+/// and two more roots and quotients would cost 5 % of a step of discs: `1 - sqrt(1 - x)` is `x/2 + x^2/8 + ...`.
+#[inline(always)]
+fn grown([n, t]: LaneVec, [distance, per_distance]: LaneVec, moves: Lanes) -> Lanes {
+    let c = Lanes::splat;
+    let both = moves.mul_neg_add(n, distance + distance);
+    let share = n.mul_sub(both, moves * (t * t)) * per_distance;
+    let x = share * (per_distance * moves);
+    if x.abs().simd_lt(c(1.0 / 256.0)).all() {
+        let xx = x * x;
+        let low = x.mul_add(c(1.0 / 8.0), c(1.0 / 2.0));
+        let middle = x.mul_add(c(5.0 / 128.0), c(1.0 / 16.0));
+        let high = x.mul_add(c(21.0 / 1024.0), c(7.0 / 256.0));
+        return share * xx.mul_add(xx.mul_add(high, middle), low);
+    }
+    share / (Lanes::ONE + (Lanes::ONE - x).sqrt())
+}
+
+/// Shares of an edge that are on it.
+#[inline(always)]
+fn clamped(along: Lanes) -> Lanes {
+    along.fast_max(Lanes::ZERO).fast_min(Lanes::ONE)
+}
+
+/// Vectors from the edges to the vertices of four pairs in m, and the shares of the edges at which the feet of the vertices are
+/// on their lines; `ROUND` as in [`Separations::find`].
+#[inline(always)]
+pub fn away<const ROUND: bool>(bodies: &Bodies, pairs: [&VertexEdge; LANES]) -> (LaneVec, Lanes) {
     let at = |i: u32| bodies.outline[i as usize];
     let a = gather_vec(|l| at(pairs[l].edge[0]));
     let from_a = sub(gather_vec(|l| at(pairs[l].vertex)), a);
     if ROUND {
-        return from_a;
+        return (from_a, Lanes::ZERO);
     }
-    let b = gather_vec(|l| at(pairs[l].edge[1]));
+    let edge = edges(bodies, pairs);
     let inverse = gather(|l| bodies.inverse_length_sq[pairs[l].edge[0] as usize]);
-    let edge = sub(b, a);
     let along = dot(from_a, edge) * inverse;
-    let along = along.fast_max(Lanes::ZERO).fast_min(Lanes::ONE);
-    [
-        along.mul_neg_add(edge[0], from_a[0]),
-        along.mul_neg_add(edge[1], from_a[1]),
-    ]
+    let share = clamped(along);
+    let away = [
+        share.mul_neg_add(edge[0], from_a[0]),
+        share.mul_neg_add(edge[1], from_a[1]),
+    ];
+    (away, along)
 }
 
 /// How the bodies have moved over the last step.
@@ -261,6 +294,11 @@ impl<'a> Moves<'a> {
         }
     }
 
+    /// Whether there was a step, so that the frames have displacements.
+    pub fn are_known(&self) -> bool {
+        self.scale[0] > 0.0
+    }
+
     /// Of a body.
     #[inline]
     pub fn frame(&self, body: u32) -> &Frame {
@@ -282,6 +320,8 @@ pub struct Separations {
     y: Room<f64>,
     /// Its squared length in m^2.
     distance_sq: Room<f64>,
+    /// Where the foot of the vertex is on the line of the edge: 0 at its beginning, 1 at its end.
+    along: Room<f64>,
     /// Places, among the pairs that were looked at, of those that press on one another.
     pub pressing: Numbers,
     /// The same for the pairs that do not press but are in reach.
@@ -310,11 +350,14 @@ impl Separations {
         for i in (0..among.count).step_by(LANES) {
             let numbers = among.four(i);
             let of = each(|l| &pairs[numbers[l] as usize]);
-            let away = away::<ROUND>(bodies, of);
+            let (away, along) = away::<ROUND>(bodies, of);
             let sq = dot(away, away);
             let here = i..i + LANES;
             self.x[here.clone()].copy_from_slice(&away[0].to_array());
             self.y[here.clone()].copy_from_slice(&away[1].to_array());
+            if !ROUND {
+                self.along[here.clone()].copy_from_slice(&along.to_array());
+            }
             self.distance_sq[here].copy_from_slice(&sq.to_array());
             let reach = gather(|l| of[l].reach);
             let far = reach + Lanes::splat(closing);
@@ -391,29 +434,54 @@ impl Separations {
         // Eq. 41: p = X - (a_V - xi/2) N, as a lever arm about either centre, along N and T.
         let back = Lanes::HALF.mul_neg_add(overlap, gather(|l| pair[l].radius));
         let [of_vertex, of_edge] = [each(|l| pair[l].bodies[0]), each(|l| pair[l].bodies[1])];
-        // A disc's vertex is its centre, and so is the edge of the other disc.
-        let arms = if ROUND {
-            [[Lanes::ZERO; 2], away]
+        let sides = if ROUND {
+            // A disc's vertex is its centre, and so is the edge of the other disc.
+            [
+                Side::new(moves, of_vertex, [Lanes::ZERO, -back]),
+                Side::new(moves, of_edge, [Lanes::ZERO, distance - back]),
+            ]
         } else {
             let vertex = gather_vec(|l| bodies.outline[pair[l].vertex as usize]);
-            let center = |of: u32| moves.frame(of).center;
-            [
-                sub(vertex, gather_vec(|l| center(of_vertex[l]))),
-                sub(vertex, gather_vec(|l| center(of_edge[l]))),
-            ]
+            let side = |of: [u32; LANES]| {
+                let r = sub(vertex, gather_vec(|l| moves.frame(of[l]).center));
+                Side::new(moves, of, [cross(r, normal), dot(r, normal) - back])
+            };
+            [side(of_vertex), side(of_edge)]
         };
-        let sides = [
-            Side::new(moves, of_vertex, (arms[0], back), normal),
-            Side::new(moves, of_edge, (arms[1], back), normal),
-        ];
         let [v, e] = &sides;
         let shift = sub(v.shift, e.shift);
-        let (turned_v, turned_e) = (v.turned(), e.turned());
-        let moved = [
-            dot(shift, normal) + (turned_v[0] - turned_e[0]),
-            cross(normal, shift) + (turned_v[1] - turned_e[1]),
-        ];
+        let shift = [dot(shift, normal), cross(normal, shift)];
         let [moves, speeds] = moves.scale.map(Lanes::splat);
+        let (slid, fallen) = if ROUND {
+            let slid = e.sin.mul_neg_add(e.t, v.sin.mul_add(v.t, shift[1]));
+            (slid, grown(shift, [distance, per_distance], moves))
+        } else {
+            let turned = sub(v.turned(), e.turned());
+            let at_contact = [shift[0] + turned[0], shift[1] + turned[1]];
+            let at_vertex = [
+                (v.versine - e.versine).mul_add(back, at_contact[0]),
+                (v.sin - e.sin).mul_add(back, at_contact[1]),
+            ];
+            let [n, t] = e.seen(at_vertex, moves);
+            // Whether the foot of the vertex has come from beyond an end of the edge, or from within.
+            let along = of(&self.along);
+            let inverse = gather(|l| bodies.inverse_length_sq[pair[l].edge[0] as usize]);
+            let to_end = along.abs().fast_min((Lanes::ONE - along).abs());
+            let far = dot([n, t], [n, t]) * (inverse * moves);
+            let moved = if far.simd_lt(to_end * to_end).all() {
+                let is_within = along.simd_gt(Lanes::ZERO) & along.simd_lt(Lanes::ONE);
+                [n, is_within.select(Lanes::ZERO, t)]
+            } else {
+                let edge = edges(bodies, pair);
+                let edge = [dot(edge, normal), cross(normal, edge)];
+                let before = along - dot([n, t], edge) * (inverse * moves);
+                let foot = clamped(along) - clamped(before);
+                [foot.mul_neg_add(edge[0], n), foot.mul_neg_add(edge[1], t)]
+            };
+            let fallen = grown(moved, [distance, per_distance], moves);
+            (at_contact[1], fallen)
+        };
+        let moved = [fallen, slid];
         PairGeometry {
             normal,
             overlap,
@@ -516,7 +584,7 @@ impl Side {
     /// The bodies `of`, with the vertices at `r` (m) from their centres, and the contact points `back` (m) behind the
     /// vertices, along the normals.
     #[inline(always)]
-    fn new(moves: &Moves, of: [u32; LANES], (r, back): (LaneVec, Lanes), normal: LaneVec) -> Self {
+    fn new(moves: &Moves, of: [u32; LANES], [n, t]: LaneVec) -> Self {
         let frames = each(|l| moves.frame(of[l]));
         let row = |m: LastMove| Lanes::new([m.shift.x, m.shift.y, m.sin, m.versine]);
         let [x, y, sin, versine] = Lanes::transpose(each(|l| row(frames[l].last)));
@@ -526,8 +594,8 @@ impl Side {
             versine,
             inverse_mass: gather(|l| frames[l].inverse_mass),
             inverse_inertia: gather(|l| frames[l].inverse_inertia),
-            n: cross(r, normal),
-            t: dot(r, normal) - back, // T is N turned by +90 degrees, so r x T = r . N
+            n,
+            t,
         }
     }
 
@@ -538,6 +606,16 @@ impl Side {
         [
             self.sin.mul_add(self.n, self.versine * self.t),
             self.sin.mul_add(self.t, -(self.versine * self.n)),
+        ]
+    }
+
+    /// A displacement of the last step, seen from the body as it is now.
+    #[inline(always)]
+    fn seen(&self, [n, t]: LaneVec, moves: Lanes) -> LaneVec {
+        let sin = self.sin * moves;
+        [
+            n - self.versine.mul_add(n, sin * t),
+            t - self.versine.mul_sub(t, sin * n),
         ]
     }
 

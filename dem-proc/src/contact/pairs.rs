@@ -99,7 +99,7 @@ impl Outcomes {
         let bodies = after.bodies;
         let at = each(|l| entries[l] as usize);
         let pair = each(|l| &pairs[self.numbers[at[l]] as usize]);
-        let away = away::<false>(bodies, pair);
+        let (away, _) = away::<false>(bodies, pair);
         let distance = dot(away, away).sqrt();
         // If a vertex is exactly on an edge, its normal is not a number and nothing opens or closes. The overlap is too
         // large, and the run ends with this step.

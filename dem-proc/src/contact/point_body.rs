@@ -84,15 +84,31 @@ impl OnBodies<'_> {
         (disc, has_edges)
     }
 
+    /// Overlap in m and normal of a pair whose point is at `x` (m): eq. 44 with the signed distance.
+    #[inline]
+    fn overlap_at(&self, pair: PointPair, x: Vec2) -> (f64, Vec2) {
+        let [from, to] = pair.edges.map(|i| i as usize);
+        let candidates = self.extra.edges[from..to].iter().map(|&i| i as usize);
+        let seen = see(self.outline(pair).0, candidates, x);
+        let contact_distance = self.radius_of_body(pair) + self.radius(pair);
+        (contact_distance - seen.distance, seen.normal)
+    }
+
+    /// Where the point of a pair was one step before, in the frame in which the body has not moved, in m.
+    #[inline]
+    fn from(&self, pair: PointPair) -> Option<Vec2> {
+        let x = self.position(pair.slot);
+        let frame = &self.bodies.frames[pair.body as usize];
+        let moved = self.way(pair.slot)? - frame.displacement(x - frame.center);
+        Some(x - frame.turned(moved))
+    }
+
     /// Whether the path of a point over the last step, in the frame of the body, passes through the outline to a place
     /// with another normal.
     fn went_through(&self, x: Vec2, pair: PointPair, normal: Vec2) -> bool {
-        let Some(way) = self.way(pair.slot) else {
+        let Some(from) = self.from(pair) else {
             return false;
         };
-        let frame = &self.bodies.frames[pair.body as usize];
-        let moved = way - frame.displacement(x - frame.center);
-        let from = x - frame.turned(moved);
         let reach = self.radius_of_body(pair) + self.radius(pair);
         let (outline, has_edges) = self.outline(pair);
         let before = see(outline, 0..edge_count(outline.len()), from);
@@ -156,14 +172,9 @@ impl Geometry for PointBody {
         REACH * on.radius(pair)
     }
 
-    /// Eq. 44 with the signed distance.
     #[inline]
     fn overlap(on: &OnBodies, pair: PointPair) -> (f64, Vec2) {
-        let [from, to] = pair.edges.map(|i| i as usize);
-        let candidates = on.extra.edges[from..to].iter().map(|&i| i as usize);
-        let seen = see(on.outline(pair).0, candidates, on.position(pair.slot));
-        let contact_distance = on.radius_of_body(pair) + on.radius(pair);
-        (contact_distance - seen.distance, seen.normal)
+        on.overlap_at(pair, on.position(pair.slot))
     }
 
     #[inline]
@@ -182,9 +193,20 @@ impl Geometry for PointBody {
     }
 
     #[inline]
-    fn moved(on: &OnBodies, pair: PointPair, arms: &Arms) -> Option<Vec2> {
+    fn moved(
+        on: &OnBodies,
+        pair: PointPair,
+        (overlap, normal): (f64, Vec2),
+        arms: &Arms,
+    ) -> Option<(f64, Vec2)> {
         let of_body = on.moves.frame(pair.body).displacement(arms.r);
-        Some(on.moved(pair.slot, arms.of_point)? - of_body)
+        let moved = on.moved(pair.slot, arms.of_point)? - of_body;
+        let fallen = if on.interval.last_step > 0.0 {
+            on.overlap_at(pair, on.from(pair)?).0 - overlap
+        } else {
+            moved.dot(&normal)
+        };
+        Some((fallen, moved))
     }
 
     #[inline]

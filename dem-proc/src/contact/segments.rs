@@ -353,7 +353,8 @@ impl<L: Law> OfDisc<'_, L> {
         }
     }
 
-    /// Adds `share` of the relative displacement of the two surfaces at a foot, along the normal and the tangent.
+    /// Adds `share` of the motion of the two surfaces at a foot: by how much the overlap has fallen, and the relative
+    /// displacement along the tangent.
     fn add_motion(&self, place: &Place<L::Pair>, share: f64, kinematics: &mut Kinematics) {
         let On {
             watch,
@@ -361,21 +362,26 @@ impl<L: Law> OfDisc<'_, L> {
             moves,
             ..
         } = self.on;
-        let (dt, foot) = (self.on.interval.last_step, &place.e.foot);
-        let spin = foot.mean(foot.slots.map(|slot| states[slot as usize].spin));
+        let (dt, here) = (self.on.interval.last_step, &place.e.foot);
+        let spin = here.mean(here.slots.map(|slot| states[slot as usize].spin));
         let turning = place.tangent * (-place.surface * spin);
-        let of_body = moves.frame(self.disc.body).displacement(place.r);
-        let moved = if dt > 0.0 {
+        let frame = moves.frame(self.disc.body);
+        let of_body = frame.displacement(place.r);
+        let (fallen, moved) = if dt > 0.0 {
             // From positions, as for points. A marker that is new touched nothing one step ago.
-            let [Some(a), Some(b)] = foot.slots.map(|slot| watch.was(slot)) else {
+            let [Some(a), Some(b)] = here.slots.map(|slot| watch.was(slot)) else {
                 return;
             };
-            place.e.point - foot.mean([a, b]) - of_body + turning * dt
+            let center = self.center() - frame.displacement(self.center() - frame.center);
+            let before = (center - foot(a, b, center).0).norm();
+            let moved = place.e.point - here.mean([a, b]) - of_body + turning * dt;
+            (place.e.distance - before, moved)
         } else {
             let velocity = |slot: u32| Vec2::from(states[slot as usize].velocity);
-            foot.mean(foot.slots.map(velocity)) + turning - of_body
+            let moved = here.mean(here.slots.map(velocity)) + turning - of_body;
+            (moved.dot(&place.normal), moved)
         };
-        let [way, speed] = moves.scaled([moved.dot(&place.normal), moved.dot(&place.tangent)]);
+        let [way, speed] = moves.scaled([fallen, moved.dot(&place.tangent)]);
         for i in 0..2 {
             kinematics.moved[i] += share * way[i];
             kinematics.velocity[i] += share * speed[i];

@@ -219,6 +219,8 @@ struct Place {
     curvature: f64,
     /// How much the overlap grows by a shift of a metre along N: the law gets motions times this, and forces are times this.
     gain: f64,
+    /// By how much the overlap has fallen over the last step in m, if that is known; else it is by the material at the place.
+    fallen: Option<f64>,
 }
 
 impl Place {
@@ -236,6 +238,7 @@ impl Place {
             blur,
             curvature: 1.0 / distance.abs().max(blur),
             gain: 1.0,
+            fallen: None,
         }
     }
 
@@ -469,6 +472,8 @@ impl Oracle {
             place.curvature = (0.5 * before.angle(&after) + 1e-3) / place.blur;
             sums.expected.is_last = true;
         }
+        let was = self.previous.get(&info.id);
+        place.fallen = was.map(|was| near.distance - nearest(outline, body.carried(*was)).distance);
         let Place { overlap, at, .. } = place;
         let who = Who::Point(info.id, b, part);
         if overlap < -2.0 * info.radius && !self.history.contains_key(&who) {
@@ -529,7 +534,11 @@ impl Oracle {
                 let at = |slot: usize| Vec2::from(states[slot].position);
                 let (away, radii) = (at(q) - at(p), [first.radius, second.radius]);
                 let least = first.radius.min(second.radius);
-                let place = Place::between(at(q), radii, away, away.norm(), least);
+                let mut place = Place::between(at(q), radii, away, away.norm(), least);
+                let were = [first, second].map(|info| self.previous.get(&info.id));
+                if let [Some(one), Some(other)] = were {
+                    place.fallen = Some(away.norm() - (one - other).norm());
+                }
                 let overlap = place.overlap;
                 let who = Who::Points(first.id, second.id);
                 if overlap < -2.0 * least && !self.history.contains_key(&who) {
@@ -628,7 +637,19 @@ impl Oracle {
         if apart > (1.5 + BLUR) * (a + b) && !self.history.contains_key(&who) {
             return None;
         }
-        let place = Place::between(x, [a, b], away, apart, a + b);
+        let mut place = Place::between(x, [a, b], away, apart, a + b);
+        let from = other.carried(one.was(x));
+        let outline = other.corners();
+        let edge = [0, 1].map(|k| outline[(e + k) % outline.len()]);
+        place.fallen = Some(if other.is_round() {
+            apart - (from - outline[e]).norm()
+        } else if self.config.overlap == OverlapMeasure::EachEdge {
+            apart - (from - nearest_on_edge(edge[0], edge[1], from, 0, 1).0).norm()
+        } else if apart < 0.0 {
+            (x - from).dot(&place.normal)
+        } else {
+            apart - nearest(&outline, from).distance
+        });
         if self.config.overlap == OverlapMeasure::NearestEdge && !other.is_round() {
             let faces = faces(&one.corners(), &other.corners(), x);
             let tie = faces.len() > 1 && faces[1].whole - faces[0].whole <= 4.0 * place.blur;
@@ -704,12 +725,15 @@ impl Oracle {
         } else {
             fast - other_fast
         };
-        let motion = Motion {
+        let mut motion = Motion {
             overlap,
             moved: along(moved * gain, normal),
             velocity: along(velocity * gain, normal),
             rolled,
         };
+        if let Some(fallen) = place.fallen.filter(|_| per_dt > 0.0) {
+            (motion.moved[0], motion.velocity[0]) = (fallen, fallen * per_dt);
+        }
         let before = self.history.get(&who).copied().unwrap_or_default();
         let exerted = law.exert(&motion, &before);
         let [f_n, f_t] = exerted.force;

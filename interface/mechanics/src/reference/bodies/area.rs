@@ -95,6 +95,7 @@ impl Oracle {
             blur: 1.5 * gain * BLUR * length,
             curvature: 2.0 / (gain * width),
             gain,
+            fallen: None,
         };
         self.pair(step, who, [i, j], place, sums)
     }

@@ -141,6 +141,11 @@ impl Body {
         self.last.xy() + r - turned(r, -self.last.z)
     }
 
+    /// Where the material that is now at a place `x` (m) was before the last drift.
+    pub(super) fn was(&self, x: Vec2) -> Vec2 {
+        x - self.moved(x - self.pose.xy())
+    }
+
     /// Where a place `x` (m) is now if it has moved with the body in the last drift.
     pub fn carried(&self, x: Vec2) -> Vec2 {
         let center = self.pose.xy();

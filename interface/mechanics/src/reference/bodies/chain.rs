@@ -8,6 +8,7 @@ use interface::step::Step;
 
 use super::{OnPoint, Oracle, Place, Span, Sums, Touch, Who, along, inverse, left};
 use crate::mass::cross;
+use crate::outline;
 use crate::reference::law::{History, Law, Motion, Pair};
 
 /// Markers in the order of their segments. Of a ring the first one is also the last.
@@ -342,6 +343,7 @@ impl Oracle {
             radius: self.bodies[b].vertices[part].1,
         };
         let law = Law::of(self.law_of_points(chain.markers[0].group, b), pair);
+        let disc = self.bodies[b].corners()[part];
         let spring = |foot: &Foot| law.spring(foot.place.overlap.max(0.0)).0;
         let minima = || feet.iter().filter(|foot| foot.least);
         let deeper = |a: &&Foot, b: &&Foot| a.place.overlap.total_cmp(&b.place.overlap);
@@ -357,7 +359,7 @@ impl Oracle {
         let shares = minima().map(|foot| (foot, share(foot)));
         let motion = Motion {
             overlap: xi,
-            ..self.motion(step, b, chain, shares)
+            ..self.motion(step, (b, disc), chain, shares)
         };
         let together: f64 = feet.iter().map(|foot| sign(foot) * spring(foot)).sum();
         let together = together.max(0.0);
@@ -402,11 +404,11 @@ impl Oracle {
         }
     }
 
-    /// How a chain moves past a disc: the mean over feet with their shares.
+    /// How a chain moves past a disc, with its centre there (m): the mean over feet with their shares.
     fn motion<'a>(
         &self,
         step: &Step,
-        b: usize,
+        (b, disc): (usize, Vec2),
         chain: &Chain,
         shares: impl Iterator<Item = (&'a Foot, f64)>,
     ) -> Motion {
@@ -431,7 +433,14 @@ impl Oracle {
                 }
                 _ => (Vec2::zeros(), Vec2::zeros()),
             };
-            let [moved, velocity] = [moved, velocity].map(|v| along(v, normal));
+            let [mut moved, mut velocity] = [moved, velocity].map(|v| along(v, normal));
+            let were = foot.ends().map(|k| self.previous.get(&chain.markers[k].id));
+            if let ([Some(p), Some(q)], true) = (were, step.dt_before > 0.0) {
+                let center = self.bodies[b].was(disc);
+                let before = (center - outline::foot(*p, *q, center).0).norm();
+                moved[0] = (foot.at - disc).norm() - before;
+                velocity[0] = moved[0] / step.dt_before;
+            }
             for k in [0, 1] {
                 motion.moved[k] += share * moved[k];
                 motion.velocity[k] += share * velocity[k];
