@@ -1,7 +1,7 @@
 //! The case that speed is measured on: grains in rows that settle in an open box.
 
 use dem_proc::Sdem;
-use interface::config::{ContactLaw, DemConfig};
+use interface::config::{ContactLaw, DemConfig, Motion};
 use interface::solver::DemSolver;
 use interface::step::Step;
 use mechanics::generate::{Arrangement, BodyFill, Grain, Sizes};
@@ -81,9 +81,12 @@ pub fn run(config: &DemConfig, steps: usize) -> Sdem {
 }
 
 /// The same grains where they are in `dem`, standing still.
-fn at_rest(mut config: DemConfig, dem: &Sdem) -> DemConfig {
+pub fn at_rest(mut config: DemConfig, dem: &Sdem) -> DemConfig {
     for (body, state) in config.bodies.iter_mut().zip(&dem.bodies().state) {
-        // The grains' shapes have their centroids in their origins, so the centre of mass is the position.
+        // The grains' shapes have their centroids in their origins, so the centre of mass is the position; the walls' do not.
+        if body.motion == Motion::Fixed {
+            continue;
+        }
         body.position = state.center.into();
         body.angle = state.angle;
         body.velocity = [0.0; 2];

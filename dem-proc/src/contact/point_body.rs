@@ -193,20 +193,14 @@ impl Geometry for PointBody {
     }
 
     #[inline]
-    fn moved(
-        on: &OnBodies,
-        pair: PointPair,
-        (overlap, normal): (f64, Vec2),
-        arms: &Arms,
-    ) -> Option<(f64, Vec2)> {
+    fn overlap_before(on: &OnBodies, pair: PointPair) -> Option<f64> {
+        Some(on.overlap_at(pair, on.from(pair)?).0)
+    }
+
+    #[inline]
+    fn moved(on: &OnBodies, pair: PointPair, arms: &Arms) -> Option<Vec2> {
         let of_body = on.moves.frame(pair.body).displacement(arms.r);
-        let moved = on.moved(pair.slot, arms.of_point)? - of_body;
-        let fallen = if on.interval.last_step > 0.0 {
-            on.overlap_at(pair, on.from(pair)?).0 - overlap
-        } else {
-            moved.dot(&normal)
-        };
-        Some((fallen, moved))
+        Some(on.moved(pair.slot, arms.of_point)? - of_body)
     }
 
     #[inline]

@@ -168,21 +168,15 @@ impl Geometry for PointPairs {
     }
 
     #[inline]
-    fn moved(
-        on: &OnPoints,
-        pair: Pair,
-        (overlap, normal): (f64, Vec2),
-        arms: &Arms,
-    ) -> Option<(f64, Vec2)> {
+    fn overlap_before(on: &OnPoints, pair: Pair) -> Option<f64> {
+        let [p, q] = pair.map(|slot| on.watch.was(slot));
+        Some(contact_distance(on.infos(pair)) - (p? - q?).norm())
+    }
+
+    #[inline]
+    fn moved(on: &OnPoints, pair: Pair, arms: &Arms) -> Option<Vec2> {
         let moved = |k: usize| on.moved(pair[k], arms.of_points[k]);
-        let moved = moved(0)? - moved(1)?;
-        let fallen = if on.interval.last_step > 0.0 {
-            let [p, q] = pair.map(|slot| on.watch.was(slot));
-            contact_distance(on.infos(pair)) - (p? - q?).norm() - overlap
-        } else {
-            moved.dot(&normal)
-        };
-        Some((fallen, moved))
+        Some(moved(0)? - moved(1)?)
     }
 
     #[inline]

@@ -31,14 +31,10 @@ pub trait Geometry: Listing<Key = [u32; 3], Watch = PointWatch> {
     fn overlap(on: &On<Self>, pair: Self::Pair) -> (f64, Vec2);
     /// The lever arms of a contact with this overlap and normal.
     fn arms(on: &On<Self>, pair: Self::Pair, at: (f64, Vec2)) -> Self::Arms;
-    /// By how much the overlap has fallen over the last step in m, and the relative displacement of the two surfaces in m;
-    /// the rate (m/s) and the relative velocity (m/s) if there was no step. `None` for a point that is new to the set.
-    fn moved(
-        on: &On<Self>,
-        pair: Self::Pair,
-        at: (f64, Vec2),
-        arms: &Self::Arms,
-    ) -> Option<(f64, Vec2)>;
+    /// Overlap in m one step before; `None` for a point that is new to the set.
+    fn overlap_before(on: &On<Self>, pair: Self::Pair) -> Option<f64>;
+    /// Relative displacement of the two surfaces as [`On::moved`] has it; `None` for a point that is new to the set.
+    fn moved(on: &On<Self>, pair: Self::Pair, arms: &Self::Arms) -> Option<Vec2>;
     /// What a contact of this stiffness adds to sums, for forces (N/m) along the normal and the tangent.
     fn effect(
         on: &On<Self>,
@@ -211,8 +207,12 @@ impl<G: Geometry, L: Law> Chunk<'_, G, L> {
         // If there was a step, the velocity is computed from positions. It is the velocity of the grid at the
         // point, and that of the surfaces; a FLIP point's own velocity is noisier. A point that is new to the set
         // has not moved (docs/physics.md).
-        let moved = G::moved(on, pair, (overlap, normal), &arms);
-        let (fallen, moved) = moved.unwrap_or_default();
+        let moved = G::moved(on, pair, &arms).unwrap_or_default();
+        let fallen = if on.interval.last_step > 0.0 {
+            G::overlap_before(on, pair).map_or(0.0, |before| before - overlap)
+        } else {
+            moved.dot(&normal)
+        };
         let [moved, velocity] = (on.moves).scaled([fallen, moved.dot(&tangent)]);
         let kinematics = Kinematics {
             overlap,
