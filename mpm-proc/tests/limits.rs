@@ -1,6 +1,6 @@
 //! The step limits against eigenvalues of dense matrices.
 
-use interface::config::{MpmConfig, ShapeFunction, Spacing, StressUpdate, Transfer};
+use interface::config::{MaterialModel, MpmConfig, ShapeFunction, Spacing, StressUpdate, Transfer};
 use interface::message::wire::{ImpForce, Limits, PointState};
 use interface::solver::MpmSolver;
 use nalgebra::{DMatrix, DVector};
@@ -303,6 +303,25 @@ fn a_lone_point_under_stress_settles_with_usl_up_to_its_limit_and_not_beyond() {
         let of = |share| growth(&config, share, &|_| Vec::new());
         assert!(of(0.99) < 1.0, "{transfer:?} {shape:?}: {}", of(0.99));
         assert!(of(1.05) > 1e6, "{transfer:?} {shape:?}: {}", of(1.05));
+    }
+}
+
+/// A drop of which viscosity makes the limit, on linear hats: without it in their bound it flew apart.
+#[test]
+fn a_viscous_drop_on_hats_is_stable_within_its_limit() {
+    for update in [StressUpdate::Usf, StressUpdate::Usavg] {
+        let mut config = block();
+        (config.shape, config.transfer) = (ShapeFunction::Linear, Transfer::Flip);
+        config.materials[0].model = MaterialModel::Fluid {
+            bulk_modulus: 1e5,
+            exponent: 7.0,
+            viscosity: 1e3,
+        };
+        let field = ["1e-6*cos(62*x)", "1e-6*sin(62*y+x)"].map(String::from);
+        config.groups[0].fields.velocity = Some(field);
+        strained(&mut config, update);
+        let grown = growth(&config, 0.99, &|_| Vec::new());
+        assert!(grown < 1.1, "{update:?}: {grown}");
     }
 }
 

@@ -81,7 +81,18 @@ fn elastic_omega_sq<const W: usize, S: Shape<W>, A: AffineState>(
         .iter()
         .any(|c| c.shape.stiffest(0).is_none())
     {
-        return omega_sq_of_points(continuum);
+        let omega_sq = row_sum_of_points(continuum, |_, stiffness| stiffness);
+        if continuum
+            .clouds
+            .iter()
+            .all(|c| c.material.viscosity() == 0.0)
+        {
+            return omega_sq;
+        }
+        return with_viscosity(
+            omega_sq,
+            row_sum_of_points(continuum, |viscosity, _| viscosity),
+        );
     }
     let share = stepped_share(continuum);
     continuum
@@ -141,7 +152,8 @@ fn stepped_share<const W: usize, S: Shape<W>, A: AffineState>(c: &Continuum<W, S
     (1.0 + (1.0 - 0.5 * smooths).sqrt()).powi(-2)
 }
 
-/// The bound for linear hats, from the masses that the nodes get from the present positions.
+/// The bound for linear hats, from the masses that the nodes get from the present positions, of `what` of a point's viscosity
+/// over density and stiffness over density: that of the frequency, or that of the rate of viscous damping.
 ///
 /// What is stepped in time is the velocity of the points, so the operator is `Q^T K Q` with
 /// `Q = M^-1 S^T M_p^1/2` (nodes by points), the projection of the points' velocities to the nodes and back. Its
@@ -151,10 +163,11 @@ fn stepped_share<const W: usize, S: Shape<W>, A: AffineState>(c: &Continuum<W, S
 /// omega^2 <= max_q sum_I S_Iq a_I / m_I,   a_I = sum_p m_p c_p |grad S_Ip| sum_J |grad S_Jp|
 /// ```
 ///
-/// with `c_p` the stiffness over density. `S_Iq / m_I <= 1 / m_q` keeps it finite where a node has hardly any mass; so the
+/// with `c_p` the stiffness over density, or the viscosity. `S_Iq / m_I <= 1 / m_q` keeps it finite where a node has hardly any mass; so the
 /// masses must belong to the same positions as `S`, and not to those before the points moved.
-fn omega_sq_of_points<const W: usize, S: Shape<W>, A: AffineState>(
+fn row_sum_of_points<const W: usize, S: Shape<W>, A: AffineState>(
     continuum: &mut Continuum<W, S, A>,
+    what: impl Fn(f64, f64) -> f64 + Sync,
 ) -> f64 {
     let Continuum {
         clouds,
@@ -167,12 +180,12 @@ fn omega_sq_of_points<const W: usize, S: Shape<W>, A: AffineState>(
     Cloud::each(threads, clouds, |threads, cloud| {
         let (shape, x, reports) = (cloud.shape, &cloud.state.x, &cloud.state.stress_reports);
         let mass = cloud.mass;
-        let scale = mass * per_area;
+        let (scale, viscosity) = (mass * per_area, cloud.material.viscosity());
         let share = PerTile(&mut cloud.force[..]);
         over_tiles(threads, &cloud.tiles, share, || (), &|tile, window, ()| {
             let window = &mut window.0[0];
             clear::<W, 2>(&mut window.0, tile);
-            let stiffness = splat(scale * reports[tile.index].stiffness);
+            let stiffness = splat(scale * what(viscosity, reports[tile.index].stiffness));
             let mass = splat(mass);
             for b in 0..tile.blocks {
                 let place = tile.frame.locate(&x[tile.first + b], pitch(W));
