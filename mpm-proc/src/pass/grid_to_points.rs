@@ -129,7 +129,7 @@ fn transfer_cloud<
     let per_dt = splat(if way.dt > 0.0 { 1.0 / way.dt } else { 0.0 });
     let settles = way.settling.settles();
     let [past, ahead] = [way.settling.past, way.settling.ahead].map(splat);
-    let per_kept = splat(1.0 / kept);
+    let damped = kept != 1.0;
     let pic = splat(transfer.pic_fraction);
     let flip = splat(1.0 - transfer.pic_fraction);
     let own = splat(kept);
@@ -161,10 +161,12 @@ fn transfer_cloud<
             });
             if INCREMENT || takes {
                 fill_window::<W, _>(increment, nodes, tile, |t| &t.before);
+            }
+            if (INCREMENT || takes) && !damped {
                 let reached = tile.reached::<W, 2>();
                 let velocities = &velocity.0[reached.clone()];
                 for (b, a) in increment.0[reached].iter_mut().zip(velocities) {
-                    *b = a - kept * *b;
+                    *b = a - *b;
                 }
             }
             let mut speed_sq = ZERO;
@@ -187,6 +189,14 @@ fn transfer_cloud<
                 } else if INCREMENT {
                     (gain.v, []) = interpolate::<W, S, NoSlopes>(increment, &place, &s);
                 }
+                // Of strong damping nothing is left in the increment from which the velocity before it could be had again.
+                let before = if damped {
+                    let before = gain;
+                    gain = less(Motion { v, affine }, own, &before);
+                    before.v
+                } else {
+                    [v[0] - gain.v[0], v[1] - gain.v[1]]
+                };
                 if !KICK {
                 } else if INCREMENT {
                     for a in 0..2 {
@@ -211,9 +221,7 @@ fn transfer_cloud<
                     let unsettled = &mut unsettled.0[b];
                     for a in 0..2 {
                         if KICK {
-                            // The kick and the share that damping leaves make the velocity after it out of the one before.
-                            let before = (v[a] - gain.v[a]) * per_kept;
-                            unsettled[a] = way.settling.correction(past * before, unsettled[a]);
+                            unsettled[a] = way.settling.correction(past * before[a], unsettled[a]);
                         }
                         if DRIFT {
                             moves[a] = unsettled[a].mul_add(per_dt, v[a]);
@@ -242,6 +250,17 @@ fn transfer_cloud<
             };
         },
     );
+}
+
+/// `all` less `share` of `part`.
+#[inline(always)]
+fn less<A: AffineState>(all: Motion<A>, share: Lanes, part: &Motion<A>) -> Motion<A> {
+    let less = |a: [Lanes; 2], b: [Lanes; 2]| [a[0] - share * b[0], a[1] - share * b[1]];
+    let [a, b] = [all.affine.slopes(), part.affine.slopes()];
+    Motion {
+        v: less(all.v, part.v),
+        affine: A::from_slopes([less(a[0], b[0]), less(a[1], b[1])]),
+    }
 }
 
 /// What a transfer takes of the kinetic energy of four points in a kick, twice and per mass, in m^2/s^2.
