@@ -74,7 +74,7 @@ pub fn move_points<const W: usize, S: Shape<W>, A: AffineState>(
     } // The opening step moves no points: a transfer without a kick would still smooth the velocities.
     close_ledger(c, step);
     let limits = limits(c, load);
-    remove_left(c);
+    remove_left(c, step.dt);
     keep_sorted(c);
     Ok(limits)
 }

@@ -34,8 +34,7 @@ fn points_outside_are_removed_with_their_momentum_and_energy() {
         let e = l.kinetic + l.elastic + l.gravity - l.driven_work;
         let (p0, e0) = *start.get_or_insert((p, e));
         scale = scale.max(l.kinetic);
-        // Elastic energy is small beside the kinetic; the gravity of a point counts exactly.
-        assert!((e - e0).abs() < 2e-3 * scale, "{e} {e0}");
+        assert!((e - e0).abs() < 1e-6 * scale, "{e} {e0}");
         for a in 0..2 {
             assert!((p[a] - p0[a]).abs() < 1e-10, "{:e}", p[a] - p0[a]);
         }

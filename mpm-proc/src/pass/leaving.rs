@@ -17,9 +17,10 @@ use crate::kernel::transfer::AffineState;
 use crate::state::continuum::Continuum;
 use crate::state::points::{Cloud, NO_POINT};
 
-/// Removes the points that the step has taken out of the domain.
+/// Removes the points that the step of `dt` (s) has taken out of the domain.
 pub fn remove_left<const W: usize, S: Shape<W>, A: AffineState>(
     continuum: &mut Continuum<W, S, A>,
+    dt: f64,
 ) {
     if continuum.gone.is_empty() {
         return;
@@ -29,9 +30,12 @@ pub fn remove_left<const W: usize, S: Shape<W>, A: AffineState>(
         let cloud = &mut continuum.clouds[number];
         let [x, v] = [cloud.position(lane), cloud.velocity(lane)];
         let elastic = cloud.volume * cloud.energy_of(lane);
-        let held =
-            cloud.kinetic_of(lane) + elastic - cloud.mass * (gravity[0] * x[0] + gravity[1] * x[1]);
-        let work = cloud.loads.as_ref().map_or(0.0, |l| l.last_work(lane, x));
+        // Its velocity is that of half a step before: half a kick of gravity and of its load is still to come.
+        let then = [0, 1].map(|a| x[a] - 0.5 * dt * v[a]);
+        let held = cloud.kinetic_of(lane) + elastic
+            - cloud.mass * (gravity[0] * then[0] + gravity[1] * then[1]);
+        let loads = cloud.loads.as_ref();
+        let work = loads.map_or(0.0, |l| l.last_work(lane, then));
         let turning = cloud.angular_momentum_of(lane, cell);
         continuum.state.totals.applied_impulse +=
             [-cloud.mass * v[0], -cloud.mass * v[1], -turning];
