@@ -159,3 +159,31 @@ fn a_configuration_with_other_laws_and_motions_goes_on_from_the_state() {
         points.step(&mut dem, &step(DT, DT));
     }
 }
+
+/// Whose contacts would else see it move on for ever.
+#[test]
+fn a_belt_that_a_branch_stops_stands_still() {
+    let belt = |motion: Motion, speed: f64| BodyConfig {
+        motion,
+        position: [0.0, -0.1],
+        velocity: [speed, 0.0],
+        ..body(rectangle_shape(20.0, 0.2), 0.01)
+    };
+    let block = BodyConfig {
+        position: [0.0, 0.0499],
+        velocity: [1.0, 0.0],
+        ..body(rectangle_shape(0.1, 0.06), 0.01)
+    };
+    let of = |belt: BodyConfig| {
+        let mut config = scene(vec![belt, block.clone()], LINEAR);
+        config.gravity = [0.0, -9.81];
+        config
+    };
+    let mut moving = configured(&of(belt(Motion::Driven, 1.0)));
+    go(&mut moving, true, DT);
+    go(&mut moving, false, DT);
+    let mut stopped = taken_over(&of(belt(Motion::Fixed, 0.0)), &moving);
+    (0..3000).for_each(|_| go(&mut stopped, false, DT));
+    let slowed = 1.0 - stopped.bodies().state[1].velocity.x;
+    assert!((slowed / (0.3 * 9.81 * 0.3) - 1.0).abs() < 0.02, "{slowed}");
+}

@@ -271,6 +271,8 @@ impl Bodies {
                     (own, world) = std::mem::take(&mut world).split_at_mut(count);
                     (shape, local) = local.split_at(count);
                     if state.rests(kicked[k]) {
+                        // In the run that a branch begins with it may have moved.
+                        frame.last = LastMove::default();
                         continue;
                     }
                     let (velocity, spin) = kicked[k];
