@@ -259,6 +259,34 @@ fn a_damped_disc_that_spins_stays_at_rest() {
     }
 }
 
+/// A disc that rolls on a flat floor: the moment against rolling has the radius of the disc, `a = 2/3 mu_r g`.
+#[test]
+fn a_floor_without_sphero_radius_is_flat() {
+    let law = granular_law(1e6, 5e5, 0.6, 0.1, 0.0, 0.1);
+    for overlap in [OverlapMeasure::EachEdge, OverlapMeasure::NearestEdge] {
+        let floor = BodyConfig {
+            position: [0.0, -0.1],
+            ..fixed(rectangle_shape(4.0, 0.2), 0.0)
+        };
+        let disc = BodyConfig {
+            position: [0.0, 0.05 - 9.81e-6],
+            velocity: [0.5, 0.0],
+            spin: -10.0,
+            ..body(BodyShape::Disc, 0.05)
+        };
+        let mut config = scene(vec![floor, disc], law);
+        (config.gravity, config.overlap) = ([0.0, -9.81], overlap);
+        let mut dem = configured(&config);
+        run(&mut dem, 4000, 5e-5);
+        let slowed = 0.5 - dem.bodies().state[1].velocity.x;
+        let expected = 2.0 / 3.0 * 0.1 * 9.81 * 0.2;
+        assert!(
+            (slowed / expected - 1.0).abs() < 0.02,
+            "{slowed} {expected}"
+        );
+    }
+}
+
 /// Five rounded squares one on another on a floor, which touch without overlap.
 #[test]
 fn a_stack_of_blocks_stays_where_it_is_for_a_million_steps() {

@@ -64,11 +64,8 @@ pub trait Measure: Debug + Default + Send + Sync + 'static {
     fn list(bodies: &Bodies, pair: [u32; 2], margin: f64, candidates: &mut Vec<Candidate>);
     /// The contact of a candidate; `None` if its distance is above `closing` (m).
     fn meet(&mut self, bodies: &Bodies, candidate: Candidate, closing: f64) -> Option<Spot>;
-    /// By how much the depth has fallen over the last step in m; its rate in m/s before the first. `moved`: the same of
-    /// the material at the place of the contact, which is an approximation.
-    fn fallen(_: &Bodies, _: &Moves, _: Candidate, _: &Spot, moved: f64) -> f64 {
-        moved
-    }
+    /// By how much the depth has fallen over the last step in m; it was `before` in m, 0 without contact.
+    fn fallen(bodies: &Bodies, candidate: Candidate, spot: &Spot, before: f64) -> f64;
     /// The criterion by which a candidate that presses has gone too far ([`crate::contact::passage`]). `turned`: its
     /// normal has rotated since the last step, in the frame of the second body; with how far the bodies have approached
     /// at most in that step, in m.
@@ -112,13 +109,17 @@ fn kinematics<M: Measure>(
     bodies: &Bodies,
     moves: &Moves,
     spot: &Spot,
-    (candidate, arms): (Candidate, [Vec2; 2]),
+    (candidate, arms, before): (Candidate, [Vec2; 2], f64),
 ) -> Kinematics {
     let tangent = Vec2::new(-spot.normal.y, spot.normal.x);
     let frames = candidate.bodies.map(|b| moves.frame(b));
     let [a, b] = [0, 1].map(|i| frames[i].displacement(arms[i]));
     let [normal, along] = [spot.normal, tangent].map(|x| spot.gain * (a - b).dot(&x));
-    let fallen = M::fallen(bodies, moves, candidate, spot, normal);
+    let fallen = if moves.are_known() {
+        M::fallen(bodies, candidate, spot, before)
+    } else {
+        normal
+    };
     let [moved, velocity] = moves.scaled([fallen, along]);
     let [sines, _] = moves.scaled(frames.map(|frame| frame.last.sin));
     Kinematics {
@@ -160,15 +161,15 @@ impl<M: Measure> Listing for Convex<M> {
 }
 
 impl<M: Measure> PairKind for Convex<M> {
-    /// The normal of the last step, zero where there was no contact.
-    type Memory = [f64; 2];
+    /// Normal and depth (m) of the last step, zero where there was no contact.
+    type Memory = [f64; 3];
     type Found = Results;
     type Room<L: Law> = M;
 
     fn evaluate<L: Law>(
         chunk: &Chunk<Self, L>,
         measure: &mut M,
-        next: &mut [(L::History, [f64; 2])],
+        next: &mut [(L::History, [f64; 3])],
         found: &mut Results,
     ) {
         let On {
@@ -200,9 +201,10 @@ impl<M: Measure> PairKind for Convex<M> {
             };
             let frames = pair.map(|b| &bodies.frames[b as usize]);
             let arms = frames.map(|frame| spot.point - frame.center);
-            let place = (*candidate, arms);
-            let kinematics = kinematics::<M>(bodies, &chunk.on.moves, &spot, place);
             let (constants, (before, was)) = (&chunk.constants[k], &chunk.history[k]);
+            let [was_x, was_y, depth] = *was;
+            let place = (*candidate, arms, depth);
+            let kinematics = kinematics::<M>(bodies, &chunk.on.moves, &spot, place);
             let stiffness = chunk.law.stiffness(constants, spot.depth + closing);
             let [normal, tangential] = [stiffness.normal * M::STIFFENS, stiffness.tangential];
             let loads = [0, 1].map(|i| PairLoad {
@@ -230,7 +232,7 @@ impl<M: Measure> PairKind for Convex<M> {
             };
             if spot.depth > 0.0 {
                 let response = chunk.law.response(constants, &kinematics, before);
-                let along = frames[1].turned(Vec2::from(*was)).dot(&spot.normal);
+                let along = frames[1].turned(Vec2::new(was_x, was_y)).dot(&spot.normal);
                 let turned = (along < TURN).then_some(closing);
                 passes(M::passage(bodies, *candidate, &spot, turned), spot.depth);
                 met.pressing.force = spot.gain * response.normal;
@@ -245,7 +247,7 @@ impl<M: Measure> PairKind for Convex<M> {
                 if interval.measured {
                     met.energy = (chunk.law).energy(constants, spot.depth, &response.history);
                 }
-                next[k] = (response.history, spot.normal.into());
+                next[k] = (response.history, [spot.normal.x, spot.normal.y, spot.depth]);
             } else {
                 met.loss = chunk.law.separate(constants, &kinematics, before);
             }

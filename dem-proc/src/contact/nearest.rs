@@ -15,7 +15,6 @@ use mechanics::outline::{Seen, contact_point, nearest, see, thickness};
 use crate::body::bodies::Bodies;
 use crate::body::shape::edge_count;
 use crate::contact::convex::{Candidate, Measure, Spot};
-use crate::contact::pair_geometry::Moves;
 use crate::contact::passage::{
     Passage, TIP, TURN, admissible_depth, deeper, goes_through, leap, penetration,
 };
@@ -84,15 +83,9 @@ impl Measure for NearestEdge {
     }
 
     /// Of a vertex inside the outline it is measured from the line of the edge that pushes it.
-    fn fallen(
-        bodies: &Bodies,
-        moves: &Moves,
-        candidate: Candidate,
-        spot: &Spot,
-        moved: f64,
-    ) -> f64 {
-        let (Some(vertex), true) = (candidate.vertex, moves.are_known()) else {
-            return moved;
+    fn fallen(bodies: &Bodies, candidate: Candidate, spot: &Spot, _: f64) -> f64 {
+        let Some(vertex) = candidate.vertex else {
+            return 0.0; // It has no contact.
         };
         let (now, from) = (
             bodies.outline[vertex as usize],

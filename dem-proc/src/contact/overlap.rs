@@ -171,6 +171,15 @@ impl Measure for OverlapArea {
         })
     }
 
+    /// Where the area has ended, its width is 0, and dashpots do not work on the last way.
+    fn fallen(_: &Bodies, _: Candidate, spot: &Spot, before: f64) -> f64 {
+        if spot.gain > 0.0 {
+            before - spot.depth
+        } else {
+            0.0
+        }
+    }
+
     fn passage(
         bodies: &Bodies,
         candidate: Candidate,

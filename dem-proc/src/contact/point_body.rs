@@ -15,7 +15,7 @@ use crate::contact::passage::{
     CROSSING, Own, Passage, Passed, TURN, admissible_depth, goes_through,
 };
 use crate::contact::points::{Geometry, Outcome, PointWatch, add_to_point};
-use crate::law::{PairProperties, Stiffness, reduced_on_outline};
+use crate::law::{PairProperties, Stiffness, reduced};
 use crate::lists::neighbours::{PointList, PointPair, REACH};
 use crate::lists::now::Among;
 
@@ -140,7 +140,7 @@ impl Listing for PointBody {
     fn properties(&self, among: &Among, pair: PointPair) -> PairProperties {
         let Among { bodies, set, .. } = *among;
         let (info, body) = (&set[pair.slot as usize], pair.body as usize);
-        let radius = reduced_on_outline(info.radius, bodies.radius_at(body, pair.part));
+        let radius = reduced(info.radius, bodies.radius_at(body, pair.part));
         self.properties_of(bodies, info, body, radius)
     }
 }

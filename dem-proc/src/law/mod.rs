@@ -63,22 +63,12 @@ pub struct PairProperties {
     pub surfaces: [u32; 2],
 }
 
-/// `1 / (1/a + 1/b)`; 0 if either is 0.
+/// `1 / (1/a + 1/b)`. An outline without sphero-radius is flat at the contact: then the other one counts.
 pub fn reduced(a: f64, b: f64) -> f64 {
     if a > 0.0 && b > 0.0 {
         a * b / (a + b)
     } else {
-        0.0
-    }
-}
-
-/// `R*` in m of a point of contact radius `point` on an outline of sphero-radius `outline`, both in m. An outline
-/// without sphero-radius is flat at the contact, so only the point's radius counts.
-pub fn reduced_on_outline(point: f64, outline: f64) -> f64 {
-    if outline > 0.0 {
-        reduced(point, outline)
-    } else {
-        point
+        a.max(b)
     }
 }
 

@@ -84,23 +84,29 @@ impl DemConfig {
             }
         }
         let other = |law: &ContactLaw| !matches!(law, ContactLaw::Linear { .. });
-        if area && let Some(law) = self.body_laws().find(other) {
+        if self.bare_that_touch().is_some()
+            && let Some(law) = self.body_laws().find(other)
+        {
             let value = format!("`{}`", law.name());
-            let expected = "`linear`, since `dem.overlap` is \"area\"";
-            let help = "a sharp corner has no radius, which the other laws need";
+            let expected = "`linear`, since two bodies have no sphero-radius";
+            let help = "between sharp corners there is no radius, which the other laws need";
             found.add("body_contact", value, expected, help);
         }
+    }
+
+    /// The first body without sphero-radius that moves, where there is another one and bodies touch.
+    fn bare_that_touch(&self) -> Option<usize> {
+        let is_bare = |body: &BodyConfig| body.largest_radius() == 0.0;
+        let moves = |body: &BodyConfig| is_bare(body) && body.motion.yielding() != [0.0; 3];
+        let bare = self.bodies.iter().filter(|body| is_bare(body)).count();
+        let touch = self.body_contact.is_some() && bare > 1;
+        self.bodies.iter().position(moves).filter(|_| touch)
     }
 
     /// Finds two bodies without a sphero-radius. They would never touch, since the distance of a vertex from an edge is
     /// never below 0.
     fn bare_faults(&self, found: &mut Faults<'_>) {
-        let bare = |body: &&BodyConfig| body.largest_radius() == 0.0;
-        let free = |body: &BodyConfig| bare(&body) && body.motion.yielding() != [0.0; 3];
-        let Some(i) = self.bodies.iter().position(free) else {
-            return;
-        };
-        if self.body_contact.is_some() && self.bodies.iter().filter(bare).count() > 1 {
+        if let Some(i) = self.bare_that_touch() {
             let expected = "a radius above 0, since with `dem.overlap = \"each_edge\"` two bodies without one never touch";
             let value = format!("0 m (body \"{}\")", self.bodies[i].name);
             let help = "write a radius, or `dem.overlap = \"nearest_edge\"`";

@@ -234,7 +234,12 @@ impl Place {
             overlap,
             normal,
             at: x - normal * (a - 0.5 * overlap),
-            radius: if a * b > 0.0 { a * b / (a + b) } else { 0.0 },
+            // What has no radius is flat.
+            radius: if a * b > 0.0 {
+                a * b / (a + b)
+            } else {
+                a.max(b)
+            },
             blur,
             curvature: 1.0 / distance.abs().max(blur),
             gain: 1.0,
@@ -481,9 +486,6 @@ impl Oracle {
         }
         if corner.is_none() {
             sums.doubt(outline, (x, near.distance), &place);
-        }
-        if a == 0.0 {
-            place.radius = info.radius;
         }
         let r = at - body.pose.xy();
         let sides = [self.point(step, info, state, at), body.side(r)];

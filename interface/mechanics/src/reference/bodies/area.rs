@@ -85,6 +85,13 @@ impl Oracle {
         let length = 2.0 * extent(one).min(extent(other));
         let width = shared.push.norm();
         let gain = width / length;
+        let were = [one, other].map(|b| {
+            b.corners()
+                .into_iter()
+                .map(|x| b.was(x))
+                .collect::<Vec<_>>()
+        });
+        let before = self::shared(&were[0], &were[1]).map_or(0.0, |before| before.area);
         let place = Place {
             overlap: shared.area / length,
             normal: shared.push / width,
@@ -95,7 +102,7 @@ impl Oracle {
             blur: 1.5 * gain * BLUR * length,
             curvature: 2.0 / (gain * width),
             gain,
-            fallen: None,
+            fallen: Some((before - shared.area) / length),
         };
         self.pair(step, who, [i, j], place, sums)
     }
