@@ -91,7 +91,7 @@ impl Sdem {
     /// Contact forces at `t_n` between bodies, and between bodies and points.
     pub(crate) fn meet(&mut self, step: &Step, imps: &[ImpState], forces: &mut [ImpForce]) {
         let (sides, speed) = (&mut self.sides, self.state.speed);
-        let outer = self.constants.outer_acceleration;
+        let [weight, outer] = self.constants.outer_accelerations;
         let now = Now {
             bodies: &self.bodies,
             sets: &self.state.sets,
@@ -136,7 +136,7 @@ impl Sdem {
             impacts: Impacts {
                 ahead: now.ahead,
                 speed: approach,
-                outer,
+                weight,
                 count: self.constants.per_resolution_sq[1],
                 ..Impacts::default()
             },
@@ -289,7 +289,7 @@ impl Sdem {
         }
         let mut omega_sq = 0.0;
         if let Some(bodies) = &self.sides[BODIES] {
-            let outer = self.constants.outer_acceleration;
+            let [weight, outer] = self.constants.outer_accelerations;
             let after = AfterKick {
                 bodies: &self.bodies,
                 motions: &self.kicked.motions,
@@ -298,7 +298,8 @@ impl Sdem {
                     kick: step.kick(),
                     ahead: Ahead::new(step.kick(), step.dt, outer),
                     speed: self.kicked.speed,
-                    outer,
+                    weight,
+                    time: step.time,
                     count: self.constants.per_resolution_sq[0],
                 },
             };

@@ -129,8 +129,8 @@ pub(crate) struct Kicked {
 /// Constants of the step limits, from the configuration.
 #[derive(Debug)]
 pub(crate) struct LimitConstants {
-    /// Largest acceleration of any surface by gravity and external forces, in m/s^2.
-    pub outer_acceleration: f64,
+    /// Largest acceleration of any surface in m/s^2: by gravity, and by gravity and external forces.
+    pub outer_accelerations: [f64; 2],
     /// Bound of the squared frequency of two bodies in contact, at any contact point, in 1/s^2.
     pub first_contact: f64,
     /// `(2 / r)^2` with the resolutions `r` of impacts between bodies and of points.

@@ -3,7 +3,7 @@
 
 use crate::small_scenes::{body, rectangle_shape};
 use dem_proc::body::bodies::Bodies;
-use dem_proc::contact::approach::{Near, outer_acceleration};
+use dem_proc::contact::approach::{Near, outer_accelerations};
 use dem_proc::contact::impact::{Impacts, Pressing, Relative, SurfaceMotion};
 use dem_proc::contact::pair_geometry::LANES;
 use dem_proc::lists::now::Ahead;
@@ -53,7 +53,8 @@ fn no_contact_below_the_bound_opens() {
                 kick,
                 ahead: Ahead::new(kick, kick, 9.81),
                 speed: 0.0,
-                outer: 9.81,
+                weight: 9.81,
+                time: 0.0,
                 count: 1.0,
             };
             let near = Near {
@@ -119,7 +120,8 @@ fn a_contact_opens_if_its_amplitude_is_larger_than_its_overlap_at_rest() {
                 kick,
                 ahead: Ahead::new(kick, kick, outer),
                 speed,
-                outer,
+                weight: outer,
+                time: 0.0,
                 count: 1.0,
             };
             let pressing = Pressing {
@@ -145,7 +147,8 @@ fn what_pushes_and_turns_a_body_adds_up_at_its_surface() {
         until: None,
     };
     let bodies = Bodies::new(&config).expect("two bodies");
-    let found = outer_acceleration(&bodies, Vec2::new(0.0, -9.81));
+    let [weight, found] = outer_accelerations(&bodies, Vec2::new(0.0, -9.81));
+    assert_eq!(weight, 9.81);
     let expected = 9.81 + 5.0 + 0.3 * 0.1 / (0.5 * 0.1 * 0.1);
     assert!((found - expected).abs() < 1e-12, "{found}");
 }

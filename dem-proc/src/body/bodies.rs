@@ -73,6 +73,11 @@ impl Rigid {
         velocity.norm() + spin.abs() * self.extent
     }
 
+    /// Upper bound of the acceleration of any point of the surface by a push (N/m and N), in m/s^2.
+    pub fn surface_acceleration(&self, (force, torque): (Vec2, f64)) -> f64 {
+        force.norm() * self.inverse_mass + torque.abs() * self.inverse_inertia * self.extent
+    }
+
     /// Whether it is a disc: not a cluster of several.
     #[inline]
     pub fn is_disc(&self) -> bool {

@@ -20,7 +20,7 @@
 use interface::Vec2;
 use interface::config::Motion;
 
-use crate::body::bodies::Bodies;
+use crate::body::bodies::{Bodies, Body, Rigid};
 
 /// Terms of the sum over vertices and edges in which two bodies can meet at once: flush squares with aligned corners
 /// (docs/physics.md section 5).
@@ -65,23 +65,16 @@ pub fn crossing_rate(bodies: &Bodies, kicked: &[(Vec2, f64)], near: &Near) -> f6
     2.0 * per_step
 }
 
-/// Largest acceleration of any surface by gravity and external forces in m/s^2.
-pub fn outer_acceleration(bodies: &Bodies, gravity: Vec2) -> f64 {
-    let of = |(body, state): (&crate::body::bodies::Body, &crate::body::bodies::Rigid)| {
-        let (force, torque) = match body.motion {
-            Motion::Pushed { force, torque, .. } => (Vec2::from(force), torque),
-            _ => (Vec2::zeros(), 0.0),
-        };
-        gravity.norm() * state.falls
-            + force.norm() * state.inverse_mass
-            + torque.abs() * state.inverse_inertia * state.extent
+/// Largest acceleration of any surface in m/s^2: by gravity, and by gravity and external forces.
+pub fn outer_accelerations(bodies: &Bodies, gravity: Vec2) -> [f64; 2] {
+    let pushed = |(body, state): (&Body, &Rigid)| match body.motion {
+        Motion::Pushed { force, torque, .. } => state.surface_acceleration((force.into(), torque)),
+        _ => 0.0,
     };
-    bodies
-        .properties
-        .iter()
-        .zip(&bodies.state)
-        .map(of)
-        .fold(0.0, f64::max)
+    let falls = bodies.state.iter().map(|state| state.falls);
+    let weight = gravity.norm() * falls.fold(0.0, f64::max);
+    let pushed = bodies.properties.iter().zip(&bodies.state).map(pushed);
+    [weight, weight + pushed.fold(0.0, f64::max)]
 }
 
 /// Bound of the squared frequency in 1/s^2 of any two bodies in contact with a stiffness (N/m), at any contact point.

@@ -15,7 +15,7 @@
 //! - contacts that begin within the first step of a run, whose length is not known before; that step is a fraction of
 //!   what contact allows anyway ([`crate::contact::approach::first_contact`]);
 //! - speeds below a thousandth of the speed of the fastest surface;
-//! - impacts with an overlap no larger than that from a body's own weight or an external force: a pile at rest has
+//! - impacts with an overlap no larger than that from the weight or an external force of one of the two: a pile at rest has
 //!   contacts that hardly carry load and open and close all the time.
 //!
 //! The third case is that of most contacts, and a bound shows it without the geometry of the contact: the amplitude is
@@ -77,8 +77,10 @@ pub struct Impacts<'a> {
     pub ahead: Ahead,
     /// Speed of the fastest surface in m/s.
     pub speed: f64,
-    /// Largest acceleration of any surface by gravity and external forces, in m/s^2.
-    pub outer: f64,
+    /// Largest acceleration of any surface by gravity, in m/s^2.
+    pub weight: f64,
+    /// Time in s before the kick, at which pushes are those of the pair's own bodies.
+    pub time: f64,
     /// How many times the squared frequency of an impact counts.
     pub count: f64,
 }
@@ -92,6 +94,8 @@ struct Along {
     velocity: Lanes,
     /// In m/s^2.
     acceleration: Lanes,
+    /// By their own weights and pushes, in m/s^2.
+    outer: Lanes,
     /// Additional acceleration in m/s^2 and velocity in m/s by which pairs that do not touch may approach by rotation.
     turning: [Lanes; 2],
 }
@@ -184,7 +188,7 @@ impl Relative {
         // (p + q)^2 <= 2 p^2 + 2 q^2; without rotation only p^2 is left.
         let turns = turning.simd_gt(Lanes::ZERO);
         let share = turns.select(Lanes::splat(2.0), Lanes::ONE);
-        let limit = Lanes::splat(0.9 * impacts.outer * impacts.outer);
+        let limit = Lanes::splat(0.9 * impacts.weight * impacts.weight);
         (share * (x + y + turning)).simd_le(limit).to_bitmask()
     }
 }
@@ -272,10 +276,21 @@ impl Impacts<'_> {
         } else {
             zero
         };
+        let pushed = |side: usize, l: usize| {
+            let b = near.bodies[side][l] as usize;
+            let push = bodies.properties[b].motion.push(self.time);
+            bodies.state[b].surface_acceleration(push)
+        };
+        let pushed = if bodies.special.is_empty() {
+            zero
+        } else {
+            gather(|l| pushed(0, l).max(pushed(1, l)))
+        };
         let along = Along {
             mobility: own.mobility + other.mobility,
             velocity,
             acceleration,
+            outer: Lanes::splat(self.weight) + pushed,
             turning: [
                 own.bend() + other.bend(),
                 (own.spin - other.spin).abs() * pressing.width,
@@ -306,6 +321,7 @@ impl Impacts<'_> {
             mobility: Lanes::splat(mobility),
             velocity: Lanes::splat(velocity),
             acceleration: Lanes::ZERO,
+            outer: Lanes::splat(self.weight),
             turning: [Lanes::ZERO; 2],
         };
         if self.open_or_close(&along, &pressing.of_four()) == 0 {
@@ -322,11 +338,12 @@ impl Impacts<'_> {
             mobility,
             velocity,
             acceleration,
+            outer,
             turning: [bend, turning],
         } = *along;
         let omega_sq = pressing.stiffness * mobility;
         let omega = omega_sq.sqrt();
-        let negligible = Lanes::splat(self.outer) + omega * Lanes::splat(NEGLIGIBLE * self.speed);
+        let negligible = outer + omega * Lanes::splat(NEGLIGIBLE * self.speed);
         let amplitude_sq = acceleration * acceleration + omega_sq * velocity * velocity;
         let least = (pressing.force * mobility - acceleration).fast_max(zero) + negligible;
         let opens = amplitude_sq.simd_gt(least * least).to_bitmask();

@@ -7,7 +7,7 @@ use interface::solver::{DemMeasurement, Readiness, Refusal};
 
 use crate::body::bodies::{Bodies, Body};
 use crate::body::surfaces::Surfaces;
-use crate::contact::approach::{first_contact, outer_acceleration};
+use crate::contact::approach::{first_contact, outer_accelerations};
 use crate::contact::convex::Convex;
 use crate::contact::impact::SurfaceMotion;
 use crate::contact::nearest::NearestEdge;
@@ -122,7 +122,7 @@ pub fn configure(config: &DemConfig) -> Result<(Sdem, Readiness), Refusal> {
             ..State::default()
         },
         constants: LimitConstants {
-            outer_acceleration: outer_acceleration(&bodies, config.gravity.into()),
+            outer_accelerations: outer_accelerations(&bodies, config.gravity.into()),
             first_contact: first_contact(&bodies, body_stiffness),
             per_resolution_sq: config.resolutions().map(|r| (2.0 / r).powi(2)),
         },
