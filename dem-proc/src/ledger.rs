@@ -43,7 +43,7 @@ impl Sdem {
         after.applied_impulse += [fall.x, fall.y, moment];
         for &b in bodies.held.iter().chain(&bodies.special) {
             let b = b as usize;
-            let push = bodies.properties[b].motion.push(step.time);
+            let push = bodies.properties[b].motion.push(step.span());
             after.add_outside(&self.entry(b), self.gravity, push, length);
         }
         after

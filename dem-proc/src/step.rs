@@ -186,7 +186,7 @@ impl Sdem {
         for &b in &self.bodies.special {
             let b = b as usize;
             let (state, body) = (&self.bodies.state[b], &self.bodies.properties[b]);
-            let (force, torque) = body.motion.push(step.time);
+            let (force, torque) = body.motion.push(step.span());
             let (velocity, spin) = &mut self.kicked.velocities[b];
             *velocity += force * (state.inverse_mass * kick);
             *spin += torque * state.inverse_inertia * kick;
@@ -314,7 +314,7 @@ impl Sdem {
                     speed: self.kicked.speed,
                     energy: self.kicked.energy,
                     weight,
-                    time: step.time,
+                    span: step.span(),
                     count: self.constants.per_resolution_sq[0],
                 },
             };

@@ -55,7 +55,7 @@ fn no_contact_below_the_bound_opens() {
                 speed: 0.0,
                 energy: 0.0,
                 weight: 9.81,
-                time: 0.0,
+                span: [0.0; 2],
                 count: 1.0,
             };
             let near = Near {
@@ -125,7 +125,7 @@ fn a_contact_opens_if_its_amplitude_is_larger_than_its_overlap_at_rest() {
                 speed,
                 energy,
                 weight: outer,
-                time: 0.0,
+                span: [0.0; 2],
                 count: 1.0,
             };
             let pressing = Pressing {

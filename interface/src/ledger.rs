@@ -5,7 +5,7 @@
 //! passes all entries to [`measure`]. The solver itself only has to supply what it alone knows: the energy in springs,
 //! and the losses.
 //!
-//! Kinetic energies are the weighted mean of the two half-step values (T-5). External work is the force at `t_n` times
+//! Kinetic energies are the weighted mean of the two half-step values (T-5). External work is the force of a kick times
 //! the mean of the velocities before and after the kick; half of a kick belongs to the time before `t_n`. All this is
 //! of second order in the step (docs/physics.md section 7).
 

@@ -49,6 +49,12 @@ impl Step {
         0.5 * (self.dt_before + self.dt)
     }
 
+    /// Beginning and end of the kick in s, over which an external force acts with its mean.
+    #[inline]
+    pub fn span(&self) -> [f64; 2] {
+        [self.time - 0.5 * self.dt_before, self.time + 0.5 * self.dt]
+    }
+
     /// Weight of `v^{n+1/2}` in a quantity at `t_n`: `q^n = (1 - w) q^{n-1/2} + w q^{n+1/2}`.
     ///
     /// One half for equal steps (docs/physics.md section 7); 0 in the first step, 1 in the closing one, where the

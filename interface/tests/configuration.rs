@@ -33,26 +33,35 @@ fn a_field_that_is_left_out_is_missing_at_any_depth() {
 /// The oracle of the kit pushes and guides bodies by these methods too, so it cannot see an error in them.
 #[test]
 fn a_push_follows_its_ramp_until_it_ends_and_a_guide_holds_what_it_names() {
-    let push = |ramp, until, time| {
+    let push = |ramp, until, span| {
         let motion = Motion::Pushed {
             force: [0.0, 6.0],
             torque: -3.0,
             ramp,
             until,
         };
-        let (force, torque) = motion.push(time);
+        let (force, torque) = motion.push(span);
         [force.x, force.y, torque]
     };
-    assert_eq!(push(2.0, None, 0.0), [0.0; 3]);
-    assert_eq!(push(2.0, None, 0.5), [0.0, 1.5, -0.75]);
-    assert_eq!(push(2.0, Some(4.0), 3.0), [0.0, 6.0, -3.0]);
-    assert_eq!(push(0.0, Some(4.0), 0.0), [0.0, 6.0, -3.0]);
-    assert_eq!(push(0.0, Some(4.0), 4.0), [0.0; 3]);
+    for (ramp, until, span, share) in [
+        (2.0, None, [0.0, 0.0], 0.0),
+        (2.0, None, [0.0, 1.0], 0.25),
+        (2.0, None, [1.0, 4.0], 11.0 / 12.0),
+        (2.0, Some(4.0), [2.0, 4.0], 1.0),
+        (2.0, Some(4.0), [0.0, 8.0], 0.375),
+        (2.0, Some(1.0), [0.0, 2.0], 0.125),
+        (0.0, Some(4.0), [-0.5, 0.5], 1.0),
+        (0.0, Some(4.0), [3.0, 5.0], 0.5),
+        (0.0, Some(4.0), [4.0, 5.0], 0.0),
+    ] {
+        let expected = [0.0, 6.0 * share, -3.0 * share];
+        assert_eq!(push(ramp, until, span), expected, "{ramp} {until:?}");
+    }
     let guided = Motion::Guided {
         hold_x: true,
         hold_y: false,
         hold_angle: true,
     };
     assert_eq!(guided.yielding(), [0.0, 1.0, 0.0]);
-    assert_eq!(guided.push(1.0).1, 0.0);
+    assert_eq!(guided.push([1.0, 2.0]).1, 0.0);
 }

@@ -98,12 +98,22 @@ def _yielding(motion):
     return (0.0,) * 3 if motion in ("fixed", "driven") else (1.0,) * 3
 
 
-def _push(motion, time):
-    """External force (N/m) along x and y, and torque (N)."""
+def _push(motion, step):
+    """External force (N/m) along x and y, and torque (N): their means over the kick."""
     push = motion.get("pushed") if isinstance(motion, dict) else None
-    if push is None or (push["until"] is not None and time >= push["until"]):
+    if push is None:
         return (0.0,) * 3
-    share = max(time / push["ramp"], 0.0) if time < push["ramp"] else 1.0
+    start, stop = max(step.time - 0.5 * step.dt_before, 0.0), step.time + 0.5 * step.dt
+    ramp, until = push["ramp"], math.inf if push["until"] is None else push["until"]
+    if start >= ramp and stop <= until:
+        share = 1.0
+    elif start >= until or stop <= start:
+        share = 0.0
+    else:  # it grows up to the knee, then it is full up to the end
+        end = min(stop, until)
+        knee = max(min(end, ramp), start)
+        grown = (knee - start) * 0.5 * (start + knee) / ramp if knee > start else 0.0
+        share = (grown + (end - knee)) / (stop - start)
     return tuple(share * part for part in (*push["force"], push["torque"]))
 
 
@@ -166,7 +176,7 @@ class BodyLedger:
 
     def _add_impulses(self, totals, step, before, after, load, yields, kind):
         """Of what acts from outside: weight, pushes, and what guides and holds the body; and of the points."""
-        push, weight = _push(kind, step.time), before.mass if any(yields) else 0.0
+        push, weight = _push(kind, step), before.mass if any(yields) else 0.0
         inner = (load.fx + weight * self.gravity[0], load.fy + weight * self.gravity[1], load.torque)
         velocities = ((before.vx, after.vx), (before.vy, after.vy), (before.spin, after.spin))
         for axis, ((v0, v1), free) in enumerate(zip(velocities, yields)):

@@ -82,8 +82,8 @@ pub struct Impacts<'a> {
     pub energy: f64,
     /// Largest acceleration of any surface by gravity, in m/s^2.
     pub weight: f64,
-    /// Time in s before the kick, at which pushes are those of the pair's own bodies.
-    pub time: f64,
+    /// That of the kick in s, for the pushes of the pair's own bodies.
+    pub span: [f64; 2],
     /// How many times the squared frequency of an impact counts.
     pub count: f64,
 }
@@ -281,7 +281,7 @@ impl Impacts<'_> {
         };
         let pushed = |side: usize, l: usize| {
             let b = near.bodies[side][l] as usize;
-            let push = bodies.properties[b].motion.push(self.time);
+            let push = bodies.properties[b].motion.push(self.span);
             bodies.state[b].surface_acceleration(push)
         };
         let pushed = if bodies.special.is_empty() {

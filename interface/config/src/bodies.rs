@@ -287,25 +287,35 @@ impl Motion {
         }
     }
 
-    /// External force (N/m) and torque (N) at a time (s).
+    /// External force (N/m) and torque (N), as their means over the `span` of a kick in s.
     // Called in every step: so it is compiled where it is called, with optimisation.
     #[inline]
-    pub fn push(&self, time: f64) -> (Vector2<f64>, f64) {
-        match *self {
+    pub fn push(&self, span: [f64; 2]) -> (Vector2<f64>, f64) {
+        let (force, torque, ramp, until) = match *self {
             Self::Pushed {
                 force,
                 torque,
                 ramp,
                 until,
-            } if until.is_none_or(|end| time < end) => {
-                let share = if time < ramp {
-                    (time / ramp).max(0.0)
-                } else {
-                    1.0
-                };
-                (Vector2::from(force) * share, torque * share)
-            }
-            _ => (Vector2::zeros(), 0.0),
-        }
+            } => (force, torque, ramp, until.unwrap_or(f64::INFINITY)),
+            _ => return (Vector2::zeros(), 0.0),
+        };
+        let (from, to) = (span[0].max(0.0), span[1]);
+        let share = if from >= ramp && to <= until {
+            1.0
+        } else if from >= until || to <= from {
+            0.0
+        } else {
+            // It grows up to the knee, then it is full up to the end.
+            let end = to.min(until);
+            let knee = end.min(ramp).max(from);
+            let grown = if knee > from {
+                (knee - from) * 0.5 * (from + knee) / ramp
+            } else {
+                0.0
+            };
+            (grown + (end - knee)) / (to - from)
+        };
+        (Vector2::from(force) * share, torque * share)
     }
 }

@@ -152,9 +152,9 @@ impl Body {
         })
     }
 
-    /// The external push at `t_n` (N/m and N), for the ledger.
+    /// The external push in a kick (N/m and N), for the ledger.
     pub fn push(&self, step: &Step) -> (Vec2, f64) {
-        self.motion.push(step.time)
+        self.motion.push(step.span())
     }
 
     /// The drift of T-1.

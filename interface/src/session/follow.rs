@@ -149,7 +149,7 @@ impl Follower {
         totals.friction_work += forces.slid;
         totals.viscous_work += forces.damped;
         for (entry, motion) in entries.iter().zip(&self.motions) {
-            totals.add(entry, self.gravity, motion.push(step.time), step.kick());
+            totals.add(entry, self.gravity, motion.push(step.span()), step.kick());
         }
         if step.measure {
             let both = [&self.state.totals, &totals];

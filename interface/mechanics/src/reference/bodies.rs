@@ -791,7 +791,7 @@ impl Oracle {
         for (body, load) in self.bodies.iter_mut().zip(&expected.loads) {
             let free = f64::from(u8::from(body.is_moved_by_forces()));
             let weight = (gravity * body.inertia.x * free).push(0.0);
-            let (push, torque) = body.drive.push(step.time);
+            let (push, torque) = body.drive.push(step.span());
             let push = push.push(torque);
             let total = load.points + load.bodies + weight + push;
             let before = body.velocity;
