@@ -4,11 +4,11 @@
 //!
 //! A channel has one sender and one receiver, carries the bytes of records of one type under a [`StepHeader`], never drops
 //! and never overwrites. All channels are of one type, because iceoryx2 is compiled again for each.
-//! Lockstep keeps at most a few messages in flight, so a full channel means that the receiver is gone, and sending then
-//! fails after the deadline instead of blocking for ever.
+//! Lockstep keeps at most a few messages in flight, so a full channel means that the receiver is gone or has not looked
+//! yet, and sending then fails after the deadline instead of blocking for ever.
 //! A party is woken for a message through [`crate::transport::wake`].
 
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use iceoryx2::port::publisher::Publisher;
 use iceoryx2::port::subscriber::Subscriber;
@@ -220,7 +220,7 @@ struct Ends {
     party: Party,
     domain: Domain,
     send_timeout: Duration,
-    senders: [Option<Publisher<Ipc, [u8], StepHeader>>; CHANNELS],
+    senders: [Option<(Service, Publisher<Ipc, [u8], StepHeader>)>; CHANNELS],
     receivers: [Option<Subscriber<Ipc, [u8], StepHeader>>; CHANNELS],
     /// `None` for one that only listens: nobody wakes it.
     wakes: Option<Wakes>,
@@ -253,7 +253,8 @@ impl Ends {
             return self.open_receiver(channel);
         }
         let (domain, send_timeout) = (self.domain.clone(), self.send_timeout);
-        let publisher = open_service(&self.node, channel)?
+        let service = open_service(&self.node, channel)?;
+        let publisher = service
             .publisher_builder()
             .initial_max_slice_len(if channel.kind == Kind::Notice {
                 NOTICE_BYTES
@@ -274,7 +275,7 @@ impl Ends {
             })
             .create()
             .map_err(refused(channel.name(), "send on it"))?;
-        self.senders[channel.number()] = Some(publisher);
+        self.senders[channel.number()] = Some((service, publisher));
         Ok(())
     }
 
@@ -301,17 +302,28 @@ impl Transport for Ends {
         records: Records<'_>,
     ) -> Result<(), TransportError> {
         let name = channel.name();
-        let publisher = self.senders[channel.number()].as_ref();
-        let publisher = publisher.ok_or(TransportError::NotHere(name))?;
-        let bytes = records.bytes();
-        let mut sample = publisher
-            .loan_slice_uninit(bytes.len())
-            .map_err(refused(name, "loan memory from it"))?;
-        *sample.user_header_mut() = *header;
-        let sent = sample.write_from_slice(bytes).send();
-        sent.map(|_| ()).map_err(|_| TransportError::Full {
-            channel: name.to_string(),
-        })
+        let sender = self.senders[channel.number()].as_ref();
+        let (service, publisher) = sender.ok_or(TransportError::NotHere(name))?;
+        let (bytes, start) = (records.bytes(), Instant::now());
+        loop {
+            let mut sample = publisher
+                .loan_slice_uninit(bytes.len())
+                .map_err(refused(name, "loan memory from it"))?;
+            *sample.user_header_mut() = *header;
+            match sample.write_from_slice(bytes).send() {
+                // A receiver takes part from its first look on. Until then iceoryx2 drops what a full channel cannot take.
+                Ok(0) if service.dynamic_config().number_of_subscribers() > 0 => {
+                    if start.elapsed() < self.send_timeout && self.coupler_lives() {
+                        nap(LOOK);
+                        continue;
+                    }
+                }
+                Ok(_) => return Ok(()),
+                Err(_) => {}
+            }
+            let channel = name.to_string();
+            return Err(TransportError::Full { channel });
+        }
     }
 
     fn receive(&mut self, channel: Channel, into: &mut Message) -> Result<bool, TransportError> {
@@ -364,10 +376,11 @@ impl Transport for Ends {
 
 #[cfg(test)]
 mod tests {
-    use std::time::Instant;
+    use std::sync::Barrier;
 
     use super::*;
     use crate::transport::domain::OwnedDomain;
+    use crate::transport::wait::until;
 
     /// iceoryx2 sees bytes: what kept half a record out is ours to do.
     #[test]
@@ -394,32 +407,72 @@ mod tests {
         assert_eq!(look(&[]), Ok(0));
     }
 
-    /// It went on trying for ten seconds after its coupler had been killed.
+    /// A receiver that had not looked yet lost what came after four messages, and the sender was not told.
     #[test]
-    fn a_send_to_a_full_channel_ends_when_the_coupler_is_gone() {
+    fn a_full_channel_waits_for_its_receiver_to_look() {
         let owned = OwnedDomain::create().unwrap();
         let (domain, solvers) = (owned.domain(), [Party::Mpm]);
         let _made = create(domain, &solvers, false).unwrap();
         let join = |party| join(domain, party, &solvers, SEND_TIMEOUT).unwrap();
-        let (mut coupler, mut mpm) = (join(Party::Coupler), join(Party::Mpm));
-        let channel = Channel::of(Party::Mpm, Kind::Notice);
-        let mut say = || mpm.send(channel, &StepHeader::default(), Records::Notice(b"x"));
-        // A receiver that has never looked is none, and nobody waits for it.
-        say().unwrap();
-        let found = coupler.receive(channel, &mut Message::empty(Kind::Notice));
-        assert!(found.unwrap());
-        let start = Instant::now();
-        std::thread::scope(|scope| {
-            scope.spawn(|| {
-                std::thread::sleep(Duration::from_millis(50));
-                owned.release();
+        let channel = Channel::of(Party::Mpm, Kind::Saved);
+        let steps = 0..2 * BUFFER as u64;
+        let both = Barrier::new(2);
+        let received = std::thread::scope(|scope| {
+            let coupler = scope.spawn(|| {
+                let mut coupler = join(Party::Coupler);
+                both.wait();
+                nap(5 * LOOK);
+                let mut look = || coupler.take(channel).unwrap();
+                let next = |_| until(SEND_TIMEOUT / 2, LOOK, &mut look);
+                steps
+                    .clone()
+                    .map_while(next)
+                    .map(|message| message.header.step)
+                    .collect::<Vec<_>>()
             });
-            let error = (0..=BUFFER).find_map(|_| say().err());
-            assert!(
-                matches!(error, Some(TransportError::Full { .. })),
-                "{error:?}"
-            );
+            let mut mpm = join(Party::Mpm);
+            mpm.open(&[channel]).unwrap();
+            both.wait();
+            for step in steps.clone() {
+                let header = StepHeader {
+                    step,
+                    ..StepHeader::default()
+                };
+                mpm.send(channel, &header, Records::Saved(b"x")).unwrap();
+            }
+            coupler.join().unwrap()
         });
-        assert!(start.elapsed() < SEND_TIMEOUT / 2, "{:?}", start.elapsed());
+        assert_eq!(received, Vec::from_iter(steps));
+    }
+
+    /// It went on trying for ten seconds after its coupler had been killed.
+    #[test]
+    fn a_send_to_a_full_channel_ends_when_the_coupler_is_gone() {
+        for looks in [false, true] {
+            let owned = OwnedDomain::create().unwrap();
+            let (domain, solvers) = (owned.domain(), [Party::Mpm]);
+            let _made = create(domain, &solvers, false).unwrap();
+            let join = |party| join(domain, party, &solvers, SEND_TIMEOUT).unwrap();
+            let (mut coupler, mut mpm) = (join(Party::Coupler), join(Party::Mpm));
+            let channel = Channel::of(Party::Mpm, Kind::Notice);
+            let mut say = || mpm.send(channel, &StepHeader::default(), Records::Notice(b"x"));
+            say().unwrap();
+            if looks {
+                assert!(coupler.take(channel).unwrap().is_some());
+            }
+            let start = Instant::now();
+            std::thread::scope(|scope| {
+                scope.spawn(|| {
+                    std::thread::sleep(Duration::from_millis(50));
+                    owned.release();
+                });
+                let error = (0..=BUFFER).find_map(|_| say().err());
+                assert!(
+                    matches!(error, Some(TransportError::Full { .. })),
+                    "{error:?}"
+                );
+            });
+            assert!(start.elapsed() < SEND_TIMEOUT / 2, "{:?}", start.elapsed());
+        }
     }
 }
