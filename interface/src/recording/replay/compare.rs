@@ -116,6 +116,13 @@ impl Comparison {
     pub(super) fn messages(&mut self, step: u64, recorded: &Message, replayed: &Message) {
         let kind = recorded.kind();
         self.take_set(recorded);
+        // Records that only one of them has are compared with nothing below.
+        let [then, now] = [recorded, replayed].map(|message| message.payload.len());
+        if then != now {
+            let channel = Channel::of(self.party, kind).name();
+            let place = format_args!("{channel}, number of records");
+            self.differ(step, place, then, now);
+        }
         let [then, now] = [recorded, replayed].map(|message| {
             let mut fields: Vec<Field> = Vec::new();
             let header = &message.header;
@@ -304,14 +311,18 @@ mod tests {
 
     #[test]
     fn other_flags_and_counts_are_differences() {
-        let mut other = forces(1.0);
-        other.header.flags = 2;
-        let mut comparison = Comparison::new(Party::Dem, 0.5);
-        comparison.messages(3, &forces(1.0), &other);
-        let first = comparison.first.unwrap();
-        assert!(
-            first.starts_with("step 3, imp/forces, header `flags`: recorded 0"),
-            "{first}"
-        );
+        let [mut flags, mut fewer] = [forces(1.0), forces(1.0)];
+        flags.header.flags = 2;
+        fewer.payload = Payload::Forces(Vec::new());
+        let rows = [
+            (flags, "header `flags`: recorded 0, replayed 2"),
+            (fewer, "number of records: recorded 2, replayed 0"),
+        ];
+        for (other, words) in rows {
+            let mut comparison = Comparison::new(Party::Dem, 0.5);
+            comparison.messages(3, &forces(1.0), &other);
+            let first = comparison.first.unwrap_or_default();
+            assert_eq!(first, format!("step 3, imp/forces, {words}"));
+        }
     }
 }
