@@ -18,6 +18,8 @@ NAP = 0.01
 LONGEST_SPIN = 100e-6
 # Bytes of the file of wake-ups: a line of 64 bytes for each ordered pair of parties.
 WAKES_SIZE = 64 * 9
+# Clause C-7: longest wait in s for room in a channel.
+SEND_TIMEOUT = 10.0
 # Longest time in s between two looks that counts as silence: who comes back later was stopped.
 ROUND = 0.1
 
@@ -114,9 +116,13 @@ class Run:
 
     def sender(self, name, room=8192):
         """The sending end of a channel; `room` is that of its first segment in bytes."""
-        builder = self._service(name).publisher_builder().initial_max_slice_len(room)
+        service = self._service(name)
+        builder = service.publisher_builder().initial_max_slice_len(room)
         builder = builder.allocation_strategy(iox2.AllocationStrategy.PowerOfTwo).max_loaned_samples(1)
-        return Sender(builder.backpressure_strategy(iox2.BackpressureStrategy.RetryUntilDelivered).create())
+        # In a recorded run a message that only one of two receivers has room for cannot be sent again.
+        one = service.static_config.max_subscribers == 1
+        strategy = iox2.BackpressureStrategy.DiscardData if one else iox2.BackpressureStrategy.RetryUntilDelivered
+        return Sender(self, service, builder.backpressure_strategy(strategy).create())
 
     def receiver(self, name, record):
         """The receiving end of a channel of these records."""
@@ -190,16 +196,25 @@ class Spin:
 class Sender:
     """The sending end of a channel."""
 
-    def __init__(self, publisher):
-        self.publisher = publisher
+    def __init__(self, run, service, publisher):
+        self.run, self.service, self.publisher = run, service, publisher
 
     def send(self, header, count, data):
-        """Sends `count` records, whose bytes are `data`, under `header` (clause C-4: the count is set here)."""
+        """Sends `count` records, whose bytes are `data`, under `header` (clause C-4: the count is set here). Where there is
+        no room it tries again, while the coupler lives (clause C-7)."""
         header.count = count
-        sample = self.publisher.loan_slice_uninit(len(data))
-        ctypes.memmove(sample.payload_ptr, data, len(data))
-        ctypes.memmove(sample.user_header_ptr, ctypes.addressof(header), ctypes.sizeof(header))
-        sample.assume_init().send()
+        begin = time.perf_counter()
+        while True:
+            sample = self.publisher.loan_slice_uninit(len(data))
+            ctypes.memmove(sample.payload_ptr, data, len(data))
+            ctypes.memmove(sample.user_header_ptr, ctypes.addressof(header), ctypes.sizeof(header))
+            if sample.assume_init().send() > 0 or self.service.dynamic_config.number_of_subscribers == 0:
+                return
+            if not self.run.coupler_lives():
+                raise CouplerGone("the coupler is gone while a channel is full")
+            if time.perf_counter() - begin > SEND_TIMEOUT:
+                raise SessionError(f"a channel has been full for {SEND_TIMEOUT:g} s (C-7)")
+            time.sleep(NAP)
 
 
 class Receiver:

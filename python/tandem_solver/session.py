@@ -305,12 +305,12 @@ class Seat:
     def say_last(self, notice):
         """Before Ready the coupler may be waiting for the other solver: until it has read this, the process that has
         said it has to be there, or only its end is seen (clause S-8)."""
-        self.notify(notice)
-        if not self.ready:
-            try:
+        try:
+            self.notify(notice)
+            if not self.ready:
                 wait(self.order, self.woken, self.alive, SETUP, "coupler: no Abort", self.run.held)
-            except SessionError:
-                pass  # Abort is what was waited for
+        except SessionError:
+            pass  # Abort is what was waited for, or nobody hears
 
 
 def _hello(party, solver):
