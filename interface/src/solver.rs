@@ -9,7 +9,7 @@ use crate::config::{ConfigFault, DemConfig, MpmConfig};
 use crate::forces::{Forces, Points};
 use crate::message::wire::{
     BodyState, ContactState, EnvelopeVertex, GroupState, ImpForce, ImpInfo, ImpState, Ledger,
-    Limits, PointState,
+    Limits, PointState, Report,
 };
 use crate::step::Step;
 
@@ -77,9 +77,11 @@ pub enum Fault {
 }
 
 /// Largest number of points or bodies: slots are numbered with 32 bits.
-pub(crate) const MOST_ITEMS: u64 = 1 << 32;
+const MOST_ITEMS: u64 = 1 << 32;
 /// Largest number of bytes: the largest count that a double represents exactly.
 const MOST_BYTES: u64 = 1 << 53;
+/// Longest time in a report: 36 years, in ns.
+const LONGEST_NS: u64 = 1 << 60;
 
 /// The properties that a configured solver reports.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
@@ -117,6 +119,22 @@ impl Readiness {
             .map(|(name, x)| format!("ready with {name} = {x}, expected a number of 0 or more"));
         real.or_else(|| {
             count.map(|(name, n, most)| format!("ready with {name} = {n}, expected {most} at most"))
+        })
+    }
+
+    /// A count or a time of a report that no solver can have that was ready so (clause R-2).
+    pub fn absurd(&self, report: &Report) -> Option<String> {
+        let bounds = [
+            ("items", report.items, self.items),
+            ("imps", report.imps, MOST_ITEMS),
+            ("compute_ns", report.compute_ns, LONGEST_NS),
+            ("exchange_ns", report.exchange_ns, LONGEST_NS),
+            ("wait_ns", report.wait_ns, LONGEST_NS),
+            ("cpu_ns", report.cpu_ns, LONGEST_NS),
+        ];
+        let beyond = bounds.iter().find(|(_, number, most)| number > most);
+        beyond.map(|(name, number, most)| {
+            format!("report with {name} = {number}, expected {most} at most")
         })
     }
 }

@@ -11,15 +11,12 @@ use crate::message::wire::{
     BodyState, Budget, ContactState, Grant, GroupState, PointState, Report, StepHeader, flags,
 };
 use crate::message::{Channel, Kind, Message, Records};
-use crate::solver::{MOST_ITEMS, Readiness};
+use crate::solver::Readiness;
 
 /// Longest wait for a solver before the first step, unless the run sets another one: first to start and send Hello, then to
 /// take its configuration, for which it may have to fill millions of points. The other solver meanwhile waits for two
 /// minutes, so that the silent one is named (S-11).
 pub const START: Duration = Duration::from_secs(100);
-
-/// Longest time in a report: 36 years, in ns.
-const LONGEST_NS: u64 = 1 << 60;
 
 /// The configuration of one solver.
 #[derive(Debug, Clone, PartialEq)]
@@ -159,7 +156,8 @@ impl Sent {
             );
             return Err(self.broke("R-1", message));
         }
-        if let Some(message) = self.absurd(&report) {
+        let ready = self.readiness.as_ref();
+        if let Some(message) = ready.and_then(|ready| ready.absurd(&report)) {
             return Err(self.broke("R-2", message));
         }
         let wanted = grant.flags & flags::MEASURE != 0;
@@ -170,26 +168,6 @@ impl Sent {
         self.step = report.next;
         self.report = report;
         Ok(())
-    }
-
-    /// A count or a time of a report that no solver can have.
-    fn absurd(&self, report: &Report) -> Option<String> {
-        let ready = self
-            .readiness
-            .as_ref()
-            .map_or(MOST_ITEMS, |ready| ready.items);
-        let bounds = [
-            ("items", report.items, ready),
-            ("imps", report.imps, MOST_ITEMS),
-            ("compute_ns", report.compute_ns, LONGEST_NS),
-            ("exchange_ns", report.exchange_ns, LONGEST_NS),
-            ("wait_ns", report.wait_ns, LONGEST_NS),
-            ("cpu_ns", report.cpu_ns, LONGEST_NS),
-        ];
-        let beyond = bounds.iter().find(|(_, number, most)| number > most);
-        beyond.map(|(name, number, most)| {
-            format!("report with {name} = {number}, expected {most} at most")
-        })
     }
 
     /// What the last grant made the solver send before its report, in this order.

@@ -41,8 +41,9 @@ pub type Sent<T> = Option<(StepHeader, Vec<T>)>;
 pub struct WindowReport {
     /// Its header.
     pub header: StepHeader,
-    /// The report.
+    /// The report, and how many there were in its message.
     pub report: Report,
+    pub reports: usize,
     /// Header and records of the bodies' states, if they were sent before it.
     pub bodies: Sent<BodyState>,
     /// The same of groups.
@@ -251,6 +252,7 @@ impl<'b> Run<'b> {
         let mut received = WindowReport {
             header,
             report,
+            reports: reports.len(),
             ..WindowReport::default()
         };
         macro_rules! take {

@@ -2,13 +2,13 @@
 
 use interface::config::capability::Capabilities;
 use interface::message::control::Configure;
-use interface::message::wire::{Ledger, Record, flags};
+use interface::message::wire::{Ledger, Record, StepHeader, flags};
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 
 use super::judge::{Difference, Judge};
 use super::plan::Epoch;
-use crate::bench::{Bench, Run, WindowReport};
+use crate::bench::{Bench, Run, Sent, WindowReport};
 use crate::verdict::Unmet;
 
 /// A case of one side. A case is data, so it can be made smaller, kept in a file and run again.
@@ -212,16 +212,34 @@ fn each_step<'b, C: Case>(
     Ok(())
 }
 
-/// The report on a grant whose first step is `first`, and whether it is one.
+/// The announced and the true number of records of a message.
+fn counts<T>(sent: &Sent<T>) -> Option<[u64; 2]> {
+    let of = |(header, records): &(StepHeader, Vec<T>)| [header.count, records.len() as u64];
+    sent.as_ref().map(of)
+}
+
+/// The report on a grant whose first step is `first`, and whether it is one; a measurement has so many records.
 pub fn report(
     run: &mut Run,
-    first: u64,
+    (first, records): (u64, usize),
     window: Window,
     judge: &mut Judge,
 ) -> Result<WindowReport, Stop> {
     let reported = run.report()?;
     let (report, header, own) = (&reported.report, reported.header, run.header());
-    judge.same("C-4", "count in the header of a report", header.count, 1)?;
+    let reports = reported.reports as u64;
+    let [bodies, groups] = [counts(&reported.bodies), counts(&reported.groups)];
+    let sent = [
+        Some([header.count, reports]),
+        bodies,
+        groups,
+        counts(&reported.contacts),
+    ];
+    for [announced, there] in sent.into_iter().flatten() {
+        let of = "count in the header of a report or of what came before it";
+        judge.same("C-4", of, announced, there)?;
+    }
+    judge.same("R-1a", "reports in a message", reports, 1)?;
     let got = (report.epoch, report.next, report.halted);
     let want = (own.epoch, own.step, 0);
     judge.same("R-1a", "epoch, next and halted of a report", got, want)?;
@@ -232,12 +250,16 @@ pub fn report(
     let least = limits.into_iter().fold(0.0, f64::min);
     judge.same("L-1a", "the least limit, if it is below 0", least, 0.0)?;
     let wrong = report.check().err().map(|fault| format!("{fault:?}"));
-    judge.same("R-2a", "what is not finite", wrong, None)?;
+    let wrong = wrong.or_else(|| run.ready.readiness.absurd(report));
+    judge.same("R-2a", "what is not finite or cannot be", wrong, None)?;
     let sent = reported.bodies.as_ref().map(|(header, _)| header.step);
     let sent = sent.or(reported.groups.as_ref().map(|(header, _)| header.step));
     if window.measured {
-        let (got, want) = ((report.measured, sent), (1, Some(first)));
-        judge.same("R-3a", "measured, and the measured step", got, want)?;
+        let there = bodies.or(groups).map(|[_, there]| there);
+        let got = (report.measured, sent, there);
+        let want = (1, Some(first), Some(records as u64));
+        let of = "measured, the measured step, and its number of records";
+        judge.same("R-3a", of, got, want)?;
     } else {
         let ledger = report.ledger == Ledger::default();
         let got = (report.measured, ledger, sent, reported.points.is_some());

@@ -3,7 +3,7 @@
 use conformance::Flaw;
 use interface::config::capability::{CONTACTS, OWN_FRICTION};
 use interface::config::{BodyInertia, ContactLaw, DemConfig, Motion};
-use interface::message::wire::flags;
+use interface::message::wire::{ImpForce, flags};
 use interface::message::{Kind, Payload};
 
 use super::row::{Row, rows};
@@ -245,6 +245,10 @@ pub const ROWS: &[Row] = rows! {
         - "numbers forces by the next step": Flaw::forces(|header, _| header.step += 1);
     clause "F-3":
         - "does not say which set forces belong to": Flaw::forces(|header, _| header.set = 0);
+        - "sends a force too many":
+            Flaw::forces(|header, forces| { forces.push(ImpForce::default()); header.count += 1; });
+    clause "C-4":
+        - "does not count forces": Flaw::forces(|header, _| header.count += 1);
     clause "E-4":
         - "sends bodies in another order": Flaw::envelopes(|_, vertices| vertices.reverse());
         - "sends outlines without the sphero-radius": Flaw::vertex(|v| v.reach *= 0.5);

@@ -110,6 +110,13 @@ pub const ROWS: &[Row] = rows! {
         - "counts sets by two": Flaw::set(|header, _| header.set += u64::from(header.set > 1));
     clause "I-1c":
         - "leaves out the epoch": Flaw::states(|header, _| header.epoch = 0);
+        - "sends a state too many": Flaw::states(|header, states| {
+            states.extend_from_within(..states.len().min(1));
+            header.count = states.len() as u64;
+        });
+    clause "C-4":
+        - "does not count a set": Flaw::set(|header, _| header.count += 3);
+        - "does not count all points": Flaw::points(|header, _| header.count += 3);
     clause "I-2g":
         - "exchanges the ids of two points":
             Flaw::set(|_, set| { if let [a, b, ..] = &mut set[..] { std::mem::swap(&mut a.id, &mut b.id); } });

@@ -26,6 +26,8 @@ pub const ROWS: &[Row] = rows! {
         - "states an unknown capability": change::hello(|hello| hello.capabilities.0.push("does everything".into()));
     clause "S-6a":
         - "repeats another scene's hash": change::ready(|ready| ready.scene_hash = "deadbeef".into());
+        - "is ready with a mass that is not a number": change::ready(|ready| ready.readiness.mass_min = f64::NAN);
+        - "is ready with more memory than there is": change::ready(|ready| ready.readiness.bytes = 1 << 60);
     clause "S-7a":
         - "opens a channel only after Ready": Wrong::process(|m| m.opens_late = true);
     clause "S-2b":
@@ -164,15 +166,25 @@ pub const ROWS: &[Row] = rows! {
     clause "R-1a":
         - "leaves the epoch out of the report's header": Flaw::reports(|header, _| header.epoch = 0);
         - "reports on another epoch": Flaw::report(|report| report.epoch += 1);
+        - "sends two reports in a message":
+            Flaw::reports(|header, reports| { reports.extend_from_within(..); header.count = reports.len() as u64; });
     clause "C-4":
         - "does not count its records": Flaw::reports(|header, _| header.count = 0);
+        - "does not count what it measures":
+            Flaw::bodies(|header, _| header.count += 1).with(Flaw::groups(|header, _| header.count += 1));
     clause "R-2a":
         - "reports a NaN": change::limits(|l| l.mobility = f64::NAN);
+        - "reports more points than there can be": Flaw::report(|report| report.imps = 1 << 50);
+        - "reports a time of centuries": Flaw::report(|report| report.cpu_ns = 1 << 63);
     clause "L-1a":
         - "has a negative frequency": change::limits(|l| l.omega_sq = -1.0);
     clause "R-3a":
         - "measures the next step":
             Flaw::bodies(|header, _| header.step += 1).with(Flaw::groups(|header, _| header.step += 1));
+        - "measures one too many": {
+            let bodies = Flaw::bodies(|header, all| { all.extend_from_within(..1); header.count += 1; });
+            bodies.with(Flaw::groups(|header, all| { all.extend_from_within(..1); header.count += 1; }))
+        };
     clause "R-3b":
         - "reports an energy that was not asked for":
             Flaw::report(|report| { if report.measured == 0 { report.ledger.kinetic = 1e-3; } });

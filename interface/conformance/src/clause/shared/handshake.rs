@@ -18,7 +18,7 @@ pub const CLAUSES: &[Clause] = clauses! {
     Must "V-1a" "speaks this major version" by version;
     Must "O-1a" "the process that was started says Hello" by pid, of_processes: true;
     Must "K-1a" "every capability is a verb or a member of a known family" by capabilities;
-    Must "S-6a" "Ready repeats the scene hash" by hash;
+    Must "S-6a" "Ready repeats the scene hash, with numbers that can be" by hash;
     Must "S-7a" "opens its control channels before Hello, all channels before Ready" by opened;
     Must "S-2b" "says Hello, Ready and Bye, once each, and nothing else" by notices;
     Must "S-1a" "refuses an order with a byte too many" rejects Flaw::orders(|bytes| bytes.push(0));
@@ -88,6 +88,9 @@ fn hash(bench: &Bench) -> Judgement {
     let mut session = bench.greeted()?;
     let ready = session.ready(&order(bench))?;
     require(ready.scene_hash == HASH, HASH, &ready.scene_hash)?;
+    if let Some(wrong) = ready.readiness.impossible_value() {
+        return Err(broken("numbers that a solver can have", wrong));
+    }
     Ok(ready.scene_hash)
 }
 

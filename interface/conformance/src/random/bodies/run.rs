@@ -98,8 +98,10 @@ fn stepped(
     let (sent, want) = ([header.step, header.epoch], [own.step, own.epoch]);
     judge.same("F-2", "step and epoch of forces", sent, want)?;
     let generation = play.at.generation;
-    let (sent, want) = ([header.set, header.count], [generation, set.len() as u64]);
-    judge.same("F-3", "set and count of forces", sent, want)?;
+    let there = answer.forces.len() as u64;
+    judge.same("C-4", "count in the header of forces", header.count, there)?;
+    let (sent, want) = ([header.set, there], [generation, set.len() as u64]);
+    judge.same("F-3", "set and number of forces", sent, want)?;
     let forces = answer.forces.iter();
     let numbers = forces.flat_map(|f| [f.force[0], f.force[1], f.stiffness]);
     judge.keep(numbers.chain([answer.header.travel]));
@@ -172,8 +174,9 @@ impl run::Case for Case {
                 return Err(Stop::Doubtful);
             }
         }
-        let report = report(play, number, window, judge)?;
-        let count = usize::from(window.measured) * self.config.bodies.len();
+        let all = self.config.bodies.len();
+        let report = report(play, (number, all), window, judge)?;
+        let count = usize::from(window.measured) * all;
         let bodies = match count {
             0 => &[],
             count => at_least(report.bodies.as_ref(), count, "bodies")?,

@@ -81,6 +81,10 @@ impl Judge<'_> {
         stand.sets += u64::from(shown.new_set.is_some());
         let flag = shown.new_set.map_or(0, |_| flags::NEW_SET);
         let due = (stand.sets, flag);
+        if let Some(header) = shown.new_set {
+            let there = set.len() as u64;
+            self.same("C-4", "count in the header of a set", header.count, there)?;
+        }
         let of_set = shown.new_set.map_or(due, |h| (h.set, h.flags));
         let of = "generation and flags of the set and of its states";
         self.same("I-8a", of, [of_set, (header.set, header.flags)], [due; 2])?;
@@ -179,6 +183,8 @@ impl Judge<'_> {
             (header.step, points.len()),
             (step, stand.oracle.points.len()),
         );
+        let (announced, there) = (header.count, points.len() as u64);
+        self.same("C-4", "count in the header of all points", announced, there)?;
         self.same(clause, "step and number of all points", sent, want)?;
         let rise = points.windows(2).all(|pair| pair[0].id < pair[1].id);
         self.same(clause, "whether ids rise", rise, true)?;

@@ -165,8 +165,15 @@ impl run::Case for Case {
                 .map(|_| (own.step, own.epoch, 0, flags::WANT_ENVELOPES));
             let of = "step, epoch, count and flags of what asks for envelopes";
             judge.same("I-1c", of, asked.collect::<Vec<_>>(), wanted.collect())?;
-            let sent = [shown.header.step, shown.header.epoch, shown.header.count];
-            let want = [own.step, own.epoch, shown.states.len() as u64];
+            let there = shown.states.len() as u64;
+            judge.same(
+                "C-4",
+                "count in the header of states",
+                shown.header.count,
+                there,
+            )?;
+            let sent = [shown.header.step, shown.header.epoch, there];
+            let want = [own.step, own.epoch, flow.at.set.len() as u64];
             judge.same("I-1c", "step, epoch and count of states", sent, want)?;
             let numbers = shown.states.iter().flat_map(|s| [s.position, s.velocity]);
             judge.keep(numbers.flatten());
@@ -190,7 +197,10 @@ impl run::Case for Case {
             answered.push((expected, forces));
         }
         judge.step = first;
-        let reported = report(flow, next, window, judge)?;
+        let records = answered
+            .first()
+            .map_or(0, |(expected, _)| expected.groups.len());
+        let reported = report(flow, (next, records), window, judge)?;
         judge.counts(&reported.report, stand)?;
         if window.frame && reported.points.is_none() {
             judge.differ("R-5a", "frame", "all points", "none")?;
