@@ -17,7 +17,7 @@ use interface::message::control::Party;
 use serde_json::Value;
 
 use crate::harness::{Place, at_once, catalogue, lives, quoted, root, until};
-use crate::mutants;
+use crate::{deaths, mutants};
 
 /// The command of a solver that is this program.
 fn solver(subcommand: &str) -> String {
@@ -166,6 +166,17 @@ fn a_slow_start_is_no_fault_and_an_endless_one_is_found_soon() {
         assert_eq!(status, Some(expected), "{command}");
         assert!(took < 300.0, "{took:.1} s");
     });
+}
+
+/// The kit looked for a state only after the report, when the four messages that a channel holds had long been there.
+#[test]
+fn a_state_may_come_in_many_pieces() {
+    let place = Place::new();
+    let dem = deaths::flawed(&place, "pieces");
+    let only = "--only S-2a,S-6a,K-3a,K-4b,K-4a";
+    let (status, verdicts) = verdicts(&place, &format!("{only} --dem {}", quoted(&dem)));
+    let passes = verdicts.iter().all(|(_, verdict)| verdict == "pass");
+    assert!(passes && status == Some(0), "{verdicts:?}");
 }
 
 /// A command that waits where it has nothing to join (X-2c) is ended with all that it has started.

@@ -5,8 +5,9 @@ use std::path::Path;
 use std::time::{Duration, Instant};
 
 use conformance::Flaw;
-use interface::message::Payload;
 use interface::message::control::{Notice, Party};
+use interface::message::wire::flags;
+use interface::message::{Message, Payload};
 use interface::transport::domain::Domain;
 
 use crate::harness::{
@@ -266,6 +267,13 @@ fn a_process_that_is_told_to_has_a_flaw() {
     };
     let mut reports = 0;
     let passing = Flaw::passing(move |message| {
+        if let ("pieces", Payload::Saved(state)) = (flaw.as_str(), &message.payload)
+            && message.header.flags & flags::LAST == 0
+        {
+            // No flaw: more than wait in a channel.
+            let of = |piece: &[u8]| Message::new(message.header, Payload::Saved(piece.to_vec()));
+            return state.chunks(state.len().div_ceil(9)).map(of).collect();
+        }
         let mut hangs = flaw == "goodbye" && matches!(message.as_notice(), Ok(Notice::Bye));
         if let Payload::Report(_) = &message.payload {
             reports += 1;
@@ -283,8 +291,8 @@ fn a_process_that_is_told_to_has_a_flaw() {
     mutant::serve(&domain, Party::Dem, passing);
 }
 
-/// Starts a run whose solver of the bodies has this flaw. Its deadline is longer than the patience of this test.
-fn start_flawed<'a>(place: &'a Place, flaw: &str) -> Running<'a> {
+/// The command of a solver of the bodies that has this flaw.
+pub fn flawed(place: &Place, flaw: &str) -> String {
     let [run, name, file] = FLAWED;
     let script = format!(
         "{run}=$2 {name}={flaw} {file}=\"{}\" exec \"{}\" --exact {} --nocapture >/dev/null",
@@ -292,7 +300,12 @@ fn start_flawed<'a>(place: &'a Place, flaw: &str) -> Running<'a> {
         std::env::current_exe().unwrap().display(),
         "deaths::a_process_that_is_told_to_has_a_flaw",
     );
-    let command = format!("sh -c '{script}' sh");
+    format!("sh -c '{script}' sh")
+}
+
+/// Starts a run with it. Its deadline is longer than the patience of this test.
+fn start_flawed<'a>(place: &'a Place, flaw: &str) -> Running<'a> {
+    let command = flawed(place, flaw);
     let more = "--variant quick --set check=[] --set coupling.deadline=3600 --dem";
     let more = format!("{more} {}", quoted(&command));
     place.start_run("out", &scene("jiang2020/collision_hard"), &more)

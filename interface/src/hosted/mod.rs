@@ -7,6 +7,7 @@
 mod host;
 mod in_thread;
 
+use std::collections::VecDeque;
 use std::io;
 use std::process::{Child, Stdio};
 use std::sync::Arc;
@@ -99,6 +100,7 @@ impl Subject {
             peer,
             failed: None,
             awaited: Kind::Notice,
+            pieces: VecDeque::new(),
             ended: None,
             worker,
         })
@@ -185,6 +187,8 @@ pub struct Hosted {
     pub failed: Option<Failure>,
     /// What is awaited.
     awaited: Kind,
+    /// Pieces of a state that came before it: there may be more than a channel holds (clause K-3).
+    pieces: VecDeque<Message>,
     /// The solver's end. It is reported at the second look, because what was sent before it is looked for in between.
     ended: Option<String>,
     // The last field, so that the ports are dropped before the directory is removed.
@@ -226,6 +230,9 @@ impl Hosted {
     /// # Errors
     /// [`TransportError`].
     pub fn receive(&mut self, kind: Kind) -> Result<Option<Message>, TransportError> {
+        if kind == Kind::Saved && !self.pieces.is_empty() {
+            return Ok(self.pieces.pop_front());
+        }
         let (channel, ends) = self.ends(kind);
         ends.take(channel)
     }
@@ -390,6 +397,14 @@ impl Awaited for Hosted {
 
     fn look(&mut self) -> Option<Self::Found> {
         let message = self.receive(self.awaited);
+        if let Ok(None) = message {
+            let (saved, ends) = self.ends(Kind::Saved);
+            let pieces = core::iter::from_fn(|| ends.take(saved).transpose());
+            match pieces.collect::<Result<Vec<_>, _>>() {
+                Ok(pieces) => self.pieces.extend(pieces),
+                Err(error) => return Some(Err(error.into())),
+            }
+        }
         message.map_err(Instead::from).transpose()
     }
 
