@@ -41,8 +41,9 @@ pub type Sent<T> = Option<(StepHeader, Vec<T>)>;
 pub struct WindowReport {
     /// Its header.
     pub header: StepHeader,
-    /// The report, and how many there were in its message.
+    /// The report.
     pub report: Report,
+    /// Reports in its message.
     pub reports: usize,
     /// Header and records of the bodies' states, if they were sent before it.
     pub bodies: Sent<BodyState>,

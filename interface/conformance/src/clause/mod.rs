@@ -9,7 +9,7 @@ use interface::message::control::Party;
 
 pub use row::{Clause, Level};
 pub(crate) use row::{clauses, judged};
-pub(crate) use shared::{names, refuses, rejects};
+pub(crate) use shared::{below_the_sum, names, refuses, rejects};
 
 /// The clauses by which the solver of one side is judged, in order; what a clause is `after` comes before it.
 pub fn of(party: Party) -> Vec<&'static Clause> {

@@ -93,6 +93,9 @@ pub const ROWS: &[Row] = rows! {
         - "never halts": Flaw::grant(|g| {
             (g.budget_omega_sq, g.budget_speed, g.budget_damping) = (f64::MAX, f64::MAX, f64::MAX);
         });
+    clause "L-3a":
+        - "compares one of its frequencies with the budget":
+            Flaw::grant(|g| g.budget_omega_sq = f64::MAX.min(2.0 * g.budget_omega_sq));
     clause "H-1c":
         - "does not report a halt of the other side":
             change::report(|report, now| { if now.of_states & flags::HALT_BEFORE != 0 { report.halted = 0; } });

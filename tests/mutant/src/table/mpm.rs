@@ -76,7 +76,8 @@ pub const ROWS: &[Row] = rows! {
     clause "H-1a":
         - "ignores the budget of speed": Flaw::grant(|grant| grant.budget_speed = f64::MAX);
     clause "H-1b":
-        - "ignores stiff contacts": Flaw::force(|f| f.stiffness = if f.stiffness > 1e8 { 1.0 } else { f.stiffness });
+        - "compares one of its frequencies with the budget":
+            Flaw::grant(|g| g.budget_omega_sq = f64::MAX.min(2.0 * g.budget_omega_sq));
     clause "H-2b":
         - "continues after HALT_AFTER": Flaw::forces(|header, _| header.flags = 0);
     clause "H-2c":

@@ -1,15 +1,17 @@
 //! Section 5, halting: who is beyond its budget, or whose other side is.
 
-use interface::config::{ContactLaw, DemConfig, Motion};
+use interface::config::{BodyConfig, ContactLaw, DemConfig, Motion};
 use interface::message::wire::{Budget, flags};
 
-use super::scene::{STIFFNESS, disc, pressed};
+use super::scene::{SPHERO, STIFFNESS, disc, pressed};
 use crate::bench::{Bench, Run};
-use crate::clause::{Clause, clauses};
+use crate::clause::{Clause, below_the_sum, clauses};
 use crate::verdict::{Judgement, require};
 
 pub const CLAUSES: &[Clause] = clauses! {
     Must "H-2a" "halts after a step whose limits are beyond a budget" by halts, needs: &["motion:free"];
+    Must "L-3a" "compares the sum of its frequencies with the budget" by sum, after: &["H-2a", "L-2b"],
+        needs: &["motion:free", "feature:body_contact"];
     Must "H-1c" "stops before the step that the other side does not compute" by other_halts;
 };
 
@@ -37,6 +39,30 @@ fn halts(bench: &Bench) -> Judgement {
         play.ends(true, 1)?;
     }
     Ok("for each budget".into())
+}
+
+fn sum(bench: &Bench) -> Judgement {
+    let mut config = disc(Motion::Free);
+    // It lies in another disc, while two points press it.
+    let other = BodyConfig {
+        position: [0.0, 1.9 * SPHERO],
+        motion: Motion::Fixed,
+        ..config.bodies[0].clone()
+    };
+    config.bodies.push(other);
+    config.body_contact = Some(config.point_contact);
+    // No contact counts more than its stiffness.
+    config.contact_resolution = bench.takes("feature:contact_resolution").then_some(2.0);
+    let (mut play, points) = (bench.run_bodies(&config)?, pressed());
+    play.set(&points.set);
+    let (_, reported) = play.measured(1e-5, &points.states)?;
+    play.budget.omega_sq = below_the_sum(&reported.report.limits);
+    play.grant(1e-5, 5, false)?;
+    let halts = play.answer(&points.states)?.header.flags & flags::HALT_AFTER != 0;
+    let expected = format_args!("HALT_AFTER beyond {:?}", play.budget);
+    require(halts, expected, "forces without it")?;
+    play.ends(true, 2)?;
+    Ok("halts".into())
 }
 
 fn other_halts(bench: &Bench) -> Judgement {

@@ -1,6 +1,6 @@
 //! Sections 5 and 8: limits and halting, as far as they are the same for both sides.
 
-use interface::message::wire::{Budget, flags};
+use interface::message::wire::{Budget, Limits, flags};
 
 use super::run::{led, order};
 use crate::bench::{Bench, Run, configure};
@@ -37,6 +37,11 @@ fn moving(bench: &Bench, budget: Budget) -> Result<Run<'_>, Unmet> {
     let mut run = led(bench, &order)?;
     run.budget = budget;
     Ok(run)
+}
+
+/// A budget for the square of a frequency beyond which only the sum of these limits is (L-3), where one is not far above the other.
+pub fn below_the_sum(limits: &Limits) -> f64 {
+    0.9 * (limits.omega_sq + limits.contact_omega_sq)
 }
 
 fn tight(bench: &Bench) -> Judgement {

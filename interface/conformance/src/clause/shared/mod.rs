@@ -8,6 +8,7 @@ mod machine;
 mod run;
 mod saved;
 
+pub use halt::below_the_sum;
 pub use run::{names, refuses, rejects};
 
 use super::row::Clause;
