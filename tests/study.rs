@@ -502,6 +502,13 @@ fn what_cannot_be_drawn_is_refused_with_what_there_is() {
     };
     plot("a.csv --y speed", 2).says(&["time, work"]);
     plot("none.csv --y work", 2).says(&["cannot read none.csv"]);
+    // The directory of a run with `--set` was taken for a label and a path.
+    fs::create_dir(place.path("a,b=2")).unwrap();
+    fs::copy(place.path("a.csv"), place.path("a,b=2/history.csv")).unwrap();
+    for data in ["a,b=2", "two=a,b=2"] {
+        let drawn = format!("plot --out b.svg {data} --y work");
+        place.tandem(&drawn).expect(0);
+    }
     plot("a.csv --y work --xlim 3,", 2).says(&["nothing to draw"]);
     plot("a.csv --y work --xlim 3,1", 2).says(&["--xlim", "not below"]);
     plot("a.csv --y work --ylog --ylim -1,1", 2).says(&["--ylim", "above 0"]);

@@ -1,8 +1,9 @@
 //! What `tandem plot` draws: its command line.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use clap::Args;
+use clap::builder::{StringValueParser, TypedValueParser};
 use mechanics::expression::{Expression, Meaning};
 
 use crate::StudyError;
@@ -31,6 +32,15 @@ impl From<&str> for Labelled {
 }
 
 impl Labelled {
+    /// A path that is there, which may hold a `=` as that of a run with `--set` does, or `LABEL=PATH`.
+    fn path(argument: &str) -> Self {
+        if Path::new(argument).exists() {
+            let what = argument.to_owned();
+            return Self { label: None, what };
+        }
+        argument.into()
+    }
+
     pub(crate) fn name(&self) -> &str {
         self.label.as_deref().unwrap_or(&self.what)
     }
@@ -63,7 +73,7 @@ pub(crate) fn which(text: &str) -> Result<Which, String> {
 #[derive(Debug, Args)]
 pub struct PlotOptions {
     /// Run directories, whose history.csv or frames are read, and CSV files; each may have a label for the legend.
-    #[arg(required = true, value_name = "[LABEL=]DATA")]
+    #[arg(required = true, value_name = "[LABEL=]DATA", value_parser = StringValueParser::new().map(|text| Labelled::path(&text)))]
     pub data: Vec<Labelled>,
     /// Figure to write; with frames also a film (.gif).
     #[arg(long, alias = "output", value_name = "FILE.svg|.png")]
