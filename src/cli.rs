@@ -227,8 +227,16 @@ pub struct ReportArgs {
     #[arg(required = true, value_name = "DIR")]
     pub dirs: Vec<PathBuf>,
     /// Page to write; `report.html` in the first directory by default.
-    #[arg(long, alias = "output", value_name = "FILE")]
+    #[arg(long, alias = "output", value_name = "FILE.html", value_parser = page)]
     pub out: Option<PathBuf>,
+}
+
+/// A page replaces what has its name: a wrong name would cost a table or a scene.
+fn page(text: &str) -> Result<PathBuf, &'static str> {
+    let path = PathBuf::from(text);
+    let end = path.extension().unwrap_or_default();
+    let is_page = ["html", "htm"].iter().any(|e| end.eq_ignore_ascii_case(e));
+    is_page.then_some(path).ok_or("end its name with .html")
 }
 
 /// Arguments of `watch`.

@@ -240,6 +240,8 @@ fn runs_stand_beside_one_another() {
     // Too short for the collision to be over: its checks fail, and it has its page all the same.
     place.run("short", &scene(HARD), more).expect(1);
     assert!(place.path("short").join("report.html").exists());
+    let table = place.tandem("report run --out run/history.csv").expect(2);
+    table.says(&["--out", "end its name with .html"]);
     place.tandem("report run short --out both.html").expect(0);
     let Some(reader) = Reader::open(&place.path("both.html")) else {
         return;
