@@ -55,10 +55,12 @@ fn a_table_that_was_changed_before_the_checkpoint_is_named_and_not_continued() {
     let history = fs::read_to_string(dir.join("history.csv")).unwrap();
     let changed = history.replacen('\n', "\n7", 1);
     fs::write(dir.join("history.csv"), &changed).unwrap();
+    place.write("my run/history.csv.changed", "mine");
     let ended = place.tandem("resume 'my run' --new-tables").expect(0);
-    ended.says(&["history.csv.changed"]);
+    ended.says(&["history.csv.changed-2"]);
     let read = |name: &str| fs::read_to_string(dir.join(name)).unwrap();
-    assert_eq!(read("history.csv.changed"), changed);
+    assert_eq!(read("history.csv.changed"), "mine");
+    assert_eq!(read("history.csv.changed-2"), changed);
     let header = |table: &str| table.lines().next().unwrap().to_owned();
     let new = read("history.csv");
     assert_eq!(header(&new), header(&history));

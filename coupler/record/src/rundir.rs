@@ -299,12 +299,12 @@ impl RunDir {
         self.replace(SUMMARY, &json_of(summary), false)
     }
 
-    /// Gives a file of the run a name that the run does not use, where it stays: `history.csv.changed`.
+    /// Gives a file of the run the name [`aside`], where it stays.
     ///
     /// # Errors
     /// [`RunDirError`].
     pub(crate) fn put_aside(&self, name: &str) -> Result<(), RunDirError> {
-        displace(self.path(), name, format!("{name}.changed"))
+        displace(self.path(), name, aside(self.path(), name))
     }
 
     /// Keeps a summary that is written if the shared memory of the run vanishes, which ends this process at once; `None` keeps
@@ -340,6 +340,18 @@ impl RunDir {
         let (name, path) = self.claim(name)?;
         Ok(files::replace(&self.root, name, bytes, durably).map_err(fail("write", &path))?)
     }
+}
+
+/// The first free name for a changed table of a run directory: `history.csv.changed`, `history.csv.changed-2`.
+pub fn aside(dir: &Path, table: &str) -> String {
+    let mut name = format!("{table}.changed");
+    for k in 2.. {
+        if !files::is_there(dir, &name) {
+            break;
+        }
+        name = format!("{table}.changed-{k}");
+    }
+    name
 }
 
 /// Whether the files in a directory are those of an earlier run, which a new one has not replaced yet.

@@ -20,7 +20,7 @@ use thiserror::Error;
 
 use super::state::CouplerState;
 use crate::record::log;
-use crate::record::rundir::{CHECKPOINTS, COURSE, HISTORY, LOG, SCENE};
+use crate::record::rundir::{CHECKPOINTS, COURSE, HISTORY, LOG, SCENE, aside};
 use crate::record::{FileError, Sealed, fail};
 use crate::scene::Scene;
 
@@ -279,7 +279,7 @@ pub(crate) fn unchanged(
     checkpoint: &mut Checkpoint,
     new_tables: bool,
 ) -> Result<Vec<String>, CheckpointError> {
-    let mut aside = Vec::new();
+    let mut told = Vec::new();
     let CouplerState {
         history, course, ..
     } = &mut checkpoint.state;
@@ -287,8 +287,9 @@ pub(crate) fn unchanged(
         match sealed.compare(dir, table) {
             Ok(_) => {}
             Err(source) if new_tables => {
-                aside.push(format!(
-                    "{table} is not as the run has written it: {source}; it is put aside as {table}.changed"
+                told.push(format!(
+                    "{table} is not as the run has written it: {source}; it is put aside as {}",
+                    aside(dir, table)
                 ));
                 *sealed = Sealed::default();
             }
@@ -301,7 +302,7 @@ pub(crate) fn unchanged(
             }
         }
     }
-    Ok(aside)
+    Ok(told)
 }
 
 /// Reads a checkpoint of a run like `ours`.
