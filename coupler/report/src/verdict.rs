@@ -4,7 +4,7 @@ use coupler::record::check::{Check, CheckResult, When};
 use coupler::scene::Scene;
 
 use crate::record::Record;
-use crate::words::{number, quantity};
+use crate::words::{DIGITS, in_digits, number, with_unit};
 
 /// A check as a row of the page.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
@@ -81,17 +81,19 @@ fn row(verdict: &CheckResult, scene: Option<&Scene>, run: &str) -> Row {
     let relative = meant.relative_tolerance.is_some();
     let scale = meant.scale.as_ref().and_then(finite);
     let near = meant.reference.as_ref().and_then(finite).is_some();
+    let digits = digits(verdict);
+    let quantity = |number: f64| with_unit(in_digits(number, digits), &unit);
     // The units of distances.
     let distance = |number: f64| match scale {
         _ if !number.is_finite() => "none".to_owned(),
-        _ if relative => format!("{}\u{a0}%", self::number(100.0 * number)),
+        _ if relative => format!("{}\u{a0}%", in_digits(100.0 * number, digits)),
         Some(scale) => {
-            let scale = quantity(scale, &unit);
-            format!("{}\u{a0}% of {scale}", self::number(100.0 * number))
+            let scale = quantity(scale);
+            format!("{}\u{a0}% of {scale}", in_digits(100.0 * number, digits))
         }
-        None => quantity(number, &unit),
+        None => quantity(number),
     };
-    let in_unit = |number: &Option<f64>| Some(quantity(finite(number)?, &unit));
+    let in_unit = |number: &Option<f64>| Some(quantity(finite(number)?));
     Row {
         run: run.to_owned(),
         result: if verdict.pass { "pass" } else { "fail" },
@@ -100,7 +102,7 @@ fn row(verdict: &CheckResult, scene: Option<&Scene>, run: &str) -> Row {
         value: in_unit(&Some(verdict.value)).unwrap_or_else(|| "none".to_owned()),
         expected: meant
             .in_words(in_unit, in_unit)
-            .or_else(|| Some(check?.expectation(|number| quantity(number, &unit))))
+            .or_else(|| Some(check?.expectation(quantity)))
             .unwrap_or_default(),
         error: match verdict.error {
             0.0 if !near => "within".to_owned(),
@@ -114,6 +116,29 @@ fn row(verdict: &CheckResult, scene: Option<&Scene>, run: &str) -> Row {
         source: verdict.source.clone(),
         reason: verdict.reason.clone().unwrap_or_default(),
     }
+}
+
+/// Digits with which the numbers of a check that fails do not read as if it held: `1 s` is not at most `0.99999 s`.
+fn digits(verdict: &CheckResult) -> i32 {
+    if verdict.pass || verdict.reason.is_some() {
+        return DIGITS;
+    }
+    let read = |number: f64, digits: i32| {
+        let text = in_digits(number, digits).replace('\u{202f}', "");
+        text.parse().unwrap_or(f64::NAN)
+    };
+    let apart = |k: &i32| read(verdict.error, *k) > read(verdict.tolerance, *k);
+    let least = (DIGITS..=17).find(apart).unwrap_or(DIGITS);
+    // The distance of a mean over time is not that of the two numbers, which may not show it with any digits.
+    let fails = |k: &i32| {
+        let [value, reference] = [verdict.value, verdict.reference].map(|number| read(number, *k));
+        let number = |number: &Option<f64>| number.map(|number| read(number, *k));
+        let meant = verdict.expected.map(number, number);
+        let judged = meant.judge(value, (value - reference).abs());
+        // 1.01 - 1 is more than 0.01 by rounding.
+        judged.error > judged.tolerance * (1.0 + 1e-9)
+    };
+    (least..=17).find(fails).unwrap_or(least)
 }
 
 /// A check that nobody has judged.
@@ -233,6 +258,44 @@ mod tests {
         let check = format!("value = \"1000*body.a.x\"\n{check}");
         let scene = scene(&check, "constants = { angle = 25.0 }");
         row(&verdict, Some(&scene), "x")
+    }
+
+    /// `FAIL 1 s, expected at most 1 s`.
+    #[test]
+    fn a_check_that_fails_does_not_read_as_if_it_held() {
+        let none = Meant::default();
+        let bound = |bound| Some(Some(bound));
+        let near = Meant {
+            reference: bound(1.0),
+            tolerance: bound(0.01),
+            ..none
+        };
+        let relative = Meant {
+            tolerance: None,
+            relative_tolerance: bound(0.01),
+            ..near
+        };
+        let at_most = |most| Meant {
+            at_most: bound(most),
+            ..none
+        };
+        let rows = [
+            (1.0, at_most(0.99999), ["1", "at most 0.99999", ""]),
+            (2.0, at_most(0.99999), ["2", "at most 1", ""]),
+            (1.010_001, near, ["1.010001", "1", "0.01"]),
+            (1.010_001, relative, ["1.010001", "1", "1\u{a0}%"]),
+            (1.02, near, ["1.02", "1", "0.01"]),
+        ];
+        for (value, expected, words) in rows {
+            let row = row(&expected.judge(value, (value - 1.0).abs()), None, "x");
+            assert_eq!([&row.value, &row.expected, &row.allowed], words);
+        }
+        // The root mean square of the distance says nothing of the two numbers beside it.
+        let row = row(&near.judge(1.0, 0.010_001), None, "x");
+        assert_eq!(
+            [&row.value, &row.error, &row.allowed],
+            ["1", "0.010001", "0.01"]
+        );
     }
 
     /// Only those that were over were shown.

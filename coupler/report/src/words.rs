@@ -1,10 +1,15 @@
 //! Numbers as people read them.
 
 /// Significant digits of a number in a table.
-const DIGITS: i32 = 4;
+pub const DIGITS: i32 = 4;
 
 /// A number with four significant digits: `0.9966`, `12.3`, `4.2e-4`.
 pub fn number(value: f64) -> String {
+    in_digits(value, DIGITS)
+}
+
+/// A number with this many significant digits.
+pub fn in_digits(value: f64, digits: i32) -> String {
     if value == 0.0 {
         return "0".to_owned();
     }
@@ -20,10 +25,10 @@ pub fn number(value: f64) -> String {
         return grouped(value as i64);
     }
     if (-3..6).contains(&magnitude) {
-        let decimals = (DIGITS - 1 - magnitude).max(0) as usize;
+        let decimals = (digits - 1 - magnitude).max(0) as usize;
         return without_zeros(&format!("{value:.decimals$}"));
     }
-    let text = format!("{value:.*e}", (DIGITS - 1) as usize);
+    let text = format!("{value:.*e}", (digits - 1) as usize);
     match text.split_once('e') {
         Some((mantissa, exponent)) => format!("{}e{exponent}", without_zeros(mantissa)),
         None => text,
@@ -38,9 +43,14 @@ pub fn size_of(value: f64) -> String {
 
 /// A number and its unit; none behind a pure number.
 pub fn quantity(value: f64, unit: &str) -> String {
+    with_unit(number(value), unit)
+}
+
+/// What stands for a number, and its unit.
+pub fn with_unit(number: String, unit: &str) -> String {
     match unit {
-        "" | "1" => number(value),
-        _ => format!("{}\u{a0}{}", number(value), unit_of(unit)),
+        "" | "1" => number,
+        _ => format!("{number}\u{a0}{}", unit_of(unit)),
     }
 }
 
