@@ -118,6 +118,10 @@ fn column_name(problems: &mut Problems, path: &str, name: &str) {
     } else if name == "time" {
         let message = format!("`{path}` is \"time\", which every history has as its first column");
         problems.refuse(path, message, "give it another name, or leave it out");
+    } else if reserved_names().any(|taken| taken == name) {
+        let message =
+            format!("`{path}` is \"{name}\", which already means something in expressions");
+        problems.refuse(path, message, "give it another name");
     }
 }
 
@@ -270,6 +274,15 @@ impl Context<'_, '_> {
     /// A column of the history.
     pub fn column(&mut self, path: &str, written: &ColumnWritten) -> Option<Column> {
         column_name(self.problems, &format!("{path}.name"), &written.name);
+        if written.unit.contains(['[', ']']) {
+            let (path, unit) = (format!("{path}.unit"), &written.unit);
+            let message = format!("`{path}` is \"{unit}\", expected a unit without brackets");
+            self.problems.refuse(
+                &path,
+                message,
+                "the header of the history has it in brackets",
+            );
+        }
         let value = self.compile(Scope::All, &format!("{path}.value"), &written.value)?;
         Some(Column {
             name: written.name.clone(),

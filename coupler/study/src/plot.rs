@@ -177,7 +177,11 @@ fn over(table: &Table, text: &str) -> Result<Expression, StudyError> {
         name => table.index(name),
     };
     let columns = format!("the columns are {}", table.names());
-    compile(text, &|name| column(name).map(Meaning::Slot), &columns)
+    // The name of a column may be none of an expression: `stepping cpu`.
+    match table.index(text) {
+        Some(k) => compile("it", &|_| Some(Meaning::Slot(k)), &columns),
+        None => compile(text, &|name| column(name).map(Meaning::Slot), &columns),
+    }
 }
 
 /// x and y of each row, in their order.
