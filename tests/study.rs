@@ -518,9 +518,15 @@ fn what_cannot_be_drawn_is_refused_with_what_there_is() {
     assert!(!place.path("a.svg").exists());
     plot("a.csv --y work --slope 2 --dots --expected law=2*x", 0);
     let figure = well_formed(&place.path("a.svg"));
-    for words in ["law", "time [s]", "circle"] {
+    for words in ["law", "time [s]", "circle", "slope of work [(J/m)/s]"] {
         assert!(figure.contains(words), "no `{words}` in {figure}");
     }
+    // The unit of the first curve stood for both.
+    fs::write(place.path("b.csv"), "time [s],stepping cpu [s]\n0,0\n1,1\n").unwrap();
+    plot("b.csv --y 'stepping cpu' --y time", 0);
+    assert!(well_formed(&place.path("a.svg")).contains("\ns\n"));
+    plot("a.csv --y work --y time", 0);
+    assert!(!well_formed(&place.path("a.svg")).contains("J/m"));
     let named = "--xlabel 'below all' --ylabel 'beside all' --title 'above all'";
     plot(
         &format!("a.csv --y work {named} --xlim 0.5, --ylim ,5 --xlog --ylog"),

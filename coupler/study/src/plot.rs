@@ -62,10 +62,21 @@ fn measured(options: &PlotOptions) -> Result<(Vec<Series>, [String; 2]), StudyEr
                 });
             }
             let unit = |e: &str| table.column(e).map_or_else(String::new, |c| c.unit.clone());
-            units.get_or_insert_with(|| [unit(&options.x), unit(&y.what)]);
+            let of_curve = [unit(&options.x), unit(&y.what)];
+            // An axis has a unit if all curves have it.
+            let shared = units.get_or_insert_with(|| of_curve.clone());
+            for (unit, own) in shared.iter_mut().zip(of_curve) {
+                if *unit != own {
+                    unit.clear();
+                }
+            }
         }
     }
-    Ok((curves, units.unwrap_or_default()))
+    let [across, mut up] = units.unwrap_or_default();
+    if options.slope.is_some() {
+        up = quotient(&up, &across);
+    }
+    Ok((curves, [across, up]))
 }
 
 /// Draws curves, or frames where these are asked for.
@@ -96,8 +107,9 @@ pub fn plot(options: &PlotOptions) -> Result<(), StudyError> {
         unit => format!("{e} [{unit}]"),
     };
     let x = || with_unit(&options.x, &x_unit);
+    let of = options.slope.map_or("", |_| "slope of ");
     let y = || match &options.y[..] {
-        [only] => with_unit(&only.what, &y_unit),
+        [only] => with_unit(&format!("{of}{}", only.what), &y_unit),
         _ => y_unit.clone(),
     };
     let panel = Panel {
@@ -245,6 +257,22 @@ fn slope(points: &[(f64, f64)], width: f64, label: &str) -> Result<Vec<(f64, f64
         Some((x, (high - low) / width))
     };
     Ok(points.iter().filter_map(of).collect())
+}
+
+/// The unit of a slope; none if one of the two is not known.
+fn quotient(up: &str, across: &str) -> String {
+    let whole = |unit: &str| {
+        if unit.contains(['/', ' ']) {
+            format!("({unit})")
+        } else {
+            unit.to_owned()
+        }
+    };
+    match (up, across) {
+        ("", _) | (_, "") => String::new(),
+        (_, "1") => up.to_owned(),
+        _ => format!("{}/{}", whole(up), whole(across)),
+    }
 }
 
 /// An expression of `x` from the first to the last of what is drawn.
