@@ -193,6 +193,7 @@ impl Meant {
         let number = |meant: Option<f64>| meant.unwrap_or(f64::NAN);
         // An infinite bound, tolerance or scale would pass for any run.
         let (reference, error, tolerance, bounds);
+        let mut divisor = ("", 1.0);
         if let Some(ends) = self.between {
             let [lower, upper] = ends.map(number);
             reference = 0.5 * (lower + upper);
@@ -209,22 +210,23 @@ impl Meant {
         } else {
             reference = number(self.reference.flatten());
             let scale = self.scale.map(number);
-            let unit = if self.relative_tolerance.is_some() {
-                reference.abs()
+            divisor = if self.relative_tolerance.is_some() {
+                ("reference", reference.abs())
             } else {
-                scale.map_or(1.0, f64::abs)
+                ("scale", scale.map_or(1.0, f64::abs))
             };
             (error, tolerance) = (
-                distance / unit,
+                distance / divisor.1,
                 number(self.relative_tolerance.or(self.tolerance).flatten()),
             );
             bounds = [reference, tolerance, scale.unwrap_or(1.0)]
                 .into_iter()
                 .all(f64::is_finite);
         }
-        let reason = match (value.is_finite(), bounds) {
-            (false, _) => Some("the value is not a finite number".to_owned()),
-            (_, false) => Some("the expected value is not a finite number".to_owned()),
+        let reason = match (value.is_finite(), bounds, divisor) {
+            (false, ..) => Some("the value is not a finite number".to_owned()),
+            (_, false, _) => Some("the expected value is not a finite number".to_owned()),
+            (.., (name, 0.0)) => Some(format!("the {name}, which divides the distance, is 0")),
             _ => None,
         };
         CheckResult {

@@ -366,7 +366,7 @@ impl Context<'_, '_> {
             let upper = number("between.1", Scope::Unchanging, Some(upper));
             Some([lower?, upper?])
         });
-        Some(Expected {
+        let expected = Expected {
             at_least: number("at_least", Scope::Unchanging, expected.at_least.as_ref()),
             at_most: number("at_most", Scope::Unchanging, expected.at_most.as_ref()),
             between,
@@ -374,7 +374,21 @@ impl Context<'_, '_> {
             tolerance: number("tolerance", Scope::Constants, tolerance),
             relative_tolerance: number("relative_tolerance", Scope::Constants, relative),
             scale: number("scale", Scope::Unchanging, scale),
-        })
+        };
+        let divisors = match &expected.reference {
+            Some(Reference::Expression(reference)) if relative.is_some() => [Some(reference), None],
+            _ => [None, expected.scale.as_ref()],
+        };
+        for (key, divisor) in ["reference", "scale"].into_iter().zip(divisors) {
+            if divisor.is_some_and(|divisor| divisor.as_number() == Some(0.0)) {
+                self.problems.refuse(
+                    &format!("{path}.{key}"),
+                    "distances are divided by it, and it is 0: the check cannot pass",
+                    "give a `tolerance` in the value's unit, without a `scale`",
+                );
+            }
+        }
+        Some(expected)
     }
 
     /// The tolerance, the relative tolerance and the scale of a reference; refuses what has no effect, is missing or is there twice.

@@ -156,6 +156,19 @@ fn infinite_bounds_tolerances_and_scales_fail() {
     }
 }
 
+/// They failed with 0/0 and nothing said why.
+#[test]
+fn what_divides_by_0_fails_with_a_reason() {
+    for (expected, divisor) in [
+        (relative("0*t", "0.1"), "the reference"),
+        (scaled("1", "0.1", "0*initial.v"), "the scale"),
+    ] {
+        let result = run(When::End, ALL, expected, &RAMP);
+        let reason = result.reason.unwrap();
+        assert!(!result.pass && reason.starts_with(divisor), "{reason}");
+    }
+}
+
 #[test]
 fn bounds_pass_on_their_own_value() {
     let bound = |expected| run(When::Max, ALL, expected, &RAMP);
