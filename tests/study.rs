@@ -144,6 +144,19 @@ fn an_unstable_run_is_a_row_and_the_others_are_compared_with_the_finest() {
     well_formed(&place.path("out/study.svg"));
 }
 
+/// The run with the smaller number was taken for the finer one.
+#[test]
+fn more_points_in_a_cell_are_finer() {
+    let place = Place::new();
+    let vary = "--vary mpm.points.0.spacing.per_cell=16,4 --finer v_target --repeat 1 --out out";
+    let study = format!("study {} --variant quick {vary}", scene(HARD));
+    place.tandem(&study).expect(0);
+    let rows = table(&place.path("out/study.csv"));
+    let of = |row: usize| rows[row]["mpm.points.0.spacing.per_cell"].as_str();
+    assert_eq!([of(0), of(1)], ["4", "16"]);
+    assert_eq!(rows[1]["error [1]"], "");
+}
+
 /// A scene whose checks have bounds and no reference.
 #[test]
 fn without_a_reference_a_study_shows_the_values_over_what_is_varied() {

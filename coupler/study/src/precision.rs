@@ -36,7 +36,8 @@ pub fn order(points: &[(f64, f64)]) -> Option<f64> {
 }
 
 /// The exponent `p` of `y = C (x^p - finest^p)` that fits best: the order of an error that is taken against a run that has
-/// one itself. Least squares of the logarithms, `p` in 0.1 to 8. `None` of fewer than two different `x` above `finest`.
+/// one itself. Least squares of the logarithms. `None` if `p` is not in 0.1 to 8, or of fewer than two different `x` above
+/// `finest`.
 pub fn order_against(finest: f64, points: &[(f64, f64)]) -> Option<f64> {
     let usable: Vec<(f64, f64)> = points
         .iter()
@@ -64,7 +65,8 @@ pub fn order_against(finest: f64, points: &[(f64, f64)]) -> Option<f64> {
             low = a;
         }
     }
-    Some(0.5 * (low + high))
+    // At an end of the search the best one lies beyond it: the errors do not fall as such a power.
+    (low > 0.1 && high < 8.0).then_some(0.5 * (low + high))
 }
 
 #[cfg(test)]
@@ -83,6 +85,9 @@ mod tests {
             // What a straight line would make of it.
             assert!(order(&points).unwrap() > p + 0.02);
         }
+        // Errors that do not fall had the order 0.10, the lower end of the search.
+        assert_eq!(order_against(1.0, &[(4.0, 1.0), (2.0, 1.0)]), None);
+        assert_eq!(order_against(1.0, &[(4.0, 1.0), (2.0, 1e-7)]), None);
         assert_eq!(order_against(2.5, &[(5.0, 1.0)]), None);
         assert_eq!(order_against(2.5, &[(5.0, 1.0), (2.5, 1.0)]), None);
     }

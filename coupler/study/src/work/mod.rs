@@ -299,10 +299,14 @@ impl Design {
         }
         rows.sort_by(|a, b| {
             let size = |row: &Row| {
+                let number = row.resolution.unwrap_or(0.0);
                 if sweep {
                     0.0
+                } else if self.resolution.ends_with("per_cell") {
+                    // More points are finer.
+                    -number
                 } else {
-                    row.resolution.unwrap_or(0.0)
+                    number
                 }
             };
             place[&a.curve]
