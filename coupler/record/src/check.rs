@@ -356,6 +356,16 @@ impl Point {
     fn distance(&self) -> f64 {
         (self.value - self.reference).abs()
     }
+
+    /// Linear between this and `next`.
+    fn towards(self, next: Self, time: f64) -> Self {
+        let w = (time - self.time) / (next.time - self.time);
+        Self {
+            time,
+            value: self.value + w * (next.value - self.value),
+            reference: self.reference + w * (next.reference - self.reference),
+        }
+    }
 }
 
 /// What a check must keep of the history so far: a few numbers, for any length of the run.
@@ -381,9 +391,6 @@ impl Progress {
         }
         let [from, to] = check.window;
         if point.time >= from - slack && point.time <= to + slack {
-            if let Some(last) = self.last {
-                self.integrate(last, point);
-            }
             if check.when == When::Rise {
                 let risen = self.risen(point);
                 self.choose(When::Max, risen);
@@ -391,6 +398,21 @@ impl Progress {
                 self.choose(check.when, point);
             }
             self.last = Some(point);
+        }
+        let crosses = |p: &Point| p.time < to - slack && point.time > from + slack;
+        if let Some(before) = self.before.filter(crosses) {
+            // The ends of the window may lie between samples.
+            let end = |p: Point, is_beyond: bool, time: f64| {
+                if is_beyond {
+                    before.towards(point, time)
+                } else {
+                    p
+                }
+            };
+            self.integrate(
+                end(before, before.time < from - slack, from),
+                end(point, point.time > to + slack, to),
+            );
         }
         self.before = Some(point);
     }
@@ -403,12 +425,7 @@ impl Progress {
         if (point.time - time).abs() <= slack {
             self.chosen = Some(point);
         } else if let Some(before) = self.before.filter(|p| p.time < time && time < point.time) {
-            let w = (time - before.time) / (point.time - before.time);
-            self.chosen = Some(Point {
-                time,
-                value: before.value + w * (point.value - before.value),
-                reference: before.reference + w * (point.reference - before.reference),
-            });
+            self.chosen = Some(before.towards(point, time));
         }
     }
 

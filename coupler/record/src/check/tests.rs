@@ -111,6 +111,8 @@ fn a_history_becomes_one_number() {
     assert_eq!(number(When::TimeOfMax, [1.5, 4.0]), 2.0);
     assert_eq!(number(When::Mean, ALL), (2.0 + 2.5 + 2.0) / 4.0);
     assert_eq!(number(When::Mean, [2.0, 2.0]), 2.0);
+    // It was that from 1 to 2.
+    assert_eq!(number(When::Mean, [0.5, 3.0]), (1.25 + 2.5 + 1.5) / 2.5);
     assert_eq!(number(When::Rms, [2.0, 4.0]), 2f64.sqrt());
 }
 
