@@ -45,6 +45,8 @@ const FIRST_BYTES: usize = 8 << 10;
 const NOTICE_BYTES: usize = 64 << 10;
 /// A channel's service.
 type Service = PortFactory<Ipc, [u8], StepHeader>;
+/// The sending end of a channel, and the channel, which knows its receivers.
+type Sender = (Service, Publisher<Ipc, [u8], StepHeader>);
 /// Longest wait of a send to a full channel (clause C-7). In lockstep no channel is full, unless the receiver takes nothing
 /// any more.
 pub const SEND_TIMEOUT: Duration = Duration::from_secs(10);
@@ -220,7 +222,7 @@ struct Ends {
     party: Party,
     domain: Domain,
     send_timeout: Duration,
-    senders: [Option<(Service, Publisher<Ipc, [u8], StepHeader>)>; CHANNELS],
+    senders: [Option<Sender>; CHANNELS],
     receivers: [Option<Subscriber<Ipc, [u8], StepHeader>>; CHANNELS],
     /// `None` for one that only listens: nobody wakes it.
     wakes: Option<Wakes>,
@@ -442,7 +444,7 @@ mod tests {
             }
             coupler.join().unwrap()
         });
-        assert_eq!(received, Vec::from_iter(steps));
+        assert_eq!(received, steps.collect::<Vec<_>>());
     }
 
     /// It went on trying for ten seconds after its coupler had been killed.

@@ -11,5 +11,5 @@ mod session;
 
 pub use bodies::Answer;
 pub use continuum::{Shown, around_all, outline};
-pub use run::{Points, Run, Sent, WindowReport, at_least};
+pub use run::{Points, Run, WindowReport, at_least};
 pub use session::{Bench, HASH, PATIENCE, Session, configure};

@@ -8,7 +8,7 @@ use serde::de::DeserializeOwned;
 
 use super::judge::{Difference, Judge};
 use super::plan::Epoch;
-use crate::bench::{Bench, Run, Sent, WindowReport};
+use crate::bench::{Bench, Run, WindowReport};
 use crate::verdict::Unmet;
 
 /// A case of one side. A case is data, so it can be made smaller, kept in a file and run again.
@@ -213,9 +213,8 @@ fn each_step<'b, C: Case>(
 }
 
 /// The announced and the true number of records of a message.
-fn counts<T>(sent: &Sent<T>) -> Option<[u64; 2]> {
-    let of = |(header, records): &(StepHeader, Vec<T>)| [header.count, records.len() as u64];
-    sent.as_ref().map(of)
+fn counts<T>(sent: Option<&(StepHeader, Vec<T>)>) -> Option<[u64; 2]> {
+    sent.map(|(header, records)| [header.count, records.len() as u64])
 }
 
 /// The report on a grant whose first step is `first`, and whether it is one; a measurement has so many records.
@@ -228,12 +227,15 @@ pub fn report(
     let reported = run.report()?;
     let (report, header, own) = (&reported.report, reported.header, run.header());
     let reports = reported.reports as u64;
-    let [bodies, groups] = [counts(&reported.bodies), counts(&reported.groups)];
+    let [bodies, groups] = [
+        counts(reported.bodies.as_ref()),
+        counts(reported.groups.as_ref()),
+    ];
     let sent = [
         Some([header.count, reports]),
         bodies,
         groups,
-        counts(&reported.contacts),
+        counts(reported.contacts.as_ref()),
     ];
     for [announced, there] in sent.into_iter().flatten() {
         let of = "count in the header of a report or of what came before it";

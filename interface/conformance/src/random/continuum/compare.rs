@@ -81,9 +81,10 @@ impl Judge<'_> {
         stand.sets += u64::from(shown.new_set.is_some());
         let flag = shown.new_set.map_or(0, |_| flags::NEW_SET);
         let due = (stand.sets, flag);
-        if let Some(header) = shown.new_set {
-            let there = set.len() as u64;
-            self.same("C-4", "count in the header of a set", header.count, there)?;
+        let of_set_too = shown.new_set.as_ref().map(|header| (header, set.len()));
+        for (header, there) in of_set_too.into_iter().chain([(header, shown.states.len())]) {
+            let of = "count in the header of a set or of states";
+            self.same("C-4", of, header.count, there as u64)?;
         }
         let of_set = shown.new_set.map_or(due, |h| (h.set, h.flags));
         let of = "generation and flags of the set and of its states";
