@@ -152,13 +152,13 @@ class PointContact:
                     arm = point.radius - 0.5 * overlap
                     yield slot, i, overlap, (nx, ny), (point.x - arm * nx, point.y - arm * ny)
 
-    def fallen(self, point, body, motion):
-        """By how much the overlap of a point with a body has fallen over the last step."""
+    def fallen(self, point, body, motion, overlap):
+        """By how much the overlap of a point with a body has fallen over the last step; only dashpots need it."""
         was = self.past[1].get(point.id)
-        if was is None:
+        if was is None or self.damping == 0.0:
             return 0.0
         shape, before = self.shapes[body], Motion(*self.past[2][body], *motion[3:])
-        return see(shape.placed(motion), point.x, point.y)[0] - see(shape.placed(before), *was)[0]
+        return shape.radius + point.radius - see(shape.placed(before), *was)[0] - overlap
 
     def slid(self, step, point, body, motion, at):
         """What the surface of a point, which turns with its spin, has moved at the place `at` over the last step, less what
@@ -186,7 +186,7 @@ class PointContact:
     def _law(self, step, point, body, motion, contact, history, forces):
         """Force on the point and energy in the springs."""
         overlap, (nx, ny), at, (ux, uy) = contact
-        moved_n, moved_t = self.fallen(point, body, motion), uy * nx - ux * ny
+        moved_n, moved_t = self.fallen(point, body, motion, overlap), uy * nx - ux * ny
         before, *drag_before = self.past[0].get((point.id, body), (0.0, 0.0, 0.0))
         drag_n, drag_t = self._drag(step, point, body, motion, at, (nx, ny), (moved_n, moved_t), forces)
         if overlap <= 0.0:
