@@ -127,8 +127,13 @@ impl Sdem {
         if !any_points {
             return;
         }
-        let fastest = imps.iter().map(|s| Vec2::from(s.velocity).norm_squared());
-        let fastest = fastest.fold(0.0, f64::max).sqrt();
+        let (mut fastest, mut energy) = (0.0_f64, 0.0_f64);
+        for (info, state) in self.state.sets.now.iter().zip(imps) {
+            let square = Vec2::from(state.velocity).norm_squared();
+            fastest = fastest.max(square);
+            energy = energy.max(info.mass * square);
+        }
+        let fastest = fastest.sqrt();
         let interval = |approach: f64| Interval {
             last_step,
             closing: 1.5 * approach * step.dt.max(last_step),
@@ -136,6 +141,7 @@ impl Sdem {
             impacts: Impacts {
                 ahead: now.ahead,
                 speed: approach,
+                energy,
                 weight,
                 count: self.constants.per_resolution_sq[1],
                 ..Impacts::default()
@@ -171,7 +177,7 @@ impl Sdem {
     /// Newton's and Euler's equations for every free body; the other bodies keep their velocity.
     fn kick(&mut self, step: &Step) -> Result<(), Fault> {
         let kick = step.kick();
-        let mut speed = self.kick_all(kick);
+        let [mut speed, mut energy] = self.kick_all(kick);
         if !speed.is_finite() {
             let wrong = |&(v, spin): &(Vec2, f64)| !(v.norm() + spin.abs()).is_finite();
             let first = self.kicked.velocities.iter().position(wrong);
@@ -184,11 +190,15 @@ impl Sdem {
             let (velocity, spin) = &mut self.kicked.velocities[b];
             *velocity += force * (state.inverse_mass * kick);
             *spin += torque * state.inverse_inertia * kick;
+            let mut moved = 0.0;
             for i in 0..2 {
                 if body.yielding[i] == 0.0 {
                     velocity[i] = state.velocity[i];
+                } else {
+                    moved += body.mass * velocity[i] * velocity[i];
                 }
             }
+            energy = energy.max(moved);
             let own = state.surface_speed(*velocity, *spin);
             speed = speed.max(own);
             let per_kick = if kick > 0.0 { 1.0 / kick } else { 0.0 };
@@ -202,17 +212,17 @@ impl Sdem {
                 return Err(self.not_finite(b));
             }
         }
-        self.kicked.speed = speed;
+        (self.kicked.speed, self.kicked.energy) = (speed, energy);
         Ok(())
     }
 
-    /// Computes the velocities and spins after a kick (s) by contact loads and by gravity, part by part. Returns the largest surface speed in m/s, or NaN if one is not finite.
-    fn kick_all(&mut self, kick: f64) -> f64 {
+    /// Computes the velocities and spins after a kick (s) by contact loads and by gravity, part by part. Returns the largest surface speed in m/s, or NaN if one is
+    /// not finite, and the largest `m v^2` in J/m of a free one.
+    fn kick_all(&mut self, kick: f64) -> [f64; 2] {
         let part = part(&self.threads, self.bodies.len());
-        self.kicked.fastest.clear();
-        self.kicked
-            .fastest
-            .resize(self.bodies.len().div_ceil(part), 0.0);
+        self.kicked.most.clear();
+        let parts = self.bodies.len().div_ceil(part);
+        self.kicked.most.resize(parts, [0.0; 2]);
         let coupled = self.loads.any_by_points;
         let (state, gravity) = (&self.bodies.state, self.gravity);
         let masses = &self.bodies.free.0;
@@ -225,18 +235,19 @@ impl Sdem {
             .velocities
             .chunks_mut(part)
             .zip(self.kicked.motions.chunks_mut(part))
-            .zip(&mut self.kicked.fastest);
+            .zip(&mut self.kicked.most);
         let moments = moments.chunks_mut(part.div_ceil(CHUNK));
         let parts = parts.zip(loads.zip(moments)).enumerate();
         self.threads.each(
             parts,
-            |(i, (((kicked, motions), fastest), (loads, moments)))| {
+            |(i, (((kicked, motions), most), (loads, moments)))| {
                 let here = i * part..i * part + kicked.len();
                 // In registers: the results of two parts are in one line of the caches.
-                let (mut finite, mut most) = (true, 0.0);
+                let (mut finite, mut fastest, mut energy) = (true, 0.0, 0.0);
                 let kicked = kicked.iter_mut().zip(motions);
-                let bodies = state[here.clone()].iter().zip(loads).zip(kicked);
-                for (((state, others), (kicked, motion)), points) in
+                let bodies = state[here.clone()].iter().zip(&masses[here.clone()]);
+                let bodies = bodies.zip(loads).zip(kicked);
+                for ((((state, mass), others), (kicked, motion)), points) in
                     bodies.zip(&point_loads[here.clone()])
                 {
                     let (mut force, mut torque) = (others.force, others.torque);
@@ -250,12 +261,14 @@ impl Sdem {
                     let spin = state.spin + turning * kick;
                     let surface = state.surface_speed(velocity, spin);
                     finite &= surface < f64::INFINITY;
-                    most = if surface > most { surface } else { most };
+                    fastest = if surface > fastest { surface } else { fastest };
+                    let live = mass * velocity.norm_squared();
+                    energy = if live > energy { live } else { energy };
                     *kicked = (velocity, spin);
                     *motion =
                         SurfaceMotion::of(state, *kicked, (acceleration, turning), others.rate);
                 }
-                *fastest = if finite { most } else { f64::NAN };
+                *most = [if finite { fastest } else { f64::NAN }, energy];
                 // Here, where their states are in the cache of this thread.
                 let chunks = state[here.clone()].chunks(CHUNK);
                 let chunks = chunks.zip(masses[here].chunks(CHUNK));
@@ -266,8 +279,9 @@ impl Sdem {
             },
         );
         // `f64::max` would lose a NaN.
-        let larger = |a: f64, &b: &f64| if a.is_nan() || a > b { a } else { b };
-        self.kicked.fastest.iter().fold(0.0, larger)
+        let larger = |a: f64, b: f64| if a.is_nan() || a > b { a } else { b };
+        let both = |[a, e]: [f64; 2], &[b, f]: &[f64; 2]| [larger(a, b), larger(e, f)];
+        self.kicked.most.iter().fold([0.0; 2], both)
     }
 
     fn not_finite(&self, b: usize) -> Fault {
@@ -298,6 +312,7 @@ impl Sdem {
                     kick: step.kick(),
                     ahead: Ahead::new(step.kick(), step.dt, outer),
                     speed: self.kicked.speed,
+                    energy: self.kicked.energy,
                     weight,
                     span: step.span(),
                     count: self.constants.per_resolution_sq[0],

@@ -193,14 +193,15 @@ fn a_rebound_of_a_point_keeps_its_energy_within_what_its_resolution_leaves() {
 }
 
 /// The ratio of the speeds of a disc of 5 cm after and before it bounces off a floor, while `other` is far away.
-fn bounce_beside(other: BodyConfig) -> f64 {
+fn bounce_beside(other: BodyConfig, (mass, speed, stiffness): (f64, f64, f64)) -> f64 {
     let other = BodyConfig {
         position: [5.0, 5.0],
         ..other
     };
     let disc = BodyConfig {
+        inertia: BodyInertia::Mass(mass),
         position: [0.0, 0.16],
-        velocity: [0.0, -1.0],
+        velocity: [0.0, -speed],
         ..body(BodyShape::Disc, 0.05)
     };
     let floor = BodyConfig {
@@ -209,29 +210,49 @@ fn bounce_beside(other: BodyConfig) -> f64 {
     };
     let config = DemConfig {
         contact_resolution: None,
-        ..scene(vec![disc, floor, other], spring(1e5))
+        ..scene(vec![disc, floor, other], spring(stiffness))
     };
     let mut run = Alone::new(&config, 1e-2);
     while run.dem.bodies().state[0].velocity.y < 0.0 || run.dem.contacts() > 0 {
         run.step(false).unwrap();
     }
-    run.dem.bodies().state[0].velocity.y
+    run.dem.bodies().state[0].velocity.y / speed
 }
 
 #[test]
 fn an_impact_is_resolved_whatever_moves_elsewhere() {
-    let pushed = BodyConfig {
+    let light = BodyConfig {
         inertia: BodyInertia::Mass(1e-3),
+        ..body(BodyShape::Disc, 0.01)
+    };
+    let pushed = BodyConfig {
         motion: Motion::Pushed {
             force: [1.0, 0.0],
             torque: 0.0,
             ramp: 0.0,
             until: Some(0.001),
         },
-        ..body(BodyShape::Disc, 0.01)
+        ..light.clone()
     };
-    let e = bounce_beside(pushed);
-    assert!((e - 1.0).abs() < 1e-3, "{e}");
+    let turning = BodyConfig {
+        motion: Motion::Driven,
+        spin: 314.0,
+        ..body(BodyShape::Disc, 0.5)
+    };
+    let flying = |mass, speed| BodyConfig {
+        inertia: BodyInertia::Mass(mass),
+        velocity: [speed, 0.0],
+        ..light.clone()
+    };
+    for (other, disc) in [
+        (pushed, (1.0, 1.0, 1e5)),
+        (turning, (1.0, 0.1, 1e6)),
+        (flying(1e-3, 20.0), (1e3, 0.01, 1e8)),
+        (flying(1e6, 1.0), (1e-3, 1.0, 1e5)),
+    ] {
+        let e = bounce_beside(other.clone(), disc);
+        assert!((e - 1.0).abs() < 1e-3, "{e} beside {other:?}");
+    }
 }
 
 /// What one gets of the restitution that is asked for at the default step: mean and largest error of 50 phases of the touch.

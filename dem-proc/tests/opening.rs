@@ -53,6 +53,7 @@ fn no_contact_below_the_bound_opens() {
                 kick,
                 ahead: Ahead::new(kick, kick, 9.81),
                 speed: 0.0,
+                energy: 0.0,
                 weight: 9.81,
                 span: [0.0; 2],
                 count: 1.0,
@@ -102,14 +103,16 @@ fn a_contact_opens_if_its_amplitude_is_larger_than_its_overlap_at_rest() {
         point: Vec2::new(0.1, 0.0),
         length: 0.2,
     };
-    for (force, acceleration, outer, speed) in [
-        (5.0, 0.0, 0.0, 0.0),
-        (5.0, 2.0, 0.0, 0.0),
-        (0.0, 0.0, 0.5, 0.0),
-        (5.0, 0.0, 0.5, 0.0),
-        (5.0, -2.0, 9.81, 20.0),
+    for (force, acceleration, outer, speed, energy) in [
+        (5.0, 0.0, 0.0, 0.0, 0.0),
+        (5.0, 2.0, 0.0, 0.0, 0.0),
+        (0.0, 0.0, 0.5, 0.0, 0.0),
+        (5.0, 0.0, 0.5, 0.0, 1.0),
+        (5.0, -2.0, 9.81, 20.0, 1e3),
+        (5.0, -2.0, 9.81, 20.0, 2.0),
     ] {
-        let least = force * mobility - acceleration + outer + 1e-3 * omega * speed;
+        let slow = 1e-3 * f64::min(speed, f64::sqrt(energy * mobility));
+        let least = force * mobility - acceleration + outer + omega * slow;
         for share in [0.99, 1.01] {
             let amplitude: f64 = share * least;
             let velocity = (amplitude * amplitude - acceleration * acceleration).sqrt() / omega;
@@ -120,6 +123,7 @@ fn a_contact_opens_if_its_amplitude_is_larger_than_its_overlap_at_rest() {
                 kick,
                 ahead: Ahead::new(kick, kick, outer),
                 speed,
+                energy,
                 weight: outer,
                 span: [0.0; 2],
                 count: 1.0,

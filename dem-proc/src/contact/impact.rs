@@ -14,7 +14,8 @@
 //!
 //! - contacts that begin within the first step of a run, whose length is not known before; that step is a fraction of
 //!   what contact allows anyway ([`crate::contact::approach::first_contact`]);
-//! - speeds below a thousandth of the speed of the fastest surface;
+//! - speeds below a thousandth of the speed of the fastest surface, with less than a millionth of the energy of a body
+//!   that forces move;
 //! - impacts with an overlap no larger than that from the weight or an external force of one of the two: a pile at rest has
 //!   contacts that hardly carry load and open and close all the time.
 //!
@@ -37,7 +38,7 @@ use crate::contact::pair_geometry::{
 use crate::law::Stiffness;
 use crate::lists::now::Ahead;
 
-/// Speeds below this share of the fastest surface's speed are ignored: their energy is a millionth.
+/// Speeds below this share of the fastest surface's speed are ignored, if the energy is below its square.
 const NEGLIGIBLE: f64 = 1e-3;
 
 /// Overlap, force and stiffness of two bodies that are near, or of four such pairs.
@@ -77,6 +78,8 @@ pub struct Impacts<'a> {
     pub ahead: Ahead,
     /// Speed of the fastest surface in m/s.
     pub speed: f64,
+    /// Largest `m v^2` in J/m of a body that forces move; in contacts of points, of a point.
+    pub energy: f64,
     /// Largest acceleration of any surface by gravity, in m/s^2.
     pub weight: f64,
     /// That of the kick in s, for the pushes of the pair's own bodies.
@@ -308,7 +311,8 @@ impl Impacts<'_> {
         velocity: f64,
         mobility: f64,
     ) -> Stiffness {
-        if self.count == 1.0 || velocity.abs() <= NEGLIGIBLE * self.speed {
+        let least = NEGLIGIBLE * self.speed.min((self.energy * mobility).sqrt());
+        if self.count == 1.0 || velocity.abs() <= least {
             return stiffness;
         }
         let pressing = Pressing {
@@ -343,7 +347,9 @@ impl Impacts<'_> {
         } = *along;
         let omega_sq = pressing.stiffness * mobility;
         let omega = omega_sq.sqrt();
-        let negligible = outer + omega * Lanes::splat(NEGLIGIBLE * self.speed);
+        let of_energy = (Lanes::splat(self.energy) * mobility).sqrt();
+        let speed = of_energy.fast_min(Lanes::splat(self.speed));
+        let negligible = outer + omega * (Lanes::splat(NEGLIGIBLE) * speed);
         let amplitude_sq = acceleration * acceleration + omega_sq * velocity * velocity;
         let least = (pressing.force * mobility - acceleration).fast_max(zero) + negligible;
         let opens = amplitude_sq.simd_gt(least * least).to_bitmask();
