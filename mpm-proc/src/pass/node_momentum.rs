@@ -129,7 +129,7 @@ impl MappedTile {
         let origin = first_node(tile.at);
         for i in bits(tile.walled) {
             let free = self.velocity[i];
-            let held = walls.act(node(origin, i), free, false).velocity;
+            let held = walls.act(node(origin, i), free, None).velocity;
             self.wall.work += walls.drive(node(origin, i), tile.mass[i], free, held);
             let impulse = [0, 1].map(|a| tile.mass[i] * (held[a] - free[a]));
             self.wall.count(geometry.place(node(origin, i)), impulse);
@@ -148,12 +148,16 @@ impl NodeTile {
             *v = [v[0] * per_mass, v[1] * per_mass];
         }
         let origin = first_node(self.at);
+        self.stopped.clear();
         for i in bits(self.walled) {
-            let held = walls.act(node(origin, i), self.before[i], false).velocity;
+            let free = self.before[i];
+            let held = walls.act(node(origin, i), free, None).velocity;
             let felt = pic_fraction * self.mass[i];
-            self.wall.work += walls.drive(node(origin, i), felt, self.before[i], held);
-            let impulse = [0, 1].map(|a| felt * (held[a] - self.before[i][a]));
+            self.wall.work += walls.drive(node(origin, i), felt, free, held);
+            let impulse = [0, 1].map(|a| felt * (held[a] - free[a]));
             self.wall.count(geometry.place(node(origin, i)), impulse);
+            self.stopped
+                .push([0, 1].map(|a| pic_fraction * (free[a] - held[a])));
             self.before[i] = held;
         }
     }

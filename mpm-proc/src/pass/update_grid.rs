@@ -116,13 +116,13 @@ impl NodeTile {
         self.smoothing_work = self.wall.work;
         self.pressed = [0; 2];
         let (origin, walls) = (first_node(self.at), act.walls);
-        for i in bits(self.walled) {
+        for (i, stopped) in bits(self.walled).zip(&self.stopped) {
             let free = self.after[i];
             let Held {
                 velocity: held,
                 rubbed,
                 pressed,
-            } = walls.act(node(origin, i), free, true);
+            } = walls.act(node(origin, i), free, Some(*stopped));
             if rubbed != [0.0; 2] {
                 self.friction.push((i, rubbed.map(|v| -self.mass[i] * v)));
             }

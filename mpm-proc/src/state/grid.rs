@@ -130,6 +130,7 @@ impl Grid {
                 damping: Vec::new(),
                 smoothing_work: 0.0,
                 wall: WallContribution::default(),
+                stopped: Vec::new(),
                 friction: Vec::new(),
                 pressed: [0; 2],
             });

@@ -44,6 +44,8 @@ pub struct NodeTile {
     pub damping: Vec<[f64; 2]>,
     /// Work of driven walls on the part of the momentum that is smoothed into the points, in J/m: the transfer takes it on.
     pub smoothing_work: f64,
+    /// For each of [`Self::walled`], what walls have taken of its velocity before the kick, as points feel it, in m/s.
+    pub stopped: Vec<[f64; 2]>,
     /// What walls and damping give in the present step.
     pub wall: WallContribution,
     /// Impulses of wall friction in the present step in N s/m, with the numbers of the nodes that it acts on.

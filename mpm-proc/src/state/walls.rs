@@ -257,9 +257,10 @@ impl WallNodes {
         }
     }
 
-    /// The velocity `v` of `node` before a kick or after it, after the walls have acted. Friction acts on what was `kicked`: it
-    /// can reduce the velocity along a wall by its coefficient times the velocity into the wall that the wall removes.
-    pub fn act(&self, node: [i64; 2], mut v: [f64; 2], kicked: bool) -> Held {
+    /// The velocity `v` of `node` before a kick or after it, after the walls have acted. After a kick friction can reduce the velocity
+    /// along a wall by its coefficient times the velocity into the wall that the wall takes, in the kick and before it: of
+    /// that, points have felt `stopped` (m/s).
+    pub fn act(&self, node: [i64; 2], mut v: [f64; 2], stopped: Option<[f64; 2]>) -> Held {
         let (mut rubbed, mut pressed) = ([0.0; 2], [false; 2]);
         for a in 0..2 {
             match self.at(node, a) {
@@ -268,18 +269,19 @@ impl WallNodes {
                 (Hold::Tangential, _) => v[1 - a] = 0.0,
                 (Hold::Everything, _) => v = [0.0; 2],
                 (Hold::Driven(velocity), _) => v = velocity,
-                (Hold::Into(_), out) if !kicked => {
-                    let pressed = &self.state.0[a][usize::from(out > 0.0)];
-                    let pressed = pressed.get(along(node, a));
-                    if v[a] * out > 0.0 || pressed == Some(&true) {
-                        v[a] = 0.0;
-                    }
-                }
                 (Hold::Into(coefficient), out) => {
+                    let Some(stopped) = stopped else {
+                        let pressed = &self.state.0[a][usize::from(out > 0.0)];
+                        let pressed = pressed.get(along(node, a));
+                        if v[a] * out > 0.0 || pressed == Some(&true) {
+                            v[a] = 0.0;
+                        }
+                        continue;
+                    };
                     let into = (v[a] * out).max(0.0);
                     v[a] -= into * out;
                     pressed[a] = into > 0.0;
-                    let most = coefficient * into;
+                    let most = coefficient * (into + stopped[a] * out).max(0.0);
                     let along = v[1 - a];
                     v[1 - a] -= along.clamp(-most, most);
                     rubbed[1 - a] += along - v[1 - a];

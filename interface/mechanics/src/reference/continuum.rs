@@ -15,6 +15,7 @@ use nalgebra::Vector2;
 
 use super::material::RefPoint;
 use super::nodes::{Image, Nodes, driven};
+use super::walls::Acting;
 use crate::expression::Expression;
 
 /// A shape function of the distance from a node in cells, and its derivative, as the paper prints them.
@@ -337,7 +338,7 @@ impl Reference {
         let alpha = self.pic_fraction(kick);
         let [kept, gained] = self.damping(kick);
         let inertia = self.inertia();
-        let (mass, mut before) = self.map(inertia);
+        let (mass, mut before, stopped) = self.map(inertia);
         let felt = self.support(&mass, &mut before).map(|p| alpha * p);
         self.totals.turned = alpha * self.turned_by_map(&before, inertia);
         let pulled = self.pulled_by_map(&before, (alpha, felt));
@@ -384,7 +385,11 @@ impl Reference {
                 let gain = force[n].map(|f| kick * f / mass[n]);
                 let damped = [0, 1].map(|a| kept * before[n][a] + gained * gain[a]); // (17), (48)
                 self.totals.is_doubtful |= self.rests(node.at, damped, gain);
-                let held = self.act(node.at, damped, Some(1.0));
+                let held = self.act(
+                    node.at,
+                    damped,
+                    Acting::Kicked(stopped[n].map(|v| alpha * v)),
+                );
                 let axes = (0..2).filter(|&axis| held.pressed[axis]);
                 pressed.extend(axes.map(|axis| (axis, self.on_wall(node.at, axis))));
                 after[n] = held.velocity;
@@ -438,7 +443,7 @@ impl Reference {
         {
             after.clone() // Velocities that are mapped once more approach again.
         } else {
-            let (_, mut again) = self.map(inertia);
+            let (_, mut again, _) = self.map(inertia);
             self.support(mass, &mut again);
             again
         };
@@ -595,7 +600,7 @@ impl Reference {
     /// radii (m), and what else there is of the stiffness at its centre. Springs reach the nodes through the spread of forces, and
     /// feel them through the shape function.
     pub fn contact_omega_sq(&self, forces: &[ImpForce], radii: &[f64]) -> f64 {
-        let (mass, _) = self.map(self.inertia());
+        let (mass, ..) = self.map(self.inertia());
         let mut springs = Vec::new();
         for ((p, f), radius) in self.points.iter().zip(forces).zip(radii) {
             let size = f.force[0].hypot(f.force[1]);
@@ -797,7 +802,7 @@ impl Reference {
     fn filter(&mut self, order: u32, share: f64, inertia: f64) {
         let aside: Vec<[f64; 2]> = self.points.iter().map(|p| p.v).collect();
         for round in 1..=order {
-            let (_, held) = self.map(inertia);
+            let (_, held, _) = self.map(inertia);
             if round == order {
                 self.totals.turned += share * self.turned_by_map(&held, inertia);
             }
@@ -873,8 +878,8 @@ impl Reference {
         sum
     }
 
-    /// Mass and velocity of the nodes (18) ... (20), (30), walls obeyed.
-    fn map(&self, inertia: f64) -> (Vec<f64>, Vec<[f64; 2]>) {
+    /// Mass and velocity of the nodes (18) ... (20), (30), walls obeyed; with the velocity that walls have taken.
+    fn map(&self, inertia: f64) -> (Vec<f64>, Vec<[f64; 2]>, Vec<[f64; 2]>) {
         let (turns, nodes) = (self.turns(), &self.nodes.list);
         let mut mass = vec![0.0; nodes.len()];
         let mut momentum = vec![[0.0; 2]; nodes.len()];
@@ -887,17 +892,13 @@ impl Reference {
                 momentum[n] = [0, 1].map(|a| momentum[n][a] + p.mass * s * v[a]);
             }
         }
-        let velocity = (0..nodes.len())
-            .map(|n| {
-                if mass[n] > 0.0 {
-                    let free = momentum[n].map(|p| p / mass[n]);
-                    self.act(nodes[n].at, free, Some(0.0)).velocity
-                } else {
-                    [0.0; 2]
-                }
-            })
-            .collect();
-        (mass, velocity)
+        let [mut velocity, mut stopped] = [(); 2].map(|()| vec![[0.0; 2]; nodes.len()]);
+        for (n, node) in nodes.iter().enumerate().filter(|&(n, _)| mass[n] > 0.0) {
+            let free = momentum[n].map(|p| p / mass[n]);
+            velocity[n] = self.act(node.at, free, Acting::Mapped).velocity;
+            stopped[n] = [0, 1].map(|a| free[a] - velocity[n][a]);
+        }
+        (mass, velocity, stopped)
     }
 
     /// Strains every point by the velocities of the nodes over `dt` (21) ... (24), with gradients of the middle of the

@@ -15,6 +15,17 @@ pub(super) struct Held {
     pub pressed: [bool; 2],
 }
 
+/// When walls act on a node.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) enum Acting {
+    /// Before a kick.
+    Mapped,
+    /// After a kick before which they have taken this velocity (m/s), as points feel it.
+    Kicked([f64; 2]),
+    /// Walls with friction let everything pass.
+    Free,
+}
+
 /// An index along an axis, and all indices at which it appears.
 type Along = (i64, Vec<Image<i64>>);
 
@@ -103,10 +114,10 @@ impl Reference {
         })
     }
 
-    /// The velocity that walls leave of one of a node. With friction nothing moves into them, and they take of the velocity along
-    /// them as much as across, times their coefficient and `rubs`. It is 0 before a kick, when what the last one has pressed into them begins at rest
-    /// across them; if it is `None` they let everything pass.
-    pub(super) fn act(&self, node: [i64; 2], mut v: [f64; 2], rubs: Option<f64>) -> Held {
+    /// The velocity that walls leave of one of a node. With friction nothing moves into them, and what the last kick has pressed into
+    /// them begins the next at rest across them; of the velocity along them a kick loses as much as across, times their
+    /// coefficient.
+    pub(super) fn act(&self, node: [i64; 2], mut v: [f64; 2], acting: Acting) -> Held {
         let (mut taken, mut pressed) = ([0.0; 2], [false; 2]);
         for (wall, axis, out) in self.walls_at(node) {
             match wall {
@@ -115,19 +126,20 @@ impl Reference {
                 Wall::Tangential => v[1 - axis] = 0.0,
                 Wall::Driven { .. } => v = driven(wall, axis).unwrap_or_default(),
                 Wall::Friction { coefficient } => {
-                    let Some(rubs) = rubs.filter(|_| !self.is_apart(node, axis)) else {
+                    if acting == Acting::Free || self.is_apart(node, axis) {
                         continue;
-                    };
+                    }
                     let into = (v[axis] * out).max(0.0);
                     v[axis] -= into * out;
                     pressed[axis] = into > 0.0;
-                    if rubs == 0.0 && self.pressed.contains(&(axis, self.on_wall(node, axis))) {
+                    if let Acting::Kicked(stopped) = acting {
+                        let most = coefficient * (into + stopped[axis] * out).max(0.0);
+                        let along = v[1 - axis].clamp(-most, most);
+                        v[1 - axis] -= along;
+                        taken[1 - axis] += along;
+                    } else if self.pressed.contains(&(axis, self.on_wall(node, axis))) {
                         v[axis] = 0.0;
                     }
-                    let most = rubs * coefficient * into;
-                    let along = v[1 - axis].clamp(-most, most);
-                    v[1 - axis] -= along;
-                    taken[1 - axis] += along;
                 }
                 _ => {}
             }
@@ -145,7 +157,7 @@ impl Reference {
         if walls.any(|(wall, axis, _)| driven(wall, axis).is_some()) {
             return [0.0; 2];
         }
-        self.act(node, [1.0; 2], None).velocity
+        self.act(node, [1.0; 2], Acting::Free).velocity
     }
 
     /// The node on a wall across `axis` that is nearest to one on or beyond it.
