@@ -7,6 +7,7 @@ use interface::solver::MpmSolver;
 use crate::blocks::{
     BULK, SHEAR, Stepper, block, configured, neo_hookean_model, rectangle_fill, walls,
 };
+use crate::forcing::stage;
 
 /// Every transfer, with smoothing that is felt.
 const TRANSFERS: [Transfer; 9] = [
@@ -45,7 +46,7 @@ fn held(l: &Ledger) -> f64 {
     l.kinetic + l.elastic
 }
 
-/// Energy of a swinging block at its start; what the transfer has taken by the end; and the largest error of the sum in between.
+/// Energy of a swinging block at its start; what transfer and damping have taken by the end; and the largest error of the sum in between.
 fn swing(config: &MpmConfig, dt: f64, steps: usize) -> (f64, f64, f64) {
     let mut mpm = configured(config);
     let mut stepper = Stepper::new();
@@ -53,7 +54,7 @@ fn swing(config: &MpmConfig, dt: f64, steps: usize) -> (f64, f64, f64) {
     for _ in 0..=steps {
         stepper.step(&mut mpm, dt, true, &[]).expect("a sound step");
         let ledger = mpm.measurement().ledger;
-        taken = ledger.transfer_work;
+        taken = ledger.transfer_work + ledger.viscous_work;
         let start = *start.get_or_insert(held(&ledger));
         off = off.max((held(&ledger) + taken - start).abs());
     }
@@ -80,6 +81,29 @@ fn the_balance_closes_with_every_transfer_as_with_flip() {
             "{transfer:?}: {coarse:?} {fine:?}"
         );
         assert!(fine.1 < 5e-3, "{transfer:?}: {fine:?}");
+    }
+}
+
+/// Also with a stage's damping, which the transfers by increments have at the points, `aflip` for their affine part too.
+#[test]
+fn the_balance_closes_with_every_transfer_under_damping() {
+    for transfer in TRANSFERS {
+        let mut config = swinging(transfer, StressUpdate::Usavg, 1e-3);
+        config.forcing.stages = vec![stage(0.0, 20.0, None)];
+        let courant = configured_time(&config);
+        let [coarse, fine] = [100, 200].map(|n: usize| {
+            let (start, taken, off) = swing(&config, 20.0 * courant / n as f64, n);
+            println!(
+                "{transfer:?} {n}: taken {:.2e} off {:.2e}",
+                taken / start,
+                off / start
+            );
+            (taken / start, off / start)
+        });
+        assert!(
+            coarse.0 > 0.1 && fine.1 < 0.35 * coarse.1,
+            "{transfer:?}: {coarse:?} {fine:?}"
+        );
     }
 }
 

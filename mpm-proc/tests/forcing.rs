@@ -10,7 +10,7 @@ fn texts<const N: usize>(sources: [&str; N]) -> [String; N] {
     sources.map(Into::into)
 }
 
-fn stage(from: f64, damping: f64, pic_fraction: Option<f64>) -> Stage {
+pub fn stage(from: f64, damping: f64, pic_fraction: Option<f64>) -> Stage {
     Stage {
         from,
         damping,

@@ -52,7 +52,7 @@ impl GridContact {
         let mut lost = self.shared.touch(threads, &grids, self.friction);
         self.shared.give_back(threads, layers);
         let first = &layers[0];
-        if let Some(damping) = first.damping_of_points() {
+        if let Some(damping) = first.damping {
             lost.damping = damping.beside(lost.friction + lost.impact);
         }
         if !first.books_kick() {

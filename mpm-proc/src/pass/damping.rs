@@ -19,16 +19,15 @@
 //! v_p <- E v_p + sum_I S_Ip (v_I^{n+1/2} - E v_I^{n-1/2})
 //! ```
 //!
-//! The momentum taken out counts as applied impulse, the energy as viscous work: the impulse times the mean of the
-//! velocities before and after. Nodes count it, but for a transfer by increments the points do. Nodes may take a kick in
-//! every step that no point sees (a body at rest needs the forces to vanish at its points, not at its nodes), and its
-//! damping is no loss of the points.
+//! The momentum taken out counts as applied impulse, the energy as viscous work: at the points, what damping takes of the velocity
+//! of each times the mean of its velocities before and after. Nodes do not count it: they may take a kick in every step that no
+//! point sees (a body at rest needs the forces to vanish at its points, not at its nodes), and have velocities that a
+//! transfer by smoothing never gives to a point.
 
 use interface::config::Transfer as TransferConfig;
 use interface::impulse::at;
 use interface::step::Step;
 
-use crate::kernel::lanes::{ZERO, splat, sum};
 use crate::kernel::shape::Shape;
 use crate::kernel::tiles::NODES;
 use crate::kernel::transfer::{AffineState, Transfer};
@@ -102,39 +101,10 @@ impl Damping {
         momentum.map(|p| own * (self.kept - 1.0) * p)
     }
 
-    /// What [`Self::loss`] leaves out where others have `taken` (J/m) from the nodes in the same kick.
+    /// What the points' loss leaves out where others have `taken` (J/m) from the nodes in the same kick: it is a part of what forces
+    /// seem to have added.
     pub fn beside(&self, taken: f64) -> f64 {
         (1.0 / self.gained - 1.0) * taken
-    }
-
-    /// The loss in J/m of points that damp their own velocities, from the velocities set aside to those after the kick.
-    /// With `w = v' - E v` of a point, which is `(1 - E)/(c k) a k`, its impulse is `m ((E - 1) v + (1 - (c k)/(1 - E)) w)`.
-    /// What walls do to the nodes is a part of `w` and no damping: `by_walls` is their work in J/m. Of a loss that a
-    /// transfer has by smoothing, the part `c k/2` is counted here.
-    pub fn loss<const W: usize, S: Shape<W>, A: AffineState>(
-        &self,
-        clouds: &[Cloud<W, S, A>],
-        by_walls: f64,
-    ) -> f64 {
-        let of_kick = 1.0 - 1.0 / self.gained;
-        let of_own = splat(self.kept - 1.0 - self.kept * of_kick);
-        let mut work = self.beside(by_walls);
-        for cloud in clouds {
-            let mut twice = ZERO;
-            for tile in &cloud.tiles {
-                for b in tile.first..tile.first + tile.blocks {
-                    let (before, after) = (cloud.aside[b], cloud.state.motion[b].v);
-                    let mut power = ZERO;
-                    for a in 0..2 {
-                        let impulse = of_own * before[a] + splat(of_kick) * after[a];
-                        power += impulse * (before[a] + after[a]);
-                    }
-                    twice += tile.live(b - tile.first) * power;
-                }
-            }
-            work += 0.5 * cloud.mass * sum(twice);
-        }
-        -work
     }
 }
 

@@ -19,6 +19,7 @@ use crate::kernel::tiles::{Place, pitch};
 use crate::kernel::transfer::{AffineState, NoSlopes, Transfer};
 use crate::kernel::window::{NO_VECTORS, VectorWindow, gather_row};
 use crate::state::continuum::Continuum;
+use crate::state::damping::Damping;
 use crate::state::points::{Cloud, Motion, TileReport};
 use crate::state::settling::Settling;
 use mechanics::threads::Threads;
@@ -64,9 +65,7 @@ pub fn transfer_pass<
     which: Which,
     dt: f64,
 ) {
-    let kept = continuum
-        .damping_of_points()
-        .map_or(1.0, |damping| damping.kept);
+    let damping = continuum.damping;
     let way = Way {
         dt,
         settling: continuum.settling,
@@ -80,7 +79,7 @@ pub fn transfer_pass<
     let (clouds, grid, transfer) = (&mut continuum.clouds, &continuum.grid, continuum.transfer);
     let nodes = (&grid.tiles[..], &grid.mapped[..]);
     Cloud::each(threads, clouds, |threads, cloud| {
-        let transfer = (transfer, kept);
+        let transfer = (transfer, damping);
         if KICK && transfer.0.increment {
             transfer_cloud::<W, KICK, true, DRIFT, S, A>(
                 threads, cloud, which, nodes, transfer, way,
@@ -103,8 +102,8 @@ struct Way {
     by: Velocity,
 }
 
-/// [`transfer_pass`] of one cloud, with the velocities of the nodes; and with their increment if `INCREMENT`. Damping leaves
-/// `kept` of the velocities before.
+/// [`transfer_pass`] of one cloud, with the velocities of the nodes; and with their increment if `INCREMENT`, when points damp
+/// their own velocities.
 #[allow(clippy::too_many_lines)] // one loop over points with its sums; its parts would have to pass their names to one another
 fn transfer_cloud<
     const W: usize,
@@ -118,7 +117,7 @@ fn transfer_cloud<
     cloud: &mut Cloud<W, S, A>,
     which: Which,
     (nodes, mapped): (&[NodeTile], &[MappedTile]),
-    (transfer, kept): (Transfer, f64),
+    (transfer, damping): (Transfer, Option<Damping>),
     way: Way,
 ) {
     let (shape, aside) = (cloud.shape, &cloud.aside);
@@ -129,10 +128,10 @@ fn transfer_cloud<
     let per_dt = splat(if way.dt > 0.0 { 1.0 / way.dt } else { 0.0 });
     let settles = way.settling.settles();
     let [past, ahead] = [way.settling.past, way.settling.ahead].map(splat);
-    let damped = kept != 1.0;
     let pic = splat(transfer.pic_fraction);
     let flip = splat(1.0 - transfer.pic_fraction);
-    let own = splat(kept);
+    let kept = damping.map_or(1.0, |damping| damping.kept);
+    let [kept, own] = [kept, if INCREMENT { kept } else { 1.0 }].map(splat);
     let share = (
         PerBlock(&mut cloud.state.x[..]),
         PerBlock(&mut cloud.state.motion[..]),
@@ -162,7 +161,7 @@ fn transfer_cloud<
             if INCREMENT || takes {
                 fill_window::<W, _>(increment, nodes, tile, |t| &t.before);
             }
-            if (INCREMENT || takes) && !damped {
+            if (INCREMENT || takes) && damping.is_none() {
                 let reached = tile.reached::<W, 2>();
                 let velocities = &velocity.0[reached.clone()];
                 for (b, a) in increment.0[reached].iter_mut().zip(velocities) {
@@ -171,7 +170,7 @@ fn transfer_cloud<
             }
             let mut speed_sq = ZERO;
             let mut total = ZERO;
-            let mut taken = ZERO;
+            let [mut taken, mut lost] = [ZERO; 2];
             let mut lower = x.0[0];
             let mut upper = x.0[0];
             let blocks = x.0.iter_mut().zip(motion.0.iter_mut());
@@ -190,10 +189,10 @@ fn transfer_cloud<
                     (gain.v, []) = interpolate::<W, S, NoSlopes>(increment, &place, &s);
                 }
                 // Of strong damping nothing is left in the increment from which the velocity before it could be had again.
-                let before = if damped {
-                    let before = gain;
-                    gain = less(Motion { v, affine }, own, &before);
-                    before.v
+                let on_nodes = gain;
+                let before = if damping.is_some() {
+                    gain = less(Motion { v, affine }, own, &on_nodes);
+                    on_nodes.v
                 } else {
                     [v[0] - gain.v[0], v[1] - gain.v[1]]
                 };
@@ -208,13 +207,21 @@ fn transfer_cloud<
                 if KICK {
                     motion.affine = affine;
                 }
+                let mut old = old;
+                if filtered {
+                    old.v = aside[tile.first + b];
+                }
                 if takes {
-                    let mut old = old;
-                    if filtered {
-                        old.v = aside[tile.first + b];
-                    }
-                    let of_block = taken_by_transfer::<W, S, A>(old, own, gain, motion);
+                    let lacks = less(less(gain, -own, &old), splat(1.0), motion);
+                    let of_block = work::<W, S, A>(&lacks, &old, motion);
                     taken = tile.live(b).mul_add(of_block, taken);
+                }
+                if let Some(damping) = damping {
+                    let by_forces = less(Motion { v, affine }, kept, &on_nodes);
+                    let own = if INCREMENT { &old } else { &on_nodes };
+                    let damped = damped(damping, own, &by_forces);
+                    let of_block = work::<W, S, A>(&damped, &old, motion);
+                    lost = tile.live(b).mul_add(of_block, lost);
                 }
                 let mut moves = v;
                 if settles {
@@ -247,6 +254,7 @@ fn transfer_cloud<
                 upper: upper.map(largest),
                 omega_sq: 0.0,
                 taken: if KICK { sum(taken) } else { report.taken },
+                damped: if KICK { sum(lost) } else { report.damped },
             };
         },
     );
@@ -263,30 +271,39 @@ fn less<A: AffineState>(all: Motion<A>, share: Lanes, part: &Motion<A>) -> Motio
     }
 }
 
-/// What a transfer takes of the kinetic energy of four points in a kick, twice and per mass, in m^2/s^2.
-///
-/// Without the transfer's smoothing a point would have gained what the grid has. The velocity that it lacks acts as a
-/// force would, so its work is that of a force in leapfrog: its impulse times the mean of the velocities before and
-/// after the kick. `old` is from before XPIC's filter; damping leaves the share `own` of it.
+/// What damping takes of the velocity `old` in a kick: it leaves `E v + g w` of it, with `w` what forces and walls alone would add;
+/// `gain` is `g w`.
 #[inline(always)]
-fn taken_by_transfer<const W: usize, S: Shape<W>, A: AffineState>(
-    old: Motion<A>,
-    own: Lanes,
-    gain: Motion<A>,
+fn damped<A: AffineState>(damping: Damping, old: &Motion<A>, gain: &Motion<A>) -> Motion<A> {
+    let none = Motion {
+        v: [ZERO; 2],
+        affine: A::default(),
+    };
+    let of_own = less(none, splat(damping.kept - 1.0), old);
+    less(of_own, splat(1.0 - 1.0 / damping.gained), gain)
+}
+
+/// The work against a loss of velocity of four points in a kick, twice and per mass, in m^2/s^2. What a point `lacks` acts as a
+/// force would, so its work is that of a force in leapfrog: its impulse times the mean of the velocities before and after the
+/// kick. Those before are from before XPIC's filter.
+///
+/// A transfer that smooths takes what a point would have gained with the grid and has not.
+#[inline(always)]
+fn work<const W: usize, S: Shape<W>, A: AffineState>(
+    lacks: &Motion<A>,
+    old: &Motion<A>,
     new: &Motion<A>,
 ) -> Lanes {
     let mut taken = ZERO;
     for a in 0..2 {
-        let lacks = own.mul_add(old.v[a], gain.v[a]) - new.v[a];
-        taken = lacks.mul_add(old.v[a] + new.v[a], taken);
+        taken = lacks.v[a].mul_add(old.v[a] + new.v[a], taken);
     }
     if A::PRESENT {
         let mut of_affine = ZERO;
-        let [old, gain, new] = [&old, &gain, new].map(|motion| motion.affine.slopes());
+        let [lacks, old, new] = [lacks, old, new].map(|motion| motion.affine.slopes());
         for i in 0..2 {
             for a in 0..2 {
-                let lacks = own.mul_add(old[i][a], gain[i][a]) - new[i][a];
-                of_affine = lacks.mul_add(old[i][a] + new[i][a], of_affine);
+                of_affine = lacks[i][a].mul_add(old[i][a] + new[i][a], of_affine);
             }
         }
         // The slopes are C L, and D = L^2 / S::INVERSE_INERTIA.

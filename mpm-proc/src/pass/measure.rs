@@ -7,7 +7,6 @@ use interface::solver::MpmMeasurement;
 use interface::step::Step;
 
 use super::markers::add_shift;
-use super::xpic::over_velocities;
 use crate::kernel::lanes::{Lanes, ZERO, largest, smallest, splat, sum};
 use crate::kernel::point_tile::Tile;
 use crate::kernel::shape::Shape;
@@ -17,7 +16,7 @@ use crate::state::imps::Imps;
 use crate::state::markers::Markers;
 use crate::state::nodes::NodeTile;
 use crate::state::point_set::PointSet;
-use crate::state::points::{Cloud, StressReport};
+use crate::state::points::{Cloud, StressReport, TileReport};
 use crate::state::totals::KickWork;
 
 /// Sums over the points of a cloud.
@@ -44,23 +43,16 @@ pub fn update_ledger<const W: usize, S: Shape<W>, A: AffineState>(
         }
         let [x, y] = gravity.map(|g| kick * mass * g);
         continuum.state.totals.applied_impulse += [x, y, kick * moment];
-        let by_points = continuum.damping_of_points().is_some();
         for tile in &continuum.grid.tiles {
             continuum.state.totals.applied_impulse += tile.wall.impulse;
             continuum.kick.driven += tile.wall.work;
             continuum.kick.friction += tile.lost_by_friction();
-            if !by_points {
-                continuum.kick.damping += tile.lost_by_damping();
-            }
             continuum.kick.transfer += tile.smoothing_work;
         }
         continuum.state.totals.applied_impulse += continuum.holds.impulse;
         if continuum.books_kick() {
             let gained = continuum.grid.tiles.iter().map(NodeTile::gained);
             continuum.kick.transfer += gained.sum::<f64>() + continuum.kinetic_of_points();
-        }
-        if by_points {
-            over_velocities(continuum, |v, aside| *aside = *v);
         }
     }
     let ahead = core::mem::take(&mut continuum.state.totals.ahead);
@@ -130,16 +122,20 @@ pub fn close_ledger<const W: usize, S: Shape<W>, A: AffineState>(
     continuum: &mut Continuum<W, S, A>,
     step: &Step,
 ) {
-    if let Some(damping) = continuum.damping_of_points() {
-        let by_walls = continuum.kick.driven - continuum.kick.friction;
-        continuum.kick.damping = damping.loss(&continuum.clouds, by_walls);
-    }
     if step.dt_before + step.dt > 0.0 {
-        let taken = |cloud: &Cloud<W, S, A>| {
-            let of_tiles = cloud.reports.iter().map(|report| report.taken);
-            0.5 * cloud.mass * of_tiles.sum::<f64>()
+        let of_points = |taken: fn(&TileReport) -> f64| {
+            let of_cloud = |cloud: &Cloud<W, S, A>| {
+                0.5 * cloud.mass * cloud.reports.iter().map(taken).sum::<f64>()
+            };
+            continuum.clouds.iter().map(of_cloud).sum::<f64>()
         };
-        continuum.kick.transfer += continuum.clouds.iter().map(taken).sum::<f64>();
+        let [taken, damped] = [|r: &TileReport| r.taken, |r: &TileReport| r.damped].map(of_points);
+        continuum.kick.transfer += taken;
+        if let Some(damping) = continuum.damping {
+            // What walls have taken of the nodes counts as a force.
+            let by_walls = continuum.kick.driven - continuum.kick.friction;
+            continuum.kick.damping = damped - damping.beside(by_walls);
+        }
         if continuum.books_kick() {
             continuum.kick.transfer -= continuum.kinetic_of_points();
         }

@@ -55,11 +55,6 @@ pub struct NodeTile {
 }
 
 impl NodeTile {
-    /// What damping dissipates in the kick, in J/m.
-    pub fn lost_by_damping(&self) -> f64 {
-        self.lost(self.damping.iter().copied().enumerate())
-    }
-
     /// What wall friction dissipates in the kick, in J/m.
     pub fn lost_by_friction(&self) -> f64 {
         self.lost(self.friction.iter().copied())

@@ -59,6 +59,8 @@ pub struct TileReport {
     pub omega_sq: f64,
     /// What the transfer has taken of kinetic energy in this kick, twice and per mass, summed over points, in m^2/s^2.
     pub taken: f64,
+    /// Likewise what damping has taken.
+    pub damped: f64,
 }
 
 /// What the stress pass reports of a tile.
@@ -114,7 +116,7 @@ pub struct Cloud<const W: usize, S: Shape<W>, A: AffineState> {
     pub first_id: u64,
     /// What a step leaves to the next one.
     pub state: CloudState<A>,
-    /// Velocities before the kick, set aside while XPIC filters what is left of them, and for the loss by damping; empty
+    /// Velocities before the kick, set aside while XPIC filters what is left of them; empty
     /// otherwise.
     pub aside: Vec<[Lanes; 2]>,
     /// Lane of each point, by identity less `first_id`; [`NO_POINT`] once it has been removed.

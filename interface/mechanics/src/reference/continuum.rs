@@ -152,8 +152,7 @@ pub struct Kicked {
     /// Velocities before the kick and after it in m/s.
     pub(super) before: Vec<[f64; 2]>,
     pub(super) after: Vec<[f64; 2]>,
-    /// Impulses that damping has taken, and that walls with friction have, in N s/m.
-    pub(super) damped: Vec<[f64; 2]>,
+    /// Impulses that walls with friction have taken in N s/m.
     pub(super) rubbed: Vec<[f64; 2]>,
     /// Work of driven walls on the velocities before the kick, as points feel it, in J/m.
     pub(super) pulled: f64,
@@ -379,7 +378,7 @@ impl Reference {
             }
         }
         let mut pressed = Vec::new();
-        let [mut after, mut lost, mut rubbed] = [(); 3].map(|()| vec![[0.0; 2]; mass.len()]);
+        let [mut after, mut rubbed] = [(); 2].map(|()| vec![[0.0; 2]; mass.len()]);
         for (n, node) in self.nodes.list.iter().enumerate() {
             if mass[n] > 0.0 {
                 let gain = force[n].map(|f| kick * f / mass[n]);
@@ -393,7 +392,6 @@ impl Reference {
                 let axes = (0..2).filter(|&axis| held.pressed[axis]);
                 pressed.extend(axes.map(|axis| (axis, self.on_wall(node.at, axis))));
                 after[n] = held.velocity;
-                lost[n] = [0, 1].map(|a| mass[n] * (before[n][a] + gain[a] - damped[a]));
                 rubbed[n] = held.taken.map(|v| mass[n] * v);
             }
         }
@@ -404,7 +402,6 @@ impl Reference {
             mass,
             before,
             after,
-            damped: lost,
             rubbed,
             pulled,
             met: 0.0,
@@ -433,7 +430,9 @@ impl Reference {
         let mut drift: Vec<[f64; 2]> = self.gather(kicked, &own, kick);
         self.totals.rubbed = kicked.lost(&kicked.rubbed);
         self.count_walls(start, kick, forces);
-        self.totals.damped = self.lost_by_damping(kick, kicked, &own);
+        // Walls with friction, and contact on the nodes, have taken a part of what forces seem to have added to points.
+        let [_, gained] = self.damping(kick);
+        self.totals.damped += (1.0 / gained - 1.0) * (self.totals.rubbed + kicked.met);
         if self.books_impacts(kick) {
             let kinetic = |points: &[RefPoint]| points.iter().map(|p| self.kinetic(p)).sum::<f64>();
             self.totals.smoothed = kicked.gained() + kinetic(&own) - kinetic(&self.points);
@@ -485,12 +484,22 @@ impl Reference {
         let (mut at_points, inertia) = (Vec::new(), self.inertia());
         let alpha = self.pic_fraction(kick);
         let kept = self.kept_by_points(kick);
+        // Of what it acts on, nodes or points, and of the gain by forces damping leaves a share.
+        let [left, gained] = self.damping(kick);
+        let of_points = 1.0 - kept;
+        let of_nodes = 1.0 - left - of_points;
+        self.totals.damped = 0.0;
         let affine = self.config.transfer.is_affine();
         let smooths = alpha > 0.0 || self.config.transfer.filters() || affine;
         for i in 0..self.points.len() {
             let p = self.points[i];
             let (mut v, mut dv) = ([0.0; 2], [0.0; 2]);
             let [mut b, mut db] = [[[0.0; 2]; 2]; 2];
+            let (mut damped, mut b_damped) = (own[i].v.map(|v| of_points * v), own[i].b);
+            b_damped
+                .as_flattened_mut()
+                .iter_mut()
+                .for_each(|b| *b *= of_points);
             for (n, image) in self.seen(&p) {
                 let s = self.weight(&p, image.at);
                 let d = self.distance(&p, image.at).map(|d| -d * self.config.cell);
@@ -499,7 +508,11 @@ impl Reference {
                 for a in 0..2 {
                     v[a] += s * after[a];
                     dv[a] += s * (after[a] - kept * before[a]);
+                    let by_forces = after[a] - left * before[a];
+                    let lost = of_nodes * before[a] + (1.0 / gained - 1.0) * by_forces;
+                    damped[a] += s * lost;
                     for c in 0..2 {
+                        b_damped[a][c] += s * lost * d[c];
                         b[a][c] += s * after[a] * d[c]; // (31)
                         db[a][c] += s * (after[a] - kept * before[a]) * d[c];
                     }
@@ -517,10 +530,19 @@ impl Reference {
             let lost = |old: f64, gain: f64, new: f64| {
                 0.5 * p.mass * (kept * old + gain - new) * (old + new)
             };
-            if !smooths {
+            if !smooths && gained == 1.0 {
                 continue; // FLIP alone takes nothing.
             }
             for a in 0..2 {
+                let work = |lost: f64, old: f64, new: f64| 0.5 * p.mass * lost * (old + new);
+                self.totals.damped += work(damped[a], own[i].v[a], p.v[a]);
+                if affine {
+                    let of_axis = |c: usize| work(b_damped[a][c], own[i].b[a][c], b[a][c]);
+                    self.totals.damped += (of_axis(0) + of_axis(1)) / inertia;
+                }
+                if !smooths {
+                    continue;
+                }
                 self.totals.smoothed += lost(own[i].v[a], dv[a], p.v[a]);
                 if affine {
                     let of_axis = |c: usize| lost(own[i].b[a][c], db[a][c], b[a][c]);
@@ -732,23 +754,6 @@ impl Reference {
     /// Whether damping acts on the velocities of the nodes alone.
     fn damps_nodes(&self) -> bool {
         matches!(self.config.transfer, Transfer::Pic | Transfer::Apic)
-    }
-
-    /// What damping takes of the energy, in J/m: its impulses times the means of the velocities before and after. Walls with friction,
-    /// and others on the nodes, have taken a part of what forces seem to have added to points.
-    fn lost_by_damping(&self, kick: f64, kicked: &Kicked, own: &[RefPoint]) -> f64 {
-        if self.damps_nodes() {
-            return kicked.lost(&kicked.damped);
-        }
-        let [kept, gained] = self.damping(kick);
-        let mut damped = (1.0 / gained - 1.0) * (self.totals.rubbed + kicked.met);
-        for (p, own) in self.points.iter().zip(own) {
-            for a in 0..2 {
-                let taken = own.v[a] + (p.v[a] - kept * own.v[a]) / gained - p.v[a];
-                damped += 0.5 * p.mass * taken * (own.v[a] + p.v[a]);
-            }
-        }
-        damped
     }
 
     /// alpha of eq. 28 over a kick.
