@@ -5,10 +5,11 @@ use interface::message::wire::{EnvelopeVertex, ImpForce, ImpState, Limits};
 use interface::solver::{Answer, Fault, Refusal};
 use interface::step::Step;
 
+use crate::contact::damping::Damping;
 use crate::contact::impact::{Impacts, SurfaceMotion};
 use crate::contact::side::{AfterKick, Interval, Targets};
 use crate::lists::now::{Ahead, Now};
-use crate::system::{BODIES, Sdem};
+use crate::system::{BODIES, POINTS, Sdem};
 use crate::threads::{CHUNK, part};
 
 impl Sdem {
@@ -293,12 +294,25 @@ impl Sdem {
 
     /// The limits for the next step, and the displacement of the surfaces at its end.
     fn answer(&mut self, step: &Step, imps: &[ImpState]) -> Answer {
+        let points = self.sides[POINTS..].iter().flatten();
+        let dashpots = points.fold(Damping::default(), |all, side| {
+            let own = side.damping();
+            Damping {
+                own: all.own + own.own,
+                square: all.square.max(own.square),
+                delay: all.delay.max(own.delay),
+            }
+        });
+        // 4 zeta^2, of points and of bodies.
+        let (mut of_points, mut of_bodies) = (0.0_f64, 0.0);
         let (mut rate, mut mobility): (f64, f64) = (0.0, 0.0);
         if !self.state.sets.now.is_empty() {
             // Bodies that forces do not move have no rate.
             for load in &self.loads.by_points {
                 rate = rate.max(load.rate);
                 mobility = mobility.max(load.mobility);
+                let Damping { square, delay, .. } = dashpots;
+                of_points = of_points.max((square * load.mobility).min(delay * delay * load.rate));
             }
         }
         let mut omega_sq = 0.0;
@@ -318,8 +332,10 @@ impl Sdem {
                     count: self.constants.per_resolution_sq[0],
                 },
             };
-            let omega = bodies.omega(&after, &self.threads);
+            let [omega, stiff] = bodies.omega(&after, &self.threads);
             omega_sq = omega * omega;
+            let Damping { own, delay, .. } = bodies.damping();
+            of_bodies = own.min(delay * delay * stiff);
             if step.is_opening() && (self.kicked.speed > 0.0 || outer > 0.0) {
                 omega_sq = omega_sq.max(self.constants.first_contact);
             }
@@ -327,14 +343,15 @@ impl Sdem {
         if step.is_opening() {
             omega_sq = omega_sq.max(self.release(imps));
         }
-        let damping = self.sides.iter().flatten().map(|side| side.damping_ratio());
+        // The stiffnesses of both add up, so that the root of the sum of squares is enough for their dashpots together.
+        let damping = 0.5 * (dashpots.own + of_points + of_bodies).sqrt();
         // While the displacement is below a quarter of the skin, nothing is rebuilt, so a coarse bound is enough.
         let gone = self.state.published.bound(0.25 * self.skin, &self.bodies);
         Answer {
             limits: Limits {
                 omega_sq,
                 contact_omega_sq: rate,
-                damping: damping.fold(0.0, f64::max),
+                damping,
                 speed: self.kicked.speed,
                 radius_min: 0.0,
                 mobility,

@@ -158,6 +158,10 @@ impl<M: Measure> Listing for Convex<M> {
         let radii = (candidate.bodies).map(|b| among.bodies.state[b as usize].radius);
         pair_properties(among.bodies, candidate.bodies, radii)
     }
+
+    fn bodies(candidate: Candidate) -> [Option<u32>; 2] {
+        candidate.bodies.map(Some)
+    }
 }
 
 impl<M: Measure> PairKind for Convex<M> {

@@ -13,6 +13,7 @@ use serde::de::DeserializeOwned;
 
 use crate::body::bodies::Bodies;
 use crate::contact::approach::{Near, crossing_rate};
+use crate::contact::damping::Damping;
 use crate::contact::pair_geometry::Moves;
 use crate::contact::side::{AfterKick, Interval, Side, Sums, Targets};
 use crate::law::history::{All, Numbers};
@@ -47,6 +48,8 @@ pub trait Listing: Debug + Send + Sync + Sized + 'static {
     fn key(pair: Self::Pair, slot: impl Fn(u32) -> Option<u32>) -> Option<Self::Key>;
     /// The constants of a pair for its law.
     fn properties(&self, among: &Among, pair: Self::Pair) -> PairProperties;
+    /// Its bodies.
+    fn bodies(pair: Self::Pair) -> [Option<u32>; 2];
 }
 
 /// A kind of pairs: where they touch, and on what their force acts.
@@ -157,8 +160,7 @@ struct Kept<K: PairKind, L: Law> {
     constants: Vec<L::Pair>,
     /// Mobility of each pair in 1/kg, with bodies that do not rotate.
     mobility: Vec<f64>,
-    /// Smallest reduced mass of a pair in kg/m.
-    lightest: f64,
+    damping: Damping,
 }
 
 impl<K: PairKind, L: Law> Kept<K, L> {
@@ -170,7 +172,7 @@ impl<K: PairKind, L: Law> Kept<K, L> {
             extra: K::Extra::default(),
             constants: Vec::new(),
             mobility: Vec::new(),
-            lightest: f64::INFINITY,
+            damping: Damping::default(),
         }
     }
 
@@ -184,21 +186,17 @@ impl<K: PairKind, L: Law> Kept<K, L> {
             None => self.constants.clear(),
         }
         self.mobility.resize(pairs.len(), 0.0);
-        let lightest = Mutex::new(f64::INFINITY);
         let constants = self.constants.chunks_mut(CHUNK);
         let constants = constants.zip(self.mobility.chunks_mut(CHUNK));
         let chunks = pairs.chunks(CHUNK).zip(constants);
         (among.threads).each(chunks, |(pairs, (constants, mobility))| {
-            let mut least = f64::INFINITY;
             for ((&pair, constants), mobility) in pairs.iter().zip(constants).zip(mobility) {
                 let properties = of(pair);
                 (*constants, *mobility) = (law.pair(&properties), 1.0 / properties.mass);
-                least = least.min(properties.mass);
             }
-            let mut all = lightest.lock().expect("nobody panics while he holds it");
-            *all = all.min(least);
         });
-        self.lightest = lightest.into_inner().expect("likewise");
+        let constants = (&self.constants[..], &self.mobility[..]);
+        self.damping = Damping::of::<K, L>(law, among, pairs, constants);
     }
 
     /// Takes the histories from an `old` list.
@@ -344,7 +342,7 @@ impl<K: PairKind, L: Law> Side for Contacts<K, L> {
     /// contacts of that body, and its norm is at most `Lambda_b`. So the Rayleigh quotient of a vector `x` is at most
     /// `sum_b Lambda_b |x on b's contacts|^2 / |x|^2`, and this is at most the largest `Lambda_A + Lambda_B` of one
     /// contact. The bound is exact for two bodies and one contact.
-    fn omega(&self, after: &AfterKick, threads: &Threads) -> f64 {
+    fn omega(&self, after: &AfterKick, threads: &Threads) -> [f64; 2] {
         let all = Mutex::new([0.0_f64; 2]);
         threads.each(self.results(), |(found, pairs)| {
             let known = || all.lock().expect("nobody panics while he holds it");
@@ -358,7 +356,7 @@ impl<K: PairKind, L: Law> Side for Contacts<K, L> {
         let mut largest = stiff.max(after.impacts.count * impact).sqrt();
         let most = K::fastest_crossing(&self.kept.extra, after.impacts.speed);
         if most <= largest || self.sums.in_reach == 0 {
-            return largest;
+            return [largest, stiff];
         }
         for (found, pairs) in self.results() {
             let margins = (&self.kept.watch, self.interval.closing);
@@ -366,19 +364,14 @@ impl<K: PairKind, L: Law> Side for Contacts<K, L> {
                 largest = largest.max(crossing_rate(after.bodies, after.impacts.kicked, near));
             });
         }
-        largest
+        [largest, stiff]
     }
 
-    fn damping_ratio(&self) -> f64 {
+    fn damping(&self) -> Damping {
         if self.sums.in_reach == 0 {
-            return 0.0;
+            return Damping::default();
         }
-        // `damped_mass` is for contacts of points only.
-        self.law.damping_ratio(if K::POINTS > 0 {
-            self.kept.lightest
-        } else {
-            f64::INFINITY
-        })
+        self.kept.damping
     }
 
     fn commit(&mut self) {

@@ -4,6 +4,7 @@
 pub mod approach;
 pub mod chain;
 pub mod convex;
+pub mod damping;
 pub mod engine;
 mod frame_contacts;
 pub mod impact;

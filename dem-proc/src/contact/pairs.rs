@@ -310,6 +310,10 @@ impl Listing for VertexEdges {
         let radii = [pair.radius, pair.reach - pair.radius];
         pair_properties(among.bodies, pair.bodies, radii)
     }
+
+    fn bodies(pair: VertexEdge) -> [Option<u32>; 2] {
+        pair.bodies.map(Some)
+    }
 }
 
 impl PairKind for VertexEdges {

@@ -143,6 +143,10 @@ impl Listing for PointBody {
         let radius = reduced(info.radius, bodies.radius_at(body, pair.part));
         self.properties_of(bodies, info, body, radius)
     }
+
+    fn bodies(pair: PointPair) -> [Option<u32>; 2] {
+        [Some(pair.body), None]
+    }
 }
 
 impl PointBody {
@@ -222,7 +226,7 @@ impl Geometry for PointBody {
             couple: -arms.surface * tangential,
             stiffness,
             rate: stiffness.normal * mobility + stiffness.tangential * along,
-            mobility,
+            mobility: mobility + along,
         }
     }
 

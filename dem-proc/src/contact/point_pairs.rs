@@ -133,6 +133,10 @@ impl Listing for PointPairs {
             surfaces: [a, b].map(|info| self.surfaces[info.group as usize]),
         }
     }
+
+    fn bodies(_: Pair) -> [Option<u32>; 2] {
+        [None; 2]
+    }
 }
 
 impl Geometry for PointPairs {

@@ -111,6 +111,10 @@ impl Listing for Segments {
     fn properties(&self, among: &Among, disc: Disc) -> PairProperties {
         self.of_marker(among.bodies, &among.set[disc.lightest as usize], disc)
     }
+
+    fn bodies(disc: Disc) -> [Option<u32>; 2] {
+        [Some(disc.body), None]
+    }
 }
 
 impl Segments {
@@ -435,10 +439,10 @@ impl<L: Law> OfDisc<'_, L> {
         }
         if e.least {
             let (m, i) = (frame.inverse_mass, frame.inverse_inertia);
-            let mobility = m + i * r_n * r_n;
+            let [across, along] = [m + i * r_n * r_n, m + i * r_t * r_t];
             let load = Load {
-                rate: k.normal * mobility + k.tangential * (m + i * r_t * r_t),
-                mobility,
+                rate: k.normal * across + k.tangential * along,
+                mobility: across + along,
                 contacts: u32::from(overlap > 0.0),
                 ..Load::default()
             };

@@ -8,6 +8,7 @@ use interface::solver::Refusal;
 
 use crate::body::bodies::Bodies;
 use crate::body::load::{Load, PairLoad};
+use crate::contact::damping::Damping;
 use crate::contact::impact::{Impacts, SurfaceMotion};
 use crate::contact::passage::Passed;
 use crate::law::Loss;
@@ -81,10 +82,11 @@ pub trait Side: Debug + Send + Sync {
     fn sums(&self) -> &Sums;
     /// The largest of these frequencies of bodies in 1/s, 0 if there is none: upper bounds for the pairs in reach, where
     /// one whose contact opens or closes counts as often as [`Impacts::count`] says, and the
-    /// [`crossing_rate`](crate::contact::approach::crossing_rate) of each.
-    fn omega(&self, after: &AfterKick, threads: &Threads) -> f64;
-    /// Largest damping ratio of a contact in reach; 0 if there is none.
-    fn damping_ratio(&self) -> f64;
+    /// [`crossing_rate`](crate::contact::approach::crossing_rate) of each. With the largest squared frequency in 1/s^2 of the pairs in
+    /// reach, counted once.
+    fn omega(&self, after: &AfterKick, threads: &Threads) -> [f64; 2];
+    /// Constants of the dashpots of its list, 0 if no pair is in reach.
+    fn damping(&self) -> Damping;
     /// Makes the result of the evaluation the history of the next step.
     fn commit(&mut self);
     /// The bodies move with surface speeds up to `speed` (m/s) for `dt` (s).

@@ -44,8 +44,10 @@ impl<N: Normal, T: Tangent, D: Dashpot> Law for Contact<N, T, D> {
         }
     }
 
-    fn damping_ratio(&self, mass: f64) -> f64 {
-        self.dashpot.ratio(mass)
+    fn dashpots(&self, pair: &Self::Pair) -> [[f64; 2]; 2] {
+        // At any overlap: whether there is a spring along T is asked, and springs of dashpots with constants are constant.
+        let k_n = self.normal.stiffness(&pair.0, 1.0);
+        (self.dashpot).constants(&pair.1, [k_n, self.tangent.stiffness(k_n)])
     }
 
     #[inline]

@@ -6,11 +6,11 @@ use super::history::{DASHPOT, Part, Plain};
 pub trait Dashpot: Plain {
     /// The constants of a pair.
     type Pair: Plain;
-    /// Fraction of critical damping of a pair of reduced mass `mass` (kg/m), for the step limit.
-    fn ratio(&self, mass: f64) -> f64;
     /// The constants of a pair of reduced mass `mass` (kg/m) whose stiffness in either direction is `stiffness` (N/m),
     /// if that is constant.
     fn pair(&self, stiffness: [f64; 2], mass: f64) -> Self::Pair;
+    /// As [`Law::dashpots`](super::Law::dashpots), beside springs of this stiffness (N/m).
+    fn constants(&self, pair: &Self::Pair, stiffness: [f64; 2]) -> [[f64; 2]; 2];
     /// Force in N/m for a relative velocity in m/s at the present stiffness.
     fn drag(&self, pair: &Self::Pair, stiffness: [f64; 2], velocity: [f64; 2]) -> [f64; 2];
 }
@@ -34,15 +34,13 @@ pub struct Viscous {
 
 impl Dashpot for Viscous {
     type Pair = [f64; 2];
-    /// If the dashpots are those of a larger mass, their ratio for the pair is larger by the root: `2 zeta sqrt(k M) =
-    /// 2 zeta sqrt(M/m) sqrt(k m)`.
-    fn ratio(&self, mass: f64) -> f64 {
-        let larger = self.mass / mass;
-        self.ratio * if larger > 1.0 { larger.sqrt() } else { 1.0 }
-    }
     fn pair(&self, stiffness: [f64; 2], mass: f64) -> [f64; 2] {
         let mass = if self.mass > 0.0 { self.mass } else { mass };
         stiffness.map(|k| 2.0 * self.ratio * (k * mass).sqrt())
+    }
+    fn constants(&self, c: &[f64; 2], k: [f64; 2]) -> [[f64; 2]; 2] {
+        let square = |a: usize| if c[a] > 0.0 { c[a] * c[a] / k[a] } else { 0.0 };
+        [*c, [square(0), square(1)]]
     }
     #[inline]
     fn drag(&self, c: &[f64; 2], _: [f64; 2], velocity: [f64; 2]) -> [f64; 2] {
@@ -62,11 +60,16 @@ pub struct Tsuji {
 impl Dashpot for Tsuji {
     /// Reduced mass in kg/m.
     type Pair = f64;
-    fn ratio(&self, _: f64) -> f64 {
-        self.ratio
-    }
     fn pair(&self, _: [f64; 2], mass: f64) -> f64 {
         mass
+    }
+    fn constants(&self, mass: &f64, k: [f64; 2]) -> [[f64; 2]; 2] {
+        let square = 10.0 / 3.0 * self.ratio * self.ratio * mass;
+        let some = k.map(|k| square > 0.0 && k > 0.0);
+        [
+            some.map(|is| if is { f64::INFINITY } else { 0.0 }),
+            some.map(|is| if is { square } else { 0.0 }),
+        ]
     }
     #[inline]
     fn drag(&self, mass: &f64, stiffness: [f64; 2], velocity: [f64; 2]) -> [f64; 2] {

@@ -74,8 +74,8 @@ impl Law for AnyLaw {
     fn stiffness(&self, pair: &AnyPair, overlap: f64) -> Stiffness {
         by_kind!(pair, |(law, pair)| law.stiffness(pair, overlap))
     }
-    fn damping_ratio(&self, mass: f64) -> f64 {
-        by_kind!(self, |law| law.damping_ratio(mass))
+    fn dashpots(&self, pair: &AnyPair) -> [[f64; 2]; 2] {
+        by_kind!(pair, |(law, pair)| law.dashpots(pair))
     }
     #[inline]
     fn normal(&self, pair: &AnyPair, overlap: f64) -> [f64; 2] {

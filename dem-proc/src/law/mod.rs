@@ -139,8 +139,9 @@ pub trait Law: Clone + Send + Sync + std::fmt::Debug + 'static {
     /// Largest stiffness of a contact up to this overlap (m). A negative overlap means that the two cannot touch in this
     /// step.
     fn stiffness(&self, pair: &Self::Pair, overlap: f64) -> Stiffness;
-    /// Fraction of critical damping of pairs whose reduced mass is at least `mass` (kg/m).
-    fn damping_ratio(&self, mass: f64) -> f64;
+    /// The constants `c` in N s/m of a pair's dashpots along N and T, infinite where they follow a stiffness that changes; and
+    /// `c^2 / k` in kg/m with the spring of the same direction.
+    fn dashpots(&self, pair: &Self::Pair) -> [[f64; 2]; 2];
     /// The normal forces in N/m of a contact with positive overlap: that of the spring, which presses, and that of
     /// adhesion, which pulls.
     fn normal(&self, pair: &Self::Pair, overlap: f64) -> [f64; 2];

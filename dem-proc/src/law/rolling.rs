@@ -33,8 +33,8 @@ impl<L: Law> Law for Rolling<L> {
             ..stiffness
         }
     }
-    fn damping_ratio(&self, mass: f64) -> f64 {
-        self.law.damping_ratio(mass)
+    fn dashpots(&self, pair: &Self::Pair) -> [[f64; 2]; 2] {
+        self.law.dashpots(&pair.0)
     }
     #[inline]
     fn normal(&self, pair: &Self::Pair, overlap: f64) -> [f64; 2] {

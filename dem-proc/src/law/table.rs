@@ -58,10 +58,8 @@ impl<L: Law + Copy> Law for Table<L> {
     fn stiffness(&self, (law, pair): &Self::Pair, overlap: f64) -> Stiffness {
         law.stiffness(pair, overlap)
     }
-    /// The largest ratio in the table, because the step limit uses one ratio for all contacts.
-    fn damping_ratio(&self, mass: f64) -> f64 {
-        let ratios = self.laws.iter().map(|law| law.damping_ratio(mass));
-        ratios.fold(0.0, f64::max)
+    fn dashpots(&self, (law, pair): &Self::Pair) -> [[f64; 2]; 2] {
+        law.dashpots(pair)
     }
     #[inline]
     fn normal(&self, (law, pair): &Self::Pair, overlap: f64) -> [f64; 2] {

@@ -137,8 +137,10 @@ pub struct Expected {
     pub is_last: bool,
     /// Largest squared frequency in 1/s^2 that the bodies have by contact with one another, at least.
     pub own_omega_sq: f64,
-    /// Largest damping ratio of a contact in reach.
+    /// Largest damping ratio of a contact of points in reach.
     pub damping: f64,
+    /// Largest eigenvalue of `M^-1 C` in 1/s that the bodies have by contact with one another, at least.
+    pub own_damping: f64,
     /// Farthest place of a body from the origin in m.
     pub far: f64,
     /// Fastest point of a surface at `t_{n+1/2}`, in m/s.
@@ -202,7 +204,7 @@ struct Sums {
 }
 
 /// A normal spring: its stiffness in N/m, and by how much sqrt(m) u, sqrt(m) v, sqrt(I) theta of each body stretch it.
-type Spring = (f64, DVector<f64>);
+type Spring = ([f64; 2], DVector<f64>);
 
 /// Where two may touch.
 #[derive(Clone, Copy)]
@@ -590,7 +592,8 @@ impl Oracle {
                 }
             }
         }
-        sums.expected.own_omega_sq = frequency(&springs);
+        let largest = |part: usize| largest(&springs, part);
+        (sums.expected.own_omega_sq, sums.expected.own_damping) = (largest(0), largest(1));
     }
 
     /// Whether the circles around two bodies are so far apart that no law reaches across, and nothing is remembered of the pair.
@@ -693,8 +696,9 @@ impl Oracle {
         if place.overlap <= 0.0 {
             return None;
         }
-        sums.expected.damping = sums.expected.damping.max(law.ratio());
-        Some((law.normal_stiffness(place.overlap), row * place.gain))
+        let stiffness = law.normal_stiffness(place.overlap);
+        let [dashpot, _] = law.dashpots([stiffness; 2]);
+        Some(([stiffness, dashpot], row * place.gain))
     }
 
     /// What a contact exerts, booked, and its law.
@@ -850,11 +854,11 @@ impl Oracle {
     }
 }
 
-/// The largest squared frequency in 1/s^2 of the bodies on their normal springs.
-fn frequency(springs: &[Spring]) -> f64 {
+/// The largest eigenvalue of the bodies on their normal springs (1/s^2), or on their dashpots (1/s).
+fn largest(springs: &[Spring], part: usize) -> f64 {
     let both = |i: usize, j: usize| {
         let [(k, row), (other_k, other)] = [&springs[i], &springs[j]];
-        (k * other_k).sqrt() * row.dot(other)
+        (k[part] * other_k[part]).sqrt() * row.dot(other)
     };
     match springs.len() {
         0 => 0.0,

@@ -124,9 +124,10 @@ impl Law {
         }
     }
 
-    /// Damping ratio of the contact.
+    /// Damping ratio of the contact on springs as stiff as at its overlap.
     pub fn ratio(&self) -> f64 {
-        self.damping_ratio * (self.damped / self.pair.mass).sqrt()
+        let [c, _] = self.dashpots([1.0; 2]);
+        0.5 * c / self.pair.mass.sqrt()
     }
 
     /// `k_n` in N/m at an overlap (m).

@@ -119,6 +119,11 @@ impl Judge<'_> {
                 least(&|e| e.own_omega_sq) - tiny,
             ),
             ("damping", limits.damping, least(&|e| e.damping)),
+            (
+                "2 damping omega in 1/s",
+                2.0 * limits.damping * limits.omega_sq.sqrt(),
+                least(&|e| e.own_damping) - tiny * dt,
+            ),
         ] {
             self.at_least("L-2", of, got, least)?;
         }
