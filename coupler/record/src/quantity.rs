@@ -60,7 +60,7 @@ macro_rules! table {
 /// Points with a name: their present state and first position.
 struct Followed {
     now: GroupState,
-    /// Centre of mass in the first sample in m.
+    /// Centre of mass in the first sample in m; NaN if there are fewer points now, whose mean has moved by itself.
     first: [f64; 2],
 }
 
@@ -109,7 +109,7 @@ table! {
 table! {
     /// Quantities of one point group.
     OF_GROUP: GroupState;
-    "x", "m", "centre of mass", |g| g.position[0];
+    "x", "m", "centre of mass; NaN as all places and velocities of points if none is left", |g| g.position[0];
     "y", "m", "the same in y", |g| g.position[1];
     "vx", "m/s", "mean velocity by mass", |g| g.velocity[0];
     "vy", "m/s", "the same in y", |g| g.velocity[1];
@@ -127,15 +127,15 @@ table! {
 }
 
 table! {
-    /// Quantities of one probe. The place is the first, in x and y.
+    /// Quantities of one probe. The place is the first, in x and y, then the mass.
     OF_PROBE: Followed;
     "x", "m", "centre of mass of its points", |p| p.now.position[0];
     "y", "m", "the same in y", |p| p.now.position[1];
-    "ux", "m", "displacement since t = 0", |p| p.now.position[0] - p.first[0];
+    "mass", "kg/m", "mass", |p| p.now.mass;
+    "ux", "m", "displacement since t = 0; NaN once one of its points has been removed", |p| p.now.position[0] - p.first[0];
     "uy", "m", "the same in y", |p| p.now.position[1] - p.first[1];
     "vx", "m/s", "mean velocity by mass", |p| p.now.velocity[0];
     "vy", "m/s", "the same in y", |p| p.now.velocity[1];
-    "mass", "kg/m", "mass", |p| p.now.mass;
     "fx", "N/m", "force of bodies on its points", |p| p.now.contact_force[0];
     "fy", "N/m", "the same in y", |p| p.now.contact_force[1];
 }
@@ -339,7 +339,14 @@ impl Quantities {
     ) -> Vec<f64> {
         let count: usize = self.sets.iter().sum();
         assert_eq!(groups.len(), count, "one record a group");
-        let mut rest = groups;
+        let mut groups = groups.to_vec();
+        let of_points = &mut groups[..count - self.sets[3]];
+        // No points, no place: solvers write zeros.
+        for none in of_points.iter_mut().filter(|state| state.mass == 0.0) {
+            (none.position, none.velocity) = ([f64::NAN; 2], [f64::NAN; 2]);
+            (none.lower, none.upper) = (none.position, none.position);
+        }
+        let mut rest = &groups[..];
         let [groups, probes, holds, chains] = self.sets.map(|count| {
             let (set, others) = rest.split_at(count);
             rest = others;
@@ -353,8 +360,11 @@ impl Quantities {
         add_each(&mut sample, OF_GROUP, groups);
         for &now in probes {
             let place = sample.len();
-            let first = match first.get(place..place + 2) {
-                Some(&[x, y]) => [x, y],
+            let mass = now.mass * self.thickness.unwrap_or(1.0);
+            let first = match first.get(place..place + 3) {
+                // Of all points, but for rounding.
+                Some(&[x, y, all]) if mass >= (1.0 - 1e-9) * all => [x, y],
+                Some(_) => [f64::NAN; 2],
                 _ => now.position,
             };
             add(&mut sample, OF_PROBE, &Followed { now, first });
