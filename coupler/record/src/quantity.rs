@@ -324,6 +324,11 @@ impl Quantities {
         }
     }
 
+    /// The records of groups, probes and holds, and those of chains.
+    pub fn split_chains<'a>(&self, records: &'a mut [GroupState]) -> [&'a mut [GroupState]; 2] {
+        records.split_at_mut(records.len() - self.sets[3]).into()
+    }
+
     /// The sample of one measurement: the values of all quantities in their order, the time first. `groups` has a record for
     /// each point group, then for each probe, hold and chain, and `bodies` one for each body, in the order of the scene. `first`
     /// is the first sample; it is empty if this is it.
@@ -340,7 +345,7 @@ impl Quantities {
         let count: usize = self.sets.iter().sum();
         assert_eq!(groups.len(), count, "one record a group");
         let mut groups = groups.to_vec();
-        let of_points = &mut groups[..count - self.sets[3]];
+        let [of_points, _] = self.split_chains(&mut groups);
         // No points, no place: solvers write zeros.
         for none in of_points.iter_mut().filter(|state| state.mass == 0.0) {
             (none.position, none.velocity) = ([f64::NAN; 2], [f64::NAN; 2]);
