@@ -132,7 +132,7 @@ table! {
     "x", "m", "centre of mass of its points", |p| p.now.position[0];
     "y", "m", "the same in y", |p| p.now.position[1];
     "mass", "kg/m", "mass", |p| p.now.mass;
-    "ux", "m", "displacement since t = 0; NaN once one of its points has been removed", |p| p.now.position[0] - p.first[0];
+    "ux", "m", "displacement since the first row of this run; NaN once one of its points has been removed", |p| p.now.position[0] - p.first[0];
     "uy", "m", "the same in y", |p| p.now.position[1] - p.first[1];
     "vx", "m/s", "mean velocity by mass", |p| p.now.velocity[0];
     "vy", "m/s", "the same in y", |p| p.now.velocity[1];
