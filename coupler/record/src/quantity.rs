@@ -103,7 +103,7 @@ table! {
         |m| m.balance.angular_momentum_error().map_or(f64::NAN, |[now, _]| now);
     "contact.force.x", "N/m", "force of bodies on points", |m| m.mpm.contact_force[0];
     "contact.force.y", "N/m", "the same in y", |m| m.mpm.contact_force[1];
-    "contact.points", "1", "points in contact with bodies", |m| m.mpm.contacts as f64;
+    "contact.points", "1", "points on which bodies exert a force", |m| m.mpm.contacts as f64;
 }
 
 table! {
@@ -121,8 +121,8 @@ table! {
     "xmax", "m", "largest x of its points", |g| g.upper[0];
     "ymin", "m", "least y of its points", |g| g.lower[1];
     "ymax", "m", "largest y of its points", |g| g.upper[1];
-    "contacts", "1", "its points in contact with bodies or other groups", |g| g.contacts as f64;
-    "loaded_width", "m", "extent in x of its points in contact", |g| g.loaded_upper[0] - g.loaded_lower[0];
+    "contacts", "1", "its points on which bodies or other groups exert a force", |g| g.contacts as f64;
+    "loaded_width", "m", "extent in x of these points", |g| g.loaded_upper[0] - g.loaded_lower[0];
     "loaded_height", "m", "the same in y", |g| g.loaded_upper[1] - g.loaded_lower[1];
 }
 
@@ -175,7 +175,7 @@ table! {
     "fx", "N/m", "force of the points on the body", |b| b.point_force[0];
     "fy", "N/m", "the same in y", |b| b.point_force[1];
     "torque", "N", "torque of the points on the body", |b| b.point_torque;
-    "contacts", "1", "points in contact with the body", |b| b.contacts as f64;
+    "contacts", "1", "points that overlap the body, of a cluster with each disc; also without a force, as at a dashpot that does not pull", |b| b.contacts as f64;
     "contact_fx", "N/m", "force of other bodies on the body", |b| b.body_force[0];
     "contact_fy", "N/m", "the same in y", |b| b.body_force[1];
     "contact_torque", "N", "torque of other bodies on the body", |b| b.body_torque;
