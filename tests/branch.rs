@@ -323,6 +323,16 @@ fn a_check_looks_at_the_run_that_a_scene_begins_with() {
             .expect(2)
             .says(&["`mpm.cell` is 0.01", "it is 0.02"]);
     }
+    // Such a check had no sample at the end of the run, or a mean was over a part of its window.
+    for (set, key) in [
+        ("check.0.from=0.1", "from"),
+        ("check.0.to=0.1", "to"),
+        ("check.0.when={at=0.1}", "when.at"),
+    ] {
+        let says = format!("`check.0.{key}` is 0.1 s, and the scene begins at 0.2 s");
+        check("check", "fill", set).expect(2).says(&[&says]);
+    }
+    check("check", "fill", "check.0.from=0.2").expect(0);
     // Rows were counted from 0: the clock goes on from 0.2 s.
     let ended = check("plan", "fill", "time.max_step=1e-4").expect(0);
     assert!(ended.stdout.contains("every 0.01 s, 11 rows"));

@@ -205,11 +205,16 @@ fn a_bad_override_names_the_command_line_or_the_variant() {
             "mpm.stage.first={from=0}",
             "`mpm.stage` is a table, expected a list",
         ),
+        ("time={end=0.5}", "`time` would replace a whole section"),
     ] {
         has(&files.refusal(None, &[set]), phrase);
     }
-    let scene = files.load(None, &["mpm.stage.0={from=0,damping=2}"]);
+    let scene = files.load(
+        None,
+        &["mpm.stage.0={from=0,damping=2}", "coupling={window=2}"],
+    );
     assert!(scene.resolved_toml.contains("damping = 2"));
+    assert_eq!(scene.coupling.window, 2, "a section that was not there");
     let message = files.refusal(Some("quik"), &[]);
     has(&message, "no variant `quik`");
     has(&message, "did you mean `quick`?");

@@ -255,21 +255,19 @@ impl Balance {
 
 /// The point from which sums are counted. If a scene begins with the state of another run, its sums begin with its
 /// first measurement, under its own laws.
-#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 pub enum Since {
     /// From the start of the first run.
     #[default]
     Ever,
     /// From the next measurement.
     Next,
-    /// From these values, of the continuum and of the bodies.
-    Here([Sums; 2]),
+    /// From these values, of the continuum, of the bodies and of each chain.
+    Here(Vec<f64>),
 }
 
 /// The sums of a side: work of friction, viscosity, plastic flow, drives, stress and transfer in J/m, then moments and impulses
 /// from outside and of contact.
-type Sums = [f64; 12];
-
 fn sums(side: &mut Ledger) -> [&mut f64; 12] {
     let [outside_x, outside_y] = &mut side.applied_impulse;
     let [contact_x, contact_y] = &mut side.contact_impulse;
@@ -290,16 +288,17 @@ fn sums(side: &mut Ledger) -> [&mut f64; 12] {
 }
 
 impl Since {
-    /// The ledgers of both sides with their sums since then.
-    pub fn count(&mut self, mut sides: [Ledger; 2]) -> [Ledger; 2] {
+    /// The ledgers of both sides with their sums since then; those of chains are changed in place.
+    pub fn count(&mut self, mut sides: [Ledger; 2], chains: &mut [GroupState]) -> [Ledger; 2] {
+        // In place of kinetic energy a chain has its angular shift.
+        let shifts = chains.iter_mut().map(|chain| &mut chain.kinetic);
+        let sums: Vec<&mut f64> = sides.iter_mut().flat_map(sums).chain(shifts).collect();
         if *self == Self::Next {
-            *self = Self::Here(sides.map(|mut side| sums(&mut side).map(|sum| *sum)));
+            *self = Self::Here(sums.iter().map(|sum| **sum).collect());
         }
         if let Self::Here(before) = self {
-            for (side, before) in sides.iter_mut().zip(before) {
-                for (sum, before) in sums(side).into_iter().zip(before) {
-                    *sum -= *before;
-                }
+            for (sum, before) in sums.into_iter().zip(before) {
+                *sum -= *before;
             }
         }
         sides
@@ -375,12 +374,20 @@ mod tests {
             ..Ledger::default()
         };
         let mut since = Since::Next;
-        let [first, _] = since.count([side(3.0), side(0.0)]);
-        assert_eq!((first.kinetic, first.friction_work), (2.0, 0.0));
-        let [later, _] = since.count([side(3.5), side(0.0)]);
-        assert_eq!(later.friction_work, 0.5);
+        let count = |since: &mut Since, friction_work, kinetic| {
+            let mut chains = [GroupState {
+                kinetic,
+                ..GroupState::default()
+            }];
+            let [first, _] = since.count([side(friction_work), side(0.0)], &mut chains);
+            (first, chains[0].kinetic)
+        };
+        let (first, shift) = count(&mut since, 3.0, 5.0);
+        assert_eq!((first.kinetic, first.friction_work, shift), (2.0, 0.0, 0.0));
+        let (later, shift) = count(&mut since, 3.5, 4.0);
+        assert_eq!((later.friction_work, shift), (0.5, -1.0));
         assert_eq!(later.applied_impulse, [0.5, 0.0]);
-        assert_eq!(Since::Ever.count([side(3.5); 2]), [side(3.5); 2]);
+        assert_eq!(count(&mut Since::Ever, 3.5, 4.0), (side(3.5), 4.0));
     }
 
     #[test]

@@ -60,7 +60,7 @@ macro_rules! table {
 /// Points with a name: their present state and first position.
 struct Followed {
     now: GroupState,
-    /// Centre of mass in the first sample in m.
+    /// Centre of mass in the first sample in m; NaN if there are fewer points now, whose mean has moved by itself.
     first: [f64; 2],
 }
 
@@ -103,13 +103,13 @@ table! {
         |m| m.balance.angular_momentum_error().map_or(f64::NAN, |[now, _]| now);
     "contact.force.x", "N/m", "force of bodies on points", |m| m.mpm.contact_force[0];
     "contact.force.y", "N/m", "the same in y", |m| m.mpm.contact_force[1];
-    "contact.points", "1", "points in contact with bodies", |m| m.mpm.contacts as f64;
+    "contact.points", "1", "points on which bodies exert a force", |m| m.mpm.contacts as f64;
 }
 
 table! {
     /// Quantities of one point group.
     OF_GROUP: GroupState;
-    "x", "m", "centre of mass", |g| g.position[0];
+    "x", "m", "centre of mass; NaN as all places and velocities of points if none is left", |g| g.position[0];
     "y", "m", "the same in y", |g| g.position[1];
     "vx", "m/s", "mean velocity by mass", |g| g.velocity[0];
     "vy", "m/s", "the same in y", |g| g.velocity[1];
@@ -121,21 +121,21 @@ table! {
     "xmax", "m", "largest x of its points", |g| g.upper[0];
     "ymin", "m", "least y of its points", |g| g.lower[1];
     "ymax", "m", "largest y of its points", |g| g.upper[1];
-    "contacts", "1", "its points in contact with bodies or other groups", |g| g.contacts as f64;
-    "loaded_width", "m", "extent in x of its points in contact", |g| g.loaded_upper[0] - g.loaded_lower[0];
+    "contacts", "1", "its points on which bodies or other groups exert a force", |g| g.contacts as f64;
+    "loaded_width", "m", "extent in x of these points", |g| g.loaded_upper[0] - g.loaded_lower[0];
     "loaded_height", "m", "the same in y", |g| g.loaded_upper[1] - g.loaded_lower[1];
 }
 
 table! {
-    /// Quantities of one probe. The place is the first, in x and y.
+    /// Quantities of one probe. The place is the first, in x and y, then the mass.
     OF_PROBE: Followed;
     "x", "m", "centre of mass of its points", |p| p.now.position[0];
     "y", "m", "the same in y", |p| p.now.position[1];
-    "ux", "m", "displacement since t = 0", |p| p.now.position[0] - p.first[0];
+    "mass", "kg/m", "mass", |p| p.now.mass;
+    "ux", "m", "displacement since the first row of this run; NaN once one of its points has been removed", |p| p.now.position[0] - p.first[0];
     "uy", "m", "the same in y", |p| p.now.position[1] - p.first[1];
     "vx", "m/s", "mean velocity by mass", |p| p.now.velocity[0];
     "vy", "m/s", "the same in y", |p| p.now.velocity[1];
-    "mass", "kg/m", "mass", |p| p.now.mass;
     "fx", "N/m", "force of bodies on its points", |p| p.now.contact_force[0];
     "fy", "N/m", "the same in y", |p| p.now.contact_force[1];
 }
@@ -175,7 +175,7 @@ table! {
     "fx", "N/m", "force of the points on the body", |b| b.point_force[0];
     "fy", "N/m", "the same in y", |b| b.point_force[1];
     "torque", "N", "torque of the points on the body", |b| b.point_torque;
-    "contacts", "1", "points in contact with the body", |b| b.contacts as f64;
+    "contacts", "1", "points that overlap the body, of a cluster with each disc; also without a force, as at a dashpot that does not pull", |b| b.contacts as f64;
     "contact_fx", "N/m", "force of other bodies on the body", |b| b.body_force[0];
     "contact_fy", "N/m", "the same in y", |b| b.body_force[1];
     "contact_torque", "N", "torque of other bodies on the body", |b| b.body_torque;
@@ -324,6 +324,11 @@ impl Quantities {
         }
     }
 
+    /// The records of groups, probes and holds, and those of chains.
+    pub fn split_chains<'a>(&self, records: &'a mut [GroupState]) -> [&'a mut [GroupState]; 2] {
+        records.split_at_mut(records.len() - self.sets[3]).into()
+    }
+
     /// The sample of one measurement: the values of all quantities in their order, the time first. `groups` has a record for
     /// each point group, then for each probe, hold and chain, and `bodies` one for each body, in the order of the scene. `first`
     /// is the first sample; it is empty if this is it.
@@ -339,7 +344,14 @@ impl Quantities {
     ) -> Vec<f64> {
         let count: usize = self.sets.iter().sum();
         assert_eq!(groups.len(), count, "one record a group");
-        let mut rest = groups;
+        let mut groups = groups.to_vec();
+        let [of_points, _] = self.split_chains(&mut groups);
+        // No points, no place: solvers write zeros.
+        for none in of_points.iter_mut().filter(|state| state.mass == 0.0) {
+            (none.position, none.velocity) = ([f64::NAN; 2], [f64::NAN; 2]);
+            (none.lower, none.upper) = (none.position, none.position);
+        }
+        let mut rest = &groups[..];
         let [groups, probes, holds, chains] = self.sets.map(|count| {
             let (set, others) = rest.split_at(count);
             rest = others;
@@ -353,8 +365,11 @@ impl Quantities {
         add_each(&mut sample, OF_GROUP, groups);
         for &now in probes {
             let place = sample.len();
-            let first = match first.get(place..place + 2) {
-                Some(&[x, y]) => [x, y],
+            let mass = now.mass * self.thickness.unwrap_or(1.0);
+            let first = match first.get(place..place + 3) {
+                // Of all points, but for rounding.
+                Some(&[x, y, all]) if mass >= (1.0 - 1e-9) * all => [x, y],
+                Some(_) => [f64::NAN; 2],
                 _ => now.position,
             };
             add(&mut sample, OF_PROBE, &Followed { now, first });

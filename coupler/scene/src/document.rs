@@ -299,15 +299,6 @@ impl Document {
                 return;
             }
             let full = format!("variant.{name}.{path}");
-            if value.is_table() && !path.contains('.') && !ONE_LAW.contains(&path.as_str()) {
-                errors.push(self.diagnostic(
-                    &full,
-                    Part::Key,
-                    &format!("`{path}` in variant `{name}` would replace a whole section"),
-                    Some("quote the whole key: `\"time.end\" = 0.1`".to_owned()),
-                ));
-                continue;
-            }
             let Some(Origin::File { key, value: at, .. }) = self.exact(&full) else {
                 unreachable!("every key of the file was recorded");
             };
@@ -353,6 +344,14 @@ impl Document {
         if segments.iter().any(|s| s.is_empty()) || segments[0] == "variant" {
             let help = "a key is dotted, such as `mpm.cell` or `mpm.points.0.velocity`";
             return Err((format!("`{path}` is not a key of a scene"), help.to_owned()));
+        }
+        if let Value::Table(keys) = &value
+            && self.root.get(path).is_some_and(Value::is_table)
+            && !ONE_LAW.contains(&path)
+        {
+            let key = join(path, keys.keys().next().map_or("KEY", String::as_str));
+            let help = format!("write the whole key, in quotes in a variant: `\"{key}\" = ...`");
+            return Err((format!("`{path}` would replace a whole section"), help));
         }
         let mut tree = Value::Table(std::mem::take(&mut self.root));
         let put = put(&mut tree, &segments, value);

@@ -379,6 +379,17 @@ impl Context<'_, '_> {
             Some(Reference::Expression(reference)) if relative.is_some() => [Some(reference), None],
             _ => [None, expected.scale.as_ref()],
         };
+        let ends = expected.between.as_ref();
+        if let Some([Some(lower), Some(upper)]) =
+            ends.map(|ends| ends.each_ref().map(Expression::as_number))
+            && lower > upper
+        {
+            self.problems.refuse(
+                &format!("{path}.between"),
+                format!("no number is between {lower} and {upper}: the check cannot pass"),
+                "give the lower bound first",
+            );
+        }
         for (key, divisor) in ["reference", "scale"].into_iter().zip(divisors) {
             if divisor.is_some_and(|divisor| divisor.as_number() == Some(0.0)) {
                 self.problems.refuse(

@@ -34,7 +34,7 @@ pub(crate) struct Kept {
 }
 
 /// What a run has counted and measured so far.
-#[derive(Debug, Clone, Copy, Serialize, Deserialize)]
+#[derive(Debug, Clone, Serialize, Deserialize)]
 pub(crate) struct Tally {
     pub since: Since,
     pub balance: Balance,
@@ -170,7 +170,7 @@ impl Account {
         Kept {
             recorded: self.recorder.recorded.clone(),
             so_far: self.pace.so_far.clone(),
-            tally: self.tally,
+            tally: self.tally.clone(),
             spent: self.spent(),
         }
     }

@@ -483,7 +483,7 @@ record! {
         body_force: [f64; 2] = 88,
         /// Torque of other bodies in N.
         body_torque: f64 = 104,
-        /// Points in contact.
+        /// Points that overlap it, with a force or without.
         contacts: u64 = 112,
     }
 }

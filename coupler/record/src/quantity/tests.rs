@@ -77,22 +77,26 @@ fn measured() -> (Quantities, impl Fn(&Quantities, bool) -> Vec<f64>) {
         ..Ledger::default()
     };
     let group = GroupState {
+        mass: 1.0,
         velocity: [7.0, 8.0],
         upper: [9.0, 11.0],
         contacts: 12,
         ..GroupState::default()
     };
     let edge = GroupState {
+        mass: 1.0,
         position: [1.25, 2.0],
         ..GroupState::default()
     };
     let middle = GroupState {
+        mass: 1.0,
         position: [5.0, 6.5],
         velocity: [1.5, 2.5],
         contact_force: [21.0, 0.0],
         ..GroupState::default()
     };
     let left = GroupState {
+        mass: 1.0,
         position: [0.0, 9.0],
         contact_force: [22.0, 23.0],
         ..GroupState::default()
@@ -195,17 +199,49 @@ fn a_slice_has_its_share_of_what_is_counted() {
     }
 }
 
-/// A check of a quantity that the continuum does not report must not pass.
-#[test]
-fn a_work_gap_without_the_capability_is_nan() {
-    let quantities = Quantities::new([], [&[], &[], &[]], [], []);
-    let silent = Ledgers {
+/// Of a scene in which nothing moves.
+fn nothing() -> Ledgers {
+    Ledgers {
         time: 0.0,
         mpm: Ledger::default(),
         dem: Ledger::default(),
         balance: Balance::default(),
+    }
+}
+
+/// Points that are gone were at 0, and a displacement was between the means of different points.
+#[test]
+fn what_has_left_has_no_place() {
+    let one = [&["p"][..], &["h"], &["c"]];
+    let quantities = Quantities::new(["a"], one, [], []).of_slice(Some(0.5));
+    let sample = |mass: f64, x: f64, first: &[f64]| {
+        let state = GroupState {
+            mass,
+            position: [x; 2],
+            ..GroupState::default()
+        };
+        quantities.sample(&nothing(), &[state; 4], &[], first)
     };
-    let sample = quantities.sample(&silent, &[], &[], &[]);
+    let names = "points.a.x points.a.vy points.a.xmin points.a.ymax points.a.mass probe.p.x \
+                 probe.p.ux probe.p.vy hold.h.y chain.c.x";
+    let first = sample(2.0, 1.0, &[]);
+    for (mass, expected) in [
+        (2.0, "4 0 0 0 1 4 3 0 4 4"),
+        (1.0, "4 0 0 0 0.5 4 NaN 0 4 4"),
+        (0.0, "NaN NaN NaN NaN 0 NaN NaN NaN NaN 4"),
+    ] {
+        let later = sample(mass, 4.0, &first);
+        let value = |name| later[quantities.index(name).expect("a quantity")].to_string();
+        let values: Vec<String> = names.split(' ').map(value).collect();
+        assert_eq!(values.join(" "), expected);
+    }
+}
+
+/// A check of a quantity that the continuum does not report must not pass.
+#[test]
+fn a_work_gap_without_the_capability_is_nan() {
+    let quantities = Quantities::new([], [&[], &[], &[]], [], []);
+    let sample = quantities.sample(&nothing(), &[], &[], &[]);
     for name in ["energy.work_gap", "energy.stress_work"] {
         let index = quantities.index(name).expect("a quantity");
         assert!(sample[index].is_nan(), "{name}");

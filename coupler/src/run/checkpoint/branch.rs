@@ -1,10 +1,13 @@
 //! A scene that begins with the state of another run.
 
+use std::iter;
+
 use interface::message::control::Party;
 use interface::session::solver_part;
 
 use super::file::{self, About, Checkpoint};
 use super::state::Phase;
+use crate::record::check::When;
 use crate::run::pace::Pace;
 use crate::scene::Scene;
 use crate::scene::diagnostic::SceneErrors;
@@ -58,14 +61,7 @@ impl Branch {
         } else {
             checkpoint.about.time
         };
-        if scene.time.end <= begin {
-            let message = format!(
-                "`time.end` is {} s, and the scene begins at {begin} s",
-                scene.time.end
-            );
-            let help = "the clock continues from that run, unless `start.time = 0`";
-            return Err(scene.complaint("time.end", &message, help));
-        }
+        times_after(scene, begin)?;
         scene.begun_with(checkpoint.about.time, &state);
         Ok(Some(Self {
             as_before: !start.from_zero && goes_on(scene, &parent, &checkpoint),
@@ -85,6 +81,29 @@ impl Branch {
     pub fn about(&self) -> &About {
         &self.checkpoint.about
     }
+}
+
+/// Refuses an end of `scene`, and times and windows of its checks, that are before its `begin` (s).
+fn times_after(scene: &Scene, begin: f64) -> Result<(), SceneErrors> {
+    let end = scene.time.end;
+    let of_checks = scene.checks.iter().enumerate().map(|(i, check)| {
+        let [from, to] = check.window;
+        let (key, time) = match check.when {
+            When::At(at) => ("when.at", at),
+            // A window from 0 is the whole run.
+            _ if from > 0.0 => ("from", from),
+            _ => ("to", to),
+        };
+        (format!("check.{i}.{key}"), time, time < begin - 1e-9 * end)
+    });
+    let of_end = ("time.end".to_owned(), end, end <= begin);
+    let mut times = iter::once(of_end).chain(of_checks);
+    let Some((key, time, _)) = times.find(|(.., is_before)| *is_before) else {
+        return Ok(());
+    };
+    let message = format!("`{key}` is {time} s, and the scene begins at {begin} s");
+    let help = "the clock continues from that run, unless `start.time = 0`";
+    Err(scene.complaint(&key, &message, help))
 }
 
 /// Whether a run of `scene` does the same steps after the checkpoint as a run of `parent` would.

@@ -98,7 +98,9 @@ impl Run<'_> {
                 .map_or_else(Ledger::default, |report| report.ledger)
         };
         let [mpm, dem] = [Party::Mpm, Party::Dem].map(ledger);
-        let [mpm, dem] = account.tally.since.count([mpm, dem]);
+        let quantities = &self.scene.quantities;
+        let [_, chains] = quantities.split_chains(&mut round.groups);
+        let [mpm, dem] = account.tally.since.count([mpm, dem], chains);
         let moving = Moving::of(&round.groups[..groups], &round.bodies);
         account.tally.balance.take(&mpm, &dem, &moving);
         let ledgers = Ledgers {
@@ -107,7 +109,7 @@ impl Run<'_> {
             dem,
             balance: account.tally.balance,
         };
-        let (quantities, first) = (&self.scene.quantities, account.recorder.initial());
+        let first = account.recorder.initial();
         let sample = quantities.sample(&ledgers, &round.groups, &round.bodies, first);
         let row = account.recorder.record(&sample);
         self.outputs.history.row(&row)?;
