@@ -52,12 +52,13 @@ impl GridContact {
         let mut lost = self.shared.touch(threads, &grids, self.friction);
         self.shared.give_back(threads, layers);
         let first = &layers[0];
+        if first.books_kick() {
+            return lost;
+        }
         if let Some(damping) = first.damping {
             lost.damping = damping.beside(lost.friction + lost.impact);
         }
-        if !first.books_kick() {
-            lost.impact = 0.0;
-        }
+        lost.impact = 0.0;
         lost
     }
 

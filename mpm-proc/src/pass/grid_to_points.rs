@@ -65,7 +65,7 @@ pub fn transfer_pass<
     which: Which,
     dt: f64,
 ) {
-    let damping = continuum.damping;
+    let (damping, books) = (continuum.damping, continuum.books_kick());
     let way = Way {
         dt,
         settling: continuum.settling,
@@ -79,7 +79,7 @@ pub fn transfer_pass<
     let (clouds, grid, transfer) = (&mut continuum.clouds, &continuum.grid, continuum.transfer);
     let nodes = (&grid.tiles[..], &grid.mapped[..]);
     Cloud::each(threads, clouds, |threads, cloud| {
-        let transfer = (transfer, damping);
+        let transfer = (transfer, damping, books);
         if KICK && transfer.0.increment {
             transfer_cloud::<W, KICK, true, DRIFT, S, A>(
                 threads, cloud, which, nodes, transfer, way,
@@ -117,13 +117,15 @@ fn transfer_cloud<
     cloud: &mut Cloud<W, S, A>,
     which: Which,
     (nodes, mapped): (&[NodeTile], &[MappedTile]),
-    (transfer, damping): (Transfer, Option<Damping>),
+    (transfer, damping, books): (Transfer, Option<Damping>, bool),
     way: Way,
 ) {
     let (shape, aside) = (cloud.shape, &cloud.aside);
     let filtered = transfer.filter.is_some();
-    // FLIP alone takes nothing.
-    let takes = KICK && (!INCREMENT || A::PRESENT || filtered || transfer.pic_fraction > 0.0);
+    // FLIP alone takes nothing that the nodes' gain has not.
+    let smooths = !INCREMENT || A::PRESENT || filtered || transfer.pic_fraction > 0.0;
+    let takes = KICK && !books && smooths;
+    let compares = takes || KICK && damping.is_some();
     let dt = splat(way.dt);
     let per_dt = splat(if way.dt > 0.0 { 1.0 / way.dt } else { 0.0 });
     let settles = way.settling.settles();
@@ -158,10 +160,10 @@ fn transfer_cloud<
                 Velocity::Before => &t.before,
                 Velocity::After => &t.after,
             });
-            if INCREMENT || takes {
+            if INCREMENT || compares {
                 fill_window::<W, _>(increment, nodes, tile, |t| &t.before);
             }
-            if (INCREMENT || takes) && damping.is_none() {
+            if (INCREMENT || compares) && damping.is_none() {
                 let reached = tile.reached::<W, 2>();
                 let velocities = &velocity.0[reached.clone()];
                 for (b, a) in increment.0[reached].iter_mut().zip(velocities) {
@@ -183,7 +185,7 @@ fn transfer_cloud<
                     v: [ZERO; 2],
                     affine: A::default(),
                 };
-                if takes {
+                if compares {
                     (gain.v, gain.affine) = interpolate::<W, S, A>(increment, &place, &s);
                 } else if INCREMENT {
                     (gain.v, []) = interpolate::<W, S, NoSlopes>(increment, &place, &s);

@@ -14,7 +14,6 @@ use crate::kernel::transfer::AffineState;
 use crate::state::continuum::Continuum;
 use crate::state::imps::Imps;
 use crate::state::markers::Markers;
-use crate::state::nodes::NodeTile;
 use crate::state::point_set::PointSet;
 use crate::state::points::{Cloud, StressReport, TileReport};
 use crate::state::totals::KickWork;
@@ -51,7 +50,8 @@ pub fn update_ledger<const W: usize, S: Shape<W>, A: AffineState>(
         }
         continuum.state.totals.applied_impulse += continuum.holds.impulse;
         if continuum.books_kick() {
-            let gained = continuum.grid.tiles.iter().map(NodeTile::gained);
+            let of_nodes = continuum.grid.tiles.iter();
+            let gained = of_nodes.map(|tile| tile.gained() + tile.lost_by_damping());
             continuum.kick.transfer += gained.sum::<f64>() + continuum.kinetic_of_points();
         }
     }
@@ -130,14 +130,15 @@ pub fn close_ledger<const W: usize, S: Shape<W>, A: AffineState>(
             continuum.clouds.iter().map(of_cloud).sum::<f64>()
         };
         let [taken, damped] = [|r: &TileReport| r.taken, |r: &TileReport| r.damped].map(of_points);
-        continuum.kick.transfer += taken;
         if let Some(damping) = continuum.damping {
             // What walls have taken of the nodes counts as a force.
             let by_walls = continuum.kick.driven - continuum.kick.friction;
             continuum.kick.damping = damped - damping.beside(by_walls);
         }
         if continuum.books_kick() {
-            continuum.kick.transfer -= continuum.kinetic_of_points();
+            continuum.kick.transfer -= continuum.kick.damping + continuum.kinetic_of_points();
+        } else {
+            continuum.kick.transfer += taken;
         }
     }
     let kick = continuum.kick;

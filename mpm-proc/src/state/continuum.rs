@@ -110,12 +110,11 @@ impl<const W: usize, S: Shape<W>, A: AffineState> Continuum<W, S, A> {
         }
     }
 
-    /// Whether what FLIP and contact on the grid lose in a kick are terms of the ledger. Where all of the stress is updated
-    /// before or after the kick, its work has a part of them with the opposite sign (docs/energy.md).
+    /// Whether what points do not get of what the nodes gain in a kick, and what contact on the grid loses, are terms of the ledger.
+    /// Where all of the stress is updated before or after the kick, its work has a part of them with the opposite sign
+    /// (docs/energy.md).
     pub fn books_kick(&self) -> bool {
-        let mean = self.stress_update == StressUpdate::Usavg && !self.maps_kicked();
-        let flip = self.transfer.increment && self.transfer.pic_fraction == 0.0;
-        mean && flip && !A::PRESENT && self.transfer.filter.is_none() && self.damping.is_none()
+        self.stress_update == StressUpdate::Usavg && !self.maps_kicked()
     }
 
     /// Whether points near loads move with velocities that are mapped once more for them.

@@ -55,6 +55,11 @@ pub struct NodeTile {
 }
 
 impl NodeTile {
+    /// What damping takes of the nodes in the kick, in J/m.
+    pub fn lost_by_damping(&self) -> f64 {
+        self.lost(self.damping.iter().copied().enumerate())
+    }
+
     /// What wall friction dissipates in the kick, in J/m.
     pub fn lost_by_friction(&self) -> f64 {
         self.lost(self.friction.iter().copied())

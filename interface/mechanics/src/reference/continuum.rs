@@ -152,7 +152,8 @@ pub struct Kicked {
     /// Velocities before the kick and after it in m/s.
     pub(super) before: Vec<[f64; 2]>,
     pub(super) after: Vec<[f64; 2]>,
-    /// Impulses that walls with friction have taken in N s/m.
+    /// Impulses that damping has taken, and that walls with friction have, in N s/m.
+    pub(super) damped: Vec<[f64; 2]>,
     pub(super) rubbed: Vec<[f64; 2]>,
     /// Work of driven walls on the velocities before the kick, as points feel it, in J/m.
     pub(super) pulled: f64,
@@ -378,7 +379,7 @@ impl Reference {
             }
         }
         let mut pressed = Vec::new();
-        let [mut after, mut rubbed] = [(); 2].map(|()| vec![[0.0; 2]; mass.len()]);
+        let [mut after, mut lost, mut rubbed] = [(); 3].map(|()| vec![[0.0; 2]; mass.len()]);
         for (n, node) in self.nodes.list.iter().enumerate() {
             if mass[n] > 0.0 {
                 let gain = force[n].map(|f| kick * f / mass[n]);
@@ -392,6 +393,7 @@ impl Reference {
                 let axes = (0..2).filter(|&axis| held.pressed[axis]);
                 pressed.extend(axes.map(|axis| (axis, self.on_wall(node.at, axis))));
                 after[n] = held.velocity;
+                lost[n] = [0, 1].map(|a| mass[n] * (before[n][a] + gain[a] - damped[a]));
                 rubbed[n] = held.taken.map(|v| mass[n] * v);
             }
         }
@@ -402,6 +404,7 @@ impl Reference {
             mass,
             before,
             after,
+            damped: lost,
             rubbed,
             pulled,
             met: 0.0,
@@ -430,12 +433,20 @@ impl Reference {
         let mut drift: Vec<[f64; 2]> = self.gather(kicked, &own, kick);
         self.totals.rubbed = kicked.lost(&kicked.rubbed);
         self.count_walls(start, kick, forces);
-        // Walls with friction, and contact on the nodes, have taken a part of what forces seem to have added to points.
+        // Walls with friction, and contact on the nodes, have taken a part of what forces seem to have added to points; if all that
+        // points do not get of the nodes' gain counts, the part of contact is in that.
         let [_, gained] = self.damping(kick);
-        self.totals.damped += (1.0 / gained - 1.0) * (self.totals.rubbed + kicked.met);
-        if self.books_impacts(kick) {
+        let met = if self.books_impacts() {
+            0.0
+        } else {
+            kicked.met
+        };
+        self.totals.damped += (1.0 / gained - 1.0) * (self.totals.rubbed + met);
+        if self.books_impacts() {
+            let damped = kicked.lost(&kicked.damped) - self.totals.damped;
             let kinetic = |points: &[RefPoint]| points.iter().map(|p| self.kinetic(p)).sum::<f64>();
-            self.totals.smoothed = kicked.gained() + kinetic(&own) - kinetic(&self.points);
+            let gained = kinetic(&self.points) - kinetic(&own);
+            self.totals.smoothed = kicked.pulled + kicked.gained() + damped - gained;
         }
         let again = if self.config.grid_contact.is_some()
             && self.config.stress_update == StressUpdate::Usavg
@@ -771,15 +782,9 @@ impl Reference {
         }
     }
 
-    /// Whether what nodes lose in a kick counts: with FLIP alone, and with velocities that are not mapped again.
-    pub fn books_impacts(&self, kick: f64) -> bool {
-        let plain = !self.config.transfer.filters() && !self.config.transfer.is_affine();
-        let undamped = self.stage().is_none_or(|stage| stage.damping == 0.0);
-        self.config.stress_update == StressUpdate::Usavg
-            && self.config.drift() == Drift::Nodal
-            && plain
-            && undamped
-            && self.pic_fraction(kick) == 0.0
+    /// Whether what nodes lose in a kick counts: with velocities that are not mapped again.
+    pub fn books_impacts(&self) -> bool {
+        self.config.stress_update == StressUpdate::Usavg && self.config.drift() == Drift::Nodal
     }
 
     /// The filter of XPIC, where the transfer has one.

@@ -6,10 +6,10 @@ use nalgebra::Vector2;
 
 use super::continuum::{Kernel, Kicked, Reference, Totals};
 
-/// Lets layers that approach at a node go on together, and rub on one another; with what that dissipates over a `kick` (s).
-pub fn meet(layers: &[Reference], kicked: &mut [Kicked], friction: f64, kick: f64) -> Totals {
+/// Lets layers that approach at a node go on together, and rub on one another; with what that dissipates.
+pub fn meet(layers: &[Reference], kicked: &mut [Kicked], friction: f64) -> Totals {
     let mut taken = Totals::default();
-    let books = f64::from(u8::from(layers[0].books_impacts(kick)));
+    let books = f64::from(u8::from(layers[0].books_impacts()));
     let slopes: Vec<_> = layers.iter().map(Reference::slopes).collect();
     for n in 0..kicked[0].mass.len() {
         let there: Vec<usize> = (0..layers.len())

@@ -201,7 +201,7 @@ impl Oracle {
             pushed.push(own);
         }
         if let (Some(contact), false) = (self.config.grid_contact, kicked.is_empty()) {
-            totals.add(&meet(&self.layers, &mut kicked, contact.friction, kick));
+            totals.add(&meet(&self.layers, &mut kicked, contact.friction));
         }
         for ((layer, kicked), forces) in self.layers.iter_mut().zip(&kicked).zip(&pushed) {
             layer.advance(step.dt_before, step.dt, forces, kicked);
