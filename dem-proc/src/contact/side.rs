@@ -68,6 +68,8 @@ pub struct AfterKick<'a> {
     pub motions: &'a [SurfaceMotion],
     /// Their velocities, and the data to recognise impacts.
     pub impacts: Impacts<'a>,
+    /// The largest spin of a body in rad/s.
+    pub spin: f64,
 }
 
 /// What a step needs from contacts, for any law.
@@ -80,8 +82,8 @@ pub trait Side: Debug + Send + Sync {
     /// What the last evaluation found.
     fn sums(&self) -> &Sums;
     /// The largest of these frequencies of bodies in 1/s, 0 if there is none: upper bounds for the pairs in reach, where
-    /// one whose contact opens or closes counts as often as [`Impacts::count`] says, and the
-    /// [`crossing_rate`](crate::contact::approach::crossing_rate) of each.
+    /// one whose contact opens or closes counts as often as [`Impacts::count`] says, and the rates of
+    /// [`crate::contact::approach`].
     fn omega(&self, after: &AfterKick, threads: &Threads) -> f64;
     /// Largest damping ratio of a contact in reach; 0 if there is none.
     fn damping_ratio(&self) -> f64;
