@@ -178,7 +178,7 @@ impl Sdem {
     /// Newton's and Euler's equations for every free body; the other bodies keep their velocity.
     fn kick(&mut self, step: &Step) -> Result<(), Fault> {
         let kick = step.kick();
-        let [mut speed, mut energy] = self.kick_all(kick);
+        let [mut speed, mut energy, mut fastest] = self.kick_all(kick);
         if !speed.is_finite() {
             let wrong = |&(v, spin): &(Vec2, f64)| !(v.norm() + spin.abs()).is_finite();
             let first = self.kicked.velocities.iter().position(wrong);
@@ -202,6 +202,7 @@ impl Sdem {
             energy = energy.max(moved);
             let own = state.surface_speed(*velocity, *spin);
             speed = speed.max(own);
+            fastest = fastest.max(spin.abs());
             let per_kick = if kick > 0.0 { 1.0 / kick } else { 0.0 };
             let accelerated = (
                 (*velocity - state.velocity) * per_kick,
@@ -213,17 +214,17 @@ impl Sdem {
                 return Err(self.not_finite(b));
             }
         }
-        (self.kicked.speed, self.kicked.energy) = (speed, energy);
+        (self.kicked.speed, self.kicked.energy, self.kicked.spin) = (speed, energy, fastest);
         Ok(())
     }
 
     /// Computes the velocities and spins after a kick (s) by contact loads and by gravity, part by part. Returns the largest surface speed in m/s, or NaN if one is
-    /// not finite, and the largest `m v^2` in J/m of a free one.
-    fn kick_all(&mut self, kick: f64) -> [f64; 2] {
+    /// not finite, the largest `m v^2` in J/m of a free one, and the largest spin in rad/s.
+    fn kick_all(&mut self, kick: f64) -> [f64; 3] {
         let part = part(&self.threads, self.bodies.len());
         self.kicked.most.clear();
         let parts = self.bodies.len().div_ceil(part);
-        self.kicked.most.resize(parts, [0.0; 2]);
+        self.kicked.most.resize(parts, [0.0; 3]);
         let coupled = self.loads.any_by_points;
         let (state, gravity) = (&self.bodies.state, self.gravity);
         let masses = &self.bodies.free.0;
@@ -244,7 +245,7 @@ impl Sdem {
             |(i, (((kicked, motions), most), (loads, moments)))| {
                 let here = i * part..i * part + kicked.len();
                 // In registers: the results of two parts are in one line of the caches.
-                let (mut finite, mut fastest, mut energy) = (true, 0.0, 0.0);
+                let (mut finite, mut fastest, mut energy, mut spinning) = (true, 0.0, 0.0, 0.0);
                 let kicked = kicked.iter_mut().zip(motions);
                 let bodies = state[here.clone()].iter().zip(&masses[here.clone()]);
                 let bodies = bodies.zip(loads).zip(kicked);
@@ -265,11 +266,12 @@ impl Sdem {
                     fastest = if surface > fastest { surface } else { fastest };
                     let live = mass * velocity.norm_squared();
                     energy = if live > energy { live } else { energy };
+                    spinning = spin.abs().max(spinning);
                     *kicked = (velocity, spin);
                     *motion =
                         SurfaceMotion::of(state, *kicked, (acceleration, turning), others.rate);
                 }
-                *most = [if finite { fastest } else { f64::NAN }, energy];
+                *most = [if finite { fastest } else { f64::NAN }, energy, spinning];
                 // Here, where their states are in the cache of this thread.
                 let chunks = state[here.clone()].chunks(CHUNK);
                 let chunks = chunks.zip(masses[here].chunks(CHUNK));
@@ -281,8 +283,8 @@ impl Sdem {
         );
         // `f64::max` would lose a NaN.
         let larger = |a: f64, b: f64| if a.is_nan() || a > b { a } else { b };
-        let both = |[a, e]: [f64; 2], &[b, f]: &[f64; 2]| [larger(a, b), larger(e, f)];
-        self.kicked.most.iter().fold([0.0; 2], both)
+        let both = |a: [f64; 3], b: &[f64; 3]| [0, 1, 2].map(|i| larger(a[i], b[i]));
+        self.kicked.most.iter().fold([0.0; 3], both)
     }
 
     fn not_finite(&self, b: usize) -> Fault {
@@ -331,6 +333,7 @@ impl Sdem {
                     span: step.span(),
                     count: self.constants.per_resolution_sq[0],
                 },
+                spin: self.kicked.spin,
             };
             let [omega, stiff] = bodies.omega(&after, &self.threads);
             omega_sq = omega * omega;

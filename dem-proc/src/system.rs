@@ -118,14 +118,17 @@ pub(crate) struct Kicked {
     pub velocities: Vec<(Vec2, f64)>,
     /// Bounds of their surfaces' motion, for the step limit.
     pub motions: Vec<SurfaceMotion>,
-    /// Largest surface speed in m/s in each part of the bodies, and the largest `m v^2` in J/m of a free one.
-    pub most: Vec<[f64; 2]>,
+    /// Largest surface speed in m/s in each part of the bodies, the largest `m v^2` in J/m of a free one, and the largest
+    /// spin in rad/s.
+    pub most: Vec<[f64; 3]>,
     /// Sum of mass times position in kg of the free ones of each chunk of the bodies.
     pub moments: Vec<Vec2>,
     /// Upper bound of the speed of any surface in m/s.
     pub speed: f64,
     /// Largest `m v^2` in J/m of a body that forces move, in the directions in which they do.
     pub energy: f64,
+    /// Largest spin of a body in rad/s.
+    pub spin: f64,
 }
 
 /// Constants of the step limits, from the configuration.

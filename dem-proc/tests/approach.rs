@@ -166,3 +166,90 @@ fn rotation_is_an_approach() {
     let answer = dem.contact(&step(0.0, dt), &[], &mut []).unwrap();
     assert!(answer.limits.omega_sq.sqrt() < 0.3 * omega);
 }
+
+/// Of each measure: the limit holds where there is friction, and a body near by.
+#[test]
+fn what_rubs_on_a_body_turns_by_a_quarter_of_a_radian_in_a_step() {
+    let (spin, g, rubs) = (1e3, 1e-5, frictional(1.0, 1.0, 0.3));
+    for (overlap, shape, a) in [
+        (OverlapMeasure::EachEdge, BodyShape::Disc, 0.05),
+        (
+            OverlapMeasure::EachEdge,
+            segment_shape([[-0.01, 0.0], [0.01, 0.0]]),
+            0.05,
+        ),
+        (OverlapMeasure::NearestEdge, rectangle_shape(0.1, 0.1), 0.0),
+        (OverlapMeasure::Area, rectangle_shape(0.1, 0.1), 0.0),
+    ] {
+        for (law, gap, limited) in [(rubs, g, true), (spring(1.0), g, false), (rubs, 0.1, false)] {
+            let roller = BodyConfig {
+                motion: Motion::Driven,
+                spin,
+                ..body(shape.clone(), a)
+            };
+            let plate = BodyConfig {
+                position: [0.0, 0.3 + gap],
+                ..body(rectangle_shape(2.0, 0.5 - 2.0 * a), a)
+            };
+            let mut config = scene(vec![roller, plate], law);
+            config.overlap = overlap;
+            let answer = configured(&config).contact(&step(0.0, 1e-7), &[], &mut []);
+            let omega = answer.unwrap().limits.omega_sq.sqrt();
+            let at_limit = (omega * 0.25 / (2.0 * spin) - 1.0).abs() < 1e-12;
+            let case = format!("{overlap:?}, {law:?}, {gap}: {omega}");
+            assert!(at_limit == limited && omega < 8.1 * spin, "{case}");
+        }
+    }
+}
+
+/// A plank on a driven roller, and a disc that spins on a floor and resists rolling. In steps as long as
+/// stability allows the sine of the turn dragged the plank the other way, and the disc lost half of what it should.
+#[test]
+fn a_fast_roller_rubs_and_resists_as_a_slow_one() {
+    let (g, end, r) = (9.81, 1.0, 0.05);
+    let near = |value: f64, expected: f64| {
+        assert!((value / expected - 1.0).abs() < 0.01, "{value} {expected}");
+    };
+    let held = |hold_x, hold_angle| Motion::Guided {
+        hold_x,
+        hold_y: false,
+        hold_angle,
+    };
+    let ended = |bodies, law| {
+        let mut config = scene(bodies, law);
+        config.gravity = [0.0, -g];
+        let (mut run, _, fault) = uncapped(&config, 0.8, end);
+        assert_eq!(fault, None);
+        run.step(true).unwrap();
+        run
+    };
+    let spin = 314.0;
+    let roller = BodyConfig {
+        motion: Motion::Driven,
+        spin,
+        ..body(BodyShape::Disc, r)
+    };
+    let plank = BodyConfig {
+        position: [0.0, r + 0.06 - 2e-4 * g],
+        motion: held(false, true),
+        ..body(rectangle_shape(9.0, 0.1), 0.01)
+    };
+    let run = ended(vec![roller, plank], frictional(5e3, 2.5e3, 0.3));
+    let t = run.time;
+    near(run.dem.bodies().state[1].velocity.x, -0.3 * g * t);
+    // They touch in the middle of the overlap.
+    let slip = spin * (r - 1e-4 * g) * t - 0.5 * 0.3 * g * t * t;
+    near(run.dem.measurement().ledger.friction_work, 0.3 * g * slip);
+    let disc = BodyConfig {
+        position: [0.0, r - 1e-3 * g],
+        motion: held(true, false),
+        spin,
+        ..body(BodyShape::Disc, r)
+    };
+    let run = ended(
+        vec![floor(r), disc],
+        granular_law(1e3, 5e2, 0.0, 0.1, 0.0, 0.2),
+    );
+    let slowing = 0.2 * 0.5 * r * g / (0.5 * r * r);
+    near(spin - run.dem.bodies().state[1].spin, slowing * run.time);
+}

@@ -1,8 +1,8 @@
 //! Step limits by bodies that do not touch yet.
 //!
 //! A penalty contact has no stiffness before the bodies touch. So stiffness alone would allow any step for separate
-//! bodies, and one could be deep inside another, or beyond it, after one step. Three limits prevent this; none of them
-//! affects bodies that are far apart or slow:
+//! bodies, and one could be deep inside another, or beyond it, after one step. Three limits prevent this, and a fourth keeps
+//! friction right; none of them affects bodies that are far apart or slow:
 //!
 //! - *Contacts count before they close.* The limits after step `n` apply to step `n + 1`, which ends at `t_{n+2}`. A
 //!   contact found there is kicked by half of that step, so it must have limited it. So two bodies count as in contact
@@ -13,6 +13,8 @@
 //!   length in which its force has the right sign ([`crate::contact::passage`]). This corresponds to half the radius of
 //!   a point in docs/physics.md section 4. Only the approach counts, so a body may slide along a floor at any speed.
 //!   The limit is reported as a frequency: [`crossing_rate`].
+//! - *No body that rubs on another turns far in one step*, by at most [`LARGEST_TURN`]. A disc may turn fast where it
+//!   does not approach, and a closed contact has the step of stability: [`turning_rate`].
 //! - *Before the first step* its length is not known, and any two bodies may meet within it. So if anything moves,
 //!   every pair counts as in contact: [`first_contact`]. The cost is the number of steps in which the first step,
 //!   stable in contact, grows to its normal length.
@@ -25,6 +27,12 @@ use crate::body::bodies::{Bodies, Body, Rigid};
 /// Terms of the sum over vertices and edges in which two bodies can meet at once: flush squares with aligned corners
 /// (docs/physics.md section 5).
 const TERMS: f64 = 8.0;
+
+/// Most by which a body that is near another turns in a step, in rad, if the contact has friction or resists rolling. The
+/// surfaces slide by the sine of the turn times the lever arm, and the sine tells a turn only up to a quarter. At the
+/// default safety a body turns by 0.2, whose sine is 0.7 % less. It counts for every shape, since any sphero-radius may be
+/// rolled on; and for the turn of each body, as a law gets the sine of each.
+const LARGEST_TURN: f64 = 0.25;
 
 /// Where two bodies are near one another.
 #[derive(Debug, Clone, Copy)]
@@ -63,6 +71,11 @@ pub fn crossing_rate(bodies: &Bodies, kicked: &[(Vec2, f64)], near: &Near) -> f6
     let per_step =
         (approach + (approach * approach + 2.0 * bend * allowed).sqrt()) / (2.0 * allowed);
     2.0 * per_step
+}
+
+/// Frequency in 1/s for which a step of `2 / omega` turns a body with this spin (rad/s) by [`LARGEST_TURN`].
+pub fn turning_rate(spin: f64) -> f64 {
+    2.0 / LARGEST_TURN * spin.abs()
 }
 
 /// Largest acceleration of any surface in m/s^2: by gravity, and by gravity and external forces.

@@ -89,6 +89,8 @@ pub struct Convex<M>(PhantomData<M>);
 /// A contact in reach.
 #[derive(Debug)]
 pub struct Met {
+    /// Of its candidate in the chunk.
+    number: usize,
     near: Near,
     pressing: Pressing<f64>,
     loads: [PairLoad; 2],
@@ -176,18 +178,13 @@ impl<M: Measure> PairKind for Convex<M> {
         next: &mut [(L::History, [f64; 3])],
         found: &mut Results,
     ) {
-        let On {
-            bodies,
-            watch,
-            interval,
-            ..
-        } = chunk.on;
+        let (bodies, interval) = (chunk.on.bodies, chunk.on.interval);
         found.met.clear();
         found.passed = None;
         next.fill(Default::default());
         for (k, candidate) in chunk.pairs.iter().enumerate() {
             let pair = candidate.bodies;
-            let closing = watch.closing(pair, interval.closing);
+            let closing = chunk.on.watch.closing(pair, interval.closing);
             let mut passes = |passage: Option<Passage>, overlap| {
                 let passed = passage.map(|passage| Passed::Body {
                     own: Own::Body(pair[0]),
@@ -217,6 +214,7 @@ impl<M: Measure> PairKind for Convex<M> {
                 ..PairLoad::default()
             });
             let mut met = Met {
+                number: k,
                 near: Near {
                     bodies: pair,
                     normal: spot.normal,
@@ -303,9 +301,9 @@ impl<M: Measure> PairKind for Convex<M> {
         _: &[Candidate],
         _: &Bodies,
         _: (&Watch, f64),
-        act: impl FnMut(&Near),
+        mut act: impl FnMut(usize, &Near),
     ) {
-        found.met.iter().map(|met| &met.near).for_each(act);
+        (found.met.iter()).for_each(|met| act(met.number, &met.near));
     }
 }
 

@@ -12,7 +12,7 @@ use serde::Serialize;
 use serde::de::DeserializeOwned;
 
 use crate::body::bodies::Bodies;
-use crate::contact::approach::{Near, crossing_rate};
+use crate::contact::approach::{Near, crossing_rate, turning_rate};
 use crate::contact::damping::Damping;
 use crate::contact::pair_geometry::Moves;
 use crate::contact::side::{AfterKick, Interval, Side, Sums, Targets};
@@ -86,13 +86,14 @@ pub trait PairKind: Listing {
     fn fastest_crossing(_extra: &Self::Extra, _speed: f64) -> f64 {
         0.0
     }
-    /// Calls `act` for the pairs of a chunk that are within `closing` (m) of one another, or as `watch` says.
+    /// Calls `act` for the pairs of a chunk, with their numbers in it, that are within `closing` (m) of one another, or as
+    /// `watch` says.
     fn each_near(
         _found: &Self::Found,
         _pairs: &[Self::Pair],
         _bodies: &Bodies,
         _margins: (&Self::Watch, f64),
-        _act: impl FnMut(&Near),
+        _act: impl FnMut(usize, &Near),
     ) {
     }
 }
@@ -355,13 +356,21 @@ impl<K: PairKind, L: Law> Side for Contacts<K, L> {
         let [stiff, impact] = all.into_inner().expect("likewise");
         let mut largest = stiff.max(after.impacts.count * impact).sqrt();
         let most = K::fastest_crossing(&self.kept.extra, after.impacts.speed);
+        let most = most.max(turning_rate(after.spin));
         if most <= largest || self.sums.in_reach == 0 {
             return [largest, stiff];
         }
-        for (found, pairs) in self.results() {
+        let constants = self.kept.constants.chunks(CHUNK);
+        for ((found, pairs), constants) in self.results().zip(constants) {
             let margins = (&self.kept.watch, self.interval.closing);
-            K::each_near(found, pairs, after.bodies, margins, |near| {
-                largest = largest.max(crossing_rate(after.bodies, after.impacts.kicked, near));
+            K::each_near(found, pairs, after.bodies, margins, |number, near| {
+                let kicked = after.impacts.kicked;
+                largest = largest.max(crossing_rate(after.bodies, kicked, near));
+                let stiffness = self.law.stiffness(&constants[number], near.length);
+                if stiffness.tangential + stiffness.rolling > 0.0 {
+                    let [a, b] = near.bodies.map(|b| turning_rate(kicked[b as usize].1));
+                    largest = largest.max(a).max(b);
+                }
             });
         }
         [largest, stiff]

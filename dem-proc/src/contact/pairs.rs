@@ -402,18 +402,19 @@ impl PairKind for VertexEdges {
         pairs: &[VertexEdge],
         bodies: &Bodies,
         (watch, closing): (&Watch, f64),
-        mut act: impl FnMut(&Near),
+        mut act: impl FnMut(usize, &Near),
     ) {
-        for pair in pairs {
+        for (number, pair) in pairs.iter().enumerate() {
             let (away, sq) = separation(bodies, pair);
             let distance = sq.sqrt();
             if distance > 0.0 && distance < pair.reach + watch.closing(pair.bodies, closing) {
-                act(&Near {
+                let near = Near {
                     bodies: pair.bodies,
                     normal: away / distance,
                     point: bodies.outline[pair.vertex as usize],
                     length: pair.reach,
-                });
+                };
+                act(number, &near);
             }
         }
     }

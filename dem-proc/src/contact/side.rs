@@ -69,6 +69,8 @@ pub struct AfterKick<'a> {
     pub motions: &'a [SurfaceMotion],
     /// Their velocities, and the data to recognise impacts.
     pub impacts: Impacts<'a>,
+    /// The largest spin of a body in rad/s.
+    pub spin: f64,
 }
 
 /// What a step needs from contacts, for any law.
@@ -81,9 +83,8 @@ pub trait Side: Debug + Send + Sync {
     /// What the last evaluation found.
     fn sums(&self) -> &Sums;
     /// The largest of these frequencies of bodies in 1/s, 0 if there is none: upper bounds for the pairs in reach, where
-    /// one whose contact opens or closes counts as often as [`Impacts::count`] says, and the
-    /// [`crossing_rate`](crate::contact::approach::crossing_rate) of each. With the largest squared frequency in 1/s^2 of the pairs in
-    /// reach, counted once.
+    /// one whose contact opens or closes counts as often as [`Impacts::count`] says, and the rates of
+    /// [`crate::contact::approach`]. With the largest squared frequency in 1/s^2 of the pairs in reach, counted once.
     fn omega(&self, after: &AfterKick, threads: &Threads) -> [f64; 2];
     /// Constants of the dashpots of its list, 0 if no pair is in reach.
     fn damping(&self) -> Damping;

@@ -29,7 +29,8 @@ pub struct Kinematics {
     pub moved: [f64; 2],
     /// Relative velocity of the two surfaces at `t_{n-1/2}` along `N` and `T` in m/s.
     pub velocity: [f64; 2],
-    /// Sines of the rotations of the two bodies over the last step, each below a quarter of a turn.
+    /// Sines of the rotations of the two bodies over the last step, each below a quarter of a turn
+    /// ([`crate::contact::approach`]).
     pub sines: [f64; 2],
 }
 
