@@ -166,7 +166,7 @@ pub struct RunArgs {
     /// Record every message between the processes in the run directory, for `tandem replay`.
     #[arg(long)]
     pub record: bool,
-    /// Do nothing if the run directory has the result of this scene; the exit status is that of the run.
+    /// Do nothing if the run directory has the result of this scene and its solvers; the exit status is that of the run.
     #[arg(long)]
     pub unless_done: bool,
 }

@@ -335,6 +335,29 @@ fn a_sample_is_the_same_whatever_makes_its_runs() {
 }
 
 #[test]
+fn a_solver_whose_file_was_edited_is_another_method() {
+    let place = Place::new();
+    let solver = |name: &str| {
+        let program = env!("CARGO_BIN_EXE_tandem");
+        let script = format!("name={name}; exec '{program}' dem \"$@\"");
+        place.write("solver.sh", &script);
+    };
+    place.write("thrown.toml", THROWN);
+    let scene = "thrown.toml --set 'solvers.dem=sh solver.sh' --trust";
+    let study = format!("study {scene} --vary gravity.1=-10,-9 --out many");
+    let run = format!("run {scene} --out one --unless-done");
+    for (name, new, again) in [("a", 2, true), ("a", 0, false), ("b", 2, true)] {
+        solver(name);
+        let ended = place.tandem(&study).expect(0);
+        has(&ended.stdout, &format!("2 runs, {new} of them new"));
+        let before = fs::metadata(place.path("one/summary.json")).and_then(|file| file.modified());
+        place.tandem(&run).expect(0);
+        let after = fs::metadata(place.path("one/summary.json")).and_then(|file| file.modified());
+        assert_eq!(before.ok() != after.ok(), again, "{name}");
+    }
+}
+
+#[test]
 fn what_cannot_be_drawn_from_is_refused_before_anything_is_started() {
     let place = Place::new();
     fs::write(place.path("thrown.toml"), THROWN).unwrap();
