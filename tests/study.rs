@@ -127,9 +127,8 @@ fn an_unstable_run_is_a_row_and_the_others_are_compared_with_the_finest() {
     let hard = scene(HARD);
     let set = "--set time.max_step=1 --set output.every=1e-3 --finer v_target --out out";
     let vary = "--vary time.step_factor=30,2,1";
-    place
-        .tandem(&format!("study {hard} --variant quick {vary} {set}"))
-        .expect(0);
+    let ended = place.tandem(&format!("study {hard} --variant quick {vary} {set}"));
+    has(&ended.expect(0).stdout, "new, 1 of them without an end");
     let rows = table(&place.path("out/study.csv"));
     let status: Vec<&str> = rows.iter().map(|r| r["status"].as_str()).collect();
     assert_eq!(status[0], "unstable", "{rows:?}");
@@ -311,6 +310,20 @@ fn a_sample_has_the_values_of_a_known_law() {
     let figure = well_formed(&place.path("own/study.svg"));
     // A panel for each result over each key, and a dot for each run.
     assert!(figure.matches("<circle").count() >= 15 * 40, "{figure}");
+}
+
+#[test]
+fn a_result_that_one_run_has_counts_one_run() {
+    let place = Place::new();
+    let root = "value = \"body.ball.y\" }, { name = \"root\", unit = \"1\", value = \"sqrt(body.ball.vx-2)\" }";
+    let scene = THROWN.replace("value = \"body.ball.y\" }", root);
+    place.write("thrown.toml", &scene);
+    let over = "--sample 2 --over 'dem.body.0.velocity.0=uniform(1,3)' --value root --out out";
+    place
+        .tandem(&format!("study thrown.toml --in-process {over}"))
+        .expect(0);
+    let found = table(&place.path("out/statistics.csv"));
+    assert_eq!((&*found[0]["runs"], &*found[0]["mean"]), ("1", ""));
 }
 
 #[test]
