@@ -540,6 +540,21 @@ fn the_order_of_a_bounce_is_that_of_the_first_touch() {
     }
 }
 
+/// Steps of at most 4e-5 s make two of 2.5e-5 s between outputs.
+#[test]
+fn the_order_is_that_in_the_steps_that_were_made() {
+    let place = Place::new();
+    let bounce = scene("verification/body_bounce");
+    let steps = "--vary time.max_step=4e-5,1e-5 --set output.every=5e-5 --repeat 1 --out out";
+    let ended = place.tandem(&format!(
+        "study {bounce} --variant quick --in-process {steps}"
+    ));
+    let rows = table(&place.path("out/study.csv"));
+    let [coarse, fine] = [&rows[0], &rows[1]].map(|row| number(row, "error [1]"));
+    let order = (coarse / fine).ln() / 2.5f64.ln();
+    has(&ended.expect(0).stdout, &format!("order {order:.2} in"));
+}
+
 #[test]
 fn what_cannot_be_drawn_is_refused_with_what_there_is() {
     let place = Place::new();
