@@ -494,9 +494,11 @@ fn the_edge_of_stability_lies_between_the_composed_step_and_that_of_eq_51() {
     let hard = scene(HARD);
     let between = "--between 1,8 --grid 2 --ratio 1.3 --out out";
     let vary = "--vary contact.linear.normal_stiffness=6e7";
-    place
-        .tandem(&format!("stability {hard} {vary} {between}"))
-        .expect(0);
+    let ended = place.tandem(&format!("stability {hard} {vary} {between}"));
+    has(
+        &ended.expect(0).stdout,
+        "; of the run's shortest step eq. 51",
+    );
     let edges = table(&place.path("out/edges.csv"));
     assert_eq!(edges.len(), 1);
     let edge = |key: &str| number(&edges[0], key);
