@@ -309,8 +309,7 @@ pub struct ConformanceArgs {
     /// Fail if a SHOULD is broken, too.
     #[arg(long)]
     pub strict: bool,
-    /// Fail if the solver does not reach this profile: held, discs, discs+friction, polygons, full; for a continuum
-    /// elastic, full.
+    /// Fail if the solver does not reach this profile, one of docs/conformance.md, such as discs or full.
     #[arg(long, value_name = "PROFILE")]
     pub require: Option<String>,
     /// How it is tested.

@@ -494,7 +494,10 @@ fn the_edge_of_stability_lies_between_the_composed_step_and_that_of_eq_51() {
     let hard = scene(HARD);
     let between = "--between 1,8 --grid 2 --ratio 1.3 --out out";
     let vary = "--vary contact.linear.normal_stiffness=6e7";
-    let ended = place.tandem(&format!("stability {hard} {vary} {between}"));
+    let line = format!("stability {hard} {vary} {between}");
+    let refused = place.tandem(&format!("{line} --residual nan")).expect(2);
+    refused.says(&["--residual", "not negative"]);
+    let ended = place.tandem(&line);
     has(
         &ended.expect(0).stdout,
         "; of the run's shortest step eq. 51",
@@ -568,6 +571,8 @@ fn what_cannot_be_drawn_is_refused_with_what_there_is() {
     };
     plot("a.csv --y speed", 2).says(&["time, work"]);
     plot("none.csv --y work", 2).says(&["cannot read none.csv"]);
+    place.write("ragged.csv", "time,work\n0,0\n1\n");
+    plot("ragged.csv --y work", 2).says(&["line 3 first, have not 2 cells\n"]);
     // The directory of a run with `--set` was taken for a label and a path.
     fs::create_dir(place.path("a,b=2")).unwrap();
     fs::copy(place.path("a.csv"), place.path("a,b=2/history.csv")).unwrap();
