@@ -166,7 +166,7 @@ pub struct RunArgs {
     /// Record every message between the processes in the run directory, for `tandem replay`.
     #[arg(long)]
     pub record: bool,
-    /// Do nothing if the run directory has the result of this scene; the exit status is that of the run.
+    /// Do nothing if the run directory has the result of this scene and its solvers; the exit status is that of the run.
     #[arg(long)]
     pub unless_done: bool,
 }
@@ -309,8 +309,7 @@ pub struct ConformanceArgs {
     /// Fail if a SHOULD is broken, too.
     #[arg(long)]
     pub strict: bool,
-    /// Fail if the solver does not reach this profile: held, discs, discs+friction, polygons, full; for a continuum
-    /// elastic, full.
+    /// Fail if the solver does not reach this profile, one of docs/conformance.md, such as discs or full.
     #[arg(long, value_name = "PROFILE")]
     pub require: Option<String>,
     /// How it is tested.

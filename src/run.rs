@@ -50,8 +50,10 @@ pub fn run(args: &RunArgs) -> Result<ExitCode, Failed> {
         .clone()
         .unwrap_or_else(|| default_out(&args.scene, &scene.name, &scene.hash));
     let done = || Summary::read(&out).ok().filter(Summary::settled);
+    let same =
+        |done: &Summary| done.scene_hash == scene.hash && done.solver_files == scene.solver_files();
     if args.unless_done
-        && let Some(done) = done().filter(|done| done.scene_hash == scene.hash)
+        && let Some(done) = done().filter(same)
     {
         say(format_args!("results in {}", out.display()));
         return Ok(done.status.exit_code().into());
@@ -219,6 +221,7 @@ fn finish(
         ));
     }
     say(format_args!("results in {}", place.display()));
+    tracing::debug!("ends");
     if scene.output.report {
         logging::sync();
         match dir.report() {

@@ -284,20 +284,24 @@ fn the_kit_knows_what_the_shipped_scenes_need() {
 /// The verdict names the scenes that need no more than what a solver takes and what has been judged of it.
 #[test]
 fn a_verdict_says_which_scenes_a_solver_is_good_for() {
-    let good = |capabilities: &[&str]| {
+    let good_after = |cases: u64, capabilities: &[&str]| {
         let examination = Examination {
             party: Party::Dem,
             identity: "x".into(),
             capabilities: Capabilities::of(capabilities),
             judged: Vec::new(),
             whole: true,
+            cases,
             wall: Duration::ZERO,
         };
         let words = summary(&examination);
         let scenes = examination.scenes();
+        let few = words.contains("ONLY 6 RANDOM CASES") && !words.contains("Good for");
+        assert_eq!(few, cases == 6, "{words}");
         assert!(scenes.iter().all(|scene| words.contains(scene)), "{words}");
         scenes
     };
+    let good = |capabilities: &[&str]| good_after(100, capabilities);
     let polygons = "shape:disc shape:rectangle shape:polygon law:linear motion:free motion:fixed feature:friction";
     let polygons: Vec<&str> = polygons.split(' ').collect();
     let discs = [&["shape:disc"], &polygons[3..]].concat();
@@ -306,6 +310,7 @@ fn a_verdict_says_which_scenes_a_solver_is_good_for() {
     assert!(good(&polygons).contains(&"verification/tumble"));
     assert!(!good(&discs).contains(&"verification/tumble"));
     assert!(!good(&discs).is_empty());
+    assert!(good_after(6, &discs).is_empty());
     // The block of this scene has friction, that one none.
     assert!(!good(&own).contains(&"jiang2020/collision_hard"));
     assert!(good(&own).contains(&"verification/tumble"));

@@ -9,8 +9,9 @@ use std::path::PathBuf;
 use std::time::Duration;
 
 use crate::harness::browser::Reader;
-use crate::harness::{HARD, Place, RunFiles, scene};
+use crate::harness::{HARD, Place, RunFiles, has, scene};
 use coupler::record::frames::FrameList;
+use serde_json::Value;
 
 /// Widths in pixels: a phone, a tablet, a desk.
 const WIDTHS: [u32; 3] = [360, 800, 1400];
@@ -32,6 +33,14 @@ fn a_run_ends_with_a_page_that_plays() {
         "{stdout}"
     );
     assert!(fs::metadata(&page).unwrap().len() < 5_000_000);
+    let log = fs::read_to_string(run.join("log.jsonl")).unwrap();
+    let end: Value = serde_json::from_str(log.lines().next_back().unwrap()).unwrap();
+    assert_eq!(end["fields"]["message"], "ends");
+    let ended = format!(
+        "<dt>Ended</dt><dd>{}</dd>",
+        end["timestamp"].as_str().unwrap()
+    );
+    has(&fs::read_to_string(&page).unwrap(), &ended);
     let Some(reader) = Reader::open(&page) else {
         return;
     };

@@ -127,9 +127,8 @@ fn an_unstable_run_is_a_row_and_the_others_are_compared_with_the_finest() {
     let hard = scene(HARD);
     let set = "--set time.max_step=1 --set output.every=1e-3 --finer v_target --out out";
     let vary = "--vary time.step_factor=30,2,1";
-    place
-        .tandem(&format!("study {hard} --variant quick {vary} {set}"))
-        .expect(0);
+    let ended = place.tandem(&format!("study {hard} --variant quick {vary} {set}"));
+    has(&ended.expect(0).stdout, "new, 1 of them without an end");
     let rows = table(&place.path("out/study.csv"));
     let status: Vec<&str> = rows.iter().map(|r| r["status"].as_str()).collect();
     assert_eq!(status[0], "unstable", "{rows:?}");
@@ -314,6 +313,20 @@ fn a_sample_has_the_values_of_a_known_law() {
 }
 
 #[test]
+fn a_result_that_one_run_has_counts_one_run() {
+    let place = Place::new();
+    let root = "value = \"body.ball.y\" }, { name = \"root\", unit = \"1\", value = \"sqrt(body.ball.vx-2)\" }";
+    let scene = THROWN.replace("value = \"body.ball.y\" }", root);
+    place.write("thrown.toml", &scene);
+    let over = "--sample 2 --over 'dem.body.0.velocity.0=uniform(1,3)' --value root --out out";
+    place
+        .tandem(&format!("study thrown.toml --in-process {over}"))
+        .expect(0);
+    let found = table(&place.path("out/statistics.csv"));
+    assert_eq!((&*found[0]["runs"], &*found[0]["mean"]), ("1", ""));
+}
+
+#[test]
 fn a_sample_is_the_same_whatever_makes_its_runs() {
     let place = Place::new();
     draw(&place, THROWN, "--seed 3 --out own --jobs 2");
@@ -332,6 +345,29 @@ fn a_sample_is_the_same_whatever_makes_its_runs() {
     assert_eq!(order("own"), order("shell"));
     draw(&place, THROWN, "--seed 4 --out shell");
     assert!(bytes("own") != bytes("shell"));
+}
+
+#[test]
+fn a_solver_whose_file_was_edited_is_another_method() {
+    let place = Place::new();
+    let solver = |name: &str| {
+        let program = env!("CARGO_BIN_EXE_tandem");
+        let script = format!("name={name}; exec '{program}' dem \"$@\"");
+        place.write("solver.sh", &script);
+    };
+    place.write("thrown.toml", THROWN);
+    let scene = "thrown.toml --set 'solvers.dem=sh solver.sh' --trust";
+    let study = format!("study {scene} --vary gravity.1=-10,-9 --out many");
+    let run = format!("run {scene} --out one --unless-done");
+    for (name, new, again) in [("a", 2, true), ("a", 0, false), ("b", 2, true)] {
+        solver(name);
+        let ended = place.tandem(&study).expect(0);
+        has(&ended.stdout, &format!("2 runs, {new} of them new"));
+        let before = fs::metadata(place.path("one/summary.json")).and_then(|file| file.modified());
+        place.tandem(&run).expect(0);
+        let after = fs::metadata(place.path("one/summary.json")).and_then(|file| file.modified());
+        assert_eq!(before.ok() != after.ok(), again, "{name}");
+    }
 }
 
 #[test]
@@ -458,9 +494,14 @@ fn the_edge_of_stability_lies_between_the_composed_step_and_that_of_eq_51() {
     let hard = scene(HARD);
     let between = "--between 1,8 --grid 2 --ratio 1.3 --out out";
     let vary = "--vary contact.linear.normal_stiffness=6e7";
-    place
-        .tandem(&format!("stability {hard} {vary} {between}"))
-        .expect(0);
+    let line = format!("stability {hard} {vary} {between}");
+    let refused = place.tandem(&format!("{line} --residual nan")).expect(2);
+    refused.says(&["--residual", "not negative"]);
+    let ended = place.tandem(&line);
+    has(
+        &ended.expect(0).stdout,
+        "; of the run's shortest step eq. 51",
+    );
     let edges = table(&place.path("out/edges.csv"));
     assert_eq!(edges.len(), 1);
     let edge = |key: &str| number(&edges[0], key);
@@ -504,6 +545,21 @@ fn the_order_of_a_bounce_is_that_of_the_first_touch() {
     }
 }
 
+/// Steps of at most 4e-5 s make two of 2.5e-5 s between outputs.
+#[test]
+fn the_order_is_that_in_the_steps_that_were_made() {
+    let place = Place::new();
+    let bounce = scene("verification/body_bounce");
+    let steps = "--vary time.max_step=4e-5,1e-5 --set output.every=5e-5 --repeat 1 --out out";
+    let ended = place.tandem(&format!(
+        "study {bounce} --variant quick --in-process {steps}"
+    ));
+    let rows = table(&place.path("out/study.csv"));
+    let [coarse, fine] = [&rows[0], &rows[1]].map(|row| number(row, "error [1]"));
+    let order = (coarse / fine).ln() / 2.5f64.ln();
+    has(&ended.expect(0).stdout, &format!("order {order:.2} in"));
+}
+
 #[test]
 fn what_cannot_be_drawn_is_refused_with_what_there_is() {
     let place = Place::new();
@@ -515,6 +571,8 @@ fn what_cannot_be_drawn_is_refused_with_what_there_is() {
     };
     plot("a.csv --y speed", 2).says(&["time, work"]);
     plot("none.csv --y work", 2).says(&["cannot read none.csv"]);
+    place.write("ragged.csv", "time,work\n0,0\n1\n");
+    plot("ragged.csv --y work", 2).says(&["line 3 first, have not 2 cells\n"]);
     // The directory of a run with `--set` was taken for a label and a path.
     fs::create_dir(place.path("a,b=2")).unwrap();
     fs::copy(place.path("a.csv"), place.path("a,b=2/history.csv")).unwrap();

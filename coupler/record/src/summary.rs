@@ -130,6 +130,9 @@ pub struct Summary {
     pub scene: String,
     /// Hash of the scene as resolved.
     pub scene_hash: String,
+    /// Hash of the files of the scene's own solvers as the run began.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub solver_files: Option<String>,
     /// The state of another run with which the run began: `from` and `state` of its scene.toml.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub start: Option<[String; 2]>,

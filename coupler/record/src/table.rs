@@ -100,12 +100,12 @@ impl Table {
         }
         let mut faults = Vec::new();
         if torn {
-            faults.push("it ends in the middle of a row, which is left out".to_owned());
+            faults.push("it ends in the middle of a row".to_owned());
         }
         if let Some(first) = bad.first() {
             let count = bad.len();
             faults.push(format!(
-                "{count} of its lines, line {first} first, have not {} cells and are left out",
+                "{count} of its lines, line {first} first, have not {} cells",
                 columns.len()
             ));
         }

@@ -524,10 +524,8 @@ fn details(record: &Record) -> Vec<(&'static str, String)> {
         "Begun",
         record.log.first().map(|line| line.timestamp.clone()),
     );
-    add(
-        "Ended",
-        record.log.last().map(|line| line.timestamp.clone()),
-    );
+    let end = record.log.last().filter(|line| line.message() == "ends");
+    add("Ended", end.map(|line| line.timestamp.clone()));
     if let Some(summary) = &record.summary {
         add("State hash", summary.state_hash.clone());
         add("Scene hash", Some(summary.scene_hash.clone()));

@@ -98,7 +98,10 @@ fn text(dir: &Path, name: &str) -> Result<Option<String>, ReportError> {
 fn table(name: &str, text: Option<String>, faults: &mut Vec<String>) -> Option<Table> {
     match Table::parse(&text?) {
         Ok(table) => {
-            let of_file = table.faults.iter().map(|fault| format!("{name}: {fault}."));
+            let of_file = table
+                .faults
+                .iter()
+                .map(|fault| format!("{name}: {fault}; that is left out."));
             faults.extend(of_file);
             Some(table)
         }

@@ -41,6 +41,8 @@ mod written;
 
 use std::path::{Path, PathBuf};
 
+use interface::files::{self, STATE};
+
 use crate::diagnostic::SceneErrors;
 use record::rundir::SCENE;
 
@@ -127,5 +129,19 @@ impl Scene {
                 takes_part.then_some((side, command))
             })
             .collect()
+    }
+
+    /// Hash of the files among the words of the solvers' commands, such as a script: edited, they are another method. `None`
+    /// without any.
+    pub fn solver_files(&self) -> Option<String> {
+        let words = [&self.solvers.mpm, &self.solvers.dem].into_iter().flatten();
+        let read = |word: &String| files::read_named(Path::new(word), STATE).ok();
+        let mut files = words.flatten().filter_map(read).peekable();
+        files.peek()?;
+        let mut hasher = blake3::Hasher::new();
+        for content in files {
+            hasher.update(blake3::hash(&content).as_bytes());
+        }
+        Some(hasher.finalize().to_string())
     }
 }

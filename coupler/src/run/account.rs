@@ -50,6 +50,7 @@ pub(crate) struct Tally {
 pub(crate) struct Account {
     pub scene: String,
     pub scene_hash: String,
+    solver_files: Option<String>,
     start: Option<[String; 2]>,
     pub recorder: Recorder,
     pub tally: Tally,
@@ -79,6 +80,7 @@ impl Account {
         Self {
             scene: scene.name.clone(),
             scene_hash: scene.hash.clone(),
+            solver_files: scene.solver_files(),
             start: scene.begins_with(),
             recorder: Recorder::new(&scene.output.columns, &scene.checks, scene.time.end),
             tally: Tally {
@@ -284,6 +286,7 @@ impl Account {
             warnings: warnings.into_iter().collect(),
             scene: self.scene.clone(),
             scene_hash: self.scene_hash.clone(),
+            solver_files: self.solver_files.clone(),
             start: self.start.clone(),
             status,
             reason,

@@ -30,6 +30,8 @@ pub struct Case {
     pub settings: Vec<Setting>,
     /// The scene as it runs.
     pub scene: Scene,
+    /// [`Scene::solver_files`] before any run.
+    pub solver_files: Option<String>,
 }
 
 impl Source {
@@ -74,6 +76,7 @@ impl Source {
         }
         Ok(Case {
             settings: settings.to_vec(),
+            solver_files: scene.solver_files(),
             scene,
         })
     }

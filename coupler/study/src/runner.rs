@@ -187,11 +187,12 @@ impl Runner {
         self.is_local() && self.jobs() == 1
     }
 
-    /// Name of a case's runs: of its scene, the program, and what else decides how long it takes.
+    /// Name of a case's runs: of its scene, the programs, and what else decides how long it takes.
     pub fn name(&self, case: &Case) -> String {
         let mut hasher = blake3::Hasher::new();
         hasher.update(case.scene.hash.as_bytes());
         hasher.update(self.program_hash.as_bytes());
+        hasher.update(case.solver_files.as_deref().unwrap_or("").as_bytes());
         hasher.update(&self.options.threads.to_le_bytes());
         hasher.update(&[u8::from(self.options.in_process)]);
         hasher.finalize().to_hex()[..NAME].to_owned()

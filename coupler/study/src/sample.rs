@@ -133,11 +133,9 @@ impl Sample {
 /// What the values of a result have in common.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Statistics {
-    /// How many there are.
-    pub count: usize,
     /// Mean.
     pub mean: f64,
-    /// Standard deviation, with `count - 1`.
+    /// Standard deviation, with N - 1.
     pub deviation: f64,
     /// At [`SHARES`], linear between the values.
     pub quantiles: [f64; SHARES.len()],
@@ -159,7 +157,6 @@ impl Statistics {
             low + (high - low) * at.fract()
         };
         Some(Self {
-            count,
             mean,
             deviation: (squares / (count - 1) as f64).sqrt(),
             quantiles: SHARES.map(quantile),
@@ -224,7 +221,7 @@ mod tests {
     #[test]
     fn statistics_are_those_of_a_known_list() {
         let found = Statistics::of((0..=20).rev().map(f64::from).collect()).unwrap();
-        assert_eq!((found.count, found.mean), (21, 10.0));
+        assert_eq!(found.mean, 10.0);
         assert_eq!(found.deviation, 38.5f64.sqrt());
         assert_eq!(found.quantiles, [1.0, 5.0, 10.0, 15.0, 19.0]);
         assert_eq!(Statistics::of(vec![1.0, 2.0]).unwrap().quantiles[1], 1.25);

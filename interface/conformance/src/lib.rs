@@ -129,11 +129,21 @@ pub struct Examination {
     pub judged: Vec<Judged>,
     /// Whether all clauses were asked for.
     pub whole: bool,
+    /// Random cases that were run and that the solver did not refuse.
+    pub cases: u64,
     /// Time that it took.
     pub wall: Duration,
 }
 
+/// Fewer random cases than this say little: of the mutants the last is found in the 59th.
+const FEW: u64 = 100;
+
 impl Examination {
+    /// Whether no clause is found broken, but in few random cases.
+    pub fn is_hasty(&self) -> bool {
+        self.whole && self.cases < FEW && self.broken(false).next().is_none()
+    }
+
     /// Broken clauses that count: those that a solver must keep, with `strict` also those that it should.
     pub fn broken(&self, strict: bool) -> impl Iterator<Item = &Judged> {
         let counts = move |j: &&Judged| strict || j.clause.level == Level::Must;
@@ -198,16 +208,17 @@ pub fn examine(
     let clauses: Vec<&Clause> = all.into_iter().filter(asked).collect();
     let (rows, random): (Vec<_>, Vec<_>) = clauses.into_iter().partition(|c| c.judge.is_some());
     let mut judged = judge_all(subject, options, &greeting, first, &rows, &mut show);
-    for one in judge_at_random(subject, options, &greeting.capabilities, &random, &judged) {
-        show(&one);
-        judged.push(one);
-    }
+    let takes = &greeting.capabilities;
+    let (at_random, cases) = judge_at_random(subject, options, takes, &random, &judged);
+    at_random.iter().for_each(&mut show);
+    judged.extend(at_random);
     Ok(Examination {
         party: subject.party,
         identity: greeting.identity,
         capabilities: greeting.capabilities,
         judged,
         whole: options.only.is_empty(),
+        cases,
         wall: start.elapsed(),
     })
 }
@@ -326,16 +337,16 @@ fn judge_all(
 /// Without these a session with the solver says nothing of its physics.
 const ROOTS: [&str; 5] = ["S-2a", "S-6a", "S-7a", "G-9a", "G-9b"];
 
-/// Judges the clauses that random cases judge, all at once.
+/// Judges the clauses that random cases judge, all at once; returns also how many cases there were.
 fn judge_at_random(
     subject: &Subject,
     options: &Options,
     takes: &Capabilities,
     clauses: &[&'static Clause],
     judged: &[Judged],
-) -> Vec<Judged> {
+) -> (Vec<Judged>, u64) {
     if clauses.is_empty() {
-        return Vec::new();
+        return (Vec::new(), 0);
     }
     let start = Instant::now();
     let root = judged
@@ -358,7 +369,7 @@ fn judge_at_random(
             ..Judged::of(clause, verdict)
         }
     });
-    judged.collect()
+    (judged.collect(), campaign.judged())
 }
 
 /// Judges a clause; returns also whether the solver was awaited in vain at its start.

@@ -142,7 +142,7 @@ impl Column {
         Some(&self.rows.first()?.outcome().criteria)
     }
 
-    /// A criterion's step as a multiple of the composed one.
+    /// A criterion's step as a multiple of the shortest composed one; [`STEP_FACTOR`] multiplies that of each moment.
     fn multiple(&self, criterion: fn(&Criteria) -> Option<f64>) -> Option<f64> {
         let criteria = self.criteria()?;
         Some(criterion(criteria)? / criteria.composed?)
@@ -216,7 +216,10 @@ impl fmt::Display for MapReport {
                 column.multiple(|k| k.jiang2020),
                 column.multiple(|k| k.lightest_point),
             ) {
-                write!(f, "; eq. 51 {eq_51:.3}, with the point's mass {point:.3}")?;
+                write!(
+                    f,
+                    "; of the run's shortest step eq. 51 is {eq_51:.3}, with the point's mass {point:.3}"
+                )?;
             }
             writeln!(f)?;
         }

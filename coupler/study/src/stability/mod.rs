@@ -49,8 +49,13 @@ pub struct StabilityOptions {
     #[command(flatten)]
     pub search: Search,
     /// Largest share of the energy in play that a stable run may create numerically.
-    #[arg(long, value_name = "SHARE", default_value_t = 0.05)]
+    #[arg(long, value_name = "SHARE", default_value_t = 0.05, value_parser = share)]
     pub residual: f64,
+}
+
+fn share(text: &str) -> Result<f64, String> {
+    let share = text.parse().ok().filter(|share| *share >= 0.0);
+    share.ok_or_else(|| "expected a number that is not negative".into())
 }
 
 /// A scene whose step nothing but the criterion makes.

@@ -13,14 +13,19 @@ use crate::output::number;
 use crate::precision::{order, order_against};
 use crate::vary::with_unit;
 
-/// Observed order of a curve: of the error in the resolution.
-fn order_of(rows: &[Row]) -> Option<f64> {
+/// Observed order of a curve: of the error in the resolution `key`.
+fn order_of(rows: &[Row], key: &str) -> Option<f64> {
+    // Outputs and other limits cut the longest step: what counts is how long steps were.
+    let size = |row: &Row| match row.outcome() {
+        ended if key == "time.max_step" => Some(ended.time / ended.steps as f64),
+        _ => row.resolution,
+    };
     let points: Vec<(f64, f64)> = rows
         .iter()
-        .filter_map(|row| Some((row.resolution?, row.error?)))
+        .filter_map(|row| Some((size(row)?, row.error?)))
         .collect();
     match rows.iter().rfind(|row| row.finest) {
-        Some(finest) => order_against(finest.resolution?, &points),
+        Some(finest) => order_against(size(finest)?, &points),
         None => order(&points),
     }
 }
@@ -39,7 +44,7 @@ pub(super) fn chart(report: &Report, jobs: usize) -> Chart {
     let mut rings = Vec::new();
     for (label, rows) in curves(&report.rows) {
         let label = if label.is_empty() { "all runs" } else { label };
-        let label = match order_of(rows) {
+        let label = match order_of(rows, &report.design.resolution) {
             Some(order) => format!("{label}: order {order:.2}"),
             None => label.to_owned(),
         };
@@ -93,9 +98,10 @@ pub(super) fn words(report: &Report, f: &mut fmt::Formatter<'_>) -> fmt::Result 
     let of = report.design.measure.title();
     writeln!(f, "{of}; `*`: on the Pareto front of CPU time of stepping")?;
     for (label, rows) in curves(&report.rows) {
-        let order = order_of(rows).map_or_else(
+        let key = &report.design.resolution;
+        let order = order_of(rows, key).map_or_else(
             || "no order".to_owned(),
-            |p| format!("order {p:.2} in {}", report.design.resolution),
+            |p| format!("order {p:.2} in {key}"),
         );
         let label = if label.is_empty() { "all runs" } else { label };
         writeln!(f, "{label}: {order}")?;

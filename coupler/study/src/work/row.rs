@@ -105,8 +105,13 @@ pub(super) fn count(rows: &[Row], started: usize) -> String {
         String::new()
     };
     let plural = if rows.len() == 1 { "" } else { "s" };
+    let cut_short = rows.iter().filter(|row| !row.outcome().whole()).count();
+    let cut_short = match cut_short {
+        0 => String::new(),
+        n => format!(", {n} of them without an end"),
+    };
     format!(
-        "{} run{plural}{repeated}, {started} of them new",
+        "{} run{plural}{repeated}, {started} of them new{cut_short}",
         rows.len()
     )
 }

@@ -23,10 +23,10 @@ fn lines(
     let line = |(k, value): (usize, &Value)| {
         let name = value.header();
         let results = report.rows.iter().filter_map(|row| row.values[k]);
+        let results: Vec<f64> = results.collect();
+        let mut line = vec![name.clone(), results.len().to_string()];
         // There are none of fewer than two runs.
-        let found = Statistics::of(results.collect());
-        let runs = found.map_or(0, |found| found.count);
-        let mut line = vec![name.clone(), runs.to_string()];
+        let found = Statistics::of(results);
         line.push(cell(found.map(|found| found.mean)));
         line.push(cell(found.map(|found| found.deviation)));
         let quantiles = (0..SHARES.len()).map(|k| cell(found.map(|found| found.quantiles[k])));

@@ -63,6 +63,11 @@ pub struct Campaign {
 }
 
 impl Campaign {
+    /// Cases that the solver did not refuse.
+    pub fn judged(&self) -> u64 {
+        self.cases - self.refused.0
+    }
+
     /// The failure of a clause.
     pub fn failure(&self, clause: &Clause) -> Option<&Failure> {
         let mut failures = self.failures.iter();
@@ -80,15 +85,14 @@ impl Campaign {
         let compared = self.compared.get(clause.id).copied();
         let Compared { count, largest } = compared.unwrap_or_default();
         let lacks = clause.lacks(takes);
-        let (cases, (refused, refusal)) = (self.cases, &self.refused);
-        match refusal {
+        match &self.refused.1 {
             _ if !lacks.is_empty() => Unmet::Lacking(lacks).into(),
             Some(refusal) if count == 0 => refusal.clone().into(),
             None if count == 0 => Unmet::Lacking(vec!["what shows it".into()]).into(),
             _ => Verdict::Pass {
                 measured: format!(
                     "{count} numbers in {} random cases, within {largest:.0e} of the tolerance",
-                    cases - refused
+                    self.judged()
                 ),
             },
         }

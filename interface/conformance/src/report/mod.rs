@@ -29,7 +29,7 @@ impl Examination {
     /// no clause is broken that it must keep.
     pub fn scenes(&self) -> Vec<&'static str> {
         let is_good = self.whole && self.broken(false).next().is_none();
-        let is_good = is_good && self.missing(None).is_empty();
+        let is_good = is_good && !self.is_hasty() && self.missing(None).is_empty();
         let own = OWN.iter().filter(|own| self.capabilities.has(own.name));
         let unjudged: Vec<&str> = own.filter_map(|own| own.unjudged).collect();
         let taken = |need: &&str| self.capabilities.meets(need) && !unjudged.contains(need);
@@ -55,6 +55,8 @@ pub fn json(examination: &Examination) -> String {
         "solver": examination.identity,
         "profile": examination.profile().map(|profile| profile.name),
         "not_judged": examination.not_judged(),
+        "random_cases": examination.cases,
+        "too_few_cases": examination.is_hasty(),
         "scenes": examination.scenes(),
         "clauses": examination.judged.iter().map(entry).collect::<Vec<_>>(),
     });

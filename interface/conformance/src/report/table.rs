@@ -9,7 +9,7 @@ use super::{count, scenes, shown};
 use crate::clause::{not_checked, of};
 use crate::profile::OWN;
 use crate::verdict::Verdict;
-use crate::{Examination, Judged};
+use crate::{Examination, FEW, Judged};
 
 /// The row of a clause, without a newline at its end; its evidence below it where it is broken.
 pub fn row(judged: &Judged) -> String {
@@ -71,6 +71,14 @@ pub fn summary(examination: &Examination) -> String {
     let own = OWN.iter();
     for own in own.filter(|own| examination.capabilities.has(own.name)) {
         let _ = write!(text, "\nHas {}.", own.what);
+    }
+    if examination.is_hasty() {
+        let cases = examination.cases;
+        let _ = write!(
+            text,
+            "\nONLY {cases} RANDOM CASES, which may miss any mistake: run at least {FEW}, with a longer `--time`."
+        );
+        return text;
     }
     let (good, all) = (examination.scenes(), scenes(examination.party).count());
     let names = match good.len() {

@@ -137,6 +137,8 @@ pub struct Expected {
     pub is_last: bool,
     /// Largest squared frequency in 1/s^2 that the bodies have by contact with one another, at least.
     pub own_omega_sq: f64,
+    /// The same of contacts that have begun since the last step; in the opening step, if anything moves, of any that could.
+    pub begun_omega_sq: f64,
     /// Largest damping ratio of a contact of points in reach.
     pub damping: f64,
     /// Largest eigenvalue of `M^-1 C` in 1/s that the bodies have by contact with one another, at least.
@@ -201,6 +203,8 @@ struct Sums {
     stored: f64,
     friction: f64,
     viscous: [f64; 2],
+    /// Of bodies that did not touch in the step before.
+    begun: Vec<Spring>,
 }
 
 /// A normal spring: its stiffness in N/m, and by how much sqrt(m) u, sqrt(m) v, sqrt(I) theta of each body stretch it.
@@ -389,6 +393,10 @@ impl Oracle {
         self.bodies_and_bodies(step, &mut sums);
         self.kick(step, &mut sums);
         let mut expected = sums.expected;
+        if step.is_opening() && expected.speed > 0.0 {
+            // Nobody knows yet how long the first step is, in which any two may meet.
+            expected.begun_omega_sq = expected.begun_omega_sq.max(self.stiffest_pair());
+        }
         let blur: f64 = expected.loads.iter().map(|load| load.blur).sum();
         expected.loose = self.loose + blur * step.kick();
         if step.dt_before > 0.0 || step.dt > 0.0 {
@@ -592,8 +600,25 @@ impl Oracle {
                 }
             }
         }
-        let largest = |part: usize| largest(&springs, part);
-        (sums.expected.own_omega_sq, sums.expected.own_damping) = (largest(0), largest(1));
+        let eigenvalue = |part: usize| largest(&springs, part);
+        (sums.expected.own_omega_sq, sums.expected.own_damping) = (eigenvalue(0), eigenvalue(1));
+        sums.expected.begun_omega_sq = largest(&sums.begun, 0);
+    }
+
+    /// Squared frequency in 1/s^2 of the stiffest two bodies, at least, wherever and however they touch.
+    fn stiffest_pair(&self) -> f64 {
+        let Some(common) = &self.config.body_contact else {
+            return 0.0;
+        };
+        let pair = Pair::default();
+        let rate = |one: &Body, other: &Body| {
+            let law = self.law([&one.surface, &other.surface], common);
+            let light = [one, other].map(|body| body.mobility().xy().min());
+            Law::of(law, pair).normal_stiffness(0.0) * (light[0] + light[1])
+        };
+        let pairs = self.bodies.iter().enumerate();
+        let pairs = pairs.flat_map(|(i, one)| self.bodies[..i].iter().map(move |b| rate(one, b)));
+        pairs.fold(0.0, f64::max)
     }
 
     /// Whether the circles around two bodies are so far apart that no law reaches across, and nothing is remembered of the pair.
@@ -698,7 +723,10 @@ impl Oracle {
         }
         let stiffness = law.normal_stiffness(place.overlap);
         let [dashpot, _] = law.dashpots([stiffness; 2]);
-        Some(([stiffness, dashpot], row * place.gain))
+        let spring = ([stiffness, dashpot], row * place.gain);
+        let begun = (!self.history.contains_key(&who)).then(|| spring.clone());
+        sums.begun.extend(begun);
+        Some(spring)
     }
 
     /// What a contact exerts, booked, and its law.

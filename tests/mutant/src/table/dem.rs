@@ -262,6 +262,9 @@ pub const ROWS: &[Row] = rows! {
     clause "L-2":
         - "reports half its contact frequency": change::limits(|l| l.contact_omega_sq *= 0.5);
         - "forgets contact between bodies in its limits": change::limits(|l| l.omega_sq = 0.0);
+        - "counts in the opening step only what touches": change::report(|report, _| {
+            if report.next == 1 { report.limits.omega_sq = 0.0; }
+        });
         - "reports half its speed": change::limits(|l| l.speed *= 0.5);
         - "does not report damping": change::limits(|l| l.damping = 0.0);
     clause "N-1":
