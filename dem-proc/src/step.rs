@@ -302,6 +302,7 @@ impl Sdem {
             Damping {
                 own: all.own + own.own,
                 square: all.square.max(own.square),
+                alone: 0.0,
                 delay: all.delay.max(own.delay),
             }
         });
@@ -337,8 +338,14 @@ impl Sdem {
             };
             let [omega, stiff] = bodies.omega(&after, &self.threads);
             omega_sq = omega * omega;
-            let Damping { own, delay, .. } = bodies.damping();
-            of_bodies = own.min(delay * delay * stiff);
+            let Damping {
+                own, alone, delay, ..
+            } = bodies.damping();
+            // A contact that is resolved is so with its own ratio.
+            of_bodies = alone;
+            if stiff > 0.0 {
+                of_bodies = alone.max(own.min(delay * delay * stiff) * stiff / omega_sq);
+            }
             if step.is_opening() && (self.kicked.speed > 0.0 || outer > 0.0) {
                 omega_sq = omega_sq.max(self.constants.first_contact);
             }

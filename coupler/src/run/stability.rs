@@ -158,8 +158,11 @@ impl Stability {
             };
         }
         let damping = sides.mpm.damping.max(sides.dem.damping);
-        let allowed = (self.factor * self.safety * allowance(sides) / dt).powi(2);
-        let spare = 0.5 * (allowed - omega_sq(sides)).max(0.0);
+        // Stiffness of contacts takes most, since their dashpots come with it: `y^2` is what it may be.
+        let dt_at_limit = dt / (self.factor * self.safety);
+        let beside = 1.0 - sides.mpm.omega_sq * (0.5 * dt_at_limit).powi(2);
+        let y = 2.0 * ((damping * damping + beside).max(0.0).sqrt() - damping) / dt_at_limit;
+        let spare = 0.5 * (y.max(0.0).powi(2) - contact_omega_sq(sides)).max(0.0);
         let [mut mpm, mut dem] = [&sides.mpm, &sides.dem].map(|side| Budget {
             damping,
             omega_sq: own(side) + spare,
@@ -179,14 +182,26 @@ fn own(limits: &Limits) -> f64 {
     limits.omega_sq + limits.contact_omega_sq
 }
 
+/// The part of [`omega_sq`] that is of contacts.
+fn contact_omega_sq(sides: &Sides) -> f64 {
+    sides.mpm.contact_omega_sq + own(&sides.dem)
+}
+
 /// Bound of the largest squared frequency of the coupled system in 1/s^2: stiffnesses add.
 fn omega_sq(sides: &Sides) -> f64 {
     own(&sides.mpm) + own(&sides.dem)
 }
 
-/// `2 (sqrt(1 + zeta^2) - zeta)`: the largest stable `omega dt`.
+/// `2 (sqrt(1 + zeta^2) - zeta)`: the largest stable `omega dt`. The ratio that the sides report is that of contacts on their
+/// springs; with the stiffness of the continuum beside these it is smaller.
 fn allowance(sides: &Sides) -> f64 {
-    let zeta = sides.mpm.damping.max(sides.dem.damping);
+    let all = omega_sq(sides);
+    let share = if all > 0.0 {
+        contact_omega_sq(sides) / all
+    } else {
+        1.0
+    };
+    let zeta = sides.mpm.damping.max(sides.dem.damping) * share.sqrt();
     2.0 * ((1.0 + zeta * zeta).sqrt() - zeta)
 }
 
@@ -264,10 +279,21 @@ mod tests {
 
     #[test]
     fn a_dashpot_shortens_the_step() {
-        let mut damped = sides();
-        damped.dem.damping = 0.75;
-        let ratio = composed(1.0).limit(&damped).dt / composed(1.0).limit(&sides()).dt;
+        let dem = Limits {
+            damping: 0.75,
+            ..sides().dem
+        };
+        let mut damped = Sides {
+            mpm: Limits::default(),
+            dem,
+        };
+        let undamped = 2.0 / dem.contact_omega_sq.sqrt();
+        let ratio = composed(1.0).limit(&damped).dt / undamped;
         assert!((ratio - 0.5).abs() < 1e-15, "sqrt(1 + 9/16) - 3/4 is 1/2");
+        // With three times the stiffness beside it the ratio is half.
+        damped.mpm.omega_sq = 3.0 * dem.contact_omega_sq;
+        let ratio = composed(1.0).limit(&damped).dt / (0.5 * undamped);
+        assert!((ratio - (1.0_f64 + 0.375 * 0.375).sqrt() + 0.375).abs() < 1e-15);
     }
 
     #[test]
@@ -281,17 +307,17 @@ mod tests {
     #[test]
     fn what_both_budgets_allow_together_is_stable() {
         let stability = composed(0.8);
-        let dt = 0.97 * stability.limit(&sides()).dt;
-        let budgets = stability.budgets(&sides(), dt);
-        let mut used = sides();
-        used.mpm.omega_sq = budgets.mpm.omega_sq - used.mpm.contact_omega_sq;
+        let mut sides = sides();
+        sides.dem.damping = 0.3;
+        let dt = 0.97 * stability.limit(&sides).dt;
+        let budgets = stability.budgets(&sides, dt);
+        let mut used = sides;
+        used.mpm.contact_omega_sq = budgets.mpm.omega_sq - used.mpm.omega_sq;
         used.dem.contact_omega_sq = budgets.dem.omega_sq;
         used.mpm.speed = budgets.mpm.speed;
         used.dem.speed = budgets.dem.speed;
         assert!((stability.limit(&used).dt / dt - 1.0).abs() < 1e-12);
-        assert!(
-            budgets.mpm.omega_sq > own(&sides().mpm) && budgets.dem.omega_sq > own(&sides().dem)
-        );
+        assert!(budgets.mpm.omega_sq > own(&sides.mpm) && budgets.dem.omega_sq > own(&sides.dem));
     }
 
     #[test]

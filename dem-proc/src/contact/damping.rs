@@ -20,6 +20,8 @@ pub struct Damping {
     pub own: f64,
     /// Largest `c^2 / k` in kg/m.
     pub square: f64,
+    /// The same over the reduced mass of its pair: `4 zeta^2` of a contact alone.
+    pub alone: f64,
     /// `a` in s, infinite where stiffnesses change; between bodies, or of the part of the bodies.
     pub delay: f64,
 }
@@ -43,6 +45,7 @@ impl Damping {
             }
             let k = law.stiffness(constants, 0.0);
             all.square = all.square.max(square);
+            all.alone = all.alone.max(square * mobility);
             let mut of_points = *mobility;
             for b in K::bodies(pair).into_iter().flatten() {
                 // Whatever the lever arm r of the contact, along N and along T it has a part each of r^2 / I.
