@@ -190,12 +190,12 @@ type Solvers = (Option<Box<dyn MpmSolver>>, Option<Box<dyn DemSolver>>);
 /// Why they do not take it.
 fn configured(scene: &Scene) -> Result<(Solvers, [Option<Readiness>; 2]), String> {
     let refused = |who| move |refusal| refused(scene, who, &refusal).to_string();
-    let ours = |config: &MpmConfig| {
+    let ours = |config: MpmConfig| {
         let mut mpm = solvers::mpm();
-        let ready = mpm.configure(config).map_err(refused(Party::Mpm))?;
+        let ready = mpm.configure(&config).map_err(refused(Party::Mpm))?;
         Ok::<_, String>((mpm, ready))
     };
-    let mpm = scene.mpm.as_ref().filter(|_| scene.solvers.mpm.is_none());
+    let mpm = scene.continuum().filter(|_| scene.solvers.mpm.is_none());
     let (mpm, mpm_ready) = mpm.map(ours).transpose()?.unzip();
     let ours = |config: &DemConfig| {
         let mut dem = solvers::dem();

@@ -349,6 +349,24 @@ fn a_check_looks_at_the_run_that_a_scene_begins_with() {
     }
 }
 
+/// The state has a stress of its own: one of the start, which weaker sand cannot bear, does not matter.
+#[test]
+fn a_branch_may_weaken_sand_that_began_under_stress() {
+    let place = Place::new();
+    let scene = place.write("silo.toml", SILO).display().to_string();
+    let stress = r#"mpm.points.0.stress=["-7e3*(0.36-y)", "-14e3*(0.36-y)", "-7e3*(0.36-y)", 0]"#;
+    let more = format!("--set output.checkpoint={{end=true}} --set '{stress}'");
+    let strong = format!("--in-process --set time.end=0.02 {more}");
+    place.run("strong", &scene, &strong).expect(0);
+    let weak = format!("{more} --set mpm.material.0.model.drucker_prager.friction_angle=15.0");
+    let check = |more: &str| place.tandem(&format!("check {scene} {weak} {more}"));
+    check("").expect(2).says(&["mpm.points.0.stress"]);
+    let from = place.path("strong").display().to_string();
+    check(&format!("--set start.from={from}")).expect(0);
+    let weak = format!("--in-process --set start.from=strong --set time.end=0.04 {weak}");
+    place.run("weak", &scene, &weak).expect(0);
+}
+
 #[test]
 fn what_cannot_be_begun_with_is_refused_with_the_reason() {
     let place = Place::new();

@@ -1,10 +1,13 @@
 //! What is refused, with the place and the reason; and what stops a run.
 
-use interface::config::{GroupConfig, Hold, MpmConfig, Probe, Traction};
+use interface::config::material::{CriticalState, Frictional, Inertial};
+use interface::config::{GroupConfig, Hold, MaterialModel, MpmConfig, Plane, Probe, Traction};
 use interface::message::wire::ImpForce;
 use interface::solver::{Fault, MpmSolver};
 
-use crate::blocks::{Stepper, block, configured, disc_fill, everywhere};
+use crate::blocks::{
+    BULK, SHEAR, Stepper, block, configured, disc_fill, elastic_model, everywhere,
+};
 use mpm_proc::Mpm;
 
 fn refused(change: impl Fn(&mut MpmConfig), key: &str, says: &str) {
@@ -92,6 +95,89 @@ fn what_the_solver_alone_can_see_is_refused_with_key_and_reason() {
         "no material",
     );
     refused(|c| c.threads = 0, "mpm.threads", "1 or more");
+}
+
+/// Up to its yield surface, and in its plane, a material has the stress that it is given.
+#[test]
+fn a_stress_that_the_material_would_change_at_once_is_refused() {
+    let sand = Frictional {
+        bulk_modulus: BULK,
+        shear_modulus: SHEAR,
+        friction_angle: 30.0,
+        dilation_angle: 0.0,
+        cohesion: 0.0,
+        tensile_strength: 0.0,
+        critical_state: None,
+        separates: false,
+    };
+    let grains = MaterialModel::MuI(Inertial {
+        bulk_modulus: BULK,
+        shear_modulus: SHEAR,
+        static_friction: 0.38,
+        limit_friction: 0.64,
+        inertial_number: 0.279,
+        grain_diameter: 1e-3,
+        grain_density: 2500.0,
+        volume_rate: 0.0,
+    });
+    let metal = MaterialModel::VonMises {
+        bulk_modulus: BULK,
+        shear_modulus: SHEAR,
+        yield_stress: 1e4,
+        hardening_modulus: 0.0,
+    };
+    let [drucker, mohr] =
+        [MaterialModel::DruckerPrager, MaterialModel::MohrCoulomb].map(|law| law(sand));
+    let apart = MaterialModel::DruckerPrager(Frictional {
+        separates: true,
+        ..sand
+    });
+    let critical = MaterialModel::DruckerPrager(Frictional {
+        critical_state: Some(CriticalState::Volume(1.1)),
+        ..sand
+    });
+    // sin(phi) is 1/2, so the least pressure beside one is a third of it.
+    let rests = ["-5e4*(1-y)/3", "-5e4*(1-y)", "-5e4*(1-y)/3", "0"];
+    let falls = ["-5e4*(1-y)/4", "-5e4*(1-y)", "-5e4*(1-y)/4", "0"];
+    let [none, even, pulled] = [["0"; 4], ["-1", "-1", "-1", "0"], ["1", "1", "1", "0"]];
+    let [slow, fast] = ["0.63", "0.65"].map(|xy| ["-1", "-1", "-1", xy]);
+    let [turns, breaks] = ["1e4/sqrt(3)", "1e4"].map(|xy| ["0", "0", "0", xy]);
+    for (model, has, has_not) in [
+        (metal, turns, breaks),
+        (drucker, even, fast),
+        (critical, even, pulled),
+        (mohr, rests, falls),
+        (apart, none, pulled),
+        (grains, none, pulled),
+        (grains, slow, fast),
+        (elastic_model(BULK, SHEAR), breaks, pulled),
+    ] {
+        let with = |stress: [&str; 4]| {
+            let mut config = block();
+            config.materials[0].model = model;
+            if model.takes_plane_stress() {
+                config.plane = Plane::Stress;
+            }
+            config.groups[0].fields.stress = Some(stress.map(String::from));
+            config
+        };
+        configured(&with(has));
+        let says = "without any strain it makes [";
+        refused(|c| *c = with(has_not), "mpm.points.0.stress", says);
+    }
+    let fluid = MaterialModel::Fluid {
+        bulk_modulus: BULK,
+        exponent: 7.0,
+        viscosity: 0.0,
+    };
+    refused(
+        |c| {
+            c.materials[0].model = fluid;
+            c.groups[0].fields.stress = Some(["0", "0", "0", "x"].map(String::from));
+        },
+        "mpm.points.0.stress",
+        "of group 'block' at (0.1125, 0.3125) m; a fluid at rest",
+    );
 }
 
 #[test]

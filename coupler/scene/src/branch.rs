@@ -7,7 +7,7 @@ use serde::Serialize;
 use serde_json::Value;
 use toml::Table;
 
-use interface::config::{BodyConfig, DemConfig};
+use interface::config::{BodyConfig, DemConfig, MpmConfig};
 
 use super::Scene;
 use super::document::Part;
@@ -218,6 +218,17 @@ impl Scene {
         let help = (!help.is_empty()).then(|| help.to_owned());
         let diagnostic = self.document.diagnostic(key, Part::Value, message, help);
         SceneErrors(vec![diagnostic])
+    }
+
+    /// The configuration of the continuum for its solver. With the state of another run comes its stress, and the laws of a branch need
+    /// not bear that of the start.
+    pub fn continuum(&self) -> Option<MpmConfig> {
+        let mut config = self.mpm.clone()?;
+        if self.start.is_some() {
+            let groups = config.groups.iter_mut();
+            groups.for_each(|group| group.fields.stress = None);
+        }
+        Some(config)
     }
 
     /// Notes the state with which the scene begins: its time `at` (s) and its hash `state`. A run of the resolved scene

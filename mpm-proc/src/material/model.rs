@@ -78,13 +78,25 @@ pub trait Material: Copy + Send + Sync + 'static {
         Point::unstressed(Self::State::default())
     }
 
-    /// The state of points that have this stress (Pa) at the start.
+    /// The state of points that have this stress (Pa) at the start. An update without strain must leave it: which forces the first
+    /// step has, and what the ledger begins with, would else depend on when stress is updated.
     ///
     /// # Errors
     /// Why the model cannot have it.
     fn prestressed(&self, stress: Stress) -> Result<Point<Self::State>, String> {
         let mut point = self.initial();
         point.stress = stress;
+        let mut updated = point;
+        self.update(&mut updated, &Deformation::NOTHING, 0.0);
+        let [given, left] =
+            [stress, updated.stress].map(|s| [s.xx, s.yy, s.zz, s.xy].map(|s| s.as_array()[0]));
+        let size = given.iter().fold(0.0_f64, |size, s| size.max(s.abs()));
+        let stays = |(given, left): (&f64, &f64)| (given - left).abs() <= 1e-9 * size;
+        if !given.iter().zip(&left).all(stays) {
+            return Err(format!(
+                "its material cannot have that; without any strain it makes {left:?} Pa of it"
+            ));
+        }
         Ok(point)
     }
 

@@ -95,8 +95,7 @@ impl<'a> Fields<'a> {
     }
 
     /// Gives each point its initial stress. Elastic energy of a rate form then begins with that of small strain,
-    /// `p^2 / 2K + s:s / 4G`: the ledger's zero is the unstressed state. A stress beyond the yield surface is returned
-    /// to it in the first step.
+    /// `p^2 / 2K + s:s / 4G`: the ledger's zero is the unstressed state.
     ///
     /// # Errors
     /// A [`Refusal`] where it is not finite, or the model cannot have it.
@@ -112,7 +111,14 @@ impl<'a> Fields<'a> {
         for (lane, x) in positions.iter().enumerate() {
             let stress = [0, 1, 2, 3].map(|i| field[i].evaluate(x));
             finite(&stress, x, &self.key("stress"))?;
-            let refuse = |message| Refusal::new(self.key("stress"), message);
+            let refuse = |why| {
+                let name = &self.config.groups[self.group].name;
+                let place = format!("of group '{name}' at ({}, {}) m", x[0], x[1]);
+                Refusal::new(
+                    self.key("stress"),
+                    format!("is {stress:?} Pa {place}; {why}"),
+                )
+            };
             stresses.set(lane, &model.under(stress).map_err(refuse)?);
         }
         Ok(())

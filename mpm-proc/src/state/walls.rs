@@ -259,33 +259,44 @@ impl WallNodes {
 
     /// The velocity `v` of `node` before a kick or after it, after the walls have acted. After a kick friction can reduce the velocity
     /// along a wall by its coefficient times the velocity into the wall that the wall takes, in the kick and before it: of
-    /// that, points have felt `stopped` (m/s).
+    /// that, points have felt `stopped` (m/s). In a corner all that walls take across them goes before friction, so that no axis
+    /// comes first; a velocity that another wall holds does not press.
     pub fn act(&self, node: [i64; 2], mut v: [f64; 2], stopped: Option<[f64; 2]>) -> Held {
-        let (mut rubbed, mut pressed) = ([0.0; 2], [false; 2]);
+        let mut rough = [None; 2];
         for a in 0..2 {
             match self.at(node, a) {
-                (Hold::Nothing, _) => {}
+                (Hold::Into(coefficient), out) if self.free(node)[a] > 0.0 => {
+                    rough[a] = Some((coefficient, out));
+                }
+                (Hold::Nothing | Hold::Into(_), _) => {}
                 (Hold::Normal, _) => v[a] = 0.0,
                 (Hold::Tangential, _) => v[1 - a] = 0.0,
                 (Hold::Everything, _) => v = [0.0; 2],
                 (Hold::Driven(velocity), _) => v = velocity,
-                (Hold::Into(coefficient), out) => {
-                    let Some(stopped) = stopped else {
-                        let pressed = &self.state.0[a][usize::from(out > 0.0)];
-                        let pressed = pressed.get(along(node, a));
-                        if v[a] * out > 0.0 || pressed == Some(&true) {
-                            v[a] = 0.0;
-                        }
-                        continue;
-                    };
-                    let into = (v[a] * out).max(0.0);
-                    v[a] -= into * out;
-                    pressed[a] = into > 0.0;
-                    let most = coefficient * (into + stopped[a] * out).max(0.0);
-                    let along = v[1 - a];
-                    v[1 - a] -= along.clamp(-most, most);
-                    rubbed[1 - a] += along - v[1 - a];
+            }
+        }
+        let (mut most, mut rubbed, mut pressed) = ([0.0; 2], [0.0; 2], [false; 2]);
+        for a in 0..2 {
+            let Some((coefficient, out)) = rough[a] else {
+                continue;
+            };
+            let into = (v[a] * out).max(0.0);
+            if let Some(stopped) = stopped {
+                v[a] -= into * out;
+                pressed[a] = into > 0.0;
+                most[1 - a] = coefficient * (into + stopped[a] * out).max(0.0);
+            } else {
+                let pressed = &self.state.0[a][usize::from(out > 0.0)];
+                if into > 0.0 || pressed.get(along(node, a)) == Some(&true) {
+                    v[a] = 0.0;
                 }
+            }
+        }
+        for a in 0..2 {
+            if most[a] > 0.0 {
+                let along = v[a];
+                v[a] -= along.clamp(-most[a], most[a]);
+                rubbed[a] = along - v[a];
             }
         }
         Held {
@@ -333,6 +344,45 @@ mod tests {
         };
         let narrow = WallNodes::new(&ends, [1, 20], true);
         assert_eq!(narrow.original([-2, 5]), Some(([0, 5], [1.0, -1.0], false)));
+    }
+
+    /// A corner at the low ends and its mirror image about the diagonal, before a kick and after it, on its way in, out and
+    /// along.
+    #[test]
+    fn in_a_corner_no_axis_comes_first() {
+        let rough = Wall::Friction { coefficient: 0.5 };
+        let at = |[left, bottom]: [Wall; 2]| {
+            let ends = Walls {
+                left,
+                bottom,
+                ..Walls::default()
+            };
+            WallNodes::new(&ends, [9, 9], false)
+        };
+        for other in [rough, Wall::Slip, Wall::Tangential, Wall::Fixed, Wall::Open] {
+            let [one, mirrored] = [[rough, other], [other, rough]].map(at);
+            for v in [[-3.0, -1.0], [-3.0, 1.0], [1.0, -3.0], [-1.0, -3.0]] {
+                for stopped in [None, Some([0.0; 2]), Some([-0.25, -2.0])] {
+                    let turned = |v: [f64; 2]| [v[1], v[0]];
+                    let a = one.act([0, 0], v, stopped);
+                    let b = mirrored.act([0, 0], turned(v), stopped.map(turned));
+                    assert_eq!(
+                        a.velocity,
+                        turned(b.velocity),
+                        "{other:?} {v:?} {stopped:?}"
+                    );
+                    assert_eq!(a.rubbed, turned(b.rubbed), "{other:?} {v:?} {stopped:?}");
+                    assert_eq!(a.pressed, [b.pressed[1], b.pressed[0]], "{other:?}");
+                }
+            }
+        }
+        // Both are pressed, and nothing is left to rub.
+        let corner = at([rough; 2]).act([0, 0], [-3.0, -1.0], Some([0.0; 2]));
+        assert_eq!((corner.velocity, corner.rubbed), ([0.0; 2], [0.0; 2]));
+        assert_eq!(corner.pressed, [true; 2]);
+        // What a tangential wall has held before the kick has pressed nothing.
+        let held = at([rough, Wall::Tangential]).act([0, 0], [-3.0, 1.0], Some([-2.0, 0.0]));
+        assert_eq!(held.velocity, [0.0, 1.0]);
     }
 
     /// Nodes on a wall that is a mirror have half a cell; beyond a periodic wall the domain goes on, and at an open one too.

@@ -32,7 +32,7 @@ impl Run<'_> {
         let threads = self.options.threads;
         let (config, measured) = match party {
             Party::Mpm => {
-                let config = self.scene.mpm.clone().expect("it takes part");
+                let config = self.scene.continuum().expect("it takes part");
                 // Probes, holds and chains are reported like groups, after them.
                 let sets = config.probes.len() + config.forcing.holds.len() + config.chains.len();
                 let groups = config.groups.len() + sets;

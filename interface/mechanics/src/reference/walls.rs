@@ -116,33 +116,37 @@ impl Reference {
 
     /// The velocity that walls leave of one of a node. With friction nothing moves into them, and what the last kick has pressed into
     /// them begins the next at rest across them; of the velocity along them a kick loses as much as across, times their
-    /// coefficient.
+    /// coefficient. Of two walls in a corner each takes what it takes across before one rubs.
     pub(super) fn act(&self, node: [i64; 2], mut v: [f64; 2], acting: Acting) -> Held {
-        let (mut taken, mut pressed) = ([0.0; 2], [false; 2]);
-        for (wall, axis, out) in self.walls_at(node) {
+        for (wall, axis, _) in self.walls_at(node) {
             match wall {
                 Wall::Fixed => v = [0.0; 2],
                 Wall::Slip => v[axis] = 0.0,
                 Wall::Tangential => v[1 - axis] = 0.0,
                 Wall::Driven { .. } => v = driven(wall, axis).unwrap_or_default(),
-                Wall::Friction { coefficient } => {
-                    if acting == Acting::Free || self.is_apart(node, axis) {
-                        continue;
-                    }
-                    let into = (v[axis] * out).max(0.0);
-                    v[axis] -= into * out;
-                    pressed[axis] = into > 0.0;
-                    if let Acting::Kicked(stopped) = acting {
-                        let most = coefficient * (into + stopped[axis] * out).max(0.0);
-                        let along = v[1 - axis].clamp(-most, most);
-                        v[1 - axis] -= along;
-                        taken[1 - axis] += along;
-                    } else if self.pressed.contains(&(axis, self.on_wall(node, axis))) {
-                        v[axis] = 0.0;
-                    }
-                }
                 _ => {}
             }
+        }
+        let (mut most, mut taken, mut pressed) = ([0.0; 2], [0.0; 2], [false; 2]);
+        for (wall, axis, out) in self.walls_at(node) {
+            let Wall::Friction { coefficient } = wall else {
+                continue;
+            };
+            if acting == Acting::Free || self.free(node)[axis] == 0.0 || self.is_apart(node, axis) {
+                continue;
+            }
+            let into = (v[axis] * out).max(0.0);
+            v[axis] -= into * out;
+            pressed[axis] = into > 0.0;
+            if let Acting::Kicked(stopped) = acting {
+                most[1 - axis] = coefficient * (into + stopped[axis] * out).max(0.0);
+            } else if self.pressed.contains(&(axis, self.on_wall(node, axis))) {
+                v[axis] = 0.0;
+            }
+        }
+        for a in 0..2 {
+            taken[a] = v[a].clamp(-most[a], most[a]);
+            v[a] -= taken[a];
         }
         Held {
             velocity: v,
