@@ -310,7 +310,6 @@ fn piles_in_which_the_guard_was_wrong_end_as_they_should() {
         // A corner that touches the tip of another stone lightly slides from one of its faces to the other, and its normal turns.
         (500_028, Area, 1e9, sound),
         // Stones cut off small tips of one another, and then their edges cross where no vertex is inside.
-        (500_029, NearestEdge, 1e7, across),
         (500_087, NearestEdge, 1e7, across),
         // A plank goes through a stone, and neither the width of the overlap nor its normal shows it.
         (500_003, Area, 1e5, |end| matches!(end, End::Sunk(_))),

@@ -8,6 +8,13 @@
 //! - `G <= sqrt(S L)` by Cauchy and Schwarz, with `S` the same sum as `L` of `c^2 / k` in place of `k`;
 //! - `G <= a L` with `c <= a k` for every contact, where springs are constant.
 
+use nalgebra::{Matrix3, Vector3};
+
+use interface::Vec2;
+use mechanics::mass::cross;
+
+use crate::body::bodies::Bodies;
+use crate::contact::approach::Near;
 use crate::contact::engine::Listing;
 use crate::law::Law;
 use crate::lists::now::Among;
@@ -70,5 +77,51 @@ impl Damping {
             all.own = all.own.max(bodies.map(|b| shares[b as usize]).sum());
         }
         all
+    }
+}
+
+/// `M^-1/2 S M^-1/2` of each body for the pairs in reach, and the bodies of these.
+pub struct Shares {
+    of_bodies: Vec<Matrix3<f64>>,
+    pairs: Vec<[u32; 2]>,
+}
+
+impl Shares {
+    /// Without pairs.
+    pub fn of(bodies: &Bodies) -> Self {
+        Self {
+            of_bodies: vec![Matrix3::zeros(); bodies.len()],
+            pairs: Vec::new(),
+        }
+    }
+
+    /// Adds a pair with dashpots of these `c^2 / k` (kg/m) along N and T.
+    pub fn add(&mut self, bodies: &Bodies, near: &Near, squares: [f64; 2]) {
+        for b in near.bodies {
+            let body = &bodies.state[b as usize];
+            let roots = [body.inverse_mass, body.inverse_inertia].map(f64::sqrt);
+            let arm = near.point - body.center;
+            let along = Vec2::new(-near.normal.y, near.normal.x);
+            for (way, square) in [near.normal, along].into_iter().zip(squares) {
+                let row = Vector3::new(
+                    way.x * roots[0],
+                    way.y * roots[0],
+                    cross(arm, way) * roots[1],
+                );
+                self.of_bodies[b as usize] += row * row.transpose() * square;
+            }
+        }
+        self.pairs.push(near.bodies);
+    }
+
+    /// `S`: the largest sum for a pair of the largest eigenvalues of both.
+    pub fn largest(&self) -> f64 {
+        let of_bodies = self.of_bodies.iter();
+        let largest: Vec<_> = of_bodies
+            .map(|share| share.symmetric_eigenvalues().max())
+            .collect();
+        let of_pairs = self.pairs.iter();
+        let sums = of_pairs.map(|pair| pair.map(|b| largest[b as usize]).iter().sum());
+        sums.fold(0.0, f64::max)
     }
 }

@@ -13,7 +13,7 @@ use serde::de::DeserializeOwned;
 
 use crate::body::bodies::Bodies;
 use crate::contact::approach::{Near, crossing_rate, turning_rate};
-use crate::contact::damping::Damping;
+use crate::contact::damping::{Damping, Shares};
 use crate::contact::pair_geometry::Moves;
 use crate::contact::side::{AfterKick, Interval, Side, Sums, Targets};
 use crate::law::history::{All, Numbers};
@@ -376,11 +376,25 @@ impl<K: PairKind, L: Law> Side for Contacts<K, L> {
         [largest, stiff]
     }
 
-    fn damping(&self) -> Damping {
+    fn damping(&self, bodies: &Bodies) -> Damping {
+        let mut damping = self.kept.damping;
         if self.sums.in_reach == 0 {
             return Damping::default();
         }
-        self.kept.damping
+        if K::POINTS == 0 && damping.delay.is_infinite() {
+            // Most pairs of a list are out of reach, and nothing else bounds the dashpots of springs that stiffen.
+            let mut shares = Shares::of(bodies);
+            for ((found, pairs), constants) in self.results().zip(self.kept.constants.chunks(CHUNK))
+            {
+                let margins = (&self.kept.watch, self.interval.closing);
+                K::each_near(found, pairs, bodies, margins, |number, near| {
+                    let [_, squares] = self.law.dashpots(&constants[number]);
+                    shares.add(bodies, near, squares);
+                });
+            }
+            damping.own = damping.own.min(shares.largest());
+        }
+        damping
     }
 
     fn commit(&mut self) {
