@@ -157,7 +157,11 @@ impl Stability {
                 dem: Budget::UNLIMITED,
             };
         }
-        let damping = sides.mpm.damping.max(sides.dem.damping);
+        // A change that shortens the step by one and a half percent; what is left goes to stiffness.
+        let mut damping = sides.mpm.damping.max(sides.dem.damping);
+        if damping > 0.0 {
+            damping += 0.015 * damping.hypot(1.0);
+        }
         // Stiffness of contacts takes most, since their dashpots come with it: `y^2` is what it may be.
         let dt_at_limit = dt / (self.factor * self.safety);
         let beside = 1.0 - sides.mpm.omega_sq * (0.5 * dt_at_limit).powi(2);
@@ -314,6 +318,7 @@ mod tests {
         let mut used = sides;
         used.mpm.contact_omega_sq = budgets.mpm.omega_sq - used.mpm.omega_sq;
         used.dem.contact_omega_sq = budgets.dem.omega_sq;
+        used.dem.damping = budgets.dem.damping;
         used.mpm.speed = budgets.mpm.speed;
         used.dem.speed = budgets.dem.speed;
         assert!((stability.limit(&used).dt / dt - 1.0).abs() < 1e-12);

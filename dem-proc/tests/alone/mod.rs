@@ -48,7 +48,9 @@ pub struct Alone {
     longest: f64,
     pace: Pace,
     limits: Limits,
+    /// What the limits may be until the next step length.
     allowed: f64,
+    damping: f64,
     left: u32,
 }
 
@@ -76,12 +78,17 @@ impl Alone {
             pace,
             limits,
             allowed: 0.0,
+            damping: 0.0,
             left: 0,
         }
     }
 
+    fn limits_hold(&self) -> bool {
+        self.limits.omega_sq <= self.allowed && self.limits.damping <= self.damping
+    }
+
     fn next(&mut self) -> f64 {
-        if self.left == 0 || self.limits.omega_sq > self.allowed {
+        if self.left == 0 || !self.limits_hold() {
             let (pace, zeta) = (&self.pace, self.limits.damping);
             // Largest allowed `omega dt`.
             let allowance = pace.safety * 2.0 * (zeta.hypot(1.0) - zeta);
@@ -91,7 +98,7 @@ impl Alone {
             let dt = if growing { GROWTH * self.dt } else { limit };
             let epoch = [pace.epoch, pace.epoch_while_growing][usize::from(growing)];
             self.left = epoch - 1;
-            self.allowed = (allowance / dt).powi(2);
+            (self.allowed, self.damping) = ((allowance / dt).powi(2), zeta);
             return dt;
         }
         self.left -= 1;
