@@ -298,7 +298,7 @@ impl Sdem {
     fn answer(&mut self, step: &Step, imps: &[ImpState]) -> Answer {
         let points = self.sides[POINTS..].iter().flatten();
         let dashpots = points.fold(Damping::default(), |all, side| {
-            let own = side.damping(&self.bodies);
+            let own = side.damping();
             Damping {
                 own: all.own + own.own,
                 square: all.square.max(own.square),
@@ -340,7 +340,7 @@ impl Sdem {
             omega_sq = omega * omega;
             let Damping {
                 own, alone, delay, ..
-            } = bodies.damping(&self.bodies);
+            } = bodies.damping();
             // A contact that is resolved is so with its own ratio.
             of_bodies = alone;
             if stiff > 0.0 {

@@ -81,18 +81,19 @@ impl Damping {
 }
 
 /// `M^-1/2 S M^-1/2` of each body for the pairs in reach, and the bodies of these.
+#[derive(Debug, Default)]
 pub struct Shares {
     of_bodies: Vec<Matrix3<f64>>,
+    largest: Vec<f64>,
     pairs: Vec<[u32; 2]>,
 }
 
 impl Shares {
-    /// Without pairs.
-    pub fn of(bodies: &Bodies) -> Self {
-        Self {
-            of_bodies: vec![Matrix3::zeros(); bodies.len()],
-            pairs: Vec::new(),
-        }
+    /// Forgets all pairs.
+    pub fn clear(&mut self, bodies: &Bodies) {
+        self.of_bodies.clear();
+        self.of_bodies.resize(bodies.len(), Matrix3::zeros());
+        self.pairs.clear();
     }
 
     /// Adds a pair with dashpots of these `c^2 / k` (kg/m) along N and T.
@@ -115,13 +116,12 @@ impl Shares {
     }
 
     /// `S`: the largest sum for a pair of the largest eigenvalues of both.
-    pub fn largest(&self) -> f64 {
+    pub fn largest(&mut self) -> f64 {
         let of_bodies = self.of_bodies.iter();
-        let largest: Vec<_> = of_bodies
-            .map(|share| share.symmetric_eigenvalues().max())
-            .collect();
-        let of_pairs = self.pairs.iter();
-        let sums = of_pairs.map(|pair| pair.map(|b| largest[b as usize]).iter().sum());
-        sums.fold(0.0, f64::max)
+        let eigenvalues = of_bodies.map(|share| share.symmetric_eigenvalues().max());
+        self.largest.clear();
+        self.largest.extend(eigenvalues);
+        let of_pair = |[a, b]: &[u32; 2]| self.largest[*a as usize] + self.largest[*b as usize];
+        self.pairs.iter().map(of_pair).fold(0.0, f64::max)
     }
 }

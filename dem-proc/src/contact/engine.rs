@@ -241,6 +241,9 @@ pub struct Contacts<K: PairKind, L: Law> {
     sums: Sums,
     /// The argument of the last evaluation.
     interval: Interval,
+    /// Constants of the dashpots in reach.
+    damping: Damping,
+    shares: Shares,
 }
 
 impl<K: PairKind, L: Law> Contacts<K, L> {
@@ -256,7 +259,33 @@ impl<K: PairKind, L: Law> Contacts<K, L> {
             found: Vec::new(),
             sums: Sums::default(),
             interval: Interval::default(),
+            damping: Damping::default(),
+            shares: Shares::default(),
         }
+    }
+
+    /// Finds [`Side::damping`] after an evaluation.
+    fn find_damping(&mut self, bodies: &Bodies) {
+        self.damping = Damping::default();
+        if self.sums.in_reach == 0 {
+            return;
+        }
+        self.damping = self.kept.damping;
+        if K::POINTS > 0 || self.damping.delay.is_finite() {
+            return;
+        }
+        // Most pairs of a list are out of reach, and nothing else bounds the dashpots of springs that stiffen.
+        let mut shares = std::mem::take(&mut self.shares);
+        shares.clear(bodies);
+        for ((found, pairs), constants) in self.results().zip(self.kept.constants.chunks(CHUNK)) {
+            let margins = (&self.kept.watch, self.interval.closing);
+            K::each_near(found, pairs, bodies, margins, |number, near| {
+                let [_, squares] = self.law.dashpots(&constants[number]);
+                shares.add(bodies, near, squares);
+            });
+        }
+        self.damping.own = self.damping.own.min(shares.largest());
+        self.shares = shares;
     }
 
     fn chunk<'a>(&'a self, on: On<'a, K>, number: usize) -> Chunk<'a, K, L> {
@@ -332,6 +361,7 @@ impl<K: PairKind, L: Law> Side for Contacts<K, L> {
         }
         (self.next, self.found) = (next, found);
         (self.sums, self.interval) = (sums, interval);
+        self.find_damping(now.bodies);
     }
 
     fn sums(&self) -> &Sums {
@@ -376,25 +406,8 @@ impl<K: PairKind, L: Law> Side for Contacts<K, L> {
         [largest, stiff]
     }
 
-    fn damping(&self, bodies: &Bodies) -> Damping {
-        let mut damping = self.kept.damping;
-        if self.sums.in_reach == 0 {
-            return Damping::default();
-        }
-        if K::POINTS == 0 && damping.delay.is_infinite() {
-            // Most pairs of a list are out of reach, and nothing else bounds the dashpots of springs that stiffen.
-            let mut shares = Shares::of(bodies);
-            for ((found, pairs), constants) in self.results().zip(self.kept.constants.chunks(CHUNK))
-            {
-                let margins = (&self.kept.watch, self.interval.closing);
-                K::each_near(found, pairs, bodies, margins, |number, near| {
-                    let [_, squares] = self.law.dashpots(&constants[number]);
-                    shares.add(bodies, near, squares);
-                });
-            }
-            damping.own = damping.own.min(shares.largest());
-        }
-        damping
+    fn damping(&self) -> Damping {
+        self.damping
     }
 
     fn commit(&mut self) {

@@ -86,8 +86,8 @@ pub trait Side: Debug + Send + Sync {
     /// one whose contact opens or closes counts as often as [`Impacts::count`] says, and the rates of
     /// [`crate::contact::approach`]. With the largest squared frequency in 1/s^2 of the pairs in reach, counted once.
     fn omega(&self, after: &AfterKick, threads: &Threads) -> [f64; 2];
-    /// Constants of the dashpots of its list, 0 if no pair is in reach.
-    fn damping(&self, bodies: &Bodies) -> Damping;
+    /// Constants of its dashpots, 0 if no pair is in reach.
+    fn damping(&self) -> Damping;
     /// Makes the result of the evaluation the history of the next step.
     fn commit(&mut self);
     /// The bodies move with surface speeds up to `speed` (m/s) for `dt` (s).
