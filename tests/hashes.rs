@@ -3,7 +3,7 @@
 //! A run that stops by itself also says why.
 //!
 //! The normal command runs every row that is quick in one way, the ways taking turns; `scenes.rs` compares the variants
-//! called `quick`, which it runs anyway. All rows take about an hour in the same manner; `TANDEM_NIGHT`, the number of a night,
+//! called `quick`, which it runs anyway. All rows take half an hour in the same manner; `TANDEM_NIGHT`, the number of a night,
 //! takes a quarter of them, which after four nights has another way:
 //!
 //!     TANDEM_NIGHT=3 cargo test --release --test tandem-tests -- --ignored --nocapture every_row
@@ -41,7 +41,7 @@ pub const WAYS: [&str; 7] = [
 ];
 
 /// Longest run in s, as the file has it, that the normal command makes.
-const QUICK: f64 = 1.5;
+const QUICK: f64 = 0.8;
 /// Longest wait for a run that is taken for the first time.
 const PATIENCE: Duration = Duration::from_mins(30);
 /// Nights after which all rows have been run.
@@ -322,7 +322,7 @@ fn every_quick_row_has_its_bits() {
 }
 
 #[test]
-#[ignore = "takes an hour"]
+#[ignore = "takes half an hour"]
 fn every_row_has_its_bits() {
     if let Some(file) = std::env::var_os("TANDEM_RETAKE") {
         return retake(&file);
