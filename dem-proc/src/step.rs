@@ -315,7 +315,8 @@ impl Sdem {
                 rate = rate.max(load.rate);
                 mobility = mobility.max(load.mobility);
                 let Damping { square, delay, .. } = dashpots;
-                of_points = of_points.max((square * load.mobility).min(delay * delay * load.rate));
+                of_points = of_points
+                    .max((square * (load.mobility + load.along)).min(delay * delay * load.rate));
             }
         }
         let mut omega_sq = 0.0;

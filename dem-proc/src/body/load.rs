@@ -12,8 +12,10 @@ pub struct Load {
     /// Upper bound of the squared frequency of the body on its contacts in reach, with all else fixed, in 1/s^2: `sum k
     /// (1/m + (r x n)^2 / I)` over their normal and tangential springs, the trace of `M^-1 K`.
     pub rate: f64,
-    /// The same sum without `k` in 1/kg, at least the `W_dem` of docs/physics.md section 4.
+    /// `sum (1/m + (r x n)^2 / I)` over the contacts in reach in 1/kg, at least the `W_dem` of docs/physics.md section 4.
     pub mobility: f64,
+    /// The same along the tangents.
+    pub along: f64,
     /// Contacts that press.
     pub contacts: u32,
 }
@@ -25,6 +27,7 @@ impl std::ops::AddAssign for Load {
         self.torque += other.torque;
         self.rate += other.rate;
         self.mobility += other.mobility;
+        self.along += other.along;
         self.contacts += other.contacts;
     }
 }

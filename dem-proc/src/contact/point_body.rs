@@ -51,8 +51,9 @@ pub struct Effect {
     stiffness: Stiffness,
     /// Its contribution to `Load::rate`.
     rate: f64,
-    /// Its contribution to `Load::mobility`.
+    /// Its contributions to `Load::mobility` and `Load::along`.
     mobility: f64,
+    along: f64,
 }
 
 type OnBodies<'a> = On<'a, PointBody>;
@@ -226,7 +227,8 @@ impl Geometry for PointBody {
             couple: -arms.surface * tangential,
             stiffness,
             rate: stiffness.normal * mobility + stiffness.tangential * along,
-            mobility: mobility + along,
+            mobility,
+            along,
         }
     }
 
@@ -245,6 +247,7 @@ impl Geometry for PointBody {
             torque: effect.torque,
             rate: effect.rate,
             mobility: effect.mobility,
+            along: effect.along,
             contacts: u32::from(outcome.overlap > 0.0),
         };
     }

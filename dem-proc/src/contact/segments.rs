@@ -442,7 +442,8 @@ impl<L: Law> OfDisc<'_, L> {
             let [across, along] = [m + i * r_n * r_n, m + i * r_t * r_t];
             let load = Load {
                 rate: k.normal * across + k.tangential * along,
-                mobility: across + along,
+                mobility: across,
+                along,
                 contacts: u32::from(overlap > 0.0),
                 ..Load::default()
             };
