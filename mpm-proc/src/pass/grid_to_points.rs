@@ -132,8 +132,8 @@ fn transfer_cloud<
     let [past, ahead] = [way.settling.past, way.settling.ahead].map(splat);
     let pic = splat(transfer.pic_fraction);
     let flip = splat(1.0 - transfer.pic_fraction);
-    let kept = damping.map_or(1.0, |damping| damping.kept);
-    let [kept, own] = [kept, if INCREMENT { kept } else { 1.0 }].map(splat);
+    let kept = damping.filter(|_| INCREMENT);
+    let own = splat(kept.map_or(1.0, |damping| damping.kept));
     let share = (
         PerBlock(&mut cloud.state.x[..]),
         PerBlock(&mut cloud.state.motion[..]),
@@ -218,11 +218,11 @@ fn transfer_cloud<
                     let of_block = work::<W, S, A>(&lacks, &old, motion);
                     taken = tile.live(b).mul_add(of_block, taken);
                 }
-                if let Some(damping) = damping {
-                    let by_forces = less(Motion { v, affine }, kept, &on_nodes);
-                    let own = if INCREMENT { &old } else { &on_nodes };
-                    let damped = damped(damping, own, &by_forces);
-                    let of_block = work::<W, S, A>(&damped, &old, motion);
+                if let Some(damping) = &damping {
+                    let acts_on = if INCREMENT { &old } else { &on_nodes };
+                    let all = Motion { v, affine };
+                    let velocities = [acts_on, &on_nodes, &all, &old, motion];
+                    let of_block = loss::<W, S, A>(damping, velocities);
                     lost = tile.live(b).mul_add(of_block, lost);
                 }
                 let mut moves = v;
@@ -273,16 +273,22 @@ fn less<A: AffineState>(all: Motion<A>, share: Lanes, part: &Motion<A>) -> Motio
     }
 }
 
-/// What damping takes of the velocity `old` in a kick: it leaves `E v + g w` of it, with `w` what forces and walls alone would add;
-/// `gain` is `g w`.
-#[inline(always)]
-fn damped<A: AffineState>(damping: Damping, old: &Motion<A>, gain: &Motion<A>) -> Motion<A> {
+/// The [`work`] against damping. Of the velocity that it acts on it leaves `E v + g w` in a kick, with `w` what forces and walls alone
+/// would add; the nodes get `g w` from before the kick to after it.
+#[cold]
+#[inline(never)]
+fn loss<const W: usize, S: Shape<W>, A: AffineState>(
+    damping: &Damping,
+    [acts_on, before, after, old, new]: [&Motion<A>; 5],
+) -> Lanes {
     let none = Motion {
         v: [ZERO; 2],
         affine: A::default(),
     };
-    let of_own = less(none, splat(damping.kept - 1.0), old);
-    less(of_own, splat(1.0 - 1.0 / damping.gained), gain)
+    let by_forces = less(*after, splat(damping.kept), before);
+    let of_own = less(none, splat(damping.kept - 1.0), acts_on);
+    let damped = less(of_own, splat(1.0 - 1.0 / damping.gained), &by_forces);
+    work::<W, S, A>(&damped, old, new)
 }
 
 /// The work against a loss of velocity of four points in a kick, twice and per mass, in m^2/s^2. What a point `lacks` acts as a
