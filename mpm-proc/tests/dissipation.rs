@@ -61,21 +61,24 @@ fn swing(config: &MpmConfig, dt: f64, steps: usize) -> (f64, f64, f64) {
     (start.expect("a step"), taken, off)
 }
 
+/// Shares of the energy that are taken and that are off over `cells` crossings of a cell by a wave, in this number of steps and in
+/// twice as many.
+fn refined(config: &MpmConfig, cells: f64, steps: usize) -> [(f64, f64); 2] {
+    let courant = configured_time(config);
+    [steps, 2 * steps].map(|n| {
+        let (start, taken, off) = swing(config, cells * courant / n as f64, n);
+        let shares = (taken / start, off / start);
+        println!("{:?} {n}: taken and off {shares:?}", config.transfer);
+        shares
+    })
+}
+
 /// With stress the residual is that of FLIP: the oscillation of the ledger, of second order in the step.
 #[test]
 fn the_balance_closes_with_every_transfer_as_with_flip() {
     for transfer in TRANSFERS {
         let config = swinging(transfer, StressUpdate::Usavg, 1.0);
-        let courant = configured_time(&config);
-        let [coarse, fine] = [40, 80].map(|n: usize| {
-            let (start, taken, off) = swing(&config, 12.0 * courant / n as f64, n);
-            println!(
-                "{transfer:?} {n}: taken {:.2e} off {:.2e}",
-                taken / start,
-                off / start
-            );
-            (taken / start, off / start)
-        });
+        let [coarse, fine] = refined(&config, 12.0, 40);
         assert!(
             fine.1 < 0.35 * coarse.1,
             "{transfer:?}: {coarse:?} {fine:?}"
@@ -90,16 +93,7 @@ fn the_balance_closes_with_every_transfer_under_damping() {
     for transfer in TRANSFERS {
         let mut config = swinging(transfer, StressUpdate::Usavg, 1e-3);
         config.forcing.stages = vec![stage(0.0, 20.0, None)];
-        let courant = configured_time(&config);
-        let [coarse, fine] = [100, 200].map(|n: usize| {
-            let (start, taken, off) = swing(&config, 20.0 * courant / n as f64, n);
-            println!(
-                "{transfer:?} {n}: taken {:.2e} off {:.2e}",
-                taken / start,
-                off / start
-            );
-            (taken / start, off / start)
-        });
+        let [coarse, fine] = refined(&config, 20.0, 100);
         assert!(
             coarse.0 > 0.1 && fine.1 < 0.35 * coarse.1,
             "{transfer:?}: {coarse:?} {fine:?}"

@@ -309,7 +309,7 @@ record! {
         budget_omega_sq: f64 = 64,
         /// The receiving side halts when its fastest surface or IMP exceeds this, in m/s.
         budget_speed: f64 = 72,
-        /// The receiving side halts when a contact in reach has a larger damping ratio than this.
+        /// The receiving side halts when its `damping` is larger than this.
         budget_damping: f64 = 80,
     }
     at least zero: dt, dt_before_epoch, budget_omega_sq, budget_speed, budget_damping
@@ -323,7 +323,7 @@ record! {
         /// What contact between points and bodies adds on this side: `lambda_max(S k S^T M^-1)` on the continuum's
         /// side, `k n (1/m + r^2/I)` on the bodies', in 1/s^2.
         contact_omega_sq: f64 = 8,
-        /// Largest damping ratio of a contact in reach (bodies' side; 0 elsewhere).
+        /// Damping ratio of the dashpots of contacts in reach together (PROTOCOL L-2; bodies' side, 0 elsewhere).
         damping: f64 = 16,
         /// Speed of the fastest IMP, or of the fastest point of a body's surface, in m/s.
         speed: f64 = 24,

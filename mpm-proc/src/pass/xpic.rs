@@ -50,7 +50,7 @@ pub fn filter_velocities<const W: usize, S: Shape<W>, A: AffineState>(
 }
 
 /// Calls `act` with the velocities of every block, and with those set aside.
-pub fn over_velocities<const W: usize, S: Shape<W>, A: AffineState>(
+fn over_velocities<const W: usize, S: Shape<W>, A: AffineState>(
     continuum: &mut Continuum<W, S, A>,
     act: impl Fn(&mut [Lanes; 2], &mut [Lanes; 2]) + Sync,
 ) {

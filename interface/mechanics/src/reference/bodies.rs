@@ -207,7 +207,7 @@ struct Sums {
     begun: Vec<Spring>,
 }
 
-/// A normal spring: its stiffness in N/m, and by how much sqrt(m) u, sqrt(m) v, sqrt(I) theta of each body stretch it.
+/// A normal spring and its dashpot: their constants in N/m and N s/m, and by how much sqrt(m) u, sqrt(m) v, sqrt(I) theta of each body stretch it.
 type Spring = ([f64; 2], DVector<f64>);
 
 /// Where two may touch.
