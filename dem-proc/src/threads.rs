@@ -29,38 +29,25 @@ pub fn search<S: Default + Send>(
     });
 }
 
-/// Calls `act` for every chunk of `kept`, with its number and a place for its results, and then `take` for the places, in
-/// order.
+/// Calls `act` for every chunk, with its number and a place for its results, and then `take` for the places, in order. Nobody
+/// needs the results later: alone, the calling thread has one place for all chunks, which stays in its cache.
 #[inline]
-pub fn chunks<B: Send, S: Send + Sync>(
+pub fn chunks<C: Send, S: Send + Sync + Default>(
     threads: &Threads,
-    kept: &mut [B],
-    places: &mut [S],
-    act: impl Fn(usize, &mut [B], &mut S) + Sync,
-    take: impl FnMut(&S) + Send,
-) {
-    let chunks = kept.chunks_mut(CHUNK).enumerate().zip(places);
-    threads.in_order(chunks, |(i, kept), place| act(i, kept, place), take);
-}
-
-/// The same for results that nobody needs later: alone, the calling thread has one place for all chunks, which stays in its
-/// cache.
-#[inline]
-pub fn chunks_in_passing<B: Send, S: Send + Sync + Default>(
-    threads: &Threads,
-    kept: &mut [B],
+    chunks: impl ExactSizeIterator<Item = C> + Send,
     places: &mut Vec<S>,
-    act: impl Fn(usize, &mut [B], &mut S) + Sync,
+    act: impl Fn(usize, C, &mut S) + Sync,
     mut take: impl FnMut(&S) + Send,
 ) {
+    let wanted = if threads.count() > 1 { chunks.len() } else { 1 };
+    places.resize_with(places.len().max(wanted), S::default);
+    let chunks = chunks.enumerate();
     if threads.count() > 1 {
-        let count = kept.len().div_ceil(CHUNK);
-        places.resize_with(places.len().max(count), S::default);
-        chunks(threads, kept, &mut places[..count], act, take);
+        let chunks = chunks.zip(places);
+        threads.in_order(chunks, |(i, chunk), place| act(i, chunk, place), take);
     } else {
-        places.resize_with(places.len().max(1), S::default);
-        for (i, kept) in kept.chunks_mut(CHUNK).enumerate() {
-            act(i, kept, &mut places[0]);
+        for (i, chunk) in chunks {
+            act(i, chunk, &mut places[0]);
             take(&places[0]);
         }
     }

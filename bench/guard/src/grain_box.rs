@@ -23,9 +23,14 @@ pub const STIFFNESS: f64 = 1e6;
 /// Step in s.
 pub const DT: f64 = 2e-5;
 
+/// Width in m of a box of so many grains, which they would fill to the same height.
+pub fn width_of(count: usize) -> f64 {
+    0.02 * (count as f64).sqrt().round()
+}
+
 /// As many grains in a box as wide as high would be, with room to fall.
 pub fn grain_box(grain: Grain, count: usize, threads: usize) -> DemConfig {
-    let width = 0.02 * (count as f64).sqrt().round();
+    let width = width_of(count);
     let mut bodies = open_box(width, 4.0 * width, 0.01);
     let packing = BodyFill {
         name: "grain".into(),

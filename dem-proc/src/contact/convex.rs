@@ -93,16 +93,23 @@ pub struct Met {
     number: usize,
     near: Near,
     pressing: Pressing<f64>,
-    loads: [PairLoad; 2],
-    loss: Loss,
-    /// Energy in J/m of its springs, if it presses and that is wanted.
-    energy: f64,
 }
 
-/// The results of a chunk.
+/// What a contact in reach adds to sums.
+#[derive(Debug)]
+struct Outcome {
+    bodies: [u32; 2],
+    loads: [PairLoad; 2],
+    loss: Loss,
+    presses: bool,
+    /// If it presses and that is wanted: where it is in m, and the energy in J/m of its springs.
+    measured: Option<(Vec2, f64)>,
+}
+
+/// What a chunk adds to sums.
 #[derive(Debug, Default)]
 pub struct Results {
-    met: Vec<Met>,
+    outcomes: Vec<Outcome>,
     passed: Option<Passed>,
 }
 
@@ -169,18 +176,20 @@ impl<M: Measure> Listing for Convex<M> {
 impl<M: Measure> PairKind for Convex<M> {
     /// Normal and depth (m) of the last step, zero where there was no contact.
     type Memory = [f64; 3];
-    type Found = Results;
+    type Found = Vec<Met>;
+    type Added = Results;
     type Room<L: Law> = M;
 
     fn evaluate<L: Law>(
         chunk: &Chunk<Self, L>,
         measure: &mut M,
         next: &mut [(L::History, [f64; 3])],
-        found: &mut Results,
+        (met, added): (&mut Vec<Met>, &mut Results),
     ) {
         let (bodies, interval) = (chunk.on.bodies, chunk.on.interval);
-        found.met.clear();
-        found.passed = None;
+        met.clear();
+        added.outcomes.clear();
+        added.passed = None;
         next.fill(Default::default());
         for (k, candidate) in chunk.pairs.iter().enumerate() {
             let pair = candidate.bodies;
@@ -192,7 +201,7 @@ impl<M: Measure> PairKind for Convex<M> {
                     passage,
                     overlap,
                 });
-                found.passed = found.passed.or(passed);
+                added.passed = added.passed.or(passed);
             };
             let Some(spot) = measure.meet(bodies, *candidate, closing) else {
                 if let Some(overlap) = M::across(bodies, *candidate) {
@@ -208,12 +217,48 @@ impl<M: Measure> PairKind for Convex<M> {
             let kinematics = kinematics::<M>(bodies, &chunk.on.moves, &spot, place);
             let stiffness = chunk.law.stiffness(constants, spot.depth + closing);
             let [normal, tangential] = [stiffness.normal * M::STIFFENS, stiffness.tangential];
-            let loads = [0, 1].map(|i| PairLoad {
-                rate: rate(frames[i], arms[i], &spot, normal, tangential)
-                    + frames[i].inverse_inertia * stiffness.rolling,
-                ..PairLoad::default()
-            });
-            let mut met = Met {
+            let mut outcome = Outcome {
+                bodies: pair,
+                loads: [0, 1].map(|i| PairLoad {
+                    rate: rate(frames[i], arms[i], &spot, normal, tangential)
+                        + frames[i].inverse_inertia * stiffness.rolling,
+                    ..PairLoad::default()
+                }),
+                loss: Loss::default(),
+                presses: spot.depth > 0.0,
+                measured: None,
+            };
+            let mut pressing = Pressing {
+                overlap: spot.depth,
+                force: 0.0,
+                stiffness: stiffness.normal,
+                // The contact point may move from one end of the smaller body to the other.
+                width: 2.0 * spot.half_width,
+            };
+            if outcome.presses {
+                let response = chunk.law.response(constants, &kinematics, before);
+                let along = frames[1].turned(Vec2::new(was_x, was_y)).dot(&spot.normal);
+                let turned = (along < TURN).then_some(closing);
+                passes(M::passage(bodies, *candidate, &spot, turned), spot.depth);
+                pressing.force = spot.gain * response.normal;
+                let tangent = Vec2::new(-spot.normal.y, spot.normal.x);
+                let along = tangent * (spot.gain * response.tangential);
+                let force = spot.normal * pressing.force + along;
+                for (i, sign) in [(0, 1.0), (1, -1.0)] {
+                    outcome.loads[i].force = force * sign;
+                    outcome.loads[i].torque = sign * (cross(arms[i], force) + response.moment);
+                }
+                outcome.loss = response.loss;
+                if interval.measured {
+                    let energy = (chunk.law).energy(constants, spot.depth, &response.history);
+                    outcome.measured = Some((spot.point, energy));
+                }
+                next[k] = (response.history, [spot.normal.x, spot.normal.y, spot.depth]);
+            } else {
+                outcome.loss = chunk.law.separate(constants, &kinematics, before);
+            }
+            added.outcomes.push(outcome);
+            met.push(Met {
                 number: k,
                 near: Near {
                     bodies: pair,
@@ -221,68 +266,37 @@ impl<M: Measure> PairKind for Convex<M> {
                     point: spot.point,
                     length: candidate.length,
                 },
-                pressing: Pressing {
-                    overlap: spot.depth,
-                    force: 0.0,
-                    stiffness: stiffness.normal,
-                    // The contact point may move from one end of the smaller body to the other.
-                    width: 2.0 * spot.half_width,
-                },
-                loads,
-                loss: Loss::default(),
-                energy: 0.0,
-            };
-            if spot.depth > 0.0 {
-                let response = chunk.law.response(constants, &kinematics, before);
-                let along = frames[1].turned(Vec2::new(was_x, was_y)).dot(&spot.normal);
-                let turned = (along < TURN).then_some(closing);
-                passes(M::passage(bodies, *candidate, &spot, turned), spot.depth);
-                met.pressing.force = spot.gain * response.normal;
-                let tangent = Vec2::new(-spot.normal.y, spot.normal.x);
-                let along = tangent * (spot.gain * response.tangential);
-                let force = spot.normal * met.pressing.force + along;
-                for (i, sign) in [(0, 1.0), (1, -1.0)] {
-                    met.loads[i].force = force * sign;
-                    met.loads[i].torque = sign * (cross(arms[i], force) + response.moment);
-                }
-                met.loss = response.loss;
-                if interval.measured {
-                    met.energy = (chunk.law).energy(constants, spot.depth, &response.history);
-                }
-                next[k] = (response.history, [spot.normal.x, spot.normal.y, spot.depth]);
-            } else {
-                met.loss = chunk.law.separate(constants, &kinematics, before);
-            }
-            found.met.push(met);
+                pressing,
+            });
         }
     }
 
-    fn add(on: &On<Self>, found: &Results, to: &mut Targets, sums: &mut Sums) {
-        for met in &found.met {
-            if on.interval.measured && met.pressing.overlap > 0.0 {
-                let ids = met.near.bodies.map(u64::from);
-                let force = met.loads[0].force;
-                to.contacts.push(between(ids, BODY, met.near.point, force));
-                sums.energy += met.energy;
+    fn add(_: &On<Self>, added: &Results, to: &mut Targets, sums: &mut Sums) {
+        for outcome in &added.outcomes {
+            if let Some((at, energy)) = outcome.measured {
+                let ids = outcome.bodies.map(u64::from);
+                let force = outcome.loads[0].force;
+                to.contacts.push(between(ids, BODY, at, force));
+                sums.energy += energy;
             }
-            for (b, load) in met.near.bodies.into_iter().zip(met.loads) {
+            for (b, load) in outcome.bodies.into_iter().zip(outcome.loads) {
                 to.by_bodies[b as usize] += load;
             }
-            sums.loss += met.loss;
-            sums.presses += usize::from(met.pressing.overlap > 0.0);
+            sums.loss += outcome.loss;
+            sums.presses += usize::from(outcome.presses);
         }
-        sums.passed = sums.passed.or(found.passed);
-        sums.in_reach += found.met.len();
+        sums.passed = sums.passed.or(added.passed);
+        sums.in_reach += added.outcomes.len();
     }
 
     fn rates(
-        found: &Results,
+        found: &Vec<Met>,
         _: &[Candidate],
         [mut largest, mut of_impact]: [f64; 2],
         after: &AfterKick,
         _: f64,
     ) -> [f64; 2] {
-        for Met { near, pressing, .. } in &found.met {
+        for Met { near, pressing, .. } in found {
             let [a, b] = near.bodies.map(|b| after.motions[b as usize].rate());
             largest = largest.max(a + b);
             if a + b > of_impact && after.impacts.is_one(after.bodies, near, pressing) {
@@ -297,13 +311,13 @@ impl<M: Measure> PairKind for Convex<M> {
     }
 
     fn each_near(
-        found: &Results,
+        found: &Vec<Met>,
         _: &[Candidate],
         _: &Bodies,
         _: (&Watch, f64),
         mut act: impl FnMut(usize, &Near),
     ) {
-        (found.met.iter()).for_each(|met| act(met.number, &met.near));
+        found.iter().for_each(|met| act(met.number, &met.near));
     }
 }
 

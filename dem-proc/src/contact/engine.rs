@@ -20,7 +20,7 @@ use crate::law::history::{All, Numbers};
 use crate::law::{Law, PairProperties};
 use crate::lists::now::{Among, Now, Sets, Slots};
 use crate::lists::watch::{Look, Watching};
-use crate::threads::{CHUNK, Spare, chunks, chunks_in_passing};
+use crate::threads::{CHUNK, Spare, chunks};
 use mechanics::threads::Threads;
 
 /// Pairs in a list: which may touch.
@@ -56,8 +56,10 @@ pub trait Listing: Debug + Send + Sync + Sized + 'static {
 pub trait PairKind: Listing {
     /// What the geometry remembers of a pair from step to step.
     type Memory: Clone + Debug + Default + Send + Sync + Serialize + DeserializeOwned;
-    /// The results of a chunk.
+    /// The results of a chunk that the step limit needs.
     type Found: Debug + Default + Send + Sync;
+    /// Those that are added to sums.
+    type Added: Debug + Default + Send + Sync;
     /// Working memory for a chunk.
     type Room<L: Law>: Debug + Default + Send;
 
@@ -66,10 +68,10 @@ pub trait PairKind: Listing {
         chunk: &Chunk<Self, L>,
         room: &mut Self::Room<L>,
         next: &mut [(L::History, Self::Memory)],
-        found: &mut Self::Found,
+        results: (&mut Self::Found, &mut Self::Added),
     );
     /// Adds the results of a chunk; if the interval is measured with the energy, and the contacts that press.
-    fn add(on: &On<Self>, found: &Self::Found, to: &mut Targets, sums: &mut Sums);
+    fn add(on: &On<Self>, added: &Self::Added, to: &mut Targets, sums: &mut Sums);
     /// The larger ones of `known` and of the rates in 1/s^2, upper bounds of squared frequencies: of the chunk's pairs in
     /// reach, and of those whose contact opens or closes ([`crate::contact::impact`]). `stiffest` is the largest stiffness
     /// in N/m of a pair that presses.
@@ -238,6 +240,7 @@ pub struct Contacts<K: PairKind, L: Law> {
     rooms: Spare<K::Room<L>>,
     /// The results of each chunk.
     found: Vec<K::Found>,
+    added: Vec<K::Added>,
     sums: Sums,
     /// The argument of the last evaluation.
     interval: Interval,
@@ -257,6 +260,7 @@ impl<K: PairKind, L: Law> Contacts<K, L> {
             next: Vec::new(),
             rooms: Spare::default(),
             found: Vec::new(),
+            added: Vec::new(),
             sums: Sums::default(),
             interval: Interval::default(),
             damping: Damping::default(),
@@ -330,6 +334,7 @@ impl<K: PairKind, L: Law> Side for Contacts<K, L> {
         let look = self.kept.watch.look(interval.closing);
         let mut next = std::mem::take(&mut self.next);
         let mut found = std::mem::take(&mut self.found);
+        let mut added = std::mem::take(&mut self.added);
         next.resize(self.kept.history.len(), Default::default());
         let opening = Moves::opening(now.bodies, interval.last_step);
         let moves = Moves::of(now.bodies, interval.last_step, &opening);
@@ -345,21 +350,17 @@ impl<K: PairKind, L: Law> Side for Contacts<K, L> {
             moves,
             look,
         };
-        let evaluate = |i: usize, next: &mut [_], found: &mut K::Found| {
+        let evaluate = |i: usize, (next, found): (&mut [_], _), added: &mut K::Added| {
             let mut room = self.rooms.take();
-            K::evaluate(&self.chunk(on, i), &mut room, next, found);
+            K::evaluate(&self.chunk(on, i), &mut room, next, (found, added));
             self.rooms.give_back(room);
         };
         let mut sums = Sums::default();
-        let add = |found: &K::Found| K::add(&on, found, to, &mut sums);
-        // Nobody needs the results of a chunk with points after they were added.
-        if K::POINTS > 0 {
-            chunks_in_passing(threads, &mut next, &mut found, evaluate, add);
-        } else {
-            found.resize_with(next.len().div_ceil(CHUNK), K::Found::default);
-            chunks(threads, &mut next, &mut found, evaluate, add);
-        }
-        (self.next, self.found) = (next, found);
+        let add = |added: &K::Added| K::add(&on, added, to, &mut sums);
+        found.resize_with(next.len().div_ceil(CHUNK), K::Found::default);
+        let places = next.chunks_mut(CHUNK).zip(&mut found);
+        chunks(threads, places, &mut added, evaluate, add);
+        (self.next, self.found, self.added) = (next, found, added);
         (self.sums, self.interval) = (sums, interval);
         self.find_damping(now.bodies);
     }

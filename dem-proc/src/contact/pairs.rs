@@ -67,15 +67,24 @@ pub struct Outcomes {
     /// Normal force in N/m and bound of the stiffness in N/m of each pair.
     force: Room<f64>,
     stiffness: Room<f64>,
-    /// The largest stiffness in N/m of a pair that presses, lane by lane.
-    stiffest: Lanes,
+    /// Pairs that press on one another.
+    presses: usize,
+}
+
+/// What a chunk adds to sums.
+#[derive(Debug, Default)]
+pub struct Added {
+    /// As [`Outcomes`] has it.
+    pair_bodies: Room<[u32; 2]>,
     /// The loads on the owners of the vertices, and on those of the edges.
     on_vertex: Room<PairLoad>,
     on_edge: Room<PairLoad>,
+    /// Pairs in reach, and those of them that press.
+    count: [usize; 2],
+    /// The largest stiffness in N/m of a pair that presses, lane by lane.
+    stiffest: Lanes,
     /// Dissipated over the last step by friction and by dashpots in J/m, lane by lane.
     loss: [Lanes; 2],
-    /// Pairs that press on one another.
-    presses: usize,
     /// The first pair whose overlap is too large.
     deep: Option<Passed>,
     /// The pairs that press with the energy in J/m of their springs, if that is wanted.
@@ -83,16 +92,6 @@ pub struct Outcomes {
 }
 
 impl Outcomes {
-    /// The pairs in reach, with the loads on their bodies.
-    fn each(&self) -> impl Iterator<Item = ([usize; 2], [&PairLoad; 2])> {
-        let pair_bodies = self.pair_bodies[..self.count]
-            .iter()
-            .map(|m| m.map(|b| b as usize));
-        let loads = self.on_vertex.iter().zip(self.on_edge.iter());
-        let loads = loads.map(|(v, e)| [v, e]);
-        pair_bodies.zip(loads)
-    }
-
     /// Which of the contacts of four entries open or close, as bits.
     #[inline(always)]
     fn impacts(&self, entries: [u32; LANES], pairs: &[VertexEdge], after: &AfterKick) -> u32 {
@@ -125,16 +124,13 @@ impl Outcomes {
         numbers: [u32; LANES],
         pair_bodies: [[u32; 2]; LANES],
         answers: &Answers,
-        loads: [[PairLoad; LANES]; 2],
     ) {
         let lanes = self.count..self.count + LANES;
         assert!(lanes.end <= CHUNK + LANES);
         self.pair_bodies[lanes.clone()].copy_from_slice(&pair_bodies);
         self.numbers[lanes.clone()].copy_from_slice(&numbers);
         self.force[lanes.clone()].copy_from_slice(&answers.force[0]);
-        self.stiffness[lanes.clone()].copy_from_slice(&answers.stiffness[0]);
-        self.on_vertex[lanes.clone()].copy_from_slice(&loads[0]);
-        self.on_edge[lanes].copy_from_slice(&loads[1]);
+        self.stiffness[lanes].copy_from_slice(&answers.stiffness[0]);
         self.count += count;
     }
 }
@@ -146,7 +142,7 @@ impl<L: Law> Chunk<'_, VertexEdges, L> {
         &self,
         next: &mut [(L::History, ())],
         separations: &mut Separations,
-        outcomes: &mut Outcomes,
+        (outcomes, added): (&mut Outcomes, &mut Added),
     ) {
         let On {
             bodies,
@@ -173,10 +169,10 @@ impl<L: Law> Chunk<'_, VertexEdges, L> {
         if watch.is_by_body() {
             separations.keep_close(self.pairs, looked_at, |pair| watch.closing(pair, closing));
         }
-        outcomes.deep = None;
+        added.deep = None;
         if separations.any_deep {
             let deep = separations.first_deep(self.pairs, looked_at);
-            outcomes.deep = deep.map(|(pair, overlap)| Passed::Body {
+            added.deep = deep.map(|(pair, overlap)| Passed::Body {
                 own: Own::Body(pair.bodies[0]),
                 body: pair.bodies[1],
                 passage: Passage::Deep,
@@ -184,27 +180,28 @@ impl<L: Law> Chunk<'_, VertexEdges, L> {
             });
         }
         outcomes.count = 0;
-        outcomes.stiffest = Lanes::ZERO;
-        outcomes.loss = [Lanes::ZERO; 2];
+        added.stiffest = Lanes::ZERO;
+        added.loss = [Lanes::ZERO; 2];
         let (pressing, close) = (&separations.pressing, &separations.close);
         for i in (0..pressing.count()).step_by(LANES) {
             let places = (pressing.four(i), pressing.count() - i);
-            self.quad::<true, ROUND>(separations, places, next, outcomes);
+            self.quad::<true, ROUND>(separations, places, next, (outcomes, added));
         }
         outcomes.presses = outcomes.count;
-        outcomes.contacts.clear();
+        added.contacts.clear();
         if interval.measured {
-            self.measure(next, outcomes);
+            self.measure(next, outcomes, added);
         }
         for i in (0..close.count()).step_by(LANES) {
             let places = (close.four(i), close.count() - i);
-            self.quad::<false, ROUND>(separations, places, next, outcomes);
+            self.quad::<false, ROUND>(separations, places, next, (outcomes, added));
         }
+        added.count = [outcomes.count, outcomes.presses];
     }
 
     /// Notes the contacts that press, and their energies.
     #[cold]
-    fn measure(&self, next: &[(L::History, ())], outcomes: &mut Outcomes) {
+    fn measure(&self, next: &[(L::History, ())], outcomes: &Outcomes, added: &mut Added) {
         let bodies = self.on.bodies;
         for i in 0..outcomes.presses {
             let k = outcomes.numbers[i] as usize;
@@ -214,13 +211,13 @@ impl<L: Law> Chunk<'_, VertexEdges, L> {
             let vertex = bodies.outline[pair.vertex as usize];
             let (overlap, normal) = (pair.reach - distance, away / distance);
             let at = contact_point(vertex, pair.radius, overlap, normal);
-            let (ids, force) = (pair.bodies.map(u64::from), outcomes.on_vertex[i].force);
+            let (ids, force) = (pair.bodies.map(u64::from), added.on_vertex[i].force);
             let energy = if overlap > 0.0 {
                 (self.law).energy(&self.constants[k], overlap, &next[k].0)
             } else {
                 0.0
             };
-            (outcomes.contacts).push((between(ids, BODY, at, force), energy));
+            (added.contacts).push((between(ids, BODY, at, force), energy));
         }
     }
 
@@ -232,7 +229,7 @@ impl<L: Law> Chunk<'_, VertexEdges, L> {
         separations: &Separations,
         (places, left): ([u32; LANES], usize),
         next: &mut [(L::History, ())],
-        outcomes: &mut Outcomes,
+        (outcomes, added): (&mut Outcomes, &mut Added),
     ) {
         let count = left.min(LANES);
         let numbers = outcomes.looked_at.at(places);
@@ -274,20 +271,19 @@ impl<L: Law> Chunk<'_, VertexEdges, L> {
                 next[k[l]].0 = after[l];
             }
             let stiffness = Lanes::new(answers.stiffness[0]);
-            outcomes.stiffest = outcomes.stiffest.fast_max(stiffness);
+            added.stiffest = added.stiffest.fast_max(stiffness);
         }
         let valid = first(count);
-        for (sum, loss) in outcomes.loss.iter_mut().zip(answers.loss) {
+        for (sum, loss) in added.loss.iter_mut().zip(answers.loss) {
             *sum += Lanes::new(loss) * valid;
         }
         let pair_bodies = each(|l| pair[l].bodies);
-        outcomes.add(
-            count,
-            numbers,
-            pair_bodies,
-            &answers,
-            geometry.loads(&answers),
-        );
+        let lanes = outcomes.count..outcomes.count + LANES;
+        outcomes.add(count, numbers, pair_bodies, &answers);
+        let [on_vertex, on_edge] = geometry.loads(&answers);
+        added.pair_bodies[lanes.clone()].copy_from_slice(&pair_bodies);
+        added.on_vertex[lanes.clone()].copy_from_slice(&on_vertex);
+        added.on_edge[lanes].copy_from_slice(&on_edge);
     }
 }
 
@@ -319,6 +315,7 @@ impl Listing for VertexEdges {
 impl PairKind for VertexEdges {
     type Memory = ();
     type Found = Outcomes;
+    type Added = Added;
     type Room<L: Law> = Box<Separations>;
 
     #[inline(always)]
@@ -326,33 +323,35 @@ impl PairKind for VertexEdges {
         chunk: &Chunk<Self, L>,
         room: &mut Box<Separations>,
         next: &mut [(L::History, ())],
-        found: &mut Outcomes,
+        results: (&mut Outcomes, &mut Added),
     ) {
         if chunk.on.extra.chunks[chunk.number].0 {
-            chunk.evaluate::<true>(next, room, found);
+            chunk.evaluate::<true>(next, room, results);
         } else {
-            chunk.evaluate::<false>(next, room, found);
+            chunk.evaluate::<false>(next, room, results);
         }
     }
 
     #[inline(always)]
-    fn add(_: &On<Self>, found: &Outcomes, to: &mut Targets, sums: &mut Sums) {
+    fn add(_: &On<Self>, added: &Added, to: &mut Targets, sums: &mut Sums) {
         let loads = &mut *to.by_bodies;
-        for ([v, e], [of_vertex, of_edge]) in found.each() {
-            loads[v] += *of_vertex;
-            loads[e] += *of_edge;
+        let [in_reach, presses] = added.count;
+        let both = added.on_vertex.iter().zip(added.on_edge.iter());
+        for ([v, e], (on_vertex, on_edge)) in added.pair_bodies[..in_reach].iter().zip(both) {
+            loads[*v as usize] += *on_vertex;
+            loads[*e as usize] += *on_edge;
         }
-        let [friction, viscous] = found.loss.map(Lanes::reduce_add);
+        let [friction, viscous] = added.loss.map(Lanes::reduce_add);
         sums.loss += Loss { friction, viscous };
-        sums.in_reach += found.count;
-        sums.presses += found.presses;
-        let stiffest = found.stiffest.to_array().into_iter();
+        sums.in_reach += in_reach;
+        sums.presses += presses;
+        let stiffest = added.stiffest.to_array().into_iter();
         sums.stiffest = stiffest.fold(sums.stiffest, f64::max);
-        for (contact, energy) in &found.contacts {
+        for (contact, energy) in &added.contacts {
             to.contacts.push(*contact);
             sums.energy += energy;
         }
-        sums.passed = sums.passed.or(found.deep);
+        sums.passed = sums.passed.or(added.deep);
     }
 
     fn rates(

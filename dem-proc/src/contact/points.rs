@@ -252,7 +252,8 @@ impl<G: Geometry, L: Law> Chunk<'_, G, L> {
 
 impl<G: Geometry> PairKind for G {
     type Memory = ();
-    type Found = Vec<Outcome<G::Effect>>;
+    type Found = ();
+    type Added = Vec<Outcome<G::Effect>>;
     type Room<L: Law> = ();
 
     #[inline]
@@ -260,22 +261,22 @@ impl<G: Geometry> PairKind for G {
         chunk: &Chunk<Self, L>,
         (): &mut (),
         next: &mut [(L::History, ())],
-        found: &mut Self::Found,
+        ((), added): (&mut (), &mut Self::Added),
     ) {
-        found.clear();
+        added.clear();
         for (k, (next, ())) in next.iter_mut().enumerate() {
             *next = L::History::default();
             if let Some((outcome, history)) = chunk.pair(k) {
-                found.push(outcome);
+                added.push(outcome);
                 *next = history;
             }
         }
     }
 
     #[inline]
-    fn add(on: &On<G>, found: &Self::Found, to: &mut Targets, sums: &mut Sums) {
+    fn add(on: &On<G>, added: &Self::Added, to: &mut Targets, sums: &mut Sums) {
         let (forces, loads) = (&mut *to.forces, &mut *to.by_points);
-        for outcome in found {
+        for outcome in added {
             G::add(outcome, forces, loads);
             sums.loss += outcome.loss;
             if on.interval.measured && outcome.overlap > 0.0 {
@@ -289,6 +290,6 @@ impl<G: Geometry> PairKind for G {
                 sums.passed = G::passed(on, pair, outcome.overlap);
             }
         }
-        sums.in_reach += found.len();
+        sums.in_reach += added.len();
     }
 }

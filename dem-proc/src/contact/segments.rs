@@ -179,16 +179,17 @@ fn spans(found: &[Extremum]) -> impl Iterator<Item = &[Extremum]> {
 
 impl PairKind for Segments {
     type Memory = Memory;
-    type Found = Results;
+    type Found = ();
+    type Added = Results;
     type Room<L: Law> = Room<L::Pair>;
 
     fn evaluate<L: Law>(
         chunk: &Chunk<Self, L>,
         room: &mut Room<L::Pair>,
         next: &mut [(L::History, Memory)],
-        found: &mut Results,
+        ((), added): (&mut (), &mut Results),
     ) {
-        found.clear();
+        added.clear();
         for ((disc, (_, before)), (_, next)) in chunk.pairs.iter().zip(chunk.history).zip(next) {
             next.clear();
             let (on, law) = (&chunk.on, chunk.law);
@@ -197,22 +198,22 @@ impl PairKind for Segments {
                 law,
                 disc: *disc,
             };
-            disc.evaluate(before, room, found, next);
+            disc.evaluate(before, room, added, next);
         }
     }
 
-    fn add(_: &On<Self>, found: &Results, to: &mut Targets, sums: &mut Sums) {
-        for (slot, part) in &found.on_markers {
+    fn add(_: &On<Self>, added: &Results, to: &mut Targets, sums: &mut Sums) {
+        for (slot, part) in &added.on_markers {
             add_to_point(&mut to.forces[*slot as usize], part);
         }
-        for (body, part) in &found.on_bodies {
+        for (body, part) in &added.on_bodies {
             to.by_points[*body as usize] += *part;
         }
-        sums.loss += found.sums.loss;
-        sums.energy += found.sums.energy;
-        to.contacts.extend_from_slice(&found.pressing);
-        sums.in_reach += found.sums.in_reach;
-        sums.passed = sums.passed.or(found.sums.passed);
+        sums.loss += added.sums.loss;
+        sums.energy += added.sums.energy;
+        to.contacts.extend_from_slice(&added.pressing);
+        sums.in_reach += added.sums.in_reach;
+        sums.passed = sums.passed.or(added.sums.passed);
     }
 }
 
