@@ -3,6 +3,7 @@
 use crate::small_scenes::*;
 use dem_proc::Sdem;
 use interface::Vec2;
+use interface::config::surfaces::ContactPair;
 use interface::config::{BodyConfig, BodyShape, ContactLaw, DemConfig, Interface, Motion};
 use interface::message::wire::{ImpInfo, ImpState};
 use interface::solver::DemSolver;
@@ -136,6 +137,39 @@ fn a_disc_off_the_centre_on_a_chain_declares_its_rate_and_mobility() {
     let rate = K * across + 0.6 * K * along;
     assert!((limits.contact_omega_sq / rate - 1.0).abs() < 1e-10);
     assert!((limits.mobility / across - 1.0).abs() < 1e-10);
+}
+
+/// The chains of two groups on one disc, of which the heavier one alone has dashpots.
+#[test]
+fn dashpots_of_each_group_on_a_disc_count() {
+    let rubber = ContactPair {
+        between: ["rubber".into(), "steel".into()],
+        law: ContactLaw::linear(K, 0.0, 0.0, 0.3),
+    };
+    let resting = BodyConfig {
+        surface: "steel".into(),
+        ..disc([0.5, A + R - 1e-3])
+    };
+    let mut dem = configured(&DemConfig {
+        contact_pairs: vec![rubber],
+        point_surfaces: vec![String::new(), "rubber".into()],
+        ..on_segments(vec![resting], spring(K))
+    });
+    let marker = |id, next, group, mass, y| {
+        let x = if next > 0 { 1.0 } else { 0.0 };
+        let info = ImpInfo {
+            next,
+            group,
+            ..info(id, R, mass)
+        };
+        (info, at(x, y))
+    };
+    let light = [marker(1, 2, 0, 1.0, -1e-3), marker(2, 0, 0, 1.0, -1e-3)];
+    let heavy = [marker(3, 4, 1, 2.0, 0.0), marker(4, 0, 1, 2.0, 0.0)];
+    let mut chains = Points::new(&[light, heavy].concat());
+    dem.imp_set(&chains.set);
+    let limits = chains.contact(&mut dem, &OPENING).unwrap().limits;
+    assert!(limits.damping >= 0.3, "{limits:?}");
 }
 
 /// Near chains with dents and tips, where minima add and maxima subtract: the force of springs and adhesion is the gradient of

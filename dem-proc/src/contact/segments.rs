@@ -4,8 +4,8 @@
 //! The foot of a contact is a place between two markers, `(1 - s) x_a + s x_b`. It takes the part of a point with the
 //! markers' contact radius, and turns with the mean of their spins. The two markers get force and couple in the proportion
 //! `1 - s` to `s`. So momentum is exact, and the work on the markers equals that on the foot. The history of a contact belongs to the
-//! span of the chain that presses ([`crate::contact::span`]), and moves with it. So what is listed is a disc with segments
-//! near it, whose memory has all of its spans.
+//! span of the chain that presses ([`crate::contact::span`]), and moves with it. So what is listed is a disc with the
+//! segments of a group near it, whose memory has all of its spans.
 
 use interface::Vec2;
 use interface::message::wire::{ContactState, ImpForce, ImpInfo};
@@ -31,13 +31,15 @@ use mechanics::outline::{contact_point, foot};
 #[derive(Debug)]
 pub struct Segments(pub PointBody);
 
-/// A disc with segments near it.
+/// A disc with segments of a group near it.
 #[derive(Debug, Clone, Copy)]
 pub struct Disc {
     /// Its body.
     body: u32,
     /// Index of its vertex in the outline of the body.
     part: u32,
+    /// The group of the segments.
+    group: u32,
     /// Its segments in [`Chain::segments`]: index of the first, and their number, at least one.
     segments: [u32; 2],
     /// The slot of the lightest marker of these segments.
@@ -57,7 +59,7 @@ pub struct Chain {
 impl Listing for Segments {
     const POINTS: u32 = 1;
     type Pair = Disc;
-    type Key = [u32; 2];
+    type Key = [u32; 3];
     type Extra = Chain;
     type Watch = PointWatch;
 
@@ -87,27 +89,32 @@ impl Listing for Segments {
             around.extend(all.filter(|&from| is_near(from, state.center, state.extent)));
             for (part, &at) in (0..).zip(bodies.outline_of(body)) {
                 let radius = bodies.radius_at(body, part);
-                let first = segments.len();
+                let mut first = segments.len();
                 segments.extend(around.iter().filter(|&&from| is_near(from, at, radius)));
-                let own = &segments[first..];
-                let markers = own.iter().flat_map(|&from| [Some(from), links.next(from)]);
-                let mass = |slot: &u32| set[*slot as usize].mass;
-                let lightest = markers.flatten().min_by(|a, b| mass(a).total_cmp(&mass(b)));
-                discs.extend(lightest.map(|lightest| Disc {
-                    body: body as u32,
-                    part,
-                    segments: [first, own.len()].map(|n| n as u32),
-                    lightest,
-                }));
+                let group = |slot: &u32| set[*slot as usize].group;
+                segments[first..].sort_by_key(group);
+                for own in segments[first..].chunk_by(|a, b| group(a) == group(b)) {
+                    let markers = own.iter().flat_map(|&from| [Some(from), links.next(from)]);
+                    let mass = |slot: &u32| set[*slot as usize].mass;
+                    let lightest = markers.flatten().min_by(|a, b| mass(a).total_cmp(&mass(b)));
+                    discs.extend(lightest.map(|lightest| Disc {
+                        body: body as u32,
+                        part,
+                        group: group(&lightest),
+                        segments: [first, own.len()].map(|n| n as u32),
+                        lightest,
+                    }));
+                    first += own.len();
+                }
             }
         }
     }
 
-    fn key(disc: Disc, _: impl Fn(u32) -> Option<u32>) -> Option<[u32; 2]> {
-        Some([disc.body, disc.part])
+    fn key(disc: Disc, _: impl Fn(u32) -> Option<u32>) -> Option<[u32; 3]> {
+        Some([disc.body, disc.part, disc.group])
     }
 
-    /// Those with the lightest marker: what a contact adds depends on where it is.
+    /// Those with the lightest marker, whose group has one law: what a contact adds depends on where it is.
     fn properties(&self, among: &Among, disc: Disc) -> PairProperties {
         self.of_marker(among.bodies, &among.set[disc.lightest as usize], disc)
     }

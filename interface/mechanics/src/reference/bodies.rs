@@ -139,6 +139,8 @@ pub struct Expected {
     pub own_omega_sq: f64,
     /// The same of contacts that have begun since the last step; in the opening step, if anything moves, of any that could.
     pub begun_omega_sq: f64,
+    /// The same by which a step must not bring two bodies through one another, nor turn one that rubs too far.
+    pub kinematic_omega_sq: f64,
     /// Largest damping ratio of a contact of points in reach.
     pub damping: f64,
     /// Largest eigenvalue of `M^-1 C` in 1/s that the bodies have by contact with one another, at least.
@@ -393,6 +395,11 @@ impl Oracle {
         self.bodies_and_bodies(step, &mut sums);
         self.kick(step, &mut sums);
         let mut expected = sums.expected;
+        let rates = expected
+            .touches
+            .iter()
+            .map(|touch| self.kinematic_rate(touch));
+        expected.kinematic_omega_sq = rates.fold(0.0, f64::max).powi(2);
         if step.is_opening() && expected.speed > 0.0 {
             // Nobody knows yet how long the first step is, in which any two may meet.
             expected.begun_omega_sq = expected.begun_omega_sq.max(self.stiffest_pair());
@@ -619,6 +626,27 @@ impl Oracle {
         let pairs = self.bodies.iter().enumerate();
         let pairs = pairs.flat_map(|(i, one)| self.bodies[..i].iter().map(move |b| rate(one, b)));
         pairs.fold(0.0, f64::max)
+    }
+
+    /// L-2's 4 v/l of two bodies that touch and approach, and 8 w where they rub, in 1/s. The length in which a force has the right
+    /// sign is that of the radii for discs and with every edge; with other measures it is longer.
+    fn kinematic_rate(&self, touch: &Touch) -> f64 {
+        let Who::Bodies(i, v, j, e) = touch.who else {
+            return 0.0;
+        };
+        let pair = [&self.bodies[i], &self.bodies[j]];
+        let [one, other] = pair.map(|body| body.side(touch.at - body.pose.xy()).2);
+        let approach = (other - one).dot(&touch.normal).max(0.0);
+        let rubs = if touch.limit > 0.0 { 8.0 } else { 0.0 };
+        let turning = pair.map(|body| rubs * body.velocity.z.abs());
+        let each_edge = self.config.overlap == OverlapMeasure::EachEdge;
+        let length = pair[0].vertices[v].1 + pair[1].vertices[e].1;
+        let passing = if each_edge || pair.iter().all(|body| body.is_round()) {
+            4.0 * approach / length
+        } else {
+            0.0
+        };
+        turning.into_iter().fold(passing, f64::max)
     }
 
     /// Whether the circles around two bodies are so far apart that no law reaches across, and nothing is remembered of the pair.

@@ -120,7 +120,10 @@ impl Judge<'_> {
                 "omega_sq in 1/s^2",
                 limits.omega_sq,
                 // Where its bodies are then, and who begins to touch, the solver knows.
-                least(&|e| e.own_omega_sq).max(now.begun_omega_sq) - tiny,
+                least(&|e| e.own_omega_sq)
+                    .max(now.begun_omega_sq)
+                    .max(before.kinematic_omega_sq)
+                    - tiny,
             ),
             ("damping", limits.damping, least(&|e| e.damping)),
             (
