@@ -2,7 +2,7 @@
 //! outlines (`kit.rs`).
 
 use crate::small_scenes::*;
-use interface::config::{BodyConfig, ContactLaw};
+use interface::config::{BodyConfig, ContactLaw, Motion};
 use interface::solver::DemSolver;
 
 /// The bits do not depend on the skin, and so not on when lists are rebuilt: with friction, damping, points and bodies.
@@ -42,4 +42,27 @@ fn lists_leave_no_trace() {
     let (few, often) = (run(0.1), run(0.004));
     assert_eq!(few.0, often.0);
     assert_eq!(few.1, often.1);
+}
+
+/// A damped point goes round a corner in one step: before it was nearest to an edge that it is too far from now to be listed with.
+#[test]
+fn a_list_of_this_step_knows_where_points_were() {
+    let force = |skin: f64| {
+        let square = polygon_shape(vec![[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]]);
+        let fixed = BodyConfig {
+            motion: Motion::Fixed,
+            ..body(square, 0.0)
+        };
+        let mut config = scene(vec![fixed], ContactLaw::linear(1e4, 0.0, 0.0, 0.3));
+        config.skin = skin;
+        let mut dem = configured(&config);
+        let mut points = Points::new(&[(info(1, 0.1, 1.0), at(0.99, 1.05))]);
+        dem.imp_set(&points.set);
+        points.contact(&mut dem, &step(0.0, 0.01)).unwrap();
+        dem.advance(&step(0.0, 0.01)).unwrap();
+        points.states = vec![at(1.06, 0.97)];
+        points.contact(&mut dem, &step(0.01, 0.01)).unwrap();
+        points.forces[0].force
+    };
+    assert_eq!(force(0.5), force(1e-3));
 }

@@ -199,7 +199,14 @@ impl Geometry for PointBody {
 
     #[inline]
     fn overlap_before(on: &OnBodies, pair: PointPair) -> Option<f64> {
-        Some(on.overlap_at(pair, on.from(pair)?).0)
+        let from = on.from(pair)?;
+        // A list of this step holds the edges that are nearest within the skin.
+        if (from - on.position(pair.slot)).norm_squared() <= on.watch.skin * on.watch.skin {
+            return Some(on.overlap_at(pair, from).0);
+        }
+        let outline = on.outline(pair).0;
+        let seen = see(outline, 0..edge_count(outline.len()), from);
+        Some(on.radius_of_body(pair) + on.radius(pair) - seen.distance)
     }
 
     #[inline]
