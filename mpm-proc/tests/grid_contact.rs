@@ -203,6 +203,33 @@ fn discs_meet_across_periodic_walls_as_they_do_away_from_them() {
     }
 }
 
+/// A density reaches farther than hats: a point that has left the cell that it was sorted into counts at a node of a tile that none
+/// of the points of its own tile has seen.
+#[test]
+fn normals_do_not_show_where_tiles_begin() {
+    let run = |cells: f64| {
+        let mut config = pair();
+        config.shape = ShapeFunction::Linear;
+        config.domain = [[-0.05 * cells; 2], [1.0; 2]];
+        let fill = |in_cells: &[[f64; 2]]| {
+            points_fill(in_cells.iter().map(|x| x.map(|i| 0.05 * i)).collect())
+        };
+        config.groups[0].fill = fill(&[[9.02, 7.1], [8.2, 8.4]]);
+        config.groups[1].fill = fill(&[[7.3, 7.6]]);
+        for group in &mut config.groups {
+            group.spacing = Spacing::Distance(0.025);
+        }
+        (config.groups[0].velocity, config.groups[1].velocity) = ([-2.0, 0.0], [0.0; 2]);
+        collided(&config, 70).points()
+    };
+    for (a, b) in run(0.0).iter().zip(run(3.0)) {
+        for axis in 0..2 {
+            let dv = b.velocity[axis] - a.velocity[axis];
+            assert!(dv.abs() < 1e-9, "point {}: {dv:e} m/s", a.id);
+        }
+    }
+}
+
 /// Tiles begin at the corner of the domain, wherever that is. A bar ends where another tile begins, in which its body has points
 /// in high rows alone: what the bar adds to the low ones must not be counted for these again.
 #[test]

@@ -19,6 +19,7 @@ use wide::f64x2;
 
 use super::nodes::LayerNodes;
 use crate::kernel::lanes::{LANES, Lanes, indices, splat};
+use crate::kernel::point_tile::NO_TILE;
 use crate::kernel::shape::Shape;
 use crate::kernel::tiles::{MARGIN, NODES, TILE};
 use crate::kernel::transfer::AffineState;
@@ -35,7 +36,17 @@ impl LayerNodes {
         let per_cell = splat(1.0 / geometry.cell);
         for cloud in &layer.clouds {
             for tile in &cloud.tiles {
-                if tile.around.iter().all(|&around| self.counted(around) == 0) {
+                // A shape function may reach fewer nodes, so that the tile does not know all around it.
+                let first = tile.at.map(|i| i64::from(i - 1) * TILE as i64);
+                let around: [u32; 9] = std::array::from_fn(|k| match tile.around[k] {
+                    NO_TILE => {
+                        let [x, y] = [k % 3, k / 3].map(|run| (run * TILE) as i64);
+                        let holder = layer.grid.holder([first[0] + x, first[1] + y]);
+                        holder.map_or(NO_TILE, |(tile, _)| tile)
+                    }
+                    known => known,
+                });
+                if around.iter().all(|&around| self.counted(around) == 0) {
                     continue;
                 }
                 let mut sums = [[[0.0; 2]; WIDTH]; WIDTH];
@@ -48,7 +59,7 @@ impl LayerNodes {
                     let at = [0, 1].map(|a| x[a].mul_sub(per_cell, origin[a]));
                     add_points(&mut sums, at, tile.live(block));
                 }
-                for (k, &around) in tile.around.iter().enumerate() {
+                for (k, around) in around.into_iter().enumerate() {
                     let first = [k % 3, k / 3].map(|run| run * TILE + FIRST);
                     for i in bits(self.counted(around) & WITHIN[k]) {
                         let node = NodeAt {
