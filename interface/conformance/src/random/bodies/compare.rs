@@ -119,9 +119,9 @@ impl Judge<'_> {
             (
                 "omega_sq in 1/s^2",
                 limits.omega_sq,
-                // Where its bodies are then, and who begins to touch, the solver knows.
+                // Who begins to touch, the solver knows, and within a step also at which lever arms.
                 least(&|e| e.own_omega_sq)
-                    .max(now.begun_omega_sq)
+                    .max(0.9 * now.begun_omega_sq)
                     .max(before.kinematic_omega_sq)
                     - tiny,
             ),
