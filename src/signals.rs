@@ -1,5 +1,8 @@
 //! What signals ask for.
 
+#![allow(clippy::disallowed_methods, reason = "/proc")]
+
+use std::fs;
 use std::io;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -27,7 +30,10 @@ pub struct Asked {
 /// one after that ends it.
 pub fn interrupt(cleans_up: bool) -> Result<Asked, String> {
     let asked = Asked::default();
-    let listened = [SIGINT, SIGTERM, SIGHUP, SIGXCPU];
+    // What is ignored stays so: `nohup` wants no SIGHUP, and a shell's job in the background no Ctrl-C.
+    let ignored = ignored();
+    let listened = [SIGINT, SIGTERM, SIGHUP, SIGXCPU].into_iter();
+    let listened = listened.filter(|signal| ignored >> (signal - 1) & 1 == 0);
     let mut signals = Signals::new(listened).map_err(no_signals)?;
     let heard = asked.clone();
     thread::spawn(move || {
@@ -48,6 +54,14 @@ pub fn interrupt(cleans_up: bool) -> Result<Asked, String> {
         }
     });
     Ok(asked)
+}
+
+/// The signals that this process ignores, a bit for each from signal 1 on.
+fn ignored() -> u64 {
+    let status = fs::read_to_string("/proc/self/status").unwrap_or_default();
+    let mask = status.lines().find_map(|line| line.strip_prefix("SigIgn:"));
+    mask.and_then(|mask| u64::from_str_radix(mask.trim(), 16).ok())
+        .unwrap_or(0)
 }
 
 /// A flag that this signal sets.

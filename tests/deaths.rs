@@ -440,3 +440,20 @@ fn a_reader_that_leaves_is_no_death() {
     assert_eq!(unheard(&["schema"], true), Some(0));
     assert_eq!(unheard(&["check", "nowhere.toml"], false), Some(2));
 }
+
+/// `nohup` ignores SIGHUP for the program that it starts, a shell's job in the background Ctrl-C.
+#[test]
+fn a_signal_that_was_ignored_at_the_start_ends_no_run() {
+    let place = Place::new();
+    let scene = scene("jiang2020/normal_force");
+    let line = format!(
+        "run '{scene}' --variant quick --set check=[] --set time.end=0.3 --out '{}'",
+        place.path("run").display()
+    );
+    let mut run = place.start_after("trap '' HUP INT", &line);
+    run.stepping("run");
+    for ignored in ["HUP", "INT"] {
+        signal(run.pid(), ignored);
+    }
+    run.end().expect(0);
+}

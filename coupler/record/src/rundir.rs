@@ -70,7 +70,7 @@ struct Inner {
     /// Names of the files of the run that this one replaces.
     earlier: BTreeSet<String>,
     /// Locked as long as it is open.
-    _lock: Lock,
+    lock: Lock,
 }
 
 impl RunDir {
@@ -114,7 +114,7 @@ impl RunDir {
             ours: Written::open(path, &place, BTreeSet::new())?,
             place,
             earlier,
-            _lock: lock,
+            lock,
         };
         let dir = Self {
             root: path.to_path_buf(),
@@ -145,7 +145,7 @@ impl RunDir {
             place: PathBuf::new(),
             ours: Written::open(path, Path::new(""), names)?,
             earlier: BTreeSet::new(),
-            _lock: lock,
+            lock,
         };
         Ok(Self {
             root: path.to_path_buf(),
@@ -172,11 +172,13 @@ impl RunDir {
         self.inner().ours.names.contains(name)
     }
 
-    /// Notes that this run writes a file of this name; returns its name in the directory and its path.
+    /// Notes that this run writes a file of this name, if the directory is still its own; returns its name in the directory and
+    /// its path.
     fn claim(&self, name: &str) -> Result<(PathBuf, PathBuf), RunDirError> {
         let mut inner = self.inner();
         let name_here = inner.place.join(name);
         let path = self.root.join(&name_here);
+        inner.lock.is_at(&self.root).map_err(fail("write", &path))?;
         inner.ours.add(name).map_err(fail("write", &path))?;
         Ok((name_here, path))
     }
@@ -523,6 +525,21 @@ mod tests {
         let numbers: Vec<f64> = row.iter().skip(1).map(|n| n.parse().unwrap()).collect();
         let [x, y] = grain.position;
         assert_eq!(numbers, [x, y, grain.angle, 0.0, 0.0, grain.spin]);
+    }
+
+    /// Another run may have the directory that is in the place of one that was moved away.
+    #[test]
+    fn a_run_whose_directory_was_moved_writes_in_no_other() {
+        let place = tempfile::tempdir().unwrap();
+        let path = place.path().join("run");
+        let moved = RunDir::create(&path, "moved").unwrap();
+        moved.replace(HISTORY, b"moved", false).unwrap();
+        fs::rename(&path, place.path().join("elsewhere")).unwrap();
+        let other = RunDir::create(&path, "other").unwrap();
+        let error = moved.replace(HISTORY, b"moved", false).unwrap_err();
+        assert!(error.advice().contains("was moved"), "{error}");
+        assert!(!path.join(HISTORY).exists());
+        other.replace(HISTORY, b"other", false).unwrap();
     }
 
     /// A directory with the files of an earlier run, and a new run that is about to take its place.

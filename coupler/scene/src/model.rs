@@ -169,7 +169,7 @@ pub struct Solvers {
 #[derive(Debug, Clone, Copy, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Coupling {
-    /// Verlet skin V_d in m beyond contact distance; twice the largest contact radius by default.
+    /// Verlet skin V_d in m beyond contact distance; twice the largest contact radius by default, at least half of it.
     pub skin: Option<f64>,
     /// Longest wait for another process in s; 30 by default.
     pub deadline: f64,

@@ -121,6 +121,12 @@ fn checked(problems: &mut Problems, written: &SceneWritten, directory: &Path) ->
     let skin = || bodies::default_skin(mpm.as_ref(), dem.as_ref());
     let skin = written.coupling.skin.unwrap_or_else(skin);
     if let Some(mpm) = &mut mpm {
+        // A point moves by half its radius in a step, and shall be in the set before it touches.
+        let radii = mpm.groups.iter().filter_map(|group| group.contact_radius);
+        let least = 0.5 * radii.fold(0.0, f64::max);
+        let is_enough = skin >= least || written.contact.is_none() && group_pairs.is_empty();
+        let expected = format!("at least half the largest contact radius, {least} m");
+        problems.number("coupling.skin", skin, is_enough || skin <= 0.0, &expected);
         mpm.skin = skin;
     }
     if let Some(dem) = &mut dem {

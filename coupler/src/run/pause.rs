@@ -72,8 +72,12 @@ impl Pauses {
             }
             return None;
         };
+        // Of the time before the first look nothing is known.
         let mut held = match before {
-            Some(held) if held.party == party => held,
+            Some(held) if held.party == party => Held {
+                lasted: held.lasted + round,
+                ..held
+            },
             _ => Held {
                 party,
                 hold,
@@ -81,7 +85,6 @@ impl Pauses {
                 named: false,
             },
         };
-        held.lasted += round;
         if held.lasted >= self.patience {
             return Some((party, format!("has been {hold} for {:.0?}", held.lasted)));
         }
@@ -117,8 +120,9 @@ mod tests {
     #[test]
     fn a_short_stop_is_not_reported() {
         let mut pauses = Pauses::new(Duration::from_secs(10));
-        assert_eq!(pauses.after(LOOK, STOPPED), None);
+        assert_eq!(pauses.after(ROUND, STOPPED), None);
         assert_eq!(pauses.held_now(), None);
+        assert_eq!(pauses.after(LOOK, STOPPED), None);
         assert_eq!(pauses.after(LOOK, STOPPED), None);
         assert_eq!(pauses.held_now(), STOPPED);
         assert_eq!(pauses.after(LOOK, None), None);

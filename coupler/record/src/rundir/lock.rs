@@ -67,6 +67,21 @@ impl Lock {
             .map_err(fail("write", &path))?;
         Ok(lock)
     }
+
+    /// Whether the directory is still at this path.
+    ///
+    /// # Errors
+    /// It was moved or removed.
+    pub fn is_at(&self, path: &Path) -> io::Result<()> {
+        let [there, own] = [path.metadata()?, self.directory.metadata()?];
+        if (there.dev(), there.ino()) == (own.dev(), own.ino()) {
+            return Ok(());
+        }
+        Err(io::Error::new(
+            ErrorKind::NotFound,
+            "another directory is in its place",
+        ))
+    }
 }
 
 /// Opens the directory itself: `.` is in no pipe, which would wait.
