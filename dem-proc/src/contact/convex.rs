@@ -24,7 +24,7 @@ use crate::contact::pair_geometry::Moves;
 use crate::contact::pairs::pair_properties;
 use crate::contact::passage::{Own, Passage, Passed, TURN};
 use crate::contact::side::{AfterKick, Sums, Targets};
-use crate::law::{Kinematics, Law, Loss, PairProperties};
+use crate::law::{Kinematics, Law, Loss, PairProperties, Stiffness};
 use crate::lists::neighbours::Search;
 use crate::lists::now::Among;
 use crate::lists::watch::Watch;
@@ -216,12 +216,10 @@ impl<M: Measure> PairKind for Convex<M> {
             let place = (*candidate, arms, depth);
             let kinematics = kinematics::<M>(bodies, &chunk.on.moves, &spot, place);
             let stiffness = chunk.law.stiffness(constants, spot.depth + closing);
-            let [normal, tangential] = [stiffness.normal * M::STIFFENS, stiffness.tangential];
             let mut outcome = Outcome {
                 bodies: pair,
                 loads: [0, 1].map(|i| PairLoad {
-                    rate: rate(frames[i], arms[i], &spot, normal, tangential)
-                        + frames[i].inverse_inertia * stiffness.rolling,
+                    rate: rate::<M>(frames[i], arms[i], &spot, &stiffness),
                     ..PairLoad::default()
                 }),
                 loss: Loss::default(),
@@ -317,15 +315,19 @@ impl<M: Measure> PairKind for Convex<M> {
         _: (&Watch, f64),
         mut act: impl FnMut(usize, &Near),
     ) {
-        found.iter().for_each(|met| act(met.number, &met.near));
+        for met in found {
+            act(met.number, &met.near);
+        }
     }
 }
 
 /// Contribution of a contact to a body's `Load::rate`, for a force anywhere on the width of the contact and a gain of
 /// at most 1.
-fn rate(frame: &Frame, arm: Vec2, spot: &Spot, normal: f64, tangential: f64) -> f64 {
+fn rate<M: Measure>(frame: &Frame, arm: Vec2, spot: &Spot, stiffness: &Stiffness) -> f64 {
+    let [normal, tangential] = [stiffness.normal * M::STIFFENS, stiffness.tangential];
     let across = cross(arm, spot.normal).abs() + spot.half_width;
     let along = arm.dot(&spot.normal).abs() + spot.half_width;
     frame.inverse_mass * (normal + tangential)
         + frame.inverse_inertia * (normal * across * across + tangential * along * along)
+        + frame.inverse_inertia * stiffness.rolling
 }
