@@ -19,11 +19,12 @@ use wide::f64x2;
 
 use super::nodes::LayerNodes;
 use crate::kernel::lanes::{LANES, Lanes, indices, splat};
-use crate::kernel::point_tile::NO_TILE;
+use crate::kernel::point_tile::{NO_TILE, Tile};
 use crate::kernel::shape::Shape;
 use crate::kernel::tiles::{MARGIN, NODES, TILE};
 use crate::kernel::transfer::AffineState;
 use crate::state::continuum::Continuum;
+use crate::state::grid::Grid;
 use crate::state::nodes::{NodeAt, bits};
 
 impl LayerNodes {
@@ -36,16 +37,7 @@ impl LayerNodes {
         let per_cell = splat(1.0 / geometry.cell);
         for cloud in &layer.clouds {
             for tile in &cloud.tiles {
-                // A shape function may reach fewer nodes, so that the tile does not know all around it.
-                let first = tile.at.map(|i| i64::from(i - 1) * TILE as i64);
-                let around: [u32; 9] = std::array::from_fn(|k| match tile.around[k] {
-                    NO_TILE => {
-                        let [x, y] = [k % 3, k / 3].map(|run| (run * TILE) as i64);
-                        let holder = layer.grid.holder([first[0] + x, first[1] + y]);
-                        holder.map_or(NO_TILE, |(tile, _)| tile)
-                    }
-                    known => known,
-                });
+                let around = around(&layer.grid, tile);
                 if around.iter().all(|&around| self.counted(around) == 0) {
                     continue;
                 }
@@ -81,6 +73,20 @@ impl LayerNodes {
             }
         }
     }
+}
+
+/// The numbers of the 3 x 3 node tiles around a tile. It does not know those that only the density of its points reaches, beyond
+/// their shape function.
+fn around(grid: &Grid, tile: &Tile) -> [u32; 9] {
+    let first = tile.at.map(|i| i64::from(i - 1) * TILE as i64);
+    std::array::from_fn(|k| match tile.around[k] {
+        NO_TILE => {
+            let [x, y] = [k % 3, k / 3].map(|run| (run * TILE) as i64);
+            let holder = grid.holder([first[0] + x, first[1] + y]);
+            holder.map_or(NO_TILE, |(tile, _)| tile)
+        }
+        known => known,
+    })
 }
 
 /// Nodes that a point reaches along an axis.
