@@ -3,7 +3,7 @@
 use interface::config::MaterialModel;
 use interface::config::material::{CriticalState, Frictional, Inertial};
 use interface::impulse::at;
-use nalgebra::{Matrix2, Matrix3, Vector2, Vector3};
+use nalgebra::{Matrix2, Matrix3, Rotation3, Vector2, Vector3};
 
 /// A point.
 #[derive(Debug, Clone, Copy, Default)]
@@ -233,17 +233,18 @@ impl RefPoint {
         (strain * self.shear + round) / self.ratio
     }
 
-    /// The stress turned by the spin, and Hooke's law of the strain.
+    /// The stress turned by the spin, and Hooke's law of the strain, which is that of the middle of the interval.
     fn hypoelastic(&mut self, l: &Matrix3<f64>) -> Matrix3<f64> {
-        let (turn, mut strain) = (
-            cayley(&((l - l.transpose()) * 0.5)),
-            (l + l.transpose()) * 0.5,
-        );
+        let mut strain = (l + l.transpose()) * 0.5;
+        // Half of the angle of Cayley's rotation.
+        let half = (0.25 * (l[(1, 0)] - l[(0, 1)])).atan();
+        let turn = Rotation3::from_axis_angle(&Vector3::z_axis(), half).into_inner();
         if self.thins {
             strain[(2, 2)] = self.thinning() * strain.trace();
         }
         self.ratio *= swelling(strain.trace());
-        turn * tensor(self.stress) * turn.transpose() + self.elastic_stress(&strain)
+        let halfway = turn * tensor(self.stress) * turn.transpose() + self.elastic_stress(&strain);
+        turn * halfway * turn.transpose()
     }
 
     /// `-p 1 + 2 mu dev(D)`, `p = K/gamma (J^-gamma - 1)`.
