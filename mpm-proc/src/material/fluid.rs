@@ -26,17 +26,22 @@ impl Fluid {
 
     /// `K/gamma (J^-gamma - 1)` in Pa.
     #[inline(always)]
-    fn pressure(&self, point: &Point<()>) -> Lanes {
-        splat(self.bulk / self.exponent) * (self.power(point.volume) - splat(1.0))
+    fn pressure(&self, point: &Point<Lanes>) -> Lanes {
+        splat(self.bulk / self.exponent) * (self.power(point.volume * point.state) - splat(1.0))
     }
 }
 
 impl Material for Fluid {
-    type State = ();
+    /// `J` at the start: the mass of a point is that of its initial volume at the configured density, whatever its pressure.
+    type State = Lanes;
     const DISSIPATES: bool = true;
 
-    /// The volume that has the pressure.
-    fn prestressed(&self, stress: Stress) -> Result<Point<()>, String> {
+    fn initial(&self) -> Point<Lanes> {
+        Point::unstressed(splat(1.0))
+    }
+
+    /// Begins at the `J` that has the pressure.
+    fn prestressed(&self, stress: Stress) -> Result<Point<Lanes>, String> {
         let [xx, yy, zz, xy] =
             [stress.xx, stress.yy, stress.zz, stress.xy].map(|s| s.to_array()[0]);
         let base = 1.0 - self.exponent * xx / self.bulk;
@@ -46,14 +51,14 @@ impl Material for Fluid {
             );
         }
         let mut point = self.initial();
-        point.volume = splat(base.powf(-1.0 / self.exponent));
+        point.state = splat(base.powf(-1.0 / self.exponent));
         let pressure = self.pressure(&point);
-        [point.stress.xx, point.stress.yy, point.stress.zz] = [-pressure; 3]; // to the bit that of its volume
+        [point.stress.xx, point.stress.yy, point.stress.zz] = [-pressure; 3]; // to the bit that of its `J`
         Ok(point)
     }
 
     #[inline(always)]
-    fn update(&self, point: &mut Point<()>, by: &Deformation, per_dt: f64) -> Dissipated {
+    fn update(&self, point: &mut Point<Lanes>, by: &Deformation, per_dt: f64) -> Dissipated {
         if per_dt == 0.0 {
             return Dissipated::NOTHING; // an interval of no length keeps the stress of the one before
         }
@@ -79,7 +84,7 @@ impl Material for Fluid {
 
     /// `2 rho c^2 = 2 K J^-gamma`.
     #[inline(always)]
-    fn stiffness_over_density(&self, point: &Point<()>) -> Lanes {
+    fn stiffness_over_density(&self, point: &Point<Lanes>) -> Lanes {
         let pressure = splat(-1.0 / 3.0) * (point.stress.xx + point.stress.yy + point.stress.zz);
         let tangent = splat(self.exponent).mul_add(pressure, splat(self.bulk));
         tangent * point.volume * splat(2.0 / self.density)
@@ -89,15 +94,15 @@ impl Material for Fluid {
         2.0 * self.viscosity / self.density
     }
 
-    /// `-int p dJ`.
-    fn elastic_energy(&self, point: &Point<()>) -> Lanes {
-        let j = point.volume;
+    /// `-int p dJ` from `J = 1` on, over `J` at the start.
+    fn elastic_energy(&self, point: &Point<Lanes>) -> Lanes {
+        let j = point.volume * point.state;
         let grows = if self.exponent > 1.0 {
             (self.power(j) * j - splat(1.0)) * splat(1.0 / (self.exponent - 1.0))
         } else {
             -j.ln()
         };
-        splat(self.bulk / self.exponent) * (grows + j - splat(1.0))
+        splat(self.bulk / self.exponent) * (grows + j - splat(1.0)) / point.state
     }
 
     fn sound_speed(&self) -> f64 {
@@ -149,6 +154,33 @@ mod tests {
             let energy = fluid.elastic_energy(&path.point).to_array()[0];
             assert!((energy / work - 1.0).abs() < 1e-9, "{energy} {work}");
         }
+    }
+
+    /// The pressure acts on the volume that its mass has at the configured density.
+    #[test]
+    fn a_point_under_pressure_begins_with_its_initial_volume() {
+        let [pressure, j] = [6.0e3_f64, 2.4_f64.powf(-1.0 / 7.0)];
+        let stress = Stress {
+            xx: splat(-pressure),
+            yy: splat(-pressure),
+            zz: splat(-pressure),
+            xy: ZERO,
+        };
+        let mut point = WATER.prestressed(stress).unwrap();
+        let before = WATER.elastic_energy(&point).to_array()[0];
+        assert!(point.volume.to_array()[0] == 1.0);
+        let swells = Deformation {
+            xx: splat(1.0e-4),
+            ..Deformation::NOTHING
+        };
+        WATER.update(&mut point, &swells, 1.0);
+        let p = 3.0e4 / 7.0 * ((j * 1.0e-4_f64.exp()).powf(-7.0) - 1.0);
+        assert!((-point.stress.mean().to_array()[0] / p - 1.0).abs() < 1e-9);
+        let work = before - WATER.elastic_energy(&point).to_array()[0];
+        assert!(
+            (work / (0.5e-4 * (p + pressure)) - 1.0).abs() < 1e-4,
+            "{work}"
+        );
     }
 
     #[test]

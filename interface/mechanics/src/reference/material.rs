@@ -32,6 +32,8 @@ pub struct RefPoint {
     pub stress: [f64; 4],
     /// Volume over the initial one.
     pub ratio: f64,
+    /// Of a fluid, the initial volume over that without stress.
+    pub squeezed: f64,
     /// In kg/m.
     pub mass: f64,
     /// Initial volume in m^2.
@@ -104,7 +106,7 @@ fn swelling(trace: f64) -> f64 {
 impl RefPoint {
     /// The same with this Cauchy stress (Pa) at the start.
     pub(super) fn under(&self, stress: [f64; 4]) -> Self {
-        let ratio = match self.model {
+        let squeezed = match self.model {
             MaterialModel::Fluid {
                 exponent: gamma, ..
             } => (1.0 - gamma * stress[0] / self.bulk).powf(-1.0 / gamma),
@@ -112,7 +114,8 @@ impl RefPoint {
         };
         Self {
             stress,
-            ratio,
+            ratio: 1.0,
+            squeezed,
             ..*self
         }
     }
@@ -177,12 +180,13 @@ impl RefPoint {
                 exponent: gamma, ..
             } => {
                 // -int p dJ.
+                let j = j * self.squeezed;
                 let of_power = if gamma == 1.0 {
-                    -ln
+                    -j.ln()
                 } else {
                     (j.powf(1.0 - gamma) - 1.0) / (gamma - 1.0)
                 };
-                self.bulk / gamma * (of_power + j - 1.0)
+                self.bulk / gamma * (of_power + j - 1.0) / self.squeezed
             }
             MaterialModel::Hypoelastic(_) => small(&tensor(self.stress)) * j,
             _ => small(&(tensor(self.stress) * j)),
@@ -253,7 +257,8 @@ impl RefPoint {
         let (_, sheared) = split(&((l + l.transpose()) * 0.5));
         let viscous = sheared * (2.0 * viscosity / dt);
         self.viscous += viscous.dot(&sheared) * self.ratio * self.volume;
-        let pressure = self.bulk / gamma * (self.ratio.powf(-gamma) - 1.0);
+        let j = self.ratio * self.squeezed;
+        let pressure = self.bulk / gamma * (j.powf(-gamma) - 1.0);
         viscous - Matrix3::identity() * pressure
     }
 
