@@ -16,10 +16,11 @@ use crate::system::{BODIES, POINT_PAIRS, POINTS, Sdem};
 const LEDGER: [usize; 3] = [POINTS, POINT_PAIRS, BODIES];
 
 impl Sdem {
-    /// Energy in all contact springs in J/m, in a measured or an opening step.
-    pub(crate) fn contact_energy(&self) -> f64 {
+    /// Energy in J/m in all contact springs ([`Sums::energy`](crate::contact::side::Sums)), in a measured or an opening step.
+    pub(crate) fn contact_energy(&self) -> [f64; 2] {
         let sides = LEDGER.iter().filter_map(|&of| self.sides[of].as_ref());
-        sides.map(|side| side.sums().energy).sum()
+        let energies = sides.map(|side| side.sums().energy);
+        energies.fold([0.0; 2], |[all, held], [a, h]| [all + a, held + h])
     }
 
     /// The totals after the kick of this step. Free bodies, which only contact and gravity move, are summed together.
@@ -77,7 +78,7 @@ impl Sdem {
     /// The measurement at `t_n`, between kick and commit: `bodies.state` still has the velocities before the kick,
     /// `kicked` has those after it.
     pub(crate) fn measure(&self, step: &Step) -> DemMeasurement {
-        let contact = self.contact_energy();
+        let [contact, _] = self.contact_energy();
         let totals = [&self.state.totals, &self.totals_after(step)];
         let entries = (0..self.bodies.len()).map(|b| self.entry(b));
         ledger::measure(step, self.gravity, contact, totals, entries)

@@ -109,6 +109,22 @@ fn only_contacts_that_open_under_load_shorten_the_first_step() {
     assert_eq!(asked(&plate(6.0, 0.5), [0.0; 2], 1.0), 0.0);
 }
 
+/// What two discs that adhere at rest have less than none is no energy that other contacts could do without.
+#[test]
+fn contacts_open_as_slowly_beside_two_that_adhere() {
+    let alone = DemConfig {
+        body_contact: Some(granular_law(K, 0.0, 0.0, 0.0, 1000.0, 0.0)),
+        ..plate(6.0, 0.0)
+    };
+    let mut beside = alone.clone();
+    beside.bodies.extend([-9.998, 9.998].map(|x| BodyConfig {
+        position: [x, 100.0],
+        ..body(BodyShape::Disc, 10.0)
+    }));
+    let [alone, beside] = [alone, beside].map(|config| asked(&config, [0.0; 2], 1.0));
+    assert!(alone > 0.0 && alone == beside, "{alone} {beside}");
+}
+
 /// A disc on a driven floor, without points.
 #[test]
 fn bodies_on_a_floor_that_is_driven_away_are_let_go_in_many_steps() {

@@ -58,9 +58,9 @@ energies! {
 
 impl Energies {
     /// Energy in play: all energies, with gravity counted from its value at the start, so that the choice of the origin
-    /// does not matter.
+    /// does not matter. That of contacts that adhere may be below zero.
     fn in_play(&self, start: &Self) -> f64 {
-        let held = self.kinetic + self.rotation + self.elastic + self.contact;
+        let held = self.kinetic + self.rotation + self.elastic + self.contact.abs();
         let lost = self.friction + self.viscous + self.plastic + self.transfer.max(0.0);
         held + lost + (self.gravity - start.gravity).abs() + self.driven.abs()
     }
@@ -431,6 +431,20 @@ mod tests {
         // Energy that is really lost is still found.
         balance.take(&Ledger::default(), &bodies(6e-3), &moving(2.0 * 3.0));
         assert!((balance.momentum_error - 1e-3).abs() < 1e-15);
+    }
+
+    /// Two bodies that adhere swing: what is created counts against the energy of their contact, which is below zero.
+    #[test]
+    fn energy_below_zero_is_in_play() {
+        let bodies = |contact: f64, kinetic: f64| Ledger {
+            contact,
+            kinetic,
+            ..Ledger::default()
+        };
+        let mut balance = Balance::default();
+        take(&mut balance, bodies(-4.0, 0.0));
+        take(&mut balance, bodies(-3.75, 0.5));
+        assert_eq!(balance.residual_max, 0.75 / 4.25);
     }
 
     /// A load rests on points. Momenta are only rounding, and the impulses of weight and support balance.

@@ -275,7 +275,7 @@ impl<M: Measure> PairKind for Convex<M> {
                 let ids = outcome.bodies.map(u64::from);
                 let force = outcome.loads[0].force;
                 to.contacts.push(between(ids, BODY, at, force));
-                sums.energy += energy;
+                sums.hold(energy);
             }
             for (b, load) in outcome.bodies.into_iter().zip(outcome.loads) {
                 to.by_bodies[b as usize] += load;

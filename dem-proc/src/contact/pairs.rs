@@ -349,7 +349,7 @@ impl PairKind for VertexEdges {
         sums.stiffest = stiffest.fold(sums.stiffest, f64::max);
         for (contact, energy) in &added.contacts {
             to.contacts.push(*contact);
-            sums.energy += energy;
+            sums.hold(*energy);
         }
         sums.passed = sums.passed.or(added.deep);
     }

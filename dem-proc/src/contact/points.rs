@@ -283,7 +283,7 @@ impl<G: Geometry> PairKind for G {
                 let pair = on.pairs[outcome.pair as usize];
                 let at = G::overlap(on, pair);
                 (to.contacts).push(G::contact_state(on, pair, at, outcome.force));
-                sums.energy += outcome.energy;
+                sums.hold(outcome.energy);
             }
             if outcome.deep && sums.passed.is_none() {
                 let pair = on.pairs[outcome.pair as usize];

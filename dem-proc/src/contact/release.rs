@@ -8,7 +8,7 @@
 //! `P dt/2 - E` with the power `P = sum F u` of these contacts appears: four times what the springs had of a gate at
 //! 6 m/s (docs/energy.md).
 //!
-//! So the opening step asks for a step in which the contacts hand over a small part of their energy: `P dt/2 = E/N`,
+//! So the opening step asks for a step in which the contacts that have energy to give hand over a small part of it: `P dt/2 = E/N`,
 //! which is also a bound of what appears, since the forces decrease. If all contacts open in this way, the bound is
 //! not reached: `(1/N)^2/4` of the energy appears. The step then grows by a tenth every four steps, as at any start.
 
@@ -55,7 +55,7 @@ impl Sdem {
         if power <= 0.0 {
             return 0.0;
         }
-        let energy = self.contact_energy();
+        let [_, energy] = self.contact_energy();
         if energy > NEGLIGIBLE * impact {
             (PARTS * power / energy).powi(2)
         } else {

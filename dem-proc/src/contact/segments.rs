@@ -217,7 +217,9 @@ impl PairKind for Segments {
             to.by_points[*body as usize] += *part;
         }
         sums.loss += added.sums.loss;
-        sums.energy += added.sums.energy;
+        for (sum, energy) in sums.energy.iter_mut().zip(added.sums.energy) {
+            *sum += energy;
+        }
         to.contacts.extend_from_slice(&added.pressing);
         sums.in_reach += added.sums.in_reach;
         sums.passed = sums.passed.or(added.sums.passed);
@@ -477,7 +479,7 @@ impl<L: Law> OfDisc<'_, L> {
                 let [spring, pull] = place.elastic;
                 self.exert(place, [pull - spring, 0.0], to);
                 let none = L::History::default();
-                to.sums.energy -= self.law.energy(&place.constants, place.overlap, &none);
+                (to.sums).hold(-self.law.energy(&place.constants, place.overlap, &none));
             }
             return;
         };
@@ -508,7 +510,7 @@ impl<L: Law> OfDisc<'_, L> {
         let springs = springs.max(0.0);
         let response =
             (self.law).response_to_spring(&deepest.constants, springs, &kinematics, history);
-        let mut history = response.history;
+        let (mut history, mut energy) = (response.history, 0.0);
         for place in places.iter().filter(|p| p.overlap > 0.0) {
             let (share, sign, [spring, pull]) = (share(place), place.sign(), place.elastic);
             // This extremum has its share of the law's normal force, and the difference between its own spring and its
@@ -521,8 +523,7 @@ impl<L: Law> OfDisc<'_, L> {
             } else {
                 L::History::default()
             };
-            let energy = self.law.energy(&place.constants, place.overlap, &own);
-            to.sums.energy += sign * energy;
+            energy += sign * self.law.energy(&place.constants, place.overlap, &own);
             if place.e.least {
                 next.held.push(Held {
                     ids: place.e.foot.slots.map(|slot| self.info(slot).id),
@@ -532,6 +533,7 @@ impl<L: Law> OfDisc<'_, L> {
                 });
             }
         }
+        to.sums.hold(energy);
         to.add_loss(1.0, response.loss);
         next.springs.push(All::of(&response.history));
     }

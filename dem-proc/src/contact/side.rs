@@ -48,8 +48,9 @@ pub struct Targets<'a> {
 pub struct Sums {
     /// Dissipated over the last step.
     pub loss: Loss,
-    /// Energy in J/m in contact springs, if the interval is measured.
-    pub energy: f64,
+    /// Energy in J/m in contact springs, if the interval is measured; and of those contacts alone that have more than
+    /// none, as adhesion has less.
+    pub energy: [f64; 2],
     /// Pairs in reach.
     pub in_reach: usize,
     /// Pairs of bodies that press.
@@ -58,6 +59,14 @@ pub struct Sums {
     pub stiffest: f64,
     /// The first pair, in the order of the list, whose overlap is too large.
     pub passed: Option<Passed>,
+}
+
+impl Sums {
+    /// Adds the energy (J/m) of a contact.
+    pub fn hold(&mut self, energy: f64) {
+        self.energy[0] += energy;
+        self.energy[1] += energy.max(0.0);
+    }
 }
 
 /// Bodies after the kick, for the step limit.
