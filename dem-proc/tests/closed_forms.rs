@@ -5,7 +5,7 @@ use crate::small_scenes::*;
 use dem_proc::Sdem;
 use interface::Vec2;
 use interface::config::{
-    BodyConfig, BodyInertia, BodyShape, ContactLaw, DemConfig, Interface, OverlapMeasure,
+    BodyConfig, BodyInertia, BodyShape, ContactLaw, DemConfig, Interface, Motion, OverlapMeasure,
     ratio_of_restitution,
 };
 use interface::message::wire::ImpInfo;
@@ -85,6 +85,39 @@ fn restitution_of_discs(masses: [f64; 2], law: ContactLaw, dt: f64) -> (f64, u32
         }
     }
     panic!("they never parted");
+}
+
+/// A rod that is hinged at its centre strikes a fixed disc with its end: its dashpots are those of its mass `m`, and `I/r^2` is what
+/// swings.
+#[test]
+fn a_hinged_body_has_dashpots() {
+    let e = 0.5;
+    let gate = |zeta: f64| {
+        let rod = BodyConfig {
+            spin: -1e-2,
+            motion: Motion::Guided {
+                hold_x: true,
+                hold_y: true,
+                hold_angle: false,
+            },
+            ..body(segment_shape([[-1.0, 0.0], [1.0, 0.0]]), 0.01)
+        };
+        let stop = BodyConfig {
+            position: [1.0, -0.11],
+            motion: Motion::Fixed,
+            ..body(BodyShape::Disc, 0.1)
+        };
+        configured(&scene(vec![rod, stop], viscous(1e6, 0.0, zeta)))
+    };
+    let elastic = gate(0.0);
+    let rod = &elastic.bodies().properties[0];
+    let mut dem = gate(ratio_of_restitution(e) * (rod.inertia / rod.mass).sqrt());
+    let dt = 1e-3 * (rod.inertia / 1e6).sqrt();
+    for i in 0..5000 {
+        go(&mut dem, i == 0, dt);
+    }
+    let given = dem.bodies().state[0].spin / 1e-2;
+    assert!((given / e - 1.0).abs() < 5e-3, "{given}");
 }
 
 /// The restitution is the one asked for, for any masses, below and above critical damping (e = 0.1), and for both laws.

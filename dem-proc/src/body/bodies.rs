@@ -60,7 +60,7 @@ pub struct Rigid {
     pub radius: f64,
     /// Largest distance of the surface from the centre of mass in m.
     pub extent: f64,
-    /// 1 for a body that gravity moves, 0 for a fixed or driven one.
+    /// 1 for a body that gravity or other forces move in any direction, 0 for a fixed or driven one.
     pub falls: f64,
     /// Index of its first vertex in [`Bodies::outline`], and number of its vertices.
     vertices: [u32; 2],

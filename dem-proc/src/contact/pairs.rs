@@ -35,12 +35,12 @@ use mechanics::outline::contact_point;
 #[derive(Debug)]
 pub struct VertexEdges;
 
-/// The constants of two bodies for a law, with these radii of curvature (m) at their contact. The reduced mass is 0,
-/// which makes no dashpot, if both can only rotate.
+/// The constants of two bodies for a law, with these radii of curvature (m) at their contact. A body that forces move
+/// counts with its mass, also if they only rotate it.
 pub fn pair_properties(bodies: &Bodies, pair: [u32; 2], radii: [f64; 2]) -> PairProperties {
-    let [a, b] = pair.map(|b| bodies.state[b as usize].inverse_mass);
+    let [a, b] = pair.map(|b| bodies.state[b as usize].falls / bodies.properties[b as usize].mass);
     PairProperties {
-        mass: if a + b > 0.0 { 1.0 / (a + b) } else { 0.0 },
+        mass: 1.0 / (a + b),
         radius: reduced(radii[0], radii[1]),
         surfaces: pair.map(|b| bodies.properties[b as usize].surface),
     }

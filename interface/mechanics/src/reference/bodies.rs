@@ -734,7 +734,10 @@ impl Oracle {
         let Place { at, normal, .. } = place;
         let (r, s) = (at - one.pose.xy(), at - other.pose.xy());
         let law = self.law([&one.surface, &other.surface], common);
-        let sides = [one.side(r), other.side(s)];
+        let mut sides = [one.side(r), other.side(s)];
+        for (side, body) in sides.iter_mut().zip([one, other]) {
+            side.0 = f64::from(u8::from(body.is_moved_by_forces())) / body.inertia.x;
+        }
         let (touch, law) = self.touch(step, (who, law), sides, place, sums);
         let mut row = DVector::zeros(3 * self.bodies.len());
         for (b, sign, r) in [(i, 1.0, r), (j, -1.0, s)] {
