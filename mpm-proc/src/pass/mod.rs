@@ -1,6 +1,7 @@
 //! The passes of a step: each reads the data, changes them, and is called by `step.rs`.
 
 pub mod check_points;
+pub mod columns;
 pub mod contact;
 pub mod damping;
 pub mod drift;

@@ -1,6 +1,7 @@
 //! Mass, momentum and velocity of the nodes (Jiang 2020 eqs. 18 to 20): the windows of the clouds are summed, the momentum
 //! is divided by the mass, and the walls are obeyed.
 
+use super::columns::{act_before, act_mapped};
 use super::images::{gather_momentum, gather_sums, gather_vectors, spread_vectors};
 use crate::kernel::shape::Shape;
 use crate::kernel::threads::{PARTS, over_items};
@@ -53,6 +54,7 @@ pub fn sum_momentum<const W: usize, S: Shape<W>, A: AffineState>(
             }
         });
     }
+    act_before(grid, pic_fraction);
 }
 
 /// Sums two numbers of the points at the nodes into [`Grid::sums`], from the windows of the internal forces of those clouds that
@@ -116,8 +118,9 @@ pub fn divide_mapped<const W: usize, S: Shape<W>, A: AffineState>(
                 mapped.divide_momentum(tile, walls, &geometry);
             }
         });
-        spread_vectors(&grid.images, &mut grid.mapped, 1.0);
     }
+    act_mapped(grid);
+    spread_vectors(&grid.images, &mut grid.mapped, 1.0);
 }
 
 impl MappedTile {
@@ -129,7 +132,8 @@ impl MappedTile {
         let origin = first_node(tile.at);
         for i in bits(tile.walled) {
             let free = self.velocity[i];
-            let held = walls.act(node(origin, i), free, None).velocity;
+            let alone = tile.in_columns >> i & 1 == 0;
+            let held = walls.act(node(origin, i), free, None, alone).velocity;
             self.wall.work += walls.drive(node(origin, i), tile.mass[i], free, held);
             let impulse = [0, 1].map(|a| tile.mass[i] * (held[a] - free[a]));
             self.wall.count(geometry.place(node(origin, i)), impulse);
@@ -151,7 +155,8 @@ impl NodeTile {
         self.stopped.clear();
         for i in bits(self.walled) {
             let free = self.before[i];
-            let held = walls.act(node(origin, i), free, None).velocity;
+            let alone = self.in_columns >> i & 1 == 0;
+            let held = walls.act(node(origin, i), free, None, alone).velocity;
             let felt = pic_fraction * self.mass[i];
             self.wall.work += walls.drive(node(origin, i), felt, free, held);
             let impulse = [0, 1].map(|a| felt * (held[a] - free[a]));

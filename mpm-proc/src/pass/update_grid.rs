@@ -1,5 +1,6 @@
 //! The grid's update: the kick of the nodes with damping and walls (Jiang 2020 eqs. 17 and 48).
 
+use super::columns::act_after;
 use super::holds::hold_after;
 use super::images::{gather_force, spread_after};
 use crate::kernel::shape::Shape;
@@ -86,6 +87,7 @@ fn kick_nodes<const W: usize, S: Shape<W>, A: AffineState>(
             }
         });
     }
+    act_after(grid);
 }
 
 /// Everything except forces that acts on the nodes in a kick.
@@ -99,6 +101,26 @@ struct Kick<'a> {
 }
 
 impl NodeTile {
+    /// Counts what walls have taken in the kick of a node `on` them, which moved this mass (kg/m) at `free` (m/s).
+    pub fn take(
+        &mut self,
+        i: usize,
+        on: [i64; 2],
+        held: &Held,
+        (mass, free): (f64, [f64; 2]),
+        geometry: &Geometry,
+    ) {
+        if held.rubbed != [0.0; 2] {
+            self.friction.push((i, held.rubbed.map(|v| -mass * v)));
+        }
+        for a in 0..2 {
+            let presses = held.pressed[a] && self.per_mass[i] > 0.0; // an empty node only falls
+            self.pressed[a] |= u64::from(presses) << i;
+        }
+        let impulse = [0, 1].map(|a| mass * (held.velocity[a] - free[a]));
+        self.wall.count(geometry.place(on), impulse);
+    }
+
     /// Kicks the nodes by `force` (N/m).
     fn kick(&mut self, force: &[[f64; 2]; NODES], act: &Kick) {
         // An empty node falls too; no point reads it.
@@ -116,25 +138,13 @@ impl NodeTile {
         self.smoothing_work = self.wall.work;
         self.pressed = [0; 2];
         let (origin, walls) = (first_node(self.at), act.walls);
-        for (i, stopped) in bits(self.walled).zip(&self.stopped) {
-            let free = self.after[i];
-            let Held {
-                velocity: held,
-                rubbed,
-                pressed,
-            } = walls.act(node(origin, i), free, Some(*stopped));
-            if rubbed != [0.0; 2] {
-                self.friction.push((i, rubbed.map(|v| -self.mass[i] * v)));
-            }
-            self.wall.work += walls.drive(node(origin, i), self.mass[i], free, held);
-            let impulse = [0, 1].map(|a| self.mass[i] * (held[a] - free[a]));
-            for a in 0..2 {
-                let presses = pressed[a] && self.per_mass[i] > 0.0; // an empty node only falls
-                self.pressed[a] |= u64::from(presses) << i;
-            }
-            let place = act.geometry.place(node(origin, i));
-            self.wall.count(place, impulse);
-            self.after[i] = held;
+        for (k, i) in bits(self.walled).enumerate() {
+            let (free, on) = (self.after[i], node(origin, i));
+            let alone = self.in_columns >> i & 1 == 0;
+            let held = walls.act(on, free, Some(self.stopped[k]), alone);
+            self.wall.work += walls.drive(on, self.mass[i], free, held.velocity);
+            self.take(i, on, &held, (self.mass[i], free), &act.geometry);
+            self.after[i] = held.velocity;
         }
         for (i, impulse) in self.damping.iter().enumerate() {
             (self.wall).count(act.geometry.place(node(origin, i)), *impulse);

@@ -1,13 +1,14 @@
 //! The occupied part of the grid: the node tiles that some point's window reaches.
 
+use super::columns::Column;
 use super::images::{Image, Images};
 use super::nodes::{
-    ALL_NODES, ContactNodes, MappedTile, NodeAt, NodeTile, Overlap, WallContribution,
+    ALL_NODES, ContactNodes, MappedTile, NodeAt, NodeTile, Overlap, WallContribution, bits,
 };
 use super::points::Cloud;
 use super::walls::WallNodes;
 use crate::kernel::shape::Shape;
-use crate::kernel::tiles::{Geometry, NODES, TILE, first_node, runs};
+use crate::kernel::tiles::{Geometry, NODES, TILE, first_node, node, runs};
 use crate::kernel::transfer::AffineState;
 
 /// The occupied part of the grid.
@@ -29,6 +30,8 @@ pub struct Grid {
     pub sums: Vec<[[f64; 2]; NODES]>,
     /// Nodes that are images of others.
     pub images: Images,
+    /// Nodes across walls with friction.
+    pub columns: Vec<Column>,
     /// Windows of the clouds' tiles over the node tiles, node tile by node tile.
     pub overlaps: Vec<Overlap>,
     /// How often the tiles have been allocated: the numbers of tiles hold until the next time.
@@ -47,6 +50,7 @@ impl Grid {
             mapped: Vec::new(),
             sums: Vec::new(),
             images: Images::default(),
+            columns: Vec::new(),
             overlaps: Vec::new(),
             allocations: 0,
         }
@@ -122,6 +126,7 @@ impl Grid {
                 first: self.overlaps.len() as u32,
                 count: group.len() as u32,
                 walled: self.walls.acts_on(first_node(at), width),
+                in_columns: 0,
                 imaged: false,
                 mass: [0.0; NODES],
                 per_mass: [0.0; NODES],
@@ -137,12 +142,42 @@ impl Grid {
             self.overlaps.extend(group.iter().map(|(_, o)| *o));
         }
         (self.images).find(&self.geometry, &self.walls, width, &mut self.tiles);
+        self.find_columns();
         if !self.contact.is_empty() {
             self.contact.clear();
             self.make_room_for_contact();
         }
         if seen {
             self.make_room_for_mapped();
+        }
+    }
+
+    /// Finds the columns. Where no tile holds one of their nodes, no point moves it.
+    fn find_columns(&mut self) {
+        self.columns.clear();
+        for tile in 0..self.tiles.len() {
+            let (first, walled) = (first_node(self.tiles[tile].at), self.tiles[tile].walled);
+            for on in bits(walled).map(|i| node(first, i)) {
+                let Some([beyond, within]) = self.walls.beside(on) else {
+                    continue;
+                };
+                let holders = [beyond, on, within].map(|node| self.holder(node));
+                let [Some(beyond), Some(on_wall), Some(within)] = holders else {
+                    continue;
+                };
+                for (tile, n) in [beyond, on_wall] {
+                    self.tiles[tile as usize].in_columns |= 1 << n;
+                }
+                let at = |(tile, n): (u32, usize)| NodeAt {
+                    tile,
+                    node: n as u32,
+                };
+                self.columns.push(Column {
+                    nodes: [beyond, on_wall, within].map(at),
+                    on,
+                    stopped: [0.0; 2],
+                });
+            }
         }
     }
 
@@ -240,6 +275,17 @@ impl Grid {
             for (tile, mapped) in self.tiles.iter().zip(&mut self.mapped) {
                 if tile.imaged {
                     mapped.wanted = ALL_NODES;
+                }
+            }
+        }
+        for column in &self.columns {
+            let nodes = column.nodes.map(NodeAt::split);
+            if nodes
+                .iter()
+                .any(|&(tile, n)| self.mapped[tile].wanted >> n & 1 == 1)
+            {
+                for (tile, n) in nodes {
+                    self.mapped[tile].wanted |= 1 << n;
                 }
             }
         }

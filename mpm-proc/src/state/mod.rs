@@ -1,5 +1,6 @@
 //! The data of the solver: points, nodes, and their state from step to step. Nothing here uses a pass.
 
+pub mod columns;
 pub mod contact;
 pub mod continuum;
 pub mod damping;

@@ -30,6 +30,8 @@ pub struct NodeTile {
     pub count: u32,
     /// Its nodes on which a wall acts and that are no images, a bit for each.
     pub walled: u64,
+    /// Those of [`Self::walled`] on which a wall with friction acts by their [`Column`](super::columns::Column), a bit for each.
+    pub in_columns: u64,
     /// Whether one of its nodes is an image, or has one ([`crate::state::images`]).
     pub imaged: bool,
     /// `m_I` in kg/m.

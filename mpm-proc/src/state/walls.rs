@@ -7,9 +7,10 @@
 //! stress there (held along itself it has no strain along itself, so no strain through the wall either). Nodes beyond
 //! the wall are then images of those within ([`crate::state::images`]), and a field that is linear up to the wall stays
 //! so. Holding them instead, as for the other shape functions, which hardly reach them, would hold a part of the first
-//! cell and shorten the body by it. A wall with friction can separate, so it is not a mirror; it acts where the surface of
-//! the material is at it ([`crate::pass::gaps`]), on nodes beyond it like on those on it. Forces decide whether a node leaves
-//! it: one that forces have pressed into the wall in a kick begins the next step at rest across it. What it has from a
+//! cell and shorten the body by it. A wall with friction can separate, so it is not a mirror; velocities are linear across it
+//! instead ([`crate::pass::columns`]). It takes hold where the surface of the material is at it ([`crate::pass::gaps`]), of nodes
+//! beyond it like of those on it. Forces decide whether it lets go of a node: one that forces have pressed into the wall in a
+//! kick is held in the next step too, wherever its mass has come to, and begins it at rest across the wall. What it has from a
 //! smoothing transfer then, the motion of material that already returns, would lift it against the force, whose work has no
 //! share of that (docs/energy.md).
 //!
@@ -55,6 +56,8 @@ pub struct WallNodes {
     /// Likewise, for each node of a wall with friction from [`REACH`] before the first on, whether material is apart from it:
     /// the sum that is above 0 then ([`crate::pass::gaps`]). Empty for other walls.
     pub apart: [[Vec<f64>; 2]; 2],
+    /// Likewise, whether velocities are linear across a wall with friction ([`crate::pass::columns`]).
+    linear: [[bool; 2]; 2],
     /// What is saved.
     pub state: WallsState,
 }
@@ -122,6 +125,7 @@ impl WallNodes {
         let lengths = [0, 1].map(|a| hold[a].map(|hold| length(a, hold)));
         Self {
             cells,
+            linear: hold.map(|of_axis| of_axis.map(|h| mirrors && matches!(h, Hold::Into(_)))),
             hold,
             apart: lengths.map(|of_axis| of_axis.map(|length| vec![0.0; length])),
             state: WallsState(lengths.map(|of_axis| of_axis.map(|length| vec![false; length]))),
@@ -209,6 +213,25 @@ impl WallNodes {
         (0..NODES).map(bit).sum()
     }
 
+    /// The nodes beyond and within where velocities are linear across the wall that `node` is on. Within two cells of another wall
+    /// with friction they are not, as columns of the two would cross, nor across fewer than three.
+    pub fn beside(&self, node: [i64; 2]) -> Option<[[i64; 2]; 2]> {
+        let walls = [(0, 0), (0, 1), (1, 0), (1, 1)].into_iter();
+        let (axis, end) = walls
+            .filter(|&(axis, end)| self.linear[axis][end] && self.cells[axis] > 2)
+            .find(|&(axis, end)| node[axis] == [0, self.cells[axis]][end])?;
+        let (b, out) = (1 - axis, [-1, 1][end]);
+        let crosses = |end: usize, away: i64| self.linear[b][end] && away < 2;
+        if crosses(0, node[b]) || crosses(1, self.cells[b] - node[b]) {
+            return None;
+        }
+        Some([out, -out].map(|by| {
+            let mut at = node;
+            at[axis] += by;
+            at
+        }))
+    }
+
     /// Whether points of `w` nodes that a wall across `axis` stops can reach `node`.
     pub fn reached(&self, node: [i64; 2], axis: usize, w: usize) -> bool {
         (-BEYOND..=self.cells[axis] + w as i64).contains(&node[axis])
@@ -228,6 +251,12 @@ impl WallNodes {
             return (Hold::Nothing, out);
         }
         (self.hold[axis][end], out)
+    }
+
+    /// Whether the last kick has pressed the node of a wall with friction that is nearest to `node`, or one beyond that.
+    fn was_pressed(&self, node: [i64; 2], axis: usize, end: usize) -> bool {
+        let pressed = self.state.0[axis][end].get(along(node, axis));
+        pressed == Some(&true)
     }
 
     /// Forgets which nodes have been pressed.
@@ -260,12 +289,18 @@ impl WallNodes {
     /// The velocity `v` of `node` before a kick or after it, after the walls have acted. After a kick friction can reduce the velocity
     /// along a wall by its coefficient times the velocity into the wall that the wall takes, in the kick and before it: of
     /// that, points have felt `stopped` (m/s). In a corner all that walls take across them goes before friction, so that no axis
-    /// comes first; a velocity that another wall holds does not press.
-    pub fn act(&self, node: [i64; 2], mut v: [f64; 2], stopped: Option<[f64; 2]>) -> Held {
+    /// comes first; a velocity that another wall holds does not press. Walls with friction act only if that `is_rough`.
+    pub fn act(
+        &self,
+        node: [i64; 2],
+        mut v: [f64; 2],
+        stopped: Option<[f64; 2]>,
+        is_rough: bool,
+    ) -> Held {
         let mut rough = [None; 2];
         for a in 0..2 {
             match self.at(node, a) {
-                (Hold::Into(coefficient), out) if self.free(node)[a] > 0.0 => {
+                (Hold::Into(coefficient), out) if is_rough && self.free(node)[a] > 0.0 => {
                     rough[a] = Some((coefficient, out));
                 }
                 (Hold::Nothing | Hold::Into(_), _) => {}
@@ -286,8 +321,7 @@ impl WallNodes {
                 pressed[a] = into > 0.0;
                 most[1 - a] = coefficient * (into + stopped[a] * out).max(0.0);
             } else {
-                let pressed = &self.state.0[a][usize::from(out > 0.0)];
-                if into > 0.0 || pressed.get(along(node, a)) == Some(&true) {
+                if into > 0.0 || self.was_pressed(node, a, usize::from(out > 0.0)) {
                     v[a] = 0.0;
                 }
             }
@@ -364,8 +398,8 @@ mod tests {
             for v in [[-3.0, -1.0], [-3.0, 1.0], [1.0, -3.0], [-1.0, -3.0]] {
                 for stopped in [None, Some([0.0; 2]), Some([-0.25, -2.0])] {
                     let turned = |v: [f64; 2]| [v[1], v[0]];
-                    let a = one.act([0, 0], v, stopped);
-                    let b = mirrored.act([0, 0], turned(v), stopped.map(turned));
+                    let a = one.act([0, 0], v, stopped, true);
+                    let b = mirrored.act([0, 0], turned(v), stopped.map(turned), true);
                     assert_eq!(
                         a.velocity,
                         turned(b.velocity),
@@ -377,11 +411,11 @@ mod tests {
             }
         }
         // Both are pressed, and nothing is left to rub.
-        let corner = at([rough; 2]).act([0, 0], [-3.0, -1.0], Some([0.0; 2]));
+        let corner = at([rough; 2]).act([0, 0], [-3.0, -1.0], Some([0.0; 2]), true);
         assert_eq!((corner.velocity, corner.rubbed), ([0.0; 2], [0.0; 2]));
         assert_eq!(corner.pressed, [true; 2]);
         // What a tangential wall has held before the kick has pressed nothing.
-        let held = at([rough, Wall::Tangential]).act([0, 0], [-3.0, 1.0], Some([-2.0, 0.0]));
+        let held = at([rough, Wall::Tangential]).act([0, 0], [-3.0, 1.0], Some([-2.0, 0.0]), true);
         assert_eq!(held.velocity, [0.0, 1.0]);
     }
 

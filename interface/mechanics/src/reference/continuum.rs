@@ -378,26 +378,25 @@ impl Reference {
                 }
             }
         }
-        let mut pressed = Vec::new();
-        let [mut after, mut lost, mut rubbed] = [(); 3].map(|()| vec![[0.0; 2]; mass.len()]);
+        let [mut after, mut lost] = [(); 2].map(|()| vec![[0.0; 2]; mass.len()]);
         for (n, node) in self.nodes.list.iter().enumerate() {
             if mass[n] > 0.0 {
                 let gain = force[n].map(|f| kick * f / mass[n]);
                 let damped = [0, 1].map(|a| kept * before[n][a] + gained * gain[a]); // (17), (48)
                 self.totals.is_doubtful |= self.rests(node.at, damped, gain);
-                let held = self.act(
-                    node.at,
-                    damped,
-                    Acting::Kicked(stopped[n].map(|v| alpha * v)),
-                );
-                let axes = (0..2).filter(|&axis| held.pressed[axis]);
-                pressed.extend(axes.map(|axis| (axis, self.on_wall(node.at, axis))));
-                after[n] = held.velocity;
+                after[n] = damped;
                 lost[n] = [0, 1].map(|a| mass[n] * (before[n][a] + gain[a] - damped[a]));
-                rubbed[n] = held.taken.map(|v| mass[n] * v);
             }
         }
-        self.pressed = pressed;
+        let kicked = |n: usize| Acting::Kicked(stopped[n].map(|v| alpha * v));
+        let obeyed = self.obey(&mass, &mut after, kicked);
+        let rubbed = obeyed.iter().map(|o| o.rubbed).collect();
+        let nodes = self.nodes.list.iter().zip(&obeyed);
+        let pressed = nodes.flat_map(|(node, obeyed)| {
+            let axes = (0..2).filter(|&axis| obeyed.pressed[axis]);
+            axes.map(|axis| (axis, self.on_wall(node.at, axis)))
+        });
+        self.pressed = pressed.collect();
         let kicked = self.support(&mass, &mut after);
         self.totals.support = [0, 1].map(|a| felt[a] + kicked[a]);
         Kicked {
@@ -902,12 +901,12 @@ impl Reference {
                 momentum[n] = [0, 1].map(|a| momentum[n][a] + p.mass * s * v[a]);
             }
         }
-        let [mut velocity, mut stopped] = [(); 2].map(|()| vec![[0.0; 2]; nodes.len()]);
-        for (n, node) in nodes.iter().enumerate().filter(|&(n, _)| mass[n] > 0.0) {
-            let free = momentum[n].map(|p| p / mass[n]);
-            velocity[n] = self.act(node.at, free, Acting::Mapped).velocity;
-            stopped[n] = [0, 1].map(|a| free[a] - velocity[n][a]);
-        }
+        let nodes = momentum.iter().zip(&mass);
+        let per_mass =
+            |(p, &m): (&[f64; 2], &f64)| if m > 0.0 { p.map(|p| p / m) } else { [0.0; 2] };
+        let mut velocity: Vec<[f64; 2]> = nodes.map(per_mass).collect();
+        let obeyed = self.obey(&mass, &mut velocity, |_| Acting::Mapped);
+        let stopped = obeyed.into_iter().map(|o| o.stopped).collect();
         (mass, velocity, stopped)
     }
 

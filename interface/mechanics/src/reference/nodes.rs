@@ -43,6 +43,11 @@ impl Nodes {
         }
     }
 
+    /// The one at a place, if it is no image.
+    pub(super) fn at(&self, at: [i64; 2]) -> Option<usize> {
+        self.list.iter().position(|node| node.at == at)
+    }
+
     /// Those not farther along an axis from a place in the domain (in cells) than any shape function reaches, which is two cells.
     pub(super) fn around(
         &self,

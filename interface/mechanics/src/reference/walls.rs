@@ -15,6 +15,28 @@ pub(super) struct Held {
     pub pressed: [bool; 2],
 }
 
+/// What walls have done to a node.
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct Obeyed {
+    /// Taken of its velocity, in m/s.
+    pub stopped: [f64; 2],
+    /// Impulse that friction has taken, in N s/m.
+    pub rubbed: [f64; 2],
+    /// As [`Held::pressed`].
+    pub pressed: [bool; 2],
+}
+
+impl Obeyed {
+    /// Of a velocity (m/s) with which this mass (kg/m) moved.
+    fn of(free: [f64; 2], held: &Held, mass: f64) -> Self {
+        Self {
+            stopped: [0, 1].map(|a| free[a] - held.velocity[a]),
+            rubbed: held.taken.map(|v| mass * v),
+            pressed: held.pressed,
+        }
+    }
+}
+
 /// When walls act on a node.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum Acting {
@@ -114,6 +136,75 @@ impl Reference {
         })
     }
 
+    /// The nodes beyond and within beside one on a wall with friction across which velocities are linear: with B-splines, and not
+    /// within two cells of another such wall, nor across fewer than three.
+    fn beside(&self, node: [i64; 2]) -> Option<[[i64; 2]; 2]> {
+        let bspline = |axis: usize| matches!(self.kernels[axis], Kernel::Quadratic | Kernel::Cubic);
+        let rough = |wall: Wall| matches!(wall, Wall::Friction { .. });
+        let walls = self.config.walls.by_axis();
+        let (_, axis, out) = self.walls_at(node).find(|&(wall, axis, _)| {
+            let is_on = self.on_wall(node, axis) == node && self.cells[axis] > 2;
+            is_on && rough(wall) && bspline(axis) && self.config.grid_contact.is_none()
+        })?;
+        let [low, high] = walls[1 - axis].map(|(_, wall)| wall);
+        let (j, last) = (node[1 - axis], self.cells[1 - axis]);
+        if rough(low) && j < 2 || rough(high) && last - j < 2 {
+            return None;
+        }
+        Some([out, -out].map(|by| {
+            let mut at = node;
+            at[axis] += by as i64;
+            at
+        }))
+    }
+
+    /// Lets walls act on the velocities of the nodes. Across a wall with friction velocities become linear by the least change by
+    /// mass, and the wall acts on the node on it, which moves the mass of all three.
+    pub(super) fn obey(
+        &self,
+        mass: &[f64],
+        velocity: &mut [[f64; 2]],
+        acting: impl Fn(usize) -> Acting,
+    ) -> Vec<Obeyed> {
+        let nodes = &self.nodes.list;
+        let column = |n: usize| {
+            let [beyond, within] = self.beside(nodes[n].at)?;
+            Some([self.nodes.at(beyond)?, n, self.nodes.at(within)?])
+        };
+        let columns: Vec<[usize; 3]> = (0..nodes.len()).filter_map(column).collect();
+        let mut obeyed = vec![Obeyed::default(); nodes.len()];
+        for n in (0..nodes.len()).filter(|&n| mass[n] > 0.0) {
+            let in_column = columns.iter().any(|c| c[..2].contains(&n));
+            let acting = if in_column { Acting::Free } else { acting(n) };
+            let held = self.act(nodes[n].at, velocity[n], acting);
+            obeyed[n] = Obeyed::of(velocity[n], &held, mass[n]);
+            velocity[n] = held.velocity;
+        }
+        for [o, n, i] in columns.into_iter().filter(|[_, n, _]| mass[*n] > 0.0) {
+            let per = |n: usize| if mass[n] > 0.0 { 1.0 / mass[n] } else { 0.0 };
+            let bend = |v: &[[f64; 2]]| [0, 1].map(|a| v[o][a] - 2.0 * v[n][a] + v[i][a]);
+            let mut own = mass[n];
+            let straighten = |v: &mut [[f64; 2]], middle: f64| {
+                let all = per(o) + 4.0 * middle + per(i);
+                for (a, bend) in bend(v).into_iter().enumerate().filter(|_| mass[o] > 0.0) {
+                    v[o][a] -= bend / all * per(o);
+                    v[n][a] += 2.0 * bend / all * middle;
+                    v[i][a] -= bend / all * per(i);
+                }
+            };
+            straighten(velocity, per(n));
+            let free = velocity[n];
+            let held = self.act(nodes[n].at, free, acting(n));
+            velocity[n] = held.velocity;
+            straighten(velocity, 0.0);
+            if mass[o] > 0.0 {
+                own += 4.0 / (per(o) + per(i));
+            }
+            obeyed[n] = Obeyed::of(free, &held, own);
+        }
+        obeyed
+    }
+
     /// The velocity that walls leave of one of a node. With friction nothing moves into them, and what the last kick has pressed into
     /// them begins the next at rest across them; of the velocity along them a kick loses as much as across, times their
     /// coefficient. Of two walls in a corner each takes what it takes across before one rubs.
@@ -132,7 +223,9 @@ impl Reference {
             let Wall::Friction { coefficient } = wall else {
                 continue;
             };
-            if acting == Acting::Free || self.free(node)[axis] == 0.0 || self.is_apart(node, axis) {
+            let was_pressed = self.pressed.contains(&(axis, self.on_wall(node, axis)));
+            let lets_go = self.is_apart(node, axis);
+            if acting == Acting::Free || self.free(node)[axis] == 0.0 || lets_go {
                 continue;
             }
             let into = (v[axis] * out).max(0.0);
@@ -140,7 +233,7 @@ impl Reference {
             pressed[axis] = into > 0.0;
             if let Acting::Kicked(stopped) = acting {
                 most[1 - axis] = coefficient * (into + stopped[axis] * out).max(0.0);
-            } else if self.pressed.contains(&(axis, self.on_wall(node, axis))) {
+            } else if was_pressed {
                 v[axis] = 0.0;
             }
         }
