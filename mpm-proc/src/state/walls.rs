@@ -247,7 +247,7 @@ impl WallNodes {
             return (Hold::Nothing, 0.0);
         };
         let apart = self.apart[axis][end].get(along(node, axis));
-        if apart.is_some_and(|&apart| apart > 0.0) {
+        if apart.is_some_and(|&apart| apart > 0.0) && !self.was_pressed(node, axis, end) {
             return (Hold::Nothing, out);
         }
         (self.hold[axis][end], out)

@@ -224,7 +224,7 @@ impl Reference {
                 continue;
             };
             let was_pressed = self.pressed.contains(&(axis, self.on_wall(node, axis)));
-            let lets_go = self.is_apart(node, axis);
+            let lets_go = !was_pressed && self.is_apart(node, axis);
             if acting == Acting::Free || self.free(node)[axis] == 0.0 || lets_go {
                 continue;
             }
