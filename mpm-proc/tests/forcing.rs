@@ -44,6 +44,26 @@ fn a_formula_without_a_number_names_its_point() {
     assert!((stepper.time - 0.01).abs() < 3e-4);
 }
 
+/// What a traction does is booked on the way of the nodes, whatever other load the points have.
+#[test]
+fn a_body_force_of_zero_changes_no_work_of_tractions() {
+    let work = [None, Some(texts(["0", "0"]))].map(|body_force| {
+        let mut config = block();
+        config.transfer = Transfer::Pic;
+        config.forcing.body_force = body_force;
+        config.forcing.tractions = vec![Traction {
+            points: "block".into(),
+            within: [[0.35, 0.3], [0.4, 0.5]],
+            force: [900.0, 0.0],
+        }];
+        let mut mpm = configured(&config);
+        let mut stepper = Stepper::new();
+        stepper.run(&mut mpm, 1e-4, 50);
+        measured(&mut stepper, &mut mpm, 1e-4).driven_work
+    });
+    assert_eq!(work[0], work[1]);
+}
+
 /// A bar held at one end and pulled at the other by a dead load comes to rest, damped, `F L/(M H)` longer (slip walls
 /// above and below: no lateral strain, so that M = K + 4G/3 counts), and the load has done twice the elastic work.
 ///
