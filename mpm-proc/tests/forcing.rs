@@ -1,6 +1,7 @@
 //! Initial fields, body forces, dead loads and stages.
 
-use interface::config::{ShapeFunction, Stage, Traction, Transfer, Wall};
+use interface::config::material::Inertial;
+use interface::config::{MaterialModel, ShapeFunction, Stage, Traction, Transfer, Wall};
 use interface::solver::{Fault, MpmSolver};
 
 use crate::blocks::{BULK, SHEAR, Stepper, block, configured, rectangle_fill, walls};
@@ -42,6 +43,26 @@ fn a_formula_without_a_number_names_its_point() {
     };
     assert_eq!(fault, Some(expected));
     assert!((stepper.time - 0.01).abs() < 3e-4);
+}
+
+/// What a traction does is booked on the way of the nodes, whatever other load the points have.
+#[test]
+fn a_body_force_of_zero_changes_no_work_of_tractions() {
+    let work = [None, Some(texts(["0", "0"]))].map(|body_force| {
+        let mut config = block();
+        config.transfer = Transfer::Pic;
+        config.forcing.body_force = body_force;
+        config.forcing.tractions = vec![Traction {
+            points: "block".into(),
+            within: [[0.35, 0.3], [0.4, 0.5]],
+            force: [900.0, 0.0],
+        }];
+        let mut mpm = configured(&config);
+        let mut stepper = Stepper::new();
+        stepper.run(&mut mpm, 1e-4, 50);
+        measured(&mut stepper, &mut mpm, 1e-4).driven_work
+    });
+    assert_eq!(work[0], work[1]);
 }
 
 /// A bar held at one end and pulled at the other by a dead load comes to rest, damped, `F L/(M H)` longer (slip walls
@@ -133,6 +154,48 @@ fn damping_of_a_free_body_is_exponential() {
         let expected = (-30.0_f64 * 0.03).exp();
         for p in mpm.points() {
             assert!((p.velocity[0] / 0.5 - expected).abs() < 1e-10, "{dt}");
+        }
+    }
+}
+
+/// Grains that share their volumes keep the pressure of the box that they fill, whichever walls close it: what nodes beyond a wall
+/// have of them has its room within.
+#[test]
+fn grains_in_a_closed_box_keep_their_pressure() {
+    use ShapeFunction::{CubicBspline, Linear, QuadraticBspline, Ugimp};
+    let rough = Wall::Friction { coefficient: 0.3 };
+    for shape in [QuadraticBspline, CubicBspline, Ugimp, Linear] {
+        for (across, along) in [
+            (rough, rough),
+            (rough, Wall::Slip),
+            (Wall::Slip, Wall::Slip),
+        ] {
+            let mut config = block();
+            (config.shape, config.transfer) = (shape, Transfer::Flip);
+            config.domain = [[0.0, 0.0], [0.5, 0.5]];
+            config.walls = walls(along, along, across, across);
+            config.groups[0].fill = rectangle_fill([0.0, 0.0], [0.5, 0.5]);
+            config.groups[0].fields.stress = Some(texts(["-1e3", "-1e3", "-1e3", "0"]));
+            config.materials[0].model = MaterialModel::MuI(Inertial {
+                bulk_modulus: BULK,
+                shear_modulus: SHEAR,
+                static_friction: 0.38,
+                limit_friction: 0.64,
+                inertial_number: 0.279,
+                grain_diameter: 1e-3,
+                grain_density: 2500.0,
+                volume_rate: 1e4,
+            });
+            config.forcing.stages = vec![stage(0.0, 50.0, None)];
+            let mut mpm = configured(&config);
+            Stepper::new().run(&mut mpm, 2e-4, 1000);
+            let points = mpm.points();
+            let pressure = |s: [f64; 4]| -(s[0] + s[1] + s[2]) / 3.0;
+            let mean = points.iter().map(|p| pressure(p.stress)).sum::<f64>() / points.len() as f64;
+            assert!(
+                (mean - 1e3).abs() < 0.1,
+                "{shape:?} {across:?} {along:?}: {mean}"
+            );
         }
     }
 }

@@ -118,8 +118,7 @@ pub struct Balance {
     pub residual_max: f64,
     /// Largest positive residual so far in J/m.
     created: f64,
-    /// Largest momentum so far in N s/m. It is the sum over all groups and bodies of their magnitudes, so that momenta
-    /// that cancel count too, or the impulse of contact or from outside.
+    /// Largest momentum so far in N s/m: that of all motion ([`Moving::momentum`]), or the impulse of contact or from outside.
     momentum_scale: f64,
     /// Total momentum at the last measurement, minus the initial one and the applied impulses, relative to the largest
     /// momentum so far.
@@ -136,7 +135,8 @@ pub struct Balance {
 /// How all groups and bodies move.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Moving {
-    /// Sum of the magnitudes of their momenta in N s/m.
+    /// Sum of `sqrt(2 m E)` of their kinetic energies in N s/m: of their momenta, had all their motion one direction. So what
+    /// cancels counts too, between them and within what swings or spins.
     pub momentum: f64,
     /// Sum of the magnitudes of their angular momenta about [`Self::centre`] in N s, of groups that of their centres.
     pub angular_momentum: f64,
@@ -147,9 +147,14 @@ pub struct Moving {
 impl Moving {
     /// Of these groups and bodies.
     pub fn of(groups: &[GroupState], bodies: &[BodyState]) -> Self {
-        let groups = groups.iter().map(|g| (g.mass, g.position, g.velocity, 0.0));
-        let bodies = bodies.iter();
-        let bodies = bodies.map(|b| (b.mass, b.position, b.velocity, b.inertia * b.spin));
+        let groups = groups
+            .iter()
+            .map(|g| (g.mass, g.position, g.velocity, 0.0, g.kinetic));
+        let bodies = bodies.iter().map(|b| {
+            let (turning, [x, y]) = (b.inertia * b.spin, b.velocity);
+            let kinetic = 0.5 * (b.mass * (x * x + y * y) + turning * b.spin);
+            (b.mass, b.position, b.velocity, turning, kinetic)
+        });
         let all = groups.chain(bodies);
         let mass: f64 = all.clone().map(|(mass, ..)| mass).sum();
         let centre = [0, 1].map(|a| {
@@ -160,10 +165,10 @@ impl Moving {
             centre,
             ..Self::default()
         };
-        for (mass, x, v, turning) in all {
+        for (mass, x, v, turning, kinetic) in all {
             let momentum = mass * v[0].hypot(v[1]);
             let arm = (x[0] - centre[0]).hypot(x[1] - centre[1]);
-            moving.momentum += momentum;
+            moving.momentum += (2.0 * mass * kinetic).sqrt();
             moving.angular_momentum += momentum * arm + turning.abs();
         }
         moving
@@ -445,6 +450,24 @@ mod tests {
         take(&mut balance, bodies(-4.0, 0.0));
         take(&mut balance, bodies(-3.75, 0.5));
         assert_eq!(balance.residual_max, 0.75 / 4.25);
+    }
+
+    /// A group and a body that turn in place have no momentum, but motion to compare rounding with.
+    #[test]
+    fn what_turns_in_place_has_a_scale_of_momentum() {
+        let group = GroupState {
+            mass: 2.0,
+            kinetic: 4.0,
+            ..GroupState::default()
+        };
+        let body = BodyState {
+            mass: 2.0,
+            inertia: 8.0,
+            spin: -1.0,
+            ..BodyState::default()
+        };
+        assert_eq!(Moving::of(&[group], &[]).momentum, 4.0);
+        assert_eq!(Moving::of(&[], &[body]).momentum, 4.0);
     }
 
     /// A load rests on points. Momenta are only rounding, and the impulses of weight and support balance.

@@ -95,7 +95,7 @@ table! {
     "momentum.x", "N s/m", "linear momentum of points and bodies, half a step after the time of the positions",
         |m| m.mpm.momentum[0] + m.dem.momentum[0];
     "momentum.y", "N s/m", "the same in y", |m| m.mpm.momentum[1] + m.dem.momentum[1];
-    "momentum_error", "1", "change of momentum minus the applied impulses, relative to the largest momentum so far: of all groups and bodies one by one, or handed over by contact or from outside",
+    "momentum_error", "1", "change of momentum minus the applied impulses, relative to the largest momentum so far: sqrt(2 m E) of all groups and bodies by their kinetic energy, or handed over by contact or from outside",
         |m| m.balance.momentum_error;
     "angular_momentum", "N s", "angular momentum of points and bodies about the origin, with the velocities of `momentum.x`",
         |m| m.mpm.angular_momentum + m.dem.angular_momentum;

@@ -1,8 +1,7 @@
 //! Puts the loads on points onto the nodes, and their impulse and work into the ledger.
 //!
-//! Their impulse is counted as applied. Their work is the trapezoidal rule over the way of the field at each point, as the
-//! leapfrog pairs it: the force of `t_n` acts over half of the interval behind and half of the one ahead. It is counted as
-//! work of driven boundaries.
+//! Their impulse is counted as applied. Their work is the trapezoidal rule, as the leapfrog pairs it: the force of `t_n` acts over
+//! half of the interval behind and half of the one ahead. It is counted as work of driven boundaries.
 
 use interface::config::StressUpdate;
 use interface::solver::Fault;
@@ -61,9 +60,10 @@ pub fn apply_loads<const W: usize, S: Shape<W>, A: AffineState>(
 
 /// Adds the loads of `time` (s) to the forces on a cloud's nodes, in a domain of size `size` (m).
 ///
-/// With `by_field`, the length of the interval behind in s, the work of a load is that on the velocity of the nodes, with which the
-/// strain of the interval is computed and on which the load has acted. Points move otherwise, by what is smoothed or averaged away
-/// after each kick: a share of PIC in every step makes work of that, at any step (docs/energy.md).
+/// With `by_field`, the length of the interval behind in s, the work of a dead load is that on the velocity of the nodes, with which
+/// the strain of the interval is computed and on which the load has acted. Points move otherwise, by what is smoothed or averaged
+/// away after each kick: a share of PIC in every step makes work of that, at any step (docs/energy.md). A body force is that of the
+/// points' masses, and its work is on their way, as that of gravity is.
 fn apply<const W: usize, S: Shape<W>, A: AffineState>(
     threads: &Threads,
     cloud: &mut Cloud<W, S, A>,
@@ -74,8 +74,6 @@ fn apply<const W: usize, S: Shape<W>, A: AffineState>(
     let Some(loads) = &mut cloud.loads else {
         return;
     };
-    // A body force is that of the points' masses, and its work is on their way, as that of gravity is.
-    let by_field = by_field.filter(|_| loads.body_force.is_none());
     let (shape, x, mass) = (cloud.shape, &cloud.state.x, splat(cloud.mass));
     if let Some(formula) = &mut loads.body_force {
         formula.set_time(time);
@@ -94,13 +92,15 @@ fn apply<const W: usize, S: Shape<W>, A: AffineState>(
         || NO_VECTORS,
         &|tile, (lasts, force, report), velocity| {
             let force = &mut force.0[0];
+            let held = &dead[tile.first..][..tile.blocks];
+            let by_field = by_field.filter(|_| held.iter().any(|dead| *dead != [ZERO; 2]));
             if by_field.is_some() {
                 fill_window::<W, _>(velocity, nodes, tile, |t| &t.before);
             }
             let (mut total, mut work) = ([ZERO; 3], ZERO);
             for (b, last) in lasts.0.iter_mut().enumerate() {
                 let block = tile.first + b;
-                let (x, live) = (&x[block], tile.live(b));
+                let (x, live, dead) = (&x[block], tile.live(b), &held[b]);
                 let acceleration = body_force.map_or([ZERO; 2], |formula| formula.at(block));
                 let place = tile.frame.locate(x, pitch(W));
                 let s = [shape.weights(0, place.d[0]), shape.weights(1, place.d[1])];
@@ -117,12 +117,14 @@ fn apply<const W: usize, S: Shape<W>, A: AffineState>(
                 });
                 let mut f = [ZERO; 2];
                 for a in 0..2 {
-                    f[a] = live * (dead[block][a] + mass * acceleration[a]);
+                    f[a] = live * (dead[a] + mass * acceleration[a]);
                     let mean = splat(0.5) * (last.force[a] + f[a]);
                     // A periodic wall may have moved the point by the size of the domain, which is no displacement.
                     let way = x[a] - last.x[a];
                     let way = way - splat(size[a]) * (way * splat(1.0 / size[a])).round();
-                    work += live * mean * of_field.map_or(way, |way| way[a]);
+                    // A dead load is its own mean; the rest is of the body force.
+                    let of_dead = dead[a] * of_field.map_or(way, |way| way[a]);
+                    work += live * (of_dead + (mean - dead[a]) * way);
                     total[a] += f[a];
                 }
                 total[2] += x[0] * f[1] - x[1] * f[0];

@@ -17,19 +17,21 @@
 //!
 //! which keeps the sum of the volumes, and at a hundredth of it the difference to what there is room for, `J_I A_I /
 //! sum_p V_p S_Ip` of the room `A_I` of the node, where points fill more than four fifths of it. Below that there is a
-//! surface, whose place no node knows. That the density should be that of the grid is Baumgarten and Kamrin's (2023),
-//! who move points for it. Rates, as in [`crate::kernel::transfer`], so that steps of any length do the same in a
-//! second.
+//! surface, whose place no node knows. What nodes beyond a wall have of the points counts for those as far within, also at walls
+//! that are no mirrors: lattices fill the room of both together exactly, that of a part of a node's function only nearly. That the
+//! density should be that of the grid is Baumgarten and Kamrin's (2023), who move points for it. Rates, as in
+//! [`crate::kernel::transfer`], so that steps of any length do the same in a second.
 
 use super::images::spread_values;
 use super::node_momentum::sum_numbers;
 use crate::kernel::lanes::{Lanes, ZERO, splat};
 use crate::kernel::shape::Shape;
 use crate::kernel::threads::{PerTile, over_tiles};
-use crate::kernel::tiles::{Place, first_node, node, pitch};
+use crate::kernel::tiles::{NODES, Place, first_node, node, pitch};
 use crate::kernel::transfer::{AffineState, share};
 use crate::kernel::window::{VectorWindow, clear, gather_row, scatter_row};
 use crate::state::continuum::Continuum;
+use crate::state::grid::Grid;
 use crate::state::points::Cloud;
 
 /// Rate of the second mixture over that of the first.
@@ -82,7 +84,14 @@ pub fn map_volumes<const W: usize, S: Shape<W>, A: AffineState>(
     sum_numbers(grid, threads, clouds, |cloud| {
         cloud.material.sharing_rate() > 0.0
     });
-    for (nodes, tile) in grid.sums.iter_mut().zip(&grid.tiles) {
+    let mut sums = core::mem::take(&mut grid.sums);
+    for [(tile, n), (of, m)] in beyond_walls(grid) {
+        let own = sums[tile][n];
+        for k in 0..2 {
+            sums[of][m][k] += own[k];
+        }
+    }
+    for (nodes, tile) in sums.iter_mut().zip(&grid.tiles) {
         let origin = first_node(tile.at);
         for (n, sums) in nodes.iter_mut().enumerate() {
             let [initial, now] = *sums;
@@ -96,7 +105,25 @@ pub fn map_volumes<const W: usize, S: Shape<W>, A: AffineState>(
             *sums = [mean, fits];
         }
     }
-    spread_values(&grid.images, &mut grid.sums);
+    for [(tile, n), (of, m)] in beyond_walls(grid) {
+        sums[tile][n] = sums[of][m];
+    }
+    spread_values(&grid.images, &mut sums);
+    grid.sums = sums;
+}
+
+/// The nodes beyond walls that hold points and are no mirrors, each with the one as far within: their tiles and numbers there.
+fn beyond_walls(grid: &Grid) -> impl Iterator<Item = [(usize, usize); 2]> {
+    let tiles = grid.tiles.iter().enumerate();
+    tiles.flat_map(move |(number, tile)| {
+        let walled = (0..NODES).filter(|n| tile.walled >> n & 1 == 1);
+        walled.filter_map(move |n| {
+            let at = node(first_node(tile.at), n);
+            let of = Some(grid.walls.within(at)).filter(|of| *of != at);
+            let (holder, m) = grid.holder(of?)?;
+            Some([(number, n), (holder as usize, m)])
+        })
+    })
 }
 
 /// Adds two numbers of each of four points to the nodes, by their weights.

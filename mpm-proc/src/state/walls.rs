@@ -340,22 +340,28 @@ impl WallNodes {
         }
     }
 
-    /// Cells that belong to a node. For each axis along which it lies on a mirror wall, the number is halved.
+    /// Cells that belong to a node: half as many for each wall that holds points and that it lies on.
     pub fn room(&self, node: [i64; 2]) -> f64 {
-        let mut room = 1.0;
+        let (closed, ends) = (self.closed(), self.cells.map(|last| [0, last]));
+        let on = |a: usize| (0..2).any(|end| closed[a][end] && node[a] == ends[a][end]);
+        [0, 1]
+            .map(|a| if on(a) { 0.5 } else { 1.0 })
+            .iter()
+            .product()
+    }
+
+    /// The node as far within as `node` is beyond walls that hold points and are no mirrors.
+    pub fn within(&self, mut node: [i64; 2]) -> [i64; 2] {
         for a in 0..2 {
-            let beyond = match node[a] {
-                0 => -1,
-                last if last == self.cells[a] => last + 1,
-                _ => continue,
-            };
-            let mut next = node;
-            next[a] = beyond;
-            if self.original(next).is_some_and(|(.., periodic)| !periodic) {
-                room *= 0.5;
+            let closed = self.closed()[a];
+            let own = [0, 1].map(|end| closed[end] && self.beyond[a][end] == Beyond::Nodes);
+            if own[0] && node[a] < 0 {
+                node[a] = -node[a];
+            } else if own[1] && node[a] > self.cells[a] {
+                node[a] = 2 * self.cells[a] - node[a];
             }
         }
-        room
+        node
     }
 
     /// Whether points may lie a little beyond the wall, because it holds them: along x and y, low and high end.
@@ -419,7 +425,7 @@ mod tests {
         assert_eq!(held.velocity, [0.0, 1.0]);
     }
 
-    /// Nodes on a wall that is a mirror have half a cell; beyond a periodic wall the domain goes on, and at an open one too.
+    /// Nodes on a wall that holds points have half a cell; beyond a periodic wall the domain goes on, and at an open one too.
     #[test]
     fn a_node_on_a_wall_has_half_of_the_room() {
         let walls = Walls {

@@ -294,8 +294,8 @@ impl Reference {
         impulse
     }
 
-    /// The loads of `t_n`, and their work since the step before: by the trapezoidal rule, on the way of the nodes that `velocity`
-    /// says they have had, or with a body force, or where these do not strain the points, on that of the points.
+    /// The loads of `t_n`, and their work since the step before: by the trapezoidal rule, that of dead loads on the way of the nodes
+    /// that `velocity` says they have had, that of a body force, or where these do not strain the points, on that of the points.
     fn load(&mut self, velocity: &[[f64; 2]], dt_before: f64) {
         if self.body_force.is_none() && self.points.iter().all(|p| p.dead == [0.0; 2]) {
             return;
@@ -308,15 +308,14 @@ impl Reference {
             if let Some(formulas) = &self.body_force {
                 load = [0, 1].map(|a| load[a] + p.mass * formulas[a].evaluate(&[x, y, self.time]));
             }
-            let by_field =
-                self.body_force.is_none() && self.config.stress_update != StressUpdate::Usl;
             for a in 0..2 {
-                let way = if by_field {
-                    dt_before * field[a]
-                } else {
-                    p.x[a] - p.was[a]
+                let way = p.x[a] - p.was[a];
+                let of_dead = match self.config.stress_update {
+                    StressUpdate::Usl => way,
+                    _ => dt_before * field[a],
                 };
-                self.totals.driven += 0.5 * (p.load[a] + load[a]) * way;
+                let mean = 0.5 * (p.load[a] + load[a]);
+                self.totals.driven += p.dead[a] * of_dead + (mean - p.dead[a]) * way;
             }
             (p.load, p.was) = (load, p.x);
         }
