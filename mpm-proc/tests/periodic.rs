@@ -120,4 +120,10 @@ fn a_region_over_a_periodic_wall_enters_at_the_other_end() {
         entered += usize::from(way < -0.5);
     }
     assert_eq!(entered, a.len() / 2);
+    // A probe of the same region has all of them.
+    let ends = [[0.3, -1.0], [1.3, 1.0]];
+    let all = |p: &&interface::message::wire::PointState| over.is_within(p.position, ends);
+    assert_eq!(b.iter().filter(all).count(), b.len());
+    let outside = [[0.55, -1.0], [1.05, 1.0]];
+    assert!(!over.is_within([0.3, 0.4], outside) && over.is_within([0.0, 0.4], outside));
 }

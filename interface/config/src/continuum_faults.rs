@@ -436,6 +436,17 @@ impl Faults<'_> {
 }
 
 impl MpmConfig {
+    /// Whether a place (m) in the domain is in a region, which may reach over periodic walls: the rest of it is at the other end.
+    pub fn is_within(&self, x: [f64; 2], [low, high]: [[f64; 2]; 2]) -> bool {
+        let [first, last] = self.domain;
+        let periodic = self.walls.periodic();
+        (0..2).all(|a| {
+            let round = if periodic[a] { last[a] - first[a] } else { 0.0 };
+            let mut places = [x[a], x[a] - round, x[a] + round].into_iter();
+            places.any(|x| low[a] <= x && x <= high[a])
+        })
+    }
+
     /// The velocity with which points move. If strains are computed from the velocities of the nodes after the kick, points have
     /// to move with the same velocities. Contact on the grid acts on nodes and not on single points.
     pub fn drift(&self) -> Drift {

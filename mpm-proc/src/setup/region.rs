@@ -11,13 +11,14 @@ pub fn points_within(
     config: &MpmConfig,
     group: usize,
     positions: &[[f64; 2]],
-    [low, high]: [[f64; 2]; 2],
+    within: [[f64; 2]; 2],
     key: &str,
 ) -> Result<Vec<u32>, Refusal> {
-    let inside = |x: &[f64; 2]| (0..2).all(|a| low[a] <= x[a] && x[a] <= high[a]);
-    let all = (0..).zip(positions).filter(|(_, x)| inside(x));
+    let all = (0..).zip(positions);
+    let all = all.filter(|(_, x)| config.is_within(**x, within));
     let locals: Vec<u32> = all.map(|(local, _)| local).collect();
     if locals.is_empty() {
+        let [low, high] = within;
         return Err(Refusal::new(
             format!("{key}.within"),
             format!(

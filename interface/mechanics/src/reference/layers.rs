@@ -8,7 +8,7 @@ use interface::message::wire::{GroupState, ImpForce, Ledger};
 use interface::step::Step;
 
 use super::grid_contact::meet;
-use super::{RefPoint, Reference, Totals, is_within};
+use super::{RefPoint, Reference, Totals};
 use crate::outline::nearest;
 
 /// Where a point is kept, and what does not change of it.
@@ -105,7 +105,7 @@ impl Oracle {
         let all: Option<Vec<_>> = of_groups.map(Some).chain(of_regions).collect();
         let points = |(g, within): (usize, _)| {
             let is_in =
-                |k: &usize| self.points[*k].group == g && is_within(self.point(*k).start, within);
+                |k: &usize| self.points[*k].group == g && c.is_within(self.point(*k).start, within);
             (0..self.points.len()).filter(is_in).collect()
         };
         let sets: Vec<Vec<usize>> = all?.into_iter().map(points).collect();

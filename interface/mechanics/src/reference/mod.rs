@@ -13,4 +13,3 @@ mod walls;
 
 pub use continuum::{Kernel, Reference, Totals};
 pub use material::RefPoint;
-pub use start::is_within;

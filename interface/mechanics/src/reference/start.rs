@@ -47,11 +47,6 @@ fn touching(kernel: Kernel, spacing: f64) -> f64 {
     moment / mass
 }
 
-/// Whether a point was in a region at the start.
-pub fn is_within(x: [f64; 2], [low, high]: [[f64; 2]; 2]) -> bool {
-    (0..2).all(|a| low[a] <= x[a] && x[a] <= high[a])
-}
-
 /// The points of a group, with what is prescribed for them.
 fn points(
     c: &MpmConfig,
@@ -86,14 +81,14 @@ fn points(
     }
     let tractions = c.forcing.tractions.iter();
     for traction in tractions.filter(|t| t.points == group.name) {
-        let is_loaded = |p: &&mut RefPoint| is_within(p.start, traction.within);
+        let is_loaded = |p: &&mut RefPoint| c.is_within(p.start, traction.within);
         let count = points.iter_mut().filter(is_loaded).count() as f64;
         for p in points.iter_mut().filter(is_loaded) {
             p.dead = [0, 1].map(|a| p.dead[a] + traction.force[a] / count);
         }
     }
     for hold in c.forcing.holds.iter().filter(|h| h.points == group.name) {
-        let is_held = |p: &&mut RefPoint| is_within(p.start, hold.within);
+        let is_held = |p: &&mut RefPoint| c.is_within(p.start, hold.within);
         for p in points.iter_mut().filter(is_held) {
             for a in (0..2).filter(|a| [hold.hold_x, hold.hold_y][*a]) {
                 (p.held[a], p.v[a]) = (true, 0.0);
