@@ -284,9 +284,11 @@ impl Recorder {
     pub fn record(&mut self, sample: &[f64]) -> Vec<f64> {
         let time = sample[0];
         let Recorded { slots, checks } = &mut self.recorded;
+        let mut before = sample.to_vec();
         if slots.is_empty() {
             *slots = [sample, sample].concat();
         } else {
+            before.swap_with_slice(&mut slots[..sample.len()]);
             slots[..sample.len()].copy_from_slice(sample);
         }
         for (check, progress) in self.checks.iter().zip(checks) {
@@ -295,7 +297,17 @@ impl Recorder {
                 value: check.value.evaluate(slots),
                 reference: check.reference(slots, time),
             };
-            progress.take(check, point, self.time_slack);
+            // Between two samples what is recorded is linear. A reference is what the scene says for that time.
+            let reference = |at: f64| {
+                let w = (at - before[0]) / (time - before[0]);
+                let mut there = slots.clone();
+                for (now, before) in there.iter_mut().zip(&before) {
+                    *now = before + w * (*now - before);
+                }
+                there[0] = at;
+                check.reference(&there, at)
+            };
+            progress.take(check, point, self.time_slack, &reference);
         }
         let columns = self.columns.iter();
         let columns = columns.map(|column| column.value.evaluate(slots));
@@ -313,13 +325,18 @@ impl Recorder {
         !self.recorded.slots.is_empty()
     }
 
-    /// The verdicts that later samples cannot change, for a run that has reached `time` (s).
-    pub fn so_far_at(&self, time: f64) -> Vec<CheckResult> {
+    /// The verdicts that later samples cannot change.
+    pub fn so_far(&self) -> Vec<CheckResult> {
+        let reached = self
+            .recorded
+            .slots
+            .first()
+            .map(|time| time + self.time_slack);
         let over = |check: &Check| match check.when {
             When::At(at) => at,
             _ => check.window[1],
         };
-        self.judged(|check| self.has_begun() && over(check) <= time)
+        self.judged(|check| reached.is_some_and(|reached| over(check) <= reached))
     }
 
     /// The verdicts, in the order of the scene.
@@ -357,13 +374,13 @@ impl Point {
         (self.value - self.reference).abs()
     }
 
-    /// Linear between this and `next`.
-    fn towards(self, next: Self, time: f64) -> Self {
+    /// Linear between this and `next`, with the reference of that time.
+    fn towards(self, next: Self, time: f64, reference: &dyn Fn(f64) -> f64) -> Self {
         let w = (time - self.time) / (next.time - self.time);
         Self {
             time,
             value: self.value + w * (next.value - self.value),
-            reference: self.reference + w * (next.reference - self.reference),
+            reference: reference(time),
         }
     }
 }
@@ -385,17 +402,19 @@ struct Progress {
 }
 
 impl Progress {
-    fn take(&mut self, check: &Check, point: Point, slack: f64) {
+    /// Takes a sample; `reference` gives those since the sample before.
+    fn take(&mut self, check: &Check, point: Point, slack: f64, reference: &dyn Fn(f64) -> f64) {
+        let relative = check.expected.relative_tolerance.is_some();
         if let When::At(time) = check.when {
-            self.take_at(time, point, slack);
+            self.take_at(time, point, slack, reference);
         }
         let [from, to] = check.window;
         if point.time >= from - slack && point.time <= to + slack {
             if check.when == When::Rise {
                 let risen = self.risen(point);
-                self.choose(When::Max, risen);
+                self.choose(When::Max, risen, relative);
             } else {
-                self.choose(check.when, point);
+                self.choose(check.when, point, relative);
             }
             self.last = Some(point);
         }
@@ -404,7 +423,7 @@ impl Progress {
             // The ends of the window may lie between samples.
             let end = |p: Point, is_beyond: bool, time: f64| {
                 if is_beyond {
-                    before.towards(point, time)
+                    before.towards(point, time, reference)
                 } else {
                     p
                 }
@@ -418,14 +437,14 @@ impl Progress {
     }
 
     /// Interpolates at `time` once it lies between two samples.
-    fn take_at(&mut self, time: f64, point: Point, slack: f64) {
+    fn take_at(&mut self, time: f64, point: Point, slack: f64, reference: &dyn Fn(f64) -> f64) {
         if self.chosen.is_some() {
             return;
         }
         if (point.time - time).abs() <= slack {
             self.chosen = Some(point);
         } else if let Some(before) = self.before.filter(|p| p.time < time && time < point.time) {
-            self.chosen = Some(before.towards(point, time));
+            self.chosen = Some(before.towards(point, time, reference));
         }
     }
 
@@ -440,10 +459,11 @@ impl Progress {
     }
 
     /// Keeps the extreme sample. The first NaN is kept for good: it must fail the check.
-    fn choose(&mut self, when: When, point: Point) {
+    fn choose(&mut self, when: When, point: Point, relative: bool) {
         let measure = |p: &Point| match when {
             When::Max | When::TimeOfMax => p.value,
             When::Min => -p.value,
+            When::MaxError if relative && p.distance() > 0.0 => p.distance() / p.reference.abs(),
             When::MaxError => p.distance(),
             _ => 0.0,
         };

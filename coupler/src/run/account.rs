@@ -248,7 +248,7 @@ impl Account {
         let checks = if whole {
             self.recorder.finish()
         } else {
-            self.recorder.so_far_at(self.tally.clock.time())
+            self.recorder.so_far()
         };
         let created = self.tally.balance.created_relative();
         let too_much = created > self.created_energy;

@@ -135,6 +135,45 @@ fn distances_from_a_moving_reference() {
     assert!(result.pass, "{result:?}");
 }
 
+/// Between two samples the value is linear, and the reference is that of the time.
+#[test]
+fn a_reference_is_that_of_its_time() {
+    let table = Compiled {
+        reference: Some(Reference::Table(vec![[1.0, 0.0], [1.5, 9.0], [2.0, 0.0]])),
+        ..near("0", "1")
+    };
+    for (expected, reference) in [(near("t*t + v", "1"), 2.25 + 2.5), (table, 9.0)] {
+        let result = run(When::At(1.5), ALL, expected, &RAMP);
+        assert_eq!((result.value, result.reference), (2.5, reference));
+    }
+}
+
+/// Of a relative error the largest share counts, not the share of the largest distance.
+#[test]
+fn a_relative_error_is_the_largest_at_any_sample() {
+    let rows = [[0.0, 101.0], [1.0, 2.0]];
+    let result = run(When::MaxError, ALL, relative("100 - 99*t", "0.1"), &rows);
+    assert_eq!((result.error, result.pass), (1.0, false));
+}
+
+/// A check is judged when its window is recorded.
+#[test]
+fn a_run_that_is_cut_short_judges_what_it_has_recorded() {
+    let check = |to: f64| Check {
+        name: "c".into(),
+        value: expression("v"),
+        when: When::End,
+        window: [0.0, to],
+        expected: at_least("0"),
+        source: "s".into(),
+    };
+    let mut recorder = Recorder::new(&[], &[check(1.0), check(1.5)], 2.0);
+    assert!(recorder.so_far().is_empty());
+    recorder.record(&[0.0, 1.0]);
+    recorder.record(&[1.0, 1.0]);
+    assert_eq!(recorder.so_far().len(), 1);
+}
+
 /// D5: these passed for any run.
 #[test]
 fn infinite_bounds_tolerances_and_scales_fail() {

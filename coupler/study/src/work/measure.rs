@@ -1,5 +1,6 @@
 //! How the error of a run is taken: of a check, or against the finest run of its curve.
 
+use coupler::record::check::When;
 use coupler::record::rundir::HISTORY;
 use coupler::record::{Summary, Table};
 use coupler::scene::{Measurand, Scene};
@@ -83,9 +84,13 @@ impl Measurement {
                     ));
                 };
                 let scaled = check.expected.scale.is_some();
-                let absolute = !scaled && check.expected.relative_tolerance.is_none();
+                // The reference at the time of the largest distance is no size: it may be anything, and 0.
+                let plain = !scaled && check.expected.relative_tolerance.is_none();
+                let absolute = plain && check.when != When::MaxError;
                 let unit = if scaled {
                     "of the check's scale"
+                } else if plain && !absolute {
+                    "in its unit"
                 } else {
                     "of the reference"
                 };
