@@ -138,7 +138,8 @@ pub struct Moving {
     /// Sum of `sqrt(2 m E)` of their kinetic energies in N s/m: of their momenta, had all their motion one direction. So what
     /// cancels counts too, between them and within what swings or spins.
     pub momentum: f64,
-    /// Sum of the magnitudes of their angular momenta about [`Self::centre`] in N s, of groups that of their centres.
+    /// Sum of the same in N s, each times the distance of its centre from [`Self::centre`] and its radius of gyration; of groups,
+    /// half their diagonal.
     pub angular_momentum: f64,
     /// Centre of mass in m.
     pub centre: [f64; 2],
@@ -147,13 +148,14 @@ pub struct Moving {
 impl Moving {
     /// Of these groups and bodies.
     pub fn of(groups: &[GroupState], bodies: &[BodyState]) -> Self {
-        let groups = groups
-            .iter()
-            .map(|g| (g.mass, g.position, g.velocity, 0.0, g.kinetic));
+        let groups = groups.iter().map(|g| {
+            let [x, y] = [0, 1].map(|a| 0.5 * (g.upper[a] - g.lower[a]));
+            (g.mass, g.position, g.mass * (x * x + y * y), g.kinetic)
+        });
         let bodies = bodies.iter().map(|b| {
-            let (turning, [x, y]) = (b.inertia * b.spin, b.velocity);
-            let kinetic = 0.5 * (b.mass * (x * x + y * y) + turning * b.spin);
-            (b.mass, b.position, b.velocity, turning, kinetic)
+            let [x, y] = b.velocity;
+            let kinetic = 0.5 * (b.mass * (x * x + y * y) + b.inertia * b.spin * b.spin);
+            (b.mass, b.position, b.inertia, kinetic)
         });
         let all = groups.chain(bodies);
         let mass: f64 = all.clone().map(|(mass, ..)| mass).sum();
@@ -165,11 +167,11 @@ impl Moving {
             centre,
             ..Self::default()
         };
-        for (mass, x, v, turning, kinetic) in all {
-            let momentum = mass * v[0].hypot(v[1]);
+        for (mass, x, inertia, kinetic) in all {
+            let momentum = (2.0 * mass * kinetic).sqrt();
             let arm = (x[0] - centre[0]).hypot(x[1] - centre[1]);
-            moving.momentum += (2.0 * mass * kinetic).sqrt();
-            moving.angular_momentum += momentum * arm + turning.abs();
+            moving.momentum += momentum;
+            moving.angular_momentum += momentum * arm + (2.0 * inertia * kinetic).sqrt();
         }
         moving
     }
@@ -467,7 +469,8 @@ mod tests {
             ..BodyState::default()
         };
         assert_eq!(Moving::of(&[group], &[]).momentum, 4.0);
-        assert_eq!(Moving::of(&[], &[body]).momentum, 4.0);
+        let body = Moving::of(&[], &[body]);
+        assert_eq!((body.momentum, body.angular_momentum), (4.0, 8.0));
     }
 
     /// A load rests on points. Momenta are only rounding, and the impulses of weight and support balance.

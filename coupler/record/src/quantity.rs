@@ -99,7 +99,7 @@ table! {
         |m| m.balance.momentum_error;
     "angular_momentum", "N s", "angular momentum of points and bodies about the origin, with the velocities of `momentum.x`",
         |m| m.mpm.angular_momentum + m.dem.angular_momentum;
-    "angular_momentum_error", "1", "change of angular momentum minus the moments of the applied impulses, relative to the largest angular momentum about the centre of mass so far: of all groups and bodies, of a side, or handed over by contact or from outside; NaN with periodic walls",
+    "angular_momentum_error", "1", "change of angular momentum minus the moments of the applied impulses, relative to the largest angular momentum about the centre of mass so far: of all groups and bodies by their kinetic energy and extent, of a side, or handed over by contact or from outside; NaN with periodic walls",
         |m| m.balance.angular_momentum_error().map_or(f64::NAN, |[now, _]| now);
     "contact.force.x", "N/m", "force of bodies on points", |m| m.mpm.contact_force[0];
     "contact.force.y", "N/m", "the same in y", |m| m.mpm.contact_force[1];
