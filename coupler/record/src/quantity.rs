@@ -103,7 +103,7 @@ table! {
         |m| m.balance.angular_momentum_error().map_or(f64::NAN, |[now, _]| now);
     "contact.force.x", "N/m", "force of bodies on points", |m| m.mpm.contact_force[0];
     "contact.force.y", "N/m", "the same in y", |m| m.mpm.contact_force[1];
-    "contact.points", "1", "points on which bodies exert a force", |m| m.mpm.contacts as f64;
+    "contact.points", "1", "points on which bodies or other groups exert a force", |m| m.mpm.contacts as f64;
 }
 
 table! {

@@ -81,8 +81,14 @@ pub(super) fn checkpoint(
     for (i, &at) in at.iter().enumerate() {
         let path = format!("output.checkpoint.at.{i}");
         let outputs = (at / every).round();
-        let expected = format!("a time above 0, up to the end of the run ({end} s)");
-        problems.number(&path, at, at > 0.0 && at <= end * (1.0 + 1e-12), &expected);
+        let expected =
+            format!("a time of `output.every` or later, up to the end of the run ({end} s)");
+        problems.number(
+            &path,
+            at,
+            outputs > 0.0 && at <= end * (1.0 + 1e-12),
+            &expected,
+        );
         if (at - end).abs() <= 1e-9 * end {
             plan.end = true;
         } else if (at / every - outputs).abs() > 1e-9 * outputs.max(1.0) {

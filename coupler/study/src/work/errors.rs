@@ -16,8 +16,11 @@ use crate::vary::with_unit;
 /// Observed order of a curve: of the error in the resolution `key`.
 fn order_of(rows: &[Row], key: &str) -> Option<f64> {
     // Outputs and other limits cut the longest step: what counts is how long steps were.
+    let is_step = ["time.max_step", "time.safety", "time.step_factor"].contains(&key);
+    let is_count = key.ends_with(".per_cell");
     let size = |row: &Row| match row.outcome() {
-        ended if key == "time.max_step" => Some(ended.time / ended.steps as f64),
+        ended if is_step => Some(ended.time / ended.steps as f64),
+        _ if is_count => row.resolution.map(|points| points.sqrt().recip()),
         _ => row.resolution,
     };
     let points: Vec<(f64, f64)> = rows
