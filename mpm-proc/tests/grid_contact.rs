@@ -267,3 +267,18 @@ fn it_does_not_show_where_tiles_begin() {
         }
     }
 }
+
+/// A layer between a slip wall and another one, which slides over it without friction. At the nodes of the wall the density
+/// changes across it alone, so that what is left of its gradient is rounding, and no direction.
+#[test]
+fn rounding_at_a_wall_is_no_normal() {
+    let mut config = pair();
+    config.grid_contact = Some(GridContact { friction: 0.0 });
+    config.walls = walls(Wall::Periodic, Wall::Periodic, Wall::Slip, Wall::Open);
+    for (group, [low, high]) in config.groups.iter_mut().zip([[0.1, 0.125], [0.125, 0.2]]) {
+        group.fill = rectangle_fill([-0.2, low], [0.8, high]);
+    }
+    let mpm = collided(&config, 3);
+    let is_off = |p: &PointState| (p.velocity[0] - [1.0, 0.0][p.group as usize]).abs() > 1e-9;
+    assert!(!mpm.points().iter().any(is_off));
+}

@@ -269,18 +269,25 @@ impl LayerNodes {
     }
 
     /// Removes from the gradients the components across walls that hold nodes. The density ends there, but the layer does not,
-    /// and contact must not move what is held.
+    /// and contact must not move what is held. Where nothing but rounding is left, no direction is.
     fn keep_along_walls(&mut self, shared: &[Shared], walls: &WallNodes) {
         for (&slot, gradients) in self.slots.iter().zip(&mut self.gradients) {
             let shared = &shared[slot as usize];
             let origin = first_node([shared.at[1], shared.at[0]]);
             for i in bits(shared.met) {
                 let (free, gradient) = (walls.free(node(origin, i)), &mut gradients[i]);
+                let whole = gradient[0].hypot(gradient[1]);
                 *gradient = [gradient[0] * free[0], gradient[1] * free[1]];
+                if gradient[0].hypot(gradient[1]) < ROUNDING * whole {
+                    *gradient = [0.0; 2];
+                }
             }
         }
     }
 }
+
+/// A share of a gradient that is rounding.
+const ROUNDING: f64 = 1e-9;
 
 /// Calls `work` with the tiles of every place, and with room for those who meet at a node.
 fn over_places(

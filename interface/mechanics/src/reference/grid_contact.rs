@@ -5,6 +5,7 @@
 use nalgebra::Vector2;
 
 use super::continuum::{Kernel, Kicked, Reference, Totals};
+use super::nodes::Node;
 
 /// Lets layers that approach at a node go on together, and rub on one another; with what that dissipates.
 pub fn meet(layers: &[Reference], kicked: &mut [Kicked], friction: f64) -> Totals {
@@ -22,8 +23,9 @@ pub fn meet(layers: &[Reference], kicked: &mut [Kicked], friction: f64) -> Total
         let momentum = |&l: &usize| Vector2::from(kicked[l].after[n]) * kicked[l].mass[n];
         let common = there.iter().map(momentum).sum::<Vector2<f64>>() / mass; // v_i
         let slopes: Vec<_> = there.iter().map(|&l| slopes[l][n]).collect();
+        let steep: f64 = slopes.iter().map(|(_, whole)| whole).sum();
+        let slopes: Vec<_> = slopes.into_iter().map(|(slope, _)| slope).collect();
         let slope: Vector2<f64> = slopes.iter().sum();
-        let steep: f64 = slopes.iter().map(Vector2::norm).sum();
         let mut changes = Vec::new();
         for (&l, own) in there.iter().zip(&slopes) {
             let way = slope - own * 2.0;
@@ -57,8 +59,8 @@ pub fn meet(layers: &[Reference], kicked: &mut [Kicked], friction: f64) -> Total
 
 impl Reference {
     /// Gradient of the density at each node, up to a factor, along the walls that hold it: masses are mapped to the middles of cells by
-    /// quadratic splines (24).
-    fn slopes(&self) -> Vec<Vector2<f64>> {
+    /// quadratic splines (24). With its size before walls have taken their part; none if only rounding is left.
+    fn slopes(&self) -> Vec<(Vector2<f64>, f64)> {
         let spline = |d: f64| Kernel::Quadratic.value(d);
         let mut slopes = vec![Vector2::zeros(); self.nodes.list.len()];
         for p in &self.points {
@@ -72,9 +74,13 @@ impl Reference {
                 slopes[n] += Vector2::from(steps) * p.mass;
             }
         }
-        for (slope, node) in slopes.iter_mut().zip(&self.nodes.list) {
-            slope.component_mul_assign(&Vector2::from(self.free(node.at)));
-        }
-        slopes
+        let nodes = slopes.into_iter().zip(&self.nodes.list);
+        let along = |(slope, node): (Vector2<f64>, &Node)| {
+            let free = slope.component_mul(&Vector2::from(self.free(node.at)));
+            let whole = slope.norm();
+            let is_left = free.norm() > 1e-9 * whole;
+            (if is_left { free } else { Vector2::zeros() }, whole)
+        };
+        nodes.map(along).collect()
     }
 }
