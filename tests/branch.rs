@@ -410,7 +410,7 @@ fn what_cannot_be_begun_with_is_refused_with_the_reason() {
     refuse("fill@0.1", &["is not of this run", "scene hash"]);
     for (at, says) in [
         ("[0.105]", "not the time of a row of the history"),
-        ("[0.0]", "a time above 0"),
+        ("[0.0]", "a time of `output.every` or later"),
         ("[0.7]", "up to the end of the run"),
     ] {
         let at = format!("--set output.checkpoint.at={at}");

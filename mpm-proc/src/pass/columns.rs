@@ -16,7 +16,7 @@
 
 use crate::state::columns::Column;
 use crate::state::grid::Grid;
-use crate::state::nodes::{MappedTile, NodeTile};
+use crate::state::nodes::{MappedTile, NodeAt, NodeTile};
 use crate::state::walls::{Held, WallNodes};
 
 /// The velocities of three nodes after the wall has acted, and that of the middle one before it has.
@@ -74,7 +74,7 @@ impl Column {
 pub fn act_before(grid: &mut Grid, pic_fraction: f64) {
     let tiles = &mut grid.tiles;
     for column in &mut grid.columns {
-        let nodes = column.nodes.map(|at| at.split());
+        let nodes = column.nodes.map(NodeAt::split);
         let v = nodes.map(|(tile, n)| tiles[tile].before[n]);
         let acted = column.act(tiles, &grid.walls, v, None);
         for ((tile, n), v) in nodes.into_iter().zip(acted.velocities) {
@@ -94,7 +94,7 @@ pub fn act_before(grid: &mut Grid, pic_fraction: f64) {
 pub fn act_after(grid: &mut Grid) {
     let tiles = &mut grid.tiles;
     for column in &grid.columns {
-        let nodes = column.nodes.map(|at| at.split());
+        let nodes = column.nodes.map(NodeAt::split);
         let v = nodes.map(|(tile, n)| tiles[tile].after[n]);
         let acted = column.act(tiles, &grid.walls, v, Some(column.stopped));
         for ((tile, n), v) in nodes.into_iter().zip(acted.velocities) {
@@ -115,7 +115,7 @@ pub fn act_after(grid: &mut Grid) {
 pub fn act_mapped(grid: &mut Grid) {
     let mapped = &mut grid.mapped;
     for column in &grid.columns {
-        let nodes = column.nodes.map(|at| at.split());
+        let nodes = column.nodes.map(NodeAt::split);
         let is_wanted = |(tile, n): (usize, usize)| mapped[tile].wanted >> n & 1 == 1;
         if !nodes.into_iter().all(is_wanted) {
             continue;

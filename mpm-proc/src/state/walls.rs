@@ -320,10 +320,8 @@ impl WallNodes {
                 v[a] -= into * out;
                 pressed[a] = into > 0.0;
                 most[1 - a] = coefficient * (into + stopped[a] * out).max(0.0);
-            } else {
-                if into > 0.0 || self.was_pressed(node, a, usize::from(out > 0.0)) {
-                    v[a] = 0.0;
-                }
+            } else if into > 0.0 || self.was_pressed(node, a, usize::from(out > 0.0)) {
+                v[a] = 0.0;
             }
         }
         for a in 0..2 {

@@ -8,14 +8,14 @@
 use std::collections::HashSet;
 use std::sync::Arc;
 
-use interface::config::{Drift, MpmConfig, Stage, StressUpdate, Transfer, Wall};
+use interface::config::{Drift, MpmConfig, Stage, StressUpdate, Transfer};
 use interface::impulse::at;
 use interface::message::wire::ImpForce;
 use nalgebra::Vector2;
 
 use super::material::RefPoint;
 use super::nodes::{Image, Nodes, driven};
-use super::walls::Acting;
+use super::walls::{Acting, Obeyed};
 use crate::expression::Expression;
 
 /// A shape function of the distance from a node in cells, and its derivative, as the paper prints them.
@@ -248,20 +248,6 @@ impl Reference {
         ]
     }
 
-    /// Whether rounding decides if a node of this velocity in m/s, of which the kick has given `gain`, presses a wall with friction:
-    /// a support has left it at rest across the wall.
-    fn rests(&self, node: [i64; 2], velocity: [f64; 2], gain: [f64; 2]) -> bool {
-        let fastest = || {
-            let speeds = self.points.iter().flat_map(|p| p.v).chain(gain);
-            speeds.fold(0.0, |most: f64, v| most.max(v.abs()))
-        };
-        self.walls_at(node).any(|(wall, axis, _)| {
-            matches!(wall, Wall::Friction { .. })
-                && self.points.iter().any(|p| p.held[axis])
-                && velocity[axis].abs() <= AT_REST * fastest()
-        })
-    }
-
     /// Lets held points stand still, by the smallest change of the velocities of the nodes in the norm of kinetic energy. Its
     /// impulse in N s/m.
     fn support(&mut self, mass: &[f64], velocity: &mut [[f64; 2]]) -> [f64; 2] {
@@ -378,11 +364,13 @@ impl Reference {
             }
         }
         let [mut after, mut lost] = [(); 2].map(|()| vec![[0.0; 2]; mass.len()]);
-        for (n, node) in self.nodes.list.iter().enumerate() {
+        let speeds = self.points.iter().flat_map(|p| p.v);
+        let mut fastest = speeds.fold(0.0, |most: f64, v| most.max(v.abs()));
+        for n in 0..mass.len() {
             if mass[n] > 0.0 {
                 let gain = force[n].map(|f| kick * f / mass[n]);
                 let damped = [0, 1].map(|a| kept * before[n][a] + gained * gain[a]); // (17), (48)
-                self.totals.is_doubtful |= self.rests(node.at, damped, gain);
+                fastest = gain.iter().fold(fastest, |most, v| most.max(v.abs()));
                 after[n] = damped;
                 lost[n] = [0, 1].map(|a| mass[n] * (before[n][a] + gain[a] - damped[a]));
             }
@@ -396,6 +384,9 @@ impl Reference {
             axes.map(|axis| (axis, self.on_wall(node.at, axis)))
         });
         self.pressed = pressed.collect();
+        // Rounding decides whether a node that is at rest presses on a wall with friction.
+        let rests = |o: &Obeyed| o.across.is_some_and(|v| v <= AT_REST * fastest);
+        self.totals.is_doubtful |= fastest > 0.0 && obeyed.iter().any(rests);
         let kicked = self.support(&mass, &mut after);
         self.totals.support = [0, 1].map(|a| felt[a] + kicked[a]);
         Kicked {

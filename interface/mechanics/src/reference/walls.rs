@@ -13,6 +13,8 @@ pub(super) struct Held {
     pub taken: [f64; 2],
     /// Whether it moved into a wall with friction, across x and across y.
     pub pressed: [bool; 2],
+    /// The least speed in m/s at which it moved across a wall with friction that acts on it, if one does.
+    pub across: Option<f64>,
 }
 
 /// What walls have done to a node.
@@ -22,8 +24,9 @@ pub(super) struct Obeyed {
     pub stopped: [f64; 2],
     /// Impulse that friction has taken, in N s/m.
     pub rubbed: [f64; 2],
-    /// As [`Held::pressed`].
+    /// As in [`Held`].
     pub pressed: [bool; 2],
+    pub across: Option<f64>,
 }
 
 impl Obeyed {
@@ -33,6 +36,7 @@ impl Obeyed {
             stopped: [0, 1].map(|a| free[a] - held.velocity[a]),
             rubbed: held.taken.map(|v| mass * v),
             pressed: held.pressed,
+            across: held.across,
         }
     }
 }
@@ -219,6 +223,7 @@ impl Reference {
             }
         }
         let (mut most, mut taken, mut pressed) = ([0.0; 2], [0.0; 2], [false; 2]);
+        let mut across: Option<f64> = None;
         for (wall, axis, out) in self.walls_at(node) {
             let Wall::Friction { coefficient } = wall else {
                 continue;
@@ -228,6 +233,7 @@ impl Reference {
             if acting == Acting::Free || self.free(node)[axis] == 0.0 || lets_go {
                 continue;
             }
+            across = Some(across.map_or(v[axis].abs(), |least| least.min(v[axis].abs())));
             let into = (v[axis] * out).max(0.0);
             v[axis] -= into * out;
             pressed[axis] = into > 0.0;
@@ -245,6 +251,7 @@ impl Reference {
             velocity: v,
             taken,
             pressed,
+            across,
         }
     }
 
