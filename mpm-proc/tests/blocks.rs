@@ -1,5 +1,6 @@
 //! Blocks of points, and steps.
 
+use interface::config::material::Inertial;
 use interface::config::{
     Elasticity, Fill, GroupConfig, MaterialConfig, MaterialModel, MpmConfig, Scheme, ShapeFunction,
     Spacing, Transfer, Wall, Walls,
@@ -13,6 +14,18 @@ use mpm_proc::Mpm;
 
 pub const BULK: f64 = 5.0e5;
 pub const SHEAR: f64 = 3.0e5;
+
+/// Grains of the mu(I) rheology.
+pub const GRAINS: Inertial = Inertial {
+    bulk_modulus: BULK,
+    shear_modulus: SHEAR,
+    static_friction: 0.38,
+    limit_friction: 0.64,
+    inertial_number: 0.279,
+    grain_diameter: 1e-3,
+    grain_density: 2500.0,
+    volume_rate: 0.0,
+};
 
 /// An elastic block of 0.3 x 0.2 in a domain of 1 x 0.8, cells of 0.05, nothing held.
 pub fn block() -> MpmConfig {

@@ -4,7 +4,7 @@ use interface::config::material::Inertial;
 use interface::config::{MaterialModel, ShapeFunction, Stage, Traction, Transfer, Wall};
 use interface::solver::{Fault, MpmSolver};
 
-use crate::blocks::{BULK, SHEAR, Stepper, block, configured, rectangle_fill, walls};
+use crate::blocks::{BULK, GRAINS, SHEAR, Stepper, block, configured, rectangle_fill, walls};
 use mpm_proc::Mpm;
 
 fn texts<const N: usize>(sources: [&str; N]) -> [String; N] {
@@ -177,14 +177,8 @@ fn grains_in_a_closed_box_keep_their_pressure() {
             config.groups[0].fill = rectangle_fill([0.0, 0.0], [0.5, 0.5]);
             config.groups[0].fields.stress = Some(texts(["-1e3", "-1e3", "-1e3", "0"]));
             config.materials[0].model = MaterialModel::MuI(Inertial {
-                bulk_modulus: BULK,
-                shear_modulus: SHEAR,
-                static_friction: 0.38,
-                limit_friction: 0.64,
-                inertial_number: 0.279,
-                grain_diameter: 1e-3,
-                grain_density: 2500.0,
                 volume_rate: 1e4,
+                ..GRAINS
             });
             config.forcing.stages = vec![stage(0.0, 50.0, None)];
             let mut mpm = configured(&config);

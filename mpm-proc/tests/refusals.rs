@@ -1,12 +1,12 @@
 //! What is refused, with the place and the reason; and what stops a run.
 
-use interface::config::material::{CriticalState, Frictional, Inertial};
+use interface::config::material::{CriticalState, Frictional};
 use interface::config::{GroupConfig, Hold, MaterialModel, MpmConfig, Plane, Probe, Traction};
 use interface::message::wire::ImpForce;
 use interface::solver::{Fault, MpmSolver};
 
 use crate::blocks::{
-    BULK, SHEAR, Stepper, block, configured, disc_fill, elastic_model, everywhere,
+    BULK, GRAINS, SHEAR, Stepper, block, configured, disc_fill, elastic_model, everywhere,
 };
 use mpm_proc::Mpm;
 
@@ -110,16 +110,7 @@ fn a_stress_that_the_material_would_change_at_once_is_refused() {
         critical_state: None,
         separates: false,
     };
-    let grains = MaterialModel::MuI(Inertial {
-        bulk_modulus: BULK,
-        shear_modulus: SHEAR,
-        static_friction: 0.38,
-        limit_friction: 0.64,
-        inertial_number: 0.279,
-        grain_diameter: 1e-3,
-        grain_density: 2500.0,
-        volume_rate: 0.0,
-    });
+    let grains = MaterialModel::MuI(GRAINS);
     let metal = MaterialModel::VonMises {
         bulk_modulus: BULK,
         shear_modulus: SHEAR,

@@ -289,7 +289,6 @@ impl Recorder {
             *slots = [sample, sample].concat();
         } else {
             before.swap_with_slice(&mut slots[..sample.len()]);
-            slots[..sample.len()].copy_from_slice(sample);
         }
         for (check, progress) in self.checks.iter().zip(checks) {
             let point = Point {

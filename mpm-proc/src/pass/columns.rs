@@ -14,17 +14,18 @@
 //! it, `(v_-1 + 6 v_0 + v_1)/8 = v_0`, so that the wall acts there alone, on all three nodes together: an impulse there
 //! moves the mass `m_0 + 4/(1/m_-1 + 1/m_1)`.
 
+use crate::kernel::tiles::NODES;
 use crate::state::columns::Column;
 use crate::state::grid::Grid;
-use crate::state::nodes::{MappedTile, NodeAt, NodeTile};
+use crate::state::nodes::NodeAt;
 use crate::state::walls::{Held, WallNodes};
 
-/// The velocities of three nodes after the wall has acted, and that of the middle one before it has.
+/// What the wall has done to the node on it.
 struct Acted {
-    velocities: [[f64; 2]; 3],
+    /// Its velocity in m/s before the wall has acted.
     free: [f64; 2],
     held: Held,
-    /// What moves with the node on the wall, in kg/m.
+    /// What moves with it, in kg/m.
     mass: f64,
 }
 
@@ -43,30 +44,28 @@ fn straighten(v: &mut [[f64; 2]; 3], [p, q, r]: [f64; 3], held: bool) {
 }
 
 impl Column {
-    /// Acts on the velocities of its nodes; `stopped` as for [`WallNodes::act`].
-    fn act(
+    /// Acts on the velocities `of` tiles at its nodes; `stopped` as for [`WallNodes::act`].
+    fn act<T>(
         &self,
-        tiles: &[NodeTile],
+        tiles: &mut [T],
+        of: impl Fn(&mut T) -> &mut [[f64; 2]; NODES],
         walls: &WallNodes,
-        mut velocities: [[f64; 2]; 3],
         stopped: Option<[f64; 2]>,
     ) -> Acted {
-        let of = |n: usize| {
-            let (tile, n) = self.nodes[n].split();
-            (tiles[tile].per_mass[n], tiles[tile].mass[n])
-        };
-        let [(p, _), (q, own), (r, _)] = [0, 1, 2].map(of);
-        straighten(&mut velocities, [p, q, r], false);
-        let free = velocities[1];
+        let nodes = self.nodes.map(NodeAt::split);
+        let mut v = nodes.map(|(tile, n)| of(&mut tiles[tile])[n]);
+        straighten(&mut v, self.per_mass, false);
+        let free = v[1];
         let held = walls.act(self.on, free, stopped, true);
-        velocities[1] = held.velocity;
-        straighten(&mut velocities, [p, q, r], true);
-        Acted {
-            velocities,
-            free,
-            held,
-            mass: own + if p > 0.0 { 4.0 / (p + r) } else { 0.0 },
+        v[1] = held.velocity;
+        straighten(&mut v, self.per_mass, true);
+        for ((tile, n), v) in nodes.into_iter().zip(v) {
+            of(&mut tiles[tile])[n] = v;
         }
+        let [p, _, r] = self.per_mass;
+        let others = if p > 0.0 { 4.0 / (p + r) } else { 0.0 };
+        let mass = self.mass + others;
+        Acted { free, held, mass }
     }
 }
 
@@ -75,18 +74,14 @@ pub fn act_before(grid: &mut Grid, pic_fraction: f64) {
     let tiles = &mut grid.tiles;
     for column in &mut grid.columns {
         let nodes = column.nodes.map(NodeAt::split);
-        let v = nodes.map(|(tile, n)| tiles[tile].before[n]);
-        let acted = column.act(tiles, &grid.walls, v, None);
-        for ((tile, n), v) in nodes.into_iter().zip(acted.velocities) {
-            tiles[tile].before[n] = v;
-        }
-        let taken = [0, 1].map(|a| pic_fraction * (acted.free[a] - acted.held.velocity[a]));
-        let wall = &mut tiles[nodes[1].0].wall;
-        wall.count(
-            grid.geometry.place(column.on),
-            taken.map(|v| -acted.mass * v),
-        );
-        column.stopped = taken;
+        let (on_wall, n) = nodes[1];
+        column.per_mass = nodes.map(|(tile, n)| tiles[tile].per_mass[n]);
+        column.mass = tiles[on_wall].mass[n];
+        let acted = column.act(tiles, |tile| &mut tile.before, &grid.walls, None);
+        column.stopped = [0, 1].map(|a| pic_fraction * (acted.free[a] - acted.held.velocity[a]));
+        let impulse = column.stopped.map(|v| -acted.mass * v);
+        let place = grid.geometry.place(column.on);
+        tiles[on_wall].wall.count(place, impulse);
     }
 }
 
@@ -94,20 +89,11 @@ pub fn act_before(grid: &mut Grid, pic_fraction: f64) {
 pub fn act_after(grid: &mut Grid) {
     let tiles = &mut grid.tiles;
     for column in &grid.columns {
-        let nodes = column.nodes.map(NodeAt::split);
-        let v = nodes.map(|(tile, n)| tiles[tile].after[n]);
-        let acted = column.act(tiles, &grid.walls, v, Some(column.stopped));
-        for ((tile, n), v) in nodes.into_iter().zip(acted.velocities) {
-            tiles[tile].after[n] = v;
-        }
-        let (tile, n) = nodes[1];
-        tiles[tile].take(
-            n,
-            column.on,
-            &acted.held,
-            (acted.mass, acted.free),
-            &grid.geometry,
-        );
+        let stopped = Some(column.stopped);
+        let Acted { free, held, mass } =
+            column.act(tiles, |tile| &mut tile.after, &grid.walls, stopped);
+        let (tile, n) = column.nodes[1].split();
+        tiles[tile].take(n, column.on, &held, (mass, free), &grid.geometry);
     }
 }
 
@@ -115,18 +101,16 @@ pub fn act_after(grid: &mut Grid) {
 pub fn act_mapped(grid: &mut Grid) {
     let mapped = &mut grid.mapped;
     for column in &grid.columns {
-        let nodes = column.nodes.map(NodeAt::split);
-        let is_wanted = |(tile, n): (usize, usize)| mapped[tile].wanted >> n & 1 == 1;
-        if !nodes.into_iter().all(is_wanted) {
+        let is_wanted = |at: NodeAt| {
+            let (tile, n) = at.split();
+            mapped[tile].wanted >> n & 1 == 1
+        };
+        if !column.nodes.into_iter().all(is_wanted) {
             continue;
         }
-        let v = nodes.map(|(tile, n)| mapped[tile].velocity[n]);
-        let acted = column.act(&grid.tiles, &grid.walls, v, None);
-        for ((tile, n), v) in nodes.into_iter().zip(acted.velocities) {
-            mapped[tile].velocity[n] = v;
-        }
+        let acted = column.act(mapped, |tile| &mut tile.velocity, &grid.walls, None);
         let impulse = [0, 1].map(|a| acted.mass * (acted.held.velocity[a] - acted.free[a]));
-        let MappedTile { wall, .. } = &mut mapped[nodes[1].0];
-        wall.count(grid.geometry.place(column.on), impulse);
+        let place = grid.geometry.place(column.on);
+        mapped[column.nodes[1].split().0].wall.count(place, impulse);
     }
 }

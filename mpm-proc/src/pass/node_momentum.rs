@@ -132,7 +132,7 @@ impl MappedTile {
         let origin = first_node(tile.at);
         for i in bits(tile.walled) {
             let free = self.velocity[i];
-            let alone = tile.in_columns >> i & 1 == 0;
+            let alone = tile.is_alone(i);
             let held = walls.act(node(origin, i), free, None, alone).velocity;
             self.wall.work += walls.drive(node(origin, i), tile.mass[i], free, held);
             let impulse = [0, 1].map(|a| tile.mass[i] * (held[a] - free[a]));
@@ -155,7 +155,7 @@ impl NodeTile {
         self.stopped.clear();
         for i in bits(self.walled) {
             let free = self.before[i];
-            let alone = self.in_columns >> i & 1 == 0;
+            let alone = self.is_alone(i);
             let held = walls.act(node(origin, i), free, None, alone).velocity;
             let felt = pic_fraction * self.mass[i];
             self.wall.work += walls.drive(node(origin, i), felt, free, held);

@@ -140,7 +140,7 @@ impl NodeTile {
         let (origin, walls) = (first_node(self.at), act.walls);
         for (k, i) in bits(self.walled).enumerate() {
             let (free, on) = (self.after[i], node(origin, i));
-            let alone = self.in_columns >> i & 1 == 0;
+            let alone = self.is_alone(i);
             let held = walls.act(on, free, Some(self.stopped[k]), alone);
             self.wall.work += walls.drive(on, self.mass[i], free, held.velocity);
             self.take(i, on, &held, (self.mass[i], free), &act.geometry);

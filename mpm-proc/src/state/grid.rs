@@ -175,7 +175,7 @@ impl Grid {
                 self.columns.push(Column {
                     nodes: [beyond, on_wall, within].map(at),
                     on,
-                    stopped: [0.0; 2],
+                    ..Column::default()
                 });
             }
         }

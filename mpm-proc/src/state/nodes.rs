@@ -57,6 +57,11 @@ pub struct NodeTile {
 }
 
 impl NodeTile {
+    /// Whether a wall with friction acts on node `i` by itself, and not by its column.
+    pub fn is_alone(&self, i: usize) -> bool {
+        self.in_columns >> i & 1 == 0
+    }
+
     /// What damping takes of the nodes in the kick, in J/m.
     pub fn lost_by_damping(&self) -> f64 {
         self.lost(self.damping.iter().copied().enumerate())
